@@ -1,0 +1,71 @@
+"""geosurf: horizons and faults in, sealed and certified units out.
+
+The pipeline, stage by stage::
+
+    read         files -> xarray horizons, fault surfaces, points, polygons
+    triangulate  gridded data -> TriSurface; the walls of the model box
+    intersect    surfaces -> the curves where they meet
+    rebuild      surfaces -> patches that share vertices along the curves
+    carve        patches -> closed units: zone x fault block
+    measure      units and curves -> numbers
+    render       anything -> PNG, off-screen
+    report       a scene -> one HTML page;  write: anything -> files
+
+Names are imported when first used, so that ``import geosurf`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    # read
+    "read_horizon": "geosurf.read",
+    "read_fault": "geosurf.read",
+    "read_points": "geosurf.read",
+    "read_polygons": "geosurf.read",
+    # triangulate
+    "triangulate_horizon": "geosurf.triangulate",
+    "triangulate_fault": "geosurf.triangulate",
+    "triangulate_sticks": "geosurf.triangulate",
+    "build_walls": "geosurf.triangulate",
+    # the engine
+    "intersect_triangles": "geosurf.contact",
+    "intersect_surfaces": "geosurf.intersect",
+    "rebuild_surfaces": "geosurf.rebuild",
+    "carve_units": "geosurf.carve",
+    # nouns
+    "TriSurface": "geosurf.model",
+    "Lattice": "geosurf.model",
+    "Curves": "geosurf.model",
+    "Patches": "geosurf.model",
+    "Unit": "geosurf.model",
+    "Units": "geosurf.model",
+    "Certificate": "geosurf.model",
+    # the whole way
+    "Scene": "geosurf.scene",
+    "run_scenario": "geosurf.scenario",
+    "render_scene": "geosurf.render",
+    "report_scene": "geosurf.report",
+    "write": "geosurf.write",
+}
+_ROOMS = ("synthetic", "errors", "conventions")
+
+__all__ = ["__version__", *sorted(_HOME), *_ROOMS]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        value = getattr(import_module(_HOME[name]), name)
+        globals()[name] = value
+        return value
+    if name in _ROOMS:
+        return import_module(f"geosurf.{name}")
+    raise AttributeError(f"module 'geosurf' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,1 @@
+"""Which triangles meet, and in which named points."""

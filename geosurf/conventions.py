@@ -1,0 +1,168 @@
+"""Axes, signs, units and the one frame: rules that every room obeys.
+
+- Right-handed, metres, elevation positive up. Depth is turned at the reader.
+- A gridded horizon is an `xarray.DataArray`; its first dimension runs north for
+  an unrotated grid, its second runs east: dims ``("northing", "easting")``.
+- Geometry is computed in a local frame: world coordinates minus one origin, a
+  multiple of 1024 m on each horizontal axis, chosen so that the shift is exact.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+import numpy as np
+
+from geosurf.errors import InputError
+
+HORIZON_DIMS = ("northing", "easting")
+FAULT_DIMS = ("down_dip", "along_strike")
+FRAME_STEP = 1024.0
+
+# metres per unit, for every spelling that is accepted in files and attributes
+METRES_PER_UNIT = {
+    "m": 1.0,
+    "metre": 1.0,
+    "metres": 1.0,
+    "meter": 1.0,
+    "meters": 1.0,
+    "km": 1000.0,
+    "ft": 0.3048,
+    "foot": 0.3048,
+    "feet": 0.3048,
+    "us_survey_foot": 1200.0 / 3937.0,
+    "ftus": 1200.0 / 3937.0,
+}
+
+
+def metres_per_unit(units: str | None, what: str) -> float:
+    """Return the factor from `units` to metres, or say which units are known.
+
+    Parameters
+    ----------
+    units : str or None
+        Name of a length unit, as in CF attributes: ``"m"``, ``"ft"``, ``"km"`` ...
+    what : str
+        What carries the unit, for the message: ``"horizon 'Top'"``.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        If the unit is missing or unknown.
+
+    Examples
+    --------
+    >>> metres_per_unit("ft", "horizon 'Top'")
+    0.3048
+    """
+    if units is None:
+        raise InputError(
+            f"{what}: units are missing. Say them with attrs['units'] = 'm' or units='m'."
+        )
+    factor = METRES_PER_UNIT.get(str(units).strip().lower())
+    if factor is None:
+        known = ", ".join(sorted(METRES_PER_UNIT))
+        raise InputError(
+            f"{what}: unknown units {units!r}; known are {known}. "
+            "Say the right one with attrs['units'] or units=."
+        )
+    return factor
+
+
+def elevation_sign(positive: str | None, what: str) -> float:
+    """Return +1.0 for elevations and -1.0 for depths, or say how to tell which.
+
+    Parameters
+    ----------
+    positive : {"up", "down"} or None
+        Direction in which the values grow, as in the CF attribute.
+    what : str
+        What carries the values, for the message.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        If the direction is missing or unknown.
+
+    Examples
+    --------
+    >>> elevation_sign("down", "horizon 'Top'")
+    -1.0
+    """
+    if positive == "up":
+        return 1.0
+    if positive == "down":
+        return -1.0
+    found = "is not said" if positive is None else f"is {positive!r}"
+    raise InputError(
+        f"{what}: whether values are elevation or depth {found}. Say positive='up' (elevation) "
+        "or positive='down' (depth), as an argument or as attrs['positive']."
+    )
+
+
+def frame_origin(*vertex_arrays: np.ndarray) -> np.ndarray:
+    """Return the origin of the local frame for some vertices.
+
+    The origin is a multiple of 1024 m, never farther from zero than any of the
+    coordinates, and 0 where they straddle zero: so subtracting it is exact.
+    Elevations keep their own zero.
+
+    Parameters
+    ----------
+    *vertex_arrays : ndarray of float64, shape (n_vertex, 3)
+        World coordinates [m], finite.
+
+    Returns
+    -------
+    ndarray of float64, shape (3,)
+
+    Examples
+    --------
+    >>> frame_origin(np.array([[456000.5, 6780000.25, -2000.0]]))
+    array([ 455680., 6779904.,       0.])
+    """
+    arrays = [a for a in vertex_arrays if len(a)]
+    origin = np.zeros(3)
+    if not arrays:
+        return origin
+    low = np.min([a.min(axis=0) for a in arrays], axis=0)
+    high = np.max([a.max(axis=0) for a in arrays], axis=0)
+    for axis in (0, 1):
+        if low[axis] > 0:
+            origin[axis] = np.floor(low[axis] / FRAME_STEP) * FRAME_STEP
+        elif high[axis] < 0:
+            origin[axis] = np.ceil(high[axis] / FRAME_STEP) * FRAME_STEP
+    return origin
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return ' Did you mean ...?' for a misspelt word, or ''.
+
+    Examples
+    --------
+    >>> did_you_mean("horizns", ["horizons", "faults"])
+    " Did you mean 'horizons'?"
+    """
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f" Did you mean {close[0]!r}?" if close else ""
+
+
+def place(point: Iterable[float]) -> str:
+    """Return coordinates as people read them, for messages.
+
+    Examples
+    --------
+    >>> place((456000.125, 6780000.5, -2000))
+    '(easting 456000.125, northing 6780000.500, elevation -2000.000)'
+    """
+    x, y, z = (float(c) for c in point)
+    return f"(easting {x:.3f}, northing {y:.3f}, elevation {z:.3f})"

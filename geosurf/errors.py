@@ -1,0 +1,80 @@
+"""Every exception that geosurf raises on purpose.
+
+Each message is one or two sentences: what is wrong, where, and what to do next.
+The class says whose move it is: the input's (`InputError`), the geometry's
+(`GeometryError`) or geosurf's own (`InvariantError`). The command line turns
+them into exit codes 2, 3 and 4.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "DependencyError",
+    "FormatError",
+    "GeometryError",
+    "GeosurfError",
+    "HorizonError",
+    "InputError",
+    "InvariantError",
+    "OpenUnitError",
+    "OutputError",
+    "RoundingError",
+    "ScenarioError",
+    "SurfaceError",
+]
+
+
+class GeosurfError(Exception):
+    """Root of all errors raised on purpose."""
+
+    exit_code = 4
+
+
+class InputError(GeosurfError, ValueError):
+    """What was handed over cannot be used."""
+
+    exit_code = 2
+
+
+class FormatError(InputError):
+    """A file is not what its format says: path, place, found, expected."""
+
+
+class HorizonError(InputError):
+    """A gridded horizon has the wrong dimensions, order, units or values."""
+
+
+class SurfaceError(InputError):
+    """A triangulated surface has unusable vertices or triangles."""
+
+
+class ScenarioError(InputError):
+    """A scenario has an unknown key, a missing one, or an impossible value."""
+
+
+class DependencyError(InputError):
+    """Something optional is not installed; the message says what brings it."""
+
+
+class OutputError(InputError):
+    """A file or folder cannot be written."""
+
+
+class GeometryError(GeosurfError):
+    """Legal input, impossible geometry."""
+
+    exit_code = 3
+
+
+class OpenUnitError(GeometryError):
+    """A unit leaks: the message gives the length and place of the open rim."""
+
+
+class RoundingError(GeometryError):
+    """The exact result cannot be held in float64 without crossing itself."""
+
+
+class InvariantError(GeosurfError, AssertionError):
+    """geosurf broke one of its own promises; please report it with the input."""
+
+    exit_code = 4
