@@ -28,9 +28,9 @@ def frozen(array: Any, dtype: Any, shape: tuple[int, ...] | None = None) -> np.n
     out = np.ascontiguousarray(array, dtype=dtype)
     if shape is not None:
         out = out.reshape(shape)
-    out = out.view()
-    out.flags.writeable = False
-    return out
+    view: np.ndarray = out.view()
+    view.flags.writeable = False
+    return view
 
 
 @dataclass(frozen=True, eq=False)
@@ -570,7 +570,9 @@ class Units(Mapping[str, Unit]):
         self.report = dict(report or {})
 
     def __getitem__(self, key: Any) -> Unit:
-        found = self._by_pair.get(key) if isinstance(key, tuple) else self._units.get(key)
+        found: Unit | None = (
+            self._by_pair.get(key) if isinstance(key, tuple) else self._units.get(key)
+        )
         if found is None:
             raise KeyError(f"no unit {key!r}; there are {list(self._units)}")
         return found
@@ -667,7 +669,7 @@ def _polydata(
     import pyvista
 
     if triangles is not None:
-        mesh = pyvista.PolyData.from_regular_faces(np.array(points), np.array(triangles))
+        mesh: pyvista.PolyData = pyvista.PolyData.from_regular_faces(np.array(points), np.array(triangles))
     else:
         cells = [np.concatenate([[len(line)], line]) for line in lines or ()]
         mesh = pyvista.PolyData(np.array(points))
