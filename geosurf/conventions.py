@@ -3,6 +3,7 @@
 - Right-handed, metres, elevation positive up. Depth is turned at the reader.
 - A gridded horizon is an `xarray.DataArray`; its first dimension runs north for
   an unrotated grid, its second runs east: dims ``("northing", "easting")``.
+- One diagonal splits all cells of a grid: see `rising_diagonal`.
 - Geometry is computed in a local frame: world coordinates minus one origin, a
   multiple of 1024 m on each horizontal axis, chosen so that the shift is exact.
 """
@@ -10,6 +11,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -142,6 +144,52 @@ def frame_origin(*vertex_arrays: np.ndarray) -> np.ndarray:
         elif high[axis] < 0:
             origin[axis] = np.ceil(high[axis] / FRAME_STEP) * FRAME_STEP
     return origin
+
+
+def rising_diagonal(easting: np.ndarray, northing: np.ndarray) -> bool:
+    """Return which diagonal splits the cells of a gridded horizon: the diagonal rule.
+
+    Of the two diagonals of a cell, the one that runs from south-west to
+    north-east: the one with the larger ``dx * dy``, summed over all cells. Where
+    the two agree to a part in a million (square cells, turned by 45 degrees), the
+    one that runs north, with the larger ``dy * dy``. The rule asks for
+    directions in the world, so rows and columns may be reversed or transposed.
+
+    Parameters
+    ----------
+    easting, northing : ndarray of float64
+        World coordinates [m]: 1-D ``(n_col,)`` and ``(n_row,)``, or both 2-D
+        ``(n_row, n_col)``; nodes that are not finite are left out.
+
+    Returns
+    -------
+    bool
+        True for node ``(i, j)`` to ``(i + 1, j + 1)``, as in `Lattice.rising`.
+
+    Examples
+    --------
+    >>> rising_diagonal(np.array([0.0, 50.0]), np.array([0.0, 50.0]))
+    True
+    >>> rising_diagonal(np.array([50.0, 0.0]), np.array([0.0, 50.0]))
+    False
+    """
+    x, y = easting, northing
+    if x.ndim == 1:
+        return bool((x[-1] > x[0]) == (y[-1] > y[0]))
+    rising = _finite(x[1:, 1:] - x[:-1, :-1], y[1:, 1:] - y[:-1, :-1])
+    falling = _finite(x[1:, :-1] - x[:-1, 1:], y[1:, :-1] - y[:-1, 1:])
+    # fsum is exact before its one rounding, so that the order of cells is not seen
+    north_east = math.fsum(rising[0] * rising[1]) - math.fsum(falling[0] * falling[1])
+    size = math.fsum(rising[0] ** 2) + math.fsum(rising[1] ** 2)
+    size += math.fsum(falling[0] ** 2) + math.fsum(falling[1] ** 2)
+    if abs(north_east) > 1e-6 * size:
+        return north_east > 0
+    return math.fsum(rising[1] ** 2) >= math.fsum(falling[1] ** 2)
+
+
+def _finite(dx: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    keep = np.isfinite(dx) & np.isfinite(dy)
+    return dx[keep], dy[keep]
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -47,12 +47,18 @@ class Lattice:
     rising : bool
         Which diagonal splits each cell: True joins node ``(i, j)`` to
         ``(i + 1, j + 1)``, False ``(i, j + 1)`` to ``(i + 1, j)``.
+        `geosurf.conventions.rising_diagonal` is the rule for horizons.
+    reverse : bool or None
+        How triangles turn. None (horizons): so that normals point up. False:
+        from columns to rows; True: from rows to columns (faults, which may be
+        vertical, so that the map cannot tell).
     """
 
     easting: np.ndarray
     northing: np.ndarray
     elevation: np.ndarray
     rising: bool = True
+    reverse: bool | None = None
 
     def __post_init__(self) -> None:
         for key in ("easting", "northing", "elevation"):
@@ -90,7 +96,7 @@ class Lattice:
         return np.stack([easting[keep], northing[keep], self.elevation[keep]], axis=1)
 
     def build_triangles(self) -> np.ndarray:
-        """Triangles (n_triangle, 3), cell by cell, normals up for right-handed grids.
+        """Triangles (n_triangle, 3), cell by cell; normals point up, or as `reverse` says.
 
         A triangle exists only where its three nodes do.
         """
@@ -100,16 +106,21 @@ class Lattice:
         pair = ((a, b, c), (a, c, d)) if self.rising else ((a, b, d), (b, c, d))
         faces = np.stack([np.stack(t, axis=-1) for t in pair], axis=2).reshape(-1, 3)
         faces = faces[(faces >= 0).all(axis=1)]
-        return faces if self.right_handed else faces[:, [0, 2, 1]]
+        return faces[:, [0, 2, 1]] if self.turned else faces
+
+    @property
+    def turned(self) -> bool:
+        """Whether triangles turn from rows to columns."""
+        return not self.right_handed if self.reverse is None else self.reverse
 
     @property
     def right_handed(self) -> bool:
         """Whether columns, rows and up make a right-handed system."""
-        easting, northing = self.horizontal()
-        keep = np.flatnonzero(self.present.ravel())
-        if len(keep) == 0 or min(self.shape) < 2:
+        if min(self.shape) < 2:
             return True
-        x, y = easting, northing
+        x, y = self.easting, self.northing
+        if x.ndim == 1:
+            return bool((x[-1] > x[0]) == (y[-1] > y[0]))
         cell = (x[:-1, 1:] - x[:-1, :-1]) * (y[1:, :-1] - y[:-1, :-1]) - (
             y[:-1, 1:] - y[:-1, :-1]
         ) * (x[1:, :-1] - x[:-1, :-1])
