@@ -1,0 +1,40 @@
+# Everything happens in .venv/ inside this checkout; nothing is installed elsewhere.
+# A Python of another name: make test PYTHON=python3.12
+
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+SCENARIO := data/synthetic_horizons/faulted_reservoir.toml
+
+.PHONY: help demo test lint clean
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+
+demo: $(READY) ## build the faulted reservoir: volumes, pictures and a report in out/demo
+	@echo "Building the faulted reservoir (the first run compiles the kernels: about half a minute) ..."
+	@$(BIN)/geosurf run $(SCENARIO) -o out/demo
+
+test: $(READY) ## run all tests, with lint, types and the import comb among them
+	@echo "Running the tests (the first run compiles the kernels: about half a minute) ..."
+	@$(BIN)/python -m pytest
+
+lint: $(READY) ## check style, types and who may import whom
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+clean: ## remove results and caches (.venv stays: delete the folder to start afresh)
+	rm -rf out build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	find geosurf tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# The stamp is younger than what it was installed from, or the set-up runs again.
+$(READY): pyproject.toml constraints.txt
+	@command -v $(PYTHON) >/dev/null || { echo "There is no '$(PYTHON)' here. Install Python 3.11 or newer, or name yours: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "geosurf needs Python 3.11 or newer, and '$(PYTHON)' is $$($(PYTHON) -V 2>&1). Name a newer one: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "'$(PYTHON)' has no venv module. Install it (Debian and Ubuntu: apt install python3-venv) and run make again."; exit 1; }
+	@echo "Installing geosurf and what it needs into .venv (about a minute, once) ..."
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear .venv
+	@$(BIN)/python -m pip install -q -c constraints.txt -e ".[test]"
+	@touch $@
