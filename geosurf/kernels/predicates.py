@@ -1,0 +1,204 @@
+"""Signs of orientation: a float filter first, exact integers behind it. Never wrong.
+
+Sign conventions
+    orient2d(a, b, c)      > 0 where a, b, c turn counter-clockwise on axes (u, v)
+    orient3d(a, b, c, o)   > 0 where o sees a, b, c counter-clockwise: (b-a) x (c-a) . (o-a) > 0
+    incircle(a, b, c, o)   > 0 where o is inside the circle of counter-clockwise a, b, c
+
+The filters are those of Shewchuk (1997, section 4, error bounds A), the exact route is
+limb integers. Letters as in `exact`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.errors import SurfaceError
+from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.exact import (
+    LIMBS,
+    N_META,
+    N_VERTEX,
+    SCALE,
+    exact_incircle,
+    exact_normal_axis,
+    exact_orient2d,
+    exact_orient3d,
+    workspace,
+)
+from geosurf.kernels.limbs import BITS
+
+_EPS = 2.0**-53
+ORIENT2D_BOUND = (3.0 + 16.0 * _EPS) * _EPS
+ORIENT3D_BOUND = (7.0 + 56.0 * _EPS) * _EPS
+INCIRCLE_BOUND = (10.0 + 96.0 * _EPS) * _EPS
+TINY = 1e-270  # below it products may underflow, so that bounds say nothing
+MAX_BITS = 980
+MAX_COORDINATE = 2.0**60
+
+
+@scalar
+def orient2d(x, t, e, d, m, w, a, b, c, u, v):
+    """Sign of the turn of three *vertices* on axes (u, v)."""
+    left = (x[b, u] - x[a, u]) * (x[c, v] - x[a, v])
+    right = (x[b, v] - x[a, v]) * (x[c, u] - x[a, u])
+    det = left - right
+    size = abs(left) + abs(right)
+    bound = ORIENT2D_BOUND * size
+    if size > TINY:
+        if det > bound:
+            return 1
+        if -det > bound:
+            return -1
+    return exact_orient2d(x, t, e, d, m, w, a, b, c, u, v)
+
+
+@scalar
+def orient3d(x, m, w, a, b, c, o):
+    """Sign of the side on which vertex o lies of the plane of vertices a, b, c."""
+    ax, ay, az = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+    bx, by, bz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+    cx, cy, cz = x[o, 0] - x[a, 0], x[o, 1] - x[a, 1], x[o, 2] - x[a, 2]
+    p, q = ay * bz, az * by
+    r, s = az * bx, ax * bz
+    g, h = ax * by, ay * bx
+    det = cx * (p - q) + cy * (r - s) + cz * (g - h)
+    size = abs(cx) * (abs(p) + abs(q)) + abs(cy) * (abs(r) + abs(s)) + abs(cz) * (abs(g) + abs(h))
+    bound = ORIENT3D_BOUND * size
+    if size > TINY:
+        if det > bound:
+            return 1
+        if -det > bound:
+            return -1
+    return exact_orient3d(x, m, w, a, b, c, o)
+
+
+@scalar
+def normal_axis(x, m, w, a, b, c):
+    """Axis of the largest component of a normal, and its sign; the first axis wins ties."""
+    ax, ay, az = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+    bx, by, bz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+    n0, n1, n2 = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    size = max(
+        abs(ay * bz) + abs(az * by), max(abs(az * bx) + abs(ax * bz), abs(ax * by) + abs(ay * bx))
+    )
+    axis = 0
+    best = abs(n0)
+    second = 0.0
+    value = n0
+    if abs(n1) > best:
+        second = best
+        axis, best, value = 1, abs(n1), n1
+    else:
+        second = abs(n1)
+    if abs(n2) > best:
+        second = best
+        axis, best, value = 2, abs(n2), n2
+    else:
+        second = max(second, abs(n2))
+    if size > TINY and best - second > 4.0 * ORIENT2D_BOUND * size:
+        return axis, (1 if value > 0 else -1)
+    return exact_normal_axis(x, m, w, a, b, c)
+
+
+@entry("d2 -> l l")
+def scale_of(x):
+    """Least k such that all coordinates are multiples of 2**-k, and their bits at that k.
+
+    (k, bits); bits = -1 if a coordinate is not finite.
+    """
+    low = 4000
+    high = -4000
+    for i in range(x.shape[0]):
+        for j in range(x.shape[1]):
+            value = x[i, j]
+            if not math.isfinite(value):
+                return 0, -1
+            if value == 0.0:
+                continue
+            fraction, exponent = math.frexp(value)
+            mantissa = abs(int(fraction * 9007199254740992.0))
+            lowest = exponent - 53 + math.frexp(float(mantissa & -mantissa))[1] - 1
+            low = min(low, lowest)
+            high = max(high, exponent)
+    if high == -4000:
+        return 0, 1
+    return -low, high - low
+
+
+@entry("d2 l2 l1 l1 -> l1")
+def flat_triangles(x, t, m, w):
+    """Rows of the triangles whose area is exactly zero."""
+    flat = np.empty(t.shape[0], dtype=np.int64)
+    n = 0
+    for i in range(t.shape[0]):
+        axis, _ = normal_axis(x, m, w, t[i, 0], t[i, 1], t[i, 2])
+        if axis < 0:
+            flat[n] = i
+            n += 1
+    return flat[:n].copy()
+
+
+def frame_of(x: np.ndarray, n_triangle: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """The rulers `m` and the limb workspace `w` for coordinates (n, d)."""
+    k, bits = scale_of(x)
+    if bits < 0:
+        raise SurfaceError("a coordinate is not finite; leave out nodes that are undefined.")
+    if bits > MAX_BITS:
+        raise SurfaceError(
+            f"coordinates span {bits} binary digits, from tiny to huge, and exact arithmetic takes "
+            f"{MAX_BITS}: set numbers that mean zero to zero."
+        )
+    m = np.zeros(N_META, dtype=np.int64)
+    m[N_VERTEX] = len(x)
+    m[1] = n_triangle
+    m[LIMBS] = (bits + 3 + BITS - 1) // BITS
+    m[SCALE] = k
+    return m, workspace(m[LIMBS])
+
+
+@entry("d2 l2 l1 l1 l1 -> .")
+def orient2d_rows(x, rows, m, w, out):
+    """out[i] = turn of the vertices rows[i] on axes (0, 1)."""
+    none = np.empty((0, 4), dtype=np.int64)
+    for i in range(rows.shape[0]):
+        out[i] = orient2d(x, none, none, none, m, w, rows[i, 0], rows[i, 1], rows[i, 2], 0, 1)
+
+
+@entry("d2 l2 l1 l1 l1 -> .")
+def orient3d_rows(x, rows, m, w, out):
+    """out[i] = side of vertex rows[i, 3] of the plane of the first three."""
+    for i in range(rows.shape[0]):
+        out[i] = orient3d(x, m, w, rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3])
+
+
+@entry("d2 l2 l1 l1 l1 -> .")
+def incircle_rows(x, rows, m, w, out):
+    """out[i] = whether vertex rows[i, 3] is inside the circle of the first three."""
+    none = np.empty((0, 4), dtype=np.int64)
+    for i in range(rows.shape[0]):
+        a, b, c, o = rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3]
+        out[i] = incircle(x, none, none, none, m, w, a, b, c, o, 0, 1)
+
+
+@scalar
+def incircle(x, t, e, d, m, w, a, b, c, o, u, v):
+    """Sign > 0 if *vertex* o is inside the circle of counter-clockwise a, b, c on (u, v)."""
+    ax, ay = x[a, u] - x[o, u], x[a, v] - x[o, v]
+    bx, by = x[b, u] - x[o, u], x[b, v] - x[o, v]
+    cx, cy = x[c, u] - x[o, u], x[c, v] - x[o, v]
+    la, lb, lc = ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy
+    p, q = bx * cy, cx * by
+    r, s = cx * ay, ax * cy
+    g, h = ax * by, bx * ay
+    det = la * (p - q) + lb * (r - s) + lc * (g - h)
+    size = la * (abs(p) + abs(q)) + lb * (abs(r) + abs(s)) + lc * (abs(g) + abs(h))
+    bound = INCIRCLE_BOUND * size
+    if size > TINY:
+        if det > bound:
+            return 1
+        if -det > bound:
+            return -1
+    return exact_incircle(x, t, e, d, m, w, a, b, c, o, u, v)
