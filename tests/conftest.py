@@ -1,0 +1,32 @@
+"""What all tests share: the data folder beside the checkout, seeds, hypothesis profiles."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+ROOT = Path(__file__).resolve().parents[1]
+
+# The first example may compile a kernel, so no example has a deadline of its own.
+settings.register_profile("quick", max_examples=50, deadline=None, derandomize=True)
+settings.register_profile("thorough", max_examples=2000, deadline=None)
+settings.load_profile(os.environ.get("GEOSURF_HYPOTHESIS", "quick"))
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """Folder of inputs that nobody here wrote; tests that need it are skipped without it."""
+    folder = Path(os.environ.get("GEOSURF_SHARED", ROOT.parent / "shared"))
+    if not folder.is_dir():
+        pytest.skip("needs the shared data folder beside the checkout")
+    return folder
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """Random numbers that are the same in every run."""
+    return np.random.default_rng(1997)

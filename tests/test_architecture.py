@@ -1,0 +1,206 @@
+"""The house keeps its own rules: imports, style, types, and what never appears in the code."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+SOURCES = sorted((ROOT / "geosurf").rglob("*.py"))
+BIN = Path(sys.executable).parent
+HEAVY = ("xarray", "pandas", "pyvista", "vtk", "vtkmodules", "scipy", "numba", "meshio")
+LONGEST_FILE = 450
+
+
+def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run one tool in the checkout and keep what it says."""
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+def name_of(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+@cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def calls(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Line and dotted name of everything that is called."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            yield node.lineno, ast.unparse(node.func)
+
+
+def imported_roots(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Line and first name of everything that is imported, lazily or not."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name.split(".")[0]) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            yield node.lineno, node.module.split(".")[0]
+
+
+def tracked_files() -> list[Path]:
+    listing = run("git", "ls-files", "-z")
+    if listing.returncode != 0:
+        pytest.skip("needs a git checkout: a source archive has no list of tracked files")
+    return [ROOT / name for name in listing.stdout.split("\0") if name and (ROOT / name).is_file()]
+
+
+# ---- tools ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("lint-imports", "--no-cache"),
+        ("ruff", "check", "."),
+        ("ruff", "format", "--check", "."),
+        ("mypy",),
+    ],
+    ids=lambda command: " ".join(command),
+)
+def test_the_tool_has_nothing_to_say(command: tuple[str, ...]) -> None:
+    tool, *arguments = command
+    said = run(BIN / tool, *arguments)
+    assert said.returncode == 0, f"\n{said.stdout}\n{said.stderr}"
+
+
+# ---- imports -------------------------------------------------------------------------
+
+
+def test_import_geosurf_loads_nothing_heavy() -> None:
+    said = run(sys.executable, "-c", "import sys, geosurf; print(*sorted(sys.modules))")
+    assert said.returncode == 0, said.stderr
+    loaded = said.stdout.split()
+    assert "geosurf" in loaded
+    assert not set(HEAVY) & set(loaded)
+
+
+@pytest.mark.parametrize("stage", ["read", "triangulate", "intersect", "measure", "write"])
+def test_importing_a_stage_does_not_load_vtk(stage: str) -> None:
+    said = run(sys.executable, "-c", f"import sys, geosurf.{stage}; print(*sorted(sys.modules))")
+    assert said.returncode == 0, said.stderr
+    assert not {"pyvista", "vtk", "vtkmodules", "meshio", "matplotlib"} & set(said.stdout.split())
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_what_is_imported_is_declared(path: Path) -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    declared = {"geosurf", *sys.stdlib_module_names}
+    extras = project["optional-dependencies"]
+    for line in [*project["dependencies"], *extras["io"], *extras["notebook"]]:
+        declared.add(re.split(r"[^\w-]", line)[0].replace("-", "_"))
+    # come with a declared package, and are part of what it offers
+    declared |= {"vtkmodules", "pandas"}
+    if "kernels" in path.parts:
+        declared = {"geosurf", "numpy", "numba", *sys.stdlib_module_names}
+    strange = [(line, root) for line, root in imported_roots(tree_of(path)) if root not in declared]
+    assert not strange, f"{name_of(path)} imports what pyproject.toml does not name: {strange}"
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_nobody_reaches_other_rooms_through_the_front_door(path: Path) -> None:
+    """``from geosurf import carve_units`` would let a stage call another unseen."""
+    if path.stem in ("cli", "scenario"):
+        return
+    rooms = {source.stem for source in SOURCES} | {source.parent.name for source in SOURCES}
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.ImportFrom) and node.module == "geosurf":
+            names = {alias.name for alias in node.names}
+            assert names <= rooms | {"__version__"}, f"{name_of(path)}:{node.lineno} {names}"
+        if isinstance(node, ast.Import):
+            assert "geosurf" not in {alias.name for alias in node.names}, name_of(path)
+
+
+# ---- what never appears --------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_only_the_command_line_prints_and_exits(path: Path) -> None:
+    if path == ROOT / "geosurf" / "cli.py":
+        return
+    wrong = {"print", "exit", "quit", "sys.exit", "os._exit", "os.abort"}
+    found = [(line, name) for line, name in calls(tree_of(path)) if name in wrong]
+    raised = [
+        node.lineno
+        for node in ast.walk(tree_of(path))
+        if isinstance(node, ast.Raise) and node.exc and "SystemExit" in ast.unparse(node.exc)
+    ]
+    assert not found, f"{name_of(path)}: {found}"
+    assert not raised, f"{name_of(path)}: raises SystemExit in lines {raised}"
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_fastmath_is_never_on(path: Path) -> None:
+    """Exact sums and products of doubles are wrong as soon as a compiler may reorder them."""
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.keyword) and node.arg == "fastmath":
+            off = isinstance(node.value, ast.Constant) and node.value.value is False
+            assert off, f"{name_of(path)}:{node.value.lineno}: fastmath"
+        if isinstance(node, ast.Constant) and node.value == "fastmath":
+            raise AssertionError(f"{name_of(path)}:{node.lineno}: 'fastmath' as a key")
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_nothing_is_left_to_do_and_nothing_is_swallowed(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert not re.search(r"\b(TODO|FIXME|XXX|HACK)\b", text), name_of(path)
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.ExceptHandler):
+            caught = "everything" if node.type is None else ast.unparse(node.type)
+            swallowing = caught in ("everything", "Exception", "BaseException")
+            assert not swallowing, f"{name_of(path)}:{node.lineno} catches {caught}"
+        if isinstance(node, ast.Raise) and node.exc:
+            raised = ast.unparse(node.exc)
+            assert not raised.startswith("NotImplementedError"), f"{name_of(path)}:{node.lineno}"
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_files_fit_in_a_head(path: Path) -> None:
+    lines = len(path.read_text(encoding="utf-8").splitlines())
+    assert lines <= LONGEST_FILE, f"{name_of(path)} has {lines} lines; split it into two rooms"
+
+
+def test_tracked_files_name_no_machine() -> None:
+    """No home folder, no package index, no address inside one network."""
+    # put together here, so that this file does not find itself
+    folders = "|".join(["work", "farm", "root", "home", "Users"])
+    patterns = [
+        rf"(?<![\w.])/(?:{folders})/[\w.-]+",
+        r"--?(?:extra-)?index" + "-url|find" + r"-links\s*[=/]",
+        r"https?://[^\s\"']+" + r"/simple\b",
+        r"\b(?:10|192\.168|172\.(?:1[6-9]|2\d|3[01]))" + r"\.\d+\.\d+(?:\.\d+)?:\d+",
+    ]
+    found = []
+    for path in tracked_files():
+        data = path.read_bytes()
+        if b"\0" in data[:4096]:
+            continue
+        text = data.decode("utf-8", errors="replace")
+        for pattern in patterns:
+            found += [f"{name_of(path)}: {hit}" for hit in re.findall(pattern, text)]
+    assert not found, "\n".join(found)
+
+
+def test_tracked_files_are_small() -> None:
+    large = [name_of(path) for path in tracked_files() if path.stat().st_size > 2_000_000]
+    assert not large
+
+
+def test_constraints_pin_versions_and_nothing_else() -> None:
+    lines = (ROOT / "constraints.txt").read_text().split()
+    assert len(lines) > 10
+    odd = [line for line in lines if not re.fullmatch(r"[A-Za-z0-9._-]+==[0-9][\w.]*", line)]
+    assert not odd
+    assert not {"geosurf", "pip", "setuptools"} & {line.split("==")[0] for line in lines}

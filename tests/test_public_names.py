@@ -1,0 +1,159 @@
+"""Every public name can be reached and says what it takes, gives and looks like in use."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+import subprocess
+import sys
+from types import ModuleType
+
+import pytest
+
+import geosurf
+from geosurf import errors
+
+FIXED = {
+    "read_horizon",
+    "read_fault",
+    "triangulate_horizon",
+    "triangulate_fault",
+    "TriSurface",
+    "intersect_triangles",
+    "intersect_surfaces",
+    "rebuild_surfaces",
+    "carve_units",
+    "Scene",
+    "render_scene",
+    "report_scene",
+    "run_scenario",
+    "write",
+}
+NAMES = [name for name in geosurf.__all__ if name != "__version__"]
+ROOMS = [name for name in NAMES if name in ("synthetic", "errors", "conventions")]
+THINGS = [name for name in NAMES if name not in ROOMS]
+# nouns that stages hand out: users read them and rarely make them
+GIVEN = {"Lattice", "Curves", "Patches", "Unit", "Units", "Certificate"}
+
+
+def test_the_promised_names_are_there() -> None:
+    assert set(geosurf.__all__) >= FIXED
+    assert sorted(geosurf.__all__) == dir(geosurf)
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="'geosurf' has no attribute 'intersekt'"):
+        geosurf.intersekt  # noqa: B018
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_name_can_be_imported(name: str) -> None:
+    value = getattr(geosurf, name)
+    assert value is not None
+    if name in THINGS:
+        assert getattr(geosurf, name) is value
+
+
+@pytest.mark.parametrize("name", THINGS)
+def test_names_work_before_and_after_their_room_is_loaded(name: str) -> None:
+    """A folder must not shadow the function of the same name, whoever comes first."""
+    room = geosurf._HOME[name]
+    code = (
+        f"import geosurf, importlib; importlib.import_module({room!r}); value = geosurf.{name}; "
+        f"assert callable(value), value"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert said.returncode == 0, said.stderr.strip().splitlines()[-1]
+
+
+@pytest.mark.parametrize("name", THINGS)
+def test_the_docstring_is_complete(name: str) -> None:
+    thing = getattr(geosurf, name)
+    text = inspect.getdoc(thing) or ""
+    assert re.match(r"\S.*\.", text), f"{name}: the docstring starts with one sentence"
+    for section in _expected_sections(name, thing):
+        assert re.search(rf"^{section}\n-+$", text, re.MULTILINE), f"{name}: no section {section}"
+    if name not in GIVEN:
+        assert ">>> " in text, f"{name}: no example"
+
+
+def _expected_sections(name: str, thing: object) -> list[str]:
+    if name == "Units":
+        return ["Parameters"]
+    if inspect.isclass(thing):
+        return ["Attributes"] if name in GIVEN else ["Parameters"]
+    return ["Parameters", "Returns"]
+
+
+@pytest.mark.parametrize("name", THINGS)
+def test_every_parameter_is_described(name: str) -> None:
+    thing = getattr(geosurf, name)
+    if name in GIVEN:
+        return
+    text = inspect.getdoc(thing) or ""
+    section = text.partition("Parameters\n----------\n")[2]
+    section = re.split(r"\n\w[\w ]*\n-+\n", section)[0]
+    headings = [line for line in section.splitlines() if line and not line.startswith(" ")]
+    described = {
+        word.strip().lstrip("*") for line in headings for word in line.split(" : ")[0].split(",")
+    }
+    missing = set(inspect.signature(thing).parameters) - described
+    assert not missing, f"{name}: not described: {sorted(missing)}"
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_rooms_list_what_they_offer(room: str) -> None:
+    module = getattr(geosurf, room)
+    assert isinstance(module, ModuleType)
+    assert (module.__doc__ or "").strip()
+    public = [
+        key
+        for key, value in vars(module).items()
+        if not key.startswith("_") and getattr(value, "__module__", None) == module.__name__
+    ]
+    assert public
+    undocumented = [key for key in public if not inspect.getdoc(getattr(module, key))]
+    assert not undocumented
+
+
+# ---- docs/errors.md and the classes tell the same story --------------------------------
+
+
+def error_classes() -> list[type[errors.GeosurfError]]:
+    return [getattr(errors, name) for name in errors.__all__]
+
+
+@pytest.mark.parametrize("error", error_classes(), ids=lambda error: error.__name__)
+def test_every_error_has_its_entry_in_the_docs(error: type[errors.GeosurfError]) -> None:
+    from pathlib import Path
+
+    page = (Path(__file__).resolve().parents[1] / "docs" / "errors.md").read_text()
+    entry = re.search(rf"^#+ `{error.__name__}`.*?(?=^#|\Z)", page, re.MULTILINE | re.DOTALL)
+    assert entry, f"docs/errors.md has no heading for {error.__name__}"
+    assert f"exit code {error.exit_code}" in entry[0]
+
+
+def test_error_classes_say_whose_move_it_is() -> None:
+    assert issubclass(errors.InputError, ValueError)
+    assert issubclass(errors.InvariantError, AssertionError)
+    codes = {error.__name__: error.exit_code for error in error_classes()}
+    assert codes["FormatError"] == codes["ScenarioError"] == 2
+    assert codes["OpenUnitError"] == codes["RoundingError"] == 3
+    assert codes["InvariantError"] == 4
+    assert all(issubclass(error, errors.GeosurfError) for error in error_classes())
+
+
+def test_every_error_raised_in_the_package_is_ours_or_pythons() -> None:
+    """A class defined elsewhere in the package would escape the list in `geosurf.errors`."""
+    importlib.import_module("geosurf.model")
+    strays = [
+        cls.__module__
+        for cls in _subclasses(errors.GeosurfError)
+        if cls.__module__ != "geosurf.errors"
+    ]
+    assert not strays
+
+
+def _subclasses(cls: type) -> list[type]:
+    return [sub for direct in cls.__subclasses__() for sub in (direct, *_subclasses(direct))]
