@@ -40,6 +40,7 @@ _HOME = {
     # nouns
     "TriSurface": "geosurf.model",
     "Lattice": "geosurf.model",
+    "FaultSticks": "geosurf.model",
     "Curves": "geosurf.model",
     "Patches": "geosurf.model",
     "Unit": "geosurf.model",

@@ -283,6 +283,52 @@ def _checked_triangles(name: str, triangles: Any, n_vertex: int) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
+class FaultSticks:
+    """A fault as interpreters pick it: lines down the fault, side by side.
+
+    Attributes
+    ----------
+    name : str
+    sticks : tuple of ndarray of float64, each (n, 3), n >= 2
+        World coordinates [m], elevation positive up, in file order.
+
+    Raises
+    ------
+    SurfaceError
+        If there is no stick, or one is not ``(n >= 2, 3)`` finite numbers.
+
+    Examples
+    --------
+    >>> FaultSticks("F1", ([[0, 0, 0], [0, 9, -9]], [[9, 0, 0], [9, 9, -9]]))
+    <FaultSticks 'F1': 2 sticks, 4 points>
+    """
+
+    name: str
+    sticks: tuple[np.ndarray, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.sticks) == 0:
+            raise SurfaceError(f"fault {self.name!r} has no sticks; give at least one.")
+        arrays = tuple(frozen(stick, np.float64) for stick in self.sticks)
+        for i, stick in enumerate(arrays):
+            if stick.ndim != 2 or stick.shape[1] != 3 or len(stick) < 2:
+                raise SurfaceError(
+                    f"fault {self.name!r}: stick {i} has shape {stick.shape}, expected (n, 3) "
+                    "with at least 2 points: easting, northing, elevation."
+                )
+            if not np.isfinite(stick).all():
+                raise SurfaceError(
+                    f"fault {self.name!r}: stick {i} has values that are not finite. "
+                    "Leave out points that are undefined."
+                )
+        object.__setattr__(self, "sticks", arrays)
+
+    def __repr__(self) -> str:
+        n_point = sum(len(stick) for stick in self.sticks)
+        return f"<FaultSticks {self.name!r}: {len(self.sticks)} sticks, {n_point} points>"
+
+
+@dataclass(frozen=True, eq=False)
 class TriangleContact:
     """How two triangles meet.
 
