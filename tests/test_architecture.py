@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -77,6 +78,31 @@ def test_the_tool_has_nothing_to_say(command: tuple[str, ...]) -> None:
 
 
 # ---- imports -------------------------------------------------------------------------
+
+
+BREACHES = {
+    "comb": ("report/breach.py", "def late():\n    import geosurf.carve\n"),
+    "undeclared room": ("helpers.py", ""),
+    "kernels": ("kernels/breach.py", "import xarray\n"),
+    "numba": ("intersect/breach.py", "from numba import njit\n"),
+    "pyvista": ("write/breach.py", "def late():\n    import pyvista\n"),
+    "vtk": ("read/breach.py", "from vtkmodules.vtkCommonCore import vtkPoints\n"),
+    "meshio": ("render/breach.py", "import meshio\n"),
+}
+
+
+@pytest.mark.parametrize("breach", BREACHES)
+def test_the_contracts_bite(breach: str, tmp_path: Path) -> None:
+    """In a copy of the package with one wrong import, the tool names that import."""
+    shutil.copytree(ROOT / "geosurf", tmp_path / "geosurf")
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    name, text = BREACHES[breach]
+    (tmp_path / "geosurf" / name).write_text(text)
+    said = subprocess.run(
+        [BIN / "lint-imports", "--no-cache"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert said.returncode == 1
+    assert "geosurf." + Path(name).with_suffix("").as_posix().replace("/", ".") in said.stdout
 
 
 def test_import_geosurf_loads_nothing_heavy() -> None:
