@@ -1,0 +1,25 @@
+"""Gridded data, sticks and boxes -> `TriSurface`.
+
+==============  ==================================================
+horizon.py      a gridded horizon: checks, and one diagonal rule
+fault.py        a fault in any of its forms: grid, sticks, mesh
+sticks.py       fault sticks: orient, order along strike, join
+orient.py       normals of faults: into the hanging wall
+walls.py        the six sides of the model box
+degenerate.py   triangles without area, told exactly
+==============  ==================================================
+"""
+
+from geosurf.triangulate.fault import triangulate_fault
+from geosurf.triangulate.horizon import triangulate_horizon
+from geosurf.triangulate.orient import orient_fault
+from geosurf.triangulate.sticks import triangulate_sticks
+from geosurf.triangulate.walls import build_walls
+
+__all__ = [
+    "build_walls",
+    "orient_fault",
+    "triangulate_fault",
+    "triangulate_horizon",
+    "triangulate_sticks",
+]

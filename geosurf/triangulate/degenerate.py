@@ -1,0 +1,77 @@
+"""Triangles without area, told exactly.
+
+A float filter passes what clearly has area; only what it doubts is decided in
+rational arithmetic. Nothing is ever called degenerate because it is thin.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import SurfaceError
+
+# each component of the cross product is off by less than 4 rounding units of its terms
+_DOUBT = 8 * np.finfo(np.float64).eps
+
+
+def find_zero_area(corners: np.ndarray) -> np.ndarray:
+    """Return the rows of `corners` (n_triangle, 3, 3) whose area is exactly zero.
+
+    Examples
+    --------
+    >>> flat = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    >>> find_zero_area(np.array([flat, [[0, 0, 0], [1, 1, 1], [3, 3, 3]]], dtype=float))
+    array([1])
+    """
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    plus, minus = u[:, [1, 2, 0]] * v[:, [2, 0, 1]], u[:, [2, 0, 1]] * v[:, [1, 2, 0]]
+    certain = (np.abs(plus - minus) > _DOUBT * (np.abs(plus) + np.abs(minus))).any(axis=1)
+    doubted = np.flatnonzero(~certain)
+    zero = [row for row in doubted if not any(_cross(corners[row]))]
+    return np.array(zero, dtype=np.int64)
+
+
+def map_turns(corners: np.ndarray) -> np.ndarray:
+    """Return +1, 0 or -1 per triangle (n_triangle, 3, 2 or more): its turn in the map, exactly.
+
+    Examples
+    --------
+    >>> map_turns(np.array([[[0.0, 0], [1, 0], [0, 1]], [[0, 0], [1, 1], [2, 2]]]))
+    array([1, 0])
+    """
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    plus, minus = u[:, 0] * v[:, 1], u[:, 1] * v[:, 0]
+    turns = np.sign(plus - minus).astype(np.int64)
+    doubted = np.abs(plus - minus) <= _DOUBT * (np.abs(plus) + np.abs(minus))
+    for row in np.flatnonzero(doubted):
+        flat = [[*corner[:2], 0.0] for corner in corners[row].tolist()]
+        z = _cross(np.array(flat))[2]
+        turns[row] = (z > 0) - (z < 0)
+    return turns
+
+
+def _cross(corners: np.ndarray) -> tuple[Fraction, Fraction, Fraction]:
+    """Exact normal of one triangle."""
+    a, b, c = ([Fraction(value) for value in corner] for corner in corners.tolist())
+    u = [q - p for p, q in zip(a, b, strict=True)]
+    v = [q - p for p, q in zip(a, c, strict=True)]
+    return (
+        u[1] * v[2] - u[2] * v[1],
+        u[2] * v[0] - u[0] * v[2],
+        u[0] * v[1] - u[1] * v[0],
+    )
+
+
+def refuse_zero_area(name: str, vertices: np.ndarray, triangles: np.ndarray, remedy: str) -> None:
+    """Raise a `SurfaceError` that names the first triangle without area, if there is one."""
+    zero = find_zero_area(vertices[triangles])
+    if len(zero):
+        first = zero[0]
+        raise SurfaceError(
+            f"fault {name!r}: {len(zero)} of {len(triangles)} triangles have exactly zero area, "
+            f"the first is triangle {first} (vertices {triangles[first].tolist()}) at "
+            f"{place(vertices[triangles[first][0]])}. {remedy}"
+        )

@@ -1,0 +1,221 @@
+"""A fault in any of its forms -> `TriSurface` with normals into the hanging wall."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import (
+    FAULT_DIMS,
+    elevation_sign,
+    metres_per_unit,
+    place,
+    rising_diagonal,
+)
+from geosurf.errors import InputError, SurfaceError
+from geosurf.model import Lattice, TriSurface
+from geosurf.triangulate.degenerate import refuse_zero_area
+from geosurf.triangulate.orient import orient_fault
+from geosurf.triangulate.sticks import triangulate_sticks
+
+_HOW = (
+    "Give an xarray.Dataset with easting, northing and elevation (or depth) over "
+    f"{FAULT_DIMS}, fault sticks, a TriSurface, or (vertices, triangles)."
+)
+
+
+def triangulate_fault(
+    obj: Any,
+    *,
+    name: str | None = None,
+    positive: str | None = None,
+    units: str | None = None,
+) -> TriSurface:
+    """Turn a fault into a triangulated surface.
+
+    Parameters
+    ----------
+    obj : xarray.Dataset, fault sticks, TriSurface, or (vertices, triangles)
+        - a Dataset with `easting`, `northing` and `elevation` or `depth`, each 2-D
+          over ``("down_dip", "along_strike")``; NaN marks absent nodes;
+        - an object with `name` and `sticks`, see `triangulate_sticks`;
+        - a `TriSurface`: checked, oriented and passed on;
+        - vertices (n_vertex, 3) and triangles (n_triangle, 3).
+    name : str, optional
+        Needed where the object has no name of its own.
+    positive : {"up", "down"}, optional
+        Whether the third coordinate is elevation or depth. A Dataset says so
+        by the name of its variable; sticks and vertices are elevations by default.
+    units : str, optional
+        Unit of elevation or depth. Default: ``attrs["units"]`` of that variable of a
+        Dataset; metres for sticks and vertices. Easting and northing are
+        metres unless their own ``attrs["units"]`` say otherwise.
+
+    Returns
+    -------
+    TriSurface
+        Role "fault", normals into the hanging wall (`orient_fault`); with its
+        `Lattice` if it came from a grid.
+
+    Raises
+    ------
+    SurfaceError
+        If the input cannot be used, a triangle has exactly zero area, or the
+        surface has only one side.
+    InputError
+        If `positive` or `units` are missing or unknown.
+
+    Examples
+    --------
+    A fault that dips 45 degrees east:
+
+    >>> import numpy as np, xarray as xr
+    >>> dims = ("down_dip", "along_strike")
+    >>> ds = xr.Dataset({
+    ...     "easting": (dims, [[0.0, 0.0], [900.0, 900.0]]),
+    ...     "northing": (dims, [[0.0, 500.0], [0.0, 500.0]]),
+    ...     "depth": (dims, [[1500.0, 1500.0], [2400.0, 2400.0]], {"units": "m"}),
+    ... })
+    >>> fault = triangulate_fault(ds, name="F1")
+    >>> fault.n_triangle, fault.bounds
+    (2, (0.0, 900.0, 0.0, 500.0, -2400.0, -1500.0))
+    """
+    title = name or getattr(obj, "name", None) or getattr(obj, "attrs", {}).get("name")
+    if not title:
+        raise SurfaceError("a fault has no name. Say it with triangulate_fault(..., name='F1').")
+    title = str(title)
+    if isinstance(obj, TriSurface):
+        surface = obj.renamed(title, "fault")
+        if positive not in (None, "up") or units not in (None, "m"):
+            raise SurfaceError(
+                f"fault {title!r}: a TriSurface is in metres, elevation positive up. "
+                "Pass (vertices, triangles) to convert."
+            )
+    elif hasattr(obj, "sticks"):
+        scale = _scale(title, positive or "up", units or "m")
+        sticks = [np.asarray(stick, dtype=np.float64) * (1.0, 1.0, scale) for stick in obj.sticks]
+        return triangulate_sticks(sticks, name=title)
+    elif hasattr(obj, "data_vars"):
+        surface = TriSurface(title, "fault", lattice=_read_lattice(obj, title, positive, units))
+    else:
+        surface = _read_mesh(obj, title, _scale(title, positive or "up", units or "m"))
+    if surface.n_triangle == 0:
+        raise SurfaceError(
+            f"fault {title!r} has no triangles: no three neighbouring nodes are present. "
+            "Check the NaN mask, or drop the fault."
+        )
+    remedy = (
+        "Set one of the nodes that coincide or lie in line to NaN."
+        if surface.lattice is not None
+        else "Remove these triangles and merge their vertices first."
+    )
+    refuse_zero_area(title, surface.vertices, surface.triangles, remedy)
+    return orient_fault(surface)
+
+
+def _scale(title: str, positive: str | None, units: str | None) -> float:
+    what = f"fault {title!r}"
+    return elevation_sign(positive, what) * metres_per_unit(units, what)
+
+
+def _read_mesh(obj: Any, title: str, scale: float) -> TriSurface:
+    """A fault from (vertices, triangles)."""
+    if not isinstance(obj, tuple | list) or len(obj) != 2:
+        raise SurfaceError(f"fault {title!r}: cannot use {type(obj).__name__}. {_HOW}")
+    surface = TriSurface(title, "fault", obj[0], obj[1])
+    if scale == 1.0:
+        return surface
+    return TriSurface(title, "fault", surface.vertices * (1.0, 1.0, scale), surface.triangles)
+
+
+def _read_lattice(ds: Any, title: str, positive: str | None, units: str | None) -> Lattice:
+    """The lattice of a Dataset over (down_dip, along_strike), in metres, positive up."""
+    easting, northing = (_plane(ds, key, title) for key in ("easting", "northing"))
+    height = "elevation" if "elevation" in ds.variables else "depth"
+    if height not in ds.variables:
+        raise SurfaceError(
+            f"fault {title!r}: neither elevation nor depth is among the variables "
+            f"{sorted(map(str, ds.variables))}. {_HOW}"
+        )
+    attrs = ds[height].attrs
+    implied = "up" if height == "elevation" else "down"
+    said = positive or attrs.get("positive") or implied
+    if said != implied:
+        raise SurfaceError(
+            f"fault {title!r}: {height} is said to be positive {said!r}, expected {implied!r}. "
+            "Name the variable elevation (positive up) or depth (positive down)."
+        )
+    scale = _scale(title, said, units or attrs.get("units"))
+    elevation = _plane(ds, height, title, metres=False) * scale + 0.0
+    if min(elevation.shape) < 2:
+        raise SurfaceError(
+            f"fault {title!r}: {elevation.shape[0]} x {elevation.shape[1]} nodes make no cell, "
+            "expected 2 x 2 or more. Read a larger part of the fault."
+        )
+    nodes = np.stack([easting, northing, elevation])
+    infinite = np.isinf(nodes).any(axis=0)
+    if infinite.any():
+        i, j = map(int, np.argwhere(infinite)[0])
+        raise SurfaceError(
+            f"fault {title!r}: {int(infinite.sum())} nodes are infinite, the first is node "
+            f"({i}, {j}) at {place(nodes[:, i, j])}. Mark absent nodes with NaN."
+        )
+    return Lattice(easting, northing, elevation, _rising(easting, northing, elevation), False)
+
+
+def _plane(ds: Any, key: str, title: str, metres: bool = True) -> np.ndarray:
+    """One variable over (down_dip, along_strike), float64."""
+    if key not in ds.variables:
+        raise SurfaceError(
+            f"fault {title!r}: {key} is not among the variables "
+            f"{sorted(map(str, ds.variables))}. {_HOW}"
+        )
+    variable = ds[key]
+    if set(variable.dims) != set(FAULT_DIMS):
+        raise SurfaceError(
+            f"fault {title!r}: dims of {key} are {tuple(variable.dims)}, expected {FAULT_DIMS}. "
+            "Rename them with ds.rename(...)."
+        )
+    if variable.dtype.kind not in "fiu":
+        raise SurfaceError(
+            f"fault {title!r}: {key} has dtype {variable.dtype}, expected numbers. "
+            f"Convert it with ds[{key!r}].astype(float)."
+        )
+    values = np.asarray(variable.transpose(*FAULT_DIMS).values, dtype=np.float64)
+    units = variable.attrs.get("units")
+    if not metres or units is None:
+        return values
+    try:
+        return values * metres_per_unit(units, f"{key} of fault {title!r}")
+    except InputError as error:
+        raise SurfaceError(str(error)) from error
+
+
+def _rising(easting: np.ndarray, northing: np.ndarray, elevation: np.ndarray) -> bool:
+    """The diagonal rule for faults: the diagonal that climbs towards the east end of strike.
+
+    Like the rule for horizons, but in the vertical plane along strike, which a
+    vertical fault has and the map does not show. A flat fault takes the rule
+    for horizons.
+    """
+    nodes = np.stack([easting, northing, elevation], axis=-1)
+    rising = nodes[1:, 1:] - nodes[:-1, :-1]
+    falling = nodes[1:, :-1] - nodes[:-1, 1:]
+    whole = np.isfinite(rising).all(axis=-1) & np.isfinite(falling).all(axis=-1)
+    rising, falling = rising[whole], falling[whole]
+    if len(rising) == 0:
+        return True
+    normal = np.cross(rising, falling).sum(axis=0)
+    strike = np.array([-normal[1], normal[0]])
+    if np.abs(strike).max() <= 1e-6 * np.linalg.norm(normal):
+        return rising_diagonal(easting, northing)
+    lead = strike[0] if abs(strike[0]) > 1e-6 * np.abs(strike).max() else strike[1]
+    strike *= np.sign(lead)
+    climb = [(d[:, :2] @ strike, d[:, 2]) for d in (rising, falling)]
+    gain = math.fsum(climb[0][0] * climb[0][1]) - math.fsum(climb[1][0] * climb[1][1])
+    size = sum(math.fsum(np.abs(along * up)) for along, up in climb)
+    if abs(gain) > 1e-6 * size:
+        return gain > 0
+    return math.fsum(climb[0][1] ** 2) >= math.fsum(climb[1][1] ** 2)

@@ -1,0 +1,250 @@
+"""A gridded horizon -> `TriSurface`, or an error that says what to mend."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.conventions import (
+    HORIZON_DIMS,
+    elevation_sign,
+    metres_per_unit,
+    place,
+    rising_diagonal,
+)
+from geosurf.errors import HorizonError, InputError
+from geosurf.model import Lattice, TriSurface
+from geosurf.triangulate.degenerate import map_turns
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+
+def triangulate_horizon(
+    da: xarray.DataArray,
+    *,
+    name: str | None = None,
+    positive: str | None = None,
+    units: str | None = None,
+) -> TriSurface:
+    """Turn a gridded horizon into a triangulated surface.
+
+    Nodes become vertices, row by row; a triangle exists only where its three
+    nodes do. One rule splits all cells of a grid: of the two diagonals the one
+    that runs from south-west to north-east (`geosurf.conventions.rising_diagonal`
+    has the ties). It looks at the world, not at rows and columns, so a grid that
+    is read in another direction gives the same triangles. Triangles are made
+    when first asked for; until then the surface is only a lattice.
+
+    Parameters
+    ----------
+    da : xarray.DataArray
+        Either dims ``("northing", "easting")`` with increasing 1-D coordinates,
+        or any two dims with 2-D coordinates ``easting`` and ``northing`` (rotated
+        and curvilinear grids). NaN marks absent nodes. Horizontal coordinates are
+        metres unless their own ``attrs["units"]`` say otherwise.
+    name : str, optional
+        Default: the name of the array, or ``"horizon"``.
+    positive : {"up", "down"}, optional
+        Whether values are elevation or depth. Default: ``da.attrs["positive"]``.
+    units : str, optional
+        Unit of the values. Default: ``da.attrs["units"]``.
+
+    Returns
+    -------
+    TriSurface
+        Role "horizon", normals up, with its `Lattice`; metres, elevation positive up.
+
+    Raises
+    ------
+    HorizonError
+        If dims, coordinates, values, `positive` or `units` cannot be used, or
+        if a curvilinear grid is folded.
+
+    See Also
+    --------
+    triangulate_fault : the same for faults.
+
+    Examples
+    --------
+    >>> import numpy as np, xarray as xr
+    >>> depth = xr.DataArray(
+    ...     np.full((3, 4), 1850.0), dims=("northing", "easting"),
+    ...     coords={"northing": [0.0, 50.0, 100.0], "easting": [0.0, 50.0, 100.0, 150.0]},
+    ... )
+    >>> top = triangulate_horizon(depth, name="Top", positive="down", units="m")
+    >>> top.n_triangle, top.bounds
+    (12, (0.0, 150.0, 0.0, 100.0, -1850.0, -1850.0))
+    """
+    title = str(name or getattr(da, "name", None) or "horizon")
+    what = f"horizon {title!r}"
+    _check_array(da, what)
+    try:
+        sign = elevation_sign(positive or da.attrs.get("positive"), what)
+        scale = sign * metres_per_unit(units or da.attrs.get("units"), what)
+    except InputError as error:
+        raise HorizonError(str(error)) from error
+    easting, northing = _coordinates(da, what)
+    elevation = np.asarray(da.values, dtype=np.float64) * scale + 0.0
+    _check_values(elevation, easting, northing, what)
+    rising = rising_diagonal(easting, northing)
+    lattice = Lattice(easting, northing, elevation, rising)
+    _check_cells(lattice, what)
+    return TriSurface(title, "horizon", lattice=lattice)
+
+
+def _check_array(da: Any, what: str) -> None:
+    """Refuse what is no two-dimensional array of numbers."""
+    if not all(hasattr(da, key) for key in ("dims", "coords", "attrs", "values")):
+        raise HorizonError(
+            f"{what}: found {type(da).__name__}, expected an xarray.DataArray over "
+            f"{HORIZON_DIMS}. Pick one variable of a Dataset with ds['name']."
+        )
+    if not hasattr(da, "dtype"):
+        raise HorizonError(
+            f"{what}: found a {type(da).__name__} with variables {list(da)}, expected one array. "
+            "Pick it with ds['name']."
+        )
+    if da.dtype.kind not in "fiu":
+        raise HorizonError(
+            f"{what}: values have dtype {da.dtype}, expected numbers. "
+            "Convert them with da.astype(float)."
+        )
+    if len(da.dims) != 2:
+        raise HorizonError(
+            f"{what}: dims are {tuple(da.dims)}, expected two: {HORIZON_DIMS}. "
+            "Drop others with da.isel(...) or da.squeeze()."
+        )
+    if min(da.shape) < 2:
+        raise HorizonError(
+            f"{what}: {da.shape[0]} x {da.shape[1]} nodes make no cell, expected 2 x 2 or more. "
+            "Read a larger part of the grid."
+        )
+
+
+def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
+    """Easting and northing [m], both 1-D and increasing, or both 2-D."""
+    missing = [key for key in ("easting", "northing") if key not in da.coords]
+    flat = not missing and da.coords["easting"].ndim == da.coords["northing"].ndim == 2
+    if not flat and tuple(da.dims) != HORIZON_DIMS:
+        if set(da.dims) == set(HORIZON_DIMS):
+            remedy = "Only the order differs: da.transpose('northing', 'easting')."
+        else:
+            remedy = (
+                "Rename them with da.rename(...), or add 2-D coordinates easting and northing "
+                "if the grid is rotated."
+            )
+        raise HorizonError(f"{what}: dims are {tuple(da.dims)}, expected {HORIZON_DIMS}. {remedy}")
+    if missing:
+        raise HorizonError(
+            f"{what}: coordinates {missing} are missing, there are {list(da.coords)}. "
+            f"Add them in metres with da.assign_coords({missing[0]}=...)."
+        )
+    easting, northing = (
+        _metres(da.coords[key].transpose(*da.dims) if flat else da.coords[key], f"{key} of {what}")
+        for key in ("easting", "northing")
+    )
+    if not flat:
+        _check_axis("easting", easting, what)
+        _check_axis("northing", northing, what)
+    return easting, northing
+
+
+def _metres(coord: Any, what: str) -> np.ndarray:
+    """Values of one coordinate in metres."""
+    if coord.dtype.kind not in "fiu":
+        raise HorizonError(
+            f"{what}: values have dtype {coord.dtype}, expected metres. Convert them to float."
+        )
+    values = np.asarray(coord.values, dtype=np.float64)
+    units = coord.attrs.get("units")
+    if units is None:
+        return values
+    try:
+        return values * metres_per_unit(units, what)
+    except InputError as error:
+        raise HorizonError(str(error)) from error
+
+
+def _check_axis(key: str, axis: np.ndarray, what: str) -> None:
+    """Refuse a 1-D coordinate that is not finite and increasing."""
+    bad = np.flatnonzero(~np.isfinite(axis))
+    if len(bad):
+        raise HorizonError(
+            f"{what}: {key}[{bad[0]}] is {axis[bad[0]]}. Coordinates of nodes must be finite; "
+            f"drop the row or column with da.isel({key}=...)."
+        )
+    bad = np.flatnonzero(np.diff(axis) <= 0)
+    if len(bad):
+        i = int(bad[0])
+        verb, remedy = "decreases", f"Sort it with da.sortby({key!r})."
+        if axis[i + 1] == axis[i]:
+            verb, remedy = "repeats", f"Keep one with da.drop_duplicates({key!r})."
+        raise HorizonError(
+            f"{what}: {key} {verb} at index {i + 1}: {axis[i]:g} is followed by "
+            f"{axis[i + 1]:g}, expected increasing values. {remedy}"
+        )
+
+
+def _check_values(
+    elevation: np.ndarray, easting: np.ndarray, northing: np.ndarray, what: str
+) -> None:
+    """Refuse infinite nodes, nodes without a place, and grids without a single node."""
+    x, y = easting, northing
+    if x.ndim == 1:
+        x, y = np.broadcast_arrays(x[None, :], y[:, None])
+    infinite = np.isinf(elevation) | np.isinf(x) | np.isinf(y)
+    if infinite.any():
+        i, j = map(int, np.argwhere(infinite)[0])
+        raise HorizonError(
+            f"{what}: {int(infinite.sum())} nodes are infinite, the first is node ({i}, {j}) at "
+            f"{place((x[i, j], y[i, j], elevation[i, j]))}. Mark absent nodes with NaN: "
+            "da.where(np.isfinite(da))."
+        )
+    present = np.isfinite(elevation)
+    if not present.any():
+        raise HorizonError(
+            f"{what}: all {elevation.size} nodes are NaN. "
+            "Check the value that marks absent nodes when reading."
+        )
+    lost = present & ~(np.isfinite(x) & np.isfinite(y))
+    if lost.any():
+        i, j = map(int, np.argwhere(lost)[0])
+        raise HorizonError(
+            f"{what}: {int(lost.sum())} nodes have a value but no place, the first is node "
+            f"({i}, {j}), easting {x[i, j]}, northing {y[i, j]}. Give the place, or set the "
+            "value to NaN."
+        )
+
+
+def _check_cells(lattice: Lattice, what: str) -> None:
+    """Refuse a grid without triangles, and a curvilinear one that folds over itself."""
+    if lattice.easting.ndim == 1:
+        n = lattice.present
+        a, b, d, c = n[:-1, :-1], n[:-1, 1:], n[1:, :-1], n[1:, 1:]
+        pair = a & c & (b | d) if lattice.rising else b & d & (a | c)
+        if not pair.any():
+            raise _no_triangle(lattice, what)
+        return
+    # with 2-D coordinates the triangles are needed now, to see whether they fold
+    corners = lattice.build_vertices()[lattice.build_triangles()]
+    if len(corners) == 0:
+        raise _no_triangle(lattice, what)
+    turns = map_turns(corners)
+    bad = np.flatnonzero(turns <= 0)
+    if len(bad):
+        kind = "turned over" if turns[bad[0]] < 0 else "without area in the map"
+        raise HorizonError(
+            f"{what}: the grid is folded: {len(bad)} of {len(turns)} triangles are {kind}, the "
+            f"first at {place(corners[bad[0]].mean(axis=0))}. Check the 2-D coordinates there, "
+            "or set those nodes to NaN."
+        )
+
+
+def _no_triangle(lattice: Lattice, what: str) -> HorizonError:
+    n_node = int(lattice.present.sum())
+    return HorizonError(
+        f"{what}: no triangle has its three nodes; {n_node} of {lattice.elevation.size} nodes are "
+        "present, none beside two others. Grid scattered nodes first, or check the NaN mask."
+    )

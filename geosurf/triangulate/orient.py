@@ -1,0 +1,149 @@
+"""Normals of faults: consistent over each sheet, and into the hanging wall.
+
+The hanging wall lies above a dipping fault, so the mean normal points up. A
+vertical fault has none; its normal points east, or north if it strikes
+east-west, so that "F1+" names the same block on every run.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import SurfaceError
+from geosurf.model import Lattice, TriSurface
+
+# A component of the unit normal below this counts as zero: a dip of 89.9999 degrees.
+# A convention about names, not about geometry: no curve or volume depends on it.
+_VERTICAL = 1e-6
+
+
+def orient_fault(surface: TriSurface) -> TriSurface:
+    """Return a fault whose normals point into the hanging wall.
+
+    Triangles that share an edge are first made to agree, sheet by sheet; a
+    sheet ends at edges with more than two triangles. Then each sheet is turned
+    so that its mean normal, weighted by area, points up; that of a vertical
+    sheet (to a part in a million) east, or north if it strikes east-west.
+
+    Parameters
+    ----------
+    surface : TriSurface
+        Vertices at the same place count as one, whatever their numbers.
+
+    Returns
+    -------
+    TriSurface
+        The same surface if nothing had to turn. Vertices, their order and the
+        order of triangles stay.
+
+    Raises
+    ------
+    SurfaceError
+        If a sheet has only one side, like a Moebius strip.
+
+    Examples
+    --------
+    >>> down = TriSurface("F1", "fault", [[0, 0, 0], [9, 0, -9], [0, 9, 0]], [[0, 2, 1]])
+    >>> orient_fault(down).triangles
+    array([[0, 1, 2]])
+    """
+    if surface.n_triangle == 0:
+        return surface
+    if surface.lattice is not None:
+        return _orient_lattice(surface, surface.lattice)
+    turned, sheet = _agree(surface)
+    corners = surface.vertices[surface.triangles]
+    normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal[turned] *= -1.0
+    wrong = np.array([_points_into_footwall(mean) for mean in _sum_by(sheet, normal)])
+    turned ^= wrong[sheet]
+    if not turned.any():
+        return surface
+    triangles = np.where(turned[:, None], surface.triangles[:, [0, 2, 1]], surface.triangles)
+    return TriSurface(
+        surface.name,
+        surface.role,
+        surface.vertices,
+        triangles,
+        vertex_data=surface.vertex_data,
+    )
+
+
+def _orient_lattice(surface: TriSurface, lattice: Lattice) -> TriSurface:
+    """A lattice agrees with itself; only the whole can be the wrong way round."""
+    corners = surface.vertices[surface.triangles]
+    mean = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
+    wrong = _points_into_footwall(mean)
+    if not wrong and lattice.reverse is not None:
+        return surface
+    oriented = replace(lattice, reverse=lattice.turned ^ wrong)
+    return TriSurface(surface.name, surface.role, lattice=oriented, vertex_data=surface.vertex_data)
+
+
+def _points_into_footwall(normal: np.ndarray) -> bool:
+    """Whether a mean normal points down; for vertical faults west, else south."""
+    size = np.linalg.norm(normal)
+    for component in (normal[2], normal[0], normal[1]):
+        if abs(component) > _VERTICAL * size:
+            return bool(component < 0)
+    return False
+
+
+def _sum_by(group: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    out = np.zeros((int(group.max()) + 1, rows.shape[1]))
+    np.add.at(out, group, rows)
+    return out
+
+
+def _agree(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
+    """Which triangles must turn to agree with the first of their sheet; and the sheet of each."""
+    n_triangle = surface.n_triangle
+    neighbour, clash, edges = _across_edges(surface)
+    turned = np.zeros(n_triangle, dtype=bool)
+    sheet = np.full(n_triangle, -1, dtype=np.int64)
+    n_sheet = 0
+    for seed in range(n_triangle):
+        if sheet[seed] >= 0:
+            continue
+        sheet[seed] = n_sheet
+        front = np.array([seed])
+        while len(front):
+            there, agree = neighbour[front], turned[front, None] ^ clash[front]
+            new = (there >= 0) & (sheet[there] < 0)
+            reached, first = np.unique(there[new], return_index=True)
+            sheet[reached], turned[reached] = n_sheet, agree[new][first]
+            front = reached
+        n_sheet += 1
+    torn = (neighbour >= 0) & (turned[:, None] ^ clash ^ turned[neighbour])
+    if torn.any():
+        t, k = np.argwhere(torn)[0]
+        middle = surface.vertices[edges[t, k]].mean(axis=0)
+        raise SurfaceError(
+            f"surface {surface.name!r} has only one side (a Moebius strip): its triangles cannot "
+            f"agree across the edge at {place(middle)}. Cut it open there, or remove triangles."
+        )
+    return turned, sheet
+
+
+def _across_edges(surface: TriSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """For each edge of each triangle: the triangle beyond, whether they clash, the edge.
+
+    ``-1`` on rims, and where more than two triangles share the edge.
+    """
+    _, spot = np.unique(surface.vertices, axis=0, return_inverse=True)
+    corners = surface.triangles
+    edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
+    ends = spot.reshape(-1)[edges].reshape(-1, 2)
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    order = np.lexsort((high, low))
+    starts = np.flatnonzero(np.r_[True, (np.diff(low[order]) != 0) | (np.diff(high[order]) != 0)])
+    pairs = starts[np.diff(np.r_[starts, len(order)]) == 2]
+    one, two = order[pairs], order[pairs + 1]
+    neighbour = np.full(len(ends), -1, dtype=np.int64)
+    clash = np.zeros(len(ends), dtype=bool)
+    neighbour[one], neighbour[two] = two // 3, one // 3
+    clash[one] = clash[two] = ends[one, 0] == ends[two, 0]
+    return neighbour.reshape(-1, 3), clash.reshape(-1, 3), edges

@@ -1,0 +1,280 @@
+"""Fault sticks -> `TriSurface`: orient each stick, order them along strike, join neighbours.
+
+Files do not promise an order, neither of sticks along strike nor of points down a
+stick. So nothing here looks at the order: sticks are first put into one canonical
+form, and every later step is a function of that form alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import SurfaceError
+from geosurf.model import TriSurface
+from geosurf.triangulate.degenerate import find_zero_area, refuse_zero_area
+from geosurf.triangulate.orient import orient_fault
+
+# A stick that climbs less than this part of its length is level: its ends say nothing
+# about top and bottom, its neighbours do.
+_LEVEL = 0.1
+
+
+def triangulate_sticks(sticks: Sequence[Any], *, name: str) -> TriSurface:
+    """Join fault sticks to a surface.
+
+    Sticks may come in any order and run up or down. They are chained along
+    strike by the shortest path from stick to stick: a principal axis would fail on
+    strongly curved faults, where its coordinate runs back and forth. Distances
+    are taken between whole sticks, not between their midpoints, which jump
+    where a long stick follows a short one.
+
+    Parameters
+    ----------
+    sticks : sequence of array_like of float, each (n_point, 3)
+        Easting, northing, elevation [m], positive up; two points or more each.
+    name : str
+        Name of the fault.
+
+    Returns
+    -------
+    TriSurface
+        Role "fault", normals into the hanging wall. Vertices run stick by stick along
+        strike, each from top to bottom; points that sticks share are one vertex.
+
+    Raises
+    ------
+    SurfaceError
+        If there are fewer than two sticks, a stick is not a line, two sticks
+        coincide, or neighbours cross so that the surface would fold over.
+
+    Examples
+    --------
+    >>> sticks = [
+    ...     [[0, 0, -1500], [300, 0, -2000]],
+    ...     [[300, 800, -2000], [0, 800, -1500]],
+    ...     [[0, 400, -1500], [150, 400, -1750], [300, 400, -2000]],
+    ... ]
+    >>> fault = triangulate_sticks(sticks, name="F1")
+    >>> fault.n_vertex, fault.n_triangle
+    (7, 6)
+    """
+    lines = [_checked(stick, i, name) for i, stick in enumerate(sticks)]
+    if len(lines) < 2:
+        raise SurfaceError(
+            f"fault {name!r}: {len(lines)} stick, expected two or more to span a surface. "
+            "Give more sticks, or a trace with a dip."
+        )
+    _refuse_twins(lines, name)
+    lines.sort(key=lambda line: line.ravel().tolist())
+    chain = _align([lines[i] for i in _chain(_gaps(lines))])
+    points = np.concatenate(chain)
+    _, first, spot = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    # vertices keep the order in which the chain meets them
+    order = np.argsort(first)
+    number = np.argsort(order)[spot.reshape(-1)]
+    vertices = points[first[order]]
+    ids = np.split(number, np.cumsum([len(line) for line in chain])[:-1])
+    strips = [_strip(a, b, vertices, name) for a, b in pairwise(ids)]
+    triangles = np.concatenate(strips)
+    refuse_zero_area(name, vertices, triangles, "Remove the point that lies in line.")
+    return orient_fault(TriSurface(name, "fault", vertices, triangles))
+
+
+def _checked(stick: Any, i: int, name: str) -> np.ndarray:
+    """One stick from top to bottom, without repeated points; or a SurfaceError."""
+    line = _points(stick, i, name)
+    line = line[np.r_[True, (np.diff(line, axis=0) != 0).any(axis=1)]]
+    if len(line) < 2:
+        raise SurfaceError(
+            f"fault {name!r}: all points of stick {i} coincide at {place(line[0])}. "
+            "Leave the stick out, or give its second point."
+        )
+    if len(line) > 2 and len(line) % 2 and (line == line[::-1]).all():
+        line = line[: len(line) // 2 + 1]  # digitised down and up again
+    _, where, times = np.unique(line, axis=0, return_index=True, return_counts=True)
+    if (times > 1).any():
+        raise SurfaceError(
+            f"fault {name!r}: stick {i} comes back to a point of its own, "
+            f"{place(line[where[times > 1][0]])}. Split it there, or remove the loop."
+        )
+    # top first; level sticks by their first coordinates, until neighbours decide
+    down = (-line[0, 2], *line[0, :2]) < (-line[-1, 2], *line[-1, :2])
+    return line if down else line[::-1]
+
+
+def _points(stick: Any, i: int, name: str) -> np.ndarray:
+    """Float64 (n_point, 3), two or more, finite; or a SurfaceError."""
+    try:
+        line = np.asarray(stick, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise SurfaceError(
+            f"fault {name!r}: stick {i} is not an array of numbers ({error}). "
+            "Give easting, northing, elevation per point."
+        ) from error
+    if line.ndim != 2 or line.shape[1] != 3 or len(line) < 2:
+        raise SurfaceError(
+            f"fault {name!r}: stick {i} has shape {line.shape}, expected (n_point, 3) with two "
+            "points or more. Join single points to a stick, or leave them out."
+        )
+    bad = np.flatnonzero(~np.isfinite(line).all(axis=1))
+    if len(bad):
+        raise SurfaceError(
+            f"fault {name!r}: point {bad[0]} of stick {i} is {line[bad[0]].tolist()}, expected "
+            "finite numbers. Leave out points that are undefined."
+        )
+    return line + 0.0
+
+
+def _refuse_twins(lines: list[np.ndarray], name: str) -> None:
+    seen: dict[bytes, int] = {}
+    for i, line in enumerate(lines):
+        twin = seen.setdefault(line.tobytes(), i)
+        if twin != i:
+            raise SurfaceError(
+                f"fault {name!r}: sticks {twin} and {i} are the same, from {place(line[0])} to "
+                f"{place(line[-1])}. Keep one of them."
+            )
+
+
+def _gaps(lines: list[np.ndarray]) -> np.ndarray:
+    """Distance between sticks, (n_stick, n_stick): mean distance of five points of one to
+    the other, whichever of the two is less, so that a short stick beside a long one is near.
+    """
+    samples = np.concatenate([_sample(line) for line in lines])
+    one_way = np.empty((len(lines), len(lines)))
+    for i, line in enumerate(lines):
+        start, along = line[:-1], np.diff(line, axis=0)
+        t = np.einsum("psk,sk->ps", samples[:, None] - start, along) / (along**2).sum(axis=1)
+        foot = start + np.clip(t, 0.0, 1.0)[..., None] * along
+        near = np.linalg.norm(samples[:, None] - foot, axis=2).min(axis=1)
+        one_way[:, i] = near.reshape(len(lines), 5).mean(axis=1)
+    return np.minimum(one_way, one_way.T)
+
+
+def _fractions(line: np.ndarray) -> np.ndarray:
+    """Arc length of each point of a stick, 0 at the top and 1 at the bottom."""
+    length = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))]
+    return length / length[-1]
+
+
+def _sample(line: np.ndarray) -> np.ndarray:
+    """Five points (5, 3), evenly along a stick."""
+    at = _fractions(line)
+    return np.stack([np.interp(np.linspace(0.0, 1.0, 5), at, line[:, k]) for k in range(3)], axis=1)
+
+
+def _chain(gaps: np.ndarray) -> list[int]:
+    """Order of the sticks along strike: the shortest path through all of them, nearly.
+
+    From every stick, always on to the nearest that is left; the shortest of these
+    paths is kept, and stretches of it are reversed while that makes it shorter.
+    """
+    n_stick = len(gaps)
+    path: list[int] = []
+    shortest = np.inf
+    for start in range(n_stick):
+        left = np.ones(n_stick, dtype=bool)
+        trial, length = [start], 0.0
+        left[start] = False
+        while left.any() and length < shortest:
+            step = np.where(left, gaps[trial[-1]], np.inf)
+            trial.append(int(step.argmin()))
+            length += step[trial[-1]]
+            left[trial[-1]] = False
+        if len(trial) == n_stick and length < shortest:
+            path, shortest = trial, length
+    path = _uncross(path, gaps)
+    return path if path[0] < path[-1] else path[::-1]
+
+
+def _uncross(path: list[int], gaps: np.ndarray) -> list[int]:
+    """Reverse stretches of a path while that makes it shorter (2-opt, open ends)."""
+    n = len(path)
+    better = True
+    while better:
+        better = False
+        for i in range(n - 1):
+            for j in range(i + 1, n):
+                old = new = 0.0
+                if i > 0:
+                    old, new = gaps[path[i - 1], path[i]], gaps[path[i - 1], path[j]]
+                if j < n - 1:
+                    old, new = old + gaps[path[j], path[j + 1]], new + gaps[path[i], path[j + 1]]
+                if new < old * (1.0 - 1e-12):
+                    path[i : j + 1] = path[i : j + 1][::-1]
+                    better = True
+    return path
+
+
+def _align(chain: list[np.ndarray]) -> list[np.ndarray]:
+    """Turn level sticks so that they run along with their neighbour, from the steepest outwards."""
+    rise = [(line[0, 2] - line[-1, 2]) / np.linalg.norm(line[0] - line[-1]) for line in chain]
+    middle = int(np.argmax(rise))
+    out = list(chain)
+    for i in [*range(middle + 1, len(chain)), *range(middle - 1, -1, -1)]:
+        guide = out[i - 1] if i > middle else out[i + 1]
+        same = (guide[-1] - guide[0]) @ (out[i][-1] - out[i][0]) >= 0
+        if rise[i] < _LEVEL and not same:
+            out[i] = out[i][::-1]
+    return out
+
+
+def _strip(a: np.ndarray, b: np.ndarray, vertices: np.ndarray, name: str) -> np.ndarray:
+    """Triangles between two neighbouring sticks, given as rows of `vertices`.
+
+    Both are walked from the top; the next step is taken on the stick whose next
+    point comes first, as a fraction of its length. On a tie, the shorter
+    diagonal. Steps that make no area (shared or collinear points) make no triangle.
+    """
+    at_a, at_b = _fractions(vertices[a]), _fractions(vertices[b])
+    faces: list[tuple[int, int, int]] = []
+    i = j = 0
+    while i < len(a) - 1 or j < len(b) - 1:
+        step_a = (int(a[i]), int(a[min(i + 1, len(a) - 1)]), int(b[j]))
+        step_b = (int(a[i]), int(b[min(j + 1, len(b) - 1)]), int(b[j]))
+        if j == len(b) - 1:
+            on_a = True
+        elif i == len(a) - 1:
+            on_a = False
+        else:
+            on_a = _first_on_a(at_a[i + 1], at_b[j + 1], step_a, step_b, vertices)
+        faces.append(step_a if on_a else step_b)
+        i, j = (i + 1, j) if on_a else (i, j + 1)
+    strip = np.array([f for f in faces if len(set(f)) == 3], dtype=np.int64).reshape(-1, 3)
+    _refuse_folds(strip, vertices, name)
+    return strip
+
+
+def _first_on_a(
+    next_a: float,
+    next_b: float,
+    step_a: tuple[int, int, int],
+    step_b: tuple[int, int, int],
+    vertices: np.ndarray,
+) -> bool:
+    """Whether the next step is on the first stick."""
+    flat = [len(set(s)) == 3 and len(find_zero_area(vertices[[s]])) > 0 for s in (step_a, step_b)]
+    if flat[0] != flat[1]:
+        return flat[1]
+    if abs(next_a - next_b) > 1e-9:
+        return bool(next_a < next_b)
+    across_a = np.linalg.norm(vertices[step_a[1]] - vertices[step_a[2]])
+    across_b = np.linalg.norm(vertices[step_b[1]] - vertices[step_b[0]])
+    return bool(across_a <= across_b)
+
+
+def _refuse_folds(strip: np.ndarray, vertices: np.ndarray, name: str) -> None:
+    """Refuse a strip whose triangles turn over from one to the next: its sticks cross."""
+    corners = vertices[strip]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    folds = np.flatnonzero((normal[1:] * normal[:-1]).sum(axis=1) < 0)
+    if len(folds):
+        raise SurfaceError(
+            f"fault {name!r}: two neighbouring sticks cross, so that the surface folds over at "
+            f"{place(corners[folds[0]].mean(axis=0))}. Remove or repair one of them."
+        )
