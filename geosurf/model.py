@@ -74,7 +74,10 @@ class Lattice:
     def present(self) -> np.ndarray:
         """Mask (n_row, n_col) of the nodes that exist."""
         easting, northing = self.horizontal()
-        return np.isfinite(self.elevation) & np.isfinite(easting) & np.isfinite(northing)
+        mask: np.ndarray = (
+            np.isfinite(self.elevation) & np.isfinite(easting) & np.isfinite(northing)
+        )
+        return mask
 
     @cached_property
     def vertex_of_node(self) -> np.ndarray:
@@ -726,7 +729,9 @@ def _polydata(
     import pyvista
 
     if triangles is not None:
-        mesh: pyvista.PolyData = pyvista.PolyData.from_regular_faces(np.array(points), np.array(triangles))
+        mesh: pyvista.PolyData = pyvista.PolyData.from_regular_faces(
+            np.array(points), np.array(triangles)
+        )
     else:
         cells = [np.concatenate([[len(line)], line]) for line in lines or ()]
         mesh = pyvista.PolyData(np.array(points))
