@@ -1,0 +1,337 @@
+"""Files -> xarray horizons, fault surfaces, points, polygons.
+
+The suffix picks the reader, or `format=` does; each reader is imported when it
+is first needed. Every result is in metres, elevation positive up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from geosurf.conventions import did_you_mean
+from geosurf.errors import FormatError
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import numpy as np
+    import xarray as xr
+
+    from geosurf.model import FaultSticks, TriSurface
+
+__all__ = ["read_fault", "read_horizon", "read_points", "read_polygons", "read_tsurf"]
+
+# format -> (module, function, suffixes)
+HORIZON_FORMATS = {
+    "irap": ("irap", "read_irap", (".gri", ".irap", ".irapasc", ".irapbin")),
+    "netcdf": ("netcdf", "read_netcdf_horizon", (".nc", ".nc4")),
+    "zmap": ("zmap", "read_zmap", (".zmap", ".zmp")),
+}
+FAULT_FORMATS = {
+    "tsurf": ("gocad", "read_gocad", (".ts",)),
+    "sticks": ("polylines", "read_sticks", (".pol",)),
+    "netcdf": ("netcdf", "read_netcdf_fault", (".nc", ".nc4")),
+    "vtp": ("vtp", "read_vtp", (".vtp",)),
+    "mesh": (
+        "mesh",
+        "read_mesh",
+        (".vtu", ".vtk", ".obj", ".stl", ".ply", ".off", ".msh", ".inp", ".xdmf"),
+    ),
+}
+POINT_FORMATS = {"xyz": ("points", "read_xyz", (".poi", ".xyz", ".txt", ".csv", ".dat"))}
+POLYGON_FORMATS = {"polygons": ("polylines", "read_polylines", (".pol", ".csv", ".txt"))}
+
+
+def read_horizon(
+    path: str | PathLike[str],
+    *,
+    name: str | None = None,
+    positive: str | None = None,
+    units: str | None = None,
+    format: str | None = None,  # noqa: A002 - the word users know
+    variable: str | None = None,
+) -> xr.DataArray:
+    r"""
+    Read a gridded horizon.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.gri`` and ``.irap`` (IRAP classic or binary, told apart by content),
+        ``.nc`` (CF NetCDF), ``.zmap`` (ZMAP+).
+    name : str, optional
+        Name of the horizon. Default: the file name without suffix.
+    positive : {"up", "down"}, optional
+        Whether values are elevations or depths, where the file does not say.
+    units : str, optional
+        Unit of the values, where the file does not say: ``"m"``, ``"ft"`` ...
+        Default metres for IRAP and ZMAP+, which have no place for it. Horizontal
+        coordinates are not scaled by it.
+    format : {"irap", "netcdf", "zmap"}, optional
+        Overrides the suffix.
+    variable : str, optional
+        Which variable of a NetCDF file, where there are several.
+
+    Returns
+    -------
+    xarray.DataArray
+        Elevation [m], positive up, float64, NaN where absent; ``attrs`` hold ``units``,
+        ``positive``, ``long_name``, ``source`` (file name). Unrotated: dims
+        ``("northing", "easting")``, both increasing. Rotated: dims ``("row", "column")``
+        with 2-D coordinates ``easting`` and ``northing``; columns, rows and up
+        are right-handed. Regular grids also carry ``rotation`` (degrees
+        counter-clockwise from east), ``xori``, ``yori``, ``xinc``, ``yinc``, ``ncol``, ``nrow``.
+
+    Raises
+    ------
+    FormatError
+        If the suffix is unknown, or the file is not what it should be: path,
+        line or byte, found, expected.
+    InputError
+        If the file cannot be opened, or nobody says `positive` (or `units`), or file and
+        argument disagree.
+    DependencyError
+        If NetCDF support is not installed.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.irap"
+    >>> header = "-996 2 10 10\n500 510 0 10\n2 0 500 0\n0 0 0 0 0 0 0\n"
+    >>> _ = file.write_text(header + "1600 1610\n1605 9999900.0\n")
+    >>> top = read_horizon(file, positive="down")
+    >>> top.dims, top.easting.values.tolist(), top.values.tolist()
+    (('northing', 'easting'), [500.0, 510.0], [[-1600.0, -1610.0], [-1605.0, nan]])
+    """
+    path, key, read = _reader(path, HORIZON_FORMATS, format, "read_horizon")
+    extra: dict[str, Any] = {"variable": variable} if key == "netcdf" else {}
+    if variable is not None and key != "netcdf":
+        raise FormatError(
+            f"{path}: variable={variable!r} picks a variable of a NetCDF file, this is {key}. "
+            "Leave it out."
+        )
+    return read(path, name=name or path.stem, positive=positive, units=units, **extra)
+
+
+def read_fault(
+    path: str | PathLike[str],
+    *,
+    name: str | None = None,
+    positive: str | None = None,
+    units: str | None = None,
+    format: str | None = None,  # noqa: A002 - the word users know
+) -> TriSurface | FaultSticks | xr.Dataset:
+    r"""
+    Read a fault: a triangulated surface, sticks, or a parametric grid.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.ts`` (GOCAD TSurf), ``.vtp`` and other triangle meshes, ``.pol`` (fault
+        sticks), ``.nc`` (parametric grid).
+    name : str, optional
+        Name of the fault; for a TSurf file with several surfaces: which one.
+        Default: what the file says, else the file name without suffix.
+    positive : {"up", "down"}, optional
+        Whether z is elevation or depth, where the file does not say. Required
+        for sticks; TSurf and meshes are elevations by default.
+    units : str, optional
+        Unit, where the file does not say. Default metres, but required for NetCDF.
+    format : {"tsurf", "sticks", "netcdf", "vtp", "mesh"}, optional
+        Overrides the suffix.
+
+    Returns
+    -------
+    TriSurface, FaultSticks or xarray.Dataset
+        A `TriSurface` (role ``"fault"``) for meshes. `FaultSticks` for ``.pol``: join
+        them with `triangulate_sticks`. A Dataset ``easting``, ``northing``, ``elevation`` over
+        ``(down_dip, along_strike)`` for ``.nc``: hand it to `triangulate_fault`.
+
+    Raises
+    ------
+    FormatError
+        If the suffix is unknown, or the file is not what it should be: path,
+        line or byte, found, expected.
+    InputError
+        If the file cannot be opened, has several surfaces, says nothing on `positive`
+        where it must be known, or contradicts the arguments.
+    DependencyError
+        If NetCDF support is not installed.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "F1.pol"
+    >>> _ = file.write_text("0 0 1500\n0 50 1600\n999 999 999\n")
+    >>> read_fault(file, positive="down")
+    <FaultSticks 'F1': 1 sticks, 2 points>
+    """
+    path, key, read = _reader(path, FAULT_FORMATS, format, "read_fault")
+    if key in ("sticks", "netcdf"):
+        name = name or path.stem
+    fault: TriSurface | FaultSticks | xr.Dataset = read(
+        path, name=name, positive=positive, units=units
+    )
+    return fault
+
+
+def read_tsurf(
+    path: str | PathLike[str], *, positive: str | None = None, units: str | None = None
+) -> list[TriSurface]:
+    r"""
+    Read all triangulated surfaces of a GOCAD file.
+
+    Parameters
+    ----------
+    path : path-like
+    positive : {"up", "down"}, optional
+        For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
+    units : str, optional
+        For files without AXIS_UNIT; default ``"m"``.
+
+    Returns
+    -------
+    list of TriSurface
+        In file order, role ``"fault"``, metres, elevation positive up.
+
+    Raises
+    ------
+    FormatError
+        If the file has no TSurf, is cut short, or a line cannot be understood.
+    InputError
+        If `positive` or `units` contradict the file or are unknown.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "two.ts"
+    >>> body = "TFACE\nVRTX 1 0 0 0\nVRTX 2 9 0 0\nVRTX 3 0 9 9\nTRGL 1 2 3\nEND\n"
+    >>> one = "GOCAD TSurf 1\n" + body
+    >>> _ = file.write_text(one + one)
+    >>> len(read_tsurf(file))
+    2
+    """
+    from geosurf.read import gocad
+
+    return gocad.read_tsurf(Path(path), positive=positive, units=units)
+
+
+def read_points(
+    path: str | PathLike[str],
+    *,
+    positive: str | None = None,
+    units: str | None = None,
+    format: str | None = None,  # noqa: A002 - the word users know
+) -> xr.Dataset:
+    r"""
+    Read scattered points.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.poi``, ``.xyz``, ``.txt``, ``.dat``: x, y, z first on each line. ``.csv``: columns
+        ``X_UTME,Y_UTMN,Z_TVDSS`` or ``X,Y,Z`` among others.
+    positive : {"up", "down"}
+        Whether z is elevation or depth; the formats do not say.
+    units : str, optional
+        Unit of z. Default ``"m"``.
+    format : {"xyz"}, optional
+        Overrides the suffix.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``easting``, ``northing``, ``elevation`` over ``point`` [m], positive up.
+
+    Raises
+    ------
+    FormatError
+        If the suffix is unknown, or a line is not three numbers.
+    InputError
+        If the file cannot be opened, or `positive` is missing.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "picks.csv"
+    >>> _ = file.write_text("X,Y,Z,formation\n1,2,-30,Fault\n")
+    >>> read_points(file, positive="up").elevation.values
+    array([-30.])
+    """
+    path, _, read = _reader(path, POINT_FORMATS, format, "read_points")
+    return read(path, positive=positive, units=units)
+
+
+def read_polygons(
+    path: str | PathLike[str],
+    *,
+    positive: str | None = None,
+    units: str | None = None,
+    format: str | None = None,  # noqa: A002 - the word users know
+) -> list[np.ndarray]:
+    r"""
+    Read polygons or polylines: outlines, fault polygons.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.pol``, ``.txt``: x, y, z per line, each polygon ended by ``999 999 999``. ``.csv``:
+        with a column ``POLY_ID``.
+    positive : {"up", "down"}, optional
+        Whether z is elevation or depth; may be left out where all z are 0.
+    units : str, optional
+        Unit of z. Default ``"m"``.
+    format : {"polygons"}, optional
+        Overrides the suffix.
+
+    Returns
+    -------
+    list of ndarray of float64, each (n, 3)
+        Easting, northing, elevation [m]. A closed polygon repeats its first point
+        if the file does.
+
+    Raises
+    ------
+    FormatError
+        If the suffix is unknown, a line is not three numbers, or the last
+        polygon is not ended.
+    InputError
+        If the file cannot be opened, or `positive` is missing.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "outline.pol"
+    >>> _ = file.write_text("0 0 0\n9 0 0\n9 9 0\n999 999 999\n")
+    >>> read_polygons(file)[0].shape
+    (3, 3)
+    """
+    path, _, read = _reader(path, POLYGON_FORMATS, format, "read_polygons")
+    return read(path, positive=positive, units=units)
+
+
+def _reader(
+    path: str | PathLike[str],
+    formats: Mapping[str, tuple[str, str, tuple[str, ...]]],
+    format: str | None,  # noqa: A002
+    caller: str,
+) -> tuple[Path, str, Any]:
+    """Return the path, the name of its format, and the function that reads it."""
+    path = Path(path)
+    if format is not None and format not in formats:
+        raise FormatError(
+            f"{caller}({path.name!r}): format={format!r} is unknown, expected one of "
+            f"{', '.join(formats)}.{did_you_mean(format, formats)}"
+        )
+    suffix_of = {suffix: key for key, (_, _, names) in formats.items() for suffix in names}
+    key = format or suffix_of.get(path.suffix.lower())
+    if key is None:
+        raise FormatError(
+            f"{path}: {caller} knows no suffix {path.suffix!r}; it knows {', '.join(suffix_of)}."
+            f"{did_you_mean(path.suffix.lower(), suffix_of)} "
+            f"Or say what it is with format=, one of {', '.join(formats)}."
+        )
+    module, function, _ = formats[key]
+    return path, key, getattr(import_module(f"geosurf.read.{module}"), function)

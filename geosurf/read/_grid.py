@@ -1,0 +1,140 @@
+"""A regular grid, rotated or not, as the one kind of DataArray that geosurf uses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from geosurf.conventions import HORIZON_DIMS
+from geosurf.errors import FormatError
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
+
+# what a header may claim before we refuse to allocate for it
+MAX_NODES = 2**31
+
+
+@dataclass(frozen=True)
+class GridHeader:
+    """Where the nodes of a regular grid are.
+
+    Node ``(row, column)`` lies at the origin, plus ``column * xinc`` along
+    `rotation`, plus ``row * yinc`` along `rotation` + 90 degrees.
+
+    Attributes
+    ----------
+    ncol, nrow : int
+    xori, yori, xinc, yinc : float
+        [m]; increments may be negative in a file.
+    rotation : float
+        Degrees, counter-clockwise from east.
+    """
+
+    ncol: int
+    nrow: int
+    xori: float
+    yori: float
+    xinc: float
+    yinc: float
+    rotation: float = 0.0
+
+    def checked(self, path: Path, where: str) -> GridHeader:
+        """Return self, or say which header value is impossible."""
+        for key in ("ncol", "nrow"):
+            if getattr(self, key) < 1:
+                raise FormatError(
+                    f"{path}, {where}: {key} is {getattr(self, key)}, expected at least 1. "
+                    "The header is not that of a grid; export the file again."
+                )
+        if self.ncol * self.nrow > MAX_NODES:
+            raise FormatError(
+                f"{path}, {where}: {self.ncol} x {self.nrow} nodes, expected fewer than "
+                f"{MAX_NODES}. The header is damaged, or the byte order is another."
+            )
+        for key in ("xori", "yori", "xinc", "yinc", "rotation"):
+            value = getattr(self, key)
+            if not math.isfinite(value) or (key in ("xinc", "yinc") and value == 0.0):
+                raise FormatError(
+                    f"{path}, {where}: {key} is {value}, expected a finite number"
+                    f"{' other than 0' if key in ('xinc', 'yinc') else ''}. "
+                    "Export the file again."
+                )
+        return self
+
+    def axes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Unit vectors of columns and rows, exact for quarter turns."""
+        turn = self.rotation % 360.0
+        quarter = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
+        cos, sin = quarter.get(turn, (math.cos(math.radians(turn)), math.sin(math.radians(turn))))
+        return np.array([cos, sin]), np.array([-sin, cos])
+
+    def upright(self, values: np.ndarray) -> tuple[GridHeader, np.ndarray]:
+        """Return the same nodes with both increments positive, so right-handed."""
+        along, across = self.axes()
+        x, y = self.xori, self.yori
+        xinc, yinc = self.xinc, self.yinc
+        if xinc < 0:
+            x, y = np.array([x, y]) + (self.ncol - 1) * xinc * along
+            values, xinc = values[:, ::-1], -xinc
+        if yinc < 0:
+            x, y = np.array([x, y]) + (self.nrow - 1) * yinc * across
+            values, yinc = values[::-1, :], -yinc
+        return replace(self, xori=float(x), yori=float(y), xinc=xinc, yinc=yinc), values
+
+
+def horizon_from_grid(
+    header: GridHeader, elevation: np.ndarray, *, name: str, source: str
+) -> xr.DataArray:
+    """Return the DataArray of a grid: 1-D coordinates if unrotated, 2-D if rotated.
+
+    Parameters
+    ----------
+    header : GridHeader
+    elevation : ndarray of float64, shape (nrow, ncol)
+        [m], positive up; NaN where absent.
+    name, source : str
+        Name of the horizon, and of the file (without folder).
+
+    Returns
+    -------
+    xarray.DataArray
+    """
+    import xarray as xr
+
+    header, elevation = header.upright(elevation)
+    attrs = {"units": "m", "positive": "up", "long_name": name, "source": source}
+    attrs |= {"standard_name": "height"}
+    column = np.arange(header.ncol, dtype=np.float64)
+    row = np.arange(header.nrow, dtype=np.float64)
+    metre = {"units": "m"}
+    if header.rotation % 360.0 == 0.0:
+        coords = {
+            "northing": ("northing", header.yori + row * header.yinc, metre),
+            "easting": ("easting", header.xori + column * header.xinc, metre),
+        }
+        dims = HORIZON_DIMS
+    else:
+        along, across = header.axes()
+        step_x, step_y = column * header.xinc, row[:, None] * header.yinc
+        coords = {
+            "easting": (
+                ("row", "column"),
+                header.xori + (step_x * along[0] + step_y * across[0]),
+                metre,
+            ),
+            "northing": (
+                ("row", "column"),
+                header.yori + (step_x * along[1] + step_y * across[1]),
+                metre,
+            ),
+        }
+        dims = ("row", "column")
+    for key in ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow"):
+        attrs[key] = getattr(header, key)
+    values = np.ascontiguousarray(elevation, dtype=np.float64)
+    return xr.DataArray(values, dims=dims, coords=coords, name=name, attrs=attrs)

@@ -1,0 +1,188 @@
+"""Triangle meshes through meshio: the one place where geosurf reads with it.
+
+meshio prints, warns and ends the process (`sys.exit`) when a file is not what it
+expects; none of that gets past this file. A mesh is a body in space, so z is
+elevation and lengths are metres unless the caller says otherwise.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import struct
+import warnings
+import zlib
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import ParseError
+
+import numpy as np
+
+from geosurf.errors import FormatError, SurfaceError
+from geosurf.model import TriSurface
+from geosurf.read._common import agreed_scale, agreed_sign, read_bytes
+
+# what damaged files make meshio raise: it has no root of its own
+DAMAGE = (
+    SystemExit,
+    ParseError,
+    struct.error,
+    zlib.error,
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    UnboundLocalError,
+    ValueError,
+)
+# cells that are no surface, and may stand beside it
+PASSED_OVER = ("vertex", "line", "line3")
+
+
+def read_mesh(
+    path: Path, *, name: str | None = None, positive: str | None = None, units: str | None = None
+) -> TriSurface:
+    r"""
+    Read a triangulated surface with meshio.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        ``.vtu``, ``.vtk`` (unstructured grid), ``.obj``, ``.stl``, ``.ply``, ``.off``, ``.msh`` ...
+    name : str, optional
+        Default: the file name without suffix.
+    positive : {"up", "down"}, optional
+        Default ``"up"``.
+    units : str, optional
+        Unit of all three axes. Default ``"m"``.
+
+    Returns
+    -------
+    TriSurface
+        Role ``"fault"``. Quads are split along the diagonal of their first corner;
+        lines and points are passed over; numeric point data are kept.
+
+    Raises
+    ------
+    FormatError
+        If the file is damaged, of a kind that meshio does not know, or holds volumes.
+    InputError
+        If `positive` or `units` are unknown.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "F1.obj"
+    >>> _ = file.write_text("v 0 0 0\nv 9 0 0\nv 0 9 9\nf 1 2 3\n")
+    >>> read_mesh(file)
+    <TriSurface 'F1' (fault): 3 vertices, 1 triangles>
+    """
+    name = name or path.stem
+    _refuse_cut_short(path, read_bytes(path))
+    mesh = _meshio_read(path)
+    try:
+        points = np.asarray(mesh.points, dtype=np.float64)
+        triangles = _triangles(path, mesh.cells)
+    except (TypeError, ValueError) as error:
+        raise FormatError(
+            f"{path}: points or cells are incomplete ({error}). "
+            "The file is damaged or cut short; export it again."
+        ) from error
+    numeric = {
+        key: value
+        for key, value in mesh.point_data.items()
+        if np.asarray(value).dtype.kind in "biuf"
+    }
+    return surface_from_mesh(path, name, points, triangles, numeric, positive, units)
+
+
+def surface_from_mesh(
+    path: Path,
+    name: str,
+    points: np.ndarray,
+    triangles: np.ndarray,
+    vertex_data: dict[str, Any],
+    positive: str | None,
+    units: str | None,
+) -> TriSurface:
+    """Turn what a mesh file holds into a surface in metres, elevation up."""
+    what = f"{path.name}: surface {name!r}"
+    sign = agreed_sign(None, positive or "up", what)
+    scale = agreed_scale(None, units, "m", what)
+    if len(triangles) == 0:
+        raise FormatError(
+            f"{path}: found no triangles, expected a triangulated surface. "
+            "Export the surface as a triangle mesh."
+        )
+    try:
+        world = points * [scale, scale, scale * sign]
+        return TriSurface(name, "fault", world, triangles, vertex_data=vertex_data)
+    except (SurfaceError, ValueError) as error:
+        raise FormatError(f"{path}: {error}") from error
+
+
+def split_quads(quads: np.ndarray) -> np.ndarray:
+    """Triangles (2 n, 3) of quads (n, 4), each split from its first corner."""
+    return np.asarray(quads)[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+
+
+def _meshio_read(path: Path) -> Any:
+    """Return a meshio mesh; prints, warnings and exits become a FormatError."""
+    import meshio
+
+    said = io.StringIO()
+    try:
+        with (
+            contextlib.redirect_stdout(said),
+            contextlib.redirect_stderr(said),
+            warnings.catch_warnings(),
+        ):
+            warnings.simplefilter("ignore")
+            return meshio.read(path)
+    except (meshio.ReadError, *DAMAGE) as error:
+        reason = " ".join(said.getvalue().split()) or f"{type(error).__name__}: {error}"
+        raise FormatError(
+            f"{path}: meshio cannot read it ({reason[:200]}). "
+            "The file is damaged or of an unusual kind; export it as .vtp or GOCAD .ts."
+        ) from error
+
+
+def _triangles(path: Path, blocks: Any) -> np.ndarray:
+    """All triangles and split quads, int64 (n, 3)."""
+    parts = [np.empty((0, 3), dtype=np.int64)]
+    for block in blocks:
+        if block.type == "triangle":
+            parts.append(np.asarray(block.data).reshape(-1, 3).astype(np.int64))
+        elif block.type == "quad":
+            parts.append(split_quads(block.data).astype(np.int64))
+        elif block.type not in PASSED_OVER:
+            raise FormatError(
+                f"{path}: found {len(block.data)} cells of type {block.type!r}, expected triangles "
+                "or quads. Export the surface only, triangulated."
+            )
+    return np.concatenate(parts)
+
+
+def _refuse_cut_short(path: Path, data: bytes) -> None:
+    """Refuse text that stops in mid-line: its last number may be cut and still parse."""
+    start = data[:256].lstrip().lower()
+    if b"\0" in data or start.startswith(b"<"):
+        return  # binary and XML notice by themselves
+    if not data[-1:].isspace():
+        line = data.count(b"\n") + 1
+        raise FormatError(
+            f"{path}, line {line}: the last line has no line end, so the file may be cut short. "
+            "Export it again, or add a line end if it is complete."
+        )
+    if path.suffix.lower() == ".stl":
+        last = data.rstrip().splitlines()[-1:] or [b""]
+        if not last[0].strip().lower().startswith(b"endsolid"):
+            raise FormatError(
+                f"{path}: the last line is {last[0][:40].decode('latin-1')!r}, expected "
+                "'endsolid'. The file is cut short; export it again."
+            )

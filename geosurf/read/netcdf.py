@@ -1,0 +1,300 @@
+"""CF NetCDF: gridded horizons, and faults as parametric grids.
+
+The file says ``positive`` and ``units`` on its elevation (or depth) variable, or
+the caller does. Horizontal coordinates without ``units`` are metres.
+"""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, did_you_mean
+from geosurf.errors import DependencyError, FormatError
+from geosurf.read._common import agreed_scale, agreed_sign, read_bytes
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
+
+EASTING = ("easting", "x", "e", "utm_easting", "projection_x_coordinate")
+NORTHING = ("northing", "y", "n", "utm_northing", "projection_y_coordinate")
+ELEVATION = ("elevation", "depth", "z")
+# engine -> the first bytes of files that it reads
+ENGINES = {
+    "h5netcdf": (b"\x89HDF",),
+    "netcdf4": (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05"),
+    "scipy": (b"CDF\x01", b"CDF\x02"),
+}
+MODULE_OF_ENGINE = {"h5netcdf": "h5netcdf", "netcdf4": "netCDF4", "scipy": "scipy"}
+# engines have no common error; these are what damaged files make them raise
+DAMAGE = (OSError, EOFError, ValueError, TypeError, LookupError, RuntimeError, MemoryError)
+
+
+def read_netcdf_horizon(
+    path: Path,
+    *,
+    name: str,
+    positive: str | None = None,
+    units: str | None = None,
+    variable: str | None = None,
+) -> xr.DataArray:
+    """
+    Read a horizon from a NetCDF file.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    name : str
+        Name of the horizon.
+    positive : {"up", "down"}, optional
+        If the variable has no attribute ``positive``.
+    units : str, optional
+        If the variable has no attribute ``units``.
+    variable : str, optional
+        Which variable, where several are gridded.
+
+    Returns
+    -------
+    xarray.DataArray
+        Elevation [m], positive up. 1-D coordinates are sorted to increase; 2-D ones
+        give dims ``("row", "column")``.
+
+    Raises
+    ------
+    FormatError
+        If the file is damaged, or has no gridded variable, or no coordinates.
+    InputError
+        If `positive` or `units` are missing, unknown or contradicted.
+    DependencyError
+        If no NetCDF engine is installed.
+    """
+    dataset = _load(path)
+    data = _pick(path, dataset, variable)
+    what = f"{path.name}: variable {data.name!r}"
+    sign = agreed_sign(data.attrs.get("positive"), positive, what)
+    scale = agreed_scale(data.attrs.get("units"), units, None, what)
+    easting = _coordinate(path, data, EASTING)
+    northing = _coordinate(path, data, NORTHING)
+    values = _finite_or_nan(path, data.transpose(*_dims(path, data, easting, northing)))
+    kept = ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow", "crs")
+    attrs = {key: _plain(data.attrs[key]) for key in kept if key in data.attrs}
+    attrs |= {"units": "m", "positive": "up", "long_name": name, "source": path.name}
+    return _horizon(
+        path, sign * scale * values + 0.0, _metres(path, easting), _metres(path, northing), attrs
+    )
+
+
+def read_netcdf_fault(
+    path: Path, *, name: str, positive: str | None = None, units: str | None = None
+) -> xr.Dataset:
+    """
+    Read a fault given as a parametric grid.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        With ``easting``, ``northing`` and ``elevation`` (or ``depth``) over ``(down_dip,
+        along_strike)``.
+    name : str
+        Name of the fault.
+    positive : {"up", "down"}, optional
+        If the elevation has no attribute ``positive``.
+    units : str, optional
+        If the elevation has no attribute ``units``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``easting``, ``northing``, ``elevation`` over ``("down_dip", "along_strike")``,
+        metres, positive up.
+
+    Raises
+    ------
+    FormatError
+        If the file is damaged or a variable is missing.
+    InputError
+        If `positive` or `units` are missing, unknown or contradicted.
+    DependencyError
+        If no NetCDF engine is installed.
+    """
+    import xarray as xr
+
+    dataset = _load(path).reset_coords()
+    found = {}
+    for key, spellings in (
+        ("easting", EASTING),
+        ("northing", NORTHING),
+        ("elevation", ELEVATION),
+    ):
+        words = [str(word) for word in dataset.data_vars if str(word).lower() in spellings]
+        if len(words) != 1 or set(dataset[words[0]].dims) != set(FAULT_DIMS):
+            shape = {str(word): dataset[word].dims for word in dataset.data_vars}
+            raise FormatError(
+                f"{path}: expected one variable {key!r} over {FAULT_DIMS}, found {shape}. "
+                "Rename variables and dimensions; a gridded horizon is read with read_horizon."
+            )
+        found[key] = dataset[words[0]].transpose(*FAULT_DIMS)
+    z = found["elevation"]
+    what = f"{path.name}: fault {name!r}"
+    sign = agreed_sign(z.attrs.get("positive"), positive, what)
+    scale = agreed_scale(z.attrs.get("units"), units, None, what)
+    arrays = {
+        "easting": _metres(path, found["easting"]),
+        "northing": _metres(path, found["northing"]),
+        "elevation": sign * scale * _finite_or_nan(path, z) + 0.0,
+    }
+    out = xr.Dataset(
+        {key: (FAULT_DIMS, value, {"units": "m"}) for key, value in arrays.items()},
+        attrs={"long_name": name, "source": path.name},
+    )
+    out["elevation"].attrs["positive"] = "up"
+    return out
+
+
+def _load(path: Path) -> xr.Dataset:
+    """Return the whole file in memory, or say what is wrong or not installed."""
+    import xarray as xr
+
+    head = read_bytes(path)[:4]
+    fitting = [
+        engine for engine, marks in ENGINES.items() if any(head.startswith(mark) for mark in marks)
+    ]
+    if not fitting:
+        raise FormatError(
+            f"{path}, byte 0: found {head!r}, expected the mark of NetCDF (CDF or HDF). "
+            "This is no NetCDF file; say what it is with format=."
+        )
+    usable = [engine for engine in fitting if find_spec(MODULE_OF_ENGINE[engine])]
+    if not usable:
+        raise DependencyError(
+            f"{path}: reading this NetCDF file needs one of {', '.join(fitting)}, none of which "
+            'is installed. Install them with: pip install "geosurf[io]"'
+        )
+    try:
+        with xr.open_dataset(path, engine=usable[0], decode_times=False) as dataset:
+            loaded: xr.Dataset = dataset.load()
+    except DAMAGE as error:
+        raise FormatError(
+            f"{path}: {usable[0]} cannot read it ({type(error).__name__}: {error}). "
+            "The file is damaged or cut short; export it again."
+        ) from error
+    return loaded
+
+
+def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray:
+    """Return the gridded variable, or list what there is."""
+    grids = {
+        str(key): dataset[key].squeeze(drop=True)
+        for key in dataset.data_vars
+        if dataset[key].squeeze().ndim == 2 and dataset[key].dtype.kind in "fiu"
+    }
+    if variable is None and len(grids) == 1:
+        return next(iter(grids.values()))
+    if variable in grids:
+        return grids[str(variable)]
+    asked = "" if variable is None else f" {variable!r} is not one of them."
+    guess = "" if variable is None else did_you_mean(variable, grids)
+    raise FormatError(
+        f"{path}: found {len(grids)} variables on a two-dimensional grid, {list(grids)}.{asked}"
+        f"{guess} Pick one with variable=."
+    )
+
+
+def _coordinate(path: Path, data: xr.DataArray, spellings: tuple[str, ...]) -> xr.DataArray:
+    """Return the coordinate whose name or standard_name is one of `spellings`."""
+    found = [
+        coordinate
+        for key, coordinate in data.coords.items()
+        if str(key).lower() in spellings or coordinate.attrs.get("standard_name") in spellings
+    ]
+    if len(found) != 1 or found[0].ndim not in (1, 2):
+        raise FormatError(
+            f"{path}: variable {data.name!r} has {len(found)} coordinates called one of "
+            f"{', '.join(spellings)} among {list(data.coords)}, expected 1. "
+            "Rename or add the coordinate."
+        )
+    return found[0]
+
+
+def _dims(
+    path: Path, data: xr.DataArray, easting: xr.DataArray, northing: xr.DataArray
+) -> tuple[Any, ...]:
+    """Return the dimensions of `data`, the one that runs north first."""
+    if easting.ndim == northing.ndim == 1 and {*northing.dims, *easting.dims} == set(data.dims):
+        return (northing.dims[0], easting.dims[0])
+    if easting.ndim == northing.ndim == 2 and easting.dims == northing.dims == data.dims:
+        return data.dims
+    raise FormatError(
+        f"{path}: variable {data.name!r} has dims {data.dims}, easting {easting.dims}, northing "
+        f"{northing.dims}; expected one 1-D coordinate per dimension, or both 2-D like the "
+        "variable. Store the coordinates along the dimensions of the grid."
+    )
+
+
+def _horizon(
+    path: Path, values: np.ndarray, easting: np.ndarray, northing: np.ndarray, attrs: dict[str, Any]
+) -> xr.DataArray:
+    """Assemble the DataArray; 1-D coordinates are sorted to increase."""
+    import xarray as xr
+
+    metre = {"units": "m"}
+    if easting.ndim == 2:
+        coords = {
+            "easting": (("row", "column"), easting, metre),
+            "northing": (("row", "column"), northing, metre),
+        }
+        return xr.DataArray(
+            values, dims=("row", "column"), coords=coords, name=attrs["long_name"], attrs=attrs
+        )
+    for axis, (key, coordinate) in enumerate((("northing", northing), ("easting", easting))):
+        step = np.diff(coordinate)
+        if not ((step > 0).all() or (step < 0).all()):
+            at = int(np.flatnonzero(np.sign(step) != np.sign(step[0]))[:1].sum())
+            raise FormatError(
+                f"{path}: {key} does not steadily grow or fall; it goes {coordinate[at]} to "
+                f"{coordinate[at + 1]} at position {at}. Sort the grid."
+            )
+        if len(step) and step[0] < 0:
+            values = np.flip(values, axis)
+    return xr.DataArray(
+        np.ascontiguousarray(values),
+        dims=HORIZON_DIMS,
+        coords={
+            "northing": ("northing", np.sort(northing), metre),
+            "easting": ("easting", np.sort(easting), metre),
+        },
+        name=attrs["long_name"],
+        attrs=attrs,
+    )
+
+
+def _metres(path: Path, coordinate: xr.DataArray) -> np.ndarray:
+    """Coordinate values in metres, float64, finite."""
+    what = f"{path.name}: coordinate {coordinate.name!r}"
+    values = coordinate.values.astype(np.float64)
+    if not np.isfinite(values).all():
+        raise FormatError(
+            f"{what} has {int((~np.isfinite(values)).sum())} values that are not finite, "
+            "expected none. Give every node a position."
+        )
+    return values * agreed_scale(coordinate.attrs.get("units"), None, "m", what)
+
+
+def _finite_or_nan(path: Path, data: xr.DataArray) -> np.ndarray:
+    """Values as float64; infinite ones are refused."""
+    values: np.ndarray = data.values.astype(np.float64)
+    bad = np.argwhere(np.isinf(values))
+    if len(bad):
+        raise FormatError(
+            f"{path}: variable {data.name!r} is infinite at node {bad[0].tolist()}, expected a "
+            "number, or NaN where absent. Declare the value as _FillValue."
+        )
+    return values
+
+
+def _plain(value: Any) -> Any:
+    """Numpy scalars as Python ones."""
+    return value.item() if isinstance(value, np.generic) else value

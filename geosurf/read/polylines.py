@@ -1,0 +1,174 @@
+"""Polylines in text: fault sticks and polygons, ``x y z`` per line.
+
+RMS and Petrel end each polyline with a line ``999 999 999``. A file that does not
+end with one was cut short.
+"""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+
+from geosurf.errors import FormatError, InputError
+from geosurf.model import FaultSticks
+from geosurf.read._common import agreed_scale, agreed_sign, number_rows, read_text
+from geosurf.read.points import columns_of_csv
+
+END_OF_LINE = 999.0
+
+
+def read_sticks(
+    path: Path, *, name: str, positive: str | None = None, units: str | None = None
+) -> FaultSticks:
+    r"""
+    Read fault sticks that are each ended by a line ``999 999 999``.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    name : str
+        Name of the fault.
+    positive : {"up", "down"}
+        The format does not say, so the caller must.
+    units : str, optional
+        Unit of z (x and y are metres). Default ``"m"``.
+
+    Returns
+    -------
+    FaultSticks
+        Sticks in file order, each (n, 3): easting, northing, elevation [m].
+
+    Raises
+    ------
+    FormatError
+        If a line is not three numbers, a stick has one point, or the last is not ended.
+    InputError
+        If `positive` is missing or `units` unknown.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "F1.pol"
+    >>> _ = file.write_text("0 0 1500\n0 50 1600\n999 999 999\n")
+    >>> read_sticks(file, name="F1", positive="down").sticks[0][:, 2]
+    array([-1500., -1600.])
+    """
+    what = f"{path.name}: fault {name!r}"
+    scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
+    sticks = _terminated(path)
+    for i, (stick, line) in enumerate(sticks):
+        if len(stick) < 2:
+            raise FormatError(
+                f"{path}, line {line}: stick {i} (counted from 0) has 1 point, expected at least "
+                "2. Delete the point, or add another to its stick."
+            )
+    return FaultSticks(name, tuple(_elevated(stick, scale) for stick, _ in sticks))
+
+
+def read_polylines(
+    path: Path, *, positive: str | None = None, units: str | None = None
+) -> list[np.ndarray]:
+    r"""
+    Read polygons or lines: 999-terminated text, or csv with a ``POLY_ID`` column.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    positive : {"up", "down"}, optional
+        May be left out only where all z are 0 (outlines drawn on a map).
+    units : str, optional
+        Unit of z (x and y are metres). Default ``"m"``.
+
+    Returns
+    -------
+    list of ndarray of float64, each (n, 3)
+        Easting, northing, elevation [m].
+
+    Raises
+    ------
+    FormatError
+        If a line is not three numbers, or the last polygon is not ended.
+    InputError
+        If `positive` is missing while some z is not 0, or `units` is unknown.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "outline.pol"
+    >>> _ = file.write_text("0 0 0\n9 0 0\n9 9 0\n999 999 999\n")
+    >>> [len(line) for line in read_polylines(file)]
+    [3]
+    """
+    lines = (
+        _by_polygon(path)
+        if path.suffix.lower() == ".csv"
+        else [line for line, _ in _terminated(path)]
+    )
+    if positive is None and not any(line[:, 2].any() for line in lines):
+        return lines
+    what = f"{path.name}: polygons"
+    scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
+    return [_elevated(line, scale) for line in lines]
+
+
+def _elevated(line: np.ndarray, scale: float) -> np.ndarray:
+    """Return x, y and scaled z; plain 0 rather than -0."""
+    return line * [1.0, 1.0, scale] + 0.0
+
+
+def _terminated(path: Path) -> list[tuple[np.ndarray, int]]:
+    """Polylines (n, 3) as they stand in the file, each with its first line number."""
+    rows: list[list[str]] = []
+    lines: list[int] = []
+    for i, line in enumerate(read_text(path).splitlines(), start=1):
+        tokens = line.split()
+        if not tokens or tokens[0].startswith("#"):
+            continue
+        if len(tokens) < 3:
+            raise FormatError(
+                f"{path}, line {i}: found {len(tokens)} values, expected x y z. "
+                "Mend that line or export the file again."
+            )
+        rows.append(tokens[:3])
+        lines.append(i)
+    if not rows:
+        raise FormatError(f"{path}: found no points, expected x y z per line.")
+    points = number_rows(rows, lines, path, "x y z")
+    ends = np.flatnonzero((points == END_OF_LINE).all(axis=1))
+    if len(ends) == 0 or ends[-1] != len(points) - 1:
+        raise FormatError(
+            f"{path}, line {lines[-1]}: the last line is not '999 999 999', so the last "
+            "polyline is not ended. Export the file again, or add that line if it is complete."
+        )
+    starts = np.concatenate([[0], ends[:-1] + 1])
+    # two end marks in a row enclose nothing and mean nothing
+    found = [
+        (points[start:end], lines[start])
+        for start, end in zip(starts.tolist(), ends.tolist(), strict=True)
+        if end > start
+    ]
+    if not found:
+        raise FormatError(f"{path}: found end marks only, expected x y z per line.")
+    return found
+
+
+def _by_polygon(path: Path) -> list[np.ndarray]:
+    """Points of a csv file, split where POLY_ID changes."""
+    points, labels, lines = columns_of_csv(path, label="poly_id")
+    if labels is None:
+        raise InputError(
+            f"{path}, line 1: no column POLY_ID says which polygon a point belongs to. "
+            "Add one, or read the file with read_points."
+        )
+    breaks = [0, *(i for i in range(1, len(labels)) if labels[i] != labels[i - 1]), len(labels)]
+    pieces = [points[a:b] for a, b in itertools.pairwise(breaks)]
+    firsts = [labels[a] for a in breaks[:-1]]
+    for k, first in enumerate(firsts):
+        if first in firsts[:k]:
+            raise FormatError(
+                f"{path}, line {lines[breaks[k]]}: polygon {first!r} goes on after another one "
+                "began. Sort the file by POLY_ID."
+            )
+    return pieces

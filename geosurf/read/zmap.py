@@ -1,0 +1,137 @@
+"""ZMAP+ grids (text): columns of a map, west to east, each from north to south.
+
+Comments begin with ``!``. Between two ``@`` stand: field width, null value as a
+number, null value as text, decimals, first column of a field / number of rows and
+columns, west, east, south, north / three numbers nobody uses. The format knows no
+rotation.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from geosurf.errors import FormatError
+from geosurf.read._common import agreed_scale, agreed_sign, integer, number, number_rows, read_text
+from geosurf.read._grid import GridHeader, horizon_from_grid
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
+
+
+def read_zmap(
+    path: Path, *, name: str, positive: str | None = None, units: str | None = None
+) -> xr.DataArray:
+    r"""
+    Read a ZMAP+ grid.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    name : str
+        Name of the horizon.
+    positive : {"up", "down"}
+        The format does not say, so the caller must.
+    units : str, optional
+        Unit of the values (z only; x and y are metres). Default ``"m"``.
+
+    Returns
+    -------
+    xarray.DataArray
+        Elevation [m], positive up, NaN where undefined, shape (nrow, ncol).
+
+    Raises
+    ------
+    FormatError
+        If the header is incomplete, or values are missing, too many or not numbers.
+    InputError
+        If `positive` is missing or `units` unknown.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "top.zmap"
+    >>> _ = file.write_text("@top, GRID, 2\n 8, -99, , 1, 1\n"
+    ...     " 2, 2, 0, 10, 0, 10\n 0, 0, 0\n@\n 1.0 2.0\n 3.0 -99\n")
+    >>> read_zmap(file, name="Top", positive="up").values
+    array([[ 2., nan],
+           [ 1.,  3.]])
+    """
+    what = f"{path.name}: horizon {name!r}"
+    scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
+    lines = [
+        (i, line)
+        for i, line in enumerate(read_text(path).splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith(("!", "+"))
+    ]
+    marks = [k for k, (_, line) in enumerate(lines) if line.lstrip().startswith("@")]
+    if len(marks) < 2 or marks[0] != 0 or marks[1] < 3:
+        raise FormatError(
+            f"{path}: expected a header of at least two lines between two '@', found "
+            f"{len(marks)} '@'. This is not a ZMAP+ grid, or it is cut short."
+        )
+    header, nulls, decimals = _header(path, lines[1], lines[2])
+    tokens = [(token, i) for i, line in lines[marks[1] + 1 :] for token in line.split()]
+    if len(tokens) != header.ncol * header.nrow:
+        raise FormatError(
+            f"{path}: found {len(tokens)} values, expected {header.ncol * header.nrow} "
+            f"({header.ncol} columns x {header.nrow} rows). The file is cut short or its header "
+            "is wrong; export it again."
+        )
+    if decimals and not any("." in token for token, _ in tokens if token not in nulls):
+        # old programs then read 12345 as 1.2345, newer ones do not
+        raise FormatError(
+            f"{path}, line {lines[1][0]}: the header says {decimals} decimals but no value has a "
+            "decimal point. Export the file with decimal points."
+        )
+    rows = [["nan" if token in nulls else token] for token, _ in tokens]
+    try:
+        values = np.array(rows, dtype=np.float64).ravel()
+    except ValueError:
+        values = number_rows(rows, [i for _, i in tokens], path, "value of a node").ravel()
+    if np.isinf(values).any() or any(
+        np.isnan(v) and token not in nulls for v, (token, _) in zip(values, tokens, strict=True)
+    ):
+        for token, i in tokens:
+            if token not in nulls:
+                number(token, path, i, "value of a node")
+    numeric = [float(null) for null in nulls if _is_number(null)]
+    values[np.isin(values, numeric)] = np.nan
+    # columns from the north-west corner -> rows from the south-west one
+    grid = values.reshape(header.ncol, header.nrow).T[::-1]
+    return horizon_from_grid(header, scale * grid + 0.0, name=name, source=path.name)
+
+
+def _header(
+    path: Path, format_line: tuple[int, str], extent_line: tuple[int, str]
+) -> tuple[GridHeader, set[str], int]:
+    """Geometry, the words that stand for 'undefined', and the number of decimals."""
+    i, line = format_line
+    fields = [field.strip() for field in line.rstrip().rstrip(",").split(",")]
+    nulls = {field for field in fields[1:3] if field}
+    decimals = integer(fields[3], path, i, "decimals") if len(fields) > 3 and fields[3] else 0
+    i, line = extent_line
+    fields = [field.strip() for field in line.rstrip().rstrip(",").split(",")]
+    if len(fields) != 6:
+        raise FormatError(
+            f"{path}, line {i}: found {len(fields)} values, expected 6 (rows, columns, west, "
+            "east, south, north). This is not a ZMAP+ grid."
+        )
+    nrow, ncol = (integer(fields[k], path, i, "number of rows or columns") for k in (0, 1))
+    west, east, south, north = (number(field, path, i, "extent") for field in fields[2:])
+    if nrow < 2 or ncol < 2:
+        raise FormatError(f"{path}, line {i}: {nrow} rows x {ncol} columns, expected at least 2.")
+    header = GridHeader(
+        ncol, nrow, west, south, (east - west) / (ncol - 1), (north - south) / (nrow - 1)
+    )
+    return header.checked(path, f"line {i}"), nulls, decimals
+
+
+def _is_number(token: str) -> bool:
+    try:
+        float(token)
+    except ValueError:
+        return False
+    return True
