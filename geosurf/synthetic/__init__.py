@@ -1,0 +1,34 @@
+"""Analytic worlds: surfaces whose curves and volumes are known.
+
+====================  =========================================================
+tilted_planes         two tilted planes and one dipping fault; exact
+graben                three planes between two faults; exact
+noisy                 `tilted_planes` with hashed noise; bounds
+dome_and_flat_fault   a paraboloid cut by a flat surface; order 2
+listric               a tilted plane and an arc of a circle; order 2
+egg_box               many domes and one flat surface; order 2
+faulted_reservoir     a field to look at; little is known of it
+====================  =========================================================
+
+`exact` means: planes stay planes when they are triangulated, so a correct
+model meets the true numbers to rounding. `order 2` means: twice the nodes, a quarter
+of the error. All functions take `n`, nodes per side, and `offset`.
+"""
+
+from geosurf.synthetic.domes import dome_and_flat_fault, egg_box
+from geosurf.synthetic.field import faulted_reservoir
+from geosurf.synthetic.listric_fault import listric
+from geosurf.synthetic.planar import graben, tilted_planes
+from geosurf.synthetic.rough import noisy
+from geosurf.synthetic.world import World
+
+__all__ = [
+    "World",
+    "dome_and_flat_fault",
+    "egg_box",
+    "faulted_reservoir",
+    "graben",
+    "listric",
+    "noisy",
+    "tilted_planes",
+]

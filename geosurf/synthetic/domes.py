@@ -1,0 +1,213 @@
+"""Domes cut by a flat surface: closed curves, and caps above them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.errors import InputError
+from geosurf.synthetic.world import Box, Offset, World, make_fault, make_horizon, shifted
+
+_ORIGIN = (0.0, 0.0, 0.0)
+
+
+def dome_and_flat_fault(
+    n: int = 33,
+    *,
+    semi_axes: tuple[float, float] = (1200.0, 800.0),
+    height: float = 20.0,
+    offset: Offset = _ORIGIN,
+) -> World:
+    """A dome cut by a flat surface: one closed curve, and a cap above it.
+
+    Parameters
+    ----------
+    n : int
+        Nodes per side of the horizon.
+    semi_axes : (float, float)
+        Semi-axes of the curve along east and north [m], less than 2000; equal: a circle.
+    height : float
+        Height of the cap [m].
+    offset : (float, float, float)
+        Added to all coordinates [m].
+
+    Returns
+    -------
+    World
+        Horizon ``Top``, flat fault ``Flat``; the side ``("Flat+",)`` is above it.
+
+    Raises
+    ------
+    InputError
+        If the curve does not fit into the box, or the dome does not.
+
+    Examples
+    --------
+    >>> world = dome_and_flat_fault(semi_axes=(1000, 1000), height=25)
+    >>> round(world.truth["curve_length"]["Top", "Flat"] / (2 * math.pi), 9)
+    1000.0
+    """
+    a, b = map(float, semi_axes)
+    box = (0.0, 4000.0, 0.0, 4000.0, -2300.0, -1800.0)
+    crest, side = -1900.0, 2000.0
+    lowest = crest - height * ((side / a) ** 2 + (side / b) ** 2)
+    if not (0 < a < side and 0 < b < side and height > 0 and lowest > box[4]):
+        raise InputError(
+            f"semi_axes are {semi_axes} and height is {height}: the dome comes down to "
+            f"{lowest:.0f} m, expected above {box[4]:g} m. Use axes below 2000 m, or less height."
+        )
+    level = crest - height
+
+    def dome(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return crest - height * (((x - side) / a) ** 2 + ((y - side) / b) ** 2)
+
+    footprint = (2 * side) ** 2
+    mean = crest - height * side**2 / 3 * (1 / a**2 + 1 / b**2)
+    cap = math.pi * a * b * height / 2
+    truth = _split_by_level(box, "Flat", level, footprint * (mean - box[4]), cap)
+    truth |= {"curve_length": {("Top", "Flat"): ellipse_length(a, b)}, "n_curve": 1, "closed": True}
+    formula = (
+        f"Top: z = {crest:g} - {height:g} (((x - 2000) / {a:g})^2 + ((y - 2000) / {b:g})^2); "
+        f"Flat: z = {level:g}; box {box}; all in metres before the offset. They meet in an ellipse "
+        f"with semi-axes {a:g} and {b:g}; the cap above it holds pi a b h / 2."
+    )
+    horizons = {"Top": make_horizon("Top", box, n, dome, offset)}
+    faults = {"Flat": _flat("Flat", box, level, n, offset)}
+    return World("dome_and_flat_fault", horizons, faults, shifted(box, offset), truth, formula)
+
+
+def egg_box(
+    n: int = 97,
+    *,
+    periods: int = 3,
+    height: float = 25.0,
+    level: float = 0.4,
+    offset: Offset = _ORIGIN,
+) -> World:
+    """A horizon of many domes and basins, cut by one flat surface: many closed curves.
+
+    Parameters
+    ----------
+    n : int
+        Nodes per side; 16 per period or more, so that each dome is seen.
+    periods : int
+        Periods per side; there are ``2 * periods**2`` domes.
+    height : float
+        Height of the domes above the mean [m].
+    level : float
+        Level of the flat surface over the mean, as a part of `height`, between 0 and 1.
+    offset : (float, float, float)
+        Added to all coordinates [m].
+
+    Returns
+    -------
+    World
+        Horizon ``Top``, flat fault ``Flat``. Volumes of the caps are added up.
+
+    Raises
+    ------
+    InputError
+        If the level is not between 0 and 1 (at 0, the curves become lines through
+        the saddles), or there is no period.
+
+    Examples
+    --------
+    >>> egg_box(periods=2, n=65).truth["n_curve"]
+    8
+    """
+    if not 0 < level < 1:
+        raise InputError(f"level is {level}, expected between 0 (saddles) and 1 (crests).")
+    if periods < 1:
+        raise InputError(f"periods is {periods}, expected 1 or more.")
+    side, middle = 4000.0, -2050.0
+    box = (0.0, side, 0.0, side, -2300.0, -1800.0)
+    wave = 2 * math.pi * periods / side
+
+    def domes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return middle + height * np.sin(wave * x) * np.sin(wave * y)
+
+    n_dome = 2 * periods**2
+    length, cap = _one_dome(level)
+    flat = middle + level * height
+    caps = n_dome * cap * height / wave**2
+    truth = _split_by_level(box, "Flat", flat, side**2 * (middle - box[4]), caps)
+    truth |= {
+        "curve_length": {("Top", "Flat"): n_dome * length / wave},
+        "n_curve": n_dome,
+        "closed": True,
+    }
+    formula = (
+        f"Top: z = {middle:g} + {height:g} sin(k x) sin(k y) with k = 2 pi {periods} / {side:g}; "
+        f"Flat: z = {flat:g}; box {box}; all in metres before the offset. The curves "
+        f"sin u sin v = {level:g} are {n_dome} equal loops; their length and the caps above them "
+        "are quadratures that converge exponentially (trapezia around, Gauss across)."
+    )
+    horizons = {"Top": make_horizon("Top", box, n, domes, offset)}
+    faults = {"Flat": _flat("Flat", box, flat, n, offset)}
+    return World("egg_box", horizons, faults, shifted(box, offset), truth, formula)
+
+
+def ellipse_length(a: float, b: float) -> float:
+    """Perimeter of an ellipse by the arithmetic-geometric mean.
+
+    Examples
+    --------
+    >>> round(ellipse_length(1.0, 1.0) / math.pi, 12)
+    2.0
+    """
+    a, b = max(a, b), min(a, b)
+    total, power = a * a - 0.5 * (a * a - b * b), 1.0
+    while a - b > 1e-12 * a:
+        c = 0.5 * (a - b)
+        total -= power * c * c
+        a, b, power = 0.5 * (a + b), math.sqrt(a * b), 2.0 * power
+    return 2.0 * math.pi * total / (0.5 * (a + b))
+
+
+def _split_by_level(
+    box: Box, name: str, level: float, below: float, cap: float
+) -> dict[str, dict[object, float]]:
+    """Volumes of two zones over and under a flat surface.
+
+    `below` is the volume under the horizon, `cap` the part of it over the surface.
+    """
+    footprint = (box[1] - box[0]) * (box[3] - box[2])
+    under = footprint * (level - box[4])
+    whole = footprint * (box[5] - box[4])
+    return {
+        "volumes": {
+            ("above Top", (f"{name}+",)): whole - under - cap,
+            ("above Top", (f"{name}-",)): under - (below - cap),
+            ("below Top", (f"{name}+",)): cap,
+            ("below Top", (f"{name}-",)): below - cap,
+        },
+        "zone_volumes": {"above Top": whole - below, "below Top": below},
+    }
+
+
+def _flat(name: str, box: Box, level: float, n: int, offset: Offset) -> object:
+    """A flat fault, 100 m larger than the box, its nodes beside those of the horizon."""
+    size = max(2, n // 3)
+    x = np.linspace(box[0] - 100.0, box[1] + 100.0, size)[None, :]
+    y = np.linspace(box[3] + 100.0, box[2] - 100.0, size)[:, None]
+    return make_fault(name, x, y, np.full((size, size), level), offset)
+
+
+def _one_dome(level: float) -> tuple[float, float]:
+    """Length of one loop ``cos s cos t = level``, and the volume of its cap over the level."""
+    phi = np.linspace(0.0, 2 * math.pi, 512, endpoint=False)
+    c, s = np.cos(phi), np.sin(phi)
+    rho = np.full_like(phi, math.acos(level))
+    for _ in range(60):  # Newton, monotone from outside
+        value = np.cos(rho * c) * np.cos(rho * s) - level
+        slope = -c * np.sin(rho * c) * np.cos(rho * s) - s * np.cos(rho * c) * np.sin(rho * s)
+        rho = rho - value / slope
+    turn = rho * (s * np.sin(rho * c) * np.cos(rho * s) - c * np.cos(rho * c) * np.sin(rho * s))
+    rim = np.sqrt(rho**2 + (turn / slope) ** 2)
+    node, weight = np.polynomial.legendre.leggauss(40)
+    r = rho[:, None] * (0.5 + 0.5 * node)
+    over = np.cos(r * c[:, None]) * np.cos(r * s[:, None]) - level
+    cap = (over * r * weight).sum(axis=1) * 0.5 * rho
+    step = 2 * math.pi / len(phi)
+    return float(rim.sum() * step), float(cap.sum() * step)

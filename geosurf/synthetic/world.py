@@ -1,0 +1,124 @@
+"""What a synthetic world is, and how its grids are made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS
+from geosurf.errors import InputError
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+Box = tuple[float, float, float, float, float, float]
+Offset = tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """Horizons, faults and a box, with what is known about them.
+
+    Attributes
+    ----------
+    name : str
+    horizons : dict of str to xarray.DataArray
+        Youngest first; elevation [m], positive up.
+    faults : dict of str to xarray.Dataset
+        `easting`, `northing`, `elevation` [m] over ``(down_dip, along_strike)``.
+    box : (west, east, south, north, bottom, top)
+        [m]
+    truth : dict
+        What is known; keys that a world cannot state are left out:
+
+        - ``"volumes"``: ``{(zone, sides): m3}``, `sides` being one of
+          ``("F1+",)``, ``("F1+", "F2-")`` ...: ``+`` is the side into which the
+          fault's normal points. Pieces of one zone on the same sides are added up;
+        - ``"zone_volumes"``: ``{zone: m3}``;
+        - ``"volume_bounds"``: ``{(zone, sides): (low, high)}``;
+        - ``"curve_length"``: ``{(horizon, fault): m}``, inside the box;
+        - ``"n_curve"``, ``"closed"``: number of curves between horizons and
+          faults inside the box, and whether they are closed.
+    formula : str
+        The world in words and formulas.
+    """
+
+    name: str
+    horizons: dict[str, xarray.DataArray]
+    faults: dict[str, xarray.Dataset]
+    box: Box
+    truth: dict[str, Any] = field(default_factory=dict)
+    formula: str = ""
+
+
+def make_horizon(
+    name: str,
+    box: Box,
+    n: int,
+    height: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    offset: Offset,
+) -> xarray.DataArray:
+    """Sample ``elevation = height(x, y)`` on n x n nodes over the box; x, y without offset."""
+    import xarray as xr
+
+    if n < 2:
+        raise InputError(f"n is {n}: a grid needs two nodes per side. Give n=2 or more.")
+    x, y = np.linspace(box[0], box[1], n), np.linspace(box[2], box[3], n)
+    values = np.broadcast_to(height(x[None, :], y[:, None]), (n, n)) + offset[2]
+    metre = {"units": "m"}
+    return xr.DataArray(
+        values,
+        dims=HORIZON_DIMS,
+        coords={
+            "northing": ("northing", y + offset[1], metre | {"axis": "Y"}),
+            "easting": ("easting", x + offset[0], metre | {"axis": "X"}),
+        },
+        name=name,
+        attrs={
+            "units": "m",
+            "positive": "up",
+            "standard_name": "altitude",
+            "long_name": f"elevation of {name}",
+        },
+    )
+
+
+def make_fault(
+    name: str, x: np.ndarray, y: np.ndarray, z: np.ndarray, offset: Offset
+) -> xarray.Dataset:
+    """Return a fault Dataset from nodes (n_down_dip, n_along_strike)."""
+    import xarray as xr
+
+    parts = zip(("easting", "northing", "elevation"), np.broadcast_arrays(x, y, z), strict=True)
+    ds = xr.Dataset(
+        {
+            key: (FAULT_DIMS, values + shift, {"units": "m"})
+            for (key, values), shift in zip(parts, offset, strict=True)
+        },
+        attrs={"name": name},
+    )
+    ds["elevation"].attrs["positive"] = "up"
+    return ds
+
+
+def shifted(box: Box, offset: Offset) -> Box:
+    """Return the box, moved."""
+    w, e, s, n, b, t = box
+    x, y, z = offset
+    return w + x, e + x, s + y, n + y, b + z, t + z
+
+
+def zone_names(horizons: list[str]) -> list[str]:
+    """Return the zones between horizons, youngest first.
+
+    Examples
+    --------
+    >>> zone_names(["Top", "Base"])
+    ['above Top', 'Top/Base', 'below Base']
+    """
+    between = [f"{a}/{b}" for a, b in pairwise(horizons)]
+    return [f"above {horizons[0]}", *between, f"below {horizons[-1]}"]
