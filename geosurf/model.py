@@ -454,6 +454,33 @@ class Curves:
 
 
 @dataclass(frozen=True, eq=False)
+class VoxelSearch:
+    """What the voxels found for two surfaces: material for a picture.
+
+    Attributes
+    ----------
+    lower, upper : ndarray of float64, shape (3,)
+        Corners of the global box, where both surfaces can be [m], world coordinates.
+    n_cell : ndarray of int64, shape (3,)
+        Number of voxels along each axis.
+    size : float
+        Edge of a voxel [m].
+    occupied : ndarray of int64, shape (n, 3)
+        Voxels that hold faces of both surfaces, counted from `lower`.
+    faces_a, faces_b : ndarray of int64, shape (n_face,)
+        Candidate faces of the first and of the second surface: rows of `triangles`.
+    """
+
+    lower: np.ndarray
+    upper: np.ndarray
+    n_cell: np.ndarray
+    size: float
+    occupied: np.ndarray
+    faces_a: np.ndarray
+    faces_b: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class Patches:
     """Surfaces split along their common curves, sharing one vertex per point.
 
