@@ -108,7 +108,6 @@ def horizon_from_grid(
 
     header, elevation = header.upright(elevation)
     attrs = {"units": "m", "positive": "up", "long_name": name, "source": source}
-    attrs |= {"standard_name": "height"}
     column = np.arange(header.ncol, dtype=np.float64)
     row = np.arange(header.nrow, dtype=np.float64)
     metre = {"units": "m"}

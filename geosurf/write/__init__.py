@@ -1,0 +1,145 @@
+"""Anything -> files: the object and the suffix pick the writer.
+
+Files appear whole or not at all, and the same object always gives the same bytes.
+What a format cannot hold is said in ``notes`` of what `write` returns.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from geosurf.conventions import did_you_mean
+from geosurf.errors import OutputError
+from geosurf.model import Curves, FaultSticks, Patches, TriSurface, Unit, Units
+from geosurf.write._files import Written, commit
+
+__all__ = ["Written", "write"]
+
+# kind of object -> suffix -> (module, function)
+WRITERS: dict[str, dict[str, tuple[str, str]]] = {
+    "TriSurface": {
+        ".ts": ("gocad", "tsurf"),
+        ".vtp": ("vtp", "vtp_of_surface"),
+        **dict.fromkeys((".vtu", ".vtk", ".obj", ".stl", ".ply"), ("mesh", "mesh_of_surface")),
+    },
+    "Curves": {
+        ".pl": ("gocad", "pline"),
+        ".vtp": ("vtp", "vtp_of_curves"),
+        ".pol": ("polylines", "pol_of_curves"),
+    },
+    "Patches": {".vtp": ("vtp", "vtp_of_patches"), ".vtu": ("mesh", "mesh_of_patches")},
+    "Unit": {
+        ".vtp": ("vtp", "vtp_of_unit"),
+        ".ts": ("gocad", "tsurf_of_unit"),
+        **dict.fromkeys((".stl", ".vtu", ".obj", ".ply"), ("mesh", "mesh_of_unit")),
+    },
+    "Units": {
+        ".vtm": ("vtp", "vtm_of_units"),
+        ".csv": ("table", "csv_of_units"),
+        ".nc": ("netcdf", "netcdf_of_units"),
+    },
+    "FaultSticks": {".pol": ("polylines", "pol_of_sticks")},
+    "horizon (DataArray)": {
+        ".nc": ("netcdf", "netcdf_of_horizon"),
+        ".irap": ("irap", "irap_classic"),
+        ".gri": ("irap", "irap_binary"),
+    },
+    "Dataset": {".nc": ("netcdf", "netcdf_of_dataset")},
+}
+KINDS = {
+    "TriSurface": TriSurface,
+    "Curves": Curves,
+    "Patches": Patches,
+    "Unit": Unit,
+    "Units": Units,
+    "FaultSticks": FaultSticks,
+}
+
+
+def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Written:
+    """
+    Write a surface, curves, patches, units, a horizon or a table to a file.
+
+    Parameters
+    ----------
+    obj : TriSurface, Curves, Patches, Unit, Units, FaultSticks, DataArray or Dataset
+    path : path-like
+        The suffix picks the format. TriSurface: ``.ts .vtp .vtu .vtk .obj .stl .ply``.
+        Curves: ``.pl .vtp .pol``. Patches: ``.vtp .vtu``. Unit: ``.vtp .ts .stl .vtu .obj
+        .ply``. Units: ``.vtm`` (and a folder of ``.vtp`` beside it), ``.csv``, ``.nc``.
+        FaultSticks: ``.pol``. Horizon: ``.nc .irap`` and ``.gri`` (float32). Dataset: ``.nc``.
+    name : str, optional
+        Name to store. Default: the object's own, else the file name without suffix.
+
+    Returns
+    -------
+    Written
+        List of the paths written; its ``notes`` say what the format could not hold,
+        with the largest rounding error.
+
+    Raises
+    ------
+    OutputError
+        If the suffix does not suit the object, the format cannot hold the values, or
+        the folder or file cannot be written. Then nothing is left behind.
+    InputError
+        If a horizon has no ``positive`` or no known ``units`` and the format needs them.
+    DependencyError
+        If NetCDF support is not installed.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> from geosurf.model import TriSurface
+    >>> ramp = TriSurface("F1", "fault", [[0, 0, 0], [9, 0, 0], [0, 9, 9]], [[0, 1, 2]])
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> [path.name for path in write(ramp, folder / "F1.ts")]
+    ['F1.ts']
+    >>> write(ramp, folder / "F1.stl").notes[0]
+    'The file does not hold names.'
+    """
+    path = Path(path)
+    kind = _kind(obj)
+    if kind is None:
+        raise OutputError(
+            f"{path}: a {type(obj).__name__} cannot be written; expected one of "
+            f"{', '.join(WRITERS)}."
+        )
+    suffix, known = path.suffix.lower(), WRITERS[kind]
+    if suffix not in known:
+        raise OutputError(
+            f"{path}: a {kind} cannot be written as {suffix or 'a file without suffix'!r}, but as "
+            f"{', '.join(known)}.{did_you_mean(suffix, known)}"
+        )
+    module, function = known[suffix]
+    encode: Callable[..., Any] = getattr(import_module(f"geosurf.write.{module}"), function)
+    if suffix == ".vtm":
+        files, notes = encode(obj, path.stem)
+        return Written(
+            reversed(commit({path.parent / key: data for key, data in files.items()})), notes
+        )
+    own = getattr(obj, "name", None) if kind not in ("Units", "Dataset") else None
+    title = name or own
+    if kind in ("TriSurface", "Unit", "horizon (DataArray)"):
+        title = str(title or path.stem)
+    extra = (suffix,) if module == "mesh" else ()
+    data, notes = encode(obj, title, *extra)
+    return Written(commit({path: data}), notes)
+
+
+def _kind(obj: Any) -> str | None:
+    """Return the row of WRITERS for an object; xarray is only looked at if it is loaded."""
+    for kind, cls in KINDS.items():
+        if isinstance(obj, cls):
+            return kind
+    xr = sys.modules.get("xarray")
+    if xr is not None and isinstance(obj, xr.DataArray):
+        return "horizon (DataArray)"
+    if xr is not None and isinstance(obj, xr.Dataset):
+        return "Dataset"
+    return None

@@ -1,0 +1,119 @@
+"""GOCAD text: TSurf for surfaces and unit shells, PLine for curves.
+
+Numbers are written as the shortest text that gives the same float64 back, so
+that a round trip is exact. NaN properties become the no-data value.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.errors import OutputError
+from geosurf.model import Curves, TriSurface, Unit
+
+NO_DATA = -99999.0
+
+
+def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
+    """Return a TSurf file of a surface, with numeric vertex data as properties."""
+    numeric = {
+        key: value.reshape(len(value), -1).astype(np.float64)
+        for key, value in surface.vertex_data.items()
+        if value.dtype.kind in "biuf" and value.size
+    }
+    lost = [key for key in surface.vertex_data if key not in numeric]
+    notes = [f"Vertex data {lost} are not numbers and were left out."] if lost else []
+    lines = _head("TSurf", name)
+    if numeric:
+        lines += [
+            "PROPERTIES " + " ".join(_quoted(key) for key in numeric),
+            "NO_DATA_VALUES " + " ".join(repr(NO_DATA) for _ in numeric),
+            "ESIZES " + " ".join(str(value.shape[1]) for value in numeric.values()),
+        ]
+        table = np.concatenate(list(numeric.values()), axis=1)
+        if np.isinf(table).any() or (table == NO_DATA).any():
+            raise OutputError(
+                f"surface {name!r}: vertex data hold infinite values or {NO_DATA}, which GOCAD "
+                "takes for 'no data'. Write .vtp, or change those values to NaN."
+            )
+        vertices = np.concatenate([surface.vertices, np.where(np.isnan(table), NO_DATA, table)], 1)
+        word = "PVRTX"
+    else:
+        vertices, word = surface.vertices, "VRTX"
+    lines.append("TFACE")
+    lines += _vertex_lines(word, vertices)
+    lines += _triangle_lines(surface.triangles)
+    return _encoded(lines), notes
+
+
+def tsurf_of_unit(unit: Unit, name: str) -> tuple[bytes, list[str]]:
+    """Return a TSurf file of a shell, one TFACE per surface that bounds it."""
+    lines = _head("TSurf", name)
+    for i, row in enumerate(np.unique(unit.surface_of_triangle).tolist()):
+        lines.append("TFACE")
+        if i == 0:
+            lines += _vertex_lines("VRTX", unit.vertices)
+        lines += _triangle_lines(unit.triangles[unit.surface_of_triangle == row])
+    return _encoded(lines), []
+
+
+def pline(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
+    """Return a PLine file: one object per pair of surfaces, one ILINE per curve."""
+    lines: list[str] = []
+    pairs = sorted({tuple(pair) for pair in curves.surfaces_of_curve.tolist()})
+    for pair in pairs:
+        title = " x ".join(curves.names[row] for row in pair)
+        lines += _head("PLine", title if name is None else f"{name} {title}")
+        n_written = 0
+        for curve, owner in zip(curves.curves, curves.surfaces_of_curve.tolist(), strict=True):
+            if tuple(owner) != pair:
+                continue
+            closed = len(curve) > 2 and curve[0] == curve[-1]
+            rows = curve[:-1] if closed else curve
+            ids = np.arange(n_written + 1, n_written + 1 + len(rows))
+            ends = np.append(ids, ids[0]) if closed else ids
+            lines.append("ILINE")
+            lines += _vertex_lines("VRTX", curves.points[rows], first=n_written + 1)
+            lines += [f"SEG {a} {b}" for a, b in itertools.pairwise(ends)]
+            n_written += len(rows)
+        lines.append("END")
+    if not lines:
+        raise OutputError("there are no curves, and a PLine file needs one. Write .vtp instead.")
+    return _encoded(lines[:-1]), []
+
+
+def _head(kind: str, name: str) -> list[str]:
+    return [
+        f"GOCAD {kind} 1",
+        "HEADER {",
+        f"name:{' '.join(name.split()).replace('{', '(').replace('}', ')')}",
+        "}",
+        "GOCAD_ORIGINAL_COORDINATE_SYSTEM",
+        "NAME Default",
+        'AXIS_NAME "X" "Y" "Z"',
+        'AXIS_UNIT "m" "m" "m"',
+        "ZPOSITIVE Elevation",
+        "END_ORIGINAL_COORDINATE_SYSTEM",
+    ]
+
+
+def _vertex_lines(word: str, vertices: np.ndarray, first: int = 1) -> list[str]:
+    return [
+        f"{word} {i} {' '.join(map(repr, row))}" for i, row in enumerate(vertices.tolist(), first)
+    ]
+
+
+def _triangle_lines(triangles: np.ndarray) -> list[str]:
+    return [f"TRGL {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
+
+
+def _quoted(key: str) -> str:
+    clean = " ".join(key.replace('"', "'").split())
+    return f'"{clean}"' if " " in clean or "'" in clean or not clean else clean
+
+
+def _encoded(lines: Sequence[str]) -> bytes:
+    return ("\n".join(lines) + "\nEND\n").encode("utf-8")

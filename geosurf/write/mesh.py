@@ -1,0 +1,104 @@
+"""Triangle meshes through meshio: the one place where geosurf writes with it.
+
+meshio signs .obj and .ply files with the time of day; that line is taken out, so
+that the same mesh gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import tempfile
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geosurf.errors import OutputError
+from geosurf.model import Patches, TriSurface, Unit
+
+SIGNATURE = re.compile(rb"^(# |comment )Created by meshio[^\n]*\n", re.MULTILINE)
+NAMES_LOST = "The file does not hold names."
+TOPOLOGY_LOST = (
+    "STL stores every triangle with corners of its own: vertices are shared again on reading "
+    "only where coordinates are equal."
+)
+
+
+def mesh_of_surface(surface: TriSurface, name: str, suffix: str) -> tuple[bytes, list[str]]:
+    """Return a surface in the format of `suffix`."""
+    notes = [NAMES_LOST]
+    keeps_data = suffix in (".vtu", ".vtk", ".ply")
+    data = {}
+    for key, value in surface.vertex_data.items():
+        flat = value.ndim == 1 or suffix in (".vtu", ".vtk")
+        if keeps_data and flat and value.dtype.kind in "iuf" and " " not in key:
+            data[key] = value
+    lost = [key for key in surface.vertex_data if key not in data]
+    if lost:
+        notes.append(f"Vertex data {lost} were left out; .vtp keeps numbers.")
+    return _encode(surface.vertices, surface.triangles, suffix, point_data=data), _noted(
+        suffix, notes
+    )
+
+
+def mesh_of_patches(patches: Patches, name: str | None, suffix: str) -> tuple[bytes, list[str]]:
+    """Return all patches with surface, parent and patch of each triangle."""
+    labels = {
+        "surface": patches.surface_of_triangle,
+        "parent": patches.parent_of_triangle,
+        "patch": patches.patch_of_triangle,
+    }
+    data = _encode(patches.vertices, patches.triangles, suffix, cell_data=labels)
+    return data, [f"{NAMES_LOST} Row i of 'surface' is the i-th of {list(patches.names)}."]
+
+
+def mesh_of_unit(unit: Unit, name: str, suffix: str) -> tuple[bytes, list[str]]:
+    """Return the shell of a unit."""
+    labels = {"surface": unit.surface_of_triangle} if suffix in (".vtu", ".vtk") else {}
+    data = _encode(unit.vertices, unit.triangles, suffix, cell_data=labels)
+    return data, _noted(suffix, [NAMES_LOST])
+
+
+def _noted(suffix: str, notes: list[str]) -> list[str]:
+    return [*notes, TOPOLOGY_LOST] if suffix == ".stl" else notes
+
+
+def _encode(
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    suffix: str,
+    point_data: Mapping[str, Any] | None = None,
+    cell_data: Mapping[str, Any] | None = None,
+) -> bytes:
+    """Return the bytes that meshio writes, without its signature."""
+    import meshio
+
+    # copies: meshio changes what it is given
+    mesh = meshio.Mesh(
+        np.array(vertices),
+        [("triangle", np.array(triangles))],
+        point_data={key: np.array(value) for key, value in (point_data or {}).items()},
+        cell_data={key: [np.array(value)] for key, value in (cell_data or {}).items()},
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"mesh{suffix}"
+        try:
+            with (
+                contextlib.redirect_stdout(io.StringIO()),
+                contextlib.redirect_stderr(io.StringIO()),
+                warnings.catch_warnings(),
+                np.errstate(all="ignore"),
+            ):
+                warnings.simplefilter("ignore")
+                meshio.write(file, mesh)
+        except (meshio.WriteError, SystemExit, ValueError, TypeError, KeyError) as error:
+            raise OutputError(
+                f"meshio cannot write {suffix} ({type(error).__name__}: {error}). "
+                "Write .vtp or .ts instead."
+            ) from error
+        data = file.read_bytes()
+    return SIGNATURE.sub(b"", data, count=1) if suffix in (".obj", ".ply") else data

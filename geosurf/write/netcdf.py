@@ -1,0 +1,87 @@
+"""CF NetCDF, through xarray: horizons, fault grids, tables of units."""
+
+from __future__ import annotations
+
+import tempfile
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.conventions import elevation_sign, metres_per_unit
+from geosurf.errors import DependencyError, OutputError
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
+
+    from geosurf.model import Units
+
+STANDARD_NAMES = {"easting": "projection_x_coordinate", "northing": "projection_y_coordinate"}
+
+
+def netcdf_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str]]:
+    """Return a horizon as one variable ``elevation`` (or ``depth``) with CF attributes."""
+    what = f"horizon {name!r}"
+    sign = elevation_sign(horizon.attrs.get("positive"), what)
+    metres_per_unit(horizon.attrs.get("units"), what)
+    key = "elevation" if sign > 0 else "depth"
+    data = horizon.rename(key)
+    data.attrs = dict(horizon.attrs) | {"long_name": name}
+    data.attrs["standard_name"] = "height_above_mean_sea_level" if sign > 0 else "depth"
+    return _bytes(data.to_dataset(), what)
+
+
+def netcdf_of_units(units: Units, name: str | None) -> tuple[bytes, list[str]]:
+    """Return the table of units; names are stored as strings."""
+    return _bytes(units.table, "table of units")
+
+
+def netcdf_of_dataset(dataset: xr.Dataset, name: str | None) -> tuple[bytes, list[str]]:
+    """Return any dataset, such as a table or a parametric fault."""
+    return _bytes(dataset, "dataset")
+
+
+def _bytes(dataset: xr.Dataset, what: str) -> tuple[bytes, list[str]]:
+    """Return NetCDF-4 bytes; attributes that it cannot hold become text."""
+    if find_spec("h5netcdf") is None:
+        raise DependencyError(
+            f"{what}: writing NetCDF needs h5netcdf, which is not installed. "
+            'Install it with: pip install "geosurf[io]"'
+        )
+    dataset = dataset.copy()
+    # encodings are those of the file it was read from, and may not fit
+    dataset = dataset.drop_encoding()
+    dataset.attrs = _plain(dataset.attrs)
+    for key, variable in dataset.variables.items():
+        variable.attrs = _plain(variable.attrs)
+        if key in STANDARD_NAMES:
+            variable.attrs.setdefault("units", "m")
+            variable.attrs.setdefault("standard_name", STANDARD_NAMES[str(key)])
+    dataset.attrs.setdefault("Conventions", "CF-1.11")
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "out.nc"
+        try:
+            dataset.to_netcdf(file, engine="h5netcdf")
+        except (OSError, TypeError, ValueError) as error:
+            raise OutputError(
+                f"{what}: NetCDF cannot hold it ({type(error).__name__}: {error}). "
+                "Drop or convert the variable that is named."
+            ) from error
+        return file.read_bytes(), []
+
+
+def _plain(attrs: dict[Any, Any]) -> dict[str, Any]:
+    """Attributes as numbers, lists of numbers, or text; None is left out."""
+    out: dict[str, Any] = {}
+    for key, value in attrs.items():
+        array = np.asarray(value)
+        if value is None:
+            continue
+        if isinstance(value, (bool, np.bool_)):
+            out[str(key)] = int(value)
+        elif array.dtype.kind in "iuf" and array.ndim <= 1:
+            out[str(key)] = array.item() if array.ndim == 0 else array
+        else:
+            out[str(key)] = str(value)
+    return out

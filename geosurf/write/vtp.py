@@ -1,0 +1,174 @@
+"""VTK XML PolyData and MultiBlock, written by hand.
+
+A few lines of XML with base64 arrays: float64 stays exact, the bytes are the same
+on every run, names travel as field data, and drawing libraries stay unloaded.
+"""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import PurePath
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from geosurf.model import Curves, Patches, TriSurface, Unit, Units
+
+TYPES = {
+    f"{kind}{bits // 8}": f"{word}{bits}"
+    for word, kind in (("Int", "i"), ("UInt", "u"), ("Float", "f"))
+    for bits in (8, 16, 32, 64)
+}
+
+
+def vtp_of_surface(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
+    """Return a surface with its numeric vertex data, name and role."""
+    numeric = {k: v for k, v in surface.vertex_data.items() if v.dtype.kind in "biuf"}
+    lost = [key for key in surface.vertex_data if key not in numeric]
+    notes = [f"Vertex data {lost} are not numbers and were left out."] if lost else []
+    words = {"name": [name], "role": [surface.role]}
+    data = _polydata(surface.vertices, triangles=surface.triangles, point_data=numeric, words=words)
+    return data, notes
+
+
+def vtp_of_curves(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
+    """Return polylines with their pair of surfaces as cell data."""
+    cell_data = {
+        "surfaces": np.asarray(curves.surfaces_of_curve, dtype=np.int64).reshape(-1, 2),
+        "closed": np.asarray(curves.closed, dtype=np.uint8),
+    }
+    words = {"name": [name or "curves"], "surface_names": list(curves.names)}
+    return _polydata(curves.points, lines=curves.curves, cell_data=cell_data, words=words), []
+
+
+def vtp_of_patches(patches: Patches, name: str | None) -> tuple[bytes, list[str]]:
+    """Return all patches with surface, parent and patch of each triangle."""
+    cell_data = {
+        "surface": patches.surface_of_triangle,
+        "parent": patches.parent_of_triangle,
+        "patch": patches.patch_of_triangle,
+    }
+    words = {"name": [name or "patches"], "surface_names": list(patches.names)}
+    return _polydata(
+        patches.vertices, triangles=patches.triangles, cell_data=cell_data, words=words
+    ), []
+
+
+def vtp_of_unit(unit: Unit, name: str) -> tuple[bytes, list[str]]:
+    """Return the shell of a unit with the surface of each triangle, zone and block."""
+    words = {
+        "name": [name],
+        "zone": [unit.zone],
+        "block": [unit.block],
+        "surface_names": list(unit.surface_names),
+    }
+    return _polydata(
+        unit.vertices,
+        triangles=unit.triangles,
+        cell_data={"surface": unit.surface_of_triangle},
+        words=words,
+    ), []
+
+
+def vtm_of_units(units: Units, stem: str) -> tuple[dict[PurePath, bytes], list[str]]:
+    """Return the files of a multiblock, by path relative to its folder: index file last."""
+    files: dict[PurePath, bytes] = {}
+    entries = []
+    for i, unit in enumerate(units.values()):
+        slug = re.sub(r"[^A-Za-z0-9+-]+", "_", unit.name).strip("_") or "unit"
+        file = PurePath(stem) / f"{i:03d}_{slug[:60]}.vtp"
+        files[file] = vtp_of_unit(unit, unit.name)[0]
+        entries.append(
+            f'    <DataSet index="{i}" name={_attribute(unit.name)} '
+            f"file={_attribute(file.as_posix())}/>"
+        )
+    lines = [
+        '<?xml version="1.0"?>',
+        '<VTKFile type="vtkMultiBlockDataSet" version="1.0" byte_order="LittleEndian">',
+        "  <vtkMultiBlockDataSet>",
+        *entries,
+        "  </vtkMultiBlockDataSet>",
+        "</VTKFile>",
+    ]
+    files[PurePath(f"{stem}.vtm")] = ("\n".join(lines) + "\n").encode("utf-8")
+    return files, []
+
+
+def _polydata(
+    points: np.ndarray,
+    *,
+    triangles: np.ndarray | None = None,
+    lines: Sequence[np.ndarray] = (),
+    point_data: Mapping[str, Any] | None = None,
+    cell_data: Mapping[str, Any] | None = None,
+    words: Mapping[str, Sequence[str]] | None = None,
+) -> bytes:
+    """Assemble the XML of one piece: triangles or polylines."""
+    n_triangle = 0 if triangles is None else len(triangles)
+    ends = np.cumsum([len(line) for line in lines], dtype=np.int64)
+    joined = np.concatenate([*lines, np.empty(0, dtype=np.int64)]).astype(np.int64)
+    head = (
+        f'    <Piece NumberOfPoints="{len(points)}" NumberOfVerts="0" '
+        f'NumberOfLines="{len(lines)}" NumberOfStrips="0" NumberOfPolys="{n_triangle}">'
+    )
+    xml = [
+        '<?xml version="1.0"?>',
+        '<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
+        "  <PolyData>",
+        "    <FieldData>",
+        *(_string_array(key, values) for key, values in (words or {}).items()),
+        "    </FieldData>",
+        head,
+        "      <PointData>",
+        *(_array(key, value) for key, value in (point_data or {}).items()),
+        "      </PointData>",
+        "      <CellData>",
+        *(_array(key, value) for key, value in (cell_data or {}).items()),
+        "      </CellData>",
+        "      <Points>",
+        _array("Points", np.asarray(points, dtype=np.float64).reshape(-1, 3)),
+        "      </Points>",
+    ]
+    if lines:
+        xml += ["      <Lines>", _array("connectivity", joined), _array("offsets", ends)]
+        xml += ["      </Lines>"]
+    if triangles is not None:
+        corners = np.asarray(triangles, dtype=np.int64).ravel()
+        offsets = np.arange(3, 3 * n_triangle + 1, 3, dtype=np.int64)
+        xml += ["      <Polys>", _array("connectivity", corners), _array("offsets", offsets)]
+        xml += ["      </Polys>"]
+    xml += ["    </Piece>", "  </PolyData>", "</VTKFile>"]
+    return ("\n".join(xml) + "\n").encode("utf-8")
+
+
+def _array(name: str, values: Any) -> str:
+    """Return one DataArray: byte count and values, little-endian, base64."""
+    array = np.asarray(values)
+    if array.dtype.kind == "b":
+        array = array.astype(np.uint8)
+    width = int(np.prod(array.shape[1:], dtype=np.int64))
+    kind = TYPES[f"{array.dtype.kind}{array.dtype.itemsize}"]
+    raw = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<")).tobytes()
+    text = base64.b64encode(np.array([len(raw)], dtype="<u8").tobytes() + raw).decode("ascii")
+    return (
+        f'        <DataArray type="{kind}" Name={_attribute(name)} '
+        f'NumberOfComponents="{width}" format="binary">{text}</DataArray>'
+    )
+
+
+def _string_array(name: str, values: Sequence[str]) -> str:
+    """Return an Array of strings: VTK stores character codes, each string ended by 0."""
+    codes = b"".join(value.encode("utf-8") + b"\0" for value in values)
+    text = " ".join(str(code) for code in codes)
+    return (
+        f'      <Array type="String" Name={_attribute(name)} NumberOfTuples="{len(values)}" '
+        f'format="ascii">{text}</Array>'
+    )
+
+
+def _attribute(text: str) -> str:
+    """Quote text for an XML attribute; control characters cannot be held."""
+    return quoteattr("".join(c if c.isprintable() else " " for c in text))
