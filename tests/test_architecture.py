@@ -65,11 +65,11 @@ def tracked_files() -> list[Path]:
     "command",
     [
         ("lint-imports", "--no-cache"),
-        ("ruff", "check", "."),
-        ("ruff", "format", "--check", "."),
+        ("ruff", "check", "--output-format=concise", "."),
+        ("ruff", "format", "--check", "--output-format=concise", "."),
         ("mypy",),
     ],
-    ids=lambda command: " ".join(command),
+    ids=["imports", "ruff check", "ruff format", "mypy"],
 )
 def test_the_tool_has_nothing_to_say(command: tuple[str, ...]) -> None:
     tool, *arguments = command
