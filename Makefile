@@ -14,6 +14,7 @@ help: ## list the targets
 demo: $(READY) ## build the faulted reservoir: volumes, pictures and a report in out/demo
 	@echo "Building the faulted reservoir (the first run compiles the kernels: about half a minute) ..."
 	@$(BIN)/geosurf run $(SCENARIO) -o out/demo
+	@echo "Volumes, pictures and the report are in out/demo."
 
 test: $(READY) ## run all tests, with lint, types and the import comb among them
 	@echo "Running the tests (the first run compiles the kernels: about half a minute) ..."
