@@ -1,0 +1,281 @@
+"""Faults, points and polygons in text: GOCAD TSurf, sticks, xyz, csv."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import FormatError, InputError, SurfaceError
+from geosurf.model import FaultSticks
+from geosurf.read import read_tsurf
+
+FRAME = """GOCAD_ORIGINAL_COORDINATE_SYSTEM
+NAME " some name "
+AXIS_NAME "X" "Y" "Z"
+AXIS_UNIT "m" "m" {unit}
+ZPOSITIVE {direction}
+END_ORIGINAL_COORDINATE_SYSTEM
+"""
+BODY = """TFACE
+VRTX 0 0 0 10 CNXYZ
+VRTX 7 9 0 20
+VRTX 8 9 9 30 CNXYZ
+TRGL 0 7 8
+TFACE
+VRTX 12 0 9 40
+ATOM 13 8
+TRGL 0 13 12
+BSTONE 0
+BORDER 14 0 7
+END
+"""
+
+
+def tsurf(tmp_path, body=BODY, unit="m", direction="Depth", name="F1", frame=FRAME):
+    path = tmp_path / "fault.ts"
+    path.write_text(
+        f"GOCAD TSurf 1\nHEADER {{\nname: {name}\n*solid*color: 1 0 0 1\n}}\n"
+        + frame.format(unit=unit, direction=direction)
+        + body
+    )
+    return path
+
+
+def test_tsurf_quirks(tmp_path):
+    """Ids that start at 0 and skip, two TFACE, an alias, trailing words, depth."""
+    fault = gs.read_fault(tsurf(tmp_path))
+    assert (fault.name, fault.role) == ("F1", "fault")
+    assert fault.vertices.tolist() == [[0, 0, -10], [9, 0, -20], [9, 9, -30], [0, 9, -40]]
+    assert fault.triangles.tolist() == [[0, 1, 2], [0, 2, 3]]
+
+
+def test_tsurf_without_direction_is_elevation_unless_the_caller_says_depth(tmp_path):
+    path = tsurf(tmp_path, frame="")
+    assert gs.read_fault(path).vertices[0, 2] == 10
+    assert gs.read_fault(path, positive="down").vertices[0, 2] == -10
+    assert gs.read_fault(path, units="km").vertices[1].tolist() == [9000, 0, 20000]
+
+
+def test_tsurf_contradicted_by_the_caller(tmp_path):
+    with pytest.raises(InputError, match=r"file says positive='down', the argument.*'up'.*Leave"):
+        gs.read_fault(tsurf(tmp_path), positive="up")
+    assert gs.read_fault(tsurf(tmp_path), positive="down").n_vertex == 4
+
+
+def test_tsurf_units_per_axis(tmp_path):
+    fault = gs.read_fault(tsurf(tmp_path, unit="ft", direction="Elevation"))
+    assert fault.vertices[1].tolist() == [9, 0, 20 * 0.3048]
+    with pytest.raises(InputError, match=r"surface 'F1': unknown units 'ms'; known are"):
+        gs.read_fault(tsurf(tmp_path, unit="ms"))
+
+
+def test_tsurf_properties(tmp_path):
+    body = (
+        'PROPERTIES throw "unit normal"\nNO_DATA_VALUES -99999 -1\nESIZES 1 3\nTFACE\n'
+        "PVRTX 1 0 0 0 5 0 0 1 CNXYZ\nPVRTX 2 9 0 0 -99999 1 0 0\nVRTX 3 0 9 0\n"
+        "TRGL 1 2 3\nEND\n"
+    )
+    data = gs.read_fault(tsurf(tmp_path, body)).vertex_data
+    np.testing.assert_array_equal(data["throw"], [5, np.nan, np.nan])
+    np.testing.assert_array_equal(data["unit normal"][:2], [[0, 0, 1], [1, 0, 0]])
+    assert np.isnan(data["unit normal"][2]).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("VRTX 7 9 0", "VRTX 7 9 zero"), r"fault.ts, line 14: found 'zero', expected a number"),
+        (("VRTX 7 9 0", "VRTX 7 9 inf"), r"line 14: found 'inf', expected a finite number"),
+        (("VRTX 7 9 0 20", "VRTX 7 9 0"), r"line 14: VRTX has 3 values, expected 4 \(id, x"),
+        (("VRTX 7", "VRTX 0"), r"line 14: vertex id 0 is there twice.*Export"),
+        (("VRTX 7", "VRTX 7.5"), r"line 14: found '7.5', expected a whole number"),
+        (("TRGL 0 7 8", "TRGL 0 7 99"), r"line 16: vertex 99 is named but not defined above"),
+        (("TRGL 0 7 8", "TRGL 0 7"), r"line 16: TRGL has 2 values, expected 3 vertex ids"),
+        (("ATOM 13 8", "ATOM 13"), r"line 19: ATOM has 1 values, expected its id"),
+        (("END\n", ""), r"found no END for the object that began on line 1.*cut short"),
+        (("END\n", "GOCAD TSurf 1\n"), r"line 23: another object begins, expected END.*line 1"),
+        (("END\n", "END\nhello\n"), r"line 24: found 'hello', expected 'GOCAD TSurf 1'"),
+    ],
+)
+def test_a_wrong_tsurf_is_named_by_line(tmp_path, change, message):
+    with pytest.raises(FormatError, match=message):
+        gs.read_fault(tsurf(tmp_path, BODY.replace(*change)))
+
+
+def test_tsurf_headers_that_cannot_be_used(tmp_path):
+    with pytest.raises(FormatError, match=r"line 10: ZPOSITIVE is 'Sideways', expected Elevation"):
+        gs.read_fault(tsurf(tmp_path, direction="Sideways"))
+    with pytest.raises(FormatError, match=r"line 9: AXIS_UNIT has 4 units, expected 3"):
+        gs.read_fault(tsurf(tmp_path, unit="m m"))
+    with pytest.raises(FormatError, match=r"2 PROPERTIES but ESIZES \[1\], expected one"):
+        gs.read_fault(tsurf(tmp_path, "PROPERTIES a b\nESIZES 1\n" + BODY))
+    with pytest.raises(FormatError, match=r"surface 'F1', which begins on line 1, has no TRGL"):
+        gs.read_fault(tsurf(tmp_path, "TFACE\nVRTX 1 0 0 0\nEND\n"))
+    (tmp_path / "p.ts").write_text("GOCAD VSet 1\nVRTX 1 0 0 0\nEND\n")
+    with pytest.raises(FormatError, match=r"found no TSurf, expected 'GOCAD TSurf 1'"):
+        gs.read_fault(tmp_path / "p.ts")
+
+
+def test_several_surfaces_in_one_file(tmp_path):
+    one, two = (tsurf(tmp_path, name=name).read_text() for name in ("North", "South"))
+    path = tmp_path / "both.ts"
+    path.write_text(one + two)
+    assert [s.name for s in read_tsurf(path)] == ["North", "South"]
+    assert gs.read_fault(path, name="South").name == "South"
+    with pytest.raises(InputError, match=r"2 surfaces, \['North', 'South'\], and none was asked"):
+        gs.read_fault(path)
+    with pytest.raises(InputError, match=r"0 are called 'Nort'. Did you mean 'North'.*name="):
+        gs.read_fault(path, name="Nort")
+
+
+STICKS = "0 0 1500\n0 50 1600\n999 999 999\n9 0 1500 x\n9 50 1600\n9 60 1700\n999.0 999.0 999.0\n"
+
+
+def write(tmp_path, text, name="F1.pol"):
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+def test_sticks(tmp_path):
+    fault = gs.read_fault(write(tmp_path, STICKS), positive="down")
+    assert isinstance(fault, FaultSticks)
+    assert [len(stick) for stick in fault.sticks] == [2, 3]
+    assert fault.sticks[0].tolist() == [[0, 0, -1500], [0, 50, -1600]]
+    feet = gs.read_fault(write(tmp_path, STICKS), positive="down", units="ft")
+    assert feet.sticks[0][1].tolist() == [0, 50, -1600 * 0.3048]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("0 50 1600\n999", "999"), r"F1.pol, line 1: stick 0 .* has 1 point, expected at least 2"),
+        (("9 50 1600", "9 fifty 1600"), r"line 5: found 'fifty', expected a number \(x y z\)"),
+        (("9 50 1600", "9 50"), r"line 5: found 2 values, expected x y z"),
+        (("9 50 1600", "9 nan 1600"), r"line 5: found 'nan', expected a finite number"),
+        (("999.0 999.0 999.0\n", ""), r"line 6: the last line is not '999 999 999'.*add that line"),
+        ((STICKS, "\n"), r"found no points, expected x y z per line"),
+        ((STICKS, "999 999 999\n"), r"found end marks only"),
+    ],
+)
+def test_wrong_sticks_are_named_by_line(tmp_path, change, message):
+    with pytest.raises(FormatError, match=message):
+        gs.read_fault(write(tmp_path, STICKS.replace(*change)), positive="down")
+
+
+def test_sticks_do_not_say_what_z_is(tmp_path):
+    with pytest.raises(InputError, match=r"fault 'F1'.*positive='up' .*positive='down'"):
+        gs.read_fault(write(tmp_path, STICKS))
+
+
+def test_sticks_noun_refuses_what_is_no_stick():
+    with pytest.raises(SurfaceError, match=r"fault 'F1': stick 1 has shape \(1, 3\), expected"):
+        FaultSticks("F1", ([[0, 0, 0], [1, 1, 1]], [[0, 0, 0]]))
+    with pytest.raises(SurfaceError, match="stick 0 has values that are not finite"):
+        FaultSticks("F1", ([[0, 0, 0], [1, 1, np.nan]],))
+    with pytest.raises(SurfaceError, match="has no sticks"):
+        FaultSticks("F1", ())
+
+
+def test_polygons(tmp_path):
+    flat = write(tmp_path, "0 0 0\n9 0 0\n999 999 999\n", "a.pol")
+    assert gs.read_polygons(flat)[0].tolist() == [[0, 0, 0], [9, 0, 0]]
+    with pytest.raises(InputError, match=r"F1.pol: polygons: .*positive="):
+        gs.read_polygons(write(tmp_path, STICKS))
+    table = write(tmp_path, "X_UTME,Y_UTMN,Z_TVDSS,POLY_ID\n1,2,3,0\n4,5,6,0\n7,8,9,1\n", "a.csv")
+    lines = gs.read_polygons(table, positive="down")
+    assert [line.tolist() for line in lines] == [[[1, 2, -3], [4, 5, -6]], [[7, 8, -9]]]
+
+
+def test_polygons_in_csv_that_cannot_be_told_apart(tmp_path):
+    with pytest.raises(InputError, match=r"no column POLY_ID.*read_points"):
+        gs.read_polygons(write(tmp_path, "X,Y,Z\n1,2,3\n", "a.csv"), positive="up")
+    text = "X,Y,Z,POLY_ID\n1,2,3,a\n1,2,3,b\n1,2,3,a\n"
+    with pytest.raises(FormatError, match=r"line 4: polygon 'a' goes on after another.*Sort"):
+        gs.read_polygons(write(tmp_path, text, "a.csv"), positive="up")
+
+
+def test_points_keep_several_values_at_one_position(tmp_path):
+    path = write(tmp_path, "# x y z\n1 2 3\n1 2 4\n\n", "a.poi")
+    points = gs.read_points(path, positive="down")
+    assert points.elevation.values.tolist() == [-3, -4]
+    assert dict(points.sizes) == {"point": 2}
+    assert points.elevation.attrs == {"units": "m", "positive": "up"}
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.poi", "1 2 3\n1 2\n", r"a.poi, line 2: found 2 values, expected x y z"),
+        ("a.poi", "1 2 3\n1 2 3,5x\n", None),
+        ("a.poi", "1 2 3\n1 b 3\n", r"line 2: found 'b', expected a number.*Mend"),
+        ("a.poi", "1 2 3\n999 999 999\n", r"line 2: '999 999 999' ends a polyline.*read_fault"),
+        ("a.poi", "1 2 3", r"line 1: the last line has no line end"),
+        ("a.poi", " \n", "found no points"),
+        ("a.poi", "1 2 3\0\n", r"byte 5 is zero, so this is no text file.*format="),
+        ("a.csv", "X,Y,W\n1,2,3\n", r"line 1: found 0 columns for z.*Rename"),
+        ("a.csv", "X,Y,Z\n1,2\n", r"line 2: found 2 values, expected 3 as in the header"),
+        ("a.csv", "X,Y,Z\n1,2,three\n", r"line 2: found 'three', expected a number"),
+        ("a.csv", "X,Y,Z\n", r"found a header only"),
+    ],
+)
+def test_wrong_points_are_named_by_line(tmp_path, name, text, message):
+    path = write(tmp_path, text, name)
+    if message is None:
+        assert gs.read_points(path, positive="up").elevation.values.tolist() == [3, 3]
+        return
+    with pytest.raises(FormatError, match=message):
+        gs.read_points(path, positive="up")
+
+
+def test_points_do_not_say_what_z_is(tmp_path):
+    with pytest.raises(InputError, match=r"a.csv: points.*positive='up'"):
+        gs.read_points(write(tmp_path, "X_UTME,Y_UTMN,Z_TVDSS\n1,2,3\n", "a.csv"))
+
+
+def test_drogon_sticks(shared):
+    folder = shared / "data/drogon/fault_sticks_pol"
+    faults = [gs.read_fault(path, positive="down") for path in sorted(folder.glob("*.pol"))]
+    assert [fault.name for fault in faults] == ["F1", "F2", "F3", "F4", "F5", "F6"]
+    assert [len(fault.sticks) for fault in faults] == [32, 62, 18, 15, 11, 17]
+    assert {len(stick) for fault in faults for stick in fault.sticks} == {2, 3}
+    assert all((stick[:, 2] < -1000).all() for fault in faults for stick in fault.sticks)
+
+
+def test_drogon_points_and_outlines(shared):
+    data = shared / "data"
+    points = gs.read_points(data / "drogon/horizons_poi/TopVolantis.poi", positive="down")
+    assert 32_609 <= points.sizes["point"] <= 32_644
+    assert [len(line) for line in gs.read_polygons(data / "drogon_xtgeo/outline.pol")] == [125]
+    folder = data / "reek/fault_polygons"
+    as_pol, as_csv = (
+        gs.read_polygons(folder / f"top_upper_reek_faultpoly.{suffix}", positive="down")
+        for suffix in ("pol", "csv")
+    )
+    assert len(as_pol) == len(as_csv) == 7
+    assert sum(map(len, as_pol)) == 754
+    for a, b in zip(as_pol, as_csv, strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-5)
+
+
+def test_all_shared_tsurf_files(shared):
+    data = shared / "data"
+    scec = [gs.read_fault(path) for path in sorted((data / "scec_cfm7").glob("*.ts"))]
+    assert len(scec) == 11
+    assert all(500 <= fault.n_triangle <= 9_100 for fault in scec)
+    assert -18_300 < min(fault.bounds[4] for fault in scec) < -18_000
+    sizes = {
+        path.name: [(s.n_vertex, s.n_triangle) for s in read_tsurf(path)]
+        for path in (data / "gocad_small").glob("*.ts")
+    }
+    assert sizes == {
+        "2triangles.ts": [(4, 2)],
+        "Fault_without_crs.ts": [(189, 324)],
+        "sgrid_tsurf.ts": [(4, 2)],
+        "surf2d_multi.ts": [(46, 46), (46, 46)],
+        "ts-2props.ts": [(4, 2)],
+    }
+    fault = gs.read_fault(data / "drogon_xtgeo/faults_ts/F5.ts")
+    assert (fault.n_vertex, fault.n_triangle) == (44, 65)
+    assert fault.bounds[5] < -1400

@@ -1,0 +1,421 @@
+"""Writers: what comes back equals what went out, files are whole, bytes are the same."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+import geosurf as gs
+from geosurf.errors import DependencyError, InputError, OutputError
+from geosurf.model import FaultSticks
+
+EXACT = (".ts", ".vtp", ".vtu", ".vtk", ".obj", ".ply")
+
+
+def surface(**vertex_data):
+    # coordinates that no decimal of few digits holds
+    vertices = np.array([[0, 0, 0], [1, 0, 0.1], [1, 1, 0.2], [0, 1, 1 / 3]]) * math.pi
+    vertices += [456_789.123, 6_789_012.345, -2000.1]
+    return gs.TriSurface("F 1", "fault", vertices, [[0, 1, 2], [0, 2, 3]], vertex_data=vertex_data)
+
+
+def curves():
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [5, 5, 5.1]])
+    return gs.Curves(
+        names=("Top", "F1", "F2"),
+        local=points,
+        origin=np.array([1024.0, 0, 0]),
+        segments=np.array([[0, 1], [1, 2], [2, 0], [2, 3]]),
+        surfaces_of_segment=np.array([[0, 1], [0, 1], [0, 1], [0, 2]]),
+        curves=(np.array([0, 1, 2, 0]), np.array([2, 3])),
+        surfaces_of_curve=np.array([[0, 1], [0, 2]]),
+        closed=np.array([True, False]),
+    )
+
+
+def patches():
+    s = surface()
+    return gs.Patches(
+        sources=(s,),
+        local=s.vertices,
+        origin=np.zeros(3),
+        triangles=s.triangles,
+        surface_of_triangle=np.array([0, 0]),
+        parent_of_triangle=np.array([0, 1]),
+        patch_of_triangle=np.array([0, 1]),
+        curve_edges=np.array([[0, 2]]),
+    )
+
+
+def unit(name="Top/Base F1+", block="F1+", shift=0.0):
+    local = [*np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]), shift, 0, 0]
+    return gs.Unit(
+        name=name,
+        zone="Top/Base",
+        zone_index=1,
+        block=block,
+        local=local,
+        origin=np.array([1024.0, 2048.0, 0.0]),
+        triangles=np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]),
+        surface_of_triangle=np.array([1, 0, 0, 2]),
+        surface_names=("Top", "Base", "F1"),
+        volume=1 / 6,
+        area=2.4,
+    )
+
+
+def units():
+    return gs.Units([unit(), unit("Top/Base F1-", "F1-", shift=3.0)], (0, 9, 0, 9, 0, 1))
+
+
+def horizon(values=((1.5, np.nan), (2.5, 1 / 3)), rotated=False, **attrs):
+    values = np.array(values, dtype=float)
+    attrs = {"units": "m", "positive": "up", "long_name": "Top"} | attrs
+    if not rotated:
+        coords = {
+            "northing": 6_000_000.1 + 20.0 * np.arange(values.shape[0]),
+            "easting": 500_000.2 + 10.0 * np.arange(values.shape[1]),
+        }
+        return xr.DataArray(values, dims=("northing", "easting"), coords=coords, attrs=attrs)
+    row, column = np.indices(values.shape)
+    cos, sin = math.cos(0.4), math.sin(0.4)
+    coords = {
+        "easting": (("row", "column"), 500.2 + 10 * column * cos - 20 * row * sin),
+        "northing": (("row", "column"), 700.1 + 10 * column * sin + 20 * row * cos),
+    }
+    return xr.DataArray(values, dims=("row", "column"), coords=coords, attrs=attrs)
+
+
+@pytest.mark.parametrize("suffix", [*EXACT, ".stl"])
+def test_surfaces_come_back_exactly(tmp_path, suffix):
+    paths = gs.write(surface(), tmp_path / f"fault{suffix}")
+    assert paths == [tmp_path / f"fault{suffix}"]
+    back = gs.read_fault(paths[0])
+    np.testing.assert_array_equal(back.vertices, surface().vertices)
+    np.testing.assert_array_equal(back.triangles, surface().triangles)
+    assert back.name == ("F 1" if suffix in (".ts", ".vtp") else "fault")
+    assert (paths.notes == ()) == (suffix in (".ts", ".vtp"))
+
+
+@pytest.mark.parametrize("suffix", [".ts", ".vtp", ".vtu", ".vtk"])
+def test_vertex_data_come_back(tmp_path, suffix):
+    data = {"throw": np.array([1.5, np.nan, 3, 4]), "normal": np.eye(4)[:, :3]}
+    (path,) = gs.write(surface(**data), tmp_path / f"fault{suffix}")
+    back = gs.read_fault(path).vertex_data
+    for key, value in data.items():
+        np.testing.assert_array_equal(back[key], value)
+
+
+def test_vertex_data_that_cannot_be_held_are_named(tmp_path):
+    words = {"facies": np.array(["a", "b", "c", "d"])}
+    for suffix in (".ts", ".vtp", ".obj"):
+        notes = gs.write(surface(**words), tmp_path / f"fault{suffix}").notes
+        assert any("'facies'" in note for note in notes)
+    with pytest.raises(OutputError, match=r"'F 1': vertex data hold infinite.*Write .vtp"):
+        gs.write(surface(throw=np.array([1, np.inf, 3, 4])), tmp_path / "f.ts")
+
+
+@pytest.mark.parametrize("suffix", [*EXACT, ".stl"])
+def test_the_same_object_gives_the_same_bytes(tmp_path, suffix):
+    (one,) = gs.write(surface(), tmp_path / f"one{suffix}")
+    (two,) = gs.write(surface(), tmp_path / f"two{suffix}")
+    assert one.read_bytes() == two.read_bytes()
+    assert b"2026-" not in one.read_bytes()
+
+
+def test_tables_and_horizons_give_the_same_bytes(tmp_path):
+    for obj, suffix in ((units(), ".nc"), (units(), ".csv"), (horizon(), ".nc")):
+        (one,) = gs.write(obj, tmp_path / f"one{suffix}")
+        (two,) = gs.write(obj, tmp_path / f"two{suffix}")
+        assert one.read_bytes() == two.read_bytes()
+
+
+def test_vtp_is_what_pyvista_reads_and_writes(tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    (path,) = gs.write(surface(throw=np.arange(4)), tmp_path / "fault.vtp")
+    mesh = pyvista.read(path)
+    np.testing.assert_array_equal(mesh.points, surface().vertices)
+    np.testing.assert_array_equal(mesh.regular_faces, surface().triangles)
+    assert mesh.points.dtype == np.float64
+    assert mesh.field_data["name"][0] == "F 1"
+    assert mesh.point_data["throw"].tolist() == [0, 1, 2, 3]
+    mesh.save(tmp_path / "again.vtp")
+    back = gs.read_fault(tmp_path / "again.vtp")
+    np.testing.assert_array_equal(back.vertices, surface().vertices)
+    np.testing.assert_array_equal(back.triangles, surface().triangles)
+    np.testing.assert_array_equal(back.vertex_data["throw"], np.arange(4))
+    assert back.name == "F 1"
+
+
+def test_curves(tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    (path,) = gs.write(curves(), tmp_path / "curves.vtp")
+    lines = pyvista.read(path)
+    np.testing.assert_array_equal(lines.points, curves().points)
+    assert lines.lines.tolist() == [4, 0, 1, 2, 0, 2, 2, 3]
+    assert lines.cell_data["surfaces"].tolist() == [[0, 1], [0, 2]]
+    assert lines.field_data["surface_names"].tolist() == ["Top", "F1", "F2"]
+
+    written = gs.write(curves(), tmp_path / "curves.pol")
+    back = gs.read_polygons(written[0], positive="up")
+    for line, curve in zip(back, curves().curves, strict=True):
+        np.testing.assert_array_equal(line, curves().points[curve])
+    assert any("names" in note for note in written.notes)
+
+    (path,) = gs.write(curves(), tmp_path / "curves.pl")
+    text = path.read_text()
+    assert text.count("GOCAD PLine 1") == text.count("\nEND\n") == 2
+    assert "name:Top x F1" in text
+    assert "name:Top x F2" in text
+    # a closed curve names its first vertex again instead of repeating it
+    assert text.count("VRTX") == 5
+    assert "SEG 3 1" in text
+
+
+def test_no_curves_at_all(tmp_path):
+    none = gs.Curves(
+        names=("Top", "F1"),
+        local=np.empty((0, 3)),
+        origin=np.zeros(3),
+        segments=np.empty((0, 2), dtype=int),
+        surfaces_of_segment=np.empty((0, 2), dtype=int),
+        curves=(),
+        surfaces_of_curve=np.empty((0, 2), dtype=int),
+        closed=np.empty(0, dtype=bool),
+    )
+    assert gs.write(none, tmp_path / "none.vtp")[0].stat().st_size > 0
+    for suffix in (".pl", ".pol"):
+        with pytest.raises(OutputError, match=r"no curves, .*Write .vtp"):
+            gs.write(none, tmp_path / f"none{suffix}")
+
+
+@pytest.mark.parametrize("suffix", [".vtp", ".vtu"])
+def test_patches_keep_their_labels(tmp_path, suffix):
+    pyvista = pytest.importorskip("pyvista")
+    (path,) = gs.write(patches(), tmp_path / f"patches{suffix}")
+    mesh = pyvista.read(path)
+    np.testing.assert_array_equal(mesh.points, patches().vertices)
+    assert mesh.cell_data["patch"].tolist() == [0, 1]
+    assert mesh.cell_data["parent"].tolist() == [0, 1]
+    assert mesh.cell_data["surface"].tolist() == [0, 0]
+
+
+@pytest.mark.parametrize("suffix", [".vtp", ".ts", ".stl"])
+def test_a_unit_comes_back_closed(tmp_path, suffix):
+    (path,) = gs.write(unit(), tmp_path / f"unit{suffix}")
+    back = gs.read_fault(path)
+    corners = back.vertices[back.triangles] - unit().origin
+    volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    assert volume == pytest.approx(1 / 6, abs=1e-15)
+    assert back.n_vertex == 4
+    if suffix == ".ts":
+        assert path.read_text().count("TFACE") == 3
+
+
+def test_units_as_multiblock(tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    written = gs.write(units(), tmp_path / "model.vtm")
+    assert written[0] == tmp_path / "model.vtm"
+    assert len(written) == 3
+    blocks = pyvista.read(written[0])
+    assert blocks.keys() == ["Top/Base F1+", "Top/Base F1-"]
+    assert blocks[0].volume == pytest.approx(1 / 6)
+    assert blocks[0].field_data["block"][0] == "F1+"
+    np.testing.assert_array_equal(blocks[1].points, units()["Top/Base F1-"].vertices)
+
+
+def test_units_as_tables(tmp_path):
+    (path,) = gs.write(units(), tmp_path / "units.nc")
+    with xr.open_dataset(path) as table:
+        assert table.unit.values.tolist() == ["Top/Base F1+", "Top/Base F1-"]
+        assert table.block.values.tolist() == ["F1+", "F1-"]
+        assert table.volume.values.tolist() == [1 / 6, 1 / 6]
+        assert table.volume.attrs["units"] == "m3"
+        assert table.attrs["box"].tolist() == [0, 9, 0, 9, 0, 1]
+    (path,) = gs.write(units(), tmp_path / "units.csv")
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["unit"] for row in rows] == ["Top/Base F1+", "Top/Base F1-"]
+    assert float(rows[0]["volume_m3"]) == 1 / 6
+
+
+def test_sticks_come_back(tmp_path):
+    sticks = FaultSticks("F1", ([[0, 0, -1 / 3], [0, 50, -1600]], [[9, 0, 0], [9, 9, -9]]))
+    written = gs.write(sticks, tmp_path / "F1.pol")
+    back = gs.read_fault(written[0], positive="up")
+    for a, b in zip(back.sticks, sticks.sticks, strict=True):
+        np.testing.assert_array_equal(a, b)
+    assert "positive='up'" in written.notes[0]
+
+
+@pytest.mark.parametrize("rotated", [False, True])
+@pytest.mark.parametrize("positive", ["up", "down"])
+def test_netcdf_horizon_comes_back(tmp_path, rotated, positive):
+    top = horizon(rotated=rotated, positive=positive, crs="EPSG:23031", flag=True, nothing=None)
+    (path,) = gs.write(top, tmp_path / "top.nc")
+    back = gs.read_horizon(path, name="Top")
+    sign = 1 if positive == "up" else -1
+    np.testing.assert_array_equal(back.values, sign * top.values)
+    np.testing.assert_array_equal(back.easting.values, top.easting.values)
+    np.testing.assert_array_equal(back.northing.values, top.northing.values)
+    assert back.dims == top.dims
+    assert back.attrs["crs"] == "EPSG:23031"
+    assert top.attrs["nothing"] is None  # the caller's object is as it was
+
+
+def test_netcdf_horizon_must_say_what_it_holds(tmp_path):
+    with pytest.raises(InputError, match=r"'top': whether values are elevation or depth"):
+        gs.write(horizon(positive=None).rename("top"), tmp_path / "top.nc")
+    with pytest.raises(InputError, match="units are missing"):
+        gs.write(horizon(units=None), tmp_path / "top.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_missing_netcdf_support_gives_the_install_line(tmp_path, monkeypatch):
+    monkeypatch.setattr("geosurf.write.netcdf.find_spec", lambda name: None)
+    with pytest.raises(DependencyError, match=r'h5netcdf.*pip install "geosurf\[io\]"'):
+        gs.write(horizon(), tmp_path / "top.nc")
+
+
+def test_parametric_fault_comes_back(tmp_path):
+    dims = ("down_dip", "along_strike")
+    grid = np.arange(6.0).reshape(2, 3)
+    fault = xr.Dataset({"easting": (dims, grid), "northing": (dims, grid)})
+    fault["elevation"] = (dims, -grid, {"units": "m", "positive": "up"})
+    (path,) = gs.write(fault, tmp_path / "F1.nc")
+    np.testing.assert_array_equal(gs.read_fault(path).elevation.values, -grid)
+
+
+number = st.floats(-1e4, 1e4).map(lambda x: x + 0.0)
+value = st.one_of(number, st.just(math.nan))
+
+
+@st.composite
+def grid_files(draw):
+    """IRAP classic text of any small grid: rotated, flipped, with holes."""
+    ncol, nrow = draw(st.integers(1, 4)), draw(st.integers(1, 4))
+    step = st.sampled_from([10.0, 12.5, 40.115, -25.0, 1 / 3])
+    xinc, yinc = draw(step), draw(step)
+    rotation = draw(st.sampled_from([0.0, 30.0, 90.0, 140.00001525878906, 359.5]))
+    x, y = draw(st.sampled_from([0.0, 461500.25])), draw(st.sampled_from([0.0, -7.3, 5926500.1]))
+    values = draw(st.lists(value, min_size=ncol * nrow, max_size=ncol * nrow))
+    words = " ".join("9999900.0" if math.isnan(v) else repr(v) for v in values)
+    return (
+        f"-996 {nrow} {xinc!r} {yinc!r}\n{x!r} 0 {y!r} 0\n{ncol} {rotation} {x!r} {y!r}\n"
+        f"0 0 0 0 0 0 0\n{words}\n"
+    )
+
+
+@given(text=grid_files())
+def test_any_regular_grid_survives_irap(tmp_path_factory, text):
+    folder = tmp_path_factory.mktemp("grid")
+    (folder / "in.irap").write_text(text)
+    top = gs.read_horizon(folder / "in.irap", positive="up", name="Top")
+    for key in ("out.irap", "out.gri", "out.nc"):
+        written = gs.write(top, folder / key)
+        back = gs.read_horizon(written[0], positive=None if key == "out.nc" else "up", name="Top")
+        assert back.dims == top.dims
+        exact = key != "out.gri"
+        check = np.testing.assert_array_equal if exact else np.testing.assert_allclose
+        loose = {} if exact else {"rtol": 1e-6, "atol": 1e-3}
+        check(back.values, top.values, **loose)
+        check(back.easting.values, top.easting.values, **loose)
+        check(back.northing.values, top.northing.values, **loose)
+
+
+@pytest.mark.parametrize("rotated", [False, True])
+def test_grids_without_stated_geometry_fit_their_nodes(tmp_path, rotated):
+    top = horizon(np.arange(12.0).reshape(3, 4), rotated=rotated)
+    (path,) = gs.write(top, tmp_path / "top.irap")
+    back = gs.read_horizon(path, positive="up")
+    np.testing.assert_array_equal(back.values, top.values)
+    np.testing.assert_allclose(back.easting.values, top.easting.values, rtol=1e-14)
+    np.testing.assert_allclose(back.northing.values, top.northing.values, rtol=1e-14)
+    # a cut-out no longer fits the origin in its attributes
+    back.attrs |= {"xori": 0.0}
+    part = back[1:, 1:]
+    again = gs.read_horizon(gs.write(part, tmp_path / "part.irap")[0], positive="up")
+    np.testing.assert_array_equal(again.values, part.values)
+    np.testing.assert_allclose(again.easting.values, part.easting.values, rtol=1e-14)
+
+
+def test_falling_coordinates_are_sorted_before_writing(tmp_path):
+    top = horizon()[::-1, ::-1].T
+    (path,) = gs.write(top, tmp_path / "top.irap")
+    np.testing.assert_array_equal(gs.read_horizon(path, positive="up").values, horizon().values)
+
+
+def test_what_float32_loses_is_stated(tmp_path):
+    written = gs.write(horizon(), tmp_path / "top.gri")
+    assert "float32: nodes moved by up to 0.1" in written.notes[0]
+    assert "values by up to 9.93e-09" in written.notes[0]
+    assert "positive='up'" in written.notes[1]
+    back = gs.read_horizon(written[0], positive="up")
+    assert back.northing.values[0] == 6_000_000.0
+
+
+def test_irregular_grids_do_not_fit_irap(tmp_path):
+    top = horizon(np.zeros((3, 3))).assign_coords(easting=[0.0, 1.0, 3.0])
+    with pytest.raises(OutputError, match=r"not on a regular right-angled grid.*Write .nc"):
+        gs.write(top, tmp_path / "top.irap")
+    with pytest.raises(OutputError, match=r"has a value of 9999900.0.*'undefined'. Write .nc"):
+        gs.write(horizon([[1, 9999900.0], [1, 2]]), tmp_path / "top.irap")
+    with pytest.raises(OutputError, match=r"has infinite values. Mark absent nodes with NaN"):
+        gs.write(horizon([[1, np.inf], [1, 2]]), tmp_path / "top.gri")
+    with pytest.raises(OutputError, match=r"needs two dims and the coordinates easting and"):
+        gs.write(horizon().drop_vars("easting"), tmp_path / "top.gri")
+
+
+def test_unknown_suffixes_and_objects(tmp_path):
+    with pytest.raises(OutputError, match=r"a Curves cannot be written as '.vtk', but as .pl"):
+        gs.write(curves(), tmp_path / "a.vtk")
+    with pytest.raises(OutputError, match=r"TriSurface .* '.stt', but as .*Did you mean '.stl'"):
+        gs.write(surface(), tmp_path / "a.stt")
+    with pytest.raises(OutputError, match=r"a list cannot be written; expected one of TriSurface"):
+        gs.write([1, 2], tmp_path / "a.vtp")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_written(tmp_path):
+    with pytest.raises(OutputError, match=r"F1.ts: cannot be written \(No such file.*Check"):
+        gs.write(surface(), tmp_path / "none" / "F1.ts")
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(OutputError, match=r"cannot be written \(Not a directory"):
+        gs.write(surface(), tmp_path / "file" / "F1.ts")
+    with pytest.raises(OutputError, match="cannot be written"):
+        gs.write(units(), tmp_path / "file" / "model.vtm")
+    (tmp_path / "model").write_text("in the way")
+    with pytest.raises(OutputError, match="cannot be written"):
+        gs.write(units(), tmp_path / "model.vtm")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "model"]
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    (path,) = gs.write(surface(), tmp_path / "F1.ts")
+    before = path.read_bytes()
+
+    def full(self, data):
+        Path(self).touch()
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(OutputError, match=r"No space left on device.*the disk has room"):
+        gs.write(surface(), path)
+    with pytest.raises(OutputError, match="No space left on device"):
+        gs.write(units(), tmp_path / "model.vtm")
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["F1.ts"]
+
+
+def test_another_name_can_be_stored(tmp_path):
+    assert gs.read_fault(gs.write(surface(), tmp_path / "a.ts", name="F9")[0]).name == "F9"
+    assert gs.read_fault(gs.write(surface(), tmp_path / "a.vtp", name="Fø & <9>")[0]).name == (
+        "Fø & <9>"
+    )
