@@ -13,8 +13,10 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import SurfaceError
 
-# each component of the cross product is off by less than 4 rounding units of its terms
+# each component of the cross product is off by less than 4 rounding units of its terms,
+# or by more where they underflow
 _DOUBT = 8 * np.finfo(np.float64).eps
+_UNDERFLOW = 1e-290
 
 
 def find_zero_area(corners: np.ndarray) -> np.ndarray:
@@ -28,8 +30,7 @@ def find_zero_area(corners: np.ndarray) -> np.ndarray:
     """
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     plus, minus = u[:, [1, 2, 0]] * v[:, [2, 0, 1]], u[:, [2, 0, 1]] * v[:, [1, 2, 0]]
-    certain = (np.abs(plus - minus) > _DOUBT * (np.abs(plus) + np.abs(minus))).any(axis=1)
-    doubted = np.flatnonzero(~certain)
+    doubted = np.flatnonzero(_in_doubt(plus, minus).all(axis=1))
     zero = [row for row in doubted if not any(_cross(corners[row]))]
     return np.array(zero, dtype=np.int64)
 
@@ -45,12 +46,15 @@ def map_turns(corners: np.ndarray) -> np.ndarray:
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     plus, minus = u[:, 0] * v[:, 1], u[:, 1] * v[:, 0]
     turns = np.sign(plus - minus).astype(np.int64)
-    doubted = np.abs(plus - minus) <= _DOUBT * (np.abs(plus) + np.abs(minus))
-    for row in np.flatnonzero(doubted):
+    for row in np.flatnonzero(_in_doubt(plus, minus)):
         flat = [[*corner[:2], 0.0] for corner in corners[row].tolist()]
         z = _cross(np.array(flat))[2]
         turns[row] = (z > 0) - (z < 0)
     return turns
+
+
+def _in_doubt(plus: np.ndarray, minus: np.ndarray) -> np.ndarray:
+    return np.abs(plus - minus) <= _DOUBT * (np.abs(plus) + np.abs(minus)) + _UNDERFLOW
 
 
 def _cross(corners: np.ndarray) -> tuple[Fraction, Fraction, Fraction]:
