@@ -1,0 +1,147 @@
+"""Draw layers with VTK, off-screen. The only file that imports pyvista."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.render.backend import off_screen
+from geosurf.render.layers import Layer
+from geosurf.render.views import Camera
+
+OVERSAMPLING = 2  # edges are smoothed by averaging, so that every driver smooths them alike
+LIFT = 1.5e-3  # of the size of the model: lines stand in front of the surfaces they lie on,
+LIFT_STEEP = 3.0  # and by some widths of the line, where the surface is steep
+FEATURE_ANGLE = 40.0
+
+
+def draw_layers(layers: tuple[Layer, ...], camera: Camera) -> np.ndarray:
+    """Return the picture of some layers on white paper.
+
+    Parameters
+    ----------
+    layers : tuple of Layer
+    camera : Camera
+
+    Returns
+    -------
+    ndarray of uint8, shape (height, width, 3)
+        The first row is the top.
+
+    Raises
+    ------
+    DependencyError
+        If nothing here can draw.
+    """
+    with off_screen():
+        import pyvista
+
+        width, height = (n * OVERSAMPLING for n in camera.size)
+        plotter = pyvista.Plotter(
+            off_screen=True, window_size=[width, height], lighting="none", theme=_theme()
+        )
+    try:
+        depth = _add_layers(plotter, layers, camera)
+        _point_camera(plotter, camera, depth)
+        _light(plotter)
+        image = np.asarray(plotter.screenshot(None, return_img=True))
+    finally:
+        plotter.close()
+    return _average(image[:, :, :3])
+
+
+def _theme():
+    """The house theme, so that people's own global theme changes nothing here."""
+    import pyvista
+
+    theme = pyvista.themes.Theme()
+    theme.background = "white"
+    theme.anti_aliasing = None
+    theme.return_cpos = False
+    return theme
+
+
+def _add_layers(plotter, layers: tuple[Layer, ...], camera: Camera) -> float:
+    """Hand shifted copies to VTK; return the distance from the middle to the farthest point."""
+    local = [camera.to_local(layer.points) for layer in layers]
+    reach = max(float(np.linalg.norm(points, axis=1).max(initial=0.0)) for points in local)
+    for layer, points in zip(layers, local, strict=True):
+        if layer.triangles is not None:
+            _add_triangles(plotter, layer, points)
+        if layer.lines:
+            lift = LIFT * reach + LIFT_STEEP * layer.width * camera.metres_per_pixel
+            _add_lines(plotter, layer, points + lift * camera.towards)
+    if any(layer.opacity < 1.0 for layer in layers):
+        plotter.enable_depth_peeling(number_of_peels=6)
+    return reach
+
+
+def _add_triangles(plotter, layer: Layer, points: np.ndarray) -> None:
+    import pyvista
+
+    mesh = pyvista.PolyData.from_regular_faces(points, layer.triangles)
+    mesh = mesh.compute_normals(
+        cell_normals=False,
+        split_vertices=layer.sharp,
+        feature_angle=FEATURE_ANGLE,
+        consistent_normals=False,
+        auto_orient_normals=False,
+    )
+    plotter.add_mesh(
+        mesh,
+        color=layer.colour,
+        opacity=layer.opacity,
+        smooth_shading=True,
+        ambient=0.42,
+        diffuse=0.68,
+        specular=0.0,
+        reset_camera=False,
+        render=False,
+        copy_mesh=False,
+    )
+
+
+def _add_lines(plotter, layer: Layer, points: np.ndarray) -> None:
+    import pyvista
+
+    mesh = pyvista.PolyData(points)
+    mesh.verts = np.empty(0, dtype=np.int64)
+    mesh.lines = np.concatenate([np.concatenate([[len(line)], line]) for line in layer.lines])
+    look = {
+        "color": layer.colour,
+        "opacity": layer.opacity,
+        "lighting": False,
+        "reset_camera": False,
+        "render": False,
+    }
+    plotter.add_mesh(mesh, line_width=layer.width * OVERSAMPLING, **look)
+
+
+def _point_camera(plotter, camera: Camera, reach: float) -> None:
+    eye = plotter.camera
+    distance = 3.0 * max(reach, 1.0)
+    eye.position = tuple(distance * camera.towards)
+    eye.focal_point = (0.0, 0.0, 0.0)
+    eye.up = tuple(camera.up)
+    eye.parallel_projection = True
+    eye.parallel_scale = camera.size[1] * camera.metres_per_pixel / 2.0
+    plotter.renderer.camera_set = True
+    eye.clipping_range = (distance - 1.1 * max(reach, 1.0), distance + 1.1 * max(reach, 1.0))
+
+
+def _light(plotter) -> None:
+    """A key light from the upper left, as maps are shaded, and a weak one against it."""
+    import pyvista
+
+    for position, intensity in (((-0.65, 0.9, 0.75), 0.93), ((0.8, -0.1, 0.8), 0.38)):
+        light = pyvista.Light(
+            position=position, light_type="camera light", intensity=intensity, color="white"
+        )
+        plotter.add_light(light)
+
+
+def _average(image: np.ndarray) -> np.ndarray:
+    """Average blocks of pixels (rounded half up)."""
+    n = OVERSAMPLING
+    height, width = image.shape[0] // n, image.shape[1] // n
+    blocks = image[: height * n, : width * n].reshape(height, n, width, n, 3).astype(np.uint16)
+    return ((blocks.sum(axis=(1, 3)) + n * n // 2) // (n * n)).astype(np.uint8)

@@ -1,0 +1,131 @@
+"""Put a picture together: layers, furniture, file."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from pathlib import Path
+
+from geosurf.errors import OutputError
+from geosurf.render import furniture
+from geosurf.render.layers import Content, show_box
+from geosurf.render.views import aim, bounds_of, check_exaggeration, check_size
+
+
+def draw_picture(
+    content: Content,
+    path: str | os.PathLike[str],
+    *,
+    title: str,
+    note: str = "",
+    view: str,
+    size: tuple[int, int],
+    exaggeration: float | None,
+    box: tuple[float, ...] | None = None,
+    axes: bool = True,
+    relief_of: tuple[float, ...] | None = None,
+) -> Path:
+    """Draw content with its axes, legend and caption, and write the PNG.
+
+    Parameters
+    ----------
+    content : Content
+    path : path-like
+        Folders are created.
+    title, note : str
+        Above the picture, and the first words of its caption.
+    view : str
+    size : (int, int)
+    exaggeration : float or None
+    box : (west, east, south, north, bottom, top), optional
+        What the axes frame [m]; default: the bounds of the content.
+    axes : bool
+        Whether there are axes; they would mean nothing where units are drawn apart.
+    relief_of : (west, east, south, north, bottom, top), optional
+        The box [m] that the exaggeration is chosen for; default: all that is seen.
+
+    Returns
+    -------
+    Path
+    """
+    layout = furniture.lay_out(check_size(size))
+    extent = bounds_of([layer.points for layer in content.layers])
+    box = extent if box is None else box
+    # the eye has to see both the frame and whatever sticks out of it
+    seen = tuple(
+        (min if i % 2 == 0 else max)(a, b) for i, (a, b) in enumerate(zip(extent, box, strict=True))
+    )
+    stretch = check_exaggeration(exaggeration, relief_of or seen)
+    camera = aim(view, seen, layout.view_size, stretch)
+
+    from geosurf.render._plot import draw_layers
+
+    frame = show_box(box, camera.towards) if axes else Content()
+    image = draw_layers((content + frame).layers, camera)
+    sheet = furniture.Sheet(layout)
+    sheet.paste(image)
+    if axes:
+        furniture.draw_axes(sheet, camera, box)
+    furniture.draw_legend(sheet, content.legend, layout.height / layout.unit - 84 - 250)
+    furniture.draw_compass(sheet, camera)
+    furniture.draw_scale_bar(sheet, camera.metres_per_pixel)
+    furniture.draw_words(sheet, title, caption(view, stretch, note))
+    return save_png(sheet.png(), path)
+
+
+def caption(view: str, exaggeration: float, note: str = "") -> str:
+    """Return the words below a picture.
+
+    Examples
+    --------
+    >>> caption("southwest", 3.0)
+    'Seen from the southwest, vertical exaggeration 3×.'
+    >>> caption("top", 3.0)
+    'Seen from above.'
+    """
+    words = "Seen from above" if view == "top" else f"Seen from the {view}"
+    if view != "top":
+        stretched = f"vertical exaggeration {exaggeration:g}×"
+        words += f", {stretched if exaggeration != 1.0 else 'true to scale'}"
+    return f"{note} {words}.".strip()
+
+
+def save_png(data: bytes, path: str | os.PathLike[str]) -> Path:
+    """Write a picture in one go: readers see the old file or the new one, never half of it.
+
+    Raises
+    ------
+    OutputError
+        If the name does not end in .png, or the folder or file cannot be written.
+    """
+    target = Path(path)
+    if target.suffix.lower() != ".png":
+        raise OutputError(
+            f"{target}: pictures are written as PNG only; let the file name end in .png."
+        )
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=".png")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(data)
+            Path(name).chmod(0o666 & ~_umask())
+            Path(name).replace(target)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                Path(name).unlink()
+            raise
+    except OSError as error:
+        raise OutputError(
+            f"{target}: the picture cannot be written ({error.strerror}). "
+            "Choose a folder that you may write to."
+        ) from error
+    return target
+
+
+def _umask() -> int:
+    """The permissions that new files go without; mkstemp forgets to ask."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

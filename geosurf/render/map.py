@@ -1,0 +1,188 @@
+"""A horizon in map view: elevation in colour, contour lines, curves, scale, north."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.errors import InputError
+from geosurf.model import Curves, TriSurface
+from geosurf.render import furniture, palette
+from geosurf.render.layers import Entry, length_text, thinned
+
+MAX_MAP_TRIANGLE = 250_000
+N_CONTOUR = 14  # contour intervals, about
+N_BAND = 3  # bands of colour per contour interval
+
+
+def draw_map(
+    surface: TriSurface, curves: Curves | None, size: tuple[int, int], title: str
+) -> bytes:
+    """Return the map of a surface as a PNG file.
+
+    Parameters
+    ----------
+    surface : TriSurface
+    curves : Curves or None
+        Those that lie on the surface are drawn.
+    size : (int, int)
+        Pixels.
+    title : str
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    InputError
+        If the surface has no triangles, or is seen edge-on from above.
+    """
+    layout = furniture.lay_out(size)
+    light = thinned(surface, MAX_MAP_TRIANGLE)
+    if not light.n_triangle:
+        raise InputError(f"surface {surface.name!r} has no triangles, so there is no map of it.")
+    west, east, south, north, bottom, top = light.bounds
+    if not (east > west and north > south):
+        raise InputError(
+            f"surface {surface.name!r} is vertical: from above it is a line. "
+            "Draw it with render_surfaces and view='south' or another one."
+        )
+    sheet = furniture.Sheet(layout)
+    axes, metres_per_pixel = _map_axes(sheet, (west, east, south, north))
+    levels = contour_levels(bottom, top)
+    if len(levels) > 1:
+        _draw_elevation(sheet, axes, light, levels)
+    legend = _draw_curves(sheet, axes, light, curves) if curves is not None else []
+    furniture.draw_legend(sheet, tuple(legend), 190.0)
+    _draw_colour_bar(sheet, levels)
+    _draw_north(sheet)
+    furniture.draw_scale_bar(sheet, metres_per_pixel, "")
+    interval = f", contour interval {length_text(levels[1] - levels[0])}" if len(levels) > 1 else ""
+    furniture.draw_words(sheet, title, f"Map view{interval}.")
+    return sheet.png()
+
+
+def contour_levels(bottom: float, top: float) -> np.ndarray:
+    """Return round elevations that enclose a range; one only, where it is flat.
+
+    Examples
+    --------
+    >>> contour_levels(-2041.0, -1985.0).tolist()[:3]
+    [-2045.0, -2040.0, -2035.0]
+    """
+    if not top > bottom:
+        return np.array([bottom])
+    step = furniture.nice_step(top - bottom, N_CONTOUR)
+    return step * np.arange(math.floor(bottom / step), math.ceil(top / step) + 1)
+
+
+def _map_axes(sheet: furniture.Sheet, extent: tuple[float, float, float, float]):
+    """Axes in local metres, as large as the layout allows; and metres per pixel."""
+    layout, unit = sheet.layout, sheet.layout.unit
+    west, east, south, north = extent
+    wide, high = layout.view_size
+    metres_per_pixel = max((east - west) / wide, (north - south) / high)
+    width, height = (east - west) / metres_per_pixel, (north - south) / metres_per_pixel
+    left, bottom = layout.left + (wide - width) / 2.0, layout.bottom + (high - height) / 2.0
+    total = (layout.width, layout.height)
+    place = (left / total[0], bottom / total[1], width / total[0], height / total[1])
+    axes = sheet.figure.add_axes(place)
+    axes.set_xlim(0.0, east - west)
+    axes.set_ylim(0.0, north - south)
+    points = 12.0 * unit * 72.0 / furniture.DPI
+    for axis, name, low, high_end in (
+        (axes.xaxis, "Easting [km]", west, east),
+        (axes.yaxis, "Northing [km]", south, north),
+    ):
+        values = furniture.ticks(low, high_end)
+        axis.set_ticks(values - low, furniture.tick_texts(values, 1000.0))
+        axis.set_label_text(name, fontsize=points * 1.08, color=palette.INK, family=furniture.FONT)
+    axes.tick_params(labelsize=points, colors=palette.INK, width=0.8, color=palette.FAINT)
+    for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
+        label.set_family(furniture.FONT)
+    for spine in axes.spines.values():
+        spine.set_color(palette.FRAME)
+    return axes, metres_per_pixel
+
+
+def _colours():
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("elevation", palette.ELEVATION)
+
+
+def _draw_elevation(sheet, axes, surface: TriSurface, levels: np.ndarray) -> None:
+    """Bands of colour with contour lines; every fifth line is bold."""
+    from matplotlib.tri import Triangulation
+
+    west, _, south, *_ = surface.bounds
+    x, y, z = surface.vertices.T
+    mesh = Triangulation(x - west, y - south, surface.triangles)
+    bands = np.linspace(levels[0], levels[-1], (len(levels) - 1) * N_BAND + 1)
+    axes.tricontourf(mesh, z, levels=bands, cmap=_colours(), antialiased=False)
+    step = levels[1] - levels[0]
+    bold = np.round(levels / step).astype(np.int64) % 5 == 0
+    unit = sheet.layout.unit
+    for chosen, width in ((levels[~bold], 0.35), (levels[bold], 0.9)):
+        if len(chosen):
+            look = {"colors": [palette.INK], "linewidths": width * unit, "linestyles": "solid"}
+            axes.tricontour(mesh, z, levels=chosen, alpha=0.75, **look)
+
+
+def _draw_curves(sheet, axes, surface: TriSurface, curves: Curves) -> list[Entry]:
+    """Bold lines for the curves on a surface, one colour per other surface."""
+    name = surface.name
+    if name not in curves.names:
+        raise InputError(
+            f"the curves know no surface {name!r}; they are those of {list(curves.names)}."
+        )
+    west, _, south, *_ = surface.bounds
+    row = curves.names.index(name)
+    others: dict[int, float] = {}
+    lengths = curves.length_of_curve
+    width = 2.6 * sheet.layout.unit * 72.0 / furniture.DPI
+    for i, pair in enumerate(curves.surfaces_of_curve.tolist()):
+        if row not in pair:
+            continue
+        other = pair[0] if pair[1] == row else pair[1]
+        others[other] = others.get(other, 0.0) + float(lengths[i])
+        x, y, _ = curves.points[curves.curves[i]].T
+        colour = palette.fault(list(others).index(other))
+        axes.plot(x - west, y - south, color=colour, linewidth=width, solid_capstyle="round")
+    return [
+        Entry(f"with {curves.names[other]}", palette.fault(i), length_text(length), "line")
+        for i, (other, length) in enumerate(others.items())
+    ]
+
+
+def _draw_colour_bar(sheet: furniture.Sheet, levels: np.ndarray) -> None:
+    """Elevation against colour, on the right."""
+    layout, unit = sheet.layout, sheet.layout.unit
+    left, low, high = layout.width - 250.0 * unit, 290.0 * unit, layout.height - 300.0 * unit
+    if len(levels) < 2:
+        words = f"flat at {levels[0]:.1f} m"
+        sheet.text((left, high), words, 12.5)
+        return
+    n_band = (len(levels) - 1) * N_BAND
+    colours = _colours()
+    height = (high - low) / n_band
+    for i in range(n_band):
+        face = {"facecolor": colours((i + 0.5) / n_band), "linewidth": 0.0}
+        sheet.rectangle((left, low + i * height), 22.0 * unit, height * 1.02, **face)
+    span = levels[-1] - levels[0]
+    values = furniture.ticks(float(levels[0]), float(levels[-1]), 5)
+    for value, words in zip(values, furniture.tick_texts(values, 1.0), strict=True):
+        y = low + (high - low) * (value - levels[0]) / span
+        sheet.line([(left + 22 * unit, y), (left + 28 * unit, y)], 1.0, palette.FAINT)
+        sheet.text((left + 34 * unit, y), words, 12.0)
+    sheet.text((left, high + 22 * unit), "Elevation [m]", 13.0)
+
+
+def _draw_north(sheet: furniture.Sheet) -> None:
+    unit = sheet.layout.unit
+    foot = np.array([sheet.layout.width - 239.0 * unit, 160.0 * unit])
+    tip = foot + np.array([0.0, 62.0 * unit])
+    furniture.arrow_head(sheet, foot, tip, 2.2, palette.INK)
+    sheet.text(tip + np.array([0.0, 14.0 * unit]), "N", 15.0, ha="center", weight="bold")

@@ -1,0 +1,79 @@
+"""Colours: sober, stratigraphic, and told apart on paper and by colour-blind readers.
+
+All are sRGB triples in 0 to 1.
+"""
+
+from __future__ import annotations
+
+import colorsys
+
+RGB = tuple[float, float, float]
+
+
+def rgb(code: str) -> RGB:
+    """Return ``"#rrggbb"`` as three numbers in 0 to 1.
+
+    Examples
+    --------
+    >>> rgb("#ff0000")
+    (1.0, 0.0, 0.0)
+    """
+    red, green, blue = (int(code[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+    return red, green, blue
+
+
+INK = rgb("#26292e")
+FAINT = rgb("#7d838c")
+PAPER = (1.0, 1.0, 1.0)
+CURVE = rgb("#111111")
+ACCENT = rgb("#c8102e")
+FRAME = rgb("#9aa0a8")
+VOXEL = rgb("#3b6ea5")
+
+# Neighbours in the column differ in lightness as well as in hue.
+STRATA = tuple(
+    rgb(code)
+    for code in (
+        "#e3cfa0",  # sand
+        "#8fa870",  # sage
+        "#c98d4b",  # ochre
+        "#7c9ab5",  # grey-blue
+        "#d9b365",  # straw
+        "#5f7f72",  # slate green
+        "#b9a7a0",  # mudstone
+        "#a65f45",  # red bed
+        "#a9c3cf",  # limestone
+        "#6d6a75",  # shale
+    )
+)
+FAULTS = tuple(rgb(code) for code in ("#8c2f2b", "#6b4a57", "#a4552f", "#59616d", "#7a3b58"))
+WALL = rgb("#d4d7db")
+
+# Elevation in map view, low to high.
+ELEVATION = ("#2f4858", "#4a7285", "#7ea3a5", "#b9c9a9", "#e6dba8", "#dfb76c", "#bf8145", "#8a4b2f")
+
+
+def stratum(index: int) -> RGB:
+    """Return the colour of a horizon or zone, counted down from the youngest."""
+    return STRATA[index % len(STRATA)]
+
+
+def fault(index: int) -> RGB:
+    """Return the colour of a fault."""
+    return FAULTS[index % len(FAULTS)]
+
+
+def shade(colour: RGB, step: int, n_step: int) -> RGB:
+    """Return one of `n_step` shades of a colour, from lighter to darker.
+
+    Examples
+    --------
+    >>> shade((0.5, 0.25, 0.25), 0, 1)
+    (0.5, 0.25, 0.25)
+    """
+    if n_step < 2:
+        return colour
+    place = 1.0 - 2.0 * step / (n_step - 1)  # 1 for the lightest, -1 for the darkest
+    hue, lightness, saturation = colorsys.rgb_to_hls(*colour)
+    room = min(1.0 - lightness, lightness, 0.085)
+    return colorsys.hls_to_rgb(hue, lightness + place * room, saturation)

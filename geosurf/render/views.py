@@ -1,0 +1,202 @@
+"""Named views: where the eye is, and where a point of the world lands on paper.
+
+Projection is parallel, so that a length across the view is the same
+everywhere, lines may be lifted towards the eye without moving on paper, and
+labels are placed by six multiplications in float64.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.conventions import did_you_mean
+from geosurf.errors import InputError
+
+# Where the eye stands: azimuth clockwise from north, height above the horizon [degrees].
+# Corner views stand a little off the diagonal, so that the two sides of a box differ.
+VIEWS = {
+    "southwest": (213.0, 27.0),
+    "southeast": (147.0, 27.0),
+    "northwest": (327.0, 27.0),
+    "northeast": (33.0, 27.0),
+    "south": (180.0, 0.0),
+    "north": (0.0, 0.0),
+    "east": (90.0, 0.0),
+    "west": (270.0, 0.0),
+    "top": (180.0, 90.0),
+}
+
+# Vertical exaggerations that people can divide by in their heads.
+EXAGGERATIONS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
+RELIEF = 0.4  # height over width that reads well
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A parallel projection of exaggerated, local coordinates to pixels.
+
+    Attributes
+    ----------
+    right, up, towards : ndarray of float64, shape (3,)
+        Unit vectors: across the paper, up the paper, towards the eye.
+    centre : ndarray of float64, shape (3,)
+        World point [m] in the middle of the paper; the origin of the local frame.
+    exaggeration : float
+        Elevations are stretched by this about `centre`.
+    size : (int, int)
+        Pixels across and up.
+    metres_per_pixel : float
+    """
+
+    right: np.ndarray
+    up: np.ndarray
+    towards: np.ndarray
+    centre: np.ndarray
+    exaggeration: float
+    size: tuple[int, int]
+    metres_per_pixel: float
+
+    def to_local(self, points: np.ndarray) -> np.ndarray:
+        """Return world points (n, 3) shifted to `centre` and stretched, float64."""
+        return (points - self.centre) * (1.0, 1.0, self.exaggeration)
+
+    def to_pixels(self, points: np.ndarray) -> np.ndarray:
+        """Return where world points (n, 3) land: pixels (n, 2) from the lower left."""
+        local = self.to_local(np.asarray(points, dtype=np.float64))
+        flat = np.stack([local @ self.right, local @ self.up], axis=-1)
+        return flat / self.metres_per_pixel + np.array(self.size) / 2.0
+
+
+def view_vectors(view: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the unit vectors right, up and towards the eye of a named view.
+
+    Raises
+    ------
+    InputError
+        If there is no such view.
+
+    Examples
+    --------
+    >>> right, up, towards = view_vectors("south")
+    >>> right.round(12).tolist(), up.round(12).tolist()
+    ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+    """
+    if view not in VIEWS:
+        raise InputError(
+            f"there is no view {view!r}; views are {', '.join(VIEWS)}.{did_you_mean(view, VIEWS)}"
+        )
+    azimuth, height = (math.radians(angle) for angle in VIEWS[view])
+    ground = np.array([math.sin(azimuth), math.cos(azimuth), 0.0])
+    right = np.array([-ground[1], ground[0], 0.0])
+    towards = math.cos(height) * ground + math.sin(height) * np.array([0.0, 0.0, 1.0])
+    return right, np.cross(towards, right), towards
+
+
+def choose_exaggeration(bounds: tuple[float, ...]) -> float:
+    """Return a round vertical exaggeration that reads well: never below 1.
+
+    Parameters
+    ----------
+    bounds : (west, east, south, north, bottom, top)
+        [m].
+
+    Examples
+    --------
+    >>> choose_exaggeration((0, 10_000, 0, 10_000, -2500, -1500))
+    4.0
+    >>> choose_exaggeration((0, 100, 0, 100, 0, 500))
+    1.0
+    """
+    west, east, south, north, bottom, top = bounds
+    width, height = max(east - west, north - south), top - bottom
+    if height <= 0.0 or width <= 0.0:
+        return 1.0
+    wanted = RELIEF * width / height
+    return max((x for x in EXAGGERATIONS if x <= wanted), default=1.0)
+
+
+def check_exaggeration(exaggeration: float | None, bounds: tuple[float, ...]) -> float:
+    """Return a usable exaggeration: the one given, or a chosen one.
+
+    Raises
+    ------
+    InputError
+        If it is not a positive, finite number.
+    """
+    if exaggeration is None:
+        return choose_exaggeration(bounds)
+    if not (math.isfinite(exaggeration) and exaggeration > 0.0):
+        raise InputError(
+            f"exaggeration is {exaggeration!r}, but elevations can be stretched by a positive "
+            "number only; leave it out for one that reads well."
+        )
+    return float(exaggeration)
+
+
+def check_size(size: tuple[int, int]) -> tuple[int, int]:
+    """Return the size of a picture in pixels, or say what is wrong with it."""
+    try:
+        width, height = (int(n) for n in size)
+    except (TypeError, ValueError):
+        width = height = 0
+    if not (200 <= width <= 8000 and 150 <= height <= 8000):
+        raise InputError(
+            f"size is {size!r}, expected (width, height) in pixels, "
+            "from (200, 150) to (8000, 8000)."
+        )
+    return width, height
+
+
+def corners(bounds: tuple[float, ...]) -> np.ndarray:
+    """Return the eight corners (8, 3) of a box, west to east slowest, elevation fastest."""
+    west, east, south, north, bottom, top = bounds
+    box = itertools.product((west, east), (south, north), (bottom, top))
+    return np.array(list(box), dtype=np.float64)
+
+
+def aim(view: str, bounds: tuple[float, ...], size: tuple[int, int], exaggeration: float) -> Camera:
+    """Return the camera that shows a box as large as a picture of some size allows.
+
+    Parameters
+    ----------
+    view : str
+        A key of `VIEWS`.
+    bounds : (west, east, south, north, bottom, top)
+        What has to be seen [m].
+    size : (int, int)
+        Pixels across and up.
+    exaggeration : float
+    """
+    right, up, towards = view_vectors(view)
+    box = corners(bounds)
+    centre = (box[0] + box[-1]) / 2.0
+    local = (box - centre) * (1.0, 1.0, exaggeration)
+    across, along = np.ptp(local @ right), np.ptp(local @ up)
+    scale = max(across / size[0], along / size[1])
+    if not scale > 0.0:
+        scale = 1.0
+    return Camera(right, up, towards, centre, exaggeration, size, float(scale))
+
+
+def bounds_of(arrays: list[np.ndarray]) -> tuple[float, float, float, float, float, float]:
+    """Return west, east, south, north, bottom, top of some points, each (n, 3).
+
+    Raises
+    ------
+    InputError
+        If there is not one point.
+    """
+    arrays = [points for points in arrays if len(points)]
+    if not arrays:
+        raise InputError(
+            "there is nothing to draw: no triangle, no curve. "
+            "Hand over at least one surface, or show more of the scene."
+        )
+    low = np.min([points.min(axis=0) for points in arrays], axis=0)
+    high = np.max([points.max(axis=0) for points in arrays], axis=0)
+    (w, s, b), (e, n, t) = low.tolist(), high.tolist()
+    return w, e, s, n, b, t
