@@ -374,7 +374,7 @@ def exact_round(m, w, top, lx, below, lw):
                 mantissa -= 1
                 continue
         break
-    return s * math.ldexp(float(mantissa), exponent)
+    return s * math.ldexp(float(mantissa), int(exponent))
 
 
 @scalar

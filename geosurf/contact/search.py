@@ -1,0 +1,237 @@
+"""From surfaces to contacts: candidates, exact signs, named points.
+
+`find_contacts` is what `intersect`, `rebuild` and the certificate all rest on. Only faces that
+are candidates somewhere are copied (welded, in the local frame); all that comes later
+costs what they cost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geosurf.contact.broad import candidate_pairs
+from geosurf.conventions import frame_origin, place
+from geosurf.errors import InputError, InvariantError, SurfaceError
+from geosurf.kernels.contact import N_COLUMN, meet_pairs
+from geosurf.kernels.exact import N_EDGE_PLANE, N_NAME, N_POINT
+from geosurf.kernels.mesh import weld
+from geosurf.kernels.naming import name_contacts
+from geosurf.kernels.points import FULL
+from geosurf.kernels.predicates import MAX_COORDINATE, flat_triangles, frame_of
+from geosurf.kernels.voxels import triangle_boxes
+from geosurf.model import TriSurface
+
+METHODS = ("auto", "tree", "voxels")
+
+
+@dataclass
+class Contacts:
+    """All contacts of some surfaces, and what is needed to decide more about them.
+
+    Attributes
+    ----------
+    surfaces : tuple of TriSurface
+    origin : ndarray, shape (3,)
+        Of the local frame [m].
+    x : ndarray of float64, shape (n, 3)
+        Local coordinates: welded vertices of candidate faces, then constructed points.
+    n_vertex : int
+    t : ndarray of int64, shape (n_face, 3)
+        Candidate faces, as rows of `x`, surface by surface.
+    surface_of_face, row_of_face : ndarray of int64, shape (n_face,)
+    rows : ndarray of int64, shape (n_contact, 11)
+        Contacts, see `geosurf.kernels.contact`.
+    ids : ndarray of int64, shape (n_contact, 6)
+        Points of each contact, rows of `x`.
+    records : ndarray of int64, shape (n_record, 4)
+        What cuts which face, see `geosurf.kernels.naming`.
+    """
+
+    surfaces: tuple[TriSurface, ...]
+    origin: np.ndarray
+    x: np.ndarray
+    n_vertex: int
+    t: np.ndarray
+    surface_of_face: np.ndarray
+    row_of_face: np.ndarray
+    id_of_vertex: list[np.ndarray]
+    rows: np.ndarray
+    ids: np.ndarray
+    records: np.ndarray
+    e: np.ndarray
+    d: np.ndarray
+    m: np.ndarray
+    w: np.ndarray
+    cost: dict[str, int] = field(default_factory=dict)
+    cost_of_pair: dict[tuple[int, int], dict[str, int]] = field(default_factory=dict)
+
+
+def check_surfaces(surfaces: Sequence[TriSurface], least: int = 1) -> tuple[TriSurface, ...]:
+    """Return the surfaces as a tuple, or say which cannot be used and why."""
+    surfaces = tuple(surfaces)
+    if len(surfaces) < least:
+        raise InputError(f"{len(surfaces)} surfaces were given, at least {least} are needed.")
+    for i, surface in enumerate(surfaces):
+        if not isinstance(surface, TriSurface):
+            raise InputError(
+                f"surface {i} is a {type(surface).__name__}, not a TriSurface; "
+                "triangulate_horizon and triangulate_fault make one."
+            )
+        if surface.n_triangle == 0:
+            raise SurfaceError(f"surface {surface.name!r} has no triangles; leave it out.")
+        if "_checked" not in surface.__dict__:
+            _check_triangles(surface)
+            surface.__dict__["_checked"] = True
+    return surfaces
+
+
+def _check_triangles(surface: TriSurface) -> None:
+    """Refuse what exact geometry has no answer for."""
+    x = surface.vertices
+    if np.abs(x).max() > MAX_COORDINATE:
+        raise SurfaceError(
+            f"surface {surface.name!r} has a coordinate of {np.abs(x).max():g} m; "
+            f"at most {MAX_COORDINATE:g} can be used. Is an undefined value left in it?"
+        )
+    try:
+        m, w = frame_of(x)
+    except SurfaceError as error:
+        raise SurfaceError(f"surface {surface.name!r}: {error}") from error
+    flat = flat_triangles(x, surface.triangles, m, w)
+    if len(flat):
+        where = place(x[surface.triangles[flat[0], 0]])
+        raise SurfaceError(
+            f"surface {surface.name!r}: {len(flat)} of {surface.n_triangle} triangles have no area, "
+            f"the first is triangle {flat[0]} at {where}. Remove them from the surface."
+        )
+
+
+def find_contacts(
+    surfaces: Sequence[TriSurface],
+    *,
+    method: str = "auto",
+    voxel_size: float | None = None,
+    self_intersections: bool = False,
+    pairs: Sequence[tuple[int, int]] | None = None,
+) -> Contacts:
+    """Find every pair of triangles that meet, with named points.
+
+    Parameters
+    ----------
+    surfaces : sequence of TriSurface
+    method : {"auto", "tree", "voxels"}
+        How candidates are searched. Changes the cost, never the result.
+    voxel_size : float, optional
+        Edge of the search voxels [m]; fitted to the data if left out.
+    self_intersections : bool
+        Whether each surface is also searched for contacts with itself.
+    pairs : sequence of (int, int), optional
+        Only these pairs of surfaces (rows); default: all.
+
+    Returns
+    -------
+    Contacts
+    """
+    if method not in METHODS:
+        raise InputError(f"method is {method!r}, expected one of {METHODS}.")
+    if voxel_size is not None and not (np.isfinite(voxel_size) and voxel_size > 0):
+        raise InputError(f"voxel_size is {voxel_size!r}; give a length in metres above 0.")
+    surfaces = check_surfaces(surfaces)
+    origin = frame_origin(*(s.vertices for s in surfaces))
+    local = [s.vertices - origin for s in surfaces]
+    boxes = [triangle_boxes(x, s.triangles) for x, s in zip(local, surfaces, strict=True)]
+    if pairs is None:
+        n = len(surfaces)
+        pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or self_intersections]
+    found, cost_of_pair = [], {}
+    for i, j in pairs:
+        rows, cost = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
+        cost_of_pair[i, j] = cost
+        found.append((i, j, rows))
+    cost = {key: sum(c[key] for c in cost_of_pair.values()) for key in ("voxels", "candidate_faces")}
+    cost["pairs_tested"] = sum(len(rows) for _, _, rows in found)
+    compact = _compact(surfaces, local, found)
+    contacts = _name(surfaces, origin, *compact)
+    cost["pairs_meeting"] = len(contacts.rows)
+    contacts.cost, contacts.cost_of_pair = cost, cost_of_pair
+    return contacts
+
+
+def _compact(surfaces, local, found):
+    """Candidate faces only: welded vertices, corners, where they come from, candidate pairs."""
+    face_of_row = [np.zeros(s.n_triangle, dtype=np.int64) for s in surfaces]
+    for i, j, rows in found:
+        face_of_row[i][rows[:, 0]] = 1
+        face_of_row[j][rows[:, 1]] = 1
+    row_of_face, surface_of_face, corners, places = [], [], [], []
+    id_of_vertex = [np.full(s.n_vertex, -1, dtype=np.int64) for s in surfaces]
+    n_face = n_place = 0
+    for i, surface in enumerate(surfaces):
+        rows = np.flatnonzero(face_of_row[i])
+        face_of_row[i][rows] = np.arange(n_face, n_face + len(rows))
+        faces = surface.triangles[rows]
+        mark = np.zeros(surface.n_vertex, dtype=bool)
+        mark[faces] = True
+        used = np.flatnonzero(mark)
+        id_of_vertex[i][used] = np.arange(n_place, n_place + len(used))
+        corners.append(id_of_vertex[i][faces])
+        places.append(local[i][used])
+        row_of_face.append(rows)
+        surface_of_face.append(np.full(len(rows), i))
+        n_face += len(rows)
+        n_place += len(used)
+    places = np.concatenate(places)
+    number, count = weld(places)
+    x = np.empty((count, 3))
+    x[number] = places
+    for ids in id_of_vertex:
+        known = ids >= 0
+        ids[known] = number[ids[known]]
+    t = number[np.concatenate(corners)] if n_face else np.empty((0, 3), dtype=np.int64)
+    pairs = [
+        np.stack([face_of_row[i][rows[:, 0]], face_of_row[j][rows[:, 1]]], axis=1)
+        for i, j, rows in found
+    ]
+    pairs = np.concatenate(pairs) if pairs else np.empty((0, 2), dtype=np.int64)
+    return x, t, np.concatenate(surface_of_face), np.concatenate(row_of_face), id_of_vertex, pairs
+
+
+def table_size(n: int) -> int:
+    """A power of two above twice the number of entries."""
+    return 1 << max(4, int(2 * n + 2).bit_length())
+
+
+def _name(surfaces, origin, x, t, surface_of_face, row_of_face, id_of_vertex, pairs) -> Contacts:
+    """Signs, then names."""
+    m0, w = frame_of(x, len(t))
+    rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
+    n = meet_pairs(x, t, pairs, m0, w, rows)
+    rows = rows[:n].copy()
+    n_corner = int(rows[:, 4].sum())
+    room = n_corner + 64
+    while True:
+        m = m0.copy()
+        names = np.zeros((table_size(2 * room + 6 * len(rows)), 5), dtype=np.int64)
+        space = np.empty((len(x) + room, 3))
+        space[: len(x)] = x
+        places = np.full(table_size(len(space) + 1), -1, dtype=np.int64)
+        e = np.zeros((room, 3), dtype=np.int64)
+        d = np.zeros((room, 4), dtype=np.int64)
+        ids = np.full((len(rows), 6), -1, dtype=np.int64)
+        records = np.empty((2 * n_corner + 12 * int(rows[:, 2].sum()) + 16, 4), dtype=np.int64)
+        n_record = name_contacts(space, t, e, d, m, w, names, places, rows, ids, records)
+        if n_record != FULL:
+            break
+        room *= 2
+        if room > 64 * (n_corner + 64):
+            raise InvariantError("the tables of named points do not settle; please report this.")
+    n_point = int(m[N_POINT])
+    m[N_NAME] = 0
+    return Contacts(
+        surfaces, origin, space[: len(x) + n_point].copy(), len(x), t, surface_of_face, row_of_face,
+        id_of_vertex, rows, ids, records[:n_record].copy(), e[: int(m[N_EDGE_PLANE])].copy(),
+        d[:n_point].copy(), m, w,
+    )  # fmt: skip

@@ -1,0 +1,193 @@
+"""Cut faces -> children: each face on its own, all with the same exact decisions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.delaunay import (
+    AXIS,
+    FACE_ID,
+    POINTS,
+    SEGMENT,
+    START,
+    TRIANGLES,
+    add_local,
+    insert_point,
+    insert_segment,
+    settle_all,
+)
+from geosurf.kernels.exact import COLLISIONS, N_VERTEX
+from geosurf.kernels.points import FULL, id_at_place
+from geosurf.kernels.predicates import normal_axis
+
+BROKEN = -8
+_SMALL = 16  # up to so many points a face is searched triangle by triangle
+
+
+@scalar
+def _bits_on_edges(t, d, m, tri, i):
+    """Which edges of a face hold constructed point i, as far as its name tells: bits 1, 2, 4."""
+    row = i - m[N_VERTEX]
+    if row < 0 or d[row, 0] != 1:
+        return 0
+    for k in range(3):
+        a, b = t[tri, k], t[tri, (k + 1) % 3]
+        if (d[row, 1] == a and d[row, 2] == b) or (d[row, 1] == b and d[row, 2] == a):
+            return 1 << k
+    return 0
+
+
+@scalar
+def _start_face(x, t, m, q, f, s, h, tri, axis, side):
+    """The face itself as first triangle, counter-clockwise on its axis."""
+    s[POINTS], s[TRIANGLES], s[AXIS], s[SEGMENT] = 0, 1, axis, 0
+    s[FACE_ID], s[START] = tri, 0
+    second, third = (1, 2) if side > 0 else (2, 1)
+    # bits: edge k joins corners k and k + 1
+    add_local(x, m, q, f, s, t[tri, 0], 1 | 4)
+    add_local(x, m, q, f, s, t[tri, second], 3 if second == 1 else 6)
+    add_local(x, m, q, f, s, t[tri, third], 3 if third == 1 else 6)
+    for k in range(3):
+        h[k, 0], h[k, 1], h[k, 2], h[k, 3] = k, -1, -1, 0
+        q[k, 2] = k
+
+
+@scalar
+def _order_points(f, k, low, high):
+    """Local points low..high in an order that keeps walks short: rows of k[:, 1].
+
+    Rounds of doubling size (BRIO, Amenta, Choi & Rote 2003), inside a round along a grid of
+    strips. Only speed depends on it.
+    """
+    n = high - low
+    for i in range(n):
+        k[i, 1] = low + i
+    # a fixed shuffle
+    seed = 12345
+    for i in range(n - 1, 0, -1):
+        seed = (seed * 1103515245 + 12345) & 0x7FFFFFFF
+        j = (seed >> 8) % (i + 1)
+        k[i, 1], k[j, 1] = k[j, 1], k[i, 1]
+    u0, u1, v0, v1 = f[0, 0], f[0, 0], f[0, 1], f[0, 1]
+    for i in range(1, 3):
+        u0, u1 = min(u0, f[i, 0]), max(u1, f[i, 0])
+        v0, v1 = min(v0, f[i, 1]), max(v1, f[i, 1])
+    start = 0
+    size = 64
+    while start < n:
+        stop = min(n, start + size)
+        strips = max(1, int(np.sqrt((stop - start) / 2.0)))
+        keys = np.empty(stop - start, dtype=np.float64)
+        for i in range(start, stop):
+            p = k[i, 1]
+            row = min(strips - 1, int(strips * (f[p, 1] - v0) / (v1 - v0)))
+            along = (f[p, 0] - u0) / (u1 - u0)
+            keys[i - start] = row + (along if row % 2 == 0 else 1.0 - along)
+        order = np.argsort(keys)
+        moved = np.empty(stop - start, dtype=np.int64)
+        for i in range(stop - start):
+            moved[i] = k[start + order[i], 1]
+        for i in range(start, stop):
+            k[i, 1] = moved[i - start]
+        start = stop
+        size *= 2
+
+
+@scalar
+def _local_of(local, x, t, d, m, q, f, s, tri, i):
+    """Local number of global id i, filed if new."""
+    if local[i] < 0:
+        local[i] = add_local(x, m, q, f, s, i, _bits_on_edges(t, d, m, tri, i))
+    return local[i]
+
+
+@scalar
+def _cut_face(
+    x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, tri
+):
+    """Triangulate one face with its records; 0, FULL or BROKEN."""
+    axis, side = normal_axis(x, m, w, t[tri, 0], t[tri, 1], t[tri, 2])
+    _start_face(x, t, m, q, f, s, h, tri, axis, side)
+    for c in range(3):
+        local[q[c, 0]] = c
+    for r in range(low, high):
+        _local_of(local, x, t, d, m, q, f, s, tri, records[r, 1])
+        if records[r, 2] >= 0:
+            _local_of(local, x, t, d, m, q, f, s, tri, records[r, 2])
+    n = s[POINTS]
+    scan = n <= _SMALL
+    if scan:
+        for p in range(3, n):
+            if not insert_point(x, t, e, d, m, w, h, q, f, s, k, p, True):
+                return BROKEN
+        settle_all(x, t, e, d, m, w, h, q, f, s, k)
+    else:
+        _order_points(f, k, 3, n)
+        order = k[: n - 3, 1].copy()
+        for c in range(n - 3):
+            if not insert_point(x, t, e, d, m, w, h, q, f, s, k, order[c], False):
+                return BROKEN
+    shuffled = 7919 if (high - low) % 7919 != 0 else 7907
+    for c in range(high - low):  # a fixed shuffle keeps corridors short on average
+        r = low + (c * shuffled) % (high - low)
+        if records[r, 2] < 0:
+            continue
+        a, b = local[records[r, 1]], local[records[r, 2]]
+        done = insert_segment(
+            x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, records[r, 3]
+        )
+        if done == FULL:
+            return FULL
+        if done < 0:
+            return BROKEN
+    settle_all(x, t, e, d, m, w, h, q, f, s, k)
+    return 0
+
+
+@entry("d2 l2 l2 l2 l1 l1 l1 l -> .")
+def file_points(x, t, e, d, m, w, places, n):
+    """Enter the first n points, all distinct, into an empty table of places."""
+    collisions = m[COLLISIONS]
+    for i in range(n):
+        id_at_place(x, t, e, d, m, w, places, i)
+    m[COLLISIONS] = collisions
+
+
+@entry("d2 l2 l2 l2 l1 l1 l2 l1 l2 l1 l1 l2 l2 d2 l2 l2 l1 -> l")
+def cut_faces(
+    x, t, e, d, m, w, names, places, records, offsets, local, h, q, f, k, children, parents
+):
+    """Children of all cut faces; returns their number, FULL, or BROKEN - (face number).
+
+    ``records[offsets[i]:offsets[i + 1]]`` belong to one face; `local` is -1 for every id.
+    """
+    s = np.zeros(8, dtype=np.int64)
+    out = 0
+    for g in range(offsets.shape[0] - 1):
+        low, high = offsets[g], offsets[g + 1]
+        tri = records[low, 0]
+        need = 3 + 2 * (high - low)
+        if need >= q.shape[0] or 6 * need + 6 >= h.shape[0]:
+            return FULL
+        status = _cut_face(
+            x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, tri
+        )
+        if status == FULL:
+            return FULL
+        if status == BROKEN:
+            return BROKEN - g
+        if out + s[TRIANGLES] > children.shape[0]:
+            return FULL
+        _, side = normal_axis(x, m, w, t[tri, 0], t[tri, 1], t[tri, 2])
+        for c in range(s[TRIANGLES]):
+            p0, p1, p2 = q[h[3 * c, 0], 0], q[h[3 * c + 1, 0], 0], q[h[3 * c + 2, 0], 0]
+            children[out, 0] = p0
+            children[out, 1] = p1 if side > 0 else p2
+            children[out, 2] = p2 if side > 0 else p1
+            parents[out] = tri
+            out += 1
+        for c in range(s[POINTS]):
+            if q[c, 0] < local.shape[0]:
+                local[q[c, 0]] = -1
+    return out

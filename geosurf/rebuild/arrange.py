@@ -1,0 +1,109 @@
+"""Contacts -> children: the faces that are cut, triangulated with exact decisions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.contact.search import Contacts, table_size
+from geosurf.conventions import place
+from geosurf.errors import InvariantError
+from geosurf.kernels.cut import BROKEN, cut_faces, file_points
+from geosurf.kernels.exact import COLLISIONS, N_POINT
+from geosurf.kernels.points import FULL
+
+
+@dataclass
+class Children:
+    """What cut faces became.
+
+    Attributes
+    ----------
+    x : ndarray of float64, shape (n, 3)
+        Local coordinates of all points: those of the contacts first.
+    d : ndarray of int64, shape (n_constructed, 4)
+        Definitions of the constructed points.
+    triangles : ndarray of int64, shape (n_child, 3)
+        Rows of `x`, oriented as their parents.
+    parent : ndarray of int64, shape (n_child,)
+        Face of the contacts (row of `Contacts.t`).
+    cut : ndarray of int64, shape (n_cut,)
+        The faces that were cut.
+    collisions : int
+        Distinct points that rounding put in one place.
+    """
+
+    x: np.ndarray
+    d: np.ndarray
+    triangles: np.ndarray
+    parent: np.ndarray
+    cut: np.ndarray
+    collisions: int
+    m: np.ndarray
+
+
+def group_records(records: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Records sorted by face, each segment and point once, and the offsets of the faces."""
+    if len(records) == 0:
+        return records, np.zeros(1, dtype=np.int64)
+    order = np.lexsort((records[:, 3], records[:, 2], records[:, 1], records[:, 0]))
+    records = records[order]
+    new = np.ones(len(records), dtype=bool)
+    new[1:] = (records[1:, :3] != records[:-1, :3]).any(axis=1)
+    records = records[new]
+    starts = np.flatnonzero(np.diff(records[:, 0], prepend=-1))
+    return records, np.append(starts, len(records))
+
+
+def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Children:
+    """Triangulate all faces that have records, or those in `records`.
+
+    Raises
+    ------
+    InvariantError
+        If a point does not lie in its own face: a broken promise of ours.
+    """
+    records, offsets = group_records(contacts.records if records is None else records)
+    cut = records[offsets[:-1], 0] if len(records) else np.empty(0, dtype=np.int64)
+    n, n_old = len(contacts.x), len(contacts.d)
+    largest = int(np.diff(offsets).max(initial=0))
+    extra = len(records) + 64
+    while True:
+        x = np.empty((n + extra, 3))
+        x[:n] = contacts.x
+        d = np.zeros((n_old + extra, 4), dtype=np.int64)
+        d[:n_old] = contacts.d
+        m = contacts.m.copy()
+        names = np.zeros((table_size(extra), 5), dtype=np.int64)
+        places = np.full(table_size(n + extra + 1), -1, dtype=np.int64)
+        file_points(x, contacts.t, contacts.e, d, m, contacts.w, places, n)
+        n_local = 2 * largest + extra + 16
+        half = 6 * n_local + 64
+        h = np.empty((half, 4), dtype=np.int64)
+        q = np.empty((n_local, 4), dtype=np.int64)
+        f = np.empty((n_local, 3))
+        k = np.empty((3 * half + 256, 4), dtype=np.int64)
+        local = np.full(n + extra, -1, dtype=np.int64)
+        children = np.empty((6 * len(records) + 4 * extra + 64, 3), dtype=np.int64)
+        parents = np.empty(len(children), dtype=np.int64)
+        count = cut_faces(
+            x, contacts.t, contacts.e, d, m, contacts.w, names, places, records, offsets, local,
+            h, q, f, k, children, parents,
+        )  # fmt: skip
+        if count != FULL:
+            break
+        extra *= 4
+    if count <= BROKEN:
+        face = cut[BROKEN - count]
+        surface = contacts.surfaces[contacts.surface_of_face[face]]
+        where = place(contacts.x[contacts.t[face, 0]] + contacts.origin)
+        raise InvariantError(
+            f"triangle {contacts.row_of_face[face]} of surface {surface.name!r} at {where} could "
+            "not be split along its curves; please report this with the surfaces."
+        )
+    n_point = int(m[N_POINT])
+    return Children(
+        x[: contacts.n_vertex + n_point].copy(), d[:n_point].copy(), children[:count].copy(),
+        parents[:count].copy(), cut, int(m[COLLISIONS]), m,
+    )  # fmt: skip
