@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import importlib.util
 import inspect
 import math
+import re
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import geosurf
 from geosurf import synthetic
 from geosurf.errors import InputError
 from geosurf.synthetic.polyhedra import box_polyhedron, chord, clip, section, volume
@@ -16,6 +20,7 @@ from geosurf.synthetic.rough import hashed_noise
 from geosurf.synthetic.world import zone_names
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
+FILES = Path(__file__).resolve().parents[1] / "data" / "synthetic_horizons"
 WORLDS = [
     synthetic.tilted_planes,
     synthetic.graben,
@@ -391,6 +396,57 @@ def test_only_the_main_fault_of_the_field_crosses_the_box():
         assert (s < south and n > north and b < bottom and t > top) is splits
         assert west < w < e < east
     assert triangulate_fault(world.faults["F2"]).bounds[2] > south
+
+
+# ---- the files -----------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def make_files():
+    """The script that writes data/synthetic_horizons, as a module."""
+    specification = importlib.util.spec_from_file_location("make_files", FILES / "make.py")
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+def test_the_files_hold_these_worlds(make_files):
+    assert {w.name for w in make_files.WORLDS} == {make.__name__ for make in WORLDS}
+    for world in make_files.WORLDS:
+        names = {path.stem for path in (FILES / world.name).glob("*.nc")}
+        assert names == {*world.horizons, *world.faults}
+        for name, da in world.horizons.items():
+            path = FILES / world.name / f"{name}.nc"
+            assert path.stat().st_size < 300_000
+            read = geosurf.read_horizon(path)
+            assert read.attrs["positive"] == "up"
+            np.testing.assert_allclose(read.values, da.values, rtol=0, atol=1e-9)
+            np.testing.assert_array_equal(read.easting, da.easting)
+            np.testing.assert_array_equal(read.northing, da.northing)
+        for name, ds in world.faults.items():
+            read = triangulate_fault(geosurf.read_fault(FILES / world.name / f"{name}.nc"))
+            assert read.name == name
+            np.testing.assert_allclose(
+                read.vertices, triangulate_fault(ds).vertices, rtol=0, atol=1e-9
+            )
+
+
+def test_the_readme_states_these_truths(make_files):
+    number = r"-?\d+\.?\d*(?:e[+-]?\d+)?"
+    text = (FILES / "README.md").read_text(encoding="utf-8")
+    for world in make_files.WORLDS:
+        section = make_files.describe(world)
+        start = text.index(f"## {world.name}\n")
+        written = text[start : start + len(section) + 40]
+        assert re.sub(number, "#", written).startswith(re.sub(number, "#", section).rstrip())
+        stated, true = (list(map(float, re.findall(number, t))) for t in (written, section))
+        np.testing.assert_allclose(stated[: len(true)], true, rtol=1e-9)
+
+
+def test_files_are_written_alike_twice(make_files, tmp_path):
+    world = synthetic.dome_and_flat_fault(n=9)
+    one, two = (make_files.write_world(world, tmp_path / key) for key in ("one", "two"))
+    assert [path.read_bytes() for path in one] == [path.read_bytes() for path in two]
 
 
 # ---- refusals ------------------------------------------------------------------------

@@ -85,8 +85,8 @@ def listric(
         "closed": False,
     }
     formula = (
-        f"Top: z = {depth:g} + {slope:.9g} (y - 1500); F1: x = {east:g} - sqrt({radius:g}^2 - "
-        f"(z - {top:g})^2); box {box}; all in metres before the offset. Volumes by the "
+        f"Top: z = {depth:g} + {slope!r} (y - 1500); F1: x = {east:g} - sqrt({radius:g}^2 - "
+        f"(z + {-top:g})^2); box {box}; all in metres before the offset. Volumes by the "
         "antiderivatives of the circle, once and twice; the curve is an arc of an ellipse, its "
         "length a Gauss quadrature of a smooth integrand."
     )

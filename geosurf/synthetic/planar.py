@@ -147,7 +147,7 @@ def _planar_world(
     for key, (_, dip, _) in faults.items():
         if not 0 < dip <= 90:
             raise InputError(f"dip of {key} is {dip} degrees, expected more than 0, up to 90.")
-    words = [f"{k}: z = {z0:.9g} + {p:.9g} x + {q:.9g} y" for k, (z0, p, q) in horizons.items()]
+    words = [f"{k}: z = {z0!r} + {p!r} x + {q!r} y" for k, (z0, p, q) in horizons.items()]
     words += [
         f"{k}: plane through {point}, dip {dip:g}, dip direction {direction:g} degrees"
         for k, (point, dip, direction) in faults.items()

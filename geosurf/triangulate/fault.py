@@ -82,7 +82,8 @@ def triangulate_fault(
     >>> fault.n_triangle, fault.bounds
     (2, (0.0, 900.0, 0.0, 500.0, -2400.0, -1500.0))
     """
-    title = name or getattr(obj, "name", None) or getattr(obj, "attrs", {}).get("name")
+    attrs = getattr(obj, "attrs", {})
+    title = name or getattr(obj, "name", None) or attrs.get("name") or attrs.get("long_name")
     if not title:
         raise SurfaceError("a fault has no name. Say it with triangulate_fault(..., name='F1').")
     title = str(title)
