@@ -1,0 +1,151 @@
+"""Surfaces -> the curves along which they meet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.contact.search import Contacts, check_surfaces, find_contacts
+from geosurf.intersect.link import (
+    canonical,
+    line_contacts,
+    link,
+    pairs_of_rows,
+    pairs_with_areas,
+    touching_points,
+)
+from geosurf.intersect.overlap import overlap_of
+from geosurf.model import Curves, Touch, TriSurface, frozen
+
+__all__ = ["curves_of", "intersect_surfaces"]
+
+
+def intersect_surfaces(
+    surfaces: Sequence[TriSurface],
+    *,
+    method: str = "auto",
+    voxel_size: float | None = None,
+    self_intersections: bool = False,
+) -> Curves:
+    """
+    Find the curves along which surfaces meet.
+
+    Every pair of surfaces is compared. Where two triangles share more than a point, the
+    shared segment becomes part of a curve; isolated touching points and areas over which
+    surfaces coincide are reported apart. All decisions are exact signs, and points are known by
+    the features that make them, so the curves depend neither on the order of surfaces, triangles
+    and corners nor on the search.
+
+    Parameters
+    ----------
+    surfaces : sequence of TriSurface
+        At least two (one with `self_intersections`). Vertices in metres.
+    method : {"auto", "voxels"}
+        How candidate triangles are searched. Changes the cost, never the result.
+    voxel_size : float, optional
+        Edge of the search voxels [m]. Default: fitted to the faces that can meet.
+    self_intersections : bool
+        Whether to look for curves of each surface with itself, too. Edges and corners that
+        neighbouring triangles share are no contacts.
+
+    Returns
+    -------
+    Curves
+        Curve ``i`` joins the surfaces ``surfaces_of_curve[i]``. `Curves.cost` tells the numbers
+        of voxels, candidate faces, pairs of triangles tested and pairs meeting.
+
+    Raises
+    ------
+    InputError
+        For fewer surfaces than needed, or an unknown method.
+    SurfaceError
+        If a surface is empty or has triangles without area.
+
+    See Also
+    --------
+    rebuild_surfaces : make the surfaces share vertices along these curves.
+
+    Notes
+    -----
+    Search: a global box cut to where two surfaces can meet and equal voxels in it, after
+    Lo & Wang (2004, Eng. Comput. 20). Contacts: signs of orientation after Guigue & Devillers
+    (2003), unlike them with every zero sign named as a contact of its own.
+
+    Examples
+    --------
+    >>> flat = TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+    >>> wall = TriSurface("F1", "fault", [[3, -1, -5], [3, 9, -5], [3, 4, 9]], [[0, 1, 2]])
+    >>> curves = intersect_surfaces([flat, wall])
+    >>> curves.n_curve, curves.names, bool(curves.closed[0])
+    (1, ('Top', 'F1'), False)
+    """
+    surfaces = check_surfaces(surfaces, 1 if self_intersections else 2)
+    contacts = find_contacts(
+        surfaces, method=method, voxel_size=voxel_size, self_intersections=self_intersections
+    )
+    return curves_of(contacts)
+
+
+def curves_of(contacts: Contacts) -> Curves:
+    """Link contacts to curves.
+
+    Parameters
+    ----------
+    contacts : Contacts
+        As found by `geosurf.contact.find_contacts`.
+
+    Returns
+    -------
+    Curves
+    """
+    pairs = pairs_of_rows(contacts)
+    segments, surfaces = line_contacts(contacts, pairs)
+    touching = touching_points(contacts, pairs)
+    local, touches, inside = [contacts.x], [], {}
+    for i, j in pairs_with_areas(contacts, pairs).tolist():
+        overlap = overlap_of(contacts.surfaces, i, j, contacts.origin)
+        plain = (surfaces != (i, j)).any(axis=1)
+        segments, surfaces = segments[plain], surfaces[plain]
+        segments = np.concatenate([segments, overlap.segments + sum(map(len, local))])
+        surfaces = np.concatenate([surfaces, np.tile([i, j], (len(overlap.segments), 1))])
+        inside[i, j] = overlap.local[overlap.inside]
+        touches += overlap.touches
+        local.append(overlap.local)
+    points, segments, surfaces = canonical(np.concatenate(local), segments, surfaces)
+    touches += _isolated(contacts, touching, points, segments, surfaces, inside)
+    curves, surfaces_of_curve, closed = link(segments, surfaces, len(points))
+    points, segments, curves = _only_used(points, segments, curves)
+    return Curves(
+        names=tuple(s.name for s in contacts.surfaces),
+        local=frozen(points, np.float64),
+        origin=frozen(contacts.origin, np.float64),
+        segments=frozen(segments, np.int64),
+        surfaces_of_segment=frozen(surfaces, np.int64),
+        curves=tuple(frozen(curve, np.int64) for curve in curves),
+        surfaces_of_curve=frozen(surfaces_of_curve, np.int64),
+        closed=frozen(closed, np.bool_),
+        contacts=tuple(touches),
+        cost=dict(contacts.cost),
+    )
+
+
+def _isolated(contacts, touching, points, segments, surfaces, inside) -> list[Touch]:
+    """Touching points that lie on no curve and in no overlap of their pair of surfaces."""
+    found = []
+    for i, j in np.unique(touching[:, :2], axis=0).tolist():
+        mine = touching[(touching[:, 0] == i) & (touching[:, 1] == j), 2]
+        of_pair = (surfaces == (i, j)).all(axis=1)
+        taken = {tuple(p) for p in points[np.unique(segments[of_pair])].tolist()}
+        taken |= {tuple(p) for p in inside.get((i, j), np.empty((0, 3))).tolist()}
+        single = sorted({tuple(p) for p in contacts.x[mine].tolist()} - taken)
+        found += [Touch("point", (i, j), np.array([p]) + contacts.origin) for p in single]
+    return found
+
+
+def _only_used(points, segments, curves):
+    """Drop the points that are on no curve."""
+    used, number = np.unique(segments, return_inverse=True)
+    renumber = np.full(len(points), -1, dtype=np.int64)
+    renumber[used] = np.arange(len(used))
+    return points[used], number.reshape(-1, 2), tuple(renumber[curve] for curve in curves)

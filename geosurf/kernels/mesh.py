@@ -149,3 +149,21 @@ def patches_of(t, surface, edge, ring, twin):
 def _same_patch(parent, twin, i, j, edge, ring, half):
     """Whether triangles i and j, both coinciding with others, lie in one patch there."""
     return twin[j] != j and find(parent, twin[i]) == find(parent, twin[j])
+
+
+@entry("l2 l1 l1 -> l1 l")
+def pieces(t, edge, ring):
+    """Connected pieces over common edges: number of each triangle, and how many."""
+    n = t.shape[0]
+    parent = np.arange(n)
+    for i in range(3 * n):
+        join(parent, i // 3, ring[i] // 3)
+    number = np.full(n, -1, dtype=np.int64)
+    count = 0
+    for i in range(n):
+        root = find(parent, i)
+        if number[root] < 0:
+            number[root] = count
+            count += 1
+        number[i] = number[root]
+    return number, count

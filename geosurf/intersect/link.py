@@ -1,0 +1,85 @@
+"""Contacts -> curves: segments by pair of surfaces, linked through their points.
+
+Points are sorted by coordinates and curves by their points, so that the result does not
+depend on the order in which surfaces, triangles or corners were given.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.contact.search import Contacts
+from geosurf.kernels.chains import link_segments
+from geosurf.kernels.contact import COPLANAR, N_CORNER
+from geosurf.kernels.mesh import weld
+
+
+def pairs_of_rows(contacts: Contacts) -> np.ndarray:
+    """Surface rows (lower first) of each contact, int64 (n_contact, 2)."""
+    return np.sort(contacts.surface_of_face[contacts.rows[:, :2]], axis=1)
+
+
+def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Segments (rows of `contacts.x`, once a pair) and their surfaces, from contacts in a line.
+
+    A surface's own edges and corners are no contacts with itself.
+    """
+    two = contacts.rows[:, N_CORNER] == 2
+    segments, surfaces = contacts.ids[two, :2], pairs[two]
+    corners = contacts.t[contacts.rows[two, 0]], contacts.t[contacts.rows[two, 1]]
+    own = surfaces[:, 0] == surfaces[:, 1]
+    for t in corners:
+        own &= (segments[:, :, None] == t[:, None, :]).any(axis=2).all(axis=1)
+    segments, surfaces = np.sort(segments[~own], axis=1), surfaces[~own]
+    rows = np.unique(np.hstack([surfaces, segments]), axis=0)
+    return rows[:, 2:], rows[:, :2]
+
+
+def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
+    """Rows (surface, surface, point) of contacts in a single point, once each."""
+    one = contacts.rows[:, N_CORNER] == 1
+    points, surfaces = contacts.ids[one, :1], pairs[one]
+    own = surfaces[:, 0] == surfaces[:, 1]
+    for side in range(2):
+        t = contacts.t[contacts.rows[one, side]]
+        own &= (points == t).any(axis=1)
+    return np.unique(np.hstack([surfaces, points])[~own], axis=0)
+
+
+def pairs_with_areas(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
+    """Pairs of surfaces that coincide somewhere over an area."""
+    area = (contacts.rows[:, COPLANAR] == 1) & (contacts.rows[:, N_CORNER] >= 3)
+    return np.unique(pairs[area], axis=0)
+
+
+def canonical(local: np.ndarray, segments: np.ndarray, surfaces: np.ndarray):
+    """Points in use, sorted by coordinates; segments and surfaces renumbered and sorted."""
+    number, count = weld(local)
+    place = np.empty((count, 3))
+    place[number] = local
+    order = np.lexsort(place.T[::-1])
+    rank = np.empty(count, dtype=np.int64)
+    rank[order] = np.arange(count)
+    segments = np.sort(rank[number[segments]], axis=1)
+    rows = np.unique(np.hstack([surfaces, segments]), axis=0)
+    return place[order], rows[:, 2:], rows[:, :2]
+
+
+def link(segments: np.ndarray, surfaces: np.ndarray, n_point: int):
+    """Curves (rows of points), their surfaces, and which are closed."""
+    if len(segments) == 0:
+        empty = np.empty((0, 2), dtype=np.int64)
+        return (), empty, np.empty(0, dtype=bool)
+    _, pair = np.unique(surfaces, axis=0, return_inverse=True)
+    keys = pair.reshape(-1, 1) * n_point + segments
+    nodes, number = np.unique(keys, return_inverse=True)
+    rows, offsets = link_segments(number.reshape(-1, 2), len(nodes))
+    point_of_node = nodes % n_point
+    pair_of_node = nodes // n_point
+    surfaces_of_pair = np.unique(surfaces, axis=0)
+    curves = [point_of_node[rows[a:b]] for a, b in zip(offsets[:-1], offsets[1:], strict=True)]
+    owner = pair_of_node[rows[offsets[:-1]]]
+    order = np.argsort(owner, kind="stable")
+    curves = tuple(curves[i] for i in order)
+    closed = np.array([curve[0] == curve[-1] for curve in curves], dtype=bool)
+    return curves, surfaces_of_pair[owner[order]], closed
