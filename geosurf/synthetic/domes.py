@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from geosurf.errors import InputError
 from geosurf.synthetic.world import Box, Offset, World, make_fault, make_horizon, shifted
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 _ORIGIN = (0.0, 0.0, 0.0)
 
@@ -165,9 +169,7 @@ def ellipse_length(a: float, b: float) -> float:
     return 2.0 * math.pi * total / (0.5 * (a + b))
 
 
-def _split_by_level(
-    box: Box, name: str, level: float, below: float, cap: float
-) -> dict[str, dict[object, float]]:
+def _split_by_level(box: Box, name: str, level: float, below: float, cap: float) -> dict[str, Any]:
     """Volumes of two zones over and under a flat surface.
 
     `below` is the volume under the horizon, `cap` the part of it over the surface.
@@ -186,7 +188,7 @@ def _split_by_level(
     }
 
 
-def _flat(name: str, box: Box, level: float, n: int, offset: Offset) -> object:
+def _flat(name: str, box: Box, level: float, n: int, offset: Offset) -> xarray.Dataset:
     """A flat fault, 100 m larger than the box, its nodes beside those of the horizon."""
     size = max(2, n // 3)
     x = np.linspace(box[0] - 100.0, box[1] + 100.0, size)[None, :]

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.errors import InputError
 from geosurf.synthetic.world import Offset, World, make_fault, make_horizon, shifted
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 _BOX = (0.0, 6000.0, 0.0, 5000.0, -2700.0, -1900.0)
 _DATUM = -2250.0
@@ -130,14 +134,14 @@ def _along_across(dx: np.ndarray, dy: np.ndarray, strike: float) -> tuple[np.nda
     return dx * math.sin(a) + dy * math.cos(a), dx * math.cos(a) - dy * math.sin(a)
 
 
-def _main_fault(n: int, offset: Offset) -> object:
+def _main_fault(n: int, offset: Offset) -> xarray.Dataset:
     """F1, past the box on all sides."""
     y = np.linspace(_BOX[2] - 150.0, _BOX[3] + 150.0, n)[None, :]
     z = np.linspace(_BOX[5] + 60.0, _BOX[4] - 60.0, max(n // 2, 5))[:, None]
     return make_fault("F1", _main_trace(y, z), y, z, offset)
 
 
-def _small_fault(key: str, n: int, offset: Offset) -> object:
+def _small_fault(key: str, n: int, offset: Offset) -> xarray.Dataset:
     """A plane that dies out: less high towards its tips."""
     cx, cy, strike, dip, half, _ = _SMALL_FAULTS[key]
     s = np.linspace(-half, half, n)[None, :]

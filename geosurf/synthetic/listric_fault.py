@@ -58,7 +58,7 @@ def listric(
     slope, depth = math.tan(math.radians(tilt)), -1900.0
     ends = [depth + slope * (y - 1500.0) - top for y in box[2:4]]  # of the horizon, below the axis
 
-    def arc(u: np.ndarray | float) -> np.ndarray | float:
+    def arc(u: np.ndarray) -> np.ndarray:
         return east - np.sqrt(radius**2 - u**2)
 
     first, second = _circle_integrals(radius)

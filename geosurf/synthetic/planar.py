@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from itertools import pairwise, product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from geosurf.synthetic.world import (
     shifted,
     zone_names,
 )
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 _ORIGIN = (0.0, 0.0, 0.0)
 
@@ -217,7 +220,7 @@ def _plane_fault(
     dip: float,
     direction: float,
     offset: Offset,
-) -> Any:
+) -> xarray.Dataset:
     """A planar fault that reaches 5 % past the box on all sides."""
     strike, down, _ = _frame(dip, direction)
     corners = np.array(list(product(box[:2], box[2:4]))) - point[:2]

@@ -20,6 +20,8 @@ from geosurf.triangulate.degenerate import map_turns
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
+_Corner = tuple[slice, slice]
+
 
 def triangulate_horizon(
     da: xarray.DataArray,
@@ -220,17 +222,17 @@ def _check_values(
 
 def _check_cells(lattice: Lattice, what: str) -> None:
     """Refuse a grid without triangles, and a curvilinear one that folds over itself."""
-    if lattice.easting.ndim == 1:
-        n = lattice.present
-        a, b, d, c = n[:-1, :-1], n[:-1, 1:], n[1:, :-1], n[1:, 1:]
-        pair = a & c & (b | d) if lattice.rising else b & d & (a | c)
-        if not pair.any():
-            raise _no_triangle(lattice, what)
+    halves = _half_cells(lattice)
+    n = lattice.present
+    if not any((n[a] & n[b] & n[c]).any() for a, b, c in halves):
+        n_node = int(n.sum())
+        raise HorizonError(
+            f"{what}: no triangle has its three nodes; {n_node} of {n.size} nodes are present, "
+            "none beside two others. Grid scattered nodes first, or check the NaN mask."
+        )
+    if lattice.easting.ndim == 1 or _clearly_unfolded(lattice, halves):
         return
-    # with 2-D coordinates the triangles are needed now, to see whether they fold
     corners = lattice.build_vertices()[lattice.build_triangles()]
-    if len(corners) == 0:
-        raise _no_triangle(lattice, what)
     turns = map_turns(corners)
     bad = np.flatnonzero(turns <= 0)
     if len(bad):
@@ -242,9 +244,23 @@ def _check_cells(lattice: Lattice, what: str) -> None:
         )
 
 
-def _no_triangle(lattice: Lattice, what: str) -> HorizonError:
-    n_node = int(lattice.present.sum())
-    return HorizonError(
-        f"{what}: no triangle has its three nodes; {n_node} of {lattice.elevation.size} nodes are "
-        "present, none beside two others. Grid scattered nodes first, or check the NaN mask."
-    )
+def _half_cells(lattice: Lattice) -> tuple[tuple[_Corner, _Corner, _Corner], ...]:
+    """Corners of the two triangles of all cells, as slices of the nodes."""
+    low, high = slice(None, -1), slice(1, None)
+    a, b, c, d = (low, low), (low, high), (high, high), (high, low)
+    return ((a, b, c), (a, c, d)) if lattice.rising else ((a, b, d), (b, c, d))
+
+
+def _clearly_unfolded(
+    lattice: Lattice, halves: tuple[tuple[_Corner, _Corner, _Corner], ...]
+) -> bool:
+    """Whether floats alone show that all triangles turn one way; no triangle is built."""
+    x, y, n = lattice.easting, lattice.northing, lattice.present
+    sign = 1.0 if lattice.right_handed else -1.0
+    for a, b, c in halves:
+        plus = (x[b] - x[a]) * (y[c] - y[a])
+        minus = (y[b] - y[a]) * (x[c] - x[a])
+        clear = sign * (plus - minus) > 1e-12 * (np.abs(plus) + np.abs(minus))
+        if not clear[n[a] & n[b] & n[c]].all():
+            return False
+    return True

@@ -58,7 +58,8 @@ def orient_fault(surface: TriSurface) -> TriSurface:
     corners = surface.vertices[surface.triangles]
     normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal[turned] *= -1.0
-    wrong = np.array([_points_into_footwall(mean) for mean in _sum_by(sheet, normal)])
+    means = _sum_by(sheet, np.column_stack([normal, np.linalg.norm(normal, axis=1)]))
+    wrong = np.array([_points_into_footwall(mean[:3], mean[3]) for mean in means])
     turned ^= wrong[sheet]
     if not turned.any():
         return surface
@@ -75,19 +76,21 @@ def orient_fault(surface: TriSurface) -> TriSurface:
 def _orient_lattice(surface: TriSurface, lattice: Lattice) -> TriSurface:
     """A lattice agrees with itself; only the whole can be the wrong way round."""
     corners = surface.vertices[surface.triangles]
-    mean = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
-    wrong = _points_into_footwall(mean)
+    normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    wrong = _points_into_footwall(normal.sum(axis=0), np.linalg.norm(normal, axis=1).sum())
     if not wrong and lattice.reverse is not None:
         return surface
     oriented = replace(lattice, reverse=lattice.turned ^ wrong)
     return TriSurface(surface.name, surface.role, lattice=oriented, vertex_data=surface.vertex_data)
 
 
-def _points_into_footwall(normal: np.ndarray) -> bool:
-    """Whether a mean normal points down; for vertical faults west, else south."""
-    size = np.linalg.norm(normal)
+def _points_into_footwall(normal: np.ndarray, area: float) -> bool:
+    """Whether a normal, summed over an area, points down; for vertical faults west, else south.
+
+    A closed surface has none of these; it stays as its first triangle has it.
+    """
     for component in (normal[2], normal[0], normal[1]):
-        if abs(component) > _VERTICAL * size:
+        if abs(component) > _VERTICAL * area:
             return bool(component < 0)
     return False
 
