@@ -67,7 +67,7 @@ def _add_layers(plotter, layers: tuple[Layer, ...], camera: Camera) -> float:
     for layer, points in zip(layers, local, strict=True):
         if layer.triangles is not None:
             _add_triangles(plotter, layer, points)
-        if layer.lines:
+        if len(layer.lines):
             lift = LIFT * reach + LIFT_STEEP * layer.width * camera.metres_per_pixel
             _add_lines(plotter, layer, points + lift * camera.towards)
     if any(layer.opacity < 1.0 for layer in layers):
@@ -105,15 +105,20 @@ def _add_lines(plotter, layer: Layer, points: np.ndarray) -> None:
 
     mesh = pyvista.PolyData(points)
     mesh.verts = np.empty(0, dtype=np.int64)
-    mesh.lines = np.concatenate([np.concatenate([[len(line)], line]) for line in layer.lines])
-    look = {
-        "color": layer.colour,
-        "opacity": layer.opacity,
-        "lighting": False,
-        "reset_camera": False,
-        "render": False,
-    }
-    plotter.add_mesh(mesh, line_width=layer.width * OVERSAMPLING, **look)
+    if isinstance(layer.lines, np.ndarray):
+        mesh.lines = np.insert(layer.lines, 0, 2, axis=1).ravel()
+    else:
+        mesh.lines = np.concatenate([np.insert(line, 0, len(line)) for line in layer.lines])
+    plotter.add_mesh(
+        mesh,
+        color=layer.colour,
+        opacity=layer.opacity,
+        line_width=layer.width * OVERSAMPLING,
+        lighting=False,
+        reset_camera=False,
+        render=False,
+        copy_mesh=False,
+    )
 
 
 def _point_camera(plotter, camera: Camera, reach: float) -> None:

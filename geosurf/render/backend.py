@@ -116,10 +116,12 @@ def find_backend(asked: str = "") -> Finding:
             f"the environment says {CHOICE}={asked}, which cannot draw here; "
             f"unset it or choose one of {', '.join(known)}."
         )
-    findings = [probe(backend) for backend in ([known[asked]] if asked else [EGL, OSMESA])]
-    for finding in findings:
+    findings = []
+    for backend in [known[asked]] if asked else [EGL, OSMESA]:
+        finding = probe(backend)
         if finding.renderer:
             return finding
+        findings.append(finding)
     tried = "; ".join(f"{f.backend.name.upper()}: {f.reason}" for f in findings)
     unset = f", or unset {CHOICE}" if asked else ""
     raise DependencyError(f"pictures cannot be drawn without a screen ({tried}). {INSTALL}{unset}.")

@@ -7,8 +7,9 @@ shown, in which colour, can be decided and tested without drawing.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from geosurf.render.views import corners
 # More triangles than a screen has pixels show nothing more.
 MAX_TRIANGLE = 1_000_000
 MAX_RIMMED = 200_000
+# corners of a box are numbered by their sides, in binary: two make an edge if one side differs
+BOX_EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
 CREASE = math.cos(math.radians(50.0))
 
 
@@ -31,8 +34,8 @@ class Layer:
     points : ndarray of float64, shape (n_point, 3)
         World coordinates [m].
     triangles : ndarray of int64, shape (n_triangle, 3), or None
-    lines : tuple of ndarray of int64
-        Rows of `points`, in order.
+    lines : sequence of ndarray of int64
+        Rows of `points`, in order; an array (n_line, 2) for single edges.
     colour : (red, green, blue)
     opacity : float
     width : float
@@ -43,7 +46,7 @@ class Layer:
 
     points: np.ndarray
     triangles: np.ndarray | None = None
-    lines: tuple[np.ndarray, ...] = ()
+    lines: Sequence[np.ndarray] | np.ndarray = ()
     colour: palette.RGB = palette.INK
     opacity: float = 1.0
     width: float = 1.0
@@ -76,6 +79,14 @@ class Content:
         return replace(
             self, layers=tuple(replace(layer, points=layer.points + shift) for layer in self.layers)
         )
+
+
+def triangle_layer(points: np.ndarray, triangles: np.ndarray, **look: Any) -> Layer:
+    """Return a layer of triangles that holds no point but theirs."""
+    used = np.zeros(len(points), dtype=bool)
+    used[triangles] = True
+    number = np.cumsum(used) - 1
+    return Layer(points[used], number[triangles], **look)
 
 
 def thinned(surface: TriSurface, max_triangle: int = MAX_TRIANGLE) -> TriSurface:
@@ -134,7 +145,9 @@ def show_surfaces(surfaces: Iterable[TriSurface]) -> Content:
             n_horizon += 1
         light = thinned(surface)
         if light.n_triangle:
-            layers.append(Layer(light.vertices, light.triangles, colour=colour, opacity=opacity))
+            layers.append(
+                triangle_layer(light.vertices, light.triangles, colour=colour, opacity=opacity)
+            )
         if 0 < light.n_triangle <= MAX_RIMMED:
             # a fault seen edge-on would not be seen at all
             ink = palette.shade(colour, 1, 2)
@@ -143,11 +156,11 @@ def show_surfaces(surfaces: Iterable[TriSurface]) -> Content:
     return Content(tuple(layers), tuple(legend))
 
 
-def rim(triangles: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the edges that belong to one triangle only."""
+def rim(triangles: np.ndarray) -> np.ndarray:
+    """Return the edges (n_edge, 2) that belong to one triangle only."""
     edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     unique, count = np.unique(edges, axis=0, return_counts=True)
-    return tuple(unique[count == 1])
+    return unique[count == 1]
 
 
 def show_curves(
@@ -192,12 +205,11 @@ def show_box(
         Of the lines.
     """
     box = corners(bounds)
-    edges = [(i, i ^ bit) for i in range(8) for bit in (1, 2, 4) if i < i ^ bit]
+    edges = BOX_EDGES
     if towards is not None and (np.abs(towards) > 1e-9).all():
-        sign = (towards > 0.0) @ (4, 2, 1)  # corners are numbered by their sides
-        edges = [edge for edge in edges if sign not in edge]
-    lines = tuple(np.array(edge) for edge in edges)
-    return Content((Layer(box, lines=lines, colour=colour, width=width),))
+        nearest = (towards > 0.0) @ (4, 2, 1)
+        edges = [edge for edge in edges if nearest not in edge]
+    return Content((Layer(box, lines=np.array(edges), colour=colour, width=width),))
 
 
 def show_units(units: Units, explode: float = 0.0) -> Content:
@@ -233,7 +245,7 @@ def show_patches(patches: Patches) -> Content:
         of_surface = patches.surface_of_triangle == i
         rows = np.unique(patches.patch_of_triangle[of_surface])
         layers = tuple(
-            Layer(
+            triangle_layer(
                 patches.vertices,
                 patches.triangles[of_surface & (patches.patch_of_triangle == row)],
                 colour=palette.shade(colour, k, len(rows)),
@@ -245,8 +257,8 @@ def show_patches(patches: Patches) -> Content:
         entry = Entry(source.name, colour, f"{len(rows)} patch{plural}", opacity=opacity)
         content += Content(layers, (entry,))
     if len(patches.curve_edges):
-        lines = tuple(patches.curve_edges)
-        content += Content((Layer(patches.vertices, lines=lines, colour=palette.CURVE, width=2.0),))
+        edges = patches.curve_edges
+        content += Content((Layer(patches.vertices, lines=edges, colour=palette.CURVE, width=2.0),))
     return content
 
 
@@ -283,8 +295,8 @@ def explosion(units: Units, explode: float) -> list[np.ndarray]:
     return shifts
 
 
-def outline(unit: Unit) -> tuple[np.ndarray, ...]:
-    """Return the edges of a shell where it turns from one surface to another, or sharply."""
+def outline(unit: Unit) -> np.ndarray:
+    """Return the edges (n_edge, 2) of a shell between two surfaces, or where it turns sharply."""
     faces = unit.triangles
     p = unit.local[faces]
     normals = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
@@ -299,7 +311,7 @@ def outline(unit: Unit) -> tuple[np.ndarray, ...]:
     turns = unit.surface_of_triangle[one] != unit.surface_of_triangle[two]
     flat = size[one, 0] * size[two, 0] == 0.0
     sharp = ~flat & ((normals[one] * normals[two]).sum(axis=1) < CREASE)
-    return tuple(edges[twins[turns | sharp]])
+    return edges[twins[turns | sharp]]
 
 
 def length_text(metres: float) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from geosurf.errors import InputError
 from geosurf.model import TriSurface, VoxelSearch
 from geosurf.render import palette
-from geosurf.render.layers import Content, Entry, Layer, show_box
+from geosurf.render.layers import BOX_EDGES, Content, Entry, Layer, show_box, triangle_layer
 
 PALE = 0.32
 FAULT_OPACITY = 0.7
@@ -52,8 +52,8 @@ def _checked_faces(surface: TriSurface, faces: np.ndarray) -> np.ndarray:
 def _glass_and_candidates(surface: TriSurface, faces: np.ndarray, colour: palette.RGB) -> Content:
     others = np.delete(surface.triangles, faces, axis=0)
     solid = surface.triangles[faces]
-    glass = Layer(surface.vertices, others, colour=colour, opacity=PALE)
-    chosen = Layer(
+    glass = triangle_layer(surface.vertices, others, colour=colour, opacity=PALE)
+    chosen = triangle_layer(
         surface.vertices,
         solid,
         colour=palette.shade(colour, 1, 2),
@@ -61,7 +61,7 @@ def _glass_and_candidates(surface: TriSurface, faces: np.ndarray, colour: palett
         sharp=True,
     )
     sides = np.unique(np.sort(solid[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
-    rims = Layer(surface.vertices, lines=tuple(sides), colour=palette.INK, width=0.5)
+    rims = Layer(surface.vertices, lines=sides, colour=palette.INK, width=0.5)
     legend = (
         Entry(surface.name, colour, f"{surface.n_triangle:,} faces", opacity=PALE),
         Entry("candidate faces", chosen.colour, f"{len(faces):,} of {surface.name}"),
@@ -85,8 +85,8 @@ def _show_voxels(search: VoxelSearch) -> Content:
     return content + Content(legend=legend)
 
 
-def voxel_edges(search: VoxelSearch) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
-    """Return points (n, 3) and edges (rows of points) of the occupied voxels, each edge once.
+def voxel_edges(search: VoxelSearch) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (n, 3) and edges (n_edge, 2) of the occupied voxels, each edge once.
 
     Voxels beyond the first 4000 are left out: no eye would tell them apart.
     """
@@ -96,6 +96,5 @@ def voxel_edges(search: VoxelSearch) -> tuple[np.ndarray, tuple[np.ndarray, ...]
         (cells[:, None, :] + corners).reshape(-1, 3), axis=0, return_inverse=True
     )
     number = number.reshape(-1, 8)
-    sides = [(i, i ^ bit) for i in range(8) for bit in (1, 2, 4) if i < i ^ bit]
-    edges = np.unique(np.sort(number[:, sides].reshape(-1, 2), axis=1), axis=0)
-    return np.asarray(search.lower) + nodes * float(search.size), tuple(edges)
+    edges = np.unique(np.sort(number[:, BOX_EDGES].reshape(-1, 2), axis=1), axis=0)
+    return np.asarray(search.lower) + nodes * float(search.size), edges

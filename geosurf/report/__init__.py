@@ -1,0 +1,133 @@
+"""A scene as one HTML page: what went in, what came out, whether it is sealed.
+
+The page holds its pictures and its style, asks the network for nothing, prints
+well, and is the same, byte for byte, each time the same scene is reported.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from geosurf.errors import OutputError
+from geosurf.report import page, tables
+
+__all__ = ["report_scene"]
+
+
+def report_scene(
+    scene: Any,
+    folder: str | os.PathLike[str],
+    pictures: Mapping[str, str | os.PathLike[str]] | None = None,
+    *,
+    title: str = "Reservoir model",
+    made: str = "",
+) -> Path:
+    """Write ``index.html``: inputs, volumes, curves, certificate, pictures, cost.
+
+    Parameters
+    ----------
+    scene : Scene
+        Or anything with ``surfaces``, ``units``, ``curves``, ``patches``, ``box`` and ``check()``;
+        ``explain()`` and ``render_pictures(folder)`` are used where they exist.
+    folder : path-like
+        Is created if need be.
+    pictures : mapping of str to path-like, optional
+        Caption and PNG file of each picture. Default: what
+        ``scene.render_pictures(folder)`` draws, if the scene can.
+    title : str
+    made : str
+        A date or a name to print below the title. Nothing is printed by itself,
+        so that the same scene gives the same page.
+
+    Returns
+    -------
+    Path
+        Of the page.
+
+    Raises
+    ------
+    InputError
+        If a picture cannot be read.
+    OutputError
+        If the page cannot be written.
+    """
+    folder = Path(folder)
+    if pictures is None:
+        draw = getattr(scene, "render_pictures", None)
+        pictures = draw(folder) if draw is not None else {}
+    html = build_page(scene, {key: Path(path) for key, path in pictures.items()}, title, made)
+    return _write(folder / "index.html", html)
+
+
+def build_page(scene: Any, pictures: Mapping[str, Path], title: str, made: str) -> str:
+    """Return the whole page as text."""
+    certificate = scene.check()
+    surfaces, units, curves = tuple(scene.surfaces), scene.units, scene.curves
+    facts = (
+        f"{len(surfaces)} surfaces meet along {curves.n_curve} curves "
+        f"({tables.number(curves.length, 1)} m) and bound {len(units)} units."
+    )
+    west, east, south, north, bottom, top = (tables.number(v, 1) for v in scene.box)
+    box = (
+        f"Model box: easting {west} to {east} m, northing {south} to {north} m, "
+        f"elevation {bottom} to {top} m."
+    )
+    header = "\n".join(
+        [
+            *([page.paragraph(made, "faint")] if made else []),
+            page.paragraph(facts),
+            page.paragraph(box, "faint"),
+            page.verdict(certificate.ok),
+        ]
+    )
+    volumes = page.html_table(tables.volume_table(units))
+    lengths = page.html_table(tables.curve_table(curves))
+    costs = tables.cost_table(
+        ("intersect", curves.cost), ("rebuild", scene.patches.report), ("carve", units.report)
+    )
+    sections = [
+        ("Volumes [million m³]", volumes + "\n" + page.paragraph(tables.balance(units))),
+        ("Pictures", page.html_pictures(pictures)),
+        ("Certificate", page.html_table(tables.check_table(certificate))),
+        ("Surfaces", page.html_table(tables.surface_table(surfaces))),
+        ("Curves", lengths or page.paragraph("No two surfaces meet.")),
+        ("What it took", page.html_table(costs) + _explanation(scene)),
+        ("Versions", page.html_table(tables.version_table())),
+    ]
+    return page.fill_page(title, header, sections)
+
+
+def _explanation(scene: Any) -> str:
+    """What ran and what was skipped, where the scene can tell."""
+    explain = getattr(scene, "explain", None)
+    return f"\n<pre>{escape(str(explain()))}</pre>" if explain is not None else ""
+
+
+def _write(target: Path, html: str) -> Path:
+    """Write the page in one go: readers see the old page or the new one, never half of it."""
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=".index-", suffix=".html")
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+                file.write(html)
+            mask = os.umask(0)
+            os.umask(mask)
+            Path(name).chmod(0o666 & ~mask)
+            Path(name).replace(target)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                Path(name).unlink()
+            raise
+    except OSError as error:
+        raise OutputError(
+            f"{target}: the report cannot be written ({error.strerror}). "
+            "Choose a folder that you may write to."
+        ) from error
+    return target

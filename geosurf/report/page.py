@@ -1,0 +1,144 @@
+"""Tables and pictures as one HTML page that needs nothing beside it."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from string import Template
+
+from geosurf.errors import InputError
+from geosurf.report.tables import Table
+
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+
+PAGE = Template(
+    """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>$title</title>
+<style>
+:root { --ink: #26292e; --faint: #6b7280; --rule: #d8dbe0; --wash: #f6f4ee;
+  --red: #a51d1d; --green: #2f6b3c; }
+* { box-sizing: border-box; }
+body { margin: 0 auto; padding: 2.5rem 1.5rem 4rem; max-width: 68rem; color: var(--ink);
+  font: 15px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
+h1 { margin: 0 0 .2rem; font-size: 1.9rem; letter-spacing: -.01em; }
+h2 { margin: 2.6rem 0 .7rem; padding-bottom: .3rem; border-bottom: 2px solid var(--ink);
+  font-size: 1.2rem; }
+p { margin: .4rem 0; max-width: 46rem; }
+.faint, figcaption { color: var(--faint); }
+.verdict { display: inline-block; margin-top: .8rem; padding: .35rem .9rem; border-radius: .3rem;
+  font-weight: 600; color: white; background: var(--green); }
+.verdict.failed { background: var(--red); }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; margin: .4rem 0; font-variant-numeric: tabular-nums; }
+th, td { padding: .32rem .9rem .32rem 0; text-align: right; vertical-align: top;
+  white-space: nowrap;  border-bottom: 1px solid var(--rule); }
+th { font-weight: 600; font-size: .87em; color: var(--faint); }
+.label { text-align: left; white-space: normal; }
+tfoot td { font-weight: 600; border-top: 1.5px solid var(--ink); border-bottom: 0; }
+td.failed { color: var(--red); font-weight: 700; }
+td.passed { color: var(--green); }
+figure { margin: 1rem 0 1.8rem; }
+img { display: block; width: 100%; border: 1px solid var(--rule); }
+figcaption { margin-top: .35rem; font-size: .93em; }
+pre { padding: .8rem 1rem; background: var(--wash); overflow-x: auto; font-size: .87em;
+  line-height: 1.4; }
+@media print {
+  @page { margin: 15mm; }
+  body { padding: 0; max-width: none; font-size: 10pt; }
+  figure, tr { break-inside: avoid; }
+  h2 { break-after: avoid; }
+  .verdict { color: var(--ink); background: none; border: 1.5px solid var(--ink); }
+}
+</style>
+</head>
+<body>
+<header>
+<h1>$title</h1>
+$header
+</header>
+$sections
+</body>
+</html>
+"""
+)
+
+
+def fill_page(title: str, header: str, sections: list[tuple[str, str]]) -> str:
+    """Return the page: a title, what stands below it, and headed sections of HTML."""
+    body = "\n".join(
+        f"<section>\n<h2>{escape(head)}</h2>\n{html}\n</section>" for head, html in sections if html
+    )
+    return PAGE.substitute(title=escape(title), header=header, sections=body)
+
+
+def paragraph(words: str, kind: str = "") -> str:
+    """Return words as a paragraph."""
+    attribute = f' class="{kind}"' if kind else ""
+    return f"<p{attribute}>{escape(words)}</p>"
+
+
+def verdict(passed: bool) -> str:
+    """Return the badge of a certificate."""
+    words = "every check passed" if passed else "a check FAILED: see the certificate"
+    return f'<p class="verdict{"" if passed else " failed"}">{words}</p>'
+
+
+def html_table(table: Table) -> str:
+    """Return a table, or nothing for one without rows."""
+    if not table.rows:
+        return ""
+    head = _row(table.head, table.n_label, "th")
+    rows = "\n".join(_row(row, table.n_label) for row in table.rows)
+    foot = f"\n<tfoot>{_row(table.foot, table.n_label)}</tfoot>" if table.foot else ""
+    return (
+        f'<div class="wide"><table>\n<thead>{head}</thead>\n'
+        f"<tbody>\n{rows}\n</tbody>{foot}\n</table></div>"
+    )
+
+
+def _row(cells: tuple[str, ...], n_label: int, tag: str = "td") -> str:
+    out = []
+    for column, cell in enumerate(cells):
+        kinds = ["label"] if column < n_label else []
+        if column == 0 and cell in ("passed", "FAILED"):
+            kinds.append(cell.lower())
+        attribute = f' class="{" ".join(kinds)}"' if kinds else ""
+        out.append(f"<{tag}{attribute}>{escape(cell)}</{tag}>")
+    return f"<tr>{''.join(out)}</tr>"
+
+
+def html_pictures(pictures: Mapping[str, Path]) -> str:
+    """Return pictures with their captions, held in the page itself.
+
+    Raises
+    ------
+    InputError
+        If a picture cannot be read or is no PNG.
+    """
+    return "\n".join(_figure(caption, Path(path)) for caption, path in pictures.items())
+
+
+def _figure(caption: str, path: Path) -> str:
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(
+            f"picture {caption!r}: {path} cannot be read ({error.strerror}); "
+            "draw it before the report is written."
+        ) from error
+    if not data.startswith(PNG_SIGNATURE):
+        raise InputError(
+            f"picture {caption!r}: {path} is not a PNG file; hand over what render_scene wrote."
+        )
+    words = escape(caption)
+    source = base64.b64encode(data).decode("ascii")
+    return (
+        f'<figure><img alt="{words}" src="data:image/png;base64,{source}">'
+        f"<figcaption>{words}</figcaption></figure>"
+    )

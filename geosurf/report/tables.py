@@ -1,0 +1,180 @@
+"""A scene as tables: rows of words, nothing of HTML."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from geosurf.model import Certificate, Curves, TriSurface, Units
+
+NOTHING = "–"
+PACKAGES = ("numpy", "numba", "xarray", "pyvista", "vtk")
+
+
+@dataclass(frozen=True)
+class Table:
+    """Words in rows under a head.
+
+    Attributes
+    ----------
+    head : tuple of str
+    rows : tuple of tuple of str
+    n_label : int
+        Leading columns that hold words; the others hold numbers.
+    foot : tuple of str
+        A last row of sums, or nothing.
+    """
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    n_label: int = 1
+    foot: tuple[str, ...] = ()
+
+
+def number(value: float, decimals: int = 0) -> str:
+    r"""Return a number with a true minus and thin spaces between thousands.
+
+    Examples
+    --------
+    >>> number(-1234567.891, 1).replace("\N{NARROW NO-BREAK SPACE}", " ")
+    '−1 234 567.9'
+    """
+    text = f"{value + 0.0:,.{decimals}f}"
+    return text.replace(",", "\N{NARROW NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}")
+
+
+def surface_table(surfaces: Iterable[TriSurface]) -> Table:
+    """Return what was handed in: name, role, triangles, bounds [m]."""
+    rows = []
+    for surface in surfaces:
+        bounds = (
+            [number(value, 1) for value in surface.bounds] if surface.n_triangle else [NOTHING] * 6
+        )
+        rows.append((surface.name, surface.role, number(surface.n_triangle), *bounds))
+    head = ("Surface", "Role", "Triangles", "West", "East", "South", "North", "Bottom", "Top")
+    return Table(head, tuple(rows), n_label=2)
+
+
+def volume_table(units: Units) -> Table:
+    """Return volumes [million m3]: zones down, blocks across, with sums."""
+    table = units.table
+    zones = _in_order(table["zone"].values)
+    blocks = _in_order(table["block"].values)
+    volume = np.zeros((len(zones), len(blocks)))
+    held = np.zeros(volume.shape, dtype=bool)
+    for zone, block, value in zip(
+        table["zone"].values, table["block"].values, table["volume"].values, strict=True
+    ):
+        cell = zones.index(zone), blocks.index(block)
+        volume[cell] += value / 1e6
+        held[cell] = True
+    rows = tuple(
+        (
+            zone,
+            *(number(v, 3) if h else NOTHING for v, h in zip(volume[i], held[i], strict=True)),
+            number(volume[i].sum(), 3),
+        )
+        for i, zone in enumerate(zones)
+    )
+    sums = [number(value, 3) for value in volume.sum(axis=0)]
+    foot = ("all zones", *sums, number(units.volume / 1e6, 3))
+    return Table(("Zone", *blocks, "all blocks"), rows, foot=foot)
+
+
+def _in_order(words: Iterable[Any]) -> list[str]:
+    """The different words, in the order in which they come."""
+    return list(dict.fromkeys(str(word) for word in words))
+
+
+def balance(units: Units) -> str:
+    """Return how the volumes add up to the model box, in one sentence."""
+    total, box = units.volume, units.box_volume
+    if box == 0.0:
+        return "The model box is empty."
+    off = abs(total - box) / box
+    return (
+        f"The units add up to {number(total / 1e6, 3)} million m³, the model box holds "
+        f"{number(box / 1e6, 3)} million m³: a relative difference of {off:.2g}."
+    )
+
+
+def curve_table(curves: Curves) -> Table:
+    """Return the curves of each pair of surfaces that meets: number, closed, length."""
+    found: dict[tuple[int, int], list[float]] = {}
+    rows_of_pair = zip(
+        curves.surfaces_of_curve.tolist(), curves.closed, curves.length_of_curve, strict=True
+    )
+    for (first, second), closed, length in rows_of_pair:
+        entry = found.setdefault((first, second), [0, 0, 0.0])
+        entry[0] += 1
+        entry[1] += bool(closed)
+        entry[2] += float(length)
+    rows = tuple(
+        (
+            curves.names[first],
+            curves.names[second],
+            number(entry[0]),
+            number(entry[1]),
+            number(entry[2], 1),
+        )
+        for (first, second), entry in found.items()
+    )
+    return Table(("Surface", "meets", "Curves", "of these closed", "Length [m]"), rows, n_label=2)
+
+
+def check_table(certificate: Certificate) -> Table:
+    """Return the certificate, line by line."""
+    rows = tuple(
+        ("passed" if check.passed else "FAILED", check.name, check.detail, f"{check.value:.6g}")
+        for check in certificate.checks
+    )
+    return Table(("", "Check", "Found", "Value"), rows, n_label=3)
+
+
+def cost_table(*parts: tuple[str, Mapping[str, Any]]) -> Table:
+    """Return counts of what each stage did."""
+    rows = tuple(
+        (stage, str(key).replace("_", " "), _plain(value))
+        for stage, counts in parts
+        for key, value in counts.items()
+    )
+    return Table(("Stage", "What", ""), rows, n_label=2)
+
+
+def _plain(value: Any) -> str:
+    """One value as words: counts grouped, long lists as their length."""
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
+    if isinstance(value, (int, np.integer)):
+        return number(int(value))
+    if isinstance(value, (float, np.floating)):
+        return f"{float(value):.6g}".replace("-", "\N{MINUS SIGN}")
+    if isinstance(value, (str, type(None))):
+        return value or NOTHING
+    if isinstance(value, Mapping):
+        return "; ".join(f"{key}: {_plain(held)}" for key, held in value.items()) or NOTHING
+    try:
+        held = list(value)
+    except TypeError:
+        return str(value)
+    if len(held) > 8:
+        return f"{number(len(held))} entries"
+    return ", ".join(_plain(entry) for entry in held) or NOTHING
+
+
+def version_table() -> Table:
+    """Return the versions that made the report."""
+    import geosurf
+
+    rows = [("geosurf", geosurf.__version__), ("Python", platform.python_version())]
+    for package in PACKAGES:
+        try:
+            rows.append((package, importlib.metadata.version(package)))
+        except importlib.metadata.PackageNotFoundError:
+            rows.append((package, "not installed"))
+    return Table(("Package", "Version"), tuple(rows), n_label=2)

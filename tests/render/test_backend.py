@@ -1,0 +1,157 @@
+"""Drawing without a screen: silence where it works, a sentence where it cannot."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from geosurf.errors import DependencyError
+from geosurf.render import backend
+from geosurf.render.backend import CHOICE, EGL, OSMESA, Backend, Finding
+
+DRAW = """
+from geosurf.model import TriSurface
+from geosurf.render import render_surfaces
+ramp = TriSurface("F1", "fault", [[0, 0, 0], [900, 0, 0], [0, 900, 500]], [[0, 1, 2]])
+render_surfaces([ramp], path={path!r}, size=(400, 250))
+"""
+
+
+def run(code, **environment):
+    """Run Python apart, without a display unless one is given."""
+    clean = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", CHOICE)}
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env={**clean, **environment},
+        check=False,
+    )
+
+
+@pytest.fixture
+def forgetful():
+    """Let every test look for itself."""
+    backend.find_backend.cache_clear()
+    yield
+    backend.find_backend.cache_clear()
+
+
+def test_drawing_says_nothing_and_leaves_the_same_bytes(tmp_path):
+    pictures = []
+    for name, display in (("none.png", {}), ("lies.png", {"DISPLAY": ":99"})):
+        done = run(DRAW.format(path=str(tmp_path / name)), **display)
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+        pictures.append((tmp_path / name).read_bytes())
+    assert pictures[0] == pictures[1]
+
+
+@pytest.mark.parametrize(
+    "broken", ["LIBGL_DRIVERS_PATH", "__EGL_VENDOR_LIBRARY_DIRS"], ids=["no driver", "no vendor"]
+)
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL is a matter of Linux")
+def test_a_machine_without_a_driver_gets_a_sentence_and_no_segfault(tmp_path, broken):
+    if backend.probe(OSMESA).renderer:
+        pytest.skip("OSMesa draws here without a driver")
+    done = run(DRAW.format(path=str(tmp_path / "no.png")), **{broken: "/nonexistent"})
+    assert done.returncode == 1
+    last = done.stderr.strip().splitlines()[-1]
+    assert "DependencyError: pictures cannot be drawn without a screen" in last
+    assert "libEGL.so" in last
+    assert "apt install libegl1 libgl1-mesa-dri" in last
+    assert not (tmp_path / "no.png").exists()
+
+
+def test_importing_render_loads_neither_pyvista_nor_vtk_nor_matplotlib():
+    heavy = "{'pyvista', 'vtk', 'vtkmodules', 'matplotlib', 'xarray'}"
+    done = run(
+        "import sys, geosurf.render, geosurf.report; geosurf.render.doctor(); "
+        f"print(sorted({heavy} & set(sys.modules)))"
+    )
+    assert done.stdout.strip() == "[]", done.stderr
+
+
+def test_no_library_names_what_is_missing_and_the_package(monkeypatch, forgetful):
+    monkeypatch.setattr(backend, "EGL", Backend("egl", EGL.window, ("libEGLnowhere.so.1",)))
+    monkeypatch.setattr(backend, "OSMESA", Backend("osmesa", OSMESA.window, ("libOSnowhere.so",)))
+    with pytest.raises(
+        DependencyError,
+        match=r"cannot be drawn.*EGL: none of libEGLnowhere.*OSMESA: none of libOSnowhere"
+        r".*apt install libegl1 libgl1-mesa-dri.*libosmesa6",
+    ):
+        backend.find_backend()
+
+
+def test_osmesa_is_taken_where_egl_does_not_draw(monkeypatch, forgetful):
+    draws = {EGL: Finding(EGL, "", "none"), OSMESA: Finding(OSMESA, "OSMesa", "draws")}
+    monkeypatch.setattr(backend, "probe", draws.__getitem__)
+    assert backend.find_backend().backend is OSMESA
+
+
+def test_a_choice_of_the_user_is_the_only_one_tried(monkeypatch, forgetful):
+    tried = []
+
+    def probe(candidate):
+        tried.append(candidate)
+        return Finding(candidate, "", "nothing there")
+
+    monkeypatch.setattr(backend, "probe", probe)
+    with pytest.raises(DependencyError, match=rf"OSMESA: nothing there.*unset {CHOICE}"):
+        backend.find_backend(OSMESA.window)
+    assert tried == [OSMESA]
+
+
+def test_an_unknown_choice_is_named(forgetful):
+    with pytest.raises(DependencyError, match=r"=vtkNoWindow.*unset it or choose one of vtkEGL"):
+        backend.find_backend("vtkNoWindow")
+
+
+def test_a_library_that_is_no_graphics_library_is_refused_not_fatal(forgetful):
+    found = backend.probe(Backend("egl", EGL.window, ("libm.so.6",)))
+    assert found.renderer == ""
+    assert "libm.so.6 is there, but not a driver that draws" in found.reason
+
+
+def test_the_probe_is_asked_once_per_process(monkeypatch, forgetful):
+    count = []
+
+    def probe(candidate):
+        count.append(candidate)
+        return Finding(candidate, "llvmpipe", "draws")
+
+    monkeypatch.setattr(backend, "probe", probe)
+    backend.find_backend()
+    backend.find_backend()
+    assert len(count) == 1
+
+
+@pytest.mark.parametrize("before", [None, "vtkEGLRenderWindow"])
+def test_the_choice_ends_with_the_block(monkeypatch, forgetful, before):
+    monkeypatch.setattr(backend, "probe", lambda candidate: Finding(candidate, "llvmpipe", "draws"))
+    monkeypatch.setattr(sys, "platform", "linux")
+    if before is None:
+        monkeypatch.delenv(CHOICE, raising=False)
+    else:
+        monkeypatch.setenv(CHOICE, before)
+    with backend.off_screen():
+        assert os.environ[CHOICE] == EGL.window
+    assert os.environ.get(CHOICE) == before
+
+
+def test_doctor_names_a_missing_package_and_the_cure(monkeypatch):
+    monkeypatch.setattr(backend, "PACKAGES", ("numpy", "no-such-package"))
+    found = {name: (ok, sentence) for name, ok, sentence in backend.doctor()}
+    assert found["numpy"][0]
+    ok, sentence = found["no-such-package"]
+    assert not ok
+    assert sentence == "no-such-package is not installed; mend it with: pip install no-such-package"
+
+
+def test_doctor_says_why_there_are_no_pictures(monkeypatch, forgetful):
+    monkeypatch.setattr(backend, "probe", lambda candidate: Finding(candidate, "", "nothing there"))
+    monkeypatch.setattr(sys, "platform", "linux")
+    name, ok, sentence = backend.doctor()[-1]
+    assert (name, ok) == ("pictures", False)
+    assert "apt install libegl1" in sentence

@@ -1,0 +1,233 @@
+"""Pictures, judged by counts of pixels: drivers differ, colours hardly."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import geosurf.render as render
+from geosurf.errors import InputError, OutputError
+from geosurf.model import Curves, Lattice, TriSurface
+from geosurf.render import compose, furniture, layers, palette, views
+from geosurf.render._plot import draw_layers
+
+SMALL = (640, 400)
+
+
+def pixels(path):
+    from matplotlib.image import imread
+
+    return imread(path)[:, :, :3]
+
+
+def share(image, colour, near=0.12):
+    """Part of the picture whose hue is that of a colour, whatever its light."""
+    light = image.max(axis=2, keepdims=True)
+    hue = image / np.maximum(light, 1e-6)
+    wanted = np.array(colour) / max(colour)
+    close = (np.abs(hue - wanted) < near).all(axis=2) & (light[:, :, 0] > 0.2)
+    return close[:, : int(image.shape[1] * 0.76)].mean()
+
+
+def dark(image):
+    """Part of the drawn rectangle that is nearly black."""
+    height, width = image.shape[:2]
+    inner = image[height // 8 : -height // 6, width // 8 : int(width * 0.76)]
+    return (inner.max(axis=2) < 0.25).mean()
+
+
+class Lazy:
+    """A scene that notes what it is asked for."""
+
+    def __init__(self, scene):
+        self._scene, self.asked = scene, set()
+
+    def __getattr__(self, name):
+        self.asked.add(name)
+        return getattr(self._scene, name)
+
+
+def test_scene_shows_horizons_faults_and_curves(scene, tmp_path):
+    path = render.render_scene(scene, tmp_path / "new" / "scene.png", size=SMALL)
+    image = pixels(path)
+    assert image.shape == (400, 640, 3)
+    assert share(image, palette.stratum(0)) > 0.08
+    assert share(image, palette.stratum(1)) > 0.02
+    assert (image == 1.0).all(axis=2).mean() > 0.35
+    without = render.render_scene(scene, tmp_path / "no.png", size=SMALL, show=["horizons"])
+    assert dark(pixels(without)) < dark(image)
+
+
+def test_the_same_picture_has_the_same_bytes(scene, tmp_path):
+    one = render.render_scene(scene, tmp_path / "one.png", size=SMALL)
+    two = render.render_scene(scene, tmp_path / "two.png", size=SMALL)
+    assert one.read_bytes() == two.read_bytes()
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_utm_offsets_do_not_change_a_pixel(top, fault):
+    """float32 steps are half a metre at these northings; none of it may show."""
+
+    def draw(shift):
+        shown = layers.show_surfaces([top, fault]).moved(shift)
+        bounds = views.bounds_of([layer.points for layer in shown.layers])
+        return draw_layers(shown.layers, views.aim("southwest", bounds, (300, 200), 2.0))
+
+    far = draw(np.array([2.0**24, 2.0**26, 0.0]))
+    np.testing.assert_array_equal(draw(np.zeros(3)), far)
+
+
+@pytest.mark.parametrize(
+    ("show", "asked"),
+    [
+        (("horizons",), {"surfaces", "box"}),
+        (("curves",), {"curves", "box"}),
+        (("units",), {"units", "box"}),
+        (("patches",), {"patches", "box"}),
+    ],
+)
+def test_a_scene_is_asked_only_for_what_is_shown(scene, tmp_path, show, asked):
+    lazy = Lazy(scene)
+    render.render_scene(lazy, tmp_path / "lazy.png", size=(300, 200), show=show)
+    assert lazy.asked == asked
+
+
+@pytest.mark.parametrize("view", views.VIEWS)
+def test_every_view_draws_something(scene, tmp_path, view):
+    image = pixels(render.render_scene(scene, tmp_path / "v.png", view=view, size=(240, 160)))
+    assert share(image, palette.stratum(0)) > 0.01
+
+
+def test_a_fault_seen_edge_on_is_seen(scene, tmp_path):
+    image = pixels(
+        render.render_scene(scene, tmp_path / "s.png", view="south", show=["faults"], size=SMALL)
+    )
+    inner = image[90:200, 100:450]
+    assert (inner[:, :, 0] > inner[:, :, 1] + 0.15).any(axis=1).mean() > 0.5
+
+
+def test_a_word_that_no_scene_shows_gets_a_proposal(scene, tmp_path):
+    with pytest.raises(InputError, match=r"cannot show 'fualts'.*units.*Did you mean 'faults'"):
+        render.render_scene(scene, tmp_path / "x.png", show=["fualts"])
+
+
+def test_mistakes_are_told_before_anything_is_computed(scene, tmp_path):
+    lazy = Lazy(scene)
+    with pytest.raises(InputError, match="no view 'below'"):
+        render.render_scene(lazy, tmp_path / "x.png", view="below")
+    with pytest.raises(InputError, match="size is"):
+        render.render_scene(lazy, tmp_path / "x.png", size=(1, 1))
+    assert lazy.asked == set()
+
+
+def test_nothing_to_draw_is_an_error_not_an_empty_picture(tmp_path):
+    empty = SimpleNamespace(surfaces=(), box=(0, 1, 0, 1, 0, 1))
+    with pytest.raises(InputError, match=r"nothing to draw.*show more of the scene"):
+        render.render_scene(empty, tmp_path / "x.png", show=["faults"])
+
+
+def test_units_are_drawn_apart_in_their_colours(units, tmp_path):
+    path = render.render_units(units, tmp_path / "units.png", size=SMALL)
+    image = pixels(path)
+    for entry in layers.show_units(units).legend:
+        assert share(image, entry.colour, 0.06) > 0.004, entry.label
+    whole = pixels(render.render_units(units, tmp_path / "whole.png", explode=0.0, size=SMALL))
+    assert (whole != 1.0).any(axis=2).sum() != (image != 1.0).any(axis=2).sum()
+
+
+def test_the_search_is_explained_in_colour(top, fault, search, curves, tmp_path):
+    path = render.render_search(top, fault, search, curves, tmp_path / "search.png", size=SMALL)
+    image = pixels(path)
+    assert share(image, palette.ACCENT, 0.2) > 0.001
+    assert share(image, palette.VOXEL, 0.25) > 0.001
+
+
+def test_surfaces_without_curves_and_without_relief(tmp_path):
+    flat = Lattice(np.arange(0.0, 500, 100), np.arange(0.0, 400, 100), np.zeros((4, 5)))
+    surface = TriSurface("Flat", "horizon", lattice=flat)
+    path = render.render_surfaces([surface], path=tmp_path / "flat.png", size=SMALL)
+    assert share(pixels(path), palette.stratum(0)) > 0.1
+    edge_on = render.render_surfaces([surface], path=tmp_path / "s.png", view="south", size=SMALL)
+    assert (pixels(edge_on) != 1.0).any()
+
+
+def test_map_has_contours_curves_and_elevation_colours(top, curves, tmp_path):
+    plain = pixels(render.render_map(top, path=tmp_path / "plain.png", size=SMALL))
+    image = pixels(render.render_map(top, curves, path=tmp_path / "map.png", size=SMALL))
+    assert share(image, palette.fault(0), 0.1) > share(plain, palette.fault(0), 0.1) + 3e-4
+    assert len(np.unique(plain[80:300, 100:450].reshape(-1, 3), axis=0)) > 40
+
+
+def test_map_is_the_same_twice_and_leaves_pyplot_alone(top, curves, tmp_path):
+    import sys
+
+    one = render.render_map(top, curves, path=tmp_path / "1.png", size=SMALL).read_bytes()
+    two = render.render_map(top, curves, path=tmp_path / "2.png", size=SMALL).read_bytes()
+    assert one == two
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    assert pyplot is None or not pyplot.get_fignums()
+
+
+def test_map_of_a_flat_horizon_with_a_hole(tmp_path):
+    z = np.full((6, 7), -1000.0)
+    z[2, 3] = np.nan
+    surface = TriSurface("Flat", "horizon", lattice=Lattice(np.arange(7.0), np.arange(6.0), z))
+    assert render.render_map(surface, path=tmp_path / "flat.png", size=SMALL).exists()
+
+
+def test_map_refuses_what_is_no_map(fault, top, curves, tmp_path):
+    wall = TriSurface("W", "wall", [[0, 0, 0], [0, 9, 0], [0, 0, 9]], [[0, 1, 2]])
+    with pytest.raises(InputError, match=r"'W' is vertical.*render_surfaces"):
+        render.render_map(wall, path=tmp_path / "x.png")
+    with pytest.raises(InputError, match=r"know no surface 'Other'.*Top"):
+        render.render_map(top.renamed("Other"), curves, path=tmp_path / "x.png")
+    nothing = TriSurface("None", "horizon", np.empty((0, 3)), np.empty((0, 3), dtype=int))
+    with pytest.raises(InputError, match="'None' has no triangles"):
+        render.render_map(nothing, path=tmp_path / "x.png")
+
+
+def test_no_curves_is_no_line(top, fault, curves, tmp_path):
+    none = replace(
+        curves,
+        curves=(),
+        closed=np.empty(0, bool),
+        surfaces_of_curve=np.empty((0, 2), np.int64),
+        segments=np.empty((0, 2), np.int64),
+    )
+    assert isinstance(none, Curves)
+    assert layers.show_curves(none).layers == ()
+    render.render_surfaces([top, fault], none, path=tmp_path / "x.png", size=(300, 200))
+
+
+def test_files_that_cannot_be_written_are_named(top, tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(OutputError, match=r"file/x\.png.*cannot be written.*Choose a folder"):
+        compose.save_png(b"", tmp_path / "file" / "x.png")
+    with pytest.raises(OutputError, match=r"x\.jpg: pictures are written as PNG only"):
+        compose.save_png(b"", tmp_path / "x.jpg")
+    (tmp_path / "folder.png").mkdir()
+    with pytest.raises(OutputError, match=r"folder\.png.*cannot be written"):
+        compose.save_png(b"", tmp_path / "folder.png")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder.png"]
+
+
+def test_a_long_legend_ends_in_a_count():
+    sheet = furniture.Sheet(furniture.lay_out((1280, 800)))
+    entries = tuple(layers.Entry(f"fault {i}") for i in range(50))
+    furniture.draw_legend(sheet, entries, 380.0)
+    words = [text.get_text() for text in sheet.axes.texts]
+    assert "fault 8" in words
+    assert "fault 9" not in words
+    assert "and 41 more" in words
+
+
+def test_axes_say_kilometres_and_elevations_where_they_are(scene):
+    layout = furniture.lay_out((1280, 800))
+    sheet = furniture.Sheet(layout)
+    camera = views.aim("south", scene.box, layout.view_size, 2.0)
+    furniture.draw_axes(sheet, camera, scene.box)
+    places = {text.get_text(): text.get_position() for text in sheet.axes.texts}
+    assert {"456", "460", "Easting [km]", "Elevation [m]", "\N{MINUS SIGN}2000"} <= set(places)
+    assert "Northing [km]" not in places
+    assert places["456"][0] < places["458"][0] < places["460"][0]

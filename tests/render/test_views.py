@@ -1,0 +1,89 @@
+"""Cameras and projection: right-handed, centred, and blind to where the origin is."""
+
+import numpy as np
+import pytest
+
+from geosurf.errors import InputError
+from geosurf.render import views
+
+BOUNDS = (456000.0, 460000.0, 6780000.0, 6783000.0, -2500.0, -1700.0)
+
+
+@pytest.mark.parametrize("view", views.VIEWS)
+def test_every_view_is_a_right_handed_frame_with_up_upwards(view):
+    frame = np.array(views.view_vectors(view))
+    np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(frame) == pytest.approx(1.0)
+    assert frame[1] @ (0, 0, 1) >= -1e-12
+
+
+@pytest.mark.parametrize(
+    ("view", "right", "up"),
+    [
+        ("top", (1, 0, 0), (0, 1, 0)),
+        ("south", (1, 0, 0), (0, 0, 1)),
+        ("east", (0, 1, 0), (0, 0, 1)),
+    ],
+)
+def test_plain_views_look_where_their_names_say(view, right, up):
+    found = views.view_vectors(view)
+    np.testing.assert_allclose(found[0], right, atol=1e-12)
+    np.testing.assert_allclose(found[1], up, atol=1e-12)
+
+
+def test_from_the_southwest_the_southwest_corner_is_nearest():
+    *_, towards = views.view_vectors("southwest")
+    west_south_top = np.argmax(views.corners(BOUNDS) @ towards)
+    np.testing.assert_array_equal(
+        views.corners(BOUNDS)[west_south_top], (BOUNDS[0], BOUNDS[2], BOUNDS[5])
+    )
+
+
+@pytest.mark.parametrize("view", views.VIEWS)
+def test_the_box_fills_the_picture_and_stays_inside(view):
+    camera = views.aim(view, BOUNDS, (900, 600), 2.0)
+    pixels = camera.to_pixels(views.corners(BOUNDS))
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    assert (low > -1e-6).all()
+    assert (high < np.array([900, 600]) + 1e-6).all()
+    assert ((high - low) / (900, 600)).max() == pytest.approx(1.0)
+
+
+def test_local_coordinates_do_not_know_the_origin():
+    shift = np.array([2.0**20, 2.0**22, 0.0])
+    moved = tuple(b + s for b, s in zip(BOUNDS, np.repeat(shift, 2), strict=True))
+    points = views.corners(BOUNDS)[:, :] + (0.25, 0.125, 0.5)
+    here = views.aim("southwest", BOUNDS, (900, 600), 3.0).to_local(points)
+    there = views.aim("southwest", moved, (900, 600), 3.0).to_local(points + shift)
+    np.testing.assert_array_equal(here, there)
+
+
+def test_a_misspelt_view_gets_a_proposal():
+    with pytest.raises(
+        InputError, match=r"no view 'soutwest'.*southeast.*Did you mean 'southwest'"
+    ):
+        views.view_vectors("soutwest")
+
+
+@pytest.mark.parametrize("bad", [0, -2.0, float("nan"), float("inf")])
+def test_exaggeration_has_to_be_a_positive_number(bad):
+    with pytest.raises(InputError, match=r"exaggeration is .*positive.*leave it out"):
+        views.check_exaggeration(bad, BOUNDS)
+
+
+@pytest.mark.parametrize("bad", [(0, 0), (100,), "big", (1280, 10**6), None])
+def test_size_has_to_be_one_that_can_be_drawn(bad):
+    with pytest.raises(InputError, match=r"size is .*\(width, height\) in pixels"):
+        views.check_size(bad)
+
+
+def test_chosen_exaggeration_never_flattens_and_never_overshoots():
+    for height in (0.0, 1.0, 30.0, 500.0, 8000.0):
+        chosen = views.choose_exaggeration((0, 4000, 0, 3000, -height, 0))
+        assert chosen >= 1.0
+        assert chosen == 1.0 or chosen * height <= 0.4 * 4000
+
+
+def test_nothing_has_no_bounds():
+    with pytest.raises(InputError, match=r"nothing to draw.*Hand over at least one surface"):
+        views.bounds_of([np.empty((0, 3))])

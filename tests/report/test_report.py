@@ -1,0 +1,171 @@
+"""The page: complete, self-contained, the same each time."""
+
+import re
+from html.parser import HTMLParser
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from geosurf.errors import InputError, OutputError
+from geosurf.model import Certificate, Check, Curves, TriSurface, Unit, Units
+from geosurf.report import report_scene, tables
+
+PNG = b"\x89PNG\r\n\x1a\n" + b"not much of a picture"
+BOX = (0.0, 1000.0, 0.0, 1000.0, -300.0, 0.0)
+
+
+def unit(zone, zone_index, block, volume):
+    return Unit(
+        name=f"{zone}, {block}",
+        zone=zone,
+        zone_index=zone_index,
+        block=block,
+        local=np.zeros((3, 3)),
+        origin=np.zeros(3),
+        triangles=np.array([[0, 1, 2]]),
+        surface_of_triangle=np.zeros(1, dtype=int),
+        surface_names=("Top",),
+        volume=volume,
+        area=1.0,
+    )
+
+
+@pytest.fixture
+def scene():
+    top = TriSurface("Top <&>", "horizon", [[0, 0, -9], [1e3, 0, -9], [0, 1e3, -9]], [[0, 1, 2]])
+    fault = TriSurface("F1", "fault", [[5, 0, 0], [5, 1e3, 0], [9, 0, -300]], [[0, 1, 2]])
+    line = np.array([[5.0, 0, -9], [5.0, 900.0, -9]])
+    pair = np.array([[0, 1]])
+    return SimpleNamespace(
+        surfaces=(top, fault),
+        curves=Curves(
+            names=("Top <&>", "F1"),
+            local=line,
+            origin=np.zeros(3),
+            segments=pair,
+            surfaces_of_segment=pair,
+            curves=(np.array([0, 1]),),
+            surfaces_of_curve=pair,
+            closed=np.array([False]),
+            cost={"n_pair_tested": 123456},
+        ),
+        patches=SimpleNamespace(report={"n_cut": 2, "repaired": []}),
+        units=Units(
+            [unit("above Top", 0, "F1-", 1e8), unit("below Top", 1, "F1+", 2e8)],
+            BOX,
+            {"open_rim": {"F1": 12.5}},
+        ),
+        box=BOX,
+        check=lambda: Certificate((Check("closed", True, 0.0, "2 of 2 units are closed"),)),
+    )
+
+
+class Reader(HTMLParser):
+    """Collects tags, links and words; notes tags that do not match."""
+
+    VOID = frozenset({"meta", "img", "link", "br"})
+
+    def __init__(self, html):
+        super().__init__()
+        self.open, self.crossed, self.links, self.words = [], [], [], []
+        self.feed(html)
+
+    def handle_starttag(self, tag, attrs):
+        self.links += [value for key, value in attrs if key in ("src", "href")]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if self.open.pop() != tag:
+            self.crossed.append(tag)
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def test_the_page_holds_everything_and_asks_for_nothing(scene, tmp_path):
+    (tmp_path / "view.png").write_bytes(PNG)
+    path = report_scene(scene, tmp_path / "new" / "report", {"A <view>": tmp_path / "view.png"})
+    assert path == tmp_path / "new" / "report" / "index.html"
+    html = path.read_text(encoding="utf-8")
+    page = Reader(html)
+    assert (page.open, page.crossed) == ([], [])
+    assert [link[:22] for link in page.links] == ["data:image/png;base64,"]
+    assert not re.search(r"https?://|@import|url\(", html)
+    words = " ".join(page.words)
+    for wanted in ("Top <&>", "A <view>", "every check passed", "2 of 2 units", "numpy", "900.0"):
+        assert wanted in words
+
+
+def test_the_same_scene_gives_the_same_page(scene, tmp_path):
+    one = report_scene(scene, tmp_path / "one").read_bytes()
+    assert one == report_scene(scene, tmp_path / "two").read_bytes()
+    dated = report_scene(scene, tmp_path / "one", made="2026-02-30").read_bytes()
+    assert b"2026-02-30" in dated
+    assert [path.name for path in (tmp_path / "one").iterdir()] == ["index.html"]
+
+
+def test_a_failed_check_is_seen_first(scene, tmp_path):
+    scene.check = lambda: Certificate((Check("closed", False, 3.0, "3 open edges"),))
+    html = report_scene(scene, tmp_path).read_text(encoding="utf-8")
+    assert html.index("a check FAILED") < html.index("Volumes")
+    assert '<td class="label failed">FAILED</td>' in html
+
+
+def test_a_scene_that_draws_and_explains_is_asked_to(scene, tmp_path):
+    def draw(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "a.png").write_bytes(PNG)
+        return {"From the south": folder / "a.png"}
+
+    scene.render_pictures = draw
+    scene.explain = lambda: "Top x F1 <computed>"
+    html = report_scene(scene, tmp_path / "r").read_text(encoding="utf-8")
+    assert "From the south" in html
+    assert "Top x F1 &lt;computed&gt;" in html
+
+
+def test_a_scene_without_curves_says_so(scene, tmp_path):
+    none = np.empty((0, 2), dtype=np.int64)
+    scene.curves = Curves(
+        ("Top",), np.empty((0, 3)), np.zeros(3), none, none, (), none, np.empty(0, bool)
+    )
+    html = report_scene(scene, tmp_path).read_text(encoding="utf-8")
+    assert "No two surfaces meet." in html
+
+
+def test_volumes_add_up_in_both_directions(scene):
+    table = tables.volume_table(scene.units)
+    assert table.head == ("Zone", "F1-", "F1+", "all blocks")
+    assert table.rows[0] == ("above Top", "100.000", "–", "100.000")
+    assert table.foot == ("all zones", "100.000", "200.000", "300.000")
+    assert "relative difference of 0." in tables.balance(scene.units)
+
+
+def test_counts_of_every_kind_become_words():
+    counts = {"n": 1234, "f": 0.25, "ok": True, "many": list(range(20)), "few": [1, 2], "no": None}
+    rows = tables.cost_table(("stage", counts)).rows
+    assert [row[2] for row in rows] == [
+        "1\N{NARROW NO-BREAK SPACE}234",
+        "0.25",
+        "yes",
+        "20 entries",
+        "1, 2",
+        "–",
+    ]
+
+
+def test_pictures_that_are_none_are_named(scene, tmp_path):
+    with pytest.raises(InputError, match=r"picture 'gone': .*gone\.png cannot be read.*draw it"):
+        report_scene(scene, tmp_path, {"gone": tmp_path / "gone.png"})
+    (tmp_path / "text.png").write_text("hello")
+    with pytest.raises(InputError, match=r"picture 'text': .*text\.png is not a PNG.*render_scene"):
+        report_scene(scene, tmp_path, {"text": tmp_path / "text.png"})
+    assert not (tmp_path / "index.html").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_named(scene, tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(OutputError, match=r"file/index\.html.*cannot be written.*Choose a folder"):
+        report_scene(scene, tmp_path / "file")
