@@ -186,11 +186,12 @@ def _load(path: Path) -> xr.Dataset:
 
 def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray:
     """Return the gridded variable, or list what there is."""
-    grids = {
-        str(key): dataset[key].squeeze(drop=True)
-        for key in dataset.data_vars
-        if dataset[key].squeeze().ndim == 2 and dataset[key].dtype.kind in "fiu"
-    }
+    grids = {}
+    for key, data in dataset.data_vars.items():
+        # a time or layer of length 1 may come along; a grid may have one row
+        grid = data if data.ndim == 2 else data.squeeze(drop=True)
+        if grid.ndim == 2 and grid.dtype.kind in "fiu":
+            grids[str(key)] = grid
     if variable is None and len(grids) == 1:
         return next(iter(grids.values()))
     if variable in grids:

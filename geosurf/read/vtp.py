@@ -157,7 +157,7 @@ def _payload(file: _File, node: ElementTree.Element) -> bytes:
     """Bytes of one binary array: block sizes first, then one or several blocks."""
     if node.get("format") == "appended":
         start = int(node.get("offset", "0"))
-        offsets = (int(other.get("offset", "0")) for other in file.tree.iter("DataArray"))
+        offsets = (int(other.get("offset", "0")) for other in file.tree.iter())
         end = min((offset for offset in offsets if offset > start), default=len(file.appended))
         stream = file.appended[start:end] if file.raw else _unbase64(file.appended[start:end])
     else:
@@ -254,12 +254,15 @@ def _point_data(file: _File, piece: ElementTree.Element, n_point: int) -> dict[s
 
 
 def _stored_name(file: _File) -> str | None:
-    """Return the string array ``name`` of the field data: characters as numbers."""
+    """Return the string array ``name`` of the field data, if it can be read."""
     for node in file.tree.iterfind("PolyData/FieldData/Array"):
-        if node.get("Name") == "name" and node.get("format") == "ascii":
+        if node.get("Name") == "name":
             try:
-                codes = bytes(int(word) for word in (node.text or "").split())
-                return codes.split(b"\0")[0].decode("utf-8")
-            except ValueError:
+                if node.get("format") == "ascii":  # characters as numbers
+                    codes = bytes(int(word) for word in (node.text or "").split())
+                else:
+                    codes = _payload(file, node)
+                return codes.split(b"\0")[0].decode("utf-8") or None
+            except DAMAGE:
                 return None
     return None

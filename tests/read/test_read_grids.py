@@ -333,7 +333,7 @@ def test_drogon_grids(shared):
         cos, sin = np.cos(np.pi / 6), 0.5
         np.testing.assert_allclose(along, 174 * 40.115 * np.array([cos, sin]), atol=0.02)
         np.testing.assert_allclose(across, 274 * 40.073 * np.array([-sin, cos]), atol=0.02)
-        assert -2000 < float(top.min()) < float(top.max()) < -1540
+        assert -2010 < float(top.min()) < float(top.max()) < -1540
     thickness = np.stack([(a - b).values for a, b in itertools.pairwise(tops)])
     assert thickness.min() == 0.0
     share = (thickness == 0).mean(axis=(1, 2))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -55,7 +56,7 @@ def patches():
 
 
 def unit(name="Top/Base F1+", block="F1+", shift=0.0):
-    local = [*np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]), shift, 0, 0]
+    local = np.array([[shift, 0, 0], [1 + shift, 0, 0], [shift, 1, 0], [shift, 0, 1.0]])
     return gs.Unit(
         name=name,
         zone="Top/Base",
@@ -279,7 +280,7 @@ def test_netcdf_horizon_must_say_what_it_holds(tmp_path):
 
 
 def test_missing_netcdf_support_gives_the_install_line(tmp_path, monkeypatch):
-    monkeypatch.setattr("geosurf.write.netcdf.find_spec", lambda name: None)
+    monkeypatch.setattr(import_module("geosurf.write.netcdf"), "find_spec", lambda name: None)
     with pytest.raises(DependencyError, match=r'h5netcdf.*pip install "geosurf\[io\]"'):
         gs.write(horizon(), tmp_path / "top.nc")
 
