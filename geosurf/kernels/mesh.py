@@ -12,6 +12,7 @@ import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.points import hash_of_place
+from geosurf.kernels.predicates import normal_axis, orient2d
 
 
 @entry("d2 -> l1 l")
@@ -40,18 +41,14 @@ def weld(x):
     return number, count
 
 
-@entry("l2 -> l1 l1 l")
+@entry("l2 -> l1 l")
 def edges(t):
-    """Edge number of each half-edge, half-edges of each edge (linked), number of edges.
-
-    (edge_of_half, next_half, n_edge): `next_half` leads round the half-edges of one edge.
-    """
+    """A ring through the half-edges of each edge, and the number of edges."""
     n = 3 * t.shape[0]
     size = 16
     while size < 2 * n:
         size *= 2
     slots = np.full(size, -1, dtype=np.int64)
-    edge = np.empty(n, dtype=np.int64)
     ring = np.empty(n, dtype=np.int64)
     count = 0
     for i in range(n):
@@ -70,15 +67,13 @@ def edges(t):
             slot = (slot + 1) & (size - 1)
         if slots[slot] < 0:
             slots[slot] = i
-            edge[i] = count
             ring[i] = i
             count += 1
         else:
             j = slots[slot]
-            edge[i] = edge[j]
             ring[i] = ring[j]
             ring[j] = i
-    return edge, ring, count
+    return ring, count
 
 
 @scalar
@@ -101,8 +96,8 @@ def join(parent, i, j):
         parent[i] = j
 
 
-@entry("l2 l1 l1 l1 l1 -> l1 l")
-def patches_of(t, surface, edge, ring, twin):
+@entry("l2 l1 l1 l1 -> l1 l")
+def patches_of(t, surface, ring, twin):
     """Patch number of each triangle, numbered by first triangle, and how many.
 
     Triangles of one surface are joined over edges that exactly two distinct triangles
@@ -131,7 +126,7 @@ def patches_of(t, surface, edge, ring, twin):
         for c in range(3):
             j = ring[3 * i + c]
             while j != 3 * i + c:
-                if surface[j // 3] == surface[i] and _same_patch(parent, twin, i, j // 3, edge, ring, j):
+                if surface[j // 3] == surface[i] and _same_patch(parent, twin, i, j // 3):
                     join(parent, i, j // 3)
                 j = ring[j]
     number = np.full(n, -1, dtype=np.int64)
@@ -146,13 +141,13 @@ def patches_of(t, surface, edge, ring, twin):
 
 
 @scalar
-def _same_patch(parent, twin, i, j, edge, ring, half):
+def _same_patch(parent, twin, i, j):
     """Whether triangles i and j, both coinciding with others, lie in one patch there."""
     return twin[j] != j and find(parent, twin[i]) == find(parent, twin[j])
 
 
-@entry("l2 l1 l1 -> l1 l")
-def pieces(t, edge, ring):
+@entry("l2 l1 -> l1 l")
+def pieces(t, ring):
     """Connected pieces over common edges: number of each triangle, and how many."""
     n = t.shape[0]
     parent = np.arange(n)
@@ -167,3 +162,46 @@ def pieces(t, edge, ring):
             count += 1
         number[i] = number[root]
     return number, count
+
+
+@entry("l2 l1 l1 l1 l -> l2")
+def curve_edges(t, surface, ring, twin, n_edge):
+    """Vertices of the edges where different surfaces or more than two sheets meet."""
+    out = np.empty((n_edge, 2), dtype=np.int64)
+    n = 0
+    for i in range(3 * t.shape[0]):
+        if twin[i // 3] != i // 3:
+            continue
+        first = True
+        mixed = False
+        count = 1
+        j = ring[i]
+        while j != i:
+            if j < i and twin[j // 3] == j // 3:
+                first = False
+                break
+            if twin[j // 3] == j // 3:
+                count += 1
+            mixed = mixed or surface[j // 3] != surface[i // 3]
+            j = ring[j]
+        if first and (mixed or count > 2):
+            a, b = t[i // 3, i % 3], t[i // 3, (i + 1) % 3]
+            out[n, 0], out[n, 1] = min(a, b), max(a, b)
+            n += 1
+    return out[:n].copy()
+
+
+@entry("d2 l2 l2 l1 l1 l1 -> l1")
+def turned_over(x, t, parents, parent, m, w):
+    """Rows of the triangles that do not face as their parents do, on the same axis."""
+    none = np.empty((0, 4), dtype=np.int64)
+    rows = np.empty(t.shape[0], dtype=np.int64)
+    n = 0
+    for i in range(t.shape[0]):
+        p = parent[i]
+        axis, side = normal_axis(x, m, w, parents[p, 0], parents[p, 1], parents[p, 2])
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        if side * orient2d(x, none, none, none, m, w, t[i, 0], t[i, 1], t[i, 2], u, v) <= 0:
+            rows[n] = i
+            n += 1
+    return rows[:n].copy()
