@@ -152,8 +152,9 @@ def rising_diagonal(easting: np.ndarray, northing: np.ndarray) -> bool:
     Of the two diagonals of a cell, the one that runs from south-west to
     north-east: the one with the larger ``dx * dy``, summed over all cells. Where
     the two agree to a part in a million (square cells, turned by 45 degrees), the
-    one that runs north, with the larger ``dy * dy``. The rule asks for
-    directions in the world, so rows and columns may be reversed or transposed.
+    one that runs north, with the larger ``dy * dy``; where that ties too (a full
+    ring), the westernmost cell decides. The rule asks for directions in the world,
+    so rows and columns may be reversed or transposed.
 
     Parameters
     ----------
@@ -176,20 +177,31 @@ def rising_diagonal(easting: np.ndarray, northing: np.ndarray) -> bool:
     x, y = easting, northing
     if x.ndim == 1:
         return bool((x[-1] > x[0]) == (y[-1] > y[0]))
-    rising = _finite(x[1:, 1:] - x[:-1, :-1], y[1:, 1:] - y[:-1, :-1])
-    falling = _finite(x[1:, :-1] - x[:-1, 1:], y[1:, :-1] - y[:-1, 1:])
+    rising = np.stack([x[1:, 1:] - x[:-1, :-1], y[1:, 1:] - y[:-1, :-1]], axis=-1)
+    falling = np.stack([x[1:, :-1] - x[:-1, 1:], y[1:, :-1] - y[:-1, 1:]], axis=-1)
+    whole = np.isfinite(rising).all(axis=-1) & np.isfinite(falling).all(axis=-1)
+    if not whole.any():
+        return True
+    choice = _compare_diagonals(rising[whole], falling[whole])
+    if choice == 0:
+        # summed in pairs of opposite corners, so that the order of corners is not seen
+        west = ((x[1:, 1:] + x[:-1, :-1]) + (x[1:, :-1] + x[:-1, 1:]))[whole]
+        south = ((y[1:, 1:] + y[:-1, :-1]) + (y[1:, :-1] + y[:-1, 1:]))[whole]
+        first = np.lexsort((south, west))[:1]
+        choice = _compare_diagonals(rising[whole][first], falling[whole][first])
+    return choice >= 0
+
+
+def _compare_diagonals(rising: np.ndarray, falling: np.ndarray) -> int:
+    """+1 or -1: which diagonals (n_cell, 2) run more to the north-east, or else north; 0: a tie."""
     # fsum is exact before its one rounding, so that the order of cells is not seen
-    north_east = math.fsum(rising[0] * rising[1]) - math.fsum(falling[0] * falling[1])
-    size = math.fsum(rising[0] ** 2) + math.fsum(rising[1] ** 2)
-    size += math.fsum(falling[0] ** 2) + math.fsum(falling[1] ** 2)
-    if abs(north_east) > 1e-6 * size:
-        return north_east > 0
-    return math.fsum(rising[1] ** 2) >= math.fsum(falling[1] ** 2)
-
-
-def _finite(dx: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    keep = np.isfinite(dx) & np.isfinite(dy)
-    return dx[keep], dy[keep]
+    size = math.fsum((rising**2).ravel()) + math.fsum((falling**2).ravel())
+    north_east = math.fsum(rising[:, 0] * rising[:, 1]) - math.fsum(falling[:, 0] * falling[:, 1])
+    north = math.fsum(rising[:, 1] ** 2) - math.fsum(falling[:, 1] ** 2)
+    for gain in (north_east, north):
+        if abs(gain) > 1e-6 * size:
+            return 1 if gain > 0 else -1
+    return 0
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -120,6 +120,18 @@ def test_the_diagonal_runs_north_east_and_north_where_that_is_a_tie():
     assert abs(x[1, 1] - x[0, 0]) < 1e-6 < y[1, 1] - y[0, 0]
 
 
+def test_the_diagonal_rule_holds_for_a_full_ring():
+    phi, radius = np.meshgrid(np.linspace(0, 2 * np.pi, 25), np.linspace(500.0, 1000.0, 6))
+    x, y = radius * np.cos(phi), radius * np.sin(phi)
+    whole = curvilinear(np.arange(150.0).reshape(6, 25), x, y)
+    found = []
+    for da in directions(whole):
+        x, y = da.easting.values, da.northing.values
+        lattice = Lattice(x, y, da.values, rising_diagonal(x, y))
+        found.append(in_the_world(TriSurface("Top", "horizon", lattice=lattice)))
+    assert all(triangles == found[0] for triangles in found)
+
+
 def test_one_and_two_dimensional_coordinates_agree():
     da = horizon(np.arange(12.0).reshape(3, 4))
     x, y = np.meshgrid(da.easting, da.northing)

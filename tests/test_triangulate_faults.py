@@ -210,7 +210,7 @@ def test_sheets_that_share_an_edge_of_three_triangles_are_turned_one_by_one():
 
 
 def test_a_closed_surface_has_no_hanging_wall_and_stays_as_it_is():
-    corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) + [0.1, 0.2, 0.3]
+    corners = 0.1 + np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
     faces = [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]
     closed = TriSurface("F1", "fault", corners, faces)
     assert orient_fault(closed) is closed

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -204,19 +203,14 @@ def _rising(easting: np.ndarray, northing: np.ndarray, elevation: np.ndarray) ->
     nodes = np.stack([easting, northing, elevation], axis=-1)
     rising = nodes[1:, 1:] - nodes[:-1, :-1]
     falling = nodes[1:, :-1] - nodes[:-1, 1:]
-    whole = np.isfinite(rising).all(axis=-1) & np.isfinite(falling).all(axis=-1)
-    rising, falling = rising[whole], falling[whole]
-    if len(rising) == 0:
-        return True
-    normal = np.cross(rising, falling).sum(axis=0)
+    normals = np.cross(rising, falling)
+    normal = normals[np.isfinite(normals).all(axis=-1)].sum(axis=0)
     strike = np.array([-normal[1], normal[0]])
     if np.abs(strike).max() <= 1e-6 * np.linalg.norm(normal):
         return rising_diagonal(easting, northing)
     lead = strike[0] if abs(strike[0]) > 1e-6 * np.abs(strike).max() else strike[1]
-    strike *= np.sign(lead)
-    climb = [(d[:, :2] @ strike, d[:, 2]) for d in (rising, falling)]
-    gain = math.fsum(climb[0][0] * climb[0][1]) - math.fsum(climb[1][0] * climb[1][1])
-    size = sum(math.fsum(np.abs(along * up)) for along, up in climb)
-    if abs(gain) > 1e-6 * size:
-        return gain > 0
-    return math.fsum(climb[0][1] ** 2) >= math.fsum(climb[1][1] ** 2)
+    strike /= np.sign(lead) * np.linalg.norm(strike)
+    along = (easting - np.nanmin(easting)) * strike[0] + (northing - np.nanmin(northing)) * strike[
+        1
+    ]
+    return rising_diagonal(along, elevation)
