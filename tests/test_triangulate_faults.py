@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf.errors import InputError, SurfaceError
-from geosurf.model import TriSurface
+from geosurf.model import FaultSticks, TriSurface
 from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_sticks
 from geosurf.triangulate.degenerate import find_zero_area
 
@@ -84,11 +84,8 @@ def test_depth_is_turned_and_names_decide():
 
 
 def test_a_fault_from_sticks_a_mesh_or_a_surface():
-    class Picks:
-        name = "F7"
-        sticks = ([[0, 0, 1500], [300, 0, 2000]], [[0, 400, 1500], [300, 400, 2000]])
-
-    picked = triangulate_fault(Picks(), positive="down")
+    lines = ([[0, 0, 1500], [300, 0, 2000]], [[0, 400, 1500], [300, 400, 2000]])
+    picked = triangulate_fault(FaultSticks("F7", lines), positive="down")
     assert picked.name == "F7"
     assert picked.bounds[4:] == (-2000.0, -1500.0)
     mesh = triangulate_fault((picked.vertices, picked.triangles[:, [0, 2, 1]]), name="F7")

@@ -210,7 +210,5 @@ def _rising(easting: np.ndarray, northing: np.ndarray, elevation: np.ndarray) ->
         return rising_diagonal(easting, northing)
     lead = strike[0] if abs(strike[0]) > 1e-6 * np.abs(strike).max() else strike[1]
     strike /= np.sign(lead) * np.linalg.norm(strike)
-    along = (easting - np.nanmin(easting)) * strike[0] + (northing - np.nanmin(northing)) * strike[
-        1
-    ]
-    return rising_diagonal(along, elevation)
+    east, north = easting - np.nanmin(easting), northing - np.nanmin(northing)
+    return rising_diagonal(east * strike[0] + north * strike[1], elevation)
