@@ -32,6 +32,7 @@ def draw_layers(layers: tuple[Layer, ...], camera: Camera) -> np.ndarray:
     DependencyError
         If nothing here can draw.
     """
+    # to the end, because pyvista opens further windows to try what they can do
     with off_screen():
         import pyvista
 
@@ -39,13 +40,13 @@ def draw_layers(layers: tuple[Layer, ...], camera: Camera) -> np.ndarray:
         plotter = pyvista.Plotter(
             off_screen=True, window_size=[width, height], lighting="none", theme=_theme()
         )
-    try:
-        depth = _add_layers(plotter, layers, camera)
-        _point_camera(plotter, camera, depth)
-        _light(plotter)
-        image = np.asarray(plotter.screenshot(None, return_img=True))
-    finally:
-        plotter.close()
+        try:
+            reach = _add_layers(plotter, layers, camera)
+            _point_camera(plotter, camera, reach)
+            _light(plotter)
+            image = np.asarray(plotter.screenshot(None, return_img=True))
+        finally:
+            plotter.close()
     return _average(image[:, :, :3])
 
 

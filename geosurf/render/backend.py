@@ -129,7 +129,7 @@ def find_backend(asked: str = "") -> Finding:
 
 @contextmanager
 def off_screen() -> Iterator[None]:
-    """Make VTK open its next window with a back end that works.
+    """Make VTK open its windows with a back end that works, one picture at a time.
 
     The choice lasts as long as the ``with`` block, so that people's own
     windows open as they always did.

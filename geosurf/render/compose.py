@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import tempfile
 from pathlib import Path
 
 from geosurf.errors import OutputError
@@ -106,26 +104,15 @@ def save_png(data: bytes, path: str | os.PathLike[str]) -> Path:
         )
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=".png")
+        part = target.with_name(f".{target.name}.{os.getpid()}.part")
         try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(data)
-            Path(name).chmod(0o666 & ~_umask())
-            Path(name).replace(target)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                Path(name).unlink()
-            raise
+            part.write_bytes(data)
+            part.replace(target)
+        finally:
+            part.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(
             f"{target}: the picture cannot be written ({error.strerror}). "
             "Choose a folder that you may write to."
         ) from error
     return target
-
-
-def _umask() -> int:
-    """The permissions that new files go without; mkstemp forgets to ask."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

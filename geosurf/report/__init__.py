@@ -6,9 +6,7 @@ well, and is the same, byte for byte, each time the same scene is reported.
 
 from __future__ import annotations
 
-import contextlib
 import os
-import tempfile
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
@@ -56,6 +54,28 @@ def report_scene(
         If a picture cannot be read.
     OutputError
         If the page cannot be written.
+
+    Examples
+    --------
+    A box of 1 km by 1 km by 100 m that nothing cuts:
+
+    >>> import tempfile
+    >>> from types import SimpleNamespace
+    >>> import numpy as np
+    >>> from geosurf.model import Certificate, Curves, Units
+    >>> none = np.empty((0, 2), dtype=np.int64)
+    >>> scene = SimpleNamespace(
+    ...     surfaces=(),
+    ...     curves=Curves((), np.empty((0, 3)), np.zeros(3), none, none, (), none, np.empty(0)),
+    ...     patches=SimpleNamespace(report={}),
+    ...     units=Units([], (0, 1000, 0, 1000, -100, 0)),
+    ...     box=(0, 1000, 0, 1000, -100, 0),
+    ...     check=lambda: Certificate(()),
+    ... )
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     page = report_scene(scene, folder, title="An empty box")
+    ...     "<h1>An empty box</h1>" in page.read_text(encoding="utf-8")
+    True
     """
     folder = Path(folder)
     if pictures is None:
@@ -113,18 +133,12 @@ def _write(target: Path, html: str) -> Path:
     """Write the page in one go: readers see the old page or the new one, never half of it."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=".index-", suffix=".html")
+        part = target.with_name(f".{target.name}.{os.getpid()}.part")
         try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-                file.write(html)
-            mask = os.umask(0)
-            os.umask(mask)
-            Path(name).chmod(0o666 & ~mask)
-            Path(name).replace(target)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                Path(name).unlink()
-            raise
+            part.write_text(html, encoding="utf-8", newline="\n")
+            part.replace(target)
+        finally:
+            part.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(
             f"{target}: the report cannot be written ({error.strerror}). "

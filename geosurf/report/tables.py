@@ -13,7 +13,7 @@ import numpy as np
 from geosurf.model import Certificate, Curves, TriSurface, Units
 
 NOTHING = "–"
-PACKAGES = ("numpy", "numba", "xarray", "pyvista", "vtk")
+PACKAGES = ("geosurf", "numpy", "numba", "xarray", "pyvista", "vtk")
 
 
 @dataclass(frozen=True)
@@ -169,9 +169,7 @@ def _plain(value: Any) -> str:
 
 def version_table() -> Table:
     """Return the versions that made the report."""
-    import geosurf
-
-    rows = [("geosurf", geosurf.__version__), ("Python", platform.python_version())]
+    rows = [("Python", platform.python_version())]
     for package in PACKAGES:
         try:
             rows.append((package, importlib.metadata.version(package)))
