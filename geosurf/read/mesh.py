@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 import struct
 import warnings
 import zlib
@@ -170,6 +171,12 @@ def _triangles(path: Path, blocks: Any) -> np.ndarray:
 
 def _refuse_cut_short(path: Path, data: bytes) -> None:
     """Refuse text that stops in mid-line: its last number may be cut and still parse."""
+    if path.suffix.lower() == ".ply" and not re.search(rb"^[ \t]*end_header[ \t\r]*$", data, re.M):
+        # meshio would look for it for ever
+        raise FormatError(
+            f"{path}: found no line 'end_header', expected one at the end of the header. "
+            "The file is cut short or no PLY file; export it again."
+        )
     start = data[:256].lstrip().lower()
     if b"\0" in data or start.startswith(b"<"):
         return  # binary and XML notice by themselves

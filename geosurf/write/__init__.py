@@ -123,13 +123,20 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
         return Written(
             reversed(commit({path.parent / key: data for key, data in files.items()})), notes
         )
-    own = getattr(obj, "name", None) if kind not in ("Units", "Dataset") else None
-    title = name or own
+    title = name or _own_name(obj)
     if kind in ("TriSurface", "Unit", "horizon (DataArray)"):
         title = str(title or path.stem)
     extra = (suffix,) if module == "mesh" else ()
     data, notes = encode(obj, title, *extra)
     return Written(commit({path: data}), notes)
+
+
+def _own_name(obj: Any) -> str | None:
+    """Return what an object calls itself: its name, or its ``long_name`` attribute."""
+    own = getattr(obj, "name", None)
+    if own is None:
+        own = getattr(obj, "attrs", {}).get("long_name")
+    return None if own is None else str(own)
 
 
 def _kind(obj: Any) -> str | None:

@@ -42,8 +42,9 @@ def test_depth_and_units_of_a_mesh(tmp_path):
         ("a.obj", "v 0 0 0\n", r"a.obj: .*"),
         ("a.stl", "solid\nfacet normal 0 0 1\n", r"the last line is 'facet.*expected 'endsolid'"),
         ("a.vtk", "# vtk DataFile Version 4.2\nx\nASCII\nDATASET POLYDATA\n", r"export.*.vtp"),
-        ("a.vtu", "<VTKFile>", r"meshio cannot read it \(ParseError"),
+        ("a.vtu", "<VTKFile>", r"meshio cannot read it \(.*as vtu"),
         ("a.ply", "", r"empty"),
+        ("a.ply", "ply\nformat ascii 1.0\n", r"found no line 'end_header', expected.*export"),
     ],
 )
 def test_wrong_meshes(tmp_path, capfd, name, text, message):
