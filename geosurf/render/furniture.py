@@ -130,6 +130,11 @@ def nice_step(span: float, n: int = 5) -> float:
     return float(next(m * power for m in (1.0, 2.0, 2.5, 5.0, 10.0) if m * power >= rough * 0.99))
 
 
+def fitting(sheet: Sheet, pixels: float) -> int:
+    """Return how many numbers fit an axis of some pixels: from 1 to 5."""
+    return int(min(max(pixels / (45.0 * sheet.layout.unit), 1.0), 5.0))
+
+
 def ticks(low: float, high: float, n: int = 5) -> np.ndarray:
     """Return round values between two bounds."""
     step = nice_step(high - low, n)
@@ -157,7 +162,9 @@ def draw_axes(sheet: Sheet, camera: Camera, bounds: tuple[float, ...]) -> None:
         if edge is None:
             continue
         low, high = box[edge[0]], box[edge[1]]
-        values = ticks(low[axis], high[axis], 4 if axis == 2 else 5)
+        texts_fit = fitting(sheet, float(np.linalg.norm(pixels[edge[1]] - pixels[edge[0]])))
+        values = ticks(low[axis], high[axis], min(texts_fit, 4 if axis == 2 else 5))
+        texts = tick_texts(values, per)
         part = (values - low[axis]) / (high[axis] - low[axis])
         ends = pixels[list(edge)]
         along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
@@ -165,8 +172,8 @@ def draw_axes(sheet: Sheet, camera: Camera, bounds: tuple[float, ...]) -> None:
         if outward @ (ends.mean(axis=0) - middle) < 0.0:
             outward = -outward
         places = ends[0] + part[:, None] * (ends[1] - ends[0])
-        _draw_axis(sheet, places, tick_texts(values, per), outward, taken)
-        _name_axis(sheet, ends.mean(axis=0), f"{name} [{unit}]", along, outward)
+        _draw_axis(sheet, places, texts, outward, taken)
+        _name_axis(sheet, ends.mean(axis=0), f"{name} [{unit}]", along, outward, texts)
 
 
 def _outer_edge(pixels: np.ndarray, axis: int, shortest: float) -> tuple[int, int] | None:
@@ -205,12 +212,20 @@ def _draw_axis(
         )
 
 
-def _name_axis(sheet: Sheet, at, words: str, along: np.ndarray, outward: np.ndarray) -> None:
-    """Write the name along its axis, never upside down."""
+def _name_axis(
+    sheet: Sheet,
+    at: np.ndarray,
+    words: str,
+    along: np.ndarray,
+    outward: np.ndarray,
+    texts: list[str],
+) -> None:
+    """Write the name along its axis, beyond the numbers, never upside down."""
     angle = math.degrees(math.atan2(along[1], along[0]))
     angle = (angle + 90.0) % 180.0 - 90.0
-    # far enough out for the numbers between: they are wide, and not high
-    distance = 38.0 + 24.0 * abs(outward[0])
+    # the numbers are as wide as their longest, and one line high
+    wide = 7.6 * max(map(len, texts), default=0)
+    distance = 25.0 + wide * abs(outward[0]) + 14.0 * abs(outward[1])
     place = at + distance * sheet.layout.unit * outward
     if abs(angle + 90.0) < 1e-6:
         angle = 90.0
@@ -241,15 +256,17 @@ def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
         sheet.text((left + 38.0 * unit, y), more, 12.0, palette.FAINT)
 
 
-def shortened(words: str, most: int = 25) -> str:
-    """Return words that fit the legend.
+def shortened(words: str, most: int = 21) -> str:
+    """Return words that fit the legend: names that differ at their end go on doing so.
 
     Examples
     --------
     >>> shortened("a horizon with a very long name")
-    'a horizon with a very lo…'
+    'a horizon…long name'
     """
-    return words if len(words) <= most else words[: most - 1] + "…"
+    if len(words) <= most:
+        return words
+    return f"{words[: most // 2].rstrip()}…{words[-(most // 2 - 1) :].lstrip()}"
 
 
 def draw_compass(sheet: Sheet, camera: Camera) -> None:

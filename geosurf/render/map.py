@@ -12,7 +12,7 @@ from geosurf.render import furniture, palette
 from geosurf.render.layers import Entry, length_text, thinned
 
 MAX_MAP_TRIANGLE = 250_000
-N_CONTOUR = 14  # contour intervals, about
+N_CONTOUR = 20  # contour intervals, about
 N_BAND = 3  # bands of colour per contour interval
 
 
@@ -92,11 +92,12 @@ def _map_axes(sheet: furniture.Sheet, extent: tuple[float, float, float, float])
     axes.set_xlim(0.0, east - west)
     axes.set_ylim(0.0, north - south)
     points = 12.0 * unit * 72.0 / furniture.DPI
-    for axis, name, low, high_end in (
-        (axes.xaxis, "Easting [km]", west, east),
-        (axes.yaxis, "Northing [km]", south, north),
+    for axis, name, low, span in (
+        (axes.xaxis, "Easting [km]", west, east - west),
+        (axes.yaxis, "Northing [km]", south, north - south),
     ):
-        values = furniture.ticks(low, high_end)
+        n_tick = furniture.fitting(sheet, span / metres_per_pixel)
+        values = furniture.ticks(low, low + span, n_tick)
         axis.set_ticks(values - low, furniture.tick_texts(values, 1000.0))
         axis.set_label_text(name, fontsize=points * 1.08, color=palette.INK, family=furniture.FONT)
     axes.tick_params(labelsize=points, colors=palette.INK, width=0.8, color=palette.FAINT)

@@ -99,6 +99,9 @@ def view_vectors(view: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def choose_exaggeration(bounds: tuple[float, ...]) -> float:
     """Return a round vertical exaggeration that reads well: never below 1.
 
+    Width is the side of the square that covers as much ground: long and narrow
+    models are not blown up for their length.
+
     Parameters
     ----------
     bounds : (west, east, south, north, bottom, top)
@@ -112,7 +115,7 @@ def choose_exaggeration(bounds: tuple[float, ...]) -> float:
     1.0
     """
     west, east, south, north, bottom, top = bounds
-    width, height = max(east - west, north - south), top - bottom
+    width, height = math.sqrt((east - west) * (north - south)), top - bottom
     if height <= 0.0 or width <= 0.0:
         return 1.0
     wanted = RELIEF * width / height
