@@ -11,6 +11,7 @@ from collections.abc import Callable
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from geosurf.conventions import did_you_mean
@@ -150,3 +151,18 @@ def _kind(obj: Any) -> str | None:
     if xr is not None and isinstance(obj, xr.Dataset):
         return "Dataset"
     return None
+
+
+class _Room(ModuleType):
+    """The folder `geosurf.write`, which answers a call as the function of the same name.
+
+    Importing a folder binds it in its parent, over the function that
+    ``geosurf.write`` means to users; so the folder can be called, too.
+    """
+
+    def __call__(self, obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Written:
+        return write(obj, path, name=name)
+
+
+sys.modules[__name__].__class__ = _Room
+__doc__ = write.__doc__ or ""

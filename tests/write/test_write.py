@@ -420,3 +420,10 @@ def test_another_name_can_be_stored(tmp_path):
     assert gs.read_fault(gs.write(surface(), tmp_path / "a.vtp", name="Fø & <9>")[0]).name == (
         "Fø & <9>"
     )
+
+
+def test_the_folder_can_be_called_like_the_function(tmp_path):
+    room = import_module("geosurf.write")
+    assert room(surface(), tmp_path / "a.ts", name="F9") == [tmp_path / "a.ts"]
+    assert gs.read_fault(tmp_path / "a.ts").name == "F9"
+    assert "Written" in room.__all__
