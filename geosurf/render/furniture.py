@@ -200,9 +200,10 @@ def _draw_axis(
     x, y = outward
     for place, words in zip(places, texts, strict=True):
         sheet.line([place, place + 6.0 * unit * outward], 1.0, palette.FAINT)
-        if any(np.hypot(*(place - other)) < 24.0 * unit for other in taken):
+        about = place + 30.0 * unit * outward  # the middle of the number
+        if any(np.hypot(*(about - other)) < 28.0 * unit for other in taken):
             continue
-        taken.append(place)
+        taken.append(about)
         sheet.text(
             place + 11.0 * unit * outward,
             words,
