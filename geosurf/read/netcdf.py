@@ -174,6 +174,8 @@ def _load(path: Path) -> xr.Dataset:
             'is installed. Install them with: pip install "geosurf[io]"'
         )
     try:
+        if usable[0] == "h5netcdf":
+            _open_with_h5py(path)
         with xr.open_dataset(path, engine=usable[0], decode_times=False) as dataset:
             loaded: xr.Dataset = dataset.load()
     except DAMAGE as error:
@@ -182,6 +184,13 @@ def _load(path: Path) -> xr.Dataset:
             "The file is damaged or cut short; export it again."
         ) from error
     return loaded
+
+
+def _open_with_h5py(path: Path) -> None:
+    """Let a damaged file fail here: h5netcdf, failing, prints from its destructor."""
+    import h5py
+
+    h5py.File(path, "r").close()
 
 
 def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray:

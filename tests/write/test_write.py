@@ -427,3 +427,18 @@ def test_the_folder_can_be_called_like_the_function(tmp_path):
     assert room(surface(), tmp_path / "a.ts", name="F9") == [tmp_path / "a.ts"]
     assert gs.read_fault(tmp_path / "a.ts").name == "F9"
     assert "Written" in room.__all__
+
+
+def test_real_grids_are_written_as_their_program_wrote_them(tmp_path, shared):
+    """Depth read and depth written again: every byte is that of the original."""
+    folders = ("drogon_xtgeo/horizons_gri", "reek/horizons_gri")
+    paths = [sorted((shared / "data" / folder).glob("*.gri"))[0] for folder in folders]
+    for path in paths:
+        top = gs.read_horizon(path, positive="down")
+        depth = (-top).assign_attrs(top.attrs | {"positive": "down"})
+        written = gs.write(depth, tmp_path / path.name)
+        assert written[0].read_bytes() == path.read_bytes()
+        assert "depth" in written.notes[1]
+        back = gs.read_horizon(gs.write(top, tmp_path / "top.irap")[0], positive="up")
+        np.testing.assert_array_equal(back.values, top.values)
+        np.testing.assert_array_equal(back.easting.values, top.easting.values)
