@@ -204,6 +204,30 @@ def _compare_diagonals(rising: np.ndarray, falling: np.ndarray) -> int:
     return 0
 
 
+def shift_is_exact(vertices: np.ndarray, origin: np.ndarray) -> bool:
+    """Return whether vertices minus an origin are all representable without rounding.
+
+    Parameters
+    ----------
+    vertices : ndarray of float64, shape (n_vertex, 3)
+    origin : ndarray of float64, shape (3,)
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> shift_is_exact(np.array([[456000.1, 0.0, 0.0]]), np.array([455680.0, 0.0, 0.0]))
+    True
+    """
+    local = vertices - origin
+    # the rounding error of a difference, exactly (Knuth's two-sum)
+    back = local - vertices
+    error = (vertices - (local - back)) + (-origin - back)
+    return not error.any()
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return ' Did you mean ...?' for a misspelt word, or ''.
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from geosurf.contact.broad import candidate_pairs
+from geosurf.contact.broad import candidate_pairs, fit_voxels
 from geosurf.conventions import frame_origin, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contact import N_COLUMN, meet_pairs
@@ -21,8 +21,8 @@ from geosurf.kernels.mesh import weld
 from geosurf.kernels.naming import name_contacts
 from geosurf.kernels.points import FULL
 from geosurf.kernels.predicates import MAX_COORDINATE, flat_triangles, frame_of
-from geosurf.kernels.voxels import triangle_boxes
-from geosurf.model import TriSurface
+from geosurf.kernels.voxels import fill_voxels, triangle_boxes
+from geosurf.model import TriSurface, VoxelSearch
 
 METHODS = ("auto", "tree", "voxels")
 
@@ -116,6 +116,7 @@ def find_contacts(
     voxel_size: float | None = None,
     self_intersections: bool = False,
     pairs: Sequence[tuple[int, int]] | None = None,
+    origin: np.ndarray | None = None,
 ) -> Contacts:
     """Find every pair of triangles that meet, with named points.
 
@@ -130,6 +131,9 @@ def find_contacts(
         Whether each surface is also searched for contacts with itself.
     pairs : sequence of (int, int), optional
         Only these pairs of surfaces (rows); default: all.
+    origin : ndarray, shape (3,), optional
+        Of the local frame [m]; default: from these surfaces. Points are rounded in that
+        frame, so results to be combined take the same.
 
     Returns
     -------
@@ -140,7 +144,8 @@ def find_contacts(
     if voxel_size is not None and not (np.isfinite(voxel_size) and voxel_size > 0):
         raise InputError(f"voxel_size is {voxel_size!r}; give a length in metres above 0.")
     surfaces = check_surfaces(surfaces)
-    origin = frame_origin(*(s.vertices for s in surfaces))
+    if origin is None:
+        origin = frame_origin(*(s.vertices for s in surfaces))
     local = [s.vertices - origin for s in surfaces]
     boxes = [triangle_boxes(x, s.triangles) for x, s in zip(local, surfaces, strict=True)]
     if pairs is None:
@@ -235,3 +240,42 @@ def _name(surfaces, origin, x, t, surface_of_face, row_of_face, id_of_vertex, pa
         id_of_vertex, rows, ids, records[:n_record].copy(), e[: int(m[N_EDGE_PLANE])].copy(),
         d[:n_point].copy(), m, w,
     )  # fmt: skip
+
+
+def search_voxels(
+    first: TriSurface, second: TriSurface, voxel_size: float | None = None
+) -> VoxelSearch | None:
+    """What the voxels find for two surfaces, for the picture that explains the search.
+
+    Parameters
+    ----------
+    first, second : TriSurface
+    voxel_size : float, optional
+        Edge of the voxels [m]; fitted to the data if left out.
+
+    Returns
+    -------
+    VoxelSearch or None
+        None where the boxes of the surfaces do not meet.
+    """
+    surfaces = check_surfaces((first, second))
+    origin = frame_origin(*(s.vertices for s in surfaces))
+    boxes = [triangle_boxes(s.vertices - origin, s.triangles) for s in surfaces]
+    grid = fit_voxels(*boxes, voxel_size)
+    if grid is None:
+        return None
+    pairs, _ = candidate_pairs(*boxes, size=voxel_size)
+    held = []
+    for rows, box in ((grid.rows_a, boxes[0]), (grid.rows_b, boxes[1])):
+        offsets, _ = fill_voxels(box, rows, grid.bounds, grid.size, grid.shape)
+        held.append(np.diff(offsets) > 0)
+    occupied = np.stack(np.unravel_index(np.flatnonzero(held[0] & held[1]), grid.shape), axis=1)
+    return VoxelSearch(
+        lower=grid.bounds[:3] + origin,
+        upper=grid.bounds[3:] + origin,
+        n_cell=grid.shape,
+        size=grid.size,
+        occupied=occupied,
+        faces_a=np.unique(pairs[:, 0]),
+        faces_b=np.unique(pairs[:, 1]),
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from geosurf.intersect.link import (
 from geosurf.intersect.overlap import overlap_of
 from geosurf.model import Curves, Touch, TriSurface, frozen
 
-__all__ = ["curves_of", "intersect_surfaces"]
+__all__ = ["curves_of", "intersect_surfaces", "merge_curves"]
 
 
 def intersect_surfaces(
@@ -114,19 +115,59 @@ def curves_of(contacts: Contacts) -> Curves:
         local.append(overlap.local)
     points, segments, surfaces = canonical(np.concatenate(local), segments, surfaces)
     touches += _isolated(contacts, touching, points, segments, surfaces, inside)
+    names = tuple(s.name for s in contacts.surfaces)
+    return _linked(names, contacts.origin, points, segments, surfaces, touches, contacts.cost)
+
+
+def merge_curves(
+    names: tuple[str, ...], origin: np.ndarray, parts: Sequence[tuple[tuple[int, int], Curves]]
+) -> Curves:
+    """Put the curves of single pairs of surfaces together.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of all surfaces.
+    origin : ndarray, shape (3,)
+        Of the common frame [m].
+    parts : sequence of ((int, int), Curves)
+        Rows of `names` (lower first), and the curves of those two surfaces.
+
+    Returns
+    -------
+    Curves
+        As if all pairs had been intersected at once.
+    """
+    local, segments, surfaces, touches = [np.empty((0, 3))], [np.empty((0, 2), int)], [np.empty((0, 2), int)], []
+    cost: dict[str, int] = {}
+    n = 0
+    for pair, part in parts:
+        local.append(part.local + (part.origin - origin))
+        segments.append(part.segments + n)
+        surfaces.append(np.tile(pair, (len(part.segments), 1)))
+        touches += [replace(touch, surfaces=pair) for touch in part.contacts]
+        n += len(part.local)
+        for key, value in part.cost.items():
+            cost[key] = cost.get(key, 0) + value
+    points, joined, owners = canonical(*map(np.concatenate, (local, segments, surfaces)))
+    return _linked(names, origin, points, joined, owners, touches, cost)
+
+
+def _linked(names, origin, points, segments, surfaces, touches, cost) -> Curves:
+    """Link canonical segments and freeze the result."""
     curves, surfaces_of_curve, closed = link(segments, surfaces, len(points))
     points, segments, curves = _only_used(points, segments, curves)
     return Curves(
-        names=tuple(s.name for s in contacts.surfaces),
+        names=names,
         local=frozen(points, np.float64),
-        origin=frozen(contacts.origin, np.float64),
+        origin=frozen(origin, np.float64),
         segments=frozen(segments, np.int64),
         surfaces_of_segment=frozen(surfaces, np.int64),
         curves=tuple(frozen(curve, np.int64) for curve in curves),
         surfaces_of_curve=frozen(surfaces_of_curve, np.int64),
         closed=frozen(closed, np.bool_),
         contacts=tuple(touches),
-        cost=dict(contacts.cost),
+        cost=dict(cost),
     )
 
 

@@ -142,6 +142,14 @@ def _put(h, q, tri, a, b, c):
 
 
 @scalar
+def _new(h, q, tri, a, b, c):
+    """Write a triangle that was not there before."""
+    for i in range(3 * tri, 3 * tri + 3):
+        h[i, 1], h[i, 2], h[i, 3] = -1, -1, 0
+    _put(h, q, tri, a, b, c)
+
+
+@scalar
 def _flip(h, q, i):
     """Replace the edge of half-edge i by the other diagonal."""
     j = h[i, 1]
@@ -196,8 +204,8 @@ def _split_triangle(h, q, s, tri, p):
     n = s[TRIANGLES]
     s[TRIANGLES] = n + 2
     y, z = 3 * n, 3 * n + 3
-    _put(h, q, n, b, c, p)
-    _put(h, q, n + 1, c, a, p)
+    _new(h, q, n, b, c, p)
+    _new(h, q, n + 1, c, a, p)
     _put(h, q, tri, a, b, p)
     _link(h, y, tb, cb)
     _link(h, z, tc, cc)
@@ -219,7 +227,7 @@ def _split_edge(h, q, s, i, p):
     t1, c1 = h[i1, 1], h[i1, 2]
     n = s[TRIANGLES]
     new = 3 * n
-    _put(h, q, n, p, b, c)
+    _new(h, q, n, p, b, c)
     h[i1, 0] = p
     _link(h, new + 1, t1, c1)
     _link(h, i1, new + 2, -1)
@@ -233,7 +241,7 @@ def _split_edge(h, q, s, i, p):
     a, o = h[j1, 0], h[j2, 0]
     t2, c2 = h[j1, 1], h[j1, 2]
     other = 3 * n + 3
-    _put(h, q, n + 1, p, a, o)
+    _new(h, q, n + 1, p, a, o)
     h[j1, 0] = p
     _link(h, other + 1, t2, c2)
     _link(h, j1, other + 2, -1)

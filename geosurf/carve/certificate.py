@@ -1,0 +1,177 @@
+"""The certificate: promises, each checked anew on the result, with exact tests where it matters."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.contact.broad import candidate_pairs
+from geosurf.conventions import place
+from geosurf.kernels.contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
+from geosurf.kernels.predicates import frame_of
+from geosurf.kernels.voxels import triangle_boxes
+from geosurf.model import Certificate, Check, Patches, Units
+
+VOLUME_TOLERANCE = 1e-12
+
+
+def certify(patches: Patches, units: Units | None = None) -> Certificate:
+    """
+    Check the promises of a rebuilt mesh and of the units carved from it.
+
+    Parameters
+    ----------
+    patches : Patches
+    units : Units, optional
+        Without them, only the mesh is checked.
+
+    Returns
+    -------
+    Certificate
+        One line per promise: units closed and oriented; volumes add up to the box;
+        nothing crosses between curves (exact, on the rounded mesh); each triangle lies on the
+        input triangle that it names; areas add up.
+
+    Examples
+    --------
+    >>> from geosurf import TriSurface, rebuild_surfaces
+    >>> flat = TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+    >>> wall = TriSurface("F1", "fault", [[3, -9, -5], [3, 9, -5], [3, 4, 9]], [[0, 1, 2]])
+    >>> certify(rebuild_surfaces([flat, wall])).ok
+    True
+    """
+    checks = [] if units is None else [_closed(units), _adds_up(units)]
+    checks += [_nothing_crosses(patches), _on_parents(patches), _areas(patches)]
+    return Certificate(tuple(checks))
+
+
+def open_edges(triangles: np.ndarray) -> tuple[int, int]:
+    """Number of directed edges without a partner in the other direction, and Euler number."""
+    n = int(triangles.max(initial=0)) + 1
+    a, b = triangles, np.roll(triangles, -1, axis=1)
+    there, back = np.sort((a * n + b).ravel()), np.sort((b * n + a).ravel())
+    keys = np.minimum(a, b) * n + np.maximum(a, b)
+    euler = len(np.unique(triangles)) - len(np.unique(keys)) + len(triangles)
+    if np.array_equal(there, back):
+        return 0, euler
+    values, count = np.unique(there, return_counts=True)
+    others, count_back = np.unique(back, return_counts=True)
+    every = np.union1d(values, others)
+    balance = np.zeros(len(every), dtype=np.int64)
+    balance[np.searchsorted(every, values)] += count
+    balance[np.searchsorted(every, others)] -= count_back
+    return int(np.abs(balance).sum()), euler
+
+
+def _closed(units: Units) -> Check:
+    found = {name: open_edges(unit.triangles) for name, unit in units.items()}
+    leaking = [name for name, (edges, _) in found.items() if edges]
+    euler = ", ".join(f"{name} {euler}" for name, (_, euler) in list(found.items())[:12])
+    more = "" if len(found) <= 12 else f" and {len(found) - 12} more"
+    detail = f"{len(found)} units, 0 open edges; Euler numbers: {euler}{more}"
+    if leaking:
+        edges = sum(edges for edges, _ in found.values())
+        detail = f"{edges} open edges in {', '.join(leaking[:8])}"
+    return Check("units are closed and oriented", not leaking, float(len(leaking)), detail)
+
+
+def _adds_up(units: Units) -> Check:
+    error = (units.volume - units.box_volume) / units.box_volume
+    passed = abs(error) <= VOLUME_TOLERANCE
+    detail = f"sum {units.volume:.15g} m3, box {units.box_volume:.15g} m3, relative {error:.1e}"
+    return Check("volumes add up to the box", passed, float(error), detail)
+
+
+def crossing_pairs(x: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Pairs of triangles that meet elsewhere than in common corners and edges, exactly."""
+    boxes = triangle_boxes(x, triangles)
+    pairs, _ = candidate_pairs(boxes, boxes, same=True)
+    m, w = frame_of(x, len(triangles))
+    rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
+    n = meet_pairs(x, triangles, pairs, m, w, rows)
+    rows = rows[:n]
+    used = np.arange(6)[None, :] < rows[:, N_CORNER, None]
+    codes = rows[:, FIRST_CODE:]
+    shared = ((codes >> 3) < 3) & ((codes & 7) < 3)
+    return rows[(used & ~shared).any(axis=1), :2]
+
+
+def _nothing_crosses(patches: Patches) -> Check:
+    corners = np.sort(patches.triangles, axis=1)
+    _, first = np.unique(corners, axis=0, return_index=True)
+    first = np.sort(first)
+    bad = crossing_pairs(patches.local, patches.triangles[first])
+    name = "nothing crosses between curves"
+    if len(bad) == 0:
+        detail = f"{len(first)} triangles meet in common corners and edges only (exact test)"
+        return Check(name, True, 0.0, detail)
+    one, two = (patches.names[patches.surface_of_triangle[first[i]]] for i in bad[0])
+    where = place(patches.vertices[patches.triangles[first[bad[0, 0]], 0]])
+    detail = f"{len(bad)} pairs of triangles, the first of {one!r} and {two!r} at {where}"
+    return Check(name, False, float(len(bad)), detail)
+
+
+def _parent_corners(patches: Patches) -> np.ndarray:
+    """Corners (n_triangle, 3, 3) of the input triangle of each triangle."""
+    corners = np.empty((patches.n_triangle, 3, 3))
+    for i, source in enumerate(patches.sources):
+        mine = patches.surface_of_triangle == i
+        faces = source.triangles[patches.parent_of_triangle[mine]]
+        corners[mine] = source.vertices[faces] - patches.origin
+    return corners
+
+
+def _on_parents(patches: Patches) -> Check:
+    """Distance of each corner from its parent's plane, and of its place from the parent's sides."""
+    parent = _parent_corners(patches)
+    a, b, c = parent[:, 0], parent[:, 1], parent[:, 2]
+    normal = np.cross(b - a, c - a)
+    unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    far = 0.0
+    for k in range(3):
+        point = patches.local[patches.triangles[:, k]]
+        far = max(far, float(np.abs(np.einsum("ij,ij->i", point - a, unit)).max(initial=0)))
+        for p, q in ((a, b), (b, c), (c, a)):
+            inward = np.cross(unit, q - p)
+            inward /= np.linalg.norm(inward, axis=1, keepdims=True)
+            out = -np.einsum("ij,ij->i", point - p, inward)
+            far = max(far, float(out.max(initial=0)))
+    span = float(np.ptp(patches.local, axis=0).max(initial=0) + np.abs(patches.local).max(initial=0))
+    bound = 1e-12 * max(span, 1.0)
+    detail = f"farthest corner {far:.1e} m off the input triangle it names (bound {bound:.1e} m)"
+    return Check("triangles lie on their parents", far <= bound, far, detail)
+
+
+def _areas(patches: Patches) -> Check:
+    worst = 0.0
+    t, x = patches.triangles, patches.local
+    area = 0.5 * np.linalg.norm(np.cross(x[t[:, 1]] - x[t[:, 0]], x[t[:, 2]] - x[t[:, 0]]), axis=1)
+    for i, source in enumerate(patches.sources):
+        mine = patches.surface_of_triangle == i
+        v = source.vertices - patches.origin
+        a, b, c = (v[source.triangles[:, k]] for k in range(3))
+        before = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        after = np.bincount(
+            patches.parent_of_triangle[mine], area[mine], minlength=source.n_triangle
+        )
+        error = abs(math.fsum(after) - math.fsum(before)) / math.fsum(before)
+        worst = max(worst, error)
+    detail = f"largest relative difference of a surface {worst:.1e}"
+    return Check("areas add up", worst <= 1e-12, worst, detail)
+
+
+def same_bytes(one: Patches, two: Patches) -> Check:
+    """Check that two runs gave the same bytes.
+
+    Examples
+    --------
+    >>> from geosurf import TriSurface, rebuild_surfaces
+    >>> flat = TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+    >>> same_bytes(rebuild_surfaces([flat]), rebuild_surfaces([flat])).passed
+    True
+    """
+    names = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
+    differ = [n for n in names if getattr(one, n).tobytes() != getattr(two, n).tobytes()]
+    detail = f"{', '.join(differ)} differ" if differ else f"{len(names)} arrays equal, byte by byte"
+    return Check("two runs give the same bytes", not differ, float(len(differ)), detail)

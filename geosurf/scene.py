@@ -1,0 +1,408 @@
+"""Scene: horizons, faults and a box; every result when it is first asked for."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geosurf.carve import carve_units
+from geosurf.carve.certificate import certify, same_bytes
+from geosurf.contact import find_contacts, search_voxels
+from geosurf.conventions import did_you_mean, frame_origin, shift_is_exact
+from geosurf.errors import InputError
+from geosurf.intersect import curves_of, merge_curves
+from geosurf.model import Certificate, Curves, Patches, TriSurface, Units, VoxelSearch
+from geosurf.rebuild import patches_from
+from geosurf.triangulate import build_walls, triangulate_fault, triangulate_horizon
+from geosurf.triangulate.box import propose_box
+
+Box = tuple[float, float, float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Step:
+    """One line of `Scene.explain`."""
+
+    stage: str
+    subject: str
+    outcome: str
+    detail: str
+
+
+class Scene:
+    """
+    Horizons and faults in a model box: a small graph of stages with memory.
+
+    Nothing is computed until it is asked for, and nothing twice: results are found
+    by what went into them. Asking for the curves of one pair reads and intersects that pair only.
+
+    Parameters
+    ----------
+    horizons : mapping of str to horizon
+        Youngest first. A horizon is an `xarray.DataArray`, a `TriSurface`, or a path.
+    faults : mapping of str to fault, optional
+        A fault is an `xarray.Dataset`, `FaultSticks`, a `TriSurface`, or a path.
+    box : (west, east, south, north, bottom, top), optional
+        The model box [m]. Default: where all horizons are, with a margin above and below.
+    positive : {"up", "down"}, optional
+        Whether inputs that do not say so hold elevations or depths.
+    units : str, optional
+        Length unit of inputs that do not say theirs.
+    voxel_size : float, optional
+        Edge of the search voxels [m]. Changes the cost, never the result.
+
+    Raises
+    ------
+    InputError
+        For a missing horizon, a name used twice, or an input of an unknown kind.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes()
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> scene.curves.n_curve, len(scene.units)
+    (2, 6)
+    >>> round(scene.units["Top/Base F1+"].volume / world.truth["volumes"]["Top/Base", ("F1+",)], 12)
+    1.0
+    """
+
+    def __init__(
+        self,
+        horizons: Mapping[str, Any],
+        faults: Mapping[str, Any] | None = None,
+        box: Box | None = None,
+        *,
+        positive: str | None = None,
+        units: str | None = None,
+        voxel_size: float | None = None,
+    ) -> None:
+        self._horizons = _mapping("horizons", horizons)
+        self._faults = _mapping("faults", faults or {})
+        if not self._horizons and not self._faults:
+            raise InputError("a scene needs at least one horizon or fault; give horizons={name: ...}.")
+        for name in self._horizons:
+            if name in self._faults:
+                raise InputError(f"{name!r} is the name of a horizon and of a fault; rename one.")
+        self._box = box
+        self._positive, self._units_word, self._voxel_size = positive, units, voxel_size
+        self._memory: dict[Any, Any] = {}
+        self._steps: list[Step] = []
+
+    def replace(self, **changes: Any) -> Scene:
+        """Return a new scene with some inputs changed, which shares all results that still hold.
+
+        Parameters
+        ----------
+        horizons, faults : mapping, optional
+            Named inputs to add or exchange; None as a value removes one.
+        box, positive, units, voxel_size : optional
+            As for `Scene`.
+
+        Returns
+        -------
+        Scene
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> scene.replace(faults={"F1": None}).fault_names
+        ()
+        """
+        known = ("horizons", "faults", "box", "positive", "units", "voxel_size")
+        for key in changes:
+            if key not in known:
+                raise InputError(f"a scene has no {key!r}; it has {known}.{did_you_mean(key, known)}")
+        inputs = {"horizons": dict(self._horizons), "faults": dict(self._faults)}
+        for key in inputs:
+            inputs[key].update(changes.get(key) or {})
+            inputs[key] = {name: value for name, value in inputs[key].items() if value is not None}
+        twin = Scene(
+            inputs["horizons"],
+            inputs["faults"],
+            changes.get("box", self._box),
+            positive=changes.get("positive", self._positive),
+            units=changes.get("units", self._units_word),
+            voxel_size=changes.get("voxel_size", self._voxel_size),
+        )
+        twin._memory = self._memory
+        return twin
+
+    # ------------------------------------------------------------------ inputs
+    @property
+    def horizon_names(self) -> tuple[str, ...]:
+        """Names of the horizons, youngest first."""
+        return tuple(self._horizons)
+
+    @property
+    def fault_names(self) -> tuple[str, ...]:
+        """Names of the faults."""
+        return tuple(self._faults)
+
+    def surface(self, name: str) -> TriSurface:
+        """Return one triangulated surface by name; only that input is read.
+
+        Parameters
+        ----------
+        name : str
+            Of a horizon or a fault.
+
+        Returns
+        -------
+        TriSurface
+        """
+        if name in self._horizons:
+            return self._triangulated(name, "horizon", self._horizons[name])
+        if name in self._faults:
+            return self._triangulated(name, "fault", self._faults[name])
+        known = [*self._horizons, *self._faults]
+        raise InputError(f"no surface is called {name!r}; there are {known}.{did_you_mean(name, known)}")
+
+    @property
+    def surfaces(self) -> tuple[TriSurface, ...]:
+        """All horizons, then all faults, triangulated."""
+        return tuple(self.surface(name) for name in (*self._horizons, *self._faults))
+
+    @cached_property
+    def box(self) -> Box:
+        """West, east, south, north, bottom, top of the model [m]."""
+        if self._box is not None:
+            build_walls(self._box)
+            w, e, s, n, b, t = (float(value) for value in self._box)
+            return w, e, s, n, b, t
+        horizons = [self.surface(name) for name in self._horizons]
+        box = propose_box(horizons)
+        self._note("box", "all horizons", "ran", "default: where all horizons are")
+        return box
+
+    # ----------------------------------------------------------------- results
+    @cached_property
+    def curves(self) -> Curves:
+        """Curves of all pairs of surfaces."""
+        names = [*self._horizons, *self._faults]
+        parts = []
+        for i, first in enumerate(names):
+            for j in range(i + 1, len(names)):
+                part = self.curves_between(first, names[j])
+                if part is not None:
+                    parts.append(((i, j), part))
+        return merge_curves(tuple(names), self._frame(self.surfaces), parts)
+
+    def curves_between(self, first: str, second: str) -> Curves | None:
+        """Return the curves of two surfaces; None where their boxes do not meet.
+
+        Parameters
+        ----------
+        first, second : str
+            Names of two surfaces.
+
+        Returns
+        -------
+        Curves or None
+        """
+        pair = (self.surface(first), self.surface(second))
+        subject = f"{first} x {second}"
+        if not _boxes_meet(*pair):
+            self._note("curves", subject, "skipped", "boxes do not meet")
+            return None
+
+        origin = self._frame(pair)
+
+        def run() -> Curves:
+            options = {"origin": origin, "voxel_size": self._voxel_size}
+            return curves_of(find_contacts(pair, pairs=[(0, 1)], **options))
+
+        key = ("curves", *(self._key(s) for s in pair), origin.tobytes(), self._voxel_size)
+        return self._remembered("curves", subject, key, run, lambda c: f"{c.n_curve} curves")
+
+    def cutoffs(self, horizon: str, fault: str) -> list[np.ndarray]:
+        """Return the lines where a horizon meets a fault.
+
+        Parameters
+        ----------
+        horizon, fault : str
+
+        Returns
+        -------
+        list of ndarray, each (n, 3)
+            World coordinates [m], in order along the line.
+        """
+        found = self.curves_between(horizon, fault)
+        return [] if found is None else [found.points[curve] for curve in found.curves]
+
+    @cached_property
+    def patches(self) -> Patches:
+        """All surfaces and the walls of the box, split along their curves."""
+        surfaces = self.surfaces
+        key = ("patches", *(self._key(s) for s in surfaces), self.box, self._voxel_size)
+        subject = f"{len(surfaces)} surfaces and the box"
+        return self._remembered(
+            "rebuild", subject, key, self._rebuild, lambda p: f"{p.n_patch} patches"
+        )
+
+    def _rebuild(self) -> Patches:
+        surfaces = (*self.surfaces, *build_walls(self.box))
+        origin = self._frame(surfaces)
+        return patches_from(find_contacts(surfaces, origin=origin, voxel_size=self._voxel_size))
+
+    @cached_property
+    def units(self) -> Units:
+        """Closed units: zone x fault block."""
+        patches = self.patches
+        key = ("units", id(patches))
+        return self._remembered(
+            "carve", "the box", key, lambda: carve_units(patches), lambda u: f"{len(u)} units"
+        )
+
+    @property
+    def volumes(self) -> Any:
+        """Volume of each unit, an `xarray.DataArray` with zone and block as coordinates [m3]."""
+        return self.units.table["volume"]
+
+    def check(self) -> Certificate:
+        """Return the certificate of the model: what was promised, checked anew.
+
+        Returns
+        -------
+        Certificate
+            See `geosurf.carve.certificate.certify`; the last line repeats the rebuild and
+            compares bytes.
+        """
+        repeat = same_bytes(self.patches, self._rebuild())
+        return Certificate((*certify(self.patches, self.units).checks, repeat))
+
+    def search(self, first: str, second: str) -> VoxelSearch | None:
+        """Return what the voxel search found for two surfaces, for `render_search`."""
+        return search_voxels(self.surface(first), self.surface(second), self._voxel_size)
+
+    def explain(self) -> str:
+        """Return what ran, what came from memory, and what was skipped and why.
+
+        Returns
+        -------
+        str
+            One line per step.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> lines = scene.cutoffs("Top", "F1")
+        >>> [line.split()[:2] for line in scene.explain().splitlines()]
+        [['triangulate', 'Top'], ['triangulate', 'F1'], ['curves', 'Top']]
+        """
+        width = max((len(step.subject) for step in self._steps), default=0)
+        return "\n".join(
+            f"{s.stage:<11} {s.subject:<{width}}  {s.outcome:<11} {s.detail}" for s in self._steps
+        )
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The lines of `explain`, as data."""
+        return tuple(self._steps)
+
+    # ------------------------------------------------------------------ memory
+    def _frame(self, surfaces: Sequence[TriSurface]) -> np.ndarray:
+        """Origin of the local frame: the box's where that is exact, so that all results share it."""
+        if self._box is not None:
+            w, e, s, n, b, t = self.box
+            origin = frame_origin(np.array([[w, s, b], [e, n, t]]))
+            if all(shift_is_exact(surface.vertices, origin) for surface in surfaces):
+                return origin
+        return frame_origin(*(surface.vertices for surface in surfaces))
+
+    def _triangulated(self, name: str, role: str, value: Any) -> TriSurface:
+        key = ("surface", name, role, _fingerprint(value), self._positive, self._units_word)
+
+        def run() -> TriSurface:
+            options = {"positive": self._positive, "units": self._units_word}
+            found = _read(value, role, options) if isinstance(value, str | Path) else value
+            if isinstance(found, TriSurface):
+                return found.renamed(name, role)
+            make = triangulate_horizon if role == "horizon" else triangulate_fault
+            return make(found, name=name, **_only_if_unsaid(found, options))
+
+        return self._remembered(
+            "triangulate", name, key, run, lambda s: f"{s.n_triangle} triangles", again=False
+        )
+
+    def _key(self, surface: TriSurface) -> str:
+        return self._memory.setdefault(("key", id(surface)), (surface, _fingerprint(surface)))[1]
+
+    def _remembered(self, stage, subject, key, run, describe, *, again=True):
+        """The result of a step: from memory if it is there."""
+        if key in self._memory:
+            result = self._memory[key]
+            if again or not any(s.stage == stage and s.subject == subject for s in self._steps):
+                self._note(stage, subject, "from memory", describe(result))
+            return result
+        start = time.perf_counter()
+        result = run()
+        self._memory[key] = result
+        seconds = time.perf_counter() - start
+        self._note(stage, subject, "ran", f"{describe(result)}, {seconds:.3f} s")
+        return result
+
+    def _note(self, stage: str, subject: str, outcome: str, detail: str) -> None:
+        self._steps.append(Step(stage, subject, outcome, detail))
+
+    def __repr__(self) -> str:
+        return f"<Scene: horizons {list(self._horizons)}, faults {list(self._faults)}>"
+
+
+def _mapping(what: str, inputs: Any) -> dict[str, Any]:
+    if not isinstance(inputs, Mapping):
+        raise InputError(f"{what} is a {type(inputs).__name__}; give a mapping {{name: ...}}.")
+    return {str(name): value for name, value in inputs.items()}
+
+
+def _boxes_meet(a: TriSurface, b: TriSurface) -> bool:
+    p, q = a.bounds, b.bounds
+    return all(p[2 * k] <= q[2 * k + 1] and q[2 * k] <= p[2 * k + 1] for k in range(3))
+
+
+def _read(path: Any, role: str, options: dict[str, Any]) -> Any:
+    from geosurf.read import read_fault, read_horizon
+
+    return (read_horizon if role == "horizon" else read_fault)(path, **options)
+
+
+def _only_if_unsaid(value: Any, options: dict[str, Any]) -> dict[str, Any]:
+    """Scene-wide words count only for inputs that do not say theirs themselves."""
+    attrs = dict(getattr(value, "attrs", {}))
+    return {key: word for key, word in options.items() if word is not None and key not in attrs}
+
+
+def _fingerprint(value: Any) -> str:
+    """A hash of what an input holds."""
+    digest = hashlib.sha256()
+    if isinstance(value, str | Path):
+        path = Path(value)
+        digest.update(str(path.resolve()).encode())
+        digest.update(path.read_bytes() if path.is_file() else b"missing")
+    elif isinstance(value, TriSurface):
+        digest.update(f"{value.name} {value.role}".encode())
+        digest.update(np.ascontiguousarray(value.vertices))
+        digest.update(np.ascontiguousarray(value.triangles))
+    elif hasattr(value, "sticks"):
+        for stick in value.sticks:
+            digest.update(np.ascontiguousarray(stick))
+    elif hasattr(value, "to_dict") and hasattr(value, "coords"):
+        digest.update(repr(sorted((str(k), str(v)) for k, v in value.attrs.items())).encode())
+        arrays = {**getattr(value, "data_vars", {"": value}), **value.coords}
+        for key, array in arrays.items():
+            digest.update(f"{key} {array.dims}".encode())
+            digest.update(np.ascontiguousarray(array.values))
+    else:
+        digest.update(f"{id(value)}".encode())
+    return digest.hexdigest()
