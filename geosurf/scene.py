@@ -87,7 +87,9 @@ class Scene:
         self._horizons = _mapping("horizons", horizons)
         self._faults = _mapping("faults", faults or {})
         if not self._horizons and not self._faults:
-            raise InputError("a scene needs at least one horizon or fault; give horizons={name: ...}.")
+            raise InputError(
+                "a scene needs at least one horizon or fault; give horizons={name: ...}."
+            )
         for name in self._horizons:
             if name in self._faults:
                 raise InputError(f"{name!r} is the name of a horizon and of a fault; rename one.")
@@ -121,7 +123,9 @@ class Scene:
         known = ("horizons", "faults", "box", "positive", "units", "voxel_size")
         for key in changes:
             if key not in known:
-                raise InputError(f"a scene has no {key!r}; it has {known}.{did_you_mean(key, known)}")
+                raise InputError(
+                    f"a scene has no {key!r}; it has {known}.{did_you_mean(key, known)}"
+                )
         inputs = {"horizons": dict(self._horizons), "faults": dict(self._faults)}
         for key in inputs:
             inputs[key].update(changes.get(key) or {})
@@ -165,7 +169,9 @@ class Scene:
         if name in self._faults:
             return self._triangulated(name, "fault", self._faults[name])
         known = [*self._horizons, *self._faults]
-        raise InputError(f"no surface is called {name!r}; there are {known}.{did_you_mean(name, known)}")
+        raise InputError(
+            f"no surface is called {name!r}; there are {known}.{did_you_mean(name, known)}"
+        )
 
     @property
     def surfaces(self) -> tuple[TriSurface, ...]:
@@ -313,7 +319,7 @@ class Scene:
 
     # ------------------------------------------------------------------ memory
     def _frame(self, surfaces: Sequence[TriSurface]) -> np.ndarray:
-        """Origin of the local frame: the box's where that is exact, so that all results share it."""
+        """Origin of the local frame: the box's where exact, so that all results share it."""
         if self._box is not None:
             w, e, s, n, b, t = self.box
             origin = frame_origin(np.array([[w, s, b], [e, n, t]]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -77,7 +78,9 @@ def carve_units(patches: Patches) -> Units:
     for u in sorted(range(len(shells)), key=lambda u: (zone_of_unit[u], blocks[u])):
         triangles, rows = shells[u]
         name = names[zone_of_unit[u]]
-        units.append(_unit(patches, cells, triangles, rows, volumes[u], name, zone_of_unit[u], blocks[u]))
+        units.append(
+            _unit(patches, cells, triangles, rows, volumes[u], name, zone_of_unit[u], blocks[u])
+        )
     lower, upper = box_of(patches) + patches.origin
     box = (lower[0], upper[0], lower[1], upper[1], lower[2], upper[2])
     return Units(units, box, _report(patches, cells, sides, crossed, unit_of_cell, volumes, faults))
@@ -87,7 +90,7 @@ def _zone_names(horizons: list[str]) -> list[str]:
     """``above Top``, ``Top/Base``, ``below Base``."""
     if not horizons:
         return ["box"]
-    between = [f"{a}/{b}" for a, b in zip(horizons[:-1], horizons[1:], strict=True)]
+    between = [f"{a}/{b}" for a, b in pairwise(horizons)]
     return [f"above {horizons[0]}", *between, f"below {horizons[-1]}"]
 
 

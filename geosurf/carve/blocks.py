@@ -17,7 +17,7 @@ WHOLE = "whole"
 
 
 def _touched(cells: Cells, sides: np.ndarray, fault: int, n_unit: int) -> np.ndarray:
-    """Whether each unit touches the front and the back of a fault, bool (n_unit, 2); slits apart."""
+    """Whether each unit touches front and back of a fault, bool (n_unit, 2); slits apart."""
     rows = owned_by(cells, fault)
     rows = rows[sides[rows, 0] != sides[rows, 1]]
     touched = np.zeros((n_unit, 2), dtype=bool)

@@ -176,7 +176,9 @@ def _shot(x, t, mine, piece):
     for step in range(1, 200):
         weights = (Fraction(step, 3 * step + 2), Fraction(step + 1, 3 * step + 2))
         weights = (*weights, 1 - sum(weights))
-        aim = [sum(f * Fraction(p[k]) for f, p in zip(weights, (a, b, c), strict=True)) for k in (u, v)]
+        aim = [
+            sum(f * Fraction(p[k]) for f, p in zip(weights, (a, b, c), strict=True)) for k in (u, v)
+        ]
         near = (low[:, u] <= float(aim[0]) + 1e-6) & (high[:, u] >= float(aim[0]) - 1e-6)
         near &= (low[:, v] <= float(aim[1]) + 1e-6) & (high[:, v] >= float(aim[1]) - 1e-6)
         hits = [_hit(x[t[i]], axis, u, v, aim) for i in np.flatnonzero(near)]

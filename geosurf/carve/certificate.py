@@ -137,7 +137,9 @@ def _on_parents(patches: Patches) -> Check:
             inward /= np.linalg.norm(inward, axis=1, keepdims=True)
             out = -np.einsum("ij,ij->i", point - p, inward)
             far = max(far, float(out.max(initial=0)))
-    span = float(np.ptp(patches.local, axis=0).max(initial=0) + np.abs(patches.local).max(initial=0))
+    span = float(
+        np.ptp(patches.local, axis=0).max(initial=0) + np.abs(patches.local).max(initial=0)
+    )
     bound = 1e-12 * max(span, 1.0)
     detail = f"farthest corner {far:.1e} m off the input triangle it names (bound {bound:.1e} m)"
     return Check("triangles lie on their parents", far <= bound, far, detail)

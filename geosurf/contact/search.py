@@ -104,8 +104,8 @@ def _check_triangles(surface: TriSurface) -> None:
     if len(flat):
         where = place(x[surface.triangles[flat[0], 0]])
         raise SurfaceError(
-            f"surface {surface.name!r}: {len(flat)} of {surface.n_triangle} triangles have no area, "
-            f"the first is triangle {flat[0]} at {where}. Remove them from the surface."
+            f"surface {surface.name!r}: {len(flat)} of {surface.n_triangle} triangles have no "
+            f"area, the first is triangle {flat[0]} at {where}. Remove them from the surface."
         )
 
 
@@ -156,7 +156,9 @@ def find_contacts(
         rows, cost = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
         cost_of_pair[i, j] = cost
         found.append((i, j, rows))
-    cost = {key: sum(c[key] for c in cost_of_pair.values()) for key in ("voxels", "candidate_faces")}
+    cost = {
+        key: sum(c[key] for c in cost_of_pair.values()) for key in ("voxels", "candidate_faces")
+    }
     cost["pairs_tested"] = sum(len(rows) for _, _, rows in found)
     compact = _compact(surfaces, local, found)
     contacts = _name(surfaces, origin, *compact)

@@ -64,14 +64,16 @@ def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
     m, w = frame_of(x, 2)
     for row in flat_triangles(x, t, m, w):
         raise SurfaceError(
-            f"triangle {'PQ'[row]} has no area: its corners {corners[3 * row : 3 * row + 3].tolist()} "
-            "lie on one line. Give three corners that do not."
+            f"triangle {'PQ'[row]} has no area: its corners "
+            f"{corners[3 * row : 3 * row + 3].tolist()} lie on one line. Give three that do not."
         )
     rows = np.zeros((2, N_COLUMN), dtype=np.int64)
     n = meet_pairs(x, t, np.array([[0, 1]]), m, w, rows)
     coplanar = bool(rows[0, 2]) if n else _coplanar(x, t, m, w)
     if n == 0:
-        return TriangleContact("disjoint", frozen(np.empty((0, 3)), np.float64), coplanar, (), False)
+        return TriangleContact(
+            "disjoint", frozen(np.empty((0, 3)), np.float64), coplanar, (), False
+        )
     points = _points(x, t, m, w, rows[:1])
     codes = rows[0, FIRST_CODE : FIRST_CODE + rows[0, N_CORNER]] & 63
     order = _around(points) if len(codes) > 2 else np.lexsort(points.T[::-1])
@@ -94,8 +96,8 @@ def _checked(letter: str, triangle: Any) -> np.ndarray:
         )
     if not (np.abs(corners) <= MAX_COORDINATE).all():
         raise SurfaceError(
-            f"triangle {letter} has a coordinate that is not finite or beyond {MAX_COORDINATE:g} m: "
-            f"{corners.tolist()}. Leave out nodes that are undefined."
+            f"triangle {letter} has a coordinate that is not finite or beyond "
+            f"{MAX_COORDINATE:g} m: {corners.tolist()}. Leave out nodes that are undefined."
         )
     return corners + 0.0
 

@@ -138,7 +138,12 @@ def merge_curves(
     Curves
         As if all pairs had been intersected at once.
     """
-    local, segments, surfaces, touches = [np.empty((0, 3))], [np.empty((0, 2), int)], [np.empty((0, 2), int)], []
+    local, segments, surfaces, touches = (
+        [np.empty((0, 3))],
+        [np.empty((0, 2), int)],
+        [np.empty((0, 2), int)],
+        [],
+    )
     cost: dict[str, int] = {}
     n = 0
     for pair, part in parts:

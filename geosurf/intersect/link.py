@@ -6,6 +6,8 @@ depend on the order in which surfaces, triangles or corners were given.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from geosurf.contact.search import Contacts
@@ -77,7 +79,7 @@ def link(segments: np.ndarray, surfaces: np.ndarray, n_point: int):
     point_of_node = nodes % n_point
     pair_of_node = nodes // n_point
     surfaces_of_pair = np.unique(surfaces, axis=0)
-    curves = [point_of_node[rows[a:b]] for a, b in zip(offsets[:-1], offsets[1:], strict=True)]
+    curves = [point_of_node[rows[a:b]] for a, b in pairwise(offsets)]
     owner = pair_of_node[rows[offsets[:-1]]]
     order = np.argsort(owner, kind="stable")
     curves = tuple(curves[i] for i in order)

@@ -5,8 +5,8 @@ joins corner i to the next) and 6 for its face. A point of contact is a pair of
 features ``8 * fa + fb``: the lowest-dimensional features of A and of B that hold it.
 
 Generic case, after Guigue & Devillers (2003, J. Graphics Tools 8(1)): signs of corners over
-the other's plane, then signs of edge against edge. Zeros are not perturbed away: a corner with sign 0
-is located in the other triangle, and edge against edge with one zero is a point on both.
+the other's plane, then signs of edge against edge. Zeros are not perturbed away: a corner with
+sign 0 is located in the other triangle, and edge against edge with one zero is a point on both.
 
 Letters as in `exact`; A, B triangles, sa, sb the signs of their corners.
 """
@@ -19,7 +19,9 @@ from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.predicates import normal_axis, orient2d, orient3d
 
 FACE = 6
-BY_SECOND = 8  # added to fa: edge meets edge, and A's edge lies in B's plane, so B's edge makes the point
+BY_SECOND = (
+    8  # added to fa: edge meets edge, and A's edge lies in B's plane, so B's edge makes the point
+)
 OUTSIDE = -1
 # columns of a contact row
 TRIANGLE_A, TRIANGLE_B, COPLANAR, CROSSING, N_CORNER, FIRST_CODE = 0, 1, 2, 3, 4, 5
@@ -132,9 +134,17 @@ def _coplanar(x, t, e, d, m, w, rows, n, a, b):
             r, s = t[b, j], t[b, (j + 1) % 3]
             if p == r or p == s or q == r or q == s:
                 continue
-            if orient2d(x, t, e, d, m, w, p, q, r, u, v) * orient2d(x, t, e, d, m, w, p, q, s, u, v) >= 0:
+            if (
+                orient2d(x, t, e, d, m, w, p, q, r, u, v)
+                * orient2d(x, t, e, d, m, w, p, q, s, u, v)
+                >= 0
+            ):
                 continue
-            if orient2d(x, t, e, d, m, w, r, s, p, u, v) * orient2d(x, t, e, d, m, w, r, s, q, u, v) < 0:
+            if (
+                orient2d(x, t, e, d, m, w, r, s, p, u, v)
+                * orient2d(x, t, e, d, m, w, r, s, q, u, v)
+                < 0
+            ):
                 _add(rows, n, 3 + i, 3 + j)
 
 

@@ -14,12 +14,12 @@ from geosurf.kernels.delaunay import (
     TRIANGLES,
     add_local,
     insert_point,
-    insert_segment,
     settle_all,
 )
 from geosurf.kernels.exact import COLLISIONS, N_VERTEX
 from geosurf.kernels.points import FULL, id_at_place
 from geosurf.kernels.predicates import normal_axis
+from geosurf.kernels.segments import insert_segment
 
 BROKEN = -8
 _SMALL = 16  # up to so many points a face is searched triangle by triangle
@@ -103,9 +103,7 @@ def _local_of(local, x, t, d, m, q, f, s, tri, i):
 
 
 @scalar
-def _cut_face(
-    x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, tri
-):
+def _cut_face(x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, tri):
     """Triangulate one face with its records; 0, FULL or BROKEN."""
     axis, side = normal_axis(x, m, w, t[tri, 0], t[tri, 1], t[tri, 2])
     _start_face(x, t, m, q, f, s, h, tri, axis, side)
@@ -134,9 +132,7 @@ def _cut_face(
         if records[r, 2] < 0:
             continue
         a, b = local[records[r, 1]], local[records[r, 2]]
-        done = insert_segment(
-            x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, records[r, 3]
-        )
+        done = insert_segment(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, records[r, 3])
         if done == FULL:
             return FULL
         if done < 0:

@@ -1,4 +1,4 @@
-"""The unique constrained Delaunay triangulation of one cut face, with exact decisions.
+"""The unique constrained Delaunay triangulation of one cut face: points and flips.
 
 Notation
     h        half-edges, int64 (n, 4): origin (local point), twin (-1 at the border), support
@@ -7,28 +7,19 @@ Notation
              a half-edge that starts there, number of the segment that it is known to lie on
     f        local points, float64 (n, 3): rounded coordinates (u, v) and their error
     k        scratch rows, int64 (n, 4)
-    s        state, int64 (8,): numbers of points and triangles, axis, scratch fill, segment number
+    s        state, int64 (8,): numbers of points and triangles, axis, segment number, face, start
 
-Points are inserted first, then segments, splitting what they cross; then Lawson flips until
-every free edge is Delaunay. Of four points on one circle the diagonal at the
-lexicographically smallest one wins, which is a regular perturbation, so the result is unique: it depends
-on the points and segments only, and faces that overlap agree without talking. Segments are
-inserted by cavity: the crossed triangles are removed and both sides, seen from the segment,
-are triangulated in linear time by Graham's scan (Toussaint & Avis 1982), since flipping
-(Sloan 1993) is quadratic in the number of crossed edges.
+Points are inserted first, then segments (see `segments`), splitting what they cross; then
+Lawson flips until every free edge is Delaunay. Of four points on one circle the diagonal
+at the lexicographically smallest one wins, which is a regular perturbation, so the result is
+unique: it depends on the points and segments only, and faces that overlap agree without
+talking.
 """
 
 from __future__ import annotations
 
 from geosurf.kernels._jit import scalar
-from geosurf.kernels.exact import (
-    N_TRIANGLE,
-    N_VERTEX,
-    exact_compare,
-    exact_incircle,
-    exact_orient2d,
-)
-from geosurf.kernels.points import FULL, LPI, TPI, named_point
+from geosurf.kernels.exact import N_VERTEX, exact_compare, exact_incircle, exact_orient2d
 from geosurf.kernels.predicates import INCIRCLE_BOUND, ORIENT2D_BOUND, TINY
 
 POINTS, TRIANGLES, AXIS, SEGMENT, FACE_ID, START = 0, 1, 2, 3, 4, 5
@@ -75,7 +66,7 @@ def turn(x, t, e, d, m, w, q, f, s, a, b, c):
 
 
 @scalar
-def _lower(x, t, e, d, m, w, q, f, s, a, b):
+def lower(x, t, e, d, m, w, q, f, s, a, b):
     """Whether local point a comes before b, by u and then v."""
     for i in range(2):
         if f[a, i] != f[b, i]:
@@ -105,7 +96,11 @@ def _in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
     if slip > 0.0:
         # twelve terms of degree four in differences of size <= z, each off by less than slip
         z = max(max(abs(au), abs(av)), max(max(abs(bu), abs(bv)), max(abs(cu), abs(cv))))
-        bound += 1.1 * slip * (z * (z * (48.0 * z + 72.0 * slip) + 48.0 * slip * slip) + 12.0 * slip * slip * slip)
+        bound += (
+            1.1
+            * slip
+            * (z * (z * (48.0 * z + 72.0 * slip) + 48.0 * slip * slip) + 12.0 * slip * slip * slip)
+        )
     if size > TINY:
         if det > bound:
             return True
@@ -118,13 +113,13 @@ def _in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
     if sign != 0:
         return sign > 0
     # cocircular: the edge to flip is a-b, the other diagonal c-o
-    kept = a if _lower(x, t, e, d, m, w, q, f, s, a, b) else b
-    other = c if _lower(x, t, e, d, m, w, q, f, s, c, o) else o
-    return _lower(x, t, e, d, m, w, q, f, s, other, kept)
+    kept = a if lower(x, t, e, d, m, w, q, f, s, a, b) else b
+    other = c if lower(x, t, e, d, m, w, q, f, s, c, o) else o
+    return lower(x, t, e, d, m, w, q, f, s, other, kept)
 
 
 @scalar
-def _link(h, a, b, support):
+def link(h, a, b, support):
     """Make half-edges a and b twins (b may be -1)."""
     h[a, 1] = b
     h[a, 2] = support
@@ -134,7 +129,7 @@ def _link(h, a, b, support):
 
 
 @scalar
-def _put(h, q, tri, a, b, c):
+def put(h, q, tri, a, b, c):
     """Write the corners of a triangle."""
     i = 3 * tri
     h[i, 0], h[i + 1, 0], h[i + 2, 0] = a, b, c
@@ -146,7 +141,7 @@ def _new(h, q, tri, a, b, c):
     """Write a triangle that was not there before."""
     for i in range(3 * tri, 3 * tri + 3):
         h[i, 1], h[i, 2], h[i, 3] = -1, -1, 0
-    _put(h, q, tri, a, b, c)
+    put(h, q, tri, a, b, c)
 
 
 @scalar
@@ -163,11 +158,11 @@ def _flip(h, q, i):
     # triangle of i: c, o, b; triangle of j: o, c, a
     h[i, 0], h[i1, 0], h[i2, 0] = c, o, b
     h[j, 0], h[j1, 0], h[j2, 0] = o, c, a
-    _link(h, i, j, -1)
-    _link(h, i1, tj2, cj2)
-    _link(h, i2, ti1, ci1)
-    _link(h, j1, ti2, ci2)
-    _link(h, j2, tj1, cj1)
+    link(h, i, j, -1)
+    link(h, i1, tj2, cj2)
+    link(h, i2, ti1, ci1)
+    link(h, j1, ti2, ci2)
+    link(h, j2, tj1, cj1)
     q[c, 2], q[o, 2], q[b, 2], q[a, 2] = i, i1, i2, j2
 
 
@@ -206,16 +201,16 @@ def _split_triangle(h, q, s, tri, p):
     y, z = 3 * n, 3 * n + 3
     _new(h, q, n, b, c, p)
     _new(h, q, n + 1, c, a, p)
-    _put(h, q, tri, a, b, p)
-    _link(h, y, tb, cb)
-    _link(h, z, tc, cc)
-    _link(h, i + 1, y + 2, -1)
-    _link(h, y + 1, z + 2, -1)
-    _link(h, z + 1, i + 2, -1)
+    put(h, q, tri, a, b, p)
+    link(h, y, tb, cb)
+    link(h, z, tc, cc)
+    link(h, i + 1, y + 2, -1)
+    link(h, y + 1, z + 2, -1)
+    link(h, z + 1, i + 2, -1)
 
 
 @scalar
-def _split_edge(h, q, s, i, p):
+def split_edge(h, q, s, i, p):
     """Insert p on the edge of half-edge i: 2 -> 4, or 1 -> 2 at the border.
 
     Afterwards half-edge i runs from its origin to p.
@@ -229,11 +224,11 @@ def _split_edge(h, q, s, i, p):
     new = 3 * n
     _new(h, q, n, p, b, c)
     h[i1, 0] = p
-    _link(h, new + 1, t1, c1)
-    _link(h, i1, new + 2, -1)
+    link(h, new + 1, t1, c1)
+    link(h, i1, new + 2, -1)
     if j < 0:
         s[TRIANGLES] = n + 1
-        _link(h, new, -1, support)
+        link(h, new, -1, support)
         q[p, 2] = new
         return
     s[TRIANGLES] = n + 2
@@ -243,10 +238,10 @@ def _split_edge(h, q, s, i, p):
     other = 3 * n + 3
     _new(h, q, n + 1, p, a, o)
     h[j1, 0] = p
-    _link(h, other + 1, t2, c2)
-    _link(h, j1, other + 2, -1)
-    _link(h, i, other, support)
-    _link(h, j, new, support)
+    link(h, other + 1, t2, c2)
+    link(h, j1, other + 2, -1)
+    link(h, i, other, support)
+    link(h, j, new, support)
     q[p, 2] = new
     q[b, 2] = j
     q[a, 2] = i
@@ -292,7 +287,7 @@ def insert_point(x, t, e, d, m, w, h, q, f, s, k, p, scan):
     if on < 0:
         _split_triangle(h, q, s, tri, p)
     else:
-        _split_edge(h, q, s, on, p)
+        split_edge(h, q, s, on, p)
     if not scan:
         n = 0
         start = q[p, 2]
@@ -317,18 +312,6 @@ def insert_point(x, t, e, d, m, w, h, q, f, s, k, p, scan):
 
 
 @scalar
-def _crossing(x, t, e, d, m, w, names, places, s, one, two):
-    """Id of the point of the face where constraints with two support planes cross."""
-    face = s[FACE_ID]
-    n = m[N_TRIANGLE]
-    if one >= n:  # an edge in the face: the line is the edge itself
-        return named_point(x, t, e, d, m, w, names, places, LPI, e[one - n, 0], e[one - n, 1], two)
-    if two >= n:
-        return named_point(x, t, e, d, m, w, names, places, LPI, e[two - n, 0], e[two - n, 1], one)
-    return named_point(x, t, e, d, m, w, names, places, TPI, face, one, two)
-
-
-@scalar
 def add_local(x, m, q, f, s, i, bits):
     """A new local point for global id i."""
     p = s[POINTS]
@@ -340,206 +323,6 @@ def add_local(x, m, q, f, s, i, bits):
     if i >= m[N_VERTEX]:
         f[p, 2] = _HALF_ULP * max(abs(x[i, u]), abs(x[i, v]))
     return p
-
-
-@scalar
-def _side(x, t, e, d, m, w, q, f, s, a, b, p):
-    """Side of p of the line of the segment under way, from a to b."""
-    if q[p, 3] == s[SEGMENT]:
-        return 0
-    return turn(x, t, e, d, m, w, q, f, s, a, b, p)
-
-
-@scalar
-def _first_crossed(x, t, e, d, m, w, h, q, f, s, a, b, p, goal):
-    """From p towards goal: (half-edge crossed, -1), or (half-edge along the line, its far end)."""
-    start = q[p, 2]
-    i = start
-    forward = True
-    ahead = _lower(x, t, e, d, m, w, q, f, s, a, b)
-    while True:
-        y, z = h[following(i), 0], h[preceding(i), 0]
-        if y == goal:
-            return i, y
-        if z == goal:
-            return preceding(i), z
-        sy = _side(x, t, e, d, m, w, q, f, s, a, b, y)
-        if sy == 0 and _lower(x, t, e, d, m, w, q, f, s, p, y) == ahead:
-            return i, y
-        sz = _side(x, t, e, d, m, w, q, f, s, a, b, z)
-        if sz == 0 and _lower(x, t, e, d, m, w, q, f, s, p, z) == ahead:
-            return preceding(i), z
-        if sy < 0 and sz > 0:
-            return following(i), -1
-        if forward:
-            i = h[preceding(i), 1]
-            if i < 0:
-                forward = False
-                i = start
-            elif i == start:
-                return -1, -1
-        if not forward:
-            i = h[i, 1]
-            if i < 0:
-                return -1, -1
-            i = following(i)
-
-
-@scalar
-def _fan(x, t, e, d, m, w, h, q, f, s, k, low, high, free, tri):
-    """Triangulate the chain k[low:high] seen from its base; returns (base half-edge, next triangle).
-
-    Rows of k: point, twin and support of the link to the next row, old half-edge of
-    the link. Triangles are written to the slots k[free + n, 3]. Graham's scan, the stack at `low`.
-    """
-    top = low
-    for c in range(low + 1, high):
-        point, twin, support, old = k[c, 0], k[c, 1], k[c, 2], k[c, 3]
-        while top > low and turn(x, t, e, d, m, w, q, f, s, k[top - 1, 0], k[top, 0], point) > 0:
-            slot = k[free + tri, 3]
-            tri += 1
-            i = 3 * slot
-            _put(h, q, slot, k[top - 1, 0], k[top, 0], point)
-            _join(h, i, k[top - 1, 1], k[top - 1, 2], k[top - 1, 3])
-            _join(h, i + 1, k[top, 1], k[top, 2], k[top, 3])
-            top -= 1
-            k[top, 1], k[top, 2], k[top, 3] = i + 2, -1, -1
-        top += 1
-        k[top, 0], k[top, 1], k[top, 2], k[top, 3] = point, twin, support, old
-    return k[low, 1], tri
-
-
-@scalar
-def _join(h, i, twin, support, old):
-    """Link a new half-edge to what lies behind its link; note where an old one went."""
-    _link(h, i, twin, support)
-    if old >= 0:
-        h[old, 3] = i
-
-
-@scalar
-def _push_link(h, k, n, point, i):
-    """Chain row: point, and the link that old half-edge i makes to the next row."""
-    k[n, 0], k[n, 1], k[n, 2], k[n, 3] = point, h[i, 1], h[i, 2], i
-
-
-@scalar
-def _dig(x, t, e, d, m, w, h, q, f, s, k, p, first, a, b, goal, support):
-    """Insert the constraint from p across half-edge `first` on to the next point of the line.
-
-    Returns (point reached, -1), or (-1, constrained half-edge) where one has to be split first.
-    """
-    # corridor: crossed half-edges, right end to left end, in k[:, 0]
-    n = 0
-    i = first
-    while True:
-        if h[i, 2] >= 0:
-            return -1, i
-        k[n, 0] = i
-        n += 1
-        j = h[i, 1]
-        apex = h[preceding(j), 0]
-        side = 0 if apex == goal else _side(x, t, e, d, m, w, q, f, s, a, b, apex)
-        if side == 0:
-            break
-        i = preceding(j) if side < 0 else following(j)
-    reached = apex
-    # chains, counter-clockwise: left one from `reached` to p, right one from p to `reached`
-    left = n + 2
-    right = left + n + 3
-    free = right + n + 3
-    _push_link(h, k, right, p, preceding(k[0, 0]))
-    k[left + n + 1, 0] = p  # the left chain is filled from behind
-    nl = n
-    _push_link(h, k, left + nl, h[following(k[0, 0]), 0], following(k[0, 0]))
-    nr = 1
-    k[right + nr, 0] = h[k[0, 0], 0]
-    k[free, 3] = k[0, 0] // 3
-    for c in range(n):
-        i = k[c, 0]
-        j = h[i, 1]
-        k[free + c + 1, 3] = j // 3
-        y, z = following(j), preceding(j)  # y: right end -> apex, z: apex -> left end
-        onward = k[c + 1, 0] if c + 1 < n else -1
-        if onward != y:  # the edge y is on the right border
-            _push_link(h, k, right + nr, h[i, 0], y)
-            nr += 1
-            k[right + nr, 0] = h[z, 0]
-        if onward != z:
-            nl -= 1
-            _push_link(h, k, left + nl, h[z, 0], z)
-    high_right = right + nr + 1
-    low_left = left + nl
-    k[right + nr, 1], k[right + nr, 2], k[right + nr, 3] = -1, -1, -1
-    k[left + n + 1, 1], k[left + n + 1, 2], k[left + n + 1, 3] = -1, -1, -1
-    for c in range(n + 1):  # a link may lead back into the corridor: mark its triangles
-        slot = k[free + c, 3]
-        h[3 * slot, 3] = h[3 * slot + 1, 3] = h[3 * slot + 2, 3] = -2
-    inner = 0
-    for c in range(low_left, left + n + 1):
-        inner += 1 if k[c, 1] >= 0 and h[k[c, 1], 3] == -2 else 0
-    for c in range(right, high_right - 1):
-        inner += 1 if k[c, 1] >= 0 and h[k[c, 1], 3] == -2 else 0
-    behind = free + n + 2
-    if inner > 0:
-        inner = _note_inner(h, k, low_left, left + n + 1, behind, 0)
-        inner = _note_inner(h, k, right, high_right - 1, behind, inner)
-    one, tri = _fan(x, t, e, d, m, w, h, q, f, s, k, low_left, left + n + 2, free, 0)
-    two, tri = _fan(x, t, e, d, m, w, h, q, f, s, k, right, high_right, free, tri)
-    _link(h, one, two, support)
-    for c in range(inner):
-        _link(h, h[k[behind + c, 0], 3], h[k[behind + c, 1], 3], k[behind + c, 2])
-    for c in range(n + 1):
-        slot = k[free + c, 3]
-        h[3 * slot, 3] = h[3 * slot + 1, 3] = h[3 * slot + 2, 3] = 0
-    return reached, -1
-
-
-@scalar
-def _note_inner(h, k, low, high, behind, n):
-    """Links whose other side is a link of the same corridor: cut them, to be joined later."""
-    for c in range(low, high):
-        if k[c, 1] >= 0 and h[k[c, 1], 3] == -2:
-            if k[c, 3] < k[c, 1]:
-                k[behind + n, 0], k[behind + n, 1], k[behind + n, 2] = k[c, 3], k[c, 1], k[c, 2]
-                n += 1
-            k[c, 1] = -1
-    return n
-
-
-@scalar
-def insert_segment(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, support):
-    """Make the segment of local points a, b a chain of constraints; FULL, -1 (broken) or 0."""
-    s[SEGMENT] += 1
-    q[a, 3] = q[b, 3] = s[SEGMENT]
-    p = a
-    goal = b
-    while p != b:
-        i, far = _first_crossed(x, t, e, d, m, w, h, q, f, s, a, b, p, goal)
-        if i < 0:
-            return -1
-        if far >= 0:
-            if h[i, 2] < 0 and h[i, 1] >= 0:
-                _link(h, i, h[i, 1], support)
-            p = far
-            q[p, 3] = s[SEGMENT]
-            goal = b
-            continue
-        reached, wall = _dig(x, t, e, d, m, w, h, q, f, s, k, p, i, a, b, goal, support)
-        if wall >= 0:
-            if s[POINTS] >= q.shape[0] or 3 * (s[TRIANGLES] + 2) > h.shape[0]:
-                return FULL
-            number = _crossing(x, t, e, d, m, w, names, places, s, support, h[wall, 2])
-            if number == FULL:
-                return FULL
-            goal = add_local(x, m, q, f, s, number, 0)
-            q[goal, 3] = s[SEGMENT]
-            _split_edge(h, q, s, wall, goal)
-            continue
-        p = reached
-        q[p, 3] = s[SEGMENT]
-        goal = b
-    return 0
 
 
 @scalar

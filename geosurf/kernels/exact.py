@@ -139,7 +139,9 @@ def _tpi(x, t, e, m, w, r, d, row):
         k = (i + 2) % 3
         _cross(w, c, 4 * n, q + j * 9 * n, 2 * n, q + k * 9 * n, 2 * n)
         for axis in range(3):
-            mul_add(w, r + axis * 7 * n, 7 * n, q + i * 9 * n + 6 * n, 3 * n, c + axis * 4 * n, 4 * n, 1)
+            mul_add(
+                w, r + axis * 7 * n, 7 * n, q + i * 9 * n + 6 * n, 3 * n, c + axis * 4 * n, 4 * n, 1
+            )
         if i == 0:
             _dot(w, r + 21 * n, 6 * n, q, 2 * n, c, 4 * n)
 
@@ -363,13 +365,17 @@ def exact_round(m, w, top, lx, below, lw):
             mantissa += 1
             continue
         if mantissa == 4503599627370496:  # a power of two: the step below is half as long
-            down = _compare_to_half(w, m, scratch, top, lx, below, lw, 4 * mantissa - 1, exponent - 2)
+            down = _compare_to_half(
+                w, m, scratch, top, lx, below, lw, 4 * mantissa - 1, exponent - 2
+            )
             if down < 0:
                 mantissa = 9007199254740991
                 exponent -= 1
                 continue
         else:
-            down = _compare_to_half(w, m, scratch, top, lx, below, lw, 2 * mantissa - 1, exponent - 1)
+            down = _compare_to_half(
+                w, m, scratch, top, lx, below, lw, 2 * mantissa - 1, exponent - 1
+            )
             if down < 0 or (down == 0 and (mantissa & 1) == 1):
                 mantissa -= 1
                 continue

@@ -90,9 +90,13 @@ def dot_sign(x, t, m, w, i, j):
 
 @scalar
 def _before(px, pt, m, w, first, first_way, i, way_i, j, way_j, axis, heading):
-    """1 if half-plane i comes before j counter-clockwise from the first, 0 if after, -1 if equal."""
-    half_i = 0 if i == first else _turned_half(px, pt, m, w, first, first_way, i, way_i, axis, heading)
-    half_j = 0 if j == first else _turned_half(px, pt, m, w, first, first_way, j, way_j, axis, heading)
+    """1 if half-plane i comes before j, turning from the first; 0 if after, -1 if equal."""
+    half_i = (
+        0 if i == first else _turned_half(px, pt, m, w, first, first_way, i, way_i, axis, heading)
+    )
+    half_j = (
+        0 if j == first else _turned_half(px, pt, m, w, first, first_way, j, way_j, axis, heading)
+    )
     if half_i != half_j:
         return 1 if half_i < half_j else 0
     s = way_i * way_j * heading * cross_sign(px, pt, m, w, i, j, axis)
@@ -118,7 +122,8 @@ def _side_after(tri, way):
 @entry("d2 l2 l1 l1 l1 d2 l2 l1 l1 l1 -> l")
 def join_sides(x, t, ring, keep, parent, px, pt, m, w, sides):
     """Unite sides that see each other across edges; returns -1, or a half-edge of a place where
-    two triangles lie in one half-plane."""
+    two triangles lie in one half-plane.
+    """
     order = [0]
     ways = [0]
     for start in range(3 * t.shape[0]):

@@ -1,0 +1,30 @@
+"""The nouns that travel between stages: surfaces, curves, patches, units.
+
+All are immutable and hold read-only arrays. Coordinates of inputs are world
+metres; results keep local coordinates (`local`, exact to the frame) and an
+`origin`, and add the two for people and files (`vertices`, `points`).
+"""
+
+from __future__ import annotations
+
+from geosurf.model.base import frozen
+from geosurf.model.curves import Curves, Patches, Touch, TriangleContact, VoxelSearch
+from geosurf.model.surfaces import ROLES, FaultSticks, Lattice, TriSurface
+from geosurf.model.units import Certificate, Check, Unit, Units
+
+__all__ = [
+    "ROLES",
+    "Certificate",
+    "Check",
+    "Curves",
+    "FaultSticks",
+    "Lattice",
+    "Patches",
+    "Touch",
+    "TriSurface",
+    "TriangleContact",
+    "Unit",
+    "Units",
+    "VoxelSearch",
+    "frozen",
+]

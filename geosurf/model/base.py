@@ -1,0 +1,47 @@
+"""What all nouns share: read-only arrays, and the way to pyvista."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import pyvista
+
+
+def frozen(array: Any, dtype: Any, shape: tuple[int, ...] | None = None) -> np.ndarray:
+    """Return a read-only, C-contiguous array of one dtype (a view where possible)."""
+    out = np.ascontiguousarray(array, dtype=dtype)
+    if shape is not None:
+        out = out.reshape(shape)
+    view: np.ndarray = out.view()
+    view.flags.writeable = False
+    return view
+
+
+def polydata(
+    points: np.ndarray,
+    triangles: np.ndarray | None = None,
+    lines: tuple[np.ndarray, ...] | None = None,
+    point_data: Mapping[str, np.ndarray] | None = None,
+    cell_data: Mapping[str, np.ndarray] | None = None,
+) -> pyvista.PolyData:
+    """A pyvista mesh; pyvista is imported here and nowhere else outside render."""
+    import pyvista
+
+    if triangles is not None:
+        mesh: pyvista.PolyData = pyvista.PolyData.from_regular_faces(
+            np.array(points), np.array(triangles)
+        )
+    else:
+        cells = [np.concatenate([[len(line)], line]) for line in lines or ()]
+        mesh = pyvista.PolyData(np.array(points))
+        mesh.lines = np.concatenate(cells) if cells else np.empty(0, dtype=np.int64)
+        mesh.verts = np.empty(0, dtype=np.int64)
+    for key, value in (point_data or {}).items():
+        mesh.point_data[key] = value
+    for key, value in (cell_data or {}).items():
+        mesh.cell_data[key] = value
+    return mesh

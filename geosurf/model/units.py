@@ -1,0 +1,185 @@
+"""What the space between becomes: units, their table, the certificate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.model.base import frozen, polydata
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import pyvista
+    import xarray
+
+
+@dataclass(frozen=True, eq=False)
+class Unit:
+    """A closed piece of the model: one zone in one fault block.
+
+    Attributes
+    ----------
+    name : str
+        Zone, and the block where faults split the zone.
+    zone : str
+        ``above Top``, ``Top/Base``, ``below Base``.
+    zone_index : int
+        0 above the first horizon, counting down.
+    block : str
+        Sides of the faults that separate it: ``F1+`` is the side into which
+        the fault's normal points (the hanging wall of a dipping fault), ``F1-`` the
+        other. ``whole`` where no fault separates the zone.
+    local : ndarray of float64, shape (n_vertex, 3)
+    triangles : ndarray of int64, shape (n_triangle, 3)
+        Outward normals.
+    surface_of_triangle : ndarray of int64, shape (n_triangle,)
+        Row of `surface_names`.
+    bounded_by : tuple of str
+        Names of the surfaces on its boundary.
+    volume, area : float
+        [m3], [m2].
+    """
+
+    name: str
+    zone: str
+    zone_index: int
+    block: str
+    local: np.ndarray
+    origin: np.ndarray
+    triangles: np.ndarray
+    surface_of_triangle: np.ndarray
+    surface_names: tuple[str, ...]
+    volume: float
+    area: float
+
+    @cached_property
+    def vertices(self) -> np.ndarray:
+        """World coordinates [m], float64 (n_vertex, 3)."""
+        return frozen(self.local + self.origin, np.float64)
+
+    @cached_property
+    def bounded_by(self) -> tuple[str, ...]:
+        """Names of the surfaces that bound the unit."""
+        return tuple(self.surface_names[i] for i in np.unique(self.surface_of_triangle))
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """Return the shell as `pyvista.PolyData` with the surface row as cell data."""
+        labels = {"surface": self.surface_of_triangle}
+        return polydata(self.vertices, triangles=self.triangles, cell_data=labels)
+
+    def __repr__(self) -> str:
+        return f"<Unit {self.name!r}: {self.volume:.6g} m3, {len(self.triangles)} triangles>"
+
+
+class Units(Mapping[str, Unit]):
+    """Units by name, or by ``(zone, block)``, in order: zone by zone, youngest first.
+
+    Parameters
+    ----------
+    units : iterable of Unit
+    box : (west, east, south, north, bottom, top)
+        The model box [m].
+    report : dict
+        What carving found: slits, inner shells, the open rims of faults.
+    """
+
+    def __init__(
+        self,
+        units: Any,
+        box: tuple[float, float, float, float, float, float],
+        report: dict[str, Any] | None = None,
+    ) -> None:
+        self._units = {unit.name: unit for unit in units}
+        self._by_pair = {(unit.zone, unit.block): unit for unit in self._units.values()}
+        self.box = tuple(float(value) for value in box)
+        self.report = dict(report or {})
+
+    def __getitem__(self, key: Any) -> Unit:
+        found: Unit | None = (
+            self._by_pair.get(key) if isinstance(key, tuple) else self._units.get(key)
+        )
+        if found is None:
+            raise KeyError(f"no unit {key!r}; there are {list(self._units)}")
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._units)
+
+    def __len__(self) -> int:
+        return len(self._units)
+
+    @property
+    def volume(self) -> float:
+        """Sum of all volumes [m3]."""
+        return math.fsum(unit.volume for unit in self._units.values())
+
+    @property
+    def box_volume(self) -> float:
+        """Volume of the model box [m3]."""
+        w, e, s, n, b, t = self.box
+        return (e - w) * (n - s) * (t - b)
+
+    @cached_property
+    def table(self) -> xarray.Dataset:
+        """Volumes and areas of all units, with units in ``attrs``."""
+        import xarray as xr
+
+        units = list(self._units.values())
+        footprint = (self.box[1] - self.box[0]) * (self.box[3] - self.box[2])
+        columns = {
+            "volume": ([u.volume for u in units], "m3", "bulk volume"),
+            "area": ([u.area for u in units], "m2", "area of the closed shell"),
+            "thickness_mean": (
+                [u.volume / footprint for u in units],
+                "m",
+                "volume over the footprint of the model box",
+            ),
+        }
+        data = {
+            key: ("unit", np.array(values, dtype=np.float64), {"units": unit, "long_name": name})
+            for key, (values, unit, name) in columns.items()
+        }
+        labels = {
+            "zone": ("unit", np.array([u.zone for u in units], dtype=object)),
+            "block": ("unit", np.array([u.block for u in units], dtype=object)),
+            "zone_index": ("unit", np.array([u.zone_index for u in units], dtype=np.int64)),
+        }
+        coords = {"unit": ("unit", np.array([u.name for u in units], dtype=object)), **labels}
+        return xr.Dataset(data, coords=coords, attrs={"box": list(self.box), "box_units": "m"})
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line of a certificate."""
+
+    name: str
+    passed: bool
+    value: float
+    detail: str
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What `Scene.check` found, line by line.
+
+    Attributes
+    ----------
+    checks : tuple of Check
+    """
+
+    checks: tuple[Check, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether every check passed."""
+        return all(check.passed for check in self.checks)
+
+    def __str__(self) -> str:
+        width = max((len(check.name) for check in self.checks), default=0)
+        return "\n".join(
+            f"{'pass' if c.passed else 'FAIL'}  {c.name:<{width}}  {c.detail}" for c in self.checks
+        )
