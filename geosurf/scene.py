@@ -34,6 +34,7 @@ class Step:
     subject: str
     outcome: str
     detail: str
+    seconds: float = 0.0
 
 
 class Scene:
@@ -290,8 +291,13 @@ class Scene:
         """Return what the voxel search found for two surfaces, for `render_search`."""
         return search_voxels(self.surface(first), self.surface(second), self._voxel_size)
 
-    def explain(self) -> str:
+    def explain(self, *, seconds: bool = True) -> str:
         """Return what ran, what came from memory, and what was skipped and why.
+
+        Parameters
+        ----------
+        seconds : bool
+            Whether to say how long each step took; without, two runs explain the same.
 
         Returns
         -------
@@ -308,9 +314,13 @@ class Scene:
         [['triangulate', 'Top'], ['triangulate', 'F1'], ['curves', 'Top']]
         """
         width = max((len(step.subject) for step in self._steps), default=0)
-        return "\n".join(
-            f"{s.stage:<11} {s.subject:<{width}}  {s.outcome:<11} {s.detail}" for s in self._steps
-        )
+        lines = []
+        for s in self._steps:
+            time_taken = f", {s.seconds:.3f} s" if seconds and s.outcome == "ran" else ""
+            lines.append(
+                f"{s.stage:<11} {s.subject:<{width}}  {s.outcome:<11} {s.detail}{time_taken}"
+            )
+        return "\n".join(lines)
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -356,11 +366,13 @@ class Scene:
         result = run()
         self._memory[key] = result
         seconds = time.perf_counter() - start
-        self._note(stage, subject, "ran", f"{describe(result)}, {seconds:.3f} s")
+        self._note(stage, subject, "ran", describe(result), seconds)
         return result
 
-    def _note(self, stage: str, subject: str, outcome: str, detail: str) -> None:
-        self._steps.append(Step(stage, subject, outcome, detail))
+    def _note(
+        self, stage: str, subject: str, outcome: str, detail: str, seconds: float = 0.0
+    ) -> None:
+        self._steps.append(Step(stage, subject, outcome, detail, seconds))
 
     def __repr__(self) -> str:
         return f"<Scene: horizons {list(self._horizons)}, faults {list(self._faults)}>"

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.errors import OutputError
+from geosurf.model import Certificate
 from geosurf.report import page, tables
 
 __all__ = ["report_scene"]
@@ -25,6 +26,7 @@ def report_scene(
     *,
     title: str = "Reservoir model",
     made: str = "",
+    certificate: Certificate | None = None,
 ) -> Path:
     """Write ``index.html``: inputs, volumes, curves, certificate, pictures, cost.
 
@@ -32,7 +34,7 @@ def report_scene(
     ----------
     scene : Scene
         Or anything with ``surfaces``, ``units``, ``curves``, ``patches``, ``box`` and ``check()``;
-        ``explain()`` and ``render_pictures(folder)`` are used where they exist.
+        ``explain(seconds=False)`` and ``render_pictures(folder)`` are used where they exist.
     folder : path-like
         Is created if need be.
     pictures : mapping of str to path-like, optional
@@ -42,6 +44,8 @@ def report_scene(
     made : str
         A date or a name to print below the title. Nothing is printed by itself,
         so that the same scene gives the same page.
+    certificate : Certificate, optional
+        What ``scene.check()`` gave, if it is there already. Default: it is asked.
 
     Returns
     -------
@@ -81,13 +85,15 @@ def report_scene(
     if pictures is None:
         draw = getattr(scene, "render_pictures", None)
         pictures = draw(folder) if draw is not None else {}
-    html = build_page(scene, {key: Path(path) for key, path in pictures.items()}, title, made)
+    files = {key: Path(path) for key, path in pictures.items()}
+    html = build_page(scene, files, title, made, certificate or scene.check())
     return _write(folder / "index.html", html)
 
 
-def build_page(scene: Any, pictures: Mapping[str, Path], title: str, made: str) -> str:
+def build_page(
+    scene: Any, pictures: Mapping[str, Path], title: str, made: str, certificate: Certificate
+) -> str:
     """Return the whole page as text."""
-    certificate = scene.check()
     surfaces, units, curves = tuple(scene.surfaces), scene.units, scene.curves
     facts = (
         f"{len(surfaces)} surfaces meet along {curves.n_curve} curves "
@@ -124,9 +130,9 @@ def build_page(scene: Any, pictures: Mapping[str, Path], title: str, made: str) 
 
 
 def _explanation(scene: Any) -> str:
-    """What ran and what was skipped, where the scene can tell."""
+    """What ran and what was skipped, where the scene can tell; no times, so that pages agree."""
     explain = getattr(scene, "explain", None)
-    return f"\n<pre>{escape(str(explain()))}</pre>" if explain is not None else ""
+    return f"\n<pre>{escape(str(explain(seconds=False)))}</pre>" if explain is not None else ""
 
 
 def _write(target: Path, html: str) -> Path:

@@ -120,7 +120,7 @@ def test_a_scene_that_draws_and_explains_is_asked_to(scene, tmp_path):
         return {"From the south": folder / "a.png"}
 
     scene.render_pictures = draw
-    scene.explain = lambda: "Top x F1 <computed>"
+    scene.explain = lambda seconds: "Top x F1 <computed>"
     html = report_scene(scene, tmp_path / "r").read_text(encoding="utf-8")
     assert "From the south" in html
     assert "Top x F1 &lt;computed&gt;" in html

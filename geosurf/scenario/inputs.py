@@ -1,0 +1,117 @@
+"""A scenario file -> `Scenario`, and a `Scenario` -> `Scene`."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from geosurf.conventions import did_you_mean
+from geosurf.errors import ScenarioError
+from geosurf.read import read_fault, read_horizon
+from geosurf.scenario.keys import Scenario
+from geosurf.scenario.values import Place, read_table
+from geosurf.scene import Scene
+
+
+def read_scenario(path: str | os.PathLike[str]) -> Scenario:
+    """
+    Read and check a scenario; no surface is read yet.
+
+    Parameters
+    ----------
+    path : path-like
+        A TOML file; docs/scenario.md has its keys.
+
+    Returns
+    -------
+    Scenario
+
+    Raises
+    ------
+    ScenarioError
+        If the file is not there or no TOML (with the line), or has an unknown key, a
+        missing one, a value of the wrong kind, or a name used twice.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "scenario.toml"
+    >>> _ = file.write_text("[box]\\neasting_m = [0, 6000]\\nnorthing = [0, 5000]\\n")
+    >>> try:
+    ...     read_scenario(file)
+    ... except ScenarioError as error:
+    ...     str(error).partition("; ")[0].removeprefix(f"{file}: ")
+    "unknown key 'northing' in box"
+    """
+    path = Path(path)
+    scenario: Scenario = read_table(Scenario, Place(path), _load(path), path=path)
+    _check_names(scenario)
+    return scenario
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(
+            f"{path}: this is no TOML: {error}. Mend that line; text stands between quotes."
+        ) from error
+    except UnicodeDecodeError as error:
+        raise ScenarioError(
+            f"{path}: byte {error.start} is no UTF-8 text. Save the scenario as UTF-8."
+        ) from error
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise ScenarioError(f"{path}: cannot be read ({reason}). Check the path.") from error
+
+
+def _check_names(scenario: Scenario) -> None:
+    """Names are unique over horizons and faults, and there is a horizon."""
+    place = Place(scenario.path)
+    if not scenario.horizons:
+        place.refuse("there are no horizons; give at least one table [[horizons]].")
+    seen: dict[str, str] = {}
+    for kind, entries in (("horizon", scenario.horizons), ("fault", scenario.faults)):
+        for entry in entries:
+            if entry.name in seen:
+                place.refuse(
+                    f"{entry.name!r} is the name of a {seen[entry.name]} and of another {kind}; "
+                    "rename one."
+                )
+            seen[entry.name] = kind
+    for name in scenario.output.search or ():
+        if name not in seen:
+            known = ", ".join(repr(word) for word in seen)
+            place.refuse(
+                f"output.search names {name!r}, which is no surface; there are {known}."
+                f"{did_you_mean(name, seen)}"
+            )
+
+
+def build_scene(scenario: Scenario, tell: Callable[[str, str], Any] | None = None) -> Scene:
+    """Read the surfaces of a scenario; `tell` hears the stage and the name before each."""
+    tell = tell or _silence
+    horizons, faults = {}, {}
+    for entry in scenario.horizons:
+        tell("read", entry.name)
+        horizons[entry.name] = read_horizon(
+            entry.file,
+            name=entry.name,
+            positive=entry.positive,
+            units=entry.units,
+            variable=entry.variable,
+        )
+    for entry in scenario.faults:
+        tell("read", entry.name)
+        faults[entry.name] = read_fault(
+            entry.file, name=entry.name, positive=entry.positive, units=entry.units
+        )
+    box = scenario.box.sides if scenario.box is not None else None
+    return Scene(horizons, faults, box, voxel_size=scenario.search.voxel_size_m)
+
+
+def _silence(stage: str, what: str) -> None:
+    """Tell nobody."""

@@ -1,0 +1,203 @@
+"""Every key of a scenario: its type, unit, default and meaning, stated once.
+
+The parser reads these dataclasses, and so does the page docs/scenario.md, so that
+neither can know a key that the other does not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from geosurf.conventions import METRES_PER_UNIT
+from geosurf.scenario import values
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.scene import Scene
+
+VIEWS = (
+    *("southwest", "southeast", "northwest", "northeast"),
+    *("south", "north", "east", "west", "top"),
+)
+# format -> the file that it gives, and what is in it
+FORMATS = {
+    "vtm": ("units.vtm", "the units, one `.vtp` each in the folder `units`"),
+    "vtp": ("curves.vtp", "the curves where surfaces meet"),
+    "csv": ("volumes.csv", "the table of volumes"),
+    "nc": ("volumes.nc", "the table of volumes, with units as attributes"),
+    "pl": ("curves.pl", "the curves for GOCAD"),
+}
+
+
+def key(meaning: str, check: values.Check, *, unit: str = "", default: Any = MISSING) -> Any:
+    """Declare one key: what it means, how its value is checked, and its default."""
+    metadata = {"meaning": meaning, "check": check, "unit": unit}
+    if default is MISSING:
+        return field(metadata=metadata)
+    return field(default=default, metadata=metadata)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HorizonInput:
+    """One ``[[horizons]]``: the youngest comes first."""
+
+    name: str = key("Name in all results.", values.text)
+    file: Path = key(
+        "`.gri` or `.irap` (IRAP), `.nc` (NetCDF), `.zmap` (ZMAP+); relative to the scenario.",
+        values.file,
+    )
+    positive: str | None = key(
+        "Whether values are elevations or depths, where the file does not say.",
+        values.one_of("up", "down"),
+        default=None,
+    )
+    units: str | None = key(
+        "Length unit of the values, where the file does not say.",
+        values.one_of(*METRES_PER_UNIT),
+        default=None,
+    )
+    variable: str | None = key(
+        "Which variable of a NetCDF file, where there are several.", values.text, default=None
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaultInput:
+    """One ``[[faults]]``; their order does not matter."""
+
+    name: str = key("Name in all results.", values.text)
+    file: Path = key(
+        "`.ts` (GOCAD), `.vtp` and other meshes, `.pol` (sticks), `.nc` (parametric grid); "
+        "relative to the scenario.",
+        values.file,
+    )
+    positive: str | None = key(
+        "Whether values are elevations or depths, where the file does not say.",
+        values.one_of("up", "down"),
+        default=None,
+    )
+    units: str | None = key(
+        "Length unit of the values, where the file does not say.",
+        values.one_of(*METRES_PER_UNIT),
+        default=None,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoxRanges:
+    """``[box]``: the model box. Leave the table out for the area that all horizons cover."""
+
+    easting_m: tuple[float, float] = key("West and east side.", values.interval, unit="m")
+    northing_m: tuple[float, float] = key("South and north side.", values.interval, unit="m")
+    elevation_m: tuple[float, float] = key("Bottom and top, positive up.", values.interval, unit="m")
+
+    @property
+    def sides(self) -> tuple[float, float, float, float, float, float]:
+        """West, east, south, north, bottom, top [m]."""
+        return (*self.easting_m, *self.northing_m, *self.elevation_m)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchSettings:
+    """``[search]``: how candidates are found. Changes the cost, never the result."""
+
+    voxel_size_m: float | None = key(
+        "Edge of the search voxels. Left out: chosen from the size of the triangles.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputSettings:
+    """``[output]``: which pictures and files are made."""
+
+    views: tuple[str, ...] = key(
+        "Pictures of horizons, faults and curves, one for each direction to look from.",
+        values.some_of(*VIEWS),
+        default=("southwest",),
+    )
+    maps: bool = key("A map of each horizon.", values.switch, default=True)
+    exploded: bool = key("A picture of the units, drawn apart.", values.switch, default=True)
+    search: tuple[str, str] | None = key(
+        "Two surfaces: a picture of how the voxel search finds their curve.",
+        values.pair_of_names,
+        default=None,
+    )
+    exaggeration: float | None = key(
+        "Vertical exaggeration of the pictures. Left out: a round number that reads well.",
+        values.above_zero,
+        default=None,
+    )
+    size_px: tuple[int, int] = key(
+        "Width and height of the pictures.", values.picture_size, unit="pixels", default=(1280, 800)
+    )
+    formats: tuple[str, ...] = key(
+        "Files to write: " + "; ".join(f"`{k}`: {what}" for k, (_, what) in FORMATS.items()) + ".",
+        values.some_of(*FORMATS),
+        default=("vtm", "vtp", "csv", "nc"),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario:
+    """
+    What a scenario file says, checked: see docs/scenario.md for each key.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        The file it was read from.
+    title : str
+    horizons : tuple of HorizonInput
+        Youngest first.
+    faults : tuple of FaultInput
+    box : BoxRanges or None
+    search : SearchSettings
+    output : OutputSettings
+    """
+
+    path: Path
+    title: str = key("Heading of the report.", values.text, default="Reservoir model")
+    horizons: tuple[HorizonInput, ...] = key(
+        "Youngest first.", values.tables(HorizonInput), default=()
+    )
+    faults: tuple[FaultInput, ...] = key("In any order.", values.tables(FaultInput), default=())
+    box: BoxRanges | None = key("The model box.", values.table(BoxRanges), default=None)
+    search: SearchSettings = key(
+        "How candidates are found.", values.table(SearchSettings), default=SearchSettings()
+    )
+    output: OutputSettings = key(
+        "Which pictures and files are made.", values.table(OutputSettings), default=OutputSettings()
+    )
+
+    def scene(self) -> Scene:
+        """
+        Read the inputs and return the scene; nothing is computed yet.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        InputError
+            If an input cannot be read, or does not say its units or direction.
+        """
+        from geosurf.scenario.inputs import build_scene
+
+        return build_scene(self)
+
+
+__all__ = [
+    "FORMATS",
+    "VIEWS",
+    "BoxRanges",
+    "FaultInput",
+    "HorizonInput",
+    "OutputSettings",
+    "Scenario",
+    "SearchSettings",
+]

@@ -1,0 +1,216 @@
+"""A scenario, run: each stage in its turn, then everything written at once."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+from geosurf.errors import DependencyError
+from geosurf.model import Certificate
+from geosurf.report import report_scene
+from geosurf.scenario.inputs import build_scene, read_scenario
+from geosurf.scenario.keys import FORMATS, Scenario
+from geosurf.scenario.output import new_results
+from geosurf.scenario.pictures import Picture, cannot_draw, wanted_pictures
+from geosurf.scene import Scene
+from geosurf.write import write
+
+Progress = Callable[[str], object]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run gave.
+
+    Attributes
+    ----------
+    scene : Scene
+    certificate : Certificate
+    out : pathlib.Path
+        The folder with all files.
+    notes : tuple of str
+        What was asked for and is not there, with the reason.
+    """
+
+    scene: Scene
+    certificate: Certificate
+    out: Path
+    notes: tuple[str, ...]
+
+
+class Teller:
+    """Tells one line per step: stage, what, outcome, seconds."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self._progress = progress
+        self._told = 0
+        self._clock = time.perf_counter()
+
+    def say(self, stage: str, what: str, outcome: str = "") -> None:
+        """Tell one step, with the seconds since the one before."""
+        now = time.perf_counter()
+        seconds, self._clock = now - self._clock, now
+        if self._progress is not None:
+            self._progress(f"{stage:<12}{what:<32}{outcome:<22}{seconds:7.1f} s")
+
+    def steps(self, scene: Scene) -> None:
+        """Tell the steps that a scene has taken since the last time; what it skipped costs nothing."""
+        for step in scene.steps[self._told :]:
+            if step.outcome == "ran":
+                self.say(step.stage, step.subject, step.detail)
+        self._told = len(scene.steps)
+
+
+def run_scenario(
+    path: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    pictures: bool = True,
+    progress: Progress | None = None,
+) -> Scene:
+    """
+    Run a scenario and write everything that it asks for.
+
+    Parameters
+    ----------
+    path : path-like
+        The scenario, a TOML file; docs/scenario.md has its keys.
+    out : path-like
+        A folder, created if need be, for ``units.vtm`` (and the folder ``units``),
+        ``curves.vtp``, ``volumes.csv``, ``volumes.nc``, ``certificate.txt``,
+        ``pictures/*.png`` and ``report/index.html``. Results of an earlier run
+        are replaced as a whole; files under other names stay.
+    pictures : bool
+        False draws none.
+    progress : callable, optional
+        Is called with a line of text after each step.
+
+    Returns
+    -------
+    Scene
+        With all its results in memory.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario has an unknown key or an impossible value.
+    OutputError
+        If the folder cannot be written; found out before anything is computed.
+    InputError, GeometryError
+        If a surface cannot be read, or the surfaces do not bound units.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import geosurf as gs
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> top = gs.synthetic.tilted_planes(n=5).horizons["Top"]
+    >>> _ = gs.write(top, folder / "Top.nc")
+    >>> _ = (folder / "scenario.toml").write_text('''
+    ... [[horizons]]
+    ... name = "Top"
+    ... file = "Top.nc"
+    ... ''')
+    >>> scene = run_scenario(folder / "scenario.toml", folder / "out", pictures=False)
+    >>> list(scene.units)
+    ['above Top', 'below Top']
+    >>> (folder / "out" / "volumes.csv").is_file()
+    True
+    """
+    return run(read_scenario(path), out, pictures=pictures, progress=progress).scene
+
+
+def run(
+    scenario: Scenario,
+    out: str | os.PathLike[str],
+    *,
+    pictures: bool = True,
+    progress: Progress | None = None,
+) -> Outcome:
+    """Run a scenario that has been read; see `run_scenario`.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    out : path-like
+    pictures : bool
+    progress : callable, optional
+
+    Returns
+    -------
+    Outcome
+        Also with the certificate and notes.
+    """
+    teller = Teller(progress)
+    _check_formats(scenario)
+    with new_results(out) as folder:
+        scene = compute(scenario, teller)
+        certificate = scene.check()
+        teller.say("check", "all promises", "kept" if certificate.ok else "one is BROKEN")
+        _write_files(scene, scenario, certificate, folder)
+        teller.say("write", ", ".join(scenario.output.formats), "")
+        drawn, notes = {}, []
+        if pictures:
+            drawn, notes = draw_all(wanted_pictures(scene, scenario.output), folder, teller)
+        report_scene(
+            scene, folder / "report", drawn, title=scenario.title, certificate=certificate
+        )
+        teller.say("report", scenario.title)
+    return Outcome(scene, certificate, Path(out), tuple(notes))
+
+
+def compute(scenario: Scenario, teller: Teller) -> Scene:
+    """Read the inputs and run all stages up to the units, telling each step."""
+    scene = build_scene(scenario)
+    teller.say("read", f"{len(scenario.horizons)} horizons, {len(scenario.faults)} faults")
+    for name in (*scene.horizon_names, *scene.fault_names):
+        scene.surface(name)
+        teller.steps(scene)
+    for stage in ("curves", "units"):
+        getattr(scene, stage)
+        teller.steps(scene)
+    return scene
+
+
+def _check_formats(scenario: Scenario) -> None:
+    if "nc" in scenario.output.formats and find_spec("h5netcdf") is None:
+        raise DependencyError(
+            f"{scenario.path}: output.formats has 'nc', which needs h5netcdf. Leave it out, or "
+            'install it with: pip install "geosurf[io]"'
+        )
+
+
+def _write_files(
+    scene: Scene, scenario: Scenario, certificate: Certificate, folder: Path
+) -> None:
+    for word in scenario.output.formats:
+        file, _ = FORMATS[word]
+        write(scene.curves if file.startswith("curves") else scene.units, folder / file)
+    lines = f"{scenario.title}\n\n{certificate}\n"
+    (folder / "certificate.txt").write_text(lines, encoding="utf-8", newline="\n")
+
+
+def draw_all(
+    pictures: list[Picture], folder: Path, teller: Teller
+) -> tuple[dict[str, Path], list[str]]:
+    """Draw pictures into ``folder/pictures``: captions and files, and what could not be drawn."""
+    notes = []
+    if any(picture.needs_opengl for picture in pictures):
+        reason = cannot_draw()
+        if reason:
+            notes.append(f"Only maps were drawn: {reason}")
+            pictures = [picture for picture in pictures if not picture.needs_opengl]
+    drawn = {}
+    for picture in pictures:
+        path = folder / "pictures" / picture.file
+        picture.draw(path)
+        teller.say("draw", f"pictures/{picture.file}")
+        if path.is_file():
+            drawn[picture.caption] = path
+        else:
+            notes.append(f"{picture.file} was not drawn: the boxes of its surfaces do not meet.")
+    return drawn, notes

@@ -1,0 +1,246 @@
+"""How values of a scenario are checked; each check says what it would have liked.
+
+A check takes a `Place` and the value that TOML gave, and returns the value for
+the dataclass. ``check.allowed`` says in words what it accepts, for messages and docs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, Field, dataclass, fields
+from functools import wraps
+from pathlib import Path
+from typing import Any, NoReturn, Protocol
+
+from geosurf.conventions import did_you_mean
+from geosurf.errors import ScenarioError
+
+LARGEST_PICTURE = 8192
+SMALLEST_PICTURE = 64
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a value stands: the file and the path of keys to it."""
+
+    file: Path
+    keys: str = ""
+
+    def inside(self, word: str) -> Place:
+        """Return the place of a key in this table."""
+        return Place(self.file, f"{self.keys}.{word}" if self.keys else word)
+
+    def refuse(self, sentence: str) -> NoReturn:
+        """Raise a `ScenarioError` that begins with the file."""
+        raise ScenarioError(f"{self.file}: {sentence}")
+
+
+class Check(Protocol):
+    """A function that turns a raw value into a checked one."""
+
+    allowed: str
+
+    def __call__(self, place: Place, value: Any) -> Any: ...
+
+
+def check(allowed: str) -> Callable[[Callable[[Place, Any], Any]], Check]:
+    """Make a check of a function that returns None where it does not like a value."""
+
+    def wrap(function: Callable[[Place, Any], Any]) -> Check:
+        @wraps(function)
+        def checked(place: Place, value: Any) -> Any:
+            result = function(place, value)
+            if result is None:
+                place.refuse(f"{place.keys} is {value!r}; it must be {allowed}.")
+            return result
+
+        checked.allowed = allowed  # type: ignore[attr-defined]
+        return checked  # type: ignore[return-value]
+
+    return wrap
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+@check("text between quotes")
+def text(_: Place, value: Any) -> str | None:
+    """A string with something in it."""
+    return value if isinstance(value, str) and value.strip() else None
+
+
+@check("true or false")
+def switch(_: Place, value: Any) -> bool | None:
+    """A truth value."""
+    return value if isinstance(value, bool) else None
+
+
+@check("a number above 0")
+def above_zero(_: Place, value: Any) -> float | None:
+    """A finite number above zero."""
+    return float(value) if _is_number(value) and value > 0 else None
+
+
+@check("two numbers, the lower one first: [low, high]")
+def interval(_: Place, value: Any) -> tuple[float, float] | None:
+    """Two finite numbers that increase."""
+    if not isinstance(value, list) or len(value) != 2 or not all(map(_is_number, value)):
+        return None
+    low, high = map(float, value)
+    return (low, high) if low < high else None
+
+
+@check(f"two whole numbers from {SMALLEST_PICTURE} to {LARGEST_PICTURE}: [width, height]")
+def picture_size(_: Place, value: Any) -> tuple[int, int] | None:
+    """Width and height in pixels."""
+    if not isinstance(value, list) or len(value) != 2:
+        return None
+    if any(isinstance(v, bool) or not isinstance(v, int) for v in value):
+        return None
+    if not all(SMALLEST_PICTURE <= v <= LARGEST_PICTURE for v in value):
+        return None
+    return (value[0], value[1])
+
+
+@check('the names of two surfaces: ["Top", "F1"]')
+def pair_of_names(_: Place, value: Any) -> tuple[str, str] | None:
+    """Two different names; whether they exist is asked when all names are known."""
+    if not isinstance(value, list) or len(value) != 2 or not all(isinstance(v, str) for v in value):
+        return None
+    return (value[0], value[1]) if value[0] != value[1] else None
+
+
+@check("a file that exists, its path relative to the scenario")
+def file(place: Place, value: Any) -> Path | None:
+    """The path of a file, found from the folder of the scenario."""
+    if not isinstance(value, str) or not value.strip():
+        return None
+    path = place.file.parent / value
+    if not path.is_file():
+        near = [entry.name for entry in _entries(path.parent)]
+        what = "a folder" if path.is_dir() else "not there"
+        place.refuse(
+            f"{place.keys} is {value!r}, and {path} is {what}. Paths are relative to the folder of "
+            f"the scenario.{did_you_mean(path.name, near)}"
+        )
+    return path
+
+
+def _entries(folder: Path) -> list[Path]:
+    return sorted(folder.iterdir()) if folder.is_dir() else []
+
+
+def _words(allowed: tuple[str, ...]) -> str:
+    return ", ".join(repr(word) for word in allowed)
+
+
+def one_of(*allowed: str) -> Check:
+    """Return the check for one word of a list."""
+
+    @check(f"one of {_words(allowed)}")
+    def choice(place: Place, value: Any) -> str | None:
+        if isinstance(value, str) and value not in allowed:
+            guess = did_you_mean(value, allowed)
+            place.refuse(f"{place.keys} is {value!r}; it must be one of {_words(allowed)}.{guess}")
+        return value if value in allowed else None
+
+    return choice
+
+
+def some_of(*allowed: str) -> Check:
+    """Return the check for a list of words, each at most once."""
+
+    @check(f"a list of any of {_words(allowed)}, each once")
+    def choices(place: Place, value: Any) -> tuple[str, ...] | None:
+        if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
+            return None
+        for word in value:
+            if word not in allowed:
+                guess = did_you_mean(word, allowed)
+                place.refuse(f"{place.keys} has {word!r}; it may have {_words(allowed)}.{guess}")
+        return tuple(value) if len(set(value)) == len(value) else None
+
+    return choices
+
+
+def table(kind: type) -> Check:
+    """Return the check for a table, ``[kind]``."""
+
+    @check("a table")
+    def one_table(place: Place, value: Any) -> Any:
+        return read_table(kind, place, value) if isinstance(value, Mapping) else None
+
+    one_table.kind = kind  # type: ignore[attr-defined]
+    return one_table
+
+
+def tables(kind: type) -> Check:
+    """Return the check for tables in order, ``[[kind]]``, which all have different names."""
+
+    @check("tables in double brackets")
+    def many_tables(place: Place, value: Any) -> tuple[Any, ...] | None:
+        if not isinstance(value, list) or not all(isinstance(v, Mapping) for v in value):
+            name = place.keys
+            place.refuse(f"{name} must be tables in double brackets, as in [[{name}]].")
+        return tuple(
+            read_table(kind, Place(place.file, f"{place.keys}[{_label(row, entry)}]"), entry)
+            for row, entry in enumerate(value)
+        )
+
+    many_tables.kind = kind  # type: ignore[attr-defined]
+    return many_tables
+
+
+def _label(row: int, entry: Mapping[str, Any]) -> str:
+    """A name where there is one: nobody has to wonder where counting starts."""
+    name = entry.get("name")
+    return repr(name) if isinstance(name, str) and name.strip() else f"number {row + 1}"
+
+
+def is_required(entry: Field[Any]) -> bool:
+    """Return whether a key has no default."""
+    return entry.default is MISSING
+
+
+def read_table(kind: type, place: Place, found: Mapping[str, Any], **more: Any) -> Any:
+    """Check all keys of a table and return its dataclass.
+
+    Parameters
+    ----------
+    kind : type
+        A dataclass of `geosurf.scenario.keys`.
+    place : Place
+        Where the table stands.
+    found : mapping
+        What TOML gave.
+    **more
+        Fields that are no keys.
+
+    Returns
+    -------
+    object of type `kind`
+
+    Raises
+    ------
+    ScenarioError
+        For an unknown key, a missing one, or a value that its check refuses.
+    """
+    known = {entry.name: entry for entry in fields(kind) if "check" in entry.metadata}
+    where = f" in {place.keys}" if place.keys else ""
+    for word in found:
+        if word not in known:
+            place.refuse(
+                f"unknown key {word!r}{where}; known are {_words(tuple(known))}."
+                f"{did_you_mean(word, known)}"
+            )
+    for word, entry in known.items():
+        if word not in found and is_required(entry):
+            allowed = entry.metadata["check"].allowed
+            place.refuse(f"{word!r} is missing{where}; give {allowed}.")
+    checked = {
+        word: known[word].metadata["check"](place.inside(word), value)
+        for word, value in found.items()
+    }
+    return kind(**checked, **more)
