@@ -154,6 +154,11 @@ def read_netcdf_fault(
     return out
 
 
+def holds_fault(path: Path) -> bool:
+    """Return whether a NetCDF file holds a parametric grid and not a horizon."""
+    return set(FAULT_DIMS) <= {str(dim) for dim in _load(path).dims}
+
+
 def _load(path: Path) -> xr.Dataset:
     """Return the whole file in memory, or say what is wrong or not installed."""
     import xarray as xr

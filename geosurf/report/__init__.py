@@ -99,7 +99,7 @@ def build_page(
         f"{len(surfaces)} surfaces meet along {curves.n_curve} curves "
         f"({tables.number(curves.length, 1)} m) and bound {len(units)} units."
     )
-    west, east, south, north, bottom, top = (tables.number(v, 1) for v in scene.box)
+    west, east, south, north, bottom, top = map(_metres, scene.box)
     box = (
         f"Model box: easting {west} to {east} m, northing {south} to {north} m, "
         f"elevation {bottom} to {top} m."
@@ -121,12 +121,16 @@ def build_page(
         ("Volumes [million m³]", volumes + "\n" + page.paragraph(tables.balance(units))),
         ("Pictures", page.html_pictures(pictures)),
         ("Certificate", page.html_table(tables.check_table(certificate))),
-        ("Surfaces", page.html_table(tables.surface_table(surfaces))),
+        ("Surfaces, with their bounds [m]", page.html_table(tables.surface_table(surfaces))),
         ("Curves", lengths or page.paragraph("No two surfaces meet.")),
         ("What it took", page.html_table(costs) + _explanation(scene)),
         ("Versions", page.html_table(tables.version_table())),
     ]
     return page.fill_page(title, header, sections)
+
+
+def _metres(value: float) -> str:
+    return tables.number(value, 0 if value == round(value) else 1)
 
 
 def _explanation(scene: Any) -> str:

@@ -17,7 +17,7 @@ from geosurf.scene import Scene
 
 
 def read_scenario(path: str | os.PathLike[str]) -> Scenario:
-    """
+    r"""
     Read and check a scenario; no surface is read yet.
 
     Parameters
@@ -39,7 +39,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     --------
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "scenario.toml"
-    >>> _ = file.write_text("[box]\\neasting_m = [0, 6000]\\nnorthing = [0, 5000]\\n")
+    >>> _ = file.write_text("[box]\neasting_m = [0, 6000]\nnorthing = [0, 5000]\n")
     >>> try:
     ...     read_scenario(file)
     ... except ScenarioError as error:

@@ -4,6 +4,8 @@ The parser reads these dataclasses, and so does the page docs/scenario.md, so th
 neither can know a key that the other does not.
 """
 
+# ruff: noqa: RUF009 - `key` makes a dataclasses.field
+
 from __future__ import annotations
 
 from dataclasses import MISSING, dataclass, field
@@ -64,7 +66,7 @@ class HorizonInput:
 
 @dataclass(frozen=True, kw_only=True)
 class FaultInput:
-    """One ``[[faults]]``; their order does not matter."""
+    """One ``[[faults]]``: in any order."""
 
     name: str = key("Name in all results.", values.text)
     file: Path = key(
@@ -90,7 +92,9 @@ class BoxRanges:
 
     easting_m: tuple[float, float] = key("West and east side.", values.interval, unit="m")
     northing_m: tuple[float, float] = key("South and north side.", values.interval, unit="m")
-    elevation_m: tuple[float, float] = key("Bottom and top, positive up.", values.interval, unit="m")
+    elevation_m: tuple[float, float] = key(
+        "Bottom and top, positive up.", values.interval, unit="m"
+    )
 
     @property
     def sides(self) -> tuple[float, float, float, float, float, float]:

@@ -64,6 +64,16 @@ def new_results(out: str | os.PathLike[str]) -> Iterator[Path]:
         shutil.rmtree(stage, ignore_errors=True)
 
 
+def require_writable(out: str | os.PathLike[str]) -> None:
+    """Create a folder if need be, and raise `OutputError` if nothing can be written there."""
+    try:
+        Path(out).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out):
+            pass
+    except OSError as error:
+        raise _refusal(Path(out), error) from error
+
+
 def _open_stage(out: Path) -> Path:
     try:
         out.mkdir(parents=True, exist_ok=True)

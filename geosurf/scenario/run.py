@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from geosurf.model import Certificate
 from geosurf.report import report_scene
 from geosurf.scenario.inputs import build_scene, read_scenario
 from geosurf.scenario.keys import FORMATS, Scenario
-from geosurf.scenario.output import new_results
+from geosurf.scenario.output import new_results, require_writable
 from geosurf.scenario.pictures import Picture, cannot_draw, wanted_pictures
 from geosurf.scene import Scene
 from geosurf.write import write
@@ -50,18 +51,18 @@ class Teller:
         self._told = 0
         self._clock = time.perf_counter()
 
-    def say(self, stage: str, what: str, outcome: str = "") -> None:
-        """Tell one step, with the seconds since the one before."""
+    def say(self, stage: str, what: str, outcome: str = "", seconds: float | None = None) -> None:
+        """Tell one step, with the seconds that it took; default: since the one before."""
         now = time.perf_counter()
-        seconds, self._clock = now - self._clock, now
+        seconds, self._clock = now - self._clock if seconds is None else seconds, now
         if self._progress is not None:
             self._progress(f"{stage:<12}{what:<32}{outcome:<22}{seconds:7.1f} s")
 
     def steps(self, scene: Scene) -> None:
-        """Tell the steps that a scene has taken since the last time; what it skipped costs nothing."""
+        """Tell what a scene has run since the last time."""
         for step in scene.steps[self._told :]:
             if step.outcome == "ran":
-                self.say(step.stage, step.subject, step.detail)
+                self.say(step.stage, step.subject, step.detail, step.seconds)
         self._told = len(scene.steps)
 
 
@@ -156,11 +157,43 @@ def run(
         drawn, notes = {}, []
         if pictures:
             drawn, notes = draw_all(wanted_pictures(scene, scenario.output), folder, teller)
-        report_scene(
-            scene, folder / "report", drawn, title=scenario.title, certificate=certificate
-        )
+        report_scene(scene, folder / "report", drawn, title=scenario.title, certificate=certificate)
         teller.say("report", scenario.title)
     return Outcome(scene, certificate, Path(out), tuple(notes))
+
+
+def write_report(
+    scenario: Scenario,
+    folder: str | os.PathLike[str],
+    *,
+    pictures: bool = True,
+    progress: Progress | None = None,
+) -> tuple[Certificate, Path, tuple[str, ...]]:
+    """Write only the report of a scenario, with its pictures inside.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    folder : path-like
+    pictures : bool
+    progress : callable, optional
+
+    Returns
+    -------
+    (Certificate, pathlib.Path, tuple of str)
+        The page, and notes on what could not be drawn.
+    """
+    require_writable(folder)
+    teller = Teller(progress)
+    scene = compute(scenario, teller)
+    certificate = scene.check()
+    with tempfile.TemporaryDirectory() as scratch:
+        drawn, notes = {}, []
+        if pictures:
+            wanted = wanted_pictures(scene, scenario.output)
+            drawn, notes = draw_all(wanted, Path(scratch), teller)
+        path = report_scene(scene, folder, drawn, title=scenario.title, certificate=certificate)
+    return certificate, path, tuple(notes)
 
 
 def compute(scenario: Scenario, teller: Teller) -> Scene:
@@ -184,9 +217,7 @@ def _check_formats(scenario: Scenario) -> None:
         )
 
 
-def _write_files(
-    scene: Scene, scenario: Scenario, certificate: Certificate, folder: Path
-) -> None:
+def _write_files(scene: Scene, scenario: Scenario, certificate: Certificate, folder: Path) -> None:
     for word in scenario.output.formats:
         file, _ = FORMATS[word]
         write(scene.curves if file.startswith("curves") else scene.units, folder / file)

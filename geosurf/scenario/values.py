@@ -41,7 +41,8 @@ class Check(Protocol):
 
     allowed: str
 
-    def __call__(self, place: Place, value: Any) -> Any: ...
+    def __call__(self, place: Place, value: Any) -> Any:
+        """Return the checked value, or raise `ScenarioError`."""
 
 
 def check(allowed: str) -> Callable[[Callable[[Place, Any], Any]], Check]:

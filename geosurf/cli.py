@@ -1,0 +1,331 @@
+"""The command line: ``geosurf run scenario.toml -o out/``.
+
+Nothing heavy is imported before a command runs, so that ``geosurf --help`` answers
+at once. Errors that geosurf raises on purpose are printed without a traceback and
+end with their exit code: 2 input, 3 geometry, 4 our own fault.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+import geosurf
+from geosurf.errors import GeosurfError, InputError
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.model import Certificate, Units
+
+BROKEN_PROMISE = 3
+OUR_FAULT = 4
+INTERRUPTED = 130
+EXIT_CODES = """exit codes: 0 done, 2 the input cannot be used, 3 the geometry is impossible or a
+promise is not kept, 4 a fault of geosurf, 130 interrupted"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Run a command and return its exit code.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Default: the arguments of the process.
+
+    Returns
+    -------
+    int
+
+    Examples
+    --------
+    >>> main(["check", "missing.toml"])
+    2
+    """
+    options = build_parser().parse_args(argv)
+    ending = Ending(options.debug)
+    with ending:
+        ending.code = options.run(options)
+        sys.stdout.flush()
+    return ending.code
+
+
+class Ending:
+    """Turns whatever ends a command into an exit code and, at most, one sentence."""
+
+    def __init__(self, debug: bool) -> None:
+        self.code = 0
+        self._debug = debug
+
+    def __enter__(self) -> None:
+        """Begin."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> bool:
+        """Say what is wrong on stderr; only exits asked for on purpose pass through."""
+        if error is None or isinstance(error, SystemExit | GeneratorExit):
+            return False
+        if isinstance(error, KeyboardInterrupt):
+            self.code = INTERRUPTED
+            return True
+        if isinstance(error, BrokenPipeError):
+            # the reader of our output has left; Python must not flush into the void at exit
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return True
+        if self._debug:
+            traceback.print_exception(kind, error, trace)
+        if isinstance(error, GeosurfError):
+            self.code = error.exit_code
+            print(f"geosurf: {error}", file=sys.stderr)
+        else:
+            self.code = OUR_FAULT
+            print(_apology(error), file=sys.stderr)
+        return True
+
+
+def _apology(error: BaseException) -> str:
+    return (
+        f"geosurf: unexpected {type(error).__name__}: {error}. This is a fault of geosurf: please "
+        "report it with your scenario and what --debug prints."
+    )
+
+
+# ---- the commands ----------------------------------------------------------------------
+
+
+def run_command(options: argparse.Namespace) -> int:
+    """Run a scenario and write everything."""
+    from geosurf.scenario import read_scenario, run
+
+    say = _speaker(options.quiet)
+    start = time.perf_counter()
+    scenario = read_scenario(options.scenario)
+    outcome = run(scenario, options.out, pictures=not options.no_pictures, progress=say)
+    for note in outcome.notes:
+        print(f"geosurf: {note}", file=sys.stderr)
+    if not options.quiet:
+        print(f"\n{volume_text(outcome.scene.units)}\n")
+        print(f"{len(outcome.scene.units)} units in {time.perf_counter() - start:.1f} s.")
+        print(f"Report: {outcome.out / 'report' / 'index.html'}; everything else beside it.")
+    return _verdict(outcome.certificate)
+
+
+def check_command(options: argparse.Namespace) -> int:
+    """Print the certificate of a scenario."""
+    from geosurf.scenario import read_scenario
+
+    certificate = read_scenario(options.scenario).scene().check()
+    print(certificate)
+    return _verdict(certificate)
+
+
+def render_command(options: argparse.Namespace) -> int:
+    """Draw one picture of a scenario."""
+    from geosurf.render import render_scene
+    from geosurf.scenario import read_scenario
+
+    scenario = read_scenario(options.scenario)
+    path = render_scene(
+        scenario.scene(),
+        options.out,
+        view=options.view,
+        show=tuple(options.show.split(",")),
+        size=scenario.output.size_px,
+        exaggeration=options.exaggeration or scenario.output.exaggeration,
+    )
+    print(path)
+    return 0
+
+
+def report_command(options: argparse.Namespace) -> int:
+    """Write the report of a scenario."""
+    from geosurf.scenario import read_scenario
+    from geosurf.scenario.run import write_report
+
+    scenario = read_scenario(options.scenario)
+    certificate, path, notes = write_report(
+        scenario, options.out, pictures=not options.no_pictures, progress=_speaker(options.quiet)
+    )
+    for note in notes:
+        print(f"geosurf: {note}", file=sys.stderr)
+    print(path)
+    return _verdict(certificate)
+
+
+def curves_command(options: argparse.Namespace) -> int:
+    """Find the curves of two surface files."""
+    from geosurf.intersect import intersect_surfaces
+    from geosurf.write import write
+
+    words = {"positive": options.positive, "units": options.units}
+    surfaces = [_surface(Path(path), words) for path in (options.first, options.second)]
+    if surfaces[0].name == surfaces[1].name:
+        surfaces = [surfaces[0].renamed(options.first), surfaces[1].renamed(options.second)]
+    curves = intersect_surfaces(surfaces)
+    closed = int(curves.closed.sum())
+    for path in write(curves, options.out):
+        print(f"{path}: {curves.n_curve} curves, {closed} closed, {curves.length:.3f} m")
+    return 0
+
+
+def doctor_command(options: argparse.Namespace) -> int:
+    """Say what geosurf stands on here."""
+    from geosurf.render import doctor
+
+    findings = doctor()
+    for name, fit, sentence in findings:
+        print(f"{'ok  ' if fit else 'LACK'}  {name:<9} {sentence}")
+    return 0 if all(fit for _, fit, _ in findings) else InputError.exit_code
+
+
+def warmup_command(options: argparse.Namespace) -> int:
+    """Compile all kernels, so that the next command does not have to."""
+    from geosurf import synthetic
+    from geosurf.kernels._jit import cache_folder
+    from geosurf.scene import Scene
+
+    print("Compiling the kernels; this takes minutes once per version, seconds afterwards ...")
+    sys.stdout.flush()
+    start = time.perf_counter()
+    world = synthetic.tilted_planes(n=5)
+    scene = Scene(world.horizons, world.faults, world.box)
+    scene.curves  # noqa: B018 - asking computes
+    scene.search("Top", "F1")
+    certificate = scene.check()
+    print(f"Ready after {time.perf_counter() - start:.1f} s; kept in {cache_folder()}.")
+    return _verdict(certificate)
+
+
+# ---- what they share -------------------------------------------------------------------
+
+
+def _speaker(quiet: bool) -> Callable[[str], object] | None:
+    return None if quiet else lambda line: print(line, flush=True)
+
+
+def _verdict(certificate: Certificate) -> int:
+    """Return 0, or name the promises that are not kept."""
+    broken = [f"{check.name} ({check.detail})" for check in certificate.checks if not check.passed]
+    if not broken:
+        return 0
+    print(
+        f"geosurf: not kept: {'; '.join(broken)}. Look at these places before using the model.",
+        file=sys.stderr,
+    )
+    return BROKEN_PROMISE
+
+
+def _surface(path: Path, words: dict[str, str | None]) -> Any:
+    """Read one surface; the suffix tells horizons from faults, in NetCDF its dimensions do."""
+    from geosurf.read import HORIZON_FORMATS, read_fault, read_horizon
+    from geosurf.read.netcdf import holds_fault
+    from geosurf.triangulate import triangulate_fault, triangulate_horizon
+
+    suffix = path.suffix.lower()
+    gridded = any(suffix in suffixes for _, _, suffixes in HORIZON_FORMATS.values())
+    if suffix in HORIZON_FORMATS["netcdf"][2]:
+        gridded = not holds_fault(path)
+    if gridded:
+        return triangulate_horizon(read_horizon(path, **words), name=path.stem)
+    found = read_fault(path, **words)
+    return found if hasattr(found, "triangles") else triangulate_fault(found, name=path.stem)
+
+
+def volume_text(units: Units) -> str:
+    """Return volumes as a table of plain letters: zones down, blocks across.
+
+    Parameters
+    ----------
+    units : Units
+
+    Returns
+    -------
+    str
+    """
+    from geosurf.report.tables import volume_table
+
+    table = volume_table(units)
+    plain = str.maketrans({"\N{NARROW NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-", "–": "-"})
+    head = ("Volumes [million m3]", *table.head[1:])
+    rows = [[cell.translate(plain) for cell in row] for row in (head, *table.rows, table.foot)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for label, *numbers in rows:
+        cells = [cell.rjust(w) for cell, w in zip(numbers, widths[1:], strict=True)]
+        lines.append("  ".join([label.ljust(widths[0]), *cells]))
+    return "\n".join(lines)
+
+
+# ---- the words -------------------------------------------------------------------------
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of all commands and options.
+
+    Returns
+    -------
+    argparse.ArgumentParser
+    """
+    parser = argparse.ArgumentParser(
+        prog="geosurf",
+        description="Horizons and faults in; sealed, exact, certified reservoir units out.",
+        epilog=EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"geosurf {geosurf.__version__}")
+    parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+
+    def add(name: str, run: Callable[[argparse.Namespace], int], help_: str) -> Any:
+        command = commands.add_parser(name, help=help_, description=help_)
+        command.set_defaults(run=run)
+        # without a default here, so that `geosurf --debug run` is not undone by `run`
+        command.add_argument(
+            "--debug",
+            action="store_true",
+            default=argparse.SUPPRESS,
+            help="show the traceback of an error",
+        )
+        return command
+
+    run = add("run", run_command, "build the model of a scenario: volumes, pictures, a report")
+    check = add("check", check_command, "print the certificate of a scenario; 3 if one fails")
+    render = add("render", render_command, "draw one picture of a scenario")
+    report = add("report", report_command, "write the report of a scenario, and its pictures")
+    for command in (run, check, render, report):
+        command.add_argument("scenario", help="a TOML file; docs/scenario.md has its keys")
+    for command in (run, report):
+        command.add_argument("-o", "--out", required=True, help="folder, created if need be")
+        command.add_argument("--no-pictures", action="store_true", help="draw nothing")
+        command.add_argument("--quiet", action="store_true", help="no progress")
+    render.add_argument("-o", "--out", required=True, help="a .png file")
+    render.add_argument("--view", default="southwest", help="southwest, north, top ...")
+    render.add_argument(
+        "--show", default="horizons,faults,curves", help="also walls, patches, units"
+    )
+    render.add_argument("--exaggeration", type=float, help="vertical, default: what reads well")
+
+    curves = add("curves", curves_command, "find the curves where two surface files meet")
+    curves.add_argument("first", help="a surface: .gri .zmap .nc .ts .vtp .pol .obj ...")
+    curves.add_argument("second", help="another one")
+    curves.add_argument("-o", "--out", required=True, help="a .vtp, .pl or .pol file")
+    curves.add_argument("--positive", choices=("up", "down"), help="where files do not say")
+    curves.add_argument("--units", help="length unit, where files do not say")
+
+    add("doctor", doctor_command, "say what geosurf stands on here, and whether it can draw")
+    add("warmup", warmup_command, "compile the kernels, so that the next command need not")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())
