@@ -1,8 +1,8 @@
 """Cells -> zones: above or below which horizon is each cell, and which zone is that.
 
 A cell in front of a horizon (its upper side) is above it, one behind it is below; both
-hold across any other surface, so that cells which do not touch a horizon learn from
-their neighbours. The zone of a cell is the first horizon, youngest first, that it is above: where
+hold across any other horizon, so that cells which do not touch a horizon learn from
+their neighbours above and below; across faults only cells that have no such neighbour. The zone of a cell is the first horizon, youngest first, that it is above: where
 horizons cross, the younger one wins and the older ones end on it (zero thickness).
 """
 
@@ -62,21 +62,28 @@ def zones_of(patches: Patches, cells: Cells, horizons: list[int]) -> tuple[np.nd
             if (above[k, touched] == -sign).any():
                 _raise_leak(patches, cells, horizon)
             above[k, touched] = sign
+        # throw parts what is above from what is below, so faults carry only what nothing else tells
+        _spread(above[k], _neighbours_across(cells, pairs, horizon, horizons))
         _spread(above[k], _neighbours_across(cells, pairs, horizon))
         if (above[k, 1:] == 0).any():
             _raise_leak(patches, cells, horizon)
     is_above = above > 0
-    zone = np.where(is_above.any(axis=0), is_above.argmax(axis=0), len(horizons))
+    lowest = np.ones((1, cells.n_cell + 1), dtype=bool)  # below all horizons, if there are any
+    zone = np.concatenate([is_above, lowest]).argmax(axis=0)
     first = zone[None, :] <= np.arange(len(horizons))[:, None]
     crossed = (first & ~is_above).any(axis=0)
     zone[0] = -1
     return zone, crossed
 
 
-def _neighbours_across(cells: Cells, pairs: np.ndarray, horizon: int) -> np.ndarray:
-    """Pairs of cells that see each other through something else than one horizon."""
+def _neighbours_across(
+    cells: Cells, pairs: np.ndarray, horizon: int, through: list[int] | None = None
+) -> np.ndarray:
+    """Pairs of cells that see each other through other surfaces than one horizon, or some of them."""
     rows = faces_between(cells)
     other = ~np.isin(rows, owned_by(cells, horizon))
+    if through is not None:
+        other &= np.isin(rows, np.concatenate([owned_by(cells, i) for i in through]))
     found = np.unique(np.sort(pairs[other], axis=1), axis=0)
     return found[found[:, 0] > 0]
 

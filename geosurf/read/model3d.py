@@ -1,0 +1,141 @@
+"""GOCAD Model3d (``.ml``): a sealed structural model, surface by surface.
+
+The file begins with the model's own lists, one line for each part of a surface
+(``TFACE 12 normal_fault F2fault``), and goes on with one TSurf per surface. What
+files in the wild do, and what is done with it:
+
+- Parts of one surface repeat the vertices along their common border: vertices with
+  equal coordinates become one, so that each surface is one welded mesh again.
+- A part's kind tells what the surface is: ``fault``, ``normal_fault`` and
+  ``reverse_fault`` a fault, ``boundary`` a wall of the model box, ``top``,
+  ``intraformational``, ``unconformity`` and ``topographic`` a horizon.
+- Regions, layers and fault blocks are passed over: geosurf carves its own units.
+"""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+
+from geosurf.errors import FormatError
+from geosurf.kernels.mesh import weld
+from geosurf.model import TriSurface
+from geosurf.read._common import read_text
+from geosurf.read.gocad import read_tsurf
+
+HORIZON_KINDS = ("top", "intraformational", "unconformity", "topographic")
+
+
+def read_model3d(
+    path: str | Path, *, positive: str | None = None, units: str | None = None
+) -> dict[str, TriSurface]:
+    r"""
+    Read all surfaces of a GOCAD Model3d.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+    positive : {"up", "down"}, optional
+        For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
+    units : str, optional
+        For files without AXIS_UNIT; default ``"m"``.
+
+    Returns
+    -------
+    dict of str to TriSurface
+        In the order of the file. Roles as the model says: ``"horizon"`` (normals up),
+        ``"fault"``, ``"wall"`` or, where it says nothing, ``"surface"``. Vertices in
+        metres, elevation positive up, welded; properties are left out, since they may
+        differ from part to part.
+
+    Raises
+    ------
+    FormatError
+        If the file is not a Model3d, names a surface that is not in it, holds two of
+        one name, or a line cannot be understood.
+    InputError
+        If `positive` or `units` contradict the file or are unknown.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "two_parts.ml"
+    >>> _ = file.write_text("GOCAD Model3d 1\nTSURF F1\nTFACE 1 normal_fault F1\n  0 0 0\n"
+    ...     "END\nGOCAD TSurf 1\nHEADER {\nname:F1\n}\n"
+    ...     "TFACE\nVRTX 1 0 0 0\nVRTX 2 9 0 0\nVRTX 3 0 9 9\nTRGL 1 2 3\n"
+    ...     "TFACE\nVRTX 4 9 0 0\nVRTX 5 9 9 9\nVRTX 6 0 9 9\nTRGL 4 5 6\nEND\n")
+    >>> read_model3d(file)
+    {'F1': <TriSurface 'F1' (fault): 4 vertices, 2 triangles>}
+    """
+    path = Path(path)
+    roles = _roles(path)
+    surfaces: dict[str, TriSurface] = {}
+    for part in read_tsurf(path, positive=positive, units=units):
+        if part.name in surfaces:
+            raise FormatError(
+                f"{path}: surface {part.name!r} is there twice, expected names to be unique "
+                "within a model. Rename one of them in the file."
+            )
+        surfaces[part.name] = _welded(part, roles.get(part.name, "surface"))
+    missing = [name for name in roles if name not in surfaces]
+    if missing:
+        raise FormatError(
+            f"{path}: the model names surface {missing[0]!r}, but there is no TSurf of that name; "
+            f"there are {list(surfaces)}. Export the model again, with all surfaces."
+        )
+    return surfaces
+
+
+def _roles(path: Path) -> dict[str, str]:
+    """Role of each surface that the head of the model names, in its order."""
+    lines = read_text(path, final_line_end=False).splitlines()
+    first = lines[0].split() if lines else []
+    if [word.lower() for word in first[:2]] != ["gocad", "model3d"]:
+        found = lines[0][:40] if lines else ""
+        raise FormatError(
+            f"{path}, line 1: found {found!r}, expected 'GOCAD Model3d 1'. "
+            "Single surfaces (GOCAD TSurf) are read by read_fault."
+        )
+    roles: dict[str, str] = {}
+    for i, line in enumerate(lines[1:], start=2):
+        words = shlex.split(line) if line.count('"') % 2 == 0 else line.split()
+        if words[:1] == ["END"]:
+            return roles
+        if words[:1] == ["TSURF"] and len(words) > 1:
+            roles.setdefault(" ".join(words[1:]), "surface")
+        elif words[:1] == ["TFACE"]:
+            if len(words) < 4:
+                raise FormatError(
+                    f"{path}, line {i}: TFACE has {len(words) - 1} words, expected 3 (number, "
+                    "kind, surface). Mend that line or export the model again."
+                )
+            roles[" ".join(words[3:])] = _role(words[2])
+    raise FormatError(
+        f"{path}: found no END for the model that begins on line 1. The file is cut short; "
+        "export it again."
+    )
+
+
+def _role(kind: str) -> str:
+    """What a kind of TFACE is here."""
+    word = kind.lower()
+    if word.endswith("fault"):
+        return "fault"
+    if word == "boundary":
+        return "wall"
+    return "horizon" if word in HORIZON_KINDS else "surface"
+
+
+def _welded(surface: TriSurface, role: str) -> TriSurface:
+    """The surface with one vertex per place; horizons turned so that their normals point up."""
+    number, count = weld(surface.vertices)
+    vertices = np.empty((count, 3))
+    vertices[number[::-1]] = surface.vertices[::-1]
+    triangles = number[surface.triangles]
+    if role == "horizon":
+        a, b, c = (vertices[triangles[:, k]] for k in range(3))
+        if np.cross(b - a, c - a)[:, 2].sum() < 0:
+            triangles = triangles[:, [0, 2, 1]]
+    return TriSurface(surface.name, role, vertices, triangles)
