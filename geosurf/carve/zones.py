@@ -2,8 +2,10 @@
 
 A cell in front of a horizon (its upper side) is above it, one behind it is below; both
 hold across any other horizon, so that cells which do not touch a horizon learn from
-their neighbours above and below; across faults only cells that have no such neighbour. The zone of a cell is the first horizon, youngest first, that it is above: where
-horizons cross, the younger one wins and the older ones end on it (zero thickness).
+their neighbours above and below; across faults only cells that have no such neighbour
+(throw brings what is above beside what is below). The zone of a cell is the first horizon,
+youngest first, that it is above: where horizons cross, the younger one wins and the older
+ones end on it (zero thickness).
 """
 
 from __future__ import annotations
@@ -79,7 +81,7 @@ def zones_of(patches: Patches, cells: Cells, horizons: list[int]) -> tuple[np.nd
 def _neighbours_across(
     cells: Cells, pairs: np.ndarray, horizon: int, through: list[int] | None = None
 ) -> np.ndarray:
-    """Pairs of cells that see each other through other surfaces than one horizon, or some of them."""
+    """Pairs of cells with a surface between them other than one horizon: any, or some of them."""
     rows = faces_between(cells)
     other = ~np.isin(rows, owned_by(cells, horizon))
     if through is not None:
