@@ -150,7 +150,7 @@ def render_command(options: argparse.Namespace) -> int:
 def report_command(options: argparse.Namespace) -> int:
     """Write the report of a scenario."""
     from geosurf.scenario import read_scenario
-    from geosurf.scenario.run import write_report
+    from geosurf.scenario.execute import write_report
 
     scenario = read_scenario(options.scenario)
     certificate, path, notes = write_report(

@@ -6,7 +6,7 @@ values.py     how values are checked, and what the messages say
 inputs.py     file -> `Scenario` -> `Scene`
 output.py     the output folder: new results whole, or the old ones
 pictures.py   the pictures that a scenario asks for
-run.py        all of it, stage by stage
+execute.py    all of it, stage by stage
 page.py       docs/scenario.md, from keys.py
 ============  =========================================================
 """
@@ -15,6 +15,6 @@ from __future__ import annotations
 
 from geosurf.scenario.inputs import read_scenario
 from geosurf.scenario.keys import Scenario
-from geosurf.scenario.run import Outcome, run, run_scenario
+from geosurf.scenario.execute import Outcome, run, run_scenario
 
 __all__ = ["Outcome", "Scenario", "read_scenario", "run", "run_scenario"]

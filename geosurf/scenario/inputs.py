@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -91,27 +90,23 @@ def _check_names(scenario: Scenario) -> None:
             )
 
 
-def build_scene(scenario: Scenario, tell: Callable[[str, str], Any] | None = None) -> Scene:
-    """Read the surfaces of a scenario; `tell` hears the stage and the name before each."""
-    tell = tell or _silence
-    horizons, faults = {}, {}
-    for entry in scenario.horizons:
-        tell("read", entry.name)
-        horizons[entry.name] = read_horizon(
+def build_scene(scenario: Scenario) -> Scene:
+    """Read the surfaces of a scenario; see `Scenario.scene`."""
+    horizons = {
+        entry.name: read_horizon(
             entry.file,
             name=entry.name,
             positive=entry.positive,
             units=entry.units,
             variable=entry.variable,
         )
-    for entry in scenario.faults:
-        tell("read", entry.name)
-        faults[entry.name] = read_fault(
+        for entry in scenario.horizons
+    }
+    faults = {
+        entry.name: read_fault(
             entry.file, name=entry.name, positive=entry.positive, units=entry.units
         )
+        for entry in scenario.faults
+    }
     box = scenario.box.sides if scenario.box is not None else None
     return Scene(horizons, faults, box, voxel_size=scenario.search.voxel_size_m)
-
-
-def _silence(stage: str, what: str) -> None:
-    """Tell nobody."""

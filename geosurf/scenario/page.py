@@ -1,0 +1,99 @@
+"""The page docs/scenario.md, made from the dataclasses."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import MISSING, Field, fields
+from typing import Any
+
+from geosurf.scenario.keys import Scenario
+
+HEAD = """# Scenario files
+
+A scenario is a TOML file that names the inputs of a model and what is wanted of it. Run it with
+`geosurf run scenario.toml -o out/` or `geosurf.run_scenario("scenario.toml", "out/")`.
+
+Paths are relative to the folder of the scenario. Keys that are not listed here are errors, so that
+a typing error is not overlooked. The smallest scenario has one horizon:
+
+```toml
+[[horizons]]
+name = "Top"
+file = "top.gri"
+positive = "down" # the file holds depths
+```
+
+A larger one, which `make demo` runs:
+[faulted_reservoir.toml](../data/synthetic_horizons/faulted_reservoir.toml).
+
+What a run writes into the output folder: `units.vtm` with the folder `units/`, `curves.vtp`,
+`volumes.csv`, `volumes.nc`, `certificate.txt`, `pictures/*.png` and `report/index.html`. All of it
+appears when the last file is ready, and replaces what an earlier run left there; files under other
+names are not touched.
+
+This page is made from the code by `python -m geosurf.scenario.page > docs/scenario.md`.
+"""
+
+
+def scenario_page() -> str:
+    """Return the page: one table of keys per table of a scenario.
+
+    Returns
+    -------
+    str
+        Markdown.
+    """
+    tables = {entry.name: _kind(entry) for entry in fields(Scenario) if _kind(entry)}
+    plain = [entry for entry in fields(Scenario) if _is_key(entry) and entry.name not in tables]
+    parts = [HEAD, _section("Top level", "", plain)]
+    for name, kind in tables.items():
+        text = " ".join((kind.__doc__ or "").split()).partition(": ")[2]
+        brackets = f"[[{name}]]" if "tuple" in str(_field(name).type) else f"[{name}]"
+        title = f"`{brackets}`"
+        parts.append(_section(title, text[:1].upper() + text[1:], list(fields(kind))))
+    return "\n".join(parts)
+
+
+def _field(name: str) -> Field[Any]:
+    return next(entry for entry in fields(Scenario) if entry.name == name)
+
+
+def _is_key(entry: Field[Any]) -> bool:
+    return "check" in entry.metadata
+
+
+def _kind(entry: Field[Any]) -> Any:
+    """The dataclass behind a key that is a table."""
+    return getattr(entry.metadata.get("check"), "kind", None)
+
+
+def _section(title: str, text: str, entries: list[Field[Any]]) -> str:
+    rows = [
+        f"| `{e.name}` | {e.metadata['unit'] or '–'} | {_default(e)} | {e.metadata['meaning']} "
+        f"Value: {_code(e.metadata['check'].allowed)}. |"
+        for e in entries
+    ]
+    head = ["| key | unit | default | meaning |", "|---|---|---|---|"]
+    return "\n".join([f"## {title}", "", *([text, ""] if text else []), *head, *rows, ""])
+
+
+def _default(entry: Field[Any]) -> str:
+    value = entry.default
+    if value is MISSING:
+        return "required"
+    if value is None:
+        return "left out"
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"
+    if isinstance(value, tuple):
+        return f"`{list(value)}`".replace("'", '"')
+    return f'`"{value}"`' if isinstance(value, str) else f"`{value}`"
+
+
+def _code(allowed: str) -> str:
+    """Words between quotes as code: as they are typed."""
+    return allowed.replace("'", "`").replace("[", "`[").replace("]", "]`")
+
+
+if __name__ == "__main__":
+    sys.stdout.write(scenario_page())

@@ -1,0 +1,252 @@
+"""The command line: exit codes, sentences, and files where they were promised."""
+
+# ruff: noqa: E501 - the bad inputs are a table, one case per line
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf import cli
+from geosurf.errors import InvariantError
+from geosurf.model import Certificate, Check
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Grids of a small world, a scenario for them, and one that leaks."""
+    folder = tmp_path_factory.mktemp("scenario")
+    world = gs.synthetic.tilted_planes(n=5)
+    for name, surface in {**world.horizons, **world.faults}.items():
+        gs.write(surface, folder / f"{name}.nc")
+    tables = "".join(f'[[horizons]]\nname = "{n}"\nfile = "{n}.nc"\n' for n in world.horizons)
+    tables += '[[faults]]\nname = "F1"\nfile = "F1.nc"\n'
+    output = "[output]\nsize_px = [400, 260]\nmaps = false\nexploded = false\n"
+    box = "[box]\neasting_m = [0, 4000]\nnorthing_m = [0, 3000]\nelevation_m = [-2500, -1700]\n"
+    (folder / "good.toml").write_text(tables + box + output)
+    (folder / "leaks.toml").write_text(tables + box.replace("[0, 4000]", "[-500, 4000]"))
+    (folder / "typo.toml").write_text(tables.replace("file", "flie", 1))
+    return folder
+
+
+def geosurf(*arguments: str | Path, **options: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "geosurf.cli", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **options)
+
+
+def test_help_answers_at_once_and_loads_nothing_heavy():
+    code = "import sys, geosurf.cli as c; c.build_parser().format_help(); print(*sys.modules)"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    heavy = {"numpy", "numba", "xarray", "pyvista", "vtk", "matplotlib", "geosurf.scene"}
+    assert not heavy & set(said.stdout.split())
+    start = time.perf_counter()
+    said = geosurf("--help")
+    assert said.returncode == 0
+    for word in ("run", "check", "render", "report", "curves", "doctor", "warmup", "exit codes"):
+        assert word in said.stdout
+    assert time.perf_counter() - start < 3.0  # 0.1 s on a machine that does nothing else
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["--version"])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out == f"geosurf {gs.__version__}\n"
+
+
+def test_run_prints_steps_volumes_and_where_things_are(folder, tmp_path):
+    said = geosurf("run", folder / "good.toml", "-o", tmp_path / "out")
+    assert (said.returncode, said.stderr) == (0, "")
+    for word in ("rebuild", "carve", "Volumes [million m3]", "Top/Base", "all zones", "9 600.000"):
+        assert word in said.stdout
+    assert "6 units in " in said.stdout
+    assert said.stdout.isascii()
+    page = said.stdout.rpartition("Report: ")[2].partition(";")[0]
+    assert Path(page).is_file()
+    assert (tmp_path / "out" / "pictures" / "view_southwest.png").is_file()
+
+
+def test_quiet_is_quiet(folder, tmp_path, capsys):
+    out = str(tmp_path / "out")
+    assert cli.main(["run", str(folder / "good.toml"), "-o", out, "--no-pictures", "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert not (tmp_path / "out" / "pictures").exists()
+
+
+def test_check_prints_the_certificate(folder, capsys):
+    assert cli.main(["check", str(folder / "good.toml")]) == 0
+    out = capsys.readouterr().out
+    assert "volumes add up to the box" in out
+    assert all(line.startswith("pass") for line in out.splitlines())
+
+
+def test_a_promise_that_is_not_kept_ends_with_3(folder, capsys, monkeypatch):
+    broken = Certificate((Check("areas add up", False, 1.0, "off by 1 at F1"),))
+    monkeypatch.setattr("geosurf.scene.Scene.check", lambda _: broken)
+    assert cli.main(["check", str(folder / "good.toml")]) == 3
+    assert "not kept: areas add up (off by 1 at F1). Look at" in capsys.readouterr().err
+
+
+def test_render_draws_one_picture(folder, tmp_path, capsys):
+    picture = tmp_path / "view.png"
+    words = ["render", str(folder / "good.toml"), "-o", str(picture), "--view", "top"]
+    assert cli.main(words) == 0
+    assert capsys.readouterr().out == f"{picture}\n"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert cli.main([*words[:-1], "tpo"]) == 2
+    assert "'tpo'" in capsys.readouterr().err
+
+
+def test_report_writes_a_page_and_leaves_other_results_alone(folder, tmp_path, capsys):
+    (tmp_path / "volumes.csv").write_text("of an earlier run")
+    assert cli.main(["report", str(folder / "good.toml"), "-o", str(tmp_path), "--quiet"]) == 0
+    page = tmp_path / "index.html"
+    assert capsys.readouterr().out == f"{page}\n"
+    assert page.read_text(encoding="utf-8").count("<img") == 1
+    assert (tmp_path / "volumes.csv").is_file()
+
+
+def test_curves_of_two_files(folder, tmp_path, capsys):
+    out = tmp_path / "curves.pl"
+    words = ["curves", str(folder / "Top.nc"), str(folder / "F1.nc"), "-o", str(out)]
+    assert cli.main(words) == 0
+    length = gs.synthetic.tilted_planes(n=5).truth["curve_length"]["Top", "F1"]
+    assert capsys.readouterr().out == f"{out}: 1 curves, 0 closed, {length:.3f} m\n"
+    assert out.is_file()
+
+
+def test_curves_need_to_know_up_from_down(tmp_path, capsys):
+    flat = "-996 2 10 10\n0 10 0 10\n2 0 0 0\n0 0 0 0 0 0 0\n5 5\n5 5\n"
+    (tmp_path / "a.irap").write_text(flat)
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "a.irap").write_text(flat.replace("5 5\n5 5", "4 6\n4 6"))
+    words = ["curves", str(tmp_path / "a.irap"), str(tmp_path / "b" / "a.irap")]
+    words += ["-o", str(tmp_path / "c.vtp")]
+    assert cli.main(words) == 2
+    assert "positive='down' (depth)" in capsys.readouterr().err
+    assert cli.main([*words, "--positive", "down"]) == 0
+    assert "1 curves, 0 closed, 10.000 m" in capsys.readouterr().out
+
+
+def test_doctor_and_warmup(capsys):
+    assert cli.main(["doctor"]) in (0, 2)
+    assert [line.split()[1] for line in capsys.readouterr().out.splitlines()][:2] == ["python", "numpy"]  # fmt: skip
+    assert cli.main(["warmup"]) == 0
+    assert "Ready after" in capsys.readouterr().out
+
+
+# ---- errors --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "sentence"),
+    [
+        ("typo.toml", 2, "unknown key 'flie' in horizons['Top']"),
+        ("none.toml", 2, "none.toml: cannot be read"),
+        ("leaks.toml", 3, "Shrink the box"),
+    ],
+)
+def test_errors_are_one_sentence_on_stderr(folder, name, code, sentence):
+    said = geosurf("check", folder / name)
+    assert said.returncode == code
+    assert said.stderr.startswith("geosurf: ")
+    assert sentence in said.stderr
+    assert len(said.stderr.splitlines()) == 1
+    assert said.stdout == ""
+
+
+def test_a_folder_that_cannot_be_written(folder, tmp_path, capsys):
+    (tmp_path / "out").write_text("a file")
+    for command in ("run", "report"):
+        words = [command, str(folder / "good.toml"), "-o", str(tmp_path / "out")]
+        assert cli.main(words) == 2
+        err = capsys.readouterr().err
+        assert "out: results cannot be written there" in err
+        assert "Choose another folder" in err
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "sentence"),
+    [
+        (KeyboardInterrupt(), 130, ""),
+        (InvariantError("volumes do not add up. Please report it."), 4, "volumes do not add up"),
+        (RuntimeError("odd"), 4, "unexpected RuntimeError: odd. This is a fault of geosurf"),
+    ],
+)
+def test_how_other_errors_end(folder, capsys, monkeypatch, error, code, sentence):
+    def fail(_):
+        raise error
+
+    monkeypatch.setattr("geosurf.scenario.read_scenario", fail)
+    assert cli.main(["check", str(folder / "good.toml")]) == code
+    err = capsys.readouterr().err
+    assert sentence in err
+    assert "Traceback" not in err
+    if code == 4:
+        assert cli.main(["check", str(folder / "good.toml"), "--debug"]) == code
+        assert "Traceback" in capsys.readouterr().err
+        assert cli.main(["--debug", "check", str(folder / "good.toml")]) == code
+        assert "Traceback" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes end otherwise here")
+def test_a_reader_that_leaves_early_is_no_error(folder):
+    command = f"{sys.executable} -m geosurf.cli check {folder / 'good.toml'} | head -c 1"
+    said = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert (said.returncode, said.stdout, said.stderr) == (0, "p", "")
+
+
+# ---- bad inputs, wherever they are raised --------------------------------------------
+
+
+def _top(values: object = 0.0, **attrs: str):
+    import xarray as xr
+
+    nodes = {"northing": [0.0, 50.0, 100.0], "easting": [0.0, 50.0, 100.0]}
+    attrs = {"units": "m", "positive": "up"} | attrs
+    return xr.DataArray(np.full((3, 3), values), nodes, attrs={k: v for k, v in attrs.items() if v})
+
+
+def _triangulate(da):
+    return gs.triangulate_horizon(da, name="Top")
+
+
+CORNERS = [[0, 0, 0], [9, 0, 0], [0, 9, 9], [18, 0, 0]]
+FLAT = gs.TriSurface("F2", "fault", CORNERS, [[0, 1, 2]])
+BAD = {
+    "wrong dims": (lambda: _triangulate(_top().transpose()), "HorizonError", r"'Top': dims are .*expected .*transpose"),
+    "decreasing axis": (lambda: _triangulate(_top()[::-1]), "HorizonError", r"'Top': northing decreases at index 1.*sortby"),
+    "all NaN": (lambda: _triangulate(_top(np.nan)), "HorizonError", r"'Top': all 9 nodes are NaN. Check"),
+    "no positive": (lambda: _triangulate(_top(positive="")), "HorizonError", r"'Top': whether values are elevation or depth is not said. Say"),
+    "unknown units": (lambda: _triangulate(_top(units="furlong")), "HorizonError", r"'Top': unknown units 'furlong'; known are .*Say"),
+    "infinite values": (lambda: _triangulate(_top(np.inf)), "HorizonError", r"9 nodes are infinite, the first is node \(0, 0\) at .*NaN"),
+    "empty mesh": (lambda: gs.intersect_surfaces([gs.TriSurface("F1", "fault", np.empty((0, 3)), np.empty((0, 3), int)), FLAT]), "SurfaceError", r"'F1' has no triangles; leave it out"),
+    "index out of range": (lambda: gs.TriSurface("F1", "fault", CORNERS, [[1, 2, 4]]), "SurfaceError", r"'F1': triangle 0 names vertices \[1, 2, 4\], but there are 4 .*counted from 1"),
+    "zero area": (lambda: gs.triangulate_fault((np.array(CORNERS, float), np.array([[0, 1, 2], [0, 1, 3]])), name="F1"), "SurfaceError", r"'F1': 1 of 2 triangles have exactly zero area, the first is triangle 1 .*Remove"),
+    "zero area, engine": (lambda: gs.intersect_surfaces([gs.TriSurface("F1", "fault", CORNERS, [[0, 1, 2], [0, 1, 3]]), FLAT]), "SurfaceError", r"'F1': 1 of 2 triangles have no area, the first is triangle 1 at .*Remove"),
+    "wrong suffix": (lambda: gs.read_horizon("top.xyz"), "FormatError", r"top.xyz: read_horizon knows no suffix '.xyz'; it knows .*format="),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_inputs_are_told_what_where_and_what_next(case):
+    call, kind, sentence = BAD[case]
+    with pytest.raises(getattr(gs.errors, kind), match=sentence):
+        call()
+
+
+def test_a_file_cut_short(folder, tmp_path):
+    gs.write(_top(), tmp_path / "Top.irap")
+    data = (tmp_path / "Top.irap").read_bytes()
+    (tmp_path / "Top.irap").write_bytes(data[: len(data) - 6])
+    with pytest.raises(gs.errors.FormatError, match=r"Top.irap, line 6: .*cut short.*Export"):
+        gs.read_horizon(tmp_path / "Top.irap", positive="up")
