@@ -13,8 +13,8 @@ page.py       docs/scenario.md, from keys.py
 
 from __future__ import annotations
 
+from geosurf.scenario.execute import Outcome, run, run_scenario
 from geosurf.scenario.inputs import read_scenario
 from geosurf.scenario.keys import Scenario
-from geosurf.scenario.execute import Outcome, run, run_scenario
 
 __all__ = ["Outcome", "Scenario", "read_scenario", "run", "run_scenario"]
