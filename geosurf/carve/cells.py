@@ -14,7 +14,7 @@ from fractions import Fraction
 import numpy as np
 
 from geosurf.conventions import place
-from geosurf.errors import GeometryError, InvariantError
+from geosurf.errors import GeometryError, InvariantError, OpenUnitError
 from geosurf.kernels.mesh import edges, pieces
 from geosurf.kernels.predicates import frame_of
 from geosurf.kernels.radial import join_sides
@@ -69,6 +69,8 @@ def find_cells(patches: Patches) -> Cells:
     ------
     GeometryError
         If there are no walls.
+    OpenUnitError
+        If the walls leave the box open.
     InvariantError
         If two different triangles lie in one half-plane of an edge.
     """
@@ -79,7 +81,7 @@ def find_cells(patches: Patches) -> Cells:
     rows, also = _distinct(patches, rows)
     t = patches.triangles[rows]
     surface = patches.surface_of_triangle[rows]
-    ring, _ = edges(t)
+    ring, _ = edges(t, len(x))
     sides = np.arange(2 * len(t))
     parent, px = _parents(patches, rows)
     m, w = frame_of(px)
@@ -95,13 +97,31 @@ def find_cells(patches: Patches) -> Cells:
         )
     shell = _roots(sides)
     shell = _place_floating(x, t, ring, surface, patches, shell)
-    walls = [i for i, s in enumerate(patches.sources) if s.role == "wall"]
-    outside = np.unique(shell[2 * np.flatnonzero(np.isin(surface, walls))])
+    outside = _outside(patches, surface, shell, px[3 * parent[:, None] + np.arange(3)], x[t])
     shell[np.isin(shell, outside)] = outside[0]
     numbers, cell = np.unique(shell, return_inverse=True)
     first = int(np.searchsorted(numbers, outside[0]))
     cell = np.where(cell == first, OUTSIDE, np.where(cell < first, cell + 1, cell))
     return Cells(t, rows, surface, also, ring, cell.reshape(-1, 2), len(numbers) - 1)
+
+
+def _outside(patches: Patches, surface, shell, parents, corners) -> np.ndarray:
+    """Shells on the outer side of the walls, or an error if they are on the inner side, too."""
+    lower, upper = box_of(patches)
+    walls = [i for i, s in enumerate(patches.sources) if s.role == "wall"]
+    rows = np.flatnonzero(np.isin(surface, walls))
+    a, b, c = (parents[rows, k] - 0.5 * (lower + upper) for k in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0
+    outside = np.unique(shell[2 * rows + inward])
+    leaks = rows[np.isin(shell[2 * rows + ~inward], outside)]
+    if len(leaks):
+        name = patches.names[surface[leaks[0]]]
+        where = place(corners[leaks[0]].mean(axis=0) + patches.origin)
+        raise OpenUnitError(
+            f"the model box is open: wall {name!r} has the outside on both of its sides at "
+            f"{where}. Give all six sides without holes, as build_walls(box) makes them."
+        )
+    return outside
 
 
 def _distinct(patches: Patches, rows: np.ndarray):
@@ -167,15 +187,17 @@ def _shot(x, t, mine, piece):
     """Sides (outer, holding) met by a ray from outside through a floating piece and onwards.
 
     The ray runs along the axis on which the piece's first triangle is widest. It aims at
-    rational points inside that triangle until it misses all edges; hits are exact.
+    rational points inside that triangle until it misses all edges; hits are exact. The points
+    lie on a conic, since any edge can be in the way of two of them only.
     """
     a, b, c = x[t[mine[0]]]
     axis = int(np.argmax(np.abs(np.cross(b - a, c - a))))
     u, v = (axis + 1) % 3, (axis + 2) % 3
     low, high = x[t].min(axis=1), x[t].max(axis=1)
     for step in range(1, 200):
-        weights = (Fraction(step, 3 * step + 2), Fraction(step + 1, 3 * step + 2))
-        weights = (*weights, 1 - sum(weights))
+        ratio = Fraction(step + 30, 40)
+        total = 1 + ratio + ratio * ratio
+        weights = (1 / total, ratio / total, ratio * ratio / total)
         aim = [
             sum(f * Fraction(p[k]) for f, p in zip(weights, (a, b, c), strict=True)) for k in (u, v)
         ]

@@ -6,11 +6,8 @@ import math
 
 import numpy as np
 
-from geosurf.contact.broad import candidate_pairs
+from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place
-from geosurf.kernels.contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
-from geosurf.kernels.predicates import frame_of
-from geosurf.kernels.voxels import triangle_boxes
 from geosurf.model import Certificate, Check, Patches, Units
 
 VOLUME_TOLERANCE = 1e-12
@@ -82,20 +79,6 @@ def _adds_up(units: Units) -> Check:
     passed = abs(error) <= VOLUME_TOLERANCE
     detail = f"sum {units.volume:.15g} m3, box {units.box_volume:.15g} m3, relative {error:.1e}"
     return Check("volumes add up to the box", passed, float(error), detail)
-
-
-def crossing_pairs(x: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Pairs of triangles that meet elsewhere than in common corners and edges, exactly."""
-    boxes = triangle_boxes(x, triangles)
-    pairs, _ = candidate_pairs(boxes, boxes, same=True)
-    m, w = frame_of(x, len(triangles))
-    rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
-    n = meet_pairs(x, triangles, pairs, m, w, rows)
-    rows = rows[:n]
-    used = np.arange(6)[None, :] < rows[:, N_CORNER, None]
-    codes = rows[:, FIRST_CODE:]
-    shared = ((codes >> 3) < 3) & ((codes & 7) < 3)
-    return rows[(used & ~shared).any(axis=1), :2]
 
 
 def _nothing_crosses(patches: Patches) -> Check:

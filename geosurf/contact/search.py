@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from geosurf.contact.broad import candidate_pairs, fit_voxels
 from geosurf.conventions import frame_origin, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
-from geosurf.kernels.contact import N_COLUMN, meet_pairs
+from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact import N_EDGE_PLANE, N_NAME, N_POINT
 from geosurf.kernels.mesh import weld
 from geosurf.kernels.naming import name_contacts
@@ -67,6 +68,7 @@ class Contacts:
     w: np.ndarray
     cost: dict[str, int] = field(default_factory=dict)
     cost_of_pair: dict[tuple[int, int], dict[str, int]] = field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)
 
 
 def check_surfaces(surfaces: Sequence[TriSurface], least: int = 1) -> tuple[TriSurface, ...]:
@@ -107,6 +109,25 @@ def _check_triangles(surface: TriSurface) -> None:
             f"surface {surface.name!r}: {len(flat)} of {surface.n_triangle} triangles have no "
             f"area, the first is triangle {flat[0]} at {where}. Remove them from the surface."
         )
+
+
+def welded_triangles(surface: TriSurface) -> np.ndarray:
+    """Triangles of a surface over vertices that differ: the first one stands for its equals.
+
+    Meshes in parts (GOCAD TFACE) repeat the vertices on their seams. Nodes of an upright
+    lattice differ by their place in it. Remembered on the surface.
+    """
+    if surface.lattice is not None and surface.lattice.easting.ndim == 1:
+        return surface.triangles
+    if "_welded" not in surface.__dict__:
+        number, count = weld(surface.vertices)
+        triangles = surface.triangles
+        if count < surface.n_vertex:
+            first = np.empty(count, dtype=np.int64)
+            first[number[::-1]] = np.arange(surface.n_vertex)[::-1]
+            triangles = first[number][triangles]
+        surface.__dict__["_welded"] = triangles
+    return surface.__dict__["_welded"]
 
 
 def find_contacts(
@@ -164,6 +185,7 @@ def find_contacts(
     contacts = _name(surfaces, origin, *compact)
     cost["pairs_meeting"] = len(contacts.rows)
     contacts.cost, contacts.cost_of_pair = cost, cost_of_pair
+    contacts.options = {"voxel_size": voxel_size, "pairs": pairs, "origin": origin}
     return contacts
 
 
@@ -179,7 +201,7 @@ def _compact(surfaces, local, found):
     for i, surface in enumerate(surfaces):
         rows = np.flatnonzero(face_of_row[i])
         face_of_row[i][rows] = np.arange(n_face, n_face + len(rows))
-        faces = surface.triangles[rows]
+        faces = welded_triangles(surface)[rows]
         mark = np.zeros(surface.n_vertex, dtype=bool)
         mark[faces] = True
         used = np.flatnonzero(mark)
@@ -216,25 +238,26 @@ def _name(surfaces, origin, x, t, surface_of_face, row_of_face, id_of_vertex, pa
     m0, w = frame_of(x, len(t))
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
     n = meet_pairs(x, t, pairs, m0, w, rows)
-    rows = rows[:n].copy()
-    n_corner = int(rows[:, 4].sum())
-    room = n_corner + 64
-    while True:
-        m = m0.copy()
-        names = np.zeros((table_size(2 * room + 6 * len(rows)), 5), dtype=np.int64)
-        space = np.empty((len(x) + room, 3))
-        space[: len(x)] = x
-        places = np.full(table_size(len(space) + 1), -1, dtype=np.int64)
-        e = np.zeros((room, 3), dtype=np.int64)
-        d = np.zeros((room, 4), dtype=np.int64)
-        ids = np.full((len(rows), 6), -1, dtype=np.int64)
-        records = np.empty((2 * n_corner + 12 * int(rows[:, 2].sum()) + 16, 4), dtype=np.int64)
-        n_record = name_contacts(space, t, e, d, m, w, names, places, rows, ids, records)
-        if n_record != FULL:
-            break
-        room *= 2
-        if room > 64 * (n_corner + 64):
-            raise InvariantError("the tables of named points do not settle; please report this.")
+    # by face, not by voxel: points and triangles get the same numbers for any voxel size
+    rows = rows[:n][np.lexsort((rows[:n, 1], rows[:n, 0]))]
+    codes = rows[:, FIRST_CODE:]
+    used = np.arange(6) < rows[:, N_CORNER, None]
+    n_made = int((used & ((codes >> 3 & 7) > 2) & ((codes & 7) > 2)).sum())
+    n_corner, n_coplanar = int(used.sum()), int(rows[:, COPLANAR].sum())
+    n_filed = len(np.unique(t[rows[:, :2]])) if len(rows) else 0
+    room = n_made + 6 * n_coplanar + 64
+    m = m0.copy()
+    names = np.zeros((table_size(room), 5), dtype=np.int64)
+    places = np.full(table_size(n_filed + room), -1, dtype=np.int64)
+    space = np.empty((len(x) + room, 3))
+    space[: len(x)] = x
+    e = np.zeros((room, 3), dtype=np.int64)
+    d = np.zeros((room, 4), dtype=np.int64)
+    ids = np.full((len(rows), 6), -1, dtype=np.int64)
+    records = np.empty((2 * n_corner + 12 * n_coplanar + 16, 4), dtype=np.int64)
+    n_record = name_contacts(space, t, e, d, m, w, names, places, rows, ids, records)
+    if n_record == FULL:
+        raise InvariantError("the tables of named points are too small; please report this.")
     n_point = int(m[N_POINT])
     m[N_NAME] = 0
     return Contacts(

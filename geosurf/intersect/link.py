@@ -33,8 +33,19 @@ def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np
     for t in corners:
         own &= (segments[:, :, None] == t[:, None, :]).any(axis=2).all(axis=1)
     segments, surfaces = np.sort(segments[~own], axis=1), surfaces[~own]
-    rows = np.unique(np.hstack([surfaces, segments]), axis=0)
-    return rows[:, 2:], rows[:, :2]
+    return _once(segments, surfaces, len(contacts.x))
+
+
+def _once(segments, surfaces, n_point):
+    """Each segment of each pair once, sorted by surfaces and then points."""
+    n_surface = int(surfaces.max(initial=0)) + 1
+    if n_surface**2 * n_point**2 >= 2**62:
+        rows = np.unique(np.hstack([surfaces, segments]), axis=0)
+        return rows[:, 2:], rows[:, :2]
+    pair = surfaces[:, 0] * n_surface + surfaces[:, 1]
+    keys = np.unique((pair * n_point + segments[:, 0]) * n_point + segments[:, 1])
+    pair, keys = np.divmod(keys, n_point * n_point)
+    return np.stack(np.divmod(keys, n_point), axis=1), np.stack(np.divmod(pair, n_surface), axis=1)
 
 
 def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
@@ -63,8 +74,8 @@ def canonical(local: np.ndarray, segments: np.ndarray, surfaces: np.ndarray):
     rank = np.empty(count, dtype=np.int64)
     rank[order] = np.arange(count)
     segments = np.sort(rank[number[segments]], axis=1)
-    rows = np.unique(np.hstack([surfaces, segments]), axis=0)
-    return place[order], rows[:, 2:], rows[:, :2]
+    segments, surfaces = _once(segments, surfaces, count)
+    return place[order], segments, surfaces
 
 
 def link(segments: np.ndarray, surfaces: np.ndarray, n_point: int):

@@ -68,7 +68,7 @@ def overlap_of(surfaces, i: int, j: int, origin: np.ndarray, **options) -> Overl
 
 def _areas(local, origin, shared, pair) -> list[Touch]:
     """One `Touch` for each connected overlap area, largest first."""
-    ring, _ = edges(shared)
+    ring, _ = edges(shared, len(local))
     piece, count = pieces(shared, ring)
     a, b, c = (local[shared[:, k]] for k in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)

@@ -97,8 +97,21 @@ class _Cache(FunctionCache):
 
 
 def scalar(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A helper for other kernels; LLVM decides what is inlined."""
-    return numba.njit(nogil=True, error_model="numpy")(function)
+    """A helper for other kernels; LLVM decides what is inlined.
+
+    numba would compile one version for each constant that a caller passes (180 functions
+    instead of 130 for one scene); a constant is passed as a plain number instead.
+    """
+    helper = numba.njit(nogil=True, error_model="numpy")(function)
+    if not config.DISABLE_JIT:
+        template = helper.get_call_template
+
+        def plain(args: Any, kws: Any) -> Any:
+            kinds = {name: numba.types.unliteral(kind) for name, kind in dict(kws).items()}
+            return template(tuple(numba.types.unliteral(kind) for kind in args), kinds)
+
+        helper.get_call_template = plain
+    return helper
 
 
 def entry(signature: str) -> Callable[[Callable[..., Any]], Entry]:

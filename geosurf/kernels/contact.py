@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.predicates import normal_axis, orient2d, orient3d
+from geosurf.kernels.predicates import normal_axis, orient2d, orient3d, plane_terms, side_of
 
 FACE = 6
 BY_SECOND = (
@@ -107,9 +107,10 @@ def _add(rows, n, fa, fb):
 def _side_signs(x, t, m, w, tri, of):
     """Signs of the corners of triangle `of` over the plane of triangle `tri`."""
     a, b, c = t[tri, 0], t[tri, 1], t[tri, 2]
-    s0 = 0 if _is_corner(t, tri, t[of, 0]) else orient3d(x, m, w, a, b, c, t[of, 0])
-    s1 = 0 if _is_corner(t, tri, t[of, 1]) else orient3d(x, m, w, a, b, c, t[of, 1])
-    s2 = 0 if _is_corner(t, tri, t[of, 2]) else orient3d(x, m, w, a, b, c, t[of, 2])
+    frame = plane_terms(x, a, b, c)
+    s0 = 0 if _is_corner(t, tri, t[of, 0]) else side_of(x, m, w, a, b, c, t[of, 0], frame)
+    s1 = 0 if _is_corner(t, tri, t[of, 1]) else side_of(x, m, w, a, b, c, t[of, 1], frame)
+    s2 = 0 if _is_corner(t, tri, t[of, 2]) else side_of(x, m, w, a, b, c, t[of, 2], frame)
     return s0, s1, s2
 
 

@@ -8,6 +8,8 @@ themselves, and the children conform without any exchange between faces.
 
 from __future__ import annotations
 
+import numpy as np
+
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.contact import (
     BY_SECOND,
@@ -18,6 +20,7 @@ from geosurf.kernels.contact import (
     TRIANGLE_A,
     TRIANGLE_B,
 )
+from geosurf.kernels.exact import N_VERTEX
 from geosurf.kernels.points import FULL, LPI, edge_plane, id_at_place, named_point
 from geosurf.kernels.predicates import normal_axis
 
@@ -93,11 +96,14 @@ def name_contacts(x, t, e, d, m, w, names, places, rows, ids, records):
 
     `x` has room behind the vertices, `records` room for eight a contact.
     """
+    filed = np.zeros(m[N_VERTEX], dtype=np.bool_)
     for k in range(rows.shape[0]):
         for side in range(2):
-            tri = rows[k, side]
             for c in range(3):
-                id_at_place(x, t, e, d, m, w, places, t[tri, c])
+                i = t[rows[k, side], c]
+                if not filed[i]:
+                    filed[i] = True
+                    id_at_place(x, t, e, d, m, w, places, i)
     n = 0
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]

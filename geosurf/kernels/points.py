@@ -8,7 +8,8 @@ monotone, so unequal rounded coordinates decide order and inequality exactly.
 Letters as in `exact`, and
     names      hash table of names, int64 (size, 5): definition and id, first word 0 if empty
     places     hash table of ids by rounded coordinates, int64 (size,), -1 if empty
-Both sizes are powers of two and never more than half full: the front door sees to it.
+Both sizes are powers of two and never more than half full: the front door makes `places` large
+enough for all points that `x` has room for, and `names` tells when it is full.
 """
 
 from __future__ import annotations
@@ -237,7 +238,7 @@ def named_point(x, t, e, d, m, w, names, places, kind, a, b, c):
         slot = (slot + 1) & (size - 1)
     row = m[N_POINT]
     i = m[N_VERTEX] + row
-    if i >= x.shape[0] or 2 * m[N_NAME] >= size or 2 * i >= places.shape[0]:
+    if i >= x.shape[0] or 2 * m[N_NAME] >= size:
         return FULL
     d[row, 0], d[row, 1], d[row, 2], d[row, 3] = kind, a, b, c
     certain = False

@@ -56,16 +56,22 @@ def orient2d(x, t, e, d, m, w, a, b, c, u, v):
 
 
 @scalar
-def orient3d(x, m, w, a, b, c, o):
-    """Sign of the side on which vertex o lies of the plane of vertices a, b, c."""
+def plane_terms(x, a, b, c):
+    """Normal of vertices a, b, c and the magnitudes of its terms: what `side_of` needs."""
     ax, ay, az = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
     bx, by, bz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
-    cx, cy, cz = x[o, 0] - x[a, 0], x[o, 1] - x[a, 1], x[o, 2] - x[a, 2]
     p, q = ay * bz, az * by
     r, s = az * bx, ax * bz
     g, h = ax * by, ay * bx
-    det = cx * (p - q) + cy * (r - s) + cz * (g - h)
-    size = abs(cx) * (abs(p) + abs(q)) + abs(cy) * (abs(r) + abs(s)) + abs(cz) * (abs(g) + abs(h))
+    return p - q, r - s, g - h, abs(p) + abs(q), abs(r) + abs(s), abs(g) + abs(h)
+
+
+@scalar
+def side_of(x, m, w, a, b, c, o, terms):
+    """Sign of the side on which vertex o lies of the plane of vertices a, b, c."""
+    cx, cy, cz = x[o, 0] - x[a, 0], x[o, 1] - x[a, 1], x[o, 2] - x[a, 2]
+    det = cx * terms[0] + cy * terms[1] + cz * terms[2]
+    size = abs(cx) * terms[3] + abs(cy) * terms[4] + abs(cz) * terms[5]
     bound = ORIENT3D_BOUND * size
     if size > TINY:
         if det > bound:
@@ -73,6 +79,12 @@ def orient3d(x, m, w, a, b, c, o):
         if -det > bound:
             return -1
     return exact_orient3d(x, m, w, a, b, c, o)
+
+
+@scalar
+def orient3d(x, m, w, a, b, c, o):
+    """Sign of the side on which vertex o lies of the plane of vertices a, b, c."""
+    return side_of(x, m, w, a, b, c, o, plane_terms(x, a, b, c))
 
 
 @scalar

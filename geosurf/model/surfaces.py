@@ -231,6 +231,8 @@ class TriSurface:
 def _checked_vertices(name: str, vertices: Any) -> np.ndarray:
     """Float64 (n, 3), finite, or a SurfaceError."""
     try:
+        if np.iscomplexobj(vertices):
+            raise TypeError("complex")
         array = np.asarray(vertices, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise SurfaceError(

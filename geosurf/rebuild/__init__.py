@@ -6,14 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geosurf.contact.arrange import Children, cut_contacts
-from geosurf.contact.search import Contacts, find_contacts
-from geosurf.conventions import place
-from geosurf.errors import RoundingError
+from geosurf.contact.arrange import Children
+from geosurf.contact.search import Contacts, find_contacts, welded_triangles
 from geosurf.kernels.contact import COPLANAR, N_CORNER
-from geosurf.kernels.mesh import curve_edges, edges, patches_of, turned_over, weld
-from geosurf.kernels.predicates import frame_of
+from geosurf.kernels.mesh import curve_edges, edges, patches_of, weld
 from geosurf.model import Patches, TriSurface, frozen
+from geosurf.rebuild.repair import cut_soundly
 
 __all__ = ["patches_from", "rebuild_surfaces"]
 
@@ -73,17 +71,18 @@ def rebuild_surfaces(
 
 def patches_from(contacts: Contacts) -> Patches:
     """Cut the faces of known contacts and weld everything into patches."""
-    children = cut_contacts(contacts)
+    contacts, children, moves = cut_soundly(contacts)
     x, triangles, surface, parent = _joined(contacts, children)
-    twin = _twins(contacts, triangles, surface, parent)
-    ring, n_edge = edges(triangles)
-    patch, _ = patches_of(triangles, surface, ring, twin)
-    rim = curve_edges(triangles, surface, ring, twin, n_edge)
+    twin, owners = _twins(contacts, triangles, surface, parent)
+    ring, n_edge = edges(triangles, len(x))
+    patch, _ = patches_of(triangles, surface, owners, ring, twin)
+    rim = curve_edges(triangles, owners, ring, twin, n_edge)
     report = {
         "cut_triangles": len(children.cut),
         "children": len(children.triangles),
         "constructed_points": len(children.d),
         "rounding_collisions": children.collisions,
+        **moves,
     }
     return Patches(
         sources=contacts.surfaces,
@@ -115,49 +114,33 @@ def _joined(contacts: Contacts, children: Children):
         rows = np.flatnonzero(kept)
         mine = surface_of_child == i
         of = np.concatenate([rows, contacts.row_of_face[children.parent[mine]]])
-        t = np.concatenate([ids[source.triangles[rows]], children.triangles[mine]])
+        t = np.concatenate([ids[welded_triangles(source)[rows]], children.triangles[mine]])
         order = np.argsort(of, kind="stable")
         faces.append(t[order])
         parent.append(of[order])
         surface.append(np.full(len(of), i))
     x, triangles = np.concatenate(x), np.concatenate(faces)
     surface, parent = np.concatenate(surface), np.concatenate(parent)
-    _check_rounding(contacts, children, x)
-    number, count = weld(x)
-    welded = np.empty((count, 3))
-    welded[number[::-1]] = x[::-1]
-    triangles = number[triangles]
-    mark = np.zeros(count, dtype=bool)
+    if children.collisions:  # distinct points in one place become one vertex
+        number, count = weld(x)
+        welded = np.empty((count, 3))
+        welded[number[::-1]] = x[::-1]
+        x, triangles = welded, number[triangles]
+    mark = np.zeros(len(x), dtype=bool)
     mark[triangles] = True
     renumber = np.cumsum(mark) - 1
-    return welded[mark], renumber[triangles], surface, parent
+    return x[mark], renumber[triangles], surface, parent
 
 
-def _check_rounding(contacts: Contacts, children: Children, x: np.ndarray) -> None:
-    """Refuse children that rounding has turned over or flattened, by name and place."""
-    if len(children.triangles) == 0:
-        return
-    m, w = frame_of(children.x)
-    bad = turned_over(children.x, children.triangles, contacts.t, children.parent, m, w)
-    if len(bad) == 0:
-        return
-    face = children.parent[bad[0]]
-    name = contacts.surfaces[contacts.surface_of_face[face]].name
-    where = place(children.x[children.triangles[bad[0], 0]] + contacts.origin)
-    raise RoundingError(
-        f"{len(bad)} new triangles cannot be held in float64, the first on surface {name!r} at "
-        f"{where}: surfaces are degenerate there up to rounding, but not exactly. Move one of "
-        "them a little, or round all coordinates to a coarser step before."
-    )
-
-
-def _twins(contacts: Contacts, triangles, surface, parent) -> np.ndarray:
-    """First triangle with the same corners, for triangles of faces that coincide with others."""
-    twin = np.arange(len(triangles))
+def _twins(contacts: Contacts, triangles, surface, parent) -> tuple[np.ndarray, np.ndarray]:
+    """Where surfaces coincide: first triangle with the same corners, and a number for the set
+    of surfaces that own it (a surface's own row where there is only one).
+    """
+    twin, owners = np.arange(len(triangles)), surface.copy()
     rows = contacts.rows
     area = rows[(rows[:, COPLANAR] == 1) & (rows[:, N_CORNER] >= 3), :2]
     if len(area) == 0:
-        return twin
+        return twin, owners
     faces = np.unique(area)
     candidates = []
     for i in np.unique(contacts.surface_of_face[faces]):
@@ -169,5 +152,15 @@ def _twins(contacts: Contacts, triangles, surface, parent) -> np.ndarray:
     candidates = np.sort(np.concatenate(candidates))
     corners = np.sort(triangles[candidates], axis=1)
     _, first, inverse = np.unique(corners, axis=0, return_index=True, return_inverse=True)
-    twin[candidates] = candidates[first[inverse.ravel()]]
-    return twin
+    inverse = inverse.ravel()
+    twin[candidates] = candidates[first[inverse]]
+    n_surface = len(contacts.surfaces)
+    listed = np.zeros((len(first), n_surface), dtype=bool)
+    listed[inverse, surface[candidates]] = True
+    several = np.flatnonzero(listed.sum(axis=1) > 1)
+    _, number = np.unique(listed[several], axis=0, return_inverse=True)
+    of_set = np.full(len(first), -1, dtype=np.int64)
+    of_set[several] = n_surface + number.ravel()
+    shared = of_set[inverse] >= 0
+    owners[candidates[shared]] = of_set[inverse[shared]]
+    return twin, owners

@@ -1,0 +1,143 @@
+"""When rounding breaks a triangle: move the inputs there to a coarser step, and say by how much.
+
+Points are constructed exactly and rounded once. Surfaces that are degenerate up to rounding, but
+not exactly (a fault through horizon nodes whose coordinates are rounded thirds), leave slivers
+thinner than that rounding, and children turn over. Rounding the *output* again can go on
+for ever. Rounding the *input* cannot: vertices of the faces concerned move to multiples of a
+step far coarser than float64, the exact arrangement is made anew, and what was nearly
+degenerate is now either exactly so or thick enough. Steps grow until it holds; the
+largest move is reported, and beyond the last step the call fails by name.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.contact.arrange import Children, cut_contacts
+from geosurf.contact.crossing import crossing_pairs
+from geosurf.contact.search import Contacts, find_contacts, welded_triangles
+from geosurf.conventions import place
+from geosurf.errors import RoundingError, SurfaceError
+from geosurf.kernels.mesh import turned_over, weld
+from geosurf.kernels.predicates import frame_of
+from geosurf.model import TriSurface
+
+STEPS = tuple(2.0**-k for k in (28, 24, 20, 16, 13))  # metres; the last moves by 0.1 mm at most
+
+
+def unsound(contacts: Contacts, children: Children) -> np.ndarray:
+    """Faces whose children turn over or cross another triangle once rounded (exact tests).
+
+    Constructed points are the only ones that move, by half a unit in the last place; so
+    children are compared with each other and with the candidate faces that are not cut.
+    """
+    if len(children.triangles) == 0:
+        return np.empty(0, dtype=np.int64)
+    x = children.x
+    m, w = frame_of(x)
+    bad = turned_over(x, children.triangles, contacts.t, children.parent, m, w)
+    if len(bad):
+        return children.parent[bad]
+    t, face = children.triangles, children.parent
+    if children.collisions:  # distinct points in one place are one vertex of the result
+        number, _ = weld(x)
+        first = np.unique(number, return_index=True)[1]
+        t = first[number][t]
+    uncut = np.ones(len(contacts.t), dtype=bool)
+    uncut[children.cut] = False
+    uncut = np.flatnonzero(uncut)
+    once = _once(np.concatenate([t, contacts.t[uncut]]))
+    mine, others = once[once < len(t)], once[once >= len(t)] - len(t)
+    pairs = crossing_pairs(x, t[mine], contacts.t[uncut[others]])
+    return np.concatenate([face[mine], uncut[others]])[pairs.ravel()]
+
+
+def _once(triangles: np.ndarray) -> np.ndarray:
+    """Rows with each set of corners once, in order."""
+    corners = np.sort(triangles, axis=1)
+    n = int(corners.max(initial=0)) + 1
+    if n < 2_000_000:  # three numbers in one key
+        key = (corners[:, 0] * n + corners[:, 1]) * n + corners[:, 2]
+        return np.sort(np.unique(key, return_index=True)[1])
+    return np.sort(np.unique(corners, axis=0, return_index=True)[1])
+
+
+def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float]]:
+    """Cut all faces; repair the inputs where rounding turns children over.
+
+    Returns
+    -------
+    contacts, children
+        Of the surfaces as used: ``contacts.surfaces`` has the moved vertices.
+    report : dict
+        ``moved_vertices`` and ``largest_move`` [m], both 0 where nothing was broken.
+
+    Raises
+    ------
+    RoundingError
+        If the coarsest step does not help: names the surface and the place.
+    """
+    children = cut_contacts(contacts)
+    bad = unsound(contacts, children)
+    if len(bad) == 0:
+        return contacts, children, {"moved_vertices": 0, "largest_move": 0.0}
+    given = contacts.surfaces
+    moved = [np.zeros(surface.n_vertex, dtype=bool) for surface in given]
+    first = contacts, bad
+    for step in STEPS:
+        for _ in range(3):
+            _mark(contacts, bad, moved)
+            surfaces = [_rounded(s, m, step) for s, m in zip(given, moved, strict=True)]
+            try:
+                contacts = find_contacts(surfaces, **contacts.options)
+            except SurfaceError:
+                break  # a face lost its area at this step
+            children = cut_contacts(contacts)
+            bad = unsound(contacts, children)
+            if len(bad) == 0:
+                return contacts, children, _moves(given, surfaces, moved)
+    _raise(*first)
+    raise AssertionError("unreachable")
+
+
+def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> None:
+    """Mark the vertices of some faces and of all that they meet, wherever they occur."""
+    faces = np.unique(faces)
+    near = np.isin(contacts.rows[:, :2], faces).any(axis=1)
+    faces = np.union1d(faces, contacts.rows[near, :2])
+    ids = np.zeros(contacts.n_vertex, dtype=bool)
+    ids[contacts.t[faces]] = True
+    for marked, id_of_vertex in zip(moved, contacts.id_of_vertex, strict=True):
+        known = id_of_vertex >= 0
+        marked[known] |= ids[id_of_vertex[known]]
+
+
+def _rounded(surface: TriSurface, moved: np.ndarray, step: float) -> TriSurface:
+    """The surface with some vertices on multiples of a step (of world coordinates)."""
+    if not moved.any():
+        return surface
+    vertices = surface.vertices.copy()
+    vertices[moved] = np.rint(vertices[moved] / step) * step + 0.0
+    return TriSurface(surface.name, surface.role, vertices, welded_triangles(surface))
+
+
+def _moves(given, surfaces, moved) -> dict[str, float]:
+    """Number of moved vertices and the largest move [m]."""
+    far = [
+        np.linalg.norm(new.vertices[mask] - old.vertices[mask], axis=1)
+        for old, new, mask in zip(given, surfaces, moved, strict=True)
+    ]
+    far = np.concatenate(far)
+    return {"moved_vertices": int((far > 0).sum()), "largest_move": float(far.max(initial=0.0))}
+
+
+def _raise(contacts: Contacts, bad: np.ndarray) -> None:
+    face = bad[0]
+    name = contacts.surfaces[contacts.surface_of_face[face]].name
+    where = place(contacts.x[contacts.t[face, 0]] + contacts.origin)
+    raise RoundingError(
+        f"the pieces of {len(np.unique(bad))} triangles cannot be held in float64, the first is of "
+        f"surface {name!r} at {where}, and moving vertices there by up to {STEPS[-1] / 2:.0e} m "
+        "does not help: surfaces are degenerate there up to rounding, but not exactly. Move one "
+        "of them a little."
+    )
