@@ -1,0 +1,99 @@
+"""Fields that nobody here made, and the exact checker that knows nothing of geosurf."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+
+
+@pytest.fixture(scope="session")
+def data(shared: Path) -> Path:
+    """Folder of the data sets."""
+    return shared / "data"
+
+
+@pytest.fixture(scope="session")
+def verify(shared: Path) -> ModuleType:
+    """The independent exact checker beside the checkout."""
+    if str(shared) not in sys.path:
+        sys.path.append(str(shared))
+    return importlib.import_module("verify")
+
+
+@pytest.fixture(scope="session")
+def drogon_faults(data: Path) -> list[gs.TriSurface]:
+    """The six faults of the Drogon field, from sticks."""
+    found = []
+    for path in sorted((data / "drogon" / "fault_sticks_pol").glob("F*.pol")):
+        sticks = gs.read_fault(path, positive="down", units="m")
+        found.append(gs.triangulate_fault(sticks, name=path.stem))
+    return found
+
+
+@pytest.fixture(scope="session")
+def drogon_horizons(data: Path) -> list[gs.TriSurface]:
+    """The four Drogon grids, youngest first; they coincide at up to 4.5 % of their nodes."""
+    return read_grids(data / "drogon_xtgeo" / "horizons_gri")
+
+
+@pytest.fixture(scope="session")
+def reek_horizons(data: Path) -> list[gs.TriSurface]:
+    """The four Reek grids, youngest first: holes, and two that cross."""
+    return read_grids(data / "reek" / "horizons_gri")
+
+
+def read_grids(folder: Path) -> list[gs.TriSurface]:
+    """The numbered IRAP grids of a folder, triangulated."""
+    found = []
+    for path in sorted(folder.glob("0*.gri")):
+        grid = gs.read_horizon(path, positive="down", units="m")
+        found.append(gs.triangulate_horizon(grid, name=path.stem[3:]))
+    return found
+
+
+@pytest.fixture(scope="session")
+def near():
+    """Function of two surfaces: the mesh of the first, only where the second's box is."""
+
+    def crop(surface: gs.TriSurface, other: gs.TriSurface) -> tuple[np.ndarray, np.ndarray]:
+        low, high = np.reshape(other.bounds, (3, 2)).T
+        corners = surface.vertices[surface.triangles]
+        reach = (corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)
+        used, faces = np.unique(surface.triangles[reach.all(axis=1)], return_inverse=True)
+        return surface.vertices[used], faces.reshape(-1, 3)
+
+    return crop
+
+
+@pytest.fixture(scope="session")
+def pieces():
+    """Function of segments (n, 2): number of connected pieces, free ends and branches."""
+
+    def count(segments: np.ndarray) -> tuple[int, int, int]:
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        nodes, ends = np.unique(segments, return_inverse=True)
+        ends = ends.reshape(-1, 2)
+        graph = coo_array((np.ones(len(ends)), ends.T), shape=(len(nodes), len(nodes)))
+        degree = np.bincount(ends.ravel())
+        n_piece = connected_components(graph, directed=False)[0] if len(ends) else 0
+        return int(n_piece), int((degree == 1).sum()), int((degree > 2).sum())
+
+    return count
+
+
+@pytest.fixture(scope="session")
+def columns():
+    """Function of horizons and a box: see `column_integrals`."""
+    spec = importlib.util.spec_from_file_location("columns", Path(__file__).parent / "columns.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.column_integrals

@@ -1,0 +1,86 @@
+"""The Drogon field: four stacked grids, which touch, and six faults that end inside them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+
+
+@pytest.fixture(scope="module")
+def curves(drogon_horizons, drogon_faults):
+    return gs.intersect_surfaces([*drogon_horizons, *drogon_faults])
+
+
+@pytest.fixture(scope="module")
+def scene(drogon_horizons, drogon_faults):
+    """Top and base with all faults, in the box that the scene proposes."""
+    top, _, _, base = drogon_horizons
+    return gs.Scene({"Top": top, "Base": base}, {f.name: f for f in drogon_faults})
+
+
+def test_curves_of_all_horizons_and_faults_are_the_exact_ones(
+    curves, drogon_horizons, drogon_faults, verify, near, pieces
+):
+    for horizon in drogon_horizons:
+        for fault in drogon_faults:
+            lines = curves.between(horizon.name, fault.name)
+            points, segments = verify.polylines_to_graph(lines)
+            meshes = near(horizon, fault), (fault.vertices, fault.triangles)
+            exact = verify.exact_curve_segments(*meshes)
+            report = verify.check_curve(*meshes, points, segments, 1e-8, exact=exact)
+            assert report.exact_length > 2000  # each fault crosses each horizon
+            assert abs(report.reported_length / report.exact_length - 1) < 1e-9
+            _, number = np.unique(points, axis=0, return_inverse=True)
+            assert pieces(number.ravel()[segments]) == pieces(exact.edges)
+
+
+def test_faults_end_inside_so_that_each_cut_has_two_free_tips(curves, drogon_horizons):
+    for name in ("F1", "F3", "F4", "F5", "F6"):
+        lines = curves.between(drogon_horizons[0].name, name)
+        free = [line for line in lines if (line[0] != line[-1]).any()]
+        assert len(free) == 1
+
+
+def test_zone_between_top_and_base_is_the_sum_of_its_columns(scene, columns):
+    surfaces = [scene.surface("Top"), scene.surface("Base")]
+    top, base = columns(surfaces, scene.box)
+    assert by_zone(scene.units)[1] == pytest.approx(top - base, rel=1e-12)
+    assert abs(scene.units.volume / scene.units.box_volume - 1) < 1e-12
+    assert scene.units.report["crossings"] == []
+
+
+def test_zone_around_one_fault_is_one_block_with_a_slit(scene, drogon_faults, columns):
+    small = scene.replace(
+        faults={f.name: None for f in drogon_faults if f.name != "F5"},
+        box=(459000.0, 460200.0, 5933900.0, 5936700.0, -2100.0, -1450.0),
+    )
+    assert list(small.units) == ["above Top", "Top/Base", "below Base"]
+    assert list(small.units.report["slits"]) == ["F5"]
+    top, base = columns([small.surface("Top"), small.surface("Base")], small.box)
+    assert small.units["Top/Base"].volume == pytest.approx(top - base, rel=1e-12)
+    assert small.check().ok
+
+
+@pytest.mark.slow
+def test_all_grids_at_once_with_all_faults_are_carved_and_certified(
+    drogon_horizons, drogon_faults, columns, verify
+):
+    scene = gs.Scene({h.name: h for h in drogon_horizons}, {f.name: f for f in drogon_faults})
+    box, units = scene.box, scene.units
+    lowest = columns(drogon_horizons, box)
+    footprint = (box[1] - box[0]) * (box[3] - box[2])
+    ends = [footprint * box[5], *lowest, footprint * box[4]]
+    for volume, upper, lower in zip(by_zone(units), ends[:-1], ends[1:], strict=True):
+        assert volume == pytest.approx(upper - lower, rel=1e-12)
+    certificate = scene.check()
+    assert certificate.ok, str(certificate)
+    distinct = np.unique(np.sort(scene.patches.triangles, axis=1), axis=0)
+    assert len(verify.nonconforming_pairs((scene.patches.local, distinct))) == 0
+
+
+def by_zone(units) -> list[float]:
+    """Volume of each zone, over all its blocks."""
+    zone = units.table["zone_index"].values
+    return np.bincount(zone, units.table["volume"].values).tolist()
