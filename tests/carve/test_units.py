@@ -1,0 +1,338 @@
+"""Closed units: volumes that are known, sealed shells, and leaks that are told."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces, synthetic
+from geosurf.carve.certificate import certify
+from geosurf.errors import GeometryError, InputError, OpenUnitError
+from geosurf.triangulate import triangulate_fault, triangulate_horizon
+from tests import laws, oracles
+from tests.strategies import BOX, faulted_worlds, grid, moved, sheet, shuffled
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def carve(surfaces, box=BOX):
+    """Units of surfaces in a box, with all laws that hold for any."""
+    patches = rebuild_surfaces([*surfaces, *build_walls(box)])
+    units = carve_units(patches)
+    laws.assert_volumes_add_up(units, box)
+    certificate = certify(patches, units)
+    assert certificate.ok, str(certificate)
+    return units
+
+
+def level(name, z, *, role="horizon", n=2, reach=1.0):
+    """A level surface that reaches beyond `BOX`."""
+    size = (4.0 + 2 * reach) / (n - 1)
+    return grid(name, np.full((n, n), float(z)), role=role, spacing=size, corner=(-reach, -reach))
+
+
+def upright(name, x, y=(-1, 5), z=(-5, 9)):
+    """A plane fault across, its normal to the east."""
+    corners = [(x, y[0], z[0]), (x, y[1], z[0]), (x, y[1], z[1]), (x, y[0], z[1])]
+    return sheet(name, corners)
+
+
+def volumes(units):
+    return {name: unit.volume for name, unit in units.items()}
+
+
+def volume_on(units, zone, sides):
+    """Volume of a zone on some sides of faults; a unit names those that bound it only."""
+    mine = [u for u in units.values() if u.zone == zone and set(u.block.split()) <= set(sides)]
+    assert mine, (zone, sides, list(units))
+    return sum(u.volume for u in mine)
+
+
+# --------------------------------------------------------------- what is known
+@pytest.mark.parametrize("n", [2, 9])
+@pytest.mark.parametrize(
+    "offset", [(0.0, 0.0, 0.0), (456_123.0, 6_780_321.0, 0.0)], ids=["local", "UTM"]
+)
+@pytest.mark.parametrize("make", [synthetic.tilted_planes, synthetic.graben])
+def test_planar_worlds_are_exact(make, n, offset):
+    world = make(n=n, offset=offset)
+    scene = Scene(world.horizons, world.faults, world.box)
+    units = scene.units
+    laws.assert_volumes_add_up(units, world.box)
+    true = world.truth["volumes"]
+    assert len(units) == len(true)
+    for (zone, sides), volume in true.items():
+        found = volume_on(units, zone, sides)
+        # UTM nodes are rounded to 1e-9 m, and so is the truth at that place
+        assert found == pytest.approx(volume, rel=1e-12 if not any(offset) else 1e-9), (zone, sides)
+    for (horizon, fault), length in world.truth["curve_length"].items():
+        curves = scene.curves_between(horizon, fault)
+        assert curves.length >= length * (1 - 1e-12)
+    assert certify(scene.patches, units).ok
+
+
+@pytest.mark.parametrize("make", [synthetic.dome_and_flat_fault, synthetic.listric])
+def test_curved_worlds_converge_with_order_two(make):
+    errors = []
+    for n in (9, 17, 33):
+        world = make(n=n)
+        units = Scene(world.horizons, world.faults, world.box).units
+        laws.assert_volumes_add_up(units, world.box)
+        true = world.truth["volumes"]
+        errors.append(max(abs(volume_on(units, *key) - volume) for key, volume in true.items()))
+    assert errors[0] > 0
+    ratios = np.array(errors[:-1]) / np.array(errors[1:])
+    assert ((ratios > 3.3) & (ratios < 4.8)).all(), (errors, ratios)
+
+
+def test_noisy_volumes_lie_in_their_bounds():
+    world = synthetic.noisy(n=9)
+    units = Scene(world.horizons, world.faults, world.box).units
+    laws.assert_volumes_add_up(units, world.box)
+    for (zone, sides), (low, high) in world.truth["volume_bounds"].items():
+        assert low <= units[zone, " ".join(sides)].volume <= high
+
+
+@settings(max_examples=40)
+@given(faulted_worlds())
+def test_zones_of_small_worlds_have_the_volumes_of_prisms(surfaces):
+    """Volume above the first horizon: prisms over the pieces of its map, by the trapezium rule."""
+    units = carve([s for s in surfaces if s.role != "wall"])
+    above = sum(unit.volume for unit in units.values() if unit.zone_index == 0)
+    assert above == pytest.approx(float(volume_above(surfaces[0])), rel=1e-12)
+
+
+def volume_above(horizon) -> Fraction:
+    """Volume in `BOX` above a horizon: each triangle's map is clipped to the box, exact."""
+    west, east, south, north, _, top = (Fraction(v) for v in BOX)
+    total = Fraction(0)
+    for corners in horizon.vertices[horizon.triangles]:
+        points = set(oracles.rational(corners))
+        for normal, through in (
+            ((1, 0, 0), (west, 0, 0)), ((-1, 0, 0), (east, 0, 0)),
+            ((0, 1, 0), (0, south, 0)), ((0, -1, 0), (0, north, 0)),
+        ):  # fmt: skip
+            points = oracles.clip(points, normal, through)
+        ring = ring_of(oracles.extreme(points))
+        for b, c in itertools.pairwise(ring):
+            a = ring[0]
+            map_area = abs((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2
+            total += map_area * (top - (a[2] + b[2] + c[2]) / 3)
+    return total
+
+
+def ring_of(points):
+    """Corners of a convex polygon in order around its map."""
+    if len(points) < 3:
+        return []
+    middle = np.mean([oracles.rounded(p) for p in points], axis=0)
+    angle = [np.arctan2(float(p[1]) - middle[1], float(p[0]) - middle[0]) for p in points]
+    return [points[i] for i in np.argsort(angle)]
+
+
+# --------------------------------------------------------------------- names
+def test_zones_and_blocks_have_names():
+    units = carve([level("Top", 3), level("Base", 1), upright("F1", 1)])
+    assert volumes(units) == {
+        "above Top F1+": 60.0, "above Top F1-": 20.0, "Top/Base F1+": 24.0, "Top/Base F1-": 8.0,
+        "below Base F1+": 60.0, "below Base F1-": 20.0,
+    }  # fmt: skip
+    unit = units["Top/Base", "F1+"]
+    assert unit.zone_index == 1
+    assert set(unit.bounded_by) == {"Top", "Base", "F1", "east", "north", "south"}
+    assert unit.area == 2 * 12.0 + 2 * 8.0 + 2 * 6.0
+    assert units.report["slits"] == {}
+    with pytest.raises(KeyError, match=r"no unit 'Top'; there are \['above Top F1\+'"):
+        units["Top"]
+
+
+def test_two_faults_that_cross_make_four_blocks():
+    two = sheet("F2", [(-1, 2, -5), (5, 2, -5), (5, 2, 9), (-1, 2, 9)])
+    units = carve([level("Top", 3), upright("F1", 1), two])
+    found = {unit.block: unit.volume for unit in units.values() if unit.zone_index == 0}
+    assert set(found) == {"F1+ F2+", "F1+ F2-", "F1- F2+", "F1- F2-"}
+    assert sorted(found.values()) == [10.0, 10.0, 30.0, 30.0]
+
+
+# ------------------------------------------------------- faults that end, float
+def test_a_fault_that_dies_inside_does_not_split():
+    units = carve([level("Top", 3), upright("F1", 2, y=(-1, 2))])
+    assert volumes(units) == {"above Top": 80.0, "below Top": 112.0}
+    # 2 m along strike and 12 m high
+    assert units.report["slits"] == {"F1": pytest.approx(24.0)}
+
+
+def test_a_floating_fault_is_a_slit():
+    units = carve([level("Top", 3), upright("F1", 2, y=(1, 3), z=(4, 6))])
+    assert volumes(units) == {"above Top": 80.0, "below Top": 112.0}
+    assert units.report["slits"] == {"F1": 4.0}
+    for unit in units.values():
+        laws.assert_oriented(unit.local, unit.triangles)
+
+
+def shell(name, low, high):
+    """A closed fault: the sides of a box, normals out of it."""
+    walls = build_walls((low[0], high[0], low[1], high[1], low[2], high[2]))
+    corners = np.concatenate([w.vertices for w in walls])
+    faces = np.concatenate([w.triangles + 4 * i for i, w in enumerate(walls)])
+    vertices, number = np.unique(corners, axis=0, return_inverse=True)
+    return TriSurface(name, "fault", vertices, number.reshape(-1)[faces])
+
+
+def test_a_closed_fault_inside_a_unit():
+    units = carve([level("Top", 0), shell("Salt", (1, 1, 2), (3, 3, 5))])
+    assert volumes(units) == {
+        "above Top Salt+": 128.0 - 12.0, "above Top Salt-": 12.0, "below Top": 64.0
+    }  # fmt: skip
+    outer = units["above Top", "Salt+"]
+    assert outer.area == pytest.approx(2 * 16 + 4 * 32 + 2 * 4 + 4 * 6)
+
+
+def test_shells_inside_shells():
+    outer, inner = shell("Out", (0.5, 0.5, 1), (3.5, 3.5, 7)), shell("In", (1, 1, 2), (3, 3, 5))
+    units = carve([level("Top", 0), outer, inner])
+    assert sorted(u.volume for u in units.values() if u.zone_index == 0) == [12.0, 42.0, 74.0]
+
+
+def test_a_closed_fault_through_a_horizon():
+    units = carve([level("Top", 3), shell("Salt", (1, 1, 2), (3, 3, 5))])
+    found = {(u.zone, u.block): u.volume for u in units.values()}
+    assert found == {
+        ("above Top", "Salt+"): 72.0, ("above Top", "Salt-"): 8.0,
+        ("below Top", "Salt+"): 108.0, ("below Top", "Salt-"): 4.0,
+    }  # fmt: skip
+
+
+# --------------------------------------------------------------------- horizons
+def test_a_horizon_with_a_hole_leaks():
+    top = level("Top", 3, n=7)
+    faces = top.triangles[
+        ~(np.abs(top.vertices[top.triangles].mean(axis=1)[:, :2] - 2.5) < 0.5).all(axis=1)
+    ]
+    torn = TriSurface("Top", "horizon", top.vertices, faces)
+    assert len(faces) == top.n_triangle - 2
+    with pytest.raises(OpenUnitError) as caught:
+        carve([torn])
+    words = str(caught.value)
+    assert re.search(r"leak around horizon 'Top': 4 m of its rim are open", words), words
+    place = re.search(r"easting ([\d.]+), northing ([\d.]+), elevation ([\d.]+)", words)
+    x, y, z = map(float, place.groups())
+    assert max(abs(x - 2.5), abs(y - 2.5)) == 0.5
+    assert z == 3.0
+    assert "Shrink the box" in words
+
+
+def test_a_horizon_that_does_not_reach_leaks():
+    short = grid("Top", np.full((2, 2), 3.0), spacing=3.0, corner=(-1.0, -1.0))
+    with pytest.raises(OpenUnitError, match=r"horizon 'Top': 4 m of its rim"):
+        carve([short])
+
+
+def test_a_horizon_outside_the_box_is_told():
+    with pytest.raises(GeometryError, match=r"horizon 'Top' does not reach the model box; enlarge"):
+        carve([level("Top", 20), level("Base", 0)])
+
+
+def test_crossing_horizons_are_clipped_and_told():
+    top = level("Top", 2)
+    tilted = grid("Base", [[0, 6], [0, 6]], spacing=6.0, corner=(-1.0, -1.0))
+    units = carve([top, tilted])
+    # Base is x + 1: over Top where x > 1
+    assert volumes(units) == pytest.approx(
+        {"above Top": 4 * 24.0, "Top/Base": 2.0, "below Base": 4 * 24.0 - 2.0}
+    )
+    (crossing,) = units.report["crossings"]
+    assert crossing["volume"] == pytest.approx(4 * 4.5)
+    assert crossing["place"][0] > 1.0
+    assert crossing["place"][2] > 2.0
+
+
+def test_horizons_that_coincide_over_an_area():
+    """Zero thickness in the west, a wedge in the east."""
+    top = grid("Top", np.tile([2.0, 2.0, 2.0, 2.0], (4, 1)), spacing=2.0, corner=(-1.0, -1.0))
+    base = grid("Base", np.tile([2.0, 2.0, 0.0, 0.0], (4, 1)), spacing=2.0, corner=(-1.0, -1.0))
+    units = carve([top, base])
+    # 2 m deep from x = 3 on, a ramp from x = 1
+    assert volumes(units) == pytest.approx(
+        {"above Top": 96.0, "Top/Base": 4 * (2.0 + 2.0), "below Base": 96.0 - 16.0}
+    )
+    assert set(units["above Top"].bounded_by) >= {"Top"}
+    assert len(units.report["crossings"]) == 0
+
+
+def test_horizons_that_coincide_everywhere():
+    units = carve([level("Top", 2), level("Base", 2, n=5)])
+    assert volumes(units) == {"above Top": 96.0, "below Base": 96.0}
+
+
+def test_a_horizon_along_a_wall():
+    units = carve([level("Top", 3), level("Base", -4)])
+    assert volumes(units) == {"above Top": 80.0, "Top/Base": 112.0}
+
+
+def test_refusals():
+    with pytest.raises(InputError, match="carve_units takes Patches, not list; rebuild_surfaces"):
+        carve_units([])
+    with pytest.raises(GeometryError, match=r"no walls among the surfaces.*build_walls\(box\)"):
+        carve_units(rebuild_surfaces([level("Top", 3)]))
+
+
+# ------------------------------------------------------------------ same answer
+@settings(max_examples=15)
+@given(faulted_worlds(), seeds)
+def test_order_changes_nothing(surfaces, seed):
+    rng = np.random.default_rng(seed)
+    straight = carve_units(rebuild_surfaces(surfaces))
+    horizons = [s for s in surfaces if s.role == "horizon"]
+    others = [s for s in surfaces if s.role != "horizon"]
+    # horizons stay youngest first, but their place among the others is free
+    mixed = [shuffled(others[i], rng, reflect=False) for i in rng.permutation(len(others))]
+    at = sorted(rng.integers(0, len(mixed) + 1, len(horizons)))
+    for k, (horizon, i) in enumerate(zip(horizons, at, strict=True)):
+        mixed.insert(i + k, shuffled(horizon, rng, reflect=False))
+    other = carve_units(rebuild_surfaces(mixed))
+    one = sorted((u.zone, sorted(u.block.split()), u.volume) for u in straight.values())
+    two = sorted((u.zone, sorted(u.block.split()), u.volume) for u in other.values())
+    assert [(z, b) for z, b, _ in one] == [(z, b) for z, b, _ in two]
+    np.testing.assert_allclose([v for *_, v in one], [v for *_, v in two], rtol=1e-14)
+    for unit in straight.values():
+        assert unit.volume > 0
+
+
+@settings(max_examples=10)
+@given(faulted_worlds())
+def test_a_shift_by_utm_offsets_changes_no_byte(surfaces):
+    offset = np.array([445 * 1024.0, 6620 * 1024.0, 0.0])
+    straight = carve_units(rebuild_surfaces(surfaces))
+    lifted = [moved(s, (1024.0, 1024.0, 0.0)) for s in surfaces]
+    other = carve_units(rebuild_surfaces([moved(s, offset) for s in lifted]))
+    again = carve_units(rebuild_surfaces(lifted))
+    assert list(straight) == list(other) == list(again)
+    for a, b, c in zip(straight.values(), other.values(), again.values(), strict=True):
+        assert b.local.tobytes() == c.local.tobytes()
+        assert b.triangles.tobytes() == c.triangles.tobytes()
+        assert b.volume == c.volume
+        assert a.volume == pytest.approx(b.volume, rel=1e-9)
+
+
+def test_a_table_of_all_units():
+    units = carve([level("Top", 3), level("Base", 1), upright("F1", 1)])
+    table = units.table
+    assert table["volume"].attrs["units"] == "m3"
+    assert table["volume"].sum().item() == units.volume == units.box_volume == 192.0
+    assert table["zone"].values.tolist() == [u.zone for u in units.values()]
+
+
+def test_grids_and_their_triangles_give_the_same_units():
+    world = synthetic.graben(n=5)
+    surfaces = [triangulate_horizon(h, name=k) for k, h in world.horizons.items()]
+    surfaces += [triangulate_fault(f, name=k) for k, f in world.faults.items()]
+    units = carve(surfaces, world.box)
+    scene = Scene(world.horizons, world.faults, world.box)
+    assert volumes(units) == pytest.approx(volumes(scene.units), rel=1e-14)

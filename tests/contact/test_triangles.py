@@ -1,0 +1,191 @@
+"""Two triangles: every kind of contact, against clipping in rational arithmetic."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from itertools import permutations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from geosurf import intersect_triangles
+from geosurf.errors import SurfaceError
+from tests import oracles
+from tests.strategies import UTM, triangles
+
+FLAT = [[0.0, 0, 0], [12, 0, 0], [0, 12, 0]]
+KINDS = {0: "disjoint", 1: "point", 2: "segment"}
+
+
+def assert_true(P, Q):
+    """Kind, points, features, coplanarity and crossing of a contact are those of the oracle."""
+    P, Q = np.asarray(P, dtype=float), np.asarray(Q, dtype=float)
+    contact = intersect_triangles(P, Q)
+    corners = oracles.meet_triangles(P, Q)
+    assert contact.kind == KINDS.get(len(corners), "area")
+    assert len(contact.points) == len(corners) == len(contact.features)
+    # distinct corners may have equal doubles, so points and features are compared together
+    true = Counter(
+        (oracles.rounded(c), oracles.feature(P, c), oracles.feature(Q, c)) for c in corners
+    )
+    named = zip(map(tuple, contact.points.tolist()), contact.features, strict=True)
+    assert Counter((point, *features) for point, features in named) == true
+    assert contact.coplanar == oracles.coplanar(P, Q)
+    crossing = len(corners) == 2 and oracles.straddles(P, Q) and oracles.straddles(Q, P)
+    assert contact.crossing == crossing
+    return contact
+
+
+@settings(max_examples=400)
+@given(triangles(), triangles())
+def test_lattice_pairs(P, Q):
+    assert_true(P, Q)
+
+
+@settings(max_examples=300)
+@given(triangles(), triangles())
+def test_coplanar_lattice_pairs(P, Q):
+    P[:, 2] = Q[:, 2] = 1.0
+    if not (oracles.flat(P) or oracles.flat(Q)):
+        assert_true(P, Q)
+
+
+@settings(max_examples=150)
+@given(triangles(2), triangles(2))
+def test_points_of_skew_coplanar_pairs_are_rounded_once(P, Q):
+    P[:, 2] = 3.0 * P[:, 0] - 7.0 * P[:, 1]
+    Q[:, 2] = 3.0 * Q[:, 0] - 7.0 * Q[:, 1]
+    if not (oracles.flat(P) or oracles.flat(Q)):
+        assert_true(P, Q)
+
+
+@settings(max_examples=60)
+@given(triangles(), triangles())
+def test_order_of_corners_and_triangles_changes_nothing(P, Q):
+    straight = intersect_triangles(P, Q)
+    for p in permutations(range(3)):
+        for q in ((0, 1, 2), (2, 1, 0), (1, 2, 0)):
+            for turned in (False, True):
+                one, two = P[list(p)], Q[list(q)]
+                other = intersect_triangles(*((two, one) if turned else (one, two)))
+                assert other.kind == straight.kind
+                assert other.coplanar == straight.coplanar
+                assert other.crossing == straight.crossing
+                key = sorted(map(tuple, other.points.tolist()))
+                assert key == sorted(map(tuple, straight.points.tolist()))
+
+
+@settings(max_examples=60)
+@given(triangles(), triangles())
+def test_motions_change_nothing_but_place(P, Q):
+    straight = intersect_triangles(P, Q)
+    for mirror in np.array([[1, 1, 1], [-1, 1, 1], [-1, -1, 1], [-1, -1, -1]]):
+        for axes in ((0, 1, 2), (1, 2, 0), (1, 0, 2)):
+            other = intersect_triangles((P * mirror)[:, axes], (Q * mirror)[:, axes])
+            expected = sorted(map(tuple, ((straight.points * mirror)[:, axes] + 0.0).tolist()))
+            assert sorted(map(tuple, (other.points + 0.0).tolist())) == expected
+            assert (other.kind, other.crossing) == (straight.kind, straight.crossing)
+    for scale in (2.0**-40, 2.0**40):
+        scaled = intersect_triangles(P * scale, Q * scale)
+        np.testing.assert_array_equal(scaled.points, straight.points * scale)
+        assert scaled.features == straight.features
+    assert_true(P * 12.5 + UTM, Q * 12.5 + UTM)
+
+
+@settings(max_examples=100)
+@given(triangles(), triangles())
+def test_nudged_pairs(P, Q):
+    rng = np.random.default_rng(5)
+    for _ in range(3):
+        bent = np.where(rng.random((3, 3)) < 0.3, np.nextafter(Q, 9.0), Q)
+        bent[np.abs(bent) < 1e-300] = 2.0**-50
+        assert_true(P + 0.1, bent + 0.1)
+
+
+CATALOGUE = {
+    "apart": ([(0, 0, 3), (12, 0, 3), (0, 12, 3)], "disjoint", 0, False),
+    "corner in plane, outside": ([(9, 9, 0), (9, 9, 4), (11, 9, 4)], "disjoint", 0, False),
+    "edge in plane, outside": ([(13, 13, 0), (16, 13, 0), (13, 13, 5)], "disjoint", 0, False),
+    "corner in plane, touching a face": ([(2, 2, 0), (2, 2, 4), (4, 2, 4)], "point", 1, False),
+    "corner in plane, touching an edge": ([(4, 0, 0), (4, -4, 4), (6, -2, 4)], "point", 1, False),
+    "corner in plane, touching a corner": (
+        [(0, 0, 0), (-4, -2, 4), (-2, -4, 6)],
+        "point",
+        1,
+        False,
+    ),
+    "corner in plane, crossing": ([(2, 2, 0), (4, 3, 4), (4, 3, -4)], "segment", 2, True),
+    "corner on edge, crossing": ([(4, 0, 0), (4, 2, 4), (4, 2, -4)], "segment", 2, True),
+    "edge across edge": ([(4, -2, -2), (4, 2, 2), (2, -6, 2)], "point", 1, False),
+    "edge along edge": ([(2, 0, 0), (6, 0, 0), (4, -3, 5)], "segment", 2, False),
+    "edges end to end": ([(-4, 0, 0), (0, 0, 0), (-2, -2, 3)], "point", 1, False),
+    "edge in plane": ([(1, 1, 0), (3, 2, 0), (2, 2, 5)], "segment", 2, False),
+    "edge in plane, through": ([(-3, 3, 0), (14, 3, 0), (2, 2, 5)], "segment", 2, False),
+    "tip through face": ([(2, 2, -1), (1, 1, 4), (3, 2, 4)], "segment", 2, True),
+    "each pierces the other": ([(4, 4, -3), (4, -12, 3), (5, 6, 3)], "segment", 2, True),
+    "coplanar, disjoint": ([(20, 1, 0), (25, 1, 0), (20, 4, 0)], "disjoint", 0, False),
+    "coplanar, point": ([(4, 0, 0), (2, -4, 0), (6, -4, 0)], "point", 1, False),
+    "coplanar, segment": ([(-4, 0, 0), (4, 0, 0), (0, -4, 0)], "segment", 2, False),
+    "coplanar, 3 corners": ([(3, 2, 0), (1, -4, 0), (5, -4, 0)], "area", 3, False),
+    "coplanar, 4 corners": ([(2, 2, 0), (6, 2, 0), (4, -9, 0)], "area", 4, False),
+    "coplanar, 5 corners": ([(-2, 4, 0), (6, -3, 0), (6, 4, 0)], "area", 5, False),
+    "coplanar, 6 corners": ([(8, 8, 0), (-4, 8, 0), (8, -4, 0)], "area", 6, False),
+    "coplanar, contained": ([(1, 1, 0), (3, 1, 0), (1, 3, 0)], "area", 3, False),
+    "coplanar, identical": (FLAT, "area", 3, False),
+}
+
+
+@pytest.mark.parametrize("case", CATALOGUE)
+def test_catalogue(case):
+    corners, kind, n, crossing = CATALOGUE[case]
+    for k in range(3):
+        contact = assert_true(np.roll(corners, k, axis=0), FLAT)
+        assert (contact.kind, len(contact.points), contact.crossing) == (kind, n, crossing)
+        assert contact.coplanar == case.startswith("coplanar")
+
+
+def test_corners_of_an_area_run_around_it():
+    contact = intersect_triangles(CATALOGUE["coplanar, 6 corners"][0], FLAT)
+    ring = contact.points[:, :2]
+    turns = [oracles.orient2d(ring[k - 2], ring[k - 1], ring[k]) for k in range(len(ring))]
+    assert abs(sum(turns)) == 6
+
+
+@pytest.mark.parametrize(
+    ("corners", "words"),
+    [
+        ([[0, 0, 0], [1, 1, 1], [2, 2, 2]], r"triangle Q has no area.*on one line\. Give three"),
+        ([[0, 0, 0], [1, 1, 1], [0, 0, 0]], r"triangle Q has no area"),
+        ([[0.1, 0.1, 0.1]] * 3, r"triangle Q has no area.*0\.1"),
+        ([[0, 0], [1, 0], [0, 1]], r"triangle Q has shape \(3, 2\), expected \(3, 3\)"),
+        ([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], r"triangle Q .*not finite.*Leave out nodes"),
+        ([[0, 0, 1e30], [1, 0, 0], [0, 1, 0]], r"triangle Q .*beyond 1\.15292e\+18 m"),
+        ([["a", 0, 0], [1, 0, 0], [0, 1, 0]], r"triangle Q is not made of numbers"),
+    ],
+)
+def test_what_is_no_triangle_is_refused_by_name(corners, words):
+    with pytest.raises(SurfaceError, match=words):
+        intersect_triangles(FLAT, corners)
+    with pytest.raises(SurfaceError, match=re.sub("triangle Q", "triangle P", words)):
+        intersect_triangles(corners, FLAT)
+
+
+def test_nearly_flat_triangles_are_not_refused():
+    sliver = [[1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [1.0, np.nextafter(1.0, 2.0), 0.0]]
+    contact = assert_true(sliver, FLAT)
+    assert contact.kind == "segment"
+    assert contact.points[0, 1] != contact.points[1, 1]
+
+
+def test_outside_catalogue(shared, monkeypatch):
+    """Every contact of two triangles that another author thought of, under exact motions."""
+    monkeypatch.syspath_prepend(str(shared))
+    cases = pytest.importorskip("verify.cases")
+    n = 0
+    for configuration, (VA, FA), (VB, FB) in cases.catalogue_variants(4, 6):
+        contact = assert_true(VA[FA[0]], VB[FB[0]])
+        assert len(contact.points) == configuration.corners, configuration.name
+        n += 1
+    assert n > 300

@@ -1,0 +1,300 @@
+"""Curves of surfaces: against all pairs in rational arithmetic, and against known shapes."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import TriSurface, intersect_surfaces
+from geosurf.errors import InputError, SurfaceError
+from tests import laws, oracles
+from tests.strategies import UTM, grid, moved, relief, sheet, shuffled, soup, soups
+
+LEVEL = [(-1, -1, 1), (9, -1, 1), (9, 9, 1), (-1, 9, 1)]
+
+
+def mesh(surface):
+    return surface.vertices, surface.triangles
+
+
+def assert_true(one, two, **options):
+    """Segments, touching points and overlap area are those of the oracle, rounded once."""
+    curves = intersect_surfaces([one, two], **options)
+    segments, single, overlap = oracles.curves(mesh(one), mesh(two))
+    found = Counter(frozenset(map(tuple, ends)) for ends in curves.points[curves.segments].tolist())
+    if not overlap:
+        assert found == Counter(frozenset(map(oracles.rounded, s)) for s in segments)
+    points = {tuple(c.points[0]) for c in curves.contacts if c.kind == "point"}
+    if not overlap:
+        assert points == {oracles.rounded(p) for p in single}
+    assert math.isclose(sum(c.area for c in curves.contacts), overlap, rel_tol=1e-12)
+    assert curves.surfaces_of_segment.tolist() == [[0, 1]] * len(curves.segments)
+    laws.assert_curves_are_whole(curves)
+    return curves
+
+
+@settings(max_examples=60)
+@given(relief(), relief("Base", holes=False))
+def test_two_reliefs_on_one_lattice(one, two):
+    assert_true(one, two)
+
+
+@settings(max_examples=60)
+@given(
+    relief(),
+    st.integers(0, 3),
+    st.sampled_from([(0, 0), (1, 0), (0, 1), (1, 1), (-1, 1)]),
+    st.integers(1, 3),
+)
+def test_relief_and_a_fault_along_lattice_lines(one, at, lean, n):
+    dx, dy = lean
+    fault = sheet(
+        "F1",
+        [(at, -1, -1), (at + 4 * dx, 3 + dy, -1), (at + 4 * dx, 3 + dy, 3), (at, -1, 3)],
+        (n, 2),
+    )
+    assert_true(one, fault)
+
+
+@settings(max_examples=40)
+@given(soups(most=1))
+def test_single_triangles(pair):
+    assert_true(*pair)
+
+
+@settings(max_examples=25)
+@given(relief(), relief("Base"), st.randoms(use_true_random=False))
+def test_order_and_voxels_change_nothing(one, two, random):
+    rng = np.random.default_rng(random.randrange(2**32))
+    straight = intersect_surfaces([one, two])
+    for size in (0.4, 1.0, 50.0):
+        other = intersect_surfaces([one, two], method="voxels", voxel_size=size)
+        assert laws.curve_bytes(other) == laws.curve_bytes(straight)
+    turned = [shuffled(two, rng), shuffled(one, rng)]
+    laws.assert_same_curves(intersect_surfaces(turned), straight)
+    same_order = intersect_surfaces([shuffled(one, rng), shuffled(two, rng)])
+    assert same_order.local.tobytes() == straight.local.tobytes()
+    assert same_order.segments.tobytes() == straight.segments.tobytes()
+    assert [c.tobytes() for c in same_order.curves] == [c.tobytes() for c in straight.curves]
+
+
+@settings(max_examples=25)
+@given(relief(), relief("Base", height=3))
+def test_a_shift_by_utm_offsets_changes_nothing(one, two):
+    straight = intersect_surfaces([one, two])
+    # whole multiples of 1024 m: the local frame is the same one
+    offset = np.array([445 * 1024.0, 6620 * 1024.0, 0.0])
+    other = intersect_surfaces([moved(one, offset), moved(two, offset)])
+    assert other.segments.tobytes() == straight.segments.tobytes()
+    assert other.local.tobytes() == straight.local.tobytes()
+    assert other.origin.tolist() == offset.tolist()
+
+
+def test_an_open_curve():
+    top = grid("Top", np.zeros((5, 5)))
+    curves = assert_true(top, sheet("F1", [(1.5, -1, -1), (1.5, 9, -1), (1.5, 9, 1), (1.5, -1, 1)]))
+    assert curves.n_curve == 1
+    assert not curves.closed[0]
+    line = curves.points[curves.curves[0]]
+    assert {tuple(line[0]), tuple(line[-1])} == {(1.5, 0.0, 0.0), (1.5, 4.0, 0.0)}
+    assert curves.length == 4.0
+    assert curves.between("F1", "Top")[0].tolist() == line.tolist()
+
+
+def test_a_curve_that_ends_inside():
+    top = grid("Top", np.zeros((5, 5)))
+    corners = [(1.25, 1.5, -1), (1.25, 2.5, -1), (1.25, 2.5, 1), (1.25, 1.5, 1)]
+    curves = assert_true(top, sheet("F1", corners))
+    assert (curves.n_curve, curves.length) == (1, 1.0)
+
+
+def test_closed_curves_one_for_each_crest():
+    z = np.zeros((9, 9))
+    z[2::4, 2::4] = 2.0
+    curves = assert_true(grid("Top", z), sheet("Flat", LEVEL))
+    assert curves.n_curve == 4
+    assert curves.closed.all()
+    for curve in curves.curves:
+        assert curve[0] == curve[-1]
+        assert len(curve) == 7
+        # half way up the six faces around a node: a hexagon
+        assert {curves.points[i, 2] for i in curve.tolist()} == {1.0}
+    each = 2 * 0.5 + 2 * 0.5 + 2 * math.sqrt(0.5)
+    np.testing.assert_allclose(curves.length_of_curve, each, rtol=1e-15)
+
+
+def test_curves_that_branch():
+    """A saddle and its tangent plane: two lines that cross in a node."""
+    n = np.arange(7) - 3.0
+    saddle = grid("Top", n[None, :] ** 2 - n[:, None] ** 2 + 1.0)
+    curves = assert_true(saddle, sheet("Flat", LEVEL))
+    degree = np.bincount(curves.segments.ravel())
+    node = np.flatnonzero(degree == 4)
+    assert curves.points[node].tolist() == [[3.0, 3.0, 1.0]]
+    assert curves.n_curve == 4
+    assert all(node[0] in (curve[0], curve[-1]) for curve in curves.curves)
+
+
+def test_touching_points_stand_apart():
+    n = np.arange(7) - 3.0
+    bowl = grid("Top", n[None, :] ** 2 + n[:, None] ** 2 + 1.0)
+    curves = assert_true(bowl, sheet("Flat", LEVEL))
+    assert curves.n_curve == 0
+    (touch,) = curves.contacts
+    assert (touch.kind, touch.surfaces, touch.area) == ("point", (0, 1), 0.0)
+    assert touch.points.tolist() == [[3.0, 3.0, 1.0]]
+
+
+def test_a_touching_line_is_a_curve():
+    roof = grid("Top", np.abs(np.arange(7) - 3.0)[None, :] + np.ones((7, 1)))
+    curves = assert_true(roof, sheet("Flat", LEVEL))
+    assert (curves.n_curve, curves.length, len(curves.contacts)) == (1, 6.0, 0)
+
+
+def test_an_overlap_has_an_outline_and_an_area():
+    """Two level grids, shifted: the outline is a curve, no edge inside it is."""
+    one = grid("Top", np.zeros((6, 6)))
+    two = grid("Base", np.zeros((6, 6)), corner=(1.0, 2.0), rising=False)
+    curves = assert_true(one, two)
+    (touch,) = curves.contacts
+    assert (touch.kind, touch.area) == ("area", 12.0)
+    assert curves.n_curve == 1
+    assert curves.closed[0]
+    assert curves.length == 14.0
+    x, y = curves.points[:, 0], curves.points[:, 1]
+    assert (np.isin(x, (1.0, 5.0)) | np.isin(y, (2.0, 5.0))).all()
+
+
+def test_two_overlaps_and_a_crossing_of_one_pair():
+    step = np.array([0.0, 0, 0, 1, 1, 0, -1])
+    one = grid("Top", np.tile(step, (3, 1)))
+    curves = assert_true(one, sheet("Flat", [(-1, -1, 0), (9, -1, 0), (9, 9, 0), (-1, 9, 0)]))
+    (touch,) = curves.contacts
+    assert touch.area == 4.0
+    # the outline of the overlap, and the line at x = 5
+    assert math.isclose(curves.length, 8.0 + 2.0)
+    assert sorted(curves.closed.tolist()) == [False, True]
+
+
+def test_a_strip_that_crosses_itself():
+    t = np.linspace(-1.5, 1.5, 12)
+    x, z = t**3 - t, 1.0 - t**2
+    nodes = np.array([(a, y, b) for y in (0.0, 1.0, 2.0) for a, b in zip(x, z, strict=True)])
+    faces = grid("s", np.zeros((3, 12))).triangles
+    strip = TriSurface("S", "surface", nodes, faces)
+    curves = intersect_surfaces([strip], self_intersections=True)
+    assert curves.surfaces_of_curve.tolist() == [[0, 0]]
+    line = curves.points[curves.curves[0]]
+    assert np.abs(line[:, 0]).max() < 1e-15  # by symmetry
+    np.testing.assert_allclose(sorted({*line[:, 1]})[:: len(line) - 1], [0.0, 2.0])
+    assert math.isclose(curves.length, 2.0, rel_tol=1e-12)
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.5, 1.0])
+def test_a_surface_that_does_not_cross_itself(bend):
+    surface = grid("Top", bend * np.arange(25.0).reshape(5, 5) % 3)
+    curves = intersect_surfaces([surface], self_intersections=True)
+    assert (curves.n_curve, len(curves.segments), len(curves.contacts)) == (0, 0, 0)
+
+
+def test_three_surfaces_meet_in_a_point():
+    top = grid("Top", np.tile(np.arange(5) / 4, (5, 1)))
+    one = sheet("F1", [(1.625, -1, -2), (1.625, 9, -2), (1.625, 9, 4), (1.625, -1, 4)])
+    two = sheet("F2", [(-1, 2.125, -2), (9, 2.125, -2), (9, 2.125, 4), (-1, 2.125, 4)])
+    curves = intersect_surfaces([top, one, two])
+    assert curves.surfaces_of_curve.tolist() == [[0, 1], [0, 2], [1, 2]]
+    laws.assert_curves_are_whole(curves)
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        pair = [(top, one, two)[i], (top, one, two)[j]]
+        alone = intersect_surfaces(pair)
+        together = curves.between(pair[0].name, pair[1].name)
+        assert [line.tolist() for line in together] == [
+            alone.points[curve].tolist() for curve in alone.curves
+        ]
+
+
+def test_cost_is_told():
+    top, base = grid("Top", np.zeros((9, 9))), grid("Base", np.eye(9))
+    cost = intersect_surfaces([top, base]).cost
+    assert set(cost) == {"voxels", "candidate_faces", "pairs_tested", "pairs_meeting"}
+    assert 0 < cost["pairs_meeting"] <= cost["pairs_tested"] < 128 * 128
+    assert cost["candidate_faces"] <= 256
+
+
+def test_surfaces_apart_have_no_curves():
+    one, two = grid("Top", np.ones((3, 3))), grid("Base", np.zeros((3, 3)))
+    curves = intersect_surfaces([one, two])
+    assert (curves.n_curve, len(curves.points), len(curves.contacts)) == (0, 0, 0)
+    assert curves.cost["pairs_tested"] == 0
+    assert curves.length == 0.0
+
+
+def test_refusals():
+    top = grid("Top", np.zeros((3, 3)))
+    with pytest.raises(InputError, match=r"1 surfaces were given, at least 2 are needed"):
+        intersect_surfaces([top])
+    with pytest.raises(
+        InputError, match=r"surface 1 is a list, not a TriSurface; triangulate_horizon"
+    ):
+        intersect_surfaces([top, [[0, 0, 0]]])
+    empty = TriSurface("Empty", "fault", [[0, 0, 0]], np.empty((0, 3), dtype=int))
+    with pytest.raises(SurfaceError, match=r"surface 'Empty' has no triangles; leave it out"):
+        intersect_surfaces([top, empty])
+    line = soup("F1", [[[0, 0, 0], [1, 1, 1], [0, 1, 0]], [[5, 5, 5], [6, 6, 6], [7, 7, 7]]])
+    words = r"'F1': 1 of 2 triangles have no area.*triangle 1 at \(easting 5\.000.*Remove them"
+    with pytest.raises(SurfaceError, match=words):
+        intersect_surfaces([top, line])
+    far = soup("F2", [[[0, 0, 0], [1e30, 1, 1], [0, 1, 0]]])
+    with pytest.raises(SurfaceError, match=r"'F2' has a coordinate of 1e\+30 m; at most"):
+        intersect_surfaces([top, far])
+
+
+# ----------------------------------------------------------- an independent check
+@pytest.fixture(scope="module")
+def verify(shared):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(shared))
+        pytest.importorskip("verify")
+        import verify
+        import verify.cases
+
+        yield verify
+
+
+def surfaces_of(case):
+    return [
+        TriSurface("ABCDE"[i], "surface", np.where(np.isfinite(V), V, 0.0), F)
+        for i, (V, F) in enumerate(case.meshes)
+    ]
+
+
+def test_structured_cases_pass_an_independent_check(verify):
+    names = []
+    for case in verify.cases.structured_cases():
+        if len(case.meshes) != 2 or case.name.startswith("egg"):
+            continue
+        one, two = surfaces_of(case)
+        curves = intersect_surfaces([one, two])
+        tol = 1e-8 if np.abs(one.vertices).max() > 1e5 else 1e-9
+        try:
+            verify.check_curve(mesh(one), mesh(two), curves.points, curves.segments, tol)
+        except verify.CheckError as error:
+            raise AssertionError(f"{case.name}: {error}") from error
+        names.append(case.name)
+    assert len(names) >= 12
+
+
+def test_soups_pass_an_independent_check(verify):
+    for seed in range(6):
+        one, two = surfaces_of(verify.cases.random_soup(seed, 60))
+        one, two = (moved(s, UTM) for s in (one, two)) if seed % 2 else (one, two)
+        curves = intersect_surfaces([one, two])
+        assert curves.n_curve > 20
+        verify.check_curve(
+            mesh(one), mesh(two), curves.points, curves.segments, 1e-7, degrees=False
+        )

@@ -1,0 +1,120 @@
+"""Signs against rationals. GEOSURF_CASES sets how many; `tests.kernels.million` counts more.
+
+``GEOSURF_CASES=1000000 python -m pytest tests/kernels/test_predicates.py`` takes a minute;
+``NUMBA_DISABLE_JIT=1 python -m tests.kernels.million 100000`` runs the kernels uncompiled.
+"""
+
+from __future__ import annotations
+
+import os
+from itertools import permutations
+
+import numpy as np
+import pytest
+
+from geosurf.errors import SurfaceError
+from geosurf.kernels.predicates import flat_triangles, frame_of, scale_of
+from tests import oracles
+from tests.kernels.families import FAMILIES, PREDICATES, kernel_signs, share, true_signs, tuples
+
+CASES = int(os.environ.get("GEOSURF_CASES", "20000"))
+every_predicate = pytest.mark.parametrize("name", PREDICATES)
+every_family = pytest.mark.parametrize("family", FAMILIES)
+
+
+@every_predicate
+@every_family
+def test_signs_are_never_wrong(name, family):
+    points = tuples(family, share(CASES), *PREDICATES[name], seed=7)
+    true = true_signs(name, points)
+    found = kernel_signs(name, points)
+    wrong = np.flatnonzero(true != found)
+    assert len(wrong) == 0, (points[wrong[0]].tolist(), true[wrong[0]], found[wrong[0]])
+    assert {-1, 1} <= set(true.tolist()), "the family is one-sided: it tests nothing"
+
+
+@every_predicate
+@pytest.mark.parametrize("family", ["lattice", "cocircular", "nudged", "powers"])
+def test_families_hold_exact_zeros_where_they_should(name, family):
+    points = tuples(family, 4000, *PREDICATES[name], seed=7)
+    zeros = (true_signs(name, points) == 0).sum()
+    assert zeros > (400 if family == "lattice" else 0) or (name, family) == ("incircle", "nudged")
+
+
+@every_predicate
+@every_family
+def test_two_oracles_agree(name, family):
+    points = tuples(family, 40, *PREDICATES[name], seed=8)
+    slow = [getattr(oracles, name)(*p) for p in points]
+    assert true_signs(name, points).tolist() == slow
+
+
+@every_predicate
+@every_family
+def test_signs_follow_the_order_of_points(name, family):
+    points = tuples(family, 150, *PREDICATES[name], seed=9)
+    straight = kernel_signs(name, points)
+    for order in permutations(range(points.shape[1])):
+        n = len(order)
+        odd = sum(order[i] > order[j] for i in range(n) for j in range(i + 1, n)) % 2
+        np.testing.assert_array_equal(
+            kernel_signs(name, points[:, order]), -straight if odd else straight
+        )
+
+
+@every_predicate
+def test_mirrors_shifts_and_powers_of_two(name):
+    points = tuples("lattice", 2000, *PREDICATES[name], seed=10)
+    signs = kernel_signs(name, points)
+    assert signs.any()
+    mirror = np.ones(points.shape[2])
+    mirror[0] = -1.0
+    np.testing.assert_array_equal(kernel_signs(name, points * mirror), -signs)
+    np.testing.assert_array_equal(kernel_signs(name, points * 2.0**-20 + 456_000.0), signs)
+    np.testing.assert_array_equal(kernel_signs(name, points * 2.0**200), signs)
+    # the products underflow, the answers do not
+    np.testing.assert_array_equal(kernel_signs(name, points * 2.0**-300), signs)
+
+
+def test_conventions():
+    square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
+    assert kernel_signs("orient2d", square[None, :3]) == 1
+    assert kernel_signs("incircle", np.array([[*square[:3], (0.5, 0.5)]])) == 1
+    assert kernel_signs("incircle", np.array([[*square[:3], (0.0, 1.0)]])) == 0
+    up = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]])
+    assert kernel_signs("orient3d", up) == 1
+
+
+@pytest.mark.parametrize(
+    ("value", "k", "bits"),
+    [
+        (1.0, 0, 1),
+        (3.0, 0, 2),
+        (0.5, 1, 1),
+        (6.0, -1, 2),
+        (2.0**-40, 40, 1),
+        (0.1, 55, 52),
+        (0.0, 0, 1),
+    ],
+)
+def test_scale_of_one_coordinate(value, k, bits):
+    found_k, found_bits = scale_of(np.array([[value, 0.0, -value]]))
+    whole = value * 2.0**found_k
+    assert whole == int(whole)
+    assert abs(int(whole)).bit_length() <= found_bits
+    assert (found_k, found_bits) == (k, bits)
+
+
+def test_flat_triangles_are_found_exactly():
+    x = np.array([[0.0, 0, 0], [0.1, 0.2, 0.3], [0.2, 0.4, 0.6], [0.2, 0.4, np.nextafter(0.6, 1)]])
+    t = np.array([[0, 1, 2], [0, 1, 3], [1, 1, 3], [2, 3, 0]])
+    m, w = frame_of(x)
+    true = [i for i, row in enumerate(t) if oracles.flat(x[row])]
+    assert flat_triangles(x, t, m, w).tolist() == true == [0, 2]
+
+
+def test_numbers_that_cannot_be_used_are_refused():
+    with pytest.raises(SurfaceError, match="not finite; leave out nodes"):
+        frame_of(np.array([[0.0, np.nan, 1.0]]))
+    with pytest.raises(SurfaceError, match=r"span \d+ binary digits.*set numbers that mean zero"):
+        frame_of(np.array([[1e-200, 1e200, 1.0]]))

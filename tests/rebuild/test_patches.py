@@ -1,0 +1,313 @@
+"""Surfaces split along their curves: nothing lost, nothing moved, nothing crossing."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import TriSurface, build_walls, intersect_surfaces, rebuild_surfaces
+from geosurf.carve.certificate import certify
+from geosurf.errors import GeosurfError, InputError
+from tests import laws, oracles
+from tests.strategies import (
+    BOX,
+    UTM,
+    faulted_worlds,
+    grid,
+    moved,
+    relief,
+    sheet,
+    shuffled,
+    soup,
+    soups,
+)
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def assert_meets_in_corners_and_edges(patches):
+    """No two triangles have anything in common but corners and edges: all pairs, rational."""
+    corners = [tuple(oracles.rational(p)) for p in patches.local[patches.triangles]]
+    distinct = {frozenset(c): c for c in corners}
+    low = {c: np.min([list(map(float, p)) for p in t], axis=0) for c, t in distinct.items()}
+    high = {c: np.max([list(map(float, p)) for p in t], axis=0) for c, t in distinct.items()}
+    for one, two in itertools.combinations(distinct, 2):
+        if (low[one] > high[two]).any() or (low[two] > high[one]).any():
+            continue
+        met = oracles.meet_triangles(distinct[one], distinct[two])
+        assert set(met) == one & two, (distinct[one], distinct[two])
+
+
+def assert_true(surfaces, exact=True):
+    patches = rebuild_surfaces(surfaces)
+    laws.assert_on_parents(patches)
+    laws.assert_shares_vertices(patches)
+    certificate = certify(patches)
+    assert certificate.ok, str(certificate)
+    if exact:
+        assert_meets_in_corners_and_edges(patches)
+    return patches
+
+
+# two reliefs meet in points with denominators, whose rounded triangles may still not cross
+@settings(max_examples=25)
+@given(relief(size=2, holes=False), relief("Base", size=2))
+def test_two_reliefs(one, two):
+    assert_true([one, two])
+
+
+@settings(max_examples=25)
+@given(relief(size=2), st.integers(-1, 2), st.integers(0, 1))
+def test_relief_and_fault(one, at, lean):
+    corners = [(at, -1, -1), (at + 4 * lean, 3, -1), (at + 4 * lean, 3, 3), (at, -1, 3)]
+    assert_true([one, sheet("F1", corners)])
+
+
+@settings(max_examples=40)
+@given(soups(most=2, extent=2))
+def test_lattice_soups(pair):
+    """Triangles that meet others of their own surface, too."""
+    patches = rebuild_surfaces(pair, self_intersections=True)
+    laws.assert_on_parents(patches)
+    laws.assert_shares_vertices(patches)
+    assert_meets_in_corners_and_edges(patches)
+
+
+@settings(max_examples=15)
+@given(faulted_worlds())
+def test_faulted_worlds(surfaces):
+    assert_true(surfaces, exact=False)
+
+
+def test_the_least_case():
+    """One triangle and one wall: what happens, to the last triangle."""
+    flat = soup("Top", [[[0, 0, 0], [8, 0, 0], [0, 8, 0]]])
+    wall = soup("F1", [[[2, -9, -4], [2, 9, -4], [2, 0, 8]]])
+    patches = assert_true([flat, wall])
+    assert patches.n_patch == 3
+    top = patches.surface("Top")
+    assert top.n_triangle == 3
+    ends = patches.vertices[patches.curve_edges]
+    assert sorted(map(sorted, ends.tolist())) == [[[2.0, 0.0, 0.0], [2.0, 6.0, 0.0]]]
+    assert patches.report["cut_triangles"] == 2
+
+
+def test_untouched_triangles_stay_as_they_are():
+    top = grid("Top", np.zeros((9, 9)))
+    small = sheet("F1", [(4.5, 4.25, -1), (4.75, 4.25, -1), (4.75, 4.25, 1), (4.5, 4.25, 1)])
+    patches = assert_true([top, small], exact=False)
+    mine = patches.surface_of_triangle == 0
+    parent = patches.parent_of_triangle[mine]
+    children = np.bincount(parent, minlength=top.n_triangle)
+    whole = np.flatnonzero(children == 1)
+    assert len(whole) == top.n_triangle - 1
+    rows = np.flatnonzero(mine)[np.isin(parent, whole)]
+    np.testing.assert_array_equal(
+        patches.vertices[patches.triangles[rows]], top.vertices[top.triangles[whole]]
+    )
+
+
+def test_surfaces_apart_are_left_alone():
+    one, two = grid("Top", np.ones((3, 3))), grid("Base", np.zeros((3, 3)))
+    patches = assert_true([one, two], exact=False)
+    for surface in (one, two):
+        part = patches.surface(surface.name)
+        np.testing.assert_array_equal(
+            part.vertices[part.triangles], surface.vertices[surface.triangles]
+        )
+    assert patches.n_patch == 2
+    assert len(patches.curve_edges) == 0
+
+
+def test_curves_are_edges_of_the_patches():
+    rng = np.random.default_rng(3)
+    top = grid("Top", rng.integers(0, 4, (6, 6)))
+    wall = sheet("F1", [(1, -1, -1), (3, 9, -1), (3, 9, 5), (1, -1, 5)], (4, 4))
+    curves = intersect_surfaces([top, wall])
+    patches = assert_true([top, wall], exact=False)
+    assert curves.length > 5.0
+    edges = {frozenset(map(tuple, e)) for e in patches.vertices[patches.curve_edges].tolist()}
+    assert edges == {frozenset(map(tuple, e)) for e in curves.points[curves.segments].tolist()}
+
+
+def test_coinciding_areas_share_triangles():
+    one = grid("Top", np.zeros((4, 4)))
+    two = grid("Base", np.zeros((4, 4)), corner=(1.5, 1.0), rising=False)
+    patches = assert_true([one, two])
+    keys = [frozenset(t) for t in patches.triangles.tolist()]
+    of = patches.surface_of_triangle
+    shared = {k for k, s in zip(keys, of, strict=True) if s == 0} & {
+        k for k, s in zip(keys, of, strict=True) if s == 1
+    }
+    corners = patches.local[[sorted(k) for k in shared]]
+    area = 0.5 * np.abs(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
+    )
+    assert area.sum() == 1.5 * 2.0
+
+
+def test_taking_apart():
+    top = grid("Top", np.zeros((5, 5)))
+    wall = sheet("F1", [(1.5, 0, -1), (1.5, 4, -1), (1.5, 4, 1), (1.5, 0, 1)])
+    patches = assert_true([top, wall], exact=False)
+    assert patches.names == ("Top", "F1")
+    assert patches.n_patch == 4
+    parts = [patches.patch(i) for i in range(4)]
+    assert sum(p.n_triangle for p in parts) == patches.n_triangle
+    assert [p.role for p in parts] == ["horizon", "horizon", "fault", "fault"]
+    west, east = sorted(parts[:2], key=lambda p: p.bounds[0])
+    assert west.bounds[:4] == (0.0, 1.5, 0.0, 4.0)
+    assert east.bounds[:4] == (1.5, 4.0, 0.0, 4.0)
+    assert patches.surface("Top").n_triangle == patches.surface(0).n_triangle
+    with pytest.raises(InputError, match=r"no surface is called 'F2'; there are \['Top', 'F1'\]"):
+        patches.surface("F2")
+    with pytest.raises(InputError, match=r"there is no surface 2; rows are 0 to 1"):
+        patches.surface(2)
+    with pytest.raises(InputError, match=r"there is no patch 4; patches are 0 to 3"):
+        patches.patch(4)
+
+
+def test_a_strip_that_crosses_itself():
+    t = np.linspace(-1.5, 1.5, 12)
+    x, z = t**3 - t, 1.0 - t**2
+    nodes = np.array([(a, y, b) for y in (0.0, 1.0, 2.0) for a, b in zip(x, z, strict=True)])
+    strip = TriSurface("S", "surface", nodes, grid("s", np.zeros((3, 12))).triangles)
+    assert not certify(rebuild_surfaces([strip])).ok
+    patches = rebuild_surfaces([strip], self_intersections=True)
+    assert certify(patches).ok, str(certify(patches))
+    laws.assert_on_parents(patches)
+    assert patches.n_patch == 3  # two ends and the loop between
+    degree = np.bincount(
+        np.unique(
+            np.sort(
+                np.stack([patches.triangles, np.roll(patches.triangles, -1, 1)], -1), -1
+            ).reshape(-1, 2),
+            axis=0,
+            return_counts=True,
+        )[1]
+    )
+    assert degree[4] == len(patches.curve_edges) > 0
+
+
+# ------------------------------------------------------------------ same answer
+@settings(max_examples=20)
+@given(relief(), relief("Base", holes=False), st.integers(0, 2), seeds)
+def test_shuffles_change_nothing(one, two, at, seed):
+    wall = sheet("F1", [(at, -1, -1), (at + 2, 4, -1), (at + 2, 4, 3), (at, -1, 3)])
+    surfaces = [one, two, wall]
+    straight = rebuild_surfaces(surfaces)
+    rng = np.random.default_rng(seed)
+    other = [shuffled(surfaces[i], rng) for i in rng.permutation(3)]
+    laws.assert_same_patches(straight, rebuild_surfaces(other))
+
+
+@settings(max_examples=20)
+@given(soups(most=3, names=("A", "B", "C")), seeds)
+def test_shuffled_soups(surfaces, seed):
+    rng = np.random.default_rng(seed)
+    straight = rebuild_surfaces(surfaces, self_intersections=True)
+    other = [shuffled(surfaces[i], rng) for i in rng.permutation(3)]
+    laws.assert_same_patches(straight, rebuild_surfaces(other, self_intersections=True))
+
+
+@settings(max_examples=15)
+@given(relief(), relief("Base"), st.sampled_from([0.4, 1.3, 40.0]))
+def test_voxels_and_runs_change_no_byte(one, two, size):
+    straight = rebuild_surfaces([one, two])
+    for other in (rebuild_surfaces([one, two]), rebuild_surfaces([one, two], voxel_size=size)):
+        for key in ("local", "triangles", "parent_of_triangle", "patch_of_triangle", "curve_edges"):
+            assert getattr(straight, key).tobytes() == getattr(other, key).tobytes()
+
+
+@settings(max_examples=15)
+@given(relief(), relief("Base"))
+def test_a_shift_by_utm_offsets_changes_no_byte(one, two):
+    offset = np.array([445 * 1024.0, 6620 * 1024.0, 0.0])
+    straight = rebuild_surfaces([one, two])
+    other = rebuild_surfaces([moved(one, offset), moved(two, offset)])
+    assert straight.local.tobytes() == other.local.tobytes()
+    assert straight.triangles.tobytes() == other.triangles.tobytes()
+
+
+# ----------------------------------------------------------- an independent check
+@pytest.fixture(scope="module")
+def verify(shared):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(shared))
+        pytest.importorskip("verify")
+        import verify
+        import verify.cases
+
+        yield verify
+
+
+def split_of(patches, i):
+    mine = patches.surface_of_triangle == i
+    return patches.vertices, patches.triangles[mine], patches.parent_of_triangle[mine]
+
+
+def assert_independent(verify, meshes, name, tol, own=False):
+    surfaces = [
+        TriSurface("ABCDE"[i], "surface", np.where(np.isfinite(V), V, 0.0), F)
+        for i, (V, F) in enumerate(meshes)
+    ]
+    try:
+        patches = rebuild_surfaces(surfaces, self_intersections=own)
+        for i, surface in enumerate(surfaces):
+            V2, F2, parent = split_of(patches, i)
+            verify.check_split(surface.vertices, surface.triangles, V2, F2, parent, tol)
+        for i, j in itertools.combinations(range(len(surfaces)), 2):
+            a, b = split_of(patches, i)[:2], split_of(patches, j)[:2]
+            verify.check_conforming(*a, *b, tol=0.0)
+    except (verify.CheckError, GeosurfError) as error:
+        raise AssertionError(f"{name}: {error}") from error
+    return patches
+
+
+def test_structured_cases_pass_an_independent_check(verify):
+    n = 0
+    for case in verify.cases.structured_cases():
+        if case.name.startswith(("egg", "self")):
+            continue
+        offset = np.abs(case.meshes[0][0][np.isfinite(case.meshes[0][0])]).max()
+        assert_independent(verify, case.meshes, case.name, 1e-8 if offset > 1e5 else 1e-9)
+        n += 1
+    assert n >= 14
+
+
+def test_catalogue_variants_pass_an_independent_check(verify):
+    n = 0
+    for configuration, *meshes in verify.cases.catalogue_variants(5, 4):
+        patches = assert_independent(verify, meshes, configuration.name, 1e-8)
+        if configuration.kind is None:
+            assert patches.n_triangle == 2
+        n += 1
+    assert n > 200
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_lattice_soups_pass_an_independent_check(verify, seed):
+    case = verify.cases.lattice_soup(seed, count=8, extent=3)
+    patches = assert_independent(verify, case.meshes, case.name, 1e-9, own=True)
+    assert patches.report["constructed_points"] > 10
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_soups_pass_an_independent_check(verify, seed):
+    case = verify.cases.random_soup(seed, count=40)
+    meshes = [(V * 1000 + (np.array(UTM) if seed else 0), F) for V, F in case.meshes]
+    assert_independent(verify, meshes, case.name, 1e-8, own=True)
+
+
+def test_walls_and_horizon_share_the_corners_of_the_box():
+    patches = assert_true(
+        [grid("Top", np.zeros((3, 3)), spacing=3.0, corner=(-1, -1)), *build_walls(BOX)],
+        exact=False,
+    )
+    corners = list(itertools.product((0.0, 4.0), (0.0, 4.0), (-4.0, 8.0)))
+    places = set(map(tuple, patches.vertices.tolist()))
+    assert set(corners) <= places

@@ -1,0 +1,165 @@
+"""A scene computes what is asked for, once, and says so."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geosurf import Scene, intersect_surfaces, synthetic
+from geosurf.errors import InputError
+from tests import laws
+from tests.strategies import BOX, grid, sheet
+
+
+def upright(x, name="F1", **options):
+    return sheet(name, [(x, -1, -5), (x, 5, -5), (x, 5, 9), (x, -1, 9)], **options)
+
+
+def level(z, name="Top"):
+    return grid(name, np.full((4, 4), float(z)), spacing=2.0, corner=(-1.0, -1.0))
+
+
+@pytest.fixture
+def scene():
+    """Two horizons, two faults; F2 ends above Base and stays off Top."""
+    low = sheet("F2", [(-1, 2, -5), (5, 2, -5), (5, 2, 2), (-1, 2, 2)])
+    return Scene({"Top": level(3), "Base": level(1)}, {"F1": upright(1), "F2": low}, BOX)
+
+
+def ran(scene, stage=None, outcome="ran"):
+    return [s.subject for s in scene.steps if s.outcome == outcome and stage in (None, s.stage)]
+
+
+def test_nothing_runs_before_it_is_asked_for(scene):
+    assert scene.steps == ()
+    assert scene.explain() == ""
+
+
+def test_one_cutoff_runs_one_pair_and_reads_two_surfaces(scene):
+    (line,) = scene.cutoffs("Top", "F1")
+    assert line.shape[1] == 3
+    assert set(line[:, 0]) == {1.0}
+    assert ran(scene, "triangulate") == ["Top", "F1"]
+    assert ran(scene, "curves") == ["Top x F1"]
+    assert len(scene.steps) == 3
+
+
+def test_files_that_are_not_asked_for_are_not_read(tmp_path):
+    missing = tmp_path / "missing.ts"
+    scene = Scene({"Top": level(3), "Base": missing}, {"F1": upright(1)}, BOX)
+    assert len(scene.cutoffs("Top", "F1")) == 1
+    with pytest.raises(InputError, match=r"missing\.ts"):
+        scene.surface("Base")
+
+
+def test_the_second_time_comes_from_memory(scene):
+    first = scene.curves_between("Top", "F1")
+    assert scene.curves_between("Top", "F1") is first
+    assert [s.outcome for s in scene.steps if s.stage == "curves"] == ["ran", "from memory"]
+    assert scene.curves is scene.curves
+    assert scene.units is scene.units
+    assert ran(scene, "rebuild") == ["4 surfaces and the box"]
+    assert ran(scene, "carve") == ["the box"]
+
+
+def test_skipped_pairs_are_told(scene):
+    assert scene.cutoffs("Top", "F2") == []
+    (step,) = [s for s in scene.steps if s.outcome == "skipped"]
+    assert (step.stage, step.subject, step.detail) == ("curves", "Top x F2", "boxes do not meet")
+    assert scene.curves.n_curve == 4
+    assert ran(scene, "curves", "skipped") == ["Top x F2", "Top x Base", "Top x F2"]
+    assert "Top x F2" in scene.explain()
+
+
+def test_replace_recomputes_the_pairs_of_what_changed(scene):
+    before = scene.curves
+    other = scene.replace(faults={"F1": upright(2)})
+    assert other.steps == ()
+    after = other.curves
+    assert ran(other, "triangulate") == ["F1"]
+    assert sorted(ran(other, "curves")) == ["Base x F1", "F1 x F2", "Top x F1"]
+    assert ran(other, "curves", "from memory") == ["Base x F2"]
+    assert {*after.between("Top", "F1")[0][:, 0]} == {2.0}
+    np.testing.assert_array_equal(after.between("Base", "F2")[0], before.between("Base", "F2")[0])
+    # the first scene is what it was
+    assert scene.curves is before
+    assert {*scene.cutoffs("Top", "F1")[0][:, 0]} == {1.0}
+
+
+def test_an_equal_input_changes_nothing(scene):
+    first = scene.units
+    twin = scene.replace(faults={"F1": upright(1)})
+    assert twin.units is first
+    assert ran(twin, "rebuild") == ran(twin, "carve") == []
+
+
+def test_replace_adds_and_removes(scene):
+    assert scene.replace(faults={"F2": None}).fault_names == ("F1",)
+    assert scene.replace(horizons={"Deep": level(-1)}).horizon_names == ("Top", "Base", "Deep")
+    smaller = scene.replace(box=(0, 2, 0, 4, -4, 8))
+    assert smaller.units.box_volume == 96.0
+    assert scene.units.box_volume == 192.0
+    with pytest.raises(InputError, match=r"a scene has no 'fault'.*Did you mean 'faults'\?"):
+        scene.replace(fault={})
+
+
+def test_curves_are_those_of_all_surfaces_at_once(scene):
+    together = intersect_surfaces(scene.surfaces)
+    laws.assert_same_curves(scene.curves, together)
+    assert scene.curves.local.tobytes() == together.local.tobytes()
+    assert scene.curves.names == ("Top", "Base", "F1", "F2")
+
+
+def test_units_and_certificate(scene):
+    laws.assert_volumes_add_up(scene.units, BOX)
+    assert scene.volumes.sum().item() == pytest.approx(192.0, rel=1e-12)
+    certificate = scene.check()
+    assert certificate.ok, str(certificate)
+    assert certificate.checks[-1].name == "two runs give the same bytes"
+    # F2 splits what lies below Base, and dies in the zone above
+    assert len(scene.units) == 2 + 2 + 4
+
+
+def test_order_of_faults_and_voxel_size_change_no_volume(scene):
+    faults = {name: scene.surface(name) for name in ("F2", "F1")}
+    other = Scene({"Top": level(3), "Base": level(1)}, faults, BOX, voxel_size=0.7)
+    volumes = sorted(unit.volume for unit in scene.units.values())
+    np.testing.assert_allclose(sorted(u.volume for u in other.units.values()), volumes, rtol=1e-14)
+
+
+def test_the_default_box_is_where_all_horizons_are():
+    world = synthetic.tilted_planes(n=5)
+    top, base = world.horizons["Top"], world.horizons["Base"].isel(easting=slice(1, None))
+    scene = Scene({"Top": top, "Base": base}, world.faults)
+    west, east, south, north, bottom, high = scene.box
+    assert (west, east, south, north) == (1000.0, 4000.0, 0.0, 3000.0)
+    assert bottom < float(base.min()) < float(top.max()) < high
+    assert "default: where all horizons are" in scene.explain()
+    laws.assert_volumes_add_up(scene.units, scene.box)
+    assert {u.zone for u in scene.units.values()} == {"above Top", "Top/Base", "below Base"}
+
+
+def test_a_mesh_has_no_default_box():
+    with pytest.raises(InputError, match=r"horizon 'Top' is a mesh.*give box="):
+        _ = Scene({"Top": level(3)}).box
+
+
+def test_gridded_inputs():
+    world = synthetic.tilted_planes(n=5)
+    scene = Scene(world.horizons, world.faults, world.box)
+    assert [s.role for s in scene.surfaces] == ["horizon", "horizon", "fault"]
+    assert len(scene.units) == 6
+    assert scene.search("Top", "F1").faces_a.size > 0
+
+
+def test_refusals():
+    with pytest.raises(InputError, match="at least one horizon or fault; give horizons="):
+        Scene({})
+    with pytest.raises(InputError, match="horizons is a list; give a mapping"):
+        Scene([level(3)])
+    with pytest.raises(InputError, match="'Top' is the name of a horizon and of a fault; rename"):
+        Scene({"Top": level(3)}, {"Top": upright(1)})
+    with pytest.raises(InputError, match=r"no surface is called 'Tpo'.*Did you mean 'Top'\?"):
+        Scene({"Top": level(3)}).surface("Tpo")
+    with pytest.raises(InputError, match=r"west \(4\) is not less than east \(0\)"):
+        _ = Scene({"Top": level(3)}, box=(4, 0, 0, 4, -4, 8)).units
