@@ -44,7 +44,7 @@ def crossing_pairs(
         triangles = np.concatenate([triangles, others])
     m, w = frame_of(x, len(triangles))
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
-    n = meet_pairs(x, triangles, pairs, m, w, rows)
+    n, _ = meet_pairs(x, triangles, pairs, m, w, 0.0, rows, np.empty(0, dtype=np.int64))
     rows = rows[:n]
     used = np.arange(6)[None, :] < rows[:, N_CORNER, None]
     codes = rows[:, FIRST_CODE:]

@@ -26,6 +26,7 @@ from geosurf.kernels.voxels import fill_voxels, triangle_boxes
 from geosurf.model import TriSurface, VoxelSearch
 
 METHODS = ("auto", "tree", "voxels")
+ULP = 2.0**-52
 
 
 @dataclass
@@ -45,6 +46,9 @@ class Contacts:
     surface_of_face, row_of_face : ndarray of int64, shape (n_face,)
     rows : ndarray of int64, shape (n_contact, 11)
         Contacts, see `geosurf.kernels.contact`.
+    near : ndarray of int64, shape (n_near, 2)
+        Pairs of faces whose signs hold, but could change if coordinates moved by a unit in the
+        last place: what has to be looked at again once points are rounded.
     ids : ndarray of int64, shape (n_contact, 6)
         Points of each contact, rows of `x`.
     records : ndarray of int64, shape (n_record, 4)
@@ -60,6 +64,7 @@ class Contacts:
     row_of_face: np.ndarray
     id_of_vertex: list[np.ndarray]
     rows: np.ndarray
+    near: np.ndarray
     ids: np.ndarray
     records: np.ndarray
     e: np.ndarray
@@ -237,7 +242,13 @@ def _name(surfaces, origin, x, t, surface_of_face, row_of_face, id_of_vertex, pa
     """Signs, then names."""
     m0, w = frame_of(x, len(t))
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
-    n = meet_pairs(x, t, pairs, m0, w, rows)
+    slip = ULP * float(np.abs(x).max(initial=0.0))
+    near = np.empty(64, dtype=np.int64)
+    n, n_near = meet_pairs(x, t, pairs, m0, w, slip, rows, near)
+    if n_near > len(near):
+        near = np.empty(n_near, dtype=np.int64)
+        n, n_near = meet_pairs(x, t, pairs, m0, w, slip, rows, near)
+    near = pairs[near[:n_near]]
     # by face, not by voxel: points and triangles get the same numbers for any voxel size
     rows = rows[:n][np.lexsort((rows[:n, 1], rows[:n, 0]))]
     codes = rows[:, FIRST_CODE:]
@@ -262,7 +273,7 @@ def _name(surfaces, origin, x, t, surface_of_face, row_of_face, id_of_vertex, pa
     m[N_NAME] = 0
     return Contacts(
         surfaces, origin, space[: len(x) + n_point].copy(), len(x), t, surface_of_face, row_of_face,
-        id_of_vertex, rows, ids, records[:n_record].copy(), e[: int(m[N_EDGE_PLANE])].copy(),
+        id_of_vertex, rows, near, ids, records[:n_record].copy(), e[: int(m[N_EDGE_PLANE])].copy(),
         d[:n_point].copy(), m, w,
     )  # fmt: skip
 

@@ -68,7 +68,7 @@ def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
             f"{corners[3 * row : 3 * row + 3].tolist()} lie on one line. Give three that do not."
         )
     rows = np.zeros((2, N_COLUMN), dtype=np.int64)
-    n = meet_pairs(x, t, np.array([[0, 1]]), m, w, rows)
+    n, _ = meet_pairs(x, t, np.array([[0, 1]]), m, w, 0.0, rows, np.empty(0, dtype=np.int64))
     coplanar = bool(rows[0, 2]) if n else _coplanar(x, t, m, w)
     if n == 0:
         return TriangleContact(

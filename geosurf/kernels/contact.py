@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.exact import NEAR
 from geosurf.kernels.predicates import normal_axis, orient2d, orient3d, plane_terms, side_of
 
 FACE = 6
@@ -71,7 +72,7 @@ def locate_in_plane(x, t, e, d, m, w, tri, axis, turn, vertex):
 
 
 @scalar
-def _pierce(x, t, m, w, p, q, tri):
+def _pierce(x, t, m, w, p, q, tri, slip):
     """Feature of a triangle where the line p-q passes, whose ends are on two sides of it."""
     signs = np.int64(0)
     zeros = 0
@@ -82,7 +83,7 @@ def _pierce(x, t, m, w, p, q, tri):
         if p == a or p == b or q == a or q == b:
             s = 0
         else:
-            s = orient3d(x, m, w, p, q, a, b)
+            s = orient3d(x, m, w, p, q, a, b, slip)
         if s == 0:
             zeros += 1
             last = k
@@ -104,13 +105,13 @@ def _add(rows, n, fa, fb):
 
 
 @scalar
-def _side_signs(x, t, m, w, tri, of):
+def _side_signs(x, t, m, w, tri, of, slip):
     """Signs of the corners of triangle `of` over the plane of triangle `tri`."""
     a, b, c = t[tri, 0], t[tri, 1], t[tri, 2]
     frame = plane_terms(x, a, b, c)
-    s0 = 0 if _is_corner(t, tri, t[of, 0]) else side_of(x, m, w, a, b, c, t[of, 0], frame)
-    s1 = 0 if _is_corner(t, tri, t[of, 1]) else side_of(x, m, w, a, b, c, t[of, 1], frame)
-    s2 = 0 if _is_corner(t, tri, t[of, 2]) else side_of(x, m, w, a, b, c, t[of, 2], frame)
+    s0 = 0 if _is_corner(t, tri, t[of, 0]) else side_of(x, m, w, a, b, c, t[of, 0], frame, slip)
+    s1 = 0 if _is_corner(t, tri, t[of, 1]) else side_of(x, m, w, a, b, c, t[of, 1], frame, slip)
+    s2 = 0 if _is_corner(t, tri, t[of, 2]) else side_of(x, m, w, a, b, c, t[of, 2], frame, slip)
     return s0, s1, s2
 
 
@@ -150,12 +151,12 @@ def _coplanar(x, t, e, d, m, w, rows, n, a, b):
 
 
 @scalar
-def meet(x, t, e, d, m, w, a, b, rows, n):
+def meet(x, t, e, d, m, w, a, b, slip, rows, n):
     """Write the contact of triangles a and b to rows[n]; True if they meet."""
-    a0, a1, a2 = _side_signs(x, t, m, w, b, a)
+    a0, a1, a2 = _side_signs(x, t, m, w, b, a, slip)
     if a0 == a1 and a1 == a2 and a0 != 0:
         return False
-    b0, b1, b2 = _side_signs(x, t, m, w, a, b)
+    b0, b1, b2 = _side_signs(x, t, m, w, a, b, slip)
     if b0 == b1 and b1 == b2 and b0 != 0:
         return False
     rows[n, TRIANGLE_A] = a
@@ -180,7 +181,7 @@ def meet(x, t, e, d, m, w, a, b, rows, n):
                 _add(rows, n, i, feature)
     for i in range(3):
         if sa[i] * sa[(i + 1) % 3] < 0:
-            feature = _pierce(x, t, m, w, t[a, i], t[a, (i + 1) % 3], b)
+            feature = _pierce(x, t, m, w, t[a, i], t[a, (i + 1) % 3], b, slip)
             if feature >= 3:
                 _add(rows, n, 3 + i, feature)
     for j in range(3):
@@ -192,7 +193,7 @@ def meet(x, t, e, d, m, w, a, b, rows, n):
                 _add(rows, n, feature, j)
     for j in range(3):
         if sb[j] * sb[(j + 1) % 3] < 0:
-            feature = _pierce(x, t, m, w, t[b, j], t[b, (j + 1) % 3], a)
+            feature = _pierce(x, t, m, w, t[b, j], t[b, (j + 1) % 3], a, slip)
             if feature == FACE:
                 _add(rows, n, FACE, 3 + j)
             elif feature >= 3:
@@ -206,12 +207,22 @@ def meet(x, t, e, d, m, w, a, b, rows, n):
     return rows[n, N_CORNER] > 0
 
 
-@entry("d2 l2 l2 l1 l1 l2 -> l")
-def meet_pairs(x, t, pairs, m, w, rows):
-    """Contacts of candidate pairs of triangles; returns how many rows were written."""
+@entry("d2 l2 l2 l1 l1 d l2 l1 -> l l")
+def meet_pairs(x, t, pairs, m, w, slip, rows, near):
+    """Contacts of candidate pairs of triangles; how many rows were written, and near pairs.
+
+    `rows` has room for one row more than there are pairs. `near` takes the numbers of pairs
+    that a move of all coordinates by `slip` could change; those beyond its end are only counted.
+    """
     none = np.empty((0, 4), dtype=np.int64)
     n = 0
+    n_near = 0
     for k in range(pairs.shape[0]):
-        if meet(x, t, none, none, m, w, pairs[k, 0], pairs[k, 1], rows, n):
+        before = m[NEAR]
+        if meet(x, t, none, none, m, w, pairs[k, 0], pairs[k, 1], slip, rows, n):
             n += 1
-    return n
+        if m[NEAR] != before:
+            if n_near < near.shape[0]:
+                near[n_near] = k
+            n_near += 1
+    return n, n_near

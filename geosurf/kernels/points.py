@@ -120,19 +120,27 @@ def quick_lpi(x, a, b, c0, c1, c2):
     th, tl = _two_sum(t0, (rh + rl) / dh)
     # every dd operation errs by less than 2**-100 of its operands; about thirty of them
     relative = 2.0**-94 * (size / abs(dh))
-    out0, ok0 = _along(x[a, 0], x[b, 0], th, tl, relative)
-    out1, ok1 = _along(x[a, 1], x[b, 1], th, tl, relative)
-    out2, ok2 = _along(x[a, 2], x[b, 2], th, tl, relative)
+    out0, ok0 = _along(x, a, b, c0, c1, c2, 0, th, tl, relative)
+    out1, ok1 = _along(x, a, b, c0, c1, c2, 1, th, tl, relative)
+    out2, ok2 = _along(x, a, b, c0, c1, c2, 2, th, tl, relative)
     return ok0 and ok1 and ok2, out0, out1, out2
 
 
 @scalar
-def _along(a, b, th, tl, relative):
-    """a + t (b - a), and whether its rounding is certain."""
-    dh, dl = _two_sum(b, -a)
+def _along(x, a, b, c0, c1, c2, axis, th, tl, relative):
+    """One coordinate of the point at t between a and b, and whether its rounding is certain.
+
+    A plane that is level on this axis (a contact, a wall of the box) gives it exactly; without
+    this, every point on the level 0 would go the exact way.
+    """
+    level = x[c0, axis]
+    if x[c1, axis] == level and x[c2, axis] == level:
+        return level, True
+    start, end = x[a, axis], x[b, axis]
+    dh, dl = _two_sum(end, -start)
     ph, pl = _dd_mul(dh, dl, th, tl)
-    s, r = _dd_add(a, 0.0, ph, pl)
-    slack = relative * abs(dh) + 2.0**-98 * (abs(a) + abs(b))
+    s, r = _dd_add(start, 0.0, ph, pl)
+    slack = relative * abs(dh) + 2.0**-98 * (abs(start) + abs(end))
     return s + 0.0, (s + (r - slack)) == s and (s + (r + slack)) == s
 
 

@@ -21,6 +21,7 @@ from geosurf.kernels.exact import (
     LIMBS,
     N_META,
     N_VERTEX,
+    NEAR,
     SCALE,
     exact_incircle,
     exact_normal_axis,
@@ -63,28 +64,37 @@ def plane_terms(x, a, b, c):
     p, q = ay * bz, az * by
     r, s = az * bx, ax * bz
     g, h = ax * by, ay * bx
-    return p - q, r - s, g - h, abs(p) + abs(q), abs(r) + abs(s), abs(g) + abs(h)
+    span = abs(ax) + abs(ay) + abs(az) + abs(bx) + abs(by) + abs(bz)
+    return p - q, r - s, g - h, abs(p) + abs(q), abs(r) + abs(s), abs(g) + abs(h), span
 
 
 @scalar
-def side_of(x, m, w, a, b, c, o, terms):
-    """Sign of the side on which vertex o lies of the plane of vertices a, b, c."""
+def side_of(x, m, w, a, b, c, o, terms, slip):
+    """Sign of the side on which vertex o lies of the plane of vertices a, b, c.
+
+    A sign that could change if all coordinates moved by up to `slip` goes the exact way, and
+    is counted as near where it is not zero.
+    """
     cx, cy, cz = x[o, 0] - x[a, 0], x[o, 1] - x[a, 1], x[o, 2] - x[a, 2]
     det = cx * terms[0] + cy * terms[1] + cz * terms[2]
     size = abs(cx) * terms[3] + abs(cy) * terms[4] + abs(cz) * terms[5]
-    bound = ORIENT3D_BOUND * size
+    reach = abs(cx) + abs(cy) + abs(cz)
+    bound = ORIENT3D_BOUND * size + 2.0 * slip * (terms[3] + terms[4] + terms[5] + reach * terms[6])
     if size > TINY:
         if det > bound:
             return 1
         if -det > bound:
             return -1
-    return exact_orient3d(x, m, w, a, b, c, o)
+    sign = exact_orient3d(x, m, w, a, b, c, o)
+    if sign != 0:
+        m[NEAR] += 1
+    return sign
 
 
 @scalar
-def orient3d(x, m, w, a, b, c, o):
+def orient3d(x, m, w, a, b, c, o, slip):
     """Sign of the side on which vertex o lies of the plane of vertices a, b, c."""
-    return side_of(x, m, w, a, b, c, o, plane_terms(x, a, b, c))
+    return side_of(x, m, w, a, b, c, o, plane_terms(x, a, b, c), slip)
 
 
 @scalar
@@ -183,7 +193,7 @@ def orient2d_rows(x, rows, m, w, out):
 def orient3d_rows(x, rows, m, w, out):
     """out[i] = side of vertex rows[i, 3] of the plane of the first three."""
     for i in range(rows.shape[0]):
-        out[i] = orient3d(x, m, w, rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3])
+        out[i] = orient3d(x, m, w, rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3], 0.0)
 
 
 @entry("d2 l2 l1 l1 l1 -> .")

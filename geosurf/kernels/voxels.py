@@ -70,8 +70,10 @@ def bounds_of(boxes, rows):
 
 @scalar
 def _cell(value, low, size, n):
-    c = int((value - low) / size)
-    return min(max(c, 0), n - 1)
+    c = (value - low) / size
+    if c >= n:  # before the cast: a huge face over tiny voxels is beyond int64
+        return n - 1
+    return int(c) if c > 0.0 else 0
 
 
 @scalar

@@ -14,23 +14,19 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.contact.arrange import Children, cut_contacts
-from geosurf.contact.crossing import crossing_pairs
 from geosurf.contact.search import Contacts, find_contacts, welded_triangles
 from geosurf.conventions import place
 from geosurf.errors import RoundingError, SurfaceError
-from geosurf.kernels.mesh import turned_over, weld
+from geosurf.kernels.mesh import turned_over
 from geosurf.kernels.predicates import frame_of
 from geosurf.model import TriSurface
+from geosurf.rebuild.soundness import crossing_faces
 
 STEPS = tuple(2.0**-k for k in (28, 24, 20, 16, 13))  # metres; the last moves by 0.1 mm at most
 
 
 def unsound(contacts: Contacts, children: Children) -> np.ndarray:
-    """Faces whose children turn over or cross another triangle once rounded (exact tests).
-
-    Constructed points are the only ones that move, by half a unit in the last place; so
-    children are compared with each other and with the candidate faces that are not cut.
-    """
+    """Faces whose children turn over or cross another triangle once rounded (exact tests)."""
     if len(children.triangles) == 0:
         return np.empty(0, dtype=np.int64)
     x = children.x
@@ -38,28 +34,7 @@ def unsound(contacts: Contacts, children: Children) -> np.ndarray:
     bad = turned_over(x, children.triangles, contacts.t, children.parent, m, w)
     if len(bad):
         return children.parent[bad]
-    t, face = children.triangles, children.parent
-    if children.collisions:  # distinct points in one place are one vertex of the result
-        number, _ = weld(x)
-        first = np.unique(number, return_index=True)[1]
-        t = first[number][t]
-    uncut = np.ones(len(contacts.t), dtype=bool)
-    uncut[children.cut] = False
-    uncut = np.flatnonzero(uncut)
-    once = _once(np.concatenate([t, contacts.t[uncut]]))
-    mine, others = once[once < len(t)], once[once >= len(t)] - len(t)
-    pairs = crossing_pairs(x, t[mine], contacts.t[uncut[others]])
-    return np.concatenate([face[mine], uncut[others]])[pairs.ravel()]
-
-
-def _once(triangles: np.ndarray) -> np.ndarray:
-    """Rows with each set of corners once, in order."""
-    corners = np.sort(triangles, axis=1)
-    n = int(corners.max(initial=0)) + 1
-    if n < 2_000_000:  # three numbers in one key
-        key = (corners[:, 0] * n + corners[:, 1]) * n + corners[:, 2]
-        return np.sort(np.unique(key, return_index=True)[1])
-    return np.sort(np.unique(corners, axis=0, return_index=True)[1])
+    return crossing_faces(contacts, children)
 
 
 def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float]]:

@@ -1,0 +1,97 @@
+"""Where could rounding make triangles cross? Those are tested exactly, the others need not be.
+
+Constructed points move by half a unit in the last place, e; nothing else moves. Two pieces
+of faces that meet at an angle can cross away from what they share only within about e / sin of
+their common line; so one of them, or a neighbour, is thinner than that. Pieces of faces that do
+not meet can cross only if the signs that keep them apart could change by such a move, and
+those pairs were noted when the signs were taken (`Contacts.near`). Thin pieces and near pairs are
+few (none in most scenes) and are compared with all around them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.contact.arrange import Children
+from geosurf.contact.crossing import crossing_pairs
+from geosurf.contact.search import ULP, Contacts
+from geosurf.kernels.contact import COPLANAR
+from geosurf.kernels.mesh import weld
+from geosurf.kernels.voxels import triangle_boxes
+
+_SAFETY = 1024.0
+
+
+def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
+    """Faces (rows of `Contacts.t`) with pieces that cross another triangle once rounded."""
+    t = children.triangles
+    if children.collisions:  # distinct points in one place are one vertex of the result
+        number, _ = weld(children.x)
+        t = np.unique(number, return_index=True)[1][number][t]
+    uncut = np.ones(len(contacts.t), dtype=bool)
+    uncut[children.cut] = False
+    uncut = np.flatnonzero(uncut)
+    pieces = np.concatenate([t, contacts.t[uncut]])
+    face = np.concatenate([children.parent, uncut])
+    suspect = _thin(contacts, children, pieces, face)
+    suspect |= _of_near_pairs(contacts, children.x, pieces, face)
+    if not suspect.any():
+        return np.empty(0, dtype=np.int64)
+    touched = np.zeros(len(children.x), dtype=bool)
+    touched[pieces[suspect]] = True
+    suspect[: len(t)] |= touched[t].any(axis=1)
+    once = _once(pieces, suspect)
+    mine, others = once[suspect[once]], once[~suspect[once]]
+    pairs = crossing_pairs(children.x, pieces[mine], pieces[others])
+    return face[np.concatenate([mine, others])[pairs.ravel()]]
+
+
+def _thin(contacts: Contacts, children: Children, pieces, face) -> np.ndarray:
+    """Children thinner than what rounding can do, given the flattest contact of their face."""
+    x = children.x
+    rows = contacts.rows[contacts.rows[:, COPLANAR] == 0, :2]
+    a, b, c = (contacts.x[contacts.t[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    sine = np.linalg.norm(np.cross(normal[rows[:, 0]], normal[rows[:, 1]]), axis=1)
+    flattest = np.ones(len(contacts.t))
+    for side in range(2):
+        np.minimum.at(flattest, rows[:, side], sine)
+    n = len(children.triangles)
+    a, b, c = (x[pieces[:n, k]] for k in range(3))
+    sides = np.stack([b - a, c - b, a - c])
+    longest = np.linalg.norm(sides, axis=2).max(axis=0)
+    height = np.linalg.norm(np.cross(sides[0], sides[2]), axis=1) / np.maximum(longest, 1e-300)
+    reach = _SAFETY * ULP * float(np.abs(x).max(initial=0.0))
+    thin = np.zeros(len(pieces), dtype=bool)
+    thin[:n] = ~(height * flattest[face[:n]] > reach)
+    return thin
+
+
+def _of_near_pairs(contacts: Contacts, x, pieces, face) -> np.ndarray:
+    """Pieces of faces in near pairs whose boxes reach the other face."""
+    suspect = np.zeros(len(pieces), dtype=bool)
+    if len(contacts.near) == 0:
+        return suspect
+    order = np.argsort(face, kind="stable")
+    start = np.searchsorted(face[order], np.arange(len(contacts.t) + 1))
+    boxes, of_face = triangle_boxes(x, pieces), triangle_boxes(contacts.x, contacts.t)
+    for pair in np.unique(contacts.near, axis=0).tolist():
+        for one, other in (pair, pair[::-1]):
+            mine = order[start[one] : start[one + 1]]
+            meets = (boxes[mine, :3] <= of_face[other, 3:]) & (
+                of_face[other, :3] <= boxes[mine, 3:]
+            )
+            suspect[mine[meets.all(axis=1)]] = True
+    return suspect
+
+
+def _once(triangles: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Rows with each set of corners once; rows in `first` are preferred."""
+    corners = np.sort(triangles, axis=1)
+    n = int(corners.max(initial=0)) + 1
+    order = np.argsort(~first, kind="stable")
+    if n < 2_000_000:  # three numbers in one key
+        key = (corners[:, 0] * n + corners[:, 1]) * n + corners[:, 2]
+        return order[np.unique(key[order], return_index=True)[1]]
+    return order[np.unique(corners[order], axis=0, return_index=True)[1]]
