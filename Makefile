@@ -12,12 +12,12 @@ help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
 
 demo: $(READY) ## build the faulted reservoir: volumes, pictures and a report in out/demo
-	@echo "Building the faulted reservoir (the first run compiles the kernels: about half a minute) ..."
+	@echo "Building the faulted reservoir (the first run compiles the kernels: about two minutes) ..."
 	@$(BIN)/geosurf run $(SCENARIO) -o out/demo
 	@echo "Volumes, pictures and the report are in out/demo."
 
 test: $(READY) ## run all tests, with lint, types and the import comb among them
-	@echo "Running the tests (the first run compiles the kernels: about half a minute) ..."
+	@echo "Running the tests (the first run compiles the kernels: about two minutes) ..."
 	@$(BIN)/python -m pytest
 
 lint: $(READY) ## check style, types and who may import whom
