@@ -194,7 +194,7 @@ def warmup_command(options: argparse.Namespace) -> int:
     from geosurf.kernels._jit import cache_folder
     from geosurf.scene import Scene
 
-    print("Compiling the kernels; this takes about two minutes once per version, seconds afterwards ...")
+    print("Compiling the kernels; about two minutes, once per version ...")
     sys.stdout.flush()
     start = time.perf_counter()
     world = synthetic.tilted_planes(n=5)
