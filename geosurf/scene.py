@@ -58,6 +58,8 @@ class Scene:
         Length unit of inputs that do not say theirs.
     voxel_size : float, optional
         Edge of the search voxels [m]. Changes the cost, never the result.
+    self_intersections : bool
+        Whether surfaces are also split where they cross themselves.
 
     Raises
     ------
@@ -84,6 +86,7 @@ class Scene:
         positive: str | None = None,
         units: str | None = None,
         voxel_size: float | None = None,
+        self_intersections: bool = False,
     ) -> None:
         self._horizons = _mapping("horizons", horizons)
         self._faults = _mapping("faults", faults or {})
@@ -96,6 +99,7 @@ class Scene:
                 raise InputError(f"{name!r} is the name of a horizon and of a fault; rename one.")
         self._box = box
         self._positive, self._units_word, self._voxel_size = positive, units, voxel_size
+        self._self = bool(self_intersections)
         self._memory: dict[Any, Any] = {}
         self._steps: list[Step] = []
 
@@ -106,7 +110,7 @@ class Scene:
         ----------
         horizons, faults : mapping, optional
             Named inputs to add or exchange; None as a value removes one.
-        box, positive, units, voxel_size : optional
+        box, positive, units, voxel_size, self_intersections : optional
             As for `Scene`.
 
         Returns
@@ -121,7 +125,9 @@ class Scene:
         >>> scene.replace(faults={"F1": None}).fault_names
         ()
         """
-        known = ("horizons", "faults", "box", "positive", "units", "voxel_size")
+        known = (
+            "horizons", "faults", "box", "positive", "units", "voxel_size", "self_intersections"
+        )  # fmt: skip
         for key in changes:
             if key not in known:
                 raise InputError(
@@ -138,6 +144,7 @@ class Scene:
             positive=changes.get("positive", self._positive),
             units=changes.get("units", self._units_word),
             voxel_size=changes.get("voxel_size", self._voxel_size),
+            self_intersections=changes.get("self_intersections", self._self),
         )
         twin._memory = self._memory
         return twin
@@ -250,7 +257,7 @@ class Scene:
     def patches(self) -> Patches:
         """All surfaces and the walls of the box, split along their curves."""
         surfaces = self.surfaces
-        key = ("patches", *(self._key(s) for s in surfaces), self.box, self._voxel_size)
+        key = ("patches", *(self._key(s) for s in surfaces), self.box, self._voxel_size, self._self)
         subject = f"{len(surfaces)} surfaces and the box"
         return self._remembered(
             "rebuild", subject, key, self._rebuild, lambda p: f"{p.n_patch} patches"
@@ -259,7 +266,8 @@ class Scene:
     def _rebuild(self) -> Patches:
         surfaces = (*self.surfaces, *build_walls(self.box))
         origin = self._frame(surfaces)
-        return patches_from(find_contacts(surfaces, origin=origin, voxel_size=self._voxel_size))
+        options = {"voxel_size": self._voxel_size, "self_intersections": self._self}
+        return patches_from(find_contacts(surfaces, origin=origin, **options))
 
     @cached_property
     def units(self) -> Units:

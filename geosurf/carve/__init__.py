@@ -9,6 +9,7 @@ import numpy as np
 
 from geosurf.carve.blocks import name_blocks
 from geosurf.carve.cells import Cells, box_of, find_cells
+from geosurf.carve.volume import volume_of
 from geosurf.carve.zones import faces_between, owned_by, zones_of
 from geosurf.errors import InputError, InvariantError
 from geosurf.model import Patches, Unit, Units, frozen
@@ -117,14 +118,6 @@ def _shell(patches: Patches, cells: Cells, sides: np.ndarray, u: int):
     inward = front[rows]
     t[inward] = t[inward][:, [0, 2, 1]]
     return t, rows
-
-
-def volume_of(local: np.ndarray, triangles: np.ndarray) -> float:
-    """Volume inside a closed shell [m3], by compensated sums around its middle."""
-    corners = local[triangles]
-    corners = corners - 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    return math.fsum(np.einsum("ij,ij->i", a, np.cross(b, c))) / 6.0
 
 
 def _unit(patches, cells, triangles, rows, volume, zone, zone_index, block) -> Unit:

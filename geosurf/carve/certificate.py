@@ -6,8 +6,11 @@ import math
 
 import numpy as np
 
+from geosurf.carve.volume import volume_of
 from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place
+from geosurf.kernels.mesh import turned_over
+from geosurf.kernels.predicates import frame_of
 from geosurf.model import Certificate, Check, Patches, Units
 
 VOLUME_TOLERANCE = 1e-12
@@ -27,9 +30,10 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
     Returns
     -------
     Certificate
-        One line per promise: units closed and oriented; volumes add up to the box;
-        nothing crosses between curves (exact, on the rounded mesh); each triangle lies on the
-        input triangle that it names; areas add up.
+        One line per promise: units closed and oriented; volumes add up to the box; units and
+        surfaces share their vertices; nothing crosses between curves (exact, on the
+        rounded mesh); each triangle lies on the input triangle that it names and faces
+        the same way (exact); areas add up.
 
     Examples
     --------
@@ -39,13 +43,15 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
     >>> certify(rebuild_surfaces([flat, wall])).ok
     True
     """
-    checks = [] if units is None else [_closed(units), _adds_up(units)]
-    checks += [_nothing_crosses(patches), _on_parents(patches), _areas(patches)]
+    checks = []
+    if units is not None:
+        checks += [_closed(units), _adds_up(units), _shared_vertices(patches, units)]
+    checks += [_nothing_crosses(patches), _on_parents(patches), _oriented(patches), _areas(patches)]
     return Certificate(tuple(checks))
 
 
 def open_edges(triangles: np.ndarray) -> tuple[int, int]:
-    """Number of directed edges without a partner in the other direction, and Euler number."""
+    """Number of edges without as many triangles on one side as on the other, and Euler number."""
     n = int(triangles.max(initial=0)) + 1
     a, b = triangles, np.roll(triangles, -1, axis=1)
     there, back = np.sort((a * n + b).ravel()), np.sort((b * n + a).ravel())
@@ -59,7 +65,7 @@ def open_edges(triangles: np.ndarray) -> tuple[int, int]:
     balance = np.zeros(len(every), dtype=np.int64)
     balance[np.searchsorted(every, values)] += count
     balance[np.searchsorted(every, others)] -= count_back
-    return int(np.abs(balance).sum()), euler
+    return int(np.abs(balance).sum()) // 2, euler
 
 
 def _closed(units: Units) -> Check:
@@ -75,10 +81,34 @@ def _closed(units: Units) -> Check:
 
 
 def _adds_up(units: Units) -> Check:
-    error = (units.volume - units.box_volume) / units.box_volume
-    passed = abs(error) <= VOLUME_TOLERANCE
-    detail = f"sum {units.volume:.15g} m3, box {units.box_volume:.15g} m3, relative {error:.1e}"
+    """Volumes, taken anew from the shells, against those stated and against the box."""
+    anew = {name: volume_of(unit.local, unit.triangles) for name, unit in units.items()}
+    total, box = math.fsum(anew.values()), units.box_volume
+    error = (total - box) / box
+    stated = max((abs(anew[name] - unit.volume) for name, unit in units.items()), default=0.0)
+    passed = max(abs(error), stated / box) <= VOLUME_TOLERANCE
+    detail = f"sum {total:.15g} m3, box {box:.15g} m3, relative {error:.1e}"
+    if stated > VOLUME_TOLERANCE * box:
+        detail += f"; a stated volume is {stated:.3g} m3 off its shell"
     return Check("volumes add up to the box", passed, float(error), detail)
+
+
+def _shared_vertices(patches: Patches, units: Units) -> Check:
+    """Every corner of a shell is a vertex of the patches, bit for bit."""
+    known = _as_bytes(patches.local)
+    foreign = [
+        name for name, unit in units.items() if not np.isin(_as_bytes(unit.local), known).all()
+    ]
+    n = len(np.unique(np.concatenate([_as_bytes(unit.local) for unit in units.values()])))
+    detail = f"{n} vertices of shells are vertices of the patches, bit for bit"
+    if foreign:
+        detail = f"corners of {', '.join(foreign[:8])} are no vertices of the patches"
+    return Check("units share the surfaces' vertices", not foreign, float(len(foreign)), detail)
+
+
+def _as_bytes(points: np.ndarray) -> np.ndarray:
+    """Each point as one value that compares bit for bit."""
+    return np.ascontiguousarray(points).view(np.dtype((np.void, 24))).ravel()
 
 
 def _nothing_crosses(patches: Patches) -> Check:
@@ -93,6 +123,8 @@ def _nothing_crosses(patches: Patches) -> Check:
     one, two = (patches.names[patches.surface_of_triangle[first[i]]] for i in bad[0])
     where = place(patches.vertices[patches.triangles[first[bad[0, 0]], 0]])
     detail = f"{len(bad)} pairs of triangles, the first of {one!r} and {two!r} at {where}"
+    if one == two:
+        detail += "; it crosses itself: rebuild with self_intersections=True"
     return Check(name, False, float(len(bad)), detail)
 
 
@@ -132,6 +164,23 @@ def _on_parents(patches: Patches) -> Check:
     far = float(off.max(initial=0.0))
     detail = f"farthest corner {far:.1e} m off the input triangle it names (bound {bound:.1e} m)"
     return Check("triangles lie on their parents", passed, far, detail)
+
+
+def _oriented(patches: Patches) -> Check:
+    """Triangles face as the input triangles they name: exact for all that are not copies."""
+    parent = _parent_corners(patches)
+    corners = patches.local[patches.triangles]
+    copies = [(corners == np.roll(parent, k, axis=1)).all(axis=(1, 2)) for k in range(3)]
+    rows = np.flatnonzero(~np.any(copies, axis=0))
+    x = np.concatenate([patches.local, parent[rows].reshape(-1, 3)])
+    of = np.arange(len(patches.local), len(x)).reshape(-1, 3)
+    m, w = frame_of(x)
+    bad = turned_over(x, patches.triangles[rows], of, np.arange(len(rows)), m, w)
+    detail = f"{len(rows)} new triangles face as their parents do (exact), the others are copies"
+    if len(bad):
+        where = place(patches.vertices[patches.triangles[rows[bad[0]], 0]])
+        detail = f"{len(bad)} triangles are turned over or flat, one at {where}"
+    return Check("triangles face as their parents do", len(bad) == 0, float(len(bad)), detail)
 
 
 def _areas(patches: Patches) -> Check:

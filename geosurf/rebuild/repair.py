@@ -58,11 +58,11 @@ def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float
         return contacts, children, {"moved_vertices": 0, "largest_move": 0.0}
     given = contacts.surfaces
     moved = [np.zeros(surface.n_vertex, dtype=bool) for surface in given]
-    first = contacts, bad
+    first, held = (contacts, bad), _held(given)
     for step in STEPS:
         for _ in range(3):
             _mark(contacts, bad, moved)
-            surfaces = [_rounded(s, m, step) for s, m in zip(given, moved, strict=True)]
+            surfaces = [_rounded(s, m, step, held) for s, m in zip(given, moved, strict=True)]
             try:
                 contacts = find_contacts(surfaces, **contacts.options)
             except SurfaceError:
@@ -82,17 +82,29 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
     faces = np.union1d(faces, contacts.rows[near, :2])
     ids = np.zeros(contacts.n_vertex, dtype=bool)
     ids[contacts.t[faces]] = True
-    for marked, id_of_vertex in zip(moved, contacts.id_of_vertex, strict=True):
+    for surface, marked, id_of_vertex in zip(
+        contacts.surfaces, moved, contacts.id_of_vertex, strict=True
+    ):
+        if surface.role == "wall":
+            continue
         known = id_of_vertex >= 0
         marked[known] |= ids[id_of_vertex[known]]
 
 
-def _rounded(surface: TriSurface, moved: np.ndarray, step: float) -> TriSurface:
+def _held(surfaces) -> list[np.ndarray]:
+    """Coordinates on each axis that stay: the model box is the user's, and what lies on it, too."""
+    walls = [surface.vertices for surface in surfaces if surface.role == "wall"]
+    return [np.unique(np.concatenate([w[:, axis] for w in walls] or [[]])) for axis in range(3)]
+
+
+def _rounded(surface: TriSurface, moved: np.ndarray, step: float, held) -> TriSurface:
     """The surface with some vertices on multiples of a step (of world coordinates)."""
     if not moved.any():
         return surface
     vertices = surface.vertices.copy()
-    vertices[moved] = np.rint(vertices[moved] / step) * step + 0.0
+    for axis in range(3):
+        free = moved & ~np.isin(vertices[:, axis], held[axis])
+        vertices[free, axis] = np.rint(vertices[free, axis] / step) * step + 0.0
     return TriSurface(surface.name, surface.role, vertices, welded_triangles(surface))
 
 

@@ -14,7 +14,8 @@ from tests.strategies import BOX, grid, sheet
 
 CLOSED, VOLUMES = "units are closed and oriented", "volumes add up to the box"
 CROSSES, PARENTS = "nothing crosses between curves", "triangles lie on their parents"
-AREAS = "areas add up"
+AREAS, FACING = "areas add up", "triangles face as their parents do"
+SHARED = "units share the surfaces' vertices"
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +72,8 @@ def without(patches, row):
 def test_a_sound_model_passes(patches, units):
     certificate = certify(patches, units)
     assert failed(certificate) == set()
-    assert [c.name for c in certificate.checks] == [CLOSED, VOLUMES, CROSSES, PARENTS, AREAS]
+    names = [CLOSED, VOLUMES, SHARED, CROSSES, PARENTS, FACING, AREAS]
+    assert [c.name for c in certificate.checks] == names
     assert same_bytes(patches, patches).passed
 
 
@@ -107,8 +109,22 @@ def test_a_dropped_triangle_opens_a_unit(patches, units):
     torn = replace(unit, triangles=unit.triangles[1:])
     damaged = Units([torn, *(u for n, u in units.items() if n != name)], units.box)
     certificate = certify(patches, damaged)
-    assert failed(certificate) == {CLOSED}
-    assert f"open edges in {name}" in str(certificate)
+    assert failed(certificate) == {CLOSED, VOLUMES}
+    assert f"3 open edges in {name}" in str(certificate)
+
+
+def test_a_turned_triangle_in_the_mesh(patches):
+    row, _ = inner_row(patches)
+    triangles = patches.triangles.copy()
+    triangles[row] = triangles[row, ::-1]
+    assert failed(certify(replace(patches, triangles=triangles))) == {FACING}
+
+
+def test_a_stretched_shell(patches, units):
+    name, unit = next(iter(units.items()))
+    stretched = replace(unit, local=unit.local * [1.0, 1.0, 1.5])
+    damaged = Units([stretched, *(u for n, u in units.items() if n != name)], units.box)
+    assert failed(certify(patches, damaged)) == {VOLUMES, SHARED}
 
 
 def test_a_turned_triangle_in_a_unit(patches, units):
@@ -117,7 +133,7 @@ def test_a_turned_triangle_in_a_unit(patches, units):
     faces[0] = faces[0, ::-1]
     turned = replace(unit, triangles=faces)
     damaged = Units([turned, *(u for n, u in units.items() if n != name)], units.box)
-    assert failed(certify(patches, damaged)) == {CLOSED}
+    assert failed(certify(patches, damaged)) == {CLOSED, VOLUMES}
 
 
 def test_a_missing_unit(patches, units):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf import TriSurface, build_walls, intersect_surfaces, rebuild_surfaces
+from geosurf import TriSurface, build_walls, carve_units, intersect_surfaces, rebuild_surfaces
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeosurfError, InputError
 from tests import laws, oracles
@@ -148,6 +148,13 @@ def test_coinciding_areas_share_triangles():
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
     )
     assert area.sum() == 1.5 * 2.0
+    assert patches.n_patch == 4  # of each surface its overlap and its rest
+    outline = intersect_surfaces([one, two])
+    ends = patches.local[patches.curve_edges]
+    edges = {frozenset(map(tuple, edge)) for edge in ends.tolist()}
+    assert edges == {
+        frozenset(map(tuple, edge)) for edge in outline.local[outline.segments].tolist()
+    }
 
 
 def test_taking_apart():
@@ -311,3 +318,29 @@ def test_walls_and_horizon_share_the_corners_of_the_box():
     corners = list(itertools.product((0.0, 4.0), (0.0, 4.0), (-4.0, 8.0)))
     places = set(map(tuple, patches.vertices.tolist()))
     assert set(corners) <= places
+
+
+def test_nearly_degenerate_inputs_are_repaired_and_say_so():
+    """A vertical fault whose nodes are rounded thirds, through horizon nodes."""
+    top = grid("Top", np.random.default_rng(3).integers(0, 4, (6, 6)))
+    wall = sheet("F1", [(1, -1, -1), (3, 9, -1), (3, 9, 5), (1, -1, 5)], (3, 3))
+    patches = rebuild_surfaces([top, wall])
+    assert patches.report["moved_vertices"] > 0
+    assert 0 < patches.report["largest_move"] <= 2.0**-13
+    moved = [
+        np.abs(used.vertices - given.vertices).max()
+        for used, given in zip(patches.sources, (top, wall), strict=True)
+    ]
+    assert max(moved) <= patches.report["largest_move"]
+    assert certify(patches).ok
+
+
+def test_a_repair_leaves_the_box_alone():
+    box = (0.3, 2.7, 0.3, 2.4, -0.3, 3.3)
+    top = grid("Top", np.random.default_rng(3).integers(0, 4, (6, 6)) / 3)
+    wall = sheet("F1", [(1, -1, -1), (3, 9, -1), (3, 9, 5), (1, -1, 5)], (3, 3))
+    patches = rebuild_surfaces([top, wall, *build_walls(box)])
+    units = carve_units(patches)
+    assert patches.report["moved_vertices"] > 0
+    assert units.box == box
+    assert certify(patches, units).ok
