@@ -10,7 +10,7 @@ import numpy as np
 from geosurf.carve.blocks import name_blocks
 from geosurf.carve.cells import Cells, box_of, find_cells
 from geosurf.carve.volume import volume_of
-from geosurf.carve.zones import faces_between, owned_by, zones_of
+from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, zones_of
 from geosurf.errors import InputError, InvariantError
 from geosurf.model import Patches, Unit, Units, frozen
 
@@ -102,8 +102,8 @@ def _merge(cells: Cells, zone: np.ndarray, horizons: list[int]) -> np.ndarray:
     is_horizon = np.zeros(len(cells.triangles), dtype=bool)
     for horizon in horizons:
         is_horizon[owned_by(cells, horizon)] = True
-    pairs = np.unique(cells.cell_of_side[rows[is_horizon[rows]]], axis=0)
-    for a, b in pairs[(pairs > 0).all(axis=1)].tolist():
+    pairs = distinct_pairs(cells.cell_of_side[rows[is_horizon[rows]]], cells.n_cell)
+    for a, b in pairs.tolist():
         if zone[a] == zone[b]:
             unit[unit == unit[b]] = unit[a]
     _, number = np.unique(unit[1:], return_inverse=True)

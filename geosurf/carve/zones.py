@@ -35,8 +35,16 @@ def upper_sides(patches: Patches, cells: Cells, horizon: int) -> np.ndarray:
 
 def owned_by(cells: Cells, surface: int) -> np.ndarray:
     """Rows of the triangles of a surface, those that it shares with others included."""
-    shared = [i for i, listed in cells.also.items() if surface in listed]
-    return np.union1d(np.flatnonzero(cells.surface_of == surface), np.array(shared, dtype=np.int64))
+    mine = cells.surface_of == surface
+    mine[[i for i, listed in cells.also.items() if surface in listed]] = True
+    return np.flatnonzero(mine)
+
+
+def distinct_pairs(pairs: np.ndarray, n_cell: int) -> np.ndarray:
+    """Pairs of cells inside the box, lower first, each once."""
+    low, high = pairs.min(axis=1, initial=n_cell), pairs.max(axis=1, initial=0)
+    keys = np.unique((low * (n_cell + 1) + high)[low > 0])
+    return np.stack(np.divmod(keys, n_cell + 1), axis=1)
 
 
 def zones_of(patches: Patches, cells: Cells, horizons: list[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -82,12 +90,14 @@ def _neighbours_across(
     cells: Cells, pairs: np.ndarray, horizon: int, through: list[int] | None = None
 ) -> np.ndarray:
     """Pairs of cells with a surface between them other than one horizon: any, or some of them."""
-    rows = faces_between(cells)
-    other = ~np.isin(rows, owned_by(cells, horizon))
-    if through is not None:
-        other &= np.isin(rows, np.concatenate([owned_by(cells, i) for i in through]))
-    found = np.unique(np.sort(pairs[other], axis=1), axis=0)
-    return found[found[:, 0] > 0]
+    wanted = np.zeros(len(cells.triangles), dtype=bool)
+    if through is None:
+        wanted[:] = True
+    else:
+        for other in through:
+            wanted[owned_by(cells, other)] = True
+    wanted[owned_by(cells, horizon)] = False
+    return distinct_pairs(pairs[wanted[faces_between(cells)]], cells.n_cell)
 
 
 def _spread(values: np.ndarray, links: np.ndarray) -> None:

@@ -243,7 +243,7 @@ def _name(surfaces, origin, x, t, surface_of_face, row_of_face, id_of_vertex, pa
     m0, w = frame_of(x, len(t))
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
     slip = ULP * float(np.abs(x).max(initial=0.0))
-    near = np.empty(64, dtype=np.int64)
+    near = np.empty(1024 + len(pairs) // 16, dtype=np.int64)
     n, n_near = meet_pairs(x, t, pairs, m0, w, slip, rows, near)
     if n_near > len(near):
         near = np.empty(n_near, dtype=np.int64)

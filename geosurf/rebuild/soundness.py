@@ -75,14 +75,15 @@ def _of_near_pairs(contacts: Contacts, x, pieces, face) -> np.ndarray:
         return suspect
     order = np.argsort(face, kind="stable")
     start = np.searchsorted(face[order], np.arange(len(contacts.t) + 1))
-    boxes, of_face = triangle_boxes(x, pieces), triangle_boxes(contacts.x, contacts.t)
-    for pair in np.unique(contacts.near, axis=0).tolist():
-        for one, other in (pair, pair[::-1]):
-            mine = order[start[one] : start[one + 1]]
-            meets = (boxes[mine, :3] <= of_face[other, 3:]) & (
-                of_face[other, :3] <= boxes[mine, 3:]
-            )
-            suspect[mine[meets.all(axis=1)]] = True
+    pairs = np.unique(contacts.near, axis=0)
+    one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
+    count = start[one + 1] - start[one]
+    first = np.cumsum(count) - count
+    piece = order[np.repeat(start[one] - first, count) + np.arange(count.sum())]
+    boxes = triangle_boxes(x, pieces)[piece]
+    reach = np.repeat(triangle_boxes(contacts.x, contacts.t)[other], count, axis=0)
+    meets = (boxes[:, :3] <= reach[:, 3:]) & (reach[:, :3] <= boxes[:, 3:])
+    suspect[piece[meets.all(axis=1)]] = True
     return suspect
 
 
