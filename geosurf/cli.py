@@ -206,6 +206,35 @@ def warmup_command(options: argparse.Namespace) -> int:
     return _verdict(certificate)
 
 
+def stress_command(options: argparse.Namespace) -> int:
+    """Feed the engine what breaks engines, and judge its answers."""
+    from geosurf.prove.stress import replay, run_stress, write_json
+
+    if options.replay:
+        case, outcome = replay(options.replay)
+        print(f"{case.family} {case.number}, seed {case.seed}: {len(outcome.wrong)} wrong")
+        for sentence in (*outcome.wrong, *filter(None, [outcome.refused])):
+            print(f"  {sentence}")
+        return OUR_FAULT if outcome.wrong else 0
+    keep = Path(options.out).parent / "stress_failures" if options.out else "stress_failures"
+    start = time.perf_counter()
+    rows = run_stress(
+        options.cases, options.seed, options.family, keep=keep, progress=_speaker(options.quiet)
+    )
+    count, wrong, refused = (
+        sum(getattr(r, k) for r in rows) for k in ("cases", "wrong", "refused")
+    )
+    seconds = time.perf_counter() - start
+    print(f"{count} cases, {wrong} wrong, {refused} refused, {seconds:.1f} s, seed {options.seed}.")
+    if options.out:
+        print(write_json(rows, options.out, seed=options.seed, cases=options.cases))
+    for row in rows:
+        for failure in row.failures[:3]:
+            print(f"{row.family} {failure['number']}: {failure['wrong'][0]}", file=sys.stderr)
+            print(f"  geosurf stress --replay {failure['file']}", file=sys.stderr)
+    return OUR_FAULT if wrong else 0
+
+
 # ---- what they share -------------------------------------------------------------------
 
 
@@ -324,6 +353,13 @@ def build_parser() -> argparse.ArgumentParser:
 
     add("doctor", doctor_command, "say what geosurf stands on here, and whether it can draw")
     add("warmup", warmup_command, "compile the kernels, so that the next command need not")
+    stress = add("stress", stress_command, "feed the engine what breaks engines; 4 if it does")
+    stress.add_argument("--cases", type=int, default=100, help="of each family (100: 30 s)")
+    stress.add_argument("--seed", type=int, default=0, help="other cases for another number")
+    stress.add_argument("--family", action="append", metavar="NAME", help="only this one; repeat")
+    stress.add_argument("-o", "--out", help="a .json file for the table and all that failed")
+    stress.add_argument("--replay", metavar="FILE", help="run one .npz case again that failed")
+    stress.add_argument("--quiet", action="store_true", help="no table")
     return parser
 
 

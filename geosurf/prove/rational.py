@@ -7,6 +7,7 @@ is ever rounded. Points are tuples of `fractions.Fraction`.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
@@ -152,7 +153,7 @@ def feature(triangle: Sequence[Point], p: Point) -> str:
 def area(corners: Sequence[Point]) -> float:
     """Area of a convex polygon with its corners in order."""
     total = (Fraction(0),) * 3
-    for p, q in zip(corners[1:], corners[2:], strict=False):
+    for p, q in itertools.pairwise(corners[1:]):
         part = cross(minus(p, corners[0]), minus(q, corners[0]))
         total = tuple(s + t for s, t in zip(total, part, strict=True))
     return 0.5 * math.sqrt(dot(total, total))

@@ -1,0 +1,364 @@
+"""Cases that break engines, by family; each is known by its family, its number and a seed."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import did_you_mean
+from geosurf.errors import InputError
+from geosurf.model import Lattice, TriSurface
+from geosurf.prove.catalogue import BASE, CATALOGUE, ORDERS, REGIONS, moved, region_corner
+from geosurf.prove.rational import flat
+
+Draw = tuple[list[TriSurface], dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Case:
+    """Surfaces to intersect, and what is known about them.
+
+    Attributes
+    ----------
+    family : str
+    number, seed : int
+        What it was made from.
+    surfaces : tuple of TriSurface
+    self_intersections : bool
+        Whether surfaces may cross themselves.
+    known : dict
+        What must come out: ``kind`` and ``count`` of two triangles, ``apart``, ``area`` [m2].
+    """
+
+    family: str
+    number: int
+    seed: int
+    surfaces: tuple[TriSurface, ...]
+    self_intersections: bool = False
+    known: dict[str, Any] = field(default_factory=dict)
+
+
+def make_case(family: str, number: int, seed: int = 0) -> Case:
+    """Make one case; the same arguments make the same bytes.
+
+    Parameters
+    ----------
+    family : str
+        One of `FAMILIES`.
+    number : int
+        From 0.
+    seed : int
+
+    Returns
+    -------
+    Case
+
+    Raises
+    ------
+    InputError
+        If there is no such family.
+
+    Examples
+    --------
+    >>> case = make_case("lattice soups", 3)
+    >>> [s.name for s in case.surfaces], case.self_intersections
+    (['A', 'B'], True)
+    """
+    if family not in FAMILIES:
+        raise InputError(
+            f"there is no family {family!r} of stress cases; there are {', '.join(FAMILIES)}."
+            f"{did_you_mean(family, FAMILIES)}"
+        )
+    rng = np.random.default_rng([seed, zlib.crc32(family.encode()), number])
+    surfaces, known = FAMILIES[family](rng, number)
+    return Case(family, number, seed, tuple(surfaces), known.pop("self", False), known)
+
+
+# ---- how surfaces are made -------------------------------------------------------------
+
+
+def soup(name: str, corners: Any) -> TriSurface:
+    """A surface of separate triangles (n, 3, 3)."""
+    corners = np.asarray(corners, dtype=float).reshape(-1, 3)
+    return TriSurface(name, "surface", corners, np.arange(len(corners)).reshape(-1, 3))
+
+
+def grid(name: str, x: Any, y: Any, z: Any, *, role: str = "horizon", rising: bool = True):
+    """A surface over nodes (n_row, n_col); NaN in z where there is none."""
+    x, y, z = np.broadcast_arrays(*(np.asarray(values, dtype=float) for values in (x, y, z)))
+    lattice = Lattice(x.copy(), y.copy(), z.copy(), rising=rising, reverse=False)
+    return TriSurface(name, role, lattice=lattice)
+
+
+def _nodes(n: int, start: float = 0.0, step: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    return np.meshgrid(start + step * np.arange(n), start + step * np.arange(n))
+
+
+def _bumps(rng: np.random.Generator, height: float = 1.0) -> Callable[..., np.ndarray]:
+    """A smooth random function of x and y."""
+    k, phase = rng.uniform(-1.5, 1.5, (3, 2)), rng.uniform(0, 6.28, 3)
+    return lambda x, y: (
+        height * sum(np.sin(a * x + b * y + c) for (a, b), c in zip(k, phase, strict=True))
+    )
+
+
+def _solid(draw: Callable[[], np.ndarray], count: int) -> np.ndarray:
+    """Triangles (count, 3, 3) with an area."""
+    out: list[np.ndarray] = []
+    while len(out) < count:
+        corners = np.asarray(draw(), dtype=float)
+        if not flat(corners):
+            out.append(corners)
+    return np.array(out)
+
+
+def _wall(rng: np.random.Generator, name: str, ends: Any, low: float, high: float, lean: float):
+    """A fault over a straight trace (2, 2), perhaps leaning."""
+    ends = np.asarray(ends, dtype=float)
+    n = int(rng.integers(2, 4))
+    t, z = np.meshgrid(np.linspace(0, 1, n), np.linspace(low, high, int(rng.integers(2, 4))))
+    x = ends[0, 0] + t * (ends[1, 0] - ends[0, 0]) + lean * z
+    y = ends[0, 1] + t * (ends[1, 1] - ends[0, 1])
+    return grid(name, x, y, z, role="fault", rising=bool(rng.integers(2)))
+
+
+def _moved(surfaces: list[TriSurface], scale: float, offset: Any) -> list[TriSurface]:
+    return [
+        TriSurface(s.name, s.role, s.vertices * scale + np.asarray(offset), s.triangles)
+        for s in surfaces
+    ]
+
+
+# ---- the families ----------------------------------------------------------------------
+
+
+def _random_soups(rng, number) -> Draw:
+    triangles = rng.random((2, 4, 1, 3)) + rng.uniform(-0.5, 0.5, (2, 4, 3, 3))
+    return [soup("A", triangles[0]), soup("B", triangles[1])], {"self": True}
+
+
+def _lattice_triangles(rng, extent, counts):
+    return [_solid(lambda: rng.integers(0, extent + 1, (3, 3)), n) for n in counts]
+
+
+def _lattice_soups(rng, number) -> Draw:
+    first, second = _lattice_triangles(rng, 3, rng.integers(1, 5, 2))
+    return [soup("A", first), soup("B", second)], {"self": True}
+
+
+def _catalogue(rng, number) -> Draw:
+    pair = CATALOGUE[number % len(CATALOGUE)]
+    turn = number // len(CATALOGUE)
+    first, second = (
+        BASE[list(ORDERS[turn % 6])],
+        np.array(pair.corners)[list(ORDERS[turn // 6 % 6])],
+    )
+    triangles = moved(rng, turn, first, second)
+    surfaces = [soup(name, corners) for name, corners in zip("AB", triangles, strict=True)]
+    if rng.integers(2):
+        surfaces.reverse()
+    return surfaces, {"kind": pair.kind, "count": pair.count, "name": pair.name}
+
+
+def _regions(rng, number) -> Draw:
+    places = (rng.permutation(len(REGIONS) * 3)[:3] + number) % (len(REGIONS) * 3)
+
+    def draw():
+        corners = [region_corner(rng, place // 3) for place in places]
+        for corner, place in zip(corners, places, strict=True):
+            corner[2] = (place % 3 - 1) * rng.integers(1, 9)
+        return np.array(corners)
+
+    second = _solid(draw, 1)[0]
+    triangles = moved(rng, number, BASE[list(ORDERS[number % 6])], second)
+    return [soup("A", triangles[0]), soup("B", triangles[1])], {}
+
+
+def _aligned_grids(rng, number) -> Draw:
+    x, y = _nodes(4)
+    top = grid("Top", x, y, rng.integers(0, 3, x.shape), rising=bool(rng.integers(2)))
+    kind = number % 4
+    if kind == 0:  # the same nodes, so that triangles share columns
+        return [top, grid("Base", x, y, rng.integers(0, 3, x.shape))], {}
+    if kind == 1:  # nodes on the middles of edges and faces
+        x, y = _nodes(4, 0.5)
+        return [top, grid("Base", x, y, 0.5 * rng.integers(0, 5, x.shape))], {}
+    at = rng.integers(0, 4, 2) if kind == 2 else np.sort(rng.integers(0, 7, 2)) / 2
+    ends = [(at[0], -1), (at[1], 4)] if kind == 2 else [(at[0], 0), (at[0], 3)]
+    return [top, _wall(rng, "F1", ends, -1, 3, float(rng.integers(0, 2)) / 2)], {}
+
+
+def _near_parallel(rng, number) -> Draw:
+    slope = 10.0 ** -(number % 9)
+    x, y = _nodes(4)
+    z = rng.uniform(-1, 1) * x + rng.uniform(-1, 1) * y
+    if number % 2:
+        z = z + _bumps(rng)(x, y)
+    tilt = rng.uniform(-1, 1, 2) * slope
+    other = z + tilt[0] * (x - 1.37) + tilt[1] * (y - 1.61)
+    return [grid("Top", x, y, z), grid("Base", x, y, other, rising=bool(rng.integers(2)))], {}
+
+
+def _slivers(rng, number) -> Draw:
+    aspect = 10.0 ** -(number % 10)
+
+    def draw():
+        start, along, across = rng.uniform(-1, 4, 3), *rng.normal(size=(2, 3))
+        start[2] = rng.uniform(-1, 1)
+        return [start, start + 3 * along, start + rng.uniform(0, 3) * along + aspect * across]
+
+    x, y = _nodes(4)
+    return [grid("Top", x, y, _bumps(rng)(x, y)), soup("S", _solid(draw, 3))], {"self": True}
+
+
+def _gaps(rng, number) -> Draw:
+    gap = 2.0 ** -(30 + number % 16)
+    x, y = _nodes(4)
+    z = np.round(_bumps(rng)(x, y) * 64) / 64
+    shift = rng.integers(0, 3) / 4
+    flat_top = number % 2
+    if flat_top:
+        z, x2, y2 = np.full(x.shape, z[0, 0]), x + shift, y - shift
+    else:
+        x2, y2 = x, y
+    return [grid("Top", x, y, z + gap), grid("Base", x2, y2, z)], {"apart": True}
+
+
+def _offsets(rng, number) -> Draw:
+    surfaces = _horizon_and_fault(rng)
+    offset = rng.uniform(1e6, 1e7, 3) * [1, 1, 3e-4] * rng.choice([-1, 1], 3)
+    if number % 3 == 0:  # a model as wide as a continent
+        return _moved(surfaces, float(rng.uniform(1e5, 1e6)), offset), {}
+    return _moved(surfaces, float(10.0 ** rng.uniform(0, 3)), offset), {}
+
+
+def _horizon_and_fault(rng) -> list[TriSurface]:
+    x, y = _nodes(4)
+    ends = rng.uniform(-0.5, 3.5, (2, 2))
+    wall = _wall(rng, "F1", ends, -3, 3, rng.uniform(-0.5, 0.5))
+    return [grid("Top", x, y, _bumps(rng)(x, y)), wall]
+
+
+def _holes(rng, number) -> Draw:
+    x, y = _nodes(6)
+    z = _bumps(rng)(x, y)
+    z[rng.random(z.shape) < 0.2] = np.nan
+    z[2:4, 2:4] = 0.25  # one cell at least
+    # a grid is upright in files: its axes are one-dimensional
+    top = TriSurface("Top", "horizon", lattice=Lattice(x[0], y[:, 0], z))
+    return [top, _wall(rng, "F1", rng.uniform(0, 5, (2, 2)), -3, 3, rng.uniform(-0.5, 0.5))], {}
+
+
+def _pinch_outs(rng, number) -> Draw:
+    x, y = _nodes(5)
+    z = rng.integers(-8, 9, x.shape) / 8
+    thick = np.maximum(
+        0, rng.integers(-3, 4) + rng.integers(1, 4) * (x - 2) + rng.integers(-2, 3) * y
+    )
+    scale = 10.0 ** -rng.integers(0, 8)
+    return [grid("Top", x, y, z + scale * thick), grid("Base", x, y, z)], {}
+
+
+def _strips(rng, number) -> Draw:
+    t, y = np.meshgrid(np.linspace(-1.5, 1.5, int(rng.integers(5, 10))), np.arange(3.0))
+    x, z = t**3 - t * rng.uniform(0.6, 1.2), 1.0 - t**2
+    if number % 2:
+        x, z = np.round(4 * x) / 4, np.round(4 * z) / 4
+    strip = grid("S", x, y + rng.uniform(-0.3, 0.3) * t, z, role="surface")
+    keep = [not flat(c) for c in strip.vertices[strip.triangles]]
+    strip = TriSurface("S", "surface", strip.vertices, strip.triangles[keep])
+    return [strip], {"self": True}
+
+
+def _triple_lines(rng, number) -> Draw:
+    """Three or four sheets through one line, or a hair beside it."""
+    p, along = rng.integers(-3, 4, (2, 3))
+    along[int(rng.integers(3))] += 7
+    sheets = []
+    for k in range(int(rng.integers(3, 5))):
+        while True:
+            one, two = rng.integers(-4, 5, (2, 3))
+            across = one if k % 2 else -2 * one
+            a, b = p - 2 * along, p + 3 * along
+            quad = np.array([[a + one, b + two], [a - across, b - 2 * two]], dtype=float)
+            if not any(
+                flat(c) for c in (quad.reshape(4, 3)[[0, 1, 3]], quad.reshape(4, 3)[[0, 3, 2]])
+            ):
+                break
+        # both rows end on opposite sides of the line; a middle row runs along it
+        middle = np.array([[a, b]], dtype=float)
+        rows = np.concatenate([quad[:1], middle, quad[1:]])
+        sheets.append(grid(f"S{k}", *np.moveaxis(rows, -1, 0), role="fault"))
+    solid = [s for s in sheets if not any(flat(c) for c in s.vertices[s.triangles])]
+    while len(solid) < 2:
+        solid.append(soup(f"T{len(solid)}", _solid(lambda: rng.integers(-9, 10, (3, 3)), 1)))
+    hair = 10.0 ** -rng.integers(6, 14) if number % 3 == 2 else 0.0
+    shifted = _moved(solid[1:2], 1.0, hair * rng.normal(size=3))
+    return [solid[0], *shifted, *solid[2:]], {"self": True}
+
+
+def _overlaps(rng, number) -> Draw:
+    shift = rng.integers(0, 13, 2) / 4
+    slope = rng.integers(-2, 3, 2) / 4
+    x, y = _nodes(4)
+    surfaces = []
+    for name, (dx, dy) in (("Top", (0, 0)), ("Base", shift)):
+        z = slope[0] * (x + dx) + slope[1] * (y + dy)
+        surfaces.append(grid(name, x + dx, y + dy, z, rising=bool(rng.integers(2))))
+    if number % 2:
+        surfaces.append(
+            _wall(rng, "F1", rng.integers(0, 7, (2, 2)) / 2 + [[0, 0], [4, 0]], -4, 4, 0)
+        )
+    size = np.maximum(0, 3 - shift)
+    return surfaces, {"area": float(size.prod() * np.sqrt(1 + slope @ slope))}
+
+
+def _rounded(rng, number) -> Draw:
+    """Soups of a lattice divided by three, or turned in space: degenerate but for rounding."""
+    triangles = _lattice_triangles(rng, 2, rng.integers(1, 4, 2))
+    if number % 2:
+        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        triangles = [t @ turn.T for t in triangles]
+    else:
+        triangles = [t / 3 for t in triangles]
+    triangles = [np.array([c for c in t if not flat(c)]) for t in triangles]
+    return [soup("A", triangles[0]), soup("B", triangles[1])], {"self": True}
+
+
+FAMILIES: dict[str, Callable[[np.random.Generator, int], Draw]] = {
+    "catalogue": _catalogue,
+    "regions": _regions,
+    "random soups": _random_soups,
+    "lattice soups": _lattice_soups,
+    "aligned grids": _aligned_grids,
+    "near-parallel": _near_parallel,
+    "slivers": _slivers,
+    "gaps": _gaps,
+    "offsets": _offsets,
+    "holes": _holes,
+    "pinch-outs": _pinch_outs,
+    "strips": _strips,
+    "triple lines": _triple_lines,
+    "overlaps": _overlaps,
+    "near-degenerate": _rounded,
+}
+
+
+def shuffled(case: Case) -> Case:
+    """The same case with surfaces, vertices, triangles and corners in another order."""
+    rng = np.random.default_rng([case.seed, case.number, 7])
+    out = []
+    for surface in case.surfaces:
+        new = rng.permutation(surface.n_vertex)
+        vertices = np.empty_like(surface.vertices)
+        vertices[new] = surface.vertices
+        faces = new[surface.triangles][rng.permutation(surface.n_triangle)]
+        turns = rng.integers(0, 3, len(faces))
+        faces = np.stack([np.roll(face, k) for face, k in zip(faces, turns, strict=True)])
+        out.append(TriSurface(surface.name, surface.role, vertices, faces))
+    order = rng.permutation(len(out))
+    return replace(case, surfaces=tuple(out[i] for i in order))

@@ -1,0 +1,232 @@
+"""What is right: results of the engine beside rational arithmetic and plain geometry.
+
+Nothing here asks the engine what it decided, with one exception: `crossing_pairs` takes the
+finished, rounded mesh at face value and tests it exactly, whatever made it. Coordinates are
+judged in the local frame of a result, to which the shift is exact. One *ulp* is the spacing of
+float64 at the largest local coordinate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from geosurf.contact.crossing import crossing_pairs
+from geosurf.model import Curves, Patches, TriangleContact, TriSurface
+from geosurf.prove import rational as exact
+from geosurf.prove.judge_curves import judge_curves
+from geosurf.prove.verdict import (
+    TINY,
+    Meeting,
+    Verdict,
+    area_vectors,
+    judge_distance,
+    meetings,
+    nearest,
+    ulp_of,
+)
+
+__all__ = [
+    "Meeting",
+    "Verdict",
+    "judge_contact",
+    "judge_curves",
+    "judge_known",
+    "judge_order",
+    "judge_patches",
+    "meetings",
+]
+
+KINDS = ("disjoint", "point", "segment")
+
+
+# ---- two triangles ---------------------------------------------------------------------
+
+
+def judge_contact(P: np.ndarray, Q: np.ndarray, contact: TriangleContact) -> Verdict:
+    """
+    Judge what `intersect_triangles` says: kind, points, features, sides.
+
+    Parameters
+    ----------
+    P, Q : ndarray of float64, shape (3, 3)
+    contact : TriangleContact
+
+    Returns
+    -------
+    Verdict
+
+    Examples
+    --------
+    >>> from geosurf.contact import intersect_triangles
+    >>> P = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0.0]])
+    >>> judge_contact(P, P + [1, 1, 0], intersect_triangles(P, P + [1, 1, 0])).wrong
+    []
+    """
+    verdict = Verdict()
+    first, second = exact.rational(P), exact.rational(Q)
+    corners = exact.meet(first, second)
+    kind = KINDS[len(corners)] if len(corners) < 3 else "area"
+    verdict.check(contact.kind == kind, f"contact is called {contact.kind}, it is {kind}")
+    coplanar = not any(exact.sides(first, second))
+    verdict.check(contact.coplanar == coplanar, f"coplanar is called {contact.coplanar}")
+    crossing = kind == "segment" and exact.straddles(first, second)
+    crossing = crossing and exact.straddles(second, first)
+    verdict.check(contact.crossing == crossing, f"crossing is called {contact.crossing}")
+    n = len(contact.points)
+    verdict.check(n == len(corners), f"contact has {n} points, exactly {len(corners)}")
+    if verdict.wrong or not corners:
+        return verdict
+    ulp = ulp_of(P, Q)
+    for k, corner in enumerate(corners):
+        row = nearest(contact.points, corner)
+        verdict.measure(contact.points[row], corner, ulp, f"point {k} of the contact")
+        names = exact.feature(first, corner), exact.feature(second, corner)
+        found = [
+            pair
+            for pair, point in zip(contact.features, contact.points, strict=True)
+            if (point == contact.points[row]).all()
+        ]
+        verdict.check(names in found, f"point {k} is called {found}, it is {names}")
+    return verdict
+
+
+# ---- meshes ----------------------------------------------------------------------------
+
+
+def judge_patches(given: Sequence[TriSurface], patches: Patches, met: Sequence[Meeting]) -> Verdict:
+    """
+    Judge a rebuilt mesh: nothing lost, moved, turned over or crossing; all contacts in it.
+
+    Parameters
+    ----------
+    given : sequence of TriSurface
+        What was rebuilt.
+    patches : Patches
+        Inputs that were moved to repair rounding are judged by the move that is reported.
+    met : sequence of Meeting
+        Of ``patches.sources``, in the frame of ``patches.origin``.
+
+    Returns
+    -------
+    Verdict
+    """
+    verdict = Verdict()
+    _judge_moves(given, patches, verdict)
+    x = patches.local
+    ulp = ulp_of(x)
+    for i, source in enumerate(patches.sources):
+        mine = patches.surface_of_triangle == i
+        parent = patches.parent_of_triangle[mine]
+        corners = (source.vertices - patches.origin)[source.triangles]
+        _judge_children(source.name, corners, x[patches.triangles[mine]], parent, ulp, verdict)
+    if verdict.wrong:
+        return verdict  # the test of crossing pairs needs triangles with an area
+    rows = np.unique(np.sort(patches.triangles, axis=1), axis=0)
+    pairs = crossing_pairs(x, rows)
+    if len(pairs):
+        place = x[rows[pairs[0, 0], 0]] + patches.origin
+        verdict.check(False, f"{len(pairs)} pairs of triangles cross, the first near {place}")
+    _judge_corners(patches, met, ulp, verdict)
+    return verdict
+
+
+def _judge_moves(given, patches: Patches, verdict: Verdict) -> None:
+    """Sources are the inputs, but for the moves that are reported."""
+    count, far = 0, 0.0
+    for old, new in zip(given, patches.sources, strict=True):
+        same = old.name == new.name and old.vertices.shape == new.vertices.shape
+        verdict.check(same, f"surface {old.name!r} came back as another one")
+        if same:
+            steps = np.linalg.norm(new.vertices - old.vertices, axis=1)
+            count, far = count + int((steps > 0).sum()), max(far, float(steps.max()))
+    told = patches.report["moved_vertices"], patches.report["largest_move"]
+    verdict.check(told == (count, far), f"moves {(count, far)} are reported as {told}")
+
+
+def _judge_children(name, parents, children, parent, ulp: float, verdict: Verdict) -> None:
+    """Children (n, 3, 3) cover their parents, face as they do and lie on them."""
+    vectors = area_vectors(parents)
+    axis = np.abs(vectors).argmax(axis=1)[parent]
+    row = np.arange(len(parent))
+    mine, theirs = area_vectors(children)[row, axis], vectors[parent, axis]
+    sides = np.abs(children - np.roll(children, 1, axis=1)).max(axis=(1, 2))
+    for k in np.flatnonzero(~(mine * np.sign(theirs) > 1e-14 * sides**2)):
+        facing = exact.normal_of(exact.rational(children[k]))[axis[k]]
+        facing *= int(np.sign(theirs[k]))
+        what = f"{name}: a piece of triangle {parent[k]} "
+        verdict.check(facing > 0, what + ("has no area" if facing == 0 else "is turned over"))
+    size = np.linalg.norm(vectors, axis=1)
+    normal = vectors / np.maximum(size, TINY)[:, None]
+    total = np.bincount(
+        parent, (area_vectors(children) * normal[parent]).sum(axis=1), minlength=len(parents)
+    )
+    count = np.bincount(parent, minlength=len(parents))
+    reach = np.abs(parents - np.roll(parents, 1, axis=1)).max(axis=(1, 2))
+    slack = 1e-12 * size + 8 * ulp * reach * (count + 2)
+    for k in np.flatnonzero(~(np.abs(total - size) <= slack)):
+        lack = (size[k] - total[k]) / 2
+        verdict.check(False, f"{name}: pieces of triangle {k} lack {lack:.3g} m2")
+    points, owners = children.reshape(-1, 3), np.repeat(parent, 3)
+    judge_distance(f"{name}: a piece", points, parents[owners], ulp, verdict)
+
+
+def _judge_corners(patches: Patches, met, ulp: float, verdict: Verdict) -> None:
+    """Whatever two triangles have in common begins and ends in vertices that both have."""
+    vertices: dict[tuple[int, int], set[int]] = {}
+    owners = zip(
+        patches.surface_of_triangle.tolist(), patches.parent_of_triangle.tolist(), strict=True
+    )
+    for owner, triangle in zip(owners, patches.triangles.tolist(), strict=True):
+        vertices.setdefault(owner, set()).update(triangle)
+    for m in met:
+        both = sorted(vertices[m.i, m.f] & vertices[m.j, m.g])
+        what = _pair_name(patches.names, m)
+        verdict.check(len(both) >= 1, f"{what}: they share no vertex")
+        for corner in m.corners if both else ():
+            place = patches.local[both]
+            verdict.measure(place[nearest(place, corner)], corner, ulp, what)
+
+
+def _pair_name(names, m: Meeting) -> str:
+    return f"triangle {m.f} of {names[m.i]!r} and {m.g} of {names[m.j]!r}"
+
+
+# ---- known in advance, and the same in any order ---------------------------------------
+
+
+def judge_known(known: dict[str, Any], contact: TriangleContact | None, curves: Curves) -> Verdict:
+    """Judge by what was known when a case was made: kind and count, apart, area [m2]."""
+    verdict = Verdict()
+    if contact is not None and "kind" in known:
+        told, true = (contact.kind, len(contact.points)), (known["kind"], known["count"])
+        verdict.check(told == true, f"contact is {told}, the catalogue says {true}")
+    if known.get("apart"):
+        verdict.check(curves.n_curve + len(curves.contacts) == 0, "surfaces with a gap meet")
+    if "area" in known:
+        found = sum(t.area for t in curves.contacts if t.surfaces == (0, 1))
+        true = known["area"]
+        verdict.check(abs(found - true) <= 1e-12 * (1 + true), f"overlap of {found} m2, not {true}")
+    return verdict
+
+
+def judge_order(one: Patches, two: Patches) -> Verdict:
+    """Judge whether the same surfaces in another order became the same triangles."""
+    verdict = Verdict()
+    for name in one.names:
+        first, second = (_pieces(patches, name) for patches in (one, two))
+        same = first.shape == second.shape and bool((first == second).all())
+        verdict.check(same, f"pieces of {name!r} depend on the order of what is handed in")
+    return verdict
+
+
+def _pieces(patches: Patches, name: str) -> np.ndarray:
+    """Triangles of one surface (n, 9), corners and rows in lexicographic order."""
+    rows = patches.triangles[patches.surface_of_triangle == patches.names.index(name)]
+    number = np.empty(len(patches.local), dtype=np.int64)
+    number[np.lexsort(patches.local.T[::-1])] = np.arange(len(number))
+    rows = np.take_along_axis(rows, np.argsort(number[rows], axis=1), axis=1)
+    out = patches.local[rows].reshape(-1, 9)
+    return out[np.lexsort(out.T[::-1])]

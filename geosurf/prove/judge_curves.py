@@ -1,0 +1,92 @@
+"""What is right about curves: they lie on both surfaces, and cover all that triangles share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.model import Curves, TriSurface
+from geosurf.prove import rational as exact
+from geosurf.prove.verdict import (
+    NEAR,
+    Meeting,
+    Verdict,
+    distances,
+    from_segment,
+    judge_distance,
+    nearest,
+    ulp_of,
+)
+
+
+def judge_curves(
+    surfaces: Sequence[TriSurface], curves: Curves, met: Sequence[Meeting], complete: bool
+) -> Verdict:
+    """
+    Judge curves: they lie on both surfaces, and what triangles share is on them.
+
+    Parameters
+    ----------
+    surfaces : sequence of TriSurface
+    curves : Curves
+    met : sequence of Meeting
+        In the frame of ``curves.origin``.
+    complete : bool
+        Whether `met` has all pairs; if so, a pair that does not meet must have no curve.
+
+    Returns
+    -------
+    Verdict
+    """
+    verdict = Verdict()
+    corners = [s.vertices[s.triangles] - curves.origin for s in surfaces]
+    ulp = ulp_of(*corners)
+    for i, j in sorted(
+        {tuple(p) for p in curves.surfaces_of_segment.tolist()} | {(m.i, m.j) for m in met}
+    ):
+        mine = [m for m in met if (m.i, m.j) == (i, j) and not m.joined]
+        rows = (curves.surfaces_of_segment == (i, j)).all(axis=1)
+        ends = curves.local[curves.segments[rows]]
+        what = f"{curves.names[i]} and {curves.names[j]}"
+        for points in (ends[:, 0], ends[:, 1], ends.mean(axis=1)):
+            for k in (i, j):
+                _judge_on_surface(what, points, corners[k], ulp, verdict)
+        touches = [t for t in curves.contacts if t.surfaces == (i, j)]
+        verdict.check(bool(mine) or not complete or not (len(ends) or touches), f"{what} are apart")
+        areas = any(len(m.corners) > 2 for m in mine)
+        if areas and not any(t.kind == "area" for t in touches):
+            verdict.check(False, f"{what} overlap, and no area is reported")
+        if not areas and not any(t.kind == "area" for t in touches):
+            single = [t.points - curves.origin for t in touches]
+            _judge_shared(what, mine, ends, single, ulp, verdict)
+    return verdict
+
+
+def _judge_on_surface(what, points, corners, ulp: float, verdict: Verdict) -> None:
+    """Points (n, 3) lie on the nearest of triangles (m, 3, 3)."""
+    n, m = len(points), len(corners)
+    far = distances(np.repeat(points, m, axis=0), np.tile(corners, (n, 1, 1))).reshape(n, m)
+    if n:
+        closest = corners[far.argmin(axis=1)]
+        judge_distance(f"{what}: a point of the curve", points, closest, ulp, verdict)
+
+
+def _judge_shared(what, met, ends, single, ulp: float, verdict: Verdict) -> None:
+    """Shared segments are covered by curves, shared points are on them or touching points."""
+    places = np.concatenate([ends.reshape(-1, 3), *single])
+    for m in met:
+        if len(places) == 0:
+            verdict.check(False, f"{what} meet, and nothing is reported")
+            return
+        for corner in m.corners:
+            verdict.measure(places[nearest(places, corner)], corner, ulp, f"{what}, {m.f}, {m.g}")
+        if len(m.corners) == 2:
+            a, b = (np.array(exact.rounded(corner)) for corner in m.corners)
+            on = np.ones(len(ends), dtype=bool)
+            for k in range(2):
+                on &= from_segment(ends[:, k], a, b) <= NEAR * ulp
+            covered = np.linalg.norm(ends[on, 1] - ends[on, 0], axis=1).sum()
+            lack = np.linalg.norm(b - a) - covered
+            slack = NEAR * ulp * (2 + on.sum())
+            verdict.check(lack <= slack, f"{what}: {lack:.3g} m are on no curve")

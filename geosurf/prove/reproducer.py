@@ -1,0 +1,104 @@
+"""Cases as files: what reproduces a failure, and a picture of it."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+
+from geosurf.errors import GeosurfError, InputError, OutputError
+from geosurf.model import Lattice, TriSurface
+from geosurf.prove.families import Case
+
+
+def save_case(case: Case, folder: str | os.PathLike[str]) -> Path:
+    """Write a case as .npz that `replay` takes, and a picture of it where drawing works.
+
+    Parameters
+    ----------
+    case : Case
+    folder : path-like
+        Created if need be.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    path = Path(folder) / f"{case.family.replace(' ', '_')}_{case.seed}_{case.number}.npz"
+    facts = {
+        "family": case.family,
+        "number": case.number,
+        "seed": case.seed,
+        "self_intersections": case.self_intersections,
+        "known": case.known,
+        "surfaces": [[s.name, s.role, _lattice_facts(s.lattice)] for s in case.surfaces],
+    }
+    arrays: dict[str, np.ndarray] = {"facts": np.array(json.dumps(facts))}
+    for i, surface in enumerate(case.surfaces):
+        arrays[f"vertices_{i}"], arrays[f"triangles_{i}"] = surface.vertices, surface.triangles
+        if surface.lattice is not None:
+            for key in ("easting", "northing", "elevation"):
+                arrays[f"{key}_{i}"] = getattr(surface.lattice, key)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.savez(path, **arrays)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written ({error}). Choose another folder.") from error
+    _draw(case, path.with_suffix(".png"))
+    return path
+
+
+def _lattice_facts(lattice: Lattice | None) -> dict | None:
+    return None if lattice is None else {"rising": lattice.rising, "reverse": lattice.reverse}
+
+
+def _draw(case: Case, path: Path) -> None:
+    """Draw a case; a machine that cannot draw still has the file."""
+    from geosurf.render import render_surfaces
+
+    try:
+        render_surfaces(case.surfaces, path=path, title=f"{case.family} {case.number}")
+    except GeosurfError:
+        path.unlink(missing_ok=True)
+
+
+def load_case(path: str | os.PathLike[str]) -> Case:
+    """Read a case that `save_case` has written.
+
+    Parameters
+    ----------
+    path : path-like
+        A ``.npz`` file.
+
+    Returns
+    -------
+    Case
+
+    Raises
+    ------
+    InputError
+        If it is no such file.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            facts = json.loads(str(data["facts"]))
+            surfaces = []
+            for i, (name, role, lattice) in enumerate(facts.pop("surfaces")):
+                if lattice is None:
+                    parts = {k: data[f"{k}_{i}"] for k in ("vertices", "triangles")}
+                    surfaces.append(TriSurface(name, role, **parts))
+                    continue
+                nodes = {k: data[f"{k}_{i}"] for k in ("easting", "northing", "elevation")}
+                surfaces.append(TriSurface(name, role, lattice=Lattice(**nodes, **lattice)))
+            return Case(surfaces=tuple(surfaces), **facts)
+    except (OSError, KeyError, ValueError, TypeError, EOFError) as error:
+        raise InputError(
+            f"{path}: not a stress case ({error}). Give a .npz that geosurf stress has written."
+        ) from error

@@ -1,0 +1,323 @@
+"""The stress test finds nothing in the engine, and everything that is planted in its results."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from geosurf import cli, intersect_surfaces, intersect_triangles, rebuild_surfaces
+from geosurf.errors import InputError, OutputError, RoundingError
+from geosurf.prove import FAMILIES, judge, make_case, rational, run_case, run_stress, stress
+from geosurf.prove.catalogue import BASE, CATALOGUE, REGIONS
+from geosurf.prove.reproducer import load_case, save_case
+
+RNG = np.random.default_rng(5)
+
+
+# ---- the engine ------------------------------------------------------------------------
+
+
+def test_all_families_are_answered_rightly():
+    lines = []
+    rows = run_stress(4, seed=11, progress=lines.append)
+    assert [row.family for row in rows] == list(FAMILIES)
+    assert {row.family: row.failures for row in rows if row.wrong} == {}
+    assert all(row.cases == 4 and row.error_ulp <= 0.5 for row in rows)
+    assert len(lines) == len(FAMILIES) + 1
+    assert all(len(line) == len(stress.HEAD) for line in lines)
+
+
+def test_a_seed_makes_the_same_cases_and_results():
+    for family in FAMILIES:
+        one, two, other = (make_case(family, 3, seed) for seed in (1, 1, 2))
+        bytes_of = [b"".join(s.vertices.tobytes() for s in c.surfaces) for c in (one, two, other)]
+        assert bytes_of[0] == bytes_of[1] != bytes_of[2]
+    first, second = (run_stress(3, 1, ["slivers"])[0] for _ in range(2))
+    assert replace(first, seconds=0) == replace(second, seconds=0)
+
+
+# ---- what the cases are ------------------------------------------------------------------
+
+
+def test_the_catalogue_says_what_fractions_say():
+    assert {(p.kind, p.count) for p in CATALOGUE} == {
+        ("disjoint", 0), ("point", 1), ("segment", 2), *(("area", n) for n in (3, 4, 5, 6))
+    }  # fmt: skip
+    names = set()
+    for pair in CATALOGUE:
+        base, other = rational.rational(BASE), rational.rational(pair.corners)
+        corners = rational.meet(base, other)
+        assert len(corners) == pair.count, pair.name
+        for corner in corners:
+            features = (rational.feature(t, corner).split()[0] for t in (base, other))
+            names.add(tuple(features))
+    kinds = ("vertex", "edge", "face")
+    assert names == {(a, b) for a in kinds for b in kinds} - {("face", "face")}
+
+
+def test_every_region_of_the_plane_occurs():
+    assert len(REGIONS) == 19
+
+
+def test_cases_are_what_their_names_say():
+    wide = make_case("offsets", 0).surfaces[0].vertices
+    assert np.abs(wide[:, :2]).min() > 5e5
+    assert np.ptp(wide[:, 0]) > 1e5
+    holes = make_case("holes", 1).surfaces[0]
+    assert np.isnan(holes.lattice.elevation).any()
+    top, base = make_case("gaps", 2).surfaces
+    assert 0 < (top.vertices - base.vertices)[:, 2].max() < 1e-9
+    thinnest = []
+    for corners in (make_case("slivers", 9).surfaces[1].vertices).reshape(-1, 3, 3):
+        sides = corners - np.roll(corners, 1, axis=0)
+        size = np.linalg.norm(np.cross(sides[0], sides[1]))
+        thinnest.append(size / (sides**2).sum(axis=1).max())
+    assert max(thinnest) < 1e-7
+
+
+def test_an_unknown_family_is_named():
+    with pytest.raises(InputError, match=r"no family 'sliver'.*there are catalogue.*'slivers'\?"):
+        run_stress(1, families=["sliver"])
+    with pytest.raises(InputError, match=r"0 cases.*at least 1"):
+        run_stress(0)
+
+
+# ---- fractions ---------------------------------------------------------------------------
+
+
+def test_fractions_do_not_depend_on_the_order_of_triangles():
+    for _ in range(60):
+        P, Q = RNG.integers(0, 4, (2, 3, 3))
+        if rational.flat(P) or rational.flat(Q):
+            continue
+        P, Q = rational.rational(P), rational.rational(Q)
+        one, two = rational.meet(P, Q), rational.meet(Q[::-1], P)
+        assert set(one) == set(two)
+        assert all(rational.distance(p, t) == 0 for p in one for t in (P, Q))
+
+
+def test_area_and_distance_in_fractions():
+    square = rational.rational([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]])
+    assert rational.area(square) == 4.0
+    triangle = rational.rational([[0, 0, 0], [4, 0, 0], [0, 4, 0]])
+    for point, far in (([1, 1, 2], 2.0), ([-3, -4, 0], 5.0), ([2, -1, 0], 1.0), ([7, 0, 4], 5.0)):
+        assert rational.distance(*rational.rational([point]), triangle) == far
+
+
+# ---- planted faults: contacts ---------------------------------------------------------------
+
+P = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0.0]])
+Q = np.array([[1, 1, -1], [1, 3, 2], [7, 5, 2.0]])
+
+
+@pytest.mark.parametrize(
+    ("plant", "sentence"),
+    [
+        (lambda c: {"kind": "point"}, "called point, it is segment"),
+        (lambda c: {"coplanar": True}, "coplanar is called True"),
+        (lambda c: {"crossing": False}, "crossing is called False"),
+        (lambda c: {"points": c.points[:1]}, "1 points, exactly 2"),
+        (lambda c: {"points": c.points + 1e-14}, "ulp from the exact point"),
+        (lambda c: {"features": (("vertex 0", "face"),) * 2}, "it is .'face', 'edge"),
+    ],
+)
+def test_a_wrong_contact_is_seen(plant, sentence):
+    contact = intersect_triangles(P, Q)
+    assert judge.judge_contact(P, Q, contact).wrong == []
+    verdict = judge.judge_contact(P, Q, replace(contact, **plant(contact)))
+    assert any(re.search(sentence, s) for s in verdict.wrong), verdict.wrong
+
+
+# ---- planted faults: meshes ---------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def split():
+    """A case, its mesh, and what its triangles have in common."""
+    case = make_case("offsets", 4)
+    patches = rebuild_surfaces(case.surfaces)
+    met, _ = judge.meetings(patches.sources, patches.origin, 99, False)
+    assert judge.judge_patches(case.surfaces, patches, met).wrong == []
+    assert len(met) > 5
+    return case, patches, met
+
+
+def _moved_point(patches):
+    local = patches.local.copy()
+    row = patches.curve_edges[0, 0]
+    local[row] += 64 * np.spacing(np.abs(local).max())
+    return {"local": local}
+
+
+def _without(patches, rows):
+    keep = np.ones(patches.n_triangle, dtype=bool)
+    keep[rows] = False
+    keys = ("triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
+    return {key: getattr(patches, key)[keep] for key in keys}
+
+
+def _turned(patches):
+    triangles = patches.triangles.copy()
+    triangles[3] = triangles[3, ::-1]
+    return {"triangles": triangles}
+
+
+def _other_parent(patches):
+    parents = patches.parent_of_triangle.copy()
+    parents[0] = parents[-1]
+    return {"parent_of_triangle": parents}
+
+
+def _unreported_move(patches):
+    first, *others = patches.sources
+    moved = type(first)(first.name, first.role, first.vertices + 1e-3, first.triangles)
+    return {"sources": (moved, *others)}
+
+
+@pytest.mark.parametrize(
+    ("plant", "sentence"),
+    [
+        (_moved_point, r"ulp|cross|lack"),
+        (lambda p: _without(p, [0]), "pieces of triangle .* lack"),
+        (_turned, "turned over"),
+        (_other_parent, "lack|turned|off its triangle"),
+        (_unreported_move, "moves .* are reported as"),
+    ],
+    ids=["moved point", "dropped child", "turned child", "other parent", "unreported move"],
+)
+def test_a_wrong_mesh_is_seen(split, plant, sentence):
+    case, patches, met = split
+    verdict = judge.judge_patches(case.surfaces, replace(patches, **plant(patches)), met)
+    assert any(re.search(sentence, s) for s in verdict.wrong), verdict.wrong
+
+
+def test_an_uncut_mesh_is_seen(split):
+    """Every surface whole and right by itself; only they do not know of each other."""
+    case, patches, met = split
+    apart = [rebuild_surfaces([s], self_intersections=True) for s in case.surfaces]
+    shift = np.cumsum([0, *(len(p.local) for p in apart)])
+    joined = replace(
+        patches,
+        local=np.concatenate([p.local + (p.origin - patches.origin) for p in apart]),
+        triangles=np.concatenate([p.triangles + n for p, n in zip(apart, shift, strict=False)]),
+        surface_of_triangle=np.repeat([0, 1], [p.n_triangle for p in apart]),
+        parent_of_triangle=np.concatenate([p.parent_of_triangle for p in apart]),
+    )
+    verdict = judge.judge_patches(case.surfaces, joined, met)
+    assert any("pairs of triangles cross" in s for s in verdict.wrong)
+    assert any("share no vertex" in s for s in verdict.wrong)
+
+
+def test_a_result_that_depends_on_order_is_seen(split):
+    _, patches, _ = split
+    assert judge.judge_order(patches, patches).wrong == []
+    assert judge.judge_order(patches, replace(patches, **_moved_point(patches))).wrong
+    assert judge.judge_order(patches, replace(patches, **_without(patches, [2]))).wrong
+
+
+# ---- planted faults: curves ------------------------------------------------------------------
+
+
+def _half_the_curve(curves):
+    return {
+        "segments": curves.segments[::2],
+        "surfaces_of_segment": curves.surfaces_of_segment[::2],
+    }
+
+
+@pytest.mark.parametrize(
+    ("plant", "sentence"),
+    [
+        (lambda c: {"local": c.local + np.array([0, 0, 1e-6])}, "off its triangle"),
+        (_half_the_curve, "on no curve|ulp"),
+        (lambda c: {"segments": c.segments[:0], "surfaces_of_segment": c.segments[:0]}, "nothing"),
+    ],
+    ids=["moved", "in pieces", "gone"],
+)
+def test_a_wrong_curve_is_seen(plant, sentence):
+    case = make_case("offsets", 1)
+    curves = intersect_surfaces(case.surfaces)
+    met, complete = judge.meetings(case.surfaces, curves.origin, 999, False)
+    assert complete
+    assert judge.judge_curves(case.surfaces, curves, met, complete).wrong == []
+    wrong = replace(curves, **plant(curves))
+    verdict = judge.judge_curves(case.surfaces, wrong, met, complete)
+    assert any(re.search(sentence, s) for s in verdict.wrong), verdict.wrong
+
+
+def test_a_curve_where_nothing_meets_is_seen():
+    curves = intersect_surfaces(make_case("offsets", 1).surfaces)
+    assert judge.judge_curves(make_case("offsets", 1).surfaces, curves, [], True).wrong
+    assert judge.judge_known({"apart": True}, None, curves).wrong == ["surfaces with a gap meet"]
+    (lack,) = judge.judge_known({"area": 2.0}, None, curves).wrong
+    assert "overlap of 0 m2, not 2.0" in lack
+    known = {"kind": "point", "count": 1}
+    assert judge.judge_known(known, intersect_triangles(P, Q), curves).wrong
+
+
+# ---- the runner ------------------------------------------------------------------------------
+
+
+def test_what_the_engine_raises_is_counted(monkeypatch):
+    def refuse(*arguments, **options):
+        raise RoundingError("cannot be held at (easting 1, northing 2, elevation 3)")
+
+    monkeypatch.setattr(stress, "rebuild_surfaces", refuse)
+    [row] = run_stress(2, families=["strips"])
+    assert (row.wrong, row.refused) == (0, 2)
+    assert "easting 1" in row.refusals[0]["refused"]
+
+    monkeypatch.setattr(stress, "intersect_surfaces", lambda *a, **k: 1 // 0)
+    outcome = run_case(make_case("strips", 0))
+    assert outcome.wrong == [
+        "intersect_surfaces: ZeroDivisionError: integer division or modulo by zero"
+    ]
+
+
+@pytest.mark.parametrize("family", ["holes", "lattice soups", "catalogue"])
+def test_a_case_comes_back_from_its_file(family, tmp_path):
+    case = make_case(family, 5, seed=3)
+    again = load_case(save_case(case, tmp_path / "new"))
+    assert (again.family, again.number, again.seed, again.known) == (family, 5, 3, case.known)
+    for one, two in zip(case.surfaces, again.surfaces, strict=True):
+        assert one.vertices.tobytes() == two.vertices.tobytes()
+        assert one.triangles.tobytes() == two.triangles.tobytes()
+        assert (one.lattice is None) == (two.lattice is None)
+
+
+def test_a_failure_leaves_a_file_and_exit_code_4(tmp_path, monkeypatch, capsys):
+    true = stress.intersect_triangles
+    monkeypatch.setattr(
+        stress, "intersect_triangles", lambda P, Q: replace(true(P, Q), coplanar=None)
+    )
+    out = tmp_path / "out" / "stress.json"
+    arguments = ["stress", "--cases", "1", "--family", "catalogue", "-o", str(out)]
+    assert cli.main(arguments) == 4
+    said = capsys.readouterr()
+    assert "coplanar is called None" in said.err
+    assert "1 cases, 1 wrong, 0 refused" in said.out
+    [row] = json.loads(out.read_text())["families"]
+    assert row["wrong"] == 1
+    file = row["failures"][0]["file"]
+    assert file in said.err
+    assert cli.main(["stress", "--replay", file]) == 4
+    monkeypatch.undo()
+    assert cli.main(["stress", "--replay", file]) == 0
+    assert "catalogue 0, seed 0: 0 wrong" in capsys.readouterr().out
+
+
+def test_files_that_are_no_cases_and_cannot_be_written(tmp_path):
+    other = tmp_path / "other.npz"
+    np.savez(other, a=1)
+    for path in (other, tmp_path / "none.npz"):
+        with pytest.raises(InputError, match=rf"{path.name}: not a stress case.*Give a .npz"):
+            load_case(path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match=r"cannot be written.*Choose another"):
+        stress.write_json([], tmp_path / "file" / "out.json")
+    with pytest.raises(OutputError, match=r"cannot be written.*Choose another"):
+        save_case(make_case("catalogue", 0), tmp_path / "file")
