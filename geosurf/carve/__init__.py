@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.carve.blocks import name_blocks
+from geosurf.carve.blocks import block_order, name_blocks
 from geosurf.carve.cells import Cells, box_of, find_cells
 from geosurf.carve.volume import volume_of
 from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, zones_of
@@ -71,16 +71,19 @@ def carve_units(patches: Patches) -> Units:
     sides = np.where(cells.cell_of_side > 0, unit_of_cell[cells.cell_of_side], -1)
     zone_of_unit = np.zeros(unit_of_cell.max(initial=-1) + 1, dtype=np.int64)
     zone_of_unit[unit_of_cell[1:]] = zone[1:]
-    shells = [_shell(patches, cells, sides, u) for u in range(len(zone_of_unit))]
-    volumes = [volume_of(patches.local, t) for t, _ in shells]
+    # vertices sorted by coordinates: shells and sums do not depend on the order of surfaces
+    order = np.lexsort(patches.local.T[::-1])
+    x, rank = patches.local[order], np.argsort(order)
+    shells = [_shell(rank[cells.triangles], sides, u) for u in range(len(zone_of_unit))]
+    volumes = [volume_of(x, t) for t, _ in shells]
     names = _zone_names([patches.names[i] for i in horizons])
     blocks = name_blocks(patches, cells, sides, zone_of_unit, np.array(volumes), faults)
     units = []
-    for u in sorted(range(len(shells)), key=lambda u: (zone_of_unit[u], blocks[u])):
-        triangles, rows = shells[u]
-        name = names[zone_of_unit[u]]
+    for u in sorted(range(len(shells)), key=lambda u: (zone_of_unit[u], block_order(blocks[u]))):
+        zone_name, zone_index = names[zone_of_unit[u]], int(zone_of_unit[u])
+        owner = cells.surface_of[shells[u][1]]
         units.append(
-            _unit(patches, cells, triangles, rows, volumes[u], name, zone_of_unit[u], blocks[u])
+            _unit(patches, x, shells[u][0], owner, volumes[u], zone_name, zone_index, blocks[u])
         )
     lower, upper = box_of(patches) + patches.origin
     box = (lower[0], upper[0], lower[1], upper[1], lower[2], upper[2])
@@ -110,20 +113,26 @@ def _merge(cells: Cells, zone: np.ndarray, horizons: list[int]) -> np.ndarray:
     return np.concatenate([[-1], number])
 
 
-def _shell(patches: Patches, cells: Cells, sides: np.ndarray, u: int):
-    """Outward triangles of a unit, and their rows; slits (seen from both sides) are left out."""
+def _shell(triangles: np.ndarray, sides: np.ndarray, u: int):
+    """Outward triangles of a unit, and their rows; slits (seen from both sides) are left out.
+
+    Each starts at its lowest corner, and they are sorted by corners.
+    """
     front, behind = sides[:, 0] == u, sides[:, 1] == u
     rows = np.flatnonzero(front != behind)
-    t = cells.triangles[rows].copy()
+    t = triangles[rows]
     inward = front[rows]
     t[inward] = t[inward][:, [0, 2, 1]]
-    return t, rows
+    first = t.argmin(axis=1)[:, None]
+    t = np.take_along_axis(t, (first + np.arange(3)) % 3, axis=1)
+    order = np.lexsort((t[:, 2], t[:, 1], t[:, 0]))
+    return t[order], rows[order]
 
 
-def _unit(patches, cells, triangles, rows, volume, zone, zone_index, block) -> Unit:
+def _unit(patches, x, triangles, owner, volume, zone, zone_index, block) -> Unit:
     used, faces = np.unique(triangles, return_inverse=True)
     faces = faces.reshape(-1, 3)
-    local = patches.local[used]
+    local = x[used]
     a, b, c = (local[faces[:, k]] for k in range(3))
     area = math.fsum(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
     if volume <= 0:
@@ -134,12 +143,12 @@ def _unit(patches, cells, triangles, rows, volume, zone, zone_index, block) -> U
     return Unit(
         name=zone if block == "whole" else f"{zone} {block}",
         zone=zone,
-        zone_index=int(zone_index),
+        zone_index=zone_index,
         block=block,
         local=frozen(local, np.float64),
         origin=patches.origin,
         triangles=frozen(faces, np.int64),
-        surface_of_triangle=frozen(cells.surface_of[rows], np.int64),
+        surface_of_triangle=frozen(owner, np.int64),
         surface_names=patches.names,
         volume=volume,
         area=area,

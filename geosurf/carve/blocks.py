@@ -57,3 +57,9 @@ def name_blocks(
         for rank, u in enumerate(sorted(units, key=lambda u: -volume[u])[1:], start=2):
             names[u] = f"{name} #{rank}"
     return names
+
+
+def block_order(name: str) -> tuple[str, int]:
+    """Key that sorts block names: ``F1+``, ``F1+ #2``, ... ``F1+ #10``."""
+    base, _, rank = name.partition(" #")
+    return base, int(rank or 1)

@@ -13,7 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.contact import tree
 from geosurf.contact.broad import candidate_pairs, fit_voxels
+from geosurf.contact.tree import tree_of
 from geosurf.conventions import frame_origin, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
@@ -172,26 +174,41 @@ def find_contacts(
     surfaces = check_surfaces(surfaces)
     if origin is None:
         origin = frame_origin(*(s.vertices for s in surfaces))
-    local = [s.vertices - origin for s in surfaces]
-    boxes = [triangle_boxes(x, s.triangles) for x, s in zip(local, surfaces, strict=True)]
     if pairs is None:
         n = len(surfaces)
         pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or self_intersections]
-    found, cost_of_pair = [], {}
-    for i, j in pairs:
-        rows, cost = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
-        cost_of_pair[i, j] = cost
-        found.append((i, j, rows))
-    cost = {
-        key: sum(c[key] for c in cost_of_pair.values()) for key in ("voxels", "candidate_faces")
-    }
+    voxels = method == "voxels" or (method == "auto" and voxel_size is not None)
+    local, found, cost_of_pair = _candidates(surfaces, origin, pairs, voxels, voxel_size)
+    keys = ("voxels", "nodes", "candidate_faces")
+    cost = {key: sum(c.get(key, 0) for c in cost_of_pair.values()) for key in keys}
     cost["pairs_tested"] = sum(len(rows) for _, _, rows in found)
-    compact = _compact(surfaces, local, found)
-    contacts = _name(surfaces, origin, *compact)
+    slip = ULP * max(float(np.abs(x).max(initial=0.0)) for x in local)
+    contacts = _name(surfaces, origin, slip, *_compact(surfaces, local, found))
     cost["pairs_meeting"] = len(contacts.rows)
     contacts.cost, contacts.cost_of_pair = cost, cost_of_pair
-    contacts.options = {"voxel_size": voxel_size, "pairs": pairs, "origin": origin}
+    contacts.options = {
+        "method": method, "voxel_size": voxel_size, "pairs": pairs, "origin": origin
+    }  # fmt: skip
     return contacts
+
+
+def _candidates(surfaces, origin, pairs, voxels, voxel_size):
+    """Local vertices of each surface, candidate pairs of rows for each pair, and their cost."""
+    found, cost_of_pair = [], {}
+    if voxels:
+        local = [s.vertices - origin for s in surfaces]
+        boxes = [triangle_boxes(x, s.triangles) for x, s in zip(local, surfaces, strict=True)]
+    else:
+        trees = [tree_of(surface, origin) for surface in surfaces]
+        local = [built.x for built in trees]
+    for i, j in pairs:
+        if voxels:
+            rows, cost = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
+        else:
+            rows, cost = tree.candidate_pairs(trees[i], trees[j], same=i == j)
+        cost_of_pair[i, j] = cost
+        found.append((i, j, rows))
+    return local, found, cost_of_pair
 
 
 def _compact(surfaces, local, found):
@@ -238,19 +255,42 @@ def table_size(n: int) -> int:
     return 1 << max(4, int(2 * n + 2).bit_length())
 
 
-def _name(surfaces, origin, x, t, surface_of_face, row_of_face, id_of_vertex, pairs) -> Contacts:
-    """Signs, then names."""
-    m0, w = frame_of(x, len(t))
+def _meet(x, t, pairs, slip):
+    """Contacts of candidate pairs, sorted by faces, and the near pairs."""
+    m, w = frame_of(x, len(t))
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
-    slip = ULP * float(np.abs(x).max(initial=0.0))
     near = np.empty(1024 + len(pairs) // 16, dtype=np.int64)
-    n, n_near = meet_pairs(x, t, pairs, m0, w, slip, rows, near)
+    n, n_near = meet_pairs(x, t, pairs, m, w, slip, rows, near)
     if n_near > len(near):
         near = np.empty(n_near, dtype=np.int64)
-        n, n_near = meet_pairs(x, t, pairs, m0, w, slip, rows, near)
-    near = pairs[near[:n_near]]
-    # by face, not by voxel: points and triangles get the same numbers for any voxel size
+        n, n_near = meet_pairs(x, t, pairs, m, w, slip, rows, near)
+    # by face, not as the search came across them: numbers are the same for any search
     rows = rows[:n][np.lexsort((rows[:n, 1], rows[:n, 0]))]
+    near = pairs[near[:n_near]]
+    return rows, near[np.lexsort((near[:, 1], near[:, 0]))]
+
+
+def _keep(faces, x, t, id_of_vertex):
+    """Only some faces and their vertices: (x, t, id_of_vertex, new number of each face)."""
+    mark = np.zeros(len(x), dtype=bool)
+    mark[t[faces]] = True
+    number = np.append(np.where(mark, np.cumsum(mark) - 1, -1), -1)  # unknown stays -1
+    ids = [number[known] for known in id_of_vertex]
+    face_number = np.full(len(t), -1, dtype=np.int64)
+    face_number[faces] = np.arange(len(faces))
+    return x[mark], number[t[faces]], ids, face_number
+
+
+def _name(
+    surfaces, origin, slip, x, t, surface_of_face, row_of_face, id_of_vertex, pairs
+) -> Contacts:
+    """Signs, then names, for the faces in contact (and near) only."""
+    rows, near = _meet(x, t, pairs, slip)
+    faces = np.unique(np.concatenate([rows[:, :2].ravel(), near.ravel()]))
+    x, t, id_of_vertex, face_number = _keep(faces, x, t, id_of_vertex)
+    surface_of_face, row_of_face = surface_of_face[faces], row_of_face[faces]
+    rows[:, :2], near = face_number[rows[:, :2]], face_number[near]
+    m0, w = frame_of(x, len(t))
     codes = rows[:, FIRST_CODE:]
     used = np.arange(6) < rows[:, N_CORNER, None]
     n_made = int((used & ((codes >> 3 & 7) > 2) & ((codes & 7) > 2)).sum())

@@ -42,8 +42,10 @@ def intersect_surfaces(
     ----------
     surfaces : sequence of TriSurface
         At least two (one with `self_intersections`). Vertices in metres.
-    method : {"auto", "voxels"}
-        How candidate triangles are searched. Changes the cost, never the result.
+    method : {"auto", "tree", "voxels"}
+        How candidate triangles are searched: trees of boxes, kept on the surfaces, or equal
+        voxels in a global box. Changes the cost, never the result. ``"auto"`` takes trees, and
+        voxels where `voxel_size` is given.
     voxel_size : float, optional
         Edge of the search voxels [m]. Default: fitted to the faces that can meet.
     self_intersections : bool
@@ -54,7 +56,7 @@ def intersect_surfaces(
     -------
     Curves
         Curve ``i`` joins the surfaces ``surfaces_of_curve[i]``. `Curves.cost` tells the numbers
-        of voxels, candidate faces, pairs of triangles tested and pairs meeting.
+        of voxels or tree nodes, candidate faces, pairs of triangles tested and pairs meeting.
 
     Raises
     ------
@@ -69,8 +71,9 @@ def intersect_surfaces(
 
     Notes
     -----
-    Search: a global box cut to where two surfaces can meet and equal voxels in it, after
-    Lo & Wang (2004, Eng. Comput. 20). Contacts: signs of orientation after Guigue & Devillers
+    Search: trees over Morton-ordered triangles with a test of planes against boxes, or a global
+    box cut to where two surfaces can meet and equal voxels in it, after Lo & Wang
+    (2004, Eng. Comput. 20). Contacts: signs of orientation after Guigue & Devillers
     (2003), unlike them with every zero sign named as a contact of its own.
 
     Examples

@@ -1,0 +1,26 @@
+"""Kernels: arrays in, arrays out. numba compiles them; the same code runs as plain Python.
+
+=================  =====================================================  =========================
+file               question                                               source
+=================  =====================================================  =========================
+`limbs`            exact integers of any length                           schoolbook, 26-bit limbs
+`exact`            exact signs and correctly rounded points               Attene 2020
+`predicates`       on which side is it? (filter first)                    Shewchuk 1997
+`points`           one id per point, whatever it is called                Levy 2024
+`voxels`, `tree`   which triangles are near?                              Lo & Wang 2004
+`contact`          how do two triangles meet?                             Guigue & Devillers 2003
+`naming`           contacts -> named points, and what cuts each face
+`delaunay`         the unique triangulation of a face's points            Lawson 1977
+`segments`         segments into it, crossings and all                    Toussaint & Avis 1982
+`cut`              all cut faces -> children
+`mesh`             welding, edges, patches
+`radial`           sides of triangles -> cells                            Weiler 1985
+`chains`           segments -> curves
+=================  =====================================================  =========================
+
+Letters are the same in all of them. What decides exactly takes the six arrays of one frame,
+always in this order: ``x`` coordinates, ``t`` triangles, ``e`` edge planes, ``d`` definitions of
+constructed points, ``m`` the frame's integers, ``w`` the limb workspace; one bundle of arrays
+would read better, but a tuple of arrays costs 145 ns a call instead of 10 (measured). The
+triangulation of a face adds ``h``, ``q``, ``f``, ``s``, ``k``: see `delaunay`.
+"""

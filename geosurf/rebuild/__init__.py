@@ -40,7 +40,11 @@ def rebuild_surfaces(
     Returns
     -------
     Patches
-        `Patches.surface` takes the mesh apart by surface, `Patches.patch` by patch.
+        `Patches.surface` takes the mesh apart by surface, `Patches.patch` by patch. A surface
+        that crosses itself is split there only with `self_intersections`. Inputs that are
+        degenerate up to rounding are moved to a coarser step where they break;
+        ``report["largest_move"]`` says how far [m], 0 mostly, and `Patches.sources` are the
+        surfaces as used.
 
     Raises
     ------

@@ -218,12 +218,14 @@ def test_three_surfaces_meet_in_a_point():
         ]
 
 
-def test_cost_is_told():
+@pytest.mark.parametrize(("method", "kind"), [("voxels", "voxels"), ("tree", "nodes")])
+def test_cost_is_told(method, kind):
     top, base = grid("Top", np.zeros((9, 9))), grid("Base", np.eye(9))
-    cost = intersect_surfaces([top, base]).cost
-    assert set(cost) == {"voxels", "candidate_faces", "pairs_tested", "pairs_meeting"}
-    assert 0 < cost["pairs_meeting"] <= cost["pairs_tested"] < 128 * 128
-    assert cost["candidate_faces"] <= 256
+    cost = intersect_surfaces([top, base], method=method).cost
+    assert set(cost) == {"voxels", "nodes", "candidate_faces", "pairs_tested", "pairs_meeting"}
+    assert {key for key in ("voxels", "nodes") if cost[key]} == {kind}
+    assert 0 < cost["pairs_meeting"] <= cost["pairs_tested"]
+    assert 0 < cost["candidate_faces"] <= 256
 
 
 def test_surfaces_apart_have_no_curves():

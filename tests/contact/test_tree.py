@@ -1,0 +1,85 @@
+"""Trees of boxes: no pair is missed, none comes twice, results are the voxels' to the byte."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from geosurf import rebuild_surfaces
+from geosurf.contact.search import find_contacts
+from geosurf.contact.tree import candidate_pairs, tree_of
+from geosurf.kernels.tree import build_tree, morton_order
+from geosurf.kernels.voxels import triangle_boxes
+from tests.strategies import faulted_worlds, grid, sheet, soups
+
+BYTES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
+
+
+def pairs_of(one, two, same=False):
+    pairs, cost = candidate_pairs(tree_of(one, np.zeros(3)), tree_of(two, np.zeros(3)), same=same)
+    assert cost["pairs"] == len(pairs)
+    assert len(np.unique(pairs, axis=0)) == len(pairs)
+    return {tuple(pair) for pair in pairs.tolist()}
+
+
+def meeting(one, two, same=False):
+    """Pairs in contact, as found through voxels, and all pairs whose boxes meet."""
+    surfaces = (one,) if same else (one, two)
+    found = find_contacts(surfaces, method="voxels", self_intersections=same)
+    rows = found.row_of_face[found.rows[:, :2]]
+    a, b = (triangle_boxes(s.vertices, s.triangles) for s in (one, two))
+    near = (a[:, None, :3] <= b[None, :, 3:]).all(axis=2)
+    near &= (b[None, :, :3] <= a[:, None, 3:]).all(axis=2)
+    return {tuple(row) for row in rows.tolist()}, {tuple(p) for p in np.argwhere(near).tolist()}
+
+
+@settings(max_examples=60, deadline=None)
+@given(soups(most=12))
+def test_no_contact_is_missed(surfaces):
+    one, two = surfaces
+    touching, near = meeting(one, two)
+    assert touching <= pairs_of(one, two) <= near
+
+
+@settings(max_examples=30, deadline=None)
+@given(soups(most=12))
+def test_a_surface_with_itself(surfaces):
+    one = surfaces[0]
+    touching, near = meeting(one, one, same=True)
+    found = pairs_of(one, one, same=True)
+    assert touching <= found <= near
+    assert all(a < b for a, b in found)
+
+
+@settings(max_examples=25, deadline=None)
+@given(faulted_worlds())
+def test_trees_and_voxels_give_the_same_bytes(world):
+    one = rebuild_surfaces(world, method="tree")
+    two = rebuild_surfaces(world, method="voxels")
+    for name in BYTES:
+        assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
+
+
+def test_a_huge_flat_face_reaches_only_what_its_plane_passes(rng):
+    top = grid("Top", rng.uniform(0, 1, (65, 65)))
+    fault = sheet("F1", [(10.3, -1, -40), (10.3, 65, -40), (55.1, 65, 40), (55.1, -1, 40)])
+    by_voxels = find_contacts([top, fault], method="voxels").cost
+    by_tree = find_contacts([top, fault], method="tree").cost
+    assert by_tree["pairs_meeting"] == by_voxels["pairs_meeting"] > 60
+    assert by_tree["pairs_tested"] < by_voxels["pairs_tested"] / 10
+
+
+@pytest.mark.parametrize("n", [1, 7, 8, 9, 64, 65, 513])
+def test_every_triangle_is_in_its_leaf_and_every_node_in_its_parent(rng, n):
+    low = rng.integers(0, 50, (n, 3)).astype(float)
+    boxes = np.hstack([low, low + rng.integers(0, 9, (n, 3))])
+    order = morton_order(boxes)
+    assert sorted(order.tolist()) == list(range(n))
+    nodes, levels = build_tree(boxes, order)
+    assert levels[-1] == len(nodes)
+    assert levels[-1] - levels[-2] == 1
+    for k, row in enumerate(order):
+        assert (nodes[k // 8, :3] <= boxes[row, :3]).all()
+        assert (nodes[k // 8, 3:] >= boxes[row, 3:]).all()
+    np.testing.assert_array_equal(nodes[-1], [*boxes[:, :3].min(0), *boxes[:, 3:].max(0)])

@@ -1,0 +1,78 @@
+"""The independent checker on every synthetic world: curves, split, closure, partition."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+
+WORLDS = ("tilted_planes", "graben", "listric", "dome_and_flat_fault", "egg_box", "noisy")
+UTM = (456000.0, 6.78e6, 0.0)
+
+
+@pytest.fixture
+def verify(shared):
+    sys.path.insert(0, str(shared))
+    try:
+        import verify
+    finally:
+        sys.path.pop(0)
+    return verify
+
+
+def scene_of(name, offset=(0.0, 0.0, 0.0), turned=False):
+    world = getattr(gs.synthetic, name)(n=17, offset=offset)
+    faults = dict(reversed(list(world.faults.items()))) if turned else world.faults
+    return gs.Scene(world.horizons, faults, world.box)
+
+
+@pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), UTM], ids=["local", "utm"])
+@pytest.mark.parametrize("name", WORLDS)
+def test_the_exact_checker_accepts(verify, name, offset):
+    scene = scene_of(name, offset)
+    surfaces = scene.surfaces
+    n_curve = 0
+    for i, a in enumerate(surfaces):
+        for b in surfaces[i + 1 :]:
+            curves = scene.curves_between(a.name, b.name)
+            if curves is not None:
+                n_curve += curves.n_curve
+                meshes = (a.vertices, a.triangles), (b.vertices, b.triangles)
+                verify.check_curve(*meshes, curves.points, curves.segments, 1e-7)
+    assert n_curve == scene.curves.n_curve > 0
+    patches = scene.patches
+    for i, source in enumerate(patches.sources):
+        mine = patches.surface_of_triangle == i
+        verify.check_split(
+            source.vertices - patches.origin, source.triangles, patches.local,
+            patches.triangles[mine], patches.parent_of_triangle[mine], 1e-7, weld=False,
+        )  # fmt: skip
+    for unit in scene.units.values():
+        report = verify.check_closed(unit.local, unit.triangles)
+        assert report.volume == pytest.approx(unit.volume, rel=1e-12)
+    low, high = (np.array(scene.box[k::2]) - patches.origin for k in (0, 1))
+    verify.check_partition(
+        [(unit.local, unit.triangles) for unit in scene.units.values()], (low, high),
+        rtol=1e-12, samples=100, require_matching=True,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["graben", "tilted_planes"])
+def test_the_order_of_faults_changes_no_byte_of_a_unit(name):
+    one, two = scene_of(name).units, scene_of(name, turned=True).units
+    key = lambda unit: unit.local.tobytes()  # noqa: E731
+    for a, b in zip(sorted(one.values(), key=key), sorted(two.values(), key=key), strict=True):
+        assert a.local.tobytes() == b.local.tobytes()
+        assert a.triangles.tobytes() == b.triangles.tobytes()
+        assert a.volume == b.volume
+        assert set(a.block.split()) == set(b.block.split())
+
+
+def test_a_shift_by_utm_offsets_changes_no_volume():
+    one, two = scene_of("graben").units, scene_of("graben", UTM).units
+    assert list(one) == list(two)
+    for a, b in zip(one.values(), two.values(), strict=True):
+        assert a.volume == pytest.approx(b.volume, rel=1e-12)
