@@ -165,9 +165,8 @@ def _catalogue(rng, number) -> Draw:
 
 
 def _regions(rng, number) -> Draw:
-    places = (rng.permutation(len(REGIONS) * 3)[:3] + number) % (len(REGIONS) * 3)
-
     def draw():
+        places = rng.integers(0, len(REGIONS) * 3, 3)  # anew: three may lie on one line for good
         corners = [region_corner(rng, place // 3) for place in places]
         for corner, place in zip(corners, places, strict=True):
             corner[2] = (place % 3 - 1) * rng.integers(1, 9)

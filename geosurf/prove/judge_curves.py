@@ -42,9 +42,8 @@ def judge_curves(
     verdict = Verdict()
     corners = [s.vertices[s.triangles] - curves.origin for s in surfaces]
     ulp = ulp_of(*corners)
-    for i, j in sorted(
-        {tuple(p) for p in curves.surfaces_of_segment.tolist()} | {(m.i, m.j) for m in met}
-    ):
+    pairs = {tuple(p) for p in curves.surfaces_of_segment.tolist()} | {(m.i, m.j) for m in met}
+    for i, j in sorted(pairs | {t.surfaces for t in curves.contacts}):
         mine = [m for m in met if (m.i, m.j) == (i, j) and not m.joined]
         rows = (curves.surfaces_of_segment == (i, j)).all(axis=1)
         ends = curves.local[curves.segments[rows]]
@@ -58,8 +57,16 @@ def judge_curves(
         if areas and not any(t.kind == "area" for t in touches):
             verdict.check(False, f"{what} overlap, and no area is reported")
         if not areas and not any(t.kind == "area" for t in touches):
-            single = [t.points - curves.origin for t in touches]
-            _judge_shared(what, mine, ends, single, ulp, verdict)
+            single = np.array([t.points[0] for t in touches]).reshape(-1, 3)
+            for k in (i, j):
+                _judge_on_surface(
+                    what,
+                    single,
+                    surfaces[k].vertices[surfaces[k].triangles],
+                    ulp_of(single),
+                    verdict,
+                )
+            _judge_shared(what, mine, ends, single - curves.origin, (ulp, ulp_of(single)), verdict)
     return verdict
 
 
@@ -72,21 +79,37 @@ def _judge_on_surface(what, points, corners, ulp: float, verdict: Verdict) -> No
         judge_distance(f"{what}: a point of the curve", points, closest, ulp, verdict)
 
 
-def _judge_shared(what, met, ends, single, ulp: float, verdict: Verdict) -> None:
-    """Shared segments are covered by curves, shared points are on them or touching points."""
-    places = np.concatenate([ends.reshape(-1, 3), *single])
+def _judge_shared(what, met, ends, single, ulps, verdict: Verdict) -> None:
+    """Shared segments are covered by curves, shared points are on them or touching points.
+
+    Touching points are kept in world coordinates, so their ulp is another one: ``ulps[1]``.
+    """
+    ulp, of_world = ulps
+    on_curve = ends.reshape(-1, 3)
     for m in met:
-        if len(places) == 0:
-            verdict.check(False, f"{what} meet, and nothing is reported")
-            return
+        name = f"{what}, triangles {m.f} and {m.g}"
+        if len(m.corners) == 1 and _among(single, m.corners[0], of_world):
+            continue
+        if len(ends) == 0:
+            verdict.check(False, f"{name} meet, and nothing is reported")
+            continue
         for corner in m.corners:
-            verdict.measure(places[nearest(places, corner)], corner, ulp, f"{what}, {m.f}, {m.g}")
+            verdict.measure(on_curve[nearest(on_curve, corner)], corner, ulp, name)
         if len(m.corners) == 2:
             a, b = (np.array(exact.rounded(corner)) for corner in m.corners)
-            on = np.ones(len(ends), dtype=bool)
-            for k in range(2):
-                on &= from_segment(ends[:, k], a, b) <= NEAR * ulp
-            covered = np.linalg.norm(ends[on, 1] - ends[on, 0], axis=1).sum()
-            lack = np.linalg.norm(b - a) - covered
-            slack = NEAR * ulp * (2 + on.sum())
-            verdict.check(lack <= slack, f"{what}: {lack:.3g} m are on no curve")
+            _judge_covered(name, ends, a, b, ulp, verdict)
+
+
+def _among(points: np.ndarray, corner: exact.Point, ulp: float) -> bool:
+    return len(points) > 0 and exact.error_of(points[nearest(points, corner)], corner) <= ulp
+
+
+def _judge_covered(name, ends, a, b, ulp: float, verdict: Verdict) -> None:
+    """Segments of curves (n, 2, 3) that lie on the segment from a to b add up to it."""
+    on = np.ones(len(ends), dtype=bool)
+    for k in range(2):
+        on &= from_segment(ends[:, k], a, b) <= NEAR * ulp
+    covered = np.linalg.norm(ends[on, 1] - ends[on, 0], axis=1).sum()
+    lack = np.linalg.norm(b - a) - covered
+    slack = NEAR * ulp * (2 + on.sum())
+    verdict.check(lack <= slack, f"{name}: {lack:.3g} m are on no curve")
