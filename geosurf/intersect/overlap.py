@@ -13,6 +13,8 @@ import numpy as np
 
 from geosurf.contact.arrange import cut_contacts
 from geosurf.contact.search import Contacts, find_contacts
+from geosurf.errors import InvariantError
+from geosurf.kernels.contact import COPLANAR, N_CORNER
 from geosurf.kernels.mesh import edges, pieces
 from geosurf.model import Touch
 
@@ -27,13 +29,14 @@ class Overlap:
     touches: list[Touch]
 
 
-def arranged_faces(contacts: Contacts, children, surface: int) -> np.ndarray:
-    """Candidate faces of one surface after cutting: rows of `children.x`."""
+def arranged_faces(contacts: Contacts, children, surface: int) -> tuple[np.ndarray, np.ndarray]:
+    """Faces of one surface after cutting (rows of `children.x`), and the faces they are part of."""
     uncut = np.ones(len(contacts.t), dtype=bool)
     uncut[children.cut] = False
     uncut &= contacts.surface_of_face == surface
     mine = contacts.surface_of_face[children.parent] == surface
-    return np.concatenate([contacts.t[uncut], children.triangles[mine]])
+    faces = np.concatenate([contacts.t[uncut], children.triangles[mine]])
+    return faces, np.concatenate([np.flatnonzero(uncut), children.parent[mine]])
 
 
 def _edge_keys(t: np.ndarray, n: int) -> np.ndarray:
@@ -42,28 +45,52 @@ def _edge_keys(t: np.ndarray, n: int) -> np.ndarray:
     return ends[:, :, 0] * n + ends[:, :, 1]
 
 
-def overlap_of(surfaces, i: int, j: int, origin: np.ndarray, **options) -> Overlap:
+def overlap_of(surfaces, i: int, j: int, origin: np.ndarray) -> Overlap:
     """Overlap areas, outline and curves of surfaces i and j, in the frame of `origin`."""
     pair = (surfaces[i], surfaces[j]) if i != j else (surfaces[i],)
-    contacts = find_contacts(pair, pairs=[(0, len(pair) - 1)], **options)
-    children = cut_contacts(contacts)
+    contacts, children, one, two, shared = _arranged(pair, [(0, len(pair) - 1)])
+    if shared is None:  # one of them crosses itself there, so that they are cut unalike
+        contacts, children, one, two, shared = _arranged(pair, [(0, 0), (0, 1), (1, 1)])
+    if shared is None:
+        raise InvariantError(
+            f"an overlap of {pair[0].name!r} and {pair[-1].name!r} is not the same triangles in "
+            "both; please report this with the surfaces."
+        )
     local = children.x + (contacts.origin - origin)
-    one = arranged_faces(contacts, children, 0)
-    two = arranged_faces(contacts, children, len(pair) - 1)
     n = len(local)
-    corners_one, corners_two = np.sort(one, axis=1), np.sort(two, axis=1)
-    both = np.concatenate([np.unique(corners_one, axis=0), np.unique(corners_two, axis=0)])
-    if i == j:
-        both = corners_one
-    shared, count = np.unique(both, axis=0, return_counts=True)
-    shared = shared[count > 1]
     common = np.intersect1d(_edge_keys(one, n), _edge_keys(two, n)) if i != j else np.empty(0, int)
     inner, times = np.unique(_edge_keys(shared, n), return_counts=True)
-    inside = inner[times > 1]
     outline = np.union1d(common, inner[times == 1])
-    keys = np.setdiff1d(outline, inside)
+    keys = np.setdiff1d(outline, inner[times > 1])
     segments = np.stack([keys // n, keys % n], axis=1)
     return Overlap(local, segments, np.unique(shared), _areas(local, origin, shared, (i, j)))
+
+
+def _arranged(pair, pairs):
+    """Both surfaces cut, and the triangles that both have; None for those if a contact over an
+    area has none of them.
+    """
+    contacts = find_contacts(pair, pairs=pairs)
+    children = cut_contacts(contacts)
+    one, of_one = arranged_faces(contacts, children, 0)
+    if len(pair) == 1:
+        corners, count = np.unique(np.sort(one, axis=1), axis=0, return_counts=True)
+        return contacts, children, one, one, corners[count > 1]
+    two, of_two = arranged_faces(contacts, children, 1)
+    corners, number = np.unique(
+        np.sort(np.concatenate([one, two]), axis=1), axis=0, return_inverse=True
+    )
+    number = number.ravel()
+    parents = np.full((len(corners), 2), -1, dtype=np.int64)
+    parents[number[: len(one)], 0] = of_one
+    parents[number[len(one) :], 1] = of_two
+    both = (parents >= 0).all(axis=1)
+    rows = contacts.rows
+    area = (rows[:, COPLANAR] == 1) & (rows[:, N_CORNER] >= 3)
+    area &= contacts.surface_of_face[rows[:, 0]] != contacts.surface_of_face[rows[:, 1]]
+    wanted = {tuple(row) for row in rows[area, :2].tolist()}
+    complete = wanted <= {tuple(row) for row in parents[both].tolist()}
+    return contacts, children, one, two, corners[both] if complete else None
 
 
 def _areas(local, origin, shared, pair) -> list[Touch]:
