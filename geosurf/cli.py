@@ -354,7 +354,7 @@ def build_parser() -> argparse.ArgumentParser:
     add("doctor", doctor_command, "say what geosurf stands on here, and whether it can draw")
     add("warmup", warmup_command, "compile the kernels, so that the next command need not")
     stress = add("stress", stress_command, "feed the engine what breaks engines; 4 if it does")
-    stress.add_argument("--cases", type=int, default=100, help="of each family (100: 30 s)")
+    stress.add_argument("--cases", type=int, default=70, help="of each family (70: 30 s)")
     stress.add_argument("--seed", type=int, default=0, help="other cases for another number")
     stress.add_argument("--family", action="append", metavar="NAME", help="only this one; repeat")
     stress.add_argument("-o", "--out", help="a .json file for the table and all that failed")

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geosurf import cli, intersect_surfaces, intersect_triangles, rebuild_surfaces
+from geosurf import TriSurface, cli, intersect_surfaces, intersect_triangles, rebuild_surfaces
 from geosurf.errors import InputError, OutputError, RoundingError
 from geosurf.prove import FAMILIES, judge, make_case, rational, run_case, run_stress, stress
 from geosurf.prove.catalogue import BASE, CATALOGUE, REGIONS
@@ -61,6 +61,27 @@ def test_the_catalogue_says_what_fractions_say():
 
 def test_every_region_of_the_plane_occurs():
     assert len(REGIONS) == 19
+    found = set()
+    for number in range(300):  # some draws lie on one line and are drawn anew
+        case = make_case("regions", number)
+        P, Q = (rational.rational(s.vertices) for s in case.surfaces)
+        found.add(len(rational.meet(P, Q)))
+    assert found >= {0, 1, 2, 3, 4}
+
+
+def test_touching_points_are_judged_in_world_coordinates():
+    """A touching point at UTM coordinates is rounded where it is kept."""
+    offset = (448_512.0, 6_725_632.0, 0.0)
+    P = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0.0]]) + np.array(offset)
+    Q = np.array([[3, -1, -1], [4, 6, 6], [1, -9, 0.0]]) + np.array(offset)
+    surfaces = [TriSurface(n, "surface", t, [[0, 1, 2]]) for n, t in (("A", P), ("B", Q))]
+    curves = intersect_surfaces(surfaces)
+    met, complete = judge.meetings(surfaces, curves.origin, 9, False)
+    assert judge.judge_curves(surfaces, curves, met, complete).wrong == []
+    (touch,) = curves.contacts
+    far = replace(curves, contacts=(replace(touch, points=touch.points + 1e-6),))
+    assert judge.judge_curves(surfaces, far, met, complete).wrong
+    assert judge.judge_curves(surfaces, replace(curves, contacts=()), met, complete).wrong
 
 
 def test_cases_are_what_their_names_say():

@@ -19,7 +19,7 @@ from geosurf.prove.families import FAMILIES, Case, make_case, shuffled
 from geosurf.prove.reproducer import load_case, save_case
 from geosurf.rebuild import rebuild_surfaces
 
-CASES = 100
+CASES = 70
 MOST_PAIRS = 40
 HEAD = (
     f"{'family':<16}{'cases':>8}{'wrong':>7}{'refused':>9}{'error [ulp]':>13}{'error [m]':>11}"
@@ -192,7 +192,7 @@ def run_stress(
     Parameters
     ----------
     cases : int
-        For each family. 100 take about 30 s in all, 100 000 a night.
+        For each family. 70 take about 30 s in all, 100 000 half a day.
     seed : int
         Other cases for another one; the same ones for the same.
     families : sequence of str, optional
