@@ -98,6 +98,20 @@ def join(parent, i, j):
         parent[i] = j
 
 
+@scalar
+def _numbered(parent):
+    """Sets numbered by their first element: number of each element, and how many."""
+    number = np.full(parent.shape[0], -1, dtype=np.int64)
+    count = 0
+    for i in range(parent.shape[0]):
+        root = find(parent, i)
+        if number[root] < 0:
+            number[root] = count
+            count += 1
+        number[i] = number[root]
+    return number, count
+
+
 @entry("l2 l1 l1 l1 l1 -> l1 l")
 def patches_of(t, surface, owners, ring, twin):
     """Patch number of each triangle, numbered by first triangle, and how many.
@@ -132,15 +146,7 @@ def patches_of(t, surface, owners, ring, twin):
                 if surface[j // 3] == surface[i] and _same_patch(parent, twin, i, j // 3):
                     join(parent, i, j // 3)
                 j = ring[j]
-    number = np.full(n, -1, dtype=np.int64)
-    count = 0
-    for i in range(n):
-        root = find(parent, i)
-        if number[root] < 0:
-            number[root] = count
-            count += 1
-        number[i] = number[root]
-    return number, count
+    return _numbered(parent)
 
 
 @scalar
@@ -156,15 +162,7 @@ def pieces(t, ring):
     parent = np.arange(n)
     for i in range(3 * n):
         join(parent, i // 3, ring[i] // 3)
-    number = np.full(n, -1, dtype=np.int64)
-    count = 0
-    for i in range(n):
-        root = find(parent, i)
-        if number[root] < 0:
-            number[root] = count
-            count += 1
-        number[i] = number[root]
-    return number, count
+    return _numbered(parent)
 
 
 @entry("l2 l1 l1 l1 l -> l2")

@@ -194,45 +194,8 @@ def id_at_place(x, t, e, d, m, w, places, i):
 
 
 @scalar
-def edge_plane(e, m, names, a, b, axis):
-    """Id of the plane through edge a-b along an axis; FULL if there is no room."""
-    if a > b:
-        a, b = b, a
-    size = names.shape[0]
-    slot = hash_of_name(EDGE_PLANE, a, b, axis) & (size - 1)
-    while names[slot, 0] != 0:
-        if (
-            names[slot, 0] == EDGE_PLANE
-            and names[slot, 1] == a
-            and names[slot, 2] == b
-            and names[slot, 3] == axis
-        ):
-            return names[slot, 4]
-        slot = (slot + 1) & (size - 1)
-    row = m[N_EDGE_PLANE]
-    if row >= e.shape[0] or 2 * m[N_NAME] >= size:
-        return FULL
-    e[row, 0], e[row, 1], e[row, 2] = a, b, axis
-    m[N_EDGE_PLANE] += 1
-    m[N_NAME] += 1
-    names[slot, 0], names[slot, 1], names[slot, 2], names[slot, 3] = EDGE_PLANE, a, b, axis
-    names[slot, 4] = m[N_TRIANGLE] + row
-    return m[N_TRIANGLE] + row
-
-
-@scalar
-def named_point(x, t, e, d, m, w, names, places, kind, a, b, c):
-    """Id of the point with this definition, made if it is new; FULL if there is no room."""
-    if kind == LPI:
-        if a > b:
-            a, b = b, a
-    else:
-        if a > b:
-            a, b = b, a
-        if b > c:
-            b, c = c, b
-        if a > b:
-            a, b = b, a
+def _slot_of(names, kind, a, b, c):
+    """Slot of a definition in the table of names, or the empty one where it belongs."""
     size = names.shape[0]
     slot = hash_of_name(kind, a, b, c) & (size - 1)
     while names[slot, 0] != 0:
@@ -242,11 +205,52 @@ def named_point(x, t, e, d, m, w, names, places, kind, a, b, c):
             and names[slot, 2] == b
             and names[slot, 3] == c
         ):
-            return names[slot, 4]
+            break
         slot = (slot + 1) & (size - 1)
+    return slot
+
+
+@scalar
+def _file_name(m, names, slot, kind, a, b, c, i):
+    """Enter a definition and what it stands for into an empty slot."""
+    names[slot, 0], names[slot, 1], names[slot, 2], names[slot, 3] = kind, a, b, c
+    names[slot, 4] = i
+    m[N_NAME] += 1
+
+
+@scalar
+def edge_plane(e, m, names, a, b, axis):
+    """Id of the plane through edge a-b along an axis; FULL if there is no room."""
+    if a > b:
+        a, b = b, a
+    slot = _slot_of(names, EDGE_PLANE, a, b, axis)
+    if names[slot, 0] != 0:
+        return names[slot, 4]
+    row = m[N_EDGE_PLANE]
+    if row >= e.shape[0] or 2 * m[N_NAME] >= names.shape[0]:
+        return FULL
+    e[row, 0], e[row, 1], e[row, 2] = a, b, axis
+    m[N_EDGE_PLANE] += 1
+    _file_name(m, names, slot, EDGE_PLANE, a, b, axis, m[N_TRIANGLE] + row)
+    return m[N_TRIANGLE] + row
+
+
+@scalar
+def named_point(x, t, e, d, m, w, names, places, kind, a, b, c):
+    """Id of the point with this definition, made if it is new; FULL if there is no room."""
+    if a > b:
+        a, b = b, a
+    if kind == TPI:
+        if b > c:
+            b, c = c, b
+        if a > b:
+            a, b = b, a
+    slot = _slot_of(names, kind, a, b, c)
+    if names[slot, 0] != 0:
+        return names[slot, 4]
     row = m[N_POINT]
     i = m[N_VERTEX] + row
-    if i >= x.shape[0] or 2 * m[N_NAME] >= size:
+    if i >= x.shape[0] or 2 * m[N_NAME] >= names.shape[0]:
         return FULL
     d[row, 0], d[row, 1], d[row, 2], d[row, 3] = kind, a, b, c
     certain = False
@@ -260,7 +264,5 @@ def named_point(x, t, e, d, m, w, names, places, kind, a, b, c):
     found = id_at_place(x, t, e, d, m, w, places, i)
     if found == i:
         m[N_POINT] += 1
-    m[N_NAME] += 1
-    names[slot, 0], names[slot, 1], names[slot, 2], names[slot, 3] = kind, a, b, c
-    names[slot, 4] = found
+    _file_name(m, names, slot, kind, a, b, c, found)
     return found
