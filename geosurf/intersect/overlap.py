@@ -80,17 +80,22 @@ def _arranged(pair, pairs):
     corners, number = np.unique(
         np.sort(np.concatenate([one, two]), axis=1), axis=0, return_inverse=True
     )
-    number = number.ravel()
-    parents = np.full((len(corners), 2), -1, dtype=np.int64)
-    parents[number[: len(one)], 0] = of_one
-    parents[number[len(one) :], 1] = of_two
-    both = (parents >= 0).all(axis=1)
+    piece_one, piece_two = np.split(number.ravel(), [len(one)])
+    both = np.intersect1d(piece_one, piece_two)
     rows = contacts.rows
     area = (rows[:, COPLANAR] == 1) & (rows[:, N_CORNER] >= 3)
     area &= contacts.surface_of_face[rows[:, 0]] != contacts.surface_of_face[rows[:, 1]]
-    wanted = {tuple(row) for row in rows[area, :2].tolist()}
-    complete = wanted <= {tuple(row) for row in parents[both].tolist()}
+    mine, others = _pieces(of_one, piece_one), _pieces(of_two, piece_two)
+    complete = all(mine[f] & others[g] for f, g in rows[area, :2].tolist())
     return contacts, children, one, two, corners[both] if complete else None
+
+
+def _pieces(faces: np.ndarray, pieces: np.ndarray) -> dict[int, set[int]]:
+    """Pieces of each face; a surface folded onto itself has one piece in several faces."""
+    found: dict[int, set[int]] = {}
+    for face, piece in zip(faces.tolist(), pieces.tolist(), strict=True):
+        found.setdefault(face, set()).add(piece)
+    return found
 
 
 def _areas(local, origin, shared, pair) -> list[Touch]:
