@@ -185,9 +185,10 @@ def tree_pairs(xa, ta, ba, oa, na, la, xb, tb, bb, ob, nb, lb, same, pairs):
         if _apart(na, i, nb, j):
             continue
         if not same:
-            if level_i == 0 and _leaf_beside(xa, ta, oa, i, nb, j):
+            # against nodes above leaves only: between leaves, triangles are tested one by one
+            if level_i == 0 and level_j > 0 and _leaf_beside(xa, ta, oa, i, nb, j):
                 continue
-            if level_j == 0 and _leaf_beside(xb, tb, ob, j, na, i):
+            if level_j == 0 and level_i > 0 and _leaf_beside(xb, tb, ob, j, na, i):
                 continue
         if level_i == 0 and level_j == 0:
             n = _emit(xa, ta, ba, oa, i, xb, tb, bb, ob, j, same, pairs, n)
