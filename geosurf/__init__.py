@@ -7,7 +7,6 @@ The pipeline, stage by stage::
     intersect    surfaces -> the curves where they meet
     rebuild      surfaces -> patches that share vertices along the curves
     carve        patches -> closed units: zone x fault block
-    measure      units and curves -> numbers
     render       anything -> PNG, off-screen
     report       a scene -> one HTML page;  write: anything -> files
 
