@@ -1,8 +1,8 @@
 """From surfaces to contacts: candidates, exact signs, named points.
 
 `find_contacts` is what `intersect`, `rebuild` and the certificate all rest on. Only faces that
-are candidates somewhere are copied (welded, in the local frame); all that comes later
-costs what they cost.
+are candidates somewhere are copied (welded, in the local frame), and only those in contact
+are kept; all that comes later costs what they cost.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ class Contacts:
     origin : ndarray, shape (3,)
         Of the local frame [m].
     x : ndarray of float64, shape (n, 3)
-        Local coordinates: welded vertices of candidate faces, then constructed points.
+        Local coordinates: welded vertices of the faces, then constructed points.
     n_vertex : int
     t : ndarray of int64, shape (n_face, 3)
-        Candidate faces, as rows of `x`, surface by surface.
+        Faces in contact or near one, as rows of `x`, surface by surface.
     surface_of_face, row_of_face : ndarray of int64, shape (n_face,)
     rows : ndarray of int64, shape (n_contact, 11)
         Contacts, see `geosurf.kernels.contact`.
@@ -74,7 +74,6 @@ class Contacts:
     m: np.ndarray
     w: np.ndarray
     cost: dict[str, int] = field(default_factory=dict)
-    cost_of_pair: dict[tuple[int, int], dict[str, int]] = field(default_factory=dict)
     options: dict[str, Any] = field(default_factory=dict)
 
 
@@ -185,7 +184,7 @@ def find_contacts(
     slip = ULP * max(float(np.abs(x).max(initial=0.0)) for x in local)
     contacts = _name(surfaces, origin, slip, *_compact(surfaces, local, found))
     cost["pairs_meeting"] = len(contacts.rows)
-    contacts.cost, contacts.cost_of_pair = cost, cost_of_pair
+    contacts.cost = cost
     contacts.options = {
         "method": method, "voxel_size": voxel_size, "pairs": pairs, "origin": origin
     }  # fmt: skip

@@ -154,7 +154,7 @@ class Entry:
             return
         _told.append(self.__name__)
         if sys.stderr is not None and sys.stderr.isatty():
-            sys.stderr.write("geosurf: compiling kernels, about a minute, once per version\n")
+            sys.stderr.write("geosurf: compiling kernels, about two minutes, once per version\n")
 
     def __call__(self, *arguments: Any) -> Any:
         if len(arguments) != len(self.letters):

@@ -71,8 +71,7 @@ def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float
             bad = unsound(contacts, children)
             if len(bad) == 0:
                 return contacts, children, _moves(given, surfaces, moved)
-    _raise(*first)
-    raise AssertionError("unreachable")
+    raise _refusal(*first)
 
 
 def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> None:
@@ -118,11 +117,12 @@ def _moves(given, surfaces, moved) -> dict[str, float]:
     return {"moved_vertices": int((far > 0).sum()), "largest_move": float(far.max(initial=0.0))}
 
 
-def _raise(contacts: Contacts, bad: np.ndarray) -> None:
+def _refusal(contacts: Contacts, bad: np.ndarray) -> RoundingError:
+    """Say where the surfaces cannot be held in float64."""
     face = bad[0]
     name = contacts.surfaces[contacts.surface_of_face[face]].name
     where = place(contacts.x[contacts.t[face, 0]] + contacts.origin)
-    raise RoundingError(
+    return RoundingError(
         f"the pieces of {len(np.unique(bad))} triangles cannot be held in float64, the first is of "
         f"surface {name!r} at {where}, and moving vertices there by up to {STEPS[-1] / 2:.0e} m "
         "does not help: surfaces are degenerate there up to rounding, but not exactly. Move one "
