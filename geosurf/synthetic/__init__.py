@@ -7,6 +7,8 @@ noisy                 `tilted_planes` with hashed noise; bounds
 dome_and_flat_fault   a paraboloid cut by a flat surface; order 2
 listric               a tilted plane and an arc of a circle; order 2
 egg_box               many domes and one flat surface; order 2
+waves                 a wavy horizon, a wavy fault; order 2, the curve at every place
+hills                 any size, many faults; nothing is known but the number of curves
 faulted_reservoir     a field to look at; little is known of it
 ====================  =========================================================
 
@@ -17,9 +19,11 @@ of the error. All functions take `n`, nodes per side, and `offset`.
 
 from geosurf.synthetic.domes import dome_and_flat_fault, egg_box
 from geosurf.synthetic.field import faulted_reservoir
+from geosurf.synthetic.hills import hills
 from geosurf.synthetic.listric_fault import listric
 from geosurf.synthetic.planar import graben, tilted_planes
 from geosurf.synthetic.rough import noisy
+from geosurf.synthetic.waves import waves
 from geosurf.synthetic.world import World
 
 __all__ = [
@@ -28,7 +32,9 @@ __all__ = [
     "egg_box",
     "faulted_reservoir",
     "graben",
+    "hills",
     "listric",
     "noisy",
     "tilted_planes",
+    "waves",
 ]

@@ -41,6 +41,8 @@ class World:
         - ``"zone_volumes"``: ``{zone: m3}``;
         - ``"volume_bounds"``: ``{(zone, sides): (low, high)}``;
         - ``"curve_length"``: ``{(horizon, fault): m}``, inside the box;
+        - ``"curve_at"``: ``{(horizon, fault): function}`` from northings to points (n, 3) of
+          the true curve;
         - ``"n_curve"``, ``"closed"``: number of curves between horizons and
           faults inside the box, and whether they are closed.
     formula : str

@@ -1,0 +1,272 @@
+"""What geosurf wants to reach, row by row: our figure, the other one, the ratio, met or not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from geosurf.conventions import did_you_mean
+from geosurf.errors import InputError
+from geosurf.prove.bench.jobs import Job
+from geosurf.prove.bench.measure import Measuring
+from geosurf.prove.bench.stats import exponent, metres_text, seconds_text
+from geosurf.prove.bench.tables import NO_DIAL
+from geosurf.prove.bench.tasks import has_tolerance
+
+FULL_SIZE = 2e7
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Target:
+    """One row.
+
+    Attributes
+    ----------
+    name : str
+        By which it is asked for.
+    what : str
+        What is timed, for people.
+    ours : (str, str, float)
+        Task, scene and size.
+    theirs : (str, str, str)
+        Peer (empty: geosurf itself), task and, for people, what it does. Same scene and size.
+    asked : float or None
+        The ratio that is wanted; None while none is.
+    kind : str
+        ``"faster"``: their time over ours, at least; ``"slower"``: our time over theirs, at
+        most; ``"exponent"``: of our time over two decades, at most; ``"per edge"``: our
+        microseconds for each edge, at most; ``"dial"``: the plain curve's time over that of the
+        dial with the same error, at least.
+    """
+
+    name: str
+    what: str
+    ours: tuple[str, str, float]
+    theirs: tuple[str, str, str] = ("", "", "")
+    asked: float | None = None
+    kind: str = "faster"
+
+
+_CGAL = ("compas_cgal", "curve", "CGAL, curve of two meshes")
+_COREFINE = ("loop_cgal", "split", "CGAL, corefinement")
+_REMESH = ("libigl", "split", "remesh_self_intersections")
+
+TARGETS = (
+    Target("curve 2e6", "Curve of S1, 2e6 triangles, from two grids", ("curve", "S1", 2e6), _CGAL),
+    Target("curve 2e7", "Curve of S1, 2e7 triangles, from two grids", ("curve", "S1", 2e7), _CGAL),
+    Target(
+        "curve floor", "The same, against reading the grids once", ("curve", "S1", 2e7),
+        ("", "floor", "smallest and largest of all values, numpy"), kind="slower",
+    ),
+    Target(
+        "20 faults", "Horizon of 2237 x 2237, 20 faults of 317 x 317: all curves",
+        ("curve", "20 faults", 1.4e7), _CGAL,
+    ),
+    Target(
+        "shuffled", "Curve of S1 as arbitrary triangulations, 2e6",
+        ("curve", "S1 shuffled", 2e6), _CGAL,
+    ),
+    Target("split", "Split of S1, 2e6, to patches", ("split", "S1", 2e6), _COREFINE),
+    Target(
+        "split full", "Split of S1, 2e6, to full arrays", ("split, full arrays", "S1", 2e6),
+        _COREFINE,
+    ),
+    Target(
+        "split S2", "Split of S2, 2e6: a fault of two triangles", ("split", "S2", 2e6), _COREFINE
+    ),
+    Target(
+        "split S2 arrays", "Split of S2, 1000 x 1000 cells, arrays to patches",
+        ("split, from arrays", "S2", 2e6), _REMESH,
+    ),
+    Target(
+        "drogon", "Drogon, 4 horizons and 6 faults, arrays to patches",
+        ("split, from arrays", "drogon", 3.8e5), _REMESH,
+    ),
+    Target(
+        "parallel chords", "10 000 parallel chords in one face",
+        ("split, from arrays", "parallel chords", 1e4), _COREFINE,
+    ),
+    Target(
+        "crossing chords", "100 x 100 crossing chords in one face",
+        ("split, from arrays", "crossing chords", 200), _REMESH,
+    ),
+    Target(
+        "units", "Two horizons of 401 x 401, a fault, a box: units and volumes",
+        ("units", "block", 7.2e5), ("manifold3d", "units", "Booleans of solids"),
+    ),
+    Target(
+        "cells", "Cells and radial order of the same, for each edge", ("carve", "block", 7.2e5),
+        ("libigl", "carve", "extract_cells"), kind="per edge",
+    ),
+    Target(
+        "exponent", "Growth of the curve, 2e5 to 2e7, search built", ("curve", "S1", 2e7),
+        kind="exponent",
+    ),
+    Target(
+        "exponent kept", "Growth of the curve, 2e5 to 2e7, search kept",
+        ("curve, kept search", "S1", 2e7), kind="exponent",
+    ),
+    Target(
+        "dial", "The dial against the plain curve of 9.5e6 triangles, same error",
+        ("curve", "waves", 9.5e6), kind="dial",
+    ),
+    Target(
+        "start", "Start of Python to end: curve of two triangles", ("start", "S1", 2e3),
+        ("compas_cgal", "start", "the same with CGAL"),
+    ),
+)  # fmt: skip
+_UNSCALED = ("drogon", "start")
+
+
+def target_table(
+    run: Measuring, scale: float = 1.0, names: Sequence[str] | None = None
+) -> dict[str, Any]:
+    """
+    Measure the targets.
+
+    Parameters
+    ----------
+    run : Measuring
+    scale : float
+        Factor on all sizes; the ratios asked for hold for 1.
+    names : sequence of str, optional
+        Of `TARGETS`. Default: all.
+
+    Returns
+    -------
+    dict
+        ``"rows"``: ``"ours"`` and ``"theirs"`` in words, ``"ratio"``, ``"asked"``, ``"met"``
+        (None where nothing is asked or measured), ``"why"`` if there is no ratio.
+
+    Raises
+    ------
+    InputError
+        For an unknown name.
+    """
+    rows = [_measure(run, target, scale) for target in select(names)]
+    notes = [] if scale == 1.0 else [f"Sizes are scaled by {scale:g}; the names say full sizes."]
+    return {"rows": rows, "scale": scale, "notes": notes}
+
+
+def select(names: Sequence[str] | None) -> list[Target]:
+    """Return targets by name, all without names.
+
+    Examples
+    --------
+    >>> [target.ours for target in select(["start"])]
+    [('start', 'S1', 2000.0)]
+    """
+    known = [target.name for target in TARGETS]
+    for name in names or ():
+        if name not in known:
+            raise InputError(
+                f"no target is called {name!r}; there are {known}.{did_you_mean(name, known)}"
+            )
+    return [target for target in TARGETS if not names or target.name in names]
+
+
+def _measure(run: Measuring, target: Target, scale: float) -> Row:
+    task, scene, size = target.ours
+    scaled = size if target.name in _UNSCALED else max(float(f"{size * scale:.3g}"), 100.0)
+    job = run.job(task, scene, scaled)
+    row = {"name": target.name, "what": target.what, "asked": target.asked, "kind": target.kind,
+           "ours": "", "theirs": "", "ratio": None, "met": None, "why": ""}  # fmt: skip
+    row |= _HOW[target.kind](run, target, job)
+    if row["ratio"] is not None and target.asked is not None and scale == 1.0:
+        at_least = target.kind in ("faster", "dial")
+        met = row["ratio"] >= target.asked if at_least else row["ratio"] <= target.asked
+        row["met"] = bool(met)
+    return row
+
+
+def _pair(run: Measuring, target: Target, job: Job) -> tuple[Row, Row, Row]:
+    """Rows of us and of them, and what both amount to in words."""
+    peer, task, does = target.theirs
+    ours, theirs = run.rows([job, run.job(task, job.scene, job.size, peer)])
+    name = f"{peer}: {does}" if peer else does
+    found: Row = {"ours": figure(ours), "theirs": figure(theirs), "peer": name,
+                  "measured": [ours, theirs], "why": ours["error"] or theirs["error"]}  # fmt: skip
+    if ours["wrong"] or theirs["wrong"]:
+        found["why"] = f"wrong: {'; '.join([*ours['wrong'], *theirs['wrong']])}"
+    return ours, theirs, found
+
+
+def figure(row: Row) -> str:
+    """Return a time with its spread in words.
+
+    Examples
+    --------
+    >>> figure({"error": "", "seconds": 0.02, "fastest": 0.019, "slowest": 0.031, "repeats": 5})
+    '20 ms (19 ms to 31 ms, 5 times)'
+    """
+    if row["error"]:
+        return ""
+    low, high = seconds_text(row["fastest"]), seconds_text(row["slowest"])
+    times = f"{row['repeats']} times" if row["repeats"] > 1 else "once"
+    spread = f"{low} to {high}, {times}" if row["repeats"] > 1 else times
+    return f"{seconds_text(row['seconds'])} ({spread})"
+
+
+def _faster(run: Measuring, target: Target, job: Job) -> Row:
+    ours, theirs, found = _pair(run, target, job)
+    if not (ours["error"] or theirs["error"] or ours["wrong"]):
+        found["ratio"] = theirs["seconds"] / ours["seconds"]
+    return found
+
+
+def _slower(run: Measuring, target: Target, job: Job) -> Row:
+    ours, theirs, found = _pair(run, target, job)
+    if not (ours["error"] or theirs["error"] or ours["wrong"]):
+        found["ratio"] = ours["seconds"] / theirs["seconds"]
+    return found
+
+
+def _per_edge(run: Measuring, target: Target, job: Job) -> Row:
+    ours, _, found = _pair(run, target, job)
+    if not (ours["error"] or ours["wrong"]):
+        found["ratio"] = 1e6 * ours["seconds"] / ours["answer"]["edges"]
+    return found
+
+
+def _exponent(run: Measuring, target: Target, job: Job) -> Row:
+    sizes = [job.size / 100.0, job.size / 10.0, job.size]
+    rows = run.rows([run.job(job.task, job.scene, size) for size in sizes])
+    times = ", ".join(seconds_text(row["seconds"]) for row in rows if not row["error"])
+    errors = "; ".join(row["error"] for row in rows if row["error"])
+    found: Row = {"ours": times, "measured": rows, "why": errors}
+    if not found["why"]:
+        sizes, costs = ([row[key] for row in rows] for key in ("triangles", "seconds"))
+        found["ratio"] = exponent(sizes, costs)
+    return found
+
+
+def _dial(run: Measuring, target: Target, job: Job) -> Row:
+    if not has_tolerance():
+        return {"why": NO_DIAL}
+    [plain] = run.rows([job])
+    if plain["error"]:
+        return {"why": plain["error"], "measured": [plain]}
+    error = max(plain["answer"]["strays"], plain["answer"]["misses"])
+    [dial] = run.rows([run.job("curve", job.scene, job.size / 50.0, tolerance=error)])
+    words = f"plain curve, error {metres_text(error)}"
+    found: Row = {"ours": figure(dial), "theirs": figure(plain), "peer": words}
+    found |= {"measured": [plain, dial], "why": dial["error"]}
+    if not dial["error"]:
+        reached = max(dial["answer"]["strays"], dial["answer"]["misses"])
+        if reached > error:
+            found["why"] = f"error {metres_text(reached)}, asked {metres_text(error)}"
+            run.wrong.append(f"dial: {found['why']}")
+        else:
+            found["ratio"] = plain["seconds"] / dial["seconds"]
+    return found
+
+
+_HOW: dict[str, Callable[[Measuring, Target, Job], Row]] = {
+    "faster": _faster,
+    "slower": _slower,
+    "per edge": _per_edge,
+    "exponent": _exponent,
+    "dial": _dial,
+}

@@ -1,0 +1,145 @@
+"""Noisy hills cut by faults, for measuring: any size, one or many faults, one or more layers."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from geosurf.errors import InputError
+from geosurf.synthetic.rough import hashed_noise
+from geosurf.synthetic.world import Offset, World, make_fault, make_horizon, shifted
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+_SIDE = 10_000.0
+_BOX = (0.0, _SIDE, 0.0, _SIDE, -2700.0, -1300.0)
+_LAYER = 220.0  # thickness between horizons [m]
+_SPACING = 370.0  # between faults [m]
+_TURN = 2.0 * math.pi
+
+
+def hills(
+    n: int = 41,
+    *,
+    n_fault: int | None = None,
+    faults: int = 1,
+    horizons: int = 1,
+    shape: str = "listric",
+    noise: float = 0.2,
+    offset: Offset = (0.0, 0.0, 0.0),
+) -> World:
+    """Hills of 10 by 10 km with hashed noise, cut right through by one fault or a row of them.
+
+    No two nodes are alike, and a grid of any size is the same land: made for measuring how cost
+    grows. The horizons do not cross, and neither do the faults.
+
+    Parameters
+    ----------
+    n : int
+        Nodes per side of each horizon.
+    n_fault : int, optional
+        Nodes per side of each fault. Default: half of `n`, which gives one listric fault a fifth
+        of all triangles. A plane has 2 x 2 nodes: two triangles.
+    faults : int
+        0 to 20, side by side.
+    horizons : int
+        1 to 3, one over the other.
+    shape : {"listric", "plane"}
+        Of the faults: a sinuous sheet that flattens with depth, or one plane.
+    noise : float
+        Added to the horizons: at most so much up or down [m], 0 to 10.
+    offset : (float, float, float)
+        Added to all coordinates [m].
+
+    Returns
+    -------
+    World
+        Horizons ``H1``, ``H2`` ..., youngest first; faults ``F1``, ``F2`` ..., from west to
+        east. `truth` has ``"n_curve"`` and ``"closed"``.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range or the shape unknown.
+
+    Examples
+    --------
+    >>> world = hills(21, faults=3)
+    >>> list(world.horizons), list(world.faults), world.truth["n_curve"]
+    (['H1'], ['F1', 'F2', 'F3'], 3)
+    """
+    m = max(n // 2, 2) if n_fault is None else n_fault
+    _check(m, faults, horizons, shape, noise)
+    heights = {}
+    for layer in range(horizons):
+        name = f"H{layer + 1}"
+        heights[name] = make_horizon(
+            name,
+            _BOX,
+            n,
+            lambda x, y, layer=layer: _height(x, y) - _LAYER * layer + _rough(n, layer, noise),
+            offset,
+        )
+    sheets = {}
+    for k in range(faults):
+        east = _SPACING * (k - 0.5 * (faults - 1))
+        make = _plane if shape == "plane" else _sheet
+        sheets[f"F{k + 1}"] = make(f"F{k + 1}", m, east, offset)
+    truth = {"n_curve": horizons * faults, "closed": False}
+    formula = (
+        "Three waves of 50 to 130 m height and 1.7 to 7.3 km length over a datum of -2000 m, "
+        f"{_LAYER:g} m between horizons, with hashed noise of {noise:g} m; faults strike about "
+        "north and dip east. Made for measuring; curves and volumes have no closed form."
+    )
+    return World("hills", heights, sheets, shifted(_BOX, offset), truth, formula)
+
+
+def _check(m: int, faults: int, horizons: int, shape: str, noise: float) -> None:
+    if m < 2:
+        raise InputError(f"n_fault is {m}: a fault needs two nodes per side. Give 2 or more.")
+    if not 0 <= faults <= 20:
+        raise InputError(f"faults is {faults}, expected 0 to 20, so that they fit side by side.")
+    if not 1 <= horizons <= 3:
+        raise InputError(f"horizons is {horizons}, expected 1 to 3, so that they fit the box.")
+    if shape not in ("listric", "plane"):
+        raise InputError(f"shape is {shape!r}, expected 'listric' or 'plane'.")
+    if not 0 <= noise <= 10:
+        raise InputError(f"noise is {noise} m, expected 0 to 10.")
+
+
+def _height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Elevation of the first horizon [m]."""
+    broad = 130.0 * np.sin(_TURN * x / 7300.0 + 0.3) * np.cos(_TURN * y / 5900.0)
+    middle = 80.0 * np.sin(_TURN * (x + 0.7 * y) / 3100.0 + 1.1)
+    small = 50.0 * np.cos(_TURN * (y - 0.4 * x) / 1700.0)
+    return broad + middle + small - 2000.0
+
+
+def _rough(n: int, layer: int, noise: float) -> np.ndarray | float:
+    return noise * hashed_noise((n, n), layer) if noise else 0.0
+
+
+def _sheet(name: str, m: int, east: float, offset: Offset) -> xarray.Dataset:
+    """A listric fault from 1200 to 2800 m depth: 70 degrees at its top, 58 at its foot."""
+    top, foot = -1200.0, -2800.0
+    t = np.linspace(0.0, 1.0, m)[:, None]
+    y = np.linspace(-517.0, _SIDE + 531.0, m)[None, :]
+    # the dip's cotangent grows linearly with depth; its integral is the heave
+    steep, gentle = (1.0 / math.tan(math.radians(dip)) for dip in (70.0, 58.0))
+    heave = (top - foot) * (steep * t + 0.5 * (gentle - steep) * t * t)
+    trace = 420.0 * np.sin(_TURN * y / 8700.0 + 0.5) + 60.0 * np.sin(_TURN * y / 2300.0)
+    x = 4300.0 + east + 0.11 * y + trace + heave * (1.0 + 0.08 * np.sin(_TURN * y / 6100.0))
+    return make_fault(name, x, y, top + (foot - top) * t, offset)
+
+
+def _plane(name: str, m: int, east: float, offset: Offset) -> xarray.Dataset:
+    """A plane of two triangles: strike 7.3 degrees, dip 65."""
+    strike, dip = math.radians(7.3), math.radians(65.0)
+    s = np.array([[-7500.0, 7500.0], [-7500.0, 7500.0]])
+    d = np.array([[-1500.0, -1500.0], [1500.0, 1500.0]])
+    x = 5013.7 + east + s * math.sin(strike) + d * math.cos(strike) * math.cos(dip)
+    y = 5002.3 + s * math.cos(strike) - d * math.sin(strike) * math.cos(dip)
+    return make_fault(name, x, y, -2000.0 - d * math.sin(dip), offset)
