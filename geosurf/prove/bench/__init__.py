@@ -129,9 +129,7 @@ def _checked(
                 f"{did_you_mean(name, TITLES)}"
             )
     if size is not None and not 1000 <= size <= 1e8:
-        raise InputError(
-            f"size is {size:g} triangles, expected 1000 to 1e8. Give for instance 2e6."
-        )
+        raise InputError(f"size is {size:g} triangles, expected 1000 to 1e8. Give 2e6.")
     if core is not None and hasattr(os, "sched_getaffinity"):
         cores = sorted(os.sched_getaffinity(0))
         if core not in cores:

@@ -9,6 +9,7 @@ from geosurf.prove.bench.jobs import Job, Result
 LENGTH = 1e-6  # relative; float32 at UTM coordinates is off by 1e-4, exact packages by 1e-12
 AREA = 1e-9
 VOLUME = 1e-12
+UNITS = {"block": 6, "waves": 4}
 
 
 def judge(result: Result, truth: dict[str, Any] | None = None) -> list[str]:
@@ -46,8 +47,9 @@ def judge(result: Result, truth: dict[str, Any] | None = None) -> list[str]:
         wrong.append(f"areas off by {answer['area_error']:.1e}")
     if answer.get("closed") is False:
         wrong.append("a unit is open")
-    if answer.get("box_error", 0.0) > VOLUME:
-        wrong.append(f"volumes off the box by {answer['box_error']:.1e}")
+    for key, what in (("box_error", "the box"), ("zone_error", "the zones between the grids")):
+        if answer.get(key, 0.0) > VOLUME:
+            wrong.append(f"volumes off {what} by {answer[key]:.1e}")
     return wrong
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from geosurf.prove.bench.jobs import Job, Result, run_jobs
-from geosurf.prove.bench.judge import judge, known_truth
+from geosurf.prove.bench.judge import UNITS, judge, known_truth
 from geosurf.prove.bench.peers import HOW_TO_INSTALL, find_peer
 from geosurf.prove.bench.stats import count_text, seconds_text
 
@@ -85,6 +85,8 @@ class Measuring:
         truth = self.truth(job.scene, job.size) if self._is_judged(job, result) else {}
         if job.task == "one curve":
             truth = truth.get("first", {})
+        if job.scene in UNITS:
+            truth = truth | {"units": UNITS[job.scene]}
         wrong = judge(result, truth)
         who = job.peer or "geosurf"
         what = f"{job.scene} {count_text(job.size)}: {job.task}"

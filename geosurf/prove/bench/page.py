@@ -166,6 +166,8 @@ def machine_lines(machine: dict[str, Any], settings: dict[str, Any]) -> list[str
         f"Pinned to core {settings['core']}; {repeats}, the median counts.",
         f"A measurement is given up after {settings['limit']:g} s.",
     ]
+    if settings["quick"]:
+        lines.append("Quick: one cold call of each on tiny sizes. These times measure nothing.")
     if load:
         busy = " The machine was busy: do not trust these times." if load[0] > 0.5 else ""
         lines.append(f"Load before: {', '.join(f'{x:.2f}' for x in load)}.{busy}")

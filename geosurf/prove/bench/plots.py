@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from geosurf.errors import OutputError
-from geosurf.prove.bench.stats import count_text, seconds_text
+from geosurf.prove.bench.stats import count_text, metres_text, seconds_text
 
 Row = dict[str, Any]
 INK, FAINT, RULE = "#26292e", "#7d838c", "#d8dbe0"
@@ -22,7 +23,7 @@ COLOURS = {
     "trimesh": "#5f7f72",
 }
 DASHES = {"curve, kept search": (0, (1, 1.5)), "split": (0, (5, 2)), "voxels": (0, (5, 2))}
-LINE = 1.75  # height of a label over that of its letters
+LINE, SMALL = 1.75, 8.5  # height of a label over that of its letters; those letters
 
 
 def draw_errors(table: dict[str, Any], path: str | os.PathLike[str]) -> Path:
@@ -46,9 +47,12 @@ def draw_errors(table: dict[str, Any], path: str | os.PathLike[str]) -> Path:
         for row in rows:
             if row.get(key, 0) > 0:
                 series.setdefault(row["route"], []).append((row["seconds"], row[key], row))
-        _lines(axes, series, bars=True)
-    _name(left, "Curve of two surfaces", "run time [s]", "Hausdorff distance to the true curve [m]")
-    _name(right, "Units with volumes", "run time [s]", "largest relative error of a volume")
+        _lines(axes, series, bars=True, below=True)
+    _name(left, "Curve of two surfaces", "run time", "Hausdorff distance to the true curve",
+          seconds_text, metres_text)  # fmt: skip
+    _name(
+        right, "Units with volumes", "run time", "largest relative error of a volume", seconds_text
+    )
     return _save(figure, path)
 
 
@@ -67,8 +71,8 @@ def draw_growth(table: dict[str, Any], path: str | os.PathLike[str]) -> Path:
         if key == "extra_bytes":
             _inputs(axes, table["rows"])
         _lines(axes, series, bars=key == "seconds")
-    _name(left, "Run time", "triangles", "seconds")
-    _name(right, "Peak memory beyond what the call started from", "triangles", "MB")
+    _name(left, "Run time", "triangles", "run time", None, seconds_text)
+    _name(right, "Peak memory beyond what was there before the call", "triangles", "memory [MB]")
     return _save(figure, path)
 
 
@@ -96,10 +100,12 @@ def draw_questions(table: dict[str, Any], path: str | os.PathLike[str]) -> Path:
     axes.set_yticks(range(len(asked)), asked)
     axes.set_ylim(len(asked) - 0.4, -1.0)
     axes.set_xscale("log")
-    axes.margins(x=0.12)
+    low, high = axes.get_xlim()
+    axes.set_xlim(low / 1.6, high * 1.6)
     axes.grid(True, axis="x", color=RULE, lw=0.6)
     axes.tick_params(axis="y", length=0)
-    axes.set_xlabel("run time [s]")
+    axes.set_xlabel("run time")
+    axes.xaxis.set_major_formatter(lambda value, _: seconds_text(value))
     return _save(figure, path)
 
 
@@ -126,10 +132,14 @@ def _figure(columns: int, title: str, height: float = 5.2) -> tuple[Any, Sequenc
     return figure, axes
 
 
-def _name(axes: Any, title: str, across: str, up: str) -> None:
+def _name(axes: Any, title: str, across: str, up: str, *formats: Callable | None) -> None:
+    """Words at the axes; formats turn values across and up into words, None leaves powers."""
     axes.set_title(title, fontsize=10.5, color=INK, loc="left")
     axes.set_xlabel(across)
     axes.set_ylabel(up)
+    for axis, words in zip((axes.xaxis, axes.yaxis), formats, strict=False):
+        if words is not None:
+            axis.set_major_formatter(lambda value, _, words=words: words(value))
 
 
 def _inputs(axes: Any, rows: list[Row]) -> None:
@@ -146,11 +156,10 @@ def _inputs(axes: Any, rows: list[Row]) -> None:
     )  # fmt: skip
 
 
-def _lines(axes: Any, series: dict[str, list[tuple[float, float, Row]]], *, bars: bool) -> None:
-    """Lines through the points of each series; their names stand at the right."""
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.grid(True, which="major", color=RULE, lw=0.6)
+def _lines(
+    axes: Any, series: dict[str, list[tuple[float, float, Row]]], *, bars: bool, below: bool = False
+) -> None:
+    """Lines through the points of each series; names stand to the right of the axes, or below."""
     ends = []
     for name, points in series.items():
         points = sorted(points, key=lambda p: p[2]["size"])
@@ -161,13 +170,42 @@ def _lines(axes: Any, series: dict[str, list[tuple[float, float, Row]]], *, bars
         if "tolerance" in row["options"]:
             dash = (0, (2, 1))
         heavy = row["who"] == "geosurf"
-        axes.plot(x, y, ls=dash, color=colour, lw=2.0 if heavy else 1.3, marker="o",
-                  ms=5 if heavy else 4, zorder=4 if heavy else 3)  # fmt: skip
+        wide, size = (2.0, 5) if heavy else (1.3, 4)
+        axes.plot(x, y, ls=dash, color=colour, lw=wide, marker="o", ms=size, zorder=3 + heavy)
         _mark_wrong(axes, points, colour)
         if bars:
             _spreads(axes, points, colour)
-        ends.append((y[-1], x[-1], name, colour))
-    _labels(axes, ends)
+        ends.append((x[-1], y[-1], name, colour))
+    if not ends:
+        axes.text(0.5, 0.5, "nothing was measured", ha="center", transform=axes.transAxes)
+        axes.set_xticks([])
+        axes.set_yticks([])
+        return
+    _decades(axes)
+    if below:
+        _labels_below(axes, ends)
+    else:
+        _labels_beside(axes, ends)
+
+
+def _decades(axes: Any) -> None:
+    """Logarithmic axes that show a decade at least, named at its powers of ten."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.grid(True, which="major", color=RULE, lw=0.6)
+    for axis, limits, fix in (
+        (axes.xaxis, axes.get_xlim(), axes.set_xlim),
+        (axes.yaxis, axes.get_ylim(), axes.set_ylim),
+    ):
+        low, high = limits
+        if high / low < 12.0:
+            middle = math.sqrt(low * high)
+            low, high = middle / 12**0.5, middle * 12**0.5
+        fix(low, high)
+        axis.set_major_locator(LogLocator(numticks=12))
+        axis.set_minor_formatter(NullFormatter())
 
 
 def _mark_wrong(axes: Any, points: list[tuple[float, float, Row]], colour: str) -> None:
@@ -185,25 +223,42 @@ def _spreads(axes: Any, points: list[tuple[float, float, Row]], colour: str) -> 
         axes.plot(*along, color=colour, lw=0.8, alpha=0.6, zorder=2)
 
 
-def _labels(axes: Any, ends: list[tuple[float, float, str, str]]) -> None:
-    """Names to the right of the axes, beside the ends of their lines and clear of each other."""
-    if not ends:
-        axes.text(0.5, 0.5, "nothing was measured", ha="center", transform=axes.transAxes)
-        return
-    axes.figure.canvas.draw()
+def _labels_beside(axes: Any, ends: list[tuple[float, float, str, str]]) -> None:
+    """Names to the right of the axes, at the heights of their lines and clear of each other."""
+    axes.figure.draw_without_rendering()
     to_axes = axes.transData + axes.transAxes.inverted()
-    size = 8.5
     points = axes.get_window_extent().height * 72.0 / axes.figure.dpi
-    step = LINE * size / points
-    wanted = sorted((float(to_axes.transform((x, y))[1]), x, y, n, c) for y, x, n, c in ends)
-    heights = _apart([w[0] for w in wanted], step)
+    wanted = sorted((float(to_axes.transform((x, y))[1]), x, y, n, c) for x, y, n, c in ends)
+    heights = _apart([w[0] for w in wanted], LINE * SMALL / points)
     for height, (_, x, y, name, colour) in zip(heights, wanted, strict=True):
         axes.annotate(
-            name, (x, y), (1.03, height), xycoords="data", textcoords="axes fraction",
-            va="center", fontsize=size, color=colour, annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.5, "alpha": 0.5,
-                        "shrinkA": 1, "shrinkB": 5},
+            name, (x, y), (1.03, height), textcoords="axes fraction", va="center", color=colour,
+            fontsize=SMALL, annotation_clip=False, arrowprops=_leader(colour, 0.0),
         )  # fmt: skip
+
+
+def _labels_below(axes: Any, ends: list[tuple[float, float, str, str]]) -> None:
+    """Names under the ends of their lines, one below the other from left to right."""
+    axes.figure.draw_without_rendering()
+    points = axes.get_window_extent().height * 72.0 / axes.figure.dpi
+    step = LINE * SMALL / points
+    low, high = axes.get_ylim()
+    room = step * (len(ends) + 1)
+    axes.set_ylim(high / (high / low) ** (1.0 / (1.0 - room)), high)
+    to_axes = axes.transData + axes.transAxes.inverted()
+    for k, (x, y, name, colour) in enumerate(sorted(ends)):
+        side = "left" if to_axes.transform((x, y))[0] < 0.2 else "right"
+        axes.annotate(
+            name, (x, y), (x, room - step * (k + 1)), textcoords=("data", "axes fraction"),
+            ha=side, va="center", color=colour, fontsize=SMALL,
+            arrowprops=_leader(colour, float(side == "right")),
+        )  # fmt: skip
+
+
+def _leader(colour: str, end: float) -> dict[str, Any]:
+    """A thin line to what is named, from the left (0) or right (1) end of the name."""
+    return {"arrowstyle": "-", "color": colour, "lw": 0.5, "alpha": 0.6, "shrinkA": 1,
+            "shrinkB": 5, "relpos": (end, 0.5)}  # fmt: skip
 
 
 def _apart(heights: list[float], step: float) -> list[float]:

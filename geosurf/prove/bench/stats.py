@@ -61,11 +61,11 @@ def seconds_text(seconds: float) -> str:
     Examples
     --------
     >>> [seconds_text(t) for t in (0.00012, 0.0345, 2.0, 75.0)]
-    ['0.12 ms', '34.5 ms', '2.00 s', '75.0 s']
+    ['0.12 ms', '34.5 ms', '2 s', '75 s']
     """
-    if seconds < 1.0:
+    if seconds < 0.9995:
         return f"{float(f'{1e3 * seconds:.3g}'):g} ms"
-    return f"{seconds:.2f} s" if seconds < 10 else f"{seconds:.1f} s"
+    return f"{float(f'{seconds:.3g}'):g} s"
 
 
 def metres_text(metres: float) -> str:

@@ -174,12 +174,29 @@ def _units_answer(setting: Setting, units: Units) -> dict[str, Any]:
         "box_error": abs(units.volume / units.box_volume - 1.0),
         "volumes": {name: unit.volume for name, unit in units.items()},
     }
+    grids = [value for role, _, value in setting.sources if role == "horizon"]
+    found["zone_error"] = _zone_error(grids, units)
     known = {
         f"{zone} {' '.join(s)}": v for (zone, s), v in setting.truth.get("volumes", {}).items()
     }
     if known:
         found["volume_error"] = max(abs(units[key].volume / v - 1.0) for key, v in known.items())
     return found
+
+
+def _zone_error(grids: list[Any], units: Units) -> float:
+    """Largest relative error of the volume of a zone, from the grids alone."""
+    bottom = float(units.box[4])
+    below = [
+        truth.volume_below_grid(grid.easting.values, grid.northing.values, grid.values, bottom)
+        for grid in grids
+    ]
+    zones = -np.diff([units.box_volume, *below, 0.0])
+    sums = [
+        math.fsum(unit.volume for unit in units.values() if unit.zone_index == i)
+        for i in range(len(zones))
+    ]
+    return float(np.abs(np.array(sums) / zones - 1.0).max())
 
 
 def _nothing(setting: Setting, result: Any) -> dict[str, Any]:
