@@ -102,15 +102,18 @@ def _curve(y: np.ndarray) -> np.ndarray:
     return np.stack([_east_of(z, y), y, z], axis=-1)
 
 
-def _gauss(low: np.ndarray | float, high: np.ndarray | float, n: int):
-    """Nodes and weights between two bounds; the last axis runs along the nodes."""
-    node, weight = np.polynomial.legendre.leggauss(n)
-    half = 0.5 * (np.asarray(high) - np.asarray(low))[..., None]
-    return np.asarray(low)[..., None] + half * (node + 1.0), half * weight
+def _gauss(
+    low: np.ndarray | float, high: np.ndarray | float, panels: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights of panels of 16 nodes each; the last axis runs along the nodes."""
+    node, weight = np.polynomial.legendre.leggauss(16)
+    at = (np.arange(panels)[:, None] + 0.5 * (node + 1.0)).ravel() / panels
+    length = (np.asarray(high) - np.asarray(low))[..., None]
+    return np.asarray(low)[..., None] + length * at, length * np.tile(weight, panels) / (2 * panels)
 
 
 def _curve_length() -> float:
-    y, weight = _gauss(_BOX[2], _BOX[3], 400)
+    y, weight = _gauss(_BOX[2], _BOX[3], 30)
     step = 1e-2
     ahead, behind = _curve(y + step), _curve(y - step)
     # a central difference of fourth order
@@ -122,17 +125,17 @@ def _curve_length() -> float:
 def _volumes() -> dict[str, dict]:
     """Volumes of the four units, and of the two zones."""
     w, e, s, n, b, t = _BOX
-    y, across = _gauss(s, n, 160)
+    y, across = _gauss(s, n, 12)
     meet = _curve(y)[:, 0]
     foot = _east_of(np.full_like(y, b), y)
-    z, up = _gauss(b, t, 120)
+    z, up = _gauss(b, t, 8)
     beside = (_east_of(z[None, :], y[:, None]) * up).sum(axis=1)  # west of F1, whole height
-    x, along = _gauss(np.full_like(y, w), meet, 120)
+    x, along = _gauss(np.full_like(y, w), meet, 8)
     below_west = ((_height(x, y[:, None]) - b) * along).sum(axis=1)
-    x, along = _gauss(meet, foot, 120)
+    x, along = _gauss(meet, foot, 8)
     fault = _AXIS - np.sqrt(_RADIUS**2 - (_centre(y)[:, None] - x) ** 2)
     below_west += ((fault - b) * along).sum(axis=1)
-    x, along = _gauss(np.full_like(y, w), np.full_like(y, e), 240)
+    x, along = _gauss(np.full_like(y, w), np.full_like(y, e), 16)
     below = ((_height(x, y[:, None]) - b) * along).sum(axis=1)
     below_west, below, beside = (
         float((part * across).sum()) for part in (below_west, below, beside)
