@@ -39,7 +39,7 @@ def curve_of_grid(
     >>> x = np.arange(4.0)
     >>> wall = np.array([[[-1, 0.3, -9], [9, 0.3, -9], [4, 0.3, 9.0]]])
     >>> curve_of_grid(x, x, np.zeros((4, 4)), wall)
-    (3.0, 6)
+    (1.5, 3)
     """
     origin = np.array([easting[0], northing[0], 0.0])
     step = (
