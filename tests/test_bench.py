@@ -15,7 +15,7 @@ import pytest
 from geosurf import Scene, cli, intersect_surfaces, synthetic
 from geosurf.errors import InputError, OutputError
 from geosurf.prove import bench
-from geosurf.prove.bench import child, measure, peers, plots, targets, tasks, truth
+from geosurf.prove.bench import child, measure, page, peers, plots, targets, tasks, truth
 from geosurf.prove.bench.distance import distance_to_segments, hausdorff
 from geosurf.prove.bench.jobs import Job, Result, run_jobs
 from geosurf.prove.bench.judge import judge
@@ -74,11 +74,11 @@ def test_quick_writes_all_files(without_processes, tmp_path, capsys):
     assert "geosurf: curve" in found["tables"]["growth"]["exponents"]
     for name in ("error", "growth", "questions"):
         assert (out / f"bench_{name}.png").read_bytes().startswith(PNG)
-    page = Links()
-    page.feed((out / "bench.html").read_text())
-    assert page.tables == 3
-    assert len(page.sources) == 3
-    assert all(source.startswith("data:image/png;base64,") for source in page.sources)
+    loaded = Links()
+    loaded.feed((out / "bench.html").read_text())
+    assert loaded.tables == 3
+    assert len(loaded.sources) == 3
+    assert all(source.startswith("data:image/png;base64,") for source in loaded.sources)
 
 
 def test_errors_shrink_with_the_cells(without_processes):
@@ -338,7 +338,14 @@ def fixed(seconds_of):
     def run(jobs, **settings):
         answer = {"length": 1.0, "segments": 2, "edges": 1000, "strays": 1e-3, "misses": 2e-3}
         return [
-            Result(job, [seconds_of(job)] * 3, [0.0], 10, 20, 5, int(job.size), dict(answer))
+            Result(
+                job,
+                [seconds_of(job)] * 3,
+                [0.0],
+                n_triangle=int(job.size),
+                input_bytes=5,
+                answer=dict(answer),
+            )
             for job in jobs
         ]
 
@@ -457,6 +464,12 @@ def test_drogon_says_where_it_should_be(tmp_path, monkeypatch):
     monkeypatch.setenv("GEOSURF_SHARED", str(tmp_path))
     with pytest.raises(InputError, match=r"data: the four horizons.*not there. Set GEOSURF_SHARED"):
         make_setting("drogon", 0)
+
+
+def test_who_waited_is_marked():
+    row = {"error": "", "wrong": [], "seconds": 0.2, "cpu_seconds": 0.19}
+    assert page._state(row) == "right"
+    assert page._state(row | {"cpu_seconds": 0.1}) == "right; waited for the core"
 
 
 # ---- words, plots, worlds ------------------------------------------------------------------

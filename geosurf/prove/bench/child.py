@@ -70,7 +70,7 @@ def measure(order: dict[str, Any]) -> dict[str, Any]:
         small = "S1" if order["scene"] == "drogon" else order["scene"]
         _once(task, make_setting(small, min(WARM_SIZE, order["size"])), options)
     setting = make_setting(order["scene"], order["size"])
-    seconds, prepared, memory = [], [], {}
+    seconds, processor, prepared, memory = [], [], [], {}
     while not _enough(seconds, prepared, order["repeats"], order["budget"]):
         result = None  # the last one is gone before the next is made
         gc.collect()
@@ -78,14 +78,16 @@ def measure(order: dict[str, Any]) -> dict[str, Any]:
         fresh = task.fresh(setting, options)
         prepared.append(time.perf_counter() - start)
         before = _reset_peak()
-        start = time.perf_counter()
+        start, busy = time.perf_counter(), _cpu_seconds()
         result = task.run(fresh, options)
         seconds.append(time.perf_counter() - start)
+        processor.append(_cpu_seconds() - busy)
         if not memory:
             peak = _peak()
             memory = {"peak_bytes": peak, "extra_bytes": max(peak - before, 0)}
     return {
         "seconds": seconds,
+        "cpu_seconds": processor,
         "fresh_seconds": prepared,
         "input_bytes": _input_bytes(setting),
         "n_triangle": _count(setting),
@@ -107,6 +109,12 @@ def _enough(seconds: list[float], prepared: list[float], repeats: int, budget: f
     return len(seconds) >= repeats and (
         sum(seconds) >= ENOUGH_SECONDS or len(seconds) >= MOST * repeats
     )
+
+
+def _cpu_seconds() -> float:
+    """Time that the processor spent on this process and those that it has run."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime
 
 
 def _count(setting: Setting) -> int:

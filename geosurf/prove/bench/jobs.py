@@ -62,6 +62,8 @@ class Result:
     job : Job
     seconds : list of float
         Of each repeat, wall clock.
+    cpu_seconds : list of float
+        Of each repeat, time of the processor.
     fresh_seconds : list of float
         What was prepared beside the clock for each repeat.
     extra_bytes : int
@@ -80,6 +82,7 @@ class Result:
     job: Job
     seconds: list[float] = field(default_factory=list)
     fresh_seconds: list[float] = field(default_factory=list)
+    cpu_seconds: list[float] = field(default_factory=list)
     extra_bytes: int = 0
     peak_bytes: int = 0
     input_bytes: int = 0

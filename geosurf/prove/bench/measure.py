@@ -9,7 +9,7 @@ from typing import Any
 from geosurf.prove.bench.jobs import Job, Result, run_jobs
 from geosurf.prove.bench.judge import UNITS, judge, known_truth
 from geosurf.prove.bench.peers import HOW_TO_INSTALL, find_peer
-from geosurf.prove.bench.stats import count_text, seconds_text
+from geosurf.prove.bench.stats import count_text, median, seconds_text
 
 
 @dataclass
@@ -166,6 +166,7 @@ def _as_row(result: Result, wrong: list[str]) -> dict[str, Any]:
         "seconds": result.time,
         "fastest": low,
         "slowest": high,
+        "cpu_seconds": median(result.cpu_seconds or result.seconds),
         "repeats": len(result.seconds),
         "prepared_seconds": min(result.fresh_seconds),
         "extra_bytes": result.extra_bytes,

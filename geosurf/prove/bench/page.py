@@ -10,6 +10,7 @@ from geosurf.report.page import fill_page, html_pictures, html_table, paragraph
 from geosurf.report.tables import NOTHING, Table
 
 Row = dict[str, Any]
+WAITED = 1.3  # wall clock over processor time, from which on others were at work
 TITLES = {
     "error": "Run time against error",
     "growth": "Cost against size",
@@ -66,7 +67,9 @@ def tables_of(name: str, found: dict[str, Any]) -> Table:
 def _state(row: Row) -> str:
     if row["error"]:
         return row["error"]
-    return "wrong: " + "; ".join(row["wrong"]) if row["wrong"] else "right"
+    state = "wrong: " + "; ".join(row["wrong"]) if row["wrong"] else "right"
+    waited = row["seconds"] > WAITED * row["cpu_seconds"] and row["seconds"] > 0.01
+    return f"{state}; waited for the core" if waited else state
 
 
 def _time(row: Row) -> tuple[str, str]:

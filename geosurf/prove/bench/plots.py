@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.errors import OutputError
-from geosurf.prove.bench.stats import count_text, metres_text, seconds_text
+from geosurf.prove.bench.stats import SEEN_BYTES, count_text, metres_text, seconds_text
 
 Row = dict[str, Any]
 INK, FAINT, RULE = "#26292e", "#7d838c", "#d8dbe0"
@@ -51,7 +51,12 @@ def draw_errors(table: dict[str, Any], path: str | os.PathLike[str]) -> Path:
     _name(left, "Curve of two surfaces", "run time", "Hausdorff distance to the true curve",
           seconds_text, metres_text)  # fmt: skip
     _name(
-        right, "Units with volumes", "run time", "largest relative error of a volume", seconds_text
+        right,
+        "Units with volumes",
+        "run time",
+        "largest relative error of a volume",
+        seconds_text,
+        "{:.0e}".format,
     )
     return _save(figure, path)
 
@@ -60,19 +65,23 @@ def draw_growth(table: dict[str, Any], path: str | os.PathLike[str]) -> Path:
     """Draw run time and memory against the number of triangles; see `draw_errors`."""
     figure, (left, right) = _figure(2, "Cost against size: hills and one listric fault")
     powers = table["exponents"]
-    for axes, key, scale in ((left, "seconds", 1.0), (right, "extra_bytes", 1e-6)):
+    for axes, key, scale, least in (
+        (left, "seconds", 1.0, 0.0),
+        (right, "extra_bytes", 1e-6, SEEN_BYTES),
+    ):
         series = {}
         for row in table["rows"]:
-            if row.get(key, 0) > 0:
+            if row.get(key, 0) > least:
                 power = powers.get(row["series"], {}).get(key)
                 fit = "" if power is None else f"  n^{power:.2f}"
-                name = row["series"].replace("geosurf: ", "") + fit
+                name = row["series"] + fit
                 series.setdefault(name, []).append((row["triangles"], scale * row[key], row))
         if key == "extra_bytes":
             _inputs(axes, table["rows"])
         _lines(axes, series, bars=key == "seconds")
-    _name(left, "Run time", "triangles", "run time", None, seconds_text)
-    _name(right, "Peak memory beyond what was there before the call", "triangles", "memory [MB]")
+    _name(left, "Run time", "triangles", "run time", count_text, seconds_text)
+    _name(right, "Peak memory beyond what was there before the call", "triangles", "memory [MB]",
+          count_text)  # fmt: skip
     return _save(figure, path)
 
 
@@ -83,22 +92,23 @@ def draw_questions(table: dict[str, Any], path: str | os.PathLike[str]) -> Path:
     sizes = sorted({row["size"] for row in rows})
     figure, [axes] = _figure(1, "Run time against what is asked of a fresh scene", height=3.6)
     shades = ["#e9a3ad", COLOURS["geosurf"]][-len(sizes) :] if sizes else []
-    for row in rows:
-        y, k = asked.index(row["asked"]), sizes.index(row["size"])
+    for k, size in enumerate(sizes):
         colour = shades[min(k, len(shades) - 1)]
-        axes.plot([row["fastest"], row["slowest"]], [y, y], color=colour, lw=1.2)
-        axes.plot(row["seconds"], y, "o", color=colour, ms=7)
-        axes.annotate(
-            seconds_text(row["seconds"]), (row["seconds"], y), (0, 8), fontsize=8.5,
-            textcoords="offset points", ha="center", color=INK,
-        )  # fmt: skip
-        if y == 0:
+        mine = [row for row in rows if row["size"] == size]
+        places = [asked.index(row["asked"]) for row in mine]
+        for row, y in zip(mine, places, strict=True):
+            axes.plot([row["fastest"], row["slowest"]], [y, y], color=colour, lw=1.2)
             axes.annotate(
-                f"{count_text(row['triangles'])} triangles", (row["seconds"], y), (0, 22),
-                textcoords="offset points", ha="center", color=colour, fontsize=9, weight="bold",
+                seconds_text(row["seconds"]), (row["seconds"], y), (0, -15 if k == 0 else 8),
+                textcoords="offset points", ha="center", color=INK, fontsize=SMALL,
             )  # fmt: skip
+        name = f"{count_text(mine[0]['triangles'])} triangles"
+        times = [row["seconds"] for row in mine]
+        axes.plot(times, places, "o", color=colour, ms=7, label=name)
+    if sizes:
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, frameon=False, fontsize=9)
     axes.set_yticks(range(len(asked)), asked)
-    axes.set_ylim(len(asked) - 0.4, -1.0)
+    axes.set_ylim(len(asked) - 0.4, -0.6)
     axes.set_xscale("log")
     low, high = axes.get_xlim()
     axes.set_xlim(low / 1.6, high * 1.6)
@@ -204,7 +214,8 @@ def _decades(axes: Any) -> None:
             middle = math.sqrt(low * high)
             low, high = middle / 12**0.5, middle * 12**0.5
         fix(low, high)
-        axis.set_major_locator(LogLocator(numticks=12))
+        steps = (1.0, 2.0, 5.0) if high / low < 200.0 else (1.0,)
+        axis.set_major_locator(LogLocator(subs=steps, numticks=12))
         axis.set_minor_formatter(NullFormatter())
 
 

@@ -8,6 +8,8 @@ import numpy as np
 
 from geosurf.errors import InputError
 
+SEEN_BYTES = 1e5  # less memory than that is some pages of the system's own
+
 
 def median(values: Sequence[float]) -> float:
     """Return the middle of some numbers.

@@ -7,7 +7,7 @@ from typing import Any
 
 from geosurf.prove.bench.jobs import Job
 from geosurf.prove.bench.measure import Measuring
-from geosurf.prove.bench.stats import exponent
+from geosurf.prove.bench.stats import SEEN_BYTES, exponent
 from geosurf.prove.bench.tasks import has_tolerance
 
 Row = dict[str, Any]
@@ -133,8 +133,8 @@ def _fits(rows: list[Row]) -> dict[str, float]:
     """Exponents over the larger half of the sizes, at least two; memory where it was seen."""
     large = rows[-max(2, (len(rows) + 1) // 2) :]
     found = {}
-    for key in ("seconds", "extra_bytes"):
-        seen = [row for row in large if row[key] > 0]
+    for key, least in (("seconds", 0.0), ("extra_bytes", SEEN_BYTES)):
+        seen = [row for row in large if row[key] > least]
         if len({row["triangles"] for row in seen}) > 1:
             found[key] = exponent([row["triangles"] for row in seen], [row[key] for row in seen])
     return found
