@@ -45,6 +45,7 @@ def triangulate_sticks(sticks: Sequence[Any], *, name: str) -> TriSurface:
     TriSurface
         Role "fault", normals into the hanging wall. Vertices run stick by stick along
         strike, each from top to bottom; points that sticks share are one vertex.
+        ``vertex_data["stick"]`` numbers the sticks along strike.
 
     Raises
     ------
@@ -82,7 +83,9 @@ def triangulate_sticks(sticks: Sequence[Any], *, name: str) -> TriSurface:
     strips = [_strip(a, b, vertices, name) for a, b in pairwise(ids)]
     triangles = np.concatenate(strips)
     refuse_zero_area(name, vertices, triangles, "Remove the point that lies in line.")
-    return orient_fault(TriSurface(name, "fault", vertices, triangles))
+    stick = np.repeat(np.arange(len(chain)), [len(line) for line in chain])[first[order]]
+    data = {"stick": stick}
+    return orient_fault(TriSurface(name, "fault", vertices, triangles, vertex_data=data))
 
 
 def _checked(stick: Any, i: int, name: str) -> np.ndarray:

@@ -1,0 +1,232 @@
+"""A fault that stops inside the model box -> a fault that leaves it.
+
+Strike comes first, then up and down, so that the new corners are filled. Nothing that was given
+moves: the new triangles stand on the old rim. Where dip lines converge (the inside of a
+bend) they cross sooner or later; that is found by exact signs, and refused with its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from geosurf.contact.crossing import crossing_pairs
+from geosurf.conventions import place
+from geosurf.errors import GeometryError, InputError, SurfaceError
+from geosurf.faults.lines import directions, guides_of
+from geosurf.faults.rim import Rim, find_rim
+from geosurf.faults.rules import ALL_SIDES, read_sides
+from geosurf.kernels.predicates import flat_triangles, frame_of
+from geosurf.model import TriSurface
+from geosurf.model.faults import ExtendedFault, Extension
+
+_MARGIN = 0.01  # of the diagonal of the box: how far beyond it an extension ends
+_TRIALS = 12  # each half as long again, where a new rim cuts across an edge of the box
+
+
+def extend_fault(
+    surface: TriSurface,
+    box: Sequence[float],
+    *,
+    sides: Any = ALL_SIDES,
+    until: str = "the model box",
+) -> ExtendedFault:
+    """Continue a fault along strike and dip until it leaves the model box.
+
+    Dip and strike lines go on by their last step: those of a grid, dip lines of sticks,
+    and lines of steepest dip and of strike in the tangent plane at the rim of other meshes.
+    Sides that lie outside the box already are left alone.
+
+    Parameters
+    ----------
+    surface : TriSurface
+        One connected piece.
+    box : (west, east, south, north, bottom, top)
+        World coordinates [m], elevation positive up.
+    sides : str or sequence of str
+        Any of ``"strike"`` (both ends), ``"start"``, ``"end"``, ``"up"``, ``"down"``.
+    until : str
+        What the box stands for, for the list of extensions.
+
+    Returns
+    -------
+    ExtendedFault
+        The vertices and triangles as given, bit for bit, then the new ones, which face
+        as their neighbours do. The list of extensions has their distances; they end a hundredth
+        of the diagonal of the box beyond it.
+
+    Raises
+    ------
+    InputError
+        For an unknown side, or a box that is not six numbers in order.
+    SurfaceError
+        If the fault is in several pieces, or its rim is not one line.
+    GeometryError
+        If the continuation would cross itself or the fault, or never leaves the box; the message
+        has the place.
+
+    Examples
+    --------
+    A fault that dips 45 degrees east, 100 m wide, in a box of 1 km:
+
+    >>> corners = [[0, 0, 0], [0, 100, 0], [100, 100, -100], [100, 0, -100]]
+    >>> fault = TriSurface("F1", "fault", corners, [[0, 2, 1], [0, 3, 2]])
+    >>> longer = extend_fault(fault, (-500, 500, -500, 500, -500, 500), sides=("up", "down"))
+    >>> [(e.side, round(e.distance)) for e in longer.extensions]
+    [('up', 732), ('down', 590)]
+    >>> longer.n_given, longer.surface.n_triangle
+    (2, 6)
+    """
+    wanted = read_sides(sides, f"extend_fault of {surface.name!r}")
+    limits = np.asarray(box, dtype=np.float64)
+    if limits.shape != (6,) or not np.isfinite(limits).all() or (limits[::2] >= limits[1::2]).any():
+        raise InputError(
+            f"box: {box!r} is not (west, east, south, north, bottom, top) in metres with each "
+            "low side below its high side. Mend the box."
+        )
+    return _extended(surface, limits[::2], limits[1::2], wanted, until, always=False)
+
+
+def extend_to(surface: TriSurface, main: TriSurface, side: str) -> ExtendedFault:
+    """Continue one side of a fault until it is past the bounds of another.
+
+    Raises
+    ------
+    GeometryError
+        If no line of that side leads there, or the continuation would cross itself.
+    """
+    low, high = np.reshape(main.bounds, (3, 2)).T
+    return _extended(surface, low, high, (side,), main.name, always=True)
+
+
+def _extended(surface, low, high, wanted, until, *, always) -> ExtendedFault:
+    x, t, guides = surface.vertices, surface.triangles, guides_of(surface)
+    found = []
+    for side in wanted:
+        rim = find_rim(TriSurface(surface.name, "fault", x, t))
+        arc = rim.arcs[side]
+        if len(arc) < 2 or not (always or segments_meet_box(x[arc], low, high).any()):
+            continue
+        way = directions(x, t, arc, side, rim.axes, guides)
+        length = _lengths(x[arc], way, low, high, surface.name, side, until)
+        tip = x[arc] + length[:, None] * way
+        strip = _strip(arc, len(x), x[arc], tip)
+        x, t = np.concatenate([x, tip]), np.concatenate([t, strip])
+        guides = guides.grown(side, arc)
+        _refuse_crossings(surface.name, side, x, t, len(strip))
+        corners = x[strip]
+        area = 0.5 * np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        )
+        reach = float(length.max()), float(length.min()), float(area.sum())
+        found.append(Extension(surface.name, side, *reach, len(strip), until))
+    longer = TriSurface(surface.name, surface.role, x, t) if found else surface
+    return ExtendedFault(longer, surface.n_triangle, tuple(found))
+
+
+def rim_in_box(rim: Rim, x: np.ndarray, side: str, low: np.ndarray, high: np.ndarray) -> bool:
+    """Whether one side of a fault lies in a box, in part at least (up to the boxes of edges)."""
+    return len(rim.arcs[side]) > 1 and bool(segments_meet_box(x[rim.arcs[side]], low, high).any())
+
+
+def segments_meet_box(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Whether each step of a line (n, 3) meets a closed box, bool (n - 1,).
+
+    Clipped against the slabs of the box; rounding is on the side of meeting.
+    """
+    a, step = line[:-1], np.diff(line, axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s, e = (low - a) / step, (high - a) / step
+    inside = (a >= low) & (a <= high)
+    still = step == 0
+    enter = np.where(still, np.where(inside, 0.0, np.inf), np.minimum(s, e))
+    leave = np.where(still, np.where(inside, 1.0, -np.inf), np.maximum(s, e))
+    first, last = np.maximum(enter.max(axis=1), 0.0), np.minimum(leave.min(axis=1), 1.0)
+    return first <= last + 1e-12
+
+
+def _lengths(start, way, low, high, name, side, until) -> np.ndarray:
+    """How far each line goes on (n,), so that the new rim lies outside the box."""
+    margin = _MARGIN * float(np.linalg.norm(high - low))
+    length = exits(start, way, low - margin, high + margin)
+    if not np.isfinite(length).any():
+        raise GeometryError(
+            f"fault {name!r} cannot be extended to {until} from its side {side!r}: none of its "
+            f"lines leads there, for one from {place(start[0])}. Choose another side."
+        )
+    length = _filled(length)
+    for _ in range(_TRIALS):
+        meets = segments_meet_box(start + length[:, None] * way, low, high)
+        if not meets.any():
+            return length
+        longer = np.r_[meets, False] | np.r_[False, meets]
+        length = np.where(longer, 1.5 * length + margin, length)
+    i = int(np.flatnonzero(meets)[0])
+    raise GeometryError(
+        f"fault {name!r} does not leave {until} on its side {side!r}: neighbouring lines part at "
+        f"{place(start[i])} so that the box stays between them. Smooth the fault there."
+    )
+
+
+def exits(start: np.ndarray, way: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Distance along rays (n, 3) to where they leave a box; NaN for those that miss it."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s, e = (low - start) / way, (high - start) / way
+    inside = (start >= low) & (start <= high)
+    still = way == 0
+    enter = np.where(still, np.where(inside, 0.0, np.inf), np.minimum(s, e)).max(axis=1)
+    leave = np.where(still, np.where(inside, np.inf, -np.inf), np.maximum(s, e)).min(axis=1)
+    return np.where((leave > 0) & (enter <= leave), leave, np.nan)
+
+
+def _filled(length: np.ndarray) -> np.ndarray:
+    """Lengths with those that are not known taken from the nearest two, the longer one."""
+    known = np.flatnonzero(np.isfinite(length))
+    rows = np.arange(len(length))
+    right = np.minimum(np.searchsorted(known, rows), len(known) - 1)
+    left = np.maximum(np.searchsorted(known, rows, side="right") - 1, 0)
+    both = np.maximum(length[known[left]], length[known[right]])
+    return np.where(np.isfinite(length), length, both)
+
+
+def _strip(arc: np.ndarray, n: int, near: np.ndarray, far: np.ndarray) -> np.ndarray:
+    """Two triangles for each step of an arc, facing as the triangles behind it do.
+
+    The shorter diagonal; where both are as long, the one from the lesser corner of the rim.
+    """
+    a, b = arc[:-1], arc[1:]
+    c, d = n + np.arange(len(arc) - 1), n + np.arange(1, len(arc))
+    one = ((near[:-1] - far[1:]) ** 2).sum(axis=1)
+    two = ((near[1:] - far[:-1]) ** 2).sum(axis=1)
+    lesser = np.array([tuple(p) < tuple(q) for p, q in pairwise(near)])
+    from_a = (one < two) | ((one == two) & lesser)
+    first = np.where(from_a[:, None], np.stack([b, a, d], 1), np.stack([b, a, c], 1))
+    second = np.where(from_a[:, None], np.stack([a, c, d], 1), np.stack([b, c, d], 1))
+    return np.stack([first, second], axis=1).reshape(-1, 3)
+
+
+def _refuse_crossings(name: str, side: str, x: np.ndarray, t: np.ndarray, n_new: int) -> None:
+    """Exact: the new triangles have areas, and meet others in common corners and edges only."""
+    new, old = t[-n_new:], t[:-n_new]
+    m, w = frame_of(x)
+    flat = flat_triangles(x, new, m, w)
+    if len(flat):
+        raise SurfaceError(
+            f"fault {name!r}: its rim runs along the direction in which side {side!r} goes on, at "
+            f"{place(x[new[flat[0], 0]])}. Smooth the outline there, or leave this side out."
+        )
+    pairs = crossing_pairs(x, new, old)
+    if len(pairs):
+        rows = np.concatenate([new, old])
+        where = place(x[rows[pairs[0, 0]]].mean(axis=0))
+        raise GeometryError(
+            f"fault {name!r} would cross itself if its side {side!r} were extended: {len(pairs)} "
+            f"pairs of triangles cross, one near {where}. Extend it less (a smaller box), leave "
+            "this side out, or smooth the bend."
+        )
+
+
+__all__ = ["exits", "extend_fault", "extend_to", "rim_in_box", "segments_meet_box"]

@@ -1,0 +1,126 @@
+"""Which way a fault goes on beyond its rim: along its last dip or strike line.
+
+Grids have these lines as columns and rows, sticks have dip lines; they are continued by their last
+step. Other meshes, and the strike of sticks, go on in the tangent plane at the rim: horizontally
+along strike, or straight up or down the dip. So a listric fault goes on with its last dip, and a
+curved trace with its last strike.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.faults.rim import Axes, normals_of, total
+from geosurf.model import TriSurface
+
+STICK = "stick"  # vertex data of faults from sticks: which stick a vertex is on
+# a tangent plane flatter than this (3 degrees) has no dip line of its own: it takes the mean's
+_FLAT = 0.05
+_SIGN = {"start": -1.0, "end": 1.0, "up": 1.0, "down": -1.0}
+
+
+class Guides:
+    """For each vertex the one before it on its dip line and on its strike line, or -1.
+
+    Only the ends of lines are asked for, where "before" is the way back into the fault.
+    """
+
+    def __init__(self, dip: np.ndarray, strike: np.ndarray) -> None:
+        self.dip, self.strike = dip, strike
+
+    def of(self, side: str) -> np.ndarray:
+        """The guides that lead beyond one side."""
+        return self.strike if side in ("start", "end") else self.dip
+
+    def grown(self, side: str, arc: np.ndarray) -> Guides:
+        """Guides with those of the vertices that continue an arc, in its order."""
+        n = len(self.dip)
+        new = np.full(n, -1, dtype=np.int64)
+        new[arc] = n + np.arange(len(arc))
+        by_strike = side in ("start", "end")
+        along, across = (self.strike, self.dip) if by_strike else (self.dip, self.strike)
+        lifted = np.where(across[arc] >= 0, new[across[arc]], -1)
+        along, across = np.concatenate([along, arc]), np.concatenate([across, lifted])
+        return Guides(across, along) if by_strike else Guides(along, across)
+
+
+def guides_of(surface: TriSurface) -> Guides:
+    """Dip and strike lines of a fault, where its grid or its sticks show them."""
+    none = np.full(surface.n_vertex, -1, dtype=np.int64)
+    lattice = surface.lattice
+    if lattice is not None and lattice.present.all():
+        number = lattice.vertex_of_node
+        dip, strike = none, none.copy()
+        dip[number[0]], dip[number[-1]] = number[1], number[-2]
+        strike[number[:, 0]], strike[number[:, -1]] = number[:, 1], number[:, -2]
+        return Guides(dip, strike)
+    if STICK in surface.vertex_data:
+        stick = surface.vertex_data[STICK]
+        same = stick[1:] == stick[:-1]
+        dip = none.copy()
+        upper = np.flatnonzero(same & ~np.r_[False, same[:-1]])
+        lower = np.flatnonzero(same & ~np.r_[same[1:], False]) + 1
+        dip[upper], dip[lower] = upper + 1, lower - 1
+        return Guides(dip, none)
+    return Guides(none, none.copy())
+
+
+def directions(
+    x: np.ndarray, t: np.ndarray, arc: np.ndarray, side: str, axes: Axes, guides: Guides
+) -> np.ndarray:
+    """Unit vectors (n, 3) in which the vertices of one side go on.
+
+    Parameters
+    ----------
+    x : ndarray of float64, shape (n_vertex, 3)
+    t : ndarray of int64, shape (n_triangle, 3)
+    arc : ndarray of int64, shape (n,)
+        Vertices of that side.
+    side : {"start", "end", "up", "down"}
+    axes : Axes
+        Mean strike and dip, which tell outward from inward.
+    guides : Guides
+    """
+    outward = _SIGN[side] * (axes.strike if side in ("start", "end") else axes.up)
+    before = guides.of(side)[arc]
+    tangent = _in_tangent_planes(x, t, arc, side, axes, outward)
+    step = x[arc] - x[before]
+    known = (before >= 0) & (step @ outward > 0)
+    way = np.where(known[:, None], step, tangent)
+    return way / np.linalg.norm(way, axis=1, keepdims=True)
+
+
+def _in_tangent_planes(x, t, arc, side, axes: Axes, outward: np.ndarray) -> np.ndarray:
+    """Strike or dip lines of the tangent planes at some vertices, (n, 3)."""
+    rank = np.full(len(x), -1, dtype=np.int64)
+    rank[arc] = np.arange(len(arc))
+    near = np.flatnonzero((rank[t] >= 0).any(axis=1))
+    normals = normals_of(x[t[near]])
+    rows, corner = np.nonzero(rank[t[near]] >= 0)
+    of = rank[t[near]][rows, corner]
+    order = np.argsort(of, kind="stable")
+    groups = np.split(rows[order], np.searchsorted(of[order], np.arange(1, len(arc))))
+    out = np.empty((len(arc), 3))
+    for i, group in enumerate(groups):
+        out[i] = _line(_mean_normal(normals[group]), side, outward)
+    return out
+
+
+def _mean_normal(normals: np.ndarray) -> np.ndarray:
+    """Mean of normals (n, 3) whichever way they are turned; any order gives the same bytes."""
+    size = (normals**2).sum(axis=1)
+    largest = normals[size == size.max()]
+    lead = largest[np.lexsort(np.abs(largest).T)[-1]]
+    sign = np.where(normals @ lead < 0, -1.0, 1.0)
+    return total(normals * sign[:, None])
+
+
+def _line(normal: np.ndarray, side: str, outward: np.ndarray) -> np.ndarray:
+    """The strike or dip line of a plane that points outward; the mean's, laid into flat planes."""
+    unit = normal / np.linalg.norm(normal)
+    line = np.array([-normal[1], normal[0], 0.0])
+    if np.linalg.norm(unit[:2]) < _FLAT:
+        return outward - (outward @ unit) * unit
+    if side in ("up", "down"):
+        line = np.cross(normal, line)
+    return line if line @ outward >= 0 else -line

@@ -1,0 +1,206 @@
+"""Truncations and extensions as users say them -> checked rules, in an order that works.
+
+A fault can only end at what is left of its main fault, so mains are truncated first. Rules that
+go round in a circle have no such order, and are refused with the names of the circle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from geosurf.conventions import did_you_mean
+from geosurf.errors import InputError
+from geosurf.model.faults import SIDES
+
+KEEP = ("hanging wall", "footwall", "right", "left", "+", "-")
+ALL_SIDES = ("strike", "up", "down")
+_HOW = "Say truncations={'F2': ('F1', 'hanging wall')}: F2 ends at F1, that part stays."
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One truncation: `fault` ends at `main`, and the part `keep` of it stays.
+
+    Attributes
+    ----------
+    fault, main : str
+    keep : str
+        One of `KEEP`: hanging wall and footwall of the main fault; right and left of its strike
+        (right-hand rule), for those that are vertical; or the side of its normal.
+    extend : bool
+        Whether the fault is first continued beyond the main one from its nearest side.
+    """
+
+    fault: str
+    main: str
+    keep: str
+    extend: bool = False
+
+
+def read_truncations(truncations: Any, faults: Sequence[str] | None = None) -> tuple[Rule, ...]:
+    """Check truncations, and order them so that main faults come first.
+
+    Parameters
+    ----------
+    truncations : mapping of str to (main, keep) or (main, keep, extend), or several of these
+        What each truncated fault ends at. `keep` is ``"hanging wall"``, ``"footwall"``,
+        ``"right"``, ``"left"``, ``"+"`` or ``"-"`` of the main fault.
+    faults : sequence of str, optional
+        Names that exist. Default: any.
+
+    Returns
+    -------
+    tuple of Rule
+        By fault; a fault comes after all that it ends at. Otherwise by name, whatever the order
+        in which they were said.
+
+    Raises
+    ------
+    InputError
+        For a rule of another form, an unknown name, or faults that truncate each other in a
+        circle (with their names).
+
+    Examples
+    --------
+    >>> rules = read_truncations({"A": ("B", "footwall"), "B": ("C", "+", True)})
+    >>> [(rule.fault, rule.main) for rule in rules]
+    [('B', 'C'), ('A', 'B')]
+    >>> read_truncations({"A": ("B", "footwall"), "B": ("A", "footwall")})
+    Traceback (most recent call last):
+    geosurf.errors.InputError: truncations go round in a circle: A ends at B, B ends at A. Leave out one of them.
+    """  # noqa: E501 - a message
+    if not isinstance(truncations, Mapping):
+        raise InputError(f"truncations is a {type(truncations).__name__}, not a mapping. {_HOW}")
+    found = {
+        str(fault): tuple(_rule(str(fault), entry, faults) for entry in _entries(said))
+        for fault, said in truncations.items()
+    }
+    for fault, rules in found.items():
+        mains = [rule.main for rule in rules]
+        for main in mains:
+            if mains.count(main) > 1:
+                raise InputError(
+                    f"truncations: {fault} ends at {main} twice. Keep one of the two rules."
+                )
+    return tuple(rule for fault in _ordered(found) for rule in found[fault])
+
+
+def _entries(said: Any) -> Sequence[Any]:
+    """One rule, or several."""
+    many = isinstance(said, list | tuple) and said and not isinstance(said[0], str)
+    return said if many else (said,)
+
+
+def _rule(fault: str, entry: Any, faults: Sequence[str] | None) -> Rule:
+    """One checked rule, or an InputError that says what is wrong with it."""
+    if not isinstance(entry, list | tuple) or len(entry) not in (2, 3):
+        raise InputError(f"truncations: {entry!r} is no rule for {fault!r}. {_HOW}")
+    main, keep, extend = (*entry, False)[:3]
+    for name in (fault, main):
+        if faults is not None and name not in faults:
+            raise InputError(
+                f"truncations name {name!r}, which is no fault; there are {list(faults)}."
+                f"{did_you_mean(str(name), faults)}"
+            )
+    if keep not in KEEP:
+        raise InputError(
+            f"truncations: {fault} is to keep {keep!r} of {main}; it can keep one of {KEEP}."
+            f"{did_you_mean(str(keep), KEEP)}"
+        )
+    if not isinstance(extend, bool):
+        raise InputError(
+            f"truncations: the third word for {fault} is {extend!r}; it is True where the fault is "
+            "to be extended to its main fault first, or left out."
+        )
+    return Rule(fault, str(main), keep, extend)
+
+
+def _ordered(rules: Mapping[str, tuple[Rule, ...]]) -> list[str]:
+    """Truncated faults, each after those that it ends at; by name where that leaves a choice."""
+    left, order = sorted(rules), []
+    while left:
+        ready = [f for f in left if not any(r.main in left for r in rules[f])]
+        if not ready:
+            raise InputError(
+                f"truncations go round in a circle: {_circle(rules, left)}. Leave out one of them."
+            )
+        order.append(ready[0])
+        left.remove(ready[0])
+    return order
+
+
+def _circle(rules: Mapping[str, tuple[Rule, ...]], left: list[str]) -> str:
+    """Name one circle among faults none of which can come first."""
+    path = [left[0]]
+    while True:
+        onward = next(rule.main for rule in rules[path[-1]] if rule.main in left)
+        if onward in path:
+            ring = [*path[path.index(onward) :], onward]
+            return ", ".join(f"{a} ends at {b}" for a, b in pairwise(ring))
+        path.append(onward)
+
+
+def read_extend(extend: Any, faults: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Check which faults are to be extended, and on which sides.
+
+    Parameters
+    ----------
+    extend : bool, sequence of str, or mapping of str to sides
+        True for all faults; names; or the sides of each, any of ``"strike"`` (both ends),
+        ``"start"``, ``"end"``, ``"up"``, ``"down"``.
+    faults : sequence of str
+        Names that exist.
+
+    Returns
+    -------
+    dict of str to tuple of str
+        In the order of `faults`.
+
+    Raises
+    ------
+    InputError
+        For an unknown name or side.
+
+    Examples
+    --------
+    >>> read_extend(["F1"], ["F1", "F2"])
+    {'F1': ('start', 'end', 'up', 'down')}
+    """
+    if isinstance(extend, bool):
+        extend = tuple(faults) if extend else ()
+    if isinstance(extend, str):
+        extend = (extend,)
+    sides_of = extend if isinstance(extend, Mapping) else dict.fromkeys(extend, ALL_SIDES)
+    for name in sides_of:
+        if name not in faults:
+            raise InputError(
+                f"extend names {name!r}, which is no fault; there are {list(faults)}."
+                f"{did_you_mean(str(name), faults)}"
+            )
+    return {
+        name: read_sides(sides_of[name], f"extend of {name!r}")
+        for name in faults
+        if name in sides_of
+    }
+
+
+def read_sides(sides: Any, what: str) -> tuple[str, ...]:
+    """Return the sides meant by some words, in the order in which they are continued.
+
+    Examples
+    --------
+    >>> read_sides(["down", "strike"], "extend of 'F1'")
+    ('start', 'end', 'down')
+    """
+    words = (sides,) if isinstance(sides, str) else tuple(sides)
+    known = ("strike", *SIDES)
+    for word in words:
+        if word not in known:
+            raise InputError(
+                f"{what} has side {word!r}; sides are {known}.{did_you_mean(str(word), known)}"
+            )
+    wanted = {"start", "end"} if "strike" in words else set()
+    return tuple(side for side in SIDES if side in wanted.union(words))

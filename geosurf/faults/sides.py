@@ -1,0 +1,229 @@
+"""On which side of a fault another one leaves their common curve: an exact sign.
+
+Notation
+    d        direction of an edge of the curve, from its vertex with the lower number
+    way      +1 where a triangle runs along d, -1 where it runs back
+    n        normal of the input triangle that a triangle is a part of
+    h        way n x d: from the edge into the triangle
+
+Turning around d, counter-clockwise, from triangle a of the main fault one is on its front where a
+runs along d. So the question is whether c comes before the main fault's other triangle b in this
+turn. The sine of the angle from i to j has the sign of (h_i x h_j) . d, that is of way_i way_j
+(n_i x n_j) . d; as n_i x n_j is parallel to d, one component decides. The cosine has the sign of
+way_i way_j n_i . n_j. Only input coordinates enter, no constructed point: the method of
+`geosurf.kernels.radial`, for two surfaces. Floats decide where they can, fractions elsewhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import GeometryError, SurfaceError
+from geosurf.kernels.mesh import edges, pieces
+from geosurf.model import Patches
+
+_BOUND = 2e-15  # of the sum of magnitudes: the rounding of a determinant of normals
+_TINY = 1e-250
+
+
+@dataclass(frozen=True)
+class Adjacency:
+    """How a fault lies beside a main fault.
+
+    Attributes
+    ----------
+    piece : ndarray of int64, shape (n,)
+        For each triangle of the fault: its connected piece once the main fault has cut it.
+    beside : ndarray of bool, shape (n_piece, 2)
+        Whether each piece meets the front (column 0) and the back of the main fault.
+    within : ndarray of bool, shape (n_piece,)
+        Pieces that lie in the main fault: they coincide with it.
+    edges : ndarray of int64, shape (n_edge, 2)
+        Vertices of the edges where the two meet.
+    half_edges, edge_of_half : ndarray of int64, shape (n_half,)
+        Half-edges of the fault there (3 * triangle + corner), and the edge that each runs along.
+    """
+
+    piece: np.ndarray
+    beside: np.ndarray
+    within: np.ndarray
+    edges: np.ndarray
+    half_edges: np.ndarray
+    edge_of_half: np.ndarray
+
+
+def _keys(t: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Number of the edge and way of each half-edge of triangles."""
+    start, end = t.ravel(), np.roll(t, -1, axis=1).ravel()
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    return low * n + high, np.where(start < end, 1, -1)
+
+
+def adjacency(patches: Patches, fault: np.ndarray, main: np.ndarray) -> Adjacency:
+    """Find the pieces of a fault and the sides of a main fault on which they lie.
+
+    Parameters
+    ----------
+    patches : Patches
+        Of both faults, and perhaps others.
+    fault, main : ndarray of int64
+        Rows of their triangles.
+
+    Returns
+    -------
+    Adjacency
+
+    Raises
+    ------
+    SurfaceError
+        If the triangles of the main fault do not agree about their front.
+    GeometryError
+        If more than two sheets of the main fault meet on the curve.
+    """
+    n = len(patches.local)
+    tf, tm = patches.triangles[fault], patches.triangles[main]
+    key_f, way_f = _keys(tf, n)
+    key_m, way_m = _keys(tm, n)
+    order = np.argsort(key_m, kind="stable")
+    first = np.searchsorted(key_m[order], key_f, side="left")
+    sheets = np.searchsorted(key_m[order], key_f, side="right") - first
+    half = np.flatnonzero(sheets > 0)
+    twin = _coincident(tf, tm)
+    ring, _ = edges(tf, n)
+    ring[half] = half
+    piece, n_piece = pieces(tf, ring)
+    within = np.zeros(n_piece, dtype=bool)
+    within[piece[twin]] = True
+    # where the main fault has one triangle only, it ends: that edge has no sides
+    told = half[(sheets[half] >= 2) & ~twin[half // 3]]
+    a, b = order[first[told]], order[first[told] + 1]
+    _refuse_sheets(patches, main, tf, told, sheets[told], way_m[a] == way_m[b])
+    c_before_b = _between(
+        patches, fault[told // 3], way_f[told], main[a // 3], way_m[a], main[b // 3], way_m[b],
+        key_f[told],
+    )  # fmt: skip
+    front = c_before_b == (way_m[a] > 0)
+    beside = np.zeros((n_piece, 2), dtype=bool)
+    beside[piece[told // 3], np.where(front, 0, 1)] = True
+    found, edge_of_half = np.unique(key_f[half], return_inverse=True)
+    ends = np.stack(np.divmod(found, n), axis=1)
+    return Adjacency(piece, beside, within, ends, half, edge_of_half)
+
+
+def _refuse_sheets(patches, main, tf, half, sheets, clash) -> None:
+    """Refuse a main fault that has no two sides along the curve."""
+    name = patches.names[int(patches.surface_of_triangle[main[0]])]
+    for i in half[sheets > 2][:1]:
+        raise GeometryError(
+            f"fault {name!r} has {sheets[half == i][0]} sheets at {_where(patches, tf, i)}, so that "
+            "it has no two sides there. Cut it into faults of their own."
+        )
+    for i in half[clash][:1]:
+        raise SurfaceError(
+            f"fault {name!r}: its triangles do not agree about their front at "
+            f"{_where(patches, tf, i)}. Pass it through triangulate_fault, which turns them."
+        )
+
+
+def _where(patches: Patches, t: np.ndarray, half: int) -> str:
+    return place(patches.vertices[t[half // 3, half % 3]])
+
+
+def _coincident(tf: np.ndarray, tm: np.ndarray) -> np.ndarray:
+    """Which triangles of a fault have the corners of one of the main fault."""
+    both = np.sort(np.concatenate([tf, tm]), axis=1)
+    _, number = np.unique(both, axis=0, return_inverse=True)
+    return np.isin(number[: len(tf)], number[len(tf) :])
+
+
+def _between(patches, c, way_c, a, way_a, b, way_b, key) -> np.ndarray:
+    """Whether triangles c come before b, turning from a around the edges `key`."""
+    u, v = np.divmod(key, len(patches.local))
+    d = patches.local[v] - patches.local[u]
+    axis = np.abs(d).argmax(axis=1)
+    heading = np.sign(d[np.arange(len(d)), axis]).astype(np.int64)
+    normals = _Normals(patches)
+
+    def sine(i, way_i, j, way_j):
+        return way_i * way_j * heading * normals.cross_sign(i, j, axis)
+
+    def half(j, way_j):
+        s = sine(a, way_a, j, way_j)
+        ahead = way_a * way_j * normals.dot_sign(a, j) > 0
+        return np.where(s != 0, s < 0, ~ahead)
+
+    half_c, half_b = half(c, way_c), half(b, way_b)
+    return np.where(half_c != half_b, ~half_c, sine(c, way_c, b, way_b) > 0)
+
+
+class _Normals:
+    """Exact signs of products of the normals of input triangles."""
+
+    def __init__(self, patches: Patches) -> None:
+        self.patches = patches
+        self.offset = np.cumsum([0] + [s.n_triangle for s in patches.sources])
+
+    def corners(self, rows: np.ndarray) -> np.ndarray:
+        """Corners (n, 3, 3) of the input triangles of some triangles."""
+        surface = self.patches.surface_of_triangle[rows]
+        out = np.empty((len(rows), 3, 3))
+        for i in np.unique(surface):
+            source, mine = self.patches.sources[i], surface == i
+            faces = source.triangles[self.patches.parent_of_triangle[rows[mine]]]
+            out[mine] = source.vertices[faces] - self.patches.origin
+        return out
+
+    def _floats(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Normals (n, 3), the magnitudes of their terms (n, 3), corners."""
+        corners = self.corners(rows)
+        p, q = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        one, two = p[:, [1, 2, 0]] * q[:, [2, 0, 1]], p[:, [2, 0, 1]] * q[:, [1, 2, 0]]
+        return one - two, np.abs(one) + np.abs(two), corners
+
+    def cross_sign(self, i: np.ndarray, j: np.ndarray, axis: np.ndarray) -> np.ndarray:
+        """Sign of one component of n_i x n_j, each on its own axis."""
+        (p, size_p, at_p), (q, size_q, at_q) = self._floats(i), self._floats(j)
+        rows = np.arange(len(i))
+        k, o = (axis + 1) % 3, (axis + 2) % 3
+        value = p[rows, k] * q[rows, o] - p[rows, o] * q[rows, k]
+        size = size_p[rows, k] * size_q[rows, o] + size_p[rows, o] * size_q[rows, k]
+
+        def exact(r: int) -> Fraction:
+            m, n = _exact_normal(at_p[r]), _exact_normal(at_q[r])
+            return m[k[r]] * n[o[r]] - m[o[r]] * n[k[r]]
+
+        return _signs(value, size, exact)
+
+    def dot_sign(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        """Sign of n_i . n_j."""
+        (p, size_p, at_p), (q, size_q, at_q) = self._floats(i), self._floats(j)
+
+        def exact(r: int) -> Fraction:
+            m, n = _exact_normal(at_p[r]), _exact_normal(at_q[r])
+            return sum((f * g for f, g in zip(m, n, strict=True)), Fraction(0))
+
+        return _signs((p * q).sum(axis=1), (size_p * size_q).sum(axis=1), exact)
+
+
+def _signs(value: np.ndarray, size: np.ndarray, exact) -> np.ndarray:
+    """Signs of values that are known to a part of `size`; those in doubt from `exact(row)`."""
+    signs = np.sign(value).astype(np.int64)
+    for row in np.flatnonzero(~((np.abs(value) > _BOUND * size) & (size > _TINY))):
+        number = exact(int(row))
+        signs[row] = (number > 0) - (number < 0)
+    return signs
+
+
+def _exact_normal(corners: np.ndarray) -> tuple[Fraction, Fraction, Fraction]:
+    a, b, c = ([Fraction(value) for value in corner] for corner in corners.tolist())
+    u = [q - p for p, q in zip(a, b, strict=True)]
+    v = [q - p for p, q in zip(a, c, strict=True)]
+    return (
+        u[1] * v[2] - u[2] * v[1],
+        u[2] * v[0] - u[0] * v[2],
+        u[0] * v[1] - u[1] * v[0],
+    )

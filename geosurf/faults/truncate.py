@@ -1,0 +1,194 @@
+"""Faults that end at faults: parts kept and dropped, decided in one exact arrangement.
+
+All faults concerned are split along their common curves first, in one mesh. A truncation
+then drops whole pieces of it, so that what stays shares vertices with the main fault, and parts
+add up. Main faults come first, and others end at what is left of them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import GeometryError, InputError
+from geosurf.faults.distance import closest_approach, open_edges
+from geosurf.faults.rim import normals_of
+from geosurf.faults.rules import Rule, read_truncations
+from geosurf.faults.sides import Adjacency, adjacency
+from geosurf.model import Patches, TriSurface
+from geosurf.model.faults import TruncatedFaults, Truncation
+
+# steeper than this a fault counts as vertical and has no hanging wall, as in orient_fault
+_VERTICAL = 1e-6
+
+
+def truncate_faults(patches: Patches, truncations: Any) -> TruncatedFaults:
+    """Let faults end at other faults.
+
+    Parameters
+    ----------
+    patches : Patches
+        Of all faults that the rules name, from one `rebuild_surfaces`; others may be among them.
+    truncations : mapping
+        As for `Scene`: ``{"F2": ("F1", "hanging wall")}`` lets F2 end at F1 and keeps what lies in
+        the hanging wall of F1. A fault may end at several: a tuple of such pairs. Faults
+        are extended by `extend_fault` before they are split, not here.
+
+    Returns
+    -------
+    TruncatedFaults
+        All faults among the surfaces, in the order of their names, with vertices and triangles
+        in one order: the same bytes whatever the order of faults and triangles that came
+        in. Coordinates are world metres.
+
+    Raises
+    ------
+    InputError
+        For an unknown name or word, a circle of truncations, or the hanging wall of a
+        vertical fault.
+    GeometryError
+        If the main fault is not reached (with the gap and its place), does not cut the fault
+        through (with the place where it ends), or nothing would be left.
+
+    Examples
+    --------
+    >>> from geosurf import rebuild_surfaces
+    >>> main = [[0, 0, 0], [0, 8, 0], [8, 8, -8], [8, 0, -8]]
+    >>> other = [[-4, 4, -6], [8, 4, -6], [8, 4, -2], [-4, 4, -2]]
+    >>> faults = [
+    ...     TriSurface("F1", "fault", main, [[0, 2, 1], [0, 3, 2]]),
+    ...     TriSurface("F2", "fault", other, [[0, 1, 2], [0, 2, 3]]),
+    ... ]
+    >>> cut = truncate_faults(rebuild_surfaces(faults), {"F2": ("F1", "hanging wall")})
+    >>> (line,) = cut.truncations
+    >>> line.kept_area, line.dropped_area
+    (16.0, 32.0)
+    >>> cut.surfaces["F2"].bounds
+    (2.0, 8.0, 4.0, 4.0, -6.0, -2.0)
+    """
+    if not isinstance(patches, Patches):
+        raise InputError(
+            f"truncate_faults takes Patches, not {type(patches).__name__}; rebuild_surfaces of "
+            "the faults makes them."
+        )
+    faults = [s.name for s in patches.sources if s.role == "fault"]
+    rules = read_truncations(truncations, faults)
+    alive = np.ones(patches.n_triangle, dtype=bool)
+    found = [_truncate(patches, alive, rule) for rule in rules]
+    surfaces, parents = {}, {}
+    for name in sorted(faults):
+        surfaces[name], parents[name] = _part(patches, name, alive)
+    move = float(patches.report.get("largest_move", 0.0))
+    return TruncatedFaults(surfaces, parents, tuple(found), move)
+
+
+def main_side(surface: TriSurface, keep: str) -> int:
+    """Return +1 for the side into which the normals of a main fault point, -1 for the other.
+
+    Raises
+    ------
+    InputError
+        If a vertical fault is asked for its hanging wall.
+    """
+    if keep in ("+", "-"):
+        return 1 if keep == "+" else -1
+    corners = surface.vertices[surface.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = math.fsum(np.linalg.norm(normals, axis=1))
+    normal = np.array([math.fsum(column) for column in normals.T])
+    lead = next((c for c in normal[[2, 0, 1]] if abs(c) > _VERTICAL * area), 0.0)
+    if keep in ("hanging wall", "footwall") and abs(normal[2]) <= _VERTICAL * area:
+        raise InputError(
+            f"fault {surface.name!r} is vertical, so that it has no {keep}. Say 'right' or 'left' "
+            "of its strike (right is east of it, or north where it strikes east), or '+' or '-'."
+        )
+    front = 1 if lead >= 0 else -1
+    return front if keep in ("hanging wall", "right") else -front
+
+
+def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> Truncation:
+    """Drop what one rule drops from `alive`, and say what it was."""
+    rows = {
+        name: np.flatnonzero(alive & (patches.surface_of_triangle == patches.names.index(name)))
+        for name in (rule.fault, rule.main)
+    }
+    main = patches.sources[patches.names.index(rule.main)]
+    side = main_side(main, rule.keep)
+    mine = rows[rule.fault]
+    beside = adjacency(patches, mine, rows[rule.main])
+    wanted = beside.beside[:, 0 if side > 0 else 1]
+    unwanted = beside.beside[:, 1 if side > 0 else 0]
+    if (wanted & unwanted).any():
+        raise _goes_around(patches, rule, beside, mine)
+    if not (wanted | unwanted).any():
+        raise _not_reached(patches, rule, rows)
+    if not wanted.any():
+        raise GeometryError(
+            f"fault {rule.fault!r} has no part in the {rule.keep} of {rule.main!r}: nothing would "
+            f"be left of it. It meets {rule.main!r} at "
+            f"{place(patches.vertices[beside.edges[0, 0]])}; keep the other part."
+        )
+    dropped = (unwanted | beside.within)[beside.piece]
+    apart = ~(wanted | unwanted | beside.within)[beside.piece]
+    area = _areas(patches, mine)
+    kept_edges = np.unique(beside.edge_of_half[~dropped[beside.half_edges // 3]])
+    ends = patches.local[beside.edges[kept_edges]]
+    alive[mine[dropped]] = False
+    return Truncation(
+        rule.fault,
+        rule.main,
+        rule.keep,
+        "+" if side > 0 else "-",
+        kept_area=math.fsum(area[~dropped]),
+        dropped_area=math.fsum(area[dropped]),
+        coinciding_area=math.fsum(area[beside.within[beside.piece]]),
+        apart_area=math.fsum(area[apart]),
+        length=math.fsum(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)),
+    )
+
+
+def _areas(patches: Patches, rows: np.ndarray) -> np.ndarray:
+    corners = patches.local[patches.triangles[rows]]
+    return 0.5 * np.linalg.norm(normals_of(corners), axis=1)
+
+
+def _goes_around(patches: Patches, rule: Rule, beside: Adjacency, mine: np.ndarray) -> Exception:
+    """Say where the curve ends inside the truncated fault."""
+    used, times = np.unique(beside.edges, return_counts=True)
+    rim = np.unique(open_edges(patches.triangles[mine], len(patches.local)))
+    tips = np.setdiff1d(used[times == 1], rim)
+    at = int(tips[0] if len(tips) else used[0])
+    return GeometryError(
+        f"fault {rule.main!r} does not cut {rule.fault!r} through: {rule.fault!r} goes on around "
+        f"the end of {rule.main!r} at {place(patches.vertices[at])}, so that no part can be dropped. "
+        f"Extend {rule.main!r}."
+    )
+
+
+def _not_reached(patches: Patches, rule: Rule, rows: dict[str, np.ndarray]) -> Exception:
+    """Say how far a fault stays off its main one, and where."""
+    one, two = (patches.triangles[rows[name]] for name in (rule.fault, rule.main))
+    gap = closest_approach(patches.local, one, two)
+    how = "only touches" if gap.distance == 0 else f"ends {gap.distance:.6g} m short of"
+    return GeometryError(
+        f"fault {rule.fault!r} {how} {rule.main!r}, nearest at {place(gap.at + patches.origin)}, "
+        f"and cannot end there. Extend it to {rule.main!r}: "
+        f"truncations={{{rule.fault!r}: ({rule.main!r}, {rule.keep!r}, True)}}."
+    )
+
+
+def _part(patches: Patches, name: str, alive: np.ndarray) -> tuple[TriSurface, np.ndarray]:
+    """What is left of one fault: vertices sorted by place, triangles by vertices."""
+    i = patches.names.index(name)
+    rows = np.flatnonzero(alive & (patches.surface_of_triangle == i))
+    used, t = np.unique(patches.triangles[rows], return_inverse=True)
+    x = patches.vertices[used]
+    order = np.lexsort(x.T[::-1])
+    t = np.argsort(order)[t.reshape(-1, 3)]
+    t = np.take_along_axis(t, (t.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
+    line = np.lexsort(t.T[::-1])
+    parent = patches.parent_of_triangle[rows][line]
+    return TriSurface(name, "fault", x[order], t[line]), parent
