@@ -4,6 +4,7 @@ The pipeline, stage by stage::
 
     read         files -> xarray horizons, fault surfaces, points, polygons
     triangulate  gridded data -> TriSurface; the walls of the model box
+    faults       extended beyond the model box, truncated by each other
     intersect    surfaces -> the curves where they meet
     rebuild      surfaces -> patches that share vertices along the curves
     carve        patches -> closed units: zone x fault block
@@ -31,6 +32,10 @@ _HOME = {
     "triangulate_fault": "geosurf.triangulate",
     "triangulate_sticks": "geosurf.triangulate",
     "build_walls": "geosurf.triangulate",
+    # faults
+    "extend_fault": "geosurf.faults",
+    "truncate_faults": "geosurf.faults",
+    "propose_network": "geosurf.faults",
     # the engine
     "intersect_triangles": "geosurf.contact",
     "intersect_surfaces": "geosurf.intersect",
@@ -40,6 +45,7 @@ _HOME = {
     "TriSurface": "geosurf.model",
     "Lattice": "geosurf.model",
     "FaultSticks": "geosurf.model",
+    "FaultNetwork": "geosurf.model",
     "Curves": "geosurf.model",
     "Patches": "geosurf.model",
     "Unit": "geosurf.model",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,8 +16,11 @@ from geosurf.carve.certificate import certify, same_bytes
 from geosurf.contact import find_contacts, search_voxels
 from geosurf.conventions import did_you_mean, frame_origin, shift_is_exact
 from geosurf.errors import InputError
+from geosurf.inputs import fingerprint, only_if_unsaid, read_input
 from geosurf.intersect import curves_of, merge_curves
 from geosurf.model import Certificate, Curves, Patches, TriSurface, Units, VoxelSearch
+from geosurf.model.faults import Extension, FaultNetwork, Truncation
+from geosurf.network import FaultStage
 from geosurf.rebuild import patches_from
 from geosurf.triangulate import build_walls, triangulate_fault, triangulate_horizon
 from geosurf.triangulate.box import propose_box
@@ -60,6 +62,12 @@ class Scene:
         Edge of the search voxels [m]. Changes the cost, never the result.
     self_intersections : bool
         Whether surfaces are also split where they cross themselves.
+    extend : bool, sequence of str, or mapping of str to sides, optional
+        Faults that are continued until they leave the model box: all, some, or some of their
+        sides (``"strike"``, ``"start"``, ``"end"``, ``"up"``, ``"down"``).
+    truncations : mapping of str to (main, keep[, extend]), optional
+        Faults that end at others: ``{"F2": ("F1", "hanging wall")}``. A third word True
+        first continues F2 to F1. See docs/faults.md.
 
     Raises
     ------
@@ -87,6 +95,8 @@ class Scene:
         units: str | None = None,
         voxel_size: float | None = None,
         self_intersections: bool = False,
+        extend: Any = (),
+        truncations: Mapping[str, Any] | None = None,
     ) -> None:
         self._horizons = _mapping("horizons", horizons)
         self._faults = _mapping("faults", faults or {})
@@ -102,6 +112,12 @@ class Scene:
         self._self = bool(self_intersections)
         self._memory: dict[Any, Any] = {}
         self._steps: list[Step] = []
+        self.truncations = dict(_mapping("truncations", truncations or {}))
+        self._network = FaultStage(
+            tuple(self._faults), self.truncations, extend, given=self._given_fault,
+            box=lambda: self.box, remember=self._remembered, key_of=self._key,
+        )  # fmt: skip
+        self.extend = dict(self._network.sides)
 
     def replace(self, **changes: Any) -> Scene:
         """Return a new scene with some inputs changed, which shares all results that still hold.
@@ -110,7 +126,7 @@ class Scene:
         ----------
         horizons, faults : mapping, optional
             Named inputs to add or exchange; None as a value removes one.
-        box, positive, units, voxel_size, self_intersections : optional
+        box, positive, units, voxel_size, self_intersections, extend, truncations : optional
             As for `Scene`.
 
         Returns
@@ -126,7 +142,8 @@ class Scene:
         ()
         """
         known = (
-            "horizons", "faults", "box", "positive", "units", "voxel_size", "self_intersections"
+            "horizons", "faults", "box", "positive", "units", "voxel_size", "self_intersections",
+            "extend", "truncations"
         )  # fmt: skip
         for key in changes:
             if key not in known:
@@ -145,6 +162,8 @@ class Scene:
             units=changes.get("units", self._units_word),
             voxel_size=changes.get("voxel_size", self._voxel_size),
             self_intersections=changes.get("self_intersections", self._self),
+            extend=changes.get("extend", self.extend),
+            truncations=changes.get("truncations", self.truncations),
         )
         twin._memory = self._memory
         return twin
@@ -161,7 +180,7 @@ class Scene:
         return tuple(self._faults)
 
     def surface(self, name: str) -> TriSurface:
-        """Return one triangulated surface by name; only that input is read.
+        """Return one surface by name, as the model has it; only what it depends on is read.
 
         Parameters
         ----------
@@ -175,11 +194,34 @@ class Scene:
         if name in self._horizons:
             return self._triangulated(name, "horizon", self._horizons[name])
         if name in self._faults:
-            return self._triangulated(name, "fault", self._faults[name])
+            return self._network.surface(name)
         known = [*self._horizons, *self._faults]
         raise InputError(
             f"no surface is called {name!r}; there are {known}.{did_you_mean(name, known)}"
         )
+
+    def _given_fault(self, name: str) -> TriSurface:
+        return self._triangulated(name, "fault", self._faults[name])
+
+    @property
+    def fault_actions(self) -> tuple[Extension | Truncation, ...]:
+        """What was done to the faults: every extension and truncation, with its size."""
+        return self._network.actions()
+
+    def propose_fault_network(self, *, reach: float | None = None) -> FaultNetwork:
+        """Return every contact, near miss and dangling end of the faults, with proposals.
+
+        Parameters
+        ----------
+        reach : float, optional
+            Largest distance of a near miss [m]; see `propose_network`.
+
+        Returns
+        -------
+        FaultNetwork
+            Prints as a table; its method `apply` gives the scene with the proposals.
+        """
+        return self._network.propose(reach)
 
     @property
     def surfaces(self) -> tuple[TriSurface, ...]:
@@ -346,22 +388,22 @@ class Scene:
         return frame_origin(*(surface.vertices for surface in surfaces))
 
     def _triangulated(self, name: str, role: str, value: Any) -> TriSurface:
-        key = ("surface", name, role, _fingerprint(value), self._positive, self._units_word)
+        key = ("surface", name, role, fingerprint(value), self._positive, self._units_word)
 
         def run() -> TriSurface:
             options = {"positive": self._positive, "units": self._units_word}
-            found = _read(value, role, options) if isinstance(value, str | Path) else value
+            found = read_input(value, role, options) if isinstance(value, str | Path) else value
             if isinstance(found, TriSurface):
                 return found.renamed(name, role)
             make = triangulate_horizon if role == "horizon" else triangulate_fault
-            return make(found, name=name, **_only_if_unsaid(found, options))
+            return make(found, name=name, **only_if_unsaid(found, options))
 
         return self._remembered(
             "triangulate", name, key, run, lambda s: f"{s.n_triangle} triangles", again=False
         )
 
     def _key(self, surface: TriSurface) -> str:
-        return self._memory.setdefault(("key", id(surface)), (surface, _fingerprint(surface)))[1]
+        return self._memory.setdefault(("key", id(surface)), (surface, fingerprint(surface)))[1]
 
     def _remembered(self, stage, subject, key, run, describe, *, again=True):
         """The result of a step: from memory if it is there."""
@@ -395,40 +437,3 @@ def _mapping(what: str, inputs: Any) -> dict[str, Any]:
 def _boxes_meet(a: TriSurface, b: TriSurface) -> bool:
     p, q = a.bounds, b.bounds
     return all(p[2 * k] <= q[2 * k + 1] and q[2 * k] <= p[2 * k + 1] for k in range(3))
-
-
-def _read(path: Any, role: str, options: dict[str, Any]) -> Any:
-    from geosurf.read import read_fault, read_horizon
-
-    return (read_horizon if role == "horizon" else read_fault)(path, **options)
-
-
-def _only_if_unsaid(value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Scene-wide words count only for inputs that do not say theirs themselves."""
-    attrs = dict(getattr(value, "attrs", {}))
-    return {key: word for key, word in options.items() if word is not None and key not in attrs}
-
-
-def _fingerprint(value: Any) -> str:
-    """A hash of what an input holds."""
-    digest = hashlib.sha256()
-    if isinstance(value, str | Path):
-        path = Path(value)
-        digest.update(str(path.resolve()).encode())
-        digest.update(path.read_bytes() if path.is_file() else b"missing")
-    elif isinstance(value, TriSurface):
-        digest.update(f"{value.name} {value.role}".encode())
-        digest.update(np.ascontiguousarray(value.vertices))
-        digest.update(np.ascontiguousarray(value.triangles))
-    elif hasattr(value, "sticks"):
-        for stick in value.sticks:
-            digest.update(np.ascontiguousarray(stick))
-    elif hasattr(value, "to_dict") and hasattr(value, "coords"):
-        digest.update(repr(sorted((str(k), str(v)) for k, v in value.attrs.items())).encode())
-        arrays = {**getattr(value, "data_vars", {"": value}), **value.coords}
-        for key, array in arrays.items():
-            digest.update(f"{key} {array.dims}".encode())
-            digest.update(np.ascontiguousarray(array.values))
-    else:
-        digest.update(f"{id(value)}".encode())
-    return digest.hexdigest()

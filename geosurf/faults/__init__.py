@@ -5,6 +5,7 @@ rules.py        truncations and extensions as users say them; their order
 rim.py          the open rim of a fault: start, end, up and down
 lines.py        which way a fault goes on beyond its rim
 extend.py       extension until the fault leaves the model box
+bridge.py       extension beyond a main fault
 sides.py        on which side of a fault another one leaves their common curve
 truncate.py     truncation: parts of a fault kept and dropped
 distance.py     the closest approach of an open end to another fault
@@ -13,5 +14,7 @@ propose.py      contacts, near misses and dangling ends, each with a proposal
 """
 
 from geosurf.faults.extend import extend_fault
+from geosurf.faults.propose import propose_network
+from geosurf.faults.truncate import truncate_faults
 
-__all__ = ["extend_fault"]
+__all__ = ["extend_fault", "propose_network", "truncate_faults"]

@@ -7,6 +7,7 @@ bend) they cross sooner or later; that is found by exact signs, and refused with
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
@@ -17,7 +18,7 @@ from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError, SurfaceError
 from geosurf.faults.lines import directions, guides_of
-from geosurf.faults.rim import Rim, find_rim
+from geosurf.faults.rim import Rim, find_rim, normals_of
 from geosurf.faults.rules import ALL_SIDES, read_sides
 from geosurf.kernels.predicates import flat_triangles, frame_of
 from geosurf.model import TriSurface
@@ -87,11 +88,13 @@ def extend_fault(
             f"box: {box!r} is not (west, east, south, north, bottom, top) in metres with each "
             "low side below its high side. Mend the box."
         )
-    return _extended(surface, limits[::2], limits[1::2], wanted, until, always=False)
+    return _extended(surface, limits[::2], limits[1::2], wanted, until)
 
 
-def extend_to(surface: TriSurface, main: TriSurface, side: str) -> ExtendedFault:
-    """Continue one side of a fault until it is past the bounds of another.
+def extend_to(
+    surface: TriSurface, main: TriSurface, side: str, longest: float = np.inf
+) -> ExtendedFault:
+    """Continue one side of a fault until it is past the bounds of another, or has a given length.
 
     Raises
     ------
@@ -99,32 +102,40 @@ def extend_to(surface: TriSurface, main: TriSurface, side: str) -> ExtendedFault
         If no line of that side leads there, or the continuation would cross itself.
     """
     low, high = np.reshape(main.bounds, (3, 2)).T
-    return _extended(surface, low, high, (side,), main.name, always=True)
+    found = _continued(surface, surface, guides_of(surface), side, low, high, main.name, longest)
+    longer, _, extension = found
+    return ExtendedFault(longer, surface.n_triangle, (extension,))
 
 
-def _extended(surface, low, high, wanted, until, *, always) -> ExtendedFault:
-    x, t, guides = surface.vertices, surface.triangles, guides_of(surface)
-    found = []
+def _extended(surface, low, high, wanted, until) -> ExtendedFault:
+    """All sides in turn, each from what the others have made."""
+    longer, guides, found = surface, guides_of(surface), []
     for side in wanted:
-        rim = find_rim(TriSurface(surface.name, "fault", x, t))
-        arc = rim.arcs[side]
-        if len(arc) < 2 or not (always or segments_meet_box(x[arc], low, high).any()):
-            continue
-        way = directions(x, t, arc, side, rim.axes, guides)
-        length = _lengths(x[arc], way, low, high, surface.name, side, until)
-        tip = x[arc] + length[:, None] * way
-        strip = _strip(arc, len(x), x[arc], tip)
-        x, t = np.concatenate([x, tip]), np.concatenate([t, strip])
-        guides = guides.grown(side, arc)
-        _refuse_crossings(surface.name, side, x, t, len(strip))
-        corners = x[strip]
-        area = 0.5 * np.linalg.norm(
-            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-        )
-        reach = float(length.max()), float(length.min()), float(area.sum())
-        found.append(Extension(surface.name, side, *reach, len(strip), until))
-    longer = TriSurface(surface.name, surface.role, x, t) if found else surface
+        rim = find_rim(longer)
+        if rim_in_box(rim, longer.vertices, side, low, high):
+            longer, guides, extension = _continued(surface, longer, guides, side, low, high, until)
+            found.append(extension)
     return ExtendedFault(longer, surface.n_triangle, tuple(found))
+
+
+def _continued(surface, longer, guides, side, low, high, until, longest=np.inf):
+    """(surface, guides, extension) with one more side."""
+    name, x, t, rim = surface.name, longer.vertices, longer.triangles, find_rim(longer)
+    arc = rim.arcs[side]
+    if len(arc) < 2:
+        raise GeometryError(
+            f"fault {name!r} cannot be extended to {until}: its side {side!r} is but the point "
+            f"{place(x[arc[0]])}. Choose another side."
+        )
+    way = directions(x, t, arc, side, rim.axes, guides)
+    length = np.minimum(_lengths(x[arc], way, low, high, name, side, until), longest)
+    tip = x[arc] + length[:, None] * way
+    strip = _strip(arc, len(x), x[arc], tip)
+    x, t = np.concatenate([x, tip]), np.concatenate([t, strip])
+    _refuse_crossings(name, side, x, t, len(strip))
+    area = math.fsum(0.5 * np.linalg.norm(normals_of(x[strip]), axis=1))
+    made = Extension(name, side, float(length.max()), float(length.min()), area, len(strip), until)
+    return TriSurface(name, surface.role, x, t), guides.grown(side, arc), made
 
 
 def rim_in_box(rim: Rim, x: np.ndarray, side: str, low: np.ndarray, high: np.ndarray) -> bool:

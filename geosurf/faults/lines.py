@@ -10,13 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.faults.rim import Axes, normals_of, total
+from geosurf.faults.rim import Axes, normals_of, plane_axes, total
 from geosurf.model import TriSurface
 
 STICK = "stick"  # vertex data of faults from sticks: which stick a vertex is on
-# a tangent plane flatter than this (3 degrees) has no dip line of its own: it takes the mean's
-_FLAT = 0.05
-_SIGN = {"start": -1.0, "end": 1.0, "up": 1.0, "down": -1.0}
 
 
 class Guides:
@@ -78,20 +75,19 @@ def directions(
         Vertices of that side.
     side : {"start", "end", "up", "down"}
     axes : Axes
-        Mean strike and dip, which tell outward from inward.
+        Mean strike, for flat parts, and which way the triangles face.
     guides : Guides
     """
-    outward = _SIGN[side] * (axes.strike if side in ("start", "end") else axes.up)
+    tangent = _in_tangent_planes(x, t, arc, side, axes)
     before = guides.of(side)[arc]
-    tangent = _in_tangent_planes(x, t, arc, side, axes, outward)
     step = x[arc] - x[before]
-    known = (before >= 0) & (step @ outward > 0)
+    known = (before >= 0) & ((step * tangent).sum(axis=1) > 0)
     way = np.where(known[:, None], step, tangent)
     return way / np.linalg.norm(way, axis=1, keepdims=True)
 
 
-def _in_tangent_planes(x, t, arc, side, axes: Axes, outward: np.ndarray) -> np.ndarray:
-    """Strike or dip lines of the tangent planes at some vertices, (n, 3)."""
+def _in_tangent_planes(x, t, arc: np.ndarray, side: str, axes: Axes) -> np.ndarray:
+    """Strike or dip lines of the tangent planes at some vertices, outward, (n, 3)."""
     rank = np.full(len(x), -1, dtype=np.int64)
     rank[arc] = np.arange(len(arc))
     near = np.flatnonzero((rank[t] >= 0).any(axis=1))
@@ -100,27 +96,7 @@ def _in_tangent_planes(x, t, arc, side, axes: Axes, outward: np.ndarray) -> np.n
     of = rank[t[near]][rows, corner]
     order = np.argsort(of, kind="stable")
     groups = np.split(rows[order], np.searchsorted(of[order], np.arange(1, len(arc))))
-    out = np.empty((len(arc), 3))
-    for i, group in enumerate(groups):
-        out[i] = _line(_mean_normal(normals[group]), side, outward)
-    return out
-
-
-def _mean_normal(normals: np.ndarray) -> np.ndarray:
-    """Mean of normals (n, 3) whichever way they are turned; any order gives the same bytes."""
-    size = (normals**2).sum(axis=1)
-    largest = normals[size == size.max()]
-    lead = largest[np.lexsort(np.abs(largest).T)[-1]]
-    sign = np.where(normals @ lead < 0, -1.0, 1.0)
-    return total(normals * sign[:, None])
-
-
-def _line(normal: np.ndarray, side: str, outward: np.ndarray) -> np.ndarray:
-    """The strike or dip line of a plane that points outward; the mean's, laid into flat planes."""
-    unit = normal / np.linalg.norm(normal)
-    line = np.array([-normal[1], normal[0], 0.0])
-    if np.linalg.norm(unit[:2]) < _FLAT:
-        return outward - (outward @ unit) * unit
-    if side in ("up", "down"):
-        line = np.cross(normal, line)
-    return line if line @ outward >= 0 else -line
+    units = axes.sign * np.array([total(normals[group]) for group in groups])
+    units /= np.linalg.norm(units, axis=1, keepdims=True)
+    strike, up = plane_axes(units, axes.strike)
+    return {"start": -strike, "end": strike, "up": up, "down": -up}[side]

@@ -1,8 +1,9 @@
 """The open rim of a fault: one loop, taken apart into start, end, up and down.
 
-Strike and the way up are those of the mean plane. The four corners are the points of
-the rim that reach farthest along both; this works for grids, sticks and torn-off meshes
-alike, and for traces that turn by less than half a circle.
+At each edge of the rim, strike and the way up are those of the triangle there, so that traces may
+bend and dips may change. Each edge says how well it faces along strike or along dip; of
+all ways to cut the loop into end, up, start and down, in this order, the one is taken that suits
+the edges best, by length. So grids, sticks and torn-off meshes are treated alike.
 """
 
 from __future__ import annotations
@@ -13,21 +14,30 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.conventions import place
-from geosurf.errors import GeometryError, SurfaceError
+from geosurf.errors import SurfaceError
 from geosurf.kernels.mesh import edges, pieces, weld
 from geosurf.model import TriSurface
 
-# a fault whose mean plane is flatter than this has no strike that its outline would show
-_FLAT = 1e-6
+FLAT = 0.05  # a plane flatter than this (3 degrees) has no strike of its own: it takes the mean's
+_ORDER = ("end", "up", "start", "down")  # around the rim, counter-clockwise seen from the front
 
 
 @dataclass(frozen=True)
 class Axes:
-    """Mean strike (horizontal) and the way up in the mean plane, unit vectors (3,)."""
+    """Mean strike and way up of a fault, and which way its triangles face.
+
+    Attributes
+    ----------
+    strike, up : ndarray of float64, shape (3,)
+        Unit vectors in the mean plane; strike is horizontal, by the right-hand rule.
+    sign : float
+        +1 where normals point into the hanging wall (of a vertical fault: east, else north), -1
+        where they point the other way.
+    """
 
     strike: np.ndarray
     up: np.ndarray
-    normal: np.ndarray
+    sign: float
 
 
 @dataclass(frozen=True)
@@ -65,25 +75,26 @@ def normals_of(corners: np.ndarray) -> np.ndarray:
     return np.cross(b - a, c - a)
 
 
-def mean_axes(corners: np.ndarray) -> Axes:
-    """Axes of the mean plane of triangles (n, 3, 3), whichever way they are turned.
+def mean_axes(normals: np.ndarray) -> Axes:
+    """Mean strike and dip of triangles with these normals (n, 3), twice their area long."""
+    mean = total(normals)
+    unit = mean / max(float(np.linalg.norm(mean)), np.finfo(float).tiny)
+    lead = next((c for c in (unit[2], unit[0], unit[1]) if abs(c) > 1e-6), 1.0)
+    sign = 1.0 if lead > 0 else -1.0
+    strike, up = plane_axes(sign * unit[None], np.array([1.0, 0.0, 0.0]), flat=1e-6)
+    return Axes(strike[0], up[0], sign)
 
-    The mean normal is the main direction of the normals, weighted by area, so that triangles
-    need not agree about their front.
+
+def plane_axes(units: np.ndarray, strike: np.ndarray, flat: float = FLAT):
+    """Strike and way up (n, 3 each) of planes with unit normals; flat ones take a given strike.
+
+    The way up, normal x strike, never points down, even where the fault is overturned.
     """
-    normals = normals_of(corners)
-    length = np.linalg.norm(normals, axis=1)
-    weighted = normals / np.sqrt(np.maximum(length, np.finfo(float).tiny))[:, None]
-    products = (weighted[:, :, None] * weighted[:, None, :]).reshape(-1, 9)
-    normal = np.linalg.eigh(total(products).reshape(3, 3))[1][:, 2]
-    lead = next((c for c in (normal[2], normal[0], normal[1]) if abs(c) > _FLAT), 1.0)
-    normal = normal * np.sign(lead)
-    strike = np.array([-normal[1], normal[0], 0.0])
-    if np.linalg.norm(strike) < _FLAT:
-        strike = np.array([1.0, 0.0, 0.0])
-    strike = strike / np.linalg.norm(strike)
-    up = np.cross(normal, strike)
-    return Axes(strike, up * (1.0 if up[2] >= 0 else -1.0), normal)
+    own = np.stack([-units[:, 1], units[:, 0], np.zeros(len(units))], axis=1)
+    level = np.linalg.norm(own, axis=1) < flat
+    own[level] = strike - (units[level] @ strike)[:, None] * units[level]
+    own /= np.linalg.norm(own, axis=1, keepdims=True)
+    return own, np.cross(units, own)
 
 
 def find_rim(surface: TriSurface) -> Rim:
@@ -101,7 +112,8 @@ def find_rim(surface: TriSurface) -> Rim:
     Raises
     ------
     SurfaceError
-        If the fault is in several pieces, or closed, or its rim touches itself.
+        If the fault is in several pieces, or closed, its rim touches itself, or its
+        triangles do not agree about their front.
 
     Examples
     --------
@@ -123,69 +135,100 @@ def find_rim(surface: TriSurface) -> Rim:
             f"fault {surface.name!r} is in {n_piece} pieces, one of them at {place(other)}: its "
             "rim is not one line. Give each piece as a fault of its own."
         )
-    axes = mean_axes(x[t])
-    loops = _loops(t, ring, x, surface.name)
+    _refuse_clash(t, x, surface.name)
+    normals = normals_of(x[t])
+    axes = mean_axes(normals)
+    half = np.flatnonzero(ring == np.arange(len(ring)))
+    loops = _loops(t, half, x, surface.name)
     if not loops:
         raise SurfaceError(f"fault {surface.name!r} is closed: it has no rim. Cut it open.")
-    flat = np.stack([x @ axes.strike, x @ axes.up], axis=1)
-    loop = max(loops, key=lambda line: abs(_area(flat[line])))
-    return Rim(loop, _arcs(loop, flat[loop], x, surface.name), axes)
+    loop = max(loops, key=lambda line: (math.fsum(_steps(x[t[line // 3, line % 3]])), -line.min()))
+    return _parted(x, t, loop, normals, axes)
 
 
-def _loops(t: np.ndarray, ring: np.ndarray, x: np.ndarray, name: str) -> list[np.ndarray]:
-    """Closed lines of edges with one triangle."""
-    half = np.flatnonzero(ring == np.arange(len(ring)))
+def _refuse_clash(t: np.ndarray, x: np.ndarray, name: str) -> None:
+    """Refuse triangles that run along an edge the same way as their neighbour."""
+    start, end = t.ravel(), np.roll(t, -1, axis=1).ravel()
+    _, first, times = np.unique(start * len(x) + end, return_index=True, return_counts=True)
+    if (times > 1).any():
+        where = place(x[start[first[times > 1][0]]])
+        raise SurfaceError(
+            f"fault {name!r}: its triangles do not agree about their front at {where}. Pass it "
+            "through triangulate_fault, which turns them."
+        )
+
+
+def _loops(t: np.ndarray, half: np.ndarray, x: np.ndarray, name: str) -> list[np.ndarray]:
+    """Closed lines of half-edges with one triangle."""
     start, end = t[half // 3, half % 3], t[half // 3, (half + 1) % 3]
     values, times = np.unique(start, return_counts=True)
     if (times > 1).any():
-        where = place(x[values[times > 1][0]])
         raise SurfaceError(
-            f"fault {name!r}: its rim touches itself, or its triangles do not agree about their "
-            f"front, at {where}. Remove the triangle that hangs on there by one corner."
+            f"fault {name!r}: its rim touches itself at {place(x[values[times > 1][0]])}. Remove "
+            "the triangle that hangs on there by one corner."
         )
-    onward = dict(zip(start.tolist(), end.tolist(), strict=True))
+    following = dict(
+        zip(start.tolist(), zip(end.tolist(), half.tolist(), strict=True), strict=True)
+    )
     loops = []
-    while onward:
-        line = [min(onward)]
-        while onward.get(line[-1]) is not None:
-            line.append(onward.pop(line[-1]))
-        if line[0] != line[-1]:
-            raise SurfaceError(
-                f"fault {name!r}: its triangles do not agree about their front at "
-                f"{place(x[line[-1]])}. Pass it through triangulate_fault, which turns them."
-            )
-        loops.append(np.array(line[:-1], dtype=np.int64))
+    while following:
+        at, line = min(following), []
+        while at in following:
+            at, edge = following.pop(at)
+            line.append(edge)
+        loops.append(np.array(line, dtype=np.int64))
     return loops
 
 
-def _area(points: np.ndarray) -> float:
-    """Signed area of a closed line (n, 2)."""
-    u, v = (points - points.mean(axis=0)).T
-    return 0.5 * float(u @ np.roll(v, -1) - v @ np.roll(u, -1))
+def _steps(line: np.ndarray) -> np.ndarray:
+    """Length of each step of a closed line (n, 3)."""
+    return np.linalg.norm(np.roll(line, -1, axis=0) - line, axis=1)
 
 
-def _arcs(loop: np.ndarray, flat: np.ndarray, x: np.ndarray, name: str) -> dict[str, np.ndarray]:
-    """The sides of a loop, from its four corners."""
-    middle, half = flat.min(axis=0) + 0.5 * np.ptp(flat, axis=0), 0.5 * np.ptp(flat, axis=0)
-    u, v = ((flat - middle) / half).T
-    tie = np.lexsort(x[loop].T[::-1]).argsort()
-    at = {}
-    for first, sign_u in (("start", -1.0), ("end", 1.0)):
-        for second, sign_v in (("up", 1.0), ("down", -1.0)):
-            reach = np.round(sign_u * u + sign_v * v, 9)
-            at[first, second] = int(np.lexsort((tie, -reach))[0])
-    ways = {
-        "start": (at["start", "up"], at["start", "down"]),
-        "down": (at["start", "down"], at["end", "down"]),
-        "end": (at["end", "down"], at["end", "up"]),
-        "up": (at["end", "up"], at["start", "up"]),
-    }
+def _parted(x: np.ndarray, t: np.ndarray, loop: np.ndarray, normals, axes: Axes) -> Rim:
+    """Cut a loop of half-edges into the four sides that suit its edges best."""
+    if axes.sign < 0:
+        loop = loop[::-1]
+    # from the least vertex, so that the order of vertices and triangles is not seen
+    ends = np.stack([t[loop // 3, loop % 3], t[loop // 3, (loop + 1) % 3]], axis=1)
+    ends = ends if axes.sign > 0 else ends[:, ::-1]
+    shift = -int(np.lexsort(x[ends[:, 0]].T[::-1])[0])
+    loop, ends = np.roll(loop, shift), np.roll(ends, shift, axis=0)
+    units = axes.sign * normals[loop // 3]
+    units /= np.linalg.norm(units, axis=1, keepdims=True)
+    strike, up = plane_axes(units, axes.strike)
+    outward = np.cross(x[ends[:, 1]] - x[ends[:, 0]], units)  # as long as the edge
+    to_end, to_up = (outward * strike).sum(axis=1), (outward * up).sum(axis=1)
+    cuts = _best_cuts(np.stack([to_end, to_up, -to_end, -to_up]))
     n = len(loop)
-    if sum((b - a) % n for a, b in ways.values()) != n:
-        ways = {side: (b, a) for side, (a, b) in ways.items()}
-    if sum((b - a) % n for a, b in ways.values()) != n:
-        raise GeometryError(
-            f"fault {name!r}: its outline has no start, end, top and bottom in this order, "
-            f"near {place(x[loop[at['start', 'up']]])}. Extend it by hand, or cut it into parts."
-        )
-    return {side: loop[(a + np.arange((b - a) % n + 1)) % n] for side, (a, b) in ways.items()}
+    arcs = {}
+    for side, a, b in zip(_ORDER, cuts, [*cuts[1:], cuts[0] + n], strict=True):
+        arc = ends[(a + np.arange(b - a + 1)) % n, 0]
+        arcs[side] = arc if axes.sign > 0 else arc[::-1]
+    line = ends[:, 0]
+    return Rim(line if axes.sign > 0 else line[::-1], arcs, axes)
+
+
+def _best_cuts(gain: np.ndarray) -> list[int]:
+    """Where to cut a ring of n edges into four runs, so that their summed gains (4, n) are largest.
+
+    For each place of the first cut, the others follow from running maxima.
+    """
+    n = gain.shape[1]
+    sums = np.concatenate([np.zeros((4, 1)), np.cumsum(np.tile(gain, 2), axis=1)], axis=1)
+    steps = sums[:-1] - sums[1:]  # what moving a cut by one edge is worth: run k instead of k + 1
+    best, found = -np.inf, [0, 0, 0, 0]
+    for a in range(n):
+        value = steps[0, a : a + n + 1]
+        back = []
+        for k in range(3):
+            top = np.maximum.accumulate(value)
+            rise = np.r_[True, top[1:] > top[:-1]]
+            back.append(np.maximum.accumulate(np.where(rise, np.arange(n + 1), 0)))
+            value = top + (steps[k + 1, a : a + n + 1] if k < 2 else sums[3, a : a + n + 1])
+        worth = float(value[n] - sums[0, a])
+        if worth > best + 1e-9 * abs(worth):
+            third = int(back[2][n])
+            second = int(back[1][third])
+            best, found = worth, [a, a + int(back[0][second]), a + second, a + third]
+    return found

@@ -63,7 +63,9 @@ def _keys(t: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     return low * n + high, np.where(start < end, 1, -1)
 
 
-def adjacency(patches: Patches, fault: np.ndarray, main: np.ndarray) -> Adjacency:
+def adjacency(
+    patches: Patches, fault: np.ndarray, main: np.ndarray, *, strict: bool = True
+) -> Adjacency:
     """Find the pieces of a fault and the sides of a main fault on which they lie.
 
     Parameters
@@ -72,6 +74,8 @@ def adjacency(patches: Patches, fault: np.ndarray, main: np.ndarray) -> Adjacenc
         Of both faults, and perhaps others.
     fault, main : ndarray of int64
         Rows of their triangles.
+    strict : bool
+        False leaves edges out where the main fault has no two sides; True raises.
 
     Returns
     -------
@@ -101,7 +105,10 @@ def adjacency(patches: Patches, fault: np.ndarray, main: np.ndarray) -> Adjacenc
     # where the main fault has one triangle only, it ends: that edge has no sides
     told = half[(sheets[half] >= 2) & ~twin[half // 3]]
     a, b = order[first[told]], order[first[told] + 1]
-    _refuse_sheets(patches, main, tf, told, sheets[told], way_m[a] == way_m[b])
+    odd = (sheets[told] > 2) | (way_m[a] == way_m[b])
+    if strict:
+        _refuse_sheets(patches, main, tf, told[odd], sheets[told[odd]])
+    told, a, b = told[~odd], a[~odd], b[~odd]
     c_before_b = _between(
         patches, fault[told // 3], way_f[told], main[a // 3], way_m[a], main[b // 3], way_m[b],
         key_f[told],
@@ -114,19 +121,21 @@ def adjacency(patches: Patches, fault: np.ndarray, main: np.ndarray) -> Adjacenc
     return Adjacency(piece, beside, within, ends, half, edge_of_half)
 
 
-def _refuse_sheets(patches, main, tf, half, sheets, clash) -> None:
+def _refuse_sheets(patches, main, tf, half, sheets) -> None:
     """Refuse a main fault that has no two sides along the curve."""
+    if len(half) == 0:
+        return
     name = patches.names[int(patches.surface_of_triangle[main[0]])]
-    for i in half[sheets > 2][:1]:
+    where = _where(patches, tf, half[0])
+    if sheets[0] > 2:
         raise GeometryError(
-            f"fault {name!r} has {sheets[half == i][0]} sheets at {_where(patches, tf, i)}, so that "
-            "it has no two sides there. Cut it into faults of their own."
+            f"fault {name!r} has {sheets[0]} sheets at {where}, so that it has no two sides there. "
+            "Cut it into faults of their own."
         )
-    for i in half[clash][:1]:
-        raise SurfaceError(
-            f"fault {name!r}: its triangles do not agree about their front at "
-            f"{_where(patches, tf, i)}. Pass it through triangulate_fault, which turns them."
-        )
+    raise SurfaceError(
+        f"fault {name!r}: its triangles do not agree about their front at {where}. Pass it through "
+        "triangulate_fault, which turns them."
+    )
 
 
 def _where(patches: Patches, t: np.ndarray, half: int) -> str:

@@ -163,8 +163,8 @@ def _goes_around(patches: Patches, rule: Rule, beside: Adjacency, mine: np.ndarr
     at = int(tips[0] if len(tips) else used[0])
     return GeometryError(
         f"fault {rule.main!r} does not cut {rule.fault!r} through: {rule.fault!r} goes on around "
-        f"the end of {rule.main!r} at {place(patches.vertices[at])}, so that no part can be dropped. "
-        f"Extend {rule.main!r}."
+        f"the end of {rule.main!r} at {place(patches.vertices[at])}, so that no part can be "
+        f"dropped. Extend {rule.main!r}."
     )
 
 

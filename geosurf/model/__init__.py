@@ -9,6 +9,14 @@ from __future__ import annotations
 
 from geosurf.model.base import frozen
 from geosurf.model.curves import Curves, Patches, Touch, TriangleContact, VoxelSearch
+from geosurf.model.faults import (
+    ExtendedFault,
+    Extension,
+    FaultNetwork,
+    NetworkRow,
+    TruncatedFaults,
+    Truncation,
+)
 from geosurf.model.surfaces import ROLES, FaultSticks, Lattice, TriSurface
 from geosurf.model.units import Certificate, Check, Unit, Units
 
@@ -17,12 +25,18 @@ __all__ = [
     "Certificate",
     "Check",
     "Curves",
+    "ExtendedFault",
+    "Extension",
+    "FaultNetwork",
     "FaultSticks",
     "Lattice",
+    "NetworkRow",
     "Patches",
     "Touch",
     "TriSurface",
     "TriangleContact",
+    "TruncatedFaults",
+    "Truncation",
     "Unit",
     "Units",
     "VoxelSearch",

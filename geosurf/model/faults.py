@@ -110,11 +110,14 @@ class TruncatedFaults:
         For each fault the input triangle that each of its triangles is a part of.
     truncations : tuple of Truncation
         In the order in which they were made.
+    largest_move : float
+        By which vertices moved where rounding broke the arrangement [m]; 0 mostly.
     """
 
     surfaces: dict[str, TriSurface]
     parents: dict[str, np.ndarray]
     truncations: tuple[Truncation, ...]
+    largest_move: float = 0.0
 
 
 @dataclass(frozen=True)

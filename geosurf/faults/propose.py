@@ -1,0 +1,335 @@
+"""Contacts, near misses and dangling ends of faults, each with a proposal and its reason.
+
+What meets what, along which curve, and which parts a curve cuts off are exact. Sizes, distances
+and angles are floats, and so are the rules of thumb below: proposals are for people to judge.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from geosurf.errors import InputError
+from geosurf.faults.distance import Approach, nearest_of
+from geosurf.faults.extend import exits, rim_in_box
+from geosurf.faults.lines import directions, guides_of
+from geosurf.faults.rim import Rim, find_rim, normals_of
+from geosurf.faults.sides import Adjacency, adjacency
+from geosurf.faults.truncate import main_side
+from geosurf.model import Patches, TriSurface
+from geosurf.model.faults import SIDES, FaultNetwork, NetworkRow
+
+STUB = 0.2  # a part of a fault beyond another one up to this share of its area is cut off
+REACH = 0.2  # default reach of near misses, of the square root of the area of the smaller fault
+AHEAD = 0.5  # cosine of the angle within which an end must point at the fault that it misses
+SHORT = {"start": 0.25, "end": 0.25, "up": 1.0, "down": 1.0}  # of a fault's own length that way
+
+
+@dataclass
+class _Fault:
+    """One fault with its rows in the arrangement, its rim and its size."""
+
+    surface: TriSurface
+    rows: np.ndarray
+    rim: Rim
+    area: float
+
+    @property
+    def name(self) -> str:
+        return self.surface.name
+
+
+def propose_network(
+    patches: Patches, box: Sequence[float] | None = None, *, reach: float | None = None
+) -> FaultNetwork:
+    """List how faults meet, miss each other and end, with a proposal for each.
+
+    Parameters
+    ----------
+    patches : Patches
+        Of all faults, from one `rebuild_surfaces`.
+    box : (west, east, south, north, bottom, top), optional
+        The model box [m]. Without it there are no dangling ends.
+    reach : float, optional
+        Largest distance [m] of a near miss. Default: a fifth of the square root of
+        the area of the smaller fault of each pair.
+
+    Returns
+    -------
+    FaultNetwork
+        Contacts come first, by length; then near misses and dangling ends, by distance, which
+        are right to 1e-6 m for faults of up to 1000 km.
+
+    Raises
+    ------
+    InputError
+        If `reach` is no length.
+    SurfaceError
+        If a fault is in several pieces, or closed.
+
+    Notes
+    -----
+    Of two faults that cross, the one of which less sticks out is to be truncated, if that is
+    at most a fifth of its area; otherwise they cross (X). An end that stops short of a fault
+    which lies ahead of it (within 60 degrees) is to be extended and truncated. An end inside the
+    model box is to be extended where a quarter of the fault's own length is missing along strike,
+    or its own width along dip; otherwise it is left to die out.
+
+    Examples
+    --------
+    >>> from geosurf import rebuild_surfaces
+    >>> main = [[0, 0, 0], [0, 80, 0], [80, 80, -80], [80, 0, -80]]
+    >>> other = [[10, 40, -60], [80, 40, -60], [80, 40, -20], [10, 40, -20]]
+    >>> faults = [
+    ...     TriSurface("F1", "fault", main, [[0, 2, 1], [0, 3, 2]]),
+    ...     TriSurface("F2", "fault", other, [[0, 1, 2], [0, 2, 3]]),
+    ... ]
+    >>> (row,) = propose_network(rebuild_surfaces(faults)).rows
+    >>> row.kind, row.fault, row.other, row.proposal
+    ('contact', 'F2', 'F1', 'cross')
+    """
+    if reach is not None and not (np.isfinite(reach) and reach > 0):
+        raise InputError(f"reach is {reach!r}; give a length in metres above 0.")
+    faults = [_fault(patches, i) for i, s in enumerate(patches.sources) if s.role == "fault"]
+    faults.sort(key=lambda f: f.name)
+    contacts, misses = [], []
+    used: set[tuple[str, str]] = set()
+    for one, two in combinations(faults, 2):
+        row = _contact(patches, one, two, used)
+        if row is not None:
+            contacts.append(row)
+            continue
+        limit = REACH * math.sqrt(min(one.area, two.area)) if reach is None else reach
+        row = _near_miss(one, two, limit)
+        if row is not None:
+            misses.append(row)
+            used.add((row.fault, row.side))
+    ends = [] if box is None else _dangling(faults, np.asarray(box, dtype=float), used)
+    contacts.sort(key=lambda row: (-row.length, row.fault, row.other))
+    for rows in (misses, ends):
+        rows.sort(key=lambda row: (row.distance, row.fault, row.other, row.side))
+    return FaultNetwork((*contacts, *misses, *ends))
+
+
+def _fault(patches: Patches, i: int) -> _Fault:
+    surface = patches.sources[i]
+    rows = np.flatnonzero(patches.surface_of_triangle == i)
+    areas = 0.5 * np.linalg.norm(normals_of(surface.vertices[surface.triangles]), axis=1)
+    return _Fault(surface, rows, find_rim(surface), math.fsum(areas))
+
+
+# ---------------------------------------------------------------------- contacts
+@dataclass
+class _Cut:
+    """What one fault does to another one where they meet."""
+
+    fault: _Fault
+    main: _Fault
+    beside: Adjacency
+    through: bool
+    parts: tuple[float, float]
+
+    @property
+    def share(self) -> float:
+        """Share of the area on the smaller side; 0 for a fault that ends there."""
+        return min(self.parts) / sum(self.parts) if self.through else math.inf
+
+    @property
+    def front(self) -> bool:
+        """Whether the larger part is on the front of the main fault."""
+        return self.parts[0] >= self.parts[1]
+
+
+def _cut(patches: Patches, fault: _Fault, main: _Fault) -> _Cut:
+    beside = adjacency(patches, fault.rows, main.rows, strict=False)
+    areas = 0.5 * np.linalg.norm(normals_of(patches.local[patches.triangles[fault.rows]]), axis=1)
+    per_piece = np.bincount(beside.piece, areas, minlength=len(beside.within))
+    front, back = beside.beside.T
+    through = bool((front | back).any() and not (front & back).any())
+    parts = float(per_piece[front].sum()), float(per_piece[back].sum())
+    return _Cut(fault, main, beside, through, parts)
+
+
+def _contact(patches: Patches, one: _Fault, two: _Fault, used: set) -> NetworkRow | None:
+    """The row of two faults that meet along a curve."""
+    cuts = [_cut(patches, one, two), _cut(patches, two, one)]
+    edges = cuts[0].beside.edges
+    if len(edges) == 0:
+        return None
+    ends = patches.vertices[edges]
+    steps = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    middle = ends.mean(axis=1)
+    weight = middle.T @ steps / steps.sum()
+    at = middle[np.argmin(np.linalg.norm(middle - weight, axis=1))]
+    cut = min(cuts, key=lambda c: (c.share, c.fault.area, c.fault.name))
+    proposal, reason = _judge(cut, cuts)
+    angle = _angle(patches, cuts)
+    keep = _word(cut.main, cut.front) if proposal == "truncate" else ""
+    if cut.share <= STUB:
+        gone = cut.beside.beside[:, 1 if cut.front else 0]
+        used |= {(cut.fault.name, side) for side in _sides_gone(patches, cut, gone)}
+    return NetworkRow(
+        "contact", cut.fault.name, cut.main.name, "", float(steps.sum()), 0.0,
+        tuple(at.tolist()), proposal, keep, f"{reason}; {angle:.0f} degrees apart",
+    )  # fmt: skip
+
+
+def _judge(cut: _Cut, cuts: list[_Cut]) -> tuple[str, str]:
+    """What to do with two faults that meet, and why."""
+    fault, main = cut.fault.name, cut.main.name
+    if not cut.through:
+        return "leave", f"{fault} and {main} each end inside the other: extend one of them first"
+    if cut.share == 0.0:
+        return "leave", f"{fault} ends at {main} already"
+    words = f"{100 * cut.share:.1f} % of {fault} ({min(cut.parts):.4g} m2) are beyond {main}"
+    if cut.share <= STUB:
+        return "truncate", words
+    other = next(c for c in cuts if c is not cut)
+    if other.through:
+        return "cross", f"{words}, and {100 * other.share:.1f} % of {main} beyond {fault}"
+    return "cross", f"{words}, and {fault} ends inside {main}"
+
+
+def _sides_gone(patches: Patches, cut: _Cut, gone: np.ndarray) -> list[str]:
+    """Sides of a fault that lie mostly in a part to be dropped, or on the main fault."""
+    t = patches.triangles[cut.fault.rows]
+    lost = np.zeros(len(patches.local), dtype=bool)
+    lost[t[gone[cut.beside.piece]]] = True
+    lost[cut.beside.edges] = True
+    places = {tuple(p) for p in patches.vertices[lost].tolist()}
+    x = cut.fault.surface.vertices
+    return [
+        side
+        for side, arc in cut.fault.rim.arcs.items()
+        if 2 * sum(tuple(p) in places for p in x[arc].tolist()) > len(arc)
+    ]
+
+
+def _angle(patches: Patches, cuts: list[_Cut]) -> float:
+    """Mean angle between two faults along their curve, 0 to 90 degrees."""
+    sides = []
+    for cut in cuts:
+        _, first = np.unique(cut.beside.edge_of_half, return_index=True)
+        t = patches.triangles[cut.fault.rows[cut.beside.half_edges[first] // 3]]
+        normals = normals_of(patches.local[t])
+        sides.append(normals / np.linalg.norm(normals, axis=1, keepdims=True))
+    ends = patches.local[cuts[0].beside.edges]
+    weight = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    cosine = np.minimum(np.abs((sides[0] * sides[1]).sum(axis=1)), 1.0)
+    return math.degrees(float(np.average(np.arccos(cosine), weights=weight)))
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)
+
+
+def _word(main: _Fault, front: bool) -> str:
+    """The word for one side of a main fault."""
+    for yes, no in (("hanging wall", "footwall"), ("right", "left")):
+        try:
+            return yes if (main_side(main.surface, yes) > 0) == front else no
+        except InputError:
+            continue
+    return "+" if front else "-"
+
+
+# ------------------------------------------------------------------- near misses
+def _near_miss(one: _Fault, two: _Fault, limit: float) -> NetworkRow | None:
+    """The row of two faults that do not meet, if an end of one points at the other."""
+    found = []
+    for fault, main in ((one, two), (two, one)):
+        a, b = np.reshape(fault.surface.bounds, (3, 2)), np.reshape(main.surface.bounds, (3, 2))
+        apart = np.maximum(np.maximum(a[:, 0] - b[:, 1], b[:, 0] - a[:, 1]), 0.0)
+        if np.linalg.norm(apart) > limit:
+            continue
+        for side in SIDES:
+            gap = _facing_gap(fault, main, side, limit)
+            if gap is not None:
+                found.append((gap.distance, fault.area, fault.name, side, fault, main, gap))
+    if not found:
+        return None
+    distance, _, _, side, fault, main, gap = min(found, key=lambda entry: entry[:4])
+    front, angle = _lies_in_front(fault, main, gap)
+    reason = f"its {side} stops {distance:.1f} m short of {main.name}, {angle:.0f} degrees apart"
+    return NetworkRow(
+        "near miss", fault.name, main.name, side, 0.0, distance, tuple(gap.at.tolist()),
+        "extend then truncate", _word(main, front), reason,
+    )  # fmt: skip
+
+
+def _facing_gap(fault: _Fault, main: _Fault, side: str, limit: float) -> Approach | None:
+    """The closest approach of one side to another fault, if that is near and lies ahead."""
+    x, arc = fault.surface.vertices, fault.rim.arcs[side]
+    if len(arc) < 2:
+        return None
+    line = x[arc]
+    corners = main.surface.vertices[main.surface.triangles]
+    gap = nearest_of(np.stack([line[:-1], line[1:]], axis=1), corners)
+    if gap.distance > limit:
+        return None
+    if gap.distance > 0:
+        t, guides = fault.surface.triangles, guides_of(fault.surface)
+        nearest = arc[[np.linalg.norm(line - gap.at, axis=1).argmin()]]
+        way = directions(x, t, nearest, side, fault.rim.axes, guides)[0]
+        if way @ (gap.there - gap.at) < AHEAD * gap.distance:
+            return None
+    return gap
+
+
+def _lies_in_front(fault: _Fault, main: _Fault, gap: Approach) -> tuple[bool, float]:
+    """Whether a fault lies in front of another one it nearly meets, and their angle there."""
+    corners = main.surface.vertices[main.surface.triangles]
+    off = np.linalg.norm(corners.mean(axis=1) - gap.there, axis=1)
+    normal = _unit(normals_of(corners[[off.argmin()]])[0])
+    own = fault.surface.vertices[fault.surface.triangles]
+    near = np.linalg.norm(own.mean(axis=1) - gap.at, axis=1).argmin()
+    mine = _unit(normals_of(own[[near]])[0])
+    middle = own.mean(axis=(0, 1))
+    angle = math.degrees(math.acos(min(1.0, abs(float(mine @ normal)))))
+    return bool((middle - gap.there) @ normal >= 0), angle
+
+
+# ----------------------------------------------------------------- dangling ends
+def _dangling(faults: list[_Fault], box: np.ndarray, used: set) -> list[NetworkRow]:
+    """The rows of ends inside the model box that neither meet nor nearly meet a fault."""
+    low, high = box[::2], box[1::2]
+    rows = []
+    for fault in faults:
+        x, t = fault.surface.vertices, fault.surface.triangles
+        guides = guides_of(fault.surface)
+        for side in SIDES:
+            if (fault.name, side) in used or not rim_in_box(fault.rim, x, side, low, high):
+                continue
+            arc = fault.rim.arcs[side]
+            way = directions(x, t, arc, side, fault.rim.axes, guides)
+            inside = exits(x[arc], way, low, high)
+            known = np.flatnonzero(np.isfinite(inside))
+            if len(known) == 0:
+                continue
+            far = float(inside[known].max())
+            at = x[arc[known[len(known) // 2]]]
+            own = _own_length(fault, side)
+            short = far <= SHORT[side] * own
+            verb = "is missing to" if short else "would be needed to reach"
+            reason = f"{far:.0f} m {verb} the side of the model box, its own length is {own:.0f} m"
+            rows.append(
+                NetworkRow(
+                    "dangling end", fault.name, "", side, 0.0, far, tuple(at.tolist()),
+                    "extend" if short else "leave", "", reason,
+                )
+            )  # fmt: skip
+    return rows
+
+
+def _own_length(fault: _Fault, side: str) -> float:
+    """Mean length of a fault along strike, or its mean width along dip [m]."""
+    lengths = [
+        np.linalg.norm(np.diff(fault.surface.vertices[fault.rim.arcs[arc]], axis=0), axis=1).sum()
+        for arc in ("up", "down")
+    ]
+    along = max(0.5 * float(sum(lengths)), np.finfo(float).tiny)
+    return along if side in ("start", "end") else fault.area / along
