@@ -39,7 +39,7 @@ def closest_approach(x: np.ndarray, one: np.ndarray, two: np.ndarray) -> Approac
     ----------
     x : ndarray of float64, shape (n_vertex, 3)
     one, two : ndarray of int64, shape (n, 3)
-        Triangles. Surfaces that cross come as close as an edge of one comes to the other.
+        Triangles. Surfaces that cross are 0 apart, up to rounding.
 
     Returns
     -------
@@ -107,13 +107,22 @@ def _closest_pair(s: np.ndarray, t: np.ndarray):
     """(distance, point on a segment, point on a triangle) of all pairs of two blocks."""
     n, m = len(s), len(t)
     i, j = (grid.ravel() for grid in np.meshgrid(np.arange(n), np.arange(m), indexing="ij"))
-    found = [_of_ends(s[i, k], t[j]) for k in range(2)]
+    found = [_of_ends(p, t[j]) for p in (s[i, 0], s[i, 1], _on_planes(s[i], t[j]))]
     found += [_of_lines(s[i], t[j][:, [k, (k + 1) % 3]]) for k in range(3)]
     on_s, on_t = (np.concatenate([f[k] for f in found]) for k in range(2))
     distance = np.linalg.norm(on_s - on_t, axis=1)
     near = np.flatnonzero(distance == distance.min())
     row = near[np.lexsort(on_s[near].T[::-1])[0]]
     return float(distance[row]), tuple(on_s[row].tolist()), tuple(on_t[row].tolist())
+
+
+def _on_planes(s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Where segments come closest to the planes of triangles: in them, or at an end."""
+    n = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
+    one, two = (((s[:, k] - t[:, 0]) * n).sum(axis=1) for k in range(2))
+    apart = one - two
+    share = np.clip(np.where(apart == 0, 0.0, one / np.where(apart == 0, 1.0, apart)), 0.0, 1.0)
+    return s[:, 0] + share[:, None] * (s[:, 1] - s[:, 0])
 
 
 def _of_ends(p: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

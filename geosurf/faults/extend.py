@@ -102,33 +102,37 @@ def extend_to(
         If no line of that side leads there, or the continuation would cross itself.
     """
     low, high = np.reshape(main.bounds, (3, 2)).T
-    found = _continued(surface, surface, guides_of(surface), side, low, high, main.name, longest)
-    longer, _, extension = found
+    rim, guides = find_rim(surface), guides_of(surface)
+    longer, _, extension = _continued(surface, rim, guides, side, low, high, main.name, longest)
     return ExtendedFault(longer, surface.n_triangle, (extension,))
 
 
 def _extended(surface, low, high, wanted, until) -> ExtendedFault:
     """All sides in turn, each from what the others have made."""
     longer, guides, found = surface, guides_of(surface), []
+    axes = find_rim(surface).axes  # as it was given: a long extension could turn the mean
     for side in wanted:
-        rim = find_rim(longer)
+        rim = find_rim(longer, axes)
         if rim_in_box(rim, longer.vertices, side, low, high):
-            longer, guides, extension = _continued(surface, longer, guides, side, low, high, until)
+            longer, guides, extension = _continued(longer, rim, guides, side, low, high, until)
             found.append(extension)
     return ExtendedFault(longer, surface.n_triangle, tuple(found))
 
 
-def _continued(surface, longer, guides, side, low, high, until, longest=np.inf):
+def _continued(surface, rim: Rim, guides, side, low, high, until, longest=np.inf):
     """(surface, guides, extension) with one more side."""
-    name, x, t, rim = surface.name, longer.vertices, longer.triangles, find_rim(longer)
+    name, x, t = surface.name, surface.vertices, surface.triangles
     arc = rim.arcs[side]
     if len(arc) < 2:
         raise GeometryError(
             f"fault {name!r} cannot be extended to {until}: its side {side!r} is but the point "
             f"{place(x[arc[0]])}. Choose another side."
         )
-    way = directions(x, t, arc, side, rim.axes, guides)
-    length = np.minimum(_lengths(x[arc], way, low, high, name, side, until), longest)
+    window = 0.0
+    for _ in range(2):  # how far lines go on tells over which stretch tangent planes are averaged
+        way = directions(x, t, arc, side, rim.axes, guides, window)
+        length = np.minimum(_lengths(x[arc], way, low, high, name, side, until), longest)
+        window = float(np.median(length))
     tip = x[arc] + length[:, None] * way
     strip = _strip(arc, len(x), x[arc], tip)
     x, t = np.concatenate([x, tip]), np.concatenate([t, strip])
@@ -163,6 +167,10 @@ def _lengths(start, way, low, high, name, side, until) -> np.ndarray:
     """How far each line goes on (n,), so that the new rim lies outside the box."""
     margin = _MARGIN * float(np.linalg.norm(high - low))
     length = exits(start, way, low - margin, high + margin)
+    if not np.isfinite(length).any():  # all pass the box, which lies between them: to its far end
+        corners = np.stack(np.meshgrid(*np.stack([low, high]).T), axis=-1).reshape(-1, 3)
+        far = ((corners[None] - start[:, None]) * way[:, None]).sum(axis=2).max(axis=1)
+        length = np.where(far > 0, far + margin, np.nan)
     if not np.isfinite(length).any():
         raise GeometryError(
             f"fault {name!r} cannot be extended to {until} from its side {side!r}: none of its "

@@ -63,7 +63,13 @@ def guides_of(surface: TriSurface) -> Guides:
 
 
 def directions(
-    x: np.ndarray, t: np.ndarray, arc: np.ndarray, side: str, axes: Axes, guides: Guides
+    x: np.ndarray,
+    t: np.ndarray,
+    arc: np.ndarray,
+    side: str,
+    axes: Axes,
+    guides: Guides,
+    window: float = 0.0,
 ) -> np.ndarray:
     """Unit vectors (n, 3) in which the vertices of one side go on.
 
@@ -72,13 +78,21 @@ def directions(
     x : ndarray of float64, shape (n_vertex, 3)
     t : ndarray of int64, shape (n_triangle, 3)
     arc : ndarray of int64, shape (n,)
-        Vertices of that side.
+        Vertices of that side, in order.
     side : {"start", "end", "up", "down"}
     axes : Axes
         Mean strike, for flat parts, and which way the triangles face.
     guides : Guides
+    window : float
+        Tangent planes are averaged this far along the rim to both sides [m], with weights that
+        fall off evenly, so that lines which go on as far do not cross for the noise of a mesh.
     """
-    tangent = _in_tangent_planes(x, t, arc, side, axes)
+    units = axes.sign * _normals_at(x, t, arc)
+    units /= np.linalg.norm(units, axis=1, keepdims=True)
+    if window > 0.0:
+        units = _averaged(units, x[arc], window)
+    strike, up = plane_axes(units, axes.strike)
+    tangent = {"start": -strike, "end": strike, "up": up, "down": -up}[side]
     before = guides.of(side)[arc]
     step = x[arc] - x[before]
     known = (before >= 0) & ((step * tangent).sum(axis=1) > 0)
@@ -86,8 +100,8 @@ def directions(
     return way / np.linalg.norm(way, axis=1, keepdims=True)
 
 
-def _in_tangent_planes(x, t, arc: np.ndarray, side: str, axes: Axes) -> np.ndarray:
-    """Strike or dip lines of the tangent planes at some vertices, outward, (n, 3)."""
+def _normals_at(x: np.ndarray, t: np.ndarray, arc: np.ndarray) -> np.ndarray:
+    """Summed normals of the triangles around some vertices (n, 3)."""
     rank = np.full(len(x), -1, dtype=np.int64)
     rank[arc] = np.arange(len(arc))
     near = np.flatnonzero((rank[t] >= 0).any(axis=1))
@@ -96,7 +110,17 @@ def _in_tangent_planes(x, t, arc: np.ndarray, side: str, axes: Axes) -> np.ndarr
     of = rank[t[near]][rows, corner]
     order = np.argsort(of, kind="stable")
     groups = np.split(rows[order], np.searchsorted(of[order], np.arange(1, len(arc))))
-    units = axes.sign * np.array([total(normals[group]) for group in groups])
-    units /= np.linalg.norm(units, axis=1, keepdims=True)
-    strike, up = plane_axes(units, axes.strike)
-    return {"start": -strike, "end": strike, "up": up, "down": -up}[side]
+    return np.array([total(normals[group]) for group in groups])
+
+
+def _averaged(units: np.ndarray, line: np.ndarray, window: float) -> np.ndarray:
+    """Unit normals (n, 3) along a line, each the mean of those within a window."""
+    step = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    at, own = np.r_[0.0, np.cumsum(step)], 0.5 * (np.r_[step, 0.0] + np.r_[0.0, step])
+    out = np.empty_like(units)
+    for i, here in enumerate(at):
+        a, b = np.searchsorted(at, [here - window, here + window])
+        weight = own[a:b] * (1.0 - np.abs(at[a:b] - here) / window)
+        mean = total(weight[:, None] * units[a:b])
+        out[i] = mean if mean.any() else units[i]
+    return out / np.linalg.norm(out, axis=1, keepdims=True)

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import combinations
+from dataclasses import dataclass, replace
+from itertools import combinations, product
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from geosurf.errors import InputError
 from geosurf.faults.distance import Approach, nearest_of
 from geosurf.faults.extend import exits, rim_in_box
 from geosurf.faults.lines import directions, guides_of
-from geosurf.faults.rim import Rim, find_rim, normals_of
+from geosurf.faults.rim import Rim, find_rims, normals_of
 from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.faults.truncate import main_side
 from geosurf.model import Patches, TriSurface
@@ -35,7 +35,7 @@ class _Fault:
 
     surface: TriSurface
     rows: np.ndarray
-    rim: Rim
+    rims: list[Rim]
     area: float
 
     @property
@@ -69,7 +69,7 @@ def propose_network(
     InputError
         If `reach` is no length.
     SurfaceError
-        If a fault is in several pieces, or closed.
+        If a fault is closed, or its triangles do not agree about their front.
 
     Notes
     -----
@@ -112,14 +112,33 @@ def propose_network(
     contacts.sort(key=lambda row: (-row.length, row.fault, row.other))
     for rows in (misses, ends):
         rows.sort(key=lambda row: (row.distance, row.fault, row.other, row.side))
-    return FaultNetwork((*contacts, *misses, *ends))
+    return FaultNetwork((*_without_circles([*contacts, *misses]), *ends))
+
+
+def _without_circles(rows: list[NetworkRow]) -> list[NetworkRow]:
+    """Rows in which truncations that would close a circle with those above them are left."""
+    mains: dict[str, set[str]] = {}
+
+    def leads(start: str, goal: str) -> bool:
+        return start == goal or any(leads(main, goal) for main in mains.get(start, ()))
+
+    out = []
+    for row in rows:
+        if "truncate" in row.proposal:
+            if leads(row.other, row.fault):
+                reason = f"{row.other} ends, by rows above, at {row.fault}; {row.reason}"
+                row = replace(row, proposal="leave", keep="", reason=reason)
+            else:
+                mains.setdefault(row.fault, set()).add(row.other)
+        out.append(row)
+    return out
 
 
 def _fault(patches: Patches, i: int) -> _Fault:
     surface = patches.sources[i]
     rows = np.flatnonzero(patches.surface_of_triangle == i)
     areas = 0.5 * np.linalg.norm(normals_of(surface.vertices[surface.triangles]), axis=1)
-    return _Fault(surface, rows, find_rim(surface), math.fsum(areas))
+    return _Fault(surface, rows, find_rims(surface), math.fsum(areas))
 
 
 # ---------------------------------------------------------------------- contacts
@@ -204,7 +223,7 @@ def _sides_gone(patches: Patches, cut: _Cut, gone: np.ndarray) -> list[str]:
     x = cut.fault.surface.vertices
     return [
         side
-        for side, arc in cut.fault.rim.arcs.items()
+        for side, arc in cut.fault.rims[0].arcs.items()
         if 2 * sum(tuple(p) in places for p in x[arc].tolist()) > len(arc)
     ]
 
@@ -246,24 +265,24 @@ def _near_miss(one: _Fault, two: _Fault, limit: float) -> NetworkRow | None:
         apart = np.maximum(np.maximum(a[:, 0] - b[:, 1], b[:, 0] - a[:, 1]), 0.0)
         if np.linalg.norm(apart) > limit:
             continue
-        for side in SIDES:
-            gap = _facing_gap(fault, main, side, limit)
+        for rim, side in product(fault.rims, SIDES):
+            gap = _facing_gap(fault, main, rim, side, limit)
             if gap is not None:
                 found.append((gap.distance, fault.area, fault.name, side, fault, main, gap))
     if not found:
         return None
     distance, _, _, side, fault, main, gap = min(found, key=lambda entry: entry[:4])
     front, angle = _lies_in_front(fault, main, gap)
-    reason = f"its {side} stops {distance:.1f} m short of {main.name}, {angle:.0f} degrees apart"
+    reason = f"{distance:.1f} m short of {main.name}, {angle:.0f} degrees apart"
     return NetworkRow(
         "near miss", fault.name, main.name, side, 0.0, distance, tuple(gap.at.tolist()),
         "extend then truncate", _word(main, front), reason,
     )  # fmt: skip
 
 
-def _facing_gap(fault: _Fault, main: _Fault, side: str, limit: float) -> Approach | None:
+def _facing_gap(fault: _Fault, main: _Fault, rim: Rim, side: str, limit: float) -> Approach | None:
     """The closest approach of one side to another fault, if that is near and lies ahead."""
-    x, arc = fault.surface.vertices, fault.rim.arcs[side]
+    x, arc = fault.surface.vertices, rim.arcs[side]
     if len(arc) < 2:
         return None
     line = x[arc]
@@ -274,7 +293,7 @@ def _facing_gap(fault: _Fault, main: _Fault, side: str, limit: float) -> Approac
     if gap.distance > 0:
         t, guides = fault.surface.triangles, guides_of(fault.surface)
         nearest = arc[[np.linalg.norm(line - gap.at, axis=1).argmin()]]
-        way = directions(x, t, nearest, side, fault.rim.axes, guides)[0]
+        way = directions(x, t, nearest, side, rim.axes, guides)[0]
         if way @ (gap.there - gap.at) < AHEAD * gap.distance:
             return None
     return gap
@@ -296,40 +315,39 @@ def _lies_in_front(fault: _Fault, main: _Fault, gap: Approach) -> tuple[bool, fl
 # ----------------------------------------------------------------- dangling ends
 def _dangling(faults: list[_Fault], box: np.ndarray, used: set) -> list[NetworkRow]:
     """The rows of ends inside the model box that neither meet nor nearly meet a fault."""
-    low, high = box[::2], box[1::2]
     rows = []
     for fault in faults:
-        x, t = fault.surface.vertices, fault.surface.triangles
-        guides = guides_of(fault.surface)
-        for side in SIDES:
-            if (fault.name, side) in used or not rim_in_box(fault.rim, x, side, low, high):
-                continue
-            arc = fault.rim.arcs[side]
-            way = directions(x, t, arc, side, fault.rim.axes, guides)
-            inside = exits(x[arc], way, low, high)
-            known = np.flatnonzero(np.isfinite(inside))
-            if len(known) == 0:
-                continue
-            far = float(inside[known].max())
-            at = x[arc[known[len(known) // 2]]]
-            own = _own_length(fault, side)
-            short = far <= SHORT[side] * own
-            verb = "is missing to" if short else "would be needed to reach"
-            reason = f"{far:.0f} m {verb} the side of the model box, its own length is {own:.0f} m"
-            rows.append(
-                NetworkRow(
-                    "dangling end", fault.name, "", side, 0.0, far, tuple(at.tolist()),
-                    "extend" if short else "leave", "", reason,
-                )
-            )  # fmt: skip
+        for k, rim in enumerate(fault.rims):
+            for side in SIDES:
+                if k > 0 or (fault.name, side) not in used:
+                    row = _open_end(fault, rim, side, box[::2], box[1::2])
+                    rows += [row] if row is not None else []
     return rows
 
 
-def _own_length(fault: _Fault, side: str) -> float:
+def _open_end(fault: _Fault, rim: Rim, side: str, low, high) -> NetworkRow | None:
+    """The row of one side, if it lies in the model box."""
+    x, t, arc = fault.surface.vertices, fault.surface.triangles, rim.arcs[side]
+    if not rim_in_box(rim, x, side, low, high):
+        return None
+    way = directions(x, t, arc, side, rim.axes, guides_of(fault.surface))
+    inside = exits(x[arc], way, low, high)
+    known = np.flatnonzero(np.isfinite(inside))
+    if len(known) == 0:
+        return None
+    far, own = float(inside[known].max()), _own_length(fault, rim, side)
+    short = far <= SHORT[side] * own and len(fault.rims) == 1
+    reason = f"{far:.0f} m to the side of the model box, its own length is {own:.0f} m"
+    if len(fault.rims) > 1:
+        reason += f"; one of {len(fault.rims)} pieces"
+    at = tuple(x[arc[known[len(known) // 2]]].tolist())
+    proposal = "extend" if short else "leave"
+    return NetworkRow("dangling end", fault.name, "", side, 0.0, far, at, proposal, "", reason)
+
+
+def _own_length(fault: _Fault, rim: Rim, side: str) -> float:
     """Mean length of a fault along strike, or its mean width along dip [m]."""
-    lengths = [
-        np.linalg.norm(np.diff(fault.surface.vertices[fault.rim.arcs[arc]], axis=0), axis=1).sum()
-        for arc in ("up", "down")
-    ]
-    along = max(0.5 * float(sum(lengths)), np.finfo(float).tiny)
-    return along if side in ("start", "end") else fault.area / along
+    x = fault.surface.vertices
+    one, two = ("up", "down") if side in ("start", "end") else ("start", "end")
+    lines = [np.diff(x[rim.arcs[arc]], axis=0) for arc in (one, two)]
+    return 0.5 * sum(float(np.linalg.norm(line, axis=1).sum()) for line in lines)

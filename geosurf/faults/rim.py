@@ -97,13 +97,15 @@ def plane_axes(units: np.ndarray, strike: np.ndarray, flat: float = FLAT):
     return own, np.cross(units, own)
 
 
-def find_rim(surface: TriSurface) -> Rim:
+def find_rim(surface: TriSurface, axes: Axes | None = None) -> Rim:
     """Find the outer rim of a fault and its four sides.
 
     Parameters
     ----------
     surface : TriSurface
         One connected piece; holes are allowed.
+    axes : Axes, optional
+        Which way is along strike and which is up. Default: from the surface itself.
 
     Returns
     -------
@@ -122,28 +124,41 @@ def find_rim(surface: TriSurface) -> Rim:
     >>> rim.arcs["up"].tolist(), rim.arcs["start"].tolist()
     ([2, 3], [3, 0])
     """
-    x = surface.vertices
+    rims = find_rims(surface, axes)
+    if len(rims) > 1:
+        raise SurfaceError(
+            f"fault {surface.name!r} is in {len(rims)} pieces, one of them at "
+            f"{place(surface.vertices[rims[1].loop[0]])}: its rim is not one line. Give each "
+            "piece as a fault of its own."
+        )
+    return rims[0]
+
+
+def find_rims(surface: TriSurface, axes: Axes | None = None) -> list[Rim]:
+    """Find the outer rim of each connected piece of a fault, the largest piece first."""
+    x, name = surface.vertices, surface.name
     number, count = weld(x)
     first = np.full(count, -1, dtype=np.int64)
     first[number[::-1]] = np.arange(len(x))[::-1]
     t = first[number][surface.triangles]
+    _refuse_clash(t, x, name)
+    piece, n_piece = pieces(t, edges(t, len(x))[0])
+    rims = [_outer_rim(x, t[piece == p], name, axes) for p in range(n_piece)]
+    area = [math.fsum(np.linalg.norm(normals_of(x[t[piece == p]]), axis=1)) for p in range(n_piece)]
+    low = [tuple(x[rim.loop].min(axis=0)) for rim in rims]
+    return [rims[p] for p in sorted(range(n_piece), key=lambda p: (-area[p], low[p]))]
+
+
+def _outer_rim(x: np.ndarray, t: np.ndarray, name: str, axes: Axes | None) -> Rim:
+    """The rim of one piece: of its loops the longest one."""
     ring, _ = edges(t, len(x))
-    piece, n_piece = pieces(t, ring)
-    if n_piece > 1:
-        other = x[t[np.flatnonzero(piece == 1)[0], 0]]
-        raise SurfaceError(
-            f"fault {surface.name!r} is in {n_piece} pieces, one of them at {place(other)}: its "
-            "rim is not one line. Give each piece as a fault of its own."
-        )
-    _refuse_clash(t, x, surface.name)
-    normals = normals_of(x[t])
-    axes = mean_axes(normals)
-    half = np.flatnonzero(ring == np.arange(len(ring)))
-    loops = _loops(t, half, x, surface.name)
+    loops = _loops(t, np.flatnonzero(ring == np.arange(len(ring))), x, name)
     if not loops:
-        raise SurfaceError(f"fault {surface.name!r} is closed: it has no rim. Cut it open.")
+        where = place(x[t[0, 0]])
+        raise SurfaceError(f"fault {name!r} is closed at {where}: it has no rim. Cut it open.")
     loop = max(loops, key=lambda line: (math.fsum(_steps(x[t[line // 3, line % 3]])), -line.min()))
-    return _parted(x, t, loop, normals, axes)
+    normals = normals_of(x[t])
+    return _parted(x, t, loop, normals, axes or mean_axes(normals))
 
 
 def _refuse_clash(t: np.ndarray, x: np.ndarray, name: str) -> None:

@@ -121,12 +121,19 @@ def build_page(
         ("Volumes [million m³]", volumes + "\n" + page.paragraph(tables.balance(units))),
         ("Pictures", page.html_pictures(pictures)),
         ("Certificate", page.html_table(tables.check_table(certificate))),
+        ("Faults: what was extended and truncated", _fault_work(scene)),
         ("Surfaces, with their bounds [m]", page.html_table(tables.surface_table(surfaces))),
         ("Curves", lengths or page.paragraph("No two surfaces meet.")),
         ("What it took", page.html_table(costs) + _explanation(scene)),
         ("Versions", page.html_table(tables.version_table())),
     ]
     return page.fill_page(title, header, sections)
+
+
+def _fault_work(scene: Any) -> str:
+    """Extensions and truncations, where the scene has made any."""
+    extensions, truncations = tables.fault_tables(getattr(scene, "fault_actions", ()))
+    return "\n".join(filter(None, map(page.html_table, (extensions, truncations))))
 
 
 def _metres(value: float) -> str:

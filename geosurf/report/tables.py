@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.model import Certificate, Curves, TriSurface, Units
+from geosurf.model import Certificate, Curves, Extension, TriSurface, Truncation, Units
 
 NOTHING = "–"
 PACKAGES = ("geosurf", "numpy", "numba", "xarray", "pyvista", "vtk")
@@ -58,6 +58,21 @@ def surface_table(surfaces: Iterable[TriSurface]) -> Table:
         rows.append((surface.name, surface.role, number(surface.n_triangle), *bounds))
     head = ("Surface", "Role", "Triangles", "West", "East", "South", "North", "Bottom", "Top")
     return Table(head, tuple(rows), n_label=2)
+
+
+def fault_tables(actions: Iterable[Extension | Truncation]) -> tuple[Table, Table]:
+    """Return how far faults were extended, and what they lost by ending at others."""
+    extended, truncated = [], []
+    for a in actions:
+        if isinstance(a, Extension):
+            numbers = (number(a.shortest, 1), number(a.distance, 1), number(a.area))
+            extended.append((a.fault, a.side, a.until, *numbers))
+        else:
+            numbers = (number(a.length, 1), number(a.kept_area), number(a.dropped_area))
+            truncated.append((a.fault, a.main, f"{a.keep} ({a.side})", *numbers))
+    head = ("Fault", "extended at", "to", "Least [m]", "Most [m]", "Added [m²]")
+    cut = ("Fault", "ends at", "keeps", "Line [m]", "Kept [m²]", "Dropped [m²]")
+    return Table(head, tuple(extended), n_label=3), Table(cut, tuple(truncated), n_label=3)
 
 
 def volume_table(units: Units) -> Table:

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.conventions import did_you_mean
-from geosurf.errors import ScenarioError
+from geosurf.errors import InputError, ScenarioError
+from geosurf.faults.rules import read_truncations
 from geosurf.read import read_fault, read_horizon
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.values import Place, read_table
@@ -81,6 +82,10 @@ def _check_names(scenario: Scenario) -> None:
                     "rename one."
                 )
             seen[entry.name] = kind
+    try:
+        read_truncations(truncations_of(scenario), [entry.name for entry in scenario.faults])
+    except InputError as error:
+        place.refuse(str(error))
     for name in scenario.output.search or ():
         if name not in seen:
             known = ", ".join(repr(word) for word in seen)
@@ -88,6 +93,15 @@ def _check_names(scenario: Scenario) -> None:
                 f"output.search names {name!r}, which is no surface; there are {known}."
                 f"{did_you_mean(name, seen)}"
             )
+
+
+def truncations_of(scenario: Scenario) -> dict[str, tuple[tuple[str, str, bool], ...]]:
+    """Return the truncations of a scenario as `Scene` takes them."""
+    found: dict[str, tuple[tuple[str, str, bool], ...]] = {}
+    for entry in scenario.truncations:
+        rule = (entry.main, entry.keep, entry.extend)
+        found[entry.fault] = (*found.get(entry.fault, ()), rule)
+    return found
 
 
 def build_scene(scenario: Scenario) -> Scene:
@@ -109,4 +123,11 @@ def build_scene(scenario: Scenario) -> Scene:
         for entry in scenario.faults
     }
     box = scenario.box.sides if scenario.box is not None else None
-    return Scene(horizons, faults, box, voxel_size=scenario.search.voxel_size_m)
+    return Scene(
+        horizons,
+        faults,
+        box,
+        voxel_size=scenario.search.voxel_size_m,
+        extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
+        truncations=truncations_of(scenario),
+    )

@@ -13,11 +13,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import METRES_PER_UNIT
+from geosurf.faults.rules import KEEP
+from geosurf.model.faults import SIDES
 from geosurf.scenario import values
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.scene import Scene
 
+FAULT_SIDES = ("strike", *SIDES)
 VIEWS = (
     *("southwest", "southeast", "northwest", "northeast"),
     *("south", "north", "east", "west", "top"),
@@ -83,6 +86,28 @@ class FaultInput:
         "Length unit of the values, where the file does not say.",
         values.one_of(*METRES_PER_UNIT),
         default=None,
+    )
+    extend: tuple[str, ...] = key(
+        "Sides on which the fault is continued until it leaves the model box: `strike` is both "
+        "ends, `start` and `end` follow the right-hand rule.",
+        values.some_of(*FAULT_SIDES),
+        default=(),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class TruncationInput:
+    """One ``[[truncations]]``: a fault that ends at another one. In any order."""
+
+    fault: str = key("The fault that is truncated.", values.text)
+    main: str = key("The fault that it ends at.", values.text)
+    keep: str = key(
+        "The part that stays: in the hanging wall or footwall of the main fault, right or left of "
+        "the strike of a vertical one, or by its normal (`+` is where it points).",
+        values.one_of(*KEEP),
+    )
+    extend: bool = key(
+        "Whether the fault is first continued to the main one.", values.switch, default=False
     )
 
 
@@ -158,6 +183,7 @@ class Scenario:
     horizons : tuple of HorizonInput
         Youngest first.
     faults : tuple of FaultInput
+    truncations : tuple of TruncationInput
     box : BoxRanges or None
     search : SearchSettings
     output : OutputSettings
@@ -169,6 +195,9 @@ class Scenario:
         "Youngest first.", values.tables(HorizonInput), default=()
     )
     faults: tuple[FaultInput, ...] = key("In any order.", values.tables(FaultInput), default=())
+    truncations: tuple[TruncationInput, ...] = key(
+        "Faults that end at others.", values.tables(TruncationInput), default=()
+    )
     box: BoxRanges | None = key("The model box.", values.table(BoxRanges), default=None)
     search: SearchSettings = key(
         "How candidates are found.", values.table(SearchSettings), default=SearchSettings()
@@ -204,4 +233,5 @@ __all__ = [
     "OutputSettings",
     "Scenario",
     "SearchSettings",
+    "TruncationInput",
 ]

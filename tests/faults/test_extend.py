@@ -1,0 +1,239 @@
+"""Faults that leave the model box: nothing given moves, lines go on straight, no crossing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from geosurf import TriSurface, extend_fault, triangulate_fault, triangulate_sticks
+from geosurf.contact.crossing import crossing_pairs
+from geosurf.errors import GeometryError, InputError, SurfaceError
+from geosurf.faults.extend import segments_meet_box
+from geosurf.faults.rim import find_rim, find_rims
+from tests.faults.worlds import BOX, triangles_of, turned
+from tests.strategies import grid, sheet, shuffled
+
+DIMS = ("down_dip", "along_strike")
+
+
+def parametric(x, y, z, name="F1"):
+    """A fault over (down_dip, along_strike) from arrays that broadcast."""
+    x, y, z = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (x, y, z)))
+    ds = xr.Dataset({
+        "easting": (DIMS, x), "northing": (DIMS, y), "elevation": (DIMS, z, {"units": "m"}),
+    })  # fmt: skip
+    return triangulate_fault(ds, name=name)
+
+
+def assert_leaves(made, given, box=BOX, sides=("start", "end", "up", "down")):
+    """The fault as given comes first, nothing crosses, and the rim lies outside the box."""
+    longer = made.surface
+    assert longer.vertices[: given.n_vertex].tobytes() == given.vertices.tobytes()
+    assert longer.triangles[: given.n_triangle].tobytes() == given.triangles.tobytes()
+    assert not made.added[: given.n_triangle].any()
+    assert made.added[given.n_triangle :].all()
+    assert len(crossing_pairs(longer.vertices, longer.triangles)) == 0
+    rim = find_rim(longer)
+    low, high = np.reshape(box, (3, 2)).T
+    for side in sides:
+        line = longer.vertices[rim.arcs[side]]
+        # nodes and many places between them
+        u = np.linspace(0, 1, 30)[:, None, None]
+        points = ((1 - u) * line[:-1] + u * line[1:]).reshape(-1, 3)
+        assert ((points < low) | (points > high)).any(axis=1).all(), side
+    assert sum(e.n_triangle for e in made.extensions) == longer.n_triangle - given.n_triangle
+
+
+@pytest.mark.parametrize("n", [(1, 1), (3, 2)])
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [(4, 3, 3), (4, 5, 3), (4, 5, 5), (4, 3, 5)],  # vertical, strikes north
+        [(3, 4, 3), (5, 4, 3), (5, 4, 5), (3, 4, 5)],  # vertical, strikes east
+        [(3, 3, 5), (5, 3, 3), (5, 5, 3), (3, 5, 5)],  # dips east
+        [(3, 3, 3), (5, 3, 5), (5, 5, 5), (3, 5, 3)],  # dips west
+    ],
+)
+def test_a_plane_fault_stays_plane_and_leaves_the_box(corners, n):
+    given = sheet("F1", corners, n)
+    a, b, c = given.vertices[given.triangles[0]]
+    normal = np.cross(b - a, c - a)
+    for fault in (given, turned(given)):
+        made = extend_fault(fault, BOX)
+        assert_leaves(made, fault)
+        off = (made.surface.vertices - given.vertices[0]) @ normal / np.linalg.norm(normal)
+        assert np.abs(off).max() < 1e-14
+        assert [e.side for e in made.extensions] == ["start", "end", "up", "down"]
+        new = made.surface.vertices[made.surface.triangles]
+        turn = np.cross(new[:, 1] - new[:, 0], new[:, 2] - new[:, 0])
+        assert (turn @ turn[0] > 0).all()  # new triangles face as their neighbours
+
+
+def test_start_and_end_follow_the_right_hand_rule():
+    given = sheet("F1", [(3, 3, 5), (5, 3, 3), (5, 5, 3), (3, 5, 5)])  # dips east: strike is north
+    x = given.vertices
+    arcs = find_rim(given).arcs
+    assert set(x[arcs["start"], 1]) == {3.0}
+    assert set(x[arcs["end"], 1]) == {5.0}
+    assert set(x[arcs["up"], 2]) == {5.0}
+    made = extend_fault(given, BOX, sides="end")
+    assert made.surface.bounds[2] == 3.0
+    assert made.surface.bounds[3] > 8.0
+    assert made.surface.bounds[4:] == (3.0, 5.0)
+
+
+def test_the_distance_is_the_length_of_the_new_lines():
+    given = sheet("F1", [(3, 3, 5), (5, 3, 3), (5, 5, 3), (3, 5, 5)])
+    made = extend_fault(given, BOX, sides=("up", "down"))
+    beyond = 0.01 * np.sqrt(3) * 8.0
+    for e in made.extensions:
+        assert e.distance == pytest.approx((3 + beyond) * np.sqrt(2), rel=1e-12)
+        assert e.shortest == pytest.approx(e.distance)
+        assert e.area == pytest.approx(2 * e.distance)
+
+
+def test_a_fault_outside_or_through_the_box_is_left_alone():
+    through = sheet("F1", [(4, -1, -1), (4, 9, -1), (4, 9, 9), (4, -1, 9)])
+    made = extend_fault(through, BOX)
+    assert made.surface is through
+    assert made.extensions == ()
+    short = sheet("F1", [(4, -1, -1), (4, 7, -1), (4, 7, 9), (4, -1, 9)])
+    assert [e.side for e in extend_fault(short, BOX).extensions] == ["end"]
+
+
+def test_a_listric_grid_goes_on_with_its_last_dip():
+    z = np.array([7.0, 6.0, 5.0, 4.5])[:, None]
+    x = np.array([2.0, 2.25, 2.75, 3.75])[:, None]
+    given = parametric(x, np.arange(2.0, 7.0)[None], z)
+    made = extend_fault(given, BOX)
+    assert_leaves(made, given)
+    rim = find_rim(made.surface)
+    bottom = made.surface.vertices[rim.arcs["down"]]
+    # the last step runs 1 east and 0.5 down
+    np.testing.assert_allclose((bottom[:, 0] - 3.75) * -0.5, bottom[:, 2] - 4.5, rtol=1e-13)
+    top = made.surface.vertices[rim.arcs["up"]]
+    np.testing.assert_allclose(top[:, 0] - 2.0, (top[:, 2] - 7.0) * -0.25, rtol=1e-13)
+
+
+def test_sticks_go_on_along_themselves():
+    tops, ways = [(2, 1, 6), (2.5, 4, 6), (2, 7, 6)], [(1, 0.25, -1), (1, 0, -1), (1, -0.25, -1)]
+    sticks = [
+        [np.add(t, np.multiply(k, w)) for k in (0, 1, 2)] for t, w in zip(tops, ways, strict=True)
+    ]
+    given = triangulate_sticks(sticks, name="F1")
+    made = extend_fault(given, BOX, sides="down")
+    assert_leaves(made, given, sides=("down",))
+    ends = made.surface.vertices[given.n_vertex :]
+    for top, way in zip(tops, ways, strict=True):
+        off = np.linalg.norm(np.cross(ends - top, way), axis=1) / np.linalg.norm(way)
+        assert (off < 1e-14).sum() == 1
+
+
+def curved(radius, turn, n=9, dip=0.0):
+    """A trace on a circle; dip lines lean inwards by `dip` for each metre down."""
+    angle = np.linspace(-turn / 2, turn / 2, n)[None]
+    z = np.array([5.0, 4.0, 3.0])[:, None]
+    r = radius - dip * (5.0 - z)
+    return parametric(4 + r * np.cos(angle) - radius, 4 + r * np.sin(angle), z)
+
+
+def test_a_curved_trace_goes_on_along_its_tangents():
+    given = curved(2.0, np.pi / 2)
+    made = extend_fault(given, BOX)
+    assert_leaves(made, given)
+
+
+def test_converging_dip_lines_are_refused_with_the_place_where_they_cross():
+    given = curved(2.0, np.pi, dip=0.75)
+    assert_leaves(extend_fault(given, BOX, sides="up"), given, sides=("up",))
+    with pytest.raises(
+        GeometryError, match=r"'F1' would cross itself if its side 'down' were .*near"
+    ):
+        extend_fault(given, (-9, 9, -9, 9, -9, 9), sides="down")
+
+
+def test_a_bend_of_three_quarters_crosses_itself_along_strike():
+    given = curved(2.0, 1.5 * np.pi, n=17)
+    with pytest.raises(
+        GeometryError, match=r"'F1' would cross itself if its side 'end' were extended"
+    ):
+        extend_fault(given, (-9, 9, -9, 9, 0, 8), sides="strike")
+
+
+def upright_mesh(rng, present=None):
+    """A bumpy mesh that strikes north and dips steeply east; nodes are off their grid."""
+    flat = grid("F1", rng.integers(0, 2, (7, 7)) * 0.125, role="fault", present=present)
+    x, y, bump = flat.vertices.T
+    x, y = x + rng.integers(-1, 2, len(x)) / 8, y + rng.integers(-1, 2, len(x)) / 8
+    vertices = np.stack([3 + bump + 0.25 * y, 1 + x, 7 - y], axis=1)
+    used, t = np.unique(flat.triangles, return_inverse=True)
+    return TriSurface("F1", "fault", vertices[used], t.reshape(-1, 3))
+
+
+def test_a_mesh_goes_on_from_its_rim_whatever_the_order_of_its_triangles(rng):
+    given = upright_mesh(rng)
+    made = extend_fault(given, BOX)
+    assert_leaves(made, given)
+    for _ in range(3):
+        again = extend_fault(shuffled(given, rng, reflect=False), BOX)
+        assert triangles_of(again.surface) == triangles_of(made.surface)
+
+
+def test_a_rim_with_steps_is_refused_with_its_place(rng):
+    torn = np.ones(72, dtype=bool)
+    torn[[0, 1, 2, 3, 12, 13]] = False
+    with pytest.raises((GeometryError, SurfaceError), match=r"'F1'.* near|at \(easting"):
+        extend_fault(upright_mesh(rng, torn), BOX)
+
+
+def test_holes_stay_and_pieces_are_refused():
+    given = grid("F1", np.zeros((5, 5)), role="fault", present=np.arange(32) != 13)
+    given = TriSurface("F1", "fault", given.vertices[:, [2, 0, 1]] + 2.0, given.triangles)
+    assert_leaves(extend_fault(given, BOX), given)
+    two = np.ones(32, dtype=bool)
+    two[8:16] = False
+    apart = grid("F1", np.zeros((5, 5)), role="fault", present=two)
+    with pytest.raises(SurfaceError, match=r"'F1' is in 2 pieces, one of them at \(easting"):
+        extend_fault(apart, BOX)
+    assert len(find_rims(apart)) == 2
+
+
+def test_refusals():
+    fault = sheet("F1", [(4, 3, 3), (4, 5, 3), (4, 5, 5), (4, 3, 5)])
+    with pytest.raises(InputError, match=r"box: .* is not \(west, east.*Mend the box"):
+        extend_fault(fault, (8, 0, 0, 8, 0, 8))
+    with pytest.raises(
+        InputError, match=r"extend_fault of 'F1' has side 'dwon'.*Did you mean 'down'"
+    ):
+        extend_fault(fault, BOX, sides="dwon")
+    tetra = TriSurface(
+        "F1", "fault", [[1, 1, 1], [3, 1, 1], [1, 3, 1], [1, 1, 3]],
+        [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
+    )  # fmt: skip
+    with pytest.raises(SurfaceError, match=r"'F1' is closed at .* it has no rim. Cut it open"):
+        extend_fault(tetra, BOX)
+    clash = TriSurface("F1", "fault", fault.vertices, [[0, 1, 3], [0, 2, 3]])
+    with pytest.raises(
+        SurfaceError, match=r"'F1': its triangles do not agree about their front at"
+    ):
+        extend_fault(clash, BOX)
+    # a ring of triangles that closes in one corner only
+    x = [[4, 1, 3], [4, 1, 1], [4, 3, 3], [4, 5, 1], [4, 5, 3], [4, 0, 0], [4, 0, 2], [4, 5, 0]]
+    ring = [[0, 1, 2], [1, 0, 6], [1, 6, 7], [1, 7, 3], [3, 7, 4], [2, 3, 4]]
+    with pytest.raises(
+        SurfaceError, match=r"'F1': its rim touches itself at \(easting 4\.000, nor"
+    ):
+        extend_fault(TriSurface("F1", "fault", x, ring), BOX)
+
+
+def test_law_segments_meet_the_box_as_many_samples_say(rng):
+    low, high = np.zeros(3), np.full(3, 4.0)
+    line = rng.integers(-2, 7, (400, 3)).astype(float)
+    meets = segments_meet_box(line, low, high)
+    u = np.linspace(0, 1, 4001)[:, None, None]
+    points = (1 - u) * line[:-1] + u * line[1:]
+    sampled = ((points >= low) & (points <= high)).all(axis=2).any(axis=0)
+    assert not (sampled & ~meets).any()
+    wide = ((points >= low - 0.01) & (points <= high + 0.01)).all(axis=2).any(axis=0)
+    assert not (meets & ~wide).any()
