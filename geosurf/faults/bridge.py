@@ -58,7 +58,7 @@ def bridge_to(
         return ExtendedFault(fault, fault.n_triangle, ())
     rim = find_rim(fault)
     corners = main.vertices[main.triangles]
-    gaps = {side: _gaps(fault.vertices[rim.arcs[side]], corners) for side in SIDES}
+    gaps = {side: side_gaps(fault.vertices[rim.arcs[side]], corners) for side in SIDES}
     side = min(SIDES, key=lambda side: (gaps[side][0], SIDES.index(side)))
     length = 2.0 * gaps[side][1]
     while True:
@@ -98,7 +98,7 @@ def is_past(patches: Patches, fault: str, main: str, keep: str) -> bool:
     )
 
 
-def _gaps(line: np.ndarray, corners: np.ndarray) -> tuple[float, float]:
+def side_gaps(line: np.ndarray, corners: np.ndarray) -> tuple[float, float]:
     """Mean and largest distance of the points of a line (n, 3) to triangles (m, 3, 3)."""
     if len(line) < 2:
         return np.inf, np.inf

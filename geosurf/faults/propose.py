@@ -14,6 +14,7 @@ from itertools import combinations, product
 import numpy as np
 
 from geosurf.errors import InputError
+from geosurf.faults.bridge import side_gaps
 from geosurf.faults.distance import Approach, nearest_of
 from geosurf.faults.extend import exits, rim_in_box
 from geosurf.faults.lines import directions, guides_of
@@ -265,10 +266,16 @@ def _near_miss(one: _Fault, two: _Fault, limit: float) -> NetworkRow | None:
         apart = np.maximum(np.maximum(a[:, 0] - b[:, 1], b[:, 0] - a[:, 1]), 0.0)
         if np.linalg.norm(apart) > limit:
             continue
+        facing = []
         for rim, side in product(fault.rims, SIDES):
             gap = _facing_gap(fault, main, rim, side, limit)
             if gap is not None:
-                found.append((gap.distance, fault.area, fault.name, side, fault, main, gap))
+                line = fault.surface.vertices[rim.arcs[side]]
+                corners = main.surface.vertices[main.surface.triangles]
+                facing.append((side_gaps(line, corners)[0], side, gap))
+        if facing:  # of several sides the one that a bridge would start from
+            _, side, gap = min(facing, key=lambda entry: entry[:2])
+            found.append((gap.distance, fault.area, fault.name, side, fault, main, gap))
     if not found:
         return None
     distance, _, _, side, fault, main, gap = min(found, key=lambda entry: entry[:4])

@@ -1,0 +1,308 @@
+"""Faults in a scene: blocks with volumes from paper, proposals that hold, memory by fault."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geosurf import FaultNetwork, Scene, propose_network, rebuild_surfaces
+from geosurf.errors import GeometryError, InputError
+from geosurf.model import Extension, NetworkRow, Truncation
+from geosurf.report import tables
+from tests import laws
+from tests.faults.worlds import (
+    BOX,
+    across,
+    antithetic,
+    bytes_of,
+    dipping,
+    turned,
+    upright,
+    volumes,
+)
+from tests.strategies import grid, sheet, shuffled
+
+
+def scene(*faults, **options):
+    return Scene({}, {f.name: f for f in faults}, BOX, **options)
+
+
+def ran(of, stage):
+    return [s.subject for s in of.steps if s.outcome == "ran" and s.stage == stage]
+
+
+# Inside the box, none reaches a wall or another fault: extended, they are `dipping`, `antithetic`,
+# `upright(6)` and `across(4)`.
+SMALL = {
+    "F1": sheet("F1", [(3, 3, 5), (5, 3, 3), (5, 5, 3), (3, 5, 5)]),
+    "F2": sheet("F2", [(6, 3, 6), (7, 3, 7), (7, 5, 7), (6, 5, 6)]),
+    "F3": sheet("F3", [(7, 4, 5), (7.5, 4, 5), (7.5, 4, 6), (7, 4, 6)]),
+}
+EVERY = ("strike", "up", "down")
+
+
+@pytest.mark.parametrize(
+    ("faults", "truncations", "expected"),
+    [
+        ((dipping(), antithetic()), None, [128] * 4),  # X
+        ((dipping(), antithetic()), {"F2": ("F1", "hanging wall")}, [128, 128, 256]),  # Y
+        ((dipping(), antithetic()), {"F1": ("F2", "footwall")}, [128, 128, 256]),
+        ((dipping(), upright(6)), {"F2": ("F1", "footwall")}, [16, 240, 256]),  # lambda
+        ((dipping(), upright(6)), {"F2": ("F1", "hanging wall")}, [112, 144, 256]),
+        ((dipping(n=(3, 3)), upright(6, n=(2, 5))), {"F2": ("F1", "-")}, [16, 240, 256]),
+        (
+            (dipping(), antithetic(), across(4)),
+            {"F2": ("F1", "+"), "F3": (("F1", "+"), ("F2", "hanging wall"))},
+            [64, 64, 128, 256],
+        ),
+    ],
+)
+def test_truncated_faults_divide_the_box_as_worked_out_on_paper(faults, truncations, expected):
+    made = scene(*faults, truncations=truncations)
+    np.testing.assert_allclose(volumes(made.units), expected, rtol=1e-12)
+    laws.assert_volumes_add_up(made.units, BOX)
+    certificate = made.check()
+    assert certificate.ok, str(certificate)
+
+
+@pytest.mark.parametrize("turn", [False, True])
+def test_extended_and_truncated_faults_divide_the_box_from_inside(turn):
+    small = [turned(f) if turn else f for f in SMALL.values()]
+    assert len(scene(*small).units) == 1  # as given they divide nothing
+    made = scene(
+        *small,
+        extend=True,
+        truncations={
+            "F2": ("F1", "hanging wall"),
+            "F3": (("F1", "hanging wall"), ("F2", "footwall")),
+        },
+    )
+    np.testing.assert_allclose(volumes(made.units), [64, 64, 128, 256], rtol=1e-12)
+
+
+def test_horizons_and_truncated_faults_together():
+    top = grid("Top", np.full((2, 2), 4.0), spacing=10.0, corner=(-1.0, -1.0))
+    made = Scene(
+        {"Top": top}, {"F1": dipping(), "F2": upright(6)}, BOX,
+        truncations={"F2": ("F1", "hanging wall")},
+    )  # fmt: skip
+    # below Top, F1 cuts off 4 <= x + z - 4: x from 8 - z; above x = 6 of them F2 parts 14 - 8 = 6
+    found = {u.name: u.volume for u in made.units.values()}
+    assert sum(found.values()) == pytest.approx(512.0, rel=1e-12)
+    assert found["below Top F1-"] == pytest.approx(8 * 24, rel=1e-12)
+    assert sorted(v for n, v in found.items() if n.startswith("below Top F1+")) == pytest.approx(
+        [8 * 2, 8 * 6], rel=1e-12
+    )
+
+
+def test_a_bridge_is_only_built_where_it_is_needed():
+    short = sheet("F2", [(6, -1, 5), (6, 9, 5), (9, 9, 8), (9, -1, 8)])
+    made = scene(dipping(), short, truncations={"F2": ("F1", "hanging wall", True)})
+    bridge, cut = made.fault_actions
+    assert (bridge.side, bridge.until) == ("down", "F1")
+    assert cut.dropped_area < bridge.area
+    kept = made.surface("F2").vertices
+    assert (kept[:, 0] + kept[:, 2] - 8).min() == pytest.approx(0.0, abs=1e-13)
+    through = scene(dipping(), antithetic(), truncations={"F2": ("F1", "hanging wall", True)})
+    assert [type(a) for a in through.fault_actions] == [Truncation]
+
+
+def test_a_change_of_one_fault_leaves_the_others_alone():
+    other = sheet("F4", [(1, 6, 1), (2, 6, 1), (2, 6, 2), (1, 6, 2)])
+    rules = {"F2": ("F1", "hanging wall")}
+    faults = {**SMALL, "F4": other}
+    made = Scene({}, faults, BOX, extend={"F1": EVERY, "F2": EVERY}, truncations=rules)
+    assert made.surface("F4") is not None
+    assert ran(made, "truncate") == ran(made, "extend") == []
+    first = made.surface("F1"), made.surface("F2")
+    assert ran(made, "extend") == ["F1", "F2"]
+    assert ran(made, "truncate") == ["F1, F2"]
+    later = made.replace(faults={"F3": upright(7, "F3"), "F4": None})
+    assert (later.surface("F1"), later.surface("F2")) == first
+    assert later.surface("F3").n_triangle == 2
+    assert ran(later, "truncate") == ran(later, "extend") == []
+    moved = made.replace(faults={"F2": sheet("F2", [(6, 3, 5), (7, 3, 6), (7, 5, 6), (6, 5, 5)])})
+    moved.surface("F1")
+    assert ran(moved, "extend") == ["F2"]
+    assert ran(moved, "truncate") == ["F1, F2"]
+    assert "F2 at F1: " in moved.explain()
+    deeper = made.replace(box=(0, 8, 0, 8, -4, 8))
+    deeper.surface("F2")
+    assert ran(deeper, "extend") == ["F1", "F2"]
+
+
+def test_the_order_of_faults_does_not_matter(rng):
+    rules = {"F2": ("F1", "hanging wall"), "F3": ("F1", "hanging wall")}
+    faults = [dipping(n=(3, 2)), upright(6, n=(2, 2)), across(4)]
+    first = scene(*faults, truncations=rules)
+    mixed = [shuffled(faults[i], rng, reflect=False) for i in (2, 0, 1)]
+    again = scene(*mixed, truncations=dict(reversed(rules.items())))
+    for name in first.fault_names:
+        assert bytes_of(first.surface(name)) == bytes_of(again.surface(name))
+
+
+def test_refusals_name_the_rule():
+    with pytest.raises(InputError, match=r"in a circle: F1 ends at F2, F2 ends at F1"):
+        scene(*SMALL.values(), truncations={"F1": ("F2", "+"), "F2": ("F1", "+")})
+    with pytest.raises(InputError, match=r"truncations name 'F9'.*there are \['F1', 'F2', 'F3'\]"):
+        scene(*SMALL.values(), truncations={"F9": ("F2", "+")})
+    with pytest.raises(InputError, match=r"extend names 'F9', which is no fault"):
+        scene(*SMALL.values(), extend=["F9"])
+    with pytest.raises(InputError, match=r"truncations is a list; give a mapping"):
+        scene(*SMALL.values(), truncations=["F1"])
+    with pytest.raises(GeometryError, match=r"'F2' ends 2.82843 m short of 'F1'"):
+        scene(*SMALL.values(), truncations={"F2": ("F1", "+")}).surface("F1")
+
+
+# ---- proposals -------------------------------------------------------------------------
+
+
+def test_every_contact_near_miss_and_end_is_listed():
+    stub = sheet("F2", [(3, -1, 3), (9, -1, 9), (9, 9, 9), (3, 9, 3)])  # a sixth beyond F1
+    short = sheet("F3", [(5.5, 4, 3), (7, 4, 3), (7, 4, 4), (5.5, 4, 4)])
+    network = scene(dipping(), stub, short).propose_fault_network(reach=1.0)
+    contact, *others = network.rows
+    assert (contact.kind, contact.fault, contact.other) == ("contact", "F2", "F1")
+    assert (contact.proposal, contact.keep) == ("truncate", "hanging wall")
+    assert contact.length == pytest.approx(10.0)
+    assert contact.place[0] + contact.place[2] == pytest.approx(8.0)
+    assert "16.7 % of F2" in contact.reason
+    assert "90 degrees apart" in contact.reason
+    miss = next(row for row in others if row.kind == "near miss" and row.other == "F1")
+    assert (miss.fault, miss.side, miss.keep) == ("F3", "end", "hanging wall")
+    assert miss.distance == pytest.approx(0.5 / np.sqrt(2), abs=1e-9)
+    assert miss.proposal == "extend then truncate"
+    ends = [row for row in others if row.kind == "dangling end"]
+    assert {row.fault for row in ends} == {"F3"}
+    assert str(network).splitlines()[0].split()[:2] == ["row", "kind"]
+    assert len(str(network).splitlines()) == len(network.rows) + 1
+
+
+def test_proposals_can_be_applied_and_leave_nothing_to_truncate():
+    stub = sheet("F2", [(3, -1, 3), (9, -1, 9), (9, 9, 9), (3, 9, 3)])
+    before = scene(dipping(), stub)
+    after = before.propose_fault_network().apply(before)
+    np.testing.assert_allclose(volumes(after.units), [128, 128, 256], rtol=1e-12)
+    (row,) = after.propose_fault_network().rows
+    assert (row.proposal, row.reason) == ("leave", "F2 ends at F1 already; 90 degrees apart")
+    assert len(before.propose_fault_network().without(0).rows) == 0
+    with pytest.raises(InputError, match=r"no row 7; rows are 0 to 0"):
+        before.propose_fault_network().without(7)
+
+
+def test_rules_that_stand_are_kept_when_proposals_are_applied():
+    row = NetworkRow("contact", "F2", "F1", "", 1.0, 0.0, (0, 0, 0), "truncate", "footwall", "")
+    end = NetworkRow("dangling end", "F1", "", "up", 0.0, 1.0, (0, 0, 0), "extend", "", "")
+    given = scene(*SMALL.values(), extend={"F1": "down"}, truncations={"F2": ("F1", "+", True)})
+    after = FaultNetwork((row, end)).apply(given)
+    assert after.truncations == given.truncations
+    assert after.extend == {"F1": ("down",)}
+
+
+def test_faults_that_cross_by_a_lot_are_left_to_cross_and_those_inside_each_other_alone():
+    (row,) = scene(dipping(), antithetic()).propose_fault_network().rows
+    assert (row.proposal, row.keep) == ("cross", "")
+    inner = sheet("F2", [(2, 3, 2), (5, 3, 5), (5, 5, 5), (2, 5, 2)])
+    outer = sheet("F1", [(2, 4, 6), (6, 4, 2), (6, 8, 2), (2, 8, 6)])
+    rows = propose_network(rebuild_surfaces([outer, inner])).rows
+    assert rows[0].proposal == "leave"
+    assert "each end inside the other: extend one" in rows[0].reason
+
+
+def test_proposals_never_go_round_in_a_circle():
+    """Three faults of a whirl, each with a stub beyond the next."""
+    faults = [
+        sheet(f"F{k}", [(*a, -1), (*b, -1), (*b, 9), (*a, 9)])
+        for k, (a, b) in enumerate(
+            [((1.8, 2), (8.4, 2)), ((6.1, 1.8), (2.8, 8.4)), ((4.1, 6.2), (0.8, -0.4))], start=1
+        )
+    ]
+    network = scene(*faults).propose_fault_network()
+    assert (
+        sum(row.proposal == "leave" and "by rows above" in row.reason for row in network.rows) == 1
+    )
+    assert len(network.truncations) == 2
+    assert len(network.apply(scene(*faults)).surfaces) == 3
+
+
+def test_an_end_beside_a_fault_but_not_towards_it_is_no_near_miss():
+    beside = sheet("F2", [(4.5, 2, 2), (4.5, 6, 2), (4.5, 6, 6), (4.5, 2, 6)])
+    (network) = scene(upright(4, "F1"), beside).propose_fault_network(reach=2.0)
+    assert {row.kind for row in network.rows} == {"dangling end"}
+    with pytest.raises(InputError, match=r"reach is -1; give a length in metres above 0"):
+        scene(upright(4, "F1")).propose_fault_network(reach=-1)
+
+
+def test_the_report_lists_extensions_and_truncations():
+    extended, truncated = tables.fault_tables(
+        [
+            Extension("F1", "up", 12.25, 11.0, 40.0, 2, "the model box"),
+            Truncation("F2", "F1", "hanging wall", "+", 30.0, 10.0, 0.0, 0.0, 8.0),
+        ]
+    )
+    assert extended.rows == (("F1", "up", "the model box", "11.0", "12.2", "40"),)
+    assert truncated.rows == (("F2", "F1", "hanging wall (+)", "8.0", "30", "10"),)
+
+
+# ---- fields that nobody here made ------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def drogon(shared):
+    import geosurf as gs
+
+    folder = shared / "data" / "drogon" / "fault_sticks_pol"
+    faults = {
+        path.stem: gs.read_fault(path, positive="down", units="m")
+        for path in sorted(folder.glob("F*.pol"))
+    }
+    return Scene({}, faults, (459e3, 466.5e3, 5929.5e3, 5938.5e3, -2000.0, -1450.0))
+
+
+def test_drogon_proposals_are_those_of_the_field(drogon):
+    network = drogon.propose_fault_network()
+    met = {(row.fault, row.other): row for row in network.rows if row.other}
+    assert set(met) == {("F6", "F2"), ("F2", "F1")}
+    assert met["F6", "F2"].proposal == "leave"  # its end sticks are sticks of F2
+    assert "ends at F2 already" in met["F6", "F2"].reason
+    gap = met["F2", "F1"]
+    assert (gap.kind, gap.side, gap.proposal) == ("near miss", "start", "extend then truncate")
+    assert 0 < gap.distance < 1
+
+
+def test_drogon_f2_ends_on_f1_with_shared_vertices(drogon):
+    after = drogon.propose_fault_network().apply(drogon)
+    before, f1, f2 = drogon.surface("F2"), after.surface("F1"), after.surface("F2")
+    shared_places = set(map(tuple, f1.vertices.tolist())) & set(map(tuple, f2.vertices.tolist()))
+    assert len(shared_places) > 2
+    kept = set(map(tuple, before.vertices.tolist())) & set(map(tuple, f2.vertices.tolist()))
+    assert len(kept) >= before.n_vertex - 4
+    (row,) = [r for r in after.propose_fault_network().rows if (r.fault, r.other) == ("F2", "F1")]
+    assert "ends at F1 already" in row.reason
+
+
+def test_scec_near_misses_are_as_far_as_an_independent_search_says(shared):
+    import geosurf as gs
+
+    folder = shared / "data" / "scec_cfm7"
+    wanted = ("Javon_Canyon", "Red_Mountain_fault_S", "Oak_Ridge")
+    faults = {}
+    for path in sorted(folder.glob("*.ts")):
+        for word in wanted:
+            if word in path.stem:
+                faults[word] = gs.read_fault(path)
+    network = Scene({}, faults, (2e5, 4e5, 37e5, 39e5, -2e4, 500.0)).propose_fault_network()
+    misses = [row for row in network.rows if row.kind == "near miss"]
+    assert ("Javon_Canyon", "Red_Mountain_fault_S") in {(r.fault, r.other) for r in misses}
+    from scipy.spatial import cKDTree
+
+    for row in misses:
+        main = faults[row.other]
+        corners = main.vertices[main.triangles]
+        u, v = (k.ravel() / 20 for k in np.meshgrid(np.arange(21), np.arange(21)))
+        u, v = u[u + v <= 1], v[u + v <= 1]
+        a, b, c = corners[:, 0, None], corners[:, 1, None], corners[:, 2, None]
+        samples = a + u[None, :, None] * (b - a) + v[None, :, None] * (c - a)
+        step = np.linalg.norm(np.roll(corners, 1, axis=1) - corners, axis=2).max() / 20
+        near, _ = cKDTree(samples.reshape(-1, 3)).query(row.place)
+        assert row.distance - 1e-6 <= near <= row.distance + step
