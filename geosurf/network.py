@@ -170,7 +170,7 @@ def _split(surfaces: Sequence[TriSurface]) -> Patches:
 
 
 def _describe_extension(made: ExtendedFault) -> str:
-    words = [f"{e.side} {e.distance:.1f} m" for e in made.extensions]
+    words = [f"{e.side} {e.distance:.1f} m ({e.lines} lines)" for e in made.extensions]
     return ", ".join(words) if words else "is there already"
 
 

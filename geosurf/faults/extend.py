@@ -17,7 +17,7 @@ import numpy as np
 from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError, SurfaceError
-from geosurf.faults.lines import directions, guides_of
+from geosurf.faults.lines import Guides, directions, guides_of
 from geosurf.faults.rim import Rim, find_rim, normals_of
 from geosurf.faults.rules import ALL_SIDES, read_sides
 from geosurf.kernels.predicates import flat_triangles, frame_of
@@ -39,7 +39,9 @@ def extend_fault(
 
     Dip and strike lines go on by their last step: those of a grid, dip lines of sticks,
     and lines of steepest dip and of strike in the tangent plane at the rim of other meshes.
-    Sides that lie outside the box already are left alone.
+    On other meshes, and where sticks that are not quite parallel would cross, directions are
+    averaged along the rim, as far as the lines go on. Sides that lie outside the box already are
+    left alone.
 
     Parameters
     ----------
@@ -119,27 +121,37 @@ def _extended(surface, low, high, wanted, until) -> ExtendedFault:
     return ExtendedFault(longer, surface.n_triangle, tuple(found))
 
 
-def _continued(surface, rim: Rim, guides, side, low, high, until, longest=np.inf):
-    """(surface, guides, extension) with one more side."""
-    name, x, t = surface.name, surface.vertices, surface.triangles
-    arc = rim.arcs[side]
+def _continued(surface, rim: Rim, guides: Guides, side, low, high, until, longest=np.inf):
+    """(surface, guides, extension) with one more side.
+
+    Lines of a grid go on as they are. Those of sticks, too, unless they would cross; then, and
+    where a fault has none, directions are averaged along the rim, as far as the lines go on.
+    """
+    name, x, t, arc = surface.name, surface.vertices, surface.triangles, rim.arcs[side]
     if len(arc) < 2:
         raise GeometryError(
             f"fault {name!r} cannot be extended to {until}: its side {side!r} is but the point "
             f"{place(x[arc[0]])}. Choose another side."
         )
-    window = 0.0
-    for _ in range(2):  # how far lines go on tells over which stretch tangent planes are averaged
+    own = bool((guides.of(side)[arc] >= 0).all())
+    window, defect = 0.0, None
+    for lines in ("own",) if own and guides.exact else ("own", "averaged"):
         way = directions(x, t, arc, side, rim.axes, guides, window)
         length = np.minimum(_lengths(x[arc], way, low, high, name, side, until), longest)
+        tip = x[arc] + length[:, None] * way
+        strip = _strip(arc, len(x), x[arc], tip)
+        points, faces = np.concatenate([x, tip]), np.concatenate([t, strip])
         window = float(np.median(length))
-    tip = x[arc] + length[:, None] * way
-    strip = _strip(arc, len(x), x[arc], tip)
-    x, t = np.concatenate([x, tip]), np.concatenate([t, strip])
-    _refuse_crossings(name, side, x, t, len(strip))
-    area = math.fsum(0.5 * np.linalg.norm(normals_of(x[strip]), axis=1))
-    made = Extension(name, side, float(length.max()), float(length.min()), area, len(strip), until)
-    return TriSurface(name, surface.role, x, t), guides.grown(side, arc), made
+        if own or lines == "averaged":
+            defect = _defect_of(name, side, points, faces, len(strip))
+            if defect is None:
+                break
+    if defect is not None:
+        raise defect
+    area = math.fsum(0.5 * np.linalg.norm(normals_of(points[strip]), axis=1))
+    reach = float(length.max()), float(length.min()), area
+    made = Extension(name, side, *reach, len(strip), until, lines)
+    return TriSurface(name, surface.role, points, faces), guides.grown(side, arc), made
 
 
 def rim_in_box(rim: Rim, x: np.ndarray, side: str, low: np.ndarray, high: np.ndarray) -> bool:
@@ -227,25 +239,25 @@ def _strip(arc: np.ndarray, n: int, near: np.ndarray, far: np.ndarray) -> np.nda
     return np.stack([first, second], axis=1).reshape(-1, 3)
 
 
-def _refuse_crossings(name: str, side: str, x: np.ndarray, t: np.ndarray, n_new: int) -> None:
-    """Exact: the new triangles have areas, and meet others in common corners and edges only."""
+def _defect_of(name: str, side: str, x: np.ndarray, t: np.ndarray, n_new: int) -> Exception | None:
+    """What is wrong with new triangles, exactly: without area, or crossing others; or None."""
     new, old = t[-n_new:], t[:-n_new]
     m, w = frame_of(x)
     flat = flat_triangles(x, new, m, w)
     if len(flat):
-        raise SurfaceError(
+        return SurfaceError(
             f"fault {name!r}: its rim runs along the direction in which side {side!r} goes on, at "
             f"{place(x[new[flat[0], 0]])}. Smooth the outline there, or leave this side out."
         )
     pairs = crossing_pairs(x, new, old)
-    if len(pairs):
-        rows = np.concatenate([new, old])
-        where = place(x[rows[pairs[0, 0]]].mean(axis=0))
-        raise GeometryError(
-            f"fault {name!r} would cross itself if its side {side!r} were extended: {len(pairs)} "
-            f"pairs of triangles cross, one near {where}. Extend it less (a smaller box), leave "
-            "this side out, or smooth the bend."
-        )
+    if len(pairs) == 0:
+        return None
+    where = place(x[np.concatenate([new, old])[pairs[0, 0]]].mean(axis=0))
+    return GeometryError(
+        f"fault {name!r} would cross itself if its side {side!r} were extended: {len(pairs)} "
+        f"pairs of triangles cross, one near {where}. Extend it less (a smaller box), leave "
+        "this side out, or smooth the bend."
+    )
 
 
 __all__ = ["exits", "extend_fault", "extend_to", "rim_in_box", "segments_meet_box"]

@@ -2,8 +2,8 @@
 
 Grids have these lines as columns and rows, sticks have dip lines; they are continued by their last
 step. Other meshes, and the strike of sticks, go on in the tangent plane at the rim: horizontally
-along strike, or straight up or down the dip. So a listric fault goes on with its last dip, and a
-curved trace with its last strike.
+along strike, or straight up or down the dip, averaged along the rim. So a listric fault goes on
+with its last dip, and a curved trace with its last strike.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ STICK = "stick"  # vertex data of faults from sticks: which stick a vertex is on
 class Guides:
     """For each vertex the one before it on its dip line and on its strike line, or -1.
 
-    Only the ends of lines are asked for, where "before" is the way back into the fault.
+    Only the ends of lines are asked for, where "before" is the way back into the fault. `exact`
+    tells lines of a grid, which are meant, from sticks, which are picked.
     """
 
-    def __init__(self, dip: np.ndarray, strike: np.ndarray) -> None:
-        self.dip, self.strike = dip, strike
+    def __init__(self, dip: np.ndarray, strike: np.ndarray, exact: bool = False) -> None:
+        self.dip, self.strike, self.exact = dip, strike, exact
 
     def of(self, side: str) -> np.ndarray:
         """The guides that lead beyond one side."""
@@ -38,7 +39,8 @@ class Guides:
         along, across = (self.strike, self.dip) if by_strike else (self.dip, self.strike)
         lifted = np.where(across[arc] >= 0, new[across[arc]], -1)
         along, across = np.concatenate([along, arc]), np.concatenate([across, lifted])
-        return Guides(across, along) if by_strike else Guides(along, across)
+        pair = (across, along) if by_strike else (along, across)
+        return Guides(*pair, self.exact)
 
 
 def guides_of(surface: TriSurface) -> Guides:
@@ -50,7 +52,7 @@ def guides_of(surface: TriSurface) -> Guides:
         dip, strike = none, none.copy()
         dip[number[0]], dip[number[-1]] = number[1], number[-2]
         strike[number[:, 0]], strike[number[:, -1]] = number[:, 1], number[:, -2]
-        return Guides(dip, strike)
+        return Guides(dip, strike, exact=True)
     if STICK in surface.vertex_data:
         stick = surface.vertex_data[STICK]
         same = stick[1:] == stick[:-1]
@@ -84,20 +86,19 @@ def directions(
         Mean strike, for flat parts, and which way the triangles face.
     guides : Guides
     window : float
-        Tangent planes are averaged this far along the rim to both sides [m], with weights that
+        Directions are averaged this far along the rim to both sides [m], with weights that
         fall off evenly, so that lines which go on as far do not cross for the noise of a mesh.
     """
     units = axes.sign * _normals_at(x, t, arc)
     units /= np.linalg.norm(units, axis=1, keepdims=True)
-    if window > 0.0:
-        units = _averaged(units, x[arc], window)
     strike, up = plane_axes(units, axes.strike)
     tangent = {"start": -strike, "end": strike, "up": up, "down": -up}[side]
     before = guides.of(side)[arc]
     step = x[arc] - x[before]
     known = (before >= 0) & ((step * tangent).sum(axis=1) > 0)
     way = np.where(known[:, None], step, tangent)
-    return way / np.linalg.norm(way, axis=1, keepdims=True)
+    way = way / np.linalg.norm(way, axis=1, keepdims=True)
+    return _averaged(way, x[arc], window) if window > 0.0 else way
 
 
 def _normals_at(x: np.ndarray, t: np.ndarray, arc: np.ndarray) -> np.ndarray:
@@ -114,7 +115,7 @@ def _normals_at(x: np.ndarray, t: np.ndarray, arc: np.ndarray) -> np.ndarray:
 
 
 def _averaged(units: np.ndarray, line: np.ndarray, window: float) -> np.ndarray:
-    """Unit normals (n, 3) along a line, each the mean of those within a window."""
+    """Unit vectors (n, 3) along a line, each the mean of those within a window."""
     step = np.linalg.norm(np.diff(line, axis=0), axis=1)
     at, own = np.r_[0.0, np.cumsum(step)], 0.5 * (np.r_[step, 0.0] + np.r_[0.0, step])
     out = np.empty_like(units)

@@ -31,6 +31,9 @@ class Extension:
         Triangles that were added.
     until : str
         What it was continued to: ``"the model box"`` or a fault.
+    lines : {"own", "averaged"}
+        Whether the dip or strike lines of a grid or of sticks went on as they are, or
+        directions were averaged along the rim: on other meshes, and where sticks would cross.
     """
 
     fault: str
@@ -40,6 +43,7 @@ class Extension:
     area: float
     n_triangle: int
     until: str
+    lines: str = "own"
 
 
 @dataclass(frozen=True, eq=False)

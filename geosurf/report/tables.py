@@ -66,13 +66,13 @@ def fault_tables(actions: Iterable[Extension | Truncation]) -> tuple[Table, Tabl
     for a in actions:
         if isinstance(a, Extension):
             numbers = (number(a.shortest, 1), number(a.distance, 1), number(a.area))
-            extended.append((a.fault, a.side, a.until, *numbers))
+            extended.append((a.fault, a.side, a.until, a.lines, *numbers))
         else:
             numbers = (number(a.length, 1), number(a.kept_area), number(a.dropped_area))
             truncated.append((a.fault, a.main, f"{a.keep} ({a.side})", *numbers))
-    head = ("Fault", "extended at", "to", "Least [m]", "Most [m]", "Added [m²]")
+    head = ("Fault", "extended at", "to", "lines", "Least [m]", "Most [m]", "Added [m²]")
     cut = ("Fault", "ends at", "keeps", "Line [m]", "Kept [m²]", "Dropped [m²]")
-    return Table(head, tuple(extended), n_label=3), Table(cut, tuple(truncated), n_label=3)
+    return Table(head, tuple(extended), n_label=4), Table(cut, tuple(truncated), n_label=3)
 
 
 def volume_table(units: Units) -> Table:

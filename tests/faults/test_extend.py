@@ -237,3 +237,17 @@ def test_law_segments_meet_the_box_as_many_samples_say(rng):
     assert not (sampled & ~meets).any()
     wide = ((points >= low - 0.01) & (points <= high + 0.01)).all(axis=2).any(axis=0)
     assert not (meets & ~wide).any()
+
+
+def test_sticks_that_would_cross_are_averaged_and_that_is_told():
+    tops = [(4, 1 + 0.25 * k, 6.0) for k in range(24)]
+    leans = [0.25 * (-1) ** k for k in range(24)]
+    sticks = [
+        [top, np.add(top, (0.5, lean / 8, -1))] for top, lean in zip(tops, leans, strict=True)
+    ]
+    given = triangulate_sticks(sticks, name="F1")
+    near = extend_fault(given, (0, 8, 0, 8, 5.5, 6.25), sides="up")
+    assert [e.lines for e in near.extensions] == ["own"]
+    far = extend_fault(given, (0, 8, 0, 8, -20, 8), sides="down")
+    assert [e.lines for e in far.extensions] == ["averaged"]
+    assert_leaves(far, given, (0, 8, 0, 8, -20, 8), sides=("down",))

@@ -240,7 +240,7 @@ def test_the_report_lists_extensions_and_truncations():
             Truncation("F2", "F1", "hanging wall", "+", 30.0, 10.0, 0.0, 0.0, 8.0),
         ]
     )
-    assert extended.rows == (("F1", "up", "the model box", "11.0", "12.2", "40"),)
+    assert extended.rows == (("F1", "up", "the model box", "own", "11.0", "12.2", "40"),)
     assert truncated.rows == (("F2", "F1", "hanging wall (+)", "8.0", "30", "10"),)
 
 
