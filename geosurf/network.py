@@ -26,7 +26,7 @@ from geosurf.model.faults import (
     Truncation,
 )
 from geosurf.rebuild import patches_from
-from geosurf.triangulate import orient_fault
+from geosurf.triangulate import build_walls, orient_fault
 
 Remember = Callable[..., Any]
 
@@ -43,7 +43,7 @@ class FaultStage:
     given : callable
         Name of a fault -> its surface as given.
     box : callable
-        () -> the model box; asked only where a fault is extended.
+        () -> the model box; asked only where a fault is extended or truncated.
     remember : callable
         (stage, subject, key, run, describe) -> a result, from memory if it is there.
     key_of : callable
@@ -140,10 +140,12 @@ class FaultStage:
         said: dict[str, tuple[tuple[str, str], ...]] = {}
         for rule in rules:
             said[rule.fault] = (*said.get(rule.fault, ()), (rule.main, rule.keep))
-        key = ("truncate", *map(self._key, surfaces), *said.items())
+        box = self._box()
+        key = ("truncate", *map(self._key, surfaces), box, *said.items())
         return self._remember(
             "truncate", ", ".join(sorted(group)), key,
-            lambda: truncate_faults(_split(surfaces), said), _describe_truncation, again=False,
+            lambda: truncate_faults(_split([*surfaces, *build_walls(box)]), said),
+            _describe_truncation, again=False,
         )  # fmt: skip
 
     def _group(self, name: str) -> set[str]:

@@ -110,11 +110,17 @@ def extend_to(
 
 
 def _extended(surface, low, high, wanted, until) -> ExtendedFault:
-    """All sides in turn, each from what the others have made."""
+    """All sides in turn, each from what the others have made.
+
+    A side that is but a point (of a triangular fault) waits until its neighbours make it a line.
+    """
     longer, guides, found = surface, guides_of(surface), []
     axes = find_rim(surface).axes  # as it was given: a long extension could turn the mean
-    for side in wanted:
+    waiting = list(wanted)
+    while waiting:
         rim = find_rim(longer, axes)
+        side = next((s for s in waiting if len(rim.arcs[s]) > 1), waiting[0])
+        waiting.remove(side)
         if rim_in_box(rim, longer.vertices, side, low, high):
             longer, guides, extension = _continued(longer, rim, guides, side, low, high, until)
             found.append(extension)
@@ -155,8 +161,9 @@ def _continued(surface, rim: Rim, guides: Guides, side, low, high, until, longes
 
 
 def rim_in_box(rim: Rim, x: np.ndarray, side: str, low: np.ndarray, high: np.ndarray) -> bool:
-    """Whether one side of a fault lies in a box, in part at least (up to the boxes of edges)."""
-    return len(rim.arcs[side]) > 1 and bool(segments_meet_box(x[rim.arcs[side]], low, high).any())
+    """Whether one side of a fault lies in a box, in part at least; it may be but a point."""
+    line = x[rim.arcs[side]]
+    return bool(segments_meet_box(line if len(line) > 1 else line[[0, 0]], low, high).any())
 
 
 def segments_meet_box(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -335,7 +335,7 @@ def _dangling(faults: list[_Fault], box: np.ndarray, used: set) -> list[NetworkR
 def _open_end(fault: _Fault, rim: Rim, side: str, low, high) -> NetworkRow | None:
     """The row of one side, if it lies in the model box."""
     x, t, arc = fault.surface.vertices, fault.surface.triangles, rim.arcs[side]
-    if not rim_in_box(rim, x, side, low, high):
+    if len(arc) < 2 or not rim_in_box(rim, x, side, low, high):
         return None
     way = directions(x, t, arc, side, rim.axes, guides_of(fault.surface))
     inside = exits(x[arc], way, low, high)

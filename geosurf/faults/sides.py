@@ -46,6 +46,8 @@ class Adjacency:
         Vertices of the edges where the two meet.
     half_edges, edge_of_half : ndarray of int64, shape (n_half,)
         Half-edges of the fault there (3 * triangle + corner), and the edge that each runs along.
+    across_walls : ndarray of int64, shape (n, 2)
+        Pieces that only a wall of the model box parts.
     """
 
     piece: np.ndarray
@@ -54,6 +56,7 @@ class Adjacency:
     edges: np.ndarray
     half_edges: np.ndarray
     edge_of_half: np.ndarray
+    across_walls: np.ndarray
 
 
 def _keys(t: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -64,7 +67,12 @@ def _keys(t: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def adjacency(
-    patches: Patches, fault: np.ndarray, main: np.ndarray, *, strict: bool = True
+    patches: Patches,
+    fault: np.ndarray,
+    main: np.ndarray,
+    walls: np.ndarray | None = None,
+    *,
+    strict: bool = True,
 ) -> Adjacency:
     """Find the pieces of a fault and the sides of a main fault on which they lie.
 
@@ -74,6 +82,8 @@ def adjacency(
         Of both faults, and perhaps others.
     fault, main : ndarray of int64
         Rows of their triangles.
+    walls : ndarray of int64, optional
+        Rows of the walls of the model box, which cut the fault into pieces, too.
     strict : bool
         False leaves edges out where the main fault has no two sides; True raises.
 
@@ -98,7 +108,13 @@ def adjacency(
     half = np.flatnonzero(sheets > 0)
     twin = _coincident(tf, tm)
     ring, _ = edges(tf, n)
+    at_wall = np.zeros(0, dtype=np.int64)
+    if walls is not None and len(walls):
+        at_wall = np.flatnonzero(np.isin(key_f, _keys(patches.triangles[walls], n)[0]))
+    beyond = np.setdiff1d(at_wall, half)
+    neighbours = np.stack([beyond // 3, ring[beyond] // 3], axis=1)
     ring[half] = half
+    ring[beyond] = beyond
     piece, n_piece = pieces(tf, ring)
     within = np.zeros(n_piece, dtype=bool)
     within[piece[twin]] = True
@@ -118,7 +134,7 @@ def adjacency(
     beside[piece[told // 3], np.where(front, 0, 1)] = True
     found, edge_of_half = np.unique(key_f[half], return_inverse=True)
     ends = np.stack(np.divmod(found, n), axis=1)
-    return Adjacency(piece, beside, within, ends, half, edge_of_half)
+    return Adjacency(piece, beside, within, ends, half, edge_of_half, piece[neighbours])
 
 
 def _refuse_sheets(patches, main, tf, half, sheets) -> None:

@@ -32,6 +32,8 @@ def truncate_faults(patches: Patches, truncations: Any) -> TruncatedFaults:
     ----------
     patches : Patches
         Of all faults that the rules name, from one `rebuild_surfaces`; others may be among them.
+        With the walls of the model box among them, sides are decided inside the box: where a
+        fault goes on around the end of its main fault outside, it is cut off at the box.
     truncations : mapping
         As for `Scene`: ``{"F2": ("F1", "hanging wall")}`` lets F2 end at F1 and keeps what lies in
         the hanging wall of F1. A fault may end at several: a tuple of such pairs. Faults
@@ -118,21 +120,26 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> Truncation:
     main = patches.sources[patches.names.index(rule.main)]
     side = main_side(main, rule.keep)
     mine = rows[rule.fault]
-    beside = adjacency(patches, mine, rows[rule.main])
-    wanted = beside.beside[:, 0 if side > 0 else 1]
-    unwanted = beside.beside[:, 1 if side > 0 else 0]
+    walls, inside = _inside(patches)
+    beside = adjacency(patches, mine, rows[rule.main], walls)
+    held = np.zeros(len(beside.within), dtype=bool)
+    held[beside.piece[inside[mine]]] = True
+    wanted = beside.beside[:, 0 if side > 0 else 1] & held
+    unwanted = beside.beside[:, 1 if side > 0 else 0] & held
     if (wanted & unwanted).any():
         raise _goes_around(patches, rule, beside, mine)
     if not (wanted | unwanted).any():
-        raise _not_reached(patches, rule, rows)
+        raise _not_reached(patches, rule, {name: r[inside[r]] for name, r in rows.items()})
     if not wanted.any():
         raise GeometryError(
             f"fault {rule.fault!r} has no part in the {rule.keep} of {rule.main!r}: nothing would "
             f"be left of it. It meets {rule.main!r} at "
             f"{place(patches.vertices[beside.edges[0, 0]])}; keep the other part."
         )
-    dropped = (unwanted | beside.within)[beside.piece]
-    apart = ~(wanted | unwanted | beside.within)[beside.piece]
+    gone = unwanted | (beside.within & held)
+    gone |= _beyond(gone, held, beside.across_walls)
+    dropped = gone[beside.piece]
+    apart = ~(wanted | gone)[beside.piece] & inside[mine]
     area = _areas(patches, mine)
     kept_edges = np.unique(beside.edge_of_half[~dropped[beside.half_edges // 3]])
     ends = patches.local[beside.edges[kept_edges]]
@@ -148,6 +155,33 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> Truncation:
         apart_area=math.fsum(area[apart]),
         length=math.fsum(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)),
     )
+
+
+def _inside(patches: Patches) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the walls, and which triangles lie in the model box; all, where there are no walls.
+
+    Walls have cut all triangles, and points on an axis-parallel wall are rounded onto it, so a
+    triangle lies inside if its corners do.
+    """
+    wall = np.isin(
+        patches.surface_of_triangle,
+        [i for i, source in enumerate(patches.sources) if source.role == "wall"],
+    )
+    walls = np.flatnonzero(wall)
+    if len(walls) == 0:
+        return walls, np.ones(patches.n_triangle, dtype=bool)
+    box = [s.vertices - patches.origin for s in patches.sources if s.role == "wall"]
+    low, high = np.concatenate(box).min(axis=0), np.concatenate(box).max(axis=0)
+    within = ((patches.local >= low) & (patches.local <= high)).all(axis=1)
+    return walls, within[patches.triangles].all(axis=1)
+
+
+def _beyond(gone: np.ndarray, held: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Pieces outside the model box that hang on to a piece inside that is dropped."""
+    out = np.zeros(len(gone), dtype=bool)
+    for a, b in (pairs.T, pairs[:, ::-1].T):
+        out[b[gone[a] & ~held[b]]] = True
+    return out
 
 
 def _areas(patches: Patches, rows: np.ndarray) -> np.ndarray:

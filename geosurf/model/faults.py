@@ -168,6 +168,7 @@ class FaultNetwork:
     Attributes
     ----------
     rows : tuple of NetworkRow
+        As printed, numbered from 0.
 
     Examples
     --------

@@ -107,6 +107,21 @@ def test_a_bridge_is_only_built_where_it_is_needed():
     assert [type(a) for a in through.fault_actions] == [Truncation]
 
 
+def test_what_happens_outside_the_box_does_not_matter():
+    """F1 ends a little outside the box, F2 goes far around its end there."""
+    main = sheet("F1", [(-0.5, -0.5, 8.5), (8.5, -0.5, -0.5), (8.5, 8.5, -0.5), (-0.5, 8.5, 8.5)])
+    far = sheet("F2", [(-5, -5, -5), (12, -5, 12), (12, 12, 12), (-5, 12, -5)], (2, 3))
+    rules = {"F2": ("F1", "hanging wall")}
+    made = scene(main, far, truncations=rules)
+    np.testing.assert_allclose(volumes(made.units), [128, 128, 256], rtol=1e-12)
+    (cut,) = made.fault_actions
+    whole = 17.0 * 17.0 * np.sqrt(2)
+    assert cut.kept_area + cut.dropped_area == pytest.approx(whole, rel=1e-12)
+    inside = sheet("F1", [(0, 0.5, 8), (8, 0.5, 0), (8, 8, 0), (0, 8, 8)])
+    with pytest.raises(GeometryError, match=r"around the end of 'F1' at .*northing 0\.500"):
+        _ = scene(inside, far, truncations=rules).units
+
+
 def test_a_change_of_one_fault_leaves_the_others_alone():
     other = sheet("F4", [(1, 6, 1), (2, 6, 1), (2, 6, 2), (1, 6, 2)])
     rules = {"F2": ("F1", "hanging wall")}
