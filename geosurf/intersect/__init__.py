@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.contact.search import Contacts, check_surfaces, find_contacts
+from geosurf.intersect.dial import check_tolerance, smooth_curves
 from geosurf.intersect.link import (
     canonical,
     line_contacts,
@@ -28,6 +29,7 @@ def intersect_surfaces(
     method: str = "auto",
     voxel_size: float | None = None,
     self_intersections: bool = False,
+    tolerance: float = 0.0,
 ) -> Curves:
     """
     Find the curves along which surfaces meet.
@@ -51,6 +53,11 @@ def intersect_surfaces(
     self_intersections : bool
         Whether to look for curves of each surface with itself, too. Edges and corners that
         neighbouring triangles share are no contacts.
+    tolerance : float
+        0: the curves of the triangles, which are the definition. Above 0 [m]: where surfaces
+        have a lattice of at least 6 x 6 nodes, the curves of smooth surfaces through its nodes,
+        with as few points as the tolerance allows; `Curves.error_bound` and `Curves.places`
+        say what was met. Surfaces without a lattice are taken as their triangles.
 
     Returns
     -------
@@ -61,7 +68,8 @@ def intersect_surfaces(
     Raises
     ------
     InputError
-        For fewer surfaces than needed, or an unknown method.
+        For fewer surfaces than needed, an unknown method, a tolerance that is no length, or
+        a tolerance together with `self_intersections`.
     SurfaceError
         If a surface is empty or has triangles without area.
 
@@ -83,7 +91,23 @@ def intersect_surfaces(
     >>> curves = intersect_surfaces([flat, wall])
     >>> curves.n_curve, curves.names, bool(curves.closed[0])
     (1, ('Top', 'F1'), False)
+
+    A dome of 50 m cells, cut in a circle of 1000 m radius, to a centimetre:
+
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.dome_and_flat_fault(n=81, semi_axes=(1000, 1000), height=25)
+    >>> top = gs.triangulate_horizon(world.horizons["Top"])
+    >>> flat = gs.triangulate_fault(world.faults["Flat"])
+    >>> smooth = intersect_surfaces([top, flat], tolerance=0.01)
+    >>> radii = np.linalg.norm(smooth.points[:, :2] - 2000.0, axis=1)
+    >>> bool(np.abs(radii - 1000.0).max() <= smooth.error_bound[0] <= 0.01), smooth.places
+    (True, ())
     """
+    tolerance = check_tolerance(tolerance, self_intersections)
+    if tolerance > 0:
+        return smooth_curves(
+            surfaces, tolerance, curves_of, method=method, voxel_size=voxel_size
+        )
     surfaces = check_surfaces(surfaces, 1 if self_intersections else 2)
     contacts = find_contacts(
         surfaces, method=method, voxel_size=voxel_size, self_intersections=self_intersections

@@ -8,7 +8,7 @@ metres; results keep local coordinates (`local`, exact to the frame) and an
 from __future__ import annotations
 
 from geosurf.model.base import frozen
-from geosurf.model.curves import Curves, Patches, Touch, TriangleContact, VoxelSearch
+from geosurf.model.curves import Curves, Patches, Place, Touch, TriangleContact, VoxelSearch
 from geosurf.model.faults import (
     ExtendedFault,
     Extension,
@@ -32,6 +32,7 @@ __all__ = [
     "Lattice",
     "NetworkRow",
     "Patches",
+    "Place",
     "Touch",
     "TriSurface",
     "TriangleContact",

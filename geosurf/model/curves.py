@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions import place
 from geosurf.errors import InputError
 from geosurf.model.base import frozen, polydata
 from geosurf.model.surfaces import TriSurface
@@ -65,6 +66,37 @@ class Touch:
 
 
 @dataclass(frozen=True, eq=False)
+class Place:
+    """Where a curve is not what its tolerance asked for, and why.
+
+    Attributes
+    ----------
+    reason : str
+        In words: ``"noise"``, ``"hole"``, ``"tangency"``, ``"rim"``, ``"interpolation"``,
+        ``"touching"``, ``"coarse lattice"``, ``"overlap"``; `docs/accuracy.md` explains them.
+    surfaces : (int, int)
+        Rows of `Curves.names`.
+    points : ndarray of float64, shape (n, 3)
+        World coordinates [m]: the part of the curve, or the place of a possible contact.
+    error_bound : float
+        Estimated error there [m]; inf where no rule gives one.
+    curve : int
+        Row of `Curves.curves`, or -1 where there is none.
+    """
+
+    reason: str
+    surfaces: tuple[int, int]
+    points: np.ndarray
+    error_bound: float
+    curve: int = -1
+
+    def __str__(self) -> str:
+        where = place(self.points[len(self.points) // 2])
+        size = "unknown" if np.isinf(self.error_bound) else f"about {self.error_bound:.2g} m"
+        return f"{self.reason} at {where}: error {size}"
+
+
+@dataclass(frozen=True, eq=False)
 class Curves:
     """The curves along which surfaces meet.
 
@@ -86,6 +118,12 @@ class Curves:
         Touching points and overlap areas.
     cost : dict
         What it took: numbers of voxels, candidate faces, pairs tested, pairs meeting.
+    error_bound : ndarray of float64, shape (n_curve,), or None
+        With a tolerance: how far each curve can be from that of the smooth surfaces [m]; 0 for
+        plain curves of surfaces that are no lattices, inf where a part is not known. None for
+        plain curves.
+    places : tuple of Place
+        With a tolerance: where it is not met, or not known to be, and why.
     """
 
     names: tuple[str, ...]
@@ -98,6 +136,8 @@ class Curves:
     closed: np.ndarray
     contacts: tuple[Touch, ...] = ()
     cost: dict[str, int] = field(default_factory=dict)
+    error_bound: np.ndarray | None = None
+    places: tuple[Place, ...] = ()
 
     @property
     def n_curve(self) -> int:

@@ -1,0 +1,180 @@
+"""Curves with a tolerance: pair by pair, lifted where a lattice is smooth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from geosurf.contact.search import check_surfaces, find_contacts
+from geosurf.conventions import frame_origin
+from geosurf.errors import InputError
+from geosurf.intersect.lift import Line, lift_strand, strand_of
+from geosurf.intersect.loops import find_lost, pair_keys
+from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, side_of
+from geosurf.kernels.mesh import weld
+from geosurf.model import Curves, Place, Touch, TriSurface, frozen
+
+Linker = Callable[..., Curves]
+
+
+def check_tolerance(tolerance: float, self_intersections: bool) -> float:
+    """Return the tolerance [m], or say what is wrong with it."""
+    if not (np.isfinite(tolerance) and tolerance >= 0):
+        raise InputError(
+            f"tolerance is {tolerance!r}; give a length in metres, or 0 for the plain curve."
+        )
+    if tolerance > 0 and self_intersections:
+        raise InputError(
+            "curves of a surface with itself are plain: tolerance and self_intersections "
+            "exclude each other. Call intersect_surfaces once with each."
+        )
+    return float(tolerance)
+
+
+def smooth_curves(
+    surfaces: Sequence[TriSurface], tolerance: float, linker: Linker, **options
+) -> Curves:
+    """Curves of all pairs of surfaces, to a tolerance where their lattices are smooth.
+
+    Parameters
+    ----------
+    surfaces : sequence of TriSurface
+    tolerance : float
+        [m], above 0.
+    linker : callable
+        From contacts to plain curves.
+    **options
+        For `geosurf.contact.find_contacts`.
+
+    Returns
+    -------
+    Curves
+    """
+    surfaces = tuple(surfaces)
+    for surface in surfaces:
+        if not isinstance(surface, TriSurface) or not has_cubics(surface):
+            check_surfaces((surface,))
+    if len(surfaces) < 2:
+        check_surfaces(surfaces, 2)
+    origin = frame_origin(*(_corners(surface) for surface in surfaces))
+    found: list[tuple[tuple[int, int], Line]] = []
+    places: list[tuple[tuple[int, int], str, np.ndarray, float]] = []
+    touches: list[Touch] = []
+    cost: dict[str, int] = {}
+    for i in range(len(surfaces)):
+        for j in range(i + 1, len(surfaces)):
+            pair = (i, j)
+            one, two = surfaces[i], surfaces[j]
+            lines, more, plain = _pair(one, two, origin, tolerance, linker, options)
+            found += [(pair, line) for line in lines]
+            places += [(pair, *place) for place in more]
+            for curves in plain:
+                touches += [Touch(t.kind, pair, t.points, t.area) for t in curves.contacts]
+                for key, value in curves.cost.items():
+                    cost[key] = cost.get(key, 0) + value
+    names = tuple(surface.name for surface in surfaces)
+    return _assemble(names, origin, found, places, touches, cost)
+
+
+def _corners(surface: TriSurface) -> np.ndarray:
+    """Corners of a box around a surface, without making vertices of a lattice."""
+    lattice = surface.lattice
+    if lattice is None or "vertices" in surface.__dict__:
+        return surface.vertices
+    parts = (lattice.easting, lattice.northing, lattice.elevation)
+    return np.array([[np.nanmin(q) for q in parts], [np.nanmax(q) for q in parts]])
+
+
+def _pair(one, two, origin, tolerance, linker, options):
+    """Lines, places and plain curves of two surfaces."""
+    flip = _second_first(one, two)
+    if flip:
+        one, two = two, one
+    coarse = [("coarse lattice", points, np.inf) for points in map(_bent, (one, two)) if points is not None]
+    if not has_cubics(one):
+        plain = linker(find_contacts((one, two), origin=origin, **options))
+        bound = np.inf if coarse else 0.0
+        return [_plain_line(plain, k, bound) for k in range(plain.n_curve)], coarse, [plain]
+    sides = side_of(one, origin), side_of(two, origin)
+    near = find_candidates(*sides)
+    pieces = tuple(piece_of(side, cells) for side, cells in zip(sides, near.cells, strict=True))
+    lines: list[Line] = []
+    plain_curves = []
+    keys = np.empty(0, dtype=np.int64)
+    if len(near.pairs) and None not in pieces:
+        contacts = find_contacts(tuple(p.surface for p in pieces), origin=origin, **options)
+        plain = linker(contacts)
+        plain_curves.append(plain)
+        if plain.n_curve:
+            strand = strand_of(plain, contacts, pieces, sides)
+            lines, w = lift_strand(strand, sides, tolerance)
+            rows = strand.hold >= 0
+            keys = np.concatenate([
+                pair_keys(sides, strand.w[rows], strand.tri[rows]),
+                pair_keys(sides, w[rows], strand.tri[rows]),
+            ])  # fmt: skip
+    lost, places = find_lost(sides, near, lines, keys, tolerance) if len(near.pairs) else ([], [])
+    for line in lines:
+        line.bound = np.inf if coarse else line.bound
+    return lines + lost, coarse + places, plain_curves
+
+
+def _second_first(one: TriSurface, two: TriSurface) -> bool:
+    """Whether to exchange two surfaces: a lattice first, else by name, whatever the order given."""
+    if has_cubics(one) != has_cubics(two):
+        return has_cubics(two)
+    return two.name < one.name
+
+
+def _bent(surface: TriSurface) -> np.ndarray | None:
+    """Nodes of a lattice that is too coarse for cubics and not flat, or None."""
+    if surface.lattice is None or has_cubics(surface):
+        return None
+    lattice = surface.lattice
+    nodes = np.stack([*lattice.horizontal(), lattice.elevation], axis=-1)
+    bends = [np.abs(np.diff(nodes, 2, axis=axis)) for axis in (0, 1)]
+    largest = max((np.nanmax(b, initial=0.0) for b in bends if b.size), default=0.0)
+    return nodes[lattice.present] if largest > 1e-6 else None
+
+
+def _plain_line(plain: Curves, k: int, bound: float) -> Line:
+    """A curve of two surfaces without cubics."""
+    points = plain.local[plain.curves[k]]
+    return Line(points, np.empty((0, 4)), np.empty(0, dtype=np.int64), bool(plain.closed[k]), bound)
+
+
+def _assemble(names, origin, found, places, touches, cost) -> Curves:
+    """Put lines together to `Curves`; points with equal coordinates become one."""
+    lines = [line for _, line in found if len(line.points) > 1]
+    owners = [pair for pair, line in found if len(line.points) > 1]
+    said = [Place(why, pair, frozen(x + 0.0, np.float64), size) for pair, why, x, size in places]
+    stacked = np.concatenate([np.empty((0, 3)), *(line.points for line in lines)])
+    number, count = weld(stacked)
+    local = np.empty((count, 3))
+    local[number] = stacked
+    stop = np.cumsum([0, *(len(line.points) for line in lines)])
+    curves = [number[a:b] for a, b in zip(stop[:-1], stop[1:], strict=True)]
+    for k, (pair, line) in enumerate(zip(owners, lines, strict=True)):
+        said += [Place(why, pair, frozen(x, np.float64), size, k) for why, x, size in line.places]
+    segments = [np.stack([curve[:-1], curve[1:]], axis=1) for curve in curves]
+    pairs = np.array(owners, dtype=np.int64).reshape(-1, 2)
+    sizes = [len(part) for part in segments]
+    said = [
+        Place(p.reason, p.surfaces, frozen(p.points + origin, np.float64), p.error_bound, p.curve)
+        for p in said
+    ]
+    return Curves(
+        names=names,
+        local=frozen(local, np.float64),
+        origin=frozen(origin, np.float64),
+        segments=frozen(np.concatenate([np.empty((0, 2), int), *segments]), np.int64),
+        surfaces_of_segment=frozen(np.repeat(pairs, sizes, axis=0), np.int64),
+        curves=tuple(frozen(curve, np.int64) for curve in curves),
+        surfaces_of_curve=frozen(pairs, np.int64),
+        closed=frozen([curve[0] == curve[-1] for curve in curves], np.bool_),
+        contacts=tuple(touches),
+        cost=cost,
+        error_bound=frozen([line.bound for line in lines], np.float64),
+        places=tuple(said),
+    )

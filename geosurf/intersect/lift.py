@@ -1,0 +1,319 @@
+"""Plain curves of two surfaces -> curves of the cubics through their lattices.
+
+The plain curve gives ends, closure and neighbourhood; Newton's method moves its points, and
+resampling brings chords within the tolerance. How far cubics can be trusted is estimated from
+the data (`doubt_along`); where they cannot, the plain curve stays and a `Place` says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geosurf.contact.search import Contacts
+from geosurf.intersect.sides import Piece, Side
+from geosurf.kernels.contact import N_CORNER
+from geosurf.kernels.lift import (
+    ASTRAY,
+    HOLD_SUM,
+    HOLD_UA,
+    HOLD_UB,
+    HOLD_VA,
+    HOLD_VB,
+    HOLE,
+    LIFTED,
+    OUTSIDE,
+    keep_order,
+    lift_points,
+)
+from geosurf.kernels.mesh import weld
+from geosurf.kernels.patch import NOISE_GAIN
+from geosurf.kernels.resample import SAFETY, resample_runs
+from geosurf.model import Curves
+
+REASONS = {ASTRAY: "tangency", HOLE: "hole", OUTSIDE: "rim"}
+NOISE, DROPPED, OVERLAP = 10, 11, 12
+ROUGH = 0.3  # differences of interpolants that shrink by less than this are noise
+WINDOW = 8  # points to each side over which they are compared
+_ON_RIM = 1e-9
+
+
+@dataclass(eq=False)
+class Line:
+    """One curve of a pair of sides, local frame; `bound` inf where a part is not known."""
+
+    points: np.ndarray
+    params: np.ndarray
+    tri: np.ndarray
+    closed: bool
+    bound: float
+    places: list[tuple[str, np.ndarray, float]] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class Strand:
+    """Plain curves, one after the other, with parameters of each point on both sides.
+
+    Attributes
+    ----------
+    start : ndarray, shape (n, 3)
+        Plain points, local.
+    offsets : ndarray of int64, shape (n_curve + 1,)
+    w : ndarray, shape (n, 4)
+        Parameters as in `geosurf.kernels.lift`.
+    tri : ndarray of int64, shape (n,)
+        Triangle of the second side that holds the segment from each point on.
+    hold : ndarray of int64, shape (n,)
+        What is held there; -1 where no pair of faces is known.
+    must : ndarray of int64, shape (n,)
+        1 for points that cannot be left out: ends, and sides of triangles.
+    """
+
+    start: np.ndarray
+    offsets: np.ndarray
+    w: np.ndarray
+    tri: np.ndarray
+    hold: np.ndarray
+    must: np.ndarray
+
+
+def strand_of(plain: Curves, contacts: Contacts, pieces: tuple[Piece, Piece], sides) -> Strand:
+    """Plain curves with the parameters of their points."""
+    rows = np.concatenate(plain.curves)
+    offsets = np.append(0, np.cumsum([len(curve) for curve in plain.curves]))
+    start = plain.local[rows]
+    faces = _faces_of_segments(plain, contacts, rows, offsets)
+    known = faces[:, 0] >= 0
+    w = np.zeros((len(rows), 4))
+    hold = np.where(known, 0, -1)
+    must = np.zeros(len(rows), dtype=np.int64)
+    first, last = offsets[:-1], offsets[1:] - 1
+    ends = np.concatenate([first, last])
+    must[ends] = 1
+    ends = ends[~np.tile(plain.closed, 2)]
+    tri = np.zeros(len(rows), dtype=np.int64)
+    for k in (1, 0):
+        side, piece = sides[k], pieces[k]
+        face = np.where(known, faces[:, k], 0)
+        weights = _weights(piece.surface, side.origin, face, start)
+        if side.smooth:
+            corners = piece.node_of_vertex[piece.surface.triangles[face]]
+            n_row, n_col = side.z.shape
+            w[:, 2 * k] = (weights * (corners % n_col)).sum(axis=1)
+            w[:, 2 * k + 1] = (weights * (corners // n_col)).sum(axis=1)
+            for axis, top in ((0, n_col - 1), (1, n_row - 1)):
+                u = w[ends, 2 * k + axis]
+                rim = ends[(np.minimum(u, top - u) < _ON_RIM) & known[ends]]
+                w[rim, 2 * k + axis] = np.round(w[rim, 2 * k + axis])
+                hold[rim] = (HOLD_UA, HOLD_VA)[axis] if k == 0 else (HOLD_UB, HOLD_VB)[axis]
+        else:
+            tri = piece.cell_of_triangle[face]
+            w[:, 2:] = weights[:, 1:]
+            for corner, what in ((0, HOLD_SUM), (1, HOLD_UB), (2, HOLD_VB)):
+                side_points = (np.abs(weights[:, corner]) < _ON_RIM) & known
+                hold[side_points] = what
+                must[side_points] = 1
+    return Strand(start, offsets, w, tri, hold, must)
+
+
+def _faces_of_segments(plain, contacts, rows, offsets) -> np.ndarray:
+    """Faces (n, 2) of both pieces that make the segment from each point on; -1: none (overlaps).
+
+    The last point of a curve takes the faces of the segment before it.
+    """
+    lines = contacts.rows[contacts.rows[:, N_CORNER] == 2]
+    ids = contacts.ids[contacts.rows[:, N_CORNER] == 2, :2]
+    number, count = weld(np.concatenate([plain.local, contacts.x]))
+    of_point, of_id = number[: len(plain.local)], number[len(plain.local) :]
+    ends = np.sort(of_id[ids], axis=1)
+    keys = ends[:, 0] * count + ends[:, 1]
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    here = of_point[rows]
+    onward = np.arange(len(rows))
+    onward[offsets[1:] - 1] -= 1  # the last point of a curve
+    ends = np.sort(np.stack([here[onward], here[onward + 1]], axis=1), axis=1)
+    wanted = ends[:, 0] * count + ends[:, 1]
+    at = np.minimum(np.searchsorted(keys, wanted), max(len(keys) - 1, 0))
+    faces = np.full((len(rows), 2), -1, dtype=np.int64)
+    if len(keys):
+        found = keys[at] == wanted
+        pair = lines[order[at[found]], :2]
+        swap = contacts.surface_of_face[pair[:, 0]] > 0
+        pair[swap] = pair[swap][:, ::-1]
+        faces[found] = contacts.row_of_face[pair]
+    return faces
+
+
+def _weights(surface, origin, face, x) -> np.ndarray:
+    """Barycentric coordinates (n, 3) of points in the planes of triangles."""
+    a, b, c = ((surface.vertices - origin)[surface.triangles[face, k]] for k in range(3))
+    u, v, d = b - a, c - a, x - a
+    uu, uv, vv = ((p * q).sum(axis=1) for p, q in ((u, u), (u, v), (v, v)))
+    du, dv = (d * u).sum(axis=1), (d * v).sum(axis=1)
+    size = uu * vv - uv * uv
+    s, t = (du * vv - dv * uv) / size, (dv * uu - du * uv) / size
+    return np.stack([1 - s - t, s, t], axis=1)
+
+
+def lift_strand(
+    strand: Strand, sides: tuple[Side, Side], tolerance: float
+) -> tuple[list[Line], np.ndarray]:
+    """Curves of the smooth sides in place of plain ones, and parameters of the lifted points."""
+    one, two = sides
+    n = len(strand.start)
+    w, p = strand.w.copy(), strand.start.copy()
+    tangents, doubts = np.zeros((n, 4)), np.zeros((n, 4))
+    arrays = (one.x, one.y, one.z, two.x, two.y, two.z, two.c)
+    status = lift_points(
+        *arrays, strand.tri, strand.hold, strand.start, w, p, tangents, doubts
+    )
+    smooth = [0, 1, 2, 3] if two.smooth else [0, 1]
+    wandered = (np.abs(w - strand.w)[:, smooth] > 2).any(axis=1)
+    status[(status == LIFTED) & wandered] = ASTRAY
+    status[(status == OUTSIDE) & (strand.must == 0)] = DROPPED
+    status[strand.hold < 0] = OVERLAP
+    error = np.zeros(n)
+    for a, b in zip(strand.offsets[:-1], strand.offsets[1:], strict=True):
+        if (strand.start[a] == strand.start[b - 1]).all():  # closed: one point, twice
+            p[b - 1] = p[a]
+            if two.smooth:
+                w[b - 1] = w[a]
+            status[b - 1] = status[a] = max(status[a], status[b - 1])
+        error[a:b] = doubt_along(doubts[a:b], tangents[a:b, 3], status[a:b], tolerance)
+    keep_order(strand.start, p, tangents, strand.must, strand.offsets, status, DROPPED)
+    return _lines(strand, sides, arrays, p, w, status, error, tolerance), w
+
+
+def doubt_along(doubts, sine, status, tolerance) -> np.ndarray:
+    """Estimated distance [m] of the cubics' curve from the true one; marks noise in `status`.
+
+    Differences of interpolants (6-point from 4-point, 4-point from 2-point) are compared over a
+    window along the curve. Where the first is less than ROUGH of the second, interpolants converge
+    like a geometric series, whose rest is bounded by ``d / (1 - q)``. Elsewhere the first
+    difference is what noise leaves in it, and the noise is ``d / NOISE_GAIN``. Errors of both
+    surfaces add up, over the sine of the angle between them.
+    """
+    lifted = status == LIFTED
+    total = np.zeros(len(status))
+    if not lifted.any():
+        return total
+    rough = np.zeros(lifted.sum(), dtype=bool)
+    for fine, coarse in (doubts[lifted, :2].T, doubts[lifted, 2:].T):
+        d, before = _window_rms(fine), _window_rms(coarse)
+        shrinks = d <= ROUGH * before
+        q = np.divide(d, before, out=np.zeros_like(d), where=before > 0)
+        rough |= ~shrinks
+        total[lifted] += np.where(shrinks, fine / (1 - np.minimum(q, ROUGH)), d / NOISE_GAIN)
+    total[lifted] /= sine[lifted]
+    noisy = np.flatnonzero(lifted)[rough & (total[lifted] > 0.5 * tolerance)]
+    status[noisy] = NOISE
+    return total
+
+
+def _window_rms(values: np.ndarray) -> np.ndarray:
+    """Root mean square over WINDOW values to each side."""
+    sums = np.append(0.0, np.cumsum(values**2))
+    n = len(values)
+    low = np.maximum(np.arange(n) - WINDOW, 0)
+    high = np.minimum(np.arange(n) + WINDOW + 1, n)
+    return np.sqrt(np.maximum(sums[high] - sums[low], 0.0) / (high - low))
+
+
+def _lines(strand, sides, arrays, p, w, status, error, tolerance) -> list[Line]:
+    """Resample all lifted runs in one go, and put the curves together."""
+    runs, places_of_curve, parts_of_curve = [], [], []
+    for a, b in zip(strand.offsets[:-1], strand.offsets[1:], strict=True):
+        parts, places = _parts(strand, sides[1].smooth, status, a, b)
+        parts_of_curve.append(parts)
+        places_of_curve.append(places)
+        runs += [rows for kind, rows in parts if kind == "run"]
+    rows, spans, tri = _rows_of_runs(runs, sides[1], strand, p, w)
+    worst = np.array([error[run].max() for run in runs])
+    target = np.maximum(tolerance - worst, 0.25 * tolerance) / SAFETY
+    out, offsets = resample_runs(*arrays, rows, spans, tri, target)
+    lines, k = [], 0
+    for parts, places in zip(parts_of_curve, places_of_curve, strict=True):
+        pieces, bound, found = [], 0.0, []
+        for kind, rows_of_part in parts:
+            if kind == "plain":
+                piece = np.zeros((len(rows_of_part), 9))
+                piece[:, :3] = strand.start[rows_of_part]
+                piece[:, 3:7] = np.nan
+            else:
+                piece = out[offsets[k] : offsets[k + 1]]
+                bound = max(bound, _bound_of_run(piece, worst[k], tolerance, found))
+                k += 1
+            pieces.append(piece)
+        for reason, where in places:
+            size = float(error[where].max()) if reason == "noise" else np.inf
+            found.append((reason, strand.start[where], size))
+            bound = max(bound, size)
+        lines.append(_joined(pieces, bound, found))
+    return lines
+
+
+def _bound_of_run(piece, doubt, tolerance, found) -> float:
+    """Bound of a lifted run; says where the interpolation or a chord is no better."""
+    if doubt > tolerance:
+        found.append(("interpolation", piece[:, :3], float(doubt)))
+    lost = np.flatnonzero(piece[:, 7] < 0)
+    for row in lost:
+        found.append(("tangency", piece[row - 1 : row + 1, :3], np.inf))
+    return np.inf if len(lost) else float(piece[:, 7].max() + doubt)
+
+
+def _parts(strand, smooth, status, a, b):
+    """Runs of lifted rows and plain rows between them, in order; places (reason, rows)."""
+    rows = np.arange(a, b)
+    rows = rows[status[a:b] != DROPPED]
+    lifted = status[rows] == LIFTED
+    parts, places = [], []
+    for group in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(lifted)) + 1):
+        members = rows[group]
+        if not lifted[group[0]]:
+            parts.append(("plain", members))
+            for kind in np.unique(status[members]):
+                reason = {NOISE: "noise", OVERLAP: "overlap"}.get(kind) or REASONS[kind]
+                places.append((reason, members[status[members] == kind]))
+            continue
+        cuts = strand.must[members] == 1 if not smooth else np.zeros(len(members), dtype=bool)
+        cuts[[0, -1]] = True
+        if cuts.sum() < 4 and len(members) > 3:  # so that a closed curve keeps its shape
+            cuts[[len(members) // 3, 2 * len(members) // 3]] = True
+        at = np.flatnonzero(cuts)
+        if len(members) == 1:
+            parts.append(("run", members[[0, 0]]))
+        parts += [("run", members[i : j + 1]) for i, j in zip(at[:-1], at[1:], strict=True)]
+    return parts, places
+
+
+def _rows_of_runs(runs, two, strand, p, w):
+    """Rows (n, 7) of all runs, their spans, and the triangle of each."""
+    if not runs:
+        return np.zeros((0, 7)), np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
+    members = np.concatenate(runs)
+    sizes = np.array([len(run) for run in runs])
+    stop = np.cumsum(sizes)
+    spans = np.stack([stop - sizes, stop - 1], axis=1)
+    tri = strand.tri[members[spans[:, 0]]]
+    rows = np.hstack([p[members], w[members]])
+    if not two.smooth:  # the end of a run belongs to the next triangle, too
+        a, b, c = (two.c[tri, k] for k in range(3))
+        u, v, d = b - a, c - a, p[members[spans[:, 1]]] - a
+        uu, uv, vv = ((q * r).sum(axis=1) for q, r in ((u, u), (u, v), (v, v)))
+        du, dv = (d * u).sum(axis=1), (d * v).sum(axis=1)
+        size = uu * vv - uv * uv
+        rows[spans[:, 1], 5] = (du * vv - dv * uv) / size
+        rows[spans[:, 1], 6] = (dv * uu - du * uv) / size
+    return rows, spans, tri
+
+
+def _joined(pieces, bound, places) -> Line:
+    """One line from its parts; where two runs share a point, it is kept once."""
+    rows = np.concatenate(pieces)
+    keep = np.append(True, (np.diff(rows[:, :3], axis=0) != 0).any(axis=1))
+    rows = rows[keep]
+    closed = len(rows) > 2 and bool((rows[0, :3] == rows[-1, :3]).all())
+    return Line(rows[:, :3], rows[:, 3:7], rows[:, 8].astype(np.int64), closed, bound, places)

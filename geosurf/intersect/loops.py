@@ -1,0 +1,159 @@
+"""Curves of smooth surfaces that their triangles do not show: looked for, traced, or reported."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.intersect.lift import NOISE, Line, doubt_along
+from geosurf.intersect.sides import Candidates, Side
+from geosurf.kernels.cover import NEAR_SEED, SEED, TOO_CLOSE, check_pairs, keys_of
+from geosurf.kernels.lift import LIFTED, lift_points
+from geosurf.kernels.resample import SAFETY
+from geosurf.kernels.trace import CLOSED, LOST, distances, trace_curve
+
+Found = tuple[str, np.ndarray, float]  # reason, points, error
+
+
+def pair_keys(sides: tuple[Side, Side], w: np.ndarray, tri: np.ndarray) -> np.ndarray:
+    """Numbers of the pairs of cells in which parameters lie."""
+    return keys_of(sides[0].z, sides[1].z, w, tri)
+
+
+def find_lost(
+    sides: tuple[Side, Side],
+    near: Candidates,
+    lines: list[Line],
+    keys: np.ndarray,
+    tolerance: float,
+) -> tuple[list[Line], list[Found]]:
+    """Curves that none of the lines is, and places where there may be one.
+
+    Parameters
+    ----------
+    sides : (Side, Side)
+    near : Candidates
+        All pairs of patches that may touch.
+    lines : list of Line
+        The curves that are known.
+    keys : ndarray of int64
+        Pairs of cells that they run through (`pair_keys`).
+    tolerance : float
+        [m]
+
+    Returns
+    -------
+    lines, places
+    """
+    one, two = sides
+    whole = (near.whole[0][near.pairs[:, 0]] == 1) & (near.whole[1][near.pairs[:, 1]] == 1)
+    arrays = (one.x, one.y, one.z, two.x, two.y, two.z, two.c)
+    rows = check_pairs(
+        *arrays, near.pairs[whole], *near.cells, *near.nets, *near.cones, np.unique(keys)
+    )
+    if len(rows) == 0:
+        return [], []
+    reach = _cell_size(near)
+    ends = _segments(lines)
+    away = distances(rows[:, 6:9], *ends)
+    seeds = rows[np.isin(rows[:, 0], (SEED, NEAR_SEED)) & (away > 4 * tolerance)]
+    unclear = rows[~np.isin(rows[:, 0], (SEED, NEAR_SEED)) & (away > reach / 8)]
+    found, noisy = _trace_all(arrays, two, seeds, 0.25 * reach, tolerance)
+    places: list[Found] = []
+    if noisy:
+        places.append(("noise", np.concatenate(noisy), np.inf))
+    if len(unclear) and found:
+        unclear = unclear[distances(unclear[:, 6:9], *_segments(found)) > reach / 8]
+    for reason, kind in (("touching", False), ("tangency", True)):
+        points = unclear[(unclear[:, 0] == TOO_CLOSE) == kind, 6:9]
+        if len(points):
+            places.append((reason, points, np.inf if kind else reach / 32))
+    return found, places
+
+
+def _cell_size(near: Candidates) -> float:
+    """Largest diagonal of the patches of the lattice that are looked at [m]."""
+    nets = near.nets[0]
+    return float(np.linalg.norm(nets[:, 3, 3] - nets[:, 0, 0], axis=1).max())
+
+
+def _segments(lines: list[Line]) -> tuple[np.ndarray, np.ndarray]:
+    """Both ends of all segments."""
+    none = [np.empty((0, 3))]
+    return (
+        np.concatenate(none + [line.points[:-1] for line in lines]),
+        np.concatenate(none + [line.points[1:] for line in lines]),
+    )
+
+
+def _trace_all(arrays, two, seeds, step, tolerance) -> tuple[list[Line], list[np.ndarray]]:
+    """Trace from one seed after the other; seeds on a traced curve are done."""
+    beside = _beside(two)
+    found: list[Line] = []
+    noisy: list[np.ndarray] = []
+    while len(seeds):
+        line = _trace(arrays, beside, seeds[0], step, tolerance)
+        if line is None:
+            noisy.append(seeds[:1, 6:9])
+            seeds = seeds[1:]
+            continue
+        found.append(line)
+        away = distances(seeds[:, 6:9], *_segments([line]))
+        away[0] = 0.0
+        seeds = seeds[away > 4 * tolerance]
+    return found, noisy
+
+
+def _trace(arrays, beside, seed, step, tolerance) -> Line | None:
+    """The curve through a seed; None where the data are noise."""
+    tri = int(seed[1])
+    start = np.concatenate([seed[6:9], seed[2:6]])
+    target = 0.75 * tolerance / SAFETY
+    rows, ending = trace_curve(*arrays, beside, start, tri, 1.0, step, target)
+    endings = [ending]
+    if ending != CLOSED:
+        back, ending = trace_curve(*arrays, beside, start, tri, -1.0, step, target)
+        endings.append(ending)
+        rows = np.concatenate([back[:0:-1], rows])
+    if len(rows) < 2:
+        return Line(start[None, :3], start[None, 3:], np.array([tri]), False, np.inf,
+                    [("tangency", start[None, :3], np.inf)])  # fmt: skip
+    status, doubt = _doubts(arrays, rows, tolerance)
+    if (status == NOISE).any():
+        return None
+    bound = float(rows[:, 7].max() + doubt.max()) if (status == LIFTED).all() else np.inf
+    places: list[Found] = []
+    if LOST in endings or np.isinf(bound):
+        bound = np.inf
+        places.append(("tangency", rows[[0, -1], :3], np.inf))
+    elif doubt.max() > tolerance:
+        places.append(("interpolation", rows[:, :3], float(doubt.max())))
+    closed = endings[0] == CLOSED
+    return Line(rows[:, :3], rows[:, 3:7], rows[:, 8].astype(np.int64), closed, bound, places)
+
+
+def _doubts(arrays, rows, tolerance) -> tuple[np.ndarray, np.ndarray]:
+    """How far cubics can be trusted along traced rows."""
+    n = len(rows)
+    p, tangents, doubts = np.empty((n, 3)), np.zeros((n, 4)), np.zeros((n, 4))
+    status = lift_points(
+        *arrays, rows[:, 8].astype(np.int64), np.zeros(n, dtype=np.int64), rows[:, :3],
+        rows[:, 3:7].copy(), p, tangents, doubts,
+    )  # fmt: skip
+    return status, doubt_along(doubts, tangents[:, 3], status, tolerance)
+
+
+def _beside(side: Side) -> np.ndarray:
+    """The triangle across each side (corners 0-1, 1-2, 2-0) of each triangle; -1: none."""
+    if side.smooth:
+        return np.full((1, 3), -1, dtype=np.int64)
+    t = side.surface.triangles
+    ends = np.sort(np.stack([t, np.roll(t, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    _, edge, times = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    edge = edge.ravel()
+    order = np.argsort(edge, kind="stable")
+    beside = np.full(len(edge), -1, dtype=np.int64)
+    first = np.cumsum(times) - times
+    two = first[times == 2]
+    beside[order[two]] = order[two + 1] // 3
+    beside[order[two + 1]] = order[two] // 3
+    return beside.reshape(-1, 3)

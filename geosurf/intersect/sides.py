@@ -1,0 +1,244 @@
+"""The two sides of a smooth pair: lattices as cubics, other surfaces as their triangles.
+
+What may touch is found on pyramids over the lattices, without a triangle list; only cells that the
+bounds cannot exclude become triangles, for the exact engine.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from geosurf.contact.search import check_surfaces
+from geosurf.errors import SurfaceError
+from geosurf.kernels.cover import cones_of
+from geosurf.kernels.pyramid import BLOCK, block_pairs, lattice_pyramid, near_pairs, net_boxes
+from geosurf.kernels.patch import cell_nets
+from geosurf.model import TriSurface
+
+LEAST = 6  # nodes per side from which on cubics can be compared with quintics
+_NONE = np.zeros((1, 1))
+_NO_TRIANGLES = np.zeros((1, 3, 3))
+
+
+@dataclass(eq=False)
+class Side:
+    """One surface of a pair, in the local frame.
+
+    Attributes
+    ----------
+    surface : TriSurface
+    x, y, z : ndarray of float64, shape (n_row, n_col)
+        Nodes, x with one row and y with one column where the lattice is upright; (1, 1) zeros
+        for triangles.
+    c : ndarray of float64, shape (n_triangle, 3, 3)
+        Triangles; one of zeros for a lattice.
+    """
+
+    surface: TriSurface
+    origin: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    c: np.ndarray
+
+    @property
+    def smooth(self) -> bool:
+        """Whether this side is a lattice."""
+        return len(self.z) > 1
+
+    @property
+    def n_cell_col(self) -> int:
+        """Number of cells in a row."""
+        return self.z.shape[1] - 1
+
+    @cached_property
+    def pyramid(self) -> tuple[np.ndarray, np.ndarray]:
+        """Boxes of blocks of cells, and the shape of their levels; remembered on the surface."""
+        memory = self.surface.__dict__.setdefault("_cubic_pyramids", {})
+        key = self.origin.tobytes()
+        if key not in memory:
+            memory[key] = lattice_pyramid(self.x, self.y, self.z)
+        return memory[key]
+
+    @cached_property
+    def blocks(self) -> np.ndarray:
+        """Boxes of the finest blocks, or of triangles."""
+        if self.smooth:
+            boxes, shape = self.pyramid
+            return boxes[: shape[0, 1] * shape[0, 2]]
+        return np.hstack([self.c.min(axis=1), self.c.max(axis=1)])
+
+    @cached_property
+    def planes(self) -> np.ndarray:
+        """Planes (n, 4) of triangles; zeros for the blocks of a lattice."""
+        planes = np.zeros((len(self.blocks), 4))
+        if not self.smooth:
+            normals = np.cross(self.c[:, 1] - self.c[:, 0], self.c[:, 2] - self.c[:, 0])
+            normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+            planes[:, :3] = normals
+            planes[:, 3] = (normals * self.c[:, 0]).sum(axis=1)
+        return planes
+
+    def cells_of(self, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Cells of some blocks, block by block, and the offset of each; triangles are their own."""
+        if not self.smooth:
+            return groups, np.arange(len(groups) + 1)
+        n_row, n_col = self.z.shape[0] - 1, self.n_cell_col
+        across = -(-n_col // BLOCK)
+        step = np.arange(BLOCK)
+        rows = (groups // across * BLOCK)[:, None, None] + step[None, :, None]
+        cols = (groups % across * BLOCK)[:, None, None] + step[None, None, :]
+        there = (rows < n_row) & (cols < n_col)
+        cells = (rows * n_col + cols)[there]
+        return cells, np.append(0, np.cumsum(there.sum(axis=(1, 2))))
+
+    def nets_of(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Bernstein nets (n, 4, 4, 3) of cells or triangles, and which are whole (-1: empty)."""
+        nets = np.empty((len(cells), 4, 4, 3))
+        whole = np.ones(len(cells), dtype=np.int64)
+        if self.smooth:
+            cell_nets(self.x, self.y, self.z, cells, nets, whole)
+            return nets, whole
+        # a triangle as the patch a + p (b - a) + p q (c - b)
+        t = np.arange(4) / 3
+        a, b, c = (self.c[cells, k][:, None, None, :] for k in range(3))
+        p, q = t[None, None, :, None], t[None, :, None, None]
+        nets[:] = a + p * (b - a) + p * q * (c - b)
+        return nets, whole
+
+
+@dataclass(eq=False)
+class Candidates:
+    """Patches that may touch.
+
+    Attributes
+    ----------
+    cells : (ndarray, ndarray)
+        Cells (or triangles) of the first and of the second side, int64.
+    nets : (ndarray, ndarray)
+        Their Bernstein nets, (n, 4, 4, 3).
+    whole : (ndarray, ndarray)
+        1 where a patch is a cubic or a triangle, 0 where nodes of its stencil are absent.
+    pairs : ndarray of int64, shape (n_pair, 2)
+        Rows of the patches of both sides that are not apart.
+    n_block_pair : int
+    """
+
+    cells: tuple[np.ndarray, np.ndarray]
+    nets: tuple[np.ndarray, np.ndarray]
+    whole: tuple[np.ndarray, np.ndarray]
+    pairs: np.ndarray
+    n_block_pair: int
+
+    @cached_property
+    def cones(self) -> tuple[np.ndarray, np.ndarray]:
+        """Cones of normals of the patches of both sides."""
+        one, two = self.nets
+        return cones_of(one), cones_of(two)
+
+
+def has_cubics(surface: TriSurface) -> bool:
+    """Whether a surface has a lattice that is large enough for cubics and their check."""
+    return surface.lattice is not None and min(surface.lattice.shape) >= LEAST
+
+
+def side_of(surface: TriSurface, origin: np.ndarray) -> Side:
+    """A surface as one side of a pair, in the frame of an origin."""
+    if not has_cubics(surface):
+        (surface,) = check_surfaces((surface,))
+        corners = (surface.vertices - origin)[surface.triangles]
+        return Side(surface, origin, _NONE, _NONE, _NONE, np.ascontiguousarray(corners))
+    lattice = surface.lattice
+    x, y = lattice.easting - origin[0], lattice.northing - origin[1]
+    if x.ndim == 1:
+        x, y = x[None, :], y[:, None]
+    z = lattice.elevation - origin[2] if origin[2] else lattice.elevation
+    side = Side(surface, origin, x, y, z, _NO_TRIANGLES)
+    if not np.isfinite(side.pyramid[0][-1]).all():
+        raise SurfaceError(f"surface {surface.name!r} has no triangles; leave it out.")
+    return side
+
+
+def find_candidates(one: Side, two: Side) -> Candidates:
+    """Patches of two sides (the first a lattice) that the bounds of cubics do not exclude."""
+    boxes, shape = one.pyramid
+    blocks = block_pairs(boxes, shape, two.blocks, two.planes)
+    groups_a, row_a = np.unique(blocks[:, 0], return_inverse=True)
+    groups_b, row_b = np.unique(blocks[:, 1], return_inverse=True)
+    parts = []
+    for side, groups in ((one, groups_a), (two, groups_b)):
+        cells, start = side.cells_of(groups)
+        nets, whole = side.nets_of(cells)
+        parts.append((cells, start, nets, whole, net_boxes(nets)))
+    (cells_a, start_a, nets_a, whole_a, boxes_a), (cells_b, start_b, nets_b, whole_b, boxes_b) = parts
+    rows = np.stack([row_a.ravel(), row_b.ravel()], axis=1)
+    pairs = near_pairs(
+        rows, two.blocks[groups_b], start_a, nets_a, boxes_a, start_b, nets_b, boxes_b
+    )
+    used_a, a = np.unique(pairs[:, 0], return_inverse=True)
+    used_b, b = np.unique(pairs[:, 1], return_inverse=True)
+    return Candidates(
+        (cells_a[used_a], cells_b[used_b]),
+        (nets_a[used_a], nets_b[used_b]),
+        (whole_a[used_a], whole_b[used_b]),
+        np.stack([a.ravel(), b.ravel()], axis=1),
+        len(blocks),
+    )
+
+
+@dataclass(eq=False)
+class Piece:
+    """The triangles of some cells.
+
+    Attributes
+    ----------
+    surface : TriSurface
+    cell_of_triangle : ndarray of int64, shape (n_triangle,)
+    node_of_vertex : ndarray of int64, shape (n_vertex,)
+        Row * n_col + column; unused for triangles.
+    """
+
+    surface: TriSurface
+    cell_of_triangle: np.ndarray
+    node_of_vertex: np.ndarray
+
+
+def piece_of(side: Side, cells: np.ndarray) -> Piece | None:
+    """Return the plain triangles of some cells as a surface, with the same coordinates; None: no
+    triangle.
+    """
+    surface = side.surface
+    if not side.smooth:
+        used, corners = np.unique(surface.triangles[cells], return_inverse=True)
+        part = TriSurface(surface.name, surface.role, surface.vertices[used], corners.reshape(-1, 3))
+        return Piece(part, cells, used)
+    lattice, n_col = surface.lattice, side.z.shape[1]
+    a = cells // (n_col - 1) * n_col + cells % (n_col - 1)
+    b, d, c = a + 1, a + n_col, a + n_col + 1
+    halves = ((a, b, c), (a, c, d)) if lattice.rising else ((a, b, d), (b, c, d))
+    faces = np.stack([np.stack(half, axis=-1) for half in halves], axis=1).reshape(-1, 3)
+    cell = np.repeat(cells, 2)
+    used, corners = np.unique(faces, return_inverse=True)
+    corners = corners.reshape(-1, 3)
+    i, j = np.divmod(used, n_col)
+    upright = lattice.easting.ndim == 1
+    vertices = np.stack(
+        [
+            lattice.easting[j] if upright else lattice.easting[i, j],
+            lattice.northing[i] if upright else lattice.northing[i, j],
+            lattice.elevation[i, j],
+        ],
+        axis=1,
+    )
+    present = np.isfinite(vertices).all(axis=1)
+    keep = present[corners].all(axis=1)
+    if not keep.any():
+        return None
+    number = np.cumsum(present) - 1
+    corners = number[corners[keep]]
+    corners = corners[:, [0, 2, 1]] if lattice.turned else corners
+    part = TriSurface(surface.name, surface.role, vertices[present], corners)
+    return Piece(part, cell[keep], used[present])

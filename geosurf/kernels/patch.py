@@ -1,0 +1,232 @@
+"""Local cubics on lattices: points, tangents, control nets, and how far to trust them.
+
+Between nodes, a lattice is the tensor product of 4-point Lagrange cubics in its own row and
+column numbers, one for each coordinate. Why Lagrange and not cubic convolution (Keys 1981):
+its error is O(h^4) instead of O(h^3); its stencil can be shifted at the rim without losing that;
+and it is one polynomial per cell, so that Bernstein coefficients bound it exactly. The price is
+that tangents jump by O(h^3) from cell to cell, which moves no point.
+
+Letters
+    x, y, z   coordinates of nodes, local [m], each (n_row, n_col); x may have one row and y one
+              column where the lattice is upright; NaN where there is no node
+    u, v      column and row number, real: node (i, j) has u = j, v = i
+    a, b      weights along columns and rows: four values, then four derivatives
+    f         workspace (n,); `evaluate` fills nine of it: point, d/du, d/dv
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.kernels._jit import entry, scalar
+
+
+def _to_bernstein():
+    """Stencil values -> Bernstein coefficients, for the cell at place 0, 1, 2 of its stencil."""
+    powers = np.linalg.inv(np.vander(np.arange(4.0), 4, increasing=True))
+    out = np.empty((3, 4, 4))
+    for place in range(3):
+        t = float(place)
+        value = [[s**k for k in range(4)] for s in (t, t + 1)]
+        slope = [[k * s ** max(k - 1, 0) for k in range(4)] for s in (t, t + 1)]
+        ends, slopes = np.array(value) @ powers, np.array(slope) @ powers
+        out[place] = ends[0], ends[0] + slopes[0] / 3, ends[1] - slopes[1] / 3, ends[1]
+    return out
+
+
+BERNSTEIN = _to_bernstein()
+# halfway between nodes: 6-point minus 4-point, 4-point minus 2-point weights of the six nodes
+SIX_FOUR = np.array([3.0, -9.0, 6.0, 6.0, -9.0, 3.0]) / 256
+FOUR_TWO = np.array([0.0, -1.0, 1.0, 1.0, -1.0, 0.0]) / 16
+# what SIX_FOUR makes of uncorrelated noise of standard deviation 1
+NOISE_GAIN = float(np.sqrt((SIX_FOUR**2).sum()))
+
+
+@scalar
+def stencil(u, n, m):
+    """First node of the m nodes around u, shifted inwards at the rim."""
+    return min(max(int(math.floor(u)) - m // 2 + 1, 0), n - m)
+
+
+@scalar
+def cubic(t):
+    """Weights of four nodes 0, 1, 2, 3 at t, and their derivatives."""
+    p, q, r = t - 1.0, t - 2.0, t - 3.0
+    return (
+        -p * q * r / 6.0,
+        t * q * r / 2.0,
+        -t * p * r / 2.0,
+        t * p * q / 6.0,
+        -(q * r + p * r + p * q) / 6.0,
+        (q * r + t * r + t * q) / 2.0,
+        -(p * r + t * r + t * p) / 2.0,
+        (p * q + t * q + t * p) / 6.0,
+    )
+
+
+@scalar
+def _tensor(q, i, j, a, b):
+    """Value, d/du, d/dv of one coordinate."""
+    value, du, dv = 0.0, 0.0, 0.0
+    if q.shape[0] == 1:
+        for l in range(4):
+            value += a[l] * q[0, j + l]
+            du += a[4 + l] * q[0, j + l]
+        return value, du, dv
+    if q.shape[1] == 1:
+        for k in range(4):
+            value += b[k] * q[i + k, 0]
+            dv += b[4 + k] * q[i + k, 0]
+        return value, du, dv
+    for k in range(4):
+        s = a[0] * q[i + k, j] + a[1] * q[i + k, j + 1]
+        s += a[2] * q[i + k, j + 2] + a[3] * q[i + k, j + 3]
+        d = a[4] * q[i + k, j] + a[5] * q[i + k, j + 1]
+        d += a[6] * q[i + k, j + 2] + a[7] * q[i + k, j + 3]
+        value += b[k] * s
+        du += b[k] * d
+        dv += b[4 + k] * s
+    return value, du, dv
+
+
+@scalar
+def evaluate(x, y, z, u, v, f, o):
+    """Point, d/du and d/dv into f[o : o + 9]; NaN where the stencil has a hole."""
+    j, i = stencil(u, z.shape[1], 4), stencil(v, z.shape[0], 4)
+    a, b = cubic(u - j), cubic(v - i)
+    f[o], f[o + 3], f[o + 6] = _tensor(x, i, j, a, b)
+    f[o + 1], f[o + 4], f[o + 7] = _tensor(y, i, j, a, b)
+    f[o + 2], f[o + 5], f[o + 8] = _tensor(z, i, j, a, b)
+
+
+@entry("d2 d2 d2 d2 -> d2")
+def points_on(x, y, z, w):
+    """Points (n, 3) at parameters (n, 2): u, v."""
+    out = np.empty((w.shape[0], 3))
+    f = np.empty(9)
+    for i in range(w.shape[0]):
+        evaluate(x, y, z, w[i, 0], w[i, 1], f, 0)
+        out[i] = f[:3]
+    return out
+
+
+@scalar
+def _net_of(q, i, j, cu, cv, net, axis):
+    """Bernstein coefficients of one coordinate; cu, cv the cell's place in its stencil."""
+    for k in range(4):
+        for l in range(4):
+            total = 0.0
+            for r in range(4):
+                row = 0 if q.shape[0] == 1 else i + r
+                s = 0.0
+                for c in range(4):
+                    s += BERNSTEIN[cu, l, c] * q[row, 0 if q.shape[1] == 1 else j + c]
+                total += BERNSTEIN[cv, k, r] * s
+            net[k, l, axis] = total
+
+
+@scalar
+def corner_net(x, y, z, i, j, net):
+    """A net for a cell without a whole stencil: its corners that exist, each four times."""
+    found = 0
+    for k in range(2):
+        for l in range(2):
+            px = x[0 if x.shape[0] == 1 else i + k, j + l]
+            py = y[i + k, 0 if y.shape[1] == 1 else j + l]
+            pz = z[i + k, j + l]
+            if not (math.isfinite(px) and math.isfinite(py) and math.isfinite(pz)):
+                px, py, pz = np.nan, np.nan, np.nan
+            else:
+                found += 1
+            for r in range(2):
+                for c in range(2):
+                    net[2 * k + r, 2 * l + c, 0] = px
+                    net[2 * k + r, 2 * l + c, 1] = py
+                    net[2 * k + r, 2 * l + c, 2] = pz
+    return found
+
+
+@entry("d2 d2 d2 l1 d4 l1 -> ")
+def cell_nets(x, y, z, cells, nets, whole):
+    """Control nets (n, 4, 4, 3) of cells (row * (n_col - 1) + column).
+
+    `whole` says 1 where the stencil has its 16 nodes, 0 where the net is only the corners
+    of one or two triangles, and -1 where the cell has no triangle.
+    """
+    n_row, n_col = z.shape
+    for n in range(cells.shape[0]):
+        i, j = cells[n] // (n_col - 1), cells[n] % (n_col - 1)
+        si, sj = stencil(i, n_row, 4), stencil(j, n_col, 4)
+        _net_of(x, si, sj, j - sj, i - si, nets[n], 0)
+        _net_of(y, si, sj, j - sj, i - si, nets[n], 1)
+        _net_of(z, si, sj, j - sj, i - si, nets[n], 2)
+        total = 0.0
+        for k in range(4):
+            for l in range(4):
+                for axis in range(3):
+                    total += nets[n, k, l, axis]
+        whole[n] = 1
+        if not math.isfinite(total):
+            whole[n] = 0 if corner_net(x, y, z, i, j, nets[n]) > 2 else -1
+
+
+@scalar
+def _node(q, i, j):
+    return q[0 if q.shape[0] == 1 else i, 0 if q.shape[1] == 1 else j]
+
+
+@scalar
+def _weight(first, m, k, t):
+    """Lagrange weight of node first + k among m nodes at t."""
+    out = 1.0
+    for r in range(m):
+        if r != k:
+            out *= (t - first - r) / (k - r)
+    return out
+
+
+@scalar
+def _differences(x, y, z, fixed, along, by_row, p, q, r):
+    """Quintic minus cubic, and cubic minus linear, halfway along one side of a cell, on (p, q, r).
+
+    The side starts at node `along` of row or column `fixed`.
+    """
+    n = z.shape[0] if by_row else z.shape[1]
+    six, four, t = stencil(along, n, 6), stencil(along, n, 4), along + 0.5
+    central = six == along - 2
+    fine, coarse = 0.0, 0.0
+    for k in range(6):
+        g = six + k
+        i, j = (g, fixed) if by_row else (fixed, g)
+        value = p * _node(x, i, j) + q * _node(y, i, j) + r * _node(z, i, j)
+        if central:
+            fine += SIX_FOUR[k] * value
+            coarse += FOUR_TWO[k] * value
+            continue
+        w4 = _weight(four, 4, g - four, t) if 0 <= g - four < 4 else 0.0
+        w2 = 0.5 if g == along or g == along + 1 else 0.0
+        fine += (_weight(six, 6, k, t) - w4) * value
+        coarse += (w4 - w2) * value
+    return abs(fine), abs(coarse)
+
+
+@scalar
+def trust(x, y, z, u, v, p, q, r):
+    """How well cubics fit the cell at (u, v), along the unit vector (p, q, r): two lengths.
+
+    The difference of 6-point and 4-point interpolants, and that of 4-point and 2-point ones,
+    halfway between nodes where they are largest: rows and columns added up, the larger side
+    of the cell taken. NaN where a stencil has a hole.
+    """
+    n_row, n_col = z.shape
+    j = min(max(int(math.floor(u)), 0), n_col - 2)
+    i = min(max(int(math.floor(v)), 0), n_row - 2)
+    a0, b0 = _differences(x, y, z, i, j, False, p, q, r)
+    a1, b1 = _differences(x, y, z, i + 1, j, False, p, q, r)
+    c0, d0 = _differences(x, y, z, j, i, True, p, q, r)
+    c1, d1 = _differences(x, y, z, j + 1, i, True, p, q, r)
+    if math.isnan(a0 + a1 + c0 + c1):
+        return np.nan, np.nan
+    return max(a0, a1) + max(c0, c1), max(b0, b1) + max(d0, d1)
