@@ -225,7 +225,8 @@ def _lines(strand, sides, arrays, p, w, status, error, tolerance) -> list[Line]:
     """Resample all lifted runs in one go, and put the curves together."""
     runs, places_of_curve, parts_of_curve = [], [], []
     for a, b in zip(strand.offsets[:-1], strand.offsets[1:], strict=True):
-        parts, places = _parts(strand, sides[1].smooth, status, a, b)
+        closed = bool((strand.start[a] == strand.start[b - 1]).all())
+        parts, places = _parts(strand, sides[1].smooth, status, a, b, closed)
         parts_of_curve.append(parts)
         places_of_curve.append(places)
         runs += [rows for kind, rows in parts if kind == "run"]
@@ -264,7 +265,7 @@ def _bound_of_run(piece, doubt, tolerance, found) -> float:
     return np.inf if len(lost) else float(piece[:, 7].max() + doubt)
 
 
-def _parts(strand, smooth, status, a, b):
+def _parts(strand, smooth, status, a, b, closed):
     """Runs of lifted rows and plain rows between them, in order; places (reason, rows)."""
     rows = np.arange(a, b)
     rows = rows[status[a:b] != DROPPED]
@@ -280,7 +281,7 @@ def _parts(strand, smooth, status, a, b):
             continue
         cuts = strand.must[members] == 1 if not smooth else np.zeros(len(members), dtype=bool)
         cuts[[0, -1]] = True
-        if cuts.sum() < 4 and len(members) > 3:  # so that a closed curve keeps its shape
+        if closed and cuts.sum() < 4 and len(members) > 3:  # so that it keeps its shape
             cuts[[len(members) // 3, 2 * len(members) // 3]] = True
         at = np.flatnonzero(cuts)
         if len(members) == 1:

@@ -14,8 +14,14 @@ import numpy as np
 from geosurf.contact.search import check_surfaces
 from geosurf.errors import SurfaceError
 from geosurf.kernels.cover import cones_of
-from geosurf.kernels.pyramid import BLOCK, block_pairs, lattice_pyramid, near_pairs, net_boxes
 from geosurf.kernels.patch import cell_nets
+from geosurf.kernels.pyramid import (
+    BLOCK,
+    block_pairs,
+    lattice_pyramid,
+    near_pairs,
+    net_boxes,
+)
 from geosurf.model import TriSurface
 
 LEAST = 6  # nodes per side from which on cubics can be compared with quintics
@@ -168,25 +174,28 @@ def find_candidates(one: Side, two: Side) -> Candidates:
     blocks = block_pairs(boxes, shape, two.blocks, two.planes)
     groups_a, row_a = np.unique(blocks[:, 0], return_inverse=True)
     groups_b, row_b = np.unique(blocks[:, 1], return_inverse=True)
-    parts = []
-    for side, groups in ((one, groups_a), (two, groups_b)):
-        cells, start = side.cells_of(groups)
-        nets, whole = side.nets_of(cells)
-        parts.append((cells, start, nets, whole, net_boxes(nets)))
-    (cells_a, start_a, nets_a, whole_a, boxes_a), (cells_b, start_b, nets_b, whole_b, boxes_b) = parts
+    cells_a, start_a = one.cells_of(groups_a)
+    cells_b, start_b = two.cells_of(groups_b)
+    nets_a, whole_a = one.nets_of(cells_a)
+    nets_b, whole_b = two.nets_of(cells_b)
     rows = np.stack([row_a.ravel(), row_b.ravel()], axis=1)
     pairs = near_pairs(
-        rows, two.blocks[groups_b], start_a, nets_a, boxes_a, start_b, nets_b, boxes_b
-    )
-    used_a, a = np.unique(pairs[:, 0], return_inverse=True)
-    used_b, b = np.unique(pairs[:, 1], return_inverse=True)
+        rows, two.blocks[groups_b], start_a, nets_a, net_boxes(nets_a),
+        start_b, nets_b, net_boxes(nets_b),
+    )  # fmt: skip
+    used_a, a = _used(len(cells_a), pairs[:, 0])
+    used_b, b = _used(len(cells_b), pairs[:, 1])
     return Candidates(
-        (cells_a[used_a], cells_b[used_b]),
-        (nets_a[used_a], nets_b[used_b]),
-        (whole_a[used_a], whole_b[used_b]),
-        np.stack([a.ravel(), b.ravel()], axis=1),
-        len(blocks),
-    )
+        (cells_a[used_a], cells_b[used_b]), (nets_a[used_a], nets_b[used_b]),
+        (whole_a[used_a], whole_b[used_b]), np.stack([a, b], axis=1), len(blocks),
+    )  # fmt: skip
+
+
+def _used(n: int, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mask of the rows in use, and their new numbers."""
+    mark = np.zeros(n, dtype=bool)
+    mark[rows] = True
+    return mark, (np.cumsum(mark) - 1)[rows]
 
 
 @dataclass(eq=False)

@@ -113,18 +113,32 @@ def points_on(x, y, z, w):
 
 
 @scalar
-def _net_of(q, i, j, cu, cv, net, axis):
+def _net_of(q, i, j, cu, cv, net, axis, half):
     """Bernstein coefficients of one coordinate; cu, cv the cell's place in its stencil."""
+    n_row, n_col = q.shape
+    for r in range(4 if n_row > 1 else 1):
+        for l in range(4):
+            if n_col == 1:
+                half[r, l] = q[i + r, 0]
+                continue
+            row = i + r if n_row > 1 else 0
+            half[r, l] = (
+                BERNSTEIN[cu, l, 0] * q[row, j]
+                + BERNSTEIN[cu, l, 1] * q[row, j + 1]
+                + BERNSTEIN[cu, l, 2] * q[row, j + 2]
+                + BERNSTEIN[cu, l, 3] * q[row, j + 3]
+            )
     for k in range(4):
         for l in range(4):
-            total = 0.0
-            for r in range(4):
-                row = 0 if q.shape[0] == 1 else i + r
-                s = 0.0
-                for c in range(4):
-                    s += BERNSTEIN[cu, l, c] * q[row, 0 if q.shape[1] == 1 else j + c]
-                total += BERNSTEIN[cv, k, r] * s
-            net[k, l, axis] = total
+            if n_row == 1:
+                net[k, l, axis] = half[0, l]
+                continue
+            net[k, l, axis] = (
+                BERNSTEIN[cv, k, 0] * half[0, l]
+                + BERNSTEIN[cv, k, 1] * half[1, l]
+                + BERNSTEIN[cv, k, 2] * half[2, l]
+                + BERNSTEIN[cv, k, 3] * half[3, l]
+            )
 
 
 @scalar
@@ -156,12 +170,13 @@ def cell_nets(x, y, z, cells, nets, whole):
     of one or two triangles, and -1 where the cell has no triangle.
     """
     n_row, n_col = z.shape
+    half = np.empty((4, 4))
     for n in range(cells.shape[0]):
         i, j = cells[n] // (n_col - 1), cells[n] % (n_col - 1)
         si, sj = stencil(i, n_row, 4), stencil(j, n_col, 4)
-        _net_of(x, si, sj, j - sj, i - si, nets[n], 0)
-        _net_of(y, si, sj, j - sj, i - si, nets[n], 1)
-        _net_of(z, si, sj, j - sj, i - si, nets[n], 2)
+        _net_of(x, si, sj, j - sj, i - si, nets[n], 0, half)
+        _net_of(y, si, sj, j - sj, i - si, nets[n], 1, half)
+        _net_of(z, si, sj, j - sj, i - si, nets[n], 2, half)
         total = 0.0
         for k in range(4):
             for l in range(4):

@@ -131,24 +131,6 @@ def block_pairs(boxes, shape, items, planes):
     return out[:n].copy()
 
 
-@entry("d4 -> d2")
-def net_boxes(nets):
-    """Boxes of control nets; coefficients that are NaN count for nothing."""
-    boxes = np.empty((nets.shape[0], 6))
-    for n in range(nets.shape[0]):
-        for axis in range(3):
-            low, high = np.inf, -np.inf
-            for k in range(4):
-                for l in range(4):
-                    value = nets[n, k, l, axis]
-                    if value < low:
-                        low = value
-                    if value > high:
-                        high = value
-            boxes[n, axis], boxes[n, 3 + axis] = low - SLACK, high + SLACK
-    return boxes
-
-
 @scalar
 def _cast_shadow(net, p, q, r):
     low, high = np.inf, -np.inf
@@ -193,6 +175,24 @@ def separated(one, two):
         if low > ceiling + SLACK or floor > high + SLACK:
             return True
     return False
+
+
+@entry("d4 -> d2")
+def net_boxes(nets):
+    """Boxes of control nets; coefficients that are NaN count for nothing."""
+    boxes = np.empty((nets.shape[0], 6))
+    for n in range(nets.shape[0]):
+        for axis in range(3):
+            low, high = np.inf, -np.inf
+            for k in range(4):
+                for l in range(4):
+                    value = nets[n, k, l, axis]
+                    if value < low:
+                        low = value
+                    if value > high:
+                        high = value
+            boxes[n, axis], boxes[n, 3 + axis] = low - SLACK, high + SLACK
+    return boxes
 
 
 @entry("l2 d2 l1 d4 d2 l1 d4 d2 -> l2")

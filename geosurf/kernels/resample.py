@@ -36,28 +36,32 @@ def from_chord(p, q, x, y, z):
 
 
 @scalar
-def measure(xa, ya, za, xb, yb, zb, c, tri, one, two, wm, f):
+def measure(xa, ya, za, xb, yb, zb, c, tri, one, two, target, wm, f):
     """Largest distance of the curve from a chord at three places, or -1; wm gets the middle.
 
     one, two: rows (7,) of point and parameters. wm (7,) is the point of the curve over the middle.
+    A middle beyond the target is enough to know.
     """
     dx, dy, dz = two[0] - one[0], two[1] - one[1], two[2] - one[2]
     if dx == 0.0 and dy == 0.0 and dz == 0.0:
         return 0.0
     largest = 0.0
+    aside = np.empty(4)
     for k in range(3):
-        t = 0.25 + 0.25 * k if k != 2 else 0.5  # the middle last, so that f ends with it
-        if k == 1:
-            t = 0.75
-        for l in range(7):
-            wm[l] = one[l] + t * (two[l] - one[l])
-        x, y, z = wm[0], wm[1], wm[2]
-        found = meet(xa, ya, za, xb, yb, zb, c, tri, wm[3:], x, y, z, dx, dy, dz, f)
+        t = 0.5 if k == 0 else (0.25 if k == 1 else 0.75)
+        for l in range(4):
+            aside[l] = one[3 + l] + t * (two[3 + l] - one[3 + l])
+        x, y, z = one[0] + t * dx, one[1] + t * dy, one[2] + t * dz
+        found = meet(xa, ya, za, xb, yb, zb, c, tri, aside, x, y, z, dx, dy, dz, f)
         if found != LIFTED:
             return -1.0
+        if k == 0:
+            wm[:3] = f[F_POINT : F_POINT + 3]
+            wm[3:] = aside
         x, y, z = f[F_POINT] - x, f[F_POINT + 1] - y, f[F_POINT + 2] - z
         largest = max(largest, x * x + y * y + z * z)
-    wm[:3] = f[F_POINT : F_POINT + 3]
+        if largest > target * target:
+            break
     return math.sqrt(largest)
 
 
@@ -83,7 +87,7 @@ def _refine(xa, ya, za, xb, yb, zb, c, tri, one, two, target, out, n, stack, f):
     wm = np.empty(7)
     while top > 0:
         goal = stack[top - 1]
-        error = measure(xa, ya, za, xb, yb, zb, c, tri, here, goal, wm, f)
+        error = measure(xa, ya, za, xb, yb, zb, c, tri, here, goal, target, wm, f)
         if error > target and top < _DEEPEST:
             stack[top] = wm
             top += 1

@@ -128,7 +128,7 @@ def trace_curve(xa, ya, za, xb, yb, zb, c, beside, seed, tri, way, step, target)
         ahead = ax * direction[0] + ay * direction[1] + az * direction[2]
         if n > 3 and away < 1.2 * step and ahead > 0.5 * away:
             if tri == first_tri:
-                error = measure(xa, ya, za, xb, yb, zb, c, tri, here, seed, middle, f)
+                error = measure(xa, ya, za, xb, yb, zb, c, tri, here, seed, target, middle, f)
                 if 0.0 <= error <= target:
                     out, n = _append(out, n, seed, error, tri)
                     return out[:n].copy(), CLOSED
@@ -148,7 +148,7 @@ def trace_curve(xa, ya, za, xb, yb, zb, c, beside, seed, tri, way, step, target)
         goal[:3] = f[F_POINT : F_POINT + 3]
         turn = f[F_TANGENT] * dx + f[F_TANGENT + 1] * dy + f[F_TANGENT + 2] * dz
         gone = (goal[0] - here[0]) * dx + (goal[1] - here[1]) * dy + (goal[2] - here[2]) * dz
-        error = measure(xa, ya, za, xb, yb, zb, c, tri, here, goal, middle, f)
+        error = measure(xa, ya, za, xb, yb, zb, c, tri, here, goal, target, middle, f)
         # the tangent turns by 37 degrees at most, and the walk goes on
         if error < 0.0 or error > target or abs(turn) < 0.8 or gone < 0.0 or gone > 2.0 * step:
             step *= 0.5
