@@ -55,7 +55,7 @@ def intersect_surfaces(
         neighbouring triangles share are no contacts.
     tolerance : float
         0: the curves of the triangles, which are the definition. Above 0 [m]: where surfaces
-        have a lattice of at least 6 x 6 nodes, the curves of smooth surfaces through its nodes,
+        have a lattice of at least 8 x 8 nodes, the curves of smooth surfaces through its nodes,
         with as few points as the tolerance allows; `Curves.error_bound` and `Curves.places`
         say what was met. Surfaces without a lattice are taken as their triangles.
 

@@ -8,6 +8,7 @@ the data (`doubt_along`); where they cannot, the plain curve stays and a `Place`
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -28,13 +29,12 @@ from geosurf.kernels.lift import (
     lift_points,
 )
 from geosurf.kernels.mesh import weld
-from geosurf.kernels.patch import NOISE_GAIN
 from geosurf.kernels.resample import SAFETY, resample_runs
 from geosurf.model import Curves
 
 REASONS = {ASTRAY: "tangency", HOLE: "hole", OUTSIDE: "rim"}
 NOISE, DROPPED, OVERLAP = 10, 11, 12
-ROUGH = 0.3  # differences of interpolants that shrink by less than this are noise
+ROUGH = 0.3  # differences of interpolants that do not shrink to this part are noise
 WINDOW = 8  # points to each side over which they are compared
 _ON_RIM = 1e-9
 
@@ -164,7 +164,7 @@ def lift_strand(
     one, two = sides
     n = len(strand.start)
     w, p = strand.w.copy(), strand.start.copy()
-    tangents, doubts = np.zeros((n, 4)), np.zeros((n, 4))
+    tangents, doubts = np.zeros((n, 4)), np.zeros((n, 6))
     arrays = (one.x, one.y, one.z, two.x, two.y, two.z, two.c)
     status = lift_points(
         *arrays, strand.tri, strand.hold, strand.start, w, p, tangents, doubts
@@ -175,40 +175,44 @@ def lift_strand(
     status[(status == OUTSIDE) & (strand.must == 0)] = DROPPED
     status[strand.hold < 0] = OVERLAP
     error = np.zeros(n)
-    for a, b in zip(strand.offsets[:-1], strand.offsets[1:], strict=True):
-        if (strand.start[a] == strand.start[b - 1]).all():  # closed: one point, twice
-            p[b - 1] = p[a]
-            if two.smooth:
-                w[b - 1] = w[a]
-            status[b - 1] = status[a] = max(status[a], status[b - 1])
+    spans = list(pairwise(strand.offsets.tolist()))
+    loops = [(a, b - 1) for a, b in spans if (strand.start[a] == strand.start[b - 1]).all()]
+    for a, b in loops:  # one point, twice
+        p[b] = p[a]
+        if two.smooth:
+            w[b] = w[a]
+    for a, b in spans:
         error[a:b] = doubt_along(doubts[a:b], tangents[a:b, 3], status[a:b], tolerance)
     keep_order(strand.start, p, tangents, strand.must, strand.offsets, status, DROPPED)
+    for a, b in loops:
+        status[b] = status[a] = max(status[a], status[b])
+    # where the plain curve stays, it is as far away as the lifted one would have moved
+    stays = status == NOISE
+    error[stays] += np.linalg.norm(p - strand.start, axis=1)[stays]
     return _lines(strand, sides, arrays, p, w, status, error, tolerance), w
 
 
 def doubt_along(doubts, sine, status, tolerance) -> np.ndarray:
     """Estimated distance [m] of the cubics' curve from the true one; marks noise in `status`.
 
-    Differences of interpolants (6-point from 4-point, 4-point from 2-point) are compared over a
-    window along the curve. Where the first is less than ROUGH of the second, interpolants converge
-    like a geometric series, whose rest is bounded by ``d / (1 - q)``. Elsewhere the first
-    difference is what noise leaves in it, and the noise is ``d / NOISE_GAIN``. Errors of both
-    surfaces add up, over the sine of the angle between them.
+    Interpolants of 4, 6 and 8 points are compared along the curve. Their differences are summed
+    like a geometric series, ``d / (1 - q)``, with q the ratio of the second to the first over a
+    window, at most ROUGH. The noise that would make the second difference is added, since noise
+    passes through all of them. Where q is more than ROUGH, interpolants do not converge: there it
+    is noise. Errors of both surfaces add up, over the sine of the angle between them.
     """
     lifted = status == LIFTED
-    total = np.zeros(len(status))
+    total, rough = np.zeros(len(status)), np.zeros(len(status))
     if not lifted.any():
         return total
-    rough = np.zeros(lifted.sum(), dtype=bool)
-    for fine, coarse in (doubts[lifted, :2].T, doubts[lifted, 2:].T):
-        d, before = _window_rms(fine), _window_rms(coarse)
-        shrinks = d <= ROUGH * before
-        q = np.divide(d, before, out=np.zeros_like(d), where=before > 0)
-        rough |= ~shrinks
-        total[lifted] += np.where(shrinks, fine / (1 - np.minimum(q, ROUGH)), d / NOISE_GAIN)
+    for fine, finer, noise in (doubts[lifted, :3].T, doubts[lifted, 3:].T):
+        d, after, noise = _window_rms(fine), _window_rms(finer), _window_rms(noise)
+        q = np.divide(after, d, out=np.zeros_like(d), where=d > 0)
+        total[lifted] += fine / (1 - np.minimum(q, ROUGH)) + noise
+        rough[lifted] += np.where(q > ROUGH, noise, 0.0)
     total[lifted] /= sine[lifted]
-    noisy = np.flatnonzero(lifted)[rough & (total[lifted] > 0.5 * tolerance)]
-    status[noisy] = NOISE
+    rough[lifted] /= sine[lifted]
+    status[rough > 0.5 * tolerance] = NOISE
     return total
 
 
@@ -251,8 +255,15 @@ def _lines(strand, sides, arrays, p, w, status, error, tolerance) -> list[Line]:
             size = float(error[where].max()) if reason == "noise" else np.inf
             found.append((reason, strand.start[where], size))
             bound = max(bound, size)
-        lines.append(_joined(pieces, bound, found))
+        lines.append(_joined(pieces, bound, _worst_interpolation(found)))
     return lines
+
+
+def _worst_interpolation(found):
+    """Places with only the worst of the runs whose interpolation is not good enough."""
+    errors = [error if reason == "interpolation" else -1.0 for reason, _, error in found]
+    worst = int(np.argmax(errors)) if errors else 0
+    return [f for k, f in enumerate(found) if f[0] != "interpolation" or k == worst]
 
 
 def _bound_of_run(piece, doubt, tolerance, found) -> float:

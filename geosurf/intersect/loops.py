@@ -60,7 +60,8 @@ def find_lost(
     found, noisy = _trace_all(arrays, two, seeds, 0.25 * reach, tolerance)
     places: list[Found] = []
     if noisy:
-        places.append(("noise", np.concatenate(noisy), np.inf))
+        points, errors = zip(*noisy, strict=True)
+        places.append(("noise", np.concatenate(points), max(errors)))
     if len(unclear) and found:
         unclear = unclear[distances(unclear[:, 6:9], *_segments(found)) > reach / 8]
     for reason, kind in (("touching", False), ("tangency", True)):
@@ -85,15 +86,15 @@ def _segments(lines: list[Line]) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def _trace_all(arrays, two, seeds, step, tolerance) -> tuple[list[Line], list[np.ndarray]]:
+def _trace_all(arrays, two, seeds, step, tolerance) -> tuple[list[Line], list[tuple[np.ndarray, float]]]:
     """Trace from one seed after the other; seeds on a traced curve are done."""
     beside = _beside(two)
     found: list[Line] = []
-    noisy: list[np.ndarray] = []
+    noisy: list[tuple[np.ndarray, float]] = []
     while len(seeds):
         line = _trace(arrays, beside, seeds[0], step, tolerance)
-        if line is None:
-            noisy.append(seeds[:1, 6:9])
+        if isinstance(line, float):
+            noisy.append((seeds[:1, 6:9], line))
             seeds = seeds[1:]
             continue
         found.append(line)
@@ -103,8 +104,8 @@ def _trace_all(arrays, two, seeds, step, tolerance) -> tuple[list[Line], list[np
     return found, noisy
 
 
-def _trace(arrays, beside, seed, step, tolerance) -> Line | None:
-    """The curve through a seed; None where the data are noise."""
+def _trace(arrays, beside, seed, step, tolerance) -> Line | float:
+    """The curve through a seed; where the data are noise, only the error that they make."""
     tri = int(seed[1])
     start = np.concatenate([seed[6:9], seed[2:6]])
     target = 0.75 * tolerance / SAFETY
@@ -119,7 +120,7 @@ def _trace(arrays, beside, seed, step, tolerance) -> Line | None:
                     [("tangency", start[None, :3], np.inf)])  # fmt: skip
     status, doubt = _doubts(arrays, rows, tolerance)
     if (status == NOISE).any():
-        return None
+        return float(doubt.max())
     bound = float(rows[:, 7].max() + doubt.max()) if (status == LIFTED).all() else np.inf
     places: list[Found] = []
     if LOST in endings or np.isinf(bound):
@@ -134,7 +135,7 @@ def _trace(arrays, beside, seed, step, tolerance) -> Line | None:
 def _doubts(arrays, rows, tolerance) -> tuple[np.ndarray, np.ndarray]:
     """How far cubics can be trusted along traced rows."""
     n = len(rows)
-    p, tangents, doubts = np.empty((n, 3)), np.zeros((n, 4)), np.zeros((n, 4))
+    p, tangents, doubts = np.empty((n, 3)), np.zeros((n, 4)), np.zeros((n, 6))
     status = lift_points(
         *arrays, rows[:, 8].astype(np.int64), np.zeros(n, dtype=np.int64), rows[:, :3],
         rows[:, 3:7].copy(), p, tangents, doubts,

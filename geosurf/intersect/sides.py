@@ -24,7 +24,7 @@ from geosurf.kernels.pyramid import (
 )
 from geosurf.model import TriSurface
 
-LEAST = 6  # nodes per side from which on cubics can be compared with quintics
+LEAST = 8  # nodes per side from which on cubics can be compared with higher orders
 _NONE = np.zeros((1, 1))
 _NO_TRIANGLES = np.zeros((1, 3, 3))
 

@@ -27,7 +27,8 @@ from geosurf.kernels.pyramid import net_normal, separated
 
 SEED, NEAR_SEED, TOUCH, TOO_CLOSE = 0, 1, 2, 3
 _SMALLEST = 1.0 / 32.0  # [cells]
-_MOST = 4000  # parts looked at in one pair of cells
+_MOST = 1500  # parts looked at in one pair of cells
+_IN_ALL = 400_000  # parts looked at in all of them: surfaces that coincide would never end
 
 
 @scalar
@@ -192,7 +193,7 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
     """
     mesh = zb.shape[0] == 1
     out = np.empty((16, 9))
-    n_out = 0
+    n_out, looked_in_all = 0, 0
     g, h, r = np.empty((64, 4, 4, 3)), np.empty((64, 4, 4, 3)), np.empty((64, 8))
     w, f = np.empty(4), np.empty(N_WORK)
     for k in range(pairs.shape[0]):
@@ -215,6 +216,7 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
         while top > 0:
             n = top - 1
             looked += 1
+            looked_in_all += 1
             if separated(g[n], h[n]):
                 top -= 1
                 continue
@@ -234,10 +236,11 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
                     continue
                 if found == LIFTED and (mesh or _within(w, r, n)):
                     kind = SEED
-            if kind < 0 and looked < _MOST and _split(g, h, r, n):
+            enough = looked >= _MOST or looked_in_all >= _IN_ALL
+            if kind < 0 and not enough and _split(g, h, r, n):
                 top += 1
                 continue
-            if kind < 0 and looked >= _MOST:
+            if kind < 0 and enough:
                 kind, top = TOO_CLOSE, 1
             elif kind < 0:
                 x, y, z = _start(g, r, n, mesh, w)

@@ -163,13 +163,13 @@ def inside(za, zb, w):
 
 @scalar
 def doubt(xa, ya, za, xb, yb, zb, w, f, out):
-    """Differences of interpolants along the normals of a and b: out = fine, coarse of a, of b."""
+    """`trust` along the normals of a and b: three numbers each."""
     p, q, r = normal(f, 0)
-    out[0], out[1] = trust(xa, ya, za, w[0], w[1], p, q, r)
-    out[2], out[3] = 0.0, 0.0
+    out[0], out[1], out[2] = trust(xa, ya, za, w[0], w[1], p, q, r)
+    out[3], out[4], out[5] = 0.0, 0.0, 0.0
     if zb.shape[0] > 1:
         p, q, r = normal(f, 9)
-        out[2], out[3] = trust(xb, yb, zb, w[2], w[3], p, q, r)
+        out[3], out[4], out[5] = trust(xb, yb, zb, w[2], w[3], p, q, r)
 
 
 @entry("d2 d2 d2 d2 d2 d2 d3 l1 l1 d2 d2 d2 d2 d2 -> l1")
@@ -177,7 +177,7 @@ def lift_points(xa, ya, za, xb, yb, zb, c, tri, hold, start, w, p, tangents, dou
     """Lift points in place of `start` (n, 3); w (n, 4) come in near and go out exact.
 
     Fills p (n, 3), tangents (n, 4) with the sine of the angle between the surfaces last, and
-    doubts (n, 4). Returns LIFTED, ASTRAY, HOLE or OUTSIDE for each.
+    doubts (n, 6). Returns LIFTED, ASTRAY, HOLE or OUTSIDE for each.
     """
     n = start.shape[0]
     status = np.empty(n, dtype=np.int64)
@@ -197,7 +197,7 @@ def lift_points(xa, ya, za, xb, yb, zb, c, tri, hold, start, w, p, tangents, dou
             p[i] = f[F_POINT : F_POINT + 3]
             tangents[i] = f[F_TANGENT:N_WORK]
             doubt(xa, ya, za, xb, yb, zb, w[i], f, doubts[i])
-            if math.isnan(doubts[i, 0] + doubts[i, 2]):
+            if math.isnan(doubts[i, 0] + doubts[i, 3]):
                 found = HOLE
         status[i] = found
     return status

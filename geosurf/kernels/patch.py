@@ -37,11 +37,11 @@ def _to_bernstein():
 
 
 BERNSTEIN = _to_bernstein()
-# halfway between nodes: 6-point minus 4-point, 4-point minus 2-point weights of the six nodes
-SIX_FOUR = np.array([3.0, -9.0, 6.0, 6.0, -9.0, 3.0]) / 256
-FOUR_TWO = np.array([0.0, -1.0, 1.0, 1.0, -1.0, 0.0]) / 16
-# what SIX_FOUR makes of uncorrelated noise of standard deviation 1
-NOISE_GAIN = float(np.sqrt((SIX_FOUR**2).sum()))
+# halfway between nodes: 6-point minus 4-point, 8-point minus 6-point weights of the eight nodes
+SIX_FOUR = np.array([0.0, 3.0, -9.0, 6.0, 6.0, -9.0, 3.0, 0.0]) / 256
+EIGHT_SIX = np.array([-5.0, 25.0, -45.0, 25.0, 25.0, -45.0, 25.0, -5.0]) / 2048
+# what the second makes of uncorrelated noise of standard deviation 1
+NOISE_GAIN = float(np.sqrt((EIGHT_SIX**2).sum()))
 
 
 @scalar
@@ -204,44 +204,47 @@ def _weight(first, m, k, t):
 
 @scalar
 def _differences(x, y, z, fixed, along, by_row, p, q, r):
-    """Quintic minus cubic, and cubic minus linear, halfway along one side of a cell, on (p, q, r).
+    """6-point minus 4-point and 8-point minus 6-point, halfway along a side of a cell, on (p, q, r).
 
-    The side starts at node `along` of row or column `fixed`.
+    The side starts at node `along` of row or column `fixed`. The third number is what the second
+    makes of uncorrelated noise of standard deviation 1.
     """
     n = z.shape[0] if by_row else z.shape[1]
-    six, four, t = stencil(along, n, 6), stencil(along, n, 4), along + 0.5
-    central = six == along - 2
-    fine, coarse = 0.0, 0.0
-    for k in range(6):
-        g = six + k
+    eight, six, four = stencil(along, n, 8), stencil(along, n, 6), stencil(along, n, 4)
+    central, t = eight == along - 3, along + 0.5
+    fine, finer, gain = 0.0, 0.0, 0.0
+    for k in range(8):
+        g = eight + k
         i, j = (g, fixed) if by_row else (fixed, g)
         value = p * _node(x, i, j) + q * _node(y, i, j) + r * _node(z, i, j)
         if central:
             fine += SIX_FOUR[k] * value
-            coarse += FOUR_TWO[k] * value
+            finer += EIGHT_SIX[k] * value
             continue
+        w8 = _weight(eight, 8, k, t)
+        w6 = _weight(six, 6, g - six, t) if 0 <= g - six < 6 else 0.0
         w4 = _weight(four, 4, g - four, t) if 0 <= g - four < 4 else 0.0
-        w2 = 0.5 if g == along or g == along + 1 else 0.0
-        fine += (_weight(six, 6, k, t) - w4) * value
-        coarse += (w4 - w2) * value
-    return abs(fine), abs(coarse)
+        fine += (w6 - w4) * value
+        finer += (w8 - w6) * value
+        gain += (w8 - w6) ** 2
+    return abs(fine), abs(finer), NOISE_GAIN if central else math.sqrt(gain)
 
 
 @scalar
 def trust(x, y, z, u, v, p, q, r):
-    """How well cubics fit the cell at (u, v), along the unit vector (p, q, r): two lengths.
+    """How well cubics fit the cell at (u, v), along the unit vector (p, q, r): three lengths.
 
-    The difference of 6-point and 4-point interpolants, and that of 4-point and 2-point ones,
+    The difference of 6-point and 4-point interpolants, and that of 8-point and 6-point ones,
     halfway between nodes where they are largest: rows and columns added up, the larger side
-    of the cell taken. NaN where a stencil has a hole.
+    of the cell taken; last, the noise that would make the second. NaN where a stencil has a hole.
     """
     n_row, n_col = z.shape
     j = min(max(int(math.floor(u)), 0), n_col - 2)
     i = min(max(int(math.floor(v)), 0), n_row - 2)
-    a0, b0 = _differences(x, y, z, i, j, False, p, q, r)
-    a1, b1 = _differences(x, y, z, i + 1, j, False, p, q, r)
-    c0, d0 = _differences(x, y, z, j, i, True, p, q, r)
-    c1, d1 = _differences(x, y, z, j + 1, i, True, p, q, r)
+    a0, b0, g = _differences(x, y, z, i, j, False, p, q, r)
+    a1, b1, _ = _differences(x, y, z, i + 1, j, False, p, q, r)
+    c0, d0, h = _differences(x, y, z, j, i, True, p, q, r)
+    c1, d1, _ = _differences(x, y, z, j + 1, i, True, p, q, r)
     if math.isnan(a0 + a1 + c0 + c1):
-        return np.nan, np.nan
-    return max(a0, a1) + max(c0, c1), max(b0, b1) + max(d0, d1)
+        return np.nan, np.nan, np.nan
+    return max(a0, a1) + max(c0, c1), max(b0, b1) + max(d0, d1), max(max(b0, b1) / g, max(d0, d1) / h)

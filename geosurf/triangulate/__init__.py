@@ -2,6 +2,7 @@
 
 ==============  ==================================================
 horizon.py      a gridded horizon: checks, and one diagonal rule
+coarsen.py      fewer triangles for a horizon, within a tolerance
 fault.py        a fault in any of its forms: grid, sticks, mesh
 sticks.py       fault sticks: orient, order along strike, join
 orient.py       normals of faults: into the hanging wall
