@@ -47,6 +47,7 @@ _HOME = {
     "FaultSticks": "geosurf.model",
     "FaultNetwork": "geosurf.model",
     "Curves": "geosurf.model",
+    "Place": "geosurf.model",
     "Patches": "geosurf.model",
     "Unit": "geosurf.model",
     "Units": "geosurf.model",

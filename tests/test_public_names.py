@@ -41,6 +41,7 @@ GIVEN = {
     "Lattice",
     "FaultSticks",
     "Curves",
+    "Place",
     "Patches",
     "Unit",
     "Units",

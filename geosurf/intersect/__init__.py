@@ -105,9 +105,7 @@ def intersect_surfaces(
     """
     tolerance = check_tolerance(tolerance, self_intersections)
     if tolerance > 0:
-        return smooth_curves(
-            surfaces, tolerance, curves_of, method=method, voxel_size=voxel_size
-        )
+        return smooth_curves(surfaces, tolerance, curves_of, method=method, voxel_size=voxel_size)
     surfaces = check_surfaces(surfaces, 1 if self_intersections else 2)
     contacts = find_contacts(
         surfaces, method=method, voxel_size=voxel_size, self_intersections=self_intersections

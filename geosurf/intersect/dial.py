@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -52,8 +53,10 @@ def smooth_curves(
     Curves
     """
     surfaces = tuple(surfaces)
-    for surface in surfaces:
-        if not isinstance(surface, TriSurface) or not has_cubics(surface):
+    for i, surface in enumerate(surfaces):
+        if not isinstance(surface, TriSurface):
+            check_surfaces(surfaces[: i + 1])
+        if not has_cubics(surface):
             check_surfaces((surface,))
     if len(surfaces) < 2:
         check_surfaces(surfaces, 2)
@@ -82,8 +85,10 @@ def _corners(surface: TriSurface) -> np.ndarray:
     lattice = surface.lattice
     if lattice is None or "vertices" in surface.__dict__:
         return surface.vertices
-    parts = (lattice.easting, lattice.northing, lattice.elevation)
-    return np.array([[np.nanmin(q) for q in parts], [np.nanmax(q) for q in parts]])
+    parts = [q[np.isfinite(q)] for q in (lattice.easting, lattice.northing, lattice.elevation)]
+    if not all(part.size for part in parts):
+        return np.empty((0, 3))
+    return np.array([[q.min() for q in parts], [q.max() for q in parts]])
 
 
 def _pair(one, two, origin, tolerance, linker, options):
@@ -91,7 +96,11 @@ def _pair(one, two, origin, tolerance, linker, options):
     flip = _second_first(one, two)
     if flip:
         one, two = two, one
-    coarse = [("coarse lattice", points, np.inf) for points in map(_bent, (one, two)) if points is not None]
+    coarse = [
+        ("coarse lattice", points, np.inf)
+        for points in map(_bent, (one, two))
+        if points is not None
+    ]
     if not has_cubics(one):
         plain = linker(find_contacts((one, two), origin=origin, **options))
         bound = np.inf if coarse else 0.0
@@ -154,10 +163,10 @@ def _assemble(names, origin, found, places, touches, cost) -> Curves:
     local = np.empty((count, 3))
     local[number] = stacked
     stop = np.cumsum([0, *(len(line.points) for line in lines)])
-    curves = [number[a:b] for a, b in zip(stop[:-1], stop[1:], strict=True)]
+    curves = [number[a:b] for a, b in pairwise(stop)]
     for k, (pair, line) in enumerate(zip(owners, lines, strict=True)):
         said += [Place(why, pair, frozen(x, np.float64), size, k) for why, x, size in line.places]
-    segments = [np.stack([curve[:-1], curve[1:]], axis=1) for curve in curves]
+    segments = [np.sort(np.stack([curve[:-1], curve[1:]], axis=1)) for curve in curves]
     pairs = np.array(owners, dtype=np.int64).reshape(-1, 2)
     sizes = [len(part) for part in segments]
     said = [

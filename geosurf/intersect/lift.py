@@ -166,9 +166,7 @@ def lift_strand(
     w, p = strand.w.copy(), strand.start.copy()
     tangents, doubts = np.zeros((n, 4)), np.zeros((n, 6))
     arrays = (one.x, one.y, one.z, two.x, two.y, two.z, two.c)
-    status = lift_points(
-        *arrays, strand.tri, strand.hold, strand.start, w, p, tangents, doubts
-    )
+    status = lift_points(*arrays, strand.tri, strand.hold, strand.start, w, p, tangents, doubts)
     smooth = [0, 1, 2, 3] if two.smooth else [0, 1]
     wandered = (np.abs(w - strand.w)[:, smooth] > 2).any(axis=1)
     status[(status == LIFTED) & wandered] = ASTRAY
@@ -297,7 +295,7 @@ def _parts(strand, smooth, status, a, b, closed):
         at = np.flatnonzero(cuts)
         if len(members) == 1:
             parts.append(("run", members[[0, 0]]))
-        parts += [("run", members[i : j + 1]) for i, j in zip(at[:-1], at[1:], strict=True)]
+        parts += [("run", members[i : j + 1]) for i, j in pairwise(at)]
     return parts, places
 
 

@@ -86,7 +86,9 @@ def _segments(lines: list[Line]) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def _trace_all(arrays, two, seeds, step, tolerance) -> tuple[list[Line], list[tuple[np.ndarray, float]]]:
+def _trace_all(
+    arrays, two, seeds, step, tolerance
+) -> tuple[list[Line], list[tuple[np.ndarray, float]]]:
     """Trace from one seed after the other; seeds on a traced curve are done."""
     beside = _beside(two)
     found: list[Line] = []

@@ -222,7 +222,9 @@ def piece_of(side: Side, cells: np.ndarray) -> Piece | None:
     surface = side.surface
     if not side.smooth:
         used, corners = np.unique(surface.triangles[cells], return_inverse=True)
-        part = TriSurface(surface.name, surface.role, surface.vertices[used], corners.reshape(-1, 3))
+        part = TriSurface(
+            surface.name, surface.role, surface.vertices[used], corners.reshape(-1, 3)
+        )
         return Piece(part, cells, used)
     lattice, n_col = surface.lattice, side.z.shape[1]
     a = cells // (n_col - 1) * n_col + cells % (n_col - 1)

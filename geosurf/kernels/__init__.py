@@ -16,6 +16,12 @@ file               question                                               source
 `mesh`             welding, edges, patches
 `radial`           sides of triangles -> cells                            Weiler 1985
 `chains`           segments -> curves
+`patch`            cubics between the nodes of a lattice, their trust
+`pyramid`          where can two smooth surfaces meet?
+`lift`             plain points -> points on both cubics                  Newton
+`resample`         as few points as a chord error allows                  Douglas & Peucker 1973
+`cover`, `trace`   loops that triangles do not show                       Sederberg & Meyers 1988
+`coarsen`          fewer triangles within a tolerance                     Evans et al. 2001
 =================  =====================================================  =========================
 
 Letters are the same in all of them. What decides exactly takes the six arrays of one frame,

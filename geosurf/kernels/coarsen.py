@@ -1,15 +1,16 @@
-"""Fewer triangles on a lattice: right-triangulated irregular networks (Evans et al. 1997).
+"""Fewer triangles on a lattice: right-triangulated irregular networks (Evans et al. 2001).
 
 Squares of 2**t cells are halved along their diagonal, and each right triangle again and again
 in the middle of its longest side, down to half cells. A triangle stands if the surface stays
-within the tolerance of its plane; it is split if not, if it touches a cell that is not whole, or if
-one of its halves is split: since the middle of the longest side is shared with the triangle across, no
-vertex ends up inside a side.
+within the tolerance of its plane. It is split if not, if it touches a cell that is not whole, or
+if one of its halves is split: since the middle of the longest side is shared with the triangle
+across, no vertex ends up inside a side.
 
-The plain surface is linear on each quarter of a cell (its corners and its middle, where the value is
-the mean of the ends of the plain diagonal), and triangles are made of whole quarters. So the largest
-difference is at nodes and middles, and the mean of a quarter's three absolute differences times its
-area is no less than its share of the volume between the two surfaces: it is convex.
+The plain surface is linear on each quarter of a cell (its corners and its middle, where the
+value is the mean of the ends of the plain diagonal), and triangles are made of whole quarters. So
+the largest difference is at nodes and middles, and the mean of a quarter's three absolute
+differences times its area is no less than its share of the volume between the two surfaces,
+since the absolute value is convex.
 
 Letters
     z      elevation of nodes (n_row, n_col), the anchor of all squares at node (0, 0)

@@ -28,7 +28,7 @@ from geosurf.kernels.pyramid import net_normal, separated
 SEED, NEAR_SEED, TOUCH, TOO_CLOSE = 0, 1, 2, 3
 _SMALLEST = 1.0 / 32.0  # [cells]
 _MOST = 1500  # parts looked at in one pair of cells
-_IN_ALL = 400_000  # parts looked at in all of them: surfaces that coincide would never end
+_IN_ALL = 100_000  # parts looked at in all of them: surfaces that coincide would never end
 
 
 @scalar
@@ -42,10 +42,10 @@ def cone(net):
             uy = net[i, j + 1, 1] - net[i, j, 1]
             uz = net[i, j + 1, 2] - net[i, j, 2]
             for k in range(3):
-                for l in range(4):
-                    vx = net[k + 1, l, 0] - net[k, l, 0]
-                    vy = net[k + 1, l, 1] - net[k, l, 1]
-                    vz = net[k + 1, l, 2] - net[k, l, 2]
+                for col in range(4):
+                    vx = net[k + 1, col, 0] - net[k, col, 0]
+                    vy = net[k + 1, col, 1] - net[k, col, 1]
+                    vz = net[k + 1, col, 2] - net[k, col, 2]
                     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
                     size = math.sqrt(x * x + y * y + z * z)
                     if size > 0.0:
@@ -105,7 +105,7 @@ def _length(net, along_u):
 
 @scalar
 def _split(g, h, r, n):
-    """Split the longest side of part n of the stacks: parts n and n + 1. False: all are smallest."""
+    """Split the longest side of part n into parts n and n + 1; False if all are smallest."""
     best, longest = -1, 0.0
     for k in range(4):
         if r[n, 2 * k + 1] - r[n, 2 * k] > _SMALLEST:
@@ -209,8 +209,8 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
         r[0, 4], r[0, 6] = 0.0, 0.0
         if not mesh:
             r[0, 4], r[0, 6] = cell_b[b] % (zb.shape[1] - 1), cell_b[b] // (zb.shape[1] - 1)
-        for l in range(4):
-            r[0, 2 * l + 1] = r[0, 2 * l] + 1.0
+        for col in range(4):
+            r[0, 2 * col + 1] = r[0, 2 * col] + 1.0
         top, looked = 1, 0
         tri = cell_b[b] if mesh else 0
         while top > 0:

@@ -58,7 +58,11 @@ def _follow(f, o, dx, dy, dz, w, k):
     """Move parameters w[k], w[k + 1] so that the point moves by (dx, dy, dz); two cells at most."""
     ux, uy, uz = f[o + 3], f[o + 4], f[o + 5]
     vx, vy, vz = f[o + 6], f[o + 7], f[o + 8]
-    uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
+    uu, uv, vv = (
+        ux * ux + uy * uy + uz * uz,
+        ux * vx + uy * vy + uz * vz,
+        vx * vx + vy * vy + vz * vz,
+    )
     du, dv = ux * dx + uy * dy + uz * dz, vx * dx + vy * dy + vz * dz
     size = uu * vv - uv * uv
     w[k] += min(max((du * vv - dv * uv) / size, -2.0), 2.0)
@@ -148,7 +152,7 @@ def meet_line(xa, ya, za, xb, yb, zb, c, tri, w, hold, f):
 
 @scalar
 def inside(za, zb, w):
-    """LIFTED if the parameters are on both surfaces, brought back to a rim that they hardly pass."""
+    """LIFTED if the parameters are on both surfaces, or hardly past a rim and brought back."""
     for k in range(4):
         z = za if k < 2 else zb
         if z.shape[0] > 1:

@@ -47,7 +47,7 @@ NOISE_GAIN = float(np.sqrt((EIGHT_SIX**2).sum()))
 @scalar
 def stencil(u, n, m):
     """First node of the m nodes around u, shifted inwards at the rim."""
-    return min(max(int(math.floor(u)) - m // 2 + 1, 0), n - m)
+    return min(max(math.floor(u) - m // 2 + 1, 0), n - m)
 
 
 @scalar
@@ -71,9 +71,9 @@ def _tensor(q, i, j, a, b):
     """Value, d/du, d/dv of one coordinate."""
     value, du, dv = 0.0, 0.0, 0.0
     if q.shape[0] == 1:
-        for l in range(4):
-            value += a[l] * q[0, j + l]
-            du += a[4 + l] * q[0, j + l]
+        for col in range(4):
+            value += a[col] * q[0, j + col]
+            du += a[4 + col] * q[0, j + col]
         return value, du, dv
     if q.shape[1] == 1:
         for k in range(4):
@@ -117,27 +117,27 @@ def _net_of(q, i, j, cu, cv, net, axis, half):
     """Bernstein coefficients of one coordinate; cu, cv the cell's place in its stencil."""
     n_row, n_col = q.shape
     for r in range(4 if n_row > 1 else 1):
-        for l in range(4):
+        for col in range(4):
             if n_col == 1:
-                half[r, l] = q[i + r, 0]
+                half[r, col] = q[i + r, 0]
                 continue
             row = i + r if n_row > 1 else 0
-            half[r, l] = (
-                BERNSTEIN[cu, l, 0] * q[row, j]
-                + BERNSTEIN[cu, l, 1] * q[row, j + 1]
-                + BERNSTEIN[cu, l, 2] * q[row, j + 2]
-                + BERNSTEIN[cu, l, 3] * q[row, j + 3]
+            half[r, col] = (
+                BERNSTEIN[cu, col, 0] * q[row, j]
+                + BERNSTEIN[cu, col, 1] * q[row, j + 1]
+                + BERNSTEIN[cu, col, 2] * q[row, j + 2]
+                + BERNSTEIN[cu, col, 3] * q[row, j + 3]
             )
     for k in range(4):
-        for l in range(4):
+        for col in range(4):
             if n_row == 1:
-                net[k, l, axis] = half[0, l]
+                net[k, col, axis] = half[0, col]
                 continue
-            net[k, l, axis] = (
-                BERNSTEIN[cv, k, 0] * half[0, l]
-                + BERNSTEIN[cv, k, 1] * half[1, l]
-                + BERNSTEIN[cv, k, 2] * half[2, l]
-                + BERNSTEIN[cv, k, 3] * half[3, l]
+            net[k, col, axis] = (
+                BERNSTEIN[cv, k, 0] * half[0, col]
+                + BERNSTEIN[cv, k, 1] * half[1, col]
+                + BERNSTEIN[cv, k, 2] * half[2, col]
+                + BERNSTEIN[cv, k, 3] * half[3, col]
             )
 
 
@@ -146,19 +146,19 @@ def corner_net(x, y, z, i, j, net):
     """A net for a cell without a whole stencil: its corners that exist, each four times."""
     found = 0
     for k in range(2):
-        for l in range(2):
-            px = x[0 if x.shape[0] == 1 else i + k, j + l]
-            py = y[i + k, 0 if y.shape[1] == 1 else j + l]
-            pz = z[i + k, j + l]
+        for col in range(2):
+            px = x[0 if x.shape[0] == 1 else i + k, j + col]
+            py = y[i + k, 0 if y.shape[1] == 1 else j + col]
+            pz = z[i + k, j + col]
             if not (math.isfinite(px) and math.isfinite(py) and math.isfinite(pz)):
                 px, py, pz = np.nan, np.nan, np.nan
             else:
                 found += 1
             for r in range(2):
                 for c in range(2):
-                    net[2 * k + r, 2 * l + c, 0] = px
-                    net[2 * k + r, 2 * l + c, 1] = py
-                    net[2 * k + r, 2 * l + c, 2] = pz
+                    net[2 * k + r, 2 * col + c, 0] = px
+                    net[2 * k + r, 2 * col + c, 1] = py
+                    net[2 * k + r, 2 * col + c, 2] = pz
     return found
 
 
@@ -179,9 +179,9 @@ def cell_nets(x, y, z, cells, nets, whole):
         _net_of(z, si, sj, j - sj, i - si, nets[n], 2, half)
         total = 0.0
         for k in range(4):
-            for l in range(4):
+            for col in range(4):
                 for axis in range(3):
-                    total += nets[n, k, l, axis]
+                    total += nets[n, k, col, axis]
         whole[n] = 1
         if not math.isfinite(total):
             whole[n] = 0 if corner_net(x, y, z, i, j, nets[n]) > 2 else -1
@@ -204,7 +204,7 @@ def _weight(first, m, k, t):
 
 @scalar
 def _differences(x, y, z, fixed, along, by_row, p, q, r):
-    """6-point minus 4-point and 8-point minus 6-point, halfway along a side of a cell, on (p, q, r).
+    """6-point minus 4-point, 8-point minus 6-point, halfway along a side of a cell, on (p, q, r).
 
     The side starts at node `along` of row or column `fixed`. The third number is what the second
     makes of uncorrelated noise of standard deviation 1.
@@ -239,12 +239,16 @@ def trust(x, y, z, u, v, p, q, r):
     of the cell taken; last, the noise that would make the second. NaN where a stencil has a hole.
     """
     n_row, n_col = z.shape
-    j = min(max(int(math.floor(u)), 0), n_col - 2)
-    i = min(max(int(math.floor(v)), 0), n_row - 2)
+    j = min(max(math.floor(u), 0), n_col - 2)
+    i = min(max(math.floor(v), 0), n_row - 2)
     a0, b0, g = _differences(x, y, z, i, j, False, p, q, r)
     a1, b1, _ = _differences(x, y, z, i + 1, j, False, p, q, r)
     c0, d0, h = _differences(x, y, z, j, i, True, p, q, r)
     c1, d1, _ = _differences(x, y, z, j + 1, i, True, p, q, r)
     if math.isnan(a0 + a1 + c0 + c1):
         return np.nan, np.nan, np.nan
-    return max(a0, a1) + max(c0, c1), max(b0, b1) + max(d0, d1), max(max(b0, b1) / g, max(d0, d1) / h)
+    return (
+        max(a0, a1) + max(c0, c1),
+        max(b0, b1) + max(d0, d1),
+        max(max(b0, b1) / g, max(d0, d1) / h),
+    )

@@ -1,10 +1,10 @@
 """Where can two surfaces meet? Bounds of local cubics over blocks of cells, then cell by cell.
 
 A cubic between nodes leaves their range by a known part of it: 4-point weights add up to 1, and
-the negative ones to no less than -1/8 in the middle and -0.316 at the rim, so that a tensor product
-stays within ``range * (1.25**2 - 1) / 2``, and at the rim ``range * (1.632**2 - 1) / 2``, beyond the
-lowest and highest node of its stencil. Over blocks this is what the pyramid keeps; over single
-cells, Bernstein coefficients bound the cubic and hold its corners, so that triangles of
+their absolute values to 1.25 at most in the middle and 1.632 at the rim, so that a tensor product
+stays within ``range * (1.25**2 - 1) / 2``, and at the rim ``range * (1.632**2 - 1) / 2``, of
+the lowest and the highest node of its stencil. Over blocks this is what the pyramid keeps; over
+single cells, Bernstein coefficients bound the cubic and hold its corners, so that triangles of
 the plain surface are inside as well. What is excluded here holds neither a contact of the
 cubics nor one of the triangles.
 
@@ -76,9 +76,9 @@ def lattice_pyramid(x, y, z):
                 box = boxes[shape[level, 0] + i * shape[level, 2] + j]
                 box[:3], box[3:] = np.inf, -np.inf
                 for k in range(2 * i, min(2 * i + 2, shape[level - 1, 1])):
-                    for l in range(2 * j, min(2 * j + 2, below)):
+                    for col in range(2 * j, min(2 * j + 2, below)):
                         for axis in range(3):
-                            child = boxes[before + k * below + l]
+                            child = boxes[before + k * below + col]
                             box[axis] = min(box[axis], child[axis])
                             box[3 + axis] = max(box[3 + axis], child[3 + axis])
     return boxes, shape[:n_level].copy()
@@ -125,8 +125,8 @@ def block_pairs(boxes, shape, items, planes):
                 n += 1
                 continue
             for k in range(2 * i, min(2 * i + 2, shape[level - 1, 1])):
-                for l in range(2 * j, min(2 * j + 2, shape[level - 1, 2])):
-                    stack[top] = level - 1, k, l
+                for col in range(2 * j, min(2 * j + 2, shape[level - 1, 2])):
+                    stack[top] = level - 1, k, col
                     top += 1
     return out[:n].copy()
 
@@ -135,8 +135,8 @@ def block_pairs(boxes, shape, items, planes):
 def _cast_shadow(net, p, q, r):
     low, high = np.inf, -np.inf
     for k in range(4):
-        for l in range(4):
-            value = p * net[k, l, 0] + q * net[k, l, 1] + r * net[k, l, 2]
+        for col in range(4):
+            value = p * net[k, col, 0] + q * net[k, col, 1] + r * net[k, col, 2]
             if value < low:
                 low = value
             if value > high:
@@ -170,6 +170,8 @@ def separated(one, two):
             p, q, r = 1.0 * (axis == 0), 1.0 * (axis == 1), 1.0 * (axis == 2)
         else:
             p, q, r = net_normal(one) if axis == 3 else net_normal(two)
+            if not np.isfinite(p + q + r):
+                continue
         low, high = _cast_shadow(one, p, q, r)
         floor, ceiling = _cast_shadow(two, p, q, r)
         if low > ceiling + SLACK or floor > high + SLACK:
@@ -185,8 +187,8 @@ def net_boxes(nets):
         for axis in range(3):
             low, high = np.inf, -np.inf
             for k in range(4):
-                for l in range(4):
-                    value = nets[n, k, l, axis]
+                for col in range(4):
+                    value = nets[n, k, col, axis]
                     if value < low:
                         low = value
                     if value > high:

@@ -49,8 +49,8 @@ def measure(xa, ya, za, xb, yb, zb, c, tri, one, two, target, wm, f):
     aside = np.empty(4)
     for k in range(3):
         t = 0.5 if k == 0 else (0.25 if k == 1 else 0.75)
-        for l in range(4):
-            aside[l] = one[3 + l] + t * (two[3 + l] - one[3 + l])
+        for col in range(4):
+            aside[col] = one[3 + col] + t * (two[3 + col] - one[3 + col])
         x, y, z = one[0] + t * dx, one[1] + t * dy, one[2] + t * dz
         found = meet(xa, ya, za, xb, yb, zb, c, tri, aside, x, y, z, dx, dy, dz, f)
         if found != LIFTED:

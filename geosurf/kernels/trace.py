@@ -74,10 +74,22 @@ def _across(c, beside, tri, hold, x, y, z, w):
     other = beside[tri, side]
     if other < 0:
         return -1
-    ux, uy, uz = c[other, 1, 0] - c[other, 0, 0], c[other, 1, 1] - c[other, 0, 1], c[other, 1, 2] - c[other, 0, 2]
-    vx, vy, vz = c[other, 2, 0] - c[other, 0, 0], c[other, 2, 1] - c[other, 0, 1], c[other, 2, 2] - c[other, 0, 2]
+    ux, uy, uz = (
+        c[other, 1, 0] - c[other, 0, 0],
+        c[other, 1, 1] - c[other, 0, 1],
+        c[other, 1, 2] - c[other, 0, 2],
+    )
+    vx, vy, vz = (
+        c[other, 2, 0] - c[other, 0, 0],
+        c[other, 2, 1] - c[other, 0, 1],
+        c[other, 2, 2] - c[other, 0, 2],
+    )
     x, y, z = x - c[other, 0, 0], y - c[other, 0, 1], z - c[other, 0, 2]
-    uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
+    uu, uv, vv = (
+        ux * ux + uy * uy + uz * uz,
+        ux * vx + uy * vy + uz * vz,
+        vx * vx + vy * vy + vz * vz,
+    )
     du, dv = ux * x + uy * y + uz * z, vx * x + vy * y + vz * z
     size = uu * vv - uv * uv
     w[2], w[3] = (du * vv - dv * uv) / size, (dv * uu - du * uv) / size
@@ -87,7 +99,11 @@ def _across(c, beside, tri, hold, x, y, z, w):
 @scalar
 def _ahead(direction, f):
     """Turn a tangent the way the walk goes."""
-    turn = direction[0] * f[F_TANGENT] + direction[1] * f[F_TANGENT + 1] + direction[2] * f[F_TANGENT + 2]
+    turn = (
+        direction[0] * f[F_TANGENT]
+        + direction[1] * f[F_TANGENT + 1]
+        + direction[2] * f[F_TANGENT + 2]
+    )
     sign = 1.0 if turn >= 0.0 else -1.0
     for k in range(3):
         direction[k] = sign * f[F_TANGENT + k]

@@ -59,7 +59,7 @@ def coarsen_lattice(name: str, lattice: Lattice, tolerance: float) -> TriSurface
 
 
 def _check_even(name: str, lattice: Lattice) -> None:
-    """Refuse nodes that are not at even steps: then right triangles of nodes are none in the map."""
+    """Refuse uneven steps: they would bend the triangles in the map."""
     for key, axis in (("easting", lattice.easting), ("northing", lattice.northing)):
         if axis.ndim == 1:
             bends = [np.abs(np.diff(axis, 2))]
