@@ -7,7 +7,7 @@ The pipeline, stage by stage::
     faults       extended beyond the model box, truncated by each other
     intersect    surfaces -> the curves where they meet
     rebuild      surfaces -> patches that share vertices along the curves
-    carve        patches -> closed units: zone x fault block
+    carve        patches -> closed units: zone x fault block x fluid contact
     render       anything -> PNG, off-screen
     report       a scene -> one HTML page;  write: anything -> files
 
@@ -32,6 +32,7 @@ _HOME = {
     "triangulate_fault": "geosurf.triangulate",
     "triangulate_sticks": "geosurf.triangulate",
     "build_walls": "geosurf.triangulate",
+    "build_contacts": "geosurf.triangulate",
     # faults
     "extend_fault": "geosurf.faults",
     "truncate_faults": "geosurf.faults",
@@ -56,6 +57,7 @@ _HOME = {
     "Scene": "geosurf.scene",
     "run_scenario": "geosurf.scenario",
     "render_scene": "geosurf.render",
+    "render_place": "geosurf.render",
     "report_scene": "geosurf.report",
     "write": "geosurf.write",
 }

@@ -86,7 +86,8 @@ class Ending:
             traceback.print_exception(kind, error, trace)
         if isinstance(error, GeosurfError):
             self.code = error.exit_code
-            print(f"geosurf: {error}", file=sys.stderr)
+            for line in (error, *getattr(error, "__notes__", ())):
+                print(f"geosurf: {line}", file=sys.stderr)
         else:
             self.code = OUR_FAULT
             print(_apology(error), file=sys.stderr)

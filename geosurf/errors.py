@@ -8,6 +8,8 @@ them into exit codes 2, 3 and 4.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 __all__ = [
     "DependencyError",
     "FormatError",
@@ -25,9 +27,24 @@ __all__ = [
 
 
 class GeosurfError(Exception):
-    """Root of all errors raised on purpose."""
+    """Root of all errors raised on purpose.
+
+    Attributes
+    ----------
+    place : (easting, northing, elevation) or None
+        Where it is [m], if it is somewhere; `geosurf.render.render_place` draws it.
+    surfaces : tuple of str
+        Names of the surfaces that it is about.
+    """
 
     exit_code = 4
+
+    def __init__(
+        self, *words: object, place: Iterable[float] | None = None, surfaces: Iterable[str] = ()
+    ) -> None:
+        super().__init__(*words)
+        self.place = None if place is None else tuple(float(value) for value in place)
+        self.surfaces = tuple(surfaces)
 
 
 class InputError(GeosurfError, ValueError):

@@ -1,66 +1,101 @@
-"""Inputs of a scene: read from files, with the words that they do not say, and known by a hash."""
+"""What users hand to a scene -> what stages take: files are opened, grids triangulated."""
 
 from __future__ import annotations
 
-import hashlib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import frame_origin, shift_is_exact
+from geosurf.errors import InputError
 from geosurf.model import TriSurface
+from geosurf.triangulate import triangulate_fault, triangulate_horizon
+from geosurf.triangulate.outline import check_outline
+
+Options = Mapping[str, Any]
 
 
-def fingerprint(value: Any) -> str:
-    """
-    Return a hash of what an input of a scene holds.
+def as_mapping(what: str, inputs: Any) -> dict[str, Any]:
+    """Return named inputs, or an InputError that says how to name them."""
+    if not isinstance(inputs, Mapping):
+        raise InputError(f"{what} is a {type(inputs).__name__}; give a mapping {{name: ...}}.")
+    return {str(name): value for name, value in inputs.items()}
+
+
+def as_surface(name: str, role: str, value: Any, options: Options) -> TriSurface:
+    """Return a horizon or fault as a surface, whatever it was.
 
     Parameters
     ----------
-    value : path, TriSurface, FaultSticks, xarray object, or anything else
-        Files count by path and content; anything else by its identity.
+    name : str
+    role : {"horizon", "fault"}
+    value : path, xarray object, FaultSticks or TriSurface
+    options : mapping
+        ``positive`` and ``units``, for inputs that do not say theirs.
 
     Returns
     -------
-    str
-
-    Examples
-    --------
-    >>> one, two = (TriSurface("F1", "fault", np.eye(3), [[0, 1, 2]]) for _ in range(2))
-    >>> fingerprint(one) == fingerprint(two) != fingerprint(one.renamed("F2"))
-    True
+    TriSurface
     """
-    digest = hashlib.sha256()
-    if isinstance(value, str | Path):
-        path = Path(value)
-        digest.update(str(path.resolve()).encode())
-        digest.update(path.read_bytes() if path.is_file() else b"missing")
-    elif isinstance(value, TriSurface):
-        digest.update(f"{value.name} {value.role}".encode())
-        digest.update(np.ascontiguousarray(value.vertices))
-        digest.update(np.ascontiguousarray(value.triangles))
-    elif hasattr(value, "sticks"):
-        for stick in value.sticks:
-            digest.update(np.ascontiguousarray(stick))
-    elif hasattr(value, "to_dict") and hasattr(value, "coords"):
-        digest.update(repr(sorted((str(k), str(v)) for k, v in value.attrs.items())).encode())
-        arrays = {**getattr(value, "data_vars", {"": value}), **value.coords}
-        for key, array in arrays.items():
-            digest.update(f"{key} {array.dims}".encode())
-            digest.update(np.ascontiguousarray(array.values))
-    else:
-        digest.update(f"{id(value)}".encode())
-    return digest.hexdigest()
+    found = _read(value, role, options) if isinstance(value, str | Path) else value
+    if isinstance(found, TriSurface):
+        return found.renamed(name, role)
+    make = triangulate_horizon if role == "horizon" else triangulate_fault
+    return make(found, name=name, **_only_if_unsaid(found, options))
 
 
-def read_input(path: Any, role: str, options: dict[str, Any]) -> Any:
-    """Read a horizon or a fault from a file; the readers are imported only then."""
+def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, Any]:
+    """Return fluid contacts with paths read as gridded horizons, for `build_contacts`."""
+
+    def opened(value: Any) -> Any:
+        if isinstance(value, str | Path):
+            return _read(value, "horizon", options)
+        if isinstance(value, Mapping) and not hasattr(value, "data_vars"):
+            return {block: opened(one) for block, one in value.items()}
+        return value
+
+    return {name: opened(value) for name, value in contacts.items()}
+
+
+def opened_outline(aoi: Any) -> np.ndarray:
+    """Return the corners of an area of interest, given as an array or a file of polygons."""
+    if isinstance(aoi, str | Path):
+        from geosurf.read import read_polygons
+
+        aoi = read_polygons(aoi, positive="up")
+    return check_outline(aoi)
+
+
+def only_of(entries: Mapping[str, Any], names: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the entries that are about some names."""
+    return {name: value for name, value in entries.items() if name in names}
+
+
+def shared_origin(box: tuple[float, ...] | None, surfaces: Sequence[TriSurface]) -> np.ndarray:
+    """Return the origin of the local frame: the box's where shifts by it are exact."""
+    if box is not None:
+        w, e, s, n, b, t = box
+        origin = frame_origin(np.array([[w, s, b], [e, n, t]]))
+        if all(shift_is_exact(surface.vertices, origin) for surface in surfaces):
+            return origin
+    return frame_origin(*(surface.vertices for surface in surfaces))
+
+
+def boxes_meet(a: TriSurface, b: TriSurface) -> bool:
+    """Return whether the bounds of two surfaces have a point in common."""
+    p, q = a.bounds, b.bounds
+    return all(p[2 * k] <= q[2 * k + 1] and q[2 * k] <= p[2 * k + 1] for k in range(3))
+
+
+def _read(path: Any, role: str, options: Options) -> Any:
     from geosurf.read import read_fault, read_horizon
 
     return (read_horizon if role == "horizon" else read_fault)(path, **options)
 
 
-def only_if_unsaid(value: Any, options: dict[str, Any]) -> dict[str, Any]:
+def _only_if_unsaid(value: Any, options: Options) -> dict[str, Any]:
     """Scene-wide words count only for inputs that do not say theirs themselves."""
     attrs = dict(getattr(value, "attrs", {}))
     return {key: word for key, word in options.items() if word is not None and key not in attrs}

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,29 +11,36 @@ import numpy as np
 from geosurf.carve import carve_units
 from geosurf.carve.certificate import certify, same_bytes
 from geosurf.contact import find_contacts, search_voxels
-from geosurf.conventions import did_you_mean, frame_origin, shift_is_exact
+from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
-from geosurf.inputs import fingerprint, only_if_unsaid, read_input
+from geosurf.inputs import (
+    as_mapping,
+    as_surface,
+    boxes_meet,
+    only_of,
+    opened_contacts,
+    opened_outline,
+    shared_origin,
+)
 from geosurf.intersect import curves_of, merge_curves
-from geosurf.model import Certificate, Curves, Patches, TriSurface, Units, VoxelSearch
+from geosurf.memory import Memory, Step, fingerprint
+from geosurf.model import (
+    Certificate,
+    Curves,
+    FluidContact,
+    Patches,
+    TriSurface,
+    Units,
+    VoxelSearch,
+    check_column,
+)
 from geosurf.model.faults import Extension, FaultNetwork, Truncation
 from geosurf.network import FaultStage
 from geosurf.rebuild import patches_from
-from geosurf.triangulate import build_walls, triangulate_fault, triangulate_horizon
+from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.box import propose_box
 
 Box = tuple[float, float, float, float, float, float]
-
-
-@dataclass(frozen=True)
-class Step:
-    """One line of `Scene.explain`."""
-
-    stage: str
-    subject: str
-    outcome: str
-    detail: str
-    seconds: float = 0.0
 
 
 class Scene:
@@ -54,6 +58,15 @@ class Scene:
         A fault is an `xarray.Dataset`, `FaultSticks`, a `TriSurface`, or a path.
     box : (west, east, south, north, bottom, top), optional
         The model box [m]. Default: where all horizons are, with a margin above and below.
+    column : mapping of str to str, optional
+        How horizons that cross yield: ``"erosional"`` removes what lies below, ``"base"``
+        what lies above, ``"discontinuous"`` both. The others are ``"conformable"``: of two
+        that cross, the older one ends on the younger. ``units.report["clipped"]`` lists it all.
+    contacts : mapping of str to contact, optional
+        Fluid contacts from the top down, which split units: ``{"OWC": -1705.0}``, also by
+        block; see `build_contacts`. A path is a gridded horizon.
+    aoi : array_like of float, shape (n, 2), or path, optional
+        Area of interest: easting and northing around a polygon, which the model then fills.
     positive : {"up", "down"}, optional
         Whether inputs that do not say so hold elevations or depths.
     units : str, optional
@@ -91,6 +104,9 @@ class Scene:
         faults: Mapping[str, Any] | None = None,
         box: Box | None = None,
         *,
+        column: Mapping[str, str] | None = None,
+        contacts: Mapping[str, Any] | None = None,
+        aoi: Any = None,
         positive: str | None = None,
         units: str | None = None,
         voxel_size: float | None = None,
@@ -98,8 +114,8 @@ class Scene:
         extend: Any = (),
         truncations: Mapping[str, Any] | None = None,
     ) -> None:
-        self._horizons = _mapping("horizons", horizons)
-        self._faults = _mapping("faults", faults or {})
+        self._horizons = as_mapping("horizons", horizons)
+        self._faults = as_mapping("faults", faults or {})
         if not self._horizons and not self._faults:
             raise InputError(
                 "a scene needs at least one horizon or fault; give horizons={name: ...}."
@@ -108,14 +124,17 @@ class Scene:
             if name in self._faults:
                 raise InputError(f"{name!r} is the name of a horizon and of a fault; rename one.")
         self._box = box
+        check_column(tuple(self._horizons), column)
+        self._column = dict(column or {})
+        self._contacts = as_mapping("contacts", contacts or {})
+        self._aoi = aoi
         self._positive, self._units_word, self._voxel_size = positive, units, voxel_size
         self._self = bool(self_intersections)
-        self._memory: dict[Any, Any] = {}
-        self._steps: list[Step] = []
-        self.truncations = dict(_mapping("truncations", truncations or {}))
+        self._memory = Memory()
+        self.truncations = dict(as_mapping("truncations", truncations or {}))
         self._network = FaultStage(
             tuple(self._faults), self.truncations, extend, given=self._given_fault,
-            box=lambda: self.box, remember=self._remembered, key_of=self._key,
+            box=lambda: self.box, remember=self._memory.remembered, key_of=self._memory.key_of,
         )  # fmt: skip
         self.extend = dict(self._network.sides)
 
@@ -126,7 +145,9 @@ class Scene:
         ----------
         horizons, faults : mapping, optional
             Named inputs to add or exchange; None as a value removes one.
-        box, positive, units, voxel_size, self_intersections, extend, truncations : optional
+        box, column, contacts, aoi, extend, truncations : optional
+            As for `Scene`.
+        positive, units, voxel_size, self_intersections : optional
             As for `Scene`.
 
         Returns
@@ -142,8 +163,8 @@ class Scene:
         ()
         """
         known = (
-            "horizons", "faults", "box", "positive", "units", "voxel_size", "self_intersections",
-            "extend", "truncations"
+            "horizons", "faults", "box", "column", "contacts", "aoi", "positive", "units",
+            "voxel_size", "self_intersections", "extend", "truncations",
         )  # fmt: skip
         for key in changes:
             if key not in known:
@@ -158,6 +179,9 @@ class Scene:
             inputs["horizons"],
             inputs["faults"],
             changes.get("box", self._box),
+            column=changes.get("column", only_of(self._column, inputs["horizons"])),
+            contacts=changes.get("contacts", self._contacts),
+            aoi=changes.get("aoi", self._aoi),
             positive=changes.get("positive", self._positive),
             units=changes.get("units", self._units_word),
             voxel_size=changes.get("voxel_size", self._voxel_size),
@@ -165,7 +189,7 @@ class Scene:
             extend=changes.get("extend", self.extend),
             truncations=changes.get("truncations", self.truncations),
         )
-        twin._memory = self._memory
+        twin._memory.results = self._memory.results
         return twin
 
     # ------------------------------------------------------------------ inputs
@@ -232,13 +256,35 @@ class Scene:
     def box(self) -> Box:
         """West, east, south, north, bottom, top of the model [m]."""
         if self._box is not None:
-            build_walls(self._box)
+            build_walls(self._box, self.aoi)
             w, e, s, n, b, t = (float(value) for value in self._box)
-            return w, e, s, n, b, t
-        horizons = [self.surface(name) for name in self._horizons]
-        box = propose_box(horizons)
-        self._note("box", "all horizons", "ran", "default: where all horizons are")
-        return box
+        else:
+            horizons = [self.surface(name) for name in self._horizons]
+            w, e, s, n, b, t = propose_box(horizons, self.aoi)
+            where = "all horizons are" if self.aoi is None else "the area of interest is"
+            self._memory.note("box", "all horizons", "ran", f"default: where {where}")
+        if self.aoi is not None:
+            (w, s), (e, n) = self.aoi.min(axis=0).tolist(), self.aoi.max(axis=0).tolist()
+        return w, e, s, n, b, t
+
+    @cached_property
+    def aoi(self) -> np.ndarray | None:
+        """Corners of the area of interest (n, 2), counter-clockwise [m]; None if it is the box."""
+        if self._aoi is None:
+            return None
+        return opened_outline(self._aoi)
+
+    @property
+    def column(self) -> dict[str, str]:
+        """The rule of each horizon, youngest first."""
+        rules = check_column(tuple(self._horizons), self._column)
+        return dict(zip(self._horizons, rules, strict=True))
+
+    @cached_property
+    def _fluids(self) -> tuple[list[TriSurface], list[FluidContact]]:
+        """Surfaces of fluid contacts, and the blocks in which they count."""
+        options = {"positive": self._positive, "units": self._units_word}
+        return build_contacts(opened_contacts(self._contacts, options), self.box)
 
     # ----------------------------------------------------------------- results
     @cached_property
@@ -267,8 +313,8 @@ class Scene:
         """
         pair = (self.surface(first), self.surface(second))
         subject = f"{first} x {second}"
-        if not _boxes_meet(*pair):
-            self._note("curves", subject, "skipped", "boxes do not meet")
+        if not boxes_meet(*pair):
+            self._memory.note("curves", subject, "skipped", "boxes do not meet")
             return None
 
         origin = self._frame(pair)
@@ -277,8 +323,13 @@ class Scene:
             options = {"origin": origin, "voxel_size": self._voxel_size}
             return curves_of(find_contacts(pair, pairs=[(0, 1)], **options))
 
-        key = ("curves", *(self._key(s) for s in pair), origin.tobytes(), self._voxel_size)
-        return self._remembered("curves", subject, key, run, lambda c: f"{c.n_curve} curves")
+        key = (
+            "curves",
+            *(self._memory.key_of(s) for s in pair),
+            origin.tobytes(),
+            self._voxel_size,
+        )
+        return self._memory.remembered("curves", subject, key, run, lambda c: f"{c.n_curve} curves")
 
     def cutoffs(self, horizon: str, fault: str) -> list[np.ndarray]:
         """Return the lines where a horizon meets a fault.
@@ -298,31 +349,39 @@ class Scene:
     @cached_property
     def patches(self) -> Patches:
         """All surfaces and the walls of the box, split along their curves."""
-        surfaces = self.surfaces
-        key = ("patches", *(self._key(s) for s in surfaces), self.box, self._voxel_size, self._self)
-        subject = f"{len(surfaces)} surfaces and the box"
-        return self._remembered(
+        surfaces = (*self.surfaces, *self._fluids[0])
+        ring = None if self.aoi is None else self.aoi.tobytes()
+        shape = (self.box, ring, self._voxel_size, self._self)
+        key = ("patches", *(self._memory.key_of(s) for s in surfaces), shape)
+        subject = f"{len(surfaces)} surfaces and the {'box' if ring is None else 'area'}"
+        return self._memory.remembered(
             "rebuild", subject, key, self._rebuild, lambda p: f"{p.n_patch} patches"
         )
 
     def _rebuild(self) -> Patches:
-        surfaces = (*self.surfaces, *build_walls(self.box))
+        surfaces = (*self.surfaces, *self._fluids[0], *build_walls(self.box, self.aoi))
         origin = self._frame(surfaces)
         options = {"voxel_size": self._voxel_size, "self_intersections": self._self}
         return patches_from(find_contacts(surfaces, origin=origin, **options))
 
     @cached_property
     def units(self) -> Units:
-        """Closed units: zone x fault block."""
-        patches = self.patches
-        key = ("units", id(patches))
-        return self._remembered(
-            "carve", "the box", key, lambda: carve_units(patches), lambda u: f"{len(u)} units"
-        )
+        """Closed units: zone x fault block (x fluid contact)."""
+        patches, contacts = self.patches, self._fluids[1]
+        key = ("units", id(patches), tuple(self.column.values()), tuple(contacts))
+        subject = "the box" if self.aoi is None else "the area"
+
+        def run() -> Units:
+            return carve_units(patches, self.column, contacts)
+
+        return self._memory.remembered("carve", subject, key, run, lambda u: f"{len(u)} units")
 
     @property
     def volumes(self) -> Any:
-        """Volume of each unit, an `xarray.DataArray` with zone and block as coordinates [m3]."""
+        """Volume of each unit, an `xarray.DataArray` with zone and block as coordinates [m3].
+
+        Where fluid contacts are given, ``contact`` is one more.
+        """
         return self.units.table["volume"]
 
     def check(self) -> Certificate:
@@ -363,77 +422,29 @@ class Scene:
         >>> [line.split()[:2] for line in scene.explain().splitlines()]
         [['triangulate', 'Top'], ['triangulate', 'F1'], ['curves', 'Top']]
         """
-        width = max((len(step.subject) for step in self._steps), default=0)
-        lines = []
-        for s in self._steps:
-            time_taken = f", {s.seconds:.3f} s" if seconds and s.outcome == "ran" else ""
-            lines.append(
-                f"{s.stage:<11} {s.subject:<{width}}  {s.outcome:<11} {s.detail}{time_taken}"
-            )
-        return "\n".join(lines)
+        width = max((len(step.subject) for step in self.steps), default=0)
+        return "\n".join(step.words(width, seconds) for step in self.steps)
 
     @property
     def steps(self) -> tuple[Step, ...]:
         """The lines of `explain`, as data."""
-        return tuple(self._steps)
+        return tuple(self._memory.steps)
 
     # ------------------------------------------------------------------ memory
     def _frame(self, surfaces: Sequence[TriSurface]) -> np.ndarray:
         """Origin of the local frame: the box's where exact, so that all results share it."""
-        if self._box is not None:
-            w, e, s, n, b, t = self.box
-            origin = frame_origin(np.array([[w, s, b], [e, n, t]]))
-            if all(shift_is_exact(surface.vertices, origin) for surface in surfaces):
-                return origin
-        return frame_origin(*(surface.vertices for surface in surfaces))
+        return shared_origin(None if self._box is None else self.box, surfaces)
 
     def _triangulated(self, name: str, role: str, value: Any) -> TriSurface:
         key = ("surface", name, role, fingerprint(value), self._positive, self._units_word)
 
         def run() -> TriSurface:
             options = {"positive": self._positive, "units": self._units_word}
-            found = read_input(value, role, options) if isinstance(value, str | Path) else value
-            if isinstance(found, TriSurface):
-                return found.renamed(name, role)
-            make = triangulate_horizon if role == "horizon" else triangulate_fault
-            return make(found, name=name, **only_if_unsaid(found, options))
+            return as_surface(name, role, value, options)
 
-        return self._remembered(
+        return self._memory.remembered(
             "triangulate", name, key, run, lambda s: f"{s.n_triangle} triangles", again=False
         )
 
-    def _key(self, surface: TriSurface) -> str:
-        return self._memory.setdefault(("key", id(surface)), (surface, fingerprint(surface)))[1]
-
-    def _remembered(self, stage, subject, key, run, describe, *, again=True):
-        """The result of a step: from memory if it is there."""
-        if key in self._memory:
-            result = self._memory[key]
-            if again or not any(s.stage == stage and s.subject == subject for s in self._steps):
-                self._note(stage, subject, "from memory", describe(result))
-            return result
-        start = time.perf_counter()
-        result = run()
-        self._memory[key] = result
-        seconds = time.perf_counter() - start
-        self._note(stage, subject, "ran", describe(result), seconds)
-        return result
-
-    def _note(
-        self, stage: str, subject: str, outcome: str, detail: str, seconds: float = 0.0
-    ) -> None:
-        self._steps.append(Step(stage, subject, outcome, detail, seconds))
-
     def __repr__(self) -> str:
         return f"<Scene: horizons {list(self._horizons)}, faults {list(self._faults)}>"
-
-
-def _mapping(what: str, inputs: Any) -> dict[str, Any]:
-    if not isinstance(inputs, Mapping):
-        raise InputError(f"{what} is a {type(inputs).__name__}; give a mapping {{name: ...}}.")
-    return {str(name): value for name, value in inputs.items()}
-
-
-def _boxes_meet(a: TriSurface, b: TriSurface) -> bool:
-    p, q = a.bounds, b.bounds
-    return all(p[2 * k] <= q[2 * k + 1] and q[2 * k] <= p[2 * k + 1] for k in range(3))

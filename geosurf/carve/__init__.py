@@ -1,23 +1,46 @@
-"""Patches -> closed units: zone x fault block, with certified volumes."""
+"""Patches -> closed units: zone x fault block (x fluid contact), with certified volumes.
+
+===============  ====================================================================
+cells.py         which sides of which triangles see the same piece of space
+zones.py         on which side of each horizon and contact each cell is
+column.py        the rules of the column: sides -> zones
+clipped.py       what these rules took away, and where
+blocks.py        units of a zone, named by the sides of faults
+fluids.py        units split at their fluid contacts
+outside.py       which cells lie beyond the walls of a polygon
+shells.py        closed shells with volumes
+certificate.py   promises, checked anew on the result
+===============  ====================================================================
+"""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from geosurf.carve.blocks import block_order, name_blocks
+from geosurf.carve.blocks import block_order, fault_sides, name_blocks
 from geosurf.carve.cells import Cells, box_of, find_cells
-from geosurf.carve.volume import volume_of
-from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, zones_of
-from geosurf.errors import InputError, InvariantError
-from geosurf.model import Patches, Unit, Units, frozen
+from geosurf.carve.clipped import clipped_by
+from geosurf.carve.column import apply_column, zones_of
+from geosurf.carve.fluids import contacts_of_units, split_by_contacts
+from geosurf.carve.links import joined
+from geosurf.carve.outside import footprint_of, walls_are_a_box
+from geosurf.carve.shells import Shells, build_unit, shells_of
+from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
+from geosurf.errors import InputError
+from geosurf.model import FluidContact, Patches, Units, check_column
 
 __all__ = ["carve_units"]
 
 
-def carve_units(patches: Patches) -> Units:
+def carve_units(
+    patches: Patches,
+    column: Mapping[str, str] | None = None,
+    contacts: Sequence[FluidContact] = (),
+) -> Units:
     """
     Carve the model box into closed units, named by zone and fault block.
 
@@ -25,23 +48,33 @@ def carve_units(patches: Patches) -> Units:
     ----------
     patches : Patches
         Of horizons (role ``"horizon"``, youngest first), faults (role ``"fault"``, any
-        number) and the six walls of the model box (role ``"wall"``, see `build_walls`).
+        number), fluid contacts (role ``"contact"``) and the walls of the model (role ``"wall"``,
+        see `build_walls`).
+    column : mapping of str to str, optional
+        ``"conformable"``, ``"erosional"`` (removes what lies below), ``"base"`` (what
+        lies above laps onto it and is removed below it) or ``"discontinuous"`` (both), by horizon.
+        Default: all are conformable.
+    contacts : sequence of FluidContact, optional
+        Which contact counts in which block, from the top down; see `build_contacts`.
 
     Returns
     -------
     Units
-        Zone by zone, youngest first. The zone of a piece of space is named by the first
-        horizon that it lies above; where horizons cross, the younger one cuts the older
-        (listed in ``report["crossings"]``). A fault separates blocks only where there is no way
-        around it; one that dies inside leaves a slit (``report["slits"]``).
+        Zone by zone, youngest first; in each, block by block, from the top down. Horizons
+        that cross are clipped by the column, of two conformable ones the older one at the younger:
+        ``report["clipped"]`` lists each, with place and amount. A fault separates
+        blocks only where there is no way around it; one that dies inside leaves a slit
+        (``report["slits"]``).
 
     Raises
     ------
+    InputError
+        For an unknown rule, horizon or block.
     GeometryError
-        If there are no walls, or a horizon is not in the box.
+        If there are no walls, a horizon is not in the box, or contacts cross.
     OpenUnitError
-        If a unit leaks: a horizon does not reach the walls, or has a hole. The message gives
-        the length of the open rim and a place.
+        If a unit leaks: a horizon does not reach the walls, or has a hole, where no rule of the
+        column removes it. The message gives the length of the open rim and a place.
 
     Notes
     -----
@@ -62,32 +95,77 @@ def carve_units(patches: Patches) -> Units:
         raise InputError(
             f"carve_units takes Patches, not {type(patches).__name__}; rebuild_surfaces makes them."
         )
-    roles = [source.role for source in patches.sources]
-    horizons = [i for i, role in enumerate(roles) if role == "horizon"]
-    faults = [i for i, role in enumerate(roles) if role == "fault"]
+    horizons, faults = (_with_role(patches, role) for role in ("horizon", "fault"))
+    rules = check_column([patches.names[i] for i in horizons], column)
+    levels = [patches.names.index(contact.surface) for contact in contacts]
     cells = find_cells(patches)
-    zone, crossed = zones_of(patches, cells, horizons)
-    unit_of_cell = _merge(cells, zone, horizons)
-    sides = np.where(cells.cell_of_side > 0, unit_of_cell[cells.cell_of_side], -1)
-    zone_of_unit = np.zeros(unit_of_cell.max(initial=-1) + 1, dtype=np.int64)
-    zone_of_unit[unit_of_cell[1:]] = zone[1:]
-    # vertices sorted by coordinates: shells and sums do not depend on the order of surfaces
-    order = np.lexsort(patches.local.T[::-1])
-    x, rank = patches.local[order], np.argsort(order)
-    shells = [_shell(rank[cells.triangles], sides, u) for u in range(len(zone_of_unit))]
-    volumes = [volume_of(x, t) for t, _ in shells]
-    names = _zone_names([patches.names[i] for i in horizons])
-    blocks = name_blocks(patches, cells, sides, zone_of_unit, np.array(volumes), faults)
-    units = []
-    for u in sorted(range(len(shells)), key=lambda u: (zone_of_unit[u], block_order(blocks[u]))):
-        zone_name, zone_index = names[zone_of_unit[u]], int(zone_of_unit[u])
-        owner = cells.surface_of[shells[u][1]]
-        units.append(
-            _unit(patches, x, shells[u][0], owner, volumes[u], zone_name, zone_index, blocks[u])
+    signature = signatures(patches, cells, [*horizons, *levels])
+    side, turns = apply_column(signature[: len(horizons)], rules)
+    zone = zones_of(patches, cells, side, horizons)
+    whole = _merge(patches, cells, zone)
+    shells = shells_of(patches, cells, whole)
+    zone_of_unit = np.zeros(len(shells.volumes), dtype=np.int64)
+    zone_of_unit[whole[1:]] = zone[1:]
+    words = fault_sides(patches, cells, shells.sides, zone_of_unit, faults)
+    corners = [shells.corner(u) for u in range(len(shells.volumes))]
+    blocks = name_blocks(words, zone_of_unit, shells.volumes, corners)
+    named = _Named(zone_of_unit, blocks, [""] * len(blocks), list(range(len(blocks))))
+    if contacts:
+        names = [patches.names[i] for i in faults]
+        counted = contacts_of_units(contacts, words, names)
+        sides_of_level = signature[len(horizons) :]
+        part, of, labels = split_by_contacts(
+            patches, cells, sides_of_level, contacts, counted, whole
         )
-    lower, upper = box_of(patches) + patches.origin
+        shells = shells_of(patches, cells, part)
+        named = _Named(zone_of_unit[of], [blocks[u] for u in of], labels, list(range(len(of))))
+    units = _units(patches, cells, shells, named, [patches.names[i] for i in horizons])
+    report = {
+        "slits": _slits(patches, cells, shells, faults),
+        "clipped": clipped_by(patches, cells, turns, horizons),
+        "cells": cells.n_cell,
+    }
+    bounds = box_of(patches)
+    lower, upper = bounds + patches.origin
     box = (lower[0], upper[0], lower[1], upper[1], lower[2], upper[2])
-    return Units(units, box, _report(patches, cells, sides, crossed, unit_of_cell, volumes, faults))
+    fenced = not walls_are_a_box(patches, bounds)
+    return Units(units, box, report, footprint_of(patches, bounds) if fenced else None)
+
+
+@dataclass(frozen=True)
+class _Named:
+    """Zone, block, contact interval and place in the order of each unit."""
+
+    zone: np.ndarray
+    block: list[str]
+    contact: list[str]
+    rank: list[int]
+
+
+def _with_role(patches: Patches, role: str) -> list[int]:
+    return [i for i, source in enumerate(patches.sources) if source.role == role]
+
+
+def _units(patches: Patches, cells: Cells, shells: Shells, named: _Named, horizons: list[str]):
+    """All units, zone by zone, block by block, from the top down."""
+    names = _zone_names(horizons)
+    order = sorted(
+        range(len(shells.volumes)),
+        key=lambda u: (named.zone[u], block_order(named.block[u]), named.rank[u]),
+    )
+    return [
+        build_unit(
+            patches,
+            cells,
+            shells,
+            u,
+            zone=names[named.zone[u]],
+            zone_index=int(named.zone[u]),
+            block=named.block[u],
+            contact=named.contact[u],
+        )
+        for u in order
+    ]
 
 
 def _zone_names(horizons: list[str]) -> list[str]:
@@ -98,79 +176,26 @@ def _zone_names(horizons: list[str]) -> list[str]:
     return [f"above {horizons[0]}", *between, f"below {horizons[-1]}"]
 
 
-def _merge(cells: Cells, zone: np.ndarray, horizons: list[int]) -> np.ndarray:
-    """Unit of each cell: cells of one zone are one where only a clipped horizon parts them."""
-    unit = np.arange(cells.n_cell + 1)
+def _merge(patches: Patches, cells: Cells, zone: np.ndarray) -> np.ndarray:
+    """Unit of each cell, -1 outside: cells of one zone are one where no fault parts them."""
+    parting = np.zeros(len(cells.triangles), dtype=bool)
+    for i, source in enumerate(patches.sources):
+        if source.role not in ("horizon", "contact"):
+            parting[owned_by(cells, i)] = True
     rows = faces_between(cells)
-    is_horizon = np.zeros(len(cells.triangles), dtype=bool)
-    for horizon in horizons:
-        is_horizon[owned_by(cells, horizon)] = True
-    pairs = distinct_pairs(cells.cell_of_side[rows[is_horizon[rows]]], cells.n_cell)
-    for a, b in pairs.tolist():
-        if zone[a] == zone[b]:
-            unit[unit == unit[b]] = unit[a]
-    _, number = np.unique(unit[1:], return_inverse=True)
+    pairs = distinct_pairs(cells.cell_of_side[rows[~parting[rows]]], cells.n_cell)
+    root = joined(cells.n_cell + 1, pairs[zone[pairs[:, 0]] == zone[pairs[:, 1]]])
+    _, number = np.unique(root[1:], return_inverse=True)
     return np.concatenate([[-1], number])
 
 
-def _shell(triangles: np.ndarray, sides: np.ndarray, u: int):
-    """Outward triangles of a unit, and their rows; slits (seen from both sides) are left out.
-
-    Each starts at its lowest corner, and they are sorted by corners.
-    """
-    front, behind = sides[:, 0] == u, sides[:, 1] == u
-    rows = np.flatnonzero(front != behind)
-    t = triangles[rows]
-    inward = front[rows]
-    t[inward] = t[inward][:, [0, 2, 1]]
-    first = t.argmin(axis=1)[:, None]
-    t = np.take_along_axis(t, (first + np.arange(3)) % 3, axis=1)
-    order = np.lexsort((t[:, 2], t[:, 1], t[:, 0]))
-    return t[order], rows[order]
-
-
-def _unit(patches, x, triangles, owner, volume, zone, zone_index, block) -> Unit:
-    used, faces = np.unique(triangles, return_inverse=True)
-    faces = faces.reshape(-1, 3)
-    local = x[used]
-    a, b, c = (local[faces[:, k]] for k in range(3))
-    area = math.fsum(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
-    if volume <= 0:
-        raise InvariantError(
-            f"unit {zone} {block} has a volume of {volume:g} m3; please report this with the "
-            "surfaces."
-        )
-    return Unit(
-        name=zone if block == "whole" else f"{zone} {block}",
-        zone=zone,
-        zone_index=zone_index,
-        block=block,
-        local=frozen(local, np.float64),
-        origin=patches.origin,
-        triangles=frozen(faces, np.int64),
-        surface_of_triangle=frozen(owner, np.int64),
-        surface_names=patches.names,
-        volume=volume,
-        area=area,
-    )
-
-
-def _report(patches, cells, sides, crossed, unit_of_cell, volumes, faults) -> dict:
-    """Slits of faults that die inside, and places where horizons cross."""
-    slit = np.flatnonzero((sides[:, 0] == sides[:, 1]) & (sides[:, 0] >= 0))
+def _slits(patches: Patches, cells: Cells, shells: Shells, faults: list[int]) -> dict[str, float]:
+    """Area of each fault that has one unit on both sides, as one that dies inside [m2]."""
+    slit = np.flatnonzero((shells.sides[:, 0] == shells.sides[:, 1]) & (shells.sides[:, 0] >= 0))
     t = cells.triangles[slit]
     a, b, c = (patches.local[t[:, k]] for k in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     surface = cells.surface_of[slit]
-    slits = {
+    return {
         patches.names[i]: float(area[surface == i].sum()) for i in faults if (surface == i).any()
     }
-    crossings = []
-    for cell in np.flatnonzero(crossed[1:]) + 1:
-        front, behind = (cells.cell_of_side[:, k] == cell for k in (0, 1))
-        rows = np.flatnonzero(front != behind)
-        corners = cells.triangles[rows].copy()
-        corners[front[rows]] = corners[front[rows]][:, [0, 2, 1]]
-        middle = patches.local[corners].mean(axis=(0, 1)) + patches.origin
-        crossings.append({"volume": volume_of(patches.local, corners), "place": middle.tolist()})
-    return {"slits": slits, "crossings": crossings, "cells": cells.n_cell}

@@ -7,6 +7,9 @@ its normal points into: the hanging wall of a dipping fault) and the other only 
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+
 import numpy as np
 
 from geosurf.carve.cells import Cells
@@ -14,6 +17,8 @@ from geosurf.carve.zones import owned_by
 from geosurf.model import Patches
 
 WHOLE = "whole"
+# volumes that agree to this many digits are one: rounding shall not rank them
+DIGITS = 9
 
 
 def _touched(cells: Cells, sides: np.ndarray, fault: int, n_unit: int) -> np.ndarray:
@@ -27,20 +32,27 @@ def _touched(cells: Cells, sides: np.ndarray, fault: int, n_unit: int) -> np.nda
     return touched
 
 
-def name_blocks(
-    patches: Patches,
-    cells: Cells,
-    sides: np.ndarray,
-    zone: np.ndarray,
-    volume: np.ndarray,
-    faults: list[int],
-) -> list[str]:
-    """Block name of each unit; the same in every zone for the same sides of faults.
+def in_words(name: str) -> list[tuple[int, int, str]]:
+    """Key that sorts names as people do: F2 before F10.
 
-    Units that no fault tells apart are numbered by falling volume: ``F1+ #2``.
+    Examples
+    --------
+    >>> sorted(["F10", "F2", "Main"], key=in_words)
+    ['F2', 'F10', 'Main']
     """
+    return [
+        (0, int(part), "") if part.isdecimal() else (1, 0, part)
+        for part in re.split(r"(\d+)", name)
+        if part
+    ]
+
+
+def fault_sides(
+    patches: Patches, cells: Cells, sides: np.ndarray, zone: np.ndarray, faults: Sequence[int]
+) -> list[tuple[str, ...]]:
+    """Sides of faults that set each unit apart in its zone: ``("F1+", "F2-")``, by name."""
     words: list[list[str]] = [[] for _ in zone]
-    for fault in faults:
+    for fault in sorted(faults, key=lambda fault: in_words(patches.names[fault])):
         touched = _touched(cells, sides, fault, len(zone))
         front = touched[:, 0] & ~touched[:, 1]
         back = touched[:, 1] & ~touched[:, 0]
@@ -49,17 +61,48 @@ def name_blocks(
             if (front & mine).any() and (back & mine).any():
                 for u in np.flatnonzero(mine & (front | back)):
                     words[u].append(patches.names[fault] + ("+" if front[u] else "-"))
-    names = [" ".join(word) if word else WHOLE for word in words]
+    return [tuple(word) for word in words]
+
+
+def name_blocks(
+    words: Sequence[tuple[str, ...]],
+    zone: np.ndarray,
+    volume: Sequence[float],
+    corner: Sequence[tuple[float, ...]],
+) -> list[str]:
+    """Block name of each unit; the same in every zone for the same sides of faults.
+
+    Units of a zone that no fault tells apart are numbered: ``F1+``, ``F1+ #2``. The largest
+    comes first, of equal ones the one farthest west, south, down.
+
+    Parameters
+    ----------
+    words : sequence of tuple of str
+        Of each unit, see `fault_sides`.
+    zone : ndarray of int64
+    volume : sequence of float
+    corner : sequence of (float, float, float)
+        Western, southern and lower bound of each unit.
+
+    Returns
+    -------
+    list of str
+    """
+    names = [" ".join(word) or WHOLE for word in words]
     groups: dict[tuple[int, str], list[int]] = {}
     for u, name in enumerate(names):
         groups.setdefault((int(zone[u]), name), []).append(u)
+
+    def size_then_place(u: int) -> tuple[float, ...]:
+        return (-float(f"{volume[u]:.{DIGITS}g}"), *corner[u])
+
     for (_, name), units in groups.items():
-        for rank, u in enumerate(sorted(units, key=lambda u: -volume[u])[1:], start=2):
+        for rank, u in enumerate(sorted(units, key=size_then_place)[1:], start=2):
             names[u] = f"{name} #{rank}"
     return names
 
 
-def block_order(name: str) -> tuple[str, int]:
+def block_order(name: str) -> tuple[object, ...]:
     """Key that sorts block names: ``F1+``, ``F1+ #2``, ... ``F1+ #10``."""
     base, _, rank = name.partition(" #")
-    return base, int(rank or 1)
+    return in_words(base), int(rank or 1)

@@ -13,6 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from geosurf.carve.outside import outside_of_fence, walls_are_a_box
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InvariantError, OpenUnitError
 from geosurf.kernels.mesh import edges, pieces
@@ -97,12 +98,26 @@ def find_cells(patches: Patches) -> Cells:
         )
     shell = _roots(sides)
     shell = _place_floating(x, t, ring, surface, patches, shell)
-    outside = _outside(patches, surface, shell, px[3 * parent[:, None] + np.arange(3)], x[t])
+    of = px[3 * parent[:, None] + np.arange(3)]
+    bounds = np.stack([lower, upper])
+    if walls_are_a_box(patches, bounds):
+        outside = _outside(patches, surface, shell, of, x[t])
+    else:
+        is_wall = _owned_by_walls(patches, surface, also)
+        outside = outside_of_fence(patches, bounds, is_wall, shell, of, x[t])
     shell[np.isin(shell, outside)] = outside[0]
     numbers, cell = np.unique(shell, return_inverse=True)
     first = int(np.searchsorted(numbers, outside[0]))
     cell = np.where(cell == first, OUTSIDE, np.where(cell < first, cell + 1, cell))
     return Cells(t, rows, surface, also, ring, cell.reshape(-1, 2), len(numbers) - 1)
+
+
+def _owned_by_walls(patches: Patches, surface: np.ndarray, also: dict[int, list[int]]):
+    """Whether a wall is among the owners of each triangle."""
+    wall = np.array([source.role == "wall" for source in patches.sources])
+    is_wall = wall[surface]
+    is_wall[[i for i, listed in also.items() if wall[listed].any()]] = True
+    return is_wall
 
 
 def _outside(patches: Patches, surface, shell, parents, corners) -> np.ndarray:

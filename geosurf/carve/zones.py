@@ -1,21 +1,26 @@
-"""Cells -> zones: above or below which horizon is each cell, and which zone is that.
+"""Cells -> signatures: on which side of each horizon and fluid contact is each cell.
 
 A cell in front of a horizon (its upper side) is above it, one behind it is below; both
 hold across any other horizon, so that cells which do not touch a horizon learn from
 their neighbours above and below; across faults only cells that have no such neighbour
-(throw brings what is above beside what is below). The zone of a cell is the first horizon,
-youngest first, that it is above: where horizons cross, the younger one wins and the older
-ones end on it (zero thickness).
+(throw brings what is above beside what is below). A cell that touches both sides, around
+a rim that is open, is on neither. That is a leak only where the column asks
+(see `geosurf.carve.column`): a horizon may end in what a younger one has eroded.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from geosurf.carve.cells import Cells
+from geosurf.carve.links import joined
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, OpenUnitError
 from geosurf.model import Patches
+
+ABOVE, BELOW, UNKNOWN = 1, -1, 0
 
 
 def faces_between(cells: Cells) -> np.ndarray:
@@ -23,14 +28,14 @@ def faces_between(cells: Cells) -> np.ndarray:
     return np.flatnonzero(cells.cell_of_side[:, 0] != cells.cell_of_side[:, 1])
 
 
-def upper_sides(patches: Patches, cells: Cells, horizon: int) -> np.ndarray:
-    """(cell above, cell below) of each triangle of a horizon, int64 (n, 2)."""
-    mine = owned_by(cells, horizon)
+def upper_sides(patches: Patches, cells: Cells, surface: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the triangles of a horizon, and (cell above, cell below) of each, int64 (n, 2)."""
+    mine = owned_by(cells, surface)
     t = cells.triangles[mine]
     a, b, c = (patches.local[t[:, k]] for k in range(3))
     rise = np.cross(b - a, c - a)[:, 2]
     sides = cells.cell_of_side[mine]
-    return sides if rise.sum() >= 0 else sides[:, ::-1]
+    return mine, sides if rise.sum() >= 0 else sides[:, ::-1]
 
 
 def owned_by(cells: Cells, surface: int) -> np.ndarray:
@@ -47,57 +52,68 @@ def distinct_pairs(pairs: np.ndarray, n_cell: int) -> np.ndarray:
     return np.stack(np.divmod(keys, n_cell + 1), axis=1)
 
 
-def zones_of(patches: Patches, cells: Cells, horizons: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Zone of each cell (1..n_cell; row 0 is the outside, -1), and whether horizons cross there.
+def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarray:
+    """
+    Side of each surface that each cell is on: ABOVE, BELOW, or UNKNOWN.
+
+    Parameters
+    ----------
+    patches : Patches
+    cells : Cells
+    level : sequence of int
+        Surfaces that lie flat, more or less: horizons and fluid contacts.
+
+    Returns
+    -------
+    ndarray of int64, shape (n_surface, n_cell + 1)
+        Column 0 is the outside, UNKNOWN.
 
     Raises
     ------
-    OpenUnitError
-        If a horizon does not separate what is above it from what is below.
     GeometryError
-        If a horizon is not in the box at all.
+        If a surface is not in the box at all.
     """
-    above = np.zeros((len(horizons), cells.n_cell + 1), dtype=np.int64)
+    found = np.zeros((len(level), cells.n_cell + 1), dtype=np.int64)
     pairs = cells.cell_of_side[faces_between(cells)]
-    for k, horizon in enumerate(horizons):
-        sides = upper_sides(patches, cells, horizon)
+    for k, surface in enumerate(level):
+        sides = upper_sides(patches, cells, surface)[1]
         if len(sides) == 0:
+            source = patches.sources[surface]
             raise GeometryError(
-                f"horizon {patches.names[horizon]!r} does not reach the model box; enlarge the "
-                "box, or leave the horizon out."
+                f"{source.role} {source.name!r} does not reach the model box; enlarge the box, or "
+                f"leave the {source.role} out."
             )
-        for side, sign in ((0, 1), (1, -1)):
-            touched = np.unique(sides[:, side])
-            touched = touched[touched > 0]
-            if (above[k, touched] == -sign).any():
-                _raise_leak(patches, cells, horizon)
-            above[k, touched] = sign
-        # throw parts what is above from what is below, so faults carry only what nothing else tells
-        _spread(above[k], _neighbours_across(cells, pairs, horizon, horizons))
-        _spread(above[k], _neighbours_across(cells, pairs, horizon))
-        if (above[k, 1:] == 0).any():
-            _raise_leak(patches, cells, horizon)
-    is_above = above > 0
-    lowest = np.ones((1, cells.n_cell + 1), dtype=bool)  # below all horizons, if there are any
-    zone = np.concatenate([is_above, lowest]).argmax(axis=0)
-    first = zone[None, :] <= np.arange(len(horizons))[:, None]
-    crossed = (first & ~is_above).any(axis=0)
-    zone[0] = -1
-    return zone, crossed
+        touched = np.zeros((2, cells.n_cell + 1), dtype=bool)
+        touched[0, sides[:, 0]] = touched[1, sides[:, 1]] = True
+        touched[:, 0] = False
+        side = np.where(touched[0], ABOVE, np.where(touched[1], BELOW, UNKNOWN))
+        # around a rim that is open both sides are one: nothing can be told, nothing is passed on
+        torn = touched.all(axis=0)
+        side[torn] = UNKNOWN
+        links = _links(cells, pairs, surface, torn, level)
+        _spread(side, links)
+        _agree(side, links, _links(cells, pairs, surface, torn))
+        found[k] = side
+    return found
 
 
-def _neighbours_across(
-    cells: Cells, pairs: np.ndarray, horizon: int, through: list[int] | None = None
+def _links(
+    cells: Cells,
+    pairs: np.ndarray,
+    surface: int,
+    torn: np.ndarray,
+    through: Sequence[int] | None = None,
 ) -> np.ndarray:
-    """Pairs of cells with a surface between them other than one horizon: any, or some of them."""
+    """Pairs of cells with a surface between them other than one: any, or some of them."""
     wanted = np.zeros(len(cells.triangles), dtype=bool)
     if through is None:
         wanted[:] = True
     else:
         for other in through:
             wanted[owned_by(cells, other)] = True
-    wanted[owned_by(cells, horizon)] = False
-    return distinct_pairs(pairs[wanted[faces_between(cells)]], cells.n_cell)
+    wanted[owned_by(cells, surface)] = False
+    links = distinct_pairs(pairs[wanted[faces_between(cells)]], cells.n_cell)
+    return links[~torn[links].any(axis=1)]
 
 
 def _spread(values: np.ndarray, links: np.ndarray) -> None:
@@ -112,26 +128,65 @@ def _spread(values: np.ndarray, links: np.ndarray) -> None:
         values[back[:, 0]] = values[back[:, 1]]
 
 
-def _raise_leak(patches: Patches, cells: Cells, horizon: int) -> None:
-    """Say where the rim of a horizon is open inside the box."""
-    mine = owned_by(cells, horizon)
+def _agree(values: np.ndarray, links: np.ndarray, across: np.ndarray) -> None:
+    """
+    Give cells that have 0 what all blocks around them say, if they say the same.
+
+    Throw parts what is above from what is below, so that faults carry only what nothing else
+    tells: to stacks of cells, joined by `links`, that the surface is not in at all.
+    """
+    stack = joined(len(values), links)
+    while True:
+        known = values[across] != 0
+        rows = np.flatnonzero(known[:, 0] != known[:, 1])
+        giver = across[rows, np.where(known[rows, 0], 0, 1)]
+        taker = stack[across[rows, np.where(known[rows, 0], 1, 0)]]
+        high, low = np.zeros((2, len(values)), dtype=bool)
+        high[taker[values[giver] > 0]] = low[taker[values[giver] < 0]] = True
+        told = np.where(high & ~low, ABOVE, np.where(low & ~high, BELOW, UNKNOWN))[stack]
+        new = (values == 0) & (told != 0)
+        new[0] = False
+        if not new.any():
+            return
+        values[new] = told[new]
+
+
+def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -> None:
+    """Say where the rim of a horizon or contact is open, inside cells where that matters."""
+    mine = owned_by(cells, surface)
+    mine = mine[torn[cells.cell_of_side[mine]].any(axis=1)]
     t = cells.triangles
     ends = np.sort(np.stack([t, np.roll(t, -1, axis=1)], axis=2), axis=2)
     keys = ends[:, :, 0] * len(patches.local) + ends[:, :, 1]
     every, times = np.unique(keys, return_counts=True)
     rim = np.intersect1d(np.unique(keys[mine]), every[times == 1])
-    name = patches.names[horizon]
+    source = patches.sources[surface]
+    what, name = source.role, source.name
+    if len(mine) == 0:
+        rows = torn[cells.cell_of_side].any(axis=1)
+        where = patches.local[t[rows]].mean(axis=(0, 1)) + patches.origin
+        raise OpenUnitError(
+            f"nothing tells whether {place(where)} lies above {what} {name!r} or below it: the "
+            f"{what} is not in that block, and the blocks around it lie on both sides. Extend the "
+            f"{what} into the block, or shrink the box.",
+            place=where,
+            surfaces=(name,),
+        )
     if len(rim) == 0:
         raise OpenUnitError(
-            f"horizon {name!r} does not separate what lies above it from what lies below: it "
-            "turns back on itself. Check the orientation of its triangles."
+            f"{what} {name!r} does not separate what lies above it from what lies below: it "
+            "turns back on itself. Check the orientation of its triangles.",
+            surfaces=(name,),
         )
     a = patches.local[rim // len(patches.local)]
     b = patches.local[rim % len(patches.local)]
     length = np.linalg.norm(b - a, axis=1)
     i = int(length.argmax())
+    middle = 0.5 * (a[i] + b[i]) + patches.origin
     raise OpenUnitError(
-        f"units leak around horizon {name!r}: {length.sum():.6g} m of its rim are open inside the "
-        f"model box, for one at {place(0.5 * (a[i] + b[i]) + patches.origin)}. Shrink the box to "
-        "where the horizon is, or extend or fill the horizon."
+        f"units leak around {what} {name!r}: {length.sum():.6g} m of its rim are open inside the "
+        f"model box, for one at {place(middle)}. Shrink the box to "
+        f"where the {what} is, or extend or fill the {what}.",
+        place=middle,
+        surfaces=(name,),
     )

@@ -8,6 +8,7 @@ metres; results keep local coordinates (`local`, exact to the frame) and an
 from __future__ import annotations
 
 from geosurf.model.base import frozen
+from geosurf.model.column import RULES, Clipped, FluidContact, Remnant, check_column
 from geosurf.model.curves import Curves, Patches, Place, Touch, TriangleContact, VoxelSearch
 from geosurf.model.faults import (
     ExtendedFault,
@@ -22,17 +23,21 @@ from geosurf.model.units import Certificate, Check, Unit, Units
 
 __all__ = [
     "ROLES",
+    "RULES",
     "Certificate",
     "Check",
+    "Clipped",
     "Curves",
     "ExtendedFault",
     "Extension",
     "FaultNetwork",
     "FaultSticks",
+    "FluidContact",
     "Lattice",
     "NetworkRow",
     "Patches",
     "Place",
+    "Remnant",
     "Touch",
     "TriSurface",
     "TriangleContact",
@@ -41,5 +46,6 @@ __all__ = [
     "Unit",
     "Units",
     "VoxelSearch",
+    "check_column",
     "frozen",
 ]

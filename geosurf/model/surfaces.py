@@ -15,7 +15,7 @@ from geosurf.model.base import frozen, polydata
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
 
-ROLES = ("horizon", "fault", "wall", "surface")
+ROLES = ("horizon", "fault", "wall", "contact", "surface")
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ class TriSurface:
     ----------
     name : str
         Name of the horizon or fault.
-    role : {"horizon", "fault", "wall", "surface"}
+    role : {"horizon", "fault", "wall", "contact", "surface"}
         What it is in a model. Decides how units are named, never where curves run.
     vertices : array_like of float, shape (n_vertex, 3)
         Easting, northing, elevation [m], world coordinates. Elevation is positive up.

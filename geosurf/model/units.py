@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.model.base import frozen, polydata
+from geosurf.model.column import Remnant
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
@@ -19,12 +20,12 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 @dataclass(frozen=True, eq=False)
 class Unit:
-    """A closed piece of the model: one zone in one fault block.
+    """A closed piece of the model: one zone in one fault block, above or below a contact.
 
     Attributes
     ----------
     name : str
-        Zone, and the block where faults split the zone.
+        Zone, the block where faults split the zone, and the contact interval where one counts.
     zone : str
         ``above Top``, ``Top/Base``, ``below Base``.
     zone_index : int
@@ -32,7 +33,8 @@ class Unit:
     block : str
         Sides of the faults that separate it: ``F1+`` is the side into which
         the fault's normal points (the hanging wall of a dipping fault), ``F1-`` the
-        other. ``whole`` where no fault separates the zone.
+        other. ``whole`` where no fault separates the zone. Pieces that no fault tells
+        apart are numbered by size, then by place: ``F1+``, ``F1+ #2``.
     local : ndarray of float64, shape (n_vertex, 3)
     triangles : ndarray of int64, shape (n_triangle, 3)
         Outward normals.
@@ -42,6 +44,8 @@ class Unit:
         Names of the surfaces on its boundary.
     volume, area : float
         [m3], [m2].
+    contact : str
+        ``above OWC``, ``GOC/OWC``, ``below OWC``; empty where no fluid contact counts.
     """
 
     name: str
@@ -55,6 +59,7 @@ class Unit:
     surface_names: tuple[str, ...]
     volume: float
     area: float
+    contact: str = ""
 
     @cached_property
     def vertices(self) -> np.ndarray:
@@ -78,13 +83,18 @@ class Unit:
 class Units(Mapping[str, Unit]):
     """Units by name, or by ``(zone, block)``, in order: zone by zone, youngest first.
 
+    Where fluid contacts split them, by ``(zone, block, contact)``.
+
     Parameters
     ----------
     units : iterable of Unit
     box : (west, east, south, north, bottom, top)
         The model box [m].
     report : dict
-        What carving found: slits, inner shells, the open rims of faults.
+        What carving found: ``slits`` (areas of faults that die inside), ``clipped`` (what
+        the column took away of horizons that cross, `Clipped`), the number of ``cells``.
+    footprint : float, optional
+        Area of the model in map view [m2]; default: that of the box.
     """
 
     def __init__(
@@ -92,15 +102,21 @@ class Units(Mapping[str, Unit]):
         units: Any,
         box: tuple[float, float, float, float, float, float],
         report: dict[str, Any] | None = None,
+        footprint: float | None = None,
     ) -> None:
         self._units = {unit.name: unit for unit in units}
-        self._by_pair = {(unit.zone, unit.block): unit for unit in self._units.values()}
+        self._by_labels: dict[tuple[str, ...], Unit] = {}
+        for unit in self._units.values():
+            labels = (unit.zone, unit.block, unit.contact)
+            self._by_labels[labels if unit.contact else labels[:2]] = unit
         self.box = tuple(float(value) for value in box)
+        w, e, s, n = self.box[:4]
+        self.footprint = (e - w) * (n - s) if footprint is None else float(footprint)
         self.report = dict(report or {})
 
     def __getitem__(self, key: Any) -> Unit:
         found: Unit | None = (
-            self._by_pair.get(key) if isinstance(key, tuple) else self._units.get(key)
+            self._by_labels.get(key) if isinstance(key, tuple) else self._units.get(key)
         )
         if found is None:
             raise KeyError(f"no unit {key!r}; there are {list(self._units)}")
@@ -119,9 +135,35 @@ class Units(Mapping[str, Unit]):
 
     @property
     def box_volume(self) -> float:
-        """Volume of the model box [m3]."""
-        w, e, s, n, b, t = self.box
-        return (e - w) * (n - s) * (t - b)
+        """Volume of the model: its footprint times its height [m3]."""
+        return self.footprint * (self.box[5] - self.box[4])
+
+    def remnants(self, min_volume: float = 0.0) -> tuple[Remnant, ...]:
+        """
+        List pockets: units that no fault tells apart from a larger one, and small ones.
+
+        Parameters
+        ----------
+        min_volume : float
+            Units smaller than this are listed, too [m3]. Nothing is ever left out of the model.
+
+        Returns
+        -------
+        tuple of Remnant
+            The largest first.
+
+        Examples
+        --------
+        >>> Units([], (0, 1, 0, 1, 0, 1)).remnants(100.0)
+        ()
+        """
+        found = []
+        for unit in self._units.values():
+            if " #" in unit.block or unit.volume < min_volume:
+                low, high = unit.vertices.min(axis=0), unit.vertices.max(axis=0)
+                east, north, up = (0.5 * (low + high)).tolist()
+                found.append(Remnant(unit.name, unit.volume, (east, north, up)))
+        return tuple(sorted(found, key=lambda remnant: -remnant.volume))
 
     @cached_property
     def table(self) -> xarray.Dataset:
@@ -129,14 +171,13 @@ class Units(Mapping[str, Unit]):
         import xarray as xr
 
         units = list(self._units.values())
-        footprint = (self.box[1] - self.box[0]) * (self.box[3] - self.box[2])
         columns = {
             "volume": ([u.volume for u in units], "m3", "bulk volume"),
             "area": ([u.area for u in units], "m2", "area of the closed shell"),
             "thickness_mean": (
-                [u.volume / footprint for u in units],
+                [u.volume / self.footprint for u in units],
                 "m",
-                "volume over the footprint of the model box",
+                "volume over the footprint of the model",
             ),
         }
         data = {
@@ -148,6 +189,8 @@ class Units(Mapping[str, Unit]):
             "block": ("unit", np.array([u.block for u in units], dtype=object)),
             "zone_index": ("unit", np.array([u.zone_index for u in units], dtype=np.int64)),
         }
+        if any(u.contact for u in units):
+            labels["contact"] = ("unit", np.array([u.contact for u in units], dtype=object))
         coords = {"unit": ("unit", np.array([u.name for u in units], dtype=object)), **labels}
         return xr.Dataset(data, coords=coords, attrs={"box": list(self.box), "box_units": "m"})
 

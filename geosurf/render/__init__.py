@@ -6,6 +6,7 @@ render_surfaces     horizons, faults and the curves where they meet
 render_units        zone x block units, drawn apart, with their volumes
 render_map          one horizon in map view, with contours and curves
 render_search       how the voxel search finds a curve
+render_place        a close-up of one place, as errors name it
 doctor              what geosurf stands on here, and whether it can draw
 ==================  ====================================================
 
@@ -33,6 +34,7 @@ __all__ = [
     "VIEWS",
     "doctor",
     "render_map",
+    "render_place",
     "render_scene",
     "render_search",
     "render_surfaces",
@@ -327,3 +329,59 @@ def render_search(
     if curves is not None:
         content += show_curves(curves, ACCENT, 3.6, {surface_a.name, surface_b.name})
     return draw_picture(content, path, title=title, view=view, size=size, exaggeration=exaggeration)
+
+
+def render_place(
+    surfaces: Iterable[TriSurface],
+    place: Sequence[float],
+    path: str | os.PathLike[str],
+    *,
+    reach: float | None = None,
+    view: str = "southwest",
+    size: tuple[int, int] = SIZE,
+    exaggeration: float | None = None,
+    title: str = "Close-up",
+) -> Path:
+    """Draw a close-up of one place: the surfaces around it, and a mark.
+
+    Errors of the geometry know theirs: `GeometryError.place`.
+
+    Parameters
+    ----------
+    surfaces : iterable of TriSurface
+    place : (easting, northing, elevation)
+        World coordinates [m].
+    path : path-like
+        A ``.png`` file; its folder is created.
+    reach : float, optional
+        How far the picture goes to each side [m]; default: a twelfth of all surfaces.
+    view, size, exaggeration
+        As in `render_scene`.
+    title : str
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If the place or the reach is none.
+    OutputError, DependencyError
+        As `render_scene`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> ramp = TriSurface("F1", "fault", [[0, 0, 0], [900, 0, 0], [0, 900, 500]], [[0, 1, 2]])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     render_place([ramp], (300, 300, 166), f"{folder}/place.png", size=(400, 250)).name
+    'place.png'
+    """
+    from geosurf.render.place import show_place
+
+    view_vectors(view)
+    content, box = show_place(surfaces, place, reach)
+    return draw_picture(
+        content, path, title=title, view=view, size=size, exaggeration=exaggeration, box=box
+    )

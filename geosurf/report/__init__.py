@@ -27,6 +27,7 @@ def report_scene(
     title: str = "Reservoir model",
     made: str = "",
     certificate: Certificate | None = None,
+    min_volume: float = 0.0,
 ) -> Path:
     """Write ``index.html``: inputs, volumes, curves, certificate, pictures, cost.
 
@@ -46,6 +47,8 @@ def report_scene(
         so that the same scene gives the same page.
     certificate : Certificate, optional
         What ``scene.check()`` gave, if it is there already. Default: it is asked.
+    min_volume : float
+        Units smaller than this are listed as remnants, along with numbered ones [m3].
 
     Returns
     -------
@@ -86,12 +89,17 @@ def report_scene(
         draw = getattr(scene, "render_pictures", None)
         pictures = draw(folder) if draw is not None else {}
     files = {key: Path(path) for key, path in pictures.items()}
-    html = build_page(scene, files, title, made, certificate or scene.check())
+    html = build_page(scene, files, title, made, certificate or scene.check(), min_volume)
     return _write(folder / "index.html", html)
 
 
 def build_page(
-    scene: Any, pictures: Mapping[str, Path], title: str, made: str, certificate: Certificate
+    scene: Any,
+    pictures: Mapping[str, Path],
+    title: str,
+    made: str,
+    certificate: Certificate,
+    min_volume: float = 0.0,
 ) -> str:
     """Return the whole page as text."""
     surfaces, units, curves = tuple(scene.surfaces), scene.units, scene.curves
@@ -114,11 +122,15 @@ def build_page(
     )
     volumes = page.html_table(tables.volume_table(units))
     lengths = page.html_table(tables.curve_table(curves))
+    clipped, remnants = units.report.get("clipped", ()), units.remnants(min_volume)
+    carved = {key: value for key, value in units.report.items() if key != "clipped"}
     costs = tables.cost_table(
-        ("intersect", curves.cost), ("rebuild", scene.patches.report), ("carve", units.report)
+        ("intersect", curves.cost), ("rebuild", scene.patches.report), ("carve", carved)
     )
     sections = [
         ("Volumes [million m³]", volumes + "\n" + page.paragraph(tables.balance(units))),
+        *_listed("Horizons clipped by the column", tables.clipped_table(clipped)),
+        *_listed("Remnants: numbered and small units", tables.remnant_table(remnants)),
         ("Pictures", page.html_pictures(pictures)),
         ("Certificate", page.html_table(tables.check_table(certificate))),
         ("Faults: what was extended and truncated", _fault_work(scene)),
@@ -134,6 +146,11 @@ def _fault_work(scene: Any) -> str:
     """Extensions and truncations, where the scene has made any."""
     extensions, truncations = tables.fault_tables(getattr(scene, "fault_actions", ()))
     return "\n".join(filter(None, map(page.html_table, (extensions, truncations))))
+
+
+def _listed(heading: str, table: tables.Table) -> list[tuple[str, str]]:
+    """A section of its own, if there is anything to list."""
+    return [(heading, page.html_table(table))] if table.rows else []
 
 
 def _metres(value: float) -> str:

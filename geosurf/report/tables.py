@@ -10,7 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.model import Certificate, Curves, Extension, TriSurface, Truncation, Units
+from geosurf.model import (
+    Certificate,
+    Clipped,
+    Curves,
+    Extension,
+    Remnant,
+    TriSurface,
+    Truncation,
+    Units,
+)
 
 NOTHING = "–"
 PACKAGES = ("geosurf", "numpy", "numba", "xarray", "pyvista", "vtk")
@@ -76,14 +85,18 @@ def fault_tables(actions: Iterable[Extension | Truncation]) -> tuple[Table, Tabl
 
 
 def volume_table(units: Units) -> Table:
-    """Return volumes [million m3]: zones down, blocks across, with sums."""
+    """Return volumes [million m3]: zones (by fluid contact) down, blocks across, with sums."""
     table = units.table
-    zones = _in_order(table["zone"].values)
+    names = table["zone"].values
+    if "contact" in table.coords:
+        pairs = zip(names, table["contact"].values, strict=True)
+        names = [", ".join(word for word in pair if word) for pair in pairs]
+    zones = _in_order(names)
     blocks = _in_order(table["block"].values)
     volume = np.zeros((len(zones), len(blocks)))
     held = np.zeros(volume.shape, dtype=bool)
     for zone, block, value in zip(
-        table["zone"].values, table["block"].values, table["volume"].values, strict=True
+        names, table["block"].values, table["volume"].values, strict=True
     ):
         cell = zones.index(zone), blocks.index(block)
         volume[cell] += value / 1e6
@@ -104,6 +117,34 @@ def volume_table(units: Units) -> Table:
 def _in_order(words: Iterable[Any]) -> list[str]:
     """The different words, in the order in which they come."""
     return list(dict.fromkeys(str(word) for word in words))
+
+
+def clipped_table(clipped: Iterable[Clipped]) -> Table:
+    """Return what the column took away of horizons that cross: how much, and where."""
+    rows = tuple(
+        (
+            clip.horizon,
+            clip.by,
+            clip.rule,
+            number(clip.area / 1e6, 4),
+            number(clip.volume / 1e6, 4),
+            number(clip.thickness, 2),
+            number(len(clip.places)),
+            *(number(value, 1) for value in clip.place),
+        )
+        for clip in clipped
+    )
+    head = ("Horizon", "ends on", "Rule", "Area [km²]", "Volume [million m³]", "At most [m]")
+    return Table((*head, "Places", "there: easting", "northing", "elevation"), rows, n_label=3)
+
+
+def remnant_table(remnants: Iterable[Remnant]) -> Table:
+    """Return pockets and small units, with the middle of their bounds [m]."""
+    rows = tuple(
+        (remnant.name, number(remnant.volume, 1), *(number(v, 1) for v in remnant.place))
+        for remnant in remnants
+    )
+    return Table(("Unit", "Volume [m³]", "Easting", "Northing", "Elevation"), rows)
 
 
 def balance(units: Units) -> str:

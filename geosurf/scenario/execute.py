@@ -13,6 +13,7 @@ from pathlib import Path
 from geosurf.errors import DependencyError
 from geosurf.model import Certificate
 from geosurf.report import report_scene
+from geosurf.scenario.failure import pictured
 from geosurf.scenario.inputs import build_scene, read_scenario
 from geosurf.scenario.keys import FORMATS, Scenario
 from geosurf.scenario.output import new_results, require_writable
@@ -102,7 +103,8 @@ def run_scenario(
     OutputError
         If the folder cannot be written; found out before anything is computed.
     InputError, GeometryError
-        If a surface cannot be read, or the surfaces do not bound units.
+        If a surface cannot be read, or the surfaces do not bound units; where that is
+        at one place and pictures are wanted, ``failure.png`` in `out` shows it.
 
     Examples
     --------
@@ -149,7 +151,7 @@ def run(
     teller = Teller(progress)
     _check_formats(scenario)
     with new_results(out) as folder:
-        scene = compute(scenario, teller)
+        scene = compute(scenario, teller, Path(out) if pictures else None)
         certificate = scene.check()
         teller.say("check", "all promises", "kept" if certificate.ok else "one is BROKEN")
         _write_files(scene, scenario, certificate, folder)
@@ -157,7 +159,14 @@ def run(
         drawn, notes = {}, []
         if pictures:
             drawn, notes = draw_all(wanted_pictures(scene, scenario.output), folder, teller)
-        report_scene(scene, folder / "report", drawn, title=scenario.title, certificate=certificate)
+        report_scene(
+            scene,
+            folder / "report",
+            drawn,
+            title=scenario.title,
+            certificate=certificate,
+            min_volume=scenario.output.remnants_below_m3,
+        )
         teller.say("report", scenario.title)
     return Outcome(scene, certificate, Path(out), tuple(notes))
 
@@ -185,26 +194,37 @@ def write_report(
     """
     require_writable(folder)
     teller = Teller(progress)
-    scene = compute(scenario, teller)
+    scene = compute(scenario, teller, Path(folder) if pictures else None)
     certificate = scene.check()
     with tempfile.TemporaryDirectory() as scratch:
         drawn, notes = {}, []
         if pictures:
             wanted = wanted_pictures(scene, scenario.output)
             drawn, notes = draw_all(wanted, Path(scratch), teller)
-        path = report_scene(scene, folder, drawn, title=scenario.title, certificate=certificate)
+        path = report_scene(
+            scene,
+            folder,
+            drawn,
+            title=scenario.title,
+            certificate=certificate,
+            min_volume=scenario.output.remnants_below_m3,
+        )
     return certificate, path, tuple(notes)
 
 
-def compute(scenario: Scenario, teller: Teller) -> Scene:
-    """Read the inputs and run all stages up to the units, telling each step."""
+def compute(scenario: Scenario, teller: Teller, out: Path | None = None) -> Scene:
+    """Read the inputs and run all stages up to the units, telling each step.
+
+    What cannot be built is drawn into the folder `out`, if it is given.
+    """
     scene = build_scene(scenario)
     teller.say("read", f"{len(scenario.horizons)} horizons, {len(scenario.faults)} faults")
     for name in (*scene.horizon_names, *scene.fault_names):
         scene.surface(name)
         teller.steps(scene)
     for stage in ("curves", "units"):
-        getattr(scene, stage)
+        with pictured(scene, out):
+            getattr(scene, stage)
         teller.steps(scene)
     return scene
 

@@ -14,6 +14,7 @@ from geosurf.read import read_fault, read_horizon
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.values import Place, read_table
 from geosurf.scene import Scene
+from geosurf.triangulate.contacts import ELSEWHERE
 
 
 def read_scenario(path: str | os.PathLike[str]) -> Scenario:
@@ -73,6 +74,7 @@ def _check_names(scenario: Scenario) -> None:
     place = Place(scenario.path)
     if not scenario.horizons:
         place.refuse("there are no horizons; give at least one table [[horizons]].")
+    _check_places(scenario, place)
     seen: dict[str, str] = {}
     for kind, entries in (("horizon", scenario.horizons), ("fault", scenario.faults)):
         for entry in entries:
@@ -104,6 +106,35 @@ def truncations_of(scenario: Scenario) -> dict[str, tuple[tuple[str, str, bool],
     return found
 
 
+def _check_places(scenario: Scenario, place: Place) -> None:
+    """A contact and an area of interest are each given once, in one way."""
+    given = set()
+    for entry in scenario.contacts:
+        label = f"contacts[{entry.name!r}]"
+        if (entry.elevation_m is None) == (entry.file is None):
+            place.refuse(f"{label}: give elevation_m or file, one of them.")
+        if (entry.name, entry.block) in given:
+            block = "without a block" if entry.block is None else f"for block {entry.block!r}"
+            place.refuse(f"{label} is given {block} twice; delete one.")
+        given.add((entry.name, entry.block))
+    aoi = scenario.aoi
+    if aoi is not None and (aoi.file is None) == (aoi.corners_m is None):
+        place.refuse("aoi: give file or corners_m, one of them.")
+
+
+def _contacts(scenario: Scenario) -> dict[str, dict[str, Any]]:
+    """Fluid contacts by name and block, from the top down."""
+    found: dict[str, dict[str, Any]] = {}
+    for entry in scenario.contacts:
+        value: Any = entry.elevation_m
+        if entry.file is not None:
+            value = read_horizon(
+                entry.file, name=entry.name, positive=entry.positive, units=entry.units
+            )
+        found.setdefault(entry.name, {})[entry.block or ELSEWHERE] = value
+    return found
+
+
 def build_scene(scenario: Scenario) -> Scene:
     """Read the surfaces of a scenario; see `Scenario.scene`."""
     horizons = {
@@ -123,10 +154,14 @@ def build_scene(scenario: Scenario) -> Scene:
         for entry in scenario.faults
     }
     box = scenario.box.sides if scenario.box is not None else None
+    aoi = None if scenario.aoi is None else scenario.aoi.file or scenario.aoi.corners_m
     return Scene(
         horizons,
         faults,
         box,
+        column={entry.name: entry.rule for entry in scenario.horizons},
+        contacts=_contacts(scenario),
+        aoi=aoi,
         voxel_size=scenario.search.voxel_size_m,
         extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
         truncations=truncations_of(scenario),

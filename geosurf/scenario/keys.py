@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import METRES_PER_UNIT
 from geosurf.faults.rules import KEEP
+from geosurf.model import RULES
 from geosurf.model.faults import SIDES
 from geosurf.scenario import values
 
@@ -65,6 +66,11 @@ class HorizonInput:
     variable: str | None = key(
         "Which variable of a NetCDF file, where there are several.", values.text, default=None
     )
+    rule: str = key(
+        "How horizons that cross yield, see [column.md](column.md).",
+        values.one_of(*RULES),
+        default="conformable",
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,6 +118,48 @@ class TruncationInput:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ContactInput:
+    """One ``[[contacts]]``: fluid contacts, from the top down. They split units."""
+
+    name: str = key("`OWC`, `GOC` ... Several tables of one name are for blocks.", values.text)
+    elevation_m: float | None = key(
+        "Of a level contact, positive up. Give this or `file`.",
+        values.number,
+        unit="m",
+        default=None,
+    )
+    file: Path | None = key("A gridded contact, read like a horizon.", values.file, default=None)
+    block: str | None = key(
+        "Sides of faults on which it counts, as in `F1+ F2-`. Left out: where no other table of "
+        "this name says more.",
+        values.text,
+        default=None,
+    )
+    positive: str | None = key(
+        "Whether values are elevations or depths, where the file does not say.",
+        values.one_of("up", "down"),
+        default=None,
+    )
+    units: str | None = key(
+        "Length unit of the values, where the file does not say.",
+        values.one_of(*METRES_PER_UNIT),
+        default=None,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class AreaOfInterest:
+    """``[aoi]``: a polygon that the model fills. Leave the table out for the box."""
+
+    file: Path | None = key(
+        "A closed polygon, `.pol` or `.csv`. Give this or `corners_m`.", values.file, default=None
+    )
+    corners_m: tuple[tuple[float, float], ...] | None = key(
+        "Easting and northing around the polygon.", values.corners, unit="m", default=None
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class BoxRanges:
     """``[box]``: the model box. Leave the table out for the area that all horizons cover."""
 
@@ -155,6 +203,13 @@ class OutputSettings:
         values.pair_of_names,
         default=None,
     )
+    remnants_below_m3: float = key(
+        "The report lists units that are smaller than this, along with numbered ones. "
+        "No unit is ever left out of the model.",
+        values.not_negative,
+        unit="m³",
+        default=0.0,
+    )
     exaggeration: float | None = key(
         "Vertical exaggeration of the pictures. Left out: a round number that reads well.",
         values.above_zero,
@@ -184,6 +239,9 @@ class Scenario:
         Youngest first.
     faults : tuple of FaultInput
     truncations : tuple of TruncationInput
+    contacts : tuple of ContactInput
+        From the top down.
+    aoi : AreaOfInterest or None
     box : BoxRanges or None
     search : SearchSettings
     output : OutputSettings
@@ -197,6 +255,12 @@ class Scenario:
     faults: tuple[FaultInput, ...] = key("In any order.", values.tables(FaultInput), default=())
     truncations: tuple[TruncationInput, ...] = key(
         "Faults that end at others.", values.tables(TruncationInput), default=()
+    )
+    contacts: tuple[ContactInput, ...] = key(
+        "From the top down.", values.tables(ContactInput), default=()
+    )
+    aoi: AreaOfInterest | None = key(
+        "A polygon that the model fills.", values.table(AreaOfInterest), default=None
     )
     box: BoxRanges | None = key("The model box.", values.table(BoxRanges), default=None)
     search: SearchSettings = key(
@@ -227,7 +291,9 @@ class Scenario:
 __all__ = [
     "FORMATS",
     "VIEWS",
+    "AreaOfInterest",
     "BoxRanges",
+    "ContactInput",
     "FaultInput",
     "HorizonInput",
     "OutputSettings",

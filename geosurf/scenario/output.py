@@ -26,6 +26,7 @@ OURS = tuple(
         r"curves\.(vtp|pl)",
         r"volumes\.(csv|nc)",
         r"certificate\.txt",
+        r"failure\.png",
         r"report/index\.html",
         r"pictures/(view_[a-z]+|map_.*|units_exploded|search)\.png",
     )

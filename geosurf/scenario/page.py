@@ -29,7 +29,7 @@ A larger one, which `make demo` runs:
 What a run writes into the output folder: `units.vtm` with the folder `units/`, `curves.vtp`,
 `volumes.csv`, `volumes.nc`, `certificate.txt`, `pictures/*.png` and `report/index.html`. All of it
 appears when the last file is ready, and replaces what an earlier run left there; files under other
-names are not touched.
+names are not touched. Where the geometry is impossible at one place, `failure.png` shows it.
 
 This page is made from the code by `python -m geosurf.scenario.page > docs/scenario.md`.
 """

@@ -84,6 +84,28 @@ def above_zero(_: Place, value: Any) -> float | None:
     return float(value) if _is_number(value) and value > 0 else None
 
 
+@check("a number")
+def number(_: Place, value: Any) -> float | None:
+    """A finite number."""
+    return float(value) if _is_number(value) else None
+
+
+@check("a number, 0 or above")
+def not_negative(_: Place, value: Any) -> float | None:
+    """A finite number that is not below zero."""
+    return float(value) if _is_number(value) and value >= 0 else None
+
+
+@check("three or more corners: [[easting, northing], ...]")
+def corners(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
+    """Pairs of finite numbers."""
+    if not isinstance(value, list) or len(value) < 3:
+        return None
+    if not all(isinstance(c, list) and len(c) == 2 and all(map(_is_number, c)) for c in value):
+        return None
+    return tuple((float(x), float(y)) for x, y in value)
+
+
 @check("two numbers, the lower one first: [low, high]")
 def interval(_: Place, value: Any) -> tuple[float, float] | None:
     """Two finite numbers that increase."""

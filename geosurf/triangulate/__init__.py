@@ -6,11 +6,14 @@ coarsen.py      fewer triangles for a horizon, within a tolerance
 fault.py        a fault in any of its forms: grid, sticks, mesh
 sticks.py       fault sticks: orient, order along strike, join
 orient.py       normals of faults: into the hanging wall
-walls.py        the six sides of the model box
+walls.py        the six sides of the model box, or a fence around a polygon
+outline.py      a polygon: refused where it meets itself, triangulated
+contacts.py     fluid contacts: levels and grids
 degenerate.py   triangles without area, told exactly
 ==============  ==================================================
 """
 
+from geosurf.triangulate.contacts import build_contacts
 from geosurf.triangulate.fault import triangulate_fault
 from geosurf.triangulate.horizon import triangulate_horizon
 from geosurf.triangulate.orient import orient_fault
@@ -18,6 +21,7 @@ from geosurf.triangulate.sticks import triangulate_sticks
 from geosurf.triangulate.walls import build_walls
 
 __all__ = [
+    "build_contacts",
     "build_walls",
     "orient_fault",
     "triangulate_fault",

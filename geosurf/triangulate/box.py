@@ -15,7 +15,7 @@ _MARGIN = 0.25  # of the relief, above and below
 Box = tuple[float, float, float, float, float, float]
 
 
-def propose_box(horizons: Sequence[TriSurface]) -> Box:
+def propose_box(horizons: Sequence[TriSurface], aoi: np.ndarray | None = None) -> Box:
     """
     Propose a model box inside the area that all horizons cover.
 
@@ -27,6 +27,8 @@ def propose_box(horizons: Sequence[TriSurface]) -> Box:
     ----------
     horizons : sequence of TriSurface
         At least one, each with its lattice.
+    aoi : ndarray of float64, shape (n, 2), optional
+        Corners of an area of interest: then the box is around it, and horizons may be meshes.
 
     Returns
     -------
@@ -48,19 +50,22 @@ def propose_box(horizons: Sequence[TriSurface]) -> Box:
     if not horizons:
         raise InputError("a box cannot be proposed without horizons; give box=(west, ..., top).")
     for horizon in horizons:
-        if horizon.lattice is None:
+        if horizon.lattice is None and aoi is None:
             raise InputError(
                 f"horizon {horizon.name!r} is a mesh, so that its cover is not known; give "
                 "box=(west, east, south, north, bottom, top)."
             )
     bounds = np.array([horizon.bounds for horizon in horizons])
     low, high = bounds[:, 0::2].max(axis=0), bounds[:, 1::2].min(axis=0)
-    if (low[:2] >= high[:2]).any():
+    if aoi is None and (low[:2] >= high[:2]).any():
         raise InputError("the horizons have no area in common; give box=(west, ..., top).")
     bottom, top = bounds[:, 4].min(), bounds[:, 5].max()
     margin = max(_MARGIN * (top - bottom), 1.0)
+    if aoi is not None:
+        low[:2], high[:2] = aoi.min(axis=0), aoi.max(axis=0)
     lattices = [h.lattice for h in horizons if h.lattice is not None]
-    if all(lattice.easting.ndim == 1 and lattice.present.all() for lattice in lattices):
+    upright = all(lattice.easting.ndim == 1 and lattice.present.all() for lattice in lattices)
+    if aoi is not None or upright:
         west, east, south, north = low[0], high[0], low[1], high[1]
     else:
         west, east, south, north = _largest_rectangle(lattices, low, high)

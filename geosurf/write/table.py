@@ -9,9 +9,9 @@ from geosurf.model import Units
 
 
 def csv_of_units(units: Units, name: str | None) -> tuple[bytes, list[str]]:
-    """Return name, zone, block and all numbers of each unit, full precision."""
+    """Return name, zone, block (contact) and all numbers of each unit, full precision."""
     table = units.table
-    labels = [key for key in ("zone", "block", "zone_index") if key in table.coords]
+    labels = [key for key in ("zone", "block", "contact", "zone_index") if key in table.coords]
     numbers = [str(key) for key in table.data_vars if table[key].dims == ("unit",)]
     heads = [f"{key}_{table[key].attrs.get('units', '')}".rstrip("_") for key in numbers]
     text = io.StringIO()

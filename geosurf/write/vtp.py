@@ -63,6 +63,7 @@ def vtp_of_unit(unit: Unit, name: str) -> tuple[bytes, list[str]]:
         "name": [name],
         "zone": [unit.zone],
         "block": [unit.block],
+        **({"contact": [unit.contact]} if unit.contact else {}),
         "surface_names": list(unit.surface_names),
     }
     return _polydata(

@@ -247,10 +247,11 @@ def test_crossing_horizons_are_clipped_and_told():
     assert volumes(units) == pytest.approx(
         {"above Top": 4 * 24.0, "Top/Base": 2.0, "below Base": 4 * 24.0 - 2.0}
     )
-    (crossing,) = units.report["crossings"]
-    assert crossing["volume"] == pytest.approx(4 * 4.5)
-    assert crossing["place"][0] > 1.0
-    assert crossing["place"][2] > 2.0
+    (clip,) = units.report["clipped"]
+    assert (clip.horizon, clip.by, clip.rule) == ("Base", "Top", "conformable")
+    assert clip.volume == pytest.approx(4 * 4.5)
+    assert clip.thickness == 3.0
+    assert clip.place[0] == 4.0
 
 
 def test_horizons_that_coincide_over_an_area():
@@ -263,7 +264,7 @@ def test_horizons_that_coincide_over_an_area():
         {"above Top": 96.0, "Top/Base": 4 * (2.0 + 2.0), "below Base": 96.0 - 16.0}
     )
     assert set(units["above Top"].bounded_by) >= {"Top"}
-    assert len(units.report["crossings"]) == 0
+    assert units.report["clipped"] == ()
 
 
 def test_horizons_that_coincide_everywhere():

@@ -67,7 +67,7 @@ def test_eight_units_fill_the_box_and_are_the_regions_of_the_file(patches, path)
     np.testing.assert_allclose(
         sorted(unit.volume for unit in units.values()), sorted(regions.values()), rtol=1e-11
     )
-    assert units.report["crossings"] == []  # throw is no crossing of horizons
+    assert units.report["clipped"] == ()  # throw is no crossing of horizons
     for name, volume in regions.items():  # H2b_1: on top of it lies H2b
         layer = {"H0b": 0, "H1b": 1, "H2b": 2, "H3b": 3}[name.split("_")[0]]
         near = [u for u in units.values() if math.isclose(u.volume, volume, rel_tol=1e-9)]

@@ -8,6 +8,7 @@ import pytest
 import geosurf as gs
 
 BOX = (462600.0, 463500.0, 5930600.0, 5931500.0, -1950.0, -1500.0)
+CROSSING = (462200.0, 462800.0, 5933100.0, 5933700.0, -1950.0, -1450.0)
 
 
 @pytest.mark.slow
@@ -19,7 +20,9 @@ def test_crossing_grids_are_clipped_and_each_zone_is_the_sum_of_its_columns(
     volume, zone = scene.units.table["volume"].values, scene.units.table["zone_index"].values
     between = np.bincount(zone, volume)[1:-1]
     np.testing.assert_allclose(between, -np.diff(lowest), rtol=1e-12)
-    assert len(scene.units.report["crossings"]) > 10  # base above low, in places
+    (clip,) = scene.units.report["clipped"]
+    assert (clip.horizon, clip.by, clip.rule) == ("basereek_rota", "lowreek_rota", "conformable")
+    assert len(clip.places) > 10
     assert abs(scene.units.volume / scene.units.box_volume - 1) < 1e-12
     certificate = scene.check()
     assert certificate.ok, str(certificate)
@@ -55,3 +58,25 @@ def cropped(surface: gs.TriSurface, box) -> gs.TriSurface:
     reach = (corners.max(axis=1) >= 0).all(axis=1) & (corners.min(axis=1) <= size).all(axis=1)
     used, faces = np.unique(surface.triangles[reach], return_inverse=True)
     return gs.TriSurface(surface.name, surface.role, surface.vertices[used], faces.reshape(-1, 3))
+
+
+def test_lower_grid_as_base_takes_from_the_upper_one(reek_horizons, columns):
+    """Where the two cross, the younger laps onto the older: nothing of the older is lost."""
+    low, base = (cropped(s, CROSSING) for s in reek_horizons[2:])
+    scene = gs.Scene({"low": low, "base": base}, box=CROSSING, column={"base": "base"})
+    turned = [
+        gs.TriSurface(s.name, s.role, s.vertices * (1, 1, -1), s.triangles) for s in (base, low)
+    ]
+    base_alone, highest = (-integral for integral in columns(turned, CROSSING))
+    footprint = (CROSSING[1] - CROSSING[0]) * (CROSSING[3] - CROSSING[2])
+    between = sum(unit.volume for unit in scene.units.values() if unit.zone_index == 1)
+    assert between == pytest.approx(highest - base_alone, rel=1e-12)
+    assert scene.units["below base"].volume == pytest.approx(
+        base_alone - footprint * CROSSING[4], rel=1e-12
+    )
+    assert scene.check().ok
+    (clip,) = scene.units.report["clipped"]
+    assert (clip.horizon, clip.by, clip.rule) == ("low", "base", "base")
+    assert clip.thickness == pytest.approx(3.5279541015625, abs=1e-9)  # at a node of both
+    _, lowest = columns([low, base], CROSSING)
+    assert clip.volume == pytest.approx(base_alone - lowest, rel=1e-9)

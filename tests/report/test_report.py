@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from geosurf.errors import InputError, OutputError
-from geosurf.model import Certificate, Check, Curves, TriSurface, Unit, Units
+from geosurf.model import (
+    Certificate,
+    Check,
+    Clipped,
+    Curves,
+    Remnant,
+    TriSurface,
+    Unit,
+    Units,
+)
 from geosurf.report import report_scene, tables
 
 PNG = b"\x89PNG\r\n\x1a\n" + b"not much of a picture"
@@ -169,3 +178,14 @@ def test_a_folder_that_cannot_be_made_is_named(scene, tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OutputError, match=r"file/index\.html.*cannot be written.*Choose a folder"):
         report_scene(scene, tmp_path / "file")
+
+
+def test_what_the_column_took_and_remnants_are_listed():
+    places = ((1.0, 2.0, -3.0, 3.5e6),)
+    clip = Clipped("Base", "Top", "erosional", 2e6, 3.5e6, 12.5, (1.0, 2.0, -3.0), places)
+    (row,) = tables.clipped_table([clip]).rows
+    assert row[:6] == ("Base", "Top", "erosional", "2.0000", "3.5000", "12.50")
+    assert row[6:9] == ("1", "1.0", "2.0")
+    (row,) = tables.remnant_table([Remnant("Top/Base F1+ #2", 99.5, (1.0, 2.0, -3.0))]).rows
+    assert row[:4] == ("Top/Base F1+ #2", "99.5", "1.0", "2.0")
+    assert tables.clipped_table([]).rows == ()

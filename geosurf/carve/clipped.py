@@ -1,0 +1,189 @@
+"""What the column took away: where, and how much.
+
+Reports only: nothing here decides what a unit is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.carve.cells import Cells
+from geosurf.carve.column import Turn
+from geosurf.carve.links import joined
+from geosurf.carve.volume import volume_of
+from geosurf.carve.zones import ABOVE, BELOW, distinct_pairs, faces_between, upper_sides
+from geosurf.model import Clipped, Patches
+
+
+def clipped_by(
+    patches: Patches, cells: Cells, turns: Sequence[Turn], horizons: list[int]
+) -> tuple[Clipped, ...]:
+    """Areas, volumes and places of all that horizons lost, youngest winner first.
+
+    Pieces of a horizon that end inside what is taken away have an area, and neither volume nor
+    thickness: nobody knows on which side of them the space beyond their rim is.
+    """
+    found = []
+    for turn in sorted(turns, key=lambda turn: (turn.winner, turn.loser)):
+        horizon = horizons[turn.loser]
+        rows, sides = upper_sides(patches, cells, horizon)
+        gone = rows[_settled(turn.after, sides) & ~_settled(turn.before, sides)]
+        lost = turn.before * turn.after == ABOVE * BELOW
+        shells = _shells(cells, _pieces(cells, lost))
+        volumes = [volume_of(patches.local, t) for t in shells]
+        order = sorted(range(len(shells)), key=lambda i: -volumes[i])
+        places = [(*_middle(patches, shells[i]), volumes[i]) for i in order]
+        whole = np.concatenate([np.empty((0, 3), dtype=np.int64), *shells])
+        thickness, place = _thickest(patches, whole, cells.triangles[gone])
+        found.append(
+            Clipped(
+                patches.names[horizon],
+                patches.names[horizons[turn.winner]],
+                turn.rule,
+                _area(patches.local[cells.triangles[gone]]),
+                math.fsum(volumes),
+                thickness,
+                place,
+                tuple(places),
+            )
+        )
+    return tuple(clip for clip in found if clip.area > 0 or clip.volume > 0)
+
+
+def _settled(side: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """Whether both sides of each triangle are known to be on one side of the clipped horizon."""
+    upper, lower = side[sides[:, 0]], side[sides[:, 1]]
+    # the outside counts as the inside: a horizon along a wall is settled as its inner side is
+    upper = np.where(sides[:, 0] == 0, lower, upper)
+    lower = np.where(sides[:, 1] == 0, upper, lower)
+    return (upper == lower) & (upper != 0)
+
+
+def _shells(cells: Cells, piece: np.ndarray) -> list[np.ndarray]:
+    """Outward triangles around each piece, given the piece (1 ..) of each cell, 0 for none."""
+    front, behind = piece[cells.cell_of_side[:, 0]], piece[cells.cell_of_side[:, 1]]
+    inner, outer = (np.flatnonzero((side > 0) & (front != behind)) for side in (front, behind))
+    t = np.concatenate([cells.triangles[inner][:, [0, 2, 1]], cells.triangles[outer]])
+    of = np.concatenate([front[inner], behind[outer]])
+    order = np.argsort(of, kind="stable")
+    starts = np.searchsorted(of[order], np.arange(2, piece.max(initial=0) + 1))
+    return np.split(t[order], starts) if len(of) else []
+
+
+def _pieces(cells: Cells, lost: np.ndarray) -> np.ndarray:
+    """Number 1 .. of the piece that each lost cell belongs to: cells with a face in common."""
+    pairs = distinct_pairs(cells.cell_of_side[faces_between(cells)], cells.n_cell)
+    pairs = pairs[lost[pairs].all(axis=1)]
+    piece = joined(len(lost), pairs)
+    _, number = np.unique(piece[lost], return_inverse=True)
+    out = np.zeros(len(lost), dtype=np.int64)
+    out[lost] = number + 1
+    return out
+
+
+def _middle(patches: Patches, triangles: np.ndarray) -> tuple[float, float, float]:
+    corners = patches.local[triangles]
+    x, y, z = (
+        0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1))) + patches.origin
+    ).tolist()
+    return x, y, z
+
+
+def _area(corners: np.ndarray) -> float:
+    a, b, c = (corners[:, k] for k in range(3))
+    return math.fsum(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
+
+
+def _thickest(patches, shell: np.ndarray, gone: np.ndarray):
+    """Largest vertical distance through a shell, and where; else the middle of what is gone."""
+    x = patches.local
+    if len(shell) == 0:
+        return 0.0, _middle(patches, gone) if len(gone) else (math.nan,) * 3
+    a, b, c = (x[shell[:, k]] for k in range(3))
+    rise = np.cross(b - a, c - a)[:, 2]
+    upper, lower = shell[rise > 0], shell[rise < 0]
+    best, place = 0.0, x[shell[0, 0]]
+    for points, faces, way in ((upper, lower, -1.0), (lower, upper, 1.0)):
+        corners = x[np.unique(points)]
+        height = way * (heights_at(corners[:, :2], x[faces], corners[:, 2], way) - corners[:, 2])
+        height = np.where(np.isfinite(height), height, 0.0)
+        i = int(height.argmax())
+        if height[i] > best:
+            best, place = float(height[i]), corners[i] + (0.0, 0.0, 0.5 * way * height[i])
+    px, py, pz = (place + patches.origin).tolist()
+    return best, (px, py, pz)
+
+
+def heights_at(
+    points: np.ndarray, corners: np.ndarray, start: np.ndarray, way: float
+) -> np.ndarray:
+    """
+    Elevation of the nearest triangle above or below each point.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (n, 2)
+    corners : ndarray of float64, shape (n_triangle, 3, 3)
+        None of them upright.
+    start : ndarray of float64, shape (n,)
+        Elevation that the search begins at.
+    way : float
+        +1.0 looks up, -1.0 down.
+
+    Returns
+    -------
+    ndarray of float64, shape (n,)
+        NaN where there is none.
+
+    Examples
+    --------
+    >>> roof = np.array([[[0.0, 0, 5], [4, 0, 5], [0, 4, 9]]])
+    >>> heights_at(np.array([[1.0, 1.0], [9.0, 9.0]]), roof, np.zeros(2), 1.0)
+    array([ 6., nan])
+    """
+    p, t = _candidates(points, corners)
+    a, b, c = (corners[t, k] for k in range(3))
+    q = points[p]
+    share = np.stack([_cross(q, b, c), _cross(a, q, c), _cross(a, b, q)])
+    whole = _cross(a, b, c)
+    share /= whole
+    inside = (share >= -1e-9).all(axis=0)
+    z = share[0] * a[:, 2] + share[1] * b[:, 2] + share[2] * c[:, 2]
+    ahead = way * (z - start[p])
+    # a point on the rim of both sees itself at a distance of nothing, up to rounding
+    kept = inside & (ahead >= -1e-9 * (1.0 + np.abs(start[p])))
+    found = np.full(len(points), np.inf)
+    np.minimum.at(found, p[kept], np.maximum(ahead[kept], 0.0))
+    return np.where(np.isfinite(found), start + way * found, np.nan)
+
+
+def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    return (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+
+
+def _candidates(points: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (point, triangle) that share a square of the map: as many squares as triangles."""
+    low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
+    origin = low.min(axis=0)
+    size = np.maximum(high.max(axis=0) - origin, 1e-300)
+    n = max(int(math.sqrt(len(corners) / 2.0)), 1)
+    slack = 1e-9 * size / n
+    first = np.clip(((low - slack - origin) / size * n).astype(np.int64), 0, n - 1)
+    last = np.clip(((high + slack - origin) / size * n).astype(np.int64), 0, n - 1)
+    span = last - first + 1
+    count = span.prod(axis=1)
+    t = np.repeat(np.arange(len(corners)), count)
+    k = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    square = (first[t, 0] + k // span[t, 1]) * n + first[t, 1] + k % span[t, 1]
+    home = np.clip(((points - origin) / size * n).astype(np.int64), 0, n - 1)
+    home = home[:, 0] * n + home[:, 1]
+    order = np.argsort(home, kind="stable")
+    start = np.searchsorted(home[order], square, side="left")
+    stop = np.searchsorted(home[order], square, side="right")
+    held = stop - start
+    row = np.repeat(np.arange(len(square)), held)
+    k = np.arange(held.sum()) - np.repeat(np.cumsum(held) - held, held)
+    return order[start[row] + k], t[row]

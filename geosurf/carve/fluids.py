@@ -1,0 +1,182 @@
+"""Fluid contacts: what of a unit lies above, between and below them.
+
+Contacts are surfaces of the arrangement like any other, so that the parts of a unit add up
+to it exactly. A contact counts in the blocks that it is given for, and leaves no trace elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.carve.blocks import WHOLE
+from geosurf.carve.cells import Cells
+from geosurf.carve.zones import ABOVE, UNKNOWN, raise_leak
+from geosurf.conventions import did_you_mean, place
+from geosurf.errors import GeometryError, InputError
+from geosurf.model import FluidContact, Patches
+
+
+def parse_sides(block: str, faults: Sequence[str]) -> frozenset[str] | None:
+    """
+    Take the name of a block apart: the sides of faults in it, or None if it is no such name.
+
+    Names of faults may hold blanks.
+
+    Examples
+    --------
+    >>> sorted(parse_sides("F1+ Main fault-", ["F1", "Main fault"]))
+    ['F1+', 'Main fault-']
+    >>> parse_sides("F9+", ["F1"]) is None
+    True
+    """
+    sides = [name + sign for name in faults for sign in "+-"]
+    found = set()
+    rest = block.strip()
+    while rest:
+        fits = [side for side in sides if rest == side or rest.startswith(side + " ")]
+        if not fits:
+            return None
+        longest = max(fits, key=len)
+        found.add(longest)
+        rest = rest[len(longest) :].strip()
+    return frozenset(found)
+
+
+def contacts_of_units(
+    contacts: Sequence[FluidContact],
+    words: Sequence[tuple[str, ...]],
+    faults: Sequence[str],
+) -> list[list[int]]:
+    """
+    Rows of the contacts that count in each unit, from the top down.
+
+    Parameters
+    ----------
+    contacts : sequence of FluidContact
+        From the top down; entries of one name stand for different blocks.
+    words : sequence of tuple of str
+        Sides of faults that name the block of each unit.
+    faults : sequence of str
+        Names of all faults.
+
+    Returns
+    -------
+    list of list of int
+
+    Raises
+    ------
+    InputError
+        If a block is no unit's, or two entries of one contact fit a unit equally well.
+    """
+    wanted = []
+    for contact in contacts:
+        sides = parse_sides(contact.block, faults)
+        if sides is None or not any(sides <= set(word) for word in words):
+            known = sorted({" ".join(word) or WHOLE for word in words})
+            raise InputError(
+                f"fluid contact {contact.name!r} is given for block {contact.block!r}, which no "
+                f"unit is in; blocks are {known}.{did_you_mean(contact.block, known)}"
+            )
+        wanted.append(sides)
+    names = list(dict.fromkeys(contact.name for contact in contacts))
+    found: list[list[int]] = []
+    for word in words:
+        rows = []
+        for name in names:
+            fits = [
+                row
+                for row, contact in enumerate(contacts)
+                if contact.name == name and wanted[row] <= set(word)
+            ]
+            best = [row for row in fits if len(wanted[row]) == max(len(wanted[r]) for r in fits)]
+            if len(best) > 1:
+                blocks = " and ".join(repr(contacts[row].block) for row in best)
+                raise InputError(
+                    f"fluid contact {name!r} is given for the blocks {blocks}, and block "
+                    f"{' '.join(word)!r} is in both; give it for that block, too."
+                )
+            rows += best
+        found.append(rows)
+    return found
+
+
+def split_by_contacts(
+    patches: Patches,
+    cells: Cells,
+    side: np.ndarray,
+    contacts: Sequence[FluidContact],
+    rows_of_unit: list[list[int]],
+    unit_of_cell: np.ndarray,
+) -> tuple[np.ndarray, list[int], list[str]]:
+    """
+    Split units at their contacts.
+
+    Parameters
+    ----------
+    side : ndarray of int64, shape (n_contact, n_cell + 1)
+        Side of each contact that each cell is on.
+    contacts : sequence of FluidContact
+    rows_of_unit : list of list of int
+        See `contacts_of_units`.
+    unit_of_cell : ndarray of int64, shape (n_cell + 1,)
+
+    Returns
+    -------
+    part_of_cell : ndarray of int64, shape (n_cell + 1,)
+    unit_of_part : list of int
+    words : list of str
+        ``above GOC``, ``GOC/OWC``, ``below OWC``; empty where no contact counts.
+
+    Raises
+    ------
+    OpenUnitError
+        If a contact ends inside a unit that it counts in.
+    GeometryError
+        If contacts are out of order somewhere.
+    """
+    level = np.zeros(len(unit_of_cell), dtype=np.int64)
+    for u, rows in enumerate(rows_of_unit):
+        mine = unit_of_cell == u
+        for row in rows:
+            torn = mine & (side[row] == UNKNOWN)
+            if torn.any():
+                surface = patches.names.index(contacts[row].surface)
+                raise_leak(patches, cells, surface, torn)
+        above = side[rows] == ABOVE
+        wrong = mine & (above[:-1] & ~above[1:]).any(axis=0)
+        if wrong.any():
+            _raise_out_of_order(patches, cells, wrong, above, [contacts[row] for row in rows])
+        level[mine] = (~above).sum(axis=0)[mine]
+    n_level = len(contacts) + 1
+    keys, part = np.unique(unit_of_cell[1:] * n_level + level[1:], return_inverse=True)
+    unit_of_part = (keys // n_level).tolist()
+    words = []
+    for u, k in zip(unit_of_part, (keys % n_level).tolist(), strict=True):
+        words.append(_interval([contacts[row].name for row in rows_of_unit[u]], k))
+    return np.concatenate([[-1], part]), unit_of_part, words
+
+
+def _interval(names: list[str], level: int) -> str:
+    if not names:
+        return ""
+    if level == 0:
+        return f"above {names[0]}"
+    if level == len(names):
+        return f"below {names[-1]}"
+    return f"{names[level - 1]}/{names[level]}"
+
+
+def _raise_out_of_order(patches, cells, wrong, above, contacts) -> None:
+    cell = int(np.flatnonzero(wrong)[0])
+    k = int(np.flatnonzero(above[:-1, cell] & ~above[1:, cell])[0])
+    rows = (cells.cell_of_side == cell).any(axis=1)
+    middle = patches.local[cells.triangles[rows]].mean(axis=(0, 1)) + patches.origin
+    upper, lower = contacts[k].name, contacts[k + 1].name
+    raise GeometryError(
+        f"fluid contact {upper!r} lies below {lower!r} at {place(middle)}. Give contacts from the "
+        "top down, and such that they do not cross where there are units.",
+        place=middle,
+        surfaces=(contacts[k].surface, contacts[k + 1].surface),
+    )

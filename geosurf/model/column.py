@@ -1,0 +1,143 @@
+"""The stratigraphic column: how horizons yield to each other, and what that took away."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from geosurf.conventions import did_you_mean, place
+from geosurf.errors import InputError
+
+CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS = "conformable", "erosional", "base", "discontinuous"
+RULES = (CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS)
+ERODES = (EROSIONAL, DISCONTINUOUS)
+IS_LAPPED = (BASE, DISCONTINUOUS)
+
+
+def check_column(horizons: Sequence[str], column: Mapping[str, Any] | None) -> tuple[str, ...]:
+    """Return the rule of each horizon, youngest first.
+
+    Parameters
+    ----------
+    horizons : sequence of str
+        Names, youngest first.
+    column : mapping of str to str, or None
+        The rule of some of them; the others are conformable.
+
+    Returns
+    -------
+    tuple of {"conformable", "erosional", "base", "discontinuous"}
+
+    Raises
+    ------
+    InputError
+        For a name that is no horizon, or a word that is no rule.
+
+    Examples
+    --------
+    >>> check_column(["Top", "Base"], {"Base": "erosional"})
+    ('conformable', 'erosional')
+    """
+    if column is None:
+        return (CONFORMABLE,) * len(horizons)
+    if not isinstance(column, Mapping):
+        raise InputError(
+            f"column is a {type(column).__name__}; give a mapping {{horizon: rule}} with the "
+            f"rules {', '.join(RULES)}."
+        )
+    for name, rule in column.items():
+        if name not in horizons:
+            raise InputError(
+                f"column names {name!r}, which is no horizon; there are {list(horizons)}."
+                f"{did_you_mean(str(name), horizons)}"
+            )
+        if rule not in RULES:
+            raise InputError(
+                f"column: the rule of horizon {name!r} is {rule!r}; it must be one of "
+                f"{', '.join(RULES)}.{did_you_mean(str(rule), RULES)}"
+            )
+    return tuple(str(column.get(name, CONFORMABLE)) for name in horizons)
+
+
+@dataclass(frozen=True)
+class Clipped:
+    """What the column took away of one horizon because of another.
+
+    Attributes
+    ----------
+    horizon, by : str
+        The horizon that was clipped, and the one that it ends on.
+    rule : {"erosional", "base", "conformable"}
+        Why: `by` erodes it, it laps onto `by`, or both are conformable and cross all the
+        same, so that the older one yields and the zone between them has no thickness there.
+    area : float
+        Of the pieces of the horizon that are gone, along it [m2].
+    volume : float
+        Between these pieces and what the horizon ends on [m3].
+    thickness : float
+        Largest vertical distance between the two, at the corners of both [m].
+    place : (easting, northing, elevation)
+        Where that is [m].
+    places : tuple of (easting, northing, elevation, volume)
+        The middle of each separate piece of that volume, the largest first [m, m3].
+    """
+
+    horizon: str
+    by: str
+    rule: str
+    area: float
+    volume: float
+    thickness: float
+    place: tuple[float, float, float]
+    places: tuple[tuple[float, float, float, float], ...]
+
+    def __str__(self) -> str:
+        n = len(self.places)
+        count = "one place" if n == 1 else f"{n} places"
+        return (
+            f"{self.horizon} is clipped by {self.by} ({self.rule}): {self.area:.6g} m2 of it and "
+            f"{self.volume:.6g} m3 in {count}, up to {self.thickness:.6g} m at {place(self.place)}"
+        )
+
+
+@dataclass(frozen=True)
+class Remnant:
+    """A unit too small to be named by faults alone, or smaller than somebody cares for.
+
+    Attributes
+    ----------
+    name : str
+        Of the unit.
+    volume : float
+        [m3].
+    place : (easting, northing, elevation)
+        Middle of its bounds [m].
+    """
+
+    name: str
+    volume: float
+    place: tuple[float, float, float]
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.volume:.6g} m3 at {place(self.place)}"
+
+
+@dataclass(frozen=True)
+class FluidContact:
+    """A fluid contact, in all blocks or in some.
+
+    Attributes
+    ----------
+    name : str
+        ``OWC``, ``GOC`` ...
+    surface : str
+        Name of the surface among the patches, role ``"contact"``.
+    block : str
+        Sides of faults, ``F1+ F2-``, on which it counts; the unit's block may have more.
+        Empty: everywhere, but where another entry of this name says more.
+    """
+
+    name: str
+    surface: str
+    block: str = ""

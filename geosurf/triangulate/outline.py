@@ -1,0 +1,183 @@
+"""The area of interest: a closed ring on the map, checked and triangulated exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import InputError, InvariantError
+from geosurf.kernels.predicates import frame_of, orient2d_rows
+
+
+def check_outline(outline: Any) -> np.ndarray:
+    """
+    Return the corners of an area of interest, counter-clockwise, each once.
+
+    Parameters
+    ----------
+    outline : array_like of float, shape (n, 2) or (n, 3)
+        Easting and northing [m] around the area, either way; a third column is not read. The
+        first corner may be repeated at the end.
+
+    Returns
+    -------
+    ndarray of float64, shape (n, 2)
+        Starts at the corner farthest west, of these farthest south.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than three corners or several rings, a value is not finite, the
+        ring crosses or touches itself (with the place), or has no area.
+
+    Examples
+    --------
+    >>> check_outline([[0, 9], [9, 9], [9, 0], [0, 0], [0, 9]]).tolist()
+    [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]]
+    """
+    ring = _as_ring(outline)
+    again = (ring == np.roll(ring, 1, axis=0)).all(axis=1)
+    ring = ring[~again] if len(ring) > 1 else ring
+    if len(ring) < 3:
+        raise InputError(
+            f"aoi: the ring has {len(ring)} different corners, expected at least 3. Give the "
+            "corners of the area, in order."
+        )
+    _refuse_self_contact(ring)
+    if signed_area(ring) < 0:
+        ring = ring[::-1]
+    first = int(np.lexsort(ring.T[::-1])[0])
+    return np.roll(ring, -first, axis=0)
+
+
+def signed_area(ring: np.ndarray) -> float:
+    """Area inside a ring (n, 2) [m2], exact but for one rounding; negative if it is clockwise."""
+    x, y = ([Fraction(value) for value in column] for column in ring.T.tolist())
+    return float(sum(x[i - 1] * y[i] - x[i] * y[i - 1] for i in range(len(ring))) / 2)
+
+
+def _as_ring(outline: Any) -> np.ndarray:
+    how = "Give one array (n, 2) of easting and northing [m] around the area."
+    if isinstance(outline, list | tuple) and len(outline) and np.ndim(outline[0]) == 2:
+        if len(outline) > 1:
+            raise InputError(
+                f"aoi: found {len(outline)} rings, and holes or several areas are not supported. "
+                f"{how}"
+            )
+        outline = outline[0]
+    try:
+        ring = np.asarray(outline, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"aoi: {type(outline).__name__} does not hold numbers. {how}") from error
+    if ring.ndim != 2 or ring.shape[1] not in (2, 3):
+        raise InputError(f"aoi: found shape {ring.shape}. {how}")
+    bad = np.flatnonzero(~np.isfinite(ring[:, :2]).all(axis=1))
+    if len(bad):
+        raise InputError(f"aoi: corner {bad[0]} (counted from 0) is not finite. {how}")
+    return ring[:, :2] + 0.0
+
+
+def _refuse_self_contact(ring: np.ndarray) -> None:
+    """Raise an error at the first place where sides that are not neighbours meet, exact."""
+    n = len(ring)
+    a, b = ring, np.roll(ring, -1, axis=0)
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    for i in range(n):
+        near = (low[i + 1 :] <= high[i]).all(axis=1) & (high[i + 1 :] >= low[i]).all(axis=1)
+        for j in (np.flatnonzero(near) + i + 1).tolist():
+            neighbours = (j - i) in (1, n - 1)
+            met = _meet(a[i], b[i], a[j], b[j], neighbours)
+            if met is not None:
+                raise InputError(
+                    f"aoi: the ring meets itself at {place((*met, 0.0)).rpartition(',')[0]}), "
+                    f"where side {i} and side {j} (counted from 0) "
+                    f"{'fold back' if neighbours else 'cross or touch'}. Give a ring that does not."
+                )
+
+
+def _meet(p, q, r, s, neighbours: bool) -> tuple[float, float] | None:
+    """A common point of two segments, but for the corner that neighbours share."""
+    (px, py), (qx, qy), (rx, ry), (sx, sy) = (
+        (Fraction(float(x)), Fraction(float(y))) for x, y in (p, q, r, s)
+    )
+    ends = {(px, py), (qx, qy)} & {(rx, ry), (sx, sy)} if neighbours else set()
+
+    def turn(ax, ay, bx, by, cx, cy):
+        return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+
+    one, two = turn(rx, ry, sx, sy, px, py), turn(rx, ry, sx, sy, qx, qy)
+    if one * two < 0:
+        three, four = turn(px, py, qx, qy, rx, ry), turn(px, py, qx, qy, sx, sy)
+        if three * four < 0:
+            t = one / (one - two)
+            return float(px + t * (qx - px)), float(py + t * (qy - py))
+    for x, y, ax, ay, bx, by in (
+        (px, py, rx, ry, sx, sy), (qx, qy, rx, ry, sx, sy),
+        (rx, ry, px, py, qx, qy), (sx, sy, px, py, qx, qy),
+    ):  # fmt: skip
+        on = turn(ax, ay, bx, by, x, y) == 0
+        within = min(ax, bx) <= x <= max(ax, bx) and min(ay, by) <= y <= max(ay, by)
+        if on and within and (x, y) not in ends:
+            return float(x), float(y)
+    return None
+
+
+def triangulate_ring(ring: np.ndarray) -> np.ndarray:
+    """
+    Triangulate the inside of a ring by cutting ears (Meisters 1975), decided exactly.
+
+    Parameters
+    ----------
+    ring : ndarray of float64, shape (n, 2)
+        As `check_outline` returns it.
+
+    Returns
+    -------
+    ndarray of int64, shape (n - 2, 3)
+        Rows of `ring`, counter-clockwise.
+
+    Examples
+    --------
+    >>> triangulate_ring(np.array([[0.0, 0], [9, 0], [9, 9], [0, 9]])).tolist()
+    [[3, 0, 1], [1, 2, 3]]
+    """
+    m, w = frame_of(np.ascontiguousarray(ring))
+
+    def turns(rows: Any) -> np.ndarray:
+        rows = np.array(rows, dtype=np.int64).reshape(-1, 3)
+        out = np.zeros(len(rows), dtype=np.int64)
+        orient2d_rows(np.ascontiguousarray(ring), rows, m, w, out)
+        return out
+
+    left = list(range(len(ring)))
+    faces = []
+    while len(left) > 3:
+        for k in range(len(left)):
+            ear = (left[k - 1], left[k], left[(k + 1) % len(left)])
+            if turns(ear)[0] > 0 and not _holds_any(ear, left, ring, turns):
+                faces.append(ear)
+                del left[k]
+                break
+        else:
+            raise InvariantError("a ring has no ear; please report this with the area of interest.")
+    faces.append(tuple(left))
+    return np.array(faces, dtype=np.int64)
+
+
+def _holds_any(ear: tuple[int, int, int], left: Sequence[int], ring: np.ndarray, turns) -> bool:
+    """Whether any other corner lies in the closed triangle."""
+    others = np.array([i for i in left if i not in ear], dtype=np.int64)
+    corners = ring[list(ear)]
+    near = (ring[others] >= corners.min(axis=0)).all(axis=1)
+    near &= (ring[others] <= corners.max(axis=0)).all(axis=1)
+    others = others[near]
+    inside = np.ones(len(others), dtype=bool)
+    for k in range(3):
+        a, b = ear[k], ear[(k + 1) % 3]
+        rows = np.stack([np.full(len(others), a), np.full(len(others), b), others], axis=1)
+        inside &= turns(rows) >= 0
+    return bool(inside.any())

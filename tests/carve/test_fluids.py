@@ -1,0 +1,231 @@
+"""Fluid contacts split units, in the blocks that they are given for, and nothing gets lost."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
+from geosurf.carve.certificate import certify
+from geosurf.carve.fluids import parse_sides
+from geosurf.errors import GeometryError, InputError, OpenUnitError
+from geosurf.triangulate import build_contacts
+from tests import laws
+from tests.strategies import BOX, faulted_worlds, grid, sheet
+
+
+def level(name, z):
+    return grid(name, np.full((2, 2), float(z)), spacing=6.0, corner=(-1.0, -1.0))
+
+
+def tilted(name, west, east):
+    """Elevation `west` at x = 0 and `east` at x = 4, beyond the box on all sides."""
+    slope = (east - west) / 4.0
+    z = [west - slope, east + slope]
+    return grid(name, [z, z], spacing=6.0, corner=(-1.0, -1.0))
+
+
+UPRIGHT = sheet("F1", [(1, -1, -5), (1, 5, -5), (1, 5, 9), (1, -1, 9)])
+TOP, BASE = tilted("Top", 3, 5), level("Base", 1)
+
+
+def scene_of(contacts, faults=(UPRIGHT,), **options):
+    scene = Scene(
+        {"Top": TOP, "Base": BASE}, {f.name: f for f in faults}, BOX, contacts=contacts, **options
+    )
+    laws.assert_volumes_add_up(scene.units, BOX)
+    return scene
+
+
+def volumes(scene, zone="Top/Base"):
+    return {
+        (unit.block, unit.contact): unit.volume
+        for unit in scene.units.values()
+        if unit.zone == zone
+    }
+
+
+def test_each_block_has_its_own_level():
+    scene = scene_of({"OWC": {"F1+": 2.0, "F1-": 1.5}})
+    # Top is 3 + x / 2 high; the fault stands at x = 1
+    assert volumes(scene) == pytest.approx(
+        {
+            ("F1+", "above OWC"): 4 * (3 * 1.0 + 15 / 4), ("F1+", "below OWC"): 12.0,
+            ("F1-", "above OWC"): 4 * (1.5 + 0.25), ("F1-", "below OWC"): 2.0,
+        },
+        rel=1e-12,
+    )  # fmt: skip
+    unit = scene.units["Top/Base", "F1+", "above OWC"]
+    assert unit.name == "Top/Base F1+ above OWC"
+    assert "OWC in F1+" in unit.bounded_by
+    assert "OWC in F1-" not in unit.bounded_by  # the level of the other block leaves no trace
+    certificate = scene.check()
+    assert certificate.ok, str(certificate)
+
+
+def test_above_between_and_below_from_the_top_down():
+    scene = scene_of({"GOC": 3.5, "OWC": {"F1-": 1.25, "elsewhere": 2.0}})
+    plain = scene_of({})
+    units = [u for u in scene.units.values() if u.zone == "Top/Base" and u.block == "F1+"]
+    assert [u.contact for u in units] == ["above GOC", "GOC/OWC", "below OWC"]
+    for block in ("F1+", "F1-"):
+        parts = [v for (b, _), v in volumes(scene).items() if b == block]
+        assert sum(parts) == pytest.approx(volumes(plain)[block, ""], rel=1e-12)
+    found = volumes(scene)
+    assert found["F1-", "below OWC"] == pytest.approx(4 * 0.25, rel=1e-12)
+    # the top is above the gas-oil contact from x = 1 on
+    assert ("F1-", "above GOC") not in found
+    assert found["F1+", "above GOC"] == pytest.approx(4 * (3 * -0.5 + 15 / 4), rel=1e-12)
+
+
+def test_the_table_has_contacts_only_where_they_are_given():
+    assert "contact" not in scene_of({}).units.table.coords
+    volume = scene_of({"OWC": 2.0}).volumes
+    assert set(volume["contact"].values.tolist()) == {"above OWC", "below OWC"}
+    assert volume.attrs["units"] == "m3"
+    oil = volume[(volume["contact"] == "above OWC") & (volume["zone"] == "Top/Base")]
+    assert oil.sum().item() == pytest.approx(4 * (4 * 1.0 + 4.0), rel=1e-12)
+
+
+def test_a_block_without_a_contact_is_not_split():
+    found = volumes(scene_of({"OWC": {"F1-": 2.0}}))
+    assert set(found) == {("F1+", ""), ("F1-", "above OWC"), ("F1-", "below OWC")}
+
+
+def test_the_block_with_more_sides_counts():
+    across = sheet("F2", [(-1, 2, -5), (5, 2, -5), (5, 2, 9), (-1, 2, 9)])
+    contacts = {"OWC": {"F1+": 2.0, "F2+ F1+": 1.5, "elsewhere": 1.25}}
+    found = volumes(scene_of(contacts, (UPRIGHT, across)))
+    below = {block: v for (block, contact), v in found.items() if contact == "below OWC"}
+    assert below == pytest.approx(
+        {"F1+ F2+": 6 * 0.5, "F1+ F2-": 6 * 1.0, "F1- F2+": 2 * 0.25, "F1- F2-": 2 * 0.25}
+    )
+
+
+def test_a_contact_may_be_a_grid_and_may_tilt():
+    """A tilted contact, as a surface and as an array; and one that lies in a horizon."""
+    surface = tilted("whatever", 2, 3)
+    found = volumes(scene_of({"OWC": surface}, ()))
+    assert found["whole", "below OWC"] == pytest.approx(4 * 4 * 1.5, rel=1e-12)
+    import xarray as xr
+
+    array = xr.DataArray(
+        surface.vertices[:, 2].reshape(2, 2), dims=("northing", "easting"),
+        coords={"northing": [-1.0, 5.0], "easting": [-1.0, 5.0]},
+        attrs={"units": "m", "positive": "up"},
+    )  # fmt: skip
+    assert volumes(scene_of({"OWC": {"F1-": array}})) == pytest.approx(
+        volumes(scene_of({"OWC": {"F1-": surface}}))
+    )
+    assert volumes(scene_of({"OWC": 1.0}, ())) == {("whole", "above OWC"): pytest.approx(48.0)}
+
+
+def test_a_grid_of_one_block_need_not_reach_the_others():
+    def part(west):
+        corners = [[west, -1, 2], [5, -1, 2], [5, 5, 2], [west, 5, 2]]
+        return TriSurface("level", "surface", corners, [[0, 1, 2], [0, 2, 3]])
+
+    for west in (1, 0.5):
+        found = volumes(scene_of({"OWC": {"F1+": part(west)}}))
+        assert found["F1+", "below OWC"] == pytest.approx(12.0, rel=1e-12)
+        assert found["F1-", ""] == pytest.approx(9.0, rel=1e-12)
+    with pytest.raises(
+        OpenUnitError, match=r"leak around contact 'OWC': 4 m .* fill the contact"
+    ) as e:
+        scene_of({"OWC": part(0.5)})
+    assert e.value.place == pytest.approx((0.5, 2.0, 2.0))
+    with pytest.raises(
+        OpenUnitError, match=r"nothing tells whether .* above contact 'OWC' or below"
+    ):
+        scene_of({"OWC": part(1)})
+
+
+@settings(max_examples=15)
+@given(faulted_worlds(), st.integers(-3, 6), st.integers(-3, 6))
+def test_parts_add_up_to_the_units_of_small_worlds(surfaces, one, two):
+    """Whole levels hit corners, edges and level pieces of horizons."""
+    levels = dict(zip(("GOC", "OWC"), sorted({one, two}, reverse=True), strict=False))
+    extra, contacts = build_contacts(levels, BOX)
+    whole = carve_units(rebuild_surfaces(surfaces))
+    patches = rebuild_surfaces([*surfaces, *extra])
+    units = carve_units(patches, contacts=contacts)
+    certificate = certify(patches, units)
+    assert certificate.ok, str(certificate)
+    for unit in whole.values():
+        parts = [u for u in units.values() if (u.zone, u.block) == (unit.zone, unit.block)]
+        assert sum(u.volume for u in parts) == pytest.approx(unit.volume, rel=1e-12)
+        for part in parts:
+            word, name = part.contact.split(" ") if " " in part.contact else ("", "")
+            if word:
+                z = part.local[:, 2]
+                assert (z >= levels[name]).all() if word == "above" else (z <= levels[name]).all()
+
+
+def test_names_of_blocks_are_taken_apart():
+    names = ["F1", "F1 west", "Main fault"]
+    assert parse_sides("F1 west+ F1-", names) == {"F1 west+", "F1-"}
+    assert parse_sides("", names) == frozenset()
+    for wrong in ("F1", "F2+", "F1+F1-", "whole"):
+        assert parse_sides(wrong, names) is None
+
+
+@pytest.mark.parametrize(
+    ("contacts", "words"),
+    [
+        ([], None),
+        ([-1.0], r"contacts is a list; give a mapping \{name: "),
+        ({"OWC": {"F9+": 2.0}}, r"given for block 'F9\+', which no unit is in; .* mean 'F1\+'\?"),
+        ({"OWC": {}}, r"contact 'OWC' is given for no block\. Give an elevation"),
+        ({"OWC": "deep.gri"}, r"deep\.gri"),
+        ({"OWC": True}, r"contact 'OWC' is a bool\. Give an elevation \[m\]"),
+        ({"OWC": 1705.0}, r"elevation 1705 m, outside the model box \(-4 to 8 m\)\. Elev"),
+    ],
+)  # fmt: skip
+def test_refusals(contacts, words):
+    if words is None:
+        assert len(scene_of({}).units) == 6
+        return
+    with pytest.raises(InputError, match=words):
+        scene_of(contacts).units  # noqa: B018
+
+
+def test_blocks_that_fit_equally_well_are_refused():
+    across = sheet("F2", [(-1, 2, -5), (5, 2, -5), (5, 2, 9), (-1, 2, 9)])
+    with pytest.raises(InputError, match=r"for the blocks 'F1\+' and 'F2\+', and block 'F1\+ F2\+' "
+                       r"is in both; give it for that block"):  # fmt: skip
+        scene_of({"OWC": {"F1+": 2.0, "F2+": 1.5}}, (UPRIGHT, across))
+
+
+def test_contacts_out_of_order_are_refused_with_a_place():
+    with pytest.raises(
+        GeometryError, match=r"'GOC' lies below 'OWC' at \(easting .* top down"
+    ) as e:
+        scene_of({"GOC": 1.5, "OWC": 2.5})
+    assert 1.5 < e.value.place[2] < 2.5
+    assert e.value.surfaces == ("GOC", "OWC")
+
+
+def test_walls_are_not_contacts():
+    """Carving without contacts does not see the surface, except as one that parts nothing."""
+    extra, contacts = build_contacts({"OWC": 2.0}, BOX)
+    patches = rebuild_surfaces([TOP, BASE, *extra, *build_walls(BOX)])
+    assert len(carve_units(patches)) == 3
+    assert len(carve_units(patches, contacts=contacts)) == 4
+
+
+def test_blocks_between_faults_that_cross_below_a_horizon():
+    """An X pair: the lower wedge holds no piece of Top, and all around it lies below."""
+    one = sheet("F1", [(-2, -1, -4), (-2, 5, -4), (8, 5, 6), (8, -1, 6)])  # z = x - 2
+    two = sheet("F2", [(6, -1, -4), (6, 5, -4), (-4, 5, 6), (-4, -1, 6)])  # z = 2 - x
+    scene = Scene({"Top": level("Top", 1)}, {"F1": one, "F2": two}, (0, 4, 0, 4, -3, 7))
+    laws.assert_volumes_add_up(scene.units, scene.box)
+    below = {u.block: u.volume for u in scene.units.values() if u.zone == "below Top"}
+    assert sorted(below.values()) == pytest.approx([4.0, 14.0, 14.0, 32.0])
+    # where it may be above as well as below, nothing is guessed: Top ends at the faults
+    left = TriSurface("Top", "horizon", [[-1, -1, 1], [1, -1, 1], [1, 5, 1], [-1, 5, 1]], [[0, 1, 2], [0, 2, 3]])  # fmt: skip  # noqa: E501
+    words = r"nothing tells whether \(easting .* lies above horizon 'Top' or below it: the horizon"
+    with pytest.raises(OpenUnitError, match=words) as caught:
+        scene.replace(horizons={"Top": left}).units  # noqa: B018
+    assert caught.value.surfaces == ("Top",)

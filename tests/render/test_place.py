@@ -1,0 +1,58 @@
+"""Close-ups: what is cut to the box, and that the mark is in it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geosurf.errors import InputError
+from geosurf.render import palette, render_place
+from geosurf.render.place import show_place
+from tests.strategies import grid, sheet
+
+
+@pytest.fixture
+def surfaces():
+    flat = grid("Top", np.zeros((11, 11)), spacing=10.0)
+    wall = sheet("F1", [(50, 0, -50), (50, 100, -50), (50, 100, 50), (50, 0, 50)])
+    far = grid("Far", np.full((2, 2), 500.0), spacing=100.0)
+    return [flat, wall, far]
+
+
+def test_surfaces_are_cut_to_what_is_near(surfaces):
+    content, box = show_place(surfaces, (52.0, 31.0, 1.0), 20.0)
+    assert [entry.label for entry in content.legend] == ["Top", "F1", "the place"]
+    assert box[:4] == (32.0, 72.0, 11.0, 51.0)
+    for layer in content.layers:
+        assert (layer.points >= np.array(box[0::2]) - 1e-9).all()
+        assert (layer.points <= np.array(box[1::2]) + 1e-9).all()
+    top, wall = (layer for layer in content.layers if layer.triangles is not None)
+    a, b, c = (top.points[top.triangles[:, k]] for k in range(3))
+    assert 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() == pytest.approx(40 * 40)
+    assert np.ptp(wall.points, axis=0) == pytest.approx([0, 40, 40])
+    mark = content.layers[-1]
+    assert mark.colour == palette.ACCENT
+    np.testing.assert_allclose(mark.points.mean(axis=0), [52, 31, 1])
+
+
+def test_a_flat_place_gets_some_height(surfaces):
+    _, box = show_place(surfaces[:1], (52.0, 31.0, 0.0), 20.0)
+    assert box[4:] == (-5.0, 5.0)
+    _, box = show_place([], (0.0, 0.0, 0.0), None)
+    assert box[0] == -1.0
+
+
+def test_a_close_up_is_drawn(surfaces, tmp_path):
+    path = render_place(surfaces, (50, 30, 0), tmp_path / "place.png", size=(400, 260))
+    assert path.stat().st_size > 2000
+
+
+@pytest.mark.parametrize("place", [(0, 1), (0, np.nan, 0)])
+def test_no_place(surfaces, place, tmp_path):
+    with pytest.raises(InputError, match=r"place is .*, expected three finite numbers: easting"):
+        render_place(surfaces, place, tmp_path / "place.png")
+
+
+def test_no_reach(surfaces, tmp_path):
+    with pytest.raises(InputError, match=r"reach is -1, expected metres above 0"):
+        render_place(surfaces, (0, 0, 0), tmp_path / "place.png", reach=-1)

@@ -1,0 +1,208 @@
+"""An area of interest: walls along a polygon, exact, and refused where it meets itself."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
+from geosurf.carve.certificate import certify
+from geosurf.errors import InputError, OpenUnitError
+from geosurf.triangulate.outline import check_outline, signed_area, triangulate_ring
+from tests import laws
+from tests.strategies import BOX, grid, sheet
+
+ELL = [(0, 0), (4, 0), (4, 1), (2, 1), (2, 4), (0, 4)]
+
+
+def level(name, z):
+    return grid(name, np.full((4, 4), float(z)), spacing=2.0, corner=(-1.0, -1.0))
+
+
+def carve(surfaces, aoi, box=BOX):
+    patches = rebuild_surfaces([*surfaces, *build_walls(box, aoi)])
+    units = carve_units(patches)
+    certificate = certify(patches, units)
+    assert certificate.ok, str(certificate)
+    for unit in units.values():
+        laws.assert_closed(unit.triangles)
+        laws.assert_oriented(unit.local, unit.triangles)
+    return units
+
+
+def area_of(ring):
+    """By trapezia under the sides."""
+    pairs = itertools.pairwise([*ring, ring[0]])
+    return abs(math.fsum((b[0] - a[0]) * (a[1] + b[1]) / 2 for a, b in pairs))
+
+
+# --------------------------------------------------------------------------- volumes
+def test_an_l_shape():
+    slope = grid("Top", [[0, 6], [0, 6]], spacing=6.0, corner=(-1.0, -1.0))  # x + 1
+    units = carve([slope, level("Base", 0.5)], ELL)
+    assert units.footprint == 10.0
+    # the integral of x over the L is 4 * 2 (x < 2) + 6 (x from 2 to 4, 1 wide)
+    assert units["Top/Base"].volume == pytest.approx(8 + 6 + 10 * 0.5, rel=1e-12)
+    assert units["below Base"].volume == pytest.approx(10 * 4.5, rel=1e-12)
+    assert units.volume == pytest.approx(10 * 12.0, rel=1e-15)
+    assert units["Top/Base"].bounded_by == ("Top", "Base", "aoi")
+    assert units.table["thickness_mean"].sum().item() == pytest.approx(12.0)
+
+
+def test_a_concave_area_parts_blocks_that_only_touch_outside():
+    """A U around a notch: the fault cuts both legs, beyond which nothing joins their tops."""
+    ring = [(0, 0), (4, 0), (4, 4), (3, 4), (3, 1), (1, 1), (1, 4), (0, 4)]
+    fault = sheet("F1", [(-1, 2, -5), (5, 2, -5), (5, 2, 9), (-1, 2, 9)])
+    units = carve([level("Top", 2), fault], ring)
+    found = {u.block: u.volume for u in units.values() if u.zone_index == 0}
+    # the normal of F1 points south; of the two legs to the north the western one comes first
+    assert found == pytest.approx({"F1+": 6 * 6.0, "F1-": 12.0, "F1- #2": 12.0})
+    assert units["above Top", "F1-"].local[:, 0].max() == 1.0
+
+
+@pytest.mark.parametrize("offset", [(0.0, 0.0), (456_123.0, 6_780_321.0)], ids=["local", "UTM"])
+def test_a_turned_rectangle_is_the_box_of_the_turned_world(offset):
+    """Planes over 3 x 4 m, turned by the angle of that triangle, and not."""
+    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    box = (0.0, 3.0, 0.0, 4.0, -4.0, 8.0)
+    z = np.full((4, 4), 3.0)
+    straight = [
+        grid("Top", z, spacing=2.3, corner=(-1.1, -1.3)),
+        grid("Base", [[0, 3], [1, 4]], spacing=6.1, corner=(-1.4, -1.2)),
+    ]
+    upright = sheet("F1", [(1.25, -1.2, -5), (1.25, 5.1, -5), (1.25, 5.1, 9), (1.25, -1.2, 9)])
+    plain = carve_units(rebuild_surfaces([*straight, upright, *build_walls(box)]))
+    corners = np.array([(0, 0), (3, 0), (3, 4), (0, 4)], dtype=float) @ turn.T + offset
+
+    def turned(surface):
+        xy = surface.vertices[:, :2] @ turn.T + offset
+        vertices = np.column_stack([xy, surface.vertices[:, 2]])
+        return type(surface)(surface.name, surface.role, vertices, surface.triangles)
+
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    around = (low[0], high[0], low[1], high[1], -4.0, 8.0)
+    units = carve([turned(s) for s in (*straight, upright)], corners, around)
+    assert list(units) == list(plain)
+    for name, unit in units.items():  # turned corners are rounded, so that planes bend a little
+        assert unit.volume == pytest.approx(plain[name].volume, rel=1e-8), name
+    assert units.volume == pytest.approx(12 * units.footprint, rel=1e-12)
+    assert units.footprint == pytest.approx(12.0, rel=1e-8 if any(offset) else 1e-12)
+
+
+@st.composite
+def stars(draw):
+    """Simple polygons with corners on whole numbers or anywhere, seen from the middle."""
+    n = draw(st.integers(3, 9))
+    radius = draw(st.lists(st.floats(0.4, 1.9), min_size=n, max_size=n))
+    shift = draw(st.floats(0, 1))
+    angle = 2 * np.pi * (np.arange(n) + shift) / n
+    ring = 2 + np.array(radius)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return ring if draw(st.booleans()) else np.round(ring * 8) / 8
+
+
+@settings(max_examples=15)
+@given(stars())
+def test_units_fill_any_polygon(ring):
+    z = np.arange(16).reshape(4, 4) % 5 * 1.0
+    units = carve([grid("Top", z, spacing=2.0, corner=(-1.0, -1.0)), level("Base", -1)], ring)
+    assert units.volume == pytest.approx(12 * area_of(ring), rel=1e-12)
+    assert units["below Base"].volume == pytest.approx(3 * area_of(ring), rel=1e-12)
+
+
+def test_the_whole_box_as_a_polygon():
+    surfaces = [level("Top", 3), level("Base", 1)]
+    units = carve(surfaces, [(0, 0), (4, 0), (4, 4), (0, 4)])
+    plain = carve_units(rebuild_surfaces([*surfaces, *build_walls(BOX)]))
+    assert {n: u.volume for n, u in units.items()} == {n: u.volume for n, u in plain.items()}
+
+
+def test_a_scene_with_an_area():
+    slope = grid("Top", [[0, 6], [0, 6]], spacing=6.0, corner=(-1.0, -1.0))
+    scene = Scene({"Top": slope}, aoi=ELL)
+    assert scene.box[:4] == (0.0, 4.0, 0.0, 4.0)
+    assert scene.box[4] < 0.0 < 6.0 < scene.box[5]
+    assert scene.units.footprint == 10.0
+    inside = Scene({"Top": slope}, box=(-1, 5, -1, 5, -2, 8), aoi=ELL)
+    assert inside.box == (0.0, 4.0, 0.0, 4.0, -2.0, 8.0)
+    assert inside.units["below Top"].volume == pytest.approx(14 + 10 * 3, rel=1e-12)
+    assert "area" in scene.explain()
+    other = inside.replace(aoi=None)
+    assert other.units.box_volume == 360.0
+
+
+def test_an_area_beyond_a_horizon_leaks_there():
+    with pytest.raises(OpenUnitError, match=r"leak around horizon 'Top'.*northing 2\.5") as caught:
+        Scene({"Top": grid("Top", np.ones((2, 2)), spacing=2.5)}, aoi=ELL).units  # noqa: B018
+    assert caught.value.place[2] == 1.0
+
+
+def test_open_fences_are_refused():
+    for k in (1, 2):
+        walls = [w for i, w in enumerate(build_walls(BOX, ELL)) if i != k]
+        with pytest.raises(OpenUnitError, match=r"walls of the model are open.*build_walls\(box, "):
+            carve_units(rebuild_surfaces([level("Top", 3), *walls]))
+
+
+# ------------------------------------------------------------------- the ring itself
+@settings(max_examples=30)
+@given(stars(), st.integers(0, 8), st.booleans())
+def test_where_a_ring_starts_and_how_it_turns_changes_nothing(ring, start, back):
+    other = np.roll(ring, start, axis=0)
+    other = other[::-1] if back else other
+    np.testing.assert_array_equal(check_outline(other), check_outline(ring))
+    closed = np.concatenate([other, other[:1]])
+    np.testing.assert_array_equal(check_outline(closed), check_outline(ring))
+    checked = check_outline(ring)
+    faces = triangulate_ring(checked)
+    assert faces.shape == (len(ring) - 2, 3)
+    areas = [signed_area(checked[face]) for face in faces]
+    assert min(areas) > 0
+    assert math.fsum(areas) == pytest.approx(area_of(ring), rel=1e-12)
+
+
+def test_corners_in_a_row_and_a_comb():
+    ring = check_outline([(0, 0), (1, 0), (2, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3),
+                          (0, 3), (0, 2), (0, 1)])  # fmt: skip
+    faces = triangulate_ring(ring)
+    assert sum(signed_area(ring[face]) for face in faces) == 7.0
+    assert min(signed_area(ring[face]) for face in faces) > 0
+
+
+@pytest.mark.parametrize(
+    ("aoi", "words"),
+    [
+        (
+            [(0, 0), (4, 4), (4, 0), (0, 4)],
+            r"at \(easting 2\.000, northing 2\.000\), where side 0 and side 2 .* cross or touch",
+        ),
+        ([(0, 0), (4, 0), (4, 4), (2, 0), (0, 4)], r"northing 0\.000\), where side 0 and side 2"),
+        ([(0, 0), (4, 0), (2, 2), (4, 4), (0, 4), (2, 2)], r"easting 2\.000, northing 2\.000"),
+        ([(0, 0), (4, 0), (2, 0), (2, 2)], r"side 0 and side 1 .* fold back"),
+        ([(0, 0), (1, 1), (2, 2)], r"fold back"),
+        ([(0, 0), (4, 0), (0, 0)], r"2 different corners, expected at least 3"),
+        ([(0, 0), (4, np.nan), (0, 4)], r"corner 1 \(counted from 0\) is not finite"),
+        ([ELL, [(0.5, 0.5), (1, 0.5), (1, 1)]], r"found 2 rings, and holes or several areas"),
+        ([(0, 0, 0, 0)], r"found shape \(1, 4\)\. Give one array \(n, 2\)"),
+        ("words", "words"),
+        (
+            [(0, 0), (9, 0), (0, 4)],
+            r"corner \(easting 9\.000, northing 0\.000\) lies beyond the east of the box \(4",
+        ),
+    ],
+)  # fmt: skip
+def test_refusals(aoi, words):
+    with pytest.raises(InputError, match=words):
+        Scene({"Top": level("Top", 3)}, box=BOX, aoi=aoi).units  # noqa: B018
+
+
+def test_an_area_from_a_file(tmp_path):
+    path = tmp_path / "outline.pol"
+    lines = [f"{x} {y} 1700" for x, y in ELL]
+    path.write_text("\n".join([*lines, "999 999 999", ""]))
+    scene = Scene({"Top": level("Top", 3)}, box=BOX, aoi=path)
+    assert scene.units.footprint == 10.0

@@ -1,0 +1,125 @@
+"""Column, contacts and area of interest in scenario files, and pictures of what fails."""
+
+from __future__ import annotations
+
+import csv
+import re
+
+import pytest
+
+import geosurf as gs
+from geosurf.cli import main
+from geosurf.errors import OpenUnitError, ScenarioError
+from geosurf.scenario import read_scenario, run
+
+HORIZONS = """
+[[horizons]]
+name = "Top"
+file = "Top.nc"
+{top}
+[[horizons]]
+name = "Base"
+file = "Base.nc"
+
+[[faults]]
+name = "F1"
+file = "F1.nc"
+
+[box]
+easting_m = [0, 4000]
+northing_m = [0, 3000]
+elevation_m = [-2500, -1700]
+
+[output]
+views = []
+maps = false
+exploded = false
+formats = ["csv"]
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Grids of a small world, and one that ends inside the box."""
+    path = tmp_path_factory.mktemp("inputs")
+    world = gs.synthetic.tilted_planes(n=5)
+    for name, surface in {**world.horizons, **world.faults}.items():
+        gs.write(surface, path / f"{name}.nc")
+    gs.write(world.horizons["Top"].isel(easting=slice(0, 4)), path / "Short.nc")
+    return path
+
+
+def scenario(folder, more="", top="", **changes):
+    text = HORIZONS.format(top=top) + more
+    for old, new in changes.items():
+        text = text.replace(f"{old}.nc", new)
+    path = folder / "scenario.toml"
+    path.write_text(text)
+    return path
+
+
+def test_all_of_it_in_one_file(folder, tmp_path):
+    more = """
+remnants_below_m3 = 1e9
+[[contacts]]
+name = "OWC"
+elevation_m = -2050.0
+[[contacts]]
+name = "OWC"
+elevation_m = -2000.0
+block = "F1+"
+[aoi]
+corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
+"""
+    path = scenario(folder, more, 'rule = "erosional"')
+    outcome = run(read_scenario(path), tmp_path / "out", pictures=False)
+    assert outcome.certificate.ok
+    scene = outcome.scene
+    assert scene.column == {"Top": "erosional", "Base": "conformable"}
+    assert scene.units.footprint < scene.units.box_volume / 799
+    with (tmp_path / "out" / "volumes.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["contact"] for row in rows} >= {"above OWC", "below OWC"}
+    total = sum(float(row["volume_m3"]) for row in rows)
+    assert total == pytest.approx(scene.units.footprint * 800, rel=1e-12)
+    page = (tmp_path / "out" / "report" / "index.html").read_text()
+    assert "Remnants" in page
+    assert "above OWC" in page
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ('[[contacts]]\nname = "OWC"', r"contacts\['OWC'\]: give elevation_m or file, one of them"),
+        ('[[contacts]]\nname = "OWC"\nelevation_m = -1\nfile = "Top.nc"', "elevation_m or file"),
+        (2 * '[[contacts]]\nname = "OWC"\nelevation_m = -1\n', "is given without a block twice"),
+        ("[aoi]", "aoi: give file or corners_m, one of them"),
+        ("[aoi]\ncorners_m = [[0, 1], [2]]", r"corners_m is .* must be three or more corners"),
+        ("remnants_below_m3 = -1", "it must be a number, 0 or above"),
+        ('[[contacts]]\nname = "OWC"\nelevation_m = "deep"', "it must be a number"),
+    ],
+)
+def test_refusals(folder, more, words):
+    with pytest.raises(ScenarioError, match=words):
+        read_scenario(scenario(folder, more))
+
+
+def test_a_wrong_rule_is_told(folder):
+    with pytest.raises(ScenarioError, match=r"rule is 'erode'; it must be one of .*erosional"):
+        read_scenario(scenario(folder, top='rule = "erode"'))
+
+
+def test_what_fails_is_drawn(folder, tmp_path, capfd):
+    """A horizon that ends inside the box: sentence, place and picture."""
+    path = scenario(folder, Top="Short.nc")
+    with pytest.raises(OpenUnitError, match="leak around horizon 'Top'") as caught:
+        run(read_scenario(path), tmp_path / "none", pictures=False)
+    assert caught.value.place[0] == 3000.0
+    assert list((tmp_path / "none").iterdir()) == []
+    assert main(["run", str(path), "-o", str(tmp_path / "out"), "--quiet"]) == 3
+    said = capfd.readouterr().err
+    assert re.search(r"leak around horizon 'Top'.*\n.*picture of the place: .*failure\.png", said)
+    assert (tmp_path / "out" / "failure.png").stat().st_size > 5000
+    good = scenario(folder)
+    assert main(["run", str(good), "-o", str(tmp_path / "out"), "--quiet"]) == 0
+    assert not (tmp_path / "out" / "failure.png").exists()
