@@ -194,11 +194,17 @@ def rising_diagonal(easting: np.ndarray, northing: np.ndarray) -> bool:
 
 def _compare_diagonals(rising: np.ndarray, falling: np.ndarray) -> int:
     """+1 or -1: which diagonals (n_cell, 2) run more to the north-east, or else north; 0: a tie."""
-    # fsum is exact before its one rounding, so that the order of cells is not seen
-    size = math.fsum((rising**2).ravel()) + math.fsum((falling**2).ravel())
-    north_east = math.fsum(rising[:, 0] * rising[:, 1]) - math.fsum(falling[:, 0] * falling[:, 1])
-    north = math.fsum(rising[:, 1] ** 2) - math.fsum(falling[:, 1] ** 2)
-    for gain in (north_east, north):
+    terms = (
+        (rising[:, 0] * rising[:, 1], falling[:, 0] * falling[:, 1]),
+        (rising[:, 1] ** 2, falling[:, 1] ** 2),
+    )
+    size = float((rising**2).sum() + (falling**2).sum())
+    for plus, minus in terms:
+        gain = float(plus.sum() - minus.sum())
+        if abs(abs(gain) - 1e-6 * size) < 1e-9 * size:
+            # so close to the limit that the order of cells could tell: sums of one rounding
+            size = math.fsum((rising**2).ravel()) + math.fsum((falling**2).ravel())
+            gain = math.fsum(plus) - math.fsum(minus)
         if abs(gain) > 1e-6 * size:
             return 1 if gain > 0 else -1
     return 0

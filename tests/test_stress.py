@@ -212,7 +212,7 @@ def _unreported_move(patches):
 )
 def test_a_wrong_mesh_is_seen(split, plant, sentence):
     case, patches, met = split
-    verdict = judge.judge_patches(case.surfaces, replace(patches, **plant(patches)), met)
+    verdict = judge.judge_patches(case.surfaces, patches.changed(**plant(patches)), met)
     assert any(re.search(sentence, s) for s in verdict.wrong), verdict.wrong
 
 
@@ -221,8 +221,7 @@ def test_an_uncut_mesh_is_seen(split):
     case, patches, met = split
     apart = [rebuild_surfaces([s], self_intersections=True) for s in case.surfaces]
     shift = np.cumsum([0, *(len(p.local) for p in apart)])
-    joined = replace(
-        patches,
+    joined = patches.changed(
         local=np.concatenate([p.local + (p.origin - patches.origin) for p in apart]),
         triangles=np.concatenate([p.triangles + n for p, n in zip(apart, shift, strict=False)]),
         surface_of_triangle=np.repeat([0, 1], [p.n_triangle for p in apart]),
@@ -236,8 +235,8 @@ def test_an_uncut_mesh_is_seen(split):
 def test_a_result_that_depends_on_order_is_seen(split):
     _, patches, _ = split
     assert judge.judge_order(patches, patches).wrong == []
-    assert judge.judge_order(patches, replace(patches, **_moved_point(patches))).wrong
-    assert judge.judge_order(patches, replace(patches, **_without(patches, [2]))).wrong
+    assert judge.judge_order(patches, patches.changed(**_moved_point(patches))).wrong
+    assert judge.judge_order(patches, patches.changed(**_without(patches, [2]))).wrong
 
 
 # ---- planted faults: curves ------------------------------------------------------------------

@@ -1,7 +1,9 @@
 """Patches -> closed units: zone x fault block (x fluid contact), with certified volumes.
 
 ===============  ====================================================================
-cells.py         which sides of which triangles see the same piece of space
+cells.py         which sides of which faces see the same piece of space
+floating.py      pieces that touch nothing else
+measures.py      volume below, areas and bounds of faces
 zones.py         on which side of each horizon and contact each cell is
 column.py        the rules of the column: sides -> zones
 clipped.py       what these rules took away, and where
@@ -15,6 +17,7 @@ certificate.py   promises, checked anew on the result
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -27,6 +30,7 @@ from geosurf.carve.clipped import clipped_by
 from geosurf.carve.column import apply_column, zones_of
 from geosurf.carve.fluids import contacts_of_units, split_by_contacts
 from geosurf.carve.links import joined
+from geosurf.carve.measures import AREA
 from geosurf.carve.outside import footprint_of, walls_are_a_box
 from geosurf.carve.shells import Shells, build_unit, shells_of
 from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
@@ -103,7 +107,7 @@ def carve_units(
     side, turns = apply_column(signature[: len(horizons)], rules)
     zone = zones_of(patches, cells, side, horizons)
     whole = _merge(patches, cells, zone)
-    shells = shells_of(patches, cells, whole)
+    shells = shells_of(cells, whole)
     zone_of_unit = np.zeros(len(shells.volumes), dtype=np.int64)
     zone_of_unit[whole[1:]] = zone[1:]
     words = fault_sides(patches, cells, shells.sides, zone_of_unit, faults)
@@ -117,9 +121,9 @@ def carve_units(
         part, of, labels = split_by_contacts(
             patches, cells, sides_of_level, contacts, counted, whole
         )
-        shells = shells_of(patches, cells, part)
+        shells = shells_of(cells, part)
         named = _Named(zone_of_unit[of], [blocks[u] for u in of], labels, list(range(len(of))))
-    units = _units(patches, cells, shells, named, [patches.names[i] for i in horizons])
+    units = _units(patches, shells, named, [patches.names[i] for i in horizons])
     report = {
         "slits": _slits(patches, cells, shells, faults),
         "clipped": clipped_by(patches, cells, turns, horizons),
@@ -146,7 +150,7 @@ def _with_role(patches: Patches, role: str) -> list[int]:
     return [i for i, source in enumerate(patches.sources) if source.role == role]
 
 
-def _units(patches: Patches, cells: Cells, shells: Shells, named: _Named, horizons: list[str]):
+def _units(patches: Patches, shells: Shells, named: _Named, horizons: list[str]):
     """All units, zone by zone, block by block, from the top down."""
     names = _zone_names(horizons)
     order = sorted(
@@ -156,7 +160,6 @@ def _units(patches: Patches, cells: Cells, shells: Shells, named: _Named, horizo
     return [
         build_unit(
             patches,
-            cells,
             shells,
             u,
             zone=names[named.zone[u]],
@@ -178,7 +181,7 @@ def _zone_names(horizons: list[str]) -> list[str]:
 
 def _merge(patches: Patches, cells: Cells, zone: np.ndarray) -> np.ndarray:
     """Unit of each cell, -1 outside: cells of one zone are one where no fault parts them."""
-    parting = np.zeros(len(cells.triangles), dtype=bool)
+    parting = np.zeros(len(cells.surface_of), dtype=bool)
     for i, source in enumerate(patches.sources):
         if source.role not in ("horizon", "contact"):
             parting[owned_by(cells, i)] = True
@@ -192,10 +195,5 @@ def _merge(patches: Patches, cells: Cells, zone: np.ndarray) -> np.ndarray:
 def _slits(patches: Patches, cells: Cells, shells: Shells, faults: list[int]) -> dict[str, float]:
     """Area of each fault that has one unit on both sides, as one that dies inside [m2]."""
     slit = np.flatnonzero((shells.sides[:, 0] == shells.sides[:, 1]) & (shells.sides[:, 0] >= 0))
-    t = cells.triangles[slit]
-    a, b, c = (patches.local[t[:, k]] for k in range(3))
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    surface = cells.surface_of[slit]
-    return {
-        patches.names[i]: float(area[surface == i].sum()) for i in faults if (surface == i).any()
-    }
+    area, surface = cells.measures[slit, AREA], cells.surface_of[slit]
+    return {patches.names[i]: math.fsum(area[surface == i]) for i in faults if (surface == i).any()}

@@ -2,53 +2,118 @@
 
 Cells come from topology: sides of triangles are united across edges, in exact radial order
 where more than two meet. A free edge unites the two sides of its own triangle, so a fault that
-dies inside a cell does not split it. Pieces that touch nothing else (a fault that
-floats, an inner shell) are put into the cell that holds them by a ray with exact hits.
+dies inside a cell does not split it. What no curve touches of a gridded surface is runs of
+triangles, each of which has two sides as one triangle has. Pieces that touch nothing else (a
+fault that floats, an inner shell) are put into the cell that holds them (`floating`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 
+from geosurf.carve.floating import place_floating
+from geosurf.carve.measures import FLAT, measure
 from geosurf.carve.outside import outside_of_fence, walls_are_a_box
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InvariantError, OpenUnitError
-from geosurf.kernels.mesh import edges, pieces
+from geosurf.kernels.gather import number_keys
+from geosurf.kernels.mesh import connected
 from geosurf.kernels.predicates import frame_of
-from geosurf.kernels.radial import join_sides
+from geosurf.kernels.radial import join_run_sides, join_sides
+from geosurf.kernels.strips import RIM, lowest_keys
 from geosurf.model import Patches
+from geosurf.model.pieces import Pieces
 
 OUTSIDE = 0
 
 
-@dataclass
+@dataclass(frozen=True)
 class Cells:
-    """Cells of the space inside the model box.
+    """Cells of the space inside the model box, and what separates them.
+
+    Attributes
+    ----------
+    surface_of : ndarray of int64, shape (n,)
+        Surface of each face: a triangle inside the box, or a run of them.
+    also : dict of int to list of int
+        Further surfaces that own a face, where surfaces coincide.
+    cell_of_side : ndarray of int64, shape (n, 2)
+        Cell in front of and behind each face; 0 is the space outside.
+    n_cell : int
+        Cells are numbered 1 to n_cell.
+    patches : Patches
+    pieces : Pieces
+    element : ndarray of int64, shape (n,)
+        Which element of the pieces each face is.
+    """
+
+    surface_of: np.ndarray
+    also: dict[int, list[int]]
+    cell_of_side: np.ndarray
+    n_cell: int
+    patches: Patches
+    pieces: Pieces
+    element: np.ndarray
+
+    @cached_property
+    def measures(self) -> np.ndarray:
+        """Of each face, float64 (n, 10): see `geosurf.carve.measures`."""
+        return measure(self.pieces, self.element, box_of(self.patches).mean(axis=0))
+
+    @property
+    def flat(self) -> np.ndarray:
+        """Area of each face in the map, below 0 where its front looks down [m2]."""
+        return self.measures[:, FLAT]
+
+    @cached_property
+    def in_full(self) -> FullCells:
+        """The same with a face for every triangle."""
+        full = self.pieces.expanded
+        face_of = np.full(len(self.pieces.patch), -1, dtype=np.int64)
+        face_of[self.element] = np.arange(len(self.element))
+        face = face_of[full.element]
+        row = np.flatnonzero(face >= 0)
+        face = face[row]
+        place = np.empty(len(self.element), dtype=np.int64)
+        place[face[::-1]] = np.arange(len(face))[::-1]
+        also = {int(place[one]): listed for one, listed in self.also.items()}
+        return FullCells(
+            self.surface_of[face], also, self.cell_of_side[face], self.n_cell, self.patches,
+            self.pieces, self.element, full.triangles[row], row, full.local,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FullCells(Cells):
+    """Cells with a face for every triangle.
 
     Attributes
     ----------
     triangles : ndarray of int64, shape (n, 3)
-        Distinct triangles inside the box, rows of `Patches.local`.
+        Rows of `x`.
     row : ndarray of int64, shape (n,)
-        Their rows in `Patches.triangles`.
-    owners : list of tuple of int
-        Surfaces that each triangle belongs to: more than one where surfaces coincide.
-    cell_of_side : ndarray of int64, shape (n, 2)
-        Cell in front of and behind each triangle; 0 is the space outside.
-    n_cell : int
-        Cells are numbered 1 to n_cell.
+        Rows of `Patches.triangles`.
+    x : ndarray of float64, shape (n_vertex, 3)
+        Local coordinates.
     """
 
     triangles: np.ndarray
     row: np.ndarray
-    surface_of: np.ndarray
-    also: dict[int, list[int]]
-    ring: np.ndarray
-    cell_of_side: np.ndarray
-    n_cell: int
+    x: np.ndarray
+
+    @cached_property
+    def flat(self) -> np.ndarray:  # type: ignore[override]
+        """Area of each face in the map, below 0 where its front looks down [m2]."""
+        a, b, c = (self.x[self.triangles[:, k]] for k in range(3))
+        return 0.5 * np.cross(b - a, c - a)[:, 2]
+
+    @property
+    def in_full(self) -> FullCells:  # type: ignore[override]
+        """These cells."""
+        return self
 
 
 def box_of(patches: Patches) -> np.ndarray:
@@ -75,45 +140,128 @@ def find_cells(patches: Patches) -> Cells:
     InvariantError
         If two different triangles lie in one half-plane of an edge.
     """
-    lower, upper = box_of(patches)
-    x = patches.local
-    beyond = ((x < lower) | (x > upper)).any(axis=1)
-    rows = np.flatnonzero(~beyond[patches.triangles].any(axis=1))
-    rows, also = _distinct(patches, rows)
-    t = patches.triangles[rows]
-    surface = patches.surface_of_triangle[rows]
-    ring, _ = edges(t, len(x))
-    sides = np.arange(2 * len(t))
-    parent, px = _parents(patches, rows)
-    m, w = frame_of(px)
-    bad = join_sides(
-        x, t, ring, np.ones(len(t), dtype=np.int64), parent, px,
-        np.arange(len(px)).reshape(-1, 3), m, w, sides,
-    )  # fmt: skip
-    if bad >= 0:
-        where = place(x[t[bad // 3, bad % 3]] + patches.origin)
-        raise InvariantError(
-            f"two triangles of surface {patches.names[surface[bad // 3]]!r} and another lie in one "
-            f"half-plane at {where}; please report this with the surfaces."
+    bounds = box_of(patches)
+    pieces = patches.pieces
+    kept = _inside(pieces, bounds)
+    piece, fixed = _connected(pieces, kept)
+    if not np.isin(piece[kept], fixed).all() and any(s is not None for s in pieces.strips):
+        # something floats: the ray that places it asks triangles
+        pieces = patches.changed().pieces
+        kept = _inside(pieces, bounds)
+        piece, fixed = _connected(pieces, kept)
+    shell, parents = _shells(patches, pieces, kept)
+    n_core = len(pieces.triangles)
+    if not np.isin(piece[kept], fixed).all():
+        inside = np.flatnonzero(kept)
+        both = (2 * inside[:, None] + np.arange(2)).ravel()
+        shell[both] = place_floating(
+            pieces.x, pieces.triangles[inside], piece[inside], fixed, shell[both]
         )
-    shell = _roots(sides)
-    shell = _place_floating(x, t, ring, surface, patches, shell)
-    of = px[3 * parent[:, None] + np.arange(3)]
-    bounds = np.stack([lower, upper])
+    element = np.flatnonzero(kept)
+    core = element[element < n_core]
+    sides = shell.reshape(-1, 2)[element]
+    surface = surface_of_elements(pieces)[element]
+    also = _also(pieces, core, kept)
+    of, corners = parents[core], pieces.x[pieces.triangles[core]]
     if walls_are_a_box(patches, bounds):
-        outside = _outside(patches, surface, shell, of, x[t])
+        outside = _outside(patches, surface[: len(core)], sides.ravel(), of, corners)
     else:
         is_wall = _owned_by_walls(patches, surface, also)
-        outside = outside_of_fence(patches, bounds, is_wall, shell, of, x[t])
-    shell[np.isin(shell, outside)] = outside[0]
-    numbers, cell = np.unique(shell, return_inverse=True)
+        outside = outside_of_fence(patches, bounds, is_wall, sides.ravel(), of, corners)
+    sides[np.isin(sides, outside)] = outside[0]
+    numbers, cell = np.unique(sides, return_inverse=True)
     first = int(np.searchsorted(numbers, outside[0]))
     cell = np.where(cell == first, OUTSIDE, np.where(cell < first, cell + 1, cell))
-    return Cells(t, rows, surface, also, ring, cell.reshape(-1, 2), len(numbers) - 1)
+    return Cells(surface, also, cell.reshape(-1, 2), len(numbers) - 1, patches, pieces, element)
+
+
+def surface_of_elements(pieces: Pieces) -> np.ndarray:
+    """Surface of each triangle and run."""
+    of_run = np.repeat(np.arange(len(pieces.sources)), np.diff(pieces.first_run))
+    return np.concatenate([pieces.surface, of_run])
+
+
+def _inside(pieces: Pieces, bounds: np.ndarray) -> np.ndarray:
+    """Whether each element is in the box, and the first of those with the same corners.
+
+    The walls cut at the sides of the box: a run lies on one side of each, as any of its triangles.
+    """
+    beyond = ((pieces.x < bounds[0]) | (pieces.x > bounds[1])).any(axis=1)
+    kept = [~beyond[pieces.triangles].any(axis=1) & (pieces.twin == np.arange(len(pieces.twin)))]
+    for source, strips in zip(pieces.sources, pieces.strips, strict=True):
+        if strips is not None:
+            keys = lowest_keys(strips.places, strips.runs)
+            corners = source.places_of_nodes(source.corners_of_keys(keys).ravel()) - pieces.origin
+            out = ((corners < bounds[0]) | (corners > bounds[1])).any(axis=1)
+            kept.append(~out.reshape(-1, 3).any(axis=1))
+    return np.concatenate(kept)
+
+
+def _connected(pieces: Pieces, kept: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Connected piece of each element inside, and the pieces that hold a wall."""
+    n_core = len(pieces.triangles)
+    linked = np.flatnonzero(pieces.link >= 0)
+    pairs = [np.stack([linked // 3, n_core + pieces.link[linked]], axis=1)]
+    for i, strips in enumerate(pieces.strips):
+        if strips is not None:
+            pairs.append(strips.joined + n_core + pieces.first_run[i])
+    piece = connected(pieces.ring, kept, np.concatenate(pairs))
+    walls = [i for i, source in enumerate(pieces.sources) if source.role == "wall"]
+    return piece, np.unique(piece[np.isin(surface_of_elements(pieces), walls) & kept])
+
+
+def _shells(patches: Patches, pieces: Pieces, kept: np.ndarray):
+    """Shell of each side of each element, and the corners of the parents of the triangles."""
+    n_core = len(pieces.triangles)
+    sides = np.arange(2 * len(kept))
+    parent, px = _parents(pieces)
+    m, w = frame_of(px)
+    of = np.arange(len(px)).reshape(-1, 3)
+    bad = join_sides(
+        pieces.x, pieces.triangles, pieces.ring, pieces.link, kept, parent, px, of, m, w, sides
+    )
+    if bad >= 0:
+        name = patches.names[pieces.surface[bad // 3]]
+        where = place(pieces.x[pieces.triangles[bad // 3, bad % 3]] + patches.origin)
+        raise InvariantError(
+            f"two triangles of surface {name!r} and another lie in one half-plane at {where}; "
+            "please report this with the surfaces."
+        )
+    joined = [np.empty((0, 2), dtype=np.int64)]
+    rims = [np.empty(0, dtype=np.int64)]
+    for i, strips in enumerate(pieces.strips):
+        if strips is not None:
+            joined.append(strips.joined + pieces.first_run[i])
+            rims.append(strips.runs[:, RIM])
+    join_run_sides(np.concatenate(joined), np.concatenate(rims), kept, sides)
+    return _roots(sides), px[of[parent]] if n_core else np.empty((0, 3, 3))
+
+
+def _parents(pieces: Pieces) -> tuple[np.ndarray, np.ndarray]:
+    """For each triangle its input triangle, and the corners of those, three rows each."""
+    limit = 1 + int(pieces.key.max(initial=0))
+    used, number = number_keys(pieces.surface * limit + pieces.key)
+    surface, key = np.divmod(used, limit)
+    px = np.empty((len(used), 3, 3))
+    for i, source in enumerate(pieces.sources):
+        mine = surface == i
+        corners = source.corners_of_keys(key[mine])
+        px[mine] = source.places_of_nodes(corners.ravel()).reshape(-1, 3, 3) - pieces.origin
+    return number, px.reshape(-1, 3)
+
+
+def _also(pieces: Pieces, core: np.ndarray, kept: np.ndarray) -> dict[int, list[int]]:
+    """Further surfaces of each face that has twins."""
+    others = np.flatnonzero(pieces.twin != np.arange(len(pieces.twin)))
+    also: dict[int, list[int]] = {}
+    for other in others[kept[pieces.twin[others]]].tolist():
+        face = int(np.searchsorted(core, pieces.twin[other]))
+        also.setdefault(face, []).append(int(pieces.surface[other]))
+    return also
 
 
 def _owned_by_walls(patches: Patches, surface: np.ndarray, also: dict[int, list[int]]):
-    """Whether a wall is among the owners of each triangle."""
+    """Whether a wall is among the owners of each face."""
     wall = np.array([source.role == "wall" for source in patches.sources])
     is_wall = wall[surface]
     is_wall[[i for i, listed in also.items() if wall[listed].any()]] = True
@@ -139,39 +287,6 @@ def _outside(patches: Patches, surface, shell, parents, corners) -> np.ndarray:
     return outside
 
 
-def _distinct(patches: Patches, rows: np.ndarray):
-    """Rows with one triangle for each set of corners, and what other surfaces list it."""
-    corners = np.sort(patches.triangles[rows], axis=1)
-    keys = corners[:, 0] * len(patches.local) + corners[:, 1]
-    order = np.lexsort((rows, corners[:, 2], keys))
-    same = np.zeros(len(rows), dtype=bool)
-    same[1:] = (corners[order][1:] == corners[order][:-1]).all(axis=1)
-    also: dict[int, list[int]] = {}
-    kept = -1
-    surface = patches.surface_of_triangle
-    for position in np.flatnonzero(same):
-        kept = position - 1
-        while same[kept]:
-            kept -= 1
-        also.setdefault(int(rows[order[kept]]), []).append(int(surface[rows[order[position]]]))
-    keep = np.sort(rows[order[~same]])
-    position = {int(row): i for i, row in enumerate(keep)} if also else {}
-    return keep, {position[row]: listed for row, listed in also.items()}
-
-
-def _parents(patches: Patches, rows: np.ndarray):
-    """For each triangle its input triangle, and the corners of those, three rows each."""
-    surface, of = patches.surface_of_triangle[rows], patches.parent_of_triangle[rows]
-    start = np.cumsum([0] + [s.n_triangle for s in patches.sources])
-    used, number = np.unique(start[surface] + of, return_inverse=True)
-    which = np.searchsorted(start, used, side="right") - 1
-    px = np.empty((len(used), 3, 3))
-    for i, source in enumerate(patches.sources):
-        mine = which == i
-        px[mine] = source.vertices[source.triangles[used[mine] - start[i]]] - patches.origin
-    return number, px.reshape(-1, 3)
-
-
 def _roots(sides: np.ndarray) -> np.ndarray:
     """The root of each element of a union-find forest, by pointer jumping."""
     while True:
@@ -179,73 +294,3 @@ def _roots(sides: np.ndarray) -> np.ndarray:
         if np.array_equal(onward, sides):
             return sides
         sides = onward
-
-
-def _place_floating(x, t, ring, surface, patches, shell):
-    """Unite the outer shell of each floating piece with the cell that holds it."""
-    piece, count = pieces(t, ring)
-    walls = [i for i, s in enumerate(patches.sources) if s.role == "wall"]
-    fixed = np.unique(piece[np.isin(surface, walls)])
-    sides = np.arange(shell.max() + 1)
-    sides = shell.copy()
-    for p in range(count):
-        if p in fixed:
-            continue
-        mine = np.flatnonzero(piece == p)
-        one, two = _shot(x, t, mine, piece)
-        a, b = sides[one], sides[two]
-        sides[sides == a] = b
-    return sides
-
-
-def _shot(x, t, mine, piece):
-    """Sides (outer, holding) met by a ray from outside through a floating piece and onwards.
-
-    The ray runs along the axis on which the piece's first triangle is widest. It aims at
-    rational points inside that triangle until it misses all edges; hits are exact. The points
-    lie on a conic, since any edge can be in the way of two of them only.
-    """
-    a, b, c = x[t[mine[0]]]
-    axis = int(np.argmax(np.abs(np.cross(b - a, c - a))))
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    low, high = x[t].min(axis=1), x[t].max(axis=1)
-    for step in range(1, 200):
-        ratio = Fraction(step + 30, 40)
-        total = 1 + ratio + ratio * ratio
-        weights = (1 / total, ratio / total, ratio * ratio / total)
-        aim = [
-            sum(f * Fraction(p[k]) for f, p in zip(weights, (a, b, c), strict=True)) for k in (u, v)
-        ]
-        near = (low[:, u] <= float(aim[0]) + 1e-6) & (high[:, u] >= float(aim[0]) - 1e-6)
-        near &= (low[:, v] <= float(aim[1]) + 1e-6) & (high[:, v] >= float(aim[1]) - 1e-6)
-        hits = [_hit(x[t[i]], axis, u, v, aim) for i in np.flatnonzero(near)]
-        if None in hits:
-            continue  # the ray grazes an edge: aim elsewhere
-        met = [(h[0], i, h[1]) for i, h in zip(np.flatnonzero(near), hits, strict=True) if h]
-        members = set(mine.tolist())
-        top = max((hit for hit in met if hit[1] in members), key=lambda hit: hit[0])
-        above = [hit for hit in met if hit[1] not in members and hit[0] > top[0]]
-        if not above:
-            break
-        first = min(above, key=lambda hit: hit[0])
-        # the side towards +axis is the front where the normal points there
-        return 2 * top[1] + (0 if top[2] > 0 else 1), 2 * first[1] + (1 if first[2] > 0 else 0)
-    raise InvariantError(
-        "a floating piece of surface lies in no cell; please report this with the surfaces."
-    )
-
-
-def _hit(corners, axis, u, v, aim):
-    """(height, sign of the normal along the axis), () for a miss, None on an edge."""
-    p = [[Fraction(float(c[k])) for k in (u, v, axis)] for c in corners]
-    areas = []
-    for i in range(3):
-        q, r = p[i], p[(i + 1) % 3]
-        areas.append((q[0] - aim[0]) * (r[1] - aim[1]) - (q[1] - aim[1]) * (r[0] - aim[0]))
-    if all(area > 0 for area in areas) or all(area < 0 for area in areas):
-        total = sum(areas)
-        height = sum(areas[(i + 1) % 3] * p[i][2] for i in range(3)) / total
-        return height, 1 if total > 0 else -1
-    if any(area > 0 for area in areas) and any(area < 0 for area in areas):
-        return ()
-    return None

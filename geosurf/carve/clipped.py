@@ -27,6 +27,7 @@ def clipped_by(
     thickness: nobody knows on which side of them the space beyond their rim is.
     """
     found = []
+    cells = cells.in_full if turns else cells
     for turn in sorted(turns, key=lambda turn: (turn.winner, turn.loser)):
         horizon = horizons[turn.loser]
         rows, sides = upper_sides(patches, cells, horizon)

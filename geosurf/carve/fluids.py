@@ -169,6 +169,7 @@ def _interval(names: list[str], level: int) -> str:
 
 
 def _raise_out_of_order(patches, cells, wrong, above, contacts) -> None:
+    cells = cells.in_full
     cell = int(np.flatnonzero(wrong)[0])
     k = int(np.flatnonzero(above[:-1, cell] & ~above[1:, cell])[0])
     rows = (cells.cell_of_side == cell).any(axis=1)

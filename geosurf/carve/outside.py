@@ -41,11 +41,11 @@ def outside_of_fence(
     bounds : ndarray of float64, shape (2, 3)
         Lower and upper corner of all walls, local.
     is_wall : ndarray of bool, shape (n,)
-        Triangles that a wall owns, perhaps among others.
+        Faces that a wall owns, perhaps among others.
     shell : ndarray of int64, shape (2 n,)
-        Shell of each side of each triangle.
-    parents, corners : ndarray of float64, shape (n, 3, 3)
-        Of the input triangle of each triangle, and of the triangle itself.
+        Shell of each side of each face.
+    parents, corners : ndarray of float64, shape (n_triangle, 3, 3)
+        Of the input triangle of each of the first faces, triangles all, and of itself.
 
     Returns
     -------
@@ -63,7 +63,8 @@ def outside_of_fence(
     rise = np.cross(b - a, c - a)[:, 2]
     inner, outer = [], []
     for z, out in zip(bounds[:, 2], (-1.0, 1.0), strict=True):
-        cap = np.flatnonzero(is_wall & (corners[:, :, 2] == z).all(axis=1) & (rise != 0))
+        cap = is_wall[: len(corners)] & (corners[:, :, 2] == z).all(axis=1) & (rise != 0)
+        cap = np.flatnonzero(cap)
         front_is_out = (rise[cap] > 0) == (out > 0)
         outer.append(sides[cap, np.where(front_is_out, 0, 1)])
         inner.append(sides[cap, np.where(front_is_out, 1, 0)])

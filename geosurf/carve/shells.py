@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from geosurf.carve.cells import Cells
-from geosurf.carve.volume import volume_of
+from geosurf.carve.measures import AREA, BELOW, LOWER, REST, UPPER
 from geosurf.errors import InvariantError
 from geosurf.model import Patches, Unit, frozen
 
@@ -19,65 +21,114 @@ class Shells:
 
     Attributes
     ----------
-    x : ndarray of float64, shape (n_vertex, 3)
-        Vertices sorted by coordinates: shells and sums do not depend on the order of surfaces.
+    cells : Cells
+    unit_of_cell : ndarray of int64, shape (n_cell + 1,)
     sides : ndarray of int64, shape (n, 2)
-        Unit in front of and behind each triangle; -1 outside.
-    triangles, rows : list of ndarray of int64
-        Of each unit: outward triangles, rows of `x`, and their rows in `Cells.triangles`.
-    volumes : list of float
-        [m3].
+        Unit in front of and behind each face; -1 outside.
+    volumes, areas : list of float
+        [m3], [m2].
+    bounds : ndarray of float64, shape (n_unit, 6)
+        Lower and upper corner of each unit, local.
     """
 
-    x: np.ndarray
+    cells: Cells
+    unit_of_cell: np.ndarray
     sides: np.ndarray
-    triangles: list[np.ndarray]
-    rows: list[np.ndarray]
     volumes: list[float]
+    areas: list[float]
+    bounds: np.ndarray
 
     def corner(self, u: int) -> tuple[float, float, float]:
         """Western, southern and lower bound of a unit, local."""
-        west, south, bottom = self.x[self.triangles[u]].min(axis=(0, 1)).tolist()
+        west, south, bottom = self.bounds[u, :3].tolist()
         return west, south, bottom
 
     def middle(self, u: int) -> np.ndarray:
         """Middle of the bounds of a unit, local."""
-        corners = self.x[self.triangles[u]]
-        middle: np.ndarray = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))
+        middle: np.ndarray = 0.5 * (self.bounds[u, :3] + self.bounds[u, 3:])
         return middle
 
+    @cached_property
+    def _sorted(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Vertices by coordinates, all triangles as rows of them, and units on their sides.
 
-def shells_of(patches: Patches, cells: Cells, unit_of_cell: np.ndarray) -> Shells:
+        So shells do not depend on the order of surfaces.
+        """
+        full = self.cells.in_full
+        order = np.lexsort(full.x.T[::-1])
+        rank = np.empty(len(order), dtype=np.int64)
+        rank[order] = np.arange(len(order))
+        return full.x[order], rank[full.triangles], _units_beside(full, self.unit_of_cell)
+
+    def triangles(self, u: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Vertices, outward triangles and the surface of each triangle of a unit.
+
+        What the unit has on both sides is left out. Triangles start at their lowest corner, and
+        they are sorted by corners.
+        """
+        x, triangles, sides = self._sorted
+        front, behind = sides[:, 0] == u, sides[:, 1] == u
+        rows = np.flatnonzero(front != behind)
+        t = triangles[rows]
+        inward = front[rows]
+        t[inward] = t[inward][:, [0, 2, 1]]
+        first = t.argmin(axis=1)[:, None]
+        t = np.take_along_axis(t, (first + np.arange(3)) % 3, axis=1)
+        order = np.lexsort((t[:, 2], t[:, 1], t[:, 0]))
+        used, faces = np.unique(t[order], return_inverse=True)
+        surface = self.cells.in_full.surface_of[rows[order]]
+        return x[used], faces.reshape(-1, 3), surface
+
+
+def _units_beside(cells: Cells, unit_of_cell: np.ndarray) -> np.ndarray:
+    return np.where(cells.cell_of_side > 0, unit_of_cell[cells.cell_of_side], -1)
+
+
+def shells_of(cells: Cells, unit_of_cell: np.ndarray) -> Shells:
     """Close the shell of each unit, given the unit of each cell (-1 outside)."""
-    order = np.lexsort(patches.local.T[::-1])
-    x, rank = patches.local[order], np.argsort(order)
-    sides = np.where(cells.cell_of_side > 0, unit_of_cell[cells.cell_of_side], -1)
+    sides = _units_beside(cells, unit_of_cell)
     n_unit = int(unit_of_cell.max(initial=-1)) + 1
-    faces = rank[cells.triangles]
-    found = [_shell(faces, sides, u) for u in range(n_unit)]
-    volumes = [volume_of(x, t) for t, _ in found]
-    return Shells(x, sides, [t for t, _ in found], [rows for _, rows in found], volumes)
+    volumes, areas, bounds = [], [], np.empty((n_unit, 6))
+    for u in range(n_unit):
+        front, behind = sides[:, 0] == u, sides[:, 1] == u
+        rows = np.flatnonzero(front != behind)
+        mine = cells.measures[rows]
+        way = np.where(behind[rows], 1.0, -1.0)
+        parts = np.concatenate([way * mine[:, BELOW], way * mine[:, REST]])
+        volumes.append(math.fsum(parts.tolist()))
+        areas.append(math.fsum(mine[:, AREA].tolist()))
+        bounds[u, :3], bounds[u, 3:] = mine[:, LOWER].min(axis=0), mine[:, UPPER].max(axis=0)
+    return Shells(cells, unit_of_cell, sides, volumes, areas, bounds)
 
 
-def _shell(triangles: np.ndarray, sides: np.ndarray, u: int) -> tuple[np.ndarray, np.ndarray]:
-    """Outward triangles of a unit, and their rows; what it has on both sides is left out.
+class _Carved(Unit):
+    """A unit whose arrays are made when they are first asked for."""
 
-    Each starts at its lowest corner, and they are sorted by corners.
-    """
-    front, behind = sides[:, 0] == u, sides[:, 1] == u
-    rows = np.flatnonzero(front != behind)
-    t = triangles[rows]
-    inward = front[rows]
-    t[inward] = t[inward][:, [0, 2, 1]]
-    first = t.argmin(axis=1)[:, None]
-    t = np.take_along_axis(t, (first + np.arange(3)) % 3, axis=1)
-    order = np.lexsort((t[:, 2], t[:, 1], t[:, 0]))
-    return t[order], rows[order]
+    def __init__(self, shell: tuple[Shells, int] | None = None, **fields: Any) -> None:
+        object.__setattr__(self, "_shell", shell)
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    @cached_property
+    def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        shells, u = self._shell
+        return shells.triangles(u)
+
+    @cached_property
+    def local(self) -> np.ndarray:
+        return frozen(self._arrays[0], np.float64)
+
+    @cached_property
+    def triangles(self) -> np.ndarray:
+        return frozen(self._arrays[1], np.int64)
+
+    @cached_property
+    def surface_of_triangle(self) -> np.ndarray:
+        return frozen(self._arrays[2], np.int64)
 
 
 def build_unit(
     patches: Patches,
-    cells: Cells,
     shells: Shells,
     u: int,
     *,
@@ -86,28 +137,22 @@ def build_unit(
     block: str,
     contact: str,
 ) -> Unit:
-    """Return one unit with its own vertices, its volume and its area."""
-    used, faces = np.unique(shells.triangles[u], return_inverse=True)
-    faces = faces.reshape(-1, 3)
-    local, volume = shells.x[used], shells.volumes[u]
-    a, b, c = (local[faces[:, k]] for k in range(3))
-    area = math.fsum(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
+    """Return one unit with its volume and its area."""
+    volume = shells.volumes[u]
     name = " ".join(word for word in (zone, "" if block == "whole" else block, contact) if word)
     if volume <= 0:
         raise InvariantError(
             f"unit {name} has a volume of {volume:g} m3; please report this with the surfaces."
         )
-    return Unit(
+    return _Carved(
+        (shells, u),
         name=name,
         zone=zone,
         zone_index=zone_index,
         block=block,
         contact=contact,
-        local=frozen(local, np.float64),
         origin=patches.origin,
-        triangles=frozen(faces, np.int64),
-        surface_of_triangle=frozen(cells.surface_of[shells.rows[u]], np.int64),
         surface_names=patches.names,
         volume=volume,
-        area=area,
+        area=shells.areas[u],
     )

@@ -31,11 +31,8 @@ def faces_between(cells: Cells) -> np.ndarray:
 def upper_sides(patches: Patches, cells: Cells, surface: int) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the triangles of a horizon, and (cell above, cell below) of each, int64 (n, 2)."""
     mine = owned_by(cells, surface)
-    t = cells.triangles[mine]
-    a, b, c = (patches.local[t[:, k]] for k in range(3))
-    rise = np.cross(b - a, c - a)[:, 2]
     sides = cells.cell_of_side[mine]
-    return mine, sides if rise.sum() >= 0 else sides[:, ::-1]
+    return mine, sides if cells.flat[mine].sum() >= 0 else sides[:, ::-1]
 
 
 def owned_by(cells: Cells, surface: int) -> np.ndarray:
@@ -105,7 +102,7 @@ def _links(
     through: Sequence[int] | None = None,
 ) -> np.ndarray:
     """Pairs of cells with a surface between them other than one: any, or some of them."""
-    wanted = np.zeros(len(cells.triangles), dtype=bool)
+    wanted = np.zeros(len(cells.surface_of), dtype=bool)
     if through is None:
         wanted[:] = True
     else:
@@ -153,6 +150,7 @@ def _agree(values: np.ndarray, links: np.ndarray, across: np.ndarray) -> None:
 
 def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -> None:
     """Say where the rim of a horizon or contact is open, inside cells where that matters."""
+    cells = cells.in_full
     mine = owned_by(cells, surface)
     mine = mine[torn[cells.cell_of_side[mine]].any(axis=1)]
     t = cells.triangles

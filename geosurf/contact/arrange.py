@@ -99,7 +99,7 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
         surface = contacts.surfaces[contacts.surface_of_face[face]]
         where = place(contacts.x[contacts.t[face, 0]] + contacts.origin)
         raise InvariantError(
-            f"triangle {contacts.row_of_face[face]} of surface {surface.name!r} at {where} could "
+            f"triangle {contacts.row_of(face)} of surface {surface.name!r} at {where} could "
             "not be split along its curves; please report this with the surfaces."
         )
     n_point = int(m[N_POINT])

@@ -120,7 +120,7 @@ def candidate_pairs(boxes_a, boxes_b, *, size=None, same=False):
     """
     grid = fit_voxels(boxes_a, boxes_b, size)
     if grid is None:
-        return np.empty((0, 2), dtype=np.int64), {"voxels": 0, "candidate_faces": 0, "pairs": 0}
+        return np.empty((0, 2), dtype=np.int64), {"voxels": 0, "pairs": 0}
     offsets, filled = voxels.fill_voxels(boxes_b, grid.rows_b, grid.bounds, grid.size, grid.shape)
     pairs = np.empty((4 * (len(grid.rows_a) + len(grid.rows_b)) + 64, 2), dtype=np.int64)
     while True:
@@ -133,7 +133,6 @@ def candidate_pairs(boxes_a, boxes_b, *, size=None, same=False):
         pairs = np.empty((n, 2), dtype=np.int64)
     cost = {
         "voxels": grid.n_voxel,
-        "candidate_faces": len(grid.rows_a) + (0 if same else len(grid.rows_b)),
         "pairs": n,
     }
     return pairs[:n].copy(), cost

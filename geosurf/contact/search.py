@@ -13,14 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.contact import tree
 from geosurf.contact.broad import candidate_pairs, fit_voxels
-from geosurf.contact.tree import tree_of
+from geosurf.contact.gather import Faces, find_candidates, gather
 from geosurf.conventions import frame_origin, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact import N_EDGE_PLANE, N_NAME, N_POINT
-from geosurf.kernels.mesh import weld
 from geosurf.kernels.naming import name_contacts
 from geosurf.kernels.points import FULL
 from geosurf.kernels.predicates import MAX_COORDINATE, flat_triangles, frame_of
@@ -45,7 +43,10 @@ class Contacts:
     n_vertex : int
     t : ndarray of int64, shape (n_face, 3)
         Faces in contact or near one, as rows of `x`, surface by surface.
-    surface_of_face, row_of_face : ndarray of int64, shape (n_face,)
+    surface_of_face, key_of_face : ndarray of int64, shape (n_face,)
+        Where each face comes from; keys are rows of triangles, or `Lattice.corners_of_keys`.
+    nodes : list of (ndarray, ndarray)
+        For each surface its nodes in use, rising, and the rows of `x` where they are.
     rows : ndarray of int64, shape (n_contact, 11)
         Contacts, see `geosurf.kernels.contact`.
     near : ndarray of int64, shape (n_near, 2)
@@ -63,8 +64,8 @@ class Contacts:
     n_vertex: int
     t: np.ndarray
     surface_of_face: np.ndarray
-    row_of_face: np.ndarray
-    id_of_vertex: list[np.ndarray]
+    key_of_face: np.ndarray
+    nodes: list[tuple[np.ndarray, np.ndarray]]
     rows: np.ndarray
     near: np.ndarray
     ids: np.ndarray
@@ -75,6 +76,11 @@ class Contacts:
     w: np.ndarray
     cost: dict[str, int] = field(default_factory=dict)
     options: dict[str, Any] = field(default_factory=dict)
+
+    def row_of(self, face: int) -> int:
+        """Row of a face among the triangles of its surface."""
+        surface = self.surfaces[self.surface_of_face[face]]
+        return int(surface.rows_of_keys(self.key_of_face[face : face + 1])[0])
 
 
 def check_surfaces(surfaces: Sequence[TriSurface], least: int = 1) -> tuple[TriSurface, ...]:
@@ -88,22 +94,25 @@ def check_surfaces(surfaces: Sequence[TriSurface], least: int = 1) -> tuple[TriS
                 f"surface {i} is a {type(surface).__name__}, not a TriSurface; "
                 "triangulate_horizon and triangulate_fault make one."
             )
-        if surface.n_triangle == 0:
-            raise SurfaceError(f"surface {surface.name!r} has no triangles; leave it out.")
-        if "_checked" not in surface.__dict__:
+        if not surface.checked:
+            if surface.n_triangle == 0:
+                raise SurfaceError(f"surface {surface.name!r} has no triangles; leave it out.")
             _check_triangles(surface)
-            surface.__dict__["_checked"] = True
+            surface.checked = True
     return surfaces
 
 
 def _check_triangles(surface: TriSurface) -> None:
     """Refuse what exact geometry has no answer for."""
-    x = surface.vertices
-    if np.abs(x).max() > MAX_COORDINATE:
+    largest = _largest(surface)
+    if largest > MAX_COORDINATE:
         raise SurfaceError(
-            f"surface {surface.name!r} has a coordinate of {np.abs(x).max():g} m; "
+            f"surface {surface.name!r} has a coordinate of {largest:g} m; "
             f"at most {MAX_COORDINATE:g} can be used. Is an undefined value left in it?"
         )
+    if surface.lattice is not None and surface.lattice.is_graph:
+        return  # no triangle stands upright; whether digits suffice is seen where it is used
+    x = surface.vertices
     try:
         m, w = frame_of(x)
     except SurfaceError as error:
@@ -117,23 +126,14 @@ def _check_triangles(surface: TriSurface) -> None:
         )
 
 
-def welded_triangles(surface: TriSurface) -> np.ndarray:
-    """Triangles of a surface over vertices that differ: the first one stands for its equals.
-
-    Meshes in parts (GOCAD TFACE) repeat the vertices on their seams. Nodes of an upright
-    lattice differ by their place in it. Remembered on the surface.
-    """
-    if surface.lattice is not None and surface.lattice.easting.ndim == 1:
-        return surface.triangles
-    if "_welded" not in surface.__dict__:
-        number, count = weld(surface.vertices)
-        triangles = surface.triangles
-        if count < surface.n_vertex:
-            first = np.empty(count, dtype=np.int64)
-            first[number[::-1]] = np.arange(surface.n_vertex)[::-1]
-            triangles = first[number][triangles]
-        surface.__dict__["_welded"] = triangles
-    return surface.__dict__["_welded"]
+def _largest(surface: TriSurface) -> float:
+    """Largest coordinate, either way."""
+    if surface.lattice is None:
+        return float(np.abs(surface.vertices).max())
+    z = surface.lattice.elevation
+    return float(
+        max(np.abs(surface.extent).max(), np.fmax.reduce(z, None), -np.fmin.reduce(z, None))
+    )
 
 
 def find_contacts(
@@ -172,81 +172,20 @@ def find_contacts(
         raise InputError(f"voxel_size is {voxel_size!r}; give a length in metres above 0.")
     surfaces = check_surfaces(surfaces)
     if origin is None:
-        origin = frame_origin(*(s.vertices for s in surfaces))
+        origin = frame_origin(*(s.extent for s in surfaces))
     if pairs is None:
         n = len(surfaces)
         pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or self_intersections]
     voxels = method == "voxels" or (method == "auto" and voxel_size is not None)
-    local, found, cost_of_pair = _candidates(surfaces, origin, pairs, voxels, voxel_size)
-    keys = ("voxels", "nodes", "candidate_faces")
-    cost = {key: sum(c.get(key, 0) for c in cost_of_pair.values()) for key in keys}
-    cost["pairs_tested"] = sum(len(rows) for _, _, rows in found)
-    slip = ULP * max(float(np.abs(x).max(initial=0.0)) for x in local)
-    contacts = _name(surfaces, origin, slip, *_compact(surfaces, local, found))
-    cost["pairs_meeting"] = len(contacts.rows)
-    contacts.cost = cost
+    found, cost = find_candidates(surfaces, pairs, voxels, voxel_size)
+    faces, tested = gather(surfaces, found, origin)
+    cost["candidate_faces"] = len(faces.t)
+    contacts = _name(surfaces, origin, faces, tested)
+    contacts.cost = {**cost, "pairs_meeting": len(contacts.rows)}
     contacts.options = {
         "method": method, "voxel_size": voxel_size, "pairs": pairs, "origin": origin
     }  # fmt: skip
     return contacts
-
-
-def _candidates(surfaces, origin, pairs, voxels, voxel_size):
-    """Local vertices of each surface, candidate pairs of rows for each pair, and their cost."""
-    found, cost_of_pair = [], {}
-    if voxels:
-        local = [s.vertices - origin for s in surfaces]
-        boxes = [triangle_boxes(x, s.triangles) for x, s in zip(local, surfaces, strict=True)]
-    else:
-        trees = [tree_of(surface, origin) for surface in surfaces]
-        local = [built.x for built in trees]
-    for i, j in pairs:
-        if voxels:
-            rows, cost = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
-        else:
-            rows, cost = tree.candidate_pairs(trees[i], trees[j], same=i == j)
-        cost_of_pair[i, j] = cost
-        found.append((i, j, rows))
-    return local, found, cost_of_pair
-
-
-def _compact(surfaces, local, found):
-    """Candidate faces only: welded vertices, corners, where they come from, candidate pairs."""
-    face_of_row = [np.zeros(s.n_triangle, dtype=np.int64) for s in surfaces]
-    for i, j, rows in found:
-        face_of_row[i][rows[:, 0]] = 1
-        face_of_row[j][rows[:, 1]] = 1
-    row_of_face, surface_of_face, corners, places = [], [], [], []
-    id_of_vertex = [np.full(s.n_vertex, -1, dtype=np.int64) for s in surfaces]
-    n_face = n_place = 0
-    for i, surface in enumerate(surfaces):
-        rows = np.flatnonzero(face_of_row[i])
-        face_of_row[i][rows] = np.arange(n_face, n_face + len(rows))
-        faces = welded_triangles(surface)[rows]
-        mark = np.zeros(surface.n_vertex, dtype=bool)
-        mark[faces] = True
-        used = np.flatnonzero(mark)
-        id_of_vertex[i][used] = np.arange(n_place, n_place + len(used))
-        corners.append(id_of_vertex[i][faces])
-        places.append(local[i][used])
-        row_of_face.append(rows)
-        surface_of_face.append(np.full(len(rows), i))
-        n_face += len(rows)
-        n_place += len(used)
-    places = np.concatenate(places)
-    number, count = weld(places)
-    x = np.empty((count, 3))
-    x[number] = places
-    for ids in id_of_vertex:
-        known = ids >= 0
-        ids[known] = number[ids[known]]
-    t = number[np.concatenate(corners)] if n_face else np.empty((0, 3), dtype=np.int64)
-    pairs = [
-        np.stack([face_of_row[i][rows[:, 0]], face_of_row[j][rows[:, 1]]], axis=1)
-        for i, j, rows in found
-    ]
-    pairs = np.concatenate(pairs) if pairs else np.empty((0, 2), dtype=np.int64)
-    return x, t, np.concatenate(surface_of_face), np.concatenate(row_of_face), id_of_vertex, pairs
 
 
 def table_size(n: int) -> int:
@@ -254,9 +193,10 @@ def table_size(n: int) -> int:
     return 1 << max(4, int(2 * n + 2).bit_length())
 
 
-def _meet(x, t, pairs, slip):
+def _meet(x, t, pairs):
     """Contacts of candidate pairs, sorted by faces, and the near pairs."""
     m, w = frame_of(x, len(t))
+    slip = ULP * float(np.abs(x).max(initial=0.0))
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
     near = np.empty(1024 + len(pairs) // 16, dtype=np.int64)
     n, n_near = meet_pairs(x, t, pairs, m, w, slip, rows, near)
@@ -264,37 +204,25 @@ def _meet(x, t, pairs, slip):
         near = np.empty(n_near, dtype=np.int64)
         n, n_near = meet_pairs(x, t, pairs, m, w, slip, rows, near)
     # by face, not as the search came across them: numbers are the same for any search
-    rows = rows[:n][np.lexsort((rows[:n, 1], rows[:n, 0]))]
+    rows = rows[:n][np.argsort(rows[:n, 0] * len(t) + rows[:n, 1])]
     near = pairs[near[:n_near]]
-    return rows, near[np.lexsort((near[:, 1], near[:, 0]))]
+    return rows, near[np.argsort(near[:, 0] * len(t) + near[:, 1])]
 
 
-def _keep(faces, x, t, id_of_vertex):
-    """Only some faces and their vertices: (x, t, id_of_vertex, new number of each face)."""
-    mark = np.zeros(len(x), dtype=bool)
-    mark[t[faces]] = True
-    number = np.append(np.where(mark, np.cumsum(mark) - 1, -1), -1)  # unknown stays -1
-    ids = [number[known] for known in id_of_vertex]
-    face_number = np.full(len(t), -1, dtype=np.int64)
-    face_number[faces] = np.arange(len(faces))
-    return x[mark], number[t[faces]], ids, face_number
-
-
-def _name(
-    surfaces, origin, slip, x, t, surface_of_face, row_of_face, id_of_vertex, pairs
-) -> Contacts:
+def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
     """Signs, then names, for the faces in contact (and near) only."""
-    rows, near = _meet(x, t, pairs, slip)
-    faces = np.unique(np.concatenate([rows[:, :2].ravel(), near.ravel()]))
-    x, t, id_of_vertex, face_number = _keep(faces, x, t, id_of_vertex)
-    surface_of_face, row_of_face = surface_of_face[faces], row_of_face[faces]
-    rows[:, :2], near = face_number[rows[:, :2]], face_number[near]
+    rows, near = _meet(faces.x, faces.t, pairs)
+    used = np.zeros(len(faces.t), dtype=bool)
+    used[rows[:, :2]] = used[near] = True
+    faces, number = faces.only(np.flatnonzero(used))
+    x, t = faces.x, faces.t
+    rows[:, :2], near = number[rows[:, :2]], number[near]
     m0, w = frame_of(x, len(t))
     codes = rows[:, FIRST_CODE:]
     used = np.arange(6) < rows[:, N_CORNER, None]
     n_made = int((used & ((codes >> 3 & 7) > 2) & ((codes & 7) > 2)).sum())
     n_corner, n_coplanar = int(used.sum()), int(rows[:, COPLANAR].sum())
-    n_filed = len(np.unique(t[rows[:, :2]])) if len(rows) else 0
+    n_filed = len(x)
     room = n_made + 6 * n_coplanar + 64
     m = m0.copy()
     names = np.zeros((table_size(room), 5), dtype=np.int64)
@@ -311,8 +239,8 @@ def _name(
     n_point = int(m[N_POINT])
     m[N_NAME] = 0
     return Contacts(
-        surfaces, origin, space[: len(x) + n_point].copy(), len(x), t, surface_of_face, row_of_face,
-        id_of_vertex, rows, near, ids, records[:n_record].copy(), e[: int(m[N_EDGE_PLANE])].copy(),
+        surfaces, origin, space[: len(x) + n_point].copy(), len(x), t, faces.surface, faces.key,
+        faces.nodes, rows, near, ids, records[:n_record].copy(), e[: int(m[N_EDGE_PLANE])].copy(),
         d[:n_point].copy(), m, w,
     )  # fmt: skip
 
@@ -334,7 +262,7 @@ def search_voxels(
         None where the boxes of the surfaces do not meet.
     """
     surfaces = check_surfaces((first, second))
-    origin = frame_origin(*(s.vertices for s in surfaces))
+    origin = frame_origin(*(s.extent for s in surfaces))
     boxes = [triangle_boxes(s.vertices - origin, s.triangles) for s in surfaces]
     grid = fit_voxels(*boxes, voxel_size)
     if grid is None:

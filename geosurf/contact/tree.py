@@ -1,8 +1,8 @@
 """Broad phase by trees of boxes: built once for a surface, walked for every pair.
 
-A tree costs about as much as the voxels of one pair, but it stays on the surface and serves all its
-pairs and all later calls in the same frame; and planes are tested against boxes, so that huge
-flat faces reach only what they can cut.
+A lattice is never made a list: the leaves of its tree are blocks of cells, and where only a part
+of it can meet the other surface, only that part is looked at. Trees hold world coordinates, so
+that they serve every frame.
 """
 
 from __future__ import annotations
@@ -12,55 +12,146 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.kernels import tree
+from geosurf.kernels.tree import BLOCK, FIRST_COL, FIRST_ROW, N_COL, N_PLACE, N_ROW
 from geosurf.kernels.voxels import triangle_boxes
-from geosurf.model import TriSurface
+from geosurf.model import Lattice, TriSurface
+
+_NO_TRIANGLES = np.empty((0, 3), dtype=np.int64)
+_NO_ORDER = np.empty(0, dtype=np.int64)
+_ROOM = 1 << 20
 
 
 @dataclass(frozen=True)
-class BoxTree:
-    """Local vertices, triangles and the tree over them; see `geosurf.kernels.tree`."""
+class Tree:
+    """Boxes over a surface, and where its coordinates are; see `geosurf.kernels.tree`."""
 
-    x: np.ndarray
+    coordinates: tuple[np.ndarray, np.ndarray, np.ndarray]
+    places: np.ndarray
     triangles: np.ndarray
-    boxes: np.ndarray
     order: np.ndarray
     nodes: np.ndarray
     levels: np.ndarray
+    window: tuple[int, int, int, int] | None = None
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """Box around all that the tree holds: lower, then upper corner."""
+        return self.nodes[-1]
+
+    def arguments(self) -> tuple:
+        """The tree as kernels take it."""
+        return (
+            *self.coordinates, self.places, self.triangles, self.order, self.nodes, self.levels
+        )  # fmt: skip
 
 
-def tree_of(surface: TriSurface, origin: np.ndarray) -> BoxTree:
-    """The tree of a surface in a frame, remembered on the surface for one frame at a time."""
+def tree_of(surface: TriSurface, reach: np.ndarray | None = None) -> Tree:
+    """The tree of a surface, remembered on it.
+
+    Parameters
+    ----------
+    surface : TriSurface
+    reach : ndarray of float64, shape (6,), optional
+        Box that matters; a lattice is looked at only there. A second question
+        beyond it builds the whole tree.
+    """
     kept = surface.__dict__.get("_tree")
-    if kept is not None and np.array_equal(kept[0], origin):
-        return kept[1]
-    x = surface.vertices - origin
-    boxes = triangle_boxes(x, surface.triangles)
-    order = tree.morton_order(boxes)
-    nodes, levels = tree.build_tree(boxes, order)
-    built = BoxTree(x, surface.triangles, boxes, order, nodes, levels)
-    surface.__dict__["_tree"] = (origin.copy(), built)
+    if surface.lattice is None:
+        if kept is None:
+            kept = surface.__dict__["_tree"] = _list_tree(surface)
+        return kept
+    wanted = _window(surface.lattice, None if kept is not None else reach)
+    if kept is not None and _covers(kept.window, _window(surface.lattice, reach)):
+        return kept
+    built = surface.__dict__["_tree"] = _lattice_tree(surface.lattice, wanted)
     return built
 
 
-def candidate_pairs(one: BoxTree, two: BoxTree, *, same: bool = False):
+def _list_tree(surface: TriSurface) -> Tree:
+    boxes = triangle_boxes(surface.vertices, surface.triangles)
+    order = tree.morton_order(boxes)
+    nodes, levels = tree.build_list_tree(boxes, order)
+    places = np.zeros(N_PLACE, dtype=np.int64)
+    places[:9] = (0, 0, 3, 1, 0, 3, 2, 0, 3)
+    places[[N_ROW, N_COL]] = 1, surface.n_vertex
+    flat = surface.vertices.reshape(-1)
+    return Tree((flat, flat, flat), places, surface.triangles, order, nodes, levels)
+
+
+def _window(lattice: Lattice, reach: np.ndarray | None) -> tuple[int, int, int, int]:
+    """First and last row and column of blocks that can reach a box (the last ones excluded)."""
+    n_row, n_col = (max(n - 1, 0) for n in lattice.shape)
+    rows, cols = (0, n_row), (0, n_col)
+    if reach is not None and lattice.easting.ndim == 1:
+        cols = _cells_between(lattice.easting, reach[0], reach[3])
+        rows = _cells_between(lattice.northing, reach[1], reach[4])
+    return (rows[0] // BLOCK, -(-rows[1] // BLOCK), cols[0] // BLOCK, -(-cols[1] // BLOCK))
+
+
+def _cells_between(axis: np.ndarray, low: float, high: float) -> tuple[int, int]:
+    """Cells of a rising or falling axis that reach an interval: first, and last + 1."""
+    if len(axis) < 2:
+        return 0, 0
+    lower, upper = np.minimum(axis[1:], axis[:-1]), np.maximum(axis[1:], axis[:-1])
+    inside = np.flatnonzero((upper >= low) & (lower <= high))
+    return (int(inside[0]), int(inside[-1]) + 1) if len(inside) else (0, 0)
+
+
+def _covers(outer: tuple[int, int, int, int], inner: tuple[int, int, int, int]) -> bool:
+    """Whether one window holds another."""
+    if inner[0] >= inner[1] or inner[2] >= inner[3]:
+        return True
+    return (
+        outer[0] <= inner[0]
+        and inner[1] <= outer[1]
+        and outer[2] <= inner[2]
+        and inner[3] <= outer[3]
+    )
+
+
+def _lattice_tree(lattice: Lattice, window: tuple[int, int, int, int]) -> Tree:
+    places = lattice.places.copy()
+    places[[FIRST_ROW, FIRST_COL]] = window[0], window[2]
+    coordinates = lattice.coordinates
+    nodes, levels = tree.build_lattice_tree(*coordinates, places, window[1], window[3])
+    return Tree(coordinates, places, _NO_TRIANGLES, _NO_ORDER, nodes, levels, window)
+
+
+def candidate_pairs(one: Tree, two: Tree, *, same: bool = False):
     """Pairs of triangles that may meet, and what the search cost.
 
     Returns
     -------
     pairs : ndarray of int64, shape (n_pair, 2)
-        Rows of both surfaces. With `same`, the lower row first.
+        Keys of both surfaces (`Lattice.rows_of_keys`). With `same`, the lower key first.
     cost : dict
-        Numbers of tree nodes visited, of candidate faces and of candidate pairs.
+        Numbers of tree nodes visited and of candidate pairs.
     """
-    pairs = np.empty((4096, 2), dtype=np.int64)
+    pairs = np.empty((_ROOM, 2), dtype=np.int64)  # pages that stay empty cost nothing
+    if len(one.nodes) == 0 or len(two.nodes) == 0:
+        return pairs[:0], {"nodes": 0, "pairs": 0}
     while True:
-        n, visited = tree.tree_pairs(
-            one.x, one.triangles, one.boxes, one.order, one.nodes, one.levels,
-            two.x, two.triangles, two.boxes, two.order, two.nodes, two.levels, same, pairs,
-        )  # fmt: skip
+        n, visited = tree.tree_pairs(*one.arguments(), *two.arguments(), same, pairs)
         if n <= len(pairs):
             break
         pairs = np.empty((n, 2), dtype=np.int64)
-    pairs = pairs[:n].copy()
-    faces = len(np.unique(pairs[:, 0])) + (0 if same else len(np.unique(pairs[:, 1])))
-    return pairs, {"voxels": 0, "nodes": visited, "candidate_faces": faces, "pairs": n}
+    return pairs[:n].copy(), {"nodes": visited, "pairs": n}
+
+
+def trees_for(surfaces, pairs) -> list[Tree]:
+    """A tree for each surface; of one pair, the second to be built is looked at only where it
+    can meet the first.
+    """
+    if len(pairs) != 1 or pairs[0][0] == pairs[0][1]:
+        return [tree_of(surface) for surface in surfaces]
+    i, j = pairs[0]
+    upright = [s.lattice is not None and s.lattice.easting.ndim == 1 for s in surfaces]
+    if upright[i] and not upright[j]:
+        i, j = j, i
+    trees: list[Tree] = [None] * len(surfaces)  # type: ignore[list-item]
+    trees[i] = tree_of(surfaces[i])
+    trees[j] = tree_of(surfaces[j], trees[i].bounds)
+    for k, surface in enumerate(surfaces):
+        if k not in (i, j):
+            trees[k] = tree_of(surface)
+    return trees

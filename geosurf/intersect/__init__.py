@@ -186,7 +186,6 @@ def merge_curves(
 def _linked(names, origin, points, segments, surfaces, touches, cost) -> Curves:
     """Link canonical segments and freeze the result."""
     curves, surfaces_of_curve, closed = link(segments, surfaces, len(points))
-    points, segments, curves = _only_used(points, segments, curves)
     return Curves(
         names=names,
         local=frozen(points, np.float64),
@@ -212,11 +211,3 @@ def _isolated(contacts, touching, points, segments, surfaces, inside) -> list[To
         single = sorted({tuple(p) for p in contacts.x[mine].tolist()} - taken)
         found += [Touch("point", (i, j), np.array([p]) + contacts.origin) for p in single]
     return found
-
-
-def _only_used(points, segments, curves):
-    """Drop the points that are on no curve."""
-    used, number = np.unique(segments, return_inverse=True)
-    renumber = np.full(len(points), -1, dtype=np.int64)
-    renumber[used] = np.arange(len(used))
-    return points[used], number.reshape(-1, 2), tuple(renumber[curve] for curve in curves)

@@ -13,6 +13,7 @@ import numpy as np
 from geosurf.contact.search import Contacts
 from geosurf.kernels.chains import link_segments
 from geosurf.kernels.contact import COPLANAR, N_CORNER
+from geosurf.kernels.gather import number_keys
 from geosurf.kernels.mesh import weld
 
 
@@ -26,31 +27,39 @@ def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np
 
     A surface's own edges and corners are no contacts with itself.
     """
-    two = contacts.rows[:, N_CORNER] == 2
+    two = np.flatnonzero(contacts.rows[:, N_CORNER] == 2)
     segments, surfaces = contacts.ids[two, :2], pairs[two]
-    corners = contacts.t[contacts.rows[two, 0]], contacts.t[contacts.rows[two, 1]]
-    own = surfaces[:, 0] == surfaces[:, 1]
-    for t in corners:
-        own &= (segments[:, :, None] == t[:, None, :]).any(axis=2).all(axis=1)
-    segments, surfaces = np.sort(segments[~own], axis=1), surfaces[~own]
+    own = np.flatnonzero(surfaces[:, 0] == surfaces[:, 1])
+    if len(own):
+        ends = segments[own, :, None]
+        for side in range(2):
+            corners = contacts.t[contacts.rows[two[own], side]]
+            own = own[(ends == corners[:, None, :]).any(axis=2).all(axis=1)]
+            ends = segments[own, :, None]
+        others = np.ones(len(two), dtype=bool)
+        others[own] = False
+        segments, surfaces = segments[others], surfaces[others]
     return _once(segments, surfaces, len(contacts.x))
 
 
 def _once(segments, surfaces, n_point):
-    """Each segment of each pair once, sorted by surfaces and then points."""
+    """Each segment of each pair once, lower point first, sorted by surfaces and then points."""
+    segments = np.stack([segments.min(axis=1), segments.max(axis=1)], axis=1)
     n_surface = int(surfaces.max(initial=0)) + 1
     if n_surface**2 * n_point**2 >= 2**62:
         rows = np.unique(np.hstack([surfaces, segments]), axis=0)
         return rows[:, 2:], rows[:, :2]
     pair = surfaces[:, 0] * n_surface + surfaces[:, 1]
-    keys = np.unique((pair * n_point + segments[:, 0]) * n_point + segments[:, 1])
+    keys, _ = number_keys((pair * n_point + segments[:, 0]) * n_point + segments[:, 1])
     pair, keys = np.divmod(keys, n_point * n_point)
     return np.stack(np.divmod(keys, n_point), axis=1), np.stack(np.divmod(pair, n_surface), axis=1)
 
 
 def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
     """Rows (surface, surface, point) of contacts in a single point, once each."""
-    one = contacts.rows[:, N_CORNER] == 1
+    one = np.flatnonzero(contacts.rows[:, N_CORNER] == 1)
+    if len(one) == 0:
+        return np.empty((0, 3), dtype=np.int64)
     points, surfaces = contacts.ids[one, :1], pairs[one]
     own = surfaces[:, 0] == surfaces[:, 1]
     for side in range(2):
@@ -62,37 +71,46 @@ def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
 def pairs_with_areas(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
     """Pairs of surfaces that coincide somewhere over an area."""
     area = (contacts.rows[:, COPLANAR] == 1) & (contacts.rows[:, N_CORNER] >= 3)
-    return np.unique(pairs[area], axis=0)
+    return np.unique(pairs[area], axis=0) if area.any() else pairs[:0]
 
 
 def canonical(local: np.ndarray, segments: np.ndarray, surfaces: np.ndarray):
     """Points in use, sorted by coordinates; segments and surfaces renumbered and sorted."""
-    number, count = weld(local)
+    used, number = number_keys(segments.reshape(-1))
+    places = local[used]
+    same, count = weld(places)
     place = np.empty((count, 3))
-    place[number] = local
-    order = np.lexsort(place.T[::-1])
+    place[same] = places
+    order = _by_coordinates(place)
     rank = np.empty(count, dtype=np.int64)
     rank[order] = np.arange(count)
-    segments = np.sort(rank[number[segments]], axis=1)
-    segments, surfaces = _once(segments, surfaces, count)
+    segments, surfaces = _once(rank[same[number]].reshape(-1, 2), surfaces, max(count, 1))
     return place[order], segments, surfaces
 
 
+def _by_coordinates(place: np.ndarray) -> np.ndarray:
+    """Order by easting, northing, elevation; where no eastings tie, one sort in place of three."""
+    order = np.argsort(place[:, 0])
+    easting = place[order, 0]
+    return np.lexsort(place.T[::-1]) if (easting[1:] == easting[:-1]).any() else order
+
+
 def link(segments: np.ndarray, surfaces: np.ndarray, n_point: int):
-    """Curves (rows of points), their surfaces, and which are closed."""
+    """Curves (rows of points), their surfaces, and which are closed.
+
+    `segments` and `surfaces` come sorted by surfaces, as `canonical` leaves them.
+    """
     if len(segments) == 0:
         empty = np.empty((0, 2), dtype=np.int64)
         return (), empty, np.empty(0, dtype=bool)
-    _, pair = np.unique(surfaces, axis=0, return_inverse=True)
-    keys = pair.reshape(-1, 1) * n_point + segments
-    nodes, number = np.unique(keys, return_inverse=True)
+    new = np.append(True, (surfaces[1:] != surfaces[:-1]).any(axis=1))
+    pair = np.cumsum(new) - 1
+    nodes, number = number_keys((pair[:, None] * n_point + segments).reshape(-1))
     rows, offsets = link_segments(number.reshape(-1, 2), len(nodes))
-    point_of_node = nodes % n_point
-    pair_of_node = nodes // n_point
-    surfaces_of_pair = np.unique(surfaces, axis=0)
+    pair_of_node, point_of_node = np.divmod(nodes, n_point)
     curves = [point_of_node[rows[a:b]] for a, b in pairwise(offsets)]
     owner = pair_of_node[rows[offsets[:-1]]]
     order = np.argsort(owner, kind="stable")
     curves = tuple(curves[i] for i in order)
     closed = np.array([curve[0] == curve[-1] for curve in curves], dtype=bool)
-    return curves, surfaces_of_pair[owner[order]], closed
+    return curves, surfaces[new][owner[order]], closed

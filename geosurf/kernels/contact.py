@@ -17,7 +17,15 @@ import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.exact import NEAR
-from geosurf.kernels.predicates import normal_axis, orient2d, orient3d, plane_terms, side_of
+from geosurf.kernels.predicates import (
+    ORIENT3D_BOUND,
+    TINY,
+    normal_axis,
+    orient2d,
+    orient3d,
+    plane_terms,
+    side_of,
+)
 
 FACE = 6
 BY_SECOND = (
@@ -151,8 +159,93 @@ def _coplanar(x, t, e, d, m, w, rows, n, a, b):
 
 
 @scalar
+def _plain_side(ox, oy, oz, terms, px, py, pz, slip):
+    """Side of point p of the plane through o with `terms`; 0 if floats cannot be sure."""
+    cx, cy, cz = px - ox, py - oy, pz - oz
+    det = cx * terms[0] + cy * terms[1] + cz * terms[2]
+    size = abs(cx) * terms[3] + abs(cy) * terms[4] + abs(cz) * terms[5]
+    reach = abs(cx) + abs(cy) + abs(cz)
+    bound = ORIENT3D_BOUND * size + 2.0 * slip * (terms[3] + terms[4] + terms[5] + reach * terms[6])
+    if size > TINY:
+        if det > bound:
+            return 1
+        if -det > bound:
+            return -1
+    return 0
+
+
+@scalar
+def _lone(s0, s1, s2):
+    """The corner whose sign is not that of the two others."""
+    if s1 == s2:
+        return 0
+    return 1 if s0 == s2 else 2
+
+
+@scalar
+def _before_on_line(x, p, p1, q, q1, slip):
+    """Sign that orders, on the common line, the points of edges p-p1 and q-q1; 0 if not sure."""
+    terms = plane_terms(x, p, p1, q)
+    return _plain_side(x[p, 0], x[p, 1], x[p, 2], terms, x[q1, 0], x[q1, 1], x[q1, 2], slip)
+
+
+@scalar
+def _meet_plainly(x, t, a, b, slip, rows, n):
+    """The contact of two triangles where floats are sure of every sign and none is zero.
+
+    1 if they meet, 0 if not, -1 if exact signs are needed. Each triangle has one corner
+    alone on its side of the other's plane; the two edges there carry the ends of its piece of the
+    common line, and four signs order the four ends (Guigue & Devillers 2003).
+    """
+    pa, pb, pc = t[a, 0], t[a, 1], t[a, 2]
+    qa, qb, qc = t[b, 0], t[b, 1], t[b, 2]
+    f = plane_terms(x, qa, qb, qc)
+    ox, oy, oz = x[qa, 0], x[qa, 1], x[qa, 2]
+    a0 = _plain_side(ox, oy, oz, f, x[pa, 0], x[pa, 1], x[pa, 2], slip)
+    a1 = _plain_side(ox, oy, oz, f, x[pb, 0], x[pb, 1], x[pb, 2], slip)
+    a2 = _plain_side(ox, oy, oz, f, x[pc, 0], x[pc, 1], x[pc, 2], slip)
+    if a0 * a1 * a2 == 0:
+        return -1
+    if a0 == a1 and a1 == a2:
+        return 0
+    f = plane_terms(x, pa, pb, pc)
+    ox, oy, oz = x[pa, 0], x[pa, 1], x[pa, 2]
+    b0 = _plain_side(ox, oy, oz, f, x[qa, 0], x[qa, 1], x[qa, 2], slip)
+    b1 = _plain_side(ox, oy, oz, f, x[qb, 0], x[qb, 1], x[qb, 2], slip)
+    b2 = _plain_side(ox, oy, oz, f, x[qc, 0], x[qc, 1], x[qc, 2], slip)
+    if b0 * b1 * b2 == 0:
+        return -1
+    if b0 == b1 and b1 == b2:
+        return 0
+    i, j = _lone(a0, a1, a2), _lone(b0, b1, b2)
+    i2, j2 = (i + 2) % 3, (j + 2) % 3  # edge i leaves the lone corner, edge i2 comes back to it
+    p, p1, p2 = t[a, i], t[a, (i + 1) % 3], t[a, i2]
+    q, q1, q2 = t[b, j], t[b, (j + 1) % 3], t[b, j2]
+    s11 = _before_on_line(x, p, p1, q, q1, slip)
+    s12 = _before_on_line(x, p, p1, q, q2, slip)
+    s21 = _before_on_line(x, p, p2, q, q1, slip)
+    s22 = _before_on_line(x, p, p2, q, q2, slip)
+    if s11 * s12 * s21 * s22 == 0:
+        return -1
+    if s11 == s12 and s21 == s22 and s11 == s21:
+        return 0
+    rows[n, TRIANGLE_A], rows[n, TRIANGLE_B], rows[n, N_CORNER] = a, b, 0
+    rows[n, COPLANAR], rows[n, CROSSING] = 0, 1
+    for k in range(3):
+        if (k == i and s11 != s12) or (k == i2 and s21 != s22):
+            _add(rows, n, 3 + k, FACE)
+    for k in range(3):
+        if (k == j and s11 != s21) or (k == j2 and s12 != s22):
+            _add(rows, n, FACE, 3 + k)
+    return 1
+
+
+@scalar
 def meet(x, t, e, d, m, w, a, b, slip, rows, n):
     """Write the contact of triangles a and b to rows[n]; True if they meet."""
+    plain = _meet_plainly(x, t, a, b, slip, rows, n)
+    if plain >= 0:
+        return plain == 1
     a0, a1, a2 = _side_signs(x, t, m, w, b, a, slip)
     if a0 == a1 and a1 == a2 and a0 != 0:
         return False

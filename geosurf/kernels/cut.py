@@ -13,6 +13,7 @@ from geosurf.kernels.delaunay import (
     START,
     TRIANGLES,
     add_local,
+    in_circle,
     insert_point,
     settle_all,
 )
@@ -103,9 +104,49 @@ def _local_of(local, x, t, d, m, q, f, s, tri, i):
 
 
 @scalar
+def _cut_once(x, t, e, d, m, w, h, q, f, s, tri, axis, side, i, j):
+    """A face with one segment between two of its edges: three children; False if it is not so.
+
+    Half of all cut faces are of this kind, and this takes a fifth of the time: only the
+    diagonal of the part with four corners is to be chosen, as Lawson would.
+    """
+    one, two = _bits_on_edges(t, d, m, tri, i), _bits_on_edges(t, d, m, tri, j)
+    if one == 0 or two == 0 or one == two:
+        return False
+    both = one | two  # edges k and k - 1 meet at corner k
+    lone = 0 if both == 5 else (1 if both == 3 else 2)
+    first = i if one == 1 << lone else j
+    second = j if one == 1 << lone else i
+    s[POINTS], s[TRIANGLES], s[AXIS], s[FACE_ID] = 0, 3, axis, tri
+    add_local(x, m, q, f, s, t[tri, lone], 0)
+    add_local(x, m, q, f, s, first, 0)
+    add_local(x, m, q, f, s, t[tri, (lone + 1) % 3], 0)
+    add_local(x, m, q, f, s, t[tri, (lone + 2) % 3], 0)
+    add_local(x, m, q, f, s, second, 0)
+    # the part with four corners, counter-clockwise on the axis
+    a, b, c, o = (1, 2, 3, 4) if side > 0 else (4, 3, 2, 1)
+    h[0, 0], h[1, 0], h[2, 0] = 0, a, o
+    if in_circle(x, t, e, d, m, w, q, f, s, a, c, o, b):
+        h[3, 0], h[4, 0], h[5, 0] = a, b, o
+        h[6, 0], h[7, 0], h[8, 0] = b, c, o
+    else:
+        h[3, 0], h[4, 0], h[5, 0] = a, b, c
+        h[6, 0], h[7, 0], h[8, 0] = a, c, o
+    return True
+
+
+@scalar
 def _cut_face(x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, tri):
     """Triangulate one face with its records; 0, FULL or BROKEN."""
     axis, side = normal_axis(x, m, w, t[tri, 0], t[tri, 1], t[tri, 2])
+    if (
+        high - low == 1
+        and records[low, 2] >= 0
+        and _cut_once(
+            x, t, e, d, m, w, h, q, f, s, tri, axis, side, records[low, 1], records[low, 2]
+        )
+    ):
+        return 0
     _start_face(x, t, m, q, f, s, h, tri, axis, side)
     for c in range(3):
         local[q[c, 0]] = c

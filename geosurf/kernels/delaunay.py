@@ -59,6 +59,8 @@ def turn(x, t, e, d, m, w, q, f, s, a, b, c):
             return 1
         if -det > bound:
             return -1
+    if slip == 0.0 and ((bu == 0.0 and cu == 0.0) or (bv == 0.0 and cv == 0.0)):
+        return 0
     axis = s[AXIS]
     return exact_orient2d(
         x, t, e, d, m, w, q[a, 0], q[b, 0], q[c, 0], (axis + 1) % 3, (axis + 2) % 3
@@ -80,7 +82,7 @@ def lower(x, t, e, d, m, w, q, f, s, a, b):
 
 
 @scalar
-def _in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
+def in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
     """Whether o is inside the circle of a, b, c; a tie goes to the lowest of the four."""
     au, av = f[a, 0] - f[o, 0], f[a, 1] - f[o, 1]
     bu, bv = f[b, 0] - f[o, 0], f[b, 1] - f[o, 1]
@@ -178,7 +180,7 @@ def _settle(x, t, e, d, m, w, h, q, f, s, k, n):
         j = h[i, 1]
         a, b = h[i, 0], h[j, 0]
         c, o = h[preceding(i), 0], h[preceding(j), 0]
-        if _in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
+        if in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
             _flip(h, q, i)
             for r in range(4):
                 o = i if r < 2 else j

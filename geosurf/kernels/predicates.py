@@ -53,6 +53,8 @@ def orient2d(x, t, e, d, m, w, a, b, c, u, v):
             return 1
         if -det > bound:
             return -1
+    if (x[a, u] == x[b, u] and x[b, u] == x[c, u]) or (x[a, v] == x[b, v] and x[b, v] == x[c, v]):
+        return 0
     return exact_orient2d(x, t, e, d, m, w, a, b, c, u, v)
 
 
@@ -85,6 +87,9 @@ def side_of(x, m, w, a, b, c, o, terms, slip):
             return 1
         if -det > bound:
             return -1
+    for k in range(3):  # a wall of the box, a contact, a row of a grid: no need for long integers
+        if x[a, k] == x[o, k] and x[b, k] == x[o, k] and x[c, k] == x[o, k]:
+            return 0
     sign = exact_orient3d(x, m, w, a, b, c, o)
     if sign != 0:
         m[NEAR] += 1

@@ -16,6 +16,8 @@ cos has the sign of n1 . n2. So only input coordinates enter (degree 4), no cons
 
 from __future__ import annotations
 
+import numpy as np
+
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.exact import _MISC, LIMBS, _cross, _dot, _vector
 from geosurf.kernels.limbs import clear, mul_add, sign
@@ -119,59 +121,98 @@ def _side_after(tri, way):
     return 2 * tri if way > 0 else 2 * tri + 1
 
 
-@entry("d2 l2 l1 l1 l1 d2 l2 l1 l1 l1 -> l")
-def join_sides(x, t, ring, keep, parent, px, pt, m, w, sides):
+@scalar
+def _doubled(values):
+    larger = np.empty(2 * values.shape[0], dtype=np.int64)
+    larger[: values.shape[0]] = values
+    return larger
+
+
+@scalar
+def _sort_around(x, u, v, order, ways, n, parent, px, pt, m, w):
+    """Sort n triangles around edge u-v behind the first; False if two share a half-plane."""
+    axis = 0
+    for k in range(1, 3):
+        if abs(x[v, k] - x[u, k]) > abs(x[v, axis] - x[u, axis]):
+            axis = k
+    heading = 1 if x[v, axis] > x[u, axis] else -1
+    for a in range(2, n):
+        b = a
+        while b > 1:
+            p, q = parent[order[b - 1]], parent[order[b]]
+            before = _before(
+                px, pt, m, w, parent[order[0]], ways[0], q, ways[b], p, ways[b - 1], axis, heading
+            )
+            if before < 0:
+                return False
+            if before == 0:
+                break
+            order[b], order[b - 1] = order[b - 1], order[b]
+            ways[b], ways[b - 1] = ways[b - 1], ways[b]
+            b -= 1
+    return True
+
+
+@entry("l2 l1 l1 l1 -> .")
+def join_run_sides(pairs, on_rim, keep, sides):
+    """Unite the sides of runs that share an edge, and both sides of runs on a rim.
+
+    Runs follow the `keep.shape[0] - on_rim.shape[0]` triangles, and face as their lattice does.
+    """
+    first = keep.shape[0] - on_rim.shape[0]
+    for i in range(pairs.shape[0]):
+        a, b = first + pairs[i, 0], first + pairs[i, 1]
+        if keep[a] == 1 and keep[b] == 1:
+            join(sides, 2 * a, 2 * b)
+            join(sides, 2 * a + 1, 2 * b + 1)
+    for i in range(on_rim.shape[0]):
+        if on_rim[i] == 1 and keep[first + i] == 1:
+            join(sides, 2 * (first + i), 2 * (first + i) + 1)
+
+
+@entry("d2 l2 l1 l1 l1 l1 d2 l2 l1 l1 l1 -> l")
+def join_sides(x, t, ring, link, keep, parent, px, pt, m, w, sides):
     """Unite sides that see each other across edges; returns -1, or a half-edge of a place where
     two triangles lie in one half-plane.
+
+    Behind a half-edge that is alone lies the run `link` (counted behind the triangles), which
+    faces the same way, or nothing (-1).
     """
-    order = [0]
-    ways = [0]
+    order = np.empty(64, dtype=np.int64)
+    ways = np.empty(64, dtype=np.int64)
     for start in range(3 * t.shape[0]):
         if keep[start // 3] == 0:
             continue
-        first = True
-        order.clear()
-        ways.clear()
+        n = 0
         u = t[start // 3, start % 3]
-        v = t[start // 3, (start + 1) % 3]
         j = start
         while True:
             if keep[j // 3] != 0:
                 if j < start:
-                    first = False
+                    n = 0  # this edge has had its turn
                     break
-                order.append(j // 3)
-                ways.append(1 if t[j // 3, j % 3] == u else -1)
+                if n == order.shape[0]:
+                    order, ways = _doubled(order), _doubled(ways)
+                order[n] = j // 3
+                ways[n] = 1 if t[j // 3, j % 3] == u else -1
+                n += 1
             j = ring[j]
             if j == start:
                 break
-        if not first:
+        if n == 0:
             continue
-        n = len(order)
+        run = t.shape[0] + link[start]
+        if link[start] >= 0 and keep[run] == 1:
+            join(sides, 2 * order[0], 2 * run)
+            join(sides, 2 * order[0] + 1, 2 * run + 1)
+            continue
         if n > 2:
-            axis = 0
-            for k in range(1, 3):
-                if abs(x[v, k] - x[u, k]) > abs(x[v, axis] - x[u, axis]):
-                    axis = k
-            heading = 1 if x[v, axis] > x[u, axis] else -1
-            for a in range(2, n):  # insertion sort behind the first one
-                b = a
-                while b > 1:
-                    p, q = parent[order[b - 1]], parent[order[b]]
-                    before = _before(
-                        px, pt, m, w, parent[order[0]], ways[0], q, ways[b], p, ways[b - 1], axis,
-                        heading,
-                    )  # fmt: skip
-                    if before < 0:
-                        return start
-                    if before == 0:
-                        break
-                    order[b], order[b - 1] = order[b - 1], order[b]
-                    ways[b], ways[b - 1] = ways[b - 1], ways[b]
-                    b -= 1
-        for a in range(n):
-            b = (a + 1) % n
-            here = _side_after(order[a], ways[a])
-            there = _side_after(order[b], -ways[b])
+            v = t[start // 3, (start + 1) % 3]
+            if not _sort_around(x, u, v, order, ways, n, parent, px, pt, m, w):
+                return start
+        for k in range(n):
+            other = (k + 1) % n
+            here = _side_after(order[k], ways[k])
+            there = _side_after(order[other], -ways[other])
             join(sides, here, there)
     return -1

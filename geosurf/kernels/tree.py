@@ -1,16 +1,22 @@
-"""Which triangles are near: a tree of boxes over triangles in Morton order.
+"""Which triangles are near: trees of boxes, over blocks of a lattice or over a list of triangles.
 
-Triangles are sorted by the Morton code of their middle (counting sort, linear), leaves hold
-LEAF of them in a row, and each node above holds FAN nodes; so the tree needs no pointers. Two
-trees are walked together. Where one side is a leaf, its triangles' planes are tested against the
-box of the other side as well: a huge flat face (a planar fault, a wall) reaches the boxes of half
-a horizon, but its plane passes few of them.
+A lattice needs no list: its leaves are blocks of BLOCK x BLOCK cells, each node above holds 2 x 2
+nodes, and a box is known from the extremes of the nodes in it (a min/max pyramid). Triangles of
+other meshes are sorted by the Morton code of their middle (counting sort, linear); leaves hold
+LEAF of them in a row, and each node above holds FAN nodes. Both have no pointers, so that one walk
+serves all. Where one side is a leaf of a list, its triangles' planes are tested against the box of
+the other side: a huge flat face (a planar fault, a wall) reaches the boxes of half a horizon, but
+its plane passes few of them.
 
-Notation
-    boxes    float64 (n, 6) of triangles: lower x, y, z, upper x, y, z
-    order    triangles in Morton order, int64 (n,)
-    nodes    boxes of nodes, float64 (n_node, 6): leaves first, then level by level
-    levels   first node of each level, int64 (n_level + 1,)
+Notation, for each of two trees
+    p, q, r  easting, northing, elevation of nodes, float64, flat
+    a        where what is, int64 (N_PLACE,); coordinate k of node (i, j) is at
+             ``a[3 * k] + i * a[3 * k + 1] + j * a[3 * k + 2]``
+    t        triangles of a list, rows of nodes (0, j); empty for a lattice
+    order    triangles of a list in Morton order; empty for a lattice
+    nodes    boxes of tree nodes, float64 (n_node, 6): leaves first, then level by level
+    levels   int64 (n_level, 3): first node, rows and columns of nodes of each level
+A triangle of a lattice has the key ``2 * cell + half``, one of a list its row.
 """
 
 from __future__ import annotations
@@ -21,6 +27,19 @@ from geosurf.kernels._jit import entry, scalar
 
 LEAF = 8
 FAN = 8
+BLOCK = 8
+# places in `a`, after three times offset and strides of rows and columns
+N_ROW, N_COL, RISING, TURNED, FIRST_ROW, FIRST_COL, IS_LATTICE, N_PLACE = (
+    9,
+    10,
+    11,
+    12,
+    13,
+    14,
+    15,
+    16,
+)
+_ROOM = 2 * BLOCK * BLOCK
 
 
 @scalar
@@ -39,10 +58,10 @@ def morton_order(boxes):
     low = np.full(3, np.inf)
     high = np.full(3, -np.inf)
     for i in range(n):
-        for a in range(3):
-            middle = boxes[i, a] + boxes[i, 3 + a]
-            low[a] = min(low[a], middle)
-            high[a] = max(high[a], middle)
+        for k in range(3):
+            middle = boxes[i, k] + boxes[i, 3 + k]
+            low[k] = min(low[k], middle)
+            high[k] = max(high[k], middle)
     bits = 1
     while bits < 8 and (1 << (3 * bits)) < n:
         bits += 1
@@ -52,9 +71,9 @@ def morton_order(boxes):
     top = (1 << bits) - 1
     for i in range(n):
         key = 0
-        for a in range(3):
-            cell = int((boxes[i, a] + boxes[i, 3 + a] - low[a]) * scale)
-            key |= _spread(min(cell, top)) << a
+        for k in range(3):
+            cell = int((boxes[i, k] + boxes[i, 3 + k] - low[k]) * scale)
+            key |= _spread(min(cell, top)) << k
         code[i] = key
     start = np.zeros((1 << (3 * bits)) + 1, dtype=np.int64)
     for i in range(n):
@@ -69,113 +88,303 @@ def morton_order(boxes):
 
 
 @scalar
-def _grow(nodes, i, boxes, j):
-    for a in range(3):
-        nodes[i, a] = min(nodes[i, a], boxes[j, a])
-        nodes[i, 3 + a] = max(nodes[i, 3 + a], boxes[j, 3 + a])
+def _grow(nodes, i, j):
+    for k in range(3):
+        nodes[i, k] = min(nodes[i, k], nodes[j, k])
+        nodes[i, 3 + k] = max(nodes[i, 3 + k], nodes[j, 3 + k])
 
 
-@entry("d2 l1 -> d2 l1")
-def build_tree(boxes, order):
-    """Boxes of all nodes, and the first node of each level."""
+@scalar
+def _clear(nodes, first, last):
+    for i in range(first, last):
+        for k in range(3):
+            nodes[i, k] = np.inf
+            nodes[i, 3 + k] = -np.inf
+
+
+@scalar
+def _levels(n_row, n_col, fan_row, fan_col):
+    """First node, rows and columns of each level, and the number of nodes."""
+    levels = np.zeros((64, 3), dtype=np.int64)
+    n = 0
+    first = 0
+    while True:
+        levels[n, 0], levels[n, 1], levels[n, 2] = first, n_row, n_col
+        first += n_row * n_col
+        n += 1
+        if n_row * n_col <= 1:
+            break
+        n_row = (n_row + fan_row - 1) // fan_row
+        n_col = (n_col + fan_col - 1) // fan_col
+    return levels[:n].copy(), first
+
+
+@scalar
+def _build_above(nodes, levels, fan_row, fan_col):
+    """Boxes of all nodes above the leaves."""
+    _clear(nodes, levels[0, 1] * levels[0, 2], nodes.shape[0])
+    for level in range(1, levels.shape[0]):
+        below, above = levels[level - 1], levels[level]
+        for i in range(below[1]):
+            for j in range(below[2]):
+                node = above[0] + (i // fan_row) * above[2] + j // fan_col
+                _grow(nodes, node, below[0] + i * below[2] + j)
+
+
+@entry("d2 l1 -> d2 l2")
+def build_list_tree(boxes, order):
+    """Boxes of all nodes over a list of triangles, and the levels."""
     n = order.shape[0]
-    levels = np.zeros(40, dtype=np.int64)
-    count = (n + LEAF - 1) // LEAF
-    n_level = 1
-    levels[1] = count
-    while count > 1:
-        count = (count + FAN - 1) // FAN
-        levels[n_level + 1] = levels[n_level] + count
-        n_level += 1
-    nodes = np.empty((levels[n_level], 6), dtype=np.float64)
-    for i in range(nodes.shape[0]):
-        for a in range(3):
-            nodes[i, a] = np.inf
-            nodes[i, 3 + a] = -np.inf
-    for k in range(n):
-        _grow(nodes, k // LEAF, boxes, order[k])
-    for level in range(1, n_level):
-        below = levels[level - 1]
-        for i in range(below, levels[level]):
-            _grow(nodes, levels[level] + (i - below) // FAN, nodes, i)
-    return nodes, levels[: n_level + 1].copy()
+    levels, n_node = _levels(1, (n + LEAF - 1) // LEAF, 1, FAN)
+    nodes = np.empty((n_node, 6), dtype=np.float64)
+    _clear(nodes, 0, levels[0, 2])
+    for i in range(n):
+        leaf, box = i // LEAF, order[i]
+        for k in range(3):
+            nodes[leaf, k] = min(nodes[leaf, k], boxes[box, k])
+            nodes[leaf, 3 + k] = max(nodes[leaf, 3 + k], boxes[box, 3 + k])
+    _build_above(nodes, levels, 1, FAN)
+    return nodes, levels
+
+
+@scalar
+def _block_extremes(values, a, axis, last_row, last_col, nodes):
+    """Extremes of one coordinate in each block of cells; not-a-number is passed over."""
+    offset, row_step, col_step = a[3 * axis], a[3 * axis + 1], a[3 * axis + 2]
+    n_block = last_col - a[FIRST_COL]
+    first_j = a[FIRST_COL] * BLOCK
+    n = min(last_col * BLOCK, a[N_COL] - 1) - first_j + 1
+    low = np.empty(n)
+    high = np.empty(n)
+    for block in range(a[FIRST_ROW], last_row):
+        first = block * BLOCK
+        last = min(first + BLOCK, a[N_ROW] - 1)
+        low[:] = np.inf
+        high[:] = -np.inf
+        for i in range(first, last + 1):
+            if row_step == 0 and i > first:
+                break  # all rows are alike
+            start = offset + i * row_step + first_j * col_step
+            if col_step == 1:
+                row = values[start : start + n]
+                for j in range(n):  # plain selections: these two lines become vector code
+                    low[j] = row[j] if row[j] < low[j] else low[j]
+                    high[j] = row[j] if row[j] > high[j] else high[j]
+            else:
+                for j in range(n):
+                    value = values[start + j * col_step]
+                    low[j] = value if value < low[j] else low[j]
+                    high[j] = value if value > high[j] else high[j]
+        for b in range(n_block):
+            lower, upper = np.inf, -np.inf
+            for j in range(b * BLOCK, min(b * BLOCK + BLOCK + 1, n)):
+                lower = min(lower, low[j])
+                upper = max(upper, high[j])
+            leaf = (block - a[FIRST_ROW]) * n_block + b
+            nodes[leaf, axis] = lower
+            nodes[leaf, 3 + axis] = upper
+
+
+@entry("d1 d1 d1 l1 l l -> d2 l2")
+def build_lattice_tree(p, q, r, a, last_row, last_col):
+    """Boxes of all nodes over blocks of a lattice up to a last row and column, and the levels."""
+    levels, n_node = _levels(last_row - a[FIRST_ROW], last_col - a[FIRST_COL], 2, 2)
+    nodes = np.empty((n_node, 6), dtype=np.float64)
+    _block_extremes(p, a, 0, last_row, last_col, nodes)
+    _block_extremes(q, a, 1, last_row, last_col, nodes)
+    _block_extremes(r, a, 2, last_row, last_col, nodes)
+    _build_above(nodes, levels, 2, 2)
+    return nodes, levels
 
 
 @scalar
 def _apart(p, i, q, j):
     """Whether two boxes do not meet."""
-    for a in range(3):
-        if p[i, a] > q[j, 3 + a] or q[j, a] > p[i, 3 + a]:
+    for k in range(3):
+        if not (p[i, k] <= q[j, 3 + k] and q[j, k] <= p[i, 3 + k]):
             return True
     return False
 
 
 @scalar
-def _beside(x, t, tri, boxes, j):
-    """Whether a box lies strictly on one side of a triangle's plane, for sure."""
-    o, b, c = t[tri, 0], t[tri, 1], t[tri, 2]
-    ax, ay, az = x[b, 0] - x[o, 0], x[b, 1] - x[o, 1], x[b, 2] - x[o, 2]
-    bx, by, bz = x[c, 0] - x[o, 0], x[c, 1] - x[o, 1], x[c, 2] - x[o, 2]
+def _load_node(p, q, r, a, i, j, c, row, corner):
+    c[row, 3 * corner] = p[a[0] + i * a[1] + j * a[2]]
+    c[row, 3 * corner + 1] = q[a[3] + i * a[4] + j * a[5]]
+    c[row, 3 * corner + 2] = r[a[6] + i * a[7] + j * a[8]]
+
+
+@scalar
+def _box_corners(c, row, boxes):
+    """Box of a loaded triangle."""
+    for k in range(3):
+        u, v, w = c[row, k], c[row, 3 + k], c[row, 6 + k]
+        boxes[row, k] = min(u, min(v, w))
+        boxes[row, 3 + k] = max(u, max(v, w))
+
+
+@scalar
+def _whole(c, row):
+    """Whether all three nodes exist."""
+    total = 0.0
+    for k in range(9):
+        total += c[row, k]
+    return total == total
+
+
+@scalar
+def _low_high(values, offset, row_step, col_step):
+    """Extremes over the four nodes of a cell; a node that is not a number is passed over."""
+    u, v = values[offset], values[offset + col_step]
+    w, s = values[offset + row_step], values[offset + row_step + col_step]
+    low = high = u if u == u else (v if v == v else w)
+    low = v if v < low else low
+    high = v if v > high else high
+    low = w if w < low else low
+    high = w if w > high else high
+    low = s if s < low else low
+    high = s if s > high else high
+    return low, high
+
+
+@scalar
+def _load_leaf(p, q, r, a, t, order, levels, leaf, near, j, c, boxes, keys):
+    """Triangles of a leaf whose boxes meet box j of `near`: corners, boxes, keys; their number."""
+    n = 0
+    if a[IS_LATTICE] == 0:
+        for k in range(LEAF * leaf, min(LEAF * leaf + LEAF, order.shape[0])):
+            for corner in range(3):
+                _load_node(p, q, r, a, 0, t[order[k], corner], c, n, corner)
+            _box_corners(c, n, boxes)
+            keys[n] = order[k]
+            if not _apart(boxes, n, near, j):
+                n += 1
+        return n
+    first_row = BLOCK * (a[FIRST_ROW] + leaf // levels[0, 2])
+    first_col = BLOCK * (a[FIRST_COL] + leaf % levels[0, 2])
+    for row in range(first_row, min(first_row + BLOCK, a[N_ROW] - 1)):
+        for col in range(first_col, min(first_col + BLOCK, a[N_COL] - 1)):
+            low, high = _low_high(r, a[6] + row * a[7] + col * a[8], a[7], a[8])
+            if low > near[j, 5] or high < near[j, 2]:
+                continue
+            low, high = _low_high(p, a[0] + row * a[1] + col * a[2], a[1], a[2])
+            if low > near[j, 3] or high < near[j, 0]:
+                continue
+            low, high = _low_high(q, a[3] + row * a[4] + col * a[5], a[4], a[5])
+            if low > near[j, 4] or high < near[j, 1]:
+                continue
+            for half in range(2):
+                # corners a, b, c, d around the cell: abc + acd, or abd + bcd
+                second = 2 if half == 1 else 1
+                start = 0 if a[RISING] == 1 or half == 0 else 1
+                third = 3 if half == 1 else (2 if a[RISING] == 1 else 3)
+                for corner in range(3):
+                    at = start if corner == 0 else (second if corner == 1 else third)
+                    _load_node(
+                        p, q, r, a, row + (1 if at >= 2 else 0),
+                        col + (1 if at == 1 or at == 2 else 0), c, n, corner,
+                    )  # fmt: skip
+                if not _whole(c, n):
+                    continue
+                _box_corners(c, n, boxes)
+                keys[n] = 2 * (row * (a[N_COL] - 1) + col) + half
+                if not _apart(boxes, n, near, j):
+                    n += 1
+    return n
+
+
+@scalar
+def _beside(c, row, boxes, j):
+    """Whether a box lies strictly on one side of a loaded triangle's plane, for sure."""
+    ox, oy, oz = c[row, 0], c[row, 1], c[row, 2]
+    ax, ay, az = c[row, 3] - ox, c[row, 4] - oy, c[row, 5] - oz
+    bx, by, bz = c[row, 6] - ox, c[row, 7] - oy, c[row, 8] - oz
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     sx = abs(ay * bz) + abs(az * by)
     sy = abs(az * bx) + abs(ax * bz)
     sz = abs(ax * by) + abs(ay * bx)
-    mx = 0.5 * (boxes[j, 0] + boxes[j, 3]) - x[o, 0]
-    my = 0.5 * (boxes[j, 1] + boxes[j, 4]) - x[o, 1]
-    mz = 0.5 * (boxes[j, 2] + boxes[j, 5]) - x[o, 2]
+    mx = 0.5 * (boxes[j, 0] + boxes[j, 3]) - ox
+    my = 0.5 * (boxes[j, 1] + boxes[j, 4]) - oy
+    mz = 0.5 * (boxes[j, 2] + boxes[j, 5]) - oz
     rx = 0.5 * (boxes[j, 3] - boxes[j, 0])
     ry = 0.5 * (boxes[j, 4] - boxes[j, 1])
     rz = 0.5 * (boxes[j, 5] - boxes[j, 2])
     height = abs(nx * mx + ny * my + nz * mz)
     reach = abs(nx) * rx + abs(ny) * ry + abs(nz) * rz
-    # coordinates of the frame bound every rounding of middles and differences
+    # coordinates bound every rounding of middles and differences
     size = abs(boxes[j, 0]) + abs(boxes[j, 3]) + abs(boxes[j, 1]) + abs(boxes[j, 4])
-    size += abs(boxes[j, 2]) + abs(boxes[j, 5]) + abs(x[o, 0]) + abs(x[o, 1]) + abs(x[o, 2])
+    size += abs(boxes[j, 2]) + abs(boxes[j, 5]) + abs(ox) + abs(oy) + abs(oz)
     span = abs(ax) + abs(ay) + abs(az) + abs(bx) + abs(by) + abs(bz)
     far = abs(mx) + abs(my) + abs(mz) + rx + ry + rz
     return height > reach + size * (1e-14 * (sx + sy + sz) + 4e-15 * far * span)
 
 
 @scalar
-def _leaf_beside(x, t, order, leaf, boxes, j):
-    """Whether a box is beside the planes of all triangles of a leaf."""
+def _leaf_beside(p, q, r, a, t, order, leaf, c, boxes, j):
+    """Whether a box is beside the planes of all triangles of a leaf of a list."""
+    if a[IS_LATTICE] == 1:
+        return False
     for k in range(LEAF * leaf, min(LEAF * leaf + LEAF, order.shape[0])):
-        if not _beside(x, t, order[k], boxes, j):
+        for corner in range(3):
+            _load_node(p, q, r, a, 0, t[order[k], corner], c, 0, corner)
+        if not _beside(c, 0, boxes, j):
             return False
     return True
 
 
 @scalar
-def _emit(xa, ta, ba, oa, leaf_a, xb, tb, bb, ob, leaf_b, same, pairs, n):
-    """Pairs of the triangles of two leaves whose boxes meet."""
-    for p in range(LEAF * leaf_a, min(LEAF * leaf_a + LEAF, oa.shape[0])):
-        a = oa[p]
-        for q in range(LEAF * leaf_b, min(LEAF * leaf_b + LEAF, ob.shape[0])):
-            b = ob[q]
-            if _apart(ba, a, bb, b):
-                continue
-            if same:
-                if leaf_a == leaf_b and b <= a:
-                    continue
-            elif _beside(xa, ta, a, bb, b) or _beside(xb, tb, b, ba, a):
-                continue
-            if n < pairs.shape[0]:
-                pairs[n, 0] = min(a, b) if same else a
-                pairs[n, 1] = max(a, b) if same else b
+def _children(a, levels, node, level, kids):
+    """Nodes below a node, and how many."""
+    above, below = levels[level], levels[level - 1]
+    fan_row, fan_col = (2, 2) if a[IS_LATTICE] == 1 else (1, FAN)
+    row, col = (node - above[0]) // above[2], (node - above[0]) % above[2]
+    n = 0
+    for i in range(row * fan_row, min(row * fan_row + fan_row, below[1])):
+        for j in range(col * fan_col, min(col * fan_col + fan_col, below[2])):
+            kids[n] = below[0] + i * below[2] + j
             n += 1
     return n
 
 
-@entry("d2 l2 d2 l1 d2 l1 d2 l2 d2 l1 d2 l1 b l2 -> l l")
-def tree_pairs(xa, ta, ba, oa, na, la, xb, tb, bb, ob, nb, lb, same, pairs):
+@scalar
+def _push(stack, top, i, level_i, j, level_j):
+    stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = i, level_i, j, level_j
+    return top + 1
+
+
+@scalar
+def _extent(nodes, i):
+    return (nodes[i, 3] - nodes[i, 0]) + (nodes[i, 4] - nodes[i, 1]) + (nodes[i, 5] - nodes[i, 2])
+
+
+@scalar
+def _emit(ca, ba, ka, count_a, cb, bb, kb, count_b, same_leaf, same, pairs, n):
+    """Pairs of loaded triangles whose boxes meet and whose planes pass the other's box."""
+    for i in range(count_a):
+        for j in range(count_b):
+            if _apart(ba, i, bb, j) or (same_leaf and kb[j] <= ka[i]):
+                continue
+            if not same and (_beside(ca, i, bb, j) or _beside(cb, j, ba, i)):
+                continue
+            if n < pairs.shape[0]:
+                pairs[n, 0] = min(ka[i], kb[j]) if same else ka[i]
+                pairs[n, 1] = max(ka[i], kb[j]) if same else kb[j]
+            n += 1
+    return n
+
+
+@entry("d1 d1 d1 l1 l2 l1 d2 l2 d1 d1 d1 l1 l2 l1 d2 l2 b l2 -> l l")
+def tree_pairs(pa, qa, ra, aa, ta, oa, na, la, pb, qb, rb, ab, tb, ob, nb, lb, same, pairs):
     """Pairs of triangles that may meet, as far as `pairs` has room; their number, nodes visited.
 
-    With `same`, the two trees are one, and each pair has the lower row first.
+    With `same`, the two trees are one, and each pair has the lower key first.
     """
     stack = np.empty((4096, 4), dtype=np.int64)
-    stack[0, 0], stack[0, 1] = na.shape[0] - 1, la.shape[0] - 2
-    stack[0, 2], stack[0, 3] = nb.shape[0] - 1, lb.shape[0] - 2
-    top = 1
+    ca, cb = np.empty((_ROOM, 9)), np.empty((_ROOM, 9))
+    ba, bb = np.empty((_ROOM, 6)), np.empty((_ROOM, 6))
+    ka, kb = np.empty(_ROOM, dtype=np.int64), np.empty(_ROOM, dtype=np.int64)
+    kids = np.empty(FAN, dtype=np.int64)
+    hull = np.empty((1, 6))
+    top = _push(stack, 0, na.shape[0] - 1, la.shape[0] - 1, nb.shape[0] - 1, lb.shape[0] - 1)
     n = 0
     visited = 0
     while top > 0:
@@ -186,35 +395,37 @@ def tree_pairs(xa, ta, ba, oa, na, la, xb, tb, bb, ob, nb, lb, same, pairs):
             continue
         if not same:
             # against nodes above leaves only: between leaves, triangles are tested one by one
-            if level_i == 0 and level_j > 0 and _leaf_beside(xa, ta, oa, i, nb, j):
+            if level_i == 0 and level_j > 0 and _leaf_beside(pa, qa, ra, aa, ta, oa, i, ca, nb, j):
                 continue
-            if level_j == 0 and level_i > 0 and _leaf_beside(xb, tb, ob, j, na, i):
+            if level_j == 0 and level_i > 0 and _leaf_beside(pb, qb, rb, ab, tb, ob, j, cb, na, i):
                 continue
         if level_i == 0 and level_j == 0:
-            n = _emit(xa, ta, ba, oa, i, xb, tb, bb, ob, j, same, pairs, n)
+            count_a = _load_leaf(pa, qa, ra, aa, ta, oa, la, i, nb, j, ca, ba, ka)
+            if count_a == 0:
+                continue
+            _clear(hull, 0, 1)
+            for k in range(count_a):
+                for axis in range(3):
+                    hull[0, axis] = min(hull[0, axis], ba[k, axis])
+                    hull[0, 3 + axis] = max(hull[0, 3 + axis], ba[k, 3 + axis])
+            count_b = _load_leaf(pb, qb, rb, ab, tb, ob, lb, j, hull, 0, cb, bb, kb)
+            n = _emit(ca, ba, ka, count_a, cb, bb, kb, count_b, same and i == j, same, pairs, n)
             continue
-        if top + 2 * FAN * FAN > stack.shape[0]:
+        if top + FAN * FAN > stack.shape[0]:
             larger = np.empty((2 * stack.shape[0], 4), dtype=np.int64)
             larger[: stack.shape[0]] = stack
             stack = larger
         if same and i == j:  # one node with itself: each pair of its children once
-            first = la[level_i - 1] + (i - la[level_i]) * FAN
-            last = min(first + FAN, la[level_i])
-            for p in range(first, last):
-                for q in range(p, last):
-                    stack[top, 0], stack[top, 1] = p, level_i - 1
-                    stack[top, 2], stack[top, 3] = q, level_i - 1
-                    top += 1
-        elif level_i >= level_j:
-            first = la[level_i - 1] + (i - la[level_i]) * FAN
-            for p in range(first, min(first + FAN, la[level_i])):
-                stack[top, 0], stack[top, 1] = p, level_i - 1
-                stack[top, 2], stack[top, 3] = j, level_j
-                top += 1
+            count = _children(aa, la, i, level_i, kids)
+            for k in range(count):
+                for other in range(k, count):
+                    top = _push(stack, top, kids[k], level_i - 1, kids[other], level_i - 1)
+        elif level_j == 0 or (level_i > 0 and _extent(na, i) >= _extent(nb, j)):
+            count = _children(aa, la, i, level_i, kids)
+            for k in range(count):
+                top = _push(stack, top, kids[k], level_i - 1, j, level_j)
         else:
-            first = lb[level_j - 1] + (j - lb[level_j]) * FAN
-            for q in range(first, min(first + FAN, lb[level_j])):
-                stack[top, 0], stack[top, 1] = i, level_i
-                stack[top, 2], stack[top, 3] = q, level_j - 1
-                top += 1
+            count = _children(ab, lb, j, level_j, kids)
+            for k in range(count):
+                top = _push(stack, top, i, level_i, kids[k], level_j - 1)
     return n, visited

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from geosurf.model.base import frozen
 from geosurf.model.column import RULES, Clipped, FluidContact, Remnant, check_column
-from geosurf.model.curves import Curves, Patches, Place, Touch, TriangleContact, VoxelSearch
+from geosurf.model.curves import Curves, Place, Touch, TriangleContact, VoxelSearch
 from geosurf.model.faults import (
     ExtendedFault,
     Extension,
@@ -18,7 +18,9 @@ from geosurf.model.faults import (
     TruncatedFaults,
     Truncation,
 )
-from geosurf.model.surfaces import ROLES, FaultSticks, Lattice, TriSurface
+from geosurf.model.lattice import Lattice
+from geosurf.model.patches import Patches
+from geosurf.model.surfaces import ROLES, FaultSticks, TriSurface
 from geosurf.model.units import Certificate, Check, Unit, Units
 
 __all__ = [

@@ -1,17 +1,16 @@
-"""What surfaces do to each other: contacts, curves, patches."""
+"""What surfaces do to each other: contacts and curves."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import InputError
 from geosurf.model.base import frozen, polydata
-from geosurf.model.surfaces import TriSurface
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
@@ -203,98 +202,3 @@ class VoxelSearch:
     occupied: np.ndarray
     faces_a: np.ndarray
     faces_b: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class Patches:
-    """Surfaces split along their common curves, sharing one vertex per point.
-
-    Attributes
-    ----------
-    sources : tuple of TriSurface
-        The surfaces as they were handed in.
-    local : ndarray of float64, shape (n_vertex, 3)
-        Vertices in the local frame [m]; `vertices` adds `origin`.
-    triangles : ndarray of int64, shape (n_triangle, 3)
-        All surfaces, one after the other. Where surfaces coincide, each lists
-        the same triangle (the same three vertices).
-    surface_of_triangle : ndarray of int64, shape (n_triangle,)
-        Row of `sources`.
-    parent_of_triangle : ndarray of int64, shape (n_triangle,)
-        Row of that surface's own triangles, which this one is a part of.
-    patch_of_triangle : ndarray of int64, shape (n_triangle,)
-        Connected pieces between curves, numbered from 0 over all surfaces.
-    curve_edges : ndarray of int64, shape (n_edge, 2)
-        Vertices of the edges along which different surfaces (or more than two
-        sheets) meet.
-    report : dict
-        What was done: cut triangles, children, constructed points, points that
-        rounding put in one place, triangles that rounding turned over.
-    """
-
-    sources: tuple[TriSurface, ...]
-    local: np.ndarray
-    origin: np.ndarray
-    triangles: np.ndarray
-    surface_of_triangle: np.ndarray
-    parent_of_triangle: np.ndarray
-    patch_of_triangle: np.ndarray
-    curve_edges: np.ndarray
-    report: dict[str, Any] = field(default_factory=dict)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the surfaces."""
-        return tuple(source.name for source in self.sources)
-
-    @property
-    def n_triangle(self) -> int:
-        """Number of triangles."""
-        return len(self.triangles)
-
-    @property
-    def n_patch(self) -> int:
-        """Number of patches."""
-        return int(self.patch_of_triangle.max(initial=-1)) + 1
-
-    @cached_property
-    def vertices(self) -> np.ndarray:
-        """World coordinates [m], float64 (n_vertex, 3)."""
-        return frozen(self.local + self.origin, np.float64)
-
-    def surface(self, i: int | str) -> TriSurface:
-        """Return one surface of the split mesh, by row or by name."""
-        i = self._row(i)
-        rows = np.flatnonzero(self.surface_of_triangle == i)
-        source = self.sources[i]
-        return self._part(rows, source.name, source.role)
-
-    def patch(self, i: int) -> TriSurface:
-        """Return one patch as a surface of its own."""
-        rows = np.flatnonzero(self.patch_of_triangle == i)
-        if len(rows) == 0:
-            raise InputError(f"there is no patch {i}; patches are 0 to {self.n_patch - 1}.")
-        source = self.sources[self.surface_of_triangle[rows[0]]]
-        return self._part(rows, f"{source.name} patch {i}", source.role)
-
-    def _row(self, i: int | str) -> int:
-        if isinstance(i, str):
-            if i not in self.names:
-                raise InputError(f"no surface is called {i!r}; there are {list(self.names)}.")
-            return self.names.index(i)
-        if not 0 <= i < len(self.sources):
-            raise InputError(f"there is no surface {i}; rows are 0 to {len(self.sources) - 1}.")
-        return i
-
-    def _part(self, rows: np.ndarray, name: str, role: str) -> TriSurface:
-        used, faces = np.unique(self.triangles[rows], return_inverse=True)
-        return TriSurface(name, role, self.vertices[used], faces.reshape(-1, 3))
-
-    def to_pyvista(self) -> pyvista.PolyData:
-        """Return all patches as one `pyvista.PolyData` with labels as cell data."""
-        labels = {
-            "surface": self.surface_of_triangle,
-            "parent": self.parent_of_triangle,
-            "patch": self.patch_of_triangle,
-        }
-        return polydata(self.vertices, triangles=self.triangles, cell_data=labels)

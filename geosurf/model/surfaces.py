@@ -1,4 +1,4 @@
-"""Surfaces: lattices, triangles, sticks."""
+"""Surfaces: triangles, sticks."""
 
 from __future__ import annotations
 
@@ -11,108 +11,12 @@ import numpy as np
 
 from geosurf.errors import SurfaceError
 from geosurf.model.base import frozen, polydata
+from geosurf.model.lattice import Lattice
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
 
 ROLES = ("horizon", "fault", "wall", "contact", "surface")
-
-
-@dataclass(frozen=True, eq=False)
-class Lattice:
-    """Nodes of a gridded surface, before anyone asks for triangles.
-
-    Attributes
-    ----------
-    easting, northing : ndarray of float64
-        World coordinates [m]: 1-D ``(n_col,)`` and ``(n_row,)`` for an unrotated
-        grid, or both 2-D ``(n_row, n_col)`` for rotated and curvilinear ones.
-    elevation : ndarray of float64, shape (n_row, n_col)
-        [m], positive up; NaN where there is no node.
-    rising : bool
-        Which diagonal splits each cell: True joins node ``(i, j)`` to
-        ``(i + 1, j + 1)``, False ``(i, j + 1)`` to ``(i + 1, j)``.
-        `geosurf.conventions.rising_diagonal` is the rule for horizons.
-    reverse : bool or None
-        How triangles turn. None (horizons): so that normals point up. False:
-        from columns to rows; True: from rows to columns (faults, which may be
-        vertical, so that the map cannot tell).
-    """
-
-    easting: np.ndarray
-    northing: np.ndarray
-    elevation: np.ndarray
-    rising: bool = True
-    reverse: bool | None = None
-
-    def __post_init__(self) -> None:
-        for key in ("easting", "northing", "elevation"):
-            object.__setattr__(self, key, frozen(getattr(self, key), np.float64))
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Number of rows and columns of nodes."""
-        n_row, n_col = self.elevation.shape
-        return n_row, n_col
-
-    @cached_property
-    def present(self) -> np.ndarray:
-        """Mask (n_row, n_col) of the nodes that exist."""
-        easting, northing = self.horizontal()
-        mask: np.ndarray = (
-            np.isfinite(self.elevation) & np.isfinite(easting) & np.isfinite(northing)
-        )
-        return mask
-
-    @cached_property
-    def vertex_of_node(self) -> np.ndarray:
-        """Vertex number of each node, int64 (n_row, n_col); -1 where absent."""
-        number = np.cumsum(self.present.ravel()) - 1
-        return frozen(np.where(self.present, number.reshape(self.shape), -1), np.int64)
-
-    def horizontal(self) -> tuple[np.ndarray, np.ndarray]:
-        """Easting and northing of all nodes, each (n_row, n_col)."""
-        if self.easting.ndim == 2:
-            return self.easting, self.northing
-        easting, northing = np.broadcast_arrays(self.easting[None, :], self.northing[:, None])
-        return easting, northing
-
-    def build_vertices(self) -> np.ndarray:
-        """World coordinates (n_vertex, 3) of the nodes that exist, row by row."""
-        easting, northing = self.horizontal()
-        keep = self.present
-        return np.stack([easting[keep], northing[keep], self.elevation[keep]], axis=1)
-
-    def build_triangles(self) -> np.ndarray:
-        """Triangles (n_triangle, 3), cell by cell; normals point up, or as `reverse` says.
-
-        A triangle exists only where its three nodes do.
-        """
-        number = self.vertex_of_node
-        a, b = number[:-1, :-1], number[:-1, 1:]
-        d, c = number[1:, :-1], number[1:, 1:]
-        pair = ((a, b, c), (a, c, d)) if self.rising else ((a, b, d), (b, c, d))
-        faces = np.stack([np.stack(t, axis=-1) for t in pair], axis=2).reshape(-1, 3)
-        faces = faces[(faces >= 0).all(axis=1)]
-        return faces[:, [0, 2, 1]] if self.turned else faces
-
-    @property
-    def turned(self) -> bool:
-        """Whether triangles turn from rows to columns."""
-        return not self.right_handed if self.reverse is None else self.reverse
-
-    @property
-    def right_handed(self) -> bool:
-        """Whether columns, rows and up make a right-handed system."""
-        if min(self.shape) < 2:
-            return True
-        x, y = self.easting, self.northing
-        if x.ndim == 1:
-            return bool((x[-1] > x[0]) == (y[-1] > y[0]))
-        cell = (x[:-1, 1:] - x[:-1, :-1]) * (y[1:, :-1] - y[:-1, :-1]) - (
-            y[:-1, 1:] - y[:-1, :-1]
-        ) * (x[1:, :-1] - x[:-1, :-1])
-        return bool(np.nansum(np.sign(cell)) >= 0)
 
 
 class TriSurface:
@@ -163,6 +67,7 @@ class TriSurface:
         self.name = str(name)
         self.role = role
         self.lattice = lattice
+        self.checked = False  # whether the engine knows that all triangles have an area
         if vertices is None or triangles is None:
             if lattice is None or not (vertices is None and triangles is None):
                 raise SurfaceError(
@@ -196,19 +101,49 @@ class TriSurface:
     @property
     def n_vertex(self) -> int:
         """Number of vertices."""
+        if self.lattice is not None and self.lattice.whole:
+            return self.lattice.n_node
         return len(self.vertices)
 
     @property
     def n_triangle(self) -> int:
         """Number of triangles."""
-        return len(self.triangles)
+        return len(self.triangles) if self.lattice is None else self.lattice.n_triangle
+
+    @cached_property
+    def extent(self) -> np.ndarray:
+        """South-west and north-east corner around the vertices [m], float64 (2, 2).
+
+        For lattices around all nodes, those without an elevation, too.
+        """
+        if self.lattice is not None:
+            return self.lattice.extent
+        low, high = self.vertices[:, :2].min(axis=0), self.vertices[:, :2].max(axis=0)
+        return frozen(np.stack([low, high]), np.float64)
+
+    def corners_of_keys(self, keys: np.ndarray) -> np.ndarray:
+        """Nodes (n, 3) of triangles named by keys: rows, or `Lattice.corners_of_keys`."""
+        return self.triangles[keys] if self.lattice is None else self.lattice.corners_of_keys(keys)
+
+    def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        """World coordinates (n, 3) of nodes: vertices, or nodes of the lattice."""
+        return self.vertices[nodes] if self.lattice is None else self.lattice.places_of_nodes(nodes)
+
+    def rows_of_keys(self, keys: np.ndarray) -> np.ndarray:
+        """Rows of `triangles` for keys of triangles."""
+        return keys if self.lattice is None else self.lattice.rows_of_keys(keys)
 
     @cached_property
     def bounds(self) -> tuple[float, float, float, float, float, float]:
         """West, east, south, north, bottom, top of the vertices in use [m]."""
         if self.n_triangle == 0:
             raise SurfaceError(f"surface {self.name!r} has no triangles, so it has no bounds.")
-        used = self.vertices[np.unique(self.triangles)]
+        if self.lattice is not None and self.lattice.whole:
+            used = self.lattice.corners_of_box()
+        else:
+            mark = np.zeros(self.n_vertex, dtype=bool)
+            mark[self.triangles] = True
+            used = self.vertices[mark]
         (w, s, b), (e, n, t) = used.min(axis=0).tolist(), used.max(axis=0).tolist()
         return w, e, s, n, b, t
 

@@ -14,12 +14,13 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.contact.arrange import Children, cut_contacts
-from geosurf.contact.search import Contacts, find_contacts, welded_triangles
+from geosurf.contact.search import Contacts, find_contacts
 from geosurf.conventions import place
 from geosurf.errors import RoundingError, SurfaceError
 from geosurf.kernels.mesh import turned_over
 from geosurf.kernels.predicates import frame_of
 from geosurf.model import TriSurface
+from geosurf.rebuild.assemble import first_of_equals
 from geosurf.rebuild.soundness import crossing_faces
 
 STEPS = tuple(2.0**-k for k in (28, 24, 20, 16, 13))  # metres; the last moves by 0.1 mm at most
@@ -81,13 +82,18 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
     faces = np.union1d(faces, contacts.rows[near, :2])
     ids = np.zeros(contacts.n_vertex, dtype=bool)
     ids[contacts.t[faces]] = True
-    for surface, marked, id_of_vertex in zip(
-        contacts.surfaces, moved, contacts.id_of_vertex, strict=True
+    for surface, marked, (nodes, of_node) in zip(
+        contacts.surfaces, moved, contacts.nodes, strict=True
     ):
         if surface.role == "wall":
             continue
-        known = id_of_vertex >= 0
-        marked[known] |= ids[id_of_vertex[known]]
+        vertices = nodes[ids[of_node]]
+        if surface.lattice is not None:
+            vertices = surface.lattice.vertex_of_node.ravel()[vertices]
+        first = first_of_equals(surface)
+        if first is not None:
+            vertices = first[vertices]
+        marked[vertices] = True
 
 
 def _held(surfaces) -> list[np.ndarray]:
@@ -104,7 +110,13 @@ def _rounded(surface: TriSurface, moved: np.ndarray, step: float, held) -> TriSu
     for axis in range(3):
         free = moved & ~np.isin(vertices[:, axis], held[axis])
         vertices[free, axis] = np.rint(vertices[free, axis] / step) * step + 0.0
-    return TriSurface(surface.name, surface.role, vertices, welded_triangles(surface))
+    return TriSurface(surface.name, surface.role, vertices, _triangles(surface))
+
+
+def _triangles(surface: TriSurface) -> np.ndarray:
+    """Triangles over the first of equal vertices, so that equals stay together."""
+    first = first_of_equals(surface)
+    return surface.triangles if first is None else first[surface.triangles]
 
 
 def _moves(given, surfaces, moved) -> dict[str, float]:

@@ -69,9 +69,16 @@ def _cross(corners: np.ndarray) -> tuple[Fraction, Fraction, Fraction]:
     )
 
 
-def refuse_zero_area(name: str, vertices: np.ndarray, triangles: np.ndarray, remedy: str) -> None:
-    """Raise a `SurfaceError` that names the first triangle without area, if there is one."""
-    zero = find_zero_area(vertices[triangles])
+def refuse_zero_area(
+    name: str,
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    remedy: str,
+    rows: np.ndarray | None = None,
+) -> None:
+    """Raise a `SurfaceError` that names the first triangle without area (among `rows`), if any."""
+    zero = find_zero_area(vertices[triangles if rows is None else triangles[rows]])
+    zero = zero if rows is None else rows[zero]
     if len(zero):
         first = zero[0]
         raise SurfaceError(

@@ -111,8 +111,15 @@ def triangulate_fault(
         if surface.lattice is not None
         else "Remove these triangles and merge their vertices first."
     )
-    refuse_zero_area(title, surface.vertices, surface.triangles, remedy)
-    return orient_fault(surface)
+    if surface.lattice is not None:
+        doubted = surface.lattice.rows_of_keys(surface.lattice.normals[2])
+        if len(doubted):
+            refuse_zero_area(title, surface.vertices, surface.triangles, remedy, doubted)
+    else:
+        refuse_zero_area(title, surface.vertices, surface.triangles, remedy)
+    surface = orient_fault(surface)
+    surface.checked = surface.lattice is not None
+    return surface
 
 
 def _scale(title: str, positive: str | None, units: str | None) -> float:
@@ -200,11 +207,7 @@ def _rising(easting: np.ndarray, northing: np.ndarray, elevation: np.ndarray) ->
     vertical fault has and the map does not show. A flat fault takes the rule
     for horizons.
     """
-    nodes = np.stack([easting, northing, elevation], axis=-1)
-    rising = nodes[1:, 1:] - nodes[:-1, :-1]
-    falling = nodes[1:, :-1] - nodes[:-1, 1:]
-    normals = np.cross(rising, falling)
-    normal = normals[np.isfinite(normals).all(axis=-1)].sum(axis=0)
+    normal, _, _ = Lattice(easting, northing, elevation, reverse=False).normals
     strike = np.array([-normal[1], normal[0]])
     if np.abs(strike).max() <= 1e-6 * np.linalg.norm(normal):
         return rising_diagonal(easting, northing)

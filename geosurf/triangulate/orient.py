@@ -75,9 +75,8 @@ def orient_fault(surface: TriSurface) -> TriSurface:
 
 def _orient_lattice(surface: TriSurface, lattice: Lattice) -> TriSurface:
     """A lattice agrees with itself; only the whole can be the wrong way round."""
-    corners = surface.vertices[surface.triangles]
-    normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    wrong = _points_into_footwall(normal.sum(axis=0), np.linalg.norm(normal, axis=1).sum())
+    normal, area, _ = lattice.normals
+    wrong = _points_into_footwall(-normal if lattice.turned else normal, area)
     if not wrong and lattice.reverse is not None:
         return surface
     oriented = replace(lattice, reverse=lattice.turned ^ wrong)

@@ -55,13 +55,12 @@ def inner_row(patches):
 def with_local(patches, vertex, move):
     local = patches.local.copy()
     local[vertex] += move
-    return replace(patches, local=local)
+    return patches.changed(local=local)
 
 
 def without(patches, row):
     keep = np.arange(patches.n_triangle) != row
-    return replace(
-        patches,
+    return patches.changed(
         triangles=patches.triangles[keep],
         surface_of_triangle=patches.surface_of_triangle[keep],
         parent_of_triangle=patches.parent_of_triangle[keep],
@@ -117,7 +116,7 @@ def test_a_turned_triangle_in_the_mesh(patches):
     row, _ = inner_row(patches)
     triangles = patches.triangles.copy()
     triangles[row] = triangles[row, ::-1]
-    assert failed(certify(replace(patches, triangles=triangles))) == {FACING}
+    assert failed(certify(patches.changed(triangles=triangles))) == {FACING}
 
 
 def test_a_stretched_shell(patches, units):
@@ -152,7 +151,7 @@ def test_a_wrong_parent(patches):
     row, _ = inner_row(patches)
     parent = patches.parent_of_triangle.copy()
     parent[row] = (parent[row] + 5) % patches.sources[0].n_triangle
-    assert {PARENTS, AREAS} & failed(certify(replace(patches, parent_of_triangle=parent)))
+    assert {PARENTS, AREAS} & failed(certify(patches.changed(parent_of_triangle=parent)))
 
 
 def test_surfaces_that_were_not_rebuilt_cross():

@@ -89,7 +89,7 @@ def test_boxes_apart_cost_nothing():
         b[:, [axis, 3 + axis]] += 1.5
         pairs, cost = candidate_pairs(a, b)
         assert len(pairs) == 0
-        assert cost == {"voxels": 0, "candidate_faces": 0, "pairs": 0}
+        assert cost == {"voxels": 0, "pairs": 0}
 
 
 def test_only_faces_near_the_other_surface_are_candidates():
@@ -97,8 +97,8 @@ def test_only_faces_near_the_other_surface_are_candidates():
     top = grid("Top", np.zeros((41, 41)))
     small = sheet("F1", [(20.3, 20.2, -1), (20.3, 21.1, -1), (20.3, 21.1, 1), (20.3, 20.2, 1)])
     a, b = (triangle_boxes(s.vertices, s.triangles) for s in (top, small))
-    cost = assert_all_once(a, b, None)
-    assert cost["candidate_faces"] <= 4 * 2 + 2
+    pairs, _ = candidate_pairs(a, b)
+    assert len(np.unique(pairs[:, 0])) <= 4 * 2
     assert len(top.triangles) == 3200
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from geosurf import rebuild_surfaces
 from geosurf.contact.search import find_contacts
 from geosurf.contact.tree import candidate_pairs, tree_of
-from geosurf.kernels.tree import build_tree, morton_order
+from geosurf.kernels.tree import build_list_tree, morton_order
 from geosurf.kernels.voxels import triangle_boxes
 from tests.strategies import faulted_worlds, grid, sheet, soups
 
@@ -17,7 +17,7 @@ BYTES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "pat
 
 
 def pairs_of(one, two, same=False):
-    pairs, cost = candidate_pairs(tree_of(one, np.zeros(3)), tree_of(two, np.zeros(3)), same=same)
+    pairs, cost = candidate_pairs(tree_of(one), tree_of(two), same=same)
     assert cost["pairs"] == len(pairs)
     assert len(np.unique(pairs, axis=0)) == len(pairs)
     return {tuple(pair) for pair in pairs.tolist()}
@@ -27,7 +27,7 @@ def meeting(one, two, same=False):
     """Pairs in contact, as found through voxels, and all pairs whose boxes meet."""
     surfaces = (one,) if same else (one, two)
     found = find_contacts(surfaces, method="voxels", self_intersections=same)
-    rows = found.row_of_face[found.rows[:, :2]]
+    rows = found.key_of_face[found.rows[:, :2]]
     a, b = (triangle_boxes(s.vertices, s.triangles) for s in (one, two))
     near = (a[:, None, :3] <= b[None, :, 3:]).all(axis=2)
     near &= (b[None, :, :3] <= a[:, None, 3:]).all(axis=2)
@@ -76,9 +76,8 @@ def test_every_triangle_is_in_its_leaf_and_every_node_in_its_parent(rng, n):
     boxes = np.hstack([low, low + rng.integers(0, 9, (n, 3))])
     order = morton_order(boxes)
     assert sorted(order.tolist()) == list(range(n))
-    nodes, levels = build_tree(boxes, order)
-    assert levels[-1] == len(nodes)
-    assert levels[-1] - levels[-2] == 1
+    nodes, levels = build_list_tree(boxes, order)
+    assert levels[-1].tolist() == [len(nodes) - 1, 1, 1]
     for k, row in enumerate(order):
         assert (nodes[k // 8, :3] <= boxes[row, :3]).all()
         assert (nodes[k // 8, 3:] >= boxes[row, 3:]).all()

@@ -1,0 +1,89 @@
+"""Pieces of surfaces that touch nothing else: which cell holds each is asked with a ray."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+
+from geosurf.errors import InvariantError
+
+
+def place_floating(
+    x: np.ndarray, t: np.ndarray, piece: np.ndarray, fixed: np.ndarray, shell: np.ndarray
+) -> np.ndarray:
+    """Unite the outer shell of each floating piece with the cell that holds it.
+
+    Parameters
+    ----------
+    x, t : ndarray
+        Points and triangles.
+    piece : ndarray of int64, shape (n_triangle,)
+        Connected piece of each triangle.
+    fixed : ndarray of int64
+        Pieces that do not float.
+    shell : ndarray of int64, shape (2 * n_triangle,)
+        Shell of each side of each triangle.
+
+    Returns
+    -------
+    ndarray of int64, shape (2 * n_triangle,)
+    """
+    sides = shell.copy()
+    for p in np.setdiff1d(piece, fixed):
+        one, two = _shot(x, t, np.flatnonzero(piece == p), piece)
+        sides[sides == sides[one]] = sides[two]
+    return sides
+
+
+def _shot(x, t, mine, piece):
+    """Sides (outer, holding) met by a ray from outside through a floating piece and onwards.
+
+    The ray runs along the axis on which the piece's first triangle is widest. It aims at
+    rational points inside that triangle until it misses all edges; hits are exact. The points
+    lie on a conic, since any edge can be in the way of two of them only.
+    """
+    a, b, c = x[t[mine[0]]]
+    axis = int(np.argmax(np.abs(np.cross(b - a, c - a))))
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    low, high = x[t].min(axis=1), x[t].max(axis=1)
+    for step in range(1, 200):
+        ratio = Fraction(step + 30, 40)
+        total = 1 + ratio + ratio * ratio
+        weights = (1 / total, ratio / total, ratio * ratio / total)
+        aim = [
+            sum(f * Fraction(p[k]) for f, p in zip(weights, (a, b, c), strict=True)) for k in (u, v)
+        ]
+        near = (low[:, u] <= float(aim[0]) + 1e-6) & (high[:, u] >= float(aim[0]) - 1e-6)
+        near &= (low[:, v] <= float(aim[1]) + 1e-6) & (high[:, v] >= float(aim[1]) - 1e-6)
+        hits = [_hit(x[t[i]], axis, u, v, aim) for i in np.flatnonzero(near)]
+        if None in hits:
+            continue  # the ray grazes an edge: aim elsewhere
+        met = [(h[0], i, h[1]) for i, h in zip(np.flatnonzero(near), hits, strict=True) if h]
+        members = set(mine.tolist())
+        top = max((hit for hit in met if hit[1] in members), key=lambda hit: hit[0])
+        above = [hit for hit in met if hit[1] not in members and hit[0] > top[0]]
+        if not above:
+            break
+        first = min(above, key=lambda hit: hit[0])
+        # the side towards +axis is the front where the normal points there
+        return 2 * top[1] + (0 if top[2] > 0 else 1), 2 * first[1] + (1 if first[2] > 0 else 0)
+    raise InvariantError(
+        "a floating piece of surface lies in no cell; please report this with the surfaces."
+    )
+
+
+def _hit(corners, axis, u, v, aim):
+    """(height, sign of the normal along the axis), () for a miss, None on an edge."""
+    p = [[Fraction(float(c[k])) for k in (u, v, axis)] for c in corners]
+    areas = []
+    for i in range(3):
+        q, r = p[i], p[(i + 1) % 3]
+        areas.append((q[0] - aim[0]) * (r[1] - aim[1]) - (q[1] - aim[1]) * (r[0] - aim[0]))
+    if all(area > 0 for area in areas) or all(area < 0 for area in areas):
+        total = sum(areas)
+        height = sum(areas[(i + 1) % 3] * p[i][2] for i in range(3)) / total
+        return height, 1 if total > 0 else -1
+    if any(area > 0 for area in areas) and any(area < 0 for area in areas):
+        return ()
+    return None

@@ -1,0 +1,116 @@
+"""The few faces that may meet: numbered, welded, in the local frame.
+
+Candidates come as keys of triangles. Only they are looked up, so that what follows costs what
+they cost; a lattice is never made a list of triangles for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.contact import tree
+from geosurf.contact.broad import candidate_pairs
+from geosurf.kernels.gather import number_keys
+from geosurf.kernels.mesh import weld
+from geosurf.kernels.voxels import triangle_boxes
+
+
+@dataclass
+class Faces:
+    """Faces of some surfaces, with welded vertices.
+
+    Attributes
+    ----------
+    x : ndarray of float64, shape (n_vertex, 3)
+        Local coordinates that differ from each other.
+    t : ndarray of int64, shape (n_face, 3)
+    surface, key : ndarray of int64, shape (n_face,)
+        Where each face comes from; sorted by surface, then key.
+    nodes : list of (ndarray, ndarray)
+        For each surface its nodes in use, rising, and the rows of `x` where they are.
+    """
+
+    x: np.ndarray
+    t: np.ndarray
+    surface: np.ndarray
+    key: np.ndarray
+    nodes: list[tuple[np.ndarray, np.ndarray]]
+
+    def only(self, faces: np.ndarray) -> tuple[Faces, np.ndarray]:
+        """Some of the faces with their vertices, and the new number of each face."""
+        mark = np.zeros(len(self.x), dtype=bool)
+        mark[self.t[faces]] = True
+        number = np.where(mark, np.cumsum(mark) - 1, -1)
+        nodes = [(of[mark[ids]], number[ids[mark[ids]]]) for of, ids in self.nodes]
+        of_face = np.full(len(self.t), -1, dtype=np.int64)
+        of_face[faces] = np.arange(len(faces))
+        some = Faces(
+            self.x[mark], number[self.t[faces]], self.surface[faces], self.key[faces], nodes
+        )
+        return some, of_face
+
+
+def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None):
+    """Candidate pairs of keys for each pair of surfaces, and what they cost."""
+    found = []
+    cost = {"voxels": 0, "nodes": 0, "candidate_faces": 0, "pairs_tested": 0}
+    if voxels:
+        boxes = [triangle_boxes(s.vertices, s.triangles) for s in surfaces]
+    else:
+        trees = tree.trees_for(surfaces, pairs)
+    for i, j in pairs:
+        if i == j and surfaces[i].lattice is not None and surfaces[i].lattice.is_graph:
+            continue  # one elevation for each place in the map: it cannot meet itself
+        if voxels:
+            rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
+            keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
+            rows = np.stack(keys, axis=1)
+        else:
+            rows, spent = tree.candidate_pairs(trees[i], trees[j], same=i == j)
+        for key, value in spent.items():
+            cost["pairs_tested" if key == "pairs" else key] += value
+        found.append((i, j, rows))
+    return found, cost
+
+
+def _keys_of_rows(surface, rows: np.ndarray) -> np.ndarray:
+    return rows if surface.lattice is None else surface.lattice.keys_of_rows(rows)
+
+
+def gather(surfaces, found, origin: np.ndarray) -> tuple[Faces, np.ndarray]:
+    """Faces in candidate pairs, and the pairs as rows of them."""
+    limits = [_key_limits(surface) for surface in surfaces]
+    first_key = np.cumsum([0] + [n for n, _ in limits])
+    first_node = np.cumsum([0] + [n for _, n in limits])
+    none = np.empty((0, 2), dtype=np.int64)
+    shifted = [rows + np.array([first_key[i], first_key[j]]) for i, j, rows in found]
+    keys, number = number_keys(np.concatenate([none, *shifted]).reshape(-1))
+    cut = np.searchsorted(keys, first_key)
+    surface = np.repeat(np.arange(len(surfaces)), np.diff(cut))
+    key = keys - first_key[surface]
+    corners = [
+        s.corners_of_keys(key[a:b]) + first_node[i]
+        for i, (s, a, b) in enumerate(zip(surfaces, cut[:-1], cut[1:], strict=True))
+    ]
+    nodes, corner = number_keys(np.concatenate(corners).reshape(-1))
+    cut = np.searchsorted(nodes, first_node)
+    nodes = [nodes[cut[i] : cut[i + 1]] - first_node[i] for i in range(len(surfaces))]
+    places = np.concatenate(
+        [s.places_of_nodes(of) - origin for s, of in zip(surfaces, nodes, strict=True)]
+    )
+    point, count = weld(places)
+    x = np.empty((count, 3))
+    x[point] = places
+    ids = np.split(point, cut[1:-1])
+    faces = Faces(x, point[corner].reshape(-1, 3), surface, key, list(zip(nodes, ids, strict=True)))
+    return faces, number.reshape(-1, 2)
+
+
+def _key_limits(surface) -> tuple[int, int]:
+    """Numbers above all keys of triangles, and above all nodes."""
+    if surface.lattice is None:
+        return surface.n_triangle, surface.n_vertex
+    n_row, n_col = surface.lattice.shape
+    return 2 * n_row * n_col, n_row * n_col

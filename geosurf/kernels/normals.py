@@ -1,0 +1,55 @@
+"""Normals of a lattice, all at once.
+
+Letters as in `strips`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels._jit import entry
+from geosurf.kernels.strips import corner_of, load
+from geosurf.kernels.tree import N_COL, N_ROW
+
+# each component of a cross product is off by less than 4 rounding units of its terms,
+# or by more where they underflow
+_DOUBT = 8 * 2.0**-52
+_UNDERFLOW = 1e-290
+
+
+@entry("d1 d1 d1 l1 -> d1 l1")
+def lattice_normals(p, q, r, a):
+    """Sum of all normals (length: area) and of areas, and the keys of triangles that may be flat.
+
+    Triangles without three nodes are left out, and none is turned.
+    """
+    out = np.zeros(4)
+    doubted = np.empty(64, dtype=np.int64)
+    n = 0
+    for key in range(2 * max(a[N_ROW] - 1, 0) * max(a[N_COL] - 1, 0)):
+        i, j = corner_of(a, key, 0)
+        x, y, z = load(p, a, 0, i, j), load(q, a, 1, i, j), load(r, a, 2, i, j)
+        i, j = corner_of(a, key, 1)
+        ax, ay, az = load(p, a, 0, i, j) - x, load(q, a, 1, i, j) - y, load(r, a, 2, i, j) - z
+        i, j = corner_of(a, key, 2)
+        bx, by, bz = load(p, a, 0, i, j) - x, load(q, a, 1, i, j) - y, load(r, a, 2, i, j) - z
+        xp, xm, yp, ym, zp, zm = ay * bz, az * by, az * bx, ax * bz, ax * by, ay * bx
+        nx, ny, nz = xp - xm, yp - ym, zp - zm
+        if not (nx + ny + nz == nx + ny + nz):
+            continue
+        out[0] += 0.5 * nx
+        out[1] += 0.5 * ny
+        out[2] += 0.5 * nz
+        out[3] += 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
+        if (
+            abs(nx) <= _DOUBT * (abs(xp) + abs(xm)) + _UNDERFLOW
+            and abs(ny) <= _DOUBT * (abs(yp) + abs(ym)) + _UNDERFLOW
+            and abs(nz) <= _DOUBT * (abs(zp) + abs(zm)) + _UNDERFLOW
+        ):
+            if n == doubted.shape[0]:
+                larger = np.empty(2 * n, dtype=np.int64)
+                larger[:n] = doubted
+                doubted = larger
+            doubted[n] = key
+            n += 1
+    return out, doubted[:n].copy()

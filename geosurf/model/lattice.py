@@ -1,0 +1,210 @@
+"""Gridded surfaces: nodes in rows and columns, triangles by rule."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from geosurf.kernels.normals import lattice_normals
+from geosurf.kernels.tree import N_PLACE
+from geosurf.model.base import frozen
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Nodes of a gridded surface, before anyone asks for triangles.
+
+    Attributes
+    ----------
+    easting, northing : ndarray of float64
+        World coordinates [m]: 1-D ``(n_col,)`` and ``(n_row,)`` for an unrotated
+        grid, or both 2-D ``(n_row, n_col)`` for rotated and curvilinear ones.
+    elevation : ndarray of float64, shape (n_row, n_col)
+        [m], positive up; NaN where there is no node.
+    rising : bool
+        Which diagonal splits each cell: True joins node ``(i, j)`` to
+        ``(i + 1, j + 1)``, False ``(i, j + 1)`` to ``(i + 1, j)``.
+        `geosurf.conventions.rising_diagonal` is the rule for horizons.
+    reverse : bool or None
+        How triangles turn. None (horizons): so that normals point up. False:
+        from columns to rows; True: from rows to columns (faults, which may be
+        vertical, so that the map cannot tell).
+    """
+
+    easting: np.ndarray
+    northing: np.ndarray
+    elevation: np.ndarray
+    rising: bool = True
+    reverse: bool | None = None
+
+    def __post_init__(self) -> None:
+        for key in ("easting", "northing", "elevation"):
+            object.__setattr__(self, key, frozen(getattr(self, key), np.float64))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of rows and columns of nodes."""
+        n_row, n_col = self.elevation.shape
+        return n_row, n_col
+
+    @cached_property
+    def coordinates(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Easting, northing, elevation as kernels take them: flat, not repeated."""
+        return self.easting.reshape(-1), self.northing.reshape(-1), self.elevation.reshape(-1)
+
+    @cached_property
+    def places(self) -> np.ndarray:
+        """Where what is in `coordinates`, for kernels: see `geosurf.kernels.tree`."""
+        n_row, n_col = self.shape
+        places = np.zeros(N_PLACE, dtype=np.int64)
+        steps = ((0, 0, 1), (0, 1, 0)) if self.easting.ndim == 1 else ((0, n_col, 1),) * 2
+        places[:9] = (*steps[0], *steps[1], 0, n_col, 1)
+        places[9:N_PLACE] = n_row, n_col, self.rising, self.turned, 0, 0, 1
+        return frozen(places, np.int64)
+
+    @cached_property
+    def normals(self) -> tuple[np.ndarray, float, np.ndarray]:
+        """Sum of all normals (length: area, not turned), of areas, and keys that may be flat."""
+        sums, keys = lattice_normals(*self.coordinates, self.places)
+        return sums[:3], float(sums[3]), keys
+
+    @property
+    def n_node(self) -> int:
+        """Number of nodes, absent ones too."""
+        return self.elevation.size
+
+    @cached_property
+    def whole(self) -> bool:
+        """Whether all nodes exist."""
+        parts = (self.easting, self.northing, self.elevation)
+        # a sum is finite only if all are; it may overflow where all are, so ask again then
+        if all(np.isfinite(part.sum()) for part in parts):
+            return True
+        return bool(self.present.all())
+
+    @cached_property
+    def n_triangle(self) -> int:
+        """Number of triangles: those with three nodes."""
+        n_row, n_col = self.shape
+        if self.whole:
+            return 2 * max(n_row - 1, 0) * max(n_col - 1, 0)
+        return len(self.keys)
+
+    @cached_property
+    def is_graph(self) -> bool:
+        """Whether axes rise or fall strictly, so that no two points share a place in the map."""
+        if self.easting.ndim != 1:
+            return False
+        steps = (np.diff(self.easting), np.diff(self.northing))
+        return all(bool((step > 0).all() or (step < 0).all()) for step in steps)
+
+    @cached_property
+    def extent(self) -> np.ndarray:
+        """South-west and north-east corner around all nodes [m], float64 (2, 2)."""
+        parts = (self.easting.ravel(), self.northing.ravel())
+        corners = [[np.fmin.reduce(x) for x in parts], [np.fmax.reduce(x) for x in parts]]
+        return frozen(corners, np.float64)
+
+    def corners_of_box(self) -> np.ndarray:
+        """Lower and upper corner around all nodes [m], float64 (2, 3); all nodes exist."""
+        heights = [[self.elevation.min()], [self.elevation.max()]]
+        return np.hstack([self.extent, heights])
+
+    @cached_property
+    def keys(self) -> np.ndarray:
+        """Keys ``2 * cell + half`` of the triangles that exist, in order, int64 (n_triangle,)."""
+        n_row, n_col = self.shape
+        every = np.arange(2 * max(n_row - 1, 0) * max(n_col - 1, 0))
+        corners = self.corners_of_keys(every)
+        return frozen(every[self.present.ravel()[corners].all(axis=1)], np.int64)
+
+    def corners_of_keys(self, keys: np.ndarray) -> np.ndarray:
+        """Nodes (row by row, absent ones counted) of triangles by key, int64 (n, 3).
+
+        ``key = 2 * cell + half``, cells and halves in the order of `build_triangles`.
+        """
+        n_col = self.shape[1]
+        i, j = np.divmod(keys >> 1, max(n_col - 1, 1))
+        around = np.array([0, 1, n_col + 1, n_col])  # a, b, c, d
+        halves = [[0, 1, 2], [0, 2, 3]] if self.rising else [[0, 1, 3], [1, 2, 3]]
+        steps = around[np.array(halves)]
+        if self.turned:
+            steps = steps[:, [0, 2, 1]]
+        corners: np.ndarray = (i * n_col + j)[:, None] + steps[keys & 1]
+        return corners
+
+    def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        """World coordinates (n, 3) of nodes, row by row."""
+        i, j = np.divmod(nodes, self.shape[1])
+        at = (j, i) if self.easting.ndim == 1 else ((i, j), (i, j))
+        return np.stack([self.easting[at[0]], self.northing[at[1]], self.elevation[i, j]], axis=1)
+
+    def rows_of_keys(self, keys: np.ndarray) -> np.ndarray:
+        """Rows of `build_triangles` for keys of triangles that exist."""
+        return keys if self.whole else np.searchsorted(self.keys, keys)
+
+    def keys_of_rows(self, rows: np.ndarray) -> np.ndarray:
+        """Keys of triangles for rows of `build_triangles`."""
+        return rows if self.whole else self.keys[rows]
+
+    @cached_property
+    def present(self) -> np.ndarray:
+        """Mask (n_row, n_col) of the nodes that exist."""
+        easting, northing = self.horizontal()
+        mask: np.ndarray = (
+            np.isfinite(self.elevation) & np.isfinite(easting) & np.isfinite(northing)
+        )
+        return mask
+
+    @cached_property
+    def vertex_of_node(self) -> np.ndarray:
+        """Vertex number of each node, int64 (n_row, n_col); -1 where absent."""
+        number = np.cumsum(self.present.ravel()) - 1
+        return frozen(np.where(self.present, number.reshape(self.shape), -1), np.int64)
+
+    def horizontal(self) -> tuple[np.ndarray, np.ndarray]:
+        """Easting and northing of all nodes, each (n_row, n_col)."""
+        if self.easting.ndim == 2:
+            return self.easting, self.northing
+        easting, northing = np.broadcast_arrays(self.easting[None, :], self.northing[:, None])
+        return easting, northing
+
+    def build_vertices(self) -> np.ndarray:
+        """World coordinates (n_vertex, 3) of the nodes that exist, row by row."""
+        if self.whole:
+            return self.places_of_nodes(np.arange(self.n_node))
+        easting, northing = self.horizontal()
+        keep = self.present
+        return np.stack([easting[keep], northing[keep], self.elevation[keep]], axis=1)
+
+    def build_triangles(self) -> np.ndarray:
+        """Triangles (n_triangle, 3), cell by cell; normals point up, or as `reverse` says.
+
+        A triangle exists only where its three nodes do.
+        """
+        if self.whole:
+            n_row, n_col = self.shape
+            keys = np.arange(2 * max(n_row - 1, 0) * max(n_col - 1, 0))
+            return self.corners_of_keys(keys)
+        rows: np.ndarray = self.vertex_of_node.ravel()[self.corners_of_keys(self.keys)]
+        return rows
+
+    @property
+    def turned(self) -> bool:
+        """Whether triangles turn from rows to columns."""
+        return not self.right_handed if self.reverse is None else self.reverse
+
+    @cached_property
+    def right_handed(self) -> bool:
+        """Whether columns, rows and up make a right-handed system."""
+        if min(self.shape) < 2:
+            return True
+        x, y = self.easting, self.northing
+        if x.ndim == 1:
+            return bool((x[-1] > x[0]) == (y[-1] > y[0]))
+        cell = (x[:-1, 1:] - x[:-1, :-1]) * (y[1:, :-1] - y[:-1, :-1]) - (
+            y[:-1, 1:] - y[:-1, :-1]
+        ) * (x[1:, :-1] - x[:-1, :-1])
+        return bool(np.nansum(np.sign(cell)) >= 0)

@@ -1,0 +1,202 @@
+"""Patches: surfaces split along their curves, sharing one vertex per point."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.errors import InputError
+from geosurf.kernels.mesh import edges
+from geosurf.model.base import frozen, polydata
+from geosurf.model.pieces import FREE, PAIRED, Pieces
+from geosurf.model.surfaces import TriSurface
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import pyvista
+
+
+class Patches:
+    """Surfaces split along their common curves, sharing one vertex per point.
+
+    Large arrays are made when they are first asked for: until then, what no curve touches of a
+    gridded surface is only known as runs of its lattice (`Pieces`).
+
+    Parameters
+    ----------
+    sources : sequence of TriSurface
+        The surfaces as they were handed in.
+    local : array_like of float, shape (n_vertex, 3)
+        Vertices in the local frame [m]; `vertices` adds `origin`.
+    origin : array_like of float, shape (3,)
+    triangles : array_like of int, shape (n_triangle, 3)
+        All surfaces, one after the other. Where surfaces coincide, each lists
+        the same triangle (the same three vertices).
+    surface_of_triangle : array_like of int, shape (n_triangle,)
+        Row of `sources`.
+    parent_of_triangle : array_like of int, shape (n_triangle,)
+        Row of that surface's own triangles, which this one is a part of.
+    patch_of_triangle : array_like of int, shape (n_triangle,)
+        Connected pieces between curves, numbered from 0 over all surfaces.
+    curve_edges : array_like of int, shape (n_edge, 2)
+        Vertices of the edges along which different surfaces (or more than two
+        sheets) meet.
+    report : dict, optional
+        What was done: cut triangles, children, constructed points, points that
+        rounding put in one place, triangles that rounding turned over.
+    """
+
+    def __init__(
+        self,
+        sources: Sequence[TriSurface],
+        local: Any,
+        origin: Any,
+        triangles: Any,
+        surface_of_triangle: Any,
+        parent_of_triangle: Any,
+        patch_of_triangle: Any,
+        curve_edges: Any,
+        report: dict[str, Any] | None = None,
+    ) -> None:
+        self.sources = tuple(sources)
+        self.origin = frozen(origin, np.float64)
+        self.curve_edges = frozen(curve_edges, np.int64)
+        self.report = dict(report or {})
+        self.__dict__["local"] = frozen(local, np.float64)
+        for name, value in (
+            ("triangles", triangles),
+            ("surface_of_triangle", surface_of_triangle),
+            ("parent_of_triangle", parent_of_triangle),
+            ("patch_of_triangle", patch_of_triangle),
+        ):
+            self.__dict__[name] = frozen(value, np.int64)
+
+    @classmethod
+    def of_pieces(cls, pieces: Pieces, curve_edges: np.ndarray, report: dict[str, Any]) -> Patches:
+        """Patches whose arrays are made when they are asked for."""
+        self = cls.__new__(cls)
+        self.sources = tuple(pieces.sources)
+        self.origin = frozen(pieces.origin, np.float64)
+        self.curve_edges = frozen(curve_edges, np.int64)
+        self.report = dict(report)
+        self.__dict__["pieces"] = pieces
+        return self
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """The same without runs: every triangle by itself."""
+        parent = self.parent_of_triangle.copy()
+        for i, source in enumerate(self.sources):
+            if source.lattice is not None:
+                mine = self.surface_of_triangle == i
+                parent[mine] = source.lattice.keys_of_rows(parent[mine])
+        ring, _ = edges(self.triangles, len(self.local))
+        alone = ring == np.arange(len(ring))
+        corners = np.sort(self.triangles, axis=1)
+        _, first, group = np.unique(corners, axis=0, return_index=True, return_inverse=True)
+        return Pieces(
+            sources=self.sources,
+            origin=self.origin,
+            x=self.local,
+            triangles=self.triangles,
+            surface=self.surface_of_triangle,
+            key=parent,
+            twin=first[group.ravel()],
+            ring=ring,
+            link=np.where(alone, FREE, PAIRED),
+            strips=[None] * len(self.sources),
+            first_run=np.zeros(len(self.sources) + 1, dtype=np.int64),
+            patch=self.patch_of_triangle,
+        )
+
+    def changed(self, **arrays: Any) -> Patches:
+        """Return the same patches, no runs, with some arrays exchanged."""
+        names = (
+            "sources", "local", "origin", "triangles", "surface_of_triangle",
+            "parent_of_triangle", "patch_of_triangle", "curve_edges", "report",
+        )  # fmt: skip
+        return Patches(**{name: arrays.get(name, getattr(self, name)) for name in names})
+
+    @cached_property
+    def local(self) -> np.ndarray:
+        """Vertices in the local frame [m], float64 (n_vertex, 3)."""
+        return self.pieces.expanded.local
+
+    @cached_property
+    def triangles(self) -> np.ndarray:
+        """Corners of all triangles, rows of `local`, int64 (n_triangle, 3)."""
+        return self.pieces.expanded.triangles
+
+    @cached_property
+    def surface_of_triangle(self) -> np.ndarray:
+        """Row of `sources` of each triangle, int64 (n_triangle,)."""
+        return self.pieces.expanded.surface
+
+    @cached_property
+    def parent_of_triangle(self) -> np.ndarray:
+        """Row of the input triangle that each is a part of, int64 (n_triangle,)."""
+        return self.pieces.expanded.parent
+
+    @cached_property
+    def patch_of_triangle(self) -> np.ndarray:
+        """Patch of each triangle, int64 (n_triangle,)."""
+        return frozen(self.pieces.patch[self.pieces.expanded.element], np.int64)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the surfaces."""
+        return tuple(source.name for source in self.sources)
+
+    @property
+    def n_triangle(self) -> int:
+        """Number of triangles."""
+        return len(self.triangles)
+
+    @property
+    def n_patch(self) -> int:
+        """Number of patches."""
+        return int(self.pieces.patch.max(initial=-1)) + 1
+
+    @cached_property
+    def vertices(self) -> np.ndarray:
+        """World coordinates [m], float64 (n_vertex, 3)."""
+        return frozen(self.local + self.origin, np.float64)
+
+    def surface(self, i: int | str) -> TriSurface:
+        """Return one surface of the split mesh, by row or by name."""
+        i = self._row(i)
+        rows = np.flatnonzero(self.surface_of_triangle == i)
+        source = self.sources[i]
+        return self._part(rows, source.name, source.role)
+
+    def patch(self, i: int) -> TriSurface:
+        """Return one patch as a surface of its own."""
+        rows = np.flatnonzero(self.patch_of_triangle == i)
+        if len(rows) == 0:
+            raise InputError(f"there is no patch {i}; patches are 0 to {self.n_patch - 1}.")
+        source = self.sources[self.surface_of_triangle[rows[0]]]
+        return self._part(rows, f"{source.name} patch {i}", source.role)
+
+    def _row(self, i: int | str) -> int:
+        if isinstance(i, str):
+            if i not in self.names:
+                raise InputError(f"no surface is called {i!r}; there are {list(self.names)}.")
+            return self.names.index(i)
+        if not 0 <= i < len(self.sources):
+            raise InputError(f"there is no surface {i}; rows are 0 to {len(self.sources) - 1}.")
+        return i
+
+    def _part(self, rows: np.ndarray, name: str, role: str) -> TriSurface:
+        used, faces = np.unique(self.triangles[rows], return_inverse=True)
+        return TriSurface(name, role, self.vertices[used], faces.reshape(-1, 3))
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """Return all patches as one `pyvista.PolyData` with labels as cell data."""
+        labels = {
+            "surface": self.surface_of_triangle,
+            "parent": self.parent_of_triangle,
+            "patch": self.patch_of_triangle,
+        }
+        return polydata(self.vertices, triangles=self.triangles, cell_data=labels)

@@ -1,0 +1,265 @@
+"""Children, faces in contact and what is left of each surface -> pieces and patches."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.contact.arrange import Children
+from geosurf.contact.search import Contacts
+from geosurf.errors import InvariantError
+from geosurf.kernels import strips as kernels
+from geosurf.kernels.contact import COPLANAR, N_CORNER
+from geosurf.kernels.mesh import curve_edges, edges, join_pairs, patches_of, weld
+from geosurf.kernels.strips import find_runs, join_runs, lowest_keys, runs_of_keys
+from geosurf.model import TriSurface
+from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
+
+_NO_KEYS = np.empty(0, dtype=np.int64)
+
+
+def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray]:
+    """The pieces of all surfaces and the edges (n, 2) of their curves."""
+    touched = np.zeros(len(contacts.t), dtype=bool)
+    touched[contacts.rows[:, :2]] = True
+    x, t, surface, key, face, point_of_id = _triangles(contacts, children, touched)
+    mark = np.zeros(len(x), dtype=bool)
+    mark[t] = True
+    number = np.where(mark, np.cumsum(mark) - 1, -1)
+    x, t, number = x[mark], number[t], number[point_of_id]
+    strips = [
+        _strips(contacts, i, np.flatnonzero(touched), number) for i in range(len(contacts.surfaces))
+    ]
+    first_run = np.cumsum([0] + [0 if s is None else len(s.runs) for s in strips])
+    ring, n_edge = edges(t, len(x))
+    link = _links(contacts, children, t, surface, key, face, ring, strips, first_run, number)
+    twin, owners = _twins(contacts, t, surface, face)
+    part, _ = patches_of(t, surface, owners, ring, twin)
+    patch = _numbered_patches(contacts.surfaces, surface, key, part, link, strips, first_run)
+    rim = curve_edges(t, owners, ring, twin, n_edge)
+    pieces = Pieces(
+        contacts.surfaces, contacts.origin, x, t, surface, key, twin, ring, link, strips,
+        first_run, patch,
+    )  # fmt: skip
+    return pieces, rim[np.lexsort(rim.T[::-1])]
+
+
+def has_strips(surface: TriSurface) -> bool:
+    """Whether a surface is a lattice no two nodes of which are one point."""
+    if surface.lattice is None:
+        return False
+    return surface.lattice.is_graph or first_of_equals(surface) is None
+
+
+def first_of_equals(surface: TriSurface) -> np.ndarray | None:
+    """For each vertex the first one in the same place; None if all differ. Remembered.
+
+    Meshes in parts (GOCAD TFACE) repeat the vertices on their seams, and so does a lattice
+    that closes in a ring.
+    """
+    if "_first_of_equals" not in surface.__dict__:
+        first = None
+        number, count = (None, surface.n_vertex)
+        if _some_may_be_equal(surface.vertices):
+            number, count = weld(surface.vertices)
+        if count < surface.n_vertex:
+            lead = np.empty(count, dtype=np.int64)
+            lead[number[::-1]] = np.arange(surface.n_vertex)[::-1]
+            first = lead[number]
+        surface.__dict__["_first_of_equals"] = first
+    return surface.__dict__["_first_of_equals"]
+
+
+def _some_may_be_equal(x: np.ndarray) -> bool:
+    """Whether points may be equal: if not, one sum of their coordinates tells them all apart.
+
+    A sort of numbers takes a fifth of the time of a table of points.
+    """
+    keys = np.sort(x[:, 0] + 0.7548776662466927 * x[:, 1] + 0.5698402909980532 * x[:, 2])
+    return bool((keys[1:] == keys[:-1]).any())
+
+
+def _triangles(contacts: Contacts, children: Children, touched: np.ndarray):
+    """Points; corners, surface, key and face (-1: in no contact) of the triangles, in order;
+    and the point of each id of the children.
+    """
+    uncut = touched.copy()
+    uncut[children.cut] = False
+    uncut = np.flatnonzero(uncut)
+    x = [children.x]
+    t = [children.triangles, contacts.t[uncut]]
+    face = [children.parent, uncut]
+    surface = [contacts.surface_of_face[children.parent], contacts.surface_of_face[uncut]]
+    key = [contacts.key_of_face[children.parent], contacts.key_of_face[uncut]]
+    n = len(children.x)
+    for i, source in enumerate(contacts.surfaces):
+        if has_strips(source):
+            continue
+        others, places = _untouched(contacts, i, touched, n)
+        n += len(places)
+        x.append(places)
+        t.append(others[1])
+        key.append(others[0])
+        surface.append(np.full(len(others[0]), i))
+        face.append(np.full(len(others[0]), -1))
+    x, t, key, surface, face = map(np.concatenate, (x, t, key, surface, face))
+    number = np.arange(len(x))
+    if children.collisions:  # distinct points in one place become one vertex
+        number, count = weld(x)
+        welded = np.empty((count, 3))
+        welded[number[::-1]] = x[::-1]
+        x, t = welded, number[t]
+    limit = 1 + int(key.max(initial=0))
+    order = np.argsort(surface * limit + key, kind="stable")
+    return x, t[order], surface[order], key[order], face[order], number[: len(children.x)]
+
+
+def _untouched(contacts: Contacts, i: int, touched, n: int):
+    """Keys and corners of the triangles of a list that nothing meets, and their new points."""
+    source = contacts.surfaces[i]
+    nodes, ids = contacts.nodes[i]
+    rows = np.ones(source.n_triangle, dtype=bool)
+    mine = np.flatnonzero(touched & (contacts.surface_of_face == i))
+    rows[source.rows_of_keys(contacts.key_of_face[mine])] = False
+    rows = np.flatnonzero(rows)
+    corners = source.triangles[rows]
+    vertices = nodes
+    if source.lattice is not None:
+        vertices = source.lattice.vertex_of_node.ravel()[nodes]
+        keys = source.lattice.keys_of_rows(rows)
+    else:
+        keys = rows
+    first = first_of_equals(source)
+    if first is not None:
+        corners, vertices = first[corners], first[vertices]
+    id_of_vertex = np.full(source.n_vertex, -1, dtype=np.int64)
+    id_of_vertex[vertices] = ids
+    mark = np.zeros(source.n_vertex, dtype=bool)
+    mark[corners] = True
+    new = np.flatnonzero(mark & (id_of_vertex < 0))
+    id_of_vertex[new] = np.arange(n, n + len(new))
+    return (keys, id_of_vertex[corners]), source.vertices[new] - contacts.origin
+
+
+def _strips(contacts: Contacts, i: int, touched, number) -> Strips | None:
+    """What no curve touches of a lattice."""
+    source = contacts.surfaces[i]
+    if not has_strips(source):
+        return None
+    lattice = source.lattice
+    a = lattice.places
+    taken = np.sort(contacts.key_of_face[touched[contacts.surface_of_face[touched] == i]])
+    absent = _NO_KEYS
+    if not lattice.whole:
+        n_row, n_col = lattice.shape
+        absent = np.ones(2 * (n_row - 1) * (n_col - 1), dtype=np.int64)
+        absent[lattice.keys] = 0
+    runs = np.empty((2 * lattice.shape[0] + 3 * len(taken) + 64, 4), dtype=np.int64)
+    start, n = find_runs(a, taken, absent, runs)
+    if n > len(runs):
+        runs = np.empty((n, 4), dtype=np.int64)
+        start, n = find_runs(a, taken, absent, runs)
+    runs = runs[:n].copy()
+    nodes, ids = contacts.nodes[i]
+    used = number[ids] >= 0
+    joined = join_runs(a, runs, start)
+    return Strips(a, absent, runs, start, joined, nodes[used], number[ids[used]])
+
+
+def _links(contacts, children, t, surface, key, face, ring, strips, first_run, number):
+    """What lies behind each half-edge that is alone in its ring."""
+    link = np.full(len(ring), PAIRED, dtype=np.int64)
+    alone = np.flatnonzero(ring == np.arange(len(ring)))
+    link[alone] = FREE
+    for i, of in enumerate(strips):
+        if of is None:
+            continue
+        half = alone[surface[alone // 3] == i]
+        triangle, corner = half // 3, half % 3
+        # the edge of the parent that this edge is: from corner to corner
+        parents = number[contacts.t[face[triangle]]]
+        one, two = t[triangle, corner], t[triangle, (corner + 1) % 3]
+        hits = (parents == one[:, None]) & (np.roll(parents, -1, axis=1) == two[:, None])
+        whole = hits.any(axis=1)
+        behind = _behind(contacts, i, of, key[triangle], hits.argmax(axis=1))
+        behind[~whole] = FREE  # a part of an edge: of the rim, or its neighbour would be cut, too
+        parts = triangle[~whole]
+        sides = [_behind(contacts, i, of, key[parts], np.full(len(parts), k)) for k in range(3)]
+        if len(parts) and not (np.min(sides, axis=0) == FREE).all():
+            _raise_torn(contacts, parts[np.min(sides, axis=0) != FREE], face)
+        inside = np.flatnonzero(behind >= 0)
+        run = runs_of_keys(of.places, of.runs, of.start, behind[inside])
+        if (run < 0).any():
+            _raise_torn(contacts, triangle[inside[run < 0]], face)
+        link[half[inside]] = first_run[i] + run
+    return link
+
+
+def _behind(contacts: Contacts, i: int, of: Strips, keys: np.ndarray, edge: np.ndarray):
+    """The triangles behind edges of triangles of a lattice; FREE on its rim."""
+    turned = bool(contacts.surfaces[i].lattice.turned)
+    return kernels.keys_behind(of.places, of.absent, turned, keys, edge)
+
+
+def _raise_torn(contacts: Contacts, triangles: np.ndarray, face: np.ndarray) -> None:
+    """An edge of a child that is no whole edge must have a neighbour: a broken promise of ours."""
+    one = face[triangles[0]]
+    name = contacts.surfaces[contacts.surface_of_face[one]].name
+    raise InvariantError(
+        f"surface {name!r} came apart at triangle {contacts.row_of(one)}; please report this "
+        "with the surfaces."
+    )
+
+
+def _twins(contacts: Contacts, t, surface, face) -> tuple[np.ndarray, np.ndarray]:
+    """Where surfaces coincide: first triangle with the same corners, and a number for the set
+    of surfaces that own it (a surface's own row where there is only one).
+    """
+    twin, owners = np.arange(len(t)), surface.copy()
+    rows = contacts.rows
+    area = rows[(rows[:, COPLANAR] == 1) & (rows[:, N_CORNER] >= 3), :2]
+    if len(area) == 0:
+        return twin, owners
+    marked = np.zeros(len(contacts.t) + 1, dtype=bool)  # the last one for face -1
+    marked[area] = True
+    candidates = np.flatnonzero(marked[face])
+    corners = np.sort(t[candidates], axis=1)
+    _, first, inverse = np.unique(corners, axis=0, return_index=True, return_inverse=True)
+    inverse = inverse.ravel()
+    twin[candidates] = candidates[first[inverse]]
+    n_surface = len(contacts.surfaces)
+    listed = np.zeros((len(first), n_surface), dtype=bool)
+    listed[inverse, surface[candidates]] = True
+    several = np.flatnonzero(listed.sum(axis=1) > 1)
+    _, number = np.unique(listed[several], axis=0, return_inverse=True)
+    of_set = np.full(len(first), -1, dtype=np.int64)
+    of_set[several] = n_surface + number.ravel()
+    shared = of_set[inverse] >= 0
+    owners[candidates[shared]] = of_set[inverse[shared]]
+    return twin, owners
+
+
+def _numbered_patches(surfaces, surface, key, part, link, strips, first_run) -> np.ndarray:
+    """Patch of each element, numbered by the first triangle in the order of surfaces and rows."""
+    n_part, n_run = int(part.max(initial=-1)) + 1, int(first_run[-1])
+    linked = np.flatnonzero(link >= 0)
+    pairs = [np.stack([part[linked // 3], n_part + link[linked]], axis=1)]
+    limit = np.cumsum([0] + [_key_limit(source) for source in surfaces])
+    place = [limit[surface] + key]
+    for i, of in enumerate(strips):
+        if of is not None:
+            pairs.append(of.joined + n_part + first_run[i])
+            place.append(limit[i] + lowest_keys(of.places, of.runs))
+    root = join_pairs(np.concatenate(pairs), n_part + n_run)
+    place = np.concatenate(place)
+    root = root[np.concatenate([part, n_part + np.arange(n_run)])]
+    order = np.argsort(place, kind="stable")  # pieces of one triangle stay in their order
+    _, first, patch = np.unique(root[order], return_index=True, return_inverse=True)
+    rank = np.empty(len(first), dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(len(first))
+    out = np.empty(len(place), dtype=np.int64)
+    out[order] = rank[patch.ravel()]
+    return out
+
+
+def _key_limit(surface: TriSurface) -> int:
+    return surface.n_triangle if surface.lattice is None else 2 * surface.lattice.n_node

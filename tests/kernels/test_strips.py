@@ -1,0 +1,107 @@
+"""Runs of a lattice against its list of triangles and the edges that they share."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import TriSurface
+from geosurf.kernels import measures, strips
+from geosurf.model import Lattice
+
+
+@st.composite
+def holed_lattices(draw):
+    """A lattice with holes, and some of its triangles, taken."""
+    n_row, n_col = draw(st.integers(2, 7)), draw(st.integers(2, 7))
+    z = np.array(draw(st.lists(st.integers(0, 9), min_size=n_row * n_col, max_size=n_row * n_col)))
+    z = np.where(z < draw(st.sampled_from([0, 2])), np.nan, z).reshape(n_row, n_col)
+    sign = draw(st.sampled_from([1.0, -1.0]))  # falling axes turn the triangles
+    lattice = Lattice(np.arange(n_col), sign * np.arange(n_row), z, draw(st.booleans()))
+    keys = lattice.keys
+    kept = draw(st.lists(st.booleans(), min_size=len(keys), max_size=len(keys)))
+    return lattice, keys[np.array(kept, dtype=bool)]
+
+
+def edges_of(lattice):
+    """Triangles on each edge: {two nodes: [(key, number of the edge in the triangle)]}."""
+    found = {}
+    corners = lattice.corners_of_keys(lattice.keys)
+    for key, t in zip(lattice.keys.tolist(), corners.tolist(), strict=True):
+        for k in range(3):
+            found.setdefault(frozenset((t[k], t[(k + 1) % 3])), []).append((key, k))
+    return found
+
+
+@settings(max_examples=150, deadline=None)
+@given(holed_lattices())
+def test_runs_hold_what_is_left_and_know_their_neighbours(case):
+    lattice, taken = case
+    a = lattice.places
+    n_key = 2 * (lattice.shape[0] - 1) * (lattice.shape[1] - 1)
+    absent = np.ones(n_key, dtype=np.int64)
+    absent[lattice.keys] = 0
+    if lattice.whole:
+        absent = absent[:0]
+    runs = np.empty((200, 4), dtype=np.int64)
+    start, n = strips.find_runs(a, taken, absent, runs)
+    runs = runs[:n]
+    run = np.full(n_key, -1)
+    strips.spread_over_runs(a, runs, run)
+    left = np.setdiff1d(lattice.keys, taken)
+    np.testing.assert_array_equal(np.flatnonzero(run >= 0), left)
+    np.testing.assert_array_equal(strips.runs_of_keys(a, runs, start, left), run[left])
+    assert (strips.runs_of_keys(a, runs, start, taken) == -1).all()
+    low = strips.lowest_keys(a, runs)
+    assert low.tolist() == [np.flatnonzero(run == i).min() for i in range(n)]
+    edges = edges_of(lattice)
+    pairs = {frozenset(run[key] for key, _ in on) for on in edges.values() if len(on) == 2}
+    pairs = {pair for pair in pairs if len(pair) == 2 and -1 not in pair}
+    assert pairs == {frozenset(p) for p in strips.join_runs(a, runs, start).tolist()}
+    rim = {run[on[0][0]] for on in edges.values() if len(on) == 1} - {-1}
+    assert rim == set(np.flatnonzero(runs[:, strips.RIM]).tolist())
+    for on in edges.values():
+        for key, k in on:
+            other = next((other for other, _ in on if other != key), -1)
+            found = strips.keys_behind(a, absent, lattice.turned, np.array([key]), np.array([k]))
+            assert found.tolist() == [other]
+
+
+@settings(max_examples=60, deadline=None)
+@given(holed_lattices())
+def test_measures_are_those_of_the_triangles(case):
+    lattice, taken = case
+    surface = TriSurface("Top", "horizon", lattice=lattice)
+    n_key = 2 * (lattice.shape[0] - 1) * (lattice.shape[1] - 1)
+    absent = np.ones(n_key, dtype=np.int64)
+    absent[lattice.keys] = 0
+    runs = np.empty((200, 4), dtype=np.int64)
+    _, n = strips.find_runs(lattice.places, taken, absent, runs)
+    middle = np.array([0.0, 0.0, 4.0])
+    found = measures.measure_runs(*lattice.coordinates, lattice.places, runs[:n], middle)
+    run = np.full(n_key, -1)
+    strips.spread_over_runs(lattice.places, runs[:n], run)
+    keys = np.flatnonzero(run >= 0)
+    corners = surface.places_of_nodes(lattice.corners_of_keys(keys).ravel()).reshape(-1, 3, 3)
+    a, b, c = (corners[:, k] for k in range(3))
+    area = 0.5 * np.cross(b - a, c - a)[:, 2] * (-1.0 if lattice.turned else 1.0)
+    full = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    np.testing.assert_allclose(found[:, 3], np.bincount(run[keys], full, n), atol=1e-12)
+    one = measures.measure_triangles(
+        corners.reshape(-1, 3), np.arange(3 * len(keys)).reshape(-1, 3), middle
+    )
+    turned = measures.measure_triangles(
+        corners.reshape(-1, 3), np.arange(3 * len(keys)).reshape(-1, 3)[:, [2, 0, 1]], middle
+    )
+    assert one.tobytes() == turned.tobytes()
+    np.testing.assert_allclose(one[:, 3], full, atol=1e-12)
+    for i in range(n):
+        inside = corners[run[keys] == i]
+        box = [*inside.min(axis=(0, 1)), *inside.max(axis=(0, 1))]
+        assert found[i, 4:].tolist() == box
+    volume = area * (corners[:, :, 2].mean(axis=1) - 4.0)
+    np.testing.assert_allclose(found[:, 2], np.bincount(run[keys], area, n), atol=1e-12)
+    np.testing.assert_allclose(
+        found[:, 0] + found[:, 1], np.bincount(run[keys], volume, n), atol=1e-12
+    )

@@ -1,0 +1,112 @@
+"""A lattice kept as runs is split as its list of triangles is."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import TriSurface, build_walls, carve_units, intersect_surfaces, rebuild_surfaces
+from geosurf.model import Lattice
+from geosurf.model.pieces import PAIRED
+
+
+@st.composite
+def gridded_scenes(draw):
+    """Horizons as lattices of small integers with holes, and a fault as a curtain lattice."""
+    surfaces = []
+    for name in ("Top", "Base")[: draw(st.integers(1, 2))]:
+        n_row, n_col = draw(st.integers(2, 6)), draw(st.integers(2, 6))
+        n = n_row * n_col
+        z = np.array(draw(st.lists(st.integers(0, 7), min_size=n, max_size=n)), dtype=float)
+        z[z < draw(st.sampled_from([0, 1]))] = np.nan
+        step = draw(st.sampled_from([1.0, 2.0]))
+        lattice = Lattice(
+            step * np.arange(n_col), step * np.arange(n_row), z.reshape(n_row, n_col),
+            draw(st.booleans()),
+        )  # fmt: skip
+        if lattice.n_triangle:
+            surfaces.append(TriSurface(name, "horizon", lattice=lattice))
+    x = np.array(draw(st.lists(st.integers(0, 6), min_size=3, max_size=3)), dtype=float)
+    dip = draw(st.sampled_from([0.0, 1.0, 2.0]))
+    easting = np.stack([x, x + dip])
+    northing = np.tile([-1.0, 3.0, 11.0], (2, 1))
+    elevation = np.array([[9.0, 9, 9], [-2.0, -2, -2]])
+    fault = Lattice(easting, northing, elevation, draw(st.booleans()), draw(st.booleans()))
+    return [*surfaces, TriSurface("F1", "fault", lattice=fault)]
+
+
+def as_lists(surfaces):
+    return [TriSurface(s.name, s.role, s.vertices, s.triangles) for s in surfaces]
+
+
+def in_order(patches):
+    """Corners by coordinates, surface, parent and patch of all triangles, in a common order."""
+    corners = patches.local[patches.triangles]
+    columns = [patches.surface_of_triangle, patches.parent_of_triangle]
+    rows = np.column_stack([*columns, corners.reshape(-1, 9), patches.patch_of_triangle])
+    return rows[np.lexsort(rows[:, :11].T[::-1])]
+
+
+@settings(max_examples=120, deadline=None)
+@given(gridded_scenes())
+def test_runs_and_lists_give_the_same_patches(surfaces):
+    one, two = rebuild_surfaces(surfaces), rebuild_surfaces(as_lists(surfaces))
+    assert one.report["moved_vertices"] == two.report["moved_vertices"] == 0
+    a, b = in_order(one), in_order(two)
+    np.testing.assert_array_equal(a, b)
+    rims = [
+        np.unique(np.sort(p.local[p.curve_edges].reshape(-1, 2, 3), axis=1), axis=0)
+        for p in (one, two)
+    ]
+    np.testing.assert_array_equal(*rims)
+
+
+@settings(max_examples=80, deadline=None)
+@given(gridded_scenes())
+def test_lattices_and_lists_give_the_same_curves(surfaces):
+    for method in ("tree", "voxels"):
+        one = intersect_surfaces(surfaces, method=method, self_intersections=True)
+        two = intersect_surfaces(as_lists(surfaces), method=method, self_intersections=True)
+        for name in ("local", "segments", "surfaces_of_segment", "closed"):
+            assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
+
+
+def test_what_nothing_touches_is_no_list(rng):
+    z = rng.uniform(0, 1, (60, 80))
+    top = TriSurface("Top", "horizon", lattice=Lattice(np.arange(80), np.arange(60), z))
+    fault = TriSurface(
+        "F1", "fault", [[40.3, -9, -9], [40.3, 99, -9], [44.3, 99, 9.0]], [[0, 1, 2]]
+    )
+    patches = rebuild_surfaces([top, fault])
+    assert patches.n_patch == 3
+    assert "vertices" not in top.__dict__
+    assert "triangles" not in top.__dict__
+    pieces = patches.pieces
+    assert len(pieces.triangles) < 2000 < patches.n_triangle
+    assert ((pieces.link == PAIRED) == (pieces.ring != np.arange(len(pieces.ring)))).all()
+
+
+def test_a_ring_closes_on_itself():
+    """A lattice that ends where it began has no rim there."""
+    angle = np.linspace(0, 2 * np.pi, 13)
+    x, y = np.cos(angle), np.sin(angle)
+    x[-1], y[-1] = x[0], y[0]
+    pipe = Lattice(np.tile(x, (4, 1)), np.tile(y, (4, 1)), np.tile([[0.0], [1], [2], [3]], 13))
+    flat = TriSurface("Top", "horizon", [[-9, -9, 1.5], [9, -9, 1.5], [0, 9, 1.5]], [[0, 1, 2]])
+    patches = rebuild_surfaces([flat, TriSurface("F1", "fault", lattice=pipe)])
+    assert patches.n_patch == 4
+
+
+def test_units_of_lattices_and_lists_have_the_same_volumes(rng):
+    axes = np.arange(9.0)
+    made = [
+        TriSurface(name, "horizon", lattice=Lattice(axes, axes, rng.integers(a, b, (9, 9))))
+        for name, a, b in (("Top", -4, 0), ("Base", -9, -6))
+    ]
+    walls = build_walls((1.5, 6.5, 1.5, 6.5, -12, 2))
+    one = carve_units(rebuild_surfaces([*made, *walls]))
+    two = carve_units(rebuild_surfaces([*as_lists(made), *walls]))
+    assert list(one) == list(two)
+    for name in one:
+        np.testing.assert_allclose(one[name].volume, two[name].volume, rtol=1e-13)
