@@ -142,7 +142,7 @@ def _faces_of_segments(plain, contacts, rows, offsets) -> np.ndarray:
         pair = lines[order[at[found]], :2]
         swap = contacts.surface_of_face[pair[:, 0]] > 0
         pair[swap] = pair[swap][:, ::-1]
-        faces[found] = contacts.row_of_face[pair]
+        faces[found] = contacts.key_of_face[pair]  # of lists: keys are rows
     return faces
 
 
