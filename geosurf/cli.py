@@ -191,20 +191,16 @@ def doctor_command(options: argparse.Namespace) -> int:
 
 def warmup_command(options: argparse.Namespace) -> int:
     """Compile all kernels, so that the next command does not have to."""
-    from geosurf import synthetic
-    from geosurf.kernels._jit import cache_folder
-    from geosurf.scene import Scene
+    from geosurf.kernels._warm import warm
 
-    print("Compiling the kernels; about two minutes, once per version ...")
-    sys.stdout.flush()
-    start = time.perf_counter()
-    world = synthetic.tilted_planes(n=5)
-    scene = Scene(world.horizons, world.faults, world.box)
-    scene.curves  # noqa: B018 - asking computes
-    scene.search("Top", "F1")
-    certificate = scene.check()
-    print(f"Ready after {time.perf_counter() - start:.1f} s; kept in {cache_folder()}.")
-    return _verdict(certificate)
+    show = sys.stdout.isatty()
+
+    def progress(n_done: int, n_file: int) -> None:
+        print(f"\r{n_done} of {n_file} files of kernels", end="", flush=True)
+
+    done = warm(progress if show else None)
+    print(f"\r{done}" if show else done)
+    return 0
 
 
 def stress_command(options: argparse.Namespace) -> int:
@@ -374,7 +370,7 @@ def build_parser() -> argparse.ArgumentParser:
     curves.add_argument("--units", help="length unit, where files do not say")
 
     add("doctor", doctor_command, "say what geosurf stands on here, and whether it can draw")
-    add("warmup", warmup_command, "compile the kernels, so that the next command need not")
+    add("warmup", warmup_command, "compile the kernels, where they are not frozen")
     stress = add("stress", stress_command, "feed the engine what breaks engines; 4 if it does")
     stress.add_argument("--cases", type=int, default=70, help="of each family (70: 30 s)")
     stress.add_argument("--seed", type=int, default=0, help="other cases for another number")

@@ -136,7 +136,7 @@ def test_what_is_imported_is_declared(path: Path) -> None:
     # come with a declared package, and are part of what it offers
     declared |= {"vtkmodules", "pandas"}
     if "kernels" in path.parts:
-        declared = {"geosurf", "numpy", "numba", *sys.stdlib_module_names}
+        declared = {"geosurf", "numpy", "numba", "llvmlite", *sys.stdlib_module_names}
     strange = [(line, root) for line, root in imported_roots(tree_of(path)) if root not in declared]
     assert not strange, f"{name_of(path)} imports what pyproject.toml does not name: {strange}"
 

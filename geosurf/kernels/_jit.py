@@ -1,188 +1,149 @@
-"""The one place where numba options are chosen.
+"""The two decorators of the kernels, and the one place where it is decided what runs them.
 
 ``@scalar``
-    A helper that other kernels call. Never called from Python, never cached.
+    A helper that other kernels call. Never called from Python by the stages.
 ``@entry("d2 l2 l -> l")``
     A kernel that Python calls. The text gives one letter and the number of
-    dimensions for each argument (``d`` float64, ``l`` int64, ``b`` bool; no
-    digit for a number), so that exactly one machine-code version exists and can
-    be compiled ahead of time. The gate in front of it casts and checks.
+    dimensions for each argument and result (``d`` float64, ``l`` int64, ``b`` bool; no
+    digit for a number, a dot for no result), so that exactly one machine-code version exists
+    and can be compiled ahead of time. The gate in front of it casts and checks (`_gate`).
 
-``fastmath`` stays off everywhere: exact arithmetic dies of it. ``boundscheck`` is
-off when compiled; run with NUMBA_DISABLE_JIT=1 to have Python check every index.
+The same sources run in three ways, with the same bits as results. The choice is made once, when
+the first kernel is imported, and holds for all of them:
 
-numba's own disk cache keeps stale code when a function in *another* file changes
-(numba issue 1833), so the stamp of a cached kernel is a hash over its own file and
-all kernel files that it imports, directly or not.
+=========  =================================================  ================================
+way        what runs                                          when
+=========  =================================================  ================================
+`_plain`   Python itself, every index checked                 NUMBA_DISABLE_JIT=1
+`_frozen`  machine code that came with the wheel; no numba    a library of these very sources
+`_numba`   machine code made here by numba, and kept          otherwise, and with GEOSURF_JIT=1
+=========  =================================================  ================================
+
+Kernels never ask which. ``geosurf doctor`` tells people.
 """
 
 from __future__ import annotations
 
-import hashlib
 import os
-import re
-import sys
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
-import numba
-import numpy as np
-from numba.core import config
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from geosurf.errors import DependencyError
+from geosurf.kernels._gate import Gate, Signature
 
-_HERE = Path(__file__).resolve().parent
-_DTYPES = {"d": np.dtype(np.float64), "l": np.dtype(np.int64), "b": np.dtype(np.bool_)}
-_NUMBERS = {"d": float, "l": int, "b": bool}
-_told: list[str] = []
+HERE = Path(__file__).resolve().parent
 
 
-def cache_folder() -> Path:
-    """Folder for compiled kernels: GEOSURF_CACHE_DIR, or the user's cache."""
-    chosen = os.environ.get("GEOSURF_CACHE_DIR")
-    if chosen:
-        return Path(chosen)
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "geosurf" / f"numba-{numba.__version__}"
+class Runner(Protocol):
+    """One of the three ways."""
+
+    compiles: bool  # whether kernels have to be compiled here before they run
+
+    def scalar(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return what other kernels call."""
+        ...
+
+    def caller(
+        self, name: str, function: Callable[..., Any], signature: Signature
+    ) -> Callable[..., Any]:
+        """Return what runs an entry on arguments that have passed its gate."""
+        ...
+
+    def written(self, name: str, function: Callable[..., Any]) -> tuple[int, ...]:
+        """Return the places of the arguments that an entry writes."""
+        ...
+
+    def describe(self) -> str:
+        """Return one sentence for people."""
+        ...
 
 
-@cache
-def _closure(name: str) -> frozenset[str]:
-    """Kernel files that a kernel file needs, itself included."""
-    text = (_HERE / f"{name}.py").read_text(encoding="utf-8")
-    found = {name}
-    for other in re.findall(r"^from geosurf\.kernels\.(\w+) import", text, flags=re.MULTILINE):
-        if other != name:
-            found |= _closure(other)
-    return frozenset(found)
+def choose() -> Runner:
+    """Decide what runs the kernels of this process.
+
+    Returns
+    -------
+    Runner
+
+    Raises
+    ------
+    DependencyError
+        If GEOSURF_FROZEN names a folder whose library cannot be used.
+    """
+    if _asked("NUMBA_DISABLE_JIT"):
+        from geosurf.kernels._plain import PlainRunner
+
+        return PlainRunner("NUMBA_DISABLE_JIT is set")
+    reason = "GEOSURF_JIT is set"
+    if not _asked("GEOSURF_JIT"):
+        from geosurf.kernels._frozen import FrozenRunner, Library, Unfit, stamp_of
+
+        folder = os.environ.get("GEOSURF_FROZEN")
+        try:
+            return FrozenRunner(Library(Path(folder or HERE / "frozen"), stamp_of(HERE)))
+        except Unfit as unfit:
+            reason = str(unfit)
+            if folder:
+                raise DependencyError(
+                    f"GEOSURF_FROZEN={folder} cannot be used: {reason}. Unset it, or freeze anew."
+                ) from unfit
+    from geosurf.kernels._numba import JitRunner
+
+    return JitRunner(reason)
 
 
-@cache
-def _stamp(name: str) -> str:
-    """Hash over a kernel file and everything that it imports."""
-    digest = hashlib.sha256()
-    for part in sorted(_closure(name)):
-        digest.update((_HERE / f"{part}.py").read_bytes())
-    return digest.hexdigest()
+def _asked(variable: str) -> bool:
+    return os.environ.get(variable, "").strip() not in ("", "0")
 
 
-class _Locator(_CacheLocator):
-    """Puts cached kernels into our folder, stamped with the import closure."""
-
-    def __init__(self, py_func: Any, py_file: str) -> None:
-        self._name = Path(py_file).stem
-        self._line = py_func.__code__.co_firstlineno
-
-    def get_cache_path(self) -> str:
-        return str(cache_folder())
-
-    def get_source_stamp(self) -> str:
-        return _stamp(self._name)
-
-    def get_disambiguator(self) -> str:
-        return f"{self._name}{self._line}"
-
-    @classmethod
-    def from_function(cls, py_func: Any, py_file: str) -> _Locator:
-        return cls(py_func, py_file)
-
-
-class _Impl(CompileResultCacheImpl):
-    _locator_classes = [_Locator]  # noqa: RUF012 - numba's own name for a class attribute
-
-
-class _Cache(FunctionCache):
-    _impl_class = _Impl
+RUNNER: Runner = choose()
+ENTRIES: dict[str, Entry] = {}
 
 
 def scalar(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A helper for other kernels; LLVM decides what is inlined.
-
-    numba would compile one version for each constant that a caller passes (180 functions
-    instead of 130 for one scene); a constant is passed as a plain number instead.
-    """
-    helper = numba.njit(nogil=True, error_model="numpy")(function)
-    if not config.DISABLE_JIT:
-        template = helper.get_call_template
-
-        def plain(args: Any, kws: Any) -> Any:
-            kinds = {name: numba.types.unliteral(kind) for name, kind in dict(kws).items()}
-            return template(tuple(numba.types.unliteral(kind) for kind in args), kinds)
-
-        helper.get_call_template = plain
-    return helper
+    """A helper for other kernels."""
+    return RUNNER.scalar(function)
 
 
 def entry(signature: str) -> Callable[[Callable[..., Any]], Entry]:
-    """A kernel that Python calls, with its arguments declared."""
-    arguments, _, _ = signature.partition("->")
+    """A kernel that Python calls, with its arguments and results declared."""
 
     def wrap(function: Callable[..., Any]) -> Entry:
-        return Entry(function, arguments.split())
+        kernel = Entry(function, Signature.parse(signature), RUNNER)
+        ENTRIES[kernel.name] = kernel
+        return kernel
 
     return wrap
 
 
 class Entry:
-    """A compiled kernel behind a gate that casts and checks its arguments."""
+    """A kernel behind its gate.
 
-    def __init__(self, function: Callable[..., Any], letters: list[str]) -> None:
+    Parameters
+    ----------
+    function : callable
+        The kernel as it is written.
+    signature : Signature
+    runner : Runner
+    """
+
+    def __init__(self, function: Callable[..., Any], signature: Signature, runner: Runner) -> None:
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
-        self.letters = letters
+        self.name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
         self.python = function
-        self._compiled = numba.njit(nogil=True, error_model="numpy")(function)
-        self._ready = bool(config.DISABLE_JIT)
-        if not self._ready:
-            self._attach_cache(function)
+        self.signature = signature
+        self._gate = Gate(function.__name__, signature, lambda: runner.written(self.name, function))
+        self._run = runner.caller(self.name, function, signature)
 
-    def _attach_cache(self, function: Callable[..., Any]) -> None:
-        try:
-            cache_folder().mkdir(parents=True, exist_ok=True, mode=0o700)
-            self._compiled._cache = _Cache(function)
-            self._compiled._can_compile = True
-        except OSError:
-            pass  # no folder can be written: kernels compile anew in each process
+    def compile(self) -> bool:
+        """Compile or load it now, check its results, and return whether it was there."""
+        from geosurf.kernels._numba import check_results
 
-    def _announce(self) -> None:
-        """Say once that kernels are being compiled, since it takes a while."""
-        self._ready = True
-        cached = getattr(self._compiled, "_cache", None)
-        index = getattr(getattr(cached, "_cache_file", None), "_index_path", None)
-        if _told or (index is not None and Path(index).exists()):
-            return
-        _told.append(self.__name__)
-        if sys.stderr is not None and sys.stderr.isatty():
-            sys.stderr.write("geosurf: compiling kernels, about two minutes, once per version\n")
+        results, loaded = self._run.compile()
+        check_results(self.name, results, self.signature)
+        return loaded
 
     def __call__(self, *arguments: Any) -> Any:
-        if len(arguments) != len(self.letters):
-            raise TypeError(f"{self.__name__} takes {len(self.letters)} arguments")
-        if not self._ready:
-            self._announce()
-        passed = [_cast(self.__name__, a, k) for a, k in zip(arguments, self.letters, strict=True)]
-        return self._compiled(*passed)
-
-
-class _Window:
-    """Memory of a read-only array, seen as writeable, so that one type serves all."""
-
-    def __init__(self, array: np.ndarray) -> None:
-        self.base = array
-        self.__array_interface__ = dict(array.__array_interface__)
-        self.__array_interface__["data"] = (array.__array_interface__["data"][0], False)
-
-
-def _cast(kernel: str, value: Any, letter: str) -> Any:
-    """Bring one argument to its declared type; copies only what has another dtype or order."""
-    if len(letter) == 1:
-        return _NUMBERS[letter](value)
-    array = np.ascontiguousarray(value, dtype=_DTYPES[letter[0]])
-    if array.ndim != int(letter[1]):
-        raise TypeError(f"{kernel}: an array has {array.ndim} dimensions, expected {letter[1]}")
-    if not array.flags.writeable and array.size:
-        array = np.asarray(_Window(array))
-    elif not array.flags.writeable:
-        array = array.copy()
-    return array
+        return self._run(*self._gate(arguments))

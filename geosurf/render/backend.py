@@ -166,12 +166,15 @@ def doctor() -> list[tuple[str, bool, str]]:
     Examples
     --------
     >>> [name for name, ok, sentence in doctor()]
-    ['python', 'numpy', 'numba', 'vtk', 'pyvista', 'pictures']
+    ['python', 'numpy', 'numba', 'vtk', 'pyvista', 'kernels', 'pictures']
     """
+    from geosurf.kernels._jit import RUNNER
+
     version = platform.python_version()
     return [
         ("python", sys.version_info >= (3, 11), f"Python {version} on {platform.system()}."),
         *(_package(name) for name in PACKAGES),
+        ("kernels", True, RUNNER.describe()),
         _pictures(),
     ]
 

@@ -1,0 +1,142 @@
+"""What may pass to a kernel: the letters of `entry`, and the check in front of every call.
+
+Nothing below the gate looks at types: machine code takes addresses. So an argument either
+is what its letters say, or is cast to it, or is refused here, whatever runs the kernel.
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+DTYPES = {"d": np.dtype(np.float64), "l": np.dtype(np.int64), "b": np.dtype(np.bool_)}
+_LIMIT = 2**63
+
+
+def _whole(value: Any) -> int:
+    number = operator.index(value)
+    if not -_LIMIT <= number < _LIMIT:
+        raise OverflowError(f"{number} does not fit into 64 bits")
+    return number
+
+
+NUMBERS: dict[str, Callable[[Any], Any]] = {"d": float, "l": _whole, "b": bool}
+
+
+@dataclass(frozen=True)
+class Signature:
+    """Letters of arguments and results: ``d2`` is a table of float64, ``l`` an int64.
+
+    Examples
+    --------
+    >>> Signature.parse("d2 l1 b -> l1 d")
+    Signature(arguments=('d2', 'l1', 'b'), results=('l1', 'd'))
+    >>> Signature.parse("d2 -> .").results
+    ()
+    """
+
+    arguments: tuple[str, ...]
+    results: tuple[str, ...]
+
+    @classmethod
+    def parse(cls, text: str) -> Signature:
+        """Read ``"d2 l -> l1 l"``; a dot stands for no result."""
+        left, arrow, right = text.partition("->")
+        arguments, results = tuple(left.split()), tuple(right.split())
+        if results == (".",):
+            results = ()
+        elif not results:
+            arrow = ""
+        fit = arrow and all(re.fullmatch("[dlb][1-9]?", letters) for letters in arguments)
+        if not fit or not all(re.fullmatch("[dl]|[dlb][1-9]", letters) for letters in results):
+            raise ValueError(f"{text!r}: expected letters like 'd2 l b -> l1 l', or '-> .'")
+        return cls(arguments, results)
+
+
+class Gate:
+    """Casts what can be cast without loss of meaning, and refuses the rest.
+
+    Parameters
+    ----------
+    kernel : str
+        Name for messages.
+    signature : Signature
+    written : callable
+        Returns the places of the arguments that the kernel writes. Asked only when an array
+        is not fit as it is: one that is written cannot be cast, since the caller would
+        never see the result.
+
+    Examples
+    --------
+    >>> gate = Gate("shift", Signature.parse("d1 l -> ."), lambda: [0])
+    >>> gate([np.zeros(3), np.int32(2)])
+    [array([0., 0., 0.]), 2]
+    >>> gate([[0.0, 1.0], 2])
+    Traceback (most recent call last):
+    TypeError: shift: argument 0 is written; expected an aligned C array d1 as it is, found a list
+    """
+
+    def __init__(
+        self, kernel: str, signature: Signature, written: Callable[[], Iterable[int]]
+    ) -> None:
+        self._kernel = kernel
+        self._written = written
+        self._kinds = [
+            (None, 0, NUMBERS[letters])
+            if len(letters) == 1
+            else (DTYPES[letters[0]], int(letters[1]), None)
+            for letters in signature.arguments
+        ]
+
+    def __call__(self, arguments: Iterable[Any]) -> list[Any]:
+        passed = list(arguments)
+        if len(passed) != len(self._kinds):
+            raise TypeError(
+                f"{self._kernel} takes {len(self._kinds)} arguments, {len(passed)} were given"
+            )
+        for place, (dtype, n_dim, number) in enumerate(self._kinds):
+            value = passed[place]
+            if number is not None:
+                passed[place] = number(value)
+            elif not (
+                type(value) is np.ndarray
+                and value.dtype == dtype
+                and value.ndim == n_dim
+                and value.flags.carray
+            ):
+                passed[place] = self._fit(place, value, dtype, n_dim)
+        return passed
+
+    def _fit(self, place: int, value: Any, dtype: np.dtype, n_dim: int) -> np.ndarray:
+        """Bring an array to its letters; the result is fit but may be read-only."""
+        array = np.asarray(value)
+        if array.ndim != n_dim:
+            raise TypeError(
+                f"{self._kernel}: argument {place} has {array.ndim} dimensions, expected {n_dim}"
+            )
+        if place in self._written():
+            self._as_it_is(place, value, array, dtype)
+            return array
+        if array.size and not np.can_cast(array.dtype, dtype, "same_kind"):
+            raise TypeError(f"{self._kernel}: argument {place} is {array.dtype}, expected {dtype}")
+        return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
+
+    def _as_it_is(self, place: int, value: Any, array: np.ndarray, dtype: np.dtype) -> None:
+        flags = array.flags
+        if isinstance(value, np.ndarray) and array.dtype == dtype and flags.carray:
+            return
+        found = f"a {type(value).__name__}"
+        if isinstance(value, np.ndarray):
+            found = f"{array.dtype}, strides {array.strides}"
+            if not flags.writeable:
+                found = f"a read-only array, {found}"
+        letters = f"{dtype.char}{array.ndim}".replace("?", "b")
+        raise TypeError(
+            f"{self._kernel}: argument {place} is written; "
+            f"expected an aligned C array {letters} as it is, found {found}"
+        )

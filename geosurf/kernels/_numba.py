@@ -1,0 +1,257 @@
+"""Kernels compiled here by numba, and kept: the one place where its options are chosen.
+
+``fastmath`` stays off everywhere: exact arithmetic dies of it. ``boundscheck`` is
+off when compiled; run with NUMBA_DISABLE_JIT=1 to have Python check every index.
+
+numba's own disk cache keeps stale code when a function in *another* file changes
+(numba issue 1833), so the stamp of a cached kernel is a hash over its own file and
+all kernel files that it imports, directly or not.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+
+from geosurf.errors import DependencyError
+from geosurf.kernels._gate import Signature
+from geosurf.kernels._plain import written_in_source
+
+_HERE = Path(__file__).resolve().parent
+_TYPES = {"d": numba.float64, "l": numba.int64, "b": numba.boolean}
+_told: list[str] = []
+
+
+# ---- options -----------------------------------------------------------------------------
+
+
+def compiled(function: Callable[..., Any]) -> Any:
+    """A dispatcher of numba, with our options and without a cache."""
+    return numba.njit(nogil=True, error_model="numpy")(function)
+
+
+def compiled_scalar(function: Callable[..., Any]) -> Any:
+    """A helper for other kernels; LLVM decides what is inlined.
+
+    numba would compile one version for each constant that a caller passes (180 functions
+    instead of 130 for one scene); a constant is passed as a plain number instead.
+    """
+    helper = compiled(function)
+    template = helper.get_call_template
+
+    def plain(args: Any, kws: Any) -> Any:
+        kinds = {name: numba.types.unliteral(kind) for name, kind in dict(kws).items()}
+        return template(tuple(numba.types.unliteral(kind) for kind in args), kinds)
+
+    helper.get_call_template = plain
+    return helper
+
+
+def types_of(letters: tuple[str, ...]) -> tuple[Any, ...]:
+    """Return the types of numba for some letters; arrays are C-contiguous."""
+    return tuple(
+        _TYPES[word[0]] if len(word) == 1 else numba.types.Array(_TYPES[word[0]], int(word[1]), "C")
+        for word in letters
+    )
+
+
+def check_results(name: str, found: Any, signature: Signature) -> None:
+    """Refuse a kernel that returns something else than its signature says."""
+    parts = tuple(found.types) if isinstance(found, numba.types.BaseTuple) else (found,)
+    if found == numba.types.none:
+        parts = ()
+    if tuple(map(_letters, parts)) != signature.results:
+        promised = " ".join(signature.results) or "."
+        raise TypeError(f"{name} promises '-> {promised}', but numba finds that it returns {found}")
+
+
+def _letters(kind: Any) -> str:
+    dtype, n_dim = (kind.dtype, kind.ndim) if isinstance(kind, numba.types.Array) else (kind, "")
+    letter = next((letter for letter, known in _TYPES.items() if known == dtype), "?")
+    return f"{letter}{n_dim}"
+
+
+# ---- the cache ---------------------------------------------------------------------------
+
+
+def cache_folder() -> Path:
+    """Folder for compiled kernels: GEOSURF_CACHE_DIR, or the user's cache."""
+    chosen = os.environ.get("GEOSURF_CACHE_DIR")
+    if chosen:
+        return Path(chosen)
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "geosurf" / f"numba-{numba.__version__}"
+
+
+@cache
+def closure(path: Path) -> frozenset[Path]:
+    """Kernel files that a kernel file needs, itself and the options in this file included."""
+    found = {path, _HERE / "_numba.py"}
+    text = path.read_text(encoding="utf-8")
+    for other in re.findall(r"^from geosurf\.kernels\.(\w+) import", text, flags=re.MULTILINE):
+        if not other.startswith("_") and _HERE / f"{other}.py" != path:
+            found |= closure(_HERE / f"{other}.py")
+    return frozenset(found)
+
+
+@cache
+def _stamp(path: Path) -> str:
+    """Hash over a kernel file and everything that it imports."""
+    digest = hashlib.sha256()
+    for part in sorted(closure(path)):
+        digest.update(part.read_bytes())
+    return digest.hexdigest()
+
+
+class _Locator(_CacheLocator):
+    """Puts cached kernels into our folder, stamped with the import closure."""
+
+    def __init__(self, py_func: Any, py_file: str) -> None:
+        self._file = Path(py_file)
+        self._line = py_func.__code__.co_firstlineno
+
+    def get_cache_path(self) -> str:
+        return str(cache_folder())
+
+    def get_source_stamp(self) -> str:
+        return _stamp(self._file)
+
+    def get_disambiguator(self) -> str:
+        return f"{self._file.stem}{self._line}"
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> _Locator:
+        return cls(py_func, py_file)
+
+
+class _Impl(CompileResultCacheImpl):
+    _locator_classes = [_Locator]  # noqa: RUF012 - numba's own name for a class attribute
+
+
+class _Cache(FunctionCache):
+    _impl_class = _Impl
+
+
+# ---- the runner --------------------------------------------------------------------------
+
+
+class JitRunner:
+    """Compiles a kernel when it is first called, or finds it in the cache.
+
+    Parameters
+    ----------
+    reason : str
+        Why kernels are compiled here, for people.
+
+    Raises
+    ------
+    DependencyError
+        If a file of numba's switches compilation off: half a choice would be a mixture.
+    """
+
+    compiles = True
+
+    def __init__(self, reason: str) -> None:
+        if numba.config.DISABLE_JIT:
+            raise DependencyError(
+                "numba is told not to compile, but not by NUMBA_DISABLE_JIT in the environment. "
+                "Set it there to run kernels as plain Python, or take it out of numba's files."
+            )
+        self._reason = reason
+
+    def scalar(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return the helper for compiled kernels."""
+        return compiled_scalar(function)
+
+    def caller(
+        self, name: str, function: Callable[..., Any], signature: Signature
+    ) -> Callable[..., Any]:
+        """Return the kernel; nothing is compiled yet."""
+        return JitKernel(function, signature)
+
+    def written(self, name: str, function: Callable[..., Any]) -> tuple[int, ...]:
+        """Return the places of the arguments that an entry writes."""
+        return written_in_source(name, function)
+
+    def describe(self) -> str:
+        """Return one sentence for people."""
+        return (
+            f"kernels are compiled here by numba {numba.__version__}, since {self._reason}; "
+            f"kept in {cache_folder()}."
+        )
+
+
+class JitKernel:
+    """A kernel that numba compiles at its first call, or loads."""
+
+    def __init__(self, function: Callable[..., Any], signature: Signature) -> None:
+        self._signature = signature
+        self._compiled = compiled(function)
+        self._ready = False
+        try:
+            cache_folder().mkdir(parents=True, exist_ok=True, mode=0o700)
+            self._compiled._cache = _Cache(function)
+        except OSError:
+            pass  # no folder can be written: kernels compile anew in each process
+
+    def __call__(self, *arguments: Any) -> Any:
+        if not self._ready:
+            self._announce()
+        return self._compiled(*map(_writeable, arguments))
+
+    def is_cached(self) -> bool:
+        """Return whether machine code of these very sources is on disk."""
+        file = getattr(self._compiled._cache, "_cache_file", None)
+        return file is not None and bool(file._load_index())
+
+    def compile(self) -> tuple[Any, bool]:
+        """Compile or load the kernel now.
+
+        Returns
+        -------
+        results : numba.types.Type
+        loaded : bool
+            Whether it was found in the cache.
+        """
+        self._ready = True
+        types = types_of(self._signature.arguments)
+        self._compiled.compile(types)
+        results = self._compiled.overloads[types].signature.return_type
+        return results, bool(self._compiled.stats.cache_hits)
+
+    def _announce(self) -> None:
+        """Say once that kernels are being compiled, since it takes a while."""
+        self._ready = True
+        if _told or self.is_cached():
+            return
+        _told.append(self._compiled.__name__)
+        if sys.stderr is not None and sys.stderr.isatty():
+            sys.stderr.write("geosurf: compiling kernels, about two minutes, once per version\n")
+
+
+class _Window:
+    """Memory of a read-only array, seen as writeable, so that one type serves all.
+
+    The gate has made sure that the kernel only reads it.
+    """
+
+    def __init__(self, array: np.ndarray) -> None:
+        self.base = array
+        self.__array_interface__ = dict(array.__array_interface__)
+        self.__array_interface__["data"] = (array.__array_interface__["data"][0], False)
+
+
+def _writeable(value: Any) -> Any:
+    if not isinstance(value, np.ndarray) or value.flags.writeable:
+        return value
+    return np.asarray(_Window(value)) if value.size else value.copy()

@@ -1,0 +1,111 @@
+/* What compiled kernels expect from numba's runtime, and what the loader asks.
+ *
+ * Kernels allocate arrays through NRT_MemInfo_alloc_aligned, lists through
+ * NRT_MemInfo_new_varsize_dtor, and give up what they do not return through NRT_MemInfo_call_dtor.
+ * They touch `count` and `data` in code of their own, so members lie as numba has them. */
+
+#include <cpuid.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#define PUBLIC __attribute__((visibility("default")))
+
+typedef void destroy(void *data);
+
+typedef struct {
+    size_t count;
+    destroy *destructor;
+    void *destructor_info;
+    void *data;
+    size_t size;
+    void *external;
+    int apart; /* ours: whether `data` is a block of its own */
+} block;
+
+void *NRT_MemInfo_varsize_realloc(block *b, size_t size);
+
+void *NRT_MemInfo_alloc_aligned(size_t size, unsigned align)
+{
+    size_t room = sizeof(block) + align;
+    if (align == 0 || size > SIZE_MAX - room)
+        return NULL;
+    block *b = malloc(room + size);
+    if (b == NULL)
+        return NULL;
+    uintptr_t first = (uintptr_t)(b + 1);
+    *b = (block){.count = 1, .size = size};
+    b->data = (void *)(first + (align - first % align) % align);
+    return b;
+}
+
+/* A list inside a kernel: its elements lie apart, since they move when it grows. */
+void *NRT_MemInfo_new_varsize_dtor(size_t size, destroy *destructor)
+{
+    block *b = calloc(1, sizeof(block));
+    if (b == NULL)
+        return NULL;
+    b->count = 1;
+    b->destructor = destructor;
+    b->apart = 1;
+    if (NRT_MemInfo_varsize_realloc(b, size) == NULL) {
+        free(b);
+        return NULL;
+    }
+    return b;
+}
+
+void *NRT_MemInfo_varsize_realloc(block *b, size_t size)
+{
+    void *data = realloc(b->data, size > 0 ? size : 1);
+    if (data != NULL) {
+        b->data = data;
+        b->size = size;
+    }
+    return data;
+}
+
+void NRT_MemInfo_call_dtor(block *b)
+{
+    if (b->destructor != NULL)
+        b->destructor(b->data);
+    if (b->apart)
+        free(b->data);
+    free(b);
+}
+
+/* Room for a moment, such as a copy before an assignment between overlapping slices. */
+void *NRT_Allocate(size_t size) { return malloc(size > 0 ? size : 1); }
+
+void NRT_Free(void *room) { free(room); }
+
+/* One owner less; called by Python when a result is garbage. */
+PUBLIC void geosurf_release(block *b)
+{
+    if (__atomic_sub_fetch(&b->count, 1, __ATOMIC_ACQ_REL) == 0)
+        NRT_MemInfo_call_dtor(b);
+}
+
+double numba_frexp(double x, int *exponent)
+{
+    *exponent = 0;
+    return isfinite(x) ? frexp(x, exponent) : x;
+}
+
+double numba_ldexp(double x, int exponent) { return isfinite(x) ? ldexp(x, exponent) : x; }
+
+/* 3 if this machine runs code for x86-64-v3, else 1 (levels of the x86-64 psABI). */
+PUBLIC int geosurf_level(void)
+{
+    unsigned a, b, c, d;
+    __builtin_cpu_init();
+    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma") ||
+        !__builtin_cpu_supports("bmi") || !__builtin_cpu_supports("bmi2"))
+        return 1;
+    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_MOVBE) || !(c & bit_F16C))
+        return 1;
+    if (!__get_cpuid(0x80000001, &a, &b, &c, &d) || !(c & 1u << 5)) /* LZCNT */
+        return 1;
+    return 3;
+}

@@ -1,0 +1,108 @@
+"""Compile all kernels ahead of time: ``geosurf warmup``.
+
+numba holds one lock while it compiles, so threads do not help; two processes that fill one
+cache do. A file is compiled by one process, the files that lean on most code first.
+"""
+
+from __future__ import annotations
+
+import gc
+import multiprocessing
+import signal
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+
+import geosurf.kernels
+from geosurf.errors import OutputError
+from geosurf.kernels import _jit
+
+N_PROCESS = 2
+Progress = Callable[[int, int], object]
+
+
+def kernel_files() -> list[str]:
+    """Return the names of all kernel files; underscored ones hold no kernels."""
+    names = (found.name for found in iter_modules(geosurf.kernels.__path__))
+    return sorted(name for name in names if not name.startswith("_"))
+
+
+def warm(progress: Progress | None = None) -> str:
+    """
+    Compile every kernel that is not compiled yet, and keep it.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Called with the number of files done, and of all.
+
+    Returns
+    -------
+    str
+        One sentence: what was done, or why there is nothing to do.
+
+    Raises
+    ------
+    OutputError
+        If compiled kernels cannot be kept.
+    """
+    what = _jit.RUNNER.describe()
+    if not _jit.RUNNER.compiles:
+        return f"Nothing to compile: {what}"
+    from geosurf.kernels._numba import cache_folder, closure
+
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        folder.joinpath(".tried").touch()
+        folder.joinpath(".tried").unlink()
+    except OSError as error:
+        raise OutputError(
+            f"{folder}: compiled kernels cannot be kept there ({error.strerror}). "
+            "Set GEOSURF_CACHE_DIR to a folder that can be written."
+        ) from error
+    start = time.perf_counter()
+    weight = {name: -sum(p.stat().st_size for p in closure(_file(name))) for name in kernel_files()}
+    found = _compile_all(sorted(weight, key=weight.__getitem__), progress)
+    n_loaded = sum(found.values())
+    n_new = len(found) - n_loaded
+    seconds = f"{time.perf_counter() - start:.0f} s"
+    return f"{n_new} kernels compiled in {seconds}, {n_loaded} were there; kept in {folder}."
+
+
+def _file(name: str) -> Path:
+    return _jit.HERE / f"{name}.py"
+
+
+def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]:
+    """Whether each kernel was there already; files are shared out among processes."""
+    found: dict[str, bool] = {}
+    spawn = multiprocessing.get_context("spawn")  # a fork would take over threads and their locks
+    with ProcessPoolExecutor(N_PROCESS, spawn, _die_when_interrupted) as pool:
+        jobs = [pool.submit(_compile_file, name) for name in names]
+        try:
+            for n_done, job in enumerate(as_completed(jobs), start=1):
+                found |= job.result()
+                if progress is not None:
+                    progress(n_done, len(jobs))
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return found
+
+
+def _die_when_interrupted() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    gc.disable()  # numba makes millions of small objects; collecting them takes a tenth of it all
+
+
+def _compile_file(name: str) -> dict[str, bool]:
+    module = import_module(f"geosurf.kernels.{name}").__name__
+    return {
+        kernel.name: kernel.compile()
+        for kernel in _jit.ENTRIES.values()
+        if kernel.python.__module__ == module
+    }

@@ -1,0 +1,92 @@
+"""Build hook of hatchling: a wheel carries its kernels as machine code, where that can be made.
+
+Linux on x86-64 with a C compiler: ``py3-none-linux_x86_64``, one wheel for every Python, with
+a library that needs no numba at run time. Anywhere else, or with GEOSURF_PURE=1: the pure wheel
+``py3-none-any``, which compiles its kernels when they are first called. A freeze that *fails* is
+an error and never a pure wheel. Editable installs have no library, so that what is edited is run.
+
+Numba, llvmlite and numpy are pinned for the build to what constraints.txt says.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+NEEDED = ("numba", "llvmlite", "numpy")
+NOT_HERE = 3  # exit code of the freezer where kernels cannot be frozen; others are failures
+INSIDE = "geosurf/kernels/frozen"
+
+
+class FrozenKernels(BuildHookInterface):
+    """Freezes the kernels into the wheel."""
+
+    PLUGIN_NAME = "custom"
+
+    def dependencies(self) -> list[str]:
+        """What the build needs beside hatchling: nothing for a pure wheel."""
+        if self._pure():
+            return []
+        pins = (Path(self.root) / "constraints.txt").read_text(encoding="utf-8").split()
+        return [pin for pin in pins if re.split("==", pin)[0] in NEEDED]
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Freeze, and tell hatchling what to put where under which tag."""
+        self._scratch: str | None = None
+        if self.target_name != "wheel" or version == "editable":
+            return
+        if self._pure():
+            self._say("GEOSURF_PURE is set, or this is not Linux on x86-64: a pure wheel.")
+            return
+        self._scratch = tempfile.mkdtemp()
+        self._say("freezing the kernels, about two to five minutes ...")
+        if not self._freeze(Path(self._scratch)):
+            return
+        build_data["pure_python"] = False
+        tag = re.sub(r"[^a-zA-Z0-9]", "_", sysconfig.get_platform())
+        build_data["tag"] = f"py3-none-{tag}"
+        for file in sorted(Path(self._scratch).iterdir()):
+            build_data["force_include"][str(file)] = f"{INSIDE}/{file.name}"
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        """Remove what is in the wheel now."""
+        if self._scratch is not None:
+            shutil.rmtree(self._scratch)
+
+    def _pure(self) -> bool:
+        known = sys.platform == "linux" and platform.machine() == "x86_64"
+        return not known or os.environ.get("GEOSURF_PURE", "") not in ("", "0")
+
+    def _freeze(self, out: Path) -> bool:
+        """Let the freezer run on these sources; return whether there is a library now."""
+        paths = [self.root, *filter(None, [os.environ.get("PYTHONPATH")])]
+        done = subprocess.run(
+            [sys.executable, "-m", "geosurf.kernels._freeze", "--out", str(out)],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+            cwd=out,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if done.returncode == NOT_HERE:
+            self._say(f"{done.stderr.strip()} A pure wheel.")
+            return False
+        if done.returncode:
+            raise RuntimeError(
+                f"the kernels could not be frozen; GEOSURF_PURE=1 builds without.\n{done.stderr}"
+            )
+        self._say(done.stdout.strip())
+        return True
+
+    def _say(self, sentence: str) -> None:
+        self.app.display_info(f"geosurf: {sentence}")

@@ -1,0 +1,54 @@
+"""Libraries to test with: frozen once for some sources, then kept beside the compiled kernels."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from geosurf.errors import DependencyError
+from geosurf.kernels._freeze import freeze
+from geosurf.kernels._frozen import LIBRARY, MANIFEST, stamp_of
+from geosurf.kernels._numba import cache_folder
+
+
+def folder_of(package: str) -> Path:
+    return Path(str(import_module(package).__file__)).parent
+
+
+def stamp_for(package: str) -> str:
+    """The freezer's own sources count too, whatever package is frozen."""
+    return f"{stamp_of(folder_of('geosurf.kernels'))[:12]}-{stamp_of(folder_of(package))[:12]}"
+
+
+def frozen(package: str) -> Path:
+    """Folder with the library of a package; skips the test where none can be made."""
+    target = cache_folder() / "frozen" / stamp_for(package)
+    if not target.exists():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        scratch = Path(tempfile.mkdtemp(dir=target.parent))
+        try:
+            freeze(scratch, package)
+        except DependencyError as error:
+            shutil.rmtree(scratch)
+            pytest.skip(str(error))
+        try:
+            scratch.rename(target)
+        except OSError:  # another run was faster
+            shutil.rmtree(scratch)
+    return target
+
+
+def only_level(source: Path, target: Path, level: str) -> Path:
+    """The same library, with a manifest that knows one level."""
+    target.mkdir()
+    os.link(source / LIBRARY, target / LIBRARY)
+    manifest = json.loads((source / MANIFEST).read_text())
+    assert level in manifest["levels"]
+    (target / MANIFEST).write_text(json.dumps(manifest | {"levels": [level]}))
+    return target

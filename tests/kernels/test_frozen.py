@@ -1,0 +1,435 @@
+"""Frozen kernels against the same ones compiled here and as plain Python; gate; memory; threads."""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geosurf.errors import DependencyError, InputError
+from geosurf.kernels import _freeze, _jit
+from geosurf.kernels._frozen import (
+    LIBRARY,
+    MANIFEST,
+    FrozenRunner,
+    Library,
+    Unfit,
+    platform_name,
+    stamp_of,
+)
+from geosurf.kernels._gate import Signature
+from geosurf.kernels._jit import Entry
+from geosurf.kernels._numba import JitRunner, check_results
+from geosurf.kernels._plain import PlainRunner
+from tests.kernels import frozen
+from tests.kernels.tiny import basic
+
+ROOT = Path(__file__).resolve().parents[2]
+TINY = "tests.kernels.tiny"
+STAMP = stamp_of(frozen.folder_of(TINY))
+LEVELS = ("x86-64", "x86-64-v3")
+
+
+@pytest.fixture(scope="module")
+def library() -> Path:
+    return frozen.frozen(TINY)
+
+
+@pytest.fixture(scope="module", params=["plain", "jit", *LEVELS])
+def runner(request, tmp_path_factory) -> Any:
+    """Each way to run a kernel, and each level of frozen code that this CPU knows."""
+    if request.param == "plain":
+        return PlainRunner("a test asks for it")
+    if request.param == "jit":
+        return JitRunner("a test asks for it")
+    folder = request.getfixturevalue("library")
+    folder = frozen.only_level(folder, tmp_path_factory.mktemp("level") / "one", request.param)
+    try:
+        return FrozenRunner(Library(folder, STAMP))
+    except Unfit as unfit:
+        pytest.skip(str(unfit))
+
+
+def ways(runner: Any) -> Callable[..., Any]:
+    """The tiny kernels as one runner runs them."""
+    return lambda name: Entry(getattr(basic, name).python, getattr(basic, name).signature, runner)
+
+
+@pytest.fixture
+def kernel(runner) -> Callable[..., Any]:
+    return ways(runner)
+
+
+@pytest.fixture
+def machine(library) -> Callable[..., Any]:
+    return ways(FrozenRunner(Library(library, STAMP)))
+
+
+# ---- the same bits -----------------------------------------------------------------------
+
+
+X = np.array([[0.1, 0.7, -3.0], [1e300, 1e-300, 0.0], [5e-324, -0.0, 2.0 / 3.0]])
+CALLS: dict[str, list[tuple[Any, ...]]] = {
+    "kinds": [
+        (X, np.array([2, 0, 1, 0]), True, 0.3),
+        (X, np.array([2]), False, -1.0 / 3.0),
+        (X, np.empty(0, dtype=np.int64), False, 0.0),
+        (np.empty((3, 0)), np.array([1]), True, 1.0),
+    ],
+    "flip": [(np.array([True, False, True]),), (np.empty(0, dtype=bool),)],
+    "crossed": [(X,), (X[:2].copy(),)],
+    "shared": [(np.array([2**62, -1, 0]),)],
+    "parts": [(0.3,), (-0.0,), (5e-324,), (1.7e308,)],
+    "room": [(1,), (3,)],
+    "order": [(np.array([3.0, -1.0, 2.5] * 40) + np.arange(120) / 7,)],
+    "grow": [(0,), (5000,)],
+    "spin": [(1000, np.zeros(1, dtype=np.int64))],
+    "widen": [(1,), (2,)],
+    "fill": [(np.zeros(4), -3)],
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_all_ways_give_the_same_bits(name, kernel):
+    for arguments in CALLS[name]:
+        mine, theirs = copy.deepcopy(arguments), copy.deepcopy(arguments)
+        plain = ways(PlainRunner("it is the reference"))(name)
+        assert_same(kernel(name)(*mine), plain(*theirs))
+        for one, other in zip(mine, theirs, strict=True):  # what they have written
+            assert_same(one, other)
+
+
+def assert_same(one: Any, other: Any) -> None:
+    """Same types, shapes and bytes; an array from room() has undefined elements but the first."""
+    if isinstance(other, tuple):
+        assert isinstance(one, tuple)
+        assert len(one) == len(other)
+        for mine, theirs in zip(one, other, strict=True):
+            assert_same(mine, theirs)
+    elif isinstance(other, np.ndarray):
+        assert (one.dtype, one.shape) == (other.dtype, other.shape)
+        assert one.strides == other.strides or one.size == 0
+        assert one.flags.writeable
+        assert one.flat[:1].tobytes() == other.flat[:1].tobytes()
+        if other.ndim != 1 or other[:1].tolist() != [1]:
+            assert one.tobytes() == other.tobytes()
+    else:
+        assert np.array(one).tobytes() == np.array(other).tobytes()
+
+
+def test_an_argument_that_comes_back_is_itself(kernel):
+    out = np.zeros(4)
+    whole, part = kernel("fill")(out, 5)
+    assert whole.tolist() == [5.0] * 4
+    part[0] = 7.0
+    assert out.tolist() == [5.0, 7.0, 5.0, 5.0]
+
+
+def test_one_result_twice_is_one_array(kernel):
+    one, other = kernel("shared")(np.arange(3))
+    one[0] = 9
+    del one
+    assert other.tolist() == [9, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("name", "argument", "error", "text"),
+    [
+        ("refuse", -1, ValueError, "negative"),
+        ("room", -1, ValueError, "negative dimensions"),
+        ("room", 2**59, (MemoryError, ValueError), "."),
+        ("room", 2**62, ValueError, "."),
+        ("widen", 3, ValueError, "assign slice|broadcast"),
+    ],
+)
+def test_exceptions_come_out_as_they_are(name, argument, error, text, kernel):
+    for _ in range(3):
+        with pytest.raises(error, match=text):
+            kernel(name)(argument)
+    assert kernel("refuse")(3) == 3
+
+
+def test_an_exception_says_where_but_no_folder(machine):
+    with pytest.raises(OverflowError) as caught:
+        machine("refuse")(7)
+    assert caught.value.args == ("seven", 7)
+    (note,) = caught.value.__notes__
+    assert re.fullmatch(r"raised by the compiled kernel basic.refuse \(basic.py, line \d+\)", note)
+
+
+# ---- the gate ----------------------------------------------------------------------------
+
+
+ROWS = np.array([2, 0, 1])
+TABLE = np.arange(12.0).reshape(3, 4)
+CAST = {
+    "float32": TABLE.astype(np.float32),
+    "whole numbers": TABLE.astype(np.int16),
+    "list": TABLE.tolist(),
+    "strided": np.repeat(TABLE, 2, axis=1)[:, ::2],
+    "backwards": TABLE[::-1].copy()[::-1],
+    "Fortran": np.asfortranarray(TABLE),
+    "other byte order": TABLE.astype(">f8"),
+    "not aligned": np.frombuffer(b"\0" + TABLE.tobytes(), dtype=np.uint8)[1:]
+    .view(np.float64)
+    .reshape(3, 4),
+    "matrix": np.ma.masked_array(TABLE),
+}
+READ_ONLY = TABLE.copy()
+READ_ONLY.flags.writeable = False
+CAST["read-only"] = READ_ONLY
+
+
+@pytest.mark.parametrize("case", CAST)
+def test_what_can_be_cast_is_cast(case, kernel):
+    sums, n, largest = kernel("kinds")(CAST[case], ROWS.astype(np.int32), 1, 0)
+    assert (sums.tolist(), n, largest) == ([76.0, 12.0, 44.0], 3, 76.0)
+
+
+REFUSED = {
+    "one dimension": ((TABLE[0], ROWS, True, 0.0), "argument 0 has 1 dimensions, expected 2"),
+    "three dimensions": ((TABLE[None], ROWS, True, 0.0), "argument 0 has 3 dimensions"),
+    "a number": ((1.0, ROWS, True, 0.0), "argument 0 has 0 dimensions"),
+    "complex": ((TABLE * 1j, ROWS, True, 0.0), "argument 0 is complex128, expected float64"),
+    "words": ((np.array([["a"]]), ROWS, True, 0.0), "argument 0 is <U1, expected float64"),
+    "rows with a fraction": ((TABLE, ROWS + 0.5, True, 0.0), "argument 1 is float64"),
+    "an array as number": ((TABLE, ROWS, True, TABLE), "scalar"),
+    "none": ((TABLE, None, True, 0.0), "argument 1 has 0 dimensions"),
+    "too few": ((TABLE, ROWS), "kinds takes 4 arguments, 2 were given"),
+}
+
+
+@pytest.mark.filterwarnings("ignore:Conversion of an array")
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_cast_is_refused(case, kernel):
+    arguments, text = REFUSED[case]
+    with pytest.raises(TypeError, match=text):
+        kernel("kinds")(*arguments)
+
+
+WRITTEN = {
+    "float32": np.zeros(4, dtype=np.float32),
+    "list": [0.0, 0.0],
+    "strided": np.zeros(8)[::2],
+    "read-only": READ_ONLY[0],
+    "other byte order": np.zeros(4, dtype=">f8"),
+}
+
+
+@pytest.mark.parametrize("case", WRITTEN)
+def test_what_is_written_has_to_be_fit_as_it_is(case, kernel):
+    """A cast would write into a copy, and nobody would see the result."""
+    with pytest.raises(TypeError, match="fill: argument 0 is written; expected an aligned C array"):
+        kernel("fill")(WRITTEN[case], 1)
+    with pytest.raises(TypeError, match="2 dimensions, expected 1"):
+        kernel("fill")(np.zeros((2, 2)), 1)
+
+
+@pytest.mark.parametrize("number", [2**63, -(2**63) - 1])
+def test_numbers_that_do_not_fit_are_refused(number, kernel):
+    with pytest.raises(OverflowError, match="64 bits"):
+        kernel("refuse")(number)
+
+
+def test_whole_numbers_are_not_cut(kernel):
+    with pytest.raises(TypeError):
+        kernel("refuse")(2.5)
+    assert kernel("refuse")(np.int8(2)) == 2
+
+
+@pytest.mark.parametrize("text", ["d2", "d2 ->", "f2 -> .", "d2 -> b", "d0 -> .", "d2, l -> l"])
+def test_a_signature_that_cannot_be_read(text):
+    with pytest.raises(ValueError, match="expected letters like"):
+        Signature.parse(text)
+
+
+# ---- memory and threads --------------------------------------------------------------------
+
+
+def test_results_are_given_back(machine):
+    """A gigabyte in all would show, if it were kept."""
+    shared, order, grow = machine("shared"), machine("order"), machine("grow")
+    table = np.zeros(500_000, dtype=np.int64)
+    shared(table)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(250):
+        one, other = shared(table)
+        del one
+        assert other[-1] == 1
+        order(table[:2000].astype(float))
+        grow(20_000)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000  # kB
+
+
+def test_exceptions_leave_nothing_behind(machine):
+    refuse = machine("refuse")
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(3000):
+        with pytest.raises(ValueError, match="negative"):
+            refuse(-1)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB
+
+
+def test_others_can_run_meanwhile(machine):
+    """With the lock held, the loop below would not turn before the thread has ended."""
+    spin, out = machine("spin"), np.zeros(1, dtype=np.int64)
+    thread = threading.Thread(target=spin, args=(50_000_000, out))
+    thread.start()
+    turns = 0
+    while thread.is_alive() and turns < 20:
+        thread.join(timeout=0.001)
+        turns += 1
+    thread.join()
+    assert turns >= 5
+    assert out[0] != 0
+
+
+def test_two_threads_at_once(machine):
+    kinds = machine("kinds")
+    wrong: list[int] = []
+
+    def work(number: int) -> None:
+        table = np.full((50, 20), float(number))
+        for n in range(1, 200):
+            sums, n_row, largest = kinds(table, np.arange(n % 50), False, 1.0)
+            if (
+                (sums != 20.0 * (number + 1)).any()
+                or n_row != n % 50
+                or (n % 50 and largest != sums[0])
+            ):
+                wrong.append(n)
+
+    threads = [threading.Thread(target=work, args=(number,)) for number in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+
+
+# ---- which library is used -----------------------------------------------------------------
+
+
+def test_a_library_that_does_not_fit_says_why(library, tmp_path):
+    def copied(name: str, **changes: Any) -> Path:
+        shutil.copytree(library, tmp_path / name)
+        manifest = json.loads((library / MANIFEST).read_text()) | changes
+        (tmp_path / name / MANIFEST).write_text(json.dumps(manifest))
+        return tmp_path / name
+
+    cut = copied("cut")
+    (cut / LIBRARY).write_bytes((library / LIBRARY).read_bytes()[:5000])
+    gone = copied("gone")
+    (gone / LIBRARY).unlink()
+    torn = copied("torn")
+    (torn / MANIFEST).write_text("{")
+    cases = [
+        (tmp_path / "nowhere", STAMP, "has no frozen library"),
+        (torn, STAMP, "manifest of the frozen library cannot be read"),
+        (copied("other", platform="beos-ppc"), STAMP, "is for beos-ppc"),
+        (library, "0" * 64, "was made from other sources"),
+        (cut, STAMP, "library and its manifest do not belong together"),
+        (copied("mixed", sha256="0" * 64), STAMP, "do not belong together"),
+        (gone, STAMP, "frozen library cannot be loaded"),
+    ]
+    for folder, stamp, text in cases:
+        with pytest.raises(Unfit, match=text):
+            Library(folder, stamp)
+
+
+def test_a_chosen_library_that_does_not_fit_is_an_error(library, monkeypatch):
+    """Left alone, geosurf compiles; told to use a library, it must not do something else."""
+    for variable in ("NUMBA_DISABLE_JIT", "GEOSURF_JIT"):
+        monkeypatch.delenv(variable, raising=False)
+    monkeypatch.setenv("GEOSURF_FROZEN", str(library))
+    with pytest.raises(DependencyError, match=r"GEOSURF_FROZEN=.*made from other sources\. Unset"):
+        _jit.choose()
+    monkeypatch.setenv("GEOSURF_JIT", "1")
+    assert "since GEOSURF_JIT is set" in _jit.choose().describe()
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    assert "plain Python" in _jit.choose().describe()
+
+
+def test_without_numba_nothing_imports_it():
+    """The kernels of all rooms, as plain Python: the same imports as with a frozen library."""
+    code = (
+        "import sys, geosurf.rebuild, geosurf.carve, geosurf.intersect as room\n"
+        "print(*{'numba', 'llvmlite', 'xarray', 'pandas', 'scipy'} & set(sys.modules))"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**_environment(), "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=ROOT,
+    )
+    assert said.stdout.split() == []
+
+
+def _environment(**more: str) -> dict[str, str]:
+    mine = ("GEOSURF_JIT", "GEOSURF_FROZEN", "NUMBA_DISABLE_JIT")
+    return {k: v for k, v in os.environ.items() if k not in mine} | more
+
+
+# ---- freezing ------------------------------------------------------------------------------
+
+
+def test_the_library_names_no_folder_and_needs_no_python(library):
+    held = (library / LIBRARY).read_bytes() + (library / MANIFEST).read_bytes()
+    for folder in (ROOT, Path(sys.prefix), Path(sys.base_prefix), Path.home()):
+        if len(folder.parts) > 1:
+            assert str(folder).encode() not in held
+    assert not re.search(rb"site-packages|libpython|Py[A-Z][a-z]+_", held)
+
+
+def test_no_compiler_is_said(monkeypatch, tmp_path):
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(DependencyError, match="no C compiler here"):
+        _freeze.find_compiler()
+    assert _freeze.main(["--out", str(tmp_path / "out")]) == _freeze.NOT_HERE
+    monkeypatch.setattr(_freeze, "platform_name", lambda: "beos-ppc")
+    with pytest.raises(DependencyError, match="frozen on linux-x86_64, not on beos-ppc"):
+        _freeze.find_compiler()
+
+
+def test_a_kernel_that_needs_more_than_we_bring_is_refused():
+    llvm = pytest.importorskip("llvmlite.binding")
+    module = llvm.parse_assembly(
+        "declare i8* @NRT_MemInfo_new(i8*, i64)\n"
+        "declare void @memcpy()\n"
+        "declare double @llvm.floor.f64(double)\n"
+    )
+    with pytest.raises(InputError, match=r"kernel room calls NRT_MemInfo_new, which a frozen"):
+        _freeze._only_what_we_bring("room", module)
+
+
+def test_results_are_what_the_signature_says():
+    import numba
+
+    check_results("k", numba.types.none, Signature.parse("d -> ."))
+    with pytest.raises(TypeError, match=r"k promises '-> l', but numba finds .* int32"):
+        check_results("k", numba.int32, Signature.parse("d -> l"))
+    for entry in _jit.ENTRIES.values():
+        if _jit.RUNNER.compiles and entry.python.__module__.startswith("geosurf."):
+            entry.compile()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(platform_name() not in ("linux-x86_64",), reason="nothing is frozen here")
+def test_two_builds_give_the_same_bytes(library, tmp_path):
+    _freeze.freeze(tmp_path / "again", TINY)
+    assert (tmp_path / "again" / LIBRARY).read_bytes() == (library / LIBRARY).read_bytes()
