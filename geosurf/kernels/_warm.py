@@ -88,9 +88,8 @@ def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]
                 found |= job.result()
                 if progress is not None:
                     progress(n_done, len(jobs))
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)  # an error must not wait for the rest
     return found
 
 
