@@ -6,7 +6,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 SCENARIO := data/synthetic_horizons/faulted_reservoir.toml
 
-.PHONY: help demo test lint clean
+.PHONY: help demo test lint wheel clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
@@ -25,6 +25,11 @@ lint: $(READY) ## check style, types and who may import whom
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+wheel: $(READY) ## build dist/geosurf-*.whl with the kernels compiled inside (needs a C compiler)
+	@echo "Building the wheel (two CPU levels are compiled: about five minutes on two cores) ..."
+	@$(BIN)/python -m pip wheel -q --no-deps -w dist .
+	@ls dist/*.whl
 
 clean: ## remove results and caches (.venv stays: delete the folder to start afresh)
 	rm -rf out build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

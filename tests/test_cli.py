@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -139,9 +140,31 @@ def test_curves_need_to_know_up_from_down(tmp_path, capsys):
 
 def test_doctor_and_warmup(capsys):
     assert cli.main(["doctor"]) in (0, 2)
-    assert [line.split()[1] for line in capsys.readouterr().out.splitlines()][:2] == ["python", "numpy"]  # fmt: skip
+    said = capsys.readouterr().out
+    assert [line.split()[1] for line in said.splitlines()][:2] == ["python", "numpy"]
+    assert re.search("^ok +kernels +kernels (are (frozen|compiled)|run as plain)", said, re.M)
     assert cli.main(["warmup"]) == 0
-    assert "Ready after" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert re.match(r"\d+ kernels compiled in \d+ s, \d+ were there; kept in |Nothing to", said)
+    assert len(said.splitlines()) == 1
+
+
+def test_warmup_says_where_kernels_cannot_be_kept(tmp_path):
+    (tmp_path / "a file").write_text("")
+    chosen = {"GEOSURF_CACHE_DIR": str(tmp_path / "a file" / "cache"), "GEOSURF_JIT": "1"}
+    environment = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"} | chosen
+    said = geosurf("warmup", env=environment)
+    assert said.returncode == 2
+    assert (
+        "compiled kernels cannot be kept there (Not a directory). Set GEOSURF_CACHE_DIR"
+        in said.stderr
+    )
+
+
+def test_warmup_has_nothing_to_do_where_nothing_is_compiled():
+    said = geosurf("warmup", env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
+    assert said.returncode == 0
+    assert said.stdout.startswith("Nothing to compile: kernels run as plain Python, slowly, since")
 
 
 # ---- errors --------------------------------------------------------------------------

@@ -1,0 +1,127 @@
+"""The build hook: which wheel is made where. The freezer itself is tested in tests/kernels."""
+
+from __future__ import annotations
+
+import importlib.util
+import platform
+import sys
+import types
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+HOOK = ROOT / "hatch_build.py"
+linux = pytest.mark.skipif(
+    (sys.platform, platform.machine()) != ("linux", "x86_64"), reason="kernels are not frozen here"
+)
+
+
+class Interface:
+    """What hatchling hands to a hook, as far as ours looks at it."""
+
+    def __init__(self, root: Path, target: str = "wheel") -> None:
+        self.root = str(root)
+        self.target_name = target
+        self.said: list[str] = []
+        self.app = types.SimpleNamespace(display_info=self.said.append)
+
+
+@pytest.fixture
+def hook(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The module of the hook; hatchling, which only builds have, is replaced by `Interface`."""
+    if not HOOK.exists():
+        pytest.skip("needs a checkout: the hook is no part of the installed package")
+    interface = types.ModuleType("hatchling.builders.hooks.plugin.interface")
+    interface.BuildHookInterface = Interface
+    monkeypatch.setitem(sys.modules, interface.__name__, interface)
+    monkeypatch.delenv("GEOSURF_PURE", raising=False)
+    spec = importlib.util.spec_from_file_location("hatch_build", HOOK)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def built(hook: Any, root: Path = ROOT, target: str = "wheel", version: str = "standard"):
+    """Run the hook; return what it said and what it told hatchling."""
+    data: dict[str, Any] = {"force_include": {}}
+    made = hook.FrozenKernels(root, target)
+    made.initialize(version, data)
+    inside = {Path(source).is_file(): target for source, target in data["force_include"].items()}
+    made.finalize(version, data, "")
+    assert not any(Path(source).exists() for source in data["force_include"])
+    assert False not in inside
+    return " ".join(made.said), data
+
+
+PURE = {"force_include": {}}
+
+
+def test_a_pure_wheel_is_made_where_it_is_asked_for(hook, monkeypatch):
+    monkeypatch.setenv("GEOSURF_PURE", "1")
+    said, data = built(hook)
+    assert "GEOSURF_PURE is set" in said
+    assert data == PURE
+    assert hook.FrozenKernels(ROOT).dependencies() == []
+
+
+@pytest.mark.parametrize(("target", "version"), [("sdist", "standard"), ("wheel", "editable")])
+def test_what_is_no_wheel_has_no_library(hook, target, version):
+    assert built(hook, target=target, version=version) == ("", PURE)
+
+
+def test_unknown_platforms_get_a_pure_wheel(hook, monkeypatch):
+    monkeypatch.setattr(hook.platform, "machine", lambda: "ppc")
+    assert "not Linux on x86-64" in built(hook)[0]
+    assert hook.FrozenKernels(ROOT).dependencies() == []
+
+
+@linux
+def test_without_a_compiler_the_wheel_is_pure_and_says_so(hook, monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv("CC", raising=False)
+    said, data = built(hook)
+    assert "no C compiler here (CC, cc, gcc, clang). A pure wheel." in said
+    assert data == PURE
+
+
+def _project(folder: Path, freezer: str) -> Path:
+    """A project whose freezer does what a test wants."""
+    (folder / "geosurf" / "kernels").mkdir(parents=True)
+    for package in ("geosurf", "geosurf/kernels"):
+        (folder / package / "__init__.py").write_text("")
+    (folder / "geosurf" / "kernels" / "_freeze.py").write_text(freezer)
+    return folder
+
+
+@linux
+def test_a_freeze_that_fails_is_an_error_and_no_pure_wheel(hook, tmp_path):
+    root = _project(tmp_path, "raise ValueError('kernel x cannot be frozen')")
+    with pytest.raises(RuntimeError, match=r"(?s)GEOSURF_PURE=1 builds without.*kernel x cannot"):
+        built(hook, root)
+
+
+@linux
+def test_the_library_goes_into_a_wheel_for_every_python_of_this_platform(hook, tmp_path):
+    freezer = "import sys, pathlib\nout = pathlib.Path(sys.argv[2])\n(out / 'kernels.so').touch()\n"
+    said, data = built(hook, _project(tmp_path, freezer + "print('1 kernels frozen.')"))
+    assert said.endswith("1 kernels frozen.")
+    assert data["pure_python"] is False
+    assert data["tag"] == "py3-none-linux_x86_64"
+    assert list(data["force_include"].values()) == ["geosurf/kernels/frozen/kernels.so"]
+
+
+@linux
+def test_the_build_is_pinned(hook):
+    pins = hook.FrozenKernels(ROOT).dependencies()
+    assert sorted(pin.partition("==")[0] for pin in pins) == ["llvmlite", "numba", "numpy"]
+    assert all("==" in pin for pin in pins)
+
+
+@linux
+def test_loader_and_hook_agree(hook):
+    from geosurf.kernels import _freeze, _jit
+
+    assert hook.NOT_HERE == _freeze.NOT_HERE
+    assert ROOT.joinpath(hook.INSIDE) == _jit.HERE / "frozen"
