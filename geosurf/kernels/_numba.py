@@ -127,7 +127,8 @@ class _Locator(_CacheLocator):
         return _stamp(self._file)
 
     def get_disambiguator(self) -> str:
-        return f"{self._file.stem}{self._line}"
+        # with the stamp, so that two checkouts or versions do not overwrite each other's code
+        return f"{self._file.stem}{self._line}-{_stamp(self._file)[:12]}"
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> _Locator:
