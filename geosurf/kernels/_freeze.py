@@ -43,7 +43,8 @@ _BROUGHT = {
     *("NRT_MemInfo_new_varsize_dtor", "NRT_MemInfo_varsize_realloc"),
     *("NRT_Allocate", "NRT_Free"),
     *("numba_frexp", "numba_ldexp", "memcpy", "memset", "memmove"),
-    *("sqrt", "floor", "ceil", "trunc", "rint"),
+    *("sqrt", "floor", "ceil", "trunc", "rint", "hypot"),
+    *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "pow"),
 }
 
 

@@ -45,13 +45,11 @@ class Signature:
 
     @classmethod
     def parse(cls, text: str) -> Signature:
-        """Read ``"d2 l -> l1 l"``; a dot stands for no result."""
+        """Read ``"d2 l -> l1 l"``; nothing or a dot stands for no result."""
         left, arrow, right = text.partition("->")
         arguments, results = tuple(left.split()), tuple(right.split())
         if results == (".",):
             results = ()
-        elif not results:
-            arrow = ""
         fit = arrow and all(re.fullmatch("[dlb][1-9]?", letters) for letters in arguments)
         if not fit or not all(re.fullmatch("[dl]|[dlb][1-9]", letters) for letters in results):
             raise ValueError(f"{text!r}: expected letters like 'd2 l b -> l1 l', or '-> .'")
