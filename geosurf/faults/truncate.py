@@ -137,7 +137,8 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> Truncation:
             f"{place(patches.vertices[beside.edges[0, 0]])}; keep the other part."
         )
     gone = unwanted | (beside.within & held)
-    gone |= _beyond(gone, held, beside.across_walls)
+    wrong = beside.beside[:, 1 if side > 0 else 0] | beside.within
+    gone |= ~held & (wrong | ~_hangs_on(gone, held, beside.across_walls))
     dropped = gone[beside.piece]
     apart = ~(wanted | gone)[beside.piece] & inside[mine]
     area = _areas(patches, mine)
@@ -176,12 +177,14 @@ def _inside(patches: Patches) -> tuple[np.ndarray, np.ndarray]:
     return walls, within[patches.triangles].all(axis=1)
 
 
-def _beyond(gone: np.ndarray, held: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Pieces outside the model box that hang on to a piece inside that is dropped."""
-    out = np.zeros(len(gone), dtype=bool)
+def _hangs_on(gone: np.ndarray, held: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Which pieces outside the model box go on from pieces inside that stay, and from no other."""
+    stays, goes = np.zeros(len(gone), dtype=bool), np.zeros(len(gone), dtype=bool)
     for a, b in (pairs.T, pairs[:, ::-1].T):
-        out[b[gone[a] & ~held[b]]] = True
-    return out
+        inner = held[a] & ~held[b]
+        stays[b[inner & ~gone[a]]] = True
+        goes[b[inner & gone[a]]] = True
+    return stays & ~goes
 
 
 def _areas(patches: Patches, rows: np.ndarray) -> np.ndarray:

@@ -296,6 +296,23 @@ def test_drogon_f2_ends_on_f1_with_shared_vertices(drogon):
     assert "ends at F1 already" in row.reason
 
 
+def test_drogon_network_seals_once_it_is_extended_and_truncated(drogon):
+    """F6 is a lens in the hanging wall of F2, and F2 a branch in the footwall of F1."""
+    box = (460e3, 466e3, 5930.5e3, 5937.5e3, -1800.0, -1560.0)
+    extended = drogon.replace(box=box, extend=dict.fromkeys(("F1", "F2", "F6"), EVERY))
+    made = extended.replace(truncations={"F2": ("F1", "footwall"), "F6": ("F2", "hanging wall")})
+    assert len(made.units) == 3
+    laws.assert_volumes_add_up(made.units, box)
+    certificate = made.check()
+    assert certificate.ok, str(certificate)
+    assert {type(a) for a in made.fault_actions} == {Extension, Truncation}
+    rows = made.propose_fault_network().rows
+    assert {(r.fault, r.other, r.proposal) for r in rows if r.kind == "contact"} == {
+        ("F2", "F1", "leave"),
+        ("F6", "F2", "leave"),
+    }
+
+
 def test_scec_near_misses_are_as_far_as_an_independent_search_says(shared):
     import geosurf as gs
 
