@@ -146,7 +146,7 @@ class Scene:
         horizons, faults : mapping, optional
             Named inputs to add or exchange; None as a value removes one.
         box, column, contacts, aoi, extend, truncations : optional
-            As for `Scene`.
+            As for `Scene`; they replace those that there were.
         positive, units, voxel_size, self_intersections : optional
             As for `Scene`.
 
