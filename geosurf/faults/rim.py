@@ -16,6 +16,7 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import SurfaceError
 from geosurf.kernels.mesh import edges, pieces, weld
+from geosurf.kernels.predicates import flat_triangles, frame_of
 from geosurf.model import TriSurface
 
 FLAT = 0.05  # a plane flatter than this (3 degrees) has no strike of its own: it takes the mean's
@@ -114,8 +115,8 @@ def find_rim(surface: TriSurface, axes: Axes | None = None) -> Rim:
     Raises
     ------
     SurfaceError
-        If the fault is in several pieces, or closed, its rim touches itself, or its
-        triangles do not agree about their front.
+        If the fault is in several pieces, or closed, its rim touches itself, its triangles do
+        not agree about their front, or some have no area.
 
     Examples
     --------
@@ -141,6 +142,7 @@ def find_rims(surface: TriSurface, axes: Axes | None = None) -> list[Rim]:
     first = np.full(count, -1, dtype=np.int64)
     first[number[::-1]] = np.arange(len(x))[::-1]
     t = first[number][surface.triangles]
+    _refuse_flat(t, x, name)
     _refuse_clash(t, x, name)
     piece, n_piece = pieces(t, edges(t, len(x))[0])
     rims = [_outer_rim(x, t[piece == p], name, axes) for p in range(n_piece)]
@@ -159,6 +161,16 @@ def _outer_rim(x: np.ndarray, t: np.ndarray, name: str, axes: Axes | None) -> Ri
     loop = max(loops, key=lambda line: (math.fsum(_steps(x[t[line // 3, line % 3]])), -line.min()))
     normals = normals_of(x[t])
     return _parted(x, t, loop, normals, axes or mean_axes(normals))
+
+
+def _refuse_flat(t: np.ndarray, x: np.ndarray, name: str) -> None:
+    """Refuse triangles without area: they have neither strike nor dip."""
+    flat = flat_triangles(x, t, *frame_of(x))
+    if len(flat):
+        raise SurfaceError(
+            f"fault {name!r}: {len(flat)} of {len(t)} triangles have no area, the first is "
+            f"triangle {flat[0]} at {place(x[t[flat[0], 0]])}. Remove them from the fault."
+        )
 
 
 def _refuse_clash(t: np.ndarray, x: np.ndarray, name: str) -> None:

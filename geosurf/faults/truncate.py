@@ -129,7 +129,7 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> Truncation:
     if (wanted & unwanted).any():
         raise _goes_around(patches, rule, beside, mine)
     if not (wanted | unwanted).any():
-        raise _not_reached(patches, rule, {name: r[inside[r]] for name, r in rows.items()})
+        raise _not_reached(patches, rule, rows, inside)
     if not wanted.any():
         raise GeometryError(
             f"fault {rule.fault!r} has no part in the {rule.keep} of {rule.main!r}: nothing would "
@@ -205,9 +205,15 @@ def _goes_around(patches: Patches, rule: Rule, beside: Adjacency, mine: np.ndarr
     )
 
 
-def _not_reached(patches: Patches, rule: Rule, rows: dict[str, np.ndarray]) -> Exception:
-    """Say how far a fault stays off its main one, and where."""
-    one, two = (patches.triangles[rows[name]] for name in (rule.fault, rule.main))
+def _not_reached(patches: Patches, rule: Rule, rows, inside: np.ndarray) -> Exception:
+    """Say how far a fault stays off its main one in the model box, and where."""
+    for name in (rule.fault, rule.main):
+        if not inside[rows[name]].any():
+            return GeometryError(
+                f"nothing of fault {name!r} lies in the model box, so that {rule.fault!r} cannot "
+                f"end at {rule.main!r} there. Leave the rule out, or enlarge the box."
+            )
+    one, two = (patches.triangles[r[inside[r]]] for r in (rows[rule.fault], rows[rule.main]))
     gap = closest_approach(patches.local, one, two)
     how = "only touches" if gap.distance == 0 else f"ends {gap.distance:.6g} m short of"
     return GeometryError(

@@ -226,8 +226,11 @@ def test_refusals():
         SurfaceError, match=r"'F1': its triangles do not agree about their front at"
     ):
         extend_fault(clash, BOX)
+    line = TriSurface("F1", "fault", [[4, 1, 1], [4, 2, 2], [4, 3, 3]], [[0, 1, 2]])
+    with pytest.raises(SurfaceError, match=r"1 of 1 triangles have no area, .* Remove them"):
+        extend_fault(line, BOX)
     # a ring of triangles that closes in one corner only
-    x = [[4, 1, 3], [4, 1, 1], [4, 3, 3], [4, 5, 1], [4, 5, 3], [4, 0, 0], [4, 0, 2], [4, 5, 0]]
+    x = [[4, 1, 3], [4, 1, 1], [4, 3, 3], [4, 5, 1], [4, 5, 3], [4, 0, 0], [4, 0, 2], [4, 6, 0]]
     ring = [[0, 1, 2], [1, 0, 6], [1, 6, 7], [1, 7, 3], [3, 7, 4], [2, 3, 4]]
     with pytest.raises(
         SurfaceError, match=r"'F1': its rim touches itself at \(easting 4\.000, nor"

@@ -117,6 +117,9 @@ def test_what_happens_outside_the_box_does_not_matter():
     (cut,) = made.fault_actions
     whole = 17.0 * 17.0 * np.sqrt(2)
     assert cut.kept_area + cut.dropped_area == pytest.approx(whole, rel=1e-12)
+    away = sheet("F2", [(20, 0, 0), (21, 0, 0), (21, 9, 9), (20, 9, 9)])
+    with pytest.raises(GeometryError, match=r"nothing of fault 'F2' lies in the model box, so"):
+        _ = scene(main, away, truncations=rules).units
     inside = sheet("F1", [(0, 0.5, 8), (8, 0.5, 0), (8, 8, 0), (0, 8, 8)])
     with pytest.raises(GeometryError, match=r"around the end of 'F1' at .*northing 0\.500"):
         _ = scene(inside, far, truncations=rules).units
