@@ -137,9 +137,9 @@ class FaultStage:
             bridges = [r for r in rules if r.fault == member and r.extend]
             made = self._bridged(bridges[-1]) if bridges else self._extended(member)
             surfaces.append(made.surface)
-        said: dict[str, tuple[tuple[str, str], ...]] = {}
+        said: dict[str, tuple[tuple[str, str, bool], ...]] = {}
         for rule in rules:
-            said[rule.fault] = (*said.get(rule.fault, ()), (rule.main, rule.keep))
+            said[rule.fault] = (*said.get(rule.fault, ()), (rule.main, rule.keep, rule.extend))
         box = self._box()
         key = ("truncate", *map(self._key, surfaces), box, *said.items())
         return self._remember(

@@ -37,7 +37,7 @@ def truncate_faults(patches: Patches, truncations: Any) -> TruncatedFaults:
     truncations : mapping
         As for `Scene`: ``{"F2": ("F1", "hanging wall")}`` lets F2 end at F1 and keeps what lies in
         the hanging wall of F1. A fault may end at several: a tuple of such pairs. Faults
-        are extended by `extend_fault` before they are split, not here.
+        are extended before they are split; a third word True only says that this was done.
 
     Returns
     -------
@@ -215,11 +215,21 @@ def _not_reached(patches: Patches, rule: Rule, rows, inside: np.ndarray) -> Exce
             )
     one, two = (patches.triangles[r[inside[r]]] for r in (rows[rule.fault], rows[rule.main]))
     gap = closest_approach(patches.local, one, two)
-    how = "only touches" if gap.distance == 0 else f"ends {gap.distance:.6g} m short of"
-    return GeometryError(
-        f"fault {rule.fault!r} {how} {rule.main!r}, nearest at {place(gap.at + patches.origin)}, "
-        f"and cannot end there. Extend it to {rule.main!r}: "
+    where = f"nearest at {place(gap.at + patches.origin)}"
+    if gap.distance == 0:
+        return GeometryError(
+            f"fault {rule.fault!r} only touches {rule.main!r}, {where}, and cannot end there. "
+            "Leave the rule out, or keep another part of one of them."
+        )
+    remedy = (
+        "Leave the rule out: they do not meet in the model box, even extended."
+        if rule.extend
+        else f"Extend it to {rule.main!r}: "
         f"truncations={{{rule.fault!r}: ({rule.main!r}, {rule.keep!r}, True)}}."
+    )
+    return GeometryError(
+        f"fault {rule.fault!r} ends {gap.distance:.6g} m short of {rule.main!r}, {where}, and "
+        f"cannot end there. {remedy}"
     )
 
 

@@ -120,6 +120,10 @@ def test_what_happens_outside_the_box_does_not_matter():
     away = sheet("F2", [(20, 0, 0), (21, 0, 0), (21, 9, 9), (20, 9, 9)])
     with pytest.raises(GeometryError, match=r"nothing of fault 'F2' lies in the model box, so"):
         _ = scene(main, away, truncations=rules).units
+    past = sheet("F1", [(4, 5, 5), (4, 7, 5), (4, 7, 7), (4, 5, 7)])
+    beside = sheet("F2", [(0, 1, 1), (1, 1, 1), (1, 1, 2), (0, 1, 2)])
+    with pytest.raises(GeometryError, match=r"5 m short of 'F1'.*do not meet .* even extended"):
+        _ = scene(past, beside, truncations={"F2": ("F1", "left", True)}).units
     inside = sheet("F1", [(0, 0.5, 8), (8, 0.5, 0), (8, 8, 0), (0, 8, 8)])
     with pytest.raises(GeometryError, match=r"around the end of 'F1' at .*northing 0\.500"):
         _ = scene(inside, far, truncations=rules).units
