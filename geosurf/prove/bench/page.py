@@ -118,12 +118,16 @@ def _questions(found: dict[str, Any]) -> Table:
     return Table(("Asked", "Triangles", "Time", "Spread", "Answer"), tuple(rows))
 
 
+def _number(value: float | None) -> str:
+    return NOTHING if value is None else f"{value:g}"
+
+
 def _targets(found: dict[str, Any]) -> Table:
     rows = []
     for row in found["rows"]:
         met = {True: "met", False: "not met", None: NOTHING}[row["met"]]
         ratio = NOTHING if row["ratio"] is None else f"{row['ratio']:.3g}"
-        asked = NOTHING if row["asked"] is None else f"{row['asked']:g}"
+        asked = row["asked"] if isinstance(row["asked"], str) else _number(row["asked"])
         theirs = " ".join(filter(None, [row["theirs"], row.get("peer", "")])) or NOTHING
         rows.append((row["name"], row["what"], row["ours"] or NOTHING, theirs, row["kind"],
                      row["why"] or NOTHING, ratio, asked, met))  # fmt: skip
