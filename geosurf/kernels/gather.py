@@ -24,7 +24,7 @@ def number_keys(keys):
     count = 0
     for i in range(n):
         key = keys[i]
-        h = (key ^ (key >> 17)) * 0x9E3779B97F4A7C1
+        h = (key & 0x3FFFFFFF) * 0x1E3779B1 + (key >> 30) * 8388593  # below 2**63
         slot = (h ^ (h >> 29)) & (size - 1)
         while slots[slot] >= 0 and found[slots[slot]] != key:
             slot = (slot + 1) & (size - 1)

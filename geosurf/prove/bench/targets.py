@@ -57,62 +57,129 @@ _COREFINE = ("loop_cgal", "split", "CGAL, corefinement")
 _REMESH = ("libigl", "split", "remesh_self_intersections")
 
 TARGETS = (
-    Target
-        ("curve 2e6", "Curve of S1, 2e6 triangles, from two grids", ("curve", "S1", 2e6), _CGAL, asked=300.0),
-    Target
-        ("curve 2e7", "Curve of S1, 2e7 triangles, from two grids", ("curve", "S1", 2e7), _CGAL, asked=600.0),
     Target(
-        "curve floor", "The same, against reading the grids once", ("curve", "S1", 2e7),
-        ("", "floor", "smallest and largest of all values, numpy"), kind="slower", asked=3.0),
-    Target(
-        "20 faults", "Horizon of 2237 x 2237, 20 faults of 317 x 317: all curves",
-        ("curve", "20 faults", 1.39936e7), _CGAL, within=0.06,
+        "curve 2e6",
+        "Curve of S1, 2e6 triangles, from two grids",
+        ("curve", "S1", 2e6),
+        _CGAL,
+        asked=300.0,
     ),
     Target(
-        "shuffled", "Curve of S1 as arbitrary triangulations, 2e6",
-        ("curve", "S1 shuffled", 2e6), _CGAL, asked=8.0),
+        "curve 2e7",
+        "Curve of S1, 2e7 triangles, from two grids",
+        ("curve", "S1", 2e7),
+        _CGAL,
+        asked=600.0,
+    ),
+    Target(
+        "curve floor",
+        "The same, against reading the grids once",
+        ("curve", "S1", 2e7),
+        ("", "floor", "smallest and largest of all values, numpy"),
+        kind="slower",
+        asked=3.0,
+    ),
+    Target(
+        "20 faults",
+        "Horizon of 2237 x 2237, 20 faults of 317 x 317: all curves",
+        ("curve", "20 faults", 1.39936e7),
+        _CGAL,
+        within=0.06,
+    ),
+    Target(
+        "shuffled",
+        "Curve of S1 as arbitrary triangulations, 2e6",
+        ("curve", "S1 shuffled", 2e6),
+        _CGAL,
+        asked=8.0,
+    ),
     Target("split", "Split of S1, 2e6, to patches", ("split", "S1", 2e6), _COREFINE, asked=100.0),
     Target(
-        "split full", "Split of S1, 2e6, to full arrays", ("split, full arrays", "S1", 2e6),
-        _COREFINE, asked=25.0),
-    Target(
-        "split S2", "Split of S2, 2e6: a fault of two triangles", ("split", "S2", 2e6), _COREFINE, asked=50.0),
-    Target(
-        "split S2 arrays", "Split of S2, 1000 x 1000 cells, arrays to patches",
-        ("split, from arrays", "S2", 2e6), _REMESH, within=0.03,
+        "split full",
+        "Split of S1, 2e6, to full arrays",
+        ("split, full arrays", "S1", 2e6),
+        _COREFINE,
+        asked=25.0,
     ),
     Target(
-        "drogon", "Drogon, 4 horizons and 6 faults, arrays to patches",
-        ("split, from arrays", "drogon", 3.8e5), _REMESH, within=0.15,
+        "split S2",
+        "Split of S2, 2e6: a fault of two triangles",
+        ("split", "S2", 2e6),
+        _COREFINE,
+        asked=50.0,
     ),
     Target(
-        "parallel chords", "10 000 parallel chords in one face",
-        ("split, from arrays", "parallel chords", 1e4), _COREFINE, within=0.05,
+        "split S2 arrays",
+        "Split of S2, 1000 x 1000 cells, arrays to patches",
+        ("split, from arrays", "S2", 2e6),
+        _REMESH,
+        within=0.03,
     ),
     Target(
-        "crossing chords", "100 x 100 crossing chords in one face",
-        ("split, from arrays", "crossing chords", 200), _REMESH, within=0.2,
+        "drogon",
+        "Drogon, 4 horizons and 6 faults, arrays to patches",
+        ("split, from arrays", "drogon", 3.8e5),
+        _REMESH,
+        within=0.15,
     ),
     Target(
-        "units", "Two horizons of 401 x 401, a fault, a box: units and volumes",
-        ("units", "block", 7.2e5), ("manifold3d", "units", "Booleans of solids"), asked=50.0),
-    Target(
-        "cells", "Cells and radial order of the same, for each edge", ("carve", "block", 7.2e5),
-        ("libigl", "carve", "extract_cells"), kind="per edge", asked=1.0),
-    Target(
-        "exponent", "Growth of the curve, 2e5 to 2e7, search built", ("curve", "S1", 2e7),
-        kind="exponent", asked=1.1),
-    Target(
-        "exponent kept", "Growth of the curve, 2e5 to 2e7, search kept",
-        ("curve, kept search", "S1", 2e7), kind="exponent", asked=0.65),
-    Target(
-        "dial", "The dial against the plain curve of 9.5e6 triangles, same error",
-        ("curve", "waves", 9.5e6), kind="dial", asked=10.0),
-    Target(
-        "start", "Start of Python to end: curve of two triangles", ("start", "S1", 2e3),
-        ("compas_cgal", "start", "the same with CGAL"), within=0.4,
+        "parallel chords",
+        "10 000 parallel chords in one face",
+        ("split, from arrays", "parallel chords", 1e4),
+        _COREFINE,
+        within=0.05,
     ),
-)  # fmt: skip
+    Target(
+        "crossing chords",
+        "100 x 100 crossing chords in one face",
+        ("split, from arrays", "crossing chords", 200),
+        _REMESH,
+        within=0.2,
+    ),
+    Target(
+        "units",
+        "Two horizons of 401 x 401, a fault, a box: units and volumes",
+        ("units", "block", 7.2e5),
+        ("manifold3d", "units", "Booleans of solids"),
+        asked=50.0,
+    ),
+    Target(
+        "cells",
+        "Cells and radial order of the same, for each edge",
+        ("carve", "block", 7.2e5),
+        ("libigl", "carve", "extract_cells"),
+        kind="per edge",
+        asked=1.0,
+    ),
+    Target(
+        "exponent",
+        "Growth of the curve, 2e5 to 2e7, search built",
+        ("curve", "S1", 2e7),
+        kind="exponent",
+        asked=1.1,
+    ),
+    Target(
+        "exponent kept",
+        "Growth of the curve, 2e5 to 2e7, search kept",
+        ("curve, kept search", "S1", 2e7),
+        kind="exponent",
+        asked=0.65,
+    ),
+    Target(
+        "dial",
+        "The dial against the plain curve of 9.5e6 triangles, same error",
+        ("curve", "waves", 9.5e6),
+        kind="dial",
+        asked=10.0,
+    ),
+    Target(
+        "start",
+        "Start of Python to end: curve of two triangles",
+        ("start", "S1", 2e3),
+        ("compas_cgal", "start", "the same with CGAL"),
+        within=0.4,
+    ),
+)
 _UNSCALED = ("drogon", "start")
 
 
