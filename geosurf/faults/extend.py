@@ -143,6 +143,12 @@ def _continued(surface, rim: Rim, guides: Guides, side, low, high, until, longes
     window, defect = 0.0, None
     for lines in ("own",) if own and guides.exact else ("own", "averaged"):
         way = directions(x, t, arc, side, rim.axes, guides, window)
+        lost = np.flatnonzero(~way.any(axis=1))
+        if len(lost):
+            raise GeometryError(
+                f"fault {name!r} has no tangent plane at {place(x[arc[lost[0]]])}: the triangles "
+                f"there are slivers or folded over. Smooth its side {side!r}, or leave it out."
+            )
         length = np.minimum(_lengths(x[arc], way, low, high, name, side, until), longest)
         tip = x[arc] + length[:, None] * way
         strip = _strip(arc, len(x), x[arc], tip)

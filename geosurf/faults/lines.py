@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.faults.rim import Axes, normals_of, plane_axes, total
+from geosurf.faults.rim import Axes, normals_of, plane_axes, total, unit_rows
 from geosurf.model import TriSurface
 
 STICK = "stick"  # vertex data of faults from sticks: which stick a vertex is on
@@ -89,15 +89,14 @@ def directions(
         Directions are averaged this far along the rim to both sides [m], with weights that
         fall off evenly, so that lines which go on as far do not cross for the noise of a mesh.
     """
-    units = axes.sign * _normals_at(x, t, arc)
-    units /= np.linalg.norm(units, axis=1, keepdims=True)
+    units = unit_rows(axes.sign * _normals_at(x, t, arc))
     strike, up = plane_axes(units, axes.strike)
     tangent = {"start": -strike, "end": strike, "up": up, "down": -up}[side]
     before = guides.of(side)[arc]
     step = x[arc] - x[before]
     known = (before >= 0) & ((step * tangent).sum(axis=1) > 0)
     way = np.where(known[:, None], step, tangent)
-    way = way / np.linalg.norm(way, axis=1, keepdims=True)
+    way = unit_rows(way)
     return _averaged(way, x[arc], window) if window > 0.0 else way
 
 

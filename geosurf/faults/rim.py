@@ -76,6 +76,12 @@ def normals_of(corners: np.ndarray) -> np.ndarray:
     return np.cross(b - a, c - a)
 
 
+def unit_rows(vectors: np.ndarray) -> np.ndarray:
+    """Vectors (n, 3) of length one; zero stays zero (slivers whose normal is lost in floats)."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.maximum(length, np.finfo(float).tiny)
+
+
 def mean_axes(normals: np.ndarray) -> Axes:
     """Mean strike and dip of triangles with these normals (n, 3), twice their area long."""
     mean = total(normals)
@@ -222,7 +228,7 @@ def _parted(x: np.ndarray, t: np.ndarray, loop: np.ndarray, normals, axes: Axes)
     shift = -int(np.lexsort(x[ends[:, 0]].T[::-1])[0])
     loop, ends = np.roll(loop, shift), np.roll(ends, shift, axis=0)
     units = axes.sign * normals[loop // 3]
-    units /= np.linalg.norm(units, axis=1, keepdims=True)
+    units = unit_rows(units)
     strike, up = plane_axes(units, axes.strike)
     outward = np.cross(x[ends[:, 1]] - x[ends[:, 0]], units)  # as long as the edge
     to_end, to_up = (outward * strike).sum(axis=1), (outward * up).sum(axis=1)

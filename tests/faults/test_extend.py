@@ -229,6 +229,11 @@ def test_refusals():
     line = TriSurface("F1", "fault", [[4, 1, 1], [4, 2, 2], [4, 3, 3]], [[0, 1, 2]])
     with pytest.raises(SurfaceError, match=r"1 of 1 triangles have no area, .* Remove them"):
         extend_fault(line, BOX)
+    # folded back onto itself: normals beside the fold cancel
+    x = [[4, 1, 1], [4, 1, 5], [5, 3, 2], [5, 3, 4]]
+    folded = TriSurface("F1", "fault", x, [[0, 1, 2], [1, 0, 3]])
+    with pytest.raises(GeometryError, match=r"'F1' has no tangent plane at .* slivers or folded"):
+        extend_fault(folded, BOX, sides="up")
     # a ring of triangles that closes in one corner only
     x = [[4, 1, 3], [4, 1, 1], [4, 3, 3], [4, 5, 1], [4, 5, 3], [4, 0, 0], [4, 0, 2], [4, 6, 0]]
     ring = [[0, 1, 2], [1, 0, 6], [1, 6, 7], [1, 7, 3], [3, 7, 4], [2, 3, 4]]
