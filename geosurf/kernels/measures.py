@@ -70,21 +70,38 @@ def measure_triangles(x, t, middle):
 def measure_runs(p, q, r, a, runs, middle):
     """One row for each run; triangles are taken as they come, not turned."""
     out = np.empty((runs.shape[0], 10))
-    c = np.empty((3, 3))
     for i in range(runs.shape[0]):
-        _start(out, i)
         row = runs[i, ROW]
+        high = low = flat = area = 0.0
+        west = south = bottom = np.inf
+        east = north = top = -np.inf
         for place in range(runs[i, FIRST], runs[i, LAST] + 1):
             col = place >> 1
             half = place & 1 if a[RISING] == 0 else 1 - (place & 1)
-            for corner in range(3):
-                # corners 0, 1, 2, 3 around the cell: 0 1 2 + 0 2 3, or 0 1 3 + 1 2 3
-                at = corner + (half if a[RISING] == 0 or corner > 0 else 0)
-                if a[RISING] == 0 and half == 0 and corner == 2:
-                    at = 3
-                u = row + (1 if at >= 2 else 0)
-                v = col + (1 if at == 1 or at == 2 else 0)
-                c[corner, 0], c[corner, 1] = load(p, a, 0, u, v), load(q, a, 1, u, v)
-                c[corner, 2] = load(r, a, 2, u, v)
-            _add(out, i, c, 0, middle)
+            # corners 0, 1, 2, 3 around the cell: 0 1 2 + 0 2 3, or 0 1 3 + 1 2 3
+            v0 = col + (half if a[RISING] == 0 else 0)
+            u1 = row + half
+            u2 = row + 1
+            v2 = col + 1 if a[RISING] == 1 and half == 0 else col
+            x0, y0, z0 = load(p, a, 0, row, v0), load(q, a, 1, row, v0), load(r, a, 2, row, v0)
+            x1, y1 = load(p, a, 0, u1, col + 1), load(q, a, 1, u1, col + 1)
+            z1 = load(r, a, 2, u1, col + 1)
+            x2, y2, z2 = load(p, a, 0, u2, v2), load(q, a, 1, u2, v2), load(r, a, 2, u2, v2)
+            ax, ay, az = x1 - x0, y1 - y0, z1 - z0
+            bx, by, bz = x2 - x0, y2 - y0, z2 - z0
+            nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+            height = (z0 - middle[2]) + (z1 - middle[2]) + (z2 - middle[2])
+            term = 0.5 * nz * (height / 3.0)
+            total = high + term
+            back = total - high
+            low += (high - (total - back)) + (term - back)
+            high = total
+            flat += 0.5 * nz
+            area += 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
+            west, east = min(west, min(x0, min(x1, x2))), max(east, max(x0, max(x1, x2)))
+            south, north = min(south, min(y0, min(y1, y2))), max(north, max(y0, max(y1, y2)))
+            bottom, top = min(bottom, min(z0, min(z1, z2))), max(top, max(z0, max(z1, z2)))
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = high, low, flat, area
+        out[i, 4], out[i, 5], out[i, 6] = west, south, bottom
+        out[i, 7], out[i, 8], out[i, 9] = east, north, top
     return out

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.kernels.normals import lattice_normals
+from geosurf.kernels.lattice import lattice_corners, lattice_normals
 from geosurf.kernels.tree import N_PLACE
 from geosurf.model.base import frozen
 
@@ -125,14 +125,7 @@ class Lattice:
 
         ``key = 2 * cell + half``, cells and halves in the order of `build_triangles`.
         """
-        n_col = self.shape[1]
-        i, j = np.divmod(keys >> 1, max(n_col - 1, 1))
-        around = np.array([0, 1, n_col + 1, n_col])  # a, b, c, d
-        halves = [[0, 1, 2], [0, 2, 3]] if self.rising else [[0, 1, 3], [1, 2, 3]]
-        steps = around[np.array(halves)]
-        if self.turned:
-            steps = steps[:, [0, 2, 1]]
-        corners: np.ndarray = (i * n_col + j)[:, None] + steps[keys & 1]
+        corners: np.ndarray = lattice_corners(self.places, keys)
         return corners
 
     def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:

@@ -58,23 +58,28 @@ def first_of_equals(surface: TriSurface) -> np.ndarray | None:
     """
     if "_first_of_equals" not in surface.__dict__:
         first = None
-        number, count = (None, surface.n_vertex)
-        if _some_may_be_equal(surface.vertices):
+        if _some_may_be_equal(surface):
             number, count = weld(surface.vertices)
-        if count < surface.n_vertex:
             lead = np.empty(count, dtype=np.int64)
             lead[number[::-1]] = np.arange(surface.n_vertex)[::-1]
-            first = lead[number]
+            first = lead[number] if count < surface.n_vertex else None
         surface.__dict__["_first_of_equals"] = first
     return surface.__dict__["_first_of_equals"]
 
 
-def _some_may_be_equal(x: np.ndarray) -> bool:
+def _some_may_be_equal(surface: TriSurface) -> bool:
     """Whether points may be equal: if not, one sum of their coordinates tells them all apart.
 
     A sort of numbers takes a fifth of the time of a table of points.
     """
-    keys = np.sort(x[:, 0] + 0.7548776662466927 * x[:, 1] + 0.5698402909980532 * x[:, 2])
+    lattice = surface.lattice
+    if lattice is None:
+        x, y, z = surface.vertices.T
+    else:
+        x, y = lattice.horizontal()
+        z = lattice.elevation
+    keys = (x + 0.7548776662466927 * y + 0.5698402909980532 * z).ravel()
+    keys = np.sort(keys[np.isfinite(keys)])
     return bool((keys[1:] == keys[:-1]).any())
 
 

@@ -207,7 +207,9 @@ def _rising(easting: np.ndarray, northing: np.ndarray, elevation: np.ndarray) ->
     vertical fault has and the map does not show. A flat fault takes the rule
     for horizons.
     """
-    normal, _, _ = Lattice(easting, northing, elevation, reverse=False).normals
+    # with either diagonal, so that it is the same from whatever corner the grid is read
+    both = (Lattice(easting, northing, elevation, rising, False) for rising in (True, False))
+    normal = np.sum([lattice.normals[0] for lattice in both], axis=0)
     strike = np.array([-normal[1], normal[0]])
     if np.abs(strike).max() <= 1e-6 * np.linalg.norm(normal):
         return rising_diagonal(easting, northing)

@@ -1,4 +1,4 @@
-"""Normals of a lattice, all at once.
+"""Corners and normals of a lattice, all at once.
 
 Letters as in `strips`.
 """
@@ -9,7 +9,7 @@ import numpy as np
 
 from geosurf.kernels._jit import entry
 from geosurf.kernels.strips import corner_of, load
-from geosurf.kernels.tree import N_COL, N_ROW
+from geosurf.kernels.tree import N_COL, N_ROW, RISING, TURNED
 
 # each component of a cross product is off by less than 4 rounding units of its terms,
 # or by more where they underflow
@@ -53,3 +53,26 @@ def lattice_normals(p, q, r, a):
             doubted[n] = key
             n += 1
     return out, doubted[:n].copy()
+
+
+@entry("l1 l1 -> l2")
+def lattice_corners(a, keys):
+    """Nodes (row by row) of triangles by key."""
+    out = np.empty((keys.shape[0], 3), dtype=np.int64)
+    n_col = a[N_COL]
+    for i in range(keys.shape[0]):
+        cell = keys[i] >> 1
+        low = cell + cell // (n_col - 1)  # one node more than cells in each row
+        high = low + n_col
+        if a[RISING] == 1:
+            one, two, three = low, low + 1, high + 1
+            if keys[i] & 1 == 1:
+                two, three = high + 1, high
+        else:
+            one, two, three = low, low + 1, high
+            if keys[i] & 1 == 1:
+                one, two, three = low + 1, high + 1, high
+        out[i, 0] = one
+        out[i, 1] = three if a[TURNED] == 1 else two
+        out[i, 2] = two if a[TURNED] == 1 else three
+    return out
