@@ -3,6 +3,7 @@
 The pipeline, stage by stage::
 
     read         files -> xarray horizons, fault surfaces, points, polygons
+    sheets       horizon data + faults -> horizon sheets that are torn at the faults
     triangulate  gridded data -> TriSurface; the walls of the model box
     faults       extended beyond the model box, truncated by each other
     intersect    surfaces -> the curves where they meet
@@ -37,6 +38,8 @@ _HOME = {
     "extend_fault": "geosurf.faults",
     "truncate_faults": "geosurf.faults",
     "propose_network": "geosurf.faults",
+    # sheets
+    "tear_horizon": "geosurf.sheets",
     # the engine
     "intersect_triangles": "geosurf.contact",
     "intersect_surfaces": "geosurf.intersect",
@@ -50,6 +53,9 @@ _HOME = {
     "Curves": "geosurf.model",
     "Place": "geosurf.model",
     "Patches": "geosurf.model",
+    "Sheet": "geosurf.model",
+    "SheetReport": "geosurf.model",
+    "FaultCut": "geosurf.model",
     "Unit": "geosurf.model",
     "Units": "geosurf.model",
     "Certificate": "geosurf.model",

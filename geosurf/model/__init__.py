@@ -21,6 +21,7 @@ from geosurf.model.faults import (
 from geosurf.model.lattice import Lattice
 from geosurf.model.patches import Patches
 from geosurf.model.surfaces import ROLES, FaultSticks, TriSurface
+from geosurf.model.sheets import FaultCut, Sheet, SheetReport
 from geosurf.model.units import Certificate, Check, Unit, Units
 
 __all__ = [
@@ -33,6 +34,7 @@ __all__ = [
     "ExtendedFault",
     "Extension",
     "FaultNetwork",
+    "FaultCut",
     "FaultSticks",
     "FluidContact",
     "Lattice",
@@ -40,6 +42,8 @@ __all__ = [
     "Patches",
     "Place",
     "Remnant",
+    "Sheet",
+    "SheetReport",
     "Touch",
     "TriSurface",
     "TriangleContact",

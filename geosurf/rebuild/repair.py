@@ -110,7 +110,8 @@ def _rounded(surface: TriSurface, moved: np.ndarray, step: float, held) -> TriSu
     for axis in range(3):
         free = moved & ~np.isin(vertices[:, axis], held[axis])
         vertices[free, axis] = np.rint(vertices[free, axis] / step) * step + 0.0
-    return TriSurface(surface.name, surface.role, vertices, _triangles(surface))
+    marks = surface.vertex_data
+    return TriSurface(surface.name, surface.role, vertices, _triangles(surface), vertex_data=marks)
 
 
 def _triangles(surface: TriSurface) -> np.ndarray:

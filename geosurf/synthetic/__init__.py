@@ -10,6 +10,7 @@ egg_box               many domes and one flat surface; order 2
 waves                 a wavy horizon, a wavy fault; order 2, the curve at every place
 hills                 any size, many faults; nothing is known but the number of curves
 faulted_reservoir     a field to look at; little is known of it
+torn                  a horizon as it is picked, smeared over its faults; cut-offs known
 ====================  =========================================================
 
 `exact` means: planes stay planes when they are triangulated, so a correct
@@ -24,6 +25,7 @@ from geosurf.synthetic.listric_fault import listric
 from geosurf.synthetic.planar import graben, tilted_planes
 from geosurf.synthetic.rough import noisy
 from geosurf.synthetic.waves import waves
+from geosurf.synthetic.torn_horizon import torn
 from geosurf.synthetic.world import World
 
 __all__ = [
@@ -37,4 +39,5 @@ __all__ = [
     "noisy",
     "tilted_planes",
     "waves",
+    "torn",
 ]

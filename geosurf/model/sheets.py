@@ -1,0 +1,186 @@
+"""A horizon torn at its faults, and what is known about how it was made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from geosurf.model.lattice import Lattice
+from geosurf.model.surfaces import TriSurface
+
+
+@dataclass(frozen=True, eq=False)
+class FaultCut:
+    """Where one fault cuts a sheet.
+
+    Attributes
+    ----------
+    fault : str
+    cutoffs : dict of str to tuple of ndarray (n, 3)
+        Lines of the hanging wall ``"+"`` (the side that the fault's normal points into) and of the
+        footwall ``"-"``: easting, northing, elevation [m]. Their points lie on the fault.
+    stations : ndarray (n, 3)
+        Points of the mid trace, about one per cell [m].
+    along : ndarray (n,)
+        Distance along the trace [m].
+    throw, heave : ndarray (n,)
+        [m], in the dip direction of the fault: throw positive where the hanging wall is down, heave
+        positive where there is a gap; NaN where a wall has no cut-off.
+    ends : tuple of str
+        How each trace ends: ``"tip"``, ``"rim"`` (leaves the data), ``"branch of F1"``.
+    """
+
+    fault: str
+    cutoffs: dict[str, tuple[np.ndarray, ...]]
+    stations: np.ndarray
+    along: np.ndarray
+    throw: np.ndarray
+    heave: np.ndarray
+    ends: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class SheetReport:
+    """How a sheet was made, in numbers; lengths in metres unless they are said to be cells.
+
+    Attributes
+    ----------
+    trim : float
+        Data nearer to a fault than this were distrusted [cells of the grid].
+    cell : float
+        One cell [m].
+    n_data, n_distrusted, n_solved : int
+        Data in all, distrusted ones, nodes that were solved for.
+    kept, hidden : dict of str to float
+        Misfit at data in use and at distrusted data of single-valued nodes: ``mean``,
+        ``median``, ``p95``, ``max`` [m].
+    extrapolation : list of dict
+        Places farthest from data of their own side: ``cells``, ``place`` (3,), ``fault``.
+    sign_changes : dict of str to int
+        By fault, changes of the sign of throw beyond 5 % of the largest: nearly always a
+        trim that is too small.
+    tips, declared_tips : int
+        Tips of the mesh, and free ends of the faults: they should agree.
+    shortened : dict of str to int
+        Links by which tears end earlier than their faults, by fault.
+    noise : float or None
+        Standard deviation of the noise that data were taken to have [m].
+    carried : list of dict
+        Blocks without data that were carried on from a neighbour.
+    notes : list of str
+        What a user should look at.
+    """
+
+    trim: float = 0.0
+    cell: float = 0.0
+    n_data: int = 0
+    n_distrusted: int = 0
+    n_solved: int = 0
+    kept: dict[str, float] = field(default_factory=dict)
+    hidden: dict[str, float] = field(default_factory=dict)
+    extrapolation: list[dict[str, Any]] = field(default_factory=list)
+    sign_changes: dict[str, int] = field(default_factory=dict)
+    tips: int = 0
+    declared_tips: int = 0
+    shortened: dict[str, int] = field(default_factory=dict)
+    noise: float | None = None
+    carried: list[dict[str, Any]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        def misfit(values: dict[str, float]) -> str:
+            return ", ".join(f"{key} {value:.3g}" for key, value in values.items()) or "none"
+
+        lines = [
+            f"trim {self.trim:g} cells of {self.cell:.6g} m: {self.n_distrusted} of {self.n_data} "
+            f"data distrusted, {self.n_solved} nodes solved for",
+            f"misfit at kept data [m]: {misfit(self.kept)}",
+            f"misfit at hidden data [m]: {misfit(self.hidden)}",
+            f"tips {self.tips}, declared {self.declared_tips}; sign changes of throw: "
+            f"{sum(self.sign_changes.values())}",
+        ]
+        lines += [
+            f"extrapolated over {e['cells']:g} cells beside {e['fault']} at "
+            f"({e['place'][0]:.0f}, {e['place'][1]:.0f}, {e['place'][2]:.0f})"
+            for e in self.extrapolation[:3]
+        ]
+        return "\n".join([*lines, *self.notes])
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """A horizon that is torn at its faults: one sheet per wall.
+
+    Attributes
+    ----------
+    name : str
+    lattice : Lattice
+        Nodes with their rebuilt elevations.
+    divided : ndarray of int64
+        Lattice triangles that faults divide: twice the node at their cell's first corner, plus 1
+        for the second of the cell.
+    copies : ndarray of int64 (n, 3)
+        Triangles that stand for them and reach past the faults: nodes of the lattice, row by row,
+        then ghosts.
+    ghosts : ndarray of float64 (n_ghost, 3)
+        Vertices that are no data: each sheet carried on past the fault.
+    outer : ndarray of bool (n_ghost,)
+        The outermost ghosts, which lie beyond the faults.
+    faults : tuple of TriSurface
+        The faults that tear it. A model needs all of them.
+    cuts : dict of str to FaultCut
+        By fault.
+    report : SheetReport
+    """
+
+    name: str
+    lattice: Lattice
+    divided: np.ndarray
+    copies: np.ndarray
+    ghosts: np.ndarray
+    outer: np.ndarray
+    faults: tuple[TriSurface, ...]
+    cuts: Mapping[str, FaultCut]
+    report: SheetReport
+
+    @cached_property
+    def surface(self) -> TriSurface:
+        """The torn mesh, role "horizon", carried on past its faults.
+
+        ``vertex_data["ghost"]`` marks what is no data, ``["outer"]`` what lies beyond the faults:
+        `rebuild_surfaces` with all faults, then `drop_ghosts`, leaves the sheet itself.
+        """
+        lattice, n_col = self.lattice, self.lattice.shape[1]
+        present = lattice.present
+        vertices = np.concatenate([lattice.build_vertices(), self.ghosts])
+        n = len(vertices) - len(self.ghosts)
+        number = np.concatenate([lattice.vertex_of_node.ravel(), n + np.arange(len(self.ghosts))])
+        # the rows of a lattice's triangles: cell by cell, those that exist
+        low, high = present[:-1], present[1:]
+        a, b, d, c = low[:, :-1], low[:, 1:], high[:, :-1], high[:, 1:]
+        pair = (a & b & c, a & c & d) if lattice.rising else (a & b & d, b & c & d)
+        there = np.stack(pair, axis=-1).ravel()
+        row, col = np.divmod(self.divided // 2, n_col)
+        whole = there.copy()
+        whole[2 * (row * (n_col - 1) + col) + self.divided % 2] = False
+        triangles = np.concatenate([lattice.build_triangles()[whole[there]], number[self.copies]])
+        ghost = np.arange(len(vertices)) >= n
+        outer = np.concatenate([np.zeros(n, dtype=bool), self.outer])
+        marks = {"ghost": ghost, "outer": outer}
+        return TriSurface(self.name, "horizon", vertices, triangles, vertex_data=marks)
+
+    @property
+    def ghost(self) -> np.ndarray:
+        """Mask of the vertices of `surface` that are no data."""
+        mask: np.ndarray = self.surface.vertex_data["ghost"]
+        return mask
+
+    def __repr__(self) -> str:
+        return (
+            f"<Sheet {self.name!r}: {self.lattice.shape[0]} x {self.lattice.shape[1]} nodes, torn "
+            f"by {', '.join(self.cuts) or 'nothing'}>"
+        )

@@ -1,0 +1,172 @@
+"""Torn sheets after the rebuild: what reaches past a fault is dropped.
+
+A sheet that was torn reaches past its fault with vertices that are no data (``vertex_data["ghost"]``); the
+outermost of them (``"outer"``) lie beyond the fault. The rebuild cuts the sheet there, exactly. Patches
+of a sheet are joined again where only walls and other horizons cut it; a part that holds an
+outer vertex lies beyond a fault and is dropped, so that the sheet ends on the fault and shares
+its vertices.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.model import Patches, frozen
+
+
+def drop_ghosts(patches: Patches) -> Patches:
+    """
+    Drop the parts of torn sheets that lie beyond their faults.
+
+    Parameters
+    ----------
+    patches : Patches
+        From `rebuild_surfaces`, with all faults that tear the sheets.
+
+    Returns
+    -------
+    Patches
+        The same without those triangles; ``report["dropped_area"]`` has their area by surface
+        [m2]. Without torn sheets the patches come back unchanged.
+
+    Examples
+    --------
+    >>> from geosurf import TriSurface, rebuild_surfaces
+    >>> corners = [[0, 0, 0], [9, 0, 0], [0, 9, 0]]
+    >>> beyond = [False, True, False]
+    >>> marks = {"ghost": beyond, "outer": beyond}
+    >>> sheet = TriSurface("Top", "horizon", corners, [[0, 1, 2]], vertex_data=marks)
+    >>> fault = TriSurface("F1", "fault", [[3, -9, -5], [3, 9, -5], [3, 4, 9]], [[0, 1, 2]])
+    >>> drop_ghosts(rebuild_surfaces([sheet, fault])).surface("Top").bounds
+    (0.0, 3.0, 0.0, 9.0, 0.0, 0.0)
+    """
+    if not any("ghost" in source.vertex_data for source in patches.sources):
+        return patches
+    keep, _, _ = kept_parts(patches)
+    return _without(patches, keep)
+
+
+def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which triangles stay; corners that are corners of their parents; and parts of torn sheets.
+
+    The second is (n_triangle, 3): the vertex of the source, or -1 for a point that was made.
+    The third numbers what only faults part, -1 for other surfaces.
+    """
+    keep = np.ones(patches.n_triangle, dtype=bool)
+    corner = np.full((patches.n_triangle, 3), -1)
+    part = np.full(patches.n_triangle, -1)
+    ends, of, fault = _at_curves(patches)
+    on_fault = np.zeros(len(patches.local), dtype=bool)
+    roles = np.array([source.role == "fault" for source in patches.sources])
+    on_fault[patches.triangles[roles[patches.surface_of_triangle]]] = True
+    for i, source in enumerate(patches.sources):
+        ghost = source.vertex_data.get("ghost")
+        if ghost is None:
+            continue
+        outer = source.vertex_data["outer"]
+        rows = np.flatnonzero(patches.surface_of_triangle == i)
+        faces = source.triangles[patches.parent_of_triangle[rows]]
+        parent = source.vertices[faces] - patches.origin
+        child = patches.local[patches.triangles[rows]]
+        same = (child[:, :, None, :] == parent[:, None, :, :]).all(axis=3)
+        mine = np.where(same.any(axis=2), np.take_along_axis(faces, same.argmax(axis=2), axis=1), -1)
+        corner[rows] = mine
+        patch = patches.patch_of_triangle
+        joined = _joined(patches, i, ends, of, fault)
+        label = part[rows] = joined[patch[rows]]
+        # a vertex on a fault is on the edge of both parts and tells nothing
+        tells = (mine >= 0) & ~on_fault[patches.triangles[rows]]
+        is_outer = tells & outer[mine]
+        is_real = (tells & ~ghost[mine]).any(axis=1) | ~ghost[faces].any(axis=1)
+        beyond = np.zeros(len(joined), dtype=bool)
+        held = np.zeros(len(joined), dtype=bool)
+        beyond[label[is_outer.any(axis=1)]] = True
+        held[label[is_real]] = True
+        keep[rows] = (held & ~beyond)[label]
+    return keep, corner, part
+
+
+def _at_curves(patches: Patches):
+    """Half-edges on curves: number of the curve edge, triangle; and whether a fault is there."""
+    n = len(patches.local)
+    keys = patches.curve_edges.min(axis=1) * n + patches.curve_edges.max(axis=1)
+    order = np.argsort(keys)
+    on_curve = np.zeros(n, dtype=bool)
+    on_curve[patches.curve_edges] = True
+    t = patches.triangles
+    edge, triangle = [], []
+    for k in range(3):
+        a, b = t[:, k], t[:, (k + 1) % 3]
+        rows = np.flatnonzero(on_curve[a] & on_curve[b])
+        key = np.minimum(a[rows], b[rows]) * n + np.maximum(a[rows], b[rows])
+        at = np.searchsorted(keys[order], key)
+        at[at == len(keys)] = 0
+        there = keys[order][at] == key if len(keys) else np.zeros(len(key), dtype=bool)
+        edge.append(order[at[there]])
+        triangle.append(rows[there])
+    edge_of, triangle_of = np.concatenate(edge), np.concatenate(triangle)
+    roles = np.array([s.role == "fault" for s in patches.sources])
+    fault = np.zeros(len(keys), dtype=bool)
+    fault[edge_of[roles[patches.surface_of_triangle[triangle_of]]]] = True
+    return edge_of, triangle_of, fault
+
+
+def _joined(patches: Patches, surface: int, edge, triangle, fault) -> np.ndarray:
+    """A label for each patch: the same where only walls and horizons part patches of a surface."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    mine = (patches.surface_of_triangle[triangle] == surface) & ~fault[edge]
+    edge, triangle = edge[mine], triangle[mine]
+    order = np.argsort(edge, kind="stable")
+    edge, triangle = edge[order], triangle[order]
+    _, first, times = np.unique(edge, return_index=True, return_counts=True)
+    first = first[times == 2]
+    a, b = (patches.patch_of_triangle[triangle[first + k]] for k in (0, 1))
+    links = coo_array((np.ones(len(a)), (a, b)), shape=(patches.n_patch, patches.n_patch))
+    return connected_components(links, directed=False)[1]
+
+
+def _without(patches: Patches, keep: np.ndarray) -> Patches:
+    """Patches without some triangles: vertices, curves and patch numbers made anew."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    edge, triangle, _ = _at_curves(patches)
+    edge, triangle = edge[keep[triangle]], triangle[keep[triangle]]
+    order = np.lexsort((patches.surface_of_triangle[triangle], edge))
+    edge, triangle = edge[order], triangle[order]
+    numbers, first, times = np.unique(edge, return_index=True, return_counts=True)
+    surface = patches.surface_of_triangle[triangle]
+    last = first + times - 1
+    plain = (times <= 2) & (surface[first] == surface[last])
+    # where an edge is no curve any more, the patches on its sides are one
+    inner = plain & (times == 2)
+    a, b = (patches.patch_of_triangle[triangle[at[inner]]] for at in (first, last))
+    links = coo_array((np.ones(len(a)), (a, b)), shape=(patches.n_patch, patches.n_patch))
+    label = connected_components(links, directed=False)[1][patches.patch_of_triangle[keep]]
+    _, at, patch = np.unique(label, return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(at))
+    used = np.zeros(len(patches.local), dtype=bool)
+    used[patches.triangles[keep]] = True
+    number = np.cumsum(used) - 1
+    curve = number[patches.curve_edges[numbers[~plain]]]
+    return patches.changed(
+        local=frozen(patches.local[used], np.float64),
+        triangles=frozen(number[patches.triangles[keep]], np.int64),
+        surface_of_triangle=frozen(patches.surface_of_triangle[keep], np.int64),
+        parent_of_triangle=frozen(patches.parent_of_triangle[keep], np.int64),
+        patch_of_triangle=frozen(rank[patch], np.int64),
+        curve_edges=frozen(curve, np.int64),
+        report={**patches.report, "dropped_area": _dropped(patches, ~keep)},
+    )
+
+
+def _dropped(patches: Patches, rows: np.ndarray) -> dict[int, float]:
+    """Area of the dropped triangles of each surface [m2]."""
+    a, b, c = (patches.local[patches.triangles[rows, k]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    surface = patches.surface_of_triangle[rows]
+    return {int(i): math.fsum(area[surface == i]) for i in np.unique(surface)}

@@ -1,0 +1,207 @@
+"""Horizon data + faults -> horizon sheets that are torn at the faults.
+
+=============  ====================================================================
+data, frame    grid or points -> picks on one lattice
+near           how far from a fault a datum is, at its own height
+traces         where a fault meets the horizon in the map
+network        how traces end: at tips, at rims, on other faults
+links          which links of the lattice are cut
+drape, solve   the smoothest heights, across no cut link
+heights        the two passes: which data are trusted, heights of all nodes
+mesh, ghosts   the torn mesh, and each sheet carried on past its fault
+cut, build     the exact cut by the faults; rings and ends until nothing leaks
+cutoffs        cut-off lines, throw and heave
+describe       the report
+=============  ====================================================================
+
+`geosurf.rebuild` cuts, `geosurf.triangulate` reads grids and faults, so this room lies above both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import place, rising_diagonal
+from geosurf.errors import GeometryError, InputError
+from geosurf.model import Lattice, Sheet, TriSurface, frozen
+from geosurf.sheets.build import Builder, Built, carry_picks
+from geosurf.sheets.data import Picks, picks_of
+from geosurf.sheets.describe import fault_cuts, make_report
+from geosurf.sheets.heights import Heights, Rebuild, Settings
+from geosurf.sheets.noise import noise_of, weight_of
+from geosurf.sheets.traces import mesh_in_frame
+from geosurf.triangulate import triangulate_fault
+
+__all__ = ["tear_horizon"]
+
+
+def tear_horizon(
+    data: Any,
+    faults: Mapping[str, Any] | Sequence[TriSurface],
+    *,
+    name: str | None = None,
+    trim: float = 2.0,
+    noise: float | None = None,
+    carry: bool = False,
+    positive: str | None = None,
+    units: str | None = None,
+) -> Sheet:
+    """
+    Tear a horizon at its faults, as it was picked.
+
+    Data near a fault are distrusted: gridding smears a horizon over its faults. Each
+    wall is rebuilt from data of its own side only, carried on to the fault, and cut by it.
+
+    Parameters
+    ----------
+    data : xarray.DataArray, xarray.Dataset or array_like (n, 3)
+        A grid as for `triangulate_horizon`, or points on a regular lattice, rotated or not:
+        easting, northing, elevation. Points may share a node, one for each wall.
+    faults : mapping of str to fault, or sequence of TriSurface
+        Anything that `triangulate_fault` takes. They tear the horizon exactly as far as they reach.
+    name : str, optional
+        Default: the name of the data.
+    trim : float
+        Data nearer to a fault than this are distrusted, measured at their own height [cells of
+        the grid]. At least one and a half times the half width of the smear.
+    noise : float, optional
+        Standard deviation of the data's noise [m]; 0 to meet them exactly. Default: estimated.
+    carry : bool
+        Whether a block without data is carried on from the neighbour over the fault with the
+        smaller throw. By default it is refused, by name.
+    positive, units : str, optional
+        As for `triangulate_horizon`.
+
+    Returns
+    -------
+    Sheet
+        With cut-offs, throw and heave for each fault, and a report that should be read.
+
+    Raises
+    ------
+    HorizonError
+        If the data cannot be used.
+    GeometryError
+        If a block has no data, or the sheet cannot be closed against its faults: names the place.
+
+    See Also
+    --------
+    rebuild_surfaces : takes the sheet's surface; `Scene` takes the sheet itself.
+
+    Notes
+    -----
+    The surface minimises its third differences (`geosurf.kernels.bending`), is torn by virtual nodes
+    (Molino, Bao & Fedkiw 2004), and cut exactly. See docs/sheets.md.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.torn("normal", n=41)
+    >>> sheet = gs.tear_horizon(world.horizons["Top"], world.faults)
+    >>> round(float(sheet.cuts["F1"].throw.max()))
+    60
+    >>> sheet.report.tips, sheet.report.declared_tips
+    (2, 2)
+    """
+    if not trim > 0:
+        raise InputError(f"trim is {trim}, expected cells above 0; 2 is a good start.")
+    if noise is not None and not noise >= 0:
+        raise InputError(f"noise is {noise}, expected metres, 0 or more.")
+    surfaces = fault_surfaces(faults)
+    picks = picks_of(data, name, positive, units)
+    meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
+    settings = Settings(trim=float(trim), first_trim=max(3.0, float(trim)), carry=carry)
+    rebuild = Rebuild(picks, meshes, settings)
+    sigma, signal = noise_of(rebuild.trusted_grid())
+    sigma = sigma if noise is None else float(noise)
+    settings.noise_weight = weight_of(sigma, signal, picks.frame.cell)
+    state = rebuild.run()
+    names = [surface.name for surface in surfaces]
+    _refuse_empty_blocks(picks, state, names)
+    rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
+    carry_on = carry_picks(picks, settings.bend)
+    builder = Builder(picks, state, surfaces, rising, carry_on, rebuild.torn_between)
+    built = builder.run()
+    state = builder.state
+    _refuse_leaks(picks, built)
+    cuts = fault_cuts(picks.frame, state, built, surfaces)
+    used = sigma if settings.noise_weight is not None else None
+    report = make_report(picks, state, built, cuts, names, float(trim), used)
+    return sheet_of(picks, state, built, surfaces, rising, cuts, report)
+
+
+def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[TriSurface, ...]:
+    """Faults in any form, as surfaces with normals into their hanging walls."""
+    if isinstance(faults, Mapping):
+        made = tuple(triangulate_fault(fault, name=str(key)) for key, fault in faults.items())
+    elif isinstance(faults, TriSurface) or not isinstance(faults, Sequence):
+        raise InputError(
+            f"faults is a {type(faults).__name__}; give a mapping {{name: fault}} or a list of "
+            "surfaces."
+        )
+    else:
+        made = tuple(triangulate_fault(fault) for fault in faults)
+    names = [fault.name for fault in made]
+    for fault in names:
+        if names.count(fault) > 1:
+            raise InputError(f"{names.count(fault)} faults are called {fault!r}; rename them.")
+    return made
+
+
+def sheet_of(picks: Picks, state: Heights, built: Built, faults, rising, cuts, report) -> Sheet:
+    """The noun from its parts."""
+    frame, torn = picks.frame, built.torn
+    lattice = Lattice(
+        frame.easting, frame.northing, state.values.reshape(frame.shape), rising
+    )
+    ghosts = np.column_stack([frame.node_places(torn.node_of_ghost), built.ghosts])
+    outer = np.zeros(len(ghosts), dtype=bool)
+    outer[built.outer - torn.n_node] = True
+    return Sheet(
+        name=picks.name,
+        lattice=lattice,
+        divided=frozen(torn.divided, np.int64),
+        copies=frozen(torn.corners, np.int64),
+        ghosts=frozen(ghosts.reshape(-1, 3), np.float64),
+        outer=frozen(outer, np.bool_),
+        faults=tuple(faults),
+        cuts=cuts,
+        report=report,
+    )
+
+
+def _refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> None:
+    """Say where a block between faults has no data of its own."""
+    if len(state.stray) == 0:
+        return
+    at = np.append(picks.frame.node_places(state.stray[:1])[0], np.nan)
+    beside = sorted(
+        {
+            names[trace.fault]
+            for trace, near in zip(state.network.traces, state.near, strict=True)
+            if (near.look_up(state.stray) >= 0).any()
+        }
+    )
+    where = place(at).rsplit(", elevation", 1)[0] + ")"
+    raise GeometryError(
+        f"horizon {picks.name!r}: {len(state.stray)} nodes beside {', '.join(beside)} have no datum "
+        f"of their own block, the first at {where}. Lower trim there, add data, or carry on the "
+        "neighbour with carry=True."
+    )
+
+
+def _refuse_leaks(picks: Picks, built: Built) -> None:
+    """Say where a sheet could not be closed against its faults."""
+    open_edges = built.cut.leaks or built.cut.dead_ends
+    if not open_edges:
+        return
+    node = built.torn.node_of(np.array(open_edges[0][:1]))
+    at = place(np.append(picks.frame.node_places(node)[0], np.nan)).rsplit(", elevation", 1)[0]
+    raise GeometryError(
+        f"horizon {picks.name!r} cannot be closed against its faults: {len(open_edges)} edges stay "
+        f"open, the first at {at}). Extend the fault there up, down and along strike, or end it "
+        "on its main fault."
+    )

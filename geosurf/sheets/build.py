@@ -1,0 +1,285 @@
+"""Heights -> a torn mesh that its faults close: rings of ghosts and ends of tears, checked exactly.
+
+The mesh is cut by the real faults. Where an outer edge would stay, the tear is ended one link
+earlier if a tip is near, otherwise the ghosts get another ring there; then it is cut again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.model import TriSurface
+from geosurf.sheets.cut import Cut, band_of, cut_band
+from geosurf.sheets.data import Picks
+from geosurf.sheets.ghosts import ghost_heights, grow
+from geosurf.sheets.heights import Heights
+from geosurf.sheets.links import FALLING, RISING, Cuts, cuts_of, within
+from geosurf.sheets.network import past_tip
+from geosurf.sheets.mesh import Torn, Triangles, tear
+
+ROUNDS = 16  # attempts to close a sheet before it is said where it stays open
+RING = 0.5  # cells that a further ring of triangles reaches at least
+EARLY = 3  # links by which a tear ends early from which throw is made to die at its end
+SPARE = 0.1  # cells of overlap that the first ring does not cover for certain
+PATIENCE = 3  # rings that are tried before a tear is ended early where it need not be
+MOST = 40  # links by which a tear may end early
+AT_TIP = 2.0  # cells from the end of a tear within which a leak is a matter of that end
+
+
+@dataclass(eq=False)
+class Built:
+    """A torn mesh with heights.
+
+    Attributes
+    ----------
+    torn : Torn
+    ghosts : ndarray (n_ghost,)
+        Heights of the ghosts.
+    cut : Cut
+    shortened : dict of (trace, end) to int
+        Links by which tears end earlier than their faults.
+    cuts : Cuts
+        Links cut in the mesh.
+    outer : ndarray of int64
+        Outermost ghosts, as vertices of `torn`.
+    band_corners : ndarray of int64 (n, 3)
+        Corners of the triangles of the band that was cut, as vertices of `torn`.
+    rounds : int
+        Exact cuts that were made.
+    """
+
+    torn: Torn
+    ghosts: np.ndarray
+    cut: Cut
+    cuts: Cuts
+    outer: np.ndarray
+    band_corners: np.ndarray
+    shortened: dict[tuple[int, int], int]
+    rounds: int
+
+
+class Builder:
+    """Tears the mesh of one horizon and closes it against its faults."""
+
+    def __init__(
+        self,
+        picks: Picks,
+        state: Heights,
+        faults: Sequence[TriSurface],
+        rising: bool,
+        carry_on: Callable[[Torn, Triangles, np.ndarray, Heights], np.ndarray],
+        solve_again: Callable[[Heights, np.ndarray], Heights] | None = None,
+    ) -> None:
+        self.picks, self.state, self.faults = picks, state, list(faults)
+        self.frame = picks.frame
+        present = np.isfinite(state.values)
+        self.triangles = Triangles(self.frame.shape, rising, present)
+        self.carry_on, self.solve_again = carry_on, solve_again
+        self.solved_for: dict[tuple[int, int], int] = {}
+        every = cuts_of(state.network.traces, self.frame)
+        diagonal = RISING if rising else FALLING
+        self.every = every
+        self.in_mesh = np.flatnonzero((every.kind < 2) | (every.kind == diagonal))
+        widest = [np.abs([w.left, w.right]).max(initial=0.0) for w in state.walls]
+        self.reach = int(np.ceil(max(widest, default=0.0))) + 3
+
+    @property
+    def reverse(self) -> set[tuple[int, int]]:
+        """Ends of traces near which the horizon overlaps."""
+        found = set()
+        for i, walls in enumerate(self.state.walls):
+            heave = walls.left + walls.right
+            for k, part in enumerate((heave[:10], heave[-10:])):
+                if len(part) and np.median(part) < 0:
+                    found.add((i, k))
+        return found
+
+    def cuts(self, shortened: dict[tuple[int, int], int]) -> Cuts:
+        """Links cut in the mesh: those inside the faults, less some at their ends."""
+        return self.every.take(np.flatnonzero(within(self.every, *self._limits(shortened))))
+
+    def _limits(self, shortened: dict[tuple[int, int], int]) -> tuple[np.ndarray, np.ndarray]:
+        """First and last place of each trace that is torn in the mesh."""
+        low, high = self.state.network.mesh.T.copy()
+        mine = self.every.take(self.in_mesh)
+        for (trace, end), n in shortened.items():
+            place = np.sort(mine.place[(mine.trace == trace)])
+            place = place[(place >= low[trace]) & (place <= high[trace])]
+            if n >= len(place):
+                low[trace], high[trace] = np.inf, -np.inf
+            elif end == 0:
+                low[trace] = place[n]
+            else:
+                high[trace] = place[-1 - n]
+        return low, high
+
+    def run(self) -> Built:
+        """Tear, carry on, cut, and mend until nothing leaks."""
+        shortened: dict[tuple[int, int], int] = {}
+        extra: list[set[tuple[int, int]]] = []
+        for attempt in range(1, ROUNDS + 1):
+            built = self._attempt(shortened, extra)
+            built.rounds = attempt
+            if not (built.cut.leaks or built.cut.dead_ends):
+                break
+            self._mend(built, shortened, extra)
+        return built
+
+    def _die_at_tips(self, shortened: dict[tuple[int, int], int]) -> None:
+        """Where a tear ends much earlier than its fault, throw has to die there, too."""
+        moved = {end: n for end, n in shortened.items() if n >= EARLY}
+        if self.solve_again is None or moved == self.solved_for:
+            return
+        self.solved_for = moved
+        limits = self.state.network.solve.copy()
+        mesh = self._limits(shortened)
+        for (i, k), _ in moved.items():
+            limits[i, k] = past_tip(self.state.network.traces[i], k, mesh[k][i])
+        self.state = self.solve_again(self.state, limits)
+
+    def _attempt(self, shortened, extra) -> Built:
+        self._die_at_tips(shortened)
+        cuts = self.cuts(shortened)
+        torn = tear(cuts, self.triangles)
+        torn = self._grown_over(torn)
+        for links in extra:
+            torn = self._grown_at(torn, links)
+        bits = cuts.bits(self.picks.n_node)
+        ghosts = self.carry_on(torn, self.triangles, bits, self.state)
+        band = band_of(
+            torn, self.triangles, self.frame, self.state.values, ghosts, self.reach
+        )
+        cut = cut_band(band, torn, self.triangles, self.faults)
+        corners = band.vertex[band.surface.triangles]
+        return Built(torn, ghosts, cut, cuts, band.outer, corners, dict(shortened), 0)
+
+    def _grown_over(self, torn: Torn) -> Torn:
+        """Further rings where a reverse fault makes the horizon overlap its own trace."""
+        widest = [-np.minimum(w.left, w.right).min(initial=0.0) for w in self.state.walls]
+        for ring in range(1, int(np.ceil(max(widest, default=0.0) / RING)) + 1):
+            anchor = torn.anchor
+            overlap = np.zeros(len(anchor))
+            for near, walls in zip(self.state.near, self.state.walls, strict=True):
+                at = near.look_up(anchor)
+                rows = np.flatnonzero(at >= 0)
+                gap = walls.gap(near.place[at[rows]], near.side[at[rows]])
+                overlap[rows] = np.maximum(overlap[rows], -gap)
+            needy = np.flatnonzero(overlap + SPARE > ring * RING)
+            torn = self._grown_from(torn, torn.n_node + needy)
+        return torn
+
+    def _grown_from(self, torn: Torn, ghosts: np.ndarray) -> Torn:
+        """Another ring along the outer edges that have one of these ghosts."""
+        one, two = torn.corners.ravel(), np.roll(torn.corners, -1, axis=1).ravel()
+        mine = np.isin(one, ghosts) | np.isin(two, ghosts)
+        pairs = zip(one[mine].tolist(), two[mine].tolist(), strict=True)
+        chosen = {(min(a, b), max(a, b)) for a, b in pairs}
+        return grow(torn, self.triangles, chosen) if chosen else torn
+
+    def _grown_at(self, torn: Torn, places: set[tuple[int, int]]) -> Torn:
+        """Another ring where outer edges lie over given pairs of nodes, or beside them."""
+        near = {node for pair in places for node in pair}
+        vertices = torn.node_of(torn.corners.ravel()).reshape(-1, 3)
+        chosen = set()
+        for k in range(3):
+            one, two = torn.corners[:, k], torn.corners[:, (k + 1) % 3]
+            touched = np.isin(vertices[:, k], list(near)) | np.isin(
+                vertices[:, (k + 1) % 3], list(near)
+            )
+            pairs = zip(one[touched].tolist(), two[touched].tolist(), strict=True)
+            chosen |= {(min(a, b), max(a, b)) for a, b in pairs}
+        return grow(torn, self.triangles, chosen)
+
+    def _mend(self, built: Built, shortened, extra) -> None:
+        """End tears earlier where faults end inside copies or leak at a tip; else grow a ring."""
+        ends, links = set(), set()
+        leaks = self._own_first(built)
+        dead_ends = [] if leaks else built.cut.dead_ends
+        found = (leaks, AT_TIP, ("tip",)), (dead_ends, 4 * AT_TIP, ("tip", "branch"))
+        for pairs, reach, kinds in found:
+            for a, b in pairs:
+                nodes = built.torn.node_of(np.array([a, b]))
+                end = self._end_near(nodes, shortened, reach, kinds)
+                # a reverse fault overlaps right up to its tip, which another ring may cover
+                if end in self.reverse and pairs is leaks and len(extra) < PATIENCE:
+                    end = None
+                if end is None and len(extra) >= PATIENCE:  # a branch that is too acute to tear
+                    end = self._end_near(nodes, shortened, 3 * AT_TIP, ("branch",))
+                if end is not None and shortened.get(end, 0) < MOST:
+                    ends.add(end)
+                else:
+                    links.add((int(nodes[0]), int(nodes[1])))
+        for end in ends:
+            is_tip = self.state.network.traces[end[0]].ends[end[1]] == "tip"
+            shortened[end] = shortened.get(end, 0) + (1 if is_tip else 3)
+        if links:
+            extra.append(links)
+
+    def _own_first(self, built: Built) -> list[tuple[int, int]]:
+        """Leaks through the fault that a ghost was made for, if there are any; else all.
+
+        Once a leak joins both walls, crossings of other faults look like leaks, too.
+        """
+        torn, own, every = built.torn, [], []
+        for a, b, faults in built.cut.leaks:
+            every.append((a, b))
+            vertex = np.array([a, b])
+            node, anchor = torn.node_of(vertex), torn.anchored(vertex)
+            for trace, near in zip(self.state.network.traces, self.state.near, strict=True):
+                at, of = near.look_up(node), near.look_up(anchor)
+                both = (at >= 0) & (of >= 0)
+                if trace.fault in faults and (both & (near.side[at] != near.side[of])).any():
+                    own.append((a, b))
+                    break
+        return own or every
+
+    def _end_near(self, nodes, shortened, reach, kinds) -> tuple[int, int] | None:
+        """The end of a tear that is nearest to some nodes, if one is within reach [cells]."""
+        best, found = reach, None
+        limits = self._limits(shortened)
+        at = self.frame.uv_of_node(nodes).mean(axis=0) * self.frame.stretch
+        for i, trace in enumerate(self.state.network.traces):
+            for k, end in enumerate(trace.ends):
+                if not end.startswith(kinds):
+                    continue
+                place = limits[k][i]
+                tip = [np.interp(place, np.arange(len(trace.line)), trace.line[:, c]) for c in (0, 1)]
+                far = float(np.hypot(*(at - tip)))
+                if far < best:
+                    best, found = far, (i, k)
+        return found
+
+
+def carry_picks(picks: Picks, bend: float):
+    """How ghosts of picked sheets get their heights: by the energy, and by picks beyond a trace."""
+
+    def carry_on(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights):
+        fixed = _beyond(picks, state, torn)
+        frame = picks.frame
+        return ghost_heights(
+            torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed, bend
+        )
+
+    return carry_on
+
+
+def _beyond(picks: Picks, state: Heights, torn: Torn) -> dict[int, float]:
+    """Ghosts whose heights were picked: an overlapping sheet beyond the trace."""
+    found: dict[int, list[float]] = {}
+    order = np.argsort(torn.node_of_ghost, kind="stable")
+    nodes = torn.node_of_ghost[order]
+    for trace in np.unique(state.beyond[:, 1]):
+        rows = state.beyond[state.beyond[:, 1] == trace]
+        near = state.near[trace]
+        at = near.look_up(torn.anchor)
+        side = np.where(at >= 0, near.side[at], 0)
+        start = np.searchsorted(nodes, picks.node[rows[:, 0]])
+        stop = np.searchsorted(nodes, picks.node[rows[:, 0]], side="right")
+        for pick, own, a, b in zip(rows[:, 0], rows[:, 2], start, stop, strict=True):
+            for ghost in order[a:b]:
+                if side[ghost] == own:
+                    found.setdefault(int(ghost), []).append(float(picks.z[pick]))
+    return {ghost: float(np.mean(z)) for ghost, z in found.items()}

@@ -1,0 +1,199 @@
+"""Horizon data in any form -> picks on one lattice: which node, what elevation.
+
+Points that sit on a lattice, rotated or not, are recognised; several may share a node. The
+lattice is found from the steps between neighbours: their lengths and, since a lattice looks the
+same after a quarter turn, the mean of exp(4i angle).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import elevation_sign, metres_per_unit, place
+from geosurf.errors import HorizonError, InputError
+from geosurf.model import TriSurface
+from geosurf.sheets.frame import REGULAR, Frame, fit_steps, frame_of_lattice
+from geosurf.triangulate import triangulate_horizon
+
+
+@dataclass(frozen=True, eq=False)
+class Picks:
+    """Horizon data on a lattice.
+
+    Attributes
+    ----------
+    name : str
+    frame : Frame
+    node : ndarray of int64, shape (n,)
+        Row times n_col plus column; several picks may share one.
+    z : ndarray of float64, shape (n,)
+        Elevation [m].
+    """
+
+    name: str
+    frame: Frame
+    node: np.ndarray
+    z: np.ndarray
+
+    @property
+    def n_node(self) -> int:
+        """Number of nodes of the lattice."""
+        return self.frame.shape[0] * self.frame.shape[1]
+
+    def places(self, picks: np.ndarray) -> np.ndarray:
+        """World coordinates (n, 3) of some picks."""
+        return np.column_stack([self.frame.node_places(self.node[picks]), self.z[picks]])
+
+
+def picks_of(
+    data: Any, name: str | None, positive: str | None = None, units: str | None = None
+) -> Picks:
+    """Read horizon data: a DataArray, a gridded TriSurface, a Dataset or array of points.
+
+    Raises
+    ------
+    HorizonError
+        If the data cannot be used; the message says what to do.
+    """
+    if isinstance(data, TriSurface):
+        if data.lattice is None:
+            raise HorizonError(
+                f"horizon {data.name!r} is a mesh without a lattice, which cannot be torn. "
+                "Give the grid or the points that it was made from."
+            )
+        return _from_lattice(data.renamed(name or data.name))
+    if hasattr(data, "data_vars") or isinstance(data, np.ndarray | list | tuple):
+        return _from_points(data, name, positive, units)
+    return _from_lattice(triangulate_horizon(data, name=name, positive=positive, units=units))
+
+
+def _from_lattice(surface: TriSurface) -> Picks:
+    assert surface.lattice is not None
+    frame, z = frame_of_lattice(surface.lattice, f"horizon {surface.name!r}")
+    node = np.flatnonzero(np.isfinite(z))
+    return Picks(surface.name, frame, node, z.ravel()[node])
+
+
+def _from_points(data: Any, name: str | None, positive: str | None, units: str | None) -> Picks:
+    title = str(name or getattr(data, "attrs", {}).get("name") or "horizon")
+    what = f"horizon {title!r}"
+    if hasattr(data, "data_vars"):
+        missing = [k for k in ("easting", "northing", "elevation") if k not in data.variables]
+        if missing:
+            raise HorizonError(
+                f"{what}: points lack {missing}, there are {sorted(map(str, data.variables))}. "
+                "Give easting, northing and elevation over one dimension."
+            )
+        attrs = data["elevation"].attrs
+        positive = positive or attrs.get("positive") or "up"
+        units = units or attrs.get("units") or "m"
+        points = np.stack(
+            [np.ravel(data[k].values) for k in ("easting", "northing", "elevation")], axis=1
+        )
+    else:
+        points = np.asarray(data)
+        positive, units = positive or "up", units or "m"
+    if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
+        raise HorizonError(
+            f"{what}: points have shape {points.shape}, expected numbers (n, 3): easting, "
+            "northing, elevation."
+        )
+    points = points.astype(np.float64)
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        raise HorizonError(
+            f"{what}: {len(bad)} points are not finite, the first is point {bad[0]}. Leave out "
+            "points that are undefined."
+        )
+    try:
+        scale = elevation_sign(positive, what) * metres_per_unit(units, what)
+    except InputError as error:
+        raise HorizonError(str(error)) from error
+    frame, node = _find_lattice(points[:, :2], what)
+    return Picks(title, frame, node, points[:, 2] * scale)
+
+
+def _find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray]:
+    """The lattice that points sit on, and the node of each."""
+    if len(xy) < 9:
+        raise HorizonError(f"{what}: {len(xy)} points do not make a lattice. Give more points.")
+    corner, step = _first_guess(xy, what)
+    origin = xy[np.argmin(np.hypot(*(xy - np.median(xy, axis=0)).T))]
+    corner = origin
+    span = float(np.hypot(*np.ptp(xy, axis=0)))
+    radius = 8.0 * float(np.hypot(*step[0]))
+    while True:  # the fit is carried outward, so that small errors of the step never add up
+        near = np.hypot(*(xy - origin).T) <= radius
+        ij = np.rint(np.linalg.solve(step.T, (xy[near] - corner).T).T)
+        corner, step = fit_steps(ij, xy[near])
+        if radius >= span:
+            break
+        radius *= 4.0
+    uv = np.linalg.solve(step.T, (xy - corner).T).T
+    ij = np.rint(uv).astype(np.int64)
+    off = np.abs(uv - ij).max(axis=1)
+    worst = int(off.argmax())
+    if off[worst] > 0.05:
+        where = place((*xy[worst], np.nan)).rsplit(",", 1)[0] + ")"
+        raise HorizonError(
+            f"{what}: {int((off > 0.05).sum())} of {len(xy)} points lie off the lattice that the "
+            f"others sit on, the farthest at {where}, {off[worst]:.2f} cells off. Grid scattered "
+            "points first, on each side of the faults by itself."
+        )
+    low = ij.min(axis=0)
+    n_col, n_row = (int(n) for n in ij.max(axis=0) - low + 1)
+    if n_col * n_row > 64 * len(xy) + 4096:
+        raise HorizonError(
+            f"{what}: {len(xy)} points on a lattice of {n_row} x {n_col} nodes are too few to "
+            "carry a surface. Grid scattered points first."
+        )
+    corner = corner + low @ step
+    grid = np.stack(np.meshgrid(np.arange(n_col), np.arange(n_row)), axis=-1).reshape(-1, 2)
+    full = corner + grid @ step
+    node = (ij[:, 1] - low[1]) * n_col + ij[:, 0] - low[0]
+    full[node] = xy  # nodes with picks keep the coordinates that they came with
+    full = full.reshape(n_row, n_col, 2)
+    return Frame((n_row, n_col), corner, step, full[..., 0], full[..., 1]), node
+
+
+def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray]:
+    """Steps (2, 2) from neighbours of points near the middle: right-handed, columns eastward."""
+    from scipy.spatial import cKDTree
+
+    _, first = np.unique(np.rint(xy * 1e3).astype(np.int64), axis=0, return_index=True)
+    places = xy[np.sort(first)]
+    if len(places) < 9:
+        raise HorizonError(f"{what}: {len(places)} places do not make a lattice. Give more points.")
+    middle = places[cKDTree(places).query(np.median(places, axis=0), k=min(2000, len(places)))[1]]
+    length, near = cKDTree(middle).query(middle, k=5)
+    vectors = (middle[near[:, 1:]] - middle[:, None]).reshape(-1, 2)
+    short = length[:, 1:].ravel() < 1.3 * np.median(length[:, 1])
+    vectors = vectors[short]
+    angle = np.arctan2(vectors[:, 1], vectors[:, 0])
+    turn = np.angle(np.exp(4j * angle).mean()) / 4.0
+    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    along = np.abs(vectors @ axes.T)
+    steps = []
+    for k in range(2):
+        mine = along[:, k] > 0.9 * np.hypot(*vectors.T)
+        if not mine.any():
+            raise HorizonError(
+                f"{what}: the points sit on no lattice of right angles. Grid scattered points "
+                "first, on each side of the faults by itself."
+            )
+        steps.append(float(np.median(along[mine, k])))
+    return np.zeros(2), axes * np.array(steps)[:, None]
+
+
+def check_regular(picks: Picks) -> None:
+    """Refuse axes that lean."""
+    step = picks.frame.step
+    lean = abs(float(step[0] @ step[1])) / float(picks.frame.spacing.prod())
+    if lean > REGULAR:
+        raise HorizonError(
+            f"horizon {picks.name!r}: the axes of its lattice lean by {lean:.3g}, tearing needs "
+            "right angles. Resample it on a regular grid."
+        )

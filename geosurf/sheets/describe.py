@@ -1,0 +1,152 @@
+"""What a user is told about a sheet: the `SheetReport`, and the profiles of each fault."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.model import FaultCut, SheetReport, TriSurface
+from geosurf.sheets.build import Built
+from geosurf.sheets.cutoffs import LONGEST, cutoff_lines, profile
+from geosurf.sheets.data import Picks
+from geosurf.sheets.frame import Frame
+from geosurf.sheets.heights import Heights
+from geosurf.sheets.traces import Trace
+
+FAR = 4.0  # cells of extrapolation from which a place is listed
+STATION = 1.0  # cells between the stations of a profile
+
+
+def fault_cuts(
+    frame: Frame, state: Heights, built: Built, faults: Sequence[TriSurface]
+) -> dict[str, FaultCut]:
+    """Cut-offs and profiles of all faults."""
+    found = {}
+    for number, fault in enumerate(faults):
+        walls = cutoff_lines(built.cut, state, built.torn, number, built.band_corners)
+        traces = [t for t in state.network.traces if t.fault == number]
+        parts = [_stations(trace, frame) for trace in traces]
+        stations = np.concatenate([p[0] for p in parts]) if parts else np.empty((0, 3))
+        direction = np.concatenate([p[1] for p in parts]) if parts else np.empty((0, 2))
+        along = np.concatenate([p[2] for p in parts]) if parts else np.empty(0)
+        throw, heave = profile(stations[:, :2], direction, walls, LONGEST * frame.cell)
+        ends = tuple(end for trace in traces for end in trace.ends)
+        lines = {wall: tuple(lines) for wall, lines in walls.items()}
+        found[fault.name] = FaultCut(fault.name, lines, stations, along, throw, heave, ends)
+    return found
+
+
+def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stations (n, 3), dip directions (n, 2) and distance along the trace (n,), in metres."""
+    vertex = np.arange(len(trace.line))
+    first, last = np.interp([trace.start, trace.stop], vertex, trace.along)
+    n = max(int((last - first) / STATION), 1) + 1
+    along = np.linspace(first, last, n)
+    line = np.stack([np.interp(along, trace.along, c) for c in trace.line.T], axis=1)
+    xy = frame.to_world(line[:, :2] / frame.stretch)
+    axes = frame.step / frame.spacing[:, None]
+    direction = line[:, 3:5] @ axes
+    direction /= np.maximum(np.hypot(*direction.T), 1e-12)[:, None]
+    return np.column_stack([xy, line[:, 2]]), direction, (along - first) * frame.cell
+
+
+def make_report(
+    picks: Picks,
+    state: Heights,
+    built: Built,
+    cuts: dict[str, FaultCut],
+    names: Sequence[str],
+    trim: float,
+    noise: float | None,
+) -> SheetReport:
+    """All numbers of a sheet."""
+    node = picks.node
+    misfit = np.abs(state.values[node] - picks.z)
+    single = np.bincount(node, minlength=picks.n_node)[node] == 1
+    hidden = state.distrusted & single & np.isfinite(misfit)
+    traces = state.network.traces
+    shortened: dict[str, int] = {}
+    for (trace, _), n in built.shortened.items():
+        name = names[traces[trace].fault]
+        shortened[name] = shortened.get(name, 0) + n
+    notes = [
+        f"fault {name!r} does not meet the horizon" for name in names if not len(cuts[name].along)
+    ]
+    return SheetReport(
+        trim=trim,
+        cell=picks.frame.cell,
+        n_data=len(picks.z),
+        n_distrusted=int(state.distrusted.sum()),
+        n_solved=len(state.unknown),
+        kept=_misfit(misfit[state.used]),
+        hidden=_misfit(misfit[hidden]),
+        extrapolation=_far_places(picks.frame, state, names),
+        sign_changes={name: _sign_changes(cut.throw) for name, cut in cuts.items()},
+        tips=count_tips(built, picks.frame.shape[1]),
+        declared_tips=state.network.declared_tips,
+        shortened=shortened,
+        noise=noise,
+        carried=state.carried,
+        notes=notes,
+    )
+
+
+def _misfit(values: np.ndarray) -> dict[str, float]:
+    values = values[np.isfinite(values)]
+    if len(values) == 0:
+        return {}
+    return {
+        "mean": float(values.mean()),
+        "median": float(np.median(values)),
+        "p95": float(np.percentile(values, 95)),
+        "max": float(values.max()),
+    }
+
+
+def _sign_changes(throw: np.ndarray) -> int:
+    throw = throw[np.isfinite(throw)]
+    large = throw[np.abs(throw) > 0.05 * np.abs(throw).max(initial=0.0)]
+    return int((np.diff(np.sign(large)) != 0).sum())
+
+
+def _far_places(frame: Frame, state: Heights, names: Sequence[str]) -> list[dict]:
+    """Nodes that are farthest from data of their side, one for each ten cells around."""
+    steps = state.extrapolation
+    order = np.argsort(-steps, kind="stable")
+    order = order[steps[order] > FAR]
+    places: list[np.ndarray] = []
+    found = []
+    for k in order.tolist():
+        at = frame.uv_of_node(state.unknown[k : k + 1])[0]
+        if any(np.abs(at - other).max() < 10 for other in places):
+            continue
+        places.append(at)
+        node = state.unknown[k : k + 1]
+        xy = frame.node_places(node)[0]
+        world = [float(xy[0]), float(xy[1]), float(state.values[node[0]])]
+        fault = _nearest_fault(state, int(node[0]), names)
+        found.append({"cells": float(steps[k]), "place": world, "fault": fault})
+        if len(found) == 20:
+            break
+    return found
+
+
+def _nearest_fault(state: Heights, node: int, names: Sequence[str]) -> str:
+    best, found = np.inf, ""
+    for trace, near in zip(state.network.traces, state.near, strict=True):
+        at = int(near.look_up(np.array([node]))[0])
+        if at >= 0 and near.distance[at] < best:
+            best, found = near.distance[at], names[trace.fault]
+    return found
+
+
+def count_tips(built: Built, n_col: int) -> int:
+    """Tips of the mesh: cut links of which a copy has both ends real."""
+    corners, n = built.torn.corners, built.torn.n_node
+    one, two = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    real = (one < n) & (two < n)
+    first, second = built.cuts.ends(n_col)
+    cut = np.minimum(first, second) * n + np.maximum(first, second)
+    keys = np.minimum(one, two)[real] * n + np.maximum(one, two)[real]
+    return len(np.intersect1d(cut, keys))

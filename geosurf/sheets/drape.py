@@ -1,0 +1,81 @@
+"""The horizon filled across its faults without any tear, and which absent nodes may be filled."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.sheets.solve import Graph, grounded, lattice_graph, smoothest
+
+
+def around(nodes: np.ndarray, shape: tuple[int, int], steps: int) -> np.ndarray:
+    """Nodes within some steps, rows and columns, of given ones; increasing."""
+    n_row, n_col = shape
+    mark = np.zeros(n_row * n_col, dtype=bool)
+    row, col = np.divmod(nodes, n_col)
+    mark[nodes] = True
+    for k in range(-steps, steps + 1):
+        c = col + k
+        there = (c >= 0) & (c < n_col)
+        mark[(row * n_col + c)[there]] = True
+    wide = np.flatnonzero(mark)
+    row = wide // n_col
+    for k in range(-steps, steps + 1):
+        r = row + k
+        there = (r >= 0) & (r < n_row)
+        mark[(wide + k * n_col)[there]] = True
+    return np.flatnonzero(mark)
+
+
+def band_graph(nodes: np.ndarray, shape: tuple[int, int], cut: np.ndarray) -> Graph:
+    """Graph of some nodes of the lattice."""
+    slot = np.full(shape[0] * shape[1], -1)
+    slot[nodes] = np.arange(len(nodes))
+    return lattice_graph(nodes, shape, cut, slot)
+
+
+def narrow_gaps(present: np.ndarray, width: float) -> np.ndarray:
+    """Absent nodes in gaps and holes up to `width` cells across, bool like `present` (2-D)."""
+    if present.all():
+        return np.zeros_like(present)
+    from scipy.ndimage import distance_transform_edt
+
+    r = int(np.ceil(0.5 * width)) + 1
+    reached = distance_transform_edt(~np.pad(present, r)) <= 0.5 * width
+    # nodes outside the lattice count as reached, so that a gap may run out of it
+    inner = np.zeros_like(reached)
+    inner[r:-r, r:-r] = True
+    closed = distance_transform_edt(reached | ~inner) > 0.5 * width
+    return closed[r:-r, r:-r] & ~present
+
+
+def drape_over(heights: np.ndarray, fill: np.ndarray, shape, stretch) -> np.ndarray:
+    """Heights (n_node,) with the nodes of `fill` on a membrane through the others."""
+    if len(fill) == 0:
+        return heights
+    band = around(fill, shape, 1)
+    graph = band_graph(band, shape, np.zeros(len(heights), dtype=np.uint8))
+    unknown = np.full(len(band), -1)
+    at = np.searchsorted(band, fill)
+    unknown[at] = np.arange(len(fill))
+    value = heights[band]
+    graph = without_absent(graph, np.isfinite(value) | (unknown >= 0))
+    tied = grounded(graph, unknown)
+    keep = np.full(len(band), -1)
+    keep[at[tied]] = np.arange(tied.sum())
+    graph = without_absent(graph, np.isfinite(value) & (unknown < 0) | (keep >= 0))
+    out = heights.copy()
+    value = np.where(np.isfinite(value), value, 0.0)
+    out[fill] = np.nan
+    out[fill[tied]] = smoothest(graph, keep, value, stretch, bend=0.0, third=0.0)
+    return out
+
+
+def without_absent(graph: Graph, present: np.ndarray) -> Graph:
+    """The graph without nodes that do not exist."""
+
+    def linked(to: np.ndarray) -> np.ndarray:
+        there = (to >= 0) & present
+        there[there] = present[to[there]]
+        return np.where(there, to, -1)
+
+    return Graph(linked(graph.east), linked(graph.north), graph.square & present, graph.cell)

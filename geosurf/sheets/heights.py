@@ -1,0 +1,383 @@
+"""Picks and faults -> heights of all nodes, each side built from its own side only.
+
+Two passes. The first distrusts generously; the heights of its two walls at each trace tell
+where the horizon has a gap (normal) or an overlap (reverse), and how wide. The second has the
+trim that was asked for, and knows more: values inside a gap belong to nobody, and values beyond
+the trace belong to the other side's sheet where it overlaps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geosurf.sheets.data import Picks
+from geosurf.sheets.drape import around, band_graph, drape_over, narrow_gaps, without_absent
+from geosurf.sheets.links import FALLING, Cuts, cuts_of, within
+from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height
+from geosurf.sheets.network import Network
+from geosurf.sheets.solve import BEND, grounded, smoothest, steps_to_known
+from geosurf.sheets.traces import FaultMesh
+
+FILL = 16.0  # cells: absent nodes beside a trace are filled in gaps up to this width
+MAP_REACH = 12.0  # cells: how far from a trace sides are looked at in the map
+WEDGE = 7.0  # steps of extrapolation from which distrusted data are listened to
+WEDGE_PULL = 0.02  # and how much
+SLIVER = 12  # nodes: blocks without data up to this size are carried on without asking
+SENSE = 0.25  # cells of heave below which gap and overlap are not told apart
+
+
+@dataclass(eq=False)
+class Settings:
+    """What the user chose, in cells."""
+
+    trim: float = 2.0
+    first_trim: float = 3.0
+    bend: float = BEND
+    noise_weight: float | None = None
+    collar: int = 16
+    carry: bool = False
+
+
+@dataclass(eq=False)
+class Near:
+    """Picks near one fault: rows, distance at own height, side."""
+
+    rows: np.ndarray
+    far: np.ndarray
+    side: np.ndarray
+
+
+@dataclass(eq=False)
+class Walls:
+    """Along one trace: how far each wall's cut-off lies from it, into its own side [cells].
+
+    `place` (vertex numbers); `left` and `right`, positive where the horizon has a gap on that
+    side, negative where it overlaps the trace; `throw` [m], left side down positive.
+    """
+
+    place: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+    throw: np.ndarray
+
+    def gap(self, place: np.ndarray, side: np.ndarray) -> np.ndarray:
+        """Signed gap at places on one side or the other."""
+        if len(self.place) == 0:
+            return np.zeros(len(place))
+        left = np.interp(place, self.place, self.left)
+        return np.where(side > 0, left, np.interp(place, self.place, self.right))
+
+    def heave(self, place: np.ndarray) -> np.ndarray:
+        """Gap of both sides together: negative where the horizon overlaps."""
+        return self.gap(place, np.ones(len(place))) + self.gap(place, -np.ones(len(place)))
+
+
+@dataclass(eq=False)
+class Heights:
+    """Heights of the nodes of a torn horizon, and how they came about.
+
+    Attributes
+    ----------
+    values : ndarray (n_node,)
+        NaN where there is no node.
+    network : Network
+    cuts : Cuts
+        Links cut in the solve.
+    near : list of NearTrace
+    walls : list of Walls
+    unknown : ndarray of int64
+        Nodes that were solved for, increasing.
+    used, distrusted : ndarray of bool (n_pick,)
+        Picks that hold a node; picks near a fault that hold none.
+    beyond : ndarray of int64 (n, 3)
+        Picks that belong to the overlapping sheet of the other side: pick, trace, their side.
+    stray : ndarray of int64
+        Nodes that no datum of their own side reaches: blocks without data.
+    extrapolation : ndarray (len(unknown),)
+        Steps from each unknown node to the nearest datum of its side.
+    carried : list of dict
+        Blocks without data, and over which fault they were carried on.
+    """
+
+    values: np.ndarray
+    network: Network
+    cuts: Cuts
+    near: list[NearTrace]
+    walls: list[Walls]
+    unknown: np.ndarray
+    used: np.ndarray
+    distrusted: np.ndarray
+    beyond: np.ndarray
+    stray: np.ndarray
+    extrapolation: np.ndarray
+    carried: list[dict] = field(default_factory=list)
+
+
+class Rebuild:
+    """Picks and faults of one horizon, and the passes over them."""
+
+    def __init__(self, picks: Picks, meshes: list[FaultMesh], settings: Settings) -> None:
+        self.picks, self.meshes, self.settings = picks, meshes, settings
+        self.shape, self.stretch = picks.frame.shape, picks.frame.stretch
+        self.reach = max(settings.trim, settings.first_trim) + 1.0
+        self.nearby = [self._near(mesh) for mesh in meshes]
+        count = np.bincount(picks.node, minlength=picks.n_node)
+        self.present = count > 0
+        self.several = count > 1
+        gaps = narrow_gaps(self.present.reshape(self.shape), FILL)
+        self.fillable = np.flatnonzero(gaps.ravel())
+
+    def torn_between(self, state: Heights, limits: np.ndarray) -> Heights:
+        """The last pass again, torn between other places (n_trace, 2) of the same traces."""
+        doubted, sure, beyond = self._last
+        cuts = cuts_of(state.network.traces, self.picks.frame)
+        cuts = cuts.take(np.flatnonzero(within(cuts, *limits.T)))
+        found = self._solve(doubted, sure, state.network, state.near, cuts, beyond)
+        found.walls = state.walls
+        return found
+
+    def _near(self, mesh: FaultMesh) -> Near:
+        blocks = mesh_blocks(mesh, self.reach)
+        uv = self.picks.frame.uv_of_node(self.picks.node) * self.stretch
+        rows, _ = blocks.of(uv)
+        points = np.column_stack([uv[rows], self.picks.z[rows]])
+        far, side = side_at_own_height(mesh, blocks, points, self.reach)
+        close = side != 0
+        return Near(rows[close], far[close], side[close])
+
+    def trusted_grid(self) -> np.ndarray:
+        """Heights (n_row, n_col) of the data that no pass distrusts."""
+        doubted = np.zeros(len(self.picks.z), dtype=bool)
+        for near in self.nearby:
+            doubted[near.rows] = True
+        return self._node_values(~doubted)[0].reshape(self.shape)
+
+    def run(self) -> Heights:
+        """Both passes."""
+        first = self._pass(self.settings.first_trim, None)
+        if len(first.stray):  # the generous trim left nothing between two faults
+            first = self._pass(self.settings.trim, None)
+        first.walls = walls_of(first, self.picks)
+        second = self._pass(self.settings.trim, first)
+        second.walls = walls_of(second, self.picks)
+        return second
+
+    def _pass(self, trim: float, before: Heights | None) -> Heights:
+        doubted = np.zeros(len(self.picks.z), dtype=bool)
+        for near in self.nearby:
+            doubted[near.rows[near.far < trim]] = True
+        if before is None:
+            network = self._network(doubted)
+            near = [NearTrace(self.picks.frame, t, MAP_REACH) for t in network.traces]
+            cuts = cuts_of(network.traces, self.picks.frame)
+            cuts = cuts.take(np.flatnonzero(within(cuts, *network.solve.T)))
+        else:
+            network, near, cuts = before.network, before.near, before.cuts
+        wrong = np.zeros_like(doubted)
+        beyond = self._doubt_sides(doubted, wrong, network, near, before)
+        sure = ~wrong & ~self.several[self.picks.node]
+        for fault in self.nearby:
+            sure[fault.rows[fault.far < 0.5 * trim]] = False
+        self._last = doubted | wrong, sure, beyond
+        return self._solve(doubted | wrong, sure, network, near, cuts, beyond)
+
+    def _network(self, doubted: np.ndarray) -> Network:
+        heights, _ = self._node_values(~doubted)
+        lost = np.flatnonzero(self.present & np.isnan(heights))
+        fill = np.union1d(lost, self.fillable)
+        drape = drape_over(heights, fill, self.shape, self.stretch)
+        return Network(self.meshes, drape.reshape(self.shape), self.stretch)
+
+    def _node_values(self, used: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean of the picks in use at each node, NaN without, and their number."""
+        rows = np.flatnonzero(used) if not used.all() else slice(None)
+        node, z = self.picks.node[rows], self.picks.z[rows]
+        count = np.bincount(node, minlength=self.picks.n_node)
+        if count.max(initial=0) <= 1:
+            heights = np.full(self.picks.n_node, np.nan)
+            heights[node] = z
+            return heights, count
+        with np.errstate(invalid="ignore"):
+            return np.bincount(node, z, self.picks.n_node) / count, count
+
+    def _doubt_sides(self, doubted, wrong, network, near, before) -> np.ndarray:
+        """Mark picks that are on the wrong side; return those of an overlapping sheet."""
+        beyond = []
+        for number, trace in enumerate(network.traces):
+            own = self.nearby[trace.fault]
+            at = near[number].look_up(self.picks.node[own.rows])
+            rows, side = own.rows[at >= 0], own.side[at >= 0]
+            far, at = own.far[at >= 0], at[at >= 0]
+            place, here = near[number].place[at], near[number].side[at]
+            inside = (place > trace.start) & (place < trace.stop)
+            across = inside & (side != here)
+            if before is not None:
+                walls = before.walls[number]
+                reverse = walls.heave(place) < -SENSE
+                normal = walls.heave(place) > SENSE
+                # between the cut-offs of a gap there is no horizon: values there were carried
+                empty = near[number].distance[at] < walls.gap(place, here)
+                several = self.several[self.picks.node[rows]]
+                close = near[number].distance[at] < 1.0 + np.abs(walls.heave(place))
+                wrong[rows[inside & normal & (empty | (several & close))]] = True
+                mine = across & reverse & (far >= self.settings.trim) & ~doubted[rows]
+                number_of = np.full(mine.sum(), number)
+                beyond.append(np.stack([rows[mine], number_of, side[mine].astype(np.int64)], axis=1))
+            wrong[rows[across]] = True
+        return np.concatenate([np.empty((0, 3), dtype=np.int64), *beyond])
+
+    def _solve(self, doubted, sure, network, near, cuts, beyond, carried=()) -> Heights:
+        heights, _ = self._node_values(~doubted)
+        unknown = self._unknown(heights, near)
+        weight = self.settings.noise_weight
+        soft = np.empty(0, dtype=np.int64)
+        if weight is not None and len(unknown):
+            collar = around(unknown, self.shape, self.settings.collar)
+            soft = np.setdiff1d(collar[np.isfinite(heights[collar])], unknown)
+        every = np.union1d(unknown, soft)
+        band = around(every, self.shape, 3)
+        graph = band_graph(band, self.shape, cuts.bits(self.picks.n_node))
+        at = np.searchsorted(band, every)
+        value = heights[band]
+        is_unknown = np.zeros(len(band), dtype=bool)
+        is_unknown[np.searchsorted(band, unknown)] = True
+        graph = without_absent(graph, np.isfinite(value) | is_unknown)
+        steps = steps_to_known(graph, np.where(is_unknown, 0, -1))[is_unknown]
+        data, pull = self._targets(heights, every, soft, unknown, steps, sure)
+        held = is_unknown.copy()
+        held[at[pull > 0]] = False  # data that only draw a sheet ground it, too
+        tied = np.ones(len(band), dtype=bool)
+        tied[held] = grounded(graph, np.where(held, np.cumsum(held) - 1, -1))
+        stray = band[~tied]
+        if len(stray):
+            bridge = self._bridge(stray, cuts, near, network)
+            if bridge is not None:
+                cuts, note = bridge
+                found = (*carried, note)
+                return self._solve(doubted, sure, network, near, cuts, beyond, found)
+        solved = np.zeros(len(band), dtype=bool)
+        solved[at] = True
+        solved &= tied
+        graph = without_absent(graph, np.isfinite(value) | solved)
+        number = np.where(solved, np.cumsum(solved) - 1, -1)
+        kept = solved[at]
+        filled = np.where(np.isfinite(value), value, 0.0)
+        heights[band[solved]] = smoothest(
+            graph, number, filled, self.stretch, self.settings.bend,
+            pull=pull[kept], target=data[kept],
+        )  # fmt: skip
+        return Heights(
+            heights, network, cuts, near, [], unknown, ~doubted, doubted, beyond, stray,
+            steps.astype(np.float64), list(carried),
+        )  # fmt: skip
+
+    def _unknown(self, heights: np.ndarray, near: list[NearTrace]) -> np.ndarray:
+        """Nodes without a trusted value, and absent ones in gaps beside a trace."""
+        fill = self.fillable
+        if len(fill):
+            beside = [t.node[t.distance <= FILL] for t in near]
+            fill = np.intersect1d(fill, np.concatenate([np.empty(0, np.int64), *beside]))
+        return np.union1d(np.flatnonzero(self.present & np.isnan(heights)), fill)
+
+    def _targets(self, heights, every, soft, unknown, steps, sure):
+        """What draws each solved node, and how much: noisy data, and in wedges distrusted ones.
+
+        Between two faults that meet at an acute angle all data are near a fault. Where that
+        would mean to extrapolate far, those that are on the right side are listened to a little.
+        """
+        data, pull = np.zeros(len(every)), np.zeros(len(every))
+        rows = np.searchsorted(every, soft)
+        data[rows], pull[rows] = heights[soft], self.settings.noise_weight or 0.0
+        weak = unknown[steps > WEDGE]
+        weak = weak[self.present[weak]]
+        if len(weak):
+            values, _ = self._node_values(sure)
+            weak = weak[np.isfinite(values[weak])]
+            rows = np.searchsorted(every, weak)
+            data[rows], pull[rows] = values[weak], WEDGE_PULL
+        return data, pull
+
+    def _bridge(self, stray, cuts: Cuts, near, network):
+        """Join blocks without data to a neighbour, over the fault with the smaller throw.
+
+        Slivers of a few nodes always, larger blocks if that was asked for; None otherwise.
+        """
+        if len(stray) > SLIVER and not self.settings.carry:
+            return None
+        first, second = cuts.ends(self.shape[1])
+        inside = np.isin(first, stray), np.isin(second, stray)
+        border = inside[0] != inside[1]
+        if not border.any():
+            return None
+        choice = np.unique(cuts.trace[border])
+        throw = [self._throw_of(t, stray, near) for t in choice]
+        trace = int(choice[int(np.argmin(throw))])
+        gone = (cuts.trace == trace) & (inside[0] | inside[1])
+        name = self.meshes[network.traces[trace].fault].name
+        xy = self.picks.frame.node_places(stray[:1])[0]
+        note = {"nodes": len(stray), "over": name, "place": [float(c) for c in xy]}
+        return cuts.take(np.flatnonzero(~gone)), note
+
+    def _throw_of(self, trace: int, stray, near) -> float:
+        """Size of a fault's throw beside a block, from the data on its two sides [m]."""
+        heights, _ = self._node_values(np.ones(len(self.picks.z), dtype=bool))
+        mine = near[trace]
+        at = mine.look_up(stray)
+        places = mine.place[at[at >= 0]]
+        if len(places) == 0:
+            return np.inf
+        low, high = places.min() - 20.0, places.max() + 20.0
+        here = (mine.place >= low) & (mine.place <= high) & (mine.distance < 6.0)
+        z = heights[mine.node]
+        sides = [z[here & (mine.side == side) & np.isfinite(z)] for side in (1.0, -1.0)]
+        if not len(sides[0]) or not len(sides[1]):
+            return np.inf
+        return float(abs(np.median(sides[0]) - np.median(sides[1])))
+
+
+def walls_of(state: Heights, picks: Picks) -> list[Walls]:
+    """Where the two walls' cut-offs lie, from the heights of each side at the cut links."""
+    shape, stretch, cell = picks.frame.shape, picks.frame.stretch, picks.frame.cell
+    bits = state.cuts.bits(picks.n_node)
+    found = []
+    for number, trace in enumerate(state.network.traces):
+        rows = np.flatnonzero((state.cuts.trace == number) & (state.cuts.kind < FALLING - 1))
+        cuts = state.cuts.take(rows[np.argsort(state.cuts.place[rows], kind="stable")])
+        vertex = np.arange(len(trace.line))
+        x, y, middle, nx, ny, nz = (np.interp(cuts.place, vertex, c) for c in trace.line.T)
+        at = np.stack([x, y], axis=1) / stretch
+        left, right = (_at_cut(state.values, bits, cuts, at, shape, side) for side in (1, -1))
+        known = np.isfinite(left) & np.isfinite(right)
+        left, right = _median(left[known], 15), _median(right[known], 15)
+        slope = (nz / np.maximum(np.hypot(nx, ny), 1e-9) / cell)[known]
+        left_gap, right_gap = (middle[known] - left) * slope, (right - middle[known]) * slope
+        found.append(Walls(cuts.place[known], left_gap, right_gap, right - left))
+    return found
+
+
+def _at_cut(heights, bits, cuts: Cuts, at, shape, side: int) -> np.ndarray:
+    """Height of one side's sheet where a trace cuts each link, extrapolated along the link."""
+    n_col = shape[1]
+    first, second = cuts.ends(n_col)
+    here = np.where(cuts.left == side, first, second)
+    there = np.where(cuts.left == side, second, first)
+    behind = 2 * here - there
+    row, col = np.divmod(here, n_col)
+    row2, col2 = np.divmod(np.clip(behind, 0, len(heights) - 1), n_col)
+    whole = (behind >= 0) & (behind < len(heights)) & (abs(row2 - row) + abs(col2 - col) == 1)
+    behind = np.where(whole, behind, here)
+    whole &= bits[np.minimum(here, behind)] & (1 << cuts.kind) == 0
+    away = np.hypot(*(at - np.stack([col, row], axis=1)).T)
+    return np.where(whole, heights[here] + away * (heights[here] - heights[behind]), np.nan)
+
+
+def _median(values: np.ndarray, width: int) -> np.ndarray:
+    """Running median; the window shrinks at the ends."""
+    n = len(values)
+    if n == 0:
+        return values
+    half = min(width // 2, (n - 1) // 2)
+    padded = np.pad(values, half, mode="edge")
+    return np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1), axis=1)

@@ -1,0 +1,115 @@
+"""How far is a datum from a fault at its own height; how far is a node from a trace in the map.
+
+The distance at the datum's own height does not depend on heave: a value that was gridded across
+a normal fault lies on the fault itself, wherever it is in the heave zone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.sheets import own_height, to_trace
+from geosurf.sheets.frame import Frame
+from geosurf.sheets.traces import FaultMesh, Trace
+
+BLOCK = 8.0  # cells: what can be near is listed by blocks of this size
+
+
+class Blocks:
+    """Boxes in the map, listed by the blocks that they come within reach of."""
+
+    def __init__(self, low: np.ndarray, high: np.ndarray, reach: float) -> None:
+        self.corner = np.floor((low.min(axis=0) - reach) / BLOCK)
+        last = np.floor((high.max(axis=0) + reach) / BLOCK)
+        self.shape = (last - self.corner + 1).astype(np.int64)
+        a = (np.floor((low - reach) / BLOCK) - self.corner).astype(np.int64)
+        b = (np.floor((high + reach) / BLOCK) - self.corner).astype(np.int64)
+        n = b - a + 1
+        total = n.prod(axis=1)
+        item = np.repeat(np.arange(len(low)), total)
+        k = np.arange(len(item)) - np.repeat(np.cumsum(total) - total, total)
+        x, y = a[item, 0] + k % n[item, 0], a[item, 1] + k // n[item, 0]
+        block = y * self.shape[0] + x
+        order = np.argsort(block, kind="stable")
+        self.items = item[order]
+        self.starts = np.searchsorted(block[order], np.arange(self.shape.prod() + 1))
+
+    def of(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of the points that are in a block with anything, and their blocks."""
+        at = np.floor(xy / BLOCK) - self.corner
+        inside = ((at >= 0) & (at < self.shape)).all(axis=1)
+        rows = np.flatnonzero(inside)
+        at = at[rows].astype(np.int64)
+        block = at[:, 1] * self.shape[0] + at[:, 0]
+        some = self.starts[block + 1] > self.starts[block]
+        return rows[some], block[some]
+
+
+def window(frame: Frame, blocks: Blocks) -> np.ndarray:
+    """Nodes in the blocks that hold anything: all that can be near."""
+    n_row, n_col = frame.shape
+    some = np.flatnonzero(np.diff(blocks.starts) > 0)
+    found = []
+    for b in some.tolist():
+        y, x = divmod(b, int(blocks.shape[0]))
+        low = (blocks.corner + (x, y)) * BLOCK / frame.stretch
+        high = (blocks.corner + (x + 1, y + 1)) * BLOCK / frame.stretch
+        c0, c1 = max(int(np.ceil(low[0])), 0), min(int(np.ceil(high[0])), n_col)
+        r0, r1 = max(int(np.ceil(low[1])), 0), min(int(np.ceil(high[1])), n_row)
+        if c0 < c1 and r0 < r1:
+            nodes = np.arange(r0, r1)[:, None] * n_col + np.arange(c0, c1)
+            found.append(nodes.ravel())
+    return np.concatenate(found) if found else np.empty(0, dtype=np.int64)
+
+
+def mesh_blocks(mesh: FaultMesh, reach: float) -> Blocks:
+    """Blocks of the triangles of a fault."""
+    corners = mesh.points[mesh.triangles][..., :2]
+    return Blocks(corners.min(axis=1), corners.max(axis=1), reach)
+
+
+def side_at_own_height(mesh: FaultMesh, blocks: Blocks, points: np.ndarray, reach: float):
+    """Distance (n,) [cells], at most `reach`, and side (n,): +1 hanging wall, -1, 0 far."""
+    far, side = np.full(len(points), reach), np.zeros(len(points))
+    rows, block = blocks.of(points[:, :2])
+    if len(rows):
+        corners = mesh.points[mesh.triangles].reshape(-1, 9)
+        far[rows], side[rows] = own_height(
+            points[rows], block, corners, mesh.normals[:, :2], blocks.starts, blocks.items, reach
+        )
+    return far, side
+
+
+class NearTrace:
+    """Nodes within reach of a trace, with distance, side and place along it.
+
+    Attributes
+    ----------
+    node : ndarray of int64 (n,), increasing
+    distance, side, place : ndarray (n,)
+        [cells]; +1 left (the fault's front); vertex number along the line.
+    """
+
+    def __init__(self, frame: Frame, trace: Trace, reach: float) -> None:
+        segments = trace.segments
+        ends = segments.reshape(-1, 2, 2)
+        blocks = Blocks(ends.min(axis=1), ends.max(axis=1), reach)
+        node = np.sort(window(frame, blocks))
+        points = frame.uv_of_node(node) * frame.stretch
+        rows, block = blocks.of(points)
+        points = points[rows]
+        far, side, nearest, t = to_trace(
+            points, block, segments, blocks.starts, blocks.items, reach
+        )
+        near = nearest >= 0
+        self.node = node[rows][near]
+        self.distance, self.side = far[near], side[near]
+        self.place = nearest[near] + t[near]
+
+    def look_up(self, node: np.ndarray) -> np.ndarray:
+        """Row of each node here, -1 where it is not near."""
+        at = np.searchsorted(self.node, node)
+        at[at == len(self.node)] = 0
+        if len(self.node) == 0:
+            return np.full(len(node), -1)
+        return np.where(self.node[at] == node, at, -1)

@@ -1,0 +1,126 @@
+"""Traces of all faults and how each ends: at a tip, at the rim of the data, or on another fault.
+
+An end that reaches another trace, or passes it by a little, is a branch: its tear ends there. The
+solve tears half a cell past a tip, so that throw can die at it, and some cells past the rim of
+the data, so that it does not heal there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.sheets.traces import FaultMesh, Trace, extended, sample, trace_lines
+
+EXTENSION = 5.0  # cells that every end is drawn out by, to see what it runs into
+TIP = 0.5  # cells past a free tip that the solve tears
+OVERSHOOT = 6.0  # cells that a branch may run past its main fault
+SHORTEST = 1.5  # cells: shorter traces tear nothing
+
+
+class Network:
+    """Traces, and between which places the solve and the mesh are torn.
+
+    Attributes
+    ----------
+    traces : list of Trace
+    solve, mesh : ndarray (n_trace, 2)
+        First and last place (vertex number along the line) that is torn.
+    dropped : list of (int, float)
+        Fault and length [cells] of traces too short to tear anything.
+    """
+
+    def __init__(
+        self, meshes: list[FaultMesh], drape: np.ndarray, stretch: np.ndarray
+    ) -> None:
+        self.traces: list[Trace] = []
+        self.dropped: list[tuple[int, float]] = []
+        for number, mesh in enumerate(meshes):
+            for line in trace_lines(mesh, drape, stretch):
+                length = float(np.hypot(*np.diff(line[:, :2], axis=0).T).sum())
+                if length < SHORTEST:
+                    self.dropped.append((number, length))
+                    continue
+                closed = bool((line[0, :2] == line[-1, :2]).all())
+                longer, start, stop = extended(line, *([0.0 if closed else EXTENSION] * 2))
+                ends = ["closed", "closed"] if closed else ["tip", "tip"]
+                self.traces.append(Trace(number, longer, start, stop, ends))
+        self.solve = np.array([[0.0, len(t.line) - 1] for t in self.traces]).reshape(-1, 2)
+        self.mesh = np.array([[t.start, t.stop] for t in self.traces]).reshape(-1, 2)
+        self._at_rims(drape, stretch)
+        self._at_faults([mesh.name for mesh in meshes])
+        self._at_tips()
+
+    def _at_rims(self, drape: np.ndarray, stretch: np.ndarray) -> None:
+        """An end that has no data within a cell beyond it leaves the data."""
+        for i, trace in enumerate(self.traces):
+            along = trace.along
+            for k in range(2):
+                if trace.ends[k] != "tip":
+                    continue
+                real = np.interp((trace.start, trace.stop)[k], np.arange(len(along)), along)
+                beyond = real + (-1.0 if k == 0 else 1.0)
+                xy = [np.interp(beyond, along, trace.line[:, c]) / stretch[c] for c in (0, 1)]
+                if np.isnan(sample(drape, np.array([xy]))[0]):
+                    trace.ends[k] = "rim"
+                    self.mesh[i, k] = self.solve[i, k]
+
+    def _at_faults(self, names: list[str]) -> None:
+        """An end that runs into another fault's trace, or a little past it, is a branch."""
+        found = []
+        for i in range(len(self.traces)):
+            for j in range(i + 1, len(self.traces)):
+                for p, q in crossings(self.traces[i], self.traces[j]):
+                    found += [(i, j, p, q), (j, i, q, p)]
+        for i, j, p, q in found:
+            one, two = self.traces[i], self.traces[j]
+            if one.fault == two.fault:
+                continue
+            if not two.start - 0.5 * EXTENSION <= q <= two.stop + 0.5 * EXTENSION:
+                continue
+            along = np.interp([p, one.start, one.stop], np.arange(len(one.along)), one.along)
+            gap = along[1] - along[0], along[0] - along[2]  # beyond the real ends if positive
+            for k in range(2):
+                if gap[k] > -min(OVERSHOOT, 0.3 * (along[2] - along[1])):
+                    if not one.ends[k].startswith("branch"):
+                        one.ends[k] = f"branch of {names[two.fault]}"
+                        self.solve[i, k] = p
+                    inner = max if k == 0 else min
+                    self.solve[i, k] = inner(self.solve[i, k], p)
+                    self.mesh[i, k] = inner(self.mesh[i, k], self.solve[i, k])
+
+    def _at_tips(self) -> None:
+        for i, trace in enumerate(self.traces):
+            for k in range(2):
+                if trace.ends[k] == "tip":
+                    self.solve[i, k] = past_tip(trace, k, (trace.start, trace.stop)[k])
+
+    @property
+    def declared_tips(self) -> int:
+        """Number of ends that are free."""
+        return sum(end == "tip" for trace in self.traces for end in trace.ends)
+
+
+def past_tip(trace: Trace, end: int, place: float) -> float:
+    """The place half a cell past a tip at some place: throw dies there, not before."""
+    along = trace.along
+    real = np.interp(place, np.arange(len(along)), along)
+    return float(np.interp(real + (-TIP if end == 0 else TIP), along, np.arange(len(along))))
+
+
+def crossings(one: Trace, two: Trace) -> list[tuple[float, float]]:
+    """Places (on one, on two) where two traces cross in the map."""
+    a, b = one.segments, two.segments
+    low, high = np.minimum(a[:, :2], a[:, 2:]), np.maximum(a[:, :2], a[:, 2:])
+    box = np.minimum(b[:, :2], b[:, 2:]).min(axis=0), np.maximum(b[:, :2], b[:, 2:]).max(axis=0)
+    rows = np.flatnonzero(((high >= box[0]) & (low <= box[1])).all(axis=1))
+    found = []
+    for chunk in np.array_split(rows, len(rows) * len(b) // 500_000 + 1):
+        p, r = a[chunk, None, :2], a[chunk, None, 2:] - a[chunk, None, :2]
+        q, s = b[None, :, :2], b[None, :, 2:] - b[None, :, :2]
+        det = r[..., 0] * s[..., 1] - r[..., 1] * s[..., 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = ((q - p)[..., 0] * s[..., 1] - (q - p)[..., 1] * s[..., 0]) / det
+            u = ((q - p)[..., 0] * r[..., 1] - (q - p)[..., 1] * r[..., 0]) / det
+        i, j = np.nonzero((t >= 0) & (t < 1) & (u >= 0) & (u < 1))
+        found += list(zip((chunk[i] + t[i, j]).tolist(), (j + u[i, j]).tolist(), strict=True))
+    return found

@@ -1,0 +1,162 @@
+"""The smoothest sheet through trusted data: only the nodes near faults are unknown.
+
+See `geosurf.kernels.bending` for the energy. Differences across cut links do not exist, so each
+side is built from its own side only, bends freely at the fault, and heals past a tip.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.errors import InvariantError
+from geosurf.kernels.bending import DIAGONAL, factorise, normal_equations, substitute
+
+BEND, STRETCH = 0.3, 0.01  # shares of second and first differences, against third ones
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """Nodes with their neighbours across uncut links.
+
+    Attributes
+    ----------
+    east, north : ndarray of int64 (n,)
+        Neighbour, or -1.
+    square : ndarray of bool (n,)
+        Whether both diagonals of the block north-east of the node are uncut.
+    cell : ndarray of int64 (n, 2)
+        Row and column.
+    """
+
+    east: np.ndarray
+    north: np.ndarray
+    square: np.ndarray
+    cell: np.ndarray
+
+
+def lattice_graph(nodes: np.ndarray, shape: tuple[int, int], cut: np.ndarray, slot: np.ndarray):
+    """The graph of some nodes of a lattice; `slot` gives their rows, -1 elsewhere."""
+    n_row, n_col = shape
+    row, col = np.divmod(nodes, n_col)
+    bits = cut[nodes]
+
+    def neighbour(there: np.ndarray, step: int, bit: int) -> np.ndarray:
+        out = np.full(len(nodes), -1)
+        rows = np.flatnonzero(there & (bits & bit == 0))
+        out[rows] = slot[nodes[rows] + step]
+        return out
+
+    east = neighbour(col < n_col - 1, 1, 1)
+    north = neighbour(row < n_row - 1, n_col, 2)
+    return Graph(east, north, bits & 12 == 0, np.stack([row, col], axis=1))
+
+
+def smoothest(
+    graph: Graph,
+    unknown: np.ndarray,
+    value: np.ndarray,
+    stretch: np.ndarray,
+    bend: float = BEND,
+    third: float = 1.0,
+    pull: np.ndarray | None = None,
+    target: np.ndarray | None = None,
+) -> np.ndarray:
+    """Solve for the unknown nodes.
+
+    Parameters
+    ----------
+    graph : Graph
+    unknown : ndarray of int64 (n,)
+        Number of each unknown node, 0 .. n_unknown - 1; -1 where `value` holds.
+    value : ndarray (n,)
+        Heights of the known nodes.
+    pull, target : ndarray (n_unknown,), optional
+        Weight and height of data that an unknown is drawn to, for noisy ones.
+
+    Returns
+    -------
+    ndarray (n_unknown,)
+    """
+    n = int(unknown.max(initial=-1)) + 1
+    if n == 0:
+        return np.empty(0)
+    known = value[unknown < 0]
+    level = float(known.mean()) if len(known) else 0.0
+    weights = np.array([STRETCH, bend, third, *(1.0 / stretch)])
+    shifted = np.where(unknown < 0, value - level, 0.0)
+    matrix, column, right = normal_equations(
+        graph.east, graph.north, graph.square, graph.cell, unknown, shifted, weights
+    )
+    if pull is not None and target is not None:
+        matrix[:, DIAGONAL] += pull
+        right += pull * np.where(pull > 0, target - level, 0.0)
+    return _cholesky(matrix, column, right) + level
+
+
+def _cholesky(matrix: np.ndarray, column: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solve a symmetric system given by slots, reordered to a narrow envelope."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+    n = len(right)
+    kept = column >= 0
+    row = np.repeat(np.arange(n), kept.sum(axis=1))
+    start = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+    full = csr_array((matrix[kept], column[kept], start), shape=(n, n))
+    order = reverse_cuthill_mckee(full, symmetric_mode=True).astype(np.int64)
+    place = np.empty(n, dtype=np.int64)
+    place[order] = np.arange(n)
+    i, j, v = place[row], place[column[kept]], matrix[kept]
+    lower = j <= i
+    i, j, v = i[lower], j[lower], v[lower]
+    first = np.arange(n)
+    np.minimum.at(first, i, j)
+    offset = np.concatenate([[0], np.cumsum(np.arange(n) - first + 1)])
+    envelope = np.zeros(offset[-1])
+    envelope[offset[i] + j - first[i]] = v
+    stuck = factorise(first, envelope, offset)
+    if stuck >= 0:
+        raise InvariantError(
+            f"the sheet's equations are singular at unknown {int(order[stuck])} of {n}; please "
+            "report this with the horizon and its faults."
+        )
+    return substitute(first, envelope, offset, right[order])[place]
+
+
+def grounded(graph: Graph, unknown: np.ndarray) -> np.ndarray:
+    """Whether each unknown is tied to a known node by uncut links, bool (n_unknown,)."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    n = len(unknown)
+    ends = [
+        np.stack([np.flatnonzero(to >= 0), to[to >= 0]]) for to in (graph.east, graph.north)
+    ]
+    a, b = np.concatenate(ends, axis=1)
+    inner = (unknown[a] >= 0) | (unknown[b] >= 0)
+    a, b = a[inner], b[inner]
+    links = coo_array((np.ones(len(a)), (a, b)), shape=(n, n))
+    number = connected_components(links, directed=False)[1]
+    tied = np.zeros(n, dtype=bool)
+    tied[number[unknown < 0]] = True
+    out = np.zeros(int(unknown.max(initial=-1)) + 1, dtype=bool)
+    mine = np.flatnonzero(unknown >= 0)
+    out[unknown[mine]] = tied[number[mine]]
+    return out
+
+
+def steps_to_known(graph: Graph, unknown: np.ndarray, longest: int = 64) -> np.ndarray:
+    """Number of uncut links from each node to the nearest known one, at most `longest`."""
+    steps = np.where(unknown < 0, 0, longest)
+    for _ in range(longest):
+        before = steps.copy()
+        for to in (graph.east, graph.north):
+            a = np.flatnonzero(to >= 0)
+            b = to[a]
+            np.minimum.at(steps, a, before[b] + 1)
+            np.minimum.at(steps, b, before[a] + 1)
+        if np.array_equal(before, steps):
+            break
+    return steps

@@ -1,0 +1,302 @@
+"""Faulted horizons whose cut-offs are known: what was picked, smeared or noisy, and the truth.
+
+Every side of the faults (a sector) has a smooth sheet of its own, defined everywhere:
+the relief, lowered by half the throw on a hanging wall and raised on a footwall. The horizon is
+each sheet on its own side of the faults, at its own height.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.conventions import did_you_mean
+from geosurf.errors import InputError
+from geosurf.synthetic.world import Offset, World, make_fault, make_horizon, shifted
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+DATUM = -1800.0
+_STEP = 25.0
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault of a torn world: places in m, angles in degrees.
+
+    `strike` with the dip to its right; `half` its half length (inf: through-going); `throw` at its
+    centre, negative for reverse; `flatten` bends it with depth [1/m]; `branch`: the main fault and the
+    side of it on which this one is.
+    """
+
+    x: float
+    y: float
+    strike: float = 20.0
+    dip: float = 60.0
+    half: float = 700.0
+    throw: float = 60.0
+    profile: str = "parabola"
+    flatten: float = 0.0
+    wave: float = 20.0
+    fade: float = 1500.0
+    branch: tuple[str, int] | None = None
+
+    def along_across(self, x: Any, y: Any) -> tuple[Any, Any]:
+        """Coordinates along strike and across it, down dip."""
+        a = np.radians(self.strike)
+        dx, dy = x - self.x, y - self.y
+        return dx * np.sin(a) + dy * np.cos(a), dx * np.cos(a) - dy * np.sin(a)
+
+    def place(self, s: Any, r: Any) -> tuple[Any, Any]:
+        """The inverse of `along_across`."""
+        a = np.radians(self.strike)
+        return self.x + s * np.sin(a) + r * np.cos(a), self.y + s * np.cos(a) - r * np.sin(a)
+
+    def across(self, s: Any, z: Any) -> Any:
+        """Where the fault is, across strike, at a place along it and an elevation."""
+        down = DATUM - z
+        cot = 0.0 if self.dip == 90 else 1.0 / np.tan(np.radians(self.dip))
+        return self.wave * np.sin(s / 450.0) + down * (cot + self.flatten * (down + 300.0))
+
+    def throw_at(self, s: Any, r: Any) -> Any:
+        """Throw, fading away from the fault [m]."""
+        share = np.clip(1.0 - (s / self.half) ** 2, 0.0, None)
+        power = {"parabola": 1.0, "ellipse": 0.5, "constant": 0.0}[self.profile]
+        return self.throw * share**power * np.exp(-((r / self.fade) ** 2))
+
+
+def _worlds(side: float) -> dict[str, dict[str, Fault]]:
+    """Faults of each kind of world, for a square of a given side."""
+    c = 0.5 * side
+    through = {"half": np.inf, "profile": "constant", "fade": np.inf}
+    return {
+        "normal": {"F1": Fault(c, c)},
+        "gentle": {"F1": Fault(c, c, dip=35.0)},
+        "vertical": {"F1": Fault(c, c, dip=90.0)},
+        "ellipse": {"F1": Fault(c, c, profile="ellipse")},
+        "through": {"F1": Fault(c, c, **through)},
+        "listric": {"F1": Fault(c, c, dip=55.0, flatten=4e-4)},
+        "reverse": {"F1": Fault(c, c, dip=45.0, throw=-60.0)},
+        "thrust": {"F1": Fault(c, c, dip=30.0, throw=-100.0)},
+        "Y": {
+            "F1": Fault(c, c, **through),
+            "F2": Fault(c, c, strike=95.0, throw=40.0, branch=("F1", -1), **through),
+        },
+        "X": {
+            "F1": Fault(c, c, dip=70.0, **through),
+            "F2": Fault(c, c, strike=100.0, dip=70.0, throw=40.0, **through),
+        },
+        "parallel": {
+            "F1": Fault(c - 2.2 * _STEP, c, strike=12.0, dip=80.0, wave=0.0, **through),
+            "F2": Fault(c + 2.2 * _STEP, c, strike=12.0, dip=80.0, wave=0.0, throw=40.0, **through),
+        },
+    }
+
+
+def torn(
+    kind: str = "normal",
+    n: int = 81,
+    *,
+    smear: int = 1,
+    noise: float = 0.0,
+    offset: Offset = (0.0, 0.0, 0.0),
+) -> World:
+    """A faulted horizon as it is picked: smeared over its faults, or noisy.
+
+    Parameters
+    ----------
+    kind : str
+        ``"normal"`` (60 degrees, 60 m of throw dying at both tips), ``"gentle"`` (35
+        degrees), ``"vertical"``, ``"ellipse"`` (profile of the throw), ``"through"`` (cuts
+        right through), ``"listric"``, ``"reverse"``, ``"thrust"`` (30 degrees, overlap), ``"Y"``,
+        ``"X"``, or ``"parallel"`` (two faults about four cells apart).
+    n : int
+        Nodes per side, 25 m apart.
+    smear : int
+        Half width of the square mean that smears the map where faults are [nodes].
+    noise : float
+        Standard deviation of noise on all data [m].
+    offset : (float, float, float)
+        Added to all coordinates [m].
+
+    Returns
+    -------
+    World
+        Horizon ``Top``, one value per node. `truth` has ``"points"`` (n, 3), every sheet wherever
+        it exists: several per node where they overlap; and ``"cutoffs"``: by fault and wall
+        (``"+"`` hanging wall), lines (n, 3).
+
+    Raises
+    ------
+    InputError
+        If the kind is unknown.
+
+    Examples
+    --------
+    >>> world = torn("normal", n=41)
+    >>> foot, hang = (world.truth["cutoffs"]["F1", wall] for wall in "-+")
+    >>> round(float((foot - hang)[:, 2].max()))
+    60
+    """
+    side = (n - 1) * _STEP
+    kinds = _worlds(side)
+    if kind not in kinds:
+        raise InputError(f"no torn world is called {kind!r}.{did_you_mean(kind, kinds)}")
+    faults = kinds[kind]
+    if side < 1500.0:  # a small map, a short fault
+        small = side / 2000.0
+        faults = {
+            k: Fault(**{**f.__dict__, "half": f.half * small}) for k, f in faults.items()
+        }
+    axis = np.linspace(0.0, side, n)
+    x, y = np.meshgrid(axis, axis)
+    sheets = {signs: _sheet(faults, signs) for signs in _sectors(faults)}
+    heights = {signs: sheet(x, y) for signs, sheet in sheets.items()}
+    there = {signs: _exists(faults, signs, x, y, z) for signs, z in heights.items()}
+    rng = np.random.default_rng(5)
+    values = _smeared(_single(faults, x, y, heights, there), there, smear)
+    values = values + noise * rng.standard_normal(values.shape)
+    box = (0.0, side, 0.0, side, DATUM - 300.0, DATUM + 300.0)
+    points = [np.stack([x, y, z], axis=-1)[there[s]] for s, z in heights.items()]
+    cloud = np.concatenate(points) + offset
+    cloud[:, 2] += noise * rng.standard_normal(len(cloud))
+    truth = {
+        "points": cloud,
+        "cutoffs": {
+            (name, wall): _cutoff(faults, name, wall, sheets, side) + offset
+            for name in faults
+            for wall in "+-"
+        },
+    }
+    top = make_horizon("Top", box, n, lambda *_: values, offset)
+    meshes = {name: _mesh(name, faults, side, offset) for name, fault in faults.items()}
+    formula = (
+        f"Relief of 60 m at 4 km and 15 m at 1.2 km wavelength, torn by {', '.join(faults)}: half "
+        f"of the throw on either side. Smeared over {smear} nodes, noise {noise:g} m."
+    )
+    return World(f"torn_{kind}", {"Top": top}, meshes, shifted(box, offset), truth, formula)
+
+
+def _relief(x: Any, y: Any) -> Any:
+    """The horizon before it was faulted [m]."""
+    k, m = 2 * np.pi / 4000.0, 2 * np.pi / 1200.0
+    broad = 60.0 * np.sin(k * x + 0.3) * np.cos(k * y - 0.4)
+    return DATUM + broad + 15.0 * np.sin(m * (0.8 * x + 0.6 * y))
+
+
+def _sectors(faults: dict[str, Fault]) -> list[tuple[int, ...]]:
+    """Sides of all faults, 0 for a branch on the side of its main fault where it is not."""
+    names = list(faults)
+    found = []
+    for signs in itertools.product((1, -1), repeat=len(names)):
+        branch = [faults[name].branch for name in names]
+        off = [b is not None and signs[names.index(b[0])] != b[1] for b in branch]
+        signs = tuple(0 if gone else s for s, gone in zip(signs, off, strict=True))
+        if signs not in found:
+            found.append(signs)
+    return found
+
+
+def _sheet(faults: dict[str, Fault], signs: tuple[int, ...]) -> Callable[[Any, Any], Any]:
+    def height(x: Any, y: Any) -> Any:
+        z = _relief(x, y)
+        for fault, sign in zip(faults.values(), signs, strict=True):
+            z = z - 0.5 * sign * fault.throw_at(*fault.along_across(x, y))
+        return z
+
+    return height
+
+
+def _side(fault: Fault, x: Any, y: Any, z: Any) -> Any:
+    s, r = fault.along_across(x, y)
+    return np.where(r > fault.across(s, z), 1, -1)
+
+
+def _exists(faults, signs, x, y, z) -> np.ndarray:
+    """Where a sheet is on its own side of all faults; beyond tips all sheets are one."""
+    there = np.ones(np.shape(x), dtype=bool)
+    for fault, sign in zip(faults.values(), signs, strict=True):
+        if sign:
+            there &= _side(fault, x, y, z) == sign
+    return there
+
+
+def _single(faults, x, y, heights, there) -> np.ndarray:
+    """One value per node: the highest sheet, and the fault itself where there is none."""
+    every = np.stack([np.where(there[s], z, np.nan) for s, z in heights.items()])
+    none = np.isnan(every).all(axis=0)
+    top = np.where(none, -np.inf, np.nan_to_num(every, nan=-np.inf).max(axis=0))
+    low, high = np.min(list(heights.values()), axis=0), np.max(list(heights.values()), axis=0)
+    gap = 0.5 * (low + high)
+    for fault in faults.values():
+        s, r = fault.along_across(x, y)
+        a, b = low.copy(), high.copy()
+        for _ in range(40):  # where the fault is between the sheets, by halving
+            middle = 0.5 * (a + b)
+            under = fault.across(s, middle) > r
+            a, b = np.where(under, middle, a), np.where(under, b, middle)
+        inside = (a > low) & (b < high)
+        gap = np.where(inside, 0.5 * (a + b), gap)
+    return np.where(none, gap, top)
+
+
+def _smeared(values: np.ndarray, there: dict, width: int) -> np.ndarray:
+    """The mean over a square where sheets meet in it, the value itself elsewhere."""
+    if width == 0:
+        return values
+    code = sum(k * mask for k, mask in zip((1, 2, 4, 8), there.values(), strict=False))
+    k = 2 * width + 1
+    shape = (k, k)
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, width, mode="edge"), shape)
+    codes = np.lib.stride_tricks.sliding_window_view(np.pad(code, width, mode="edge"), shape)
+    mixed = codes.min(axis=(2, 3)) != codes.max(axis=(2, 3))
+    return np.where(mixed, windows.mean(axis=(2, 3)), values)
+
+
+def _cutoff(faults, name, wall, sheets, side) -> np.ndarray:
+    """One wall's cut-off line, every 5 m along strike, where the sheet is on its side of others."""
+    fault, sign = faults[name], 1 if wall == "+" else -1
+    which = list(faults).index(name)
+    half = min(fault.half, side)
+    s = np.linspace(-half, half, int(2 * half / 5.0) + 1)
+    lines = []
+    for signs, sheet in sheets.items():
+        if signs[which] != sign:
+            continue
+        a, b = np.full(len(s), DATUM - 290.0), np.full(len(s), DATUM + 290.0)
+        for _ in range(60):
+            z = 0.5 * (a + b)
+            above = z > sheet(*fault.place(s, fault.across(s, z)))
+            a, b = np.where(above, a, z), np.where(above, z, b)
+        x, y = fault.place(s, fault.across(s, z))
+        rest = tuple(0 if k == which else v for k, v in enumerate(signs))
+        mine = _exists(faults, rest, x, y, z)
+        mine &= (x >= 0) & (x <= side) & (y >= 0) & (y <= side)
+        lines.append(np.stack([x, y, z], axis=1)[mine])
+    return np.concatenate(lines)
+
+
+def _mesh(name: str, faults: dict[str, Fault], side: float, offset: Offset) -> xarray.Dataset:
+    """A fault as a grid, finer than the horizon along strike."""
+    fault = faults[name]
+    half = min(fault.half, 0.75 * side)
+    n = max(int(2 * half / 20.0), 8) + 1
+    z = np.linspace(DATUM + 280.0, DATUM - 280.0, 3 if fault.flatten == 0 else 41)[:, None]
+    ends = np.array([-half, half])[:, None, None] * np.ones((1, len(z), 1))
+    if fault.branch is not None:
+        main, sign = faults[fault.branch[0]], fault.branch[1]
+        a, b = -half * np.ones_like(z), half * np.ones_like(z)
+        for _ in range(60):  # where the branch meets its main fault, by halving
+            s = 0.5 * (a + b)
+            on = _side(main, *fault.place(s, fault.across(s, z)), z) == sign
+            a, b = np.where(on, s, a), np.where(on, b, s)
+        # half a cell too long, as interpreters draw them
+        ends[1] = s + 0.5 * _STEP
+    s = ends[0] + (ends[1] - ends[0]) * np.linspace(0.0, 1.0, n)[None, :]
+    x, y = fault.place(s, fault.across(s, z))
+    return make_fault(name, x, y, z, offset)
