@@ -44,6 +44,7 @@ _HOME = {
     "intersect_triangles": "geosurf.contact",
     "intersect_surfaces": "geosurf.intersect",
     "rebuild_surfaces": "geosurf.rebuild",
+    "drop_ghosts": "geosurf.rebuild",
     "carve_units": "geosurf.carve",
     # nouns
     "TriSurface": "geosurf.model",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from geosurf.conventions import frame_origin, shift_is_exact
 from geosurf.errors import InputError
-from geosurf.model import TriSurface
+from geosurf.model import Sheet, TriSurface
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 from geosurf.triangulate.outline import check_outline
 
@@ -24,22 +24,32 @@ def as_mapping(what: str, inputs: Any) -> dict[str, Any]:
     return {str(name): value for name, value in inputs.items()}
 
 
-def as_surface(name: str, role: str, value: Any, options: Options) -> TriSurface:
+def as_surface(
+    name: str,
+    role: str,
+    value: Any,
+    options: Options,
+    others: Callable[[str], TriSurface] | None = None,
+) -> TriSurface:
     """Return a horizon or fault as a surface, whatever it was.
 
     Parameters
     ----------
     name : str
     role : {"horizon", "fault"}
-    value : path, xarray object, FaultSticks or TriSurface
+    value : path, xarray object, FaultSticks, TriSurface or Sheet
     options : mapping
         ``positive`` and ``units``, for inputs that do not say theirs.
+    others : callable, optional
+        Surface of a name: a sheet asks for the faults that tear it.
 
     Returns
     -------
     TriSurface
     """
     found = _read(value, role, options) if isinstance(value, str | Path) else value
+    if isinstance(found, Sheet):
+        found = found.surface_among(others)
     if isinstance(found, TriSurface):
         return found.renamed(name, role)
     make = triangulate_horizon if role == "horizon" else triangulate_fault

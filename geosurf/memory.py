@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.model import TriSurface
+from geosurf.model import Sheet, TriSurface
 
 
 @dataclass(frozen=True)
@@ -101,6 +101,8 @@ def fingerprint(value: Any) -> str:
     True
     """
     digest = hashlib.sha256()
+    if isinstance(value, Sheet):
+        return fingerprint(value.surface)
     if isinstance(value, str | Path):
         path = Path(value)
         digest.update(str(path.resolve()).encode())

@@ -36,7 +36,7 @@ from geosurf.model import (
 )
 from geosurf.model.faults import Extension, FaultNetwork, Truncation
 from geosurf.network import FaultStage
-from geosurf.rebuild import patches_from
+from geosurf.rebuild import drop_ghosts, patches_from
 from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.box import propose_box
 
@@ -53,7 +53,7 @@ class Scene:
     Parameters
     ----------
     horizons : mapping of str to horizon
-        Youngest first. A horizon is an `xarray.DataArray`, a `TriSurface`, or a path.
+        Youngest first. A horizon is an `xarray.DataArray`, `TriSurface`, `Sheet`, or path.
     faults : mapping of str to fault, optional
         A fault is an `xarray.Dataset`, `FaultSticks`, a `TriSurface`, or a path.
     box : (west, east, south, north, bottom, top), optional
@@ -362,7 +362,7 @@ class Scene:
         surfaces = (*self.surfaces, *self._fluids[0], *build_walls(self.box, self.aoi))
         origin = self._frame(surfaces)
         options = {"voxel_size": self._voxel_size, "self_intersections": self._self}
-        return patches_from(find_contacts(surfaces, origin=origin, **options))
+        return drop_ghosts(patches_from(find_contacts(surfaces, origin=origin, **options)))
 
     @cached_property
     def units(self) -> Units:
@@ -440,7 +440,7 @@ class Scene:
 
         def run() -> TriSurface:
             options = {"positive": self._positive, "units": self._units_word}
-            return as_surface(name, role, value, options)
+            return as_surface(name, role, value, options, self.surface)
 
         return self._memory.remembered(
             "triangulate", name, key, run, lambda s: f"{s.n_triangle} triangles", again=False

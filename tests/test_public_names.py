@@ -47,6 +47,9 @@ GIVEN = {
     "Units",
     "Certificate",
     "FaultNetwork",
+    "Sheet",
+    "SheetReport",
+    "FaultCut",
 }
 
 

@@ -4,17 +4,18 @@ Minimised over the unknown heights u, all others fixed, in units of cells:
 
     E = |D3 u|^2 + a^2 |D2 u|^2 + e^2 |D1 u|^2
 
-Dk holds all k-th differences with the multinomial weights of the continuous energies: 1, sqrt(3) for
-the third, 1, sqrt(2) for the second ones. A difference exists only if all nodes of its block
+Dk holds all k-th differences with the multinomial weights of the continuous energies: 1, sqrt(3)
+for the third, 1, sqrt(2) for the second ones. A difference exists only if all nodes of its block
 exist and all links inside it, diagonals too, are uncut: that alone gives the natural conditions
-of a free plate at faults, rims and holes. `east` and `north` are the neighbours of each node,
--1 where the link is cut or missing; `square` tells that both diagonals of the block north-east
-of a node are uncut.
+of a free plate at faults, rims and holes. `east` and `north` are the neighbours of each node, -1
+where the link is cut or missing; `square` tells that both diagonals of the block north-east of a
+node are uncut.
 
 The matrix has one row per unknown and a slot for each of the 49 places that a difference reaches;
-the others are for places with two nodes. It is solved by Cholesky's method on the envelope: a band along faults is nearly one-dimensional.
-Third differences: third-order smoothness in the sense of Wahba (1990), Spline Models for
-Observational Data, section 2.4, on a lattice as Briggs (1974), Geophysics 39, 39-48.
+the others are for places with two nodes. It is solved by Cholesky's method on the envelope: a
+band along faults is nearly one-dimensional. Third differences: third-order smoothness in the
+sense of Wahba (1990), Spline Models for Observational Data, on a lattice as Briggs
+(1974), Geophysics 39, 39-48.
 """
 
 from __future__ import annotations

@@ -164,9 +164,7 @@ def cut_links(ends, n_row, n_col):
                     rows[count, 3] = 1 if one else -1
                     # in floats: only the order along the trace is read from it
                     over = float((nx - mx) * (0 - my) - (ny - my) * (0 - mx))
-                    under = float(
-                        (nx - mx) * (qy - py - my) - (ny - my) * (qx - px - mx)
-                    )
+                    under = float((nx - mx) * (qy - py - my) - (ny - my) * (qx - px - mx))
                     place[count] = over / (over - under)
                     count += 1
     return rows[:count].copy(), place[:count].copy()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from geosurf.errors import InputError
 from geosurf.model.lattice import Lattice
 from geosurf.model.surfaces import TriSurface
 
@@ -95,13 +96,13 @@ class SheetReport:
         def misfit(values: dict[str, float]) -> str:
             return ", ".join(f"{key} {value:.3g}" for key, value in values.items()) or "none"
 
+        changes = sum(self.sign_changes.values())
         lines = [
-            f"trim {self.trim:g} cells of {self.cell:.6g} m: {self.n_distrusted} of {self.n_data} "
-            f"data distrusted, {self.n_solved} nodes solved for",
+            f"trim {self.trim:g} cells of {self.cell:.6g} m",
+            f"{self.n_distrusted} of {self.n_data} data distrusted, {self.n_solved} nodes solved",
             f"misfit at kept data [m]: {misfit(self.kept)}",
             f"misfit at hidden data [m]: {misfit(self.hidden)}",
-            f"tips {self.tips}, declared {self.declared_tips}; sign changes of throw: "
-            f"{sum(self.sign_changes.values())}",
+            f"tips {self.tips}, declared {self.declared_tips}; sign changes of throw {changes}",
         ]
         lines += [
             f"extrapolated over {e['cells']:g} cells beside {e['fault']} at "
@@ -172,6 +173,41 @@ class Sheet:
         outer = np.concatenate([np.zeros(n, dtype=bool), self.outer])
         marks = {"ghost": ghost, "outer": outer}
         return TriSurface(self.name, "horizon", vertices, triangles, vertex_data=marks)
+
+    def surface_among(self, others: Callable[[str], TriSurface] | None) -> TriSurface:
+        """Return `surface`, if these are the very faults that tear the sheet.
+
+        Parameters
+        ----------
+        others : callable
+            Gives the surface of a name, or raises an InputError.
+
+        Returns
+        -------
+        TriSurface
+
+        Raises
+        ------
+        InputError
+            If a fault is missing or another surface: the sheet would not end on it.
+        """
+        for fault in self.faults:
+            verb = "is another surface here"
+            try:
+                given = None if others is None else others(fault.name)
+            except InputError:
+                given = None
+            if given is None:
+                verb = "is not in the scene"
+            elif np.array_equal(given.vertices, fault.vertices) and np.array_equal(
+                given.triangles, fault.triangles
+            ):
+                continue
+            raise InputError(
+                f"horizon {self.name!r} is torn at fault {fault.name!r}, which {verb}. Give the "
+                "scene the sheet's own faults, unchanged: {f.name: f for f in sheet.faults}."
+            )
+        return self.surface
 
     @property
     def ghost(self) -> np.ndarray:

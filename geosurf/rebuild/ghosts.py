@@ -1,10 +1,10 @@
 """Torn sheets after the rebuild: what reaches past a fault is dropped.
 
-A sheet that was torn reaches past its fault with vertices that are no data (``vertex_data["ghost"]``); the
-outermost of them (``"outer"``) lie beyond the fault. The rebuild cuts the sheet there, exactly. Patches
-of a sheet are joined again where only walls and other horizons cut it; a part that holds an
-outer vertex lies beyond a fault and is dropped, so that the sheet ends on the fault and shares
-its vertices.
+A sheet that was torn reaches past its fault with vertices that are no data
+(``vertex_data["ghost"]``); the outermost of them (``"outer"``) lie beyond the fault. The rebuild
+cuts the sheet there, exactly. Patches of a sheet are joined again where only walls and other
+horizons cut it; a part that holds an outer vertex lies beyond a fault and is dropped, so that the
+sheet ends on the fault and shares its vertices.
 """
 
 from __future__ import annotations
@@ -71,7 +71,9 @@ def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         parent = source.vertices[faces] - patches.origin
         child = patches.local[patches.triangles[rows]]
         same = (child[:, :, None, :] == parent[:, None, :, :]).all(axis=3)
-        mine = np.where(same.any(axis=2), np.take_along_axis(faces, same.argmax(axis=2), axis=1), -1)
+        mine = np.where(
+            same.any(axis=2), np.take_along_axis(faces, same.argmax(axis=2), axis=1), -1
+        )
         corner[rows] = mine
         patch = patches.patch_of_triangle
         joined = _joined(patches, i, ends, of, fault)

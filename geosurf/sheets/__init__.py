@@ -93,8 +93,8 @@ def tear_horizon(
 
     Notes
     -----
-    The surface minimises its third differences (`geosurf.kernels.bending`), is torn by virtual nodes
-    (Molino, Bao & Fedkiw 2004), and cut exactly. See docs/sheets.md.
+    The surface minimises its third differences (`geosurf.kernels.bending`), is torn by virtual
+    nodes (Molino, Bao & Fedkiw 2004), and cut exactly. See docs/sheets.md.
 
     Examples
     --------
@@ -129,7 +129,7 @@ def tear_horizon(
     _refuse_leaks(picks, built)
     cuts = fault_cuts(picks.frame, state, built, surfaces)
     used = sigma if settings.noise_weight is not None else None
-    report = make_report(picks, state, built, cuts, names, float(trim), used)
+    report = make_report(picks, state, built, cuts, builder.triangles, float(trim), used)
     return sheet_of(picks, state, built, surfaces, rising, cuts, report)
 
 
@@ -154,9 +154,7 @@ def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[Tr
 def sheet_of(picks: Picks, state: Heights, built: Built, faults, rising, cuts, report) -> Sheet:
     """The noun from its parts."""
     frame, torn = picks.frame, built.torn
-    lattice = Lattice(
-        frame.easting, frame.northing, state.values.reshape(frame.shape), rising
-    )
+    lattice = Lattice(frame.easting, frame.northing, state.values.reshape(frame.shape), rising)
     ghosts = np.column_stack([frame.node_places(torn.node_of_ghost), built.ghosts])
     outer = np.zeros(len(ghosts), dtype=bool)
     outer[built.outer - torn.n_node] = True
@@ -187,9 +185,9 @@ def _refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> 
     )
     where = place(at).rsplit(", elevation", 1)[0] + ")"
     raise GeometryError(
-        f"horizon {picks.name!r}: {len(state.stray)} nodes beside {', '.join(beside)} have no datum "
-        f"of their own block, the first at {where}. Lower trim there, add data, or carry on the "
-        "neighbour with carry=True."
+        f"horizon {picks.name!r}: {len(state.stray)} nodes beside {', '.join(beside)} have no "
+        f"datum of their own block, the first at {where}. Lower trim there, add data, or carry on "
+        "the neighbour with carry=True."
     )
 
 

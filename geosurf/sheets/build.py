@@ -17,13 +17,16 @@ from geosurf.sheets.data import Picks
 from geosurf.sheets.ghosts import ghost_heights, grow
 from geosurf.sheets.heights import Heights
 from geosurf.sheets.links import FALLING, RISING, Cuts, cuts_of, within
-from geosurf.sheets.network import past_tip
 from geosurf.sheets.mesh import Torn, Triangles, tear
+from geosurf.sheets.near import mesh_blocks, side_at_own_height
+from geosurf.sheets.network import past_tip
+from geosurf.sheets.traces import mesh_in_frame
 
-ROUNDS = 16  # attempts to close a sheet before it is said where it stays open
+ROUNDS = 20  # attempts to close a sheet before it is said where it stays open
 RING = 0.5  # cells that a further ring of triangles reaches at least
 EARLY = 3  # links by which a tear ends early from which throw is made to die at its end
 SPARE = 0.1  # cells of overlap that the first ring does not cover for certain
+CLEARLY = 0.3  # cells from a fault at which a node's side is clear
 PATIENCE = 3  # rings that are tried before a tear is ended early where it need not be
 MOST = 40  # links by which a tear may end early
 AT_TIP = 2.0  # cells from the end of a tear within which a leak is a matter of that end
@@ -77,6 +80,8 @@ class Builder:
         self.frame = picks.frame
         present = np.isfinite(state.values)
         self.triangles = Triangles(self.frame.shape, rising, present)
+        meshes = [mesh_in_frame(fault, self.frame) for fault in self.faults]
+        self.meshes = meshes, [mesh_blocks(mesh, 2.0) for mesh in meshes]
         self.carry_on, self.solve_again = carry_on, solve_again
         self.solved_for: dict[tuple[int, int], int] = {}
         every = cuts_of(state.network.traces, self.frame)
@@ -149,12 +154,26 @@ class Builder:
             torn = self._grown_at(torn, links)
         bits = cuts.bits(self.picks.n_node)
         ghosts = self.carry_on(torn, self.triangles, bits, self.state)
-        band = band_of(
-            torn, self.triangles, self.frame, self.state.values, ghosts, self.reach
-        )
+        heights = self.state.values
+        band = band_of(torn, self.triangles, self.frame, heights, ghosts, self.reach, self._is_own)
         cut = cut_band(band, torn, self.triangles, self.faults)
         corners = band.vertex[band.surface.triangles]
         return Built(torn, ghosts, cut, cuts, band.outer, corners, dict(shortened), 0)
+
+    def _is_own(self, nodes: np.ndarray) -> np.ndarray:
+        """Whether nodes are clearly on their own side of all faults, at their solved heights."""
+        uv = self.frame.uv_of_node(nodes) * self.frame.stretch
+        points = np.column_stack([uv, self.state.values[nodes]])
+        out = np.ones(len(nodes), dtype=bool)
+        sides = [side_at_own_height(m, b, points, 2.0) for m, b in zip(*self.meshes, strict=True)]
+        network = self.state.network
+        for trace, limits, near in zip(network.traces, network.mesh, self.state.near, strict=True):
+            far, side = sides[trace.fault]
+            at = near.look_up(nodes)
+            inside = (at >= 0) & (side != 0)
+            inside &= (near.place[at] > limits[0]) & (near.place[at] < limits[1])
+            out &= ~inside | ((side == near.side[at]) & (far > CLEARLY))
+        return out
 
     def _grown_over(self, torn: Torn) -> Torn:
         """Further rings where a reverse fault makes the horizon overlap its own trace."""
@@ -197,7 +216,7 @@ class Builder:
         """End tears earlier where faults end inside copies or leak at a tip; else grow a ring."""
         ends, links = set(), set()
         leaks = self._own_first(built)
-        dead_ends = [] if leaks else built.cut.dead_ends
+        dead_ends = self._apart(built, leaks)
         found = (leaks, AT_TIP, ("tip",)), (dead_ends, 4 * AT_TIP, ("tip", "branch"))
         for pairs, reach, kinds in found:
             for a, b in pairs:
@@ -217,6 +236,17 @@ class Builder:
             shortened[end] = shortened.get(end, 0) + (1 if is_tip else 3)
         if links:
             extra.append(links)
+
+    def _apart(self, built: Built, leaks) -> list[tuple[int, int]]:
+        """Dead ends far from all leaks: near one they may be nothing but what it joins."""
+        if not leaks or not built.cut.dead_ends:
+            return built.cut.dead_ends
+        node = built.torn.node_of(np.array(leaks).ravel())
+        at = self.frame.uv_of_node(node)
+        here = built.torn.node_of(np.array([a for a, _ in built.cut.dead_ends]))
+        far = np.abs(self.frame.uv_of_node(here)[:, None] - at[None]).max(axis=2).min(axis=1)
+        pairs = zip(built.cut.dead_ends, far, strict=True)
+        return [pair for pair, cells in pairs if cells > 5 * AT_TIP]
 
     def _own_first(self, built: Built) -> list[tuple[int, int]]:
         """Leaks through the fault that a ghost was made for, if there are any; else all.
@@ -246,7 +276,9 @@ class Builder:
                 if not end.startswith(kinds):
                     continue
                 place = limits[k][i]
-                tip = [np.interp(place, np.arange(len(trace.line)), trace.line[:, c]) for c in (0, 1)]
+                tip = [
+                    np.interp(place, np.arange(len(trace.line)), trace.line[:, c]) for c in (0, 1)
+                ]
                 far = float(np.hypot(*(at - tip)))
                 if far < best:
                     best, found = far, (i, k)

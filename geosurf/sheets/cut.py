@@ -1,13 +1,15 @@
-"""The exact cut of a torn sheet by its faults, near the faults: cut-offs, and leaks if there are any.
+"""The exact cut of a torn sheet by its faults, near the faults: cut-offs, and leaks if there are
+any.
 
 Only triangles near the tears take part, all others are met by no fault. A leak is an outer edge
 of the ghosts, cut by a fault, of which a part stays in the sheet, or through which real parts far
-from the fault and ghosts are one; or a copy inside which a fault ends, so that they are one round it.
+from the fault and ghosts are one; or a copy inside which a fault ends, so that they are one round
+it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,15 +32,15 @@ class Band:
         With ``vertex_data["ghost"]``.
     vertex : ndarray of int64 (n_vertex,)
         Vertex in the numbering of `Torn`.
-    deep : ndarray of bool (n_vertex,)
-        Nodes so far from the tears that no fault cuts them off.
+    own : ndarray of bool (n_vertex,)
+        Nodes that are clearly on their own side of all faults, at their own height.
     outer : ndarray of int64
         Outermost ghosts, in the numbering of `Torn`.
     """
 
     surface: TriSurface
     vertex: np.ndarray
-    deep: np.ndarray
+    own: np.ndarray
     outer: np.ndarray
 
 
@@ -74,6 +76,7 @@ def band_of(
     heights: np.ndarray,
     ghosts: np.ndarray,
     reach: int,
+    is_own: Callable[[np.ndarray], np.ndarray],
 ) -> Band:
     """Copies, and the triangles within `reach` cells of them."""
     nodes = np.unique(torn.node_of_ghost)
@@ -93,24 +96,23 @@ def band_of(
         faces.reshape(-1, 3),
         vertex_data={"ghost": used >= torn.n_node, "outer": np.isin(used, outer)},
     )
-    core_nodes = around(nodes, frame.shape, reach - 1)
-    deep = (used < torn.n_node) & ~np.isin(used, core_nodes)
-    return Band(surface, used, deep, outer)
+    own = np.zeros(len(used), dtype=bool)
+    real = used < torn.n_node
+    own[real] = is_own(used[real])
+    return Band(surface, used, own, outer)
 
 
-def cut_band(
-    band: Band, torn: Torn, triangles: Triangles, faults: Sequence[TriSurface]
-) -> Cut:
+def cut_band(band: Band, torn: Torn, triangles: Triangles, faults: Sequence[TriSurface]) -> Cut:
     """Cut a band by its faults, exactly, and look for leaks."""
     patches = rebuild_surfaces([band.surface, *faults])
     keep, corner, part = kept_parts(patches)
-    deep = np.zeros(part.max(initial=-1) + 2, dtype=bool)
-    deep[part[((corner >= 0) & band.deep[corner]).any(axis=1)]] = True
-    open_part = keep | deep[part]  # a deep part that is dropped runs into ghosts somewhere
+    own = np.zeros(part.max(initial=-1) + 2, dtype=bool)
+    own[part[((corner >= 0) & band.own[corner]).any(axis=1)]] = True
+    open_part = keep | own[part]  # a real part that is dropped runs into ghosts somewhere
     corner = np.where(corner >= 0, band.vertex[corner], -1)
     leaks = _leaks(patches, open_part, corner, torn, triangles)
     dead_ends = []
-    if not keep[deep[part]].all():
+    if not keep[own[part]].all():
         dead_ends = _ends_in_copies(patches, band, open_part)
     return Cut(patches, keep, corner, leaks, dead_ends)
 

@@ -12,6 +12,8 @@ from geosurf.sheets.cutoffs import LONGEST, cutoff_lines, profile
 from geosurf.sheets.data import Picks
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.heights import Heights
+from geosurf.sheets.links import FALLING, RISING
+from geosurf.sheets.mesh import Triangles
 from geosurf.sheets.traces import Trace
 
 FAR = 4.0  # cells of extrapolation from which a place is listed
@@ -56,15 +58,16 @@ def make_report(
     state: Heights,
     built: Built,
     cuts: dict[str, FaultCut],
-    names: Sequence[str],
+    triangles: Triangles,
     trim: float,
     noise: float | None,
 ) -> SheetReport:
     """All numbers of a sheet."""
-    node = picks.node
+    node, names = picks.node, list(cuts)
     misfit = np.abs(state.values[node] - picks.z)
     single = np.bincount(node, minlength=picks.n_node)[node] == 1
     hidden = state.distrusted & single & np.isfinite(misfit)
+    hidden[state.in_gap] = False  # where the horizon is not there is nothing to meet
     traces = state.network.traces
     shortened: dict[str, int] = {}
     for (trace, _), n in built.shortened.items():
@@ -83,7 +86,7 @@ def make_report(
         hidden=_misfit(misfit[hidden]),
         extrapolation=_far_places(picks.frame, state, names),
         sign_changes={name: _sign_changes(cut.throw) for name, cut in cuts.items()},
-        tips=count_tips(built, picks.frame.shape[1]),
+        tips=count_tips(built, triangles),
         declared_tips=state.network.declared_tips,
         shortened=shortened,
         noise=noise,
@@ -141,12 +144,12 @@ def _nearest_fault(state: Heights, node: int, names: Sequence[str]) -> str:
     return found
 
 
-def count_tips(built: Built, n_col: int) -> int:
-    """Tips of the mesh: cut links of which a copy has both ends real."""
-    corners, n = built.torn.corners, built.torn.n_node
-    one, two = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
-    real = (one < n) & (two < n)
-    first, second = built.cuts.ends(n_col)
-    cut = np.minimum(first, second) * n + np.maximum(first, second)
-    keys = np.minimum(one, two)[real] * n + np.maximum(one, two)[real]
-    return len(np.intersect1d(cut, keys))
+def count_tips(built: Built, triangles: Triangles) -> int:
+    """Tips of the mesh: cut links with a divided triangle on one side and a whole one beyond."""
+    cuts, torn = built.cuts, built.torn
+    links = np.unique(cuts.node * 4 + cuts.kind)
+    beside = triangles.beside(links // 4, links % 4)
+    divided = np.isin(beside, torn.divided)
+    there = np.stack([triangles.exists(beside[:, k]) for k in (0, 1)], axis=1)
+    mesh = (links % 4 < 2) | (links % 4 == (RISING if triangles.rising else FALLING))
+    return int((mesh & (divided.sum(axis=1) == 1) & (there & ~divided).any(axis=1)).sum())

@@ -98,8 +98,9 @@ def frame_of_lattice(lattice: Lattice, what: str) -> tuple[Frame, np.ndarray]:
     lean = abs(float(step[0] @ step[1])) / float(frame.spacing.prod())
     if off > REGULAR or lean > REGULAR:
         raise HorizonError(
-            f"{what}: tearing needs even steps at right angles, but nodes lie up to {off:.3g} cells "
-            f"off a regular lattice and its axes lean by {lean:.3g}. Resample it on a regular grid."
+            f"{what}: tearing needs even steps at right angles, but nodes lie up to {off:.3g} "
+            f"cells off a regular lattice and its axes lean by {lean:.3g}. Resample it on a "
+            "regular grid."
         )
     return frame, np.ascontiguousarray(z)
 

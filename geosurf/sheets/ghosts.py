@@ -51,9 +51,7 @@ def ghost_heights(
     np.add.at(pull, rows, STRETCH**2)
     np.add.at(target, rows, STRETCH**2 * value[lost[:, 0]])
     out = value[len(nodes) :]
-    out[free] = smoothest(
-        graph, number, value, stretch, bend, pull=pull, target=target / pull
-    )
+    out[free] = smoothest(graph, number, value, stretch, bend, pull=pull, target=target / pull)
     return _apart(torn, heights, out, APART * cell)
 
 

@@ -99,6 +99,8 @@ class Heights:
         Steps from each unknown node to the nearest datum of its side.
     carried : list of dict
         Blocks without data, and over which fault they were carried on.
+    in_gap : ndarray of int64
+        Picks between the cut-offs of a fault that leaves a gap: they belong to nobody.
     """
 
     values: np.ndarray
@@ -113,6 +115,7 @@ class Heights:
     stray: np.ndarray
     extrapolation: np.ndarray
     carried: list[dict] = field(default_factory=list)
+    in_gap: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
 
 class Rebuild:
@@ -135,7 +138,7 @@ class Rebuild:
         cuts = cuts_of(state.network.traces, self.picks.frame)
         cuts = cuts.take(np.flatnonzero(within(cuts, *limits.T)))
         found = self._solve(doubted, sure, state.network, state.near, cuts, beyond)
-        found.walls = state.walls
+        found.walls, found.in_gap = state.walls, state.in_gap
         return found
 
     def _near(self, mesh: FaultMesh) -> Near:
@@ -162,7 +165,19 @@ class Rebuild:
         first.walls = walls_of(first, self.picks)
         second = self._pass(self.settings.trim, first)
         second.walls = walls_of(second, self.picks)
+        second.in_gap = self._in_gap(second)
         return second
+
+    def _in_gap(self, state: Heights) -> np.ndarray:
+        """Picks that lie between the cut-offs of a fault in the map."""
+        found = [np.empty(0, dtype=np.int64)]
+        for trace, near, walls in zip(state.network.traces, state.near, state.walls, strict=True):
+            rows = self.nearby[trace.fault].rows
+            at = near.look_up(self.picks.node[rows])
+            rows, at = rows[at >= 0], at[at >= 0]
+            gap = walls.gap(near.place[at], near.side[at])
+            found.append(rows[near.distance[at] < gap])
+        return np.unique(np.concatenate(found))
 
     def _pass(self, trim: float, before: Heights | None) -> Heights:
         doubted = np.zeros(len(self.picks.z), dtype=bool)
@@ -224,7 +239,9 @@ class Rebuild:
                 wrong[rows[inside & normal & (empty | (several & close))]] = True
                 mine = across & reverse & (far >= self.settings.trim) & ~doubted[rows]
                 number_of = np.full(mine.sum(), number)
-                beyond.append(np.stack([rows[mine], number_of, side[mine].astype(np.int64)], axis=1))
+                beyond.append(
+                    np.stack([rows[mine], number_of, side[mine].astype(np.int64)], axis=1)
+                )
             wrong[rows[across]] = True
         return np.concatenate([np.empty((0, 3), dtype=np.int64), *beyond])
 

@@ -1,8 +1,8 @@
 """Links of the lattice that faults cut: one table, from which solve and mesh take their parts.
 
-One predicate makes it (`geosurf.kernels.sheets.cut_links`), so that a triangle has an odd number of cut
-edges exactly where a trace ends in it. The solve tears past the ends of a fault, the mesh never
-does: a tear that is longer than its fault is a hole.
+One predicate makes it (`geosurf.kernels.sheets.cut_links`), so that a triangle has an odd number
+of cut edges exactly where a trace ends in it. The solve tears past the ends of a fault, the mesh
+never does: a tear that is longer than its fault is a hole.
 """
 
 from __future__ import annotations
@@ -61,9 +61,7 @@ def cuts_of(traces: list[Trace], frame: Frame) -> Cuts:
     """All links that are crossed an odd number of times by a trace."""
     tables = []
     for number, trace in enumerate(traces):
-        xy = trace.line[:, :2] / frame.stretch
-        x = 2 * (2 * np.rint(xy[:, 0] * (UNIT // 4)).astype(np.int64) + 1)
-        y = 2 * np.rint(xy[:, 1] * (UNIT // 2)).astype(np.int64) + 1
+        x, y = whole_units(trace.line[:, :2] / frame.stretch).T
         ends = np.stack([x[:-1], y[:-1], x[1:], y[1:]], axis=1)
         rows, place = cut_links(ends, *frame.shape)
         key = rows[:, 0] * 4 + rows[:, 1]
@@ -79,6 +77,13 @@ def cuts_of(traces: list[Trace], frame: Frame) -> Cuts:
     rows = np.concatenate([t[0] for t in tables])
     trace, place = (np.concatenate([t[k] for t in tables]) for k in (1, 2))
     return Cuts(rows[:, 0], rows[:, 1], trace, place, rows[:, 3])
+
+
+def whole_units(xy: np.ndarray) -> np.ndarray:
+    """Columns and rows (n, 2) in units of 2**-22, off all lines of the lattice; see `cut_links`."""
+    x = 2 * (2 * np.floor(xy[:, 0] * (UNIT // 4)).astype(np.int64) + 1)
+    y = 2 * np.floor(xy[:, 1] * (UNIT // 2)).astype(np.int64) + 1
+    return np.stack([x, y], axis=1)
 
 
 def within(cuts: Cuts, low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -1,10 +1,10 @@
 """Lattice and cut links -> a mesh that is torn there: the virtual node construction.
 
 Each triangle with cut edges falls into fragments: corners joined by uncut edges. One copy of the
-triangle is made per fragment; its own corners are real, the others ghosts. Two copies are glued over
-a common edge if an end of it is real in both. So the sheet of each wall reaches past the fault by
-one ring of ghosts, tips close on shared nodes with nothing to weld, and where faults meet each sector
-has ghosts of its own (Molino, Bao & Fedkiw 2004, ACM Trans. Graph. 23, 385-392).
+triangle is made per fragment; its own corners are real, the others ghosts. Two copies are glued
+over a common edge if an end of it is real in both. So the sheet of each wall reaches past the
+fault by one ring of ghosts, tips close on shared nodes with nothing to weld, and where faults
+meet each sector has ghosts of its own (Molino, Bao & Fedkiw 2004, ACM Trans. Graph. 23, 385-392).
 """
 
 from __future__ import annotations
@@ -47,7 +47,6 @@ class Torn:
         out = vertex.copy()
         out[ghost] = self.node_of_ghost[vertex[ghost] - self.n_node]
         return out
-
 
     def anchored(self, vertex: np.ndarray) -> np.ndarray:
         """Real nodes for vertices: themselves, or the anchors of ghosts."""
@@ -95,7 +94,9 @@ class Triangles:
         diagonal = np.stack([here, here + 1], axis=1)
         east[row == 0, 1] = -1
         north[col == 0, 1] = -1
-        return np.select([(kind == EAST)[:, None], (kind == NORTH)[:, None]], [east, north], diagonal)
+        return np.select(
+            [(kind == EAST)[:, None], (kind == NORTH)[:, None]], [east, north], diagonal
+        )
 
     def links(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Node and kind (n, 3) of the links from each corner to the next."""
@@ -175,7 +176,9 @@ def _glued(triangle, corners, real, triangles: Triangles) -> Torn:
     nodes, b_node = np.unique(b[b >= 3 * n], return_inverse=True)
     b[b >= 3 * n] = 3 * n + b_node
     total = 3 * n + len(nodes)
-    number = connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(total, total)), directed=False)[1]
+    number = connected_components(
+        coo_array((np.ones(len(a)), (a, b)), shape=(total, total)), directed=False
+    )[1]
     real_of = np.full(total, -1)
     real_of[number[3 * n :]] = nodes - 3 * n
     vertex = real_of[number[: 3 * n]]

@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.kernels.sheets import UNIT
+from geosurf.sheets.links import whole_units
 from geosurf.sheets.traces import FaultMesh, Trace, extended, sample, trace_lines
 
-EXTENSION = 5.0  # cells that every end is drawn out by, to see what it runs into
+EXTENSION = 3.0  # cells that every end is drawn out by, to see what it runs into
 TIP = 0.5  # cells past a free tip that the solve tears
+REACHES = 1.0  # cells that a branch may stop short of its main fault
 OVERSHOOT = 6.0  # cells that a branch may run past its main fault
 SHORTEST = 1.5  # cells: shorter traces tear nothing
 
@@ -29,9 +32,7 @@ class Network:
         Fault and length [cells] of traces too short to tear anything.
     """
 
-    def __init__(
-        self, meshes: list[FaultMesh], drape: np.ndarray, stretch: np.ndarray
-    ) -> None:
+    def __init__(self, meshes: list[FaultMesh], drape: np.ndarray, stretch: np.ndarray) -> None:
         self.traces: list[Trace] = []
         self.dropped: list[tuple[int, float]] = []
         for number, mesh in enumerate(meshes):
@@ -42,6 +43,8 @@ class Network:
                     continue
                 closed = bool((line[0, :2] == line[-1, :2]).all())
                 longer, start, stop = extended(line, *([0.0 if closed else EXTENSION] * 2))
+                # sides of nodes and cut links are asked of one and the same line
+                longer[:, :2] = whole_units(longer[:, :2] / stretch) / UNIT * stretch
                 ends = ["closed", "closed"] if closed else ["tip", "tip"]
                 self.traces.append(Trace(number, longer, start, stop, ends))
         self.solve = np.array([[0.0, len(t.line) - 1] for t in self.traces]).reshape(-1, 2)
@@ -80,6 +83,8 @@ class Network:
             along = np.interp([p, one.start, one.stop], np.arange(len(one.along)), one.along)
             gap = along[1] - along[0], along[0] - along[2]  # beyond the real ends if positive
             for k in range(2):
+                if gap[k] > REACHES:
+                    continue  # it stops short of the other fault: a tip
                 if gap[k] > -min(OVERSHOOT, 0.3 * (along[2] - along[1])):
                     if not one.ends[k].startswith("branch"):
                         one.ends[k] = f"branch of {names[two.fault]}"

@@ -131,9 +131,7 @@ def grounded(graph: Graph, unknown: np.ndarray) -> np.ndarray:
     from scipy.sparse.csgraph import connected_components
 
     n = len(unknown)
-    ends = [
-        np.stack([np.flatnonzero(to >= 0), to[to >= 0]]) for to in (graph.east, graph.north)
-    ]
+    ends = [np.stack([np.flatnonzero(to >= 0), to[to >= 0]]) for to in (graph.east, graph.north)]
     a, b = np.concatenate(ends, axis=1)
     inner = (unknown[a] >= 0) | (unknown[b] >= 0)
     a, b = a[inner], b[inner]

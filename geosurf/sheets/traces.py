@@ -1,7 +1,7 @@
 """Faults on the lattice of a horizon: where each meets the horizon in the map.
 
-A fault is a mesh of any shape: vertical, overturned, listric. Its mid trace is the zero line, on the
-mesh, of its height above the drape: the horizon filled across the fault without any tear. The
+A fault is a mesh of any shape: vertical, overturned, listric. Its mid trace is the zero line, on
+the mesh, of its height above the drape: the horizon filled across the fault without any tear. The
 mesh is split until its triangles are smaller than half a cell, near that line only.
 """
 

@@ -29,9 +29,9 @@ _STEP = 25.0
 class Fault:
     """One fault of a torn world: places in m, angles in degrees.
 
-    `strike` with the dip to its right; `half` its half length (inf: through-going); `throw` at its
-    centre, negative for reverse; `flatten` bends it with depth [1/m]; `branch`: the main fault and the
-    side of it on which this one is.
+    `strike` with the dip to its right; `half` its half length (inf: through-going); `throw` at
+    its centre, negative for reverse; `flatten` bends it with depth [1/m]; `branch`: the main
+    fault and the side of it on which this one is.
     """
 
     x: float
@@ -104,6 +104,7 @@ def torn(
     *,
     smear: int = 1,
     noise: float = 0.0,
+    level: float = 0.0,
     offset: Offset = (0.0, 0.0, 0.0),
 ) -> World:
     """A faulted horizon as it is picked: smeared over its faults, or noisy.
@@ -121,6 +122,9 @@ def torn(
         Half width of the square mean that smears the map where faults are [nodes].
     noise : float
         Standard deviation of noise on all data [m].
+    level : float
+        How much higher the horizon lies than at its usual level [m], for a second one on the same
+        faults; -200 to 200.
     offset : (float, float, float)
         Added to all coordinates [m].
 
@@ -134,7 +138,7 @@ def torn(
     Raises
     ------
     InputError
-        If the kind is unknown.
+        If the kind is unknown or the level out of range.
 
     Examples
     --------
@@ -144,18 +148,18 @@ def torn(
     60
     """
     side = (n - 1) * _STEP
+    if not -200.0 <= level <= 200.0:
+        raise InputError(f"level is {level} m, expected -200 to 200, within the faults.")
     kinds = _worlds(side)
     if kind not in kinds:
         raise InputError(f"no torn world is called {kind!r}.{did_you_mean(kind, kinds)}")
     faults = kinds[kind]
     if side < 1500.0:  # a small map, a short fault
         small = side / 2000.0
-        faults = {
-            k: Fault(**{**f.__dict__, "half": f.half * small}) for k, f in faults.items()
-        }
+        faults = {k: Fault(**{**f.__dict__, "half": f.half * small}) for k, f in faults.items()}
     axis = np.linspace(0.0, side, n)
     x, y = np.meshgrid(axis, axis)
-    sheets = {signs: _sheet(faults, signs) for signs in _sectors(faults)}
+    sheets = {signs: _sheet(faults, signs, level) for signs in _sectors(faults)}
     heights = {signs: sheet(x, y) for signs, sheet in sheets.items()}
     there = {signs: _exists(faults, signs, x, y, z) for signs, z in heights.items()}
     rng = np.random.default_rng(5)
@@ -202,9 +206,11 @@ def _sectors(faults: dict[str, Fault]) -> list[tuple[int, ...]]:
     return found
 
 
-def _sheet(faults: dict[str, Fault], signs: tuple[int, ...]) -> Callable[[Any, Any], Any]:
+def _sheet(
+    faults: dict[str, Fault], signs: tuple[int, ...], level: float
+) -> Callable[[Any, Any], Any]:
     def height(x: Any, y: Any) -> Any:
-        z = _relief(x, y)
+        z = _relief(x, y) + level
         for fault, sign in zip(faults.values(), signs, strict=True):
             z = z - 0.5 * sign * fault.throw_at(*fault.along_across(x, y))
         return z
@@ -268,7 +274,7 @@ def _cutoff(faults, name, wall, sheets, side) -> np.ndarray:
     for signs, sheet in sheets.items():
         if signs[which] != sign:
             continue
-        a, b = np.full(len(s), DATUM - 290.0), np.full(len(s), DATUM + 290.0)
+        a, b = np.full(len(s), DATUM - 330.0), np.full(len(s), DATUM + 330.0)
         for _ in range(60):
             z = 0.5 * (a + b)
             above = z > sheet(*fault.place(s, fault.across(s, z)))
@@ -286,7 +292,7 @@ def _mesh(name: str, faults: dict[str, Fault], side: float, offset: Offset) -> x
     fault = faults[name]
     half = min(fault.half, 0.75 * side)
     n = max(int(2 * half / 20.0), 8) + 1
-    z = np.linspace(DATUM + 280.0, DATUM - 280.0, 3 if fault.flatten == 0 else 41)[:, None]
+    z = np.linspace(DATUM + 320.0, DATUM - 320.0, 3 if fault.flatten == 0 else 41)[:, None]
     ends = np.array([-half, half])[:, None, None] * np.ones((1, len(z), 1))
     if fault.branch is not None:
         main, sign = faults[fault.branch[0]], fault.branch[1]

@@ -1,0 +1,78 @@
+"""Torn sheets as horizons of a model: units close, and the certificate holds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+
+
+@pytest.fixture(scope="module")
+def pair():
+    """Function of a kind of world: two sheets on one set of faults, and a scene of them."""
+
+    def make(kind: str):
+        sheets = {}
+        for name, level in (("Top", 0.0), ("Base", -120.0)):
+            world = gs.synthetic.torn(kind, 41, level=level)
+            sheets[name] = gs.tear_horizon(world.truth["points"], world.faults, name=name)
+        faults = {fault.name: fault for fault in sheets["Top"].faults}
+        return sheets, gs.Scene(sheets, faults, (100.0, 900.0, 100.0, 900.0, -2070.0, -1530.0))
+
+    return make
+
+
+@pytest.mark.parametrize(("kind", "n_unit"), [("normal", 3), ("through", 6), ("reverse", 3)])
+def test_units_of_torn_sheets_are_closed_and_certified(pair, kind, n_unit):
+    _, scene = pair(kind)
+    assert len(scene.units) == n_unit
+    certificate = scene.check()
+    assert certificate.ok, str(certificate)
+
+
+def test_volume_between_torn_sheets_is_that_of_the_truth(pair):
+    """Both sheets are torn alike, 120 m apart, so their zone is 120 m thick but for the gap."""
+    _, scene = pair("normal")
+    area = 800.0 * 800.0
+    volume = scene.units["Top/Base"].volume
+    assert volume == pytest.approx(120.0 * area, rel=0.04)
+
+
+def test_cutoffs_of_a_sheet_lie_on_the_fault_vertex_for_vertex(pair):
+    sheets, scene = pair("through")
+    assert [len(sheets["Top"].cuts["F1"].cutoffs[wall]) for wall in "+-"] == [1, 1]
+    shared = set(map(tuple, scene.patches.surface("F1").vertices.tolist()))
+    own = set(map(tuple, scene.patches.surface("Top").vertices.tolist()))
+    assert len(shared & own) > 100
+
+
+def test_a_sheet_needs_the_faults_that_tear_it(pair):
+    sheets, _ = pair("normal")
+    scene = gs.Scene({"Top": sheets["Top"]}, {}, (100.0, 900.0, 100.0, 900.0, -2070.0, -1530.0))
+    with pytest.raises(gs.errors.InputError, match=r"'Top' is torn at fault 'F1', which is not in"):
+        scene.surface("Top")
+    moved = gs.TriSurface(
+        "F1", "fault", sheets["Top"].faults[0].vertices + 1.0, sheets["Top"].faults[0].triangles
+    )
+    with pytest.raises(gs.errors.InputError, match=r"'F1', which is another surface.*sheet.faults"):
+        gs.Scene({"Top": sheets["Top"]}, {"F1": moved}).surface("Top")
+
+
+def test_surfaces_without_ghosts_come_back_unchanged():
+    flat = gs.TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+    patches = gs.rebuild_surfaces([flat])
+    assert gs.drop_ghosts(patches) is patches
+
+
+def test_what_is_dropped_is_accounted_for(pair):
+    _, scene = pair("normal")
+    report = scene.patches.report["dropped_area"]
+    assert set(report) == {0, 1}
+    for row, area in report.items():
+        source = scene.patches.sources[row]
+        corners = source.vertices[source.triangles]
+        whole = 0.5 * np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        )
+        assert 0 < area < 0.2 * whole.sum()
