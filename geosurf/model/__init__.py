@@ -20,8 +20,8 @@ from geosurf.model.faults import (
 )
 from geosurf.model.lattice import Lattice
 from geosurf.model.patches import Patches
-from geosurf.model.surfaces import ROLES, FaultSticks, TriSurface
 from geosurf.model.sheets import FaultCut, Sheet, SheetReport
+from geosurf.model.surfaces import ROLES, FaultSticks, TriSurface
 from geosurf.model.units import Certificate, Check, Unit, Units
 
 __all__ = [
@@ -33,8 +33,8 @@ __all__ = [
     "Curves",
     "ExtendedFault",
     "Extension",
-    "FaultNetwork",
     "FaultCut",
+    "FaultNetwork",
     "FaultSticks",
     "FluidContact",
     "Lattice",

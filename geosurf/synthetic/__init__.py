@@ -24,8 +24,8 @@ from geosurf.synthetic.hills import hills
 from geosurf.synthetic.listric_fault import listric
 from geosurf.synthetic.planar import graben, tilted_planes
 from geosurf.synthetic.rough import noisy
-from geosurf.synthetic.waves import waves
 from geosurf.synthetic.torn_horizon import torn
+from geosurf.synthetic.waves import waves
 from geosurf.synthetic.world import World
 
 __all__ = [
@@ -38,6 +38,6 @@ __all__ = [
     "listric",
     "noisy",
     "tilted_planes",
-    "waves",
     "torn",
+    "waves",
 ]
