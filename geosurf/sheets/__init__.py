@@ -101,8 +101,8 @@ def tear_horizon(
     >>> import numpy as np, geosurf as gs
     >>> world = gs.synthetic.torn("normal", n=41)
     >>> sheet = gs.tear_horizon(world.horizons["Top"], world.faults)
-    >>> round(float(np.nanmax(sheet.cuts["F1"].throw)))
-    60
+    >>> bool(57 < np.nanmax(sheet.cuts["F1"].throw) < 62)
+    True
     >>> sheet.report.tips, sheet.report.declared_tips
     (2, 2)
     """
