@@ -45,7 +45,6 @@ def tear_horizon(
     name: str | None = None,
     trim: float = 2.0,
     noise: float | None = None,
-    carry: bool = False,
     positive: str | None = None,
     units: str | None = None,
 ) -> Sheet:
@@ -69,9 +68,6 @@ def tear_horizon(
         the grid]. At least one and a half times the half width of the smear.
     noise : float, optional
         Standard deviation of the data's noise [m]; 0 to meet them exactly. Default: estimated.
-    carry : bool
-        Whether a block without data is carried on from the neighbour over the fault with the
-        smaller throw. By default it is refused, by name.
     positive, units : str, optional
         As for `triangulate_horizon`.
 
@@ -113,7 +109,7 @@ def tear_horizon(
     surfaces = fault_surfaces(faults)
     picks = picks_of(data, name, positive, units)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    settings = Settings(trim=float(trim), first_trim=max(3.0, float(trim)), carry=carry)
+    settings = Settings(trim=float(trim), first_trim=max(3.0, float(trim)))
     rebuild = Rebuild(picks, meshes, settings)
     sigma, signal = noise_of(rebuild.trusted_grid())
     sigma = sigma if noise is None else float(noise)
@@ -186,8 +182,7 @@ def _refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> 
     where = place(at).rsplit(", elevation", 1)[0] + ")"
     raise GeometryError(
         f"horizon {picks.name!r}: {len(state.stray)} nodes beside {', '.join(beside)} have no "
-        f"datum of their own block, the first at {where}. Lower trim there, add data, or carry on "
-        "the neighbour with carry=True."
+        f"datum of their own block, the first at {where}. Lower trim there, or add data."
     )
 
 

@@ -37,7 +37,6 @@ class Settings:
     bend: float = BEND
     noise_weight: float | None = None
     collar: int = 16
-    carry: bool = False
 
 
 @dataclass(eq=False)
@@ -319,9 +318,9 @@ class Rebuild:
     def _bridge(self, stray, cuts: Cuts, near, network):
         """Join blocks without data to a neighbour, over the fault with the smaller throw.
 
-        Slivers of a few nodes always, larger blocks if that was asked for; None otherwise.
+        Slivers of a few nodes only; None otherwise.
         """
-        if len(stray) > SLIVER and not self.settings.carry:
+        if len(stray) > SLIVER:
             return None
         first, second = cuts.ends(self.shape[1])
         inside = np.isin(first, stray), np.isin(second, stray)

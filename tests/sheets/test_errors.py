@@ -1,0 +1,70 @@
+"""Each message of the sheets says what is wrong, where, and what next."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import GeometryError, HorizonError, InputError
+
+
+@pytest.fixture(scope="module")
+def world():
+    return gs.synthetic.torn("normal", n=31)
+
+
+def test_choices_out_of_range(world):
+    top = world.horizons["Top"]
+    with pytest.raises(InputError, match=r"trim is 0, expected cells above 0; 2 is"):
+        gs.tear_horizon(top, world.faults, trim=0)
+    with pytest.raises(InputError, match=r"noise is -1, expected metres, 0 or more"):
+        gs.tear_horizon(top, world.faults, noise=-1)
+
+
+def test_faults_need_names_of_their_own(world):
+    fault = gs.triangulate_fault(world.faults["F1"], name="F1")
+    with pytest.raises(InputError, match=r"2 faults are called 'F1'; rename"):
+        gs.tear_horizon(world.horizons["Top"], [fault, fault])
+    with pytest.raises(InputError, match=r"faults is a TriSurface; give a mapping"):
+        gs.tear_horizon(world.horizons["Top"], fault)
+
+
+def test_data_that_cannot_be_torn(world):
+    mesh = gs.TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+    with pytest.raises(HorizonError, match=r"'Top' is a mesh without a lattice.*Give the grid"):
+        gs.tear_horizon(mesh, world.faults)
+    points = world.truth["points"].copy()
+    points[7, 2] = np.nan
+    with pytest.raises(HorizonError, match=r"1 points are not finite, the first is point 7"):
+        gs.tear_horizon(points, world.faults)
+    scattered = world.truth["points"].copy()
+    scattered[5, 0] += 9.0
+    with pytest.raises(HorizonError, match=r"1 of \d+ points lie off the lattice.*0\.36 cells off"):
+        gs.tear_horizon(scattered, world.faults)
+    with pytest.raises(HorizonError, match=r"points have shape \(4,\), expected numbers \(n, 3\)"):
+        gs.tear_horizon(np.arange(4.0), world.faults)
+
+
+def test_uneven_steps_are_refused(world):
+    top = world.horizons["Top"]
+    east = top["easting"].values.copy()
+    east[10:] += 10.0
+    with pytest.raises(HorizonError, match=r"even steps at right angles.*Resample it"):
+        gs.tear_horizon(top.assign_coords(easting=east), world.faults)
+
+
+def test_a_block_without_data_is_refused_by_name():
+    world = gs.synthetic.torn("parallel", n=41, smear=0)
+    top, turn = world.horizons["Top"], np.radians(12.0)
+    across = (top["easting"] - 500.0) * np.cos(turn) - (top["northing"] - 500.0) * np.sin(turn)
+    top = top.where(abs(across) > 60.0)  # nothing between the two faults
+    with pytest.raises(GeometryError, match=r"nodes beside F1, F2 have no datum.*or add data"):
+        gs.tear_horizon(top, world.faults, trim=1.0)
+
+
+def test_worlds_that_are_not_there():
+    with pytest.raises(InputError, match=r"no torn world is called 'normel'. Did you mean 'nor"):
+        gs.synthetic.torn("normel")
+    with pytest.raises(InputError, match=r"level is 900 m, expected -200 to 200"):
+        gs.synthetic.torn(level=900)
