@@ -18,7 +18,8 @@ demo: $(READY) ## build the faulted reservoir: volumes, pictures and a report in
 
 test: $(READY) ## run all tests, with lint, types and the import comb among them
 	@echo "Running the tests (the first run compiles the kernels: about two minutes) ..."
-	@$(BIN)/python -m pytest
+	@$(BIN)/geosurf warmup
+	@$(BIN)/python -m pytest -n auto --dist loadfile
 
 lint: $(READY) ## check style, types and who may import whom
 	$(BIN)/ruff check .
