@@ -23,6 +23,7 @@ from geosurf.inputs import (
     shared_origin,
 )
 from geosurf.intersect import curves_of, merge_curves
+from geosurf.intersect.shared import shared_curves
 from geosurf.memory import Memory, Step, fingerprint
 from geosurf.model import (
     Certificate,
@@ -313,6 +314,8 @@ class Scene:
         """
         pair = (self.surface(first), self.surface(second))
         subject = f"{first} x {second}"
+        if any("ghost" in surface.vertex_data for surface in pair):  # torn: it ends on its faults
+            return shared_curves(self.patches, first, second)
         if not boxes_meet(*pair):
             self._memory.note("curves", subject, "skipped", "boxes do not meet")
             return None
@@ -323,12 +326,8 @@ class Scene:
             options = {"origin": origin, "voxel_size": self._voxel_size}
             return curves_of(find_contacts(pair, pairs=[(0, 1)], **options))
 
-        key = (
-            "curves",
-            *(self._memory.key_of(s) for s in pair),
-            origin.tobytes(),
-            self._voxel_size,
-        )
+        keys = (self._memory.key_of(s) for s in pair)
+        key = ("curves", *keys, origin.tobytes(), self._voxel_size)
         return self._memory.remembered("curves", subject, key, run, lambda c: f"{c.n_curve} curves")
 
     def cutoffs(self, horizon: str, fault: str) -> list[np.ndarray]:

@@ -47,6 +47,20 @@ def test_cutoffs_of_a_sheet_lie_on_the_fault_vertex_for_vertex(pair):
     assert len(shared & own) > 100
 
 
+def test_cutoffs_of_a_scene_end_where_the_sheet_ends(pair):
+    """Both walls inside the box, nothing of what was carried on past the fault."""
+    sheets, scene = pair("through")
+    lines = scene.cutoffs("Top", "F1")
+    assert len(lines) == 2
+    found = np.concatenate(lines)
+    cuts = np.concatenate([line for w in "+-" for line in sheets["Top"].cuts["F1"].cutoffs[w]])
+    inside = cuts[(abs(cuts[:, :2] - 500.0) < 399.0).all(axis=1)]
+    near = np.abs(found[None] - inside[:, None]).max(axis=2).min(axis=1)
+    assert near.max() < 1e-7  # the model may have moved inputs by that much
+    own = set(map(tuple, scene.patches.surface("Top").vertices.tolist()))
+    assert own >= set(map(tuple, found.tolist()))
+
+
 def test_a_sheet_needs_the_faults_that_tear_it(pair):
     sheets, _ = pair("normal")
     scene = gs.Scene({"Top": sheets["Top"]}, {}, (100.0, 900.0, 100.0, 900.0, -2070.0, -1530.0))

@@ -1,0 +1,59 @@
+"""Curves of two surfaces that have been rebuilt: the edges that both have."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.intersect.link import canonical, link
+from geosurf.model import Curves, Patches, frozen
+
+
+def shared_curves(patches: Patches, first: str, second: str) -> Curves:
+    """
+    Read the curves of two surfaces off their rebuilt meshes.
+
+    A torn sheet ends on its faults: its curves with them are where it ends, not where the mesh
+    that was carried on past them would cross.
+
+    Parameters
+    ----------
+    patches : Patches
+        Without what lies beyond the faults (`drop_ghosts`).
+    first, second : str
+        Names of two surfaces.
+
+    Returns
+    -------
+    Curves
+        Without touching points and overlap areas.
+
+    Examples
+    --------
+    >>> from geosurf import TriSurface, rebuild_surfaces
+    >>> flat = TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+    >>> wall = TriSurface("F1", "fault", [[3, -9, -5], [3, 9, -5], [3, 4, 9]], [[0, 1, 2]])
+    >>> shared_curves(rebuild_surfaces([flat, wall]), "Top", "F1").length
+    6.0
+    """
+    n = len(patches.local)
+    edges = np.unique(patches.curve_edges.min(axis=1) * n + patches.curve_edges.max(axis=1))
+    for name in (first, second):
+        mine = patches.surface_of_triangle == patches.names.index(name)
+        t = patches.triangles[mine]
+        ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)
+        edges = np.intersect1d(edges, (ends.min(axis=2) * n + ends.max(axis=2)).ravel())
+    segments = np.stack([edges // n, edges % n], axis=1)
+    points, segments, pairs = canonical(
+        patches.local, segments, np.tile([0, 1], (len(segments), 1))
+    )
+    curves, surfaces_of_curve, closed = link(segments, pairs, len(points))
+    return Curves(
+        names=(first, second),
+        local=frozen(points, np.float64),
+        origin=patches.origin,
+        segments=frozen(segments, np.int64),
+        surfaces_of_segment=frozen(pairs, np.int64),
+        curves=tuple(frozen(curve, np.int64) for curve in curves),
+        surfaces_of_curve=frozen(surfaces_of_curve, np.int64),
+        closed=frozen(closed, np.bool_),
+    )
