@@ -24,6 +24,7 @@ from geosurf.inputs import (
 )
 from geosurf.intersect import curves_of, merge_curves
 from geosurf.intersect.shared import shared_curves
+from geosurf.measured import Measured
 from geosurf.memory import Memory, Step, fingerprint
 from geosurf.model import (
     Certificate,
@@ -44,7 +45,7 @@ from geosurf.triangulate.box import propose_box
 Box = tuple[float, float, float, float, float, float]
 
 
-class Scene:
+class Scene(Measured):
     """
     Horizons and faults in a model box: a small graph of stages with memory.
 
@@ -329,21 +330,6 @@ class Scene:
         keys = (self._memory.key_of(s) for s in pair)
         key = ("curves", *keys, origin.tobytes(), self._voxel_size)
         return self._memory.remembered("curves", subject, key, run, lambda c: f"{c.n_curve} curves")
-
-    def cutoffs(self, horizon: str, fault: str) -> list[np.ndarray]:
-        """Return the lines where a horizon meets a fault.
-
-        Parameters
-        ----------
-        horizon, fault : str
-
-        Returns
-        -------
-        list of ndarray, each (n, 3)
-            World coordinates [m], in order along the line.
-        """
-        found = self.curves_between(horizon, fault)
-        return [] if found is None else [found.points[curve] for curve in found.curves]
 
     @cached_property
     def patches(self) -> Patches:

@@ -32,10 +32,10 @@ from geosurf.carve.fluids import contacts_of_units, split_by_contacts
 from geosurf.carve.links import joined
 from geosurf.carve.measures import AREA
 from geosurf.carve.outside import footprint_of, walls_are_a_box
-from geosurf.carve.shells import Shells, build_unit, shells_of
+from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of
 from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
 from geosurf.errors import InputError
-from geosurf.model import FluidContact, Patches, Units, check_column
+from geosurf.model import FluidContact, Patches, Unit, Units, check_column
 
 __all__ = ["carve_units"]
 
@@ -123,7 +123,8 @@ def carve_units(
         )
         shells = shells_of(cells, part)
         named = _Named(zone_of_unit[of], [blocks[u] for u in of], labels, list(range(len(of))))
-    units = _units(patches, shells, named, [patches.names[i] for i in horizons])
+    order = _order(named)
+    units = _units(patches, shells, named, order, [patches.names[i] for i in horizons])
     report = {
         "slits": _slits(patches, cells, shells, faults),
         "clipped": clipped_by(patches, cells, turns, horizons),
@@ -133,7 +134,9 @@ def carve_units(
     lower, upper = bounds + patches.origin
     box = (lower[0], upper[0], lower[1], upper[1], lower[2], upper[2])
     fenced = not walls_are_a_box(patches, bounds)
-    return Units(units, box, report, footprint_of(patches, bounds) if fenced else None)
+    footprint = footprint_of(patches, bounds) if fenced else None
+    number = np.argsort(order)
+    return Units(units, box, report, footprint, sides=lambda: beside_triangles(shells, number))
 
 
 @dataclass(frozen=True)
@@ -150,13 +153,19 @@ def _with_role(patches: Patches, role: str) -> list[int]:
     return [i for i, source in enumerate(patches.sources) if source.role == role]
 
 
-def _units(patches: Patches, shells: Shells, named: _Named, horizons: list[str]):
-    """All units, zone by zone, block by block, from the top down."""
-    names = _zone_names(horizons)
-    order = sorted(
-        range(len(shells.volumes)),
+def _order(named: _Named) -> list[int]:
+    """Units zone by zone, block by block, from the top down."""
+    return sorted(
+        range(len(named.block)),
         key=lambda u: (named.zone[u], block_order(named.block[u]), named.rank[u]),
     )
+
+
+def _units(
+    patches: Patches, shells: Shells, named: _Named, order: list[int], horizons: list[str]
+) -> list[Unit]:
+    """All units in order."""
+    names = _zone_names(horizons)
     return [
         build_unit(
             patches,

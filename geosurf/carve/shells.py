@@ -80,6 +80,46 @@ class Shells:
         return x[used], faces.reshape(-1, 3), surface
 
 
+def beside_triangles(shells: Shells, number: np.ndarray) -> np.ndarray:
+    """Unit in front of and behind each triangle of the patches, int64 (n_triangle, 2); -1 outside.
+
+    Where surfaces coincide, each has the units on its own front and back.
+
+    Parameters
+    ----------
+    shells : Shells
+    number : ndarray of int64, shape (n_unit,)
+        What each unit of the shells is called in the result.
+    """
+    full = shells.cells.in_full
+    named = np.concatenate([number, [-1]])
+    beside = named[_units_beside(full, shells.unit_of_cell)]
+    triangles = full.patches.triangles
+    out = np.full((len(triangles), 2), -1, dtype=np.int64)
+    out[full.row] = beside
+    if full.also:
+        listed = np.array(sorted(full.also), dtype=np.int64)
+        face_of = {
+            tuple(sorted(t)): i
+            for i, t in zip(listed, full.triangles[listed].tolist(), strict=True)
+        }
+        known = np.zeros(len(triangles), dtype=bool)
+        known[full.row] = True
+        near = np.isin(triangles, full.triangles[listed]).all(axis=1) & ~known
+        for row in np.flatnonzero(near):
+            corners = triangles[row].tolist()
+            face = face_of.get(tuple(sorted(corners)))
+            if face is not None:
+                way = 1 if _same_turn(full.triangles[face].tolist(), corners) else -1
+                out[row] = beside[face][::way]
+    return out
+
+
+def _same_turn(a: list[int], b: list[int]) -> bool:
+    """Whether two lists of the same three corners go round the same way."""
+    return a[(a.index(b[0]) + 1) % 3] == b[1]
+
+
 def _units_beside(cells: Cells, unit_of_cell: np.ndarray) -> np.ndarray:
     return np.where(cells.cell_of_side > 0, unit_of_cell[cells.cell_of_side], -1)
 

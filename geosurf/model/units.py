@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.errors import InputError
 from geosurf.model.base import frozen, polydata
 from geosurf.model.column import Remnant
 
@@ -95,6 +96,8 @@ class Units(Mapping[str, Unit]):
         the column took away of horizons that cross, `Clipped`), the number of ``cells``.
     footprint : float, optional
         Area of the model in map view [m2]; default: that of the box.
+    sides : callable, optional
+        () -> `sides`; asked when they are first needed.
     """
 
     def __init__(
@@ -103,7 +106,9 @@ class Units(Mapping[str, Unit]):
         box: tuple[float, float, float, float, float, float],
         report: dict[str, Any] | None = None,
         footprint: float | None = None,
+        sides: Callable[[], np.ndarray] | None = None,
     ) -> None:
+        self._sides = sides
         self._units = {unit.name: unit for unit in units}
         self._by_labels: dict[tuple[str, ...], Unit] = {}
         for unit in self._units.values():
@@ -127,6 +132,20 @@ class Units(Mapping[str, Unit]):
 
     def __len__(self) -> int:
         return len(self._units)
+
+    @cached_property
+    def sides(self) -> np.ndarray:
+        """Unit in front of and behind each triangle of the patches, int64 (n_triangle, 2).
+
+        Units are counted in the order of this mapping; -1 is outside the model. Where surfaces
+        coincide, each has the units on its own front and back.
+        """
+        if self._sides is None:
+            raise InputError(
+                "these units do not know the patches that they were carved from; carve_units "
+                "makes some that do."
+            )
+        return frozen(self._sides(), np.int64)
 
     @property
     def volume(self) -> float:

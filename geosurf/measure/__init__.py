@@ -1,0 +1,34 @@
+"""Units and patches -> maps, tables and profiles, all as xarray objects with units.
+
+================  ===============================================================
+columns.py        vertical lines through closed shells
+thickness.py      isochore and isopach maps by block
+faces.py          triangles of one surface, the units on both sides, its strike
+lines.py          edges -> lines and rings; lists of lines as a dataset
+cutoffs.py        cut-off lines by wall; fault polygons
+throw.py          throw, heave, dip separation along a fault
+juxtaposition.py  areas of zones that face each other; Allan diagrams
+dips.py           area, dip and azimuth of surfaces
+================  ===============================================================
+"""
+
+from __future__ import annotations
+
+from geosurf.measure.cutoffs import fault_polygons, wall_lines
+from geosurf.measure.dips import orientation
+from geosurf.measure.faces import faces_of, side_of_words
+from geosurf.measure.juxtaposition import allan_diagram, juxtaposition_table
+from geosurf.measure.thickness import thickness_map
+from geosurf.measure.throw import separation
+
+__all__ = [
+    "allan_diagram",
+    "faces_of",
+    "fault_polygons",
+    "juxtaposition_table",
+    "orientation",
+    "separation",
+    "side_of_words",
+    "thickness_map",
+    "wall_lines",
+]

@@ -1,0 +1,180 @@
+"""Vertical lines through closed shells: where they enter and leave, and how much is between.
+
+A line meets a triangle where its foot is inside the triangle's shadow on the map. Whether it is, is
+decided by exact signs. A foot on the rim of a shadow counts for exactly one of the triangles there:
+each foot is thought to be moved, infinitely little, towards the middle of the model, east or
+west and then, infinitely less, north or south (simulation of simplicity, Edelsbrunner & Mücke
+1990, doi 10.1145/77635.77639). So a line enters a closed shell as often as it leaves it, triangles
+that stand upright are never met, and lines on the rim of the box see what is inside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.kernels.predicates import ORIENT2D_BOUND, TINY, frame_of, orient2d_rows
+
+AT_ONCE = 1_000_000  # pairs of a triangle and a line that are held in memory
+
+
+@dataclass(frozen=True, eq=False)
+class Crossings:
+    """Where vertical lines cross the triangles of a shell.
+
+    Attributes
+    ----------
+    foot : ndarray of int64, shape (n,)
+        Row of the feet.
+    triangle : ndarray of int64, shape (n,)
+    way : ndarray of int64, shape (n,)
+        +1 where the triangle faces up, -1 where it faces down.
+    elevation : ndarray of float64, shape (n,)
+        As the vertices have it [m].
+    """
+
+    foot: np.ndarray
+    triangle: np.ndarray
+    way: np.ndarray
+    elevation: np.ndarray
+
+
+def cross_columns(
+    x: np.ndarray, triangles: np.ndarray, feet: np.ndarray, middle: np.ndarray
+) -> Crossings:
+    """
+    Find where vertical lines cross triangles.
+
+    Parameters
+    ----------
+    x : ndarray of float64, shape (n_vertex, 3)
+    triangles : ndarray of int64, shape (n_triangle, 3)
+    feet : ndarray of float64, shape (n_foot, 2)
+        In the frame of `x` [m].
+    middle : ndarray of float64, shape (2,)
+        Feet on the rim of a shadow count as if they were a little nearer to this.
+
+    Returns
+    -------
+    Crossings
+        By triangle, then by foot.
+
+    Examples
+    --------
+    >>> x = np.array([[0.0, 0, 1], [4, 0, 1], [4, 4, 5], [0, 4, 5]])
+    >>> found = cross_columns(x, np.array([[0, 1, 2], [0, 2, 3]]), np.array([[2.0, 2]]), np.ones(2))
+    >>> found.triangle.tolist(), found.way.tolist(), found.elevation.tolist()
+    ([1], [1], [3.0])
+    """
+    push = np.where(feet <= middle, 1.0, -1.0)
+    facing = _signs(x[:, :2], triangles)
+    upright = facing == 0
+    points = np.concatenate([x[:, :2], feet])
+    parts = [(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))]
+    for face, foot in _near(x[:, :2], triangles, np.flatnonzero(~upright), feet):
+        t = triangles[face]
+        inside = np.ones(len(face), dtype=bool)
+        for k in range(3):
+            a, b = t[:, k], t[:, (k + 1) % 3]
+            inside &= _seen_from(points, a, b, len(x) + foot, push[foot]) == facing[face]
+        face, foot = face[inside], foot[inside]
+        parts.append((foot, face, _elevations(x, triangles[face], feet[foot])))
+    foot, face, z = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return Crossings(foot, face, facing[face], z)
+
+
+def _signs(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Sign of the turn of three points (n, 3): a float filter first, exact integers behind it."""
+    a, b, c = (x[rows[:, k]] for k in range(3))
+    left = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1])
+    right = (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    det, size = left - right, np.abs(left) + np.abs(right)
+    sure = (np.abs(det) > ORIENT2D_BOUND * size) & (size > TINY)
+    sign = np.sign(det).astype(np.int64)
+    open_rows = np.flatnonzero(~sure)
+    if len(open_rows):
+        used, mine = np.unique(rows[open_rows], return_inverse=True)
+        points = np.ascontiguousarray(x[used])
+        m, w = frame_of(points)
+        out = np.empty(len(open_rows), dtype=np.int64)
+        orient2d_rows(points, mine.reshape(-1, 3), m, w, out)
+        sign[open_rows] = out
+    return sign
+
+
+def _seen_from(points, a, b, foot, push) -> np.ndarray:
+    """Whether feet, moved by nearly nothing, lie left (+1) or right (-1) of edges a -> b.
+
+    Never 0, unless a and b are one place in the map.
+    """
+    sign = _signs(points, np.stack([a, b, foot], axis=1))
+    on = np.flatnonzero(sign == 0)
+    step = points[b[on]] - points[a[on]]
+    east, north = np.sign(-step[:, 1] * push[on, 0]), np.sign(step[:, 0] * push[on, 1])
+    sign[on] = np.where(east != 0, east, north).astype(np.int64)
+    return sign
+
+
+def _near(x, triangles, rows, feet) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Pairs of a triangle and a foot in the box around its shadow, some at a time.
+
+    Feet lie in strips from south to north, sorted by easting in each.
+    """
+    if len(feet) == 0 or len(rows) == 0:
+        return
+    corners = x[triangles[rows]]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    eastings, east = np.unique(feet[:, 0], return_inverse=True)
+    northings, north = np.unique(feet[:, 1], return_inverse=True)
+    n_strip = min(len(northings), 1 + int(np.sqrt(len(feet))))
+    strip_of = np.arange(len(northings) + 1) * n_strip // len(northings)
+    key = strip_of[north] * len(eastings) + east
+    order = np.argsort(key, kind="stable")
+    key = key[order]
+    south = np.searchsorted(northings, low[:, 1], "left")
+    beyond = np.searchsorted(northings, high[:, 1], "right")
+    west = np.searchsorted(eastings, low[:, 0], "left")
+    end = np.searchsorted(eastings, high[:, 0], "right")
+    met = np.flatnonzero((beyond > south) & (end > west))
+    first, last = strip_of[south[met]], strip_of[beyond[met] - 1]
+    which, strip = _spread(first, last - first + 1)
+    which = met[which]
+    base = strip * len(eastings)
+    start = np.searchsorted(key, base + west[which], "left")
+    count = np.searchsorted(key, base + end[which], "left") - start
+    cuts = np.searchsorted(np.cumsum(count), np.arange(0, int(count.sum()), AT_ONCE), "right")
+    for a, b in zip(cuts, [*cuts[1:], len(count)], strict=True):
+        of, place = _spread(start[a:b], count[a:b])
+        one, foot = which[a:b][of], order[place]
+        inside = (feet[foot, 1] >= low[one, 1]) & (feet[foot, 1] <= high[one, 1])
+        yield rows[one[inside]], foot[inside]
+
+
+def _spread(first: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows repeated `count` times, and first, first + 1, ... for each."""
+    of = np.repeat(np.arange(len(count)), count)
+    start = np.cumsum(count) - count
+    return of, np.arange(len(of)) - start[of] + first[of]
+
+
+def _elevations(x: np.ndarray, t: np.ndarray, feet: np.ndarray) -> np.ndarray:
+    """Elevation of triangles (n, 3) at feet (n, 2) inside their shadows."""
+    p = [x[t[:, k], :2] - feet for k in range(3)]
+    weight = np.stack(
+        [
+            p[(k + 1) % 3][:, 0] * p[(k + 2) % 3][:, 1]
+            - p[(k + 1) % 3][:, 1] * p[(k + 2) % 3][:, 0]
+            for k in range(3)
+        ],
+        axis=1,
+    )
+    # all have one sign, but for rounding: the elevation stays between those of the corners
+    weight = np.maximum(weight * np.sign(weight.sum(axis=1))[:, None], 0.0)
+    total = weight.sum(axis=1)
+    z = x[t, 2]
+    flat = total == 0
+    total[flat], weight[flat] = 3.0, 1.0
+    lowest = z.min(axis=1)
+    return lowest + (weight * (z - lowest[:, None])).sum(axis=1) / total

@@ -1,0 +1,216 @@
+"""Cut-off lines, one on each wall of a fault, and fault polygons.
+
+A cut-off line is where the zone beside the fault changes: on each wall by itself, so that torn
+horizons have two lines, untorn ones the same line twice, and one that is clipped away there none.
+Which edges are meant follows from the units on the sides of the fault's triangles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from geosurf.errors import GeometryError
+from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of
+from geosurf.measure.lines import chains_of, ragged
+from geosurf.model import Patches, Units
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+_PLACE = {
+    "easting": ("m", "easting"),
+    "northing": ("m", "northing"),
+    "elevation": ("m", "elevation, positive up"),
+}
+NO_WIDTH = 1e-6  # rings narrower than this on average are called lines [m]
+
+
+def cutoff_chains(
+    patches: Patches, units: Units, horizon: str, fault: Faces, side: int
+) -> list[np.ndarray]:
+    """
+    Vertices along the cut-off lines of a horizon on one wall of a fault.
+
+    Parameters
+    ----------
+    patches : Patches
+    units : Units
+    horizon : str
+    fault : Faces
+    side : int
+        0 for the wall into which the fault's normal points, 1 for the other.
+
+    Returns
+    -------
+    list of ndarray of int64
+        Rows of `Patches.local`, see `chains_of`.
+    """
+    n = len(fault.x)
+    level = [s.name for s in patches.sources if s.role == "horizon"].index(horizon)
+    told = np.flatnonzero(fault.sides[:, side] >= 0)
+    zone = np.array([unit.zone_index for unit in fault.listed])[fault.sides[told, side]]
+    key, edge = np.unique(_edge_keys(fault.triangles[told], n), return_inverse=True)
+    upper, lower = np.full(len(key), len(units)), np.full(len(key), -1)
+    np.minimum.at(upper, edge, np.repeat(zone, 3))
+    np.maximum.at(lower, edge, np.repeat(zone, 3))
+    mine = patches.surface_of_triangle == patches.names.index(horizon)
+    met = np.isin(key, _edge_keys(patches.triangles[mine], n))
+    found = key[met & (upper <= level) & (lower > level)]
+    return chains_of(np.stack(np.divmod(found, n), axis=1), fault.x)
+
+
+def _edge_keys(triangles: np.ndarray, n: int) -> np.ndarray:
+    """One number for each of the three edges of each triangle."""
+    start, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    return np.minimum(start, end) * n + np.maximum(start, end)
+
+
+def wall_lines(
+    patches: Patches, units: Units, horizon: str, fault: str, side: int
+) -> list[np.ndarray]:
+    """
+    Cut-off lines of a horizon on one wall of a fault, in world coordinates.
+
+    Parameters
+    ----------
+    patches, units : Patches, Units
+    horizon, fault : str
+    side : int
+        0 for the wall into which the fault's normal points, 1 for the other.
+
+    Returns
+    -------
+    list of ndarray of float64, each (n, 3)
+        [m]; closed lines repeat their first point.
+
+    Raises
+    ------
+    InputError, GeometryError
+        For names that no horizon or fault has, or that do not reach into the model.
+    """
+    faces_of(patches, units, horizon, "horizon")
+    faces = faces_of(patches, units, fault, "fault")
+    chains = cutoff_chains(patches, units, horizon, faces, side)
+    return [patches.local[chain] + patches.origin for chain in chains]
+
+
+def fault_polygons(patches: Patches, units: Units, horizon: str) -> xarray.Dataset:
+    """
+    Fault polygons of a horizon: rings of the cut-off lines of both walls, in map view.
+
+    Parameters
+    ----------
+    patches, units : Patches, Units
+    horizon : str
+
+    Returns
+    -------
+    xarray.Dataset
+        ``easting``, ``northing``, ``elevation`` over ``point``, ring after ring (``line_of_point``,
+        ``count``): along the hanging-wall cut-off with the strike, back along that of the
+        footwall; the first point is not repeated. Over ``line``: ``fault``, the signed ``map_area``
+        and ``kind``: ``"gap"`` (normal), ``"overlap"`` (reverse), or ``"line"``: both walls have
+        the same cut-off, or cut-offs above each other, and the ring has no width (less than a
+        micrometre on average).
+
+    Raises
+    ------
+    InputError
+        If no horizon has that name.
+    GeometryError
+        If a horizon is torn along a closed line, or by a fault without a strike.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> rings = fault_polygons(scene.patches, scene.units, "Top")
+    >>> rings.fault.values.tolist(), rings.kind.values.tolist()
+    (['F1'], ['line'])
+    """
+    faces_of(patches, units, horizon, "horizon")
+    rings, faults, areas, kinds = [], [], [], []
+    inside = np.unique(patches.surface_of_triangle[(units.sides >= 0).any(axis=1)])
+    for i in inside.tolist():
+        if patches.sources[i].role != "fault":
+            continue
+        fault = faces_of(patches, units, patches.names[i], "fault")
+        plus, minus = (cutoff_chains(patches, units, horizon, fault, k) for k in (PLUS, MINUS))
+        same = _same(plus, minus)
+        made = [_there_and_back(c) for c in plus] if same else _rings(fault, plus, minus, horizon)
+        for ring in made:
+            area = 0.0 if same else _map_area(fault.x[ring])
+            narrow = abs(area) <= NO_WIDTH * _half_length(fault.x[ring])
+            rings.append(fault.x[ring] + fault.origin)
+            faults.append(fault.name)
+            areas.append(area)
+            kinds.append("line" if narrow else "gap" if area > 0 else "overlap")
+    return ragged(
+        rings,
+        _PLACE,
+        {
+            "fault": (faults, {"long_name": "fault that each ring belongs to"}),
+            "map_area": (areas, {"units": "m2", "long_name": "area in the map, gaps above 0"}),
+            "kind": (kinds, {"long_name": "gap (normal), overlap (reverse) or line (no width)"}),
+        },
+        {"long_name": f"fault polygons of {horizon}", "horizon": horizon, "closed": 1},
+    )
+
+
+def _same(plus: Sequence[np.ndarray], minus: Sequence[np.ndarray]) -> bool:
+    """Whether both walls have the same lines: vertex by vertex."""
+    return [line.tolist() for line in plus] == [line.tolist() for line in minus]
+
+
+def _there_and_back(line: np.ndarray) -> np.ndarray:
+    """Ring of no width."""
+    return line[:-1] if line[0] == line[-1] else np.concatenate([line, line[-2:0:-1]])
+
+
+def _rings(fault: Faces, plus, minus, horizon: str) -> list[np.ndarray]:
+    """Rings of lines that overlap along the strike: one wall there, the other back."""
+    lines = []
+    for side, chains in ((PLUS, plus), (MINUS, minus)):
+        for line in chains:
+            if line[0] == line[-1]:
+                east, north, up = (fault.x[line[0]] + fault.origin).tolist()
+                raise GeometryError(
+                    f"horizon {horizon!r} is torn by fault {fault.name!r} along a closed line, "
+                    f"which has no fault polygon, at easting {east:.3f}, northing {north:.3f}, "
+                    f"elevation {up:.3f}. Ask for its cutoffs on each side.",
+                    place=(east, north, up), surfaces=(horizon, fault.name),
+                )  # fmt: skip
+            at = fault.along(fault.x[line])
+            onward = line if at[-1] >= at[0] else line[::-1]
+            lines.append((float(at.min()), float(at.max()), side, onward))
+    groups: list[list[tuple[float, float, int, np.ndarray]]] = []
+    reach = -np.inf
+    for line in sorted(lines, key=lambda line: line[:3]):
+        if line[0] > reach:
+            groups.append([])
+        groups[-1].append(line)
+        reach = max(reach, line[1])
+    rings = []
+    for group in groups:
+        there = [line for _, _, side, line in group if side == PLUS]
+        back = [line[::-1] for _, _, side, line in group if side == MINUS][::-1]
+        ring = np.concatenate([*there, *back])
+        rings.append(ring[ring != np.roll(ring, 1)])
+    return rings
+
+
+def _map_area(x: np.ndarray) -> float:
+    """Area in the map of a ring (n, 3), positive if counter-clockwise [m2]."""
+    p = x[:, :2] - x[0, :2]
+    q = np.roll(p, -1, axis=0)
+    return 0.5 * float((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum())
+
+
+def _half_length(x: np.ndarray) -> float:
+    """Half the length of a ring (n, 3) in the map [m]."""
+    step = np.roll(x[:, :2], -1, axis=0) - x[:, :2]
+    return 0.5 * float(np.hypot(step[:, 0], step[:, 1]).sum())

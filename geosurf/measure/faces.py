@@ -1,0 +1,149 @@
+"""Triangles of one surface inside the model, with the units on both sides; how they lie."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from geosurf.conventions import did_you_mean
+from geosurf.errors import GeometryError, InputError
+from geosurf.model import Patches, Unit, Units
+
+PLUS, MINUS = 0, 1
+SIDES = {"+": PLUS, "-": MINUS, "hanging wall": PLUS, "footwall": MINUS}
+
+
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """Triangles of one surface that lie inside the model.
+
+    Attributes
+    ----------
+    name : str
+    x : ndarray of float64, shape (n_vertex, 3)
+        Vertices of the patches, local [m].
+    origin : ndarray of float64, shape (3,)
+    triangles : ndarray of int64, shape (n, 3)
+        Rows of `x`.
+    sides : ndarray of int64, shape (n, 2)
+        Unit in front and behind, counted as in `listed`.
+    listed : list of Unit
+    """
+
+    name: str
+    x: np.ndarray
+    origin: np.ndarray
+    triangles: np.ndarray
+    sides: np.ndarray
+    listed: list[Unit]
+
+    @cached_property
+    def vectors(self) -> np.ndarray:
+        """Area times unit normal of each triangle, float64 (n, 3) [m2]."""
+        a, b, c = (self.x[self.triangles[:, k]] for k in range(3))
+        half: np.ndarray = 0.5 * np.cross(b - a, c - a)
+        return half
+
+    @cached_property
+    def areas(self) -> np.ndarray:
+        """Area of each triangle, float64 (n,) [m2]."""
+        size: np.ndarray = np.linalg.norm(self.vectors, axis=1)
+        return size
+
+    @cached_property
+    def mean(self) -> np.ndarray:
+        """Unit vector along the sum of `vectors`."""
+        total = np.array([math.fsum(column) for column in self.vectors.T.tolist()])
+        size = np.linalg.norm(total)
+        if size == 0:
+            raise GeometryError(
+                f"surface {self.name!r} has no mean normal inside the model: it is closed, or its "
+                "triangles cancel. Measure its parts apart.",
+                surfaces=(self.name,),
+            )
+        unit: np.ndarray = total / size
+        return unit
+
+    @cached_property
+    def strike(self) -> np.ndarray:
+        """Horizontal unit vectors along the mean strike and the mean dip, float64 (2, 2).
+
+        Right-hand rule: the dip direction is to the right of the strike.
+        """
+        east, north = self.mean[:2].tolist()
+        size = math.hypot(east, north)
+        if size < 1e-9:  # decides no topology: below this, the direction is rounding
+            raise GeometryError(
+                f"fault {self.name!r} is flat on average, so that it has no strike. Profiles along "
+                "strike need a fault that dips.",
+                surfaces=(self.name,),
+            )
+        down = np.array([east, north]) / size
+        return np.array([[-down[1], down[0]], down])
+
+    def along(self, points: np.ndarray) -> np.ndarray:
+        """Distance of local points (n, 3) along the mean strike, from the fault's end [m]."""
+        start = (self.x[np.unique(self.triangles), :2] @ self.strike[0]).min()
+        found: np.ndarray = points[:, :2] @ self.strike[0] - start
+        return found
+
+
+def faces_of(patches: Patches, units: Units, name: str, role: str | None = None) -> Faces:
+    """
+    Triangles of one surface that lie inside the model.
+
+    Parameters
+    ----------
+    patches : Patches
+    units : Units
+        Carved from these patches.
+    name : str
+    role : {"horizon", "fault"}, optional
+        What the surface has to be; default: either.
+
+    Returns
+    -------
+    Faces
+
+    Raises
+    ------
+    InputError
+        If no such surface has that name.
+    GeometryError
+        If it does not reach into the model.
+    """
+    roles = ("horizon", "fault") if role is None else (role,)
+    known = [source.name for source in patches.sources if source.role in roles]
+    if name not in known:
+        raise InputError(
+            f"no {' or '.join(roles)} is called {name!r}; there are {known}."
+            f"{did_you_mean(str(name), known)}"
+        )
+    mine = patches.surface_of_triangle == patches.names.index(name)
+    rows = np.flatnonzero(mine & (units.sides >= 0).any(axis=1))
+    if len(rows) == 0:
+        raise GeometryError(
+            f"surface {name!r} does not reach into the model, so that there is nothing to "
+            "measure. Enlarge the box, or leave it out.",
+            surfaces=(name,),
+        )
+    return Faces(
+        name, patches.local, patches.origin, patches.triangles[rows], units.sides[rows],
+        list(units.values()),
+    )  # fmt: skip
+
+
+def side_of_words(side: str) -> int:
+    """0 for the side into which the fault's normal points, 1 for the other.
+
+    Examples
+    --------
+    >>> side_of_words("+"), side_of_words("footwall")
+    (0, 1)
+    """
+    if side not in SIDES:
+        raise InputError(f"side is {side!r}, expected one of {tuple(SIDES)}.")
+    return SIDES[side]

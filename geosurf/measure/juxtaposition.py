@@ -1,0 +1,181 @@
+"""What lies across a fault from what: areas of juxtaposed zones, and Allan diagrams.
+
+Every triangle of a fault inside the model has one unit in front and one behind, so areas are sums
+of triangles and add up to the fault's area. The diagram is that of Allan (1989), AAPG Bulletin 73,
+803-811.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.measure.cutoffs import cutoff_chains
+from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of
+from geosurf.measure.lines import ragged, rings_of
+from geosurf.model import Patches, Units
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+ACROSS, SELF, SLIT = "juxtaposed", "self-juxtaposed", "within one unit"
+_SIDE_WORDS = {"plus": "side + of the fault", "minus": "side - of the fault"}
+_POINT = {
+    "along_strike": ("m", "distance along the mean strike of the fault"),
+    "elevation": ("m", "elevation, positive up"),
+    "easting": ("m", "easting"),
+    "northing": ("m", "northing"),
+}
+
+
+def juxtaposition_table(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
+    """
+    Areas of all pairs of units that face each other across a fault.
+
+    Parameters
+    ----------
+    patches, units : Patches, Units
+    fault : str
+
+    Returns
+    -------
+    xarray.Dataset
+        ``area`` [m2] over ``pair``, with unit, zone and block on side + (into which the fault's
+        normal points: the hanging wall) and side -, and ``kind``: ``"juxtaposed"`` (different
+        zones), ``"self-juxtaposed"`` (one zone), ``"within one unit"`` (where a fault dies).
+        Areas add up to ``attrs["area"]``, that of the fault inside the model.
+
+    Raises
+    ------
+    InputError
+        If no fault has that name.
+    GeometryError
+        If it does not reach into the model.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> found = juxtaposition_table(scene.patches, scene.units, "F1")
+    >>> found.zone_plus.values.tolist(), set(found.kind.values.tolist())
+    (['above Top', 'Top/Base', 'below Base'], {'self-juxtaposed'})
+    """
+    import xarray as xr
+
+    faces = faces_of(patches, units, fault, "fault")
+    pairs, group, between = _pairs(faces)
+    areas = [math.fsum(faces.areas[between][group == k].tolist()) for k in range(len(pairs))]
+    listed = faces.listed
+    coords: dict[str, Any] = {}
+    for k, (side, words) in enumerate(_SIDE_WORDS.items()):
+        mine = [listed[u] for u in pairs[:, k].tolist()]
+        for label in ("name", "zone", "block", "contact"):
+            if label == "contact" and not any(unit.contact for unit in listed):
+                continue
+            key = "unit" if label == "name" else label
+            values = np.array([getattr(unit, label) for unit in mine], dtype=object)
+            coords[f"{key}_{side}"] = ("pair", values, {"long_name": f"{key} on {words}"})
+    kind = np.array([_kind(listed, a, b) for a, b in pairs.tolist()], dtype=object)
+    coords["kind"] = ("pair", kind, {"long_name": "how the two zones lie"})
+    area = {"units": "m2", "long_name": f"area of contact across {fault}"}
+    attrs = {
+        "fault": fault,
+        "area": math.fsum(faces.areas[between].tolist()),
+        "area_units": "m2",
+        "sides": "+ is the side into which the normal of the fault points, the hanging wall",
+    }
+    return xr.Dataset({"area": ("pair", areas, area)}, coords=coords, attrs=attrs)
+
+
+def _pairs(faces: Faces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs of units (n, 2) in order, the pair of each triangle, and which triangles have one.
+
+    A fault that lies in a wall of the model has a unit on one side only: nothing faces it there.
+    """
+    between = np.flatnonzero((faces.sides >= 0).all(axis=1))
+    pairs, group = np.unique(faces.sides[between], axis=0, return_inverse=True)
+    return pairs.reshape(-1, 2), group.ravel(), between
+
+
+def _kind(listed, a: int, b: int) -> str:
+    if a == b:
+        return SLIT
+    return SELF if listed[a].zone == listed[b].zone else ACROSS
+
+
+def allan_diagram(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
+    """
+    Allan diagram of a fault: zones and cut-offs of both walls, seen on the fault.
+
+    Parameters
+    ----------
+    patches, units : Patches, Units
+    fault : str
+
+    Returns
+    -------
+    xarray.Dataset
+        Lines, point after point (``line_of_point``, ``count``): ``along_strike`` and ``elevation``
+        [m], and the place in the world. Over ``line``: ``kind`` is ``"zone"`` (a ring around
+        a unit on side + or -), ``"juxtaposition"`` (a ring around the contact of two units) or
+        ``"cut-off"`` (a line of a horizon); ``side``, ``label`` (unit, ``A | B``, or horizon),
+        ``zone``, ``closed``. Rings run counter-clockwise around what they hold, and clockwise
+        around its holes, seen from side +; their first point is not repeated.
+
+    Raises
+    ------
+    InputError
+        If no fault has that name.
+    GeometryError
+        If it does not reach into the model, or has no strike.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> found = allan_diagram(scene.patches, scene.units, "F1")
+    >>> [int((found.kind == kind).sum()) for kind in ("zone", "juxtaposition", "cut-off")]
+    [6, 3, 4]
+    """
+    faces = faces_of(patches, units, fault, "fault")
+    rows: list[tuple[np.ndarray, str, str, str, str, int]] = []
+    for side, sign in ((PLUS, "+"), (MINUS, "-")):
+        for u in np.unique(faces.sides[faces.sides[:, side] >= 0, side]).tolist():
+            unit = faces.listed[u]
+            for ring in rings_of(faces.triangles[faces.sides[:, side] == u], faces.x):
+                rows.append((ring, "zone", sign, unit.name, unit.zone, 1))
+    pairs, group, between = _pairs(faces)
+    for k, (a, b) in enumerate(pairs.tolist()):
+        plus, minus = faces.listed[a], faces.listed[b]
+        for ring in rings_of(faces.triangles[between[group == k]], faces.x):
+            label, zones = f"{plus.name} | {minus.name}", f"{plus.zone} | {minus.zone}"
+            rows.append((ring, "juxtaposition", "both", label, zones, 1))
+    for source in patches.sources:
+        if source.role == "horizon":
+            for side, sign in ((PLUS, "+"), (MINUS, "-")):
+                for line in cutoff_chains(patches, units, source.name, faces, side):
+                    rows.append((line, "cut-off", sign, source.name, "", 0))
+    lines = []
+    for line, *_ in rows:
+        p = faces.x[line]
+        world = p + faces.origin
+        lines.append(np.column_stack([faces.along(p), world[:, 2], world[:, :2]]))
+    words = ("kind", "side", "label", "zone", "closed")
+    told = {
+        "kind": "what the line is: zone, juxtaposition or cut-off",
+        "side": "side of the fault",
+        "label": "unit, pair of units, or horizon",
+        "zone": "zone, or pair of zones",
+        "closed": "whether the line is a ring",
+    }
+    labels = {
+        key: ([row[k + 1] for row in rows], {"long_name": told[key]}) for k, key in enumerate(words)
+    }
+    down = faces.strike[1]
+    azimuth = math.degrees(math.atan2(down[0], down[1])) % 360.0
+    attrs = {"fault": fault, "strike": (azimuth - 90.0) % 360.0, "strike_units": "degree"}
+    return ragged(lines, _POINT, labels, attrs)

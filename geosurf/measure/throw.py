@@ -1,0 +1,145 @@
+"""Throw, heave and dip separation between the two cut-off lines of a horizon, along a fault."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import GeometryError, InputError
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+_COLUMNS = {
+    "throw": ("m", "vertical separation, above 0 where the hanging wall is down (normal)"),
+    "heave": ("m", "horizontal separation across strike, above 0 for a gap in the map"),
+    "dip_separation": ("m", "separation in the plane across strike, with the sign of the throw"),
+    "apparent_dip": ("degree", "dip of the line between both cut-offs, nan where they are one"),
+    "hanging_wall_elevation": ("m", "elevation of the hanging-wall cut-off"),
+    "footwall_elevation": ("m", "elevation of the footwall cut-off"),
+    "easting": ("m", "easting of the middle between both cut-offs"),
+    "northing": ("m", "northing of the middle between both cut-offs"),
+}
+
+
+def separation(
+    hanging_wall: Sequence[Any],
+    footwall: Sequence[Any],
+    dip_azimuth: float,
+    *,
+    start: float | None = None,
+) -> xarray.Dataset:
+    """
+    Profile of throw, heave and dip separation between cut-off lines.
+
+    Parameters
+    ----------
+    hanging_wall, footwall : sequence of array_like, each (n, 3)
+        Cut-off lines on both walls [m]: easting, northing, elevation, in order along the fault.
+    dip_azimuth : float
+        Dip direction of the fault, clockwise from north [degrees]; strike is 90 less (right-hand
+        rule). One direction for the whole fault: on a curved one, separations are those across
+        its mean strike.
+    start : float, optional
+        Coordinate along the strike that counts as 0 [m]; default: where the first line starts.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``point``, with coordinate ``along_strike``: throw, heave, dip separation, at every
+        vertex of either line where there is a line on each wall; ``pair`` numbers the pairs of
+        lines. Both walls are read on the same plane across strike, between vertices linearly,
+        so that the profile is exact at its points.
+
+    Raises
+    ------
+    InputError
+        If a line is not ``(n >= 2, 3)`` finite numbers.
+    GeometryError
+        If a line turns back along the strike, so that it has two places in one section.
+
+    Examples
+    --------
+    >>> down = [[110.0, 0.0, -50.0], [110.0, 90.0, -50.0]]
+    >>> up = [[100.0, 0.0, -30.0], [100.0, 90.0, -30.0]]
+    >>> found = separation([down], [up], dip_azimuth=90.0)
+    >>> found.throw.values.tolist(), found.heave.values.round(9).tolist()
+    ([20.0, 20.0], [10.0, 10.0])
+    """
+    import xarray as xr
+
+    azimuth = math.radians(dip_azimuth)
+    down = np.array([math.sin(azimuth), math.cos(azimuth)])
+    strike = np.array([-down[1], down[0]])
+    axes = np.stack([strike, down])
+    hanging = [_section("hanging wall", line, axes) for line in hanging_wall]
+    foot = [_section("footwall", line, axes) for line in footwall]
+    parts, pairs, at = [], [], []
+    for h in hanging:
+        for f in foot:
+            low, high = max(h[0, 0], f[0, 0]), min(h[-1, 0], f[-1, 0])
+            if low > high or (low == high and len(hanging) + len(foot) > 2):
+                continue  # lines of different stretches, or that only follow each other
+            s = np.unique(np.concatenate([h[:, 0], f[:, 0], [low, high]]))
+            s = s[(s >= low) & (s <= high)]
+            pairs.append(np.full(len(s), len(pairs)))
+            at.append(s)
+            parts.append(_profile(s, h, f, axes))
+    table = np.concatenate([*parts, np.empty((0, len(_COLUMNS)))])
+    s = np.concatenate([*at, np.empty(0)])
+    first = min((line[0, 0] for line in (*hanging, *foot)), default=0.0)
+    data: dict[str, Any] = {
+        name: ("point", table[:, k], {"units": units, "long_name": words})
+        for k, (name, (units, words)) in enumerate(_COLUMNS.items())
+    }
+    number = np.concatenate([*pairs, np.empty(0)]).astype(np.int64)
+    data["pair"] = ("point", number, {"long_name": "pair of lines that each point belongs to"})
+    words = {"units": "m", "long_name": "distance along the mean strike"}
+    coords = {"along_strike": ("point", s - (first if start is None else start), words)}
+    attrs = {"dip_azimuth": float(dip_azimuth), "dip_azimuth_units": "degree"}
+    return xr.Dataset(data, coords=coords, attrs=attrs)
+
+
+def _section(wall: str, line: Any, axes: np.ndarray) -> np.ndarray:
+    """Along strike, down dip, elevation of a cut-off line, in the direction of strike."""
+    points = np.asarray(line, dtype=np.float64)
+    if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
+        raise InputError(
+            f"a cut-off line of the {wall} has shape {points.shape}, expected (n, 3) with at least "
+            "2 points: easting, northing, elevation."
+        )
+    if not np.isfinite(points).all():
+        raise InputError(
+            f"a cut-off line of the {wall} has values that are not finite; leave such points out."
+        )
+    section = np.column_stack([points[:, :2] @ axes.T, points[:, 2]])
+    if section[-1, 0] < section[0, 0]:
+        section, points = section[::-1], points[::-1]
+    back = np.flatnonzero(np.diff(section[:, 0]) <= 0)
+    if len(back):
+        where = points[back[0] + 1]
+        raise GeometryError(
+            f"the cut-off line of the {wall} turns back along the strike at {place(where)}, so "
+            "that throw has two values there. Cut it there, or give the strike of that part.",
+            place=where,
+        )
+    return section
+
+
+def _profile(s: np.ndarray, h: np.ndarray, f: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Columns of the profile at places along the strike."""
+    (dh, zh), (df, zf) = ([np.interp(s, line[:, 0], line[:, k]) for k in (1, 2)] for line in (h, f))
+    throw, heave = zf - zh, dh - df
+    size = np.hypot(throw, heave)
+    dip = np.degrees(np.arctan2(np.abs(throw), np.abs(heave)))
+    middle = s[:, None] * axes[0] + (0.5 * (dh + df))[:, None] * axes[1]
+    return np.column_stack(
+        [
+            throw, heave, np.where(throw < 0, -size, size), np.where(size > 0, dip, np.nan),
+            zh, zf, middle,
+        ]
+    )  # fmt: skip

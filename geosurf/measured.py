@@ -1,0 +1,192 @@
+"""The measures of a scene: thin methods, each of which asks for what it needs and remembers it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.memory import Memory, fingerprint
+from geosurf.model import Curves, Patches, Units
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+
+class Measured:
+    """What `geosurf.Scene` can be asked about its model; see docs/measures.md."""
+
+    _memory: Memory
+    _horizons: dict[str, Any]
+    patches: Patches
+    units: Units
+    curves_between: Callable[[str, str], Curves | None]
+
+    def _measured(self, what: str, run: Callable[[], Any], *more: Any) -> Any:
+        units = self.units
+        size = lambda found: ", ".join(f"{n} {dim}" for dim, n in found.sizes.items())  # noqa: E731
+        return self._memory.remembered(
+            "measure", what, ("measure", what, id(units), *more), run, size
+        )
+
+    def thickness(
+        self, zone: str, grid: Any = None, *, kind: str = "isochore", contact: str | None = None
+    ) -> xarray.DataArray:
+        """Return a thickness map of a zone, block by block [m].
+
+        Parameters
+        ----------
+        zone : str
+            ``"Top/Base"``, ``"above Top"`` ...
+        grid : None, float or xarray object
+            Where: None for the middles of 100 cells along the longer side of the box; a number for
+            cells about as wide [m]; anything with coordinates ``northing`` and ``easting``.
+        kind : {"isochore", "isopach"}
+            Vertical thickness, or that normal to bedding by the local dip.
+        contact : str, optional
+            One interval between fluid contacts, ``"above OWC"``; default: all together.
+
+        Returns
+        -------
+        xarray.DataArray
+            (block, northing, easting); NaN where a block has none of the zone.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.graben(n=9)
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> found = scene.thickness("Top/Middle", 250.0)
+        >>> found.sum("block").round(9).values.tolist()[0][:3]
+        [70.0, 70.0, 70.0]
+        """
+        from geosurf.measure import thickness_map
+
+        more = (None if grid is None else repr(grid) if np.isscalar(grid) else fingerprint(grid),)
+        return self._measured(
+            f"{kind} {zone}",
+            lambda: thickness_map(
+                self.units, zone, grid, kind=kind, contact=contact, horizons=tuple(self._horizons)
+            ),
+            *more, contact,
+        )  # fmt: skip
+
+    def juxtaposition(self, fault: str) -> xarray.Dataset:
+        """Return the areas of all pairs of units that face each other across a fault [m2].
+
+        Parameters
+        ----------
+        fault : str
+
+        Returns
+        -------
+        xarray.Dataset
+            ``area`` over ``pair``; see `geosurf.measure.juxtaposition_table`.
+        """
+        from geosurf.measure import juxtaposition_table
+
+        return self._measured(
+            f"juxtaposition {fault}", lambda: juxtaposition_table(self.patches, self.units, fault)
+        )
+
+    def allan(self, fault: str) -> xarray.Dataset:
+        """Return the Allan diagram of a fault: zones and cut-offs of both walls, on the fault.
+
+        Parameters
+        ----------
+        fault : str
+
+        Returns
+        -------
+        xarray.Dataset
+            Lines with ``along_strike`` and ``elevation``; see `geosurf.measure.allan_diagram`.
+        """
+        from geosurf.measure import allan_diagram
+
+        return self._measured(
+            f"allan {fault}", lambda: allan_diagram(self.patches, self.units, fault)
+        )
+
+    def cutoffs(self, horizon: str, fault: str, side: str | None = None) -> list[np.ndarray]:
+        """Return the lines where a horizon meets a fault, or those on one wall of it.
+
+        Parameters
+        ----------
+        horizon, fault : str
+        side : {"+", "-", "hanging wall", "footwall"}, optional
+            One wall, as in the model: only where the zone beside the fault changes there. By
+            default the two surfaces alone are asked, and no model is built.
+
+        Returns
+        -------
+        list of ndarray, each (n, 3)
+            World coordinates [m], in order along the line.
+        """
+        if side is None:
+            found = self.curves_between(horizon, fault)
+            return [] if found is None else [found.points[curve] for curve in found.curves]
+        from geosurf.measure import side_of_words, wall_lines
+
+        return wall_lines(self.patches, self.units, horizon, fault, side_of_words(side))
+
+    def fault_polygons(self, horizon: str) -> xarray.Dataset:
+        """Return the fault polygons of a horizon: rings of hanging-wall and footwall cut-offs.
+
+        Parameters
+        ----------
+        horizon : str
+
+        Returns
+        -------
+        xarray.Dataset
+            Rings with the fault's name; see `geosurf.measure.fault_polygons`.
+        """
+        from geosurf.measure import fault_polygons
+
+        return self._measured(
+            f"fault polygons {horizon}", lambda: fault_polygons(self.patches, self.units, horizon)
+        )
+
+    def throw(self, horizon: str, fault: str) -> xarray.Dataset:
+        """Return throw, heave and dip separation of a horizon along a fault.
+
+        Parameters
+        ----------
+        horizon, fault : str
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``point`` with ``along_strike``; see `geosurf.measure.separation`.
+        """
+        from geosurf.measure import faces_of, separation
+
+        def run() -> xarray.Dataset:
+            faces = faces_of(self.patches, self.units, fault, "fault")
+            walls = [self.cutoffs(horizon, fault, side) for side in ("+", "-")]
+            azimuth = math.degrees(math.atan2(*faces.strike[1].tolist()))
+            start = -float(faces.along(-faces.origin[None])[0])
+            found = separation(*walls, azimuth % 360.0, start=start)
+            return found.assign_attrs(horizon=horizon, fault=fault)
+
+        return self._measured(f"throw {horizon} x {fault}", run)
+
+    def orientation(self, name: str) -> xarray.Dataset:
+        """Return area, dip and azimuth of a horizon or fault, as a whole and by triangle.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        xarray.Dataset
+            See `geosurf.measure.orientation`.
+        """
+        from geosurf.measure import orientation
+
+        return self._measured(
+            f"orientation {name}", lambda: orientation(self.patches, self.units, name)
+        )

@@ -1,0 +1,348 @@
+"""Juxtaposition, Allan diagrams, cut-offs by wall, fault polygons, throw: known by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from geosurf import Scene, TriSurface, synthetic
+from geosurf.errors import GeometryError, InputError
+from geosurf.measure import separation
+from geosurf.model import Units
+from tests.measure.worlds import BOX, NORTH, SOUTH, faulted, level, slope
+
+ROOT2 = math.sqrt(2.0)
+
+
+def lines_of(found):
+    """Label -> rows of a ragged dataset."""
+    ends = np.cumsum(found["count"].values)
+    return [slice(end - n, end) for end, n in zip(ends, found["count"].values, strict=True)]
+
+
+def ring_area(s, z):
+    return 0.5 * float((s * np.roll(z, -1) - np.roll(s, -1) * z).sum())
+
+
+# ---- juxtaposition -------------------------------------------------------------------
+
+
+def test_areas_of_juxtaposed_zones_by_hand():
+    found = faulted().juxtaposition("F1")
+    table = {
+        (a, b): area
+        for a, b, area in zip(found.zone_plus.values, found.zone_minus.values, found.area.values,
+                              strict=True)
+    }  # fmt: skip
+    heights = {
+        ("above Top", "above Top"): 10, ("above Top", "Top/Base"): 4, ("Top/Base", "Top/Base"): 6,
+        ("Top/Base", "below Base"): 4, ("below Base", "below Base"): 16,
+    }  # fmt: skip
+    assert set(table) == set(heights)
+    for pair, height in heights.items():
+        assert table[pair] == pytest.approx(height * 30 * ROOT2, rel=1e-13)
+    kinds = dict(zip(zip(found.zone_plus.values, found.zone_minus.values, strict=True),
+                     found.kind.values, strict=True))  # fmt: skip
+    assert kinds["above Top", "Top/Base"] == "juxtaposed"
+    assert kinds["Top/Base", "Top/Base"] == "self-juxtaposed"
+    assert found.area.attrs["units"] == "m2"
+    assert found.attrs["area"] == pytest.approx(40 * 30 * ROOT2, rel=1e-13)
+
+
+def test_a_throw_that_grows_makes_triangles():
+    # above Top lies against Top/Base between z = -10 and the cut-off of the hanging wall
+    found = faulted((0.0, 8.5)).juxtaposition("F1").to_dataframe()
+    mine = found[(found.zone_plus == "above Top") & (found.zone_minus == "Top/Base")]
+    throw = [8.5 * (y - SOUTH) / (NORTH - SOUTH) for y in (0.0, 30.0)]
+    assert mine.area.sum() == pytest.approx(ROOT2 * 30 * sum(throw) / 2, rel=1e-13)
+
+
+def test_areas_add_up_to_the_fault():
+    world = synthetic.faulted_reservoir(n=25)
+    scene = Scene(world.horizons, world.faults, world.box)
+    for fault in scene.fault_names:
+        found = scene.juxtaposition(fault)
+        whole = float(scene.orientation(fault).total_area)
+        assert float(found.area.sum()) == pytest.approx(whole, rel=1e-13)
+        slits = found.area.values[found.kind.values == "within one unit"].sum()
+        assert slits == pytest.approx(scene.units.report["slits"].get(fault, 0.0), rel=1e-13)
+
+
+def test_a_fault_that_dies_inside_faces_itself():
+    scene = Scene({"Top": level("Top", -10.0)}, {"F1": slope(south=10, north=20)}, BOX)
+    found = scene.juxtaposition("F1")
+    assert set(found.kind.values) == {"within one unit"}
+    np.testing.assert_allclose(sorted(found.area), [10 * 10 * ROOT2, 30 * 10 * ROOT2], rtol=1e-13)
+
+
+def test_surfaces_that_coincide_have_their_own_sides():
+    """F2 is F1, turned over: what is in front of the one is behind the other."""
+    one = slope()
+    other = TriSurface("F2", "fault", one.vertices, one.triangles[:, [0, 2, 1]])
+    scene = faulted().replace(faults={"F2": other})
+    a, b = (scene.juxtaposition(name).to_dataframe() for name in ("F1", "F2"))
+    there = {(r.unit_plus, r.unit_minus): r.area for r in a.itertuples()}
+    back = {(r.unit_minus, r.unit_plus): r.area for r in b.itertuples()}
+    assert set(there) == set(back)
+    assert len(there) == 5
+    for pair, area in there.items():
+        assert area == pytest.approx(back[pair], rel=1e-14)
+
+
+def test_order_of_surfaces_does_not_matter():
+    world = synthetic.graben(n=9)
+    a = Scene(world.horizons, world.faults, world.box)
+    b = Scene(world.horizons, dict(reversed(world.faults.items())), world.box)
+    xr.testing.assert_allclose(a.juxtaposition("F1"), b.juxtaposition("F1"), rtol=1e-14)
+    one, two = a.fault_polygons("Top"), b.fault_polygons("Top")
+    assert sorted(one.fault.values) == sorted(two.fault.values) == ["F1", "F2"]
+
+
+# ---- Allan diagram -------------------------------------------------------------------
+
+
+def test_rings_of_the_allan_diagram_hold_the_areas():
+    """45 degrees: heights on the diagram are lengths on the fault over root 2."""
+    scene = faulted((1.0, 6.0))
+    found, table = scene.allan("F1"), scene.juxtaposition("F1")
+    rows = lines_of(found)
+    s, z = found.along_strike.values, found.elevation.values
+    rings = np.array([ring_area(s[r], z[r]) for r in rows])
+    kind, side = found.kind.values, found.side.values
+    for sign in "+-":
+        mine = (kind == "zone") & (side == sign)
+        assert mine.sum() == 3
+        assert (rings[mine] > 0).all()
+        assert rings[mine].sum() == pytest.approx(40 * 30, rel=1e-13)
+    mine = kind == "juxtaposition"
+    by_pair = dict(zip(found.label.values[mine], rings[mine], strict=True))
+    for a, b, area in zip(table.unit_plus.values, table.unit_minus.values, table.area.values,
+                          strict=True):  # fmt: skip
+        assert by_pair[f"{a} | {b}"] * ROOT2 == pytest.approx(area, rel=1e-12)
+    assert found.attrs["strike"] == pytest.approx(0.0, abs=1e-12)
+    assert s.min() == 0.0
+    assert s.max() == pytest.approx(30.0)
+
+
+def test_cutoffs_of_the_allan_diagram_lie_where_they_should():
+    found = faulted().allan("F1")
+    rows = lines_of(found)
+    seen = {}
+    for i in np.flatnonzero(found.kind.values == "cut-off"):
+        heights = np.unique(found.elevation.values[rows[i]])
+        seen[found.label.values[i], found.side.values[i]] = heights.tolist()
+    assert seen == {
+        ("Top", "-"): [-10.0],
+        ("Top", "+"): [-14.0],
+        ("Base", "-"): [-20.0],
+        ("Base", "+"): [-24.0],
+    }
+
+
+def test_a_ring_around_a_hole():
+    """A lens of another zone leaves a hole, whose ring runs the other way."""
+    from geosurf.measure.lines import rings_of
+
+    x = np.array([[i, j, 0.0] for j in range(4) for i in range(4)])
+    cells = [(i, j) for j in range(3) for i in range(3) if (i, j) != (1, 1)]
+    t = [[4 * j + i, 4 * j + i + 1, 4 * j + i + 5] for i, j in cells]
+    t += [[4 * j + i, 4 * j + i + 5, 4 * j + i + 4] for i, j in cells]
+    areas = sorted(ring_area(*x[ring, :2].T) for ring in rings_of(np.array(t), x))
+    assert areas == [-1.0, 9.0]
+
+
+# ---- cut-offs and polygons -----------------------------------------------------------
+
+
+def test_each_wall_has_its_own_cutoff():
+    scene = faulted((1.0, 6.0))
+    (up,), (down,) = (scene.cutoffs("Top", "F1", side) for side in ("footwall", "hanging wall"))
+    assert set(up[:, 2]) == {-10.0}
+    assert set(up[:, 0]) == {20.0}
+    throw = 1.0 + 5.0 * (down[:, 1] - SOUTH) / (NORTH - SOUTH)
+    np.testing.assert_allclose(down[:, 2], -10 - throw, atol=1e-13)
+    np.testing.assert_allclose(down[:, 0] + down[:, 2], 10.0, atol=1e-13)
+    assert {0.0, 30.0} <= set(down[:, 1])
+    np.testing.assert_array_equal(scene.cutoffs("Top", "F1", "+")[0], down)
+
+
+def test_an_untorn_horizon_has_one_cutoff_twice():
+    world = synthetic.graben(n=9)
+    scene = Scene(world.horizons, world.faults, world.box)
+    (plus,), (minus,) = (scene.cutoffs("Top", "F1", side) for side in "+-")
+    np.testing.assert_array_equal(plus, minus)
+    step = np.linalg.norm(np.diff(plus, axis=0), axis=1).sum()
+    assert step == pytest.approx(world.truth["curve_length"]["Top", "F1"], rel=1e-12)
+    found = scene.fault_polygons("Top")
+    assert found.kind.values.tolist() == ["line", "line"]
+    assert found.map_area.values.tolist() == [0.0, 0.0]
+
+
+def test_what_is_clipped_away_has_no_cutoff():
+    low = level("Low", -5.0)  # older than Top, but above it: clipped everywhere but at the sides
+    scene = Scene({"Top": level("Top", -10.0), "Low": low}, {"F1": slope()}, BOX)
+    assert len(scene.cutoffs("Low", "F1")) == 1
+    assert scene.cutoffs("Low", "F1", "+") == []
+    assert len(scene.cutoffs("Top", "F1", "+")) == 1
+
+
+@pytest.mark.parametrize(("throw", "kind"), [((4.0, 4.0), "gap"), ((-4.0, -4.0), "overlap")])
+def test_fault_polygons_by_hand(throw, kind):
+    found = faulted(throw).fault_polygons("Base")
+    assert found.fault.values.tolist() == ["F1"]
+    assert found.kind.values.tolist() == [kind]
+    assert float(found.map_area[0]) == pytest.approx(30 * throw[0], rel=1e-13)
+    ring = np.stack([found.easting, found.northing], axis=1)
+    corners = {(30.0, 0.0), (30.0, 30.0), (30.0 + throw[0], 0.0), (30.0 + throw[0], 30.0)}
+    assert corners <= set(map(tuple, ring.tolist()))
+    assert len(set(map(tuple, ring.tolist()))) == len(ring)
+
+
+# ---- throw ---------------------------------------------------------------------------
+
+
+def test_throw_along_a_fault_is_the_throw_put_in():
+    found = faulted((1.0, 6.0)).throw("Base", "F1")
+    y = found.northing.values
+    expected = 1.0 + 5.0 * (y - SOUTH) / (NORTH - SOUTH)
+    np.testing.assert_allclose(found.throw, expected, atol=1e-12)
+    np.testing.assert_allclose(found.heave, expected, atol=1e-12)
+    np.testing.assert_allclose(found.dip_separation, expected * ROOT2, atol=1e-12)
+    np.testing.assert_allclose(found.apparent_dip, 45.0, atol=1e-9)
+    np.testing.assert_allclose(found.along_strike, y, atol=1e-12)
+    np.testing.assert_allclose([y.min(), y.max()], [0.0, 30.0], atol=1e-12)
+
+
+def test_a_reverse_fault_has_a_negative_throw():
+    found = faulted((-3.0, -3.0)).throw("Top", "F1")
+    np.testing.assert_allclose(found.throw, -3.0, atol=1e-12)
+    np.testing.assert_allclose(found.heave, -3.0, atol=1e-12)
+    np.testing.assert_allclose(found.dip_separation, -3.0 * ROOT2, atol=1e-12)
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 37.0, 180.0, 301.0])
+@pytest.mark.parametrize("dip", [30.0, 60.0, 90.0])
+def test_separation_on_any_plane(azimuth, dip):
+    """Lines with vertices of their own, each in either direction, on a plane of any attitude."""
+    a, d = np.radians([azimuth, dip])
+    down, strike = np.array([math.sin(a), math.cos(a)]), np.array([-math.cos(a), math.sin(a)])
+
+    def line(s, z):
+        across = -np.asarray(z) / math.tan(d)
+        return np.column_stack([np.outer(s, strike) + np.outer(across, down), z])
+
+    s = np.array([0.0, 30.0, 80.0, 100.0])
+    up, low = line(s, -0.1 * s), line([100.0, 55.0, 10.0], [-50.0, -27.5, -5.0])
+    found = separation([low], [up], azimuth)
+    t = found.along_strike.values + 0.0
+    np.testing.assert_allclose(sorted(t), [10.0, 30.0, 55.0, 80.0, 100.0], atol=1e-9)
+    np.testing.assert_allclose(found.throw, 0.4 * t, atol=1e-9)
+    np.testing.assert_allclose(found.heave, 0.4 * t / math.tan(d), atol=1e-9)
+    np.testing.assert_allclose(found.dip_separation, 0.4 * t / math.sin(d), atol=1e-9)
+    np.testing.assert_allclose(found.apparent_dip, dip, atol=1e-7)
+
+
+def test_lines_in_parts_are_paired_where_they_overlap():
+    up = [np.array([[0.0, y, 0.0] for y in span]) for span in ((0, 4), (6, 9))]
+    low = [np.array([[1.0, y, -2.0] for y in (1, 8)])]
+    found = separation(low, up, 90.0)
+    np.testing.assert_allclose(found.northing, [1.0, 4.0, 6.0, 8.0], atol=1e-12)
+    assert found.pair.values.tolist() == [0, 0, 1, 1]
+    assert separation(low, [], 90.0).sizes["point"] == 0
+
+
+@pytest.mark.parametrize(
+    ("line", "error", "message"),
+    [
+        ([[0, 0, 0], [0, 5, 0], [1, 3, 0], [1, 9, 0]], GeometryError,
+         r"cut-off line of the footwall turns back along the strike at \(easting 1\.000, .*Cut it"),
+        ([[0, 0, 0]], InputError, r"footwall has shape \(1, 3\), expected \(n, 3\)"),
+        ([[0, 0, 0], [0, np.nan, 0]], InputError, r"values that are not finite; leave such"),
+    ],
+)  # fmt: skip
+def test_lines_that_make_no_profile(line, error, message):
+    with pytest.raises(error, match=message):
+        separation([[[0, 0, 0], [0, 9, 0]]], [line], 90.0)
+
+
+# ---- dips ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("dip", "azimuth"), [(35.0, 200.0), (60.0, 75.0), (90.0, 90.0)])
+def test_dip_azimuth_and_area_of_planes(dip, azimuth):
+    world = synthetic.tilted_planes(n=9, dip=dip, dip_direction=azimuth, tilt=2.0)
+    scene = Scene(world.horizons, world.faults, world.box)
+    fault, top = scene.orientation("F1"), scene.orientation("Top")
+    assert float(fault.mean_dip) == pytest.approx(dip, abs=1e-9)
+    assert float(fault.mean_azimuth) == pytest.approx(azimuth, abs=1e-9)
+    assert float(fault.mean_strike) == pytest.approx((azimuth - 90.0) % 360.0, abs=1e-9)
+    assert not fault.overturned.any()
+    np.testing.assert_allclose(fault.dip, dip, atol=1e-6)
+    assert float(top.mean_dip) == pytest.approx(2.0, abs=1e-9)
+    assert float(top.mean_azimuth) == pytest.approx(225.0, abs=1e-9)
+    area = 4000.0 * 3000.0 / math.cos(math.radians(2.0))
+    assert float(top.total_area) == pytest.approx(area, rel=1e-12)
+    assert float(top.area.sum()) == pytest.approx(area, rel=1e-12)
+
+
+def test_a_flat_horizon_has_no_azimuth():
+    scene = Scene({"Top": level("Top", -10.0)}, {"F1": slope()}, BOX)
+    found = scene.orientation("Top")
+    assert float(found.mean_dip) == 0.0
+    assert math.isnan(float(found.mean_azimuth))
+
+
+# ---- scene ---------------------------------------------------------------------------
+
+
+def test_measures_are_remembered_and_explained():
+    scene = faulted()
+    assert scene.juxtaposition("F1") is scene.juxtaposition("F1")
+    assert scene.thickness("Top/Base", 5.0) is scene.thickness("Top/Base", 5.0)
+    assert scene.thickness("Top/Base", 5.0) is not scene.thickness("Top/Base", 6.0)
+    told = [(s.subject, s.outcome) for s in scene.steps if s.stage == "measure"]
+    assert told[:3] == [
+        ("juxtaposition F1", "ran"),
+        ("juxtaposition F1", "from memory"),
+        ("isochore Top/Base", "ran"),
+    ]
+
+
+def test_every_variable_has_units_or_is_a_label():
+    scene = faulted()
+    results = [
+        scene.juxtaposition("F1"), scene.allan("F1"), scene.fault_polygons("Top"),
+        scene.throw("Top", "F1"), scene.orientation("F1"), scene.thickness("Top/Base").to_dataset(),
+    ]  # fmt: skip
+    for found in results:
+        for name, values in found.data_vars.items():
+            assert values.attrs.get("long_name"), name
+            if values.dtype.kind == "f":
+                assert values.attrs.get("units"), name
+
+
+def test_names_that_are_not_there():
+    scene = faulted()
+    with pytest.raises(InputError, match=r"no fault is called 'Top'; there are \['F1'\]"):
+        scene.juxtaposition("Top")
+    with pytest.raises(InputError, match=r"no horizon is called 'Tip'; .*Did you mean 'Top'\?"):
+        scene.fault_polygons("Tip")
+    with pytest.raises(InputError, match=r"side is 'left', expected one of \('\+', '-'"):
+        scene.cutoffs("Top", "F1", "left")
+    far = slope("F2")
+    far = TriSurface("F2", "fault", far.vertices + np.array([0.0, 900.0, 0.0]), far.triangles)
+    with pytest.raises(GeometryError, match=r"'F2' does not reach into the model.*Enlarge the box"):
+        scene.replace(faults={"F2": far}).allan("F2")
+    with pytest.raises(InputError, match="do not know the patches that they were carved from"):
+        _ = Units([], BOX).sides
+
+
+def test_a_flat_fault_has_no_strike():
+    flat = level("Top", -30.0).renamed("F1", "fault")
+    scene = Scene({"Top": level("Top", -10.0)}, {"F1": flat}, BOX)
+    assert float(scene.orientation("F1").mean_dip) == 0.0
+    with pytest.raises(GeometryError, match=r"'F1' is flat on average, so that it has no strike"):
+        scene.allan("F1")

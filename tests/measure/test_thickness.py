@@ -1,0 +1,242 @@
+"""Thickness maps are what a vertical line measures in the model, node by node."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+from geosurf import Scene, TriSurface, synthetic
+from geosurf.errors import InputError, InvariantError
+from geosurf.measure import thickness_map
+from geosurf.measure.columns import cross_columns
+from geosurf.model import Unit, Units
+from tests.measure.worlds import BOX, faulted, level, slope
+from tests.strategies import lattice_points
+
+UTM = (456_000.0, 6_780_000.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def graben():
+    world = synthetic.graben(n=9, offset=UTM)
+    return Scene(world.horizons, world.faults, world.box)
+
+
+def nodes(east, north):
+    return xr.Dataset(coords={"northing": np.array(north, float), "easting": np.array(east, float)})
+
+
+# ---- closed forms --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("zone", "expected"), [("Top/Middle", 70.0), ("Middle/Base", 100.0)])
+def test_parallel_planes_are_as_thick_everywhere(graben, zone, expected):
+    found = graben.thickness(zone, 130.0)
+    assert found.dims == ("block", "northing", "easting")
+    assert set(found.block.values) == {"F1-", "F1+ F2+", "F2-"}
+    total = found.sum("block", min_count=1)
+    np.testing.assert_allclose(total, expected, rtol=0, atol=2e-12)
+
+
+def test_isopach_of_parallel_planes_is_their_distance(graben):
+    p = math.tan(math.radians(1.0))
+    cosine = 1 / math.sqrt(1 + (0.25 * p) ** 2 + p**2)
+    isochore = graben.thickness("Top/Middle", 130.0)
+    isopach = graben.thickness("Top/Middle", 130.0, kind="isopach")
+    assert isopach.attrs["kind"] == "isopach"
+    np.testing.assert_allclose(isopach, isochore * cosine, rtol=1e-13)
+
+
+def test_dip_is_that_of_the_base_where_the_lid_of_the_model_is_on_top(graben):
+    p = math.tan(math.radians(1.0))
+    cosine = 1 / math.sqrt(1 + (0.25 * p) ** 2 + p**2)
+    ratio = graben.thickness("above Top", 400.0, kind="isopach") / graben.thickness(
+        "above Top", 400.0
+    )
+    assert np.nanmax(np.abs(ratio - cosine)) < 1e-13
+
+
+def test_between_two_faults_there_is_no_bedding():
+    """A vertical line that enters and leaves the zone through faults alone has no isopach."""
+    lower = slope()
+    upper = TriSurface("F2", "fault", lower.vertices + np.array([2.0, 0.0, 0.0]), lower.triangles)
+    scene = Scene({"Top": level("Top", -10.0)}, {"F1": slope(), "F2": upper}, BOX)
+    at = nodes([30.5], [15.3])
+    isochore, isopach = (
+        scene.thickness("below Top", at, kind=kind).sel(block="F1+ F2-").item()
+        for kind in ("isochore", "isopach")
+    )
+    assert isochore == pytest.approx(2.0, abs=1e-13)
+    assert math.isnan(isopach)
+
+
+def test_torn_and_reverse_zones_by_hand():
+    # foot: Top -10, Base -20; hanging: 4 lower; the fault is at z = 10 - x
+    scene = faulted()
+    found = scene.thickness("Top/Base", nodes([15.5, 22.5, 27.0, 31.0, 50.0], [7.3]))
+    foot, hanging = found.sel(block="F1-")[0], found.sel(block="F1+")[0]
+    np.testing.assert_allclose(foot, [10, 7.5, 3.0, np.nan, np.nan], atol=1e-13)
+    np.testing.assert_allclose(hanging, [np.nan, np.nan, 3.0, 7.0, 10.0], atol=1e-13)
+    # 4 higher: between x = 20 and 30 the line meets the zone twice over
+    scene = faulted((-4.0, -4.0))
+    found = scene.thickness("Top/Base", nodes([23.0], [7.3]))[:, 0, 0].to_series()
+    assert found["F1-"] == pytest.approx(7.0, abs=1e-13)
+    assert found["F1+"] == pytest.approx(7.0, abs=1e-13)
+
+
+def test_contact_intervals_add_up():
+    scene = Scene({"Top": level("Top", -10.0)}, {}, BOX, contacts={"OWC": -25.0})
+    whole = scene.thickness("below Top", 6.0)
+    parts = [scene.thickness("below Top", 6.0, contact=c) for c in ("above OWC", "below OWC")]
+    assert set(np.unique(whole)) == {30.0}
+    assert [set(np.unique(part)) for part in parts] == [{15.0}, {15.0}]
+    assert set(np.unique(scene.thickness("below Top", 6.0, kind="isopach"))) == {30.0}
+
+
+# ---- laws ----------------------------------------------------------------------------
+
+
+def test_all_zones_and_blocks_fill_the_box_at_every_node(graben):
+    """On edges, corners and the rim of the model as well: each node counts once."""
+    top = graben._horizons["Top"]
+    zones = list(dict.fromkeys(unit.zone for unit in graben.units.values()))
+    total = sum(graben.thickness(zone, top).sum("block") for zone in zones)
+    assert total.shape == (9, 9)
+    np.testing.assert_allclose(total, 800.0, rtol=0, atol=2e-12)
+
+
+def test_sums_converge_to_the_volumes(graben):
+    for zone in ("Top/Middle", "below Base"):
+        error = []
+        for width in (100.0, 20.0):
+            found = graben.thickness(zone, width)
+            sums = found.sum(["northing", "easting"]) * found.attrs["cell_area"]
+            exact = np.array([graben.units[zone, block].volume for block in found.block.values])
+            error.append(float(np.abs(sums / exact - 1).max()))
+        assert error[1] < 1e-5
+        assert error[1] < error[0] / 10
+
+
+def test_sums_are_volumes_where_cells_end_on_edges():
+    """Linear in each cell, so that the middle of a cell is its mean."""
+    found = faulted().thickness("Top/Base", 1.0)
+    sums = (found.sum(["northing", "easting"]) * found.attrs["cell_area"]).to_series()
+    assert sums["F1-"] == pytest.approx(30 * (20 * 10 + 50), rel=1e-13)
+    assert sums["F1+"] == pytest.approx(30 * (26 * 10 + 50), rel=1e-13)
+
+
+def test_the_order_of_surfaces_does_not_matter():
+    world = synthetic.graben(n=9)
+    a = Scene(world.horizons, world.faults, world.box)
+    b = Scene(world.horizons, dict(reversed(world.faults.items())), world.box)
+    for kind in ("isochore", "isopach"):
+        xr.testing.assert_identical(
+            a.thickness("Top/Middle", 300.0, kind=kind), b.thickness("Top/Middle", 300.0, kind=kind)
+        )
+
+
+def test_a_turned_grid_is_the_same_nodes():
+    scene = faulted()
+    flat = scene.thickness("Top/Base", 4.0)
+    east, north = np.meshgrid(flat.easting, flat.northing, indexing="ij")
+    turned = xr.Dataset(coords={"northing": (("i", "j"), north), "easting": (("i", "j"), east)})
+    found = scene.thickness("Top/Base", turned)
+    assert found.dims == ("block", "i", "j")
+    np.testing.assert_array_equal(found.transpose("block", "j", "i"), flat)
+
+
+MUCH = 10**9
+
+
+def exactly(x, triangles, foot, push):
+    """Slow and obvious: the foot is really moved, by a millionth and a billionth."""
+    x0 = int(MUCH * foot[0]) + 1000 * int(push[0])
+    y0 = int(MUCH * foot[1]) + int(push[1])
+    total, count = Fraction(0), 0
+    for t in triangles.tolist():
+        p = [[MUCH * int(v) for v in x[i]] for i in t]
+        turn = [
+            (p[(k + 1) % 3][0] - p[k][0]) * (y0 - p[k][1])
+            - (p[(k + 1) % 3][1] - p[k][1]) * (x0 - p[k][0])
+            for k in range(3)
+        ]
+        if all(v > 0 for v in turn) or all(v < 0 for v in turn):
+            way = 1 if turn[0] > 0 else -1
+            weight = [turn[1], turn[2], turn[0]]
+            z = sum(w * q[2] for w, q in zip(weight, p, strict=True))
+            total, count = total + way * Fraction(z, MUCH * sum(weight)), count + way
+    return float(total), count
+
+
+@given(
+    st.lists(lattice_points(4), min_size=4, max_size=4, unique=True).filter(
+        lambda p: np.linalg.det(np.diff(p, axis=0)) > 0.5
+    ),
+    st.integers(0, 8),
+    st.integers(0, 8),
+)
+def test_columns_agree_with_rational_arithmetic(corners, east, north):
+    """Feet on corners, edges and upright faces of a tetrahedron; the middle is anywhere."""
+    x = np.array(corners, dtype=float)
+    triangles = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    half = np.arange(9) / 2
+    feet = np.stack(np.meshgrid(half, half), axis=-1).reshape(-1, 2)
+    middle = np.array([east, north]) / 2
+    push = np.where(feet <= middle, 1, -1)
+    found = cross_columns(x, triangles, feet, middle)
+    total = np.bincount(found.foot, found.way * found.elevation, minlength=len(feet))
+    for i, foot in enumerate(feet):
+        z, count = exactly(x, triangles, foot, push[i])
+        assert count == 0
+        assert total[i] == pytest.approx(z, abs=1e-4)
+        assert total[i] >= 0
+
+
+# ---- what is refused -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("Top/Bse",), r"no zone is called 'Top/Bse'; there are .* Did you mean 'Top/Base'\?"),
+        (("Top/Base", -1.0), r"cells of a map are -1\.0 m wide; give a width above 0"),
+        (("Top/Base", "50"), r"grid of a map is str; give the width of a cell"),
+        (("Top/Base", xr.DataArray([1.0])), r"no coordinate 'northing'.*Give northing and easting"),
+    ],
+)
+def test_requests_that_make_no_sense(arguments, message):
+    with pytest.raises(InputError, match=message):
+        faulted().thickness(*arguments)
+
+
+def test_words_that_are_unknown():
+    scene = faulted()
+    with pytest.raises(InputError, match=r"kind is 'isochor', expected .* mean 'isochore'\?"):
+        scene.thickness("Top/Base", kind="isochor")
+    with pytest.raises(InputError, match=r"zone 'Top/Base' has no interval 'above OWC'"):
+        scene.thickness("Top/Base", contact="above OWC")
+    bad = nodes([1.0, np.nan], [1.0])
+    with pytest.raises(InputError, match="coordinate 'easting' of the map has values that are not"):
+        scene.thickness("Top/Base", bad)
+    odd = xr.Dataset(coords={"northing": ("a", [1.0]), "easting": (("a", "b"), [[1.0]])})
+    with pytest.raises(InputError, match="give both over one dimension each, or both over"):
+        scene.thickness("Top/Base", odd)
+
+
+def test_a_shell_that_leaks_is_told():
+    unit = next(iter(faulted().units.values()))
+    fields = {key: getattr(unit, key) for key in (
+        "name", "zone", "zone_index", "block", "local", "origin", "surface_of_triangle",
+        "surface_names", "volume", "area",
+    )}  # fmt: skip
+    up = np.argmax(np.cross(*(unit.local[unit.triangles[:, k]] - unit.local[unit.triangles[:, 0]]
+                              for k in (1, 2)))[:, 2])  # fmt: skip
+    leaky = Unit(triangles=np.delete(unit.triangles, up, axis=0), **fields)
+    with pytest.raises(InvariantError, match="left more often than entered at easting"):
+        thickness_map(Units([leaky], BOX), unit.zone)
