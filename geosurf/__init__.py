@@ -9,6 +9,7 @@ The pipeline, stage by stage::
     intersect    surfaces -> the curves where they meet
     rebuild      surfaces -> patches that share vertices along the curves
     carve        patches -> closed units: zone x fault block x fluid contact
+    measure      units and patches -> thickness maps, juxtaposition, cut-offs, throw, dips
     render       anything -> PNG, off-screen
     report       a scene -> one HTML page;  write: anything -> files
 

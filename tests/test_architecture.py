@@ -116,7 +116,7 @@ def test_import_geosurf_loads_nothing_heavy() -> None:
 @pytest.mark.parametrize(
     "stage",
     [
-        *("read", "triangulate", "contact", "intersect", "rebuild", "carve"),
+        *("read", "triangulate", "contact", "intersect", "rebuild", "carve", "measure"),
         *("report", "write", "synthetic"),
     ],
 )

@@ -14,6 +14,7 @@ from geosurf.errors import GeometryError, InputError
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
+SAME = 1e-3  # vertices of a line that are nearer than this are read as one [m]
 _COLUMNS = {
     "throw": ("m", "vertical separation, above 0 where the hanging wall is down (normal)"),
     "heave": ("m", "horizontal separation across strike, above 0 for a gap in the map"),
@@ -53,7 +54,8 @@ def separation(
         Over ``point``, with coordinate ``along_strike``: throw, heave, dip separation, at every
         vertex of either line where there is a line on each wall; ``pair`` numbers the pairs of
         lines. Both walls are read on the same plane across strike, between vertices linearly,
-        so that the profile is exact at its points.
+        so that the profile is exact at its points. Vertices of a line within a millimetre of
+        the one before, as exact cuts make them, are read as one.
 
     Raises
     ------
@@ -116,6 +118,7 @@ def _section(wall: str, line: Any, axes: np.ndarray) -> np.ndarray:
         raise InputError(
             f"a cut-off line of the {wall} has values that are not finite; leave such points out."
         )
+    points = _thinned(points)
     section = np.column_stack([points[:, :2] @ axes.T, points[:, 2]])
     if section[-1, 0] < section[0, 0]:
         section, points = section[::-1], points[::-1]
@@ -128,6 +131,17 @@ def _section(wall: str, line: Any, axes: np.ndarray) -> np.ndarray:
             place=where,
         )
     return section
+
+
+def _thinned(points: np.ndarray) -> np.ndarray:
+    """A line without vertices that lie on the one before; its ends stay."""
+    kept = [0]
+    for i in range(1, len(points)):
+        if np.linalg.norm(points[i] - points[kept[-1]]) > SAME:
+            kept.append(i)
+    if len(kept) > 1:
+        kept[-1] = len(points) - 1
+    return points[kept]
 
 
 def _profile(s: np.ndarray, h: np.ndarray, f: np.ndarray, axes: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from geosurf import Scene, TriSurface, synthetic
+from geosurf import Scene, TriSurface, synthetic, tear_horizon
 from geosurf.errors import GeometryError, InputError
 from geosurf.measure import separation
 from geosurf.model import Units
@@ -252,6 +252,41 @@ def test_lines_in_parts_are_paired_where_they_overlap():
     np.testing.assert_allclose(found.northing, [1.0, 4.0, 6.0, 8.0], atol=1e-12)
     assert found.pair.values.tolist() == [0, 0, 1, 1]
     assert separation(low, [], 90.0).sizes["point"] == 0
+
+
+def test_vertices_on_one_place_are_one():
+    """Exact cuts leave such pairs; found at the side of a box, where a torn sheet ends."""
+    up = [
+        [0.0, 0.0, 0.0],
+        [0.0, 0.0, 1e-9],
+        [0.0, 4.0, 0.0],
+        [0.0, 8.0 - 1e-9, 0.0],
+        [0.0, 8.0, 0.0],
+    ]
+    low = [[1.0, 0.0, -2.0], [1.0, 8.0, -2.0]]
+    found = separation([low], [up], 90.0)
+    np.testing.assert_allclose(found.along_strike, [0.0, 4.0, 8.0], atol=1e-12)
+    np.testing.assert_allclose(found.throw, 2.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["through", "reverse"])
+def test_throw_of_a_torn_sheet_is_that_of_its_truth(kind):
+    """Cut-offs of a model from a sheet, against the cut-offs that the world was made with."""
+    world = synthetic.torn(kind, 41)
+    sheet = tear_horizon(world.truth["points"], world.faults, name="Top")
+    faults = {fault.name: fault for fault in sheet.faults}
+    scene = Scene({"Top": sheet}, faults, (100.0, 900.0, 100.0, 900.0, -2070.0, -1530.0))
+    found = scene.throw("Top", "F1")
+    azimuth = found.attrs["dip_azimuth"]
+    walls = ([world.truth["cutoffs"]["F1", wall]] for wall in "+-")
+    truth = separation(*walls, azimuth, start=0.0)
+    model = separation(*(scene.cutoffs("Top", "F1", wall) for wall in "+-"), azimuth, start=0.0)
+    np.testing.assert_array_equal(model.throw, found.throw)
+    expected = np.interp(model.along_strike, truth.along_strike, truth.throw)
+    largest = np.abs(expected).max()
+    assert largest > 50.0
+    assert np.abs(found.throw.values - expected).mean() < 0.02 * largest
+    assert scene.fault_polygons("Top").kind.item() == ("gap" if kind == "through" else "overlap")
 
 
 @pytest.mark.parametrize(
