@@ -12,6 +12,7 @@ import numpy as np
 
 from geosurf.contact import tree
 from geosurf.contact.broad import candidate_pairs
+from geosurf.contact.threads import side_by_side
 from geosurf.kernels.gather import number_keys
 from geosurf.kernels.mesh import weld
 from geosurf.kernels.voxels import triangle_boxes
@@ -60,19 +61,25 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None):
         boxes = [triangle_boxes(s.vertices, s.triangles) for s in surfaces]
     else:
         trees = tree.trees_for(surfaces, pairs)
-    for i, j in pairs:
-        if i == j and surfaces[i].lattice is not None and surfaces[i].lattice.is_graph:
-            continue  # one elevation for each place in the map: it cannot meet itself
-        if voxels:
-            rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
-            keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
-            rows = np.stack(keys, axis=1)
-        else:
-            rows, spent = tree.candidate_pairs(trees[i], trees[j], same=i == j)
+
+    def search(i: int, j: int):
+        if not voxels:
+            return tree.candidate_pairs(trees[i], trees[j], same=i == j)
+        rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
+        keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
+        return np.stack(keys, axis=1), spent
+
+    # a graph has one elevation for each place in the map: it cannot meet itself
+    wanted = [(i, j) for i, j in pairs if i != j or not _is_graph(surfaces[i])]
+    for (i, j), (rows, spent) in zip(wanted, side_by_side(search, wanted), strict=True):
         for key, value in spent.items():
             cost["pairs_tested" if key == "pairs" else key] += value
         found.append((i, j, rows))
     return found, cost
+
+
+def _is_graph(surface) -> bool:
+    return surface.lattice is not None and surface.lattice.is_graph
 
 
 def _keys_of_rows(surface, rows: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ import numpy as np
 
 from geosurf.contact.broad import candidate_pairs, fit_voxels
 from geosurf.contact.gather import Faces, find_candidates, gather
+from geosurf.contact.threads import n_threads, side_by_side
 from geosurf.conventions import frame_origin, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
@@ -27,6 +28,7 @@ from geosurf.model import TriSurface, VoxelSearch
 
 METHODS = ("auto", "tree", "voxels")
 ULP = 2.0**-52
+_PAIRS_OF_A_THREAD = 20_000  # 4 ms of work; a thread costs a tenth of one
 
 
 @dataclass
@@ -195,18 +197,25 @@ def table_size(n: int) -> int:
 
 def _meet(x, t, pairs):
     """Contacts of candidate pairs, sorted by faces, and the near pairs."""
-    m, w = frame_of(x, len(t))
     slip = ULP * float(np.abs(x).max(initial=0.0))
+    parts = np.array_split(pairs, max(1, min(n_threads(), len(pairs) // _PAIRS_OF_A_THREAD)))
+    found = side_by_side(_meet_part, [(x, t, part, slip) for part in parts])
+    rows, near = (np.concatenate(part) for part in zip(*found, strict=True))
+    # by face, not as the search came across them: numbers are the same for any search
+    rows = rows[np.argsort(rows[:, 0] * len(t) + rows[:, 1])]
+    return rows, near[np.argsort(near[:, 0] * len(t) + near[:, 1])]
+
+
+def _meet_part(x, t, pairs, slip):
+    """Contacts of some pairs, and the near ones among them."""
+    m, w = frame_of(x, len(t))
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
     near = np.empty(1024 + len(pairs) // 16, dtype=np.int64)
     n, n_near = meet_pairs(x, t, pairs, m, w, slip, rows, near)
     if n_near > len(near):
         near = np.empty(n_near, dtype=np.int64)
         n, n_near = meet_pairs(x, t, pairs, m, w, slip, rows, near)
-    # by face, not as the search came across them: numbers are the same for any search
-    rows = rows[:n][np.argsort(rows[:n, 0] * len(t) + rows[:n, 1])]
-    near = pairs[near[:n_near]]
-    return rows, near[np.argsort(near[:, 0] * len(t) + near[:, 1])]
+    return rows[:n], pairs[near[:n_near]]
 
 
 def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:

@@ -1,0 +1,42 @@
+"""Kernels release Python's lock: independent pieces of work run side by side, results in order."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+from geosurf.errors import InputError
+
+
+def n_threads() -> int:
+    """Number of threads: GEOSURF_THREADS, or the cores that this process may use.
+
+    Raises
+    ------
+    InputError
+        If GEOSURF_THREADS is no whole number above 0.
+    """
+    said = os.environ.get("GEOSURF_THREADS")
+    if said is None:
+        cores = getattr(os, "sched_getaffinity", None)
+        return len(cores(0)) if cores else os.cpu_count() or 1
+    if not said.isdecimal() or int(said) < 1:
+        raise InputError(f"GEOSURF_THREADS is {said!r}; give a whole number above 0.")
+    return int(said)
+
+
+def side_by_side(work: Callable[..., Any], rows: Sequence[tuple], worth: bool = True) -> list[Any]:
+    """Return ``[work(*row) for row in rows]``, on several threads if that is worth it.
+
+    Examples
+    --------
+    >>> side_by_side(divmod, [(7, 2), (9, 4)])
+    [(3, 1), (2, 1)]
+    """
+    n = min(n_threads(), len(rows)) if worth else 1
+    if n <= 1:
+        return [work(*row) for row in rows]
+    with ThreadPoolExecutor(n) as pool:
+        return list(pool.map(lambda row: work(*row), rows))
