@@ -223,3 +223,23 @@ def volume(vertices, triangles) -> Fraction:
     for a, b, c in np.asarray(triangles).tolist():
         total += dot(corners[a], cross(corners[b], corners[c]))
     return total / 6
+
+
+def n_cell(triangles) -> int:
+    """How many bounded parts space falls into, by Alexander duality: triangles that meet in common
+    corners and edges only have as many closed 2-cycles (modulo 2) that are independent.
+    """
+    edges: dict[tuple[int, ...], int] = {}
+    pivots: dict[int, int] = {}
+    rank = 0
+    distinct = {tuple(sorted(t)) for t in np.asarray(triangles).tolist()}
+    for a, b, c in distinct:
+        row = 0
+        for edge in ((a, b), (a, c), (b, c)):
+            row ^= 1 << edges.setdefault(edge, len(edges))
+        while row and row.bit_length() in pivots:
+            row ^= pivots[row.bit_length()]
+        if row:
+            pivots[row.bit_length()] = row
+            rank += 1
+    return len(distinct) - rank

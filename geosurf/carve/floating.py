@@ -30,14 +30,23 @@ def place_floating(
     ndarray of int64, shape (2 * n_triangle,)
     """
     sides = shell.copy()
-    for p in np.setdiff1d(piece, fixed):
-        one, two = _shot(x, t, np.flatnonzero(piece == p), piece)
-        sides[sides == sides[one]] = sides[two]
+    floating = np.setdiff1d(piece, fixed)
+    shots = {p: _shot(x, t, np.flatnonzero(piece == p), piece == p) for p in floating}
+    for p, (outer, holding) in shots.items():
+        while True:
+            label = sides[outer]
+            group = [q for q in floating if sides[shots[q][0]] == label]
+            if not np.isin(piece[np.flatnonzero(sides == label) // 2], group).all():
+                break
+            # pieces that float side by side may see each other only: ask beyond all of them
+            if len(group) > 1:
+                _, holding = _shot(x, t, np.flatnonzero(piece == p), np.isin(piece, group))
+            sides[sides == label] = sides[holding]
     return sides
 
 
-def _shot(x, t, mine, piece):
-    """Sides (outer, holding) met by a ray from outside through a floating piece and onwards.
+def _shot(x, t, mine, member):
+    """Sides (outer, holding) met by a ray through a floating piece, and beyond all members.
 
     The ray runs along the axis on which the piece's first triangle is widest. It aims at
     rational points inside that triangle until it misses all edges; hits are exact. The points
@@ -60,9 +69,8 @@ def _shot(x, t, mine, piece):
         if None in hits:
             continue  # the ray grazes an edge: aim elsewhere
         met = [(h[0], i, h[1]) for i, h in zip(np.flatnonzero(near), hits, strict=True) if h]
-        members = set(mine.tolist())
-        top = max((hit for hit in met if hit[1] in members), key=lambda hit: hit[0])
-        above = [hit for hit in met if hit[1] not in members and hit[0] > top[0]]
+        top = max((hit for hit in met if member[hit[1]]), key=lambda hit: hit[0])
+        above = [hit for hit in met if not member[hit[1]] and hit[0] > top[0]]
         if not above:
             break
         first = min(above, key=lambda hit: hit[0])

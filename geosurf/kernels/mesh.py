@@ -173,6 +173,8 @@ def patches_of(t, surface, owners, ring, twin):
     for i in range(n):  # coinciding triangles: joined as their twins are, surface by surface
         if twin[i] == i:
             continue
+        if surface[twin[i]] == surface[i]:  # a surface that lies on itself: one patch, any order
+            join(parent, i, twin[i])
         for c in range(3):
             j = ring[3 * i + c]
             while j != 3 * i + c:

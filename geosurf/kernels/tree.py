@@ -24,6 +24,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.predicates import TINY
 
 LEAF = 8
 FAN = 8
@@ -315,7 +316,8 @@ def _beside(c, row, boxes, j):
     size += abs(boxes[j, 2]) + abs(boxes[j, 5]) + abs(ox) + abs(oy) + abs(oz)
     span = abs(ax) + abs(ay) + abs(az) + abs(bx) + abs(by) + abs(bz)
     far = abs(mx) + abs(my) + abs(mz) + rx + ry + rz
-    return height > reach + size * (1e-14 * (sx + sy + sz) + 4e-15 * far * span)
+    # where products underflow, the bound does too: nothing below TINY is sure
+    return height > reach + size * (1e-14 * (sx + sy + sz) + 4e-15 * far * span) + TINY
 
 
 @scalar

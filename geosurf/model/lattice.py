@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from geosurf.errors import SurfaceError
 from geosurf.kernels.lattice import lattice_corners, lattice_normals
 from geosurf.kernels.tree import N_PLACE
 from geosurf.model.base import frozen
@@ -31,6 +33,11 @@ class Lattice:
         How triangles turn. None (horizons): so that normals point up. False:
         from columns to rows; True: from rows to columns (faults, which may be
         vertical, so that the map cannot tell).
+
+    Raises
+    ------
+    SurfaceError
+        If arrays are no numbers, or their shapes do not fit together.
     """
 
     easting: np.ndarray
@@ -41,7 +48,13 @@ class Lattice:
 
     def __post_init__(self) -> None:
         for key in ("easting", "northing", "elevation"):
-            object.__setattr__(self, key, frozen(getattr(self, key), np.float64))
+            object.__setattr__(self, key, frozen(_numbers(key, getattr(self, key)), np.float64))
+        shape, found = self.elevation.shape, (self.easting.shape, self.northing.shape)
+        if len(shape) != 2 or found not in ((shape[1:], shape[:1]), (shape, shape)):
+            raise SurfaceError(
+                f"a lattice has easting of shape {found[0]}, northing {found[1]} and elevation "
+                f"{shape}; expected (n_col,), (n_row,) and (n_row, n_col), or all (n_row, n_col)."
+            )
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -197,7 +210,22 @@ class Lattice:
         x, y = self.easting, self.northing
         if x.ndim == 1:
             return bool((x[-1] > x[0]) == (y[-1] > y[0]))
-        cell = (x[:-1, 1:] - x[:-1, :-1]) * (y[1:, :-1] - y[:-1, :-1]) - (
-            y[:-1, 1:] - y[:-1, :-1]
-        ) * (x[1:, :-1] - x[:-1, :-1])
+        with np.errstate(invalid="ignore", over="ignore"):  # infinite ones are refused later
+            cell = (x[:-1, 1:] - x[:-1, :-1]) * (y[1:, :-1] - y[:-1, :-1]) - (
+                y[:-1, 1:] - y[:-1, :-1]
+            ) * (x[1:, :-1] - x[:-1, :-1])
         return bool(np.nansum(np.sign(cell)) >= 0)
+
+
+def _numbers(key: str, values: Any) -> Any:
+    """Values as float64, masked ones not-a-number, or a SurfaceError."""
+    try:
+        if np.iscomplexobj(values):
+            raise TypeError("complex")
+        if np.ma.isMaskedArray(values):
+            values = np.ma.filled(values.astype(np.float64), np.nan)
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise SurfaceError(
+            f"{key} of a lattice is not made of numbers ({error}). Give an array of metres."
+        ) from error

@@ -122,6 +122,10 @@ def _untouched(contacts: Contacts, i: int, touched, n: int):
     """Keys and corners of the triangles of a list that nothing meets, and their new points."""
     source = contacts.surfaces[i]
     nodes, ids = contacts.nodes[i]
+    # faces that are only near one another depend on how candidates are searched: passed over
+    met = np.zeros(contacts.n_vertex, dtype=bool)
+    met[contacts.t[touched]] = True
+    nodes, ids = nodes[met[ids]], ids[met[ids]]
     rows = np.ones(source.n_triangle, dtype=bool)
     mine = np.flatnonzero(touched & (contacts.surface_of_face == i))
     rows[source.rows_of_keys(contacts.key_of_face[mine])] = False

@@ -26,6 +26,10 @@ def carve(surfaces, box=BOX):
     patches = rebuild_surfaces([*surfaces, *build_walls(box)])
     units = carve_units(patches)
     laws.assert_volumes_add_up(units, box)
+    west, east, south, north, bottom, top = box
+    inside = (patches.vertices >= (west, south, bottom)) & (patches.vertices <= (east, north, top))
+    triangles = patches.triangles[inside.all(axis=1)[patches.triangles].all(axis=1)]
+    assert units.report["cells"] == oracles.n_cell(triangles)
     certificate = certify(patches, units)
     assert certificate.ok, str(certificate)
     return units
@@ -192,6 +196,19 @@ def test_a_closed_fault_inside_a_unit():
     }  # fmt: skip
     outer = units["above Top", "Salt+"]
     assert outer.area == pytest.approx(2 * 16 + 4 * 32 + 2 * 4 + 4 * 6)
+
+
+def test_floating_pieces_that_see_only_each_other():
+    """Rays through them run along different axes, each through the other first."""
+    corners = [
+        [(0, 3, 1), (0, 2, 2), (1, 3, 0)],
+        [(1, 1, 0), (2, 3, 2), (0, 1, 0)],
+        [(1, 3, 0), (0, 3, 2), (1, 0, 2)],
+    ]
+    faults = [TriSurface(f"F{i}", "fault", of, [[0, 1, 2]]) for i, of in enumerate(corners)]
+    box = (-1, 4, -1, 4, -1, 4)
+    for order in itertools.permutations(faults):
+        assert volumes(carve(order, box)) == {"box": 125.0}
 
 
 def test_shells_inside_shells():

@@ -11,7 +11,7 @@ from geosurf.contact.search import find_contacts
 from geosurf.contact.tree import candidate_pairs, tree_of
 from geosurf.kernels.tree import build_list_tree, morton_order
 from geosurf.kernels.voxels import triangle_boxes
-from tests.strategies import faulted_worlds, grid, sheet, soups
+from tests.strategies import faulted_worlds, grid, sheet, soup, soups
 
 BYTES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
 
@@ -59,6 +59,18 @@ def test_trees_and_voxels_give_the_same_bytes(world):
     two = rebuild_surfaces(world, method="voxels")
     for name in BYTES:
         assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
+
+
+@pytest.mark.parametrize("power", [-200, -356, -358, -359, -361, -1000])
+def test_no_pair_is_lost_where_products_underflow(power):
+    """Heights of 1e-324 over bounds of 0 once told that triangles are beside each other."""
+    for seed in range(25):
+        corners = np.random.default_rng(seed).integers(0, 4, (8, 3, 3)).astype(float)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        corners = corners[normal.any(axis=1)] * 2.0**power
+        one, two = soup("A", corners[::2]), soup("B", corners[1::2])
+        touching, _ = meeting(one, two)
+        assert touching <= pairs_of(one, two)
 
 
 def test_a_huge_flat_face_reaches_only_what_its_plane_passes(rng):

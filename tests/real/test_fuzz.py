@@ -7,7 +7,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.carve.certificate import certify
-from geosurf.errors import GeosurfError, InvariantError
+from geosurf.errors import GeosurfError, InvariantError, SurfaceError
 
 WALLS = gs.build_walls((0.5, 3.5, 0.25, 3.25, -5.0, 5.0))
 
@@ -120,3 +120,28 @@ def test_walls_may_turn_either_way():
     turned = [gs.TriSurface(w.name, "wall", w.vertices, w.triangles[:, ::-1]) for w in WALLS]
     units = gs.carve_units(gs.rebuild_surfaces(turned))
     assert {name: unit.volume for name, unit in units.items()} == {"box": 90.0}
+
+
+X, Y, Z = np.arange(4.0), np.arange(3.0), np.zeros((3, 4))
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ((Y, X, Z), r"easting of shape \(3,\), northing \(4,\) and elevation \(3, 4\)"),
+        ((np.arange(9.0), Y, Z), r"shape \(9,\).*expected \(n_col,\), \(n_row,\)"),
+        ((Z, Y, Z), r"or all \(n_row, n_col\)\."),
+        ((X, Y, Z.ravel()), r"and elevation \(12,\)"),
+        ((list("abcd"), Y, Z), r"easting of a lattice is not made of numbers"),
+        ((X, Y + 1j, Z), r"northing .*complex.*Give an array of metres"),
+    ],
+)
+def test_lattices_that_do_not_fit_are_refused(parts, words):
+    with pytest.raises(SurfaceError, match=words):
+        gs.Lattice(*parts)
+
+
+def test_masked_nodes_are_absent():
+    z = np.ma.masked_array(np.zeros((3, 3)), mask=np.eye(3))
+    lattice = gs.Lattice(np.arange(3.0), np.arange(3.0), z)
+    assert lattice.present.sum() == 6

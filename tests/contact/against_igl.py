@@ -1,0 +1,147 @@
+"""Compare with libigl: ``python -m tests.contact.against_igl [scenes] [seconds] [folder of igl]``.
+
+Two surfaces of triangles with corners in 0..3 and, every third time, a closed box inside; walls
+around them. The pairs of triangles in contact and the length of the common curve (where they share
+no area) are those of `igl.copyleft.cgal`; so is the number of cells, but where its pieces touch in
+single vertices: there a rank decides (`oracles.n_cell`), and libigl's misses are only counted. It
+is no dependency: name the site-packages where it lies. Ends with 1 if an answer is wrong.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections import Counter
+from importlib import import_module
+
+import numpy as np
+
+from geosurf import build_walls, carve_units, intersect_surfaces, rebuild_surfaces
+from geosurf.contact.search import find_contacts
+from geosurf.errors import GeosurfError
+from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_CORNER
+from tests import oracles
+from tests.strategies import soup
+
+
+def scene(seed: int):
+    """Two surfaces and a box around them, which they touch one time in two."""
+    rng = np.random.default_rng([31, seed])
+    out = []
+    for name in ("A", "B"):
+        corners = rng.integers(0, 4, (int(rng.integers(2, 10)), 3, 3)).astype(float)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        out.append(soup(name, corners[normal.any(axis=1)]).renamed(name, "fault"))
+    low, high = np.sort(rng.choice(np.arange(0, 3.5, 0.5), (3, 2), replace=True), axis=1).T
+    if seed % 3 == 0 and (low < high).all():
+        shell = build_walls(tuple(np.stack([low, high], axis=1).ravel()))
+        out[1] = soup("B", np.concatenate([w.vertices[w.triangles] for w in shell]))
+        out[1] = out[1].renamed("B", "fault")
+    reach = rng.integers(0, 2)
+    return [s for s in out if s.n_triangle], (-reach, 3 + reach) * 3
+
+
+def our_pairs(surfaces):
+    """Pairs of rows of all triangles that meet elsewhere than in common corners, and whether
+    the common curve is plain: no area is shared, and no surface meets itself.
+    """
+    found = find_contacts(surfaces, self_intersections=True)
+    first = np.cumsum([0] + [s.n_triangle for s in surfaces])
+    faces = first[found.surface_of_face] + found.key_of_face
+    rows = np.sort(faces[found.rows[:, :2]], axis=1)
+    codes, used = found.rows[:, FIRST_CODE:], np.arange(6) < found.rows[:, N_CORNER, None]
+    corners = (((codes >> 3 & 7) < 3) & ((codes & 7) < 3) | ~used).all(axis=1)
+    area = (found.rows[:, COPLANAR] == 1) & (found.rows[:, N_CORNER] > 2)
+    own = np.diff(found.surface_of_face[found.rows[:, :2]], axis=1)[:, 0] == 0
+    plain = not (area | (own & ~corners)).any()
+    return {tuple(row) for row in rows[~corners].tolist()}, plain
+
+
+def stacked(surfaces):
+    """Vertices and triangles of all surfaces."""
+    first = np.cumsum([0] + [s.n_vertex for s in surfaces])
+    faces = [s.triangles + n for s, n in zip(surfaces, first, strict=False)]
+    return np.concatenate([s.vertices for s in surfaces]), np.concatenate(faces)
+
+
+def common_length(points, faces, of_second) -> float:
+    """Length of the edges that have triangles of both surfaces."""
+    edges = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2), axis=2)
+    edges, number = np.unique(edges.reshape(-1, 2), axis=0, return_inverse=True)
+    both = [np.bincount(number.ravel(), np.repeat(side, 3)) for side in (of_second, ~of_second)]
+    ends = points[edges[(both[0] > 0) & (both[1] > 0)]]
+    return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
+
+
+def welded(points, faces):
+    """Each place and each triangle once, without triangles that dangle: they part no cells."""
+    points, number = np.unique(points + 0.0, axis=0, return_inverse=True)
+    faces = np.sort(number.ravel()[faces], axis=1)
+    faces = np.unique(faces[(np.diff(faces, axis=1) > 0).all(axis=1)], axis=0)
+    while True:
+        edges = np.stack([faces[:, [0, 1]], faces[:, [0, 2]], faces[:, [1, 2]]], axis=1)
+        _, number, count = np.unique(
+            edges.reshape(-1, 2), axis=0, return_inverse=True, return_counts=True
+        )
+        held = (count[number.ravel()] > 1).reshape(-1, 3).all(axis=1)
+        if held.all():
+            return points, faces
+        faces = faces[held]
+
+
+def compare(seed: int, kit, done: Counter) -> None:
+    """Count what is compared, and what differs."""
+    surfaces, box = scene(seed)
+    if len(surfaces) < 2:
+        return
+    points, faces = stacked(surfaces)
+    _, _, pairs, *_ = kit.remesh_self_intersections(points, faces, detect_only=True)
+    theirs = {tuple(sorted(row)) for row in np.asarray(pairs).reshape(-1, 2).tolist()}
+    ours, plain = our_pairs(surfaces)
+    judge(seed, "pairs", len(ours ^ theirs) == 0, done, len(ours), (ours - theirs, theirs - ours))
+    if plain:
+        fine, cut, _, parent, *_ = kit.remesh_self_intersections(points, faces, stitch_all=True)
+        length = common_length(fine, cut, parent >= surfaces[0].n_triangle)
+        own = intersect_surfaces(surfaces).length
+        judge(seed, "length", abs(own - length) <= 1e-9 * (1 + length), done, 1, (own, length))
+    walls = build_walls(box)
+    try:
+        patches = rebuild_surfaces([*surfaces, *walls], self_intersections=True)
+    except GeosurfError:
+        done["refused"] += 1
+        return
+    own = carve_units(patches).report["cells"]
+    rank = oracles.n_cell(patches.triangles)
+    judge(seed, "cells", own == rank, done, own, (own, rank))
+    split = kit.remesh_self_intersections(*stacked([*surfaces, *walls]), stitch_all=True)
+    for name, mesh in (("our", (patches.local, patches.triangles)), ("its own", split[:2])):
+        count, _ = kit.extract_cells(*welded(*mesh))
+        done[f"cells by libigl, from {name} triangles: the same"] += count - 1 == own
+        done[f"cells by libigl, from {name} triangles: not so"] += count - 1 != own
+
+
+def judge(seed, what, same, done, n, values) -> None:
+    done[what] += n
+    done[f"{what}: scenes"] += 1
+    done[f"{what}: different"] += not same
+    if not same:
+        sys.stdout.write(f"scene {seed}, {what}: ours and theirs are {values}\n")
+
+
+def main(arguments: list[str]) -> int:
+    total = int(arguments[0]) if arguments else 1_000
+    seconds = float(arguments[1]) if len(arguments) > 1 else float("inf")
+    sys.path.extend(arguments[2:3])
+    kit = import_module("igl.copyleft.cgal")
+    start, done = time.monotonic(), Counter()
+    for seed in range(total):
+        if time.monotonic() - start > seconds:
+            break
+        compare(seed, kit, done)
+    for word, n in sorted(done.items()):
+        sys.stdout.write(f"{word:45} {n}\n")
+    return int(any(n for word, n in done.items() if word.endswith("different")))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,23 @@
+"""Some of the worlds of `many`, and those in which it found something."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.rebuild import many
+
+FOUND = {
+    519: "a repair moved more neighbours of a list than of its lattice",
+    8272: "vertices were numbered by which pairs the search called near",
+    8972: "patches of a surface on itself and another depended on their order",
+}
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_small_worlds(seed):
+    assert many.check(seed) in ("rebuilt", "carved", "refused")
+
+
+@pytest.mark.parametrize("seed", FOUND)
+def test_worlds_in_which_something_was_found(seed):
+    assert many.check(seed) != "refused", FOUND[seed]
