@@ -300,3 +300,15 @@ def test_soups_pass_an_independent_check(verify):
         verify.check_curve(
             mesh(one), mesh(two), curves.points, curves.segments, 1e-7, degrees=False
         )
+
+
+@pytest.mark.xfail(strict=True, reason="segments of one pair that overlap in a line are not split")
+@pytest.mark.parametrize("self_intersections", [False, True])
+def test_a_line_met_twice_by_one_surface_counts_once(self_intersections):
+    """Two triangles of A meet B along [0, 2] and [1, 3] of one line: 3 m of curve, not 4."""
+    flat = TriSurface("B", "horizon", [[-9, -9, 0], [9, -9, 0], [0, 9, 0]], [[0, 1, 2]])
+    corners = [[0, 0, 0], [2, 0, 0], [1, 0, 2], [1, 0, 0], [3, 0, 0], [2, 1, 2]]
+    folded = TriSurface("A", "fault", corners, [[0, 1, 2], [3, 4, 5]])
+    curves = intersect_surfaces([folded, flat], self_intersections=self_intersections)
+    between = (curves.surfaces_of_segment == (0, 1)).all(axis=1)
+    assert laws.length_of(curves.points, curves.segments[between]) == pytest.approx(3.0)
