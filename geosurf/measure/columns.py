@@ -74,12 +74,10 @@ def cross_columns(
     points = np.concatenate([x[:, :2], feet])
     parts = [(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))]
     for face, foot in _near(x[:, :2], triangles, np.flatnonzero(~upright), feet):
-        t = triangles[face]
-        inside = np.ones(len(face), dtype=bool)
         for k in range(3):
-            a, b = t[:, k], t[:, (k + 1) % 3]
-            inside &= _seen_from(points, a, b, len(x) + foot, push[foot]) == facing[face]
-        face, foot = face[inside], foot[inside]
+            a, b = triangles[face, k], triangles[face, (k + 1) % 3]
+            inside = _seen_from(points, a, b, len(x) + foot, push[foot]) == facing[face]
+            face, foot = face[inside], foot[inside]
         parts.append((foot, face, _elevations(x, triangles[face], feet[foot])))
     foot, face, z = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Crossings(foot, face, facing[face], z)
@@ -88,11 +86,16 @@ def cross_columns(
 def _signs(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Sign of the turn of three points (n, 3): a float filter first, exact integers behind it."""
     a, b, c = (x[rows[:, k]] for k in range(3))
-    left = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1])
-    right = (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    u, v = b - a, c - a
+    left, right = u[:, 0] * v[:, 1], u[:, 1] * v[:, 0]
     det, size = left - right, np.abs(left) + np.abs(right)
     sure = (np.abs(det) > ORIENT2D_BOUND * size) & (size > TINY)
     sign = np.sign(det).astype(np.int64)
+    # on a corner, or along an axis: differences are 0 where coordinates are equal, and only there
+    zero = (b == c).all(axis=1)
+    zero |= ((u[:, 0] == 0) | (v[:, 1] == 0)) & ((u[:, 1] == 0) | (v[:, 0] == 0))
+    sign[zero] = 0
+    sure |= zero
     open_rows = np.flatnonzero(~sure)
     if len(open_rows):
         used, mine = np.unique(rows[open_rows], return_inverse=True)

@@ -56,8 +56,10 @@ def cutoff_chains(
     upper, lower = np.full(len(key), len(units)), np.full(len(key), -1)
     np.minimum.at(upper, edge, np.repeat(zone, 3))
     np.maximum.at(lower, edge, np.repeat(zone, 3))
-    mine = patches.surface_of_triangle == patches.names.index(horizon)
-    met = np.isin(key, _edge_keys(patches.triangles[mine], n))
+    mine = patches.triangles[patches.surface_of_triangle == patches.names.index(horizon)]
+    on = np.zeros(n, dtype=bool)
+    on[fault.triangles] = True
+    met = np.isin(key, _edge_keys(mine[on[mine].sum(axis=1) > 1], n))
     found = key[met & (upper <= level) & (lower > level)]
     return chains_of(np.stack(np.divmod(found, n), axis=1), fault.x)
 

@@ -53,6 +53,21 @@ def test_isopach_of_parallel_planes_is_their_distance(graben):
     np.testing.assert_allclose(isopach, isochore * cosine, rtol=1e-13)
 
 
+def test_bedding_is_that_of_the_top_or_else_of_the_base():
+    """Top and Base dip differently; beneath the fault, lines enter the zone through it."""
+    world = synthetic.tilted_planes(n=9)
+    scene = Scene(world.horizons, world.faults, world.box)
+    p = math.tan(math.radians(2.0)) / math.sqrt(2.0)
+    top, base = 1 / math.hypot(1, p, p), 1 / math.hypot(1, p, 1.25 * p)
+    both = (scene.thickness("Top/Base", 20.0, kind=kind) for kind in ("isopach", "isochore"))
+    ratio = next(both) / next(both)
+    hanging, foot = (ratio.sel(block=block).values for block in ("F1+", "F1-"))
+    np.testing.assert_allclose(hanging[~np.isnan(hanging)], top, rtol=1e-12)
+    beneath = np.abs(foot - base) < 1e-12
+    assert 0 < beneath.sum() < 0.05 * foot.size
+    np.testing.assert_allclose(foot[~np.isnan(foot) & ~beneath], top, rtol=1e-12)
+
+
 def test_dip_is_that_of_the_base_where_the_lid_of_the_model_is_on_top(graben):
     p = math.tan(math.radians(1.0))
     cosine = 1 / math.sqrt(1 + (0.25 * p) ** 2 + p**2)
