@@ -59,7 +59,7 @@ def cross_columns(
     Returns
     -------
     Crossings
-        By triangle, then by foot.
+        Triangle by triangle.
 
     Examples
     --------
