@@ -1,4 +1,7 @@
-"""Gridded surfaces: nodes in rows and columns, triangles by rule."""
+"""Gridded surfaces: nodes in rows and columns, triangles by rule.
+
+Kernels are imported where they are called: a reader has no use for them.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,6 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import SurfaceError
-from geosurf.kernels.lattice import lattice_corners, lattice_normals
-from geosurf.kernels.tree import N_PLACE
 from geosurf.model.base import frozen
 
 
@@ -70,6 +71,8 @@ class Lattice:
     @cached_property
     def places(self) -> np.ndarray:
         """Where what is in `coordinates`, for kernels: see `geosurf.kernels.tree`."""
+        from geosurf.kernels.tree import N_PLACE
+
         n_row, n_col = self.shape
         places = np.zeros(N_PLACE, dtype=np.int64)
         steps = ((0, 0, 1), (0, 1, 0)) if self.easting.ndim == 1 else ((0, n_col, 1),) * 2
@@ -80,6 +83,8 @@ class Lattice:
     @cached_property
     def normals(self) -> tuple[np.ndarray, float, np.ndarray]:
         """Sum of all normals (length: area, not turned), of areas, and keys that may be flat."""
+        from geosurf.kernels.lattice import lattice_normals
+
         sums, keys = lattice_normals(*self.coordinates, self.places)
         return sums[:3], float(sums[3]), keys
 
@@ -138,6 +143,8 @@ class Lattice:
 
         ``key = 2 * cell + half``, cells and halves in the order of `build_triangles`.
         """
+        from geosurf.kernels.lattice import lattice_corners
+
         corners: np.ndarray = lattice_corners(self.places, keys)
         return corners
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.errors import InputError
-from geosurf.kernels.mesh import edges
 from geosurf.model.base import frozen, polydata
 from geosurf.model.pieces import FREE, PAIRED, Pieces
 from geosurf.model.surfaces import TriSurface
@@ -87,6 +86,8 @@ class Patches:
     @cached_property
     def pieces(self) -> Pieces:
         """The same without runs: every triangle by itself."""
+        from geosurf.kernels.mesh import edges
+
         parent = self.parent_of_triangle.copy()
         for i, source in enumerate(self.sources):
             if source.lattice is not None:

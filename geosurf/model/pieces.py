@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.kernels.strips import spread_over_runs
 from geosurf.model.base import frozen
 from geosurf.model.surfaces import TriSurface
 
@@ -95,6 +94,8 @@ class Expanded:
 
 def _expand(pieces: Pieces) -> Expanded:
     """Runs become triangles; points of the triangles come first, then nodes of the lattices."""
+    from geosurf.kernels.strips import spread_over_runs
+
     local, n = [pieces.x], len(pieces.x)
     parts: list[tuple[np.ndarray, ...]] = []
     n_core = len(pieces.triangles)
