@@ -321,14 +321,15 @@ def _beside(c, row, boxes, j):
 
 
 @scalar
-def _leaf_beside(p, q, r, a, t, order, leaf, c, boxes, j):
-    """Whether a box is beside the planes of all triangles of a leaf of a list."""
+def _leaf_beside(p, q, r, a, t, order, levels, leaf, c, boxes, keys, nodes, j):
+    """Whether a tree node is beside the planes of all triangles of a leaf that has few of them."""
     if a[IS_LATTICE] == 1:
-        return False
-    for k in range(LEAF * leaf, min(LEAF * leaf + LEAF, order.shape[0])):
-        for corner in range(3):
-            _load_node(p, q, r, a, 0, t[order[k], corner], c, 0, corner)
-        if not _beside(c, 0, boxes, j):
+        n_row = min(BLOCK, a[N_ROW] - 1 - BLOCK * (a[FIRST_ROW] + leaf // levels[0, 2]))
+        n_col = min(BLOCK, a[N_COL] - 1 - BLOCK * (a[FIRST_COL] + leaf % levels[0, 2]))
+        if 2 * n_row * n_col > LEAF:
+            return False
+    for k in range(_load_leaf(p, q, r, a, t, order, levels, leaf, nodes, j, c, boxes, keys)):
+        if not _beside(c, k, nodes, j):
             return False
     return True
 
@@ -397,10 +398,12 @@ def tree_pairs(pa, qa, ra, aa, ta, oa, na, la, pb, qb, rb, ab, tb, ob, nb, lb, s
             continue
         if not same:
             # against nodes above leaves only: between leaves, triangles are tested one by one
-            if level_i == 0 and level_j > 0 and _leaf_beside(pa, qa, ra, aa, ta, oa, i, ca, nb, j):
-                continue
-            if level_j == 0 and level_i > 0 and _leaf_beside(pb, qb, rb, ab, tb, ob, j, cb, na, i):
-                continue
+            if level_i == 0 and level_j > 0:
+                if _leaf_beside(pa, qa, ra, aa, ta, oa, la, i, ca, ba, ka, nb, j):
+                    continue
+            if level_j == 0 and level_i > 0:
+                if _leaf_beside(pb, qb, rb, ab, tb, ob, lb, j, cb, bb, kb, na, i):
+                    continue
         if level_i == 0 and level_j == 0:
             count_a = _load_leaf(pa, qa, ra, aa, ta, oa, la, i, nb, j, ca, ba, ka)
             if count_a == 0:

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from geosurf import rebuild_surfaces
+from geosurf import TriSurface, rebuild_surfaces
 from geosurf.contact.search import find_contacts
 from geosurf.contact.tree import candidate_pairs, tree_of
 from geosurf.kernels.tree import build_list_tree, morton_order
 from geosurf.kernels.voxels import triangle_boxes
+from geosurf.model import Lattice
 from tests.strategies import faulted_worlds, grid, sheet, soup, soups
 
 BYTES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
@@ -80,6 +81,18 @@ def test_a_huge_flat_face_reaches_only_what_its_plane_passes(rng):
     by_tree = find_contacts([top, fault], method="tree").cost
     assert by_tree["pairs_meeting"] == by_voxels["pairs_meeting"] > 60
     assert by_tree["pairs_tested"] < by_voxels["pairs_tested"] / 10
+
+
+def test_a_fault_of_one_cell_reaches_no_more_than_its_two_triangles(rng):
+    axis = np.arange(129.0)
+    z = Lattice(axis, axis, rng.uniform(0, 1, (129, 129)))
+    top = TriSurface("Top", "horizon", lattice=z)
+    nodes = np.array([[[10.3, -1, -40], [60.3, 130, -40]], [[55.1, -1, 40], [99.1, 130, 40.0]]])
+    cell = TriSurface("F1", "fault", lattice=Lattice(*np.moveaxis(nodes, 2, 0), True, False))
+    pair = TriSurface("F1", "fault", cell.vertices, cell.triangles)
+    costs = [find_contacts([top, fault]).cost for fault in (cell, pair)]
+    assert costs[0]["pairs_tested"] == costs[1]["pairs_tested"] > 100
+    assert costs[0]["nodes"] <= 2 * costs[1]["nodes"]
 
 
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 64, 65, 513])
