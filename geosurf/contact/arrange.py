@@ -44,9 +44,20 @@ class Children:
 
 
 def group_records(records: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Records sorted by face, each segment and point once, and the offsets of the faces."""
+    """Records sorted by face, each segment and point once, and the offsets of the faces.
+
+    A point is left out where it ends a segment of its face: contacts with more neighbours than are
+    needed add no more than such points.
+    """
     if len(records) == 0:
         return records, np.zeros(1, dtype=np.int64)
+    alone = np.flatnonzero(records[:, 2] < 0)
+    if 0 < len(alone) < len(records):
+        n = int(records[:, 1:3].max()) + 1
+        keys = records[:, 0, None] * n + records[:, 1:3]
+        is_end = np.zeros(len(records), dtype=bool)
+        is_end[alone] = np.isin(keys[alone, 0], keys[records[:, 2] >= 0])
+        records = records[~is_end]
     order = np.lexsort((records[:, 3], records[:, 2], records[:, 1], records[:, 0]))
     records = records[order]
     new = np.ones(len(records), dtype=bool)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.contact import tree
+from geosurf.contact.aligned import needed, of_one_map, pairs_of_one_map
 from geosurf.contact.broad import candidate_pairs
 from geosurf.contact.threads import side_by_side
 from geosurf.kernels.gather import number_keys
@@ -63,11 +64,17 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None):
         trees = tree.trees_for(surfaces, pairs)
 
     def search(i: int, j: int):
-        if not voxels:
-            return tree.candidate_pairs(trees[i], trees[j], same=i == j)
-        rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
-        keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
-        return np.stack(keys, axis=1), spent
+        one_map = i != j and of_one_map(surfaces[i], surfaces[j])
+        lattices = surfaces[i].lattice, surfaces[j].lattice
+        if voxels:
+            rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
+            keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
+            rows = np.stack(keys, axis=1)
+        elif one_map and trees[i].window == trees[j].window:
+            return pairs_of_one_map(lattices, (trees[i], trees[j]))
+        else:
+            rows, spent = tree.candidate_pairs(trees[i], trees[j], same=i == j)
+        return (rows[needed(*lattices, rows)] if one_map else rows), spent
 
     # a graph has one elevation for each place in the map: it cannot meet itself
     wanted = [(i, j) for i, j in pairs if i != j or not _is_graph(surfaces[i])]

@@ -127,11 +127,16 @@ def candidate_pairs(one: Tree, two: Tree, *, same: bool = False):
     cost : dict
         Numbers of tree nodes visited and of candidate pairs.
     """
-    pairs = np.empty((_ROOM, 2), dtype=np.int64)  # pages that stay empty cost nothing
     if len(one.nodes) == 0 or len(two.nodes) == 0:
-        return pairs[:0], {"nodes": 0, "pairs": 0}
+        return np.empty((0, 2), dtype=np.int64), {"nodes": 0, "pairs": 0}
+    return all_pairs(lambda room: tree.tree_pairs(*one.arguments(), *two.arguments(), same, room))
+
+
+def all_pairs(search):
+    """Pairs that a kernel finds, however many, and what they cost."""
+    pairs = np.empty((_ROOM, 2), dtype=np.int64)  # pages that stay empty cost nothing
     while True:
-        n, visited = tree.tree_pairs(*one.arguments(), *two.arguments(), same, pairs)
+        n, visited = search(pairs)
         if n <= len(pairs):
             break
         pairs = np.empty((n, 2), dtype=np.int64)

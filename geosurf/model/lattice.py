@@ -111,12 +111,33 @@ class Lattice:
         return len(self.keys)
 
     @cached_property
+    def map_height(self) -> float:
+        """A lower bound of the heights of triangles in the map [m]; 0 if the map may fold.
+
+        Axes that rise or fall strictly never fold; rows and columns in two dimensions do not where
+        each step stays near the mean one (`geosurf.kernels.aligned`).
+        """
+        if self.easting.ndim == 1:
+            steps = np.concatenate([np.diff(self.easting), np.diff(self.northing)])
+            n = len(self.easting) - 1
+            if not all((part > 0).all() or (part < 0).all() for part in (steps[:n], steps[n:])):
+                return 0.0
+            return 0.7 * float(np.abs(steps).min(initial=np.inf))
+        from geosurf.kernels.aligned import map_height
+
+        return float(map_height(*self.coordinates[:2], self.places))
+
+    @property
     def is_graph(self) -> bool:
-        """Whether axes rise or fall strictly, so that no two points share a place in the map."""
-        if self.easting.ndim != 1:
+        """Whether no two points are known to share a place in the map."""
+        return self.map_height > 0.0
+
+    def shares_map(self, other: Lattice) -> bool:
+        """Whether two graphs have the same nodes in the map, one by one."""
+        if self.shape != other.shape or not (self.is_graph and other.is_graph):
             return False
-        steps = (np.diff(self.easting), np.diff(self.northing))
-        return all(bool((step > 0).all() or (step < 0).all()) for step in steps)
+        mine, theirs = (self.easting, self.northing), (other.easting, other.northing)
+        return all(a is b or np.array_equal(a, b) for a, b in zip(mine, theirs, strict=True))
 
     @cached_property
     def extent(self) -> np.ndarray:
