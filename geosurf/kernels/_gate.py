@@ -10,6 +10,7 @@ import operator
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -83,7 +84,7 @@ class Gate:
         self, kernel: str, signature: Signature, written: Callable[[], Iterable[int]]
     ) -> None:
         self._kernel = kernel
-        self._written = written
+        self._written = cache(written)
         self._kinds = [
             (None, 0, NUMBERS[letters])
             if len(letters) == 1
@@ -120,6 +121,8 @@ class Gate:
         if place in self._written():
             self._as_it_is(place, value, array, dtype)
             return array
+        if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:
+            return array  # read-only, and only read
         if array.size and not np.can_cast(array.dtype, dtype, "same_kind"):
             raise TypeError(f"{self._kernel}: argument {place} is {array.dtype}, expected {dtype}")
         return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
