@@ -18,7 +18,7 @@ from geosurf.model import Lattice, TriSurface
 
 _NO_TRIANGLES = np.empty((0, 3), dtype=np.int64)
 _NO_ORDER = np.empty(0, dtype=np.int64)
-_ROOM = 1 << 20
+_ROOM = 1 << 17  # 2 MB: below what the system hands out in huge pages, filled with zeros
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def candidate_pairs(one: Tree, two: Tree, *, same: bool = False):
 
 def all_pairs(search):
     """Pairs that a kernel finds, however many, and what they cost."""
-    pairs = np.empty((_ROOM, 2), dtype=np.int64)  # pages that stay empty cost nothing
+    pairs = np.empty((_ROOM, 2), dtype=np.int64)
     while True:
         n, visited = search(pairs)
         if n <= len(pairs):
