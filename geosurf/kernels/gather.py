@@ -7,13 +7,37 @@ import numpy as np
 from geosurf.kernels._jit import entry
 
 
-@entry("l1 -> l1 l1")
-def number_keys(keys):
+def number_keys(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Distinct keys in rising order, and the number of each key among them.
 
     A table and a sort of the distinct ones: three times as fast as sorting all where each key comes
-    five times, as triangles do in candidate pairs.
+    five times, as triangles do in candidate pairs. numpy sorts three times as fast as compiled
+    kernels do, with vector instructions.
+
+    Parameters
+    ----------
+    keys : ndarray of int64, shape (n,)
+
+    Returns
+    -------
+    found : ndarray of int64, shape (n_distinct,)
+    number : ndarray of int64, shape (n,)
+
+    Examples
+    --------
+    >>> number_keys(np.array([7, 3, 7]))
+    (array([3, 7]), array([1, 0, 1]))
     """
+    found, number = first_seen(keys)
+    order = np.argsort(found)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return found[order], rank[number]
+
+
+@entry("l1 -> l1 l1")
+def first_seen(keys):
+    """Distinct keys in the order in which they come, and the number of each key among them."""
     n = keys.shape[0]
     size = 16
     while size < 2 * n:
@@ -33,10 +57,4 @@ def number_keys(keys):
             found[count] = key
             count += 1
         number[i] = slots[slot]
-    order = np.argsort(found[:count])
-    rank = np.empty(count, dtype=np.int64)
-    for i in range(count):
-        rank[order[i]] = i
-    for i in range(n):
-        number[i] = rank[number[i]]
-    return found[order], number
+    return found[:count].copy(), number
