@@ -14,6 +14,8 @@ from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.points import hash_of_place
 from geosurf.kernels.predicates import normal_axis, orient2d
 
+_LONG = 32  # half-edges of one lower vertex that are matched by searching
+
 
 @entry("d2 -> l1 l")
 def weld(x):
@@ -41,39 +43,59 @@ def weld(x):
     return number, count
 
 
+@scalar
+def _bucket(t, n_vertex):
+    """Half-edges by their lower vertex: first place of each vertex, half-edges, upper vertices."""
+    start = np.zeros(n_vertex + 2, dtype=np.int64)
+    for i in range(t.shape[0]):
+        a, b, c = t[i, 0], t[i, 1], t[i, 2]
+        start[min(a, b) + 2] += 1
+        start[min(b, c) + 2] += 1
+        start[min(c, a) + 2] += 1
+    for v in range(2, n_vertex + 2):
+        start[v] += start[v - 1]
+    half = np.empty(3 * t.shape[0], dtype=np.int64)
+    upper = np.empty(3 * t.shape[0], dtype=np.int64)
+    for i in range(t.shape[0]):
+        for c in range(3):
+            a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
+            v = min(a, b) + 1
+            half[start[v]] = 3 * i + c
+            upper[start[v]] = max(a, b)
+            start[v] += 1
+    return start, half, upper
+
+
 @entry("l2 l -> l1 l")
 def edges(t, n_vertex):
     """A ring through the half-edges of each edge, and the number of edges.
 
     Half-edges are put into buckets by their lower vertex, and matched inside a bucket: a hash
-    over all half-edges takes six times as long, since it jumps through memory.
+    over all half-edges takes six times as long, since it jumps through memory. A corner of
+    thousands of triangles has a bucket too long to be searched: there each upper vertex
+    remembers the last half-edge that led to it.
     """
-    n = 3 * t.shape[0]
-    start = np.zeros(n_vertex + 2, dtype=np.int64)
-    for i in range(n):
-        start[min(t[i // 3, i % 3], t[i // 3, (i + 1) % 3]) + 2] += 1
-    for v in range(2, n_vertex + 2):
-        start[v] += start[v - 1]
-    bucket = np.empty(n, dtype=np.int64)
-    for i in range(n):
-        v = min(t[i // 3, i % 3], t[i // 3, (i + 1) % 3]) + 1
-        bucket[start[v]] = i
-        start[v] += 1
-    ring = np.arange(n)
+    start, half, upper = _bucket(t, n_vertex)
+    ring = np.arange(3 * t.shape[0])
+    last = np.empty(0, dtype=np.int64)
     count = 0
     for v in range(n_vertex):
-        for p in range(start[v], start[v + 1]):
-            i = bucket[p]
-            upper = max(t[i // 3, i % 3], t[i // 3, (i + 1) % 3])
-            found = False
-            for q in range(p - 1, start[v] - 1, -1):
-                j = bucket[q]
-                if max(t[j // 3, j % 3], t[j // 3, (j + 1) % 3]) == upper:
-                    ring[i] = ring[j]
-                    ring[j] = i
-                    found = True
-                    break
-            if not found:
+        low, high = start[v], start[v + 1]
+        long = high - low > _LONG
+        if long and last.shape[0] == 0:
+            last = np.full(n_vertex, -1, dtype=np.int64)
+        for p in range(low, high):
+            found = p - 1
+            if long:
+                found = last[upper[p]]  # below `low`: of an earlier bucket
+                last[upper[p]] = p
+            else:
+                while found >= low and upper[found] != upper[p]:
+                    found -= 1
+            if found >= low:
+                ring[half[p]] = ring[half[found]]
+                ring[half[found]] = half[p]
+            else:
                 count += 1
     return ring, count
 
