@@ -11,7 +11,7 @@ import numpy as np
 from geosurf.conventions import frame_origin, shift_is_exact
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
-from geosurf.triangulate import triangulate_fault, triangulate_horizon
+from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_horizon
 from geosurf.triangulate.outline import check_outline
 
 Options = Mapping[str, Any]
@@ -46,12 +46,14 @@ def as_surface(
     Returns
     -------
     TriSurface
+        A fault has its normals in the hanging wall, however its file or mesh was wound.
     """
     found = _read(value, role, options) if isinstance(value, str | Path) else value
     if isinstance(found, Sheet):
         found = found.surface_among(others)
     if isinstance(found, TriSurface):
-        return found.renamed(name, role)
+        found = found.renamed(name, role)
+        return orient_fault(found) if role == "fault" else found
     make = triangulate_horizon if role == "horizon" else triangulate_fault
     return make(found, name=name, **_only_if_unsaid(found, options))
 

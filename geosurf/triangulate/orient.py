@@ -103,7 +103,7 @@ def _sum_by(group: np.ndarray, rows: np.ndarray) -> np.ndarray:
 def _agree(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
     """Which triangles must turn to agree with the first of their sheet; and the sheet of each."""
     n_triangle = surface.n_triangle
-    neighbour, clash, edges = _across_edges(surface)
+    neighbour, clash, ends = _across_edges(surface)
     turned = np.zeros(n_triangle, dtype=bool)
     sheet = np.full(n_triangle, -1, dtype=np.int64)
     n_sheet = 0
@@ -122,7 +122,7 @@ def _agree(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
     torn = (neighbour >= 0) & (turned[:, None] ^ clash ^ turned[neighbour])
     if torn.any():
         t, k = np.argwhere(torn)[0]
-        middle = surface.vertices[edges[t, k]].mean(axis=0)
+        middle = surface.vertices[ends[t, k]].mean(axis=0)
         raise SurfaceError(
             f"surface {surface.name!r} has only one side (a Moebius strip): its triangles cannot "
             f"agree across the edge at {place(middle)}. Cut it open there, or remove triangles."
@@ -135,17 +135,15 @@ def _across_edges(surface: TriSurface) -> tuple[np.ndarray, np.ndarray, np.ndarr
 
     ``-1`` on rims, and where more than two triangles share the edge.
     """
-    _, spot = np.unique(surface.vertices, axis=0, return_inverse=True)
+    from geosurf.kernels.mesh import edges, weld
+
+    spot, n_place = weld(surface.vertices)
     corners = surface.triangles
-    edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
-    ends = spot.reshape(-1)[edges].reshape(-1, 2)
-    low, high = ends.min(axis=1), ends.max(axis=1)
-    order = np.lexsort((high, low))
-    starts = np.flatnonzero(np.r_[True, (np.diff(low[order]) != 0) | (np.diff(high[order]) != 0)])
-    pairs = starts[np.diff(np.r_[starts, len(order)]) == 2]
-    one, two = order[pairs], order[pairs + 1]
-    neighbour = np.full(len(ends), -1, dtype=np.int64)
-    clash = np.zeros(len(ends), dtype=bool)
-    neighbour[one], neighbour[two] = two // 3, one // 3
-    clash[one] = clash[two] = ends[one, 0] == ends[two, 0]
-    return neighbour.reshape(-1, 3), clash.reshape(-1, 3), edges
+    ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
+    start = spot[ends[:, :, 0]].ravel()
+    ring, _ = edges(spot[corners], n_place)
+    half = np.arange(len(ring))
+    paired = (ring != half) & (ring[ring] == half)
+    neighbour = np.where(paired, ring // 3, -1)
+    clash = paired & (start == start[ring])
+    return neighbour.reshape(-1, 3), clash.reshape(-1, 3), ends

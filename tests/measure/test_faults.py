@@ -8,9 +8,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from geosurf import Scene, TriSurface, synthetic, tear_horizon
+from geosurf import (
+    Scene,
+    TriSurface,
+    build_walls,
+    carve_units,
+    rebuild_surfaces,
+    synthetic,
+    tear_horizon,
+)
 from geosurf.errors import GeometryError, InputError
-from geosurf.measure import separation
+from geosurf.measure import juxtaposition_table, separation
 from geosurf.model import Units
 from tests.measure.worlds import BOX, NORTH, SOUTH, faulted, level, slope
 
@@ -21,6 +29,10 @@ def lines_of(found):
     """Label -> rows of a ragged dataset."""
     ends = np.cumsum(found["count"].values)
     return [slice(end - n, end) for end, n in zip(ends, found["count"].values, strict=True)]
+
+
+def turned_over(fault, name="F1"):
+    return TriSurface(name, "fault", fault.vertices, fault.triangles[:, [0, 2, 1]])
 
 
 def ring_area(s, z):
@@ -80,10 +92,10 @@ def test_a_fault_that_dies_inside_faces_itself():
 
 def test_surfaces_that_coincide_have_their_own_sides():
     """F2 is F1, turned over: what is in front of the one is behind the other."""
-    one = slope()
-    other = TriSurface("F2", "fault", one.vertices, one.triangles[:, [0, 2, 1]])
-    scene = faulted().replace(faults={"F2": other})
-    a, b = (scene.juxtaposition(name).to_dataframe() for name in ("F1", "F2"))
+    surfaces = [*faulted().surfaces, turned_over(slope(), "F2"), *build_walls(BOX)]
+    patches = rebuild_surfaces(surfaces)  # a scene would turn F2 back
+    units = carve_units(patches)
+    a, b = (juxtaposition_table(patches, units, name).to_dataframe() for name in ("F1", "F2"))
     there = {(r.unit_plus, r.unit_minus): r.area for r in a.itertuples()}
     back = {(r.unit_minus, r.unit_plus): r.area for r in b.itertuples()}
     assert set(there) == set(back)
@@ -221,6 +233,21 @@ def test_a_reverse_fault_has_a_negative_throw():
     np.testing.assert_allclose(found.throw, -3.0, atol=1e-12)
     np.testing.assert_allclose(found.heave, -3.0, atol=1e-12)
     np.testing.assert_allclose(found.dip_separation, -3.0 * ROOT2, atol=1e-12)
+
+
+def test_the_winding_of_a_mesh_says_nothing_about_its_throw():
+    """Files wind triangles either way; the hanging wall is above the fault all the same."""
+    plain = faulted()
+    mesh = plain.surface("F1")
+    mixed = mesh.triangles.copy()
+    mixed[0] = mixed[0, [0, 2, 1]]
+    for fault in (turned_over(mesh), TriSurface("F1", "fault", mesh.vertices, mixed)):
+        scene = plain.replace(faults={"F1": fault})
+        assert list(scene.units) == list(plain.units)
+        np.testing.assert_allclose(scene.throw("Top", "F1").throw, 4.0, atol=1e-12)
+        for side in ("hanging wall", "footwall"):
+            one, two = (s.cutoffs("Top", "F1", side) for s in (plain, scene))
+            np.testing.assert_array_equal(one, two)
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 37.0, 180.0, 301.0])
