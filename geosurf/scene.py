@@ -129,6 +129,10 @@ class Scene(Measured):
         check_column(tuple(self._horizons), column)
         self._column = dict(column or {})
         self._contacts = as_mapping("contacts", contacts or {})
+        for name in self._contacts:
+            if name in self._horizons or name in self._faults:
+                kind = "horizon" if name in self._horizons else "fault"
+                raise InputError(f"{name!r} is the name of a {kind} and of a contact; rename one.")
         self._aoi = aoi
         self._positive, self._units_word, self._voxel_size = positive, units, voxel_size
         self._self = bool(self_intersections)

@@ -28,7 +28,7 @@ from geosurf.carve.blocks import block_order, fault_sides, name_blocks
 from geosurf.carve.cells import Cells, box_of, find_cells
 from geosurf.carve.clipped import clipped_by
 from geosurf.carve.column import apply_column, zones_of
-from geosurf.carve.fluids import contacts_of_units, split_by_contacts
+from geosurf.carve.fluids import contacts_of_units, level_of, split_by_contacts
 from geosurf.carve.links import joined
 from geosurf.carve.measures import AREA
 from geosurf.carve.outside import footprint_of, walls_are_a_box
@@ -73,7 +73,7 @@ def carve_units(
     Raises
     ------
     InputError
-        For an unknown rule, horizon or block.
+        For an unknown rule, horizon or block, or a name that two surfaces have (walls aside).
     GeometryError
         If there are no walls, a horizon is not in the box, or contacts cross.
     OpenUnitError
@@ -100,8 +100,9 @@ def carve_units(
             f"carve_units takes Patches, not {type(patches).__name__}; rebuild_surfaces makes them."
         )
     horizons, faults = (_with_role(patches, role) for role in ("horizon", "fault"))
+    _refuse_namesakes(patches)
     rules = check_column([patches.names[i] for i in horizons], column)
-    levels = [patches.names.index(contact.surface) for contact in contacts]
+    levels = [level_of(patches, contact) for contact in contacts]
     cells = find_cells(patches)
     signature = signatures(patches, cells, [*horizons, *levels])
     side, turns = apply_column(signature[: len(horizons)], rules)
@@ -151,6 +152,20 @@ class _Named:
 
 def _with_role(patches: Patches, role: str) -> list[int]:
     return [i for i, source in enumerate(patches.sources) if source.role == role]
+
+
+def _refuse_namesakes(patches: Patches) -> None:
+    """Refuse two surfaces of one name, but for walls: units and measures go by name."""
+    seen: dict[str, str] = {}
+    for source in patches.sources:
+        if source.role == "wall":
+            continue
+        if source.name in seen:
+            raise InputError(
+                f"{source.name!r} is the name of a {seen[source.name]} and of another "
+                f"{source.role}; rename one."
+            )
+        seen[source.name] = source.role
 
 
 def _order(named: _Named) -> list[int]:

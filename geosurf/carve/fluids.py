@@ -44,6 +44,18 @@ def parse_sides(block: str, faults: Sequence[str]) -> frozenset[str] | None:
     return frozenset(found)
 
 
+def level_of(patches: Patches, contact: FluidContact) -> int:
+    """Row of the surface of a contact; horizons and walls may have its name, too."""
+    for i, source in enumerate(patches.sources):
+        if source.role == "contact" and source.name == contact.surface:
+            return i
+    known = [source.name for source in patches.sources if source.role == "contact"]
+    raise InputError(
+        f"fluid contact {contact.name!r} has no surface {contact.surface!r} among the patches; "
+        f"contacts there are {known}. Rebuild the surfaces of build_contacts with the others."
+    )
+
+
 def contacts_of_units(
     contacts: Sequence[FluidContact],
     words: Sequence[tuple[str, ...]],
@@ -142,8 +154,7 @@ def split_by_contacts(
         for row in rows:
             torn = mine & (side[row] == UNKNOWN)
             if torn.any():
-                surface = patches.names.index(contacts[row].surface)
-                raise_leak(patches, cells, surface, torn)
+                raise_leak(patches, cells, level_of(patches, contacts[row]), torn)
         above = side[rows] == ABOVE
         wrong = mine & (above[:-1] & ~above[1:]).any(axis=0)
         if wrong.any():

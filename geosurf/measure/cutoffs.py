@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.errors import GeometryError
-from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of
+from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of, row_of
 from geosurf.measure.lines import chains_of, ragged
 from geosurf.model import Patches, Units
 
@@ -56,7 +56,7 @@ def cutoff_chains(
     upper, lower = np.full(len(key), len(units)), np.full(len(key), -1)
     np.minimum.at(upper, edge, np.repeat(zone, 3))
     np.maximum.at(lower, edge, np.repeat(zone, 3))
-    mine = patches.triangles[patches.surface_of_triangle == patches.names.index(horizon)]
+    mine = patches.triangles[patches.surface_of_triangle == row_of(patches, horizon, "horizon")]
     on = np.zeros(n, dtype=bool)
     on[fault.triangles] = True
     met = np.isin(key, _edge_keys(mine[on[mine].sum(axis=1) > 1], n))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.measure.faces import faces_of
+from geosurf.measure.faces import faces_of, row_of
 from geosurf.model import Patches, Units
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -53,7 +53,7 @@ def orientation(patches: Patches, units: Units, name: str) -> xarray.Dataset:
     import xarray as xr
 
     faces = faces_of(patches, units, name)
-    role = patches.sources[patches.names.index(name)].role
+    role = patches.sources[row_of(patches, name, "horizon", "fault")].role
     kept = np.ones(len(faces.areas), dtype=bool)
     if role == "horizon":
         kept = faces.sides[:, 0] != faces.sides[:, 1]

@@ -122,7 +122,7 @@ def faces_of(patches: Patches, units: Units, name: str, role: str | None = None)
             f"no {' or '.join(roles)} is called {name!r}; there are {known}."
             f"{did_you_mean(str(name), known)}"
         )
-    mine = patches.surface_of_triangle == patches.names.index(name)
+    mine = patches.surface_of_triangle == row_of(patches, name, *roles)
     rows = np.flatnonzero(mine & (units.sides >= 0).any(axis=1))
     if len(rows) == 0:
         raise GeometryError(
@@ -134,6 +134,11 @@ def faces_of(patches: Patches, units: Units, name: str, role: str | None = None)
         name, patches.local, patches.origin, patches.triangles[rows], units.sides[rows],
         list(units.values()),
     )  # fmt: skip
+
+
+def row_of(patches: Patches, name: str, *roles: str) -> int:
+    """Row of the surface that has a name and one of some roles; a wall may be called Top, too."""
+    return next(i for i, s in enumerate(patches.sources) if s.name == name and (s.role in roles))
 
 
 def side_of_words(side: str) -> int:

@@ -11,6 +11,7 @@ from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surface
 from geosurf.carve.certificate import certify
 from geosurf.carve.fluids import parse_sides
 from geosurf.errors import GeometryError, InputError, OpenUnitError
+from geosurf.measure import orientation
 from geosurf.triangulate import build_contacts
 from tests import laws
 from tests.strategies import BOX, faulted_worlds, grid, sheet
@@ -205,6 +206,35 @@ def test_contacts_out_of_order_are_refused_with_a_place():
         scene_of({"GOC": 1.5, "OWC": 2.5})
     assert 1.5 < e.value.place[2] < 2.5
     assert e.value.surfaces == ("GOC", "OWC")
+
+
+def test_a_contact_with_the_name_of_a_horizon_is_refused():
+    """Once the horizon was taken for the contact, and units were split at it in silence."""
+    with pytest.raises(InputError, match="'Top' is the name of a horizon and of a contact; rename"):
+        scene_of({"Top": 2.0})
+    extra, contacts = build_contacts({"Top": 2.0}, BOX)
+    patches = rebuild_surfaces([TOP, BASE, *extra, *build_walls(BOX)])
+    with pytest.raises(InputError, match="'Top' is the name of a horizon and of another contact"):
+        carve_units(patches, contacts=contacts)
+
+
+def test_a_contact_without_its_surface_is_refused():
+    _, contacts = build_contacts({"OWC": 2.0}, BOX)
+    patches = rebuild_surfaces([TOP, BASE, *build_walls(BOX)])
+    with pytest.raises(InputError, match=r"'OWC' has no surface 'OWC' among the patches; .* \[\]"):
+        carve_units(patches, contacts=contacts)
+
+
+def test_surfaces_may_be_called_as_walls_are():
+    """A horizon 'top' and a contact 'bottom' are not the walls of these names, in any order."""
+    extra, contacts = build_contacts({"bottom": 2.0}, BOX)
+    top = TOP.renamed("top")
+    walls = build_walls(BOX)
+    one = carve_units(rebuild_surfaces([top, BASE, *extra, *walls]), contacts=contacts)
+    patches = rebuild_surfaces([*walls, top, BASE, *extra])
+    two = carve_units(patches, contacts=contacts)
+    assert {u.name: u.volume for u in one.values()} == {u.name: u.volume for u in two.values()}
+    assert orientation(patches, two, "top").total_area == pytest.approx(16.0 * np.hypot(1, 0.5))
 
 
 def test_walls_are_not_contacts():
