@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import frame_origin, shift_is_exact
+from geosurf.conventions import did_you_mean, frame_origin, shift_is_exact
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_horizon
@@ -22,6 +22,18 @@ def as_mapping(what: str, inputs: Any) -> dict[str, Any]:
     if not isinstance(inputs, Mapping):
         raise InputError(f"{what} is a {type(inputs).__name__}; give a mapping {{name: ...}}.")
     return {str(name): value for name, value in inputs.items()}
+
+
+def refuse_namesakes(**kinds: Mapping[str, Any]) -> None:
+    """Refuse a name that two inputs have: results are asked for by name."""
+    seen: dict[str, str] = {}
+    for kind, inputs in kinds.items():
+        for name in inputs:
+            if name in seen:
+                raise InputError(
+                    f"{name!r} is the name of a {seen[name]} and of a {kind}; rename one."
+                )
+            seen[name] = kind
 
 
 def as_surface(
@@ -59,16 +71,16 @@ def as_surface(
 
 
 def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, Any]:
-    """Return fluid contacts with paths read as gridded horizons, for `build_contacts`."""
+    """Return fluid contacts, paths and grids as surfaces, for `build_contacts`."""
 
-    def opened(value: Any) -> Any:
-        if isinstance(value, str | Path):
-            return _read(value, "horizon", options)
+    def opened(name: str, value: Any) -> Any:
+        if isinstance(value, str | Path) or hasattr(value, "dims"):
+            return as_surface(name, "horizon", value, options)
         if isinstance(value, Mapping) and not hasattr(value, "data_vars"):
-            return {block: opened(one) for block, one in value.items()}
+            return {block: opened(f"{name} in {block}", one) for block, one in value.items()}
         return value
 
-    return {name: opened(value) for name, value in contacts.items()}
+    return {name: opened(name, value) for name, value in contacts.items()}
 
 
 def opened_outline(aoi: Any) -> np.ndarray:
@@ -83,6 +95,18 @@ def opened_outline(aoi: Any) -> np.ndarray:
 def only_of(entries: Mapping[str, Any], names: Mapping[str, Any]) -> dict[str, Any]:
     """Return the entries that are about some names."""
     return {name: value for name, value in entries.items() if name in names}
+
+
+def exchanged(what: str, inputs: Mapping[str, Any], changes: Any) -> dict[str, Any]:
+    """Return named inputs with some exchanged, added, or (None) removed."""
+    changed = as_mapping(what, {} if changes is None else changes)
+    for name, value in changed.items():
+        if value is None and name not in inputs:
+            raise InputError(
+                f"{what} has no {name!r} to remove; there are {list(inputs)}."
+                f"{did_you_mean(name, inputs)}"
+            )
+    return {name: one for name, one in {**inputs, **changed}.items() if one is not None}
 
 
 def shared_origin(box: tuple[float, ...] | None, surfaces: Sequence[TriSurface]) -> np.ndarray:

@@ -50,7 +50,18 @@ class Memory:
 
     def key_of(self, surface: TriSurface) -> str:
         """Return the fingerprint of a surface; it is taken once."""
-        return self.results.setdefault(("key", id(surface)), (surface, fingerprint(surface)))[1]
+        place = ("key", id(surface))
+        if place not in self.results:
+            self.results[place] = (surface, fingerprint(surface))  # held: its id is not used again
+        return self.results[place][1]
+
+    def hold(self, value: Any) -> str:
+        """Return the fingerprint of an input, and hold it where only its identity tells it."""
+        strangers: list[Any] = []
+        found = fingerprint(value, strangers)
+        for one in strangers:
+            self.results[("held", id(one))] = one
+        return found
 
     def remembered(
         self,
@@ -81,14 +92,16 @@ class Memory:
         self.steps.append(Step(stage, subject, outcome, detail, seconds))
 
 
-def fingerprint(value: Any) -> str:
+def fingerprint(value: Any, strangers: list[Any] | None = None) -> str:
     """
     Return a hash of what an input of a scene holds.
 
     Parameters
     ----------
-    value : path, TriSurface, FaultSticks, xarray object, or anything else
-        Files count by path and content; anything else by its identity.
+    value : path, TriSurface, Sheet, FaultSticks, xarray object, arrays, or anything else
+        Files count by path and content; what is none of these by its identity.
+    strangers : list, optional
+        Gets what counted by its identity, which means something while it is held only.
 
     Returns
     -------
@@ -101,25 +114,53 @@ def fingerprint(value: Any) -> str:
     True
     """
     digest = hashlib.sha256()
+    _add(digest, value, [] if strangers is None else strangers)
+    return digest.hexdigest()
+
+
+def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
+    """Add one input to a hash, with the lengths and kinds that tell its parts apart."""
     if isinstance(value, Sheet):
-        return fingerprint(value.surface)
-    if isinstance(value, str | Path):
+        _add(digest, value.surface, strangers)
+    elif isinstance(value, str | Path):
         path = Path(value)
         digest.update(str(path.resolve()).encode())
         digest.update(path.read_bytes() if path.is_file() else b"missing")
     elif isinstance(value, TriSurface):
         digest.update(f"{value.name} {value.role}".encode())
-        digest.update(np.ascontiguousarray(value.vertices))
-        digest.update(np.ascontiguousarray(value.triangles))
+        if value.lattice is None:
+            _add(digest, (value.vertices, value.triangles), strangers)
+        else:  # as a lattice: its triangles need not be made
+            grid = value.lattice
+            digest.update(f"{grid.rising} {grid.reverse}".encode())
+            _add(digest, (grid.easting, grid.northing, grid.elevation), strangers)
+        for key, array in sorted(value.vertex_data.items()):
+            digest.update(key.encode())
+            _add(digest, array, strangers)
     elif hasattr(value, "sticks"):
-        for stick in value.sticks:
-            digest.update(np.ascontiguousarray(stick))
+        _add(digest, tuple(value.sticks), strangers)
     elif hasattr(value, "to_dict") and hasattr(value, "coords"):
-        digest.update(repr(sorted((str(k), str(v)) for k, v in value.attrs.items())).encode())
         arrays = {**getattr(value, "data_vars", {"": value}), **value.coords}
+        _add_attrs(digest, value.attrs)
         for key, array in arrays.items():
             digest.update(f"{key} {array.dims}".encode())
-            digest.update(np.ascontiguousarray(array.values))
+            _add_attrs(digest, array.attrs)
+            _add(digest, array.values, strangers)
+    elif isinstance(value, np.ndarray) and not value.dtype.hasobject:
+        digest.update(f"{value.dtype} {value.shape}".encode())
+        digest.update(np.ascontiguousarray(value))
+        if isinstance(value, np.ma.MaskedArray):
+            _add(digest, np.ma.getmaskarray(value), strangers)
+    elif isinstance(value, tuple | list):
+        digest.update(f"{type(value).__name__} {len(value)}".encode())
+        for part in value:
+            _add(digest, part, strangers)
+    elif isinstance(value, int | float | np.number):
+        digest.update(repr(value).encode())
     else:
+        strangers.append(value)
         digest.update(f"{id(value)}".encode())
-    return digest.hexdigest()
+
+
+def _add_attrs(digest: Any, attrs: Any) -> None:
+    digest.update(repr(sorted((str(k), str(v)) for k, v in attrs.items())).encode())

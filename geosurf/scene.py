@@ -17,15 +17,17 @@ from geosurf.inputs import (
     as_mapping,
     as_surface,
     boxes_meet,
+    exchanged,
     only_of,
     opened_contacts,
     opened_outline,
+    refuse_namesakes,
     shared_origin,
 )
 from geosurf.intersect import curves_of, merge_curves
 from geosurf.intersect.shared import shared_curves
 from geosurf.measured import Measured
-from geosurf.memory import Memory, Step, fingerprint
+from geosurf.memory import Memory, Step
 from geosurf.model import (
     Certificate,
     Curves,
@@ -122,21 +124,16 @@ class Scene(Measured):
             raise InputError(
                 "a scene needs at least one horizon or fault; give horizons={name: ...}."
             )
-        for name in self._horizons:
-            if name in self._faults:
-                raise InputError(f"{name!r} is the name of a horizon and of a fault; rename one.")
         self._box = box
         check_column(tuple(self._horizons), column)
         self._column = dict(column or {})
         self._contacts = as_mapping("contacts", contacts or {})
-        for name in self._contacts:
-            if name in self._horizons or name in self._faults:
-                kind = "horizon" if name in self._horizons else "fault"
-                raise InputError(f"{name!r} is the name of a {kind} and of a contact; rename one.")
+        refuse_namesakes(horizon=self._horizons, fault=self._faults, contact=self._contacts)
         self._aoi = aoi
         self._positive, self._units_word, self._voxel_size = positive, units, voxel_size
         self._self = bool(self_intersections)
         self._memory = Memory()
+        self._read: dict[str, str] = {}
         self.truncations = dict(as_mapping("truncations", truncations or {}))
         self._network = FaultStage(
             tuple(self._faults), self.truncations, extend, given=self._given_fault,
@@ -150,7 +147,8 @@ class Scene(Measured):
         Parameters
         ----------
         horizons, faults : mapping, optional
-            Named inputs to add or exchange; None as a value removes one.
+            Named inputs to exchange or add; None as a value removes one, and with a fault its
+            own extension and truncations. New horizons come last, as the oldest.
         box, column, contacts, aoi, extend, truncations : optional
             As for `Scene`; they replace those that there were.
         positive, units, voxel_size, self_intersections : optional
@@ -159,6 +157,11 @@ class Scene(Measured):
         Returns
         -------
         Scene
+
+        Raises
+        ------
+        InputError
+            For an unknown word, or the name of something to remove that is not there.
 
         Examples
         --------
@@ -177,10 +180,10 @@ class Scene(Measured):
                 raise InputError(
                     f"a scene has no {key!r}; it has {known}.{did_you_mean(key, known)}"
                 )
-        inputs = {"horizons": dict(self._horizons), "faults": dict(self._faults)}
-        for key in inputs:
-            inputs[key].update(changes.get(key) or {})
-            inputs[key] = {name: value for name, value in inputs[key].items() if value is not None}
+        inputs = {
+            "horizons": exchanged("horizons", self._horizons, changes.get("horizons")),
+            "faults": exchanged("faults", self._faults, changes.get("faults")),
+        }
         twin = Scene(
             inputs["horizons"],
             inputs["faults"],
@@ -192,8 +195,8 @@ class Scene(Measured):
             units=changes.get("units", self._units_word),
             voxel_size=changes.get("voxel_size", self._voxel_size),
             self_intersections=changes.get("self_intersections", self._self),
-            extend=changes.get("extend", self.extend),
-            truncations=changes.get("truncations", self.truncations),
+            extend=changes.get("extend", only_of(self.extend, inputs["faults"])),
+            truncations=changes.get("truncations", only_of(self.truncations, inputs["faults"])),
         )
         twin._memory.results = self._memory.results
         return twin
@@ -340,7 +343,8 @@ class Scene(Measured):
         """All surfaces and the walls of the box, split along their curves."""
         surfaces = (*self.surfaces, *self._fluids[0])
         ring = None if self.aoi is None else self.aoi.tobytes()
-        shape = (self.box, ring, self._voxel_size, self._self)
+        origin = self._frame((*surfaces, *build_walls(self.box, self.aoi))).tobytes()
+        shape = (self.box, ring, origin, self._voxel_size, self._self)
         key = ("patches", *(self._memory.key_of(s) for s in surfaces), shape)
         subject = f"{len(surfaces)} surfaces and the {'box' if ring is None else 'area'}"
         return self._memory.remembered(
@@ -425,7 +429,9 @@ class Scene(Measured):
         return shared_origin(None if self._box is None else self.box, surfaces)
 
     def _triangulated(self, name: str, role: str, value: Any) -> TriSurface:
-        key = ("surface", name, role, fingerprint(value), self._positive, self._units_word)
+        if name not in self._read:  # once: a scene stands for its inputs as it found them
+            self._read[name] = self._memory.hold(value)
+        key = ("surface", name, role, self._read[name], self._positive, self._units_word)
 
         def run() -> TriSurface:
             options = {"positive": self._positive, "units": self._units_word}

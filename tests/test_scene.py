@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from geosurf import Scene, intersect_surfaces, synthetic
+from geosurf import FaultSticks, Scene, TriSurface, intersect_surfaces, memory, synthetic
 from geosurf.errors import InputError
+from geosurf.memory import fingerprint
 from tests import laws
 from tests.strategies import BOX, grid, sheet
 
@@ -91,6 +93,95 @@ def test_an_equal_input_changes_nothing(scene):
     twin = scene.replace(faults={"F1": upright(1)})
     assert twin.units is first
     assert ran(twin, "rebuild") == ran(twin, "carve") == []
+
+
+@pytest.mark.parametrize("kind", ["units of an axis", "sticks", "vertices", "stick of a vertex"])
+def test_inputs_that_differ_in_little_are_not_one(kind):
+    """Each of these was once taken for an input that a scene had seen before."""
+    quad = np.array([(1.0, -1, 9), (1, -1, -5), (1, 5, 9), (1, 5, -5)])
+    faces = [(0, 1, 2), (1, 3, 2)]
+    if kind == "units of an axis":
+        one = xr.DataArray(
+            np.zeros((2, 2)), dims=("northing", "easting"),
+            coords={"northing": [0.0, 9.0], "easting": [0.0, 9.0]},
+        )  # fmt: skip
+        two = one.assign_coords(easting=one.easting.assign_attrs(units="ft"))
+    elif kind == "sticks":
+        line = np.vstack([quad[:2], quad[:1] + 3.0, quad[2:]])
+        one, two = (FaultSticks("F1", (line[:n], line[n:])) for n in (2, 3))
+    elif kind == "vertices":
+        one, two = (quad, faces), (quad + 1.0, faces)
+    else:
+        sticks = [{"stick": [0, 0, 1, 1]}, {"stick": [0, 1, 2, 3]}]
+        one, two = (TriSurface("F1", "fault", quad, faces, vertex_data=d) for d in sticks)
+    assert fingerprint(one) != fingerprint(two)
+
+
+def test_arrays_are_told_by_what_is_in_them(scene):
+    """By their identity, an array that is gone could be taken for the one in its place."""
+
+    def fault(x):
+        return np.array([(x, -1.0, -5), (x, 5, -5), (x, 5, 9)]), [[0, 1, 2]]
+
+    twin = scene.replace(faults={"F1": fault(2.0)})
+    assert set(twin.cutoffs("Top", "F1")[0][:, 0]) == {2.0}
+    again = twin.replace(faults={"F1": fault(2.0)})
+    assert set(again.cutoffs("Top", "F1")[0][:, 0]) == {2.0}
+    assert ran(again, "curves") == []
+
+
+def test_inputs_are_read_once(scene, monkeypatch):
+    """However many pairs ask: hashes of surfaces took longer than the pairs themselves."""
+    taken = []
+    plain = memory.fingerprint
+    monkeypatch.setattr(memory, "fingerprint", lambda *a: taken.append(a) or plain(*a))
+    scene.curves, scene.units  # noqa: B018
+    # four inputs, and four surfaces made of them
+    assert len(taken) == 8
+
+
+def test_a_box_said_aloud_is_the_default_one():
+    """Another local frame is another result: the certificate compares bytes."""
+    x = np.arange(2000.0, 3001.0, 250.0)
+    top = xr.DataArray(
+        np.full((5, 5), -100.3), dims=("northing", "easting"),
+        coords={"northing": x, "easting": x}, attrs={"units": "m", "positive": "up"},
+    )  # fmt: skip
+    corners = [(500, 500, -300), (500, 3500, -300), (3000, 3500, 300), (3000, 500, 300)]
+    scene = Scene({"Top": top}, {"F1": (corners, [[0, 1, 2], [0, 2, 3]])})
+    assert len(scene.units) == 2
+    assert scene.replace(box=scene.box).check().ok
+
+
+def test_a_removed_fault_takes_its_rules_along(scene):
+    """Of its own; that another fault is to end at it cannot be forgotten in silence."""
+    ruled = scene.replace(extend={"F1": "up"}, truncations={"F2": ("F1", "+")})
+    assert ruled.replace(faults={"F2": None}).extend == {"F1": ("up",)}
+    assert ruled.replace(faults={"F2": None}).truncations == {}
+    with pytest.raises(InputError, match="truncations name 'F1', which is no fault"):
+        ruled.replace(faults={"F1": None})
+
+
+def test_replace_says_what_it_cannot_do(scene):
+    with pytest.raises(InputError, match=r"faults has no 'F11' to remove; .* mean 'F1'\?"):
+        scene.replace(faults={"F11": None})
+    with pytest.raises(InputError, match="horizons is a list; give a mapping"):
+        scene.replace(horizons=[level(3)])
+
+
+def test_a_gridded_contact_follows_the_words_of_the_scene(scene):
+    """As horizons do: depths in feet, where the array itself does not say."""
+    x = np.array([-1.0, 5.0])
+    owc = xr.DataArray(
+        np.full((2, 2), -2.0 / 0.3048), dims=("northing", "easting"),
+        coords={"northing": x, "easting": x},
+    )  # fmt: skip
+    split = scene.replace(contacts={"OWC": {"F1+": owc}}, positive="down", units="ft")
+    assert "Top/Base F1+ below OWC" in split.units
+    above = split.units["Top/Base F1+ above OWC"].vertices[:, 2]
+    assert above.min() == pytest.approx(2.0, abs=1e-12)
+    with pytest.raises(InputError, match="horizon 'OWC': whether values are elevation or depth"):
+        scene.replace(contacts={"OWC": owc}).units  # noqa: B018
 
 
 def test_replace_adds_and_removes(scene):
