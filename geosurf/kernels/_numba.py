@@ -25,6 +25,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLoca
 
 from geosurf.errors import DependencyError
 from geosurf.kernels._gate import Signature
+from geosurf.kernels._helpers import Helper, entry_dispatcher
 from geosurf.kernels._plain import written_in_source
 
 _HERE = Path(__file__).resolve().parent
@@ -33,51 +34,6 @@ _told: list[str] = []
 
 
 # ---- options -----------------------------------------------------------------------------
-
-
-def compiled(function: Callable[..., Any], **options: Any) -> Any:
-    """A dispatcher of numba, with our options and without a cache."""
-    return numba.njit(nogil=True, error_model="numpy", **options)(function)
-
-
-# what makes arrays or lists inside a kernel; a maker that is missing here does not compile
-_MAKERS = frozenset(
-    "append arange argsort array asarray concatenate copy empty empty_like flatten full ones "
-    "searchsorted sort unique zeros zeros_like".split()
-)
-
-
-def makes_arrays(function: Callable[..., Any]) -> bool:
-    """Whether a helper makes arrays or lists, or calls one that does.
-
-    Only such a helper has to count who holds an array. To all others arrays are lent by their
-    caller: counting there, atomic and once per argument and call, took half of the time of
-    exact cutting, where helpers have ten arrays and a few nanoseconds of work.
-    """
-    names = function.__code__.co_names
-    if not _MAKERS.isdisjoint(names):
-        return True
-    called = (function.__globals__.get(name) for name in names)
-    return any(getattr(helper, "counts", False) for helper in called)
-
-
-def compiled_scalar(function: Callable[..., Any]) -> Any:
-    """A helper for other kernels; LLVM decides what is inlined.
-
-    numba would compile one version for each constant that a caller passes (180 functions
-    instead of 130 for one scene); a constant is passed as a plain number instead.
-    """
-    counts = makes_arrays(function)
-    helper = compiled(function, _nrt=counts)
-    helper.counts = counts
-    template = helper.get_call_template
-
-    def plain(args: Any, kws: Any) -> Any:
-        kinds = {name: numba.types.unliteral(kind) for name, kind in dict(kws).items()}
-        return template(tuple(numba.types.unliteral(kind) for kind in args), kinds)
-
-    helper.get_call_template = plain
-    return helper
 
 
 def types_of(letters: tuple[str, ...]) -> tuple[Any, ...]:
@@ -195,7 +151,7 @@ class JitRunner:
 
     def scalar(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """Return the helper for compiled kernels."""
-        return compiled_scalar(function)
+        return Helper(function)
 
     def caller(
         self, name: str, function: Callable[..., Any], signature: Signature
@@ -220,7 +176,7 @@ class JitKernel:
 
     def __init__(self, function: Callable[..., Any], signature: Signature) -> None:
         self._signature = signature
-        self._compiled = compiled(function)
+        self._compiled = entry_dispatcher(function)
         self._ready = False
         try:
             cache_folder().mkdir(parents=True, exist_ok=True, mode=0o700)

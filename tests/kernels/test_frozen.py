@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from geosurf.errors import DependencyError, InputError
-from geosurf.kernels import _freeze, _jit
+from geosurf.kernels import _freeze, _jit, _objects
 from geosurf.kernels._frozen import (
     LIBRARY,
     MANIFEST,
@@ -414,7 +414,7 @@ def test_a_kernel_that_needs_more_than_we_bring_is_refused():
         "declare double @llvm.floor.f64(double)\n"
     )
     with pytest.raises(InputError, match=r"kernel room calls NRT_MemInfo_new, which a frozen"):
-        _freeze._only_what_we_bring("room", module)
+        _objects.refuse_foreign("room", module)
 
 
 def test_results_are_what_the_signature_says():

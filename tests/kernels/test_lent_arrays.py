@@ -11,7 +11,7 @@ if numba.config.DISABLE_JIT:
 
 from numba.core.runtime import _nrt_python, rtsys  # noqa: E402
 
-from geosurf.kernels._numba import compiled, compiled_scalar, makes_arrays  # noqa: E402
+from geosurf.kernels._helpers import Helper, entry_dispatcher, makes_arrays  # noqa: E402
 
 
 def largest(x):
@@ -28,15 +28,15 @@ def doubled(x):
     return out
 
 
-largest = compiled_scalar(largest)
-doubled = compiled_scalar(doubled)
+largest = Helper(largest)
+doubled = Helper(doubled)
 
 
 def largest_doubled(x):
     return largest(doubled(x))
 
 
-largest_doubled = compiled_scalar(largest_doubled)
+largest_doubled = Helper(largest_doubled)
 
 
 def total(x, n):
@@ -56,7 +56,7 @@ def test_who_has_to_count():
 
 
 def test_every_array_is_given_back():
-    entry = compiled(total)
+    entry = entry_dispatcher(total)
     x = np.arange(5.0)
     entry(x, 1)
     on = _nrt_python.memsys_stats_enabled()
@@ -74,10 +74,10 @@ def test_every_array_is_given_back():
 
 def test_a_maker_that_was_overlooked_does_not_compile():
     assert not makes_arrays(hidden_maker)
-    helper = compiled_scalar(hidden_maker)
+    helper = Helper(hidden_maker)
 
     def entry(x):
         return helper(x)
 
     with pytest.raises(numba.TypingError, match="Only accept returning of array passed"):
-        compiled(entry)(np.arange(3.0))
+        entry_dispatcher(entry)(np.arange(3.0))

@@ -1,0 +1,183 @@
+"""Helpers of kernels under numba: typed and lowered once, optimised only inside their entries.
+
+numba makes a library of its own for every compiled function: it links in the finished libraries
+of all that is called, optimises the whole anew, and turns it into machine code. With helpers
+ten calls deep, LLVM would see the same code dozens of times, and nearly all machine code would
+never run, since Python calls nothing but entries. Here a helper stays what its lowering made of
+it. An entry links each helper below it once, and LLVM optimises that one module, callees
+first, as a C compiler does with one file.
+
+This leans on private parts of numba (the code library and the lowering pass), as the cache and
+the freezer do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba.core import types
+from numba.core.codegen import CPUCodeLibrary, JITCodeLibrary
+from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import register_pass
+from numba.core.registry import CPUDispatcher, cpu_target
+from numba.core.typed_passes import NativeLowering
+
+_OPTIONS = {"nopython": True, "nogil": True, "error_model": "numpy"}
+# what makes arrays or lists inside a kernel; a maker that is missing here does not compile
+_MAKERS = frozenset(
+    "append arange argsort array asarray concatenate copy empty empty_like flatten full ones "
+    "searchsorted sort unique zeros zeros_like".split()
+)
+
+
+class HelperLibrary(JITCodeLibrary):
+    """The code of one helper as it was lowered; what it calls is linked by the entry."""
+
+    def finalize(self) -> None:
+        """Leave it as it is, ready to be merged into any number of entries."""
+        self._raise_if_finalized()
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.external:
+                function.linkage = "linkonce_odr"
+        self._shared_module = self._final_module
+        self._finalized = True
+
+
+class EntryLibrary(JITCodeLibrary):
+    """The code of one entry with that of all helpers below it."""
+
+    def finalize(self) -> None:
+        """Link everything below, each library once, then optimise."""
+        self._linking_libraries = list(below(self))
+        super().finalize()
+
+
+def optimise(module: Any) -> Any:
+    """Run over a module the passes that numba runs over an entry with all that it needs."""
+    library = EntryLibrary(cpu_target.target_context.codegen(), "optimised")
+    library._final_module = module
+    library._optimize_final_module()
+    return library._final_module
+
+
+def below(library: CPUCodeLibrary) -> Iterator[CPUCodeLibrary]:
+    """All libraries that one needs, each once; finished ones hold what they need already."""
+    seen: set[CPUCodeLibrary] = set()
+    waiting = list(reversed(library._linking_libraries))
+    while waiting:
+        found = waiting.pop()
+        if found not in seen:
+            seen.add(found)
+            yield found
+            if isinstance(found, HelperLibrary):
+                waiting += reversed(found._linking_libraries)
+
+
+def makes_arrays(function: Callable[..., Any]) -> bool:
+    """Whether a helper makes arrays or lists, or calls one that does.
+
+    Only such a helper has to count who holds an array. To all others arrays are lent by their
+    caller: counting there, atomic and once per argument and call, took half of the time of
+    exact cutting, where helpers have ten arrays and a few nanoseconds of work.
+    """
+    names = function.__code__.co_names
+    if not _MAKERS.isdisjoint(names):
+        return True
+    called = (function.__globals__.get(name) for name in names)
+    return any(getattr(helper, "counts", False) for helper in called)
+
+
+class Helper(CPUDispatcher):
+    """What `scalar` makes of a function: other kernels can call it, Python cannot.
+
+    Parameters
+    ----------
+    function : callable
+    counts : bool, optional
+        Whether it counts who holds an array; by default if it makes some.
+    """
+
+    def __init__(self, function: Callable[..., Any], counts: bool | None = None) -> None:
+        self.counts = makes_arrays(function) if counts is None else counts
+        options = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": self.counts}
+        super().__init__(function, {}, _OPTIONS | options, _HelperCompiler)
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        raise TypeError(f"{self.__name__} is a helper of kernels; Python can call it only plain.")
+
+    def add_overload(self, result: Any) -> None:
+        """Remember a version, for callers in kernels only."""
+        self.overloads[tuple(result.signature.args)] = result
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """One version per types: constants are passed as plain numbers.
+
+        numba would compile one for each constant (180 functions instead of 130 for one scene).
+        """
+        named = {name: types.unliteral(kind) for name, kind in dict(kws).items()}
+        return super().get_call_template(tuple(map(types.unliteral, args)), named)
+
+
+def entry_dispatcher(function: Callable[..., Any]) -> Any:
+    """What numba's decorator gives, with our compiler."""
+    return CPUDispatcher(function, {}, _OPTIONS, _EntryCompiler)
+
+
+class _Handle:
+    """Stands for a helper where numba keeps the machine code of a function."""
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _HelperLowering(NativeLowering):
+    """Lower a helper, and tell numba where callers find it; nothing is compiled."""
+
+    _name = "geosurf_helper_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        """Lower without machine code."""
+        state.flags.no_compile = True
+        state.library = _library(state, HelperLibrary)
+        super().run_pass(state)
+        lowered = state["cr"]
+        state["cr"] = lowered._replace(cfunc=_Handle())
+        state.library.finalize()
+        state.targetctx.insert_user_function(state["cr"].cfunc, lowered.fndesc, [state.library])
+        return True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _EntryLowering(NativeLowering):
+    """Lower an entry into a library that gathers its helpers."""
+
+    _name = "geosurf_entry_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        """Lower, link, optimise and compile."""
+        state.library = _library(state, EntryLibrary)
+        state.library.enable_object_caching()
+        return super().run_pass(state)
+
+
+def _library(state: Any, kind: type[JITCodeLibrary]) -> JITCodeLibrary:
+    return kind(state.targetctx.codegen(), state.func_id.func_qualname)
+
+
+def _with(lowering: type[NativeLowering]) -> type[CompilerBase]:
+    """numba's compiler with another lowering."""
+
+    class Lowering(Compiler):
+        def define_pipelines(self) -> list[Any]:
+            passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+            places = [i for i, (kind, _) in enumerate(passes.passes) if kind is NativeLowering]
+            passes.passes[places[0]] = (lowering, "lowering")
+            passes._finalized = False
+            passes.finalize()
+            return [passes]
+
+    return Lowering
+
+
+_HelperCompiler = _with(_HelperLowering)
+_EntryCompiler = _with(_EntryLowering)
