@@ -196,6 +196,7 @@ def warmup_command(options: argparse.Namespace) -> int:
     show = sys.stdout.isatty()
 
     def progress(n_done: int, n_file: int) -> None:
+        """Show how many files are done, on one line."""
         print(f"\r{n_done} of {n_file} files of kernels", end="", flush=True)
 
     done = warm(progress if show else None)
@@ -334,6 +335,7 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
 
     def add(name: str, run: Callable[[argparse.Namespace], int], help_: str) -> Any:
+        """A command with the options that all of them have."""
         command = commands.add_parser(name, help=help_, description=help_)
         command.set_defaults(run=run)
         # without a default here, so that `geosurf --debug run` is not undone by `run`

@@ -74,6 +74,7 @@ def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, 
     """Return fluid contacts, paths and grids as surfaces, for `build_contacts`."""
 
     def opened(name: str, value: Any) -> Any:
+        """A contact with its paths read; a mapping has one for each block."""
         if isinstance(value, str | Path) or hasattr(value, "dims"):
             return as_surface(name, "horizon", value, options)
         if isinstance(value, Mapping) and not hasattr(value, "data_vars"):

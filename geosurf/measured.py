@@ -164,6 +164,7 @@ class Measured:
         from geosurf.measure import faces_of, separation
 
         def run() -> xarray.Dataset:
+            """Compute it; called unless it is remembered."""
             faces = faces_of(self.patches, self.units, fault, "fault")
             walls = [self.cutoffs(horizon, fault, side) for side in ("+", "-")]
             azimuth = math.degrees(math.atan2(*faces.strike[1].tolist()))

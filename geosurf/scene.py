@@ -331,6 +331,7 @@ class Scene(Measured):
         origin = self._frame(pair)
 
         def run() -> Curves:
+            """Compute it; called unless it is remembered."""
             options = {"origin": origin, "voxel_size": self._voxel_size}
             return curves_of(find_contacts(pair, pairs=[(0, 1)], **options))
 
@@ -365,6 +366,7 @@ class Scene(Measured):
         subject = "the box" if self.aoi is None else "the area"
 
         def run() -> Units:
+            """Compute it; called unless it is remembered."""
             return carve_units(patches, self.column, contacts)
 
         return self._memory.remembered("carve", subject, key, run, lambda u: f"{len(u)} units")
@@ -434,6 +436,7 @@ class Scene(Measured):
         key = ("surface", name, role, self._read[name], self._positive, self._units_word)
 
         def run() -> TriSurface:
+            """Compute it; called unless it is remembered."""
             options = {"positive": self._positive, "units": self._units_word}
             return as_surface(name, role, value, options, self.surface)
 

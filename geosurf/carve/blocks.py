@@ -94,6 +94,7 @@ def name_blocks(
         groups.setdefault((int(zone[u]), name), []).append(u)
 
     def size_then_place(u: int) -> tuple[float, ...]:
+        """Larger ones first, then those farther west, south, down."""
         return (-float(f"{volume[u]:.{DIGITS}g}"), *corner[u])
 
     for (_, name), units in groups.items():

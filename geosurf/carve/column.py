@@ -76,6 +76,7 @@ def apply_column(signature: np.ndarray, rules: Sequence[str]) -> tuple[np.ndarra
     turns: list[Turn] = []
 
     def clip(loser: int, winner: int, rule: str, after: np.ndarray) -> None:
+        """One surface yields to another; note it where that changes anything."""
         if not np.array_equal(after, side[loser]):
             turns.append(Turn(loser, winner, rule, side[loser].copy(), after))
             side[loser] = after

@@ -156,14 +156,17 @@ class _Carved(Unit):
 
     @cached_property
     def local(self) -> np.ndarray:
+        """Vertices in the scene's frame (n_vertex, 3) [m]."""
         return frozen(self._arrays[0], np.float64)
 
     @cached_property
     def triangles(self) -> np.ndarray:
+        """Rows of `local` (n_triangle, 3), turned outward."""
         return frozen(self._arrays[1], np.int64)
 
     @cached_property
     def surface_of_triangle(self) -> np.ndarray:
+        """The surface that each triangle lies on (n_triangle,)."""
         return frozen(self._arrays[2], np.int64)
 
 

@@ -64,6 +64,7 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None):
         trees = tree.trees_for(surfaces, pairs)
 
     def search(i: int, j: int):
+        """Candidates of one pair of surfaces, and what finding them cost."""
         one_map = i != j and of_one_map(surfaces[i], surfaces[j])
         lattices = surfaces[i].lattice, surfaces[j].lattice
         if voxels:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from geosurf.errors import InputError
@@ -38,5 +37,7 @@ def side_by_side(work: Callable[..., Any], rows: Sequence[tuple], worth: bool = 
     n = min(n_threads(), len(rows)) if worth else 1
     if n <= 1:
         return [work(*row) for row in rows]
+    from concurrent.futures import ThreadPoolExecutor  # a tenth of a short process's own imports
+
     with ThreadPoolExecutor(n) as pool:
         return list(pool.map(lambda row: work(*row), rows))

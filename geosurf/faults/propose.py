@@ -41,6 +41,7 @@ class _Fault:
 
     @property
     def name(self) -> str:
+        """Name of the fault."""
         return self.surface.name
 
 
@@ -121,6 +122,7 @@ def _without_circles(rows: list[NetworkRow]) -> list[NetworkRow]:
     mains: dict[str, set[str]] = {}
 
     def leads(start: str, goal: str) -> bool:
+        """Whether truncations lead from one fault to another."""
         return start == goal or any(leads(main, goal) for main in mains.get(start, ()))
 
     out = []

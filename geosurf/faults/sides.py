@@ -174,9 +174,11 @@ def _between(patches, c, way_c, a, way_a, b, way_b, key) -> np.ndarray:
     normals = _Normals(patches)
 
     def sine(i, way_i, j, way_j):
+        """Sign of the sine of the angle from sheet i to sheet j around the edge."""
         return way_i * way_j * heading * normals.cross_sign(i, j, axis)
 
     def half(j, way_j):
+        """Whether sheet j lies half a turn or more after sheet a."""
         s = sine(a, way_a, j, way_j)
         ahead = way_a * way_j * normals.dot_sign(a, j) > 0
         return np.where(s != 0, s < 0, ~ahead)
@@ -218,6 +220,7 @@ class _Normals:
         size = size_p[rows, k] * size_q[rows, o] + size_p[rows, o] * size_q[rows, k]
 
         def exact(r: int) -> Fraction:
+            """The same number of one row in fractions."""
             m, n = _exact_normal(at_p[r]), _exact_normal(at_q[r])
             return m[k[r]] * n[o[r]] - m[o[r]] * n[k[r]]
 
@@ -228,6 +231,7 @@ class _Normals:
         (p, size_p, at_p), (q, size_q, at_q) = self._floats(i), self._floats(j)
 
         def exact(r: int) -> Fraction:
+            """The same number of one row in fractions."""
             m, n = _exact_normal(at_p[r]), _exact_normal(at_q[r])
             return sum((f * g for f, g in zip(m, n, strict=True)), Fraction(0))
 

@@ -202,7 +202,9 @@ def _linked(names, origin, points, segments, surfaces, touches, cost) -> Curves:
 
 def _isolated(contacts, touching, points, segments, surfaces, inside) -> list[Touch]:
     """Touching points that lie on no curve and in no overlap of their pair of surfaces."""
-    found = []
+    found: list[Touch] = []
+    if not len(touching):
+        return found
     for i, j in np.unique(touching[:, :2], axis=0).tolist():
         mine = touching[(touching[:, 0] == i) & (touching[:, 1] == j), 2]
         of_pair = (surfaces == (i, j)).all(axis=1)

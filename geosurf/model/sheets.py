@@ -94,6 +94,7 @@ class SheetReport:
 
     def __str__(self) -> str:
         def misfit(values: dict[str, float]) -> str:
+            """Figures of a misfit in one line."""
             return ", ".join(f"{key} {value:.3g}" for key, value in values.items()) or "none"
 
         changes = sum(self.sign_changes.values())

@@ -166,6 +166,7 @@ def _catalogue(rng, number) -> Draw:
 
 def _regions(rng, number) -> Draw:
     def draw():
+        """Corners of one triangle at random."""
         places = rng.integers(0, len(REGIONS) * 3, 3)  # anew: three may lie on one line for good
         corners = [region_corner(rng, place // 3) for place in places]
         for corner, place in zip(corners, places, strict=True):
@@ -206,6 +207,7 @@ def _slivers(rng, number) -> Draw:
     aspect = 10.0 ** -(number % 10)
 
     def draw():
+        """Corners of one triangle at random."""
         start, along, across = rng.uniform(-1, 4, 3), *rng.normal(size=(2, 3))
         start[2] = rng.uniform(-1, 1)
         return [start, start + 3 * along, start + rng.uniform(0, 3) * along + aspect * across]

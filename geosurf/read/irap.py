@@ -98,9 +98,11 @@ def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
         )
 
     def whole(i: int, what: str) -> int:
+        """Header value i as a whole number."""
         return integer(tokens[i], path, line_of_token[i], what)
 
     def real(i: int, what: str) -> float:
+        """Header value i as a number."""
         return number(tokens[i], path, line_of_token[i], what)
 
     whole(0, "-996")

@@ -68,6 +68,7 @@ def _map(scene: Scene, name: str, size: tuple[int, int]) -> Picture:
 
 def _search(scene: Scene, first: str, second: str, style: dict[str, Any]) -> Picture:
     def draw(path: Path) -> None:
+        """Write the picture, if there is anything to show."""
         found = scene.search(first, second)
         if found is not None:
             a, b = scene.surface(first), scene.surface(second)

@@ -49,8 +49,11 @@ def check(allowed: str) -> Callable[[Callable[[Place, Any], Any]], Check]:
     """Make a check of a function that returns None where it does not like a value."""
 
     def wrap(function: Callable[[Place, Any], Any]) -> Check:
+        """Make the check of one function."""
+
         @wraps(function)
         def checked(place: Place, value: Any) -> Any:
+            """Return the value as it is to be used, or refuse it."""
             result = function(place, value)
             if result is None:
                 place.refuse(f"{place.keys} is {value!r}; it must be {allowed}.")
@@ -164,6 +167,7 @@ def one_of(*allowed: str) -> Check:
 
     @check(f"one of {_words(allowed)}")
     def choice(place: Place, value: Any) -> str | None:
+        """The word, if it is allowed."""
         if isinstance(value, str) and value not in allowed:
             guess = did_you_mean(value, allowed)
             place.refuse(f"{place.keys} is {value!r}; it must be one of {_words(allowed)}.{guess}")
@@ -177,6 +181,7 @@ def some_of(*allowed: str) -> Check:
 
     @check(f"a list of any of {_words(allowed)}, each once")
     def choices(place: Place, value: Any) -> tuple[str, ...] | None:
+        """The words, if all are allowed and none comes twice."""
         if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
             return None
         for word in value:
@@ -193,6 +198,7 @@ def table(kind: type) -> Check:
 
     @check("a table")
     def one_table(place: Place, value: Any) -> Any:
+        """The table as an object."""
         return read_table(kind, place, value) if isinstance(value, Mapping) else None
 
     one_table.kind = kind  # type: ignore[attr-defined]
@@ -204,6 +210,7 @@ def tables(kind: type) -> Check:
 
     @check("tables in double brackets")
     def many_tables(place: Place, value: Any) -> tuple[Any, ...] | None:
+        """The tables as objects."""
         if not isinstance(value, list) or not all(isinstance(v, Mapping) for v in value):
             name = place.keys
             place.refuse(f"{name} must be tables in double brackets, as in [[{name}]].")

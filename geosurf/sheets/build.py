@@ -289,6 +289,7 @@ def carry_picks(picks: Picks, bend: float):
     """How ghosts of picked sheets get their heights: by the energy, and by picks beyond a trace."""
 
     def carry_on(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights):
+        """Heights of the ghosts of one sheet."""
         fixed = _beyond(picks, state, torn)
         frame = picks.frame
         return ghost_heights(

@@ -168,6 +168,7 @@ def _ends_in_copies(patches, band: Band, among) -> list[tuple[int, int]]:
     of, n = patches.surface_of_triangle, len(patches.local)
 
     def keyed(rows: np.ndarray) -> np.ndarray:
+        """One number for each edge of some triangles, whichever way it runs."""
         a, b = patches.triangles[rows], np.roll(patches.triangles[rows], -1, axis=1)
         return (np.minimum(a, b) * n + np.maximum(a, b)).ravel()
 

@@ -23,6 +23,7 @@ def fault_edges(cut: Cut, surface: int) -> tuple[np.ndarray, np.ndarray]:
     of = cut.patches.surface_of_triangle
 
     def keyed(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """One number for each edge, whichever way it runs, and its triangle."""
         a, b = t[rows], np.roll(t[rows], -1, axis=1)
         return (np.minimum(a, b) * n + np.maximum(a, b)).ravel(), np.repeat(rows, 3)
 

@@ -74,6 +74,7 @@ def without_absent(graph: Graph, present: np.ndarray) -> Graph:
     """The graph without nodes that do not exist."""
 
     def linked(to: np.ndarray) -> np.ndarray:
+        """Links between nodes that are both there; -1 elsewhere."""
         there = (to >= 0) & present
         there[there] = present[to[there]]
         return np.where(there, to, -1)

@@ -148,6 +148,7 @@ def _with_pieces(torn, triangles, pieces) -> Torn:
     lead: dict[tuple[int, int], tuple[int, int]] = {}
 
     def find(x):
+        """The corner that stands for all that are one with x."""
         while lead.get(x, x) != x:
             x = lead[x]
         return x

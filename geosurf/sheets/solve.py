@@ -43,6 +43,7 @@ def lattice_graph(nodes: np.ndarray, shape: tuple[int, int], cut: np.ndarray, sl
     bits = cut[nodes]
 
     def neighbour(there: np.ndarray, step: int, bit: int) -> np.ndarray:
+        """Row of the neighbour one step on, -1 where there is none or a cut between."""
         out = np.full(len(nodes), -1)
         rows = np.flatnonzero(there & (bits & bit == 0))
         out[rows] = slot[nodes[rows] + step]

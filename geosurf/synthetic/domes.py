@@ -64,6 +64,7 @@ def dome_and_flat_fault(
     level = crest - height
 
     def dome(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Height of the paraboloid."""
         return crest - height * (((x - side) / a) ** 2 + ((y - side) / b) ** 2)
 
     footprint = (2 * side) ** 2
@@ -129,6 +130,7 @@ def egg_box(
     wave = 2 * math.pi * periods / side
 
     def domes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Height of the egg box."""
         return middle + height * np.sin(wave * x) * np.sin(wave * y)
 
     n_dome = 2 * periods**2

@@ -59,6 +59,7 @@ def listric(
     ends = [depth + slope * (y - 1500.0) - top for y in box[2:4]]  # of the horizon, below the axis
 
     def arc(u: np.ndarray) -> np.ndarray:
+        """Easting of the fault, u below the axis of its cylinder."""
         return east - np.sqrt(radius**2 - u**2)
 
     first, second = _circle_integrals(radius)
@@ -104,9 +105,11 @@ def _circle_integrals(
     """First and second antiderivative of ``sqrt(radius^2 - u^2)``."""
 
     def first(u: float) -> float:
+        """Integral of the root."""
         return 0.5 * (u * math.sqrt(radius**2 - u**2) + radius**2 * math.asin(u / radius))
 
     def second(u: float) -> float:
+        """Integral of `first`."""
         root = math.sqrt(radius**2 - u**2)
         return -(root**3) / 6 + 0.5 * radius**2 * (u * math.asin(u / radius) + root)
 

@@ -104,6 +104,7 @@ def _ring(points: set[Point], plane: Plane) -> list[Point]:
         return ordered
 
     def half(sequence: list[Point]) -> list[Point]:
+        """One chain of the hull, turning one way only."""
         chain: list[Point] = []
         for p in sequence:
             while len(chain) > 1:

@@ -210,6 +210,7 @@ def _sheet(
     faults: dict[str, Fault], signs: tuple[int, ...], level: float
 ) -> Callable[[Any, Any], Any]:
     def height(x: Any, y: Any) -> Any:
+        """Height of the sheet: relief, level and half of each throw."""
         z = _relief(x, y) + level
         for fault, sign in zip(faults.values(), signs, strict=True):
             z = z - 0.5 * sign * fault.throw_at(*fault.along_across(x, y))

@@ -41,6 +41,7 @@ def waves(n: int = 33, *, offset: Offset = (0.0, 0.0, 0.0)) -> World:
     shift = np.asarray(offset, dtype=np.float64)
 
     def curve_at(northing: np.ndarray) -> np.ndarray:
+        """Points (n, 3) of the curve at some northings."""
         return _curve(np.asarray(northing, dtype=np.float64) - shift[1]) + shift
 
     pair = ("Top", "F1")

@@ -107,6 +107,7 @@ def _meet(p, q, r, s, neighbours: bool) -> tuple[float, float] | None:
     ends = {(px, py), (qx, qy)} & {(rx, ry), (sx, sy)} if neighbours else set()
 
     def turn(ax, ay, bx, by, cx, cy):
+        """Twice the area of a, b, c; positive if they turn left."""
         return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 
     one, two = turn(rx, ry, sx, sy, px, py), turn(rx, ry, sx, sy, qx, qy)
@@ -148,6 +149,7 @@ def triangulate_ring(ring: np.ndarray) -> np.ndarray:
     m, w = frame_of(np.ascontiguousarray(ring))
 
     def turns(rows: Any) -> np.ndarray:
+        """Exact sign of the turn at each row of three corners."""
         rows = np.array(rows, dtype=np.int64).reshape(-1, 3)
         out = np.zeros(len(rows), dtype=np.int64)
         orient2d_rows(np.ascontiguousarray(ring), rows, m, w, out)

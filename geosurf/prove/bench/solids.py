@@ -36,6 +36,7 @@ def body_below(lattice: Lattice, box: tuple[float, ...]) -> tuple[np.ndarray, np
     """
 
     def down(rim: np.ndarray) -> np.ndarray:
+        """Points of a rim, moved down to the floor of the box."""
         return np.column_stack([rim[:, :2], np.full(len(rim), float(box[4]))])
 
     return _close(lattice, down)
@@ -67,6 +68,7 @@ def body_beside(lattice: Lattice, box: tuple[float, ...]) -> tuple[np.ndarray, n
     far = float(box[1] + (box[1] - box[0]))
 
     def east(rim: np.ndarray) -> np.ndarray:
+        """Points of a rim, moved far to the east."""
         return np.column_stack([np.full(len(rim), far), rim[:, 1:]])
 
     return _close(lattice, east)
