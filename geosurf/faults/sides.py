@@ -25,6 +25,7 @@ from geosurf.conventions import place
 from geosurf.errors import GeometryError, SurfaceError
 from geosurf.kernels.mesh import edges, pieces
 from geosurf.model import Patches
+from geosurf.model.exact import exact_normal
 
 _BOUND = 2e-15  # of the sum of magnitudes: the rounding of a determinant of normals
 _TINY = 1e-250
@@ -221,7 +222,7 @@ class _Normals:
 
         def exact(r: int) -> Fraction:
             """The same number of one row in fractions."""
-            m, n = _exact_normal(at_p[r]), _exact_normal(at_q[r])
+            m, n = exact_normal(at_p[r]), exact_normal(at_q[r])
             return m[k[r]] * n[o[r]] - m[o[r]] * n[k[r]]
 
         return _signs(value, size, exact)
@@ -232,7 +233,7 @@ class _Normals:
 
         def exact(r: int) -> Fraction:
             """The same number of one row in fractions."""
-            m, n = _exact_normal(at_p[r]), _exact_normal(at_q[r])
+            m, n = exact_normal(at_p[r]), exact_normal(at_q[r])
             return sum((f * g for f, g in zip(m, n, strict=True)), Fraction(0))
 
         return _signs((p * q).sum(axis=1), (size_p * size_q).sum(axis=1), exact)
@@ -245,14 +246,3 @@ def _signs(value: np.ndarray, size: np.ndarray, exact) -> np.ndarray:
         number = exact(int(row))
         signs[row] = (number > 0) - (number < 0)
     return signs
-
-
-def _exact_normal(corners: np.ndarray) -> tuple[Fraction, Fraction, Fraction]:
-    a, b, c = ([Fraction(value) for value in corner] for corner in corners.tolist())
-    u = [q - p for p, q in zip(a, b, strict=True)]
-    v = [q - p for p, q in zip(a, c, strict=True)]
-    return (
-        u[1] * v[2] - u[2] * v[1],
-        u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0],
-    )

@@ -13,7 +13,7 @@ the freezer do.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -50,7 +50,7 @@ class EntryLibrary(JITCodeLibrary):
 
     def finalize(self) -> None:
         """Link everything below, each library once, then optimise."""
-        self._linking_libraries = list(below(self))
+        self._linking_libraries = below(self)
         super().finalize()
 
 
@@ -62,17 +62,23 @@ def optimise(module: Any) -> Any:
     return library._final_module
 
 
-def below(library: CPUCodeLibrary) -> Iterator[CPUCodeLibrary]:
-    """All libraries that one needs, each once; finished ones hold what they need already."""
-    seen: set[CPUCodeLibrary] = set()
-    waiting = list(reversed(library._linking_libraries))
+def below(*libraries: CPUCodeLibrary) -> list[CPUCodeLibrary]:
+    """All libraries that some need, each once, in an order in which they can be linked.
+
+    The linker takes from a library what has been asked for so far. So a helper comes after its
+    callers, and numba's own libraries, which hold what they need themselves, come last.
+    """
+    helpers: dict[CPUCodeLibrary, None] = {}
+    finished: dict[CPUCodeLibrary, None] = {}
+    waiting = [part for library in reversed(libraries) for part in library._linking_libraries[::-1]]
     while waiting:
         found = waiting.pop()
-        if found not in seen:
-            seen.add(found)
-            yield found
-            if isinstance(found, HelperLibrary):
-                waiting += reversed(found._linking_libraries)
+        if not isinstance(found, HelperLibrary):
+            finished[found] = None
+        elif found not in helpers:
+            helpers[found] = None
+            waiting += found._linking_libraries[::-1]
+    return [*helpers, *finished]
 
 
 def makes_arrays(function: Callable[..., Any]) -> bool:

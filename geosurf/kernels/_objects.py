@@ -88,15 +88,14 @@ def lower(package: str) -> tuple[bytes, list[str]]:
     entries = _entries(package)
     if not entries:
         raise InputError(f"{package} has no entries, so that there is nothing to freeze.")
+    made = {name: _lower(name, kernel) for name, kernel in sorted(entries.items())}
+    libraries = [library for library, _ in made.values()]
+    for library, name in made.values():
+        library._final_module.get_function(name).linkage = "external"  # or nobody asks for it
     module = llvm.parse_assembly("")
-    linked: set[Any] = set()
-    for name, kernel in sorted(entries.items()):
-        library, llvm_name = _lower(name, kernel)
-        library._final_module.get_function(llvm_name).linkage = "external"  # or nobody needs it
-        for part in [library, *below(library)]:
-            if part not in linked:
-                linked.add(part)
-                module.link_in(part._get_module_for_linking(), preserve=True)
+    for part in [*libraries, *below(*libraries)]:
+        module.link_in(part._get_module_for_linking(), preserve=True)
+    for name, (_, llvm_name) in made.items():
         module.get_function(llvm_name).name = _MARK + name
     return module.as_bitcode(), sorted(entries)
 

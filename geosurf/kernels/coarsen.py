@@ -151,7 +151,7 @@ def mark_splits(z, whole, rising, square, tolerance, split):
 
 
 @entry("d2 b l2 -> d2")
-def measure_triangles(z, rising, corners):
+def largest_misfits(z, rising, corners):
     """Largest difference from the plain surface, and the bound of its integral [m x cells]: (n, 2).
 
     corners (n, 6): a, b, c of triangles on whole cells.

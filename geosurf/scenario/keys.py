@@ -44,6 +44,16 @@ def key(meaning: str, check: values.Check, *, unit: str = "", default: Any = MIS
     return field(default=default, metadata=metadata)
 
 
+def _positive() -> Any:
+    meaning = "Whether values are elevations or depths, where the file does not say."
+    return key(meaning, values.one_of("up", "down"), default=None)
+
+
+def _units() -> Any:
+    meaning = "Length unit of the values, where the file does not say."
+    return key(meaning, values.one_of(*METRES_PER_UNIT), default=None)
+
+
 @dataclass(frozen=True, kw_only=True)
 class HorizonInput:
     """One ``[[horizons]]``: the youngest comes first."""
@@ -53,16 +63,8 @@ class HorizonInput:
         "`.gri` or `.irap` (IRAP), `.nc` (NetCDF), `.zmap` (ZMAP+); relative to the scenario.",
         values.file,
     )
-    positive: str | None = key(
-        "Whether values are elevations or depths, where the file does not say.",
-        values.one_of("up", "down"),
-        default=None,
-    )
-    units: str | None = key(
-        "Length unit of the values, where the file does not say.",
-        values.one_of(*METRES_PER_UNIT),
-        default=None,
-    )
+    positive: str | None = _positive()
+    units: str | None = _units()
     variable: str | None = key(
         "Which variable of a NetCDF file, where there are several.", values.text, default=None
     )
@@ -83,16 +85,8 @@ class FaultInput:
         "relative to the scenario.",
         values.file,
     )
-    positive: str | None = key(
-        "Whether values are elevations or depths, where the file does not say.",
-        values.one_of("up", "down"),
-        default=None,
-    )
-    units: str | None = key(
-        "Length unit of the values, where the file does not say.",
-        values.one_of(*METRES_PER_UNIT),
-        default=None,
-    )
+    positive: str | None = _positive()
+    units: str | None = _units()
     extend: tuple[str, ...] = key(
         "Sides on which the fault is continued until it leaves the model box: `strike` is both "
         "ends, `start` and `end` follow the right-hand rule.",
@@ -135,16 +129,8 @@ class ContactInput:
         values.text,
         default=None,
     )
-    positive: str | None = key(
-        "Whether values are elevations or depths, where the file does not say.",
-        values.one_of("up", "down"),
-        default=None,
-    )
-    units: str | None = key(
-        "Length unit of the values, where the file does not say.",
-        values.one_of(*METRES_PER_UNIT),
-        default=None,
-    )
+    positive: str | None = _positive()
+    units: str | None = _units()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.errors import HorizonError
-from geosurf.kernels.coarsen import mark_splits, measure_triangles, take_triangles
+from geosurf.kernels.coarsen import largest_misfits, mark_splits, take_triangles
 from geosurf.model import Lattice, TriSurface
 
 _LARGEST = 256  # cells along the largest triangles
@@ -47,7 +47,7 @@ def coarsen_lattice(name: str, lattice: Lattice, tolerance: float) -> TriSurface
     rows = take_triangles(whole, square, split)
     halves = np.bincount(rows[rows[:, 6] >= 0, 6], minlength=whole.size)
     kept = rows[(rows[:, 6] < 0) | (halves[rows[:, 6]] < 2)]
-    errors = measure_triangles(z, rising, kept[:, :6])
+    errors = largest_misfits(z, rising, kept[:, :6])
     n_row, n_col = z.shape
     nodes = np.stack([_node(kept[:, 2 * k : 2 * k + 2], n_col) for k in range(3)], axis=1)
     plain = _plain_of(np.flatnonzero(halves == 2), z, rising)

@@ -6,12 +6,11 @@ rational arithmetic. Nothing is ever called degenerate because it is thin.
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import SurfaceError
+from geosurf.model.exact import exact_normal
 
 # each component of the cross product is off by less than 4 rounding units of its terms,
 # or by more where they underflow
@@ -31,7 +30,7 @@ def find_zero_area(corners: np.ndarray) -> np.ndarray:
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     plus, minus = u[:, [1, 2, 0]] * v[:, [2, 0, 1]], u[:, [2, 0, 1]] * v[:, [1, 2, 0]]
     doubted = np.flatnonzero(_in_doubt(plus, minus).all(axis=1))
-    zero = [row for row in doubted if not any(_cross(corners[row]))]
+    zero = [row for row in doubted if not any(exact_normal(corners[row]))]
     return np.array(zero, dtype=np.int64)
 
 
@@ -48,25 +47,13 @@ def map_turns(corners: np.ndarray) -> np.ndarray:
     turns = np.sign(plus - minus).astype(np.int64)
     for row in np.flatnonzero(_in_doubt(plus, minus)):
         flat = [[*corner[:2], 0.0] for corner in corners[row].tolist()]
-        z = _cross(np.array(flat))[2]
+        z = exact_normal(np.array(flat))[2]
         turns[row] = (z > 0) - (z < 0)
     return turns
 
 
 def _in_doubt(plus: np.ndarray, minus: np.ndarray) -> np.ndarray:
     return np.abs(plus - minus) <= _DOUBT * (np.abs(plus) + np.abs(minus)) + _UNDERFLOW
-
-
-def _cross(corners: np.ndarray) -> tuple[Fraction, Fraction, Fraction]:
-    """Exact normal of one triangle."""
-    a, b, c = ([Fraction(value) for value in corner] for corner in corners.tolist())
-    u = [q - p for p, q in zip(a, b, strict=True)]
-    v = [q - p for p, q in zip(a, c, strict=True)]
-    return (
-        u[1] * v[2] - u[2] * v[1],
-        u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0],
-    )
 
 
 def refuse_zero_area(
