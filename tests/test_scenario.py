@@ -19,43 +19,25 @@ from geosurf.errors import DependencyError, OpenUnitError, OutputError, Scenario
 from geosurf.scenario import read_scenario, run, run_scenario
 from geosurf.scenario.keys import BoxRanges, OutputSettings, Scenario
 from geosurf.scenario.page import scenario_page
+from tests.planes import INPUTS, write_grids
 
 ROOT = Path(__file__).resolve().parents[1]
 
-BODY = """
-title = "Tilted planes"
-
-[[horizons]]
-name = "Top"
-file = "Top.nc"
-
-[[horizons]]
-name = "Base"
-file = "Base.nc"
-
-[[faults]]
-name = "F1"
-file = "F1.nc"
-
-[box]
-easting_m = [0, 4000]
-northing_m = [0, 3000]
-elevation_m = [-2500, -1700]
-
+TITLE = 'title = "Tilted planes"\n'
+OUTPUT = """
 [output]
 views = ["southwest"]
 search = ["Top", "F1"]
 size_px = [400, 260]
 """
+BODY = TITLE + INPUTS + OUTPUT
 
 
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the grids of a small world."""
     folder = tmp_path_factory.mktemp("inputs")
-    world = gs.synthetic.tilted_planes(n=5)
-    for name, surface in {**world.horizons, **world.faults}.items():
-        gs.write(surface, folder / f"{name}.nc")
+    write_grids(folder)
     return folder
 
 

@@ -11,25 +11,9 @@ import geosurf as gs
 from geosurf.cli import main
 from geosurf.errors import OpenUnitError, ScenarioError
 from geosurf.scenario import read_scenario, run
+from tests.planes import INPUTS, write_grids
 
-HORIZONS = """
-[[horizons]]
-name = "Top"
-file = "Top.nc"
-{top}
-[[horizons]]
-name = "Base"
-file = "Base.nc"
-
-[[faults]]
-name = "F1"
-file = "F1.nc"
-
-[box]
-easting_m = [0, 4000]
-northing_m = [0, 3000]
-elevation_m = [-2500, -1700]
-
+OUTPUT = """
 [output]
 views = []
 maps = false
@@ -42,15 +26,13 @@ formats = ["csv"]
 def folder(tmp_path_factory):
     """Grids of a small world, and one that ends inside the box."""
     path = tmp_path_factory.mktemp("inputs")
-    world = gs.synthetic.tilted_planes(n=5)
-    for name, surface in {**world.horizons, **world.faults}.items():
-        gs.write(surface, path / f"{name}.nc")
+    world = write_grids(path)
     gs.write(world.horizons["Top"].isel(easting=slice(0, 4)), path / "Short.nc")
     return path
 
 
 def scenario(folder, more="", top="", **changes):
-    text = HORIZONS.format(top=top) + more
+    text = INPUTS.replace('"Top.nc"\n', f'"Top.nc"\n{top}\n') + OUTPUT + more
     for old, new in changes.items():
         text = text.replace(f"{old}.nc", new)
     path = folder / "scenario.toml"
