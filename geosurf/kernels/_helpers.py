@@ -96,7 +96,7 @@ def makes_arrays(function: Callable[..., Any]) -> bool:
 
 
 class Helper(CPUDispatcher):
-    """What `scalar` makes of a function: other kernels can call it, Python cannot.
+    """What `scalar` makes of a function: code for other kernels; Python runs it as it is written.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class Helper(CPUDispatcher):
         super().__init__(function, {}, _OPTIONS | options, _HelperCompiler)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        raise TypeError(f"{self.__name__} is a helper of kernels; Python can call it only plain.")
+        return self.py_func(*arguments, **named)
 
     def add_overload(self, result: Any) -> None:
         """Remember a version, for callers in kernels only."""

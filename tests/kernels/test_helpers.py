@@ -1,0 +1,128 @@
+"""Helpers under numba: lowered once, merged into each entry, never machine code of their own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+numba = pytest.importorskip("numba")
+if numba.config.DISABLE_JIT:
+    pytest.skip("nothing is compiled", allow_module_level=True)
+
+from geosurf.kernels import _helpers  # noqa: E402
+from geosurf.kernels._helpers import Helper, HelperLibrary, below, entry_dispatcher  # noqa: E402
+
+
+def half(x):
+    return 0.5 * x if x >= 0.0 else -0.5 * x
+
+
+half = Helper(half)
+
+
+def ends(x):
+    return half(x[0]), half(x[x.shape[0] - 1])
+
+
+ends = Helper(ends)
+
+
+def widest(x):
+    low, high = ends(x)
+    return max(half(x[0]), low + high)
+
+
+widest = Helper(widest)
+
+
+def spread(x):
+    return widest(x) + half(x[0])
+
+
+def rows(x, out):
+    for i in range(x.shape[0]):
+        out[i] = widest(x[i])
+
+
+X = np.array([-3.0, 7.0, 1.5])
+
+
+def libraries(entry) -> list:
+    (result,) = entry.overloads.values()
+    return below(result.library)
+
+
+def test_entries_share_helpers_and_say_what_python_says():
+    one, two = entry_dispatcher(spread), entry_dispatcher(rows)
+    out = np.zeros(2)
+    two(np.stack([X, -X]), out)
+    assert one(X) == spread(X) == 2.25 + 1.5
+    assert out.tolist() == [2.25, 2.25]
+    assert all(len(helper.overloads) == 1 for helper in (half, ends, widest))
+
+
+def test_each_library_is_linked_once_and_numba_s_own_come_last():
+    entry = entry_dispatcher(spread)
+    entry(X)
+    found = libraries(entry)
+    helpers = [library for library in found if isinstance(library, HelperLibrary)]
+    assert len(found) == len(set(found))
+    assert [library.name for library in helpers] == ["widest", "ends", "half"]
+    assert found[: len(helpers)] == helpers
+
+
+def test_a_helper_is_no_machine_code():
+    entry_dispatcher(spread)(X)
+    for helper in (half, ends, widest):
+        (result,) = helper.overloads.values()
+        engine = result.library.codegen._engine
+        assert not engine.is_symbol_defined(result.fndesc.llvm_func_name)
+
+
+def test_an_entry_is_optimised_as_a_whole():
+    """Small helpers are merged into their callers; nothing is left of them."""
+    entry = entry_dispatcher(spread)
+    entry(X)
+    (result,) = entry.overloads.values()
+    names = {function.name for function in result.library.get_defined_functions()}
+    for helper in (half, ends, widest):
+        (lowered,) = helper.overloads.values()
+        assert lowered.fndesc.llvm_func_name not in names
+
+
+def test_a_constant_is_a_plain_number():
+    def twice(x):
+        return half(1.0) + half(3.0) + half(x)
+
+    assert entry_dispatcher(twice)(-4.0) == 4.0
+    assert len(half.overloads) == 1
+
+
+def test_an_error_in_a_helper_names_it():
+    def wrong(x):
+        return x.nowhere
+
+    broken = Helper(wrong)
+
+    def calls(x):
+        return broken(x)
+
+    with pytest.raises(numba.TypingError, match="nowhere"):
+        entry_dispatcher(calls)(X)
+
+
+def test_the_passes_are_numba_s():
+    """One pass of the pipeline is exchanged; all others run as they do in numba."""
+    from numba.core.compiler import DefaultPassBuilder
+    from numba.core.registry import cpu_target
+
+    args = (numba.float64,)
+    flags = numba.core.compiler.Flags()
+    contexts = cpu_target.typing_context, cpu_target.target_context
+    mine = _helpers._EntryCompiler(*contexts, None, args, None, flags, {})
+    (passes,) = mine.define_pipelines()
+    numba_s = DefaultPassBuilder.define_nopython_pipeline(mine.state)
+    other = [
+        (a, b) for (a, _), (b, _) in zip(passes.passes, numba_s.passes, strict=True) if a is not b
+    ]
+    assert [(a.__name__, b.__name__) for a, b in other] == [("_EntryLowering", "NativeLowering")]
