@@ -7,7 +7,11 @@ never run, since Python calls nothing but entries. Here a helper stays what its 
 it. An entry links each helper below it once, and LLVM optimises that one module, callees
 first, as a C compiler does with one file.
 
-This leans on private parts of numba (the code library and the lowering pass), as the cache and
+This is the one place where options of numba are chosen. ``fastmath`` stays off everywhere: exact
+arithmetic dies of it. ``boundscheck`` is off when compiled; run with NUMBA_DISABLE_JIT=1 to have
+Python check every index.
+
+It leans on private parts of numba (the code library and the lowering pass), as the cache and
 the freezer do.
 """
 

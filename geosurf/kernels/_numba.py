@@ -1,7 +1,4 @@
-"""Kernels compiled here by numba, and kept: the one place where its options are chosen.
-
-``fastmath`` stays off everywhere: exact arithmetic dies of it. ``boundscheck`` is
-off when compiled; run with NUMBA_DISABLE_JIT=1 to have Python check every index.
+"""Kernels compiled here by numba, and kept. How numba compiles them is chosen in `_helpers`.
 
 numba's own disk cache keeps stale code when a function in *another* file changes
 (numba issue 1833), so the stamp of a cached kernel is a hash over its own file and
@@ -33,7 +30,7 @@ _TYPES = {"d": numba.float64, "l": numba.int64, "b": numba.boolean}
 _told: list[str] = []
 
 
-# ---- options -----------------------------------------------------------------------------
+# ---- types --------------------------------------------------------------------------------
 
 
 def types_of(letters: tuple[str, ...]) -> tuple[Any, ...]:
@@ -74,8 +71,8 @@ def cache_folder() -> Path:
 
 @cache
 def closure(path: Path) -> frozenset[Path]:
-    """Kernel files that a kernel file needs, itself and the options in this file included."""
-    found = {path, _HERE / "_numba.py"}
+    """Kernel files that a kernel file needs, itself and the options included."""
+    found = {path, _HERE / "_numba.py", _HERE / "_helpers.py"}
     text = path.read_text(encoding="utf-8")
     for other in re.findall(r"^from geosurf\.kernels\.(\w+) import", text, flags=re.MULTILINE):
         if not other.startswith("_") and _HERE / f"{other}.py" != path:
