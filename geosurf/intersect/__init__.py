@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.contact.search import Contacts, check_surfaces, find_contacts
-from geosurf.intersect.dial import check_tolerance, smooth_curves
 from geosurf.intersect.link import (
     canonical,
     line_contacts,
@@ -17,7 +16,6 @@ from geosurf.intersect.link import (
     pairs_with_areas,
     touching_points,
 )
-from geosurf.intersect.overlap import overlap_of
 from geosurf.model import Curves, Touch, TriSurface, frozen
 
 __all__ = ["curves_of", "intersect_surfaces", "merge_curves"]
@@ -103,8 +101,10 @@ def intersect_surfaces(
     >>> bool(np.abs(radii - 1000.0).max() <= smooth.error_bound[0] <= 0.01), smooth.places
     (True, ())
     """
-    tolerance = check_tolerance(tolerance, self_intersections)
-    if tolerance > 0:
+    if tolerance != 0:
+        from geosurf.intersect.dial import check_tolerance, smooth_curves  # with many kernels
+
+        tolerance = check_tolerance(tolerance, self_intersections)
         return smooth_curves(surfaces, tolerance, curves_of, method=method, voxel_size=voxel_size)
     surfaces = check_surfaces(surfaces, 1 if self_intersections else 2)
     contacts = find_contacts(
@@ -130,6 +130,8 @@ def curves_of(contacts: Contacts) -> Curves:
     touching = touching_points(contacts, pairs)
     local, touches, inside = [contacts.x], [], {}
     for i, j in pairs_with_areas(contacts, pairs).tolist():
+        from geosurf.intersect.overlap import overlap_of  # with all of cutting, which few need
+
         overlap = overlap_of(contacts.surfaces, i, j, contacts.origin)
         plain = (surfaces != (i, j)).any(axis=1)
         segments, surfaces = segments[plain], surfaces[plain]

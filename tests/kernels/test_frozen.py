@@ -379,6 +379,25 @@ def test_without_numba_nothing_imports_it():
     assert said.stdout.split() == []
 
 
+def test_a_curve_of_two_triangles_imports_little():
+    """No compiler, no threads, no masked arrays, none of the kernels of the dial and of cutting."""
+    from geosurf.prove.bench.tasks import _START
+
+    code = "import atexit, sys; atexit.register(lambda: print(*sys.modules)); " + _START
+    said = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**_environment(), "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=ROOT,
+    ).stdout.split()
+    assert "geosurf.kernels.contact" in said
+    foreign = {"numba", "xarray", "scipy", "numpy.ma", "concurrent.futures", "fractions"}
+    rooms = {"intersect.dial", "intersect.overlap", "kernels.cut", "kernels.lift", "kernels.trace"}
+    assert not (foreign | {f"geosurf.{room}" for room in rooms}) & set(said)
+
+
 def _environment(**more: str) -> dict[str, str]:
     mine = ("GEOSURF_JIT", "GEOSURF_FROZEN", "NUMBA_DISABLE_JIT")
     return {k: v for k, v in os.environ.items() if k not in mine} | more
