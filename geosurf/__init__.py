@@ -41,6 +41,8 @@ _HOME = {
     "propose_network": "geosurf.faults",
     # sheets
     "tear_horizon": "geosurf.sheets",
+    "throw_horizon": "geosurf.sheets",
+    "EllipticThrow": "geosurf.sheets",
     # the engine
     "intersect_triangles": "geosurf.contact",
     "intersect_surfaces": "geosurf.intersect",
@@ -57,6 +59,7 @@ _HOME = {
     "Patches": "geosurf.model",
     "Sheet": "geosurf.model",
     "SheetReport": "geosurf.model",
+    "ThrowReport": "geosurf.model",
     "FaultCut": "geosurf.model",
     "Unit": "geosurf.model",
     "Units": "geosurf.model",

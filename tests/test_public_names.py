@@ -49,6 +49,7 @@ GIVEN = {
     "FaultNetwork",
     "Sheet",
     "SheetReport",
+    "ThrowReport",
     "FaultCut",
 }
 

@@ -20,7 +20,7 @@ from geosurf.model.faults import (
 )
 from geosurf.model.lattice import Lattice
 from geosurf.model.patches import Patches
-from geosurf.model.sheets import FaultCut, Sheet, SheetReport
+from geosurf.model.sheets import FaultCut, Sheet, SheetReport, ThrowReport
 from geosurf.model.surfaces import ROLES, FaultSticks, TriSurface
 from geosurf.model.units import Certificate, Check, Unit, Units
 
@@ -44,6 +44,7 @@ __all__ = [
     "Remnant",
     "Sheet",
     "SheetReport",
+    "ThrowReport",
     "Touch",
     "TriSurface",
     "TriangleContact",

@@ -113,6 +113,54 @@ class SheetReport:
         return "\n".join([*lines, *self.notes])
 
 
+@dataclass(frozen=True)
+class ThrowReport:
+    """How a sheet was made from a continuous horizon and throw.
+
+    Attributes
+    ----------
+    throw : dict of str to dict
+        By fault, the largest size of throw between its ends that was ``asked`` for at the elevations of
+        the horizon, and that was ``found`` between the cut-offs [m]. Throws of branches add to it.
+    branches : dict of str to tuple of str
+        Faults that end on others, which act on one side of those only.
+    tips, declared_tips : int
+        As in `SheetReport`.
+    shortened : dict of str to int
+        Links by which tears end earlier than their faults, by fault; throw is lost there.
+    n_outside : int
+        Nodes whose rock was outside of the data before it moved: the horizon is carried on there.
+    farthest_outside : float
+        How far, at most [m].
+    notes : list of str
+        What a user should look at.
+    """
+
+    throw: dict[str, dict[str, float]] = field(default_factory=dict)
+    branches: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    tips: int = 0
+    declared_tips: int = 0
+    shortened: dict[str, int] = field(default_factory=dict)
+    n_outside: int = 0
+    farthest_outside: float = 0.0
+    notes: list[str] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        lines = [
+            f"throw of {name}: up to {t['asked']:.6g} m asked for, {t['found']:.6g} m found"
+            for name, t in self.throw.items()
+        ]
+        lines += [f"{name} ends on {', '.join(mains)}" for name, mains in self.branches.items()]
+        lines.append(f"tips {self.tips}, declared {self.declared_tips}")
+        if self.n_outside:
+            lines.append(
+                f"{self.n_outside} nodes were up to {self.farthest_outside:.3g} m outside of the "
+                "data before they moved"
+            )
+        lines += [f"tear of {name} ends {n} links early" for name, n in self.shortened.items()]
+        return "\n".join([*lines, *self.notes])
+
+
 @dataclass(frozen=True, eq=False)
 class Sheet:
     """A horizon that is torn at its faults: one sheet per wall.
@@ -136,7 +184,7 @@ class Sheet:
         The faults that tear it. A model needs all of them.
     cuts : dict of str to FaultCut
         By fault.
-    report : SheetReport
+    report : SheetReport or ThrowReport
     """
 
     name: str
@@ -147,7 +195,7 @@ class Sheet:
     outer: np.ndarray
     faults: tuple[TriSurface, ...]
     cuts: Mapping[str, FaultCut]
-    report: SheetReport
+    report: SheetReport | ThrowReport
 
     @cached_property
     def surface(self) -> TriSurface:

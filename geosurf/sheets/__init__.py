@@ -12,6 +12,9 @@ mesh, ghosts   the torn mesh, and each sheet carried on past its fault
 cut, build     the exact cut by the faults; rings and ends until nothing leaks
 cutoffs        cut-off lines, throw and heave
 describe       the report
+section, slip  by throw: a fault along its strike, and how its walls move
+given          by throw: labels of the walls, the moved sheets
+finish         the noun from its parts
 =============  ====================================================================
 
 `geosurf.rebuild` cuts, `geosurf.triangulate` reads grids and faults, so this room lies above both.
@@ -26,16 +29,18 @@ import numpy as np
 
 from geosurf.conventions import place, rising_diagonal
 from geosurf.errors import GeometryError, InputError
-from geosurf.model import Lattice, Sheet, TriSurface, frozen
-from geosurf.sheets.build import Builder, Built, carry_picks
+from geosurf.model import Sheet, TriSurface
+from geosurf.sheets.build import Builder, carry_picks
 from geosurf.sheets.data import Picks, picks_of
 from geosurf.sheets.describe import fault_cuts, make_report
+from geosurf.sheets.finish import fault_surfaces, refuse_leaks, sheet_of
+from geosurf.sheets.given import throw_horizon
 from geosurf.sheets.heights import Heights, Rebuild, Settings
 from geosurf.sheets.noise import noise_of, weight_of
+from geosurf.sheets.slip import EllipticThrow
 from geosurf.sheets.traces import mesh_in_frame
-from geosurf.triangulate import triangulate_fault
 
-__all__ = ["tear_horizon"]
+__all__ = ["EllipticThrow", "tear_horizon", "throw_horizon"]
 
 
 def tear_horizon(
@@ -122,49 +127,11 @@ def tear_horizon(
     builder = Builder(picks, state, surfaces, rising, carry_on, rebuild.torn_between)
     built = builder.run()
     state = builder.state
-    _refuse_leaks(picks, built)
+    refuse_leaks(picks, built)
     cuts = fault_cuts(picks.frame, state, built, surfaces)
     used = sigma if settings.noise_weight is not None else None
     report = make_report(picks, state, built, cuts, builder.triangles, float(trim), used)
     return sheet_of(picks, state, built, surfaces, rising, cuts, report)
-
-
-def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[TriSurface, ...]:
-    """Faults in any form, as surfaces with normals into their hanging walls."""
-    if isinstance(faults, Mapping):
-        made = tuple(triangulate_fault(fault, name=str(key)) for key, fault in faults.items())
-    elif isinstance(faults, TriSurface) or not isinstance(faults, Sequence):
-        raise InputError(
-            f"faults is a {type(faults).__name__}; give a mapping {{name: fault}} or a list of "
-            "surfaces."
-        )
-    else:
-        made = tuple(triangulate_fault(fault) for fault in faults)
-    names = [fault.name for fault in made]
-    for fault in names:
-        if names.count(fault) > 1:
-            raise InputError(f"{names.count(fault)} faults are called {fault!r}; rename them.")
-    return made
-
-
-def sheet_of(picks: Picks, state: Heights, built: Built, faults, rising, cuts, report) -> Sheet:
-    """The noun from its parts."""
-    frame, torn = picks.frame, built.torn
-    lattice = Lattice(frame.easting, frame.northing, state.values.reshape(frame.shape), rising)
-    ghosts = np.column_stack([frame.node_places(torn.node_of_ghost), built.ghosts])
-    outer = np.zeros(len(ghosts), dtype=bool)
-    outer[built.outer - torn.n_node] = True
-    return Sheet(
-        name=picks.name,
-        lattice=lattice,
-        divided=frozen(torn.divided, np.int64),
-        copies=frozen(torn.corners, np.int64),
-        ghosts=frozen(ghosts.reshape(-1, 3), np.float64),
-        outer=frozen(outer, np.bool_),
-        faults=tuple(faults),
-        cuts=cuts,
-        report=report,
-    )
 
 
 def _refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> None:
@@ -183,18 +150,4 @@ def _refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> 
     raise GeometryError(
         f"horizon {picks.name!r}: {len(state.stray)} nodes beside {', '.join(beside)} have no "
         f"datum of their own block, the first at {where}. Lower trim there, or add data."
-    )
-
-
-def _refuse_leaks(picks: Picks, built: Built) -> None:
-    """Say where a sheet could not be closed against its faults."""
-    open_edges = built.cut.leaks or built.cut.dead_ends
-    if not open_edges:
-        return
-    node = built.torn.node_of(np.array(open_edges[0][:1]))
-    at = place(np.append(picks.frame.node_places(node)[0], np.nan)).rsplit(", elevation", 1)[0]
-    raise GeometryError(
-        f"horizon {picks.name!r} cannot be closed against its faults: {len(open_edges)} edges stay "
-        f"open, the first at {at}). Extend the fault there up, down and along strike, or end it "
-        "on its main fault."
     )

@@ -1,0 +1,68 @@
+"""From a closed mesh to a `Sheet`: what sheets as picked and sheets by throw have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import GeometryError, InputError
+from geosurf.model import Lattice, Sheet, TriSurface, frozen
+from geosurf.sheets.build import Built
+from geosurf.sheets.data import Picks
+from geosurf.sheets.heights import Heights
+from geosurf.triangulate import triangulate_fault
+
+
+def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[TriSurface, ...]:
+    """Faults in any form, as surfaces with normals into their hanging walls."""
+    if isinstance(faults, Mapping):
+        made = tuple(triangulate_fault(fault, name=str(key)) for key, fault in faults.items())
+    elif isinstance(faults, TriSurface) or not isinstance(faults, Sequence):
+        raise InputError(
+            f"faults is a {type(faults).__name__}; give a mapping {{name: fault}} or a list of "
+            "surfaces."
+        )
+    else:
+        made = tuple(triangulate_fault(fault) for fault in faults)
+    names = [fault.name for fault in made]
+    for fault in names:
+        if names.count(fault) > 1:
+            raise InputError(f"{names.count(fault)} faults are called {fault!r}; rename them.")
+    return made
+
+
+def sheet_of(picks: Picks, state: Heights, built: Built, faults, rising, cuts, report) -> Sheet:
+    """The noun from its parts."""
+    frame, torn = picks.frame, built.torn
+    lattice = Lattice(frame.easting, frame.northing, state.values.reshape(frame.shape), rising)
+    ghosts = np.column_stack([frame.node_places(torn.node_of_ghost), built.ghosts])
+    outer = np.zeros(len(ghosts), dtype=bool)
+    outer[built.outer - torn.n_node] = True
+    return Sheet(
+        name=picks.name,
+        lattice=lattice,
+        divided=frozen(torn.divided, np.int64),
+        copies=frozen(torn.corners, np.int64),
+        ghosts=frozen(ghosts.reshape(-1, 3), np.float64),
+        outer=frozen(outer, np.bool_),
+        faults=tuple(faults),
+        cuts=cuts,
+        report=report,
+    )
+
+
+def refuse_leaks(picks: Picks, built: Built) -> None:
+    """Say where a sheet could not be closed against its faults."""
+    open_edges = built.cut.leaks or built.cut.dead_ends
+    if not open_edges:
+        return
+    node = built.torn.node_of(np.array(open_edges[0][:1]))
+    at = place(np.append(picks.frame.node_places(node)[0], np.nan)).rsplit(", elevation", 1)[0]
+    raise GeometryError(
+        f"horizon {picks.name!r} cannot be closed against its faults: {len(open_edges)} edges stay "
+        f"open, the first at {at}). Extend the fault there up, down and along strike, or end it "
+        "on its main fault."
+    )
