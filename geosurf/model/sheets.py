@@ -120,8 +120,8 @@ class ThrowReport:
     Attributes
     ----------
     throw : dict of str to dict
-        By fault, the largest size of throw between its ends that was ``asked`` for at the elevations of
-        the horizon, and that was ``found`` between the cut-offs [m]. Throws of branches add to it.
+        By fault, the largest size of throw that was ``asked`` for at the elevations of the horizon,
+        and that was ``found`` between the cut-offs [m]. Throws of branches add to it.
     branches : dict of str to tuple of str
         Faults that end on others, which act on one side of those only.
     tips, declared_tips : int

@@ -13,7 +13,8 @@ cut, build     the exact cut by the faults; rings and ends until nothing leaks
 cutoffs        cut-off lines, throw and heave
 describe       the report
 section, slip  by throw: a fault along its strike, and how its walls move
-given          by throw: labels of the walls, the moved sheets
+moved, thrown  by throw: heights of the moved sheets; which wall a node belongs to
+given          by throw: `throw_horizon`
 finish         the noun from its parts
 =============  ====================================================================
 

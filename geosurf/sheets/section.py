@@ -1,4 +1,4 @@
-"""A fault seen along its strike: how far across strike it is, for a distance along and an elevation.
+"""A fault seen along its strike: how far across it is, for a distance along and an elevation.
 
 A wall that moves along its fault keeps its distance along strike; it goes down by its throw, and
 across strike as the fault does between the two elevations. So a fault is read as a function
@@ -44,6 +44,8 @@ class Section:
     table : ndarray (n_s, n_z)
     slope : float
         Mean change of r with z, by which the fault goes on above and below.
+    ends : ndarray (n, 2)
+        First and last s of the fault at levels from the lowest to the highest.
     """
 
     name: str
@@ -53,6 +55,12 @@ class Section:
     z: np.ndarray
     table: np.ndarray
     slope: float
+    ends: np.ndarray
+
+    def extent(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where the fault starts and ends along strike at elevations (n,)."""
+        level = np.linspace(*self.z, len(self.ends))
+        return np.interp(z, level, self.ends[:, 0]), np.interp(z, level, self.ends[:, 1])
 
     def of(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Along (n,) and across strike (n,) of places (n, 2)."""
@@ -64,7 +72,7 @@ class Section:
         return np.stack([s + self.first, r], axis=-1) @ self.axes
 
     def across(self, s: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Where the fault is across strike; straight on past its ends, at its mean dip past its top."""
+        """Where the fault is across strike: straight on past its ends, at its mean dip beyond."""
         n_s, n_z = self.table.shape
         low, high = self.z
         within = np.clip(z, low, high)
@@ -132,12 +140,34 @@ def section_of(fault: TriSurface, corner: np.ndarray, step: float) -> Section:
     n_s = int(np.clip(np.ceil(length / step), 2, MOST[0] - 1)) + 1
     unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     n_z = MOST[1] if np.ptp(unit, axis=0).max() > 1e-12 else 2  # a plane is linear in z
-    at_s, at_z = np.meshgrid(
-        np.linspace(0.0, length, n_s), np.linspace(*z, n_z), indexing="ij"
-    )
+    at_s, at_z = np.meshgrid(np.linspace(0.0, length, n_s), np.linspace(*z, n_z), indexing="ij")
     plane = np.column_stack([s - first, points[:, 2]])
     table = _read(plane, r, fault.triangles, np.column_stack([at_s.ravel(), at_z.ravel()]), slope)
-    return Section(fault.name, axes, first, length, z, table.reshape(n_s, n_z), slope)
+    ends = _ends(plane, fault.triangles, z)
+    return Section(fault.name, axes, first, length, z, table.reshape(n_s, n_z), slope, ends)
+
+
+def _rim(triangles: np.ndarray) -> np.ndarray:
+    """Edges (n, 2) that one triangle has."""
+    edges = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    edges, times = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
+    found: np.ndarray = edges[times == 1]
+    return found
+
+
+def _ends(plane: np.ndarray, triangles: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """First and last s (n, 2) of a mesh at levels from the lowest to the highest."""
+    a, b = plane[_rim(triangles)].transpose(1, 0, 2)
+    low, high = np.minimum(a[:, 1], b[:, 1]), np.maximum(a[:, 1], b[:, 1])
+    out = np.empty((MOST[1], 2))
+    for i, level in enumerate(np.linspace(*z, MOST[1])):
+        met = np.flatnonzero((low <= level) & (level <= high))
+        rise = b[met, 1] - a[met, 1]
+        f = np.where(rise == 0, 0.0, (level - a[met, 1]) / np.where(rise == 0, 1.0, rise))
+        s = a[met, 0] + f * (b[met, 0] - a[met, 0])
+        s = np.concatenate([s, b[met[rise == 0], 0]])
+        out[i] = s.min(), s.max()
+    return out
 
 
 def _read(plane, r, triangles, points, slope: float) -> np.ndarray:
@@ -145,11 +175,7 @@ def _read(plane, r, triangles, points, slope: float) -> np.ndarray:
     found = _on_mesh(plane, r, triangles, points)
     outside = np.flatnonzero(np.isnan(found))
     if len(outside):
-        edges = np.sort(
-            np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1
-        )
-        edges, times = np.unique(edges, axis=0, return_counts=True)
-        rim = edges[times == 1]
+        rim = _rim(triangles)
         for rows in np.array_split(outside, len(outside) * len(rim) // PAIRS + 1):
             at, value = _nearest(plane, r, rim, points[rows])
             found[rows] = value + slope * (points[rows, 1] - at[:, 1])

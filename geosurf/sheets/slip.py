@@ -32,13 +32,14 @@ class EllipticThrow:
     largest : float
         Throw at the centre [m]; below 0 for a reverse fault.
     half_length : float, optional
-        From the centre to the tips along strike [m]. Default: half of the fault's length.
+        From the centre to the tips along strike [m]. Default: half of the fault's length at each
+        elevation.
     half_height : float, optional
         From the centre to the upper and the lower tip, vertically [m]. Default: throw does not
         change with elevation.
-    centre : (float, float or None), optional
+    centre : (float or None, float or None), optional
         Distance along strike from the fault's first end, by the right-hand rule, and elevation [m].
-        Default: the middle of the fault.
+        Default: the middle of the fault, along strike at each elevation.
 
     Notes
     -----
@@ -58,7 +59,7 @@ class EllipticThrow:
     largest: float
     half_length: float | None = None
     half_height: float | None = None
-    centre: tuple[float, float | None] | None = None
+    centre: tuple[float | None, float | None] = (None, None)
 
     def __post_init__(self) -> None:
         for key in ("half_length", "half_height"):
@@ -68,22 +69,22 @@ class EllipticThrow:
         if not np.isfinite(self.largest):
             raise InputError(f"largest of an elliptic throw is {self.largest}, expected metres.")
 
-    def of(self, section: Section) -> EllipticThrow:
-        """The same with all defaults taken from a fault."""
-        s, z = self.centre or (0.5 * section.length, None)
-        half = self.half_length or 0.5 * section.length
-        middle = float(section.z.mean()) if z is None else z
-        return EllipticThrow(self.largest, half, self.half_height, (s, middle))
-
-    def at(self, s: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Throw [m] at distances along strike and elevations."""
-        if self.half_length is None or self.centre is None:
+    def at(self, s: np.ndarray, z: np.ndarray, section: Section | None = None) -> np.ndarray:
+        """Throw [m] at distances along strike and elevations; sizes left out are a fault's."""
+        middle, level = self.centre
+        half = self.half_length
+        if section is not None:
+            first, last = section.extent(z)
+            middle = 0.5 * (first + last) if middle is None else middle
+            half = 0.5 * (last - first) if half is None else half
+            level = float(section.z.mean()) if level is None else level
+        if half is None or middle is None or (level is None and self.half_height is not None):
             raise InputError(
                 "this elliptic throw takes its size from a fault. Give half_length and centre."
             )
-        q2 = ((s - self.centre[0]) / self.half_length) ** 2
+        q2 = ((s - middle) / half) ** 2
         if self.half_height is not None:
-            q2 = q2 + ((z - (self.centre[1] or 0.0)) / self.half_height) ** 2
+            q2 = q2 + ((z - level) / self.half_height) ** 2
         q = np.sqrt(np.minimum(q2, 1.0))
         found: np.ndarray = (
             self.largest * 2.0 * (1.0 - q) * np.sqrt(np.maximum((0.5 + 0.5 * q) ** 2 - q * q, 0.0))
@@ -111,13 +112,12 @@ class Slip:
     share: float = 1.0
 
     def move(
-        self, xy: np.ndarray, z: np.ndarray, wall: np.ndarray
+        self, xy: np.ndarray, z: np.ndarray, part: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Places and elevations after the movement.
+        """Places and elevations after the movement, which is `part` of the throw, down.
 
-        `wall` is 1 in the hanging wall, 0 in the footwall, NaN where the fault does not act.
+        That is `share` in the hanging wall, and ``share - 1`` in the footwall, which rises.
         """
-        part = np.where(np.isnan(wall), 0.0, wall - 1.0 + self.share)
         if not part.any():
             return xy, z
         section = self.section
@@ -126,7 +126,8 @@ class Slip:
         down = part * self.amount(np.clip(s, 0.0, section.length), z, xy)
         if np.isfinite(self.reach):
             away = np.where(part > 0, r - here, here - r)
-            down = down * np.clip(1.0 - np.maximum(away, 0.0) / self.reach, 0.0, None) ** 2
+            # smooth on past the fault, where ghosts are
+            down = down * np.clip(1.0 - away / self.reach, 0.0, None) ** 2
         lower = z - down
         return section.places(s, r + section.across(s, lower) - here), lower
 
@@ -163,8 +164,7 @@ def amount_of(given: Any, section: Section, corner: np.ndarray) -> Amount:
     """
     what = f"throw of {section.name!r}"
     if isinstance(given, EllipticThrow):
-        field = given.of(section)
-        return lambda s, z, xy: field.at(s, z)
+        return lambda s, z, xy: given.at(s, z, section)
     if callable(given) and not hasattr(given, "dims"):
         return lambda s, z, xy: _called(given, s, what)
     if hasattr(given, "dims"):
@@ -180,8 +180,8 @@ def amount_of(given: Any, section: Section, corner: np.ndarray) -> Amount:
     if values.ndim == 2 and values.shape[1] == 2 and len(values):
         return _of_profile(values[:, 0], values[:, 1], what)
     raise InputError(
-        f"{what} is {_short(given)}; give metres, an array (n, 2) of distance along strike and throw, "
-        "a function of the distance, a DataArray, or an EllipticThrow."
+        f"{what} is {_short(given)}; give metres, an array (n, 2) of distance along strike and "
+        "throw, a function of the distance, a DataArray, or an EllipticThrow."
     )
 
 
@@ -195,8 +195,8 @@ def _called(function: Callable, s: np.ndarray, what: str) -> np.ndarray:
     found = np.asarray(function(s), dtype=np.float64)
     if found.shape not in (s.shape, ()):
         raise InputError(
-            f"{what}: the function gave shape {found.shape} for distances of shape {s.shape}. Let it "
-            "return one throw for each distance."
+            f"{what}: the function gave shape {found.shape} for distances of shape {s.shape}. Let "
+            "it return one throw for each distance."
         )
     bad = np.flatnonzero(~np.isfinite(np.broadcast_to(found, s.shape)))
     if len(bad):
@@ -212,8 +212,8 @@ def _profile_of(given: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
     name = "along_strike"
     if given.ndim != 1 or (name not in given.coords and given.dims[0] not in given.coords):
         raise InputError(
-            f"{what} has dimensions {tuple(map(str, given.dims))}; expected a map over northing and "
-            f"easting, or a profile with coordinate {name!r}."
+            f"{what} has dimensions {tuple(map(str, given.dims))}; expected a map over northing "
+            f"and easting, or a profile with coordinate {name!r}."
         )
     along = given[name] if name in given.coords else given[given.dims[0]]
     scale = [metres_per_unit(part.attrs.get("units", "m"), what) for part in (along, given)]
@@ -227,8 +227,8 @@ def _of_profile(s: np.ndarray, throw: np.ndarray, what: str) -> Amount:
     back = np.flatnonzero(np.diff(s) < 0)
     if len(back):
         raise InputError(
-            f"{what}: distances along strike fall from {s[back[0]]:g} to {s[back[0] + 1]:g} m at row "
-            f"{back[0] + 1}. Sort the profile along the strike."
+            f"{what}: distances along strike fall from {s[back[0]]:g} to {s[back[0] + 1]:g} m at "
+            f"row {back[0] + 1}. Sort the profile along the strike."
         )
     return lambda at, z, xy: np.interp(at, s, throw)
 

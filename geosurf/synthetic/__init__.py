@@ -10,6 +10,7 @@ egg_box               many domes and one flat surface; order 2
 waves                 a wavy horizon, a wavy fault; order 2, the curve at every place
 hills                 any size, many faults; nothing is known but the number of curves
 faulted_reservoir     a field to look at; little is known of it
+faulted               planes to be moved by plane faults; exact, with throws and juxtaposition
 torn                  a horizon as it is picked, smeared over its faults; cut-offs known
 ====================  =========================================================
 
@@ -19,6 +20,7 @@ of the error. All functions take `n`, nodes per side, and `offset`.
 """
 
 from geosurf.synthetic.domes import dome_and_flat_fault, egg_box
+from geosurf.synthetic.faulted_planes import faulted
 from geosurf.synthetic.field import faulted_reservoir
 from geosurf.synthetic.hills import hills
 from geosurf.synthetic.listric_fault import listric
@@ -32,6 +34,7 @@ __all__ = [
     "World",
     "dome_and_flat_fault",
     "egg_box",
+    "faulted",
     "faulted_reservoir",
     "graben",
     "hills",

@@ -1,0 +1,382 @@
+"""Sheets by throw: what is recovered is what was put in, and nothing leaks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import geosurf as gs
+from geosurf.errors import GeometryError, HorizonError, InputError
+from geosurf.synthetic.torn_horizon import _relief
+from geosurf.synthetic.world import make_fault, make_horizon
+
+BOX = (0.0, 1000.0, 0.0, 1000.0, -2200.0, -1400.0)
+KINDS = ["normal", "reverse", "vertical", "graben", "X", "Y"]
+
+
+def plane(x, y):
+    """A plane horizon."""
+    return -1800.0 + 0.04 * (x - 500.0) - 0.06 * (y - 500.0)
+
+
+def horizon(n=41, height=plane, box=BOX, name="Top"):
+    return make_horizon(name, box, n, height, (0.0, 0.0, 0.0))
+
+
+def wall(dip=60.0, azimuth=100.0, half=900.0, at=(500.0, 500.0), bend=0.0, name="F1", n=2, m=2):
+    """A fault that cuts right through, plane or (`bend`) an arc of parabola down dip."""
+    a = np.radians(azimuth)
+    z = np.linspace(-1500.0, -2150.0, n)[:, None]
+    s = np.linspace(-half, half, m)[None, :]
+    down = -1800.0 - z
+    r = down / np.tan(np.radians(dip)) + bend * down**2 if dip < 90 else 0.0 * down
+    x = at[0] - s * np.cos(a) + r * np.sin(a)
+    y = at[1] + s * np.sin(a) + r * np.cos(a)
+    return make_fault(name, x, y, z + 0.0 * s, (0.0, 0.0, 0.0))
+
+
+def along(points, azimuth=100.0, half=900.0, at=(500.0, 500.0)):
+    """Distance along the strike of `wall` from its first end by the right-hand rule."""
+    a = np.radians(azimuth)
+    return (points[:, 0] - at[0]) * -np.cos(a) + (points[:, 1] - at[1]) * np.sin(a) + half
+
+
+def model(kind, n=13):
+    """World, sheets by throw, and the scene of a planar world."""
+    world = gs.synthetic.faulted(kind, n)
+    faults = world.faults
+    if world.truth["truncations"]:
+        cut = gs.Scene({}, faults, world.box, truncations=world.truth["truncations"])
+        faults = {name: cut.surface(name) for name in faults}
+    throw = world.truth["throw"]
+    sheets = {k: gs.throw_horizon(h, faults, throw, name=k) for k, h in world.horizons.items()}
+    used = {fault.name: fault for fault in sheets["Top"].faults}
+    return world, sheets, gs.Scene(sheets, used, world.box)
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def planar(request):
+    return model(request.param)
+
+
+# ------------------------------------------------------------- planes: to rounding
+def test_volumes_of_planes_are_those_of_half_spaces(planar):
+    world, _, scene = planar
+    true = world.truth["volumes"]
+    assert len(scene.units) == len(true)
+    for (zone, sides), volume in true.items():
+        mine = [u for u in scene.units.values() if u.zone == zone]
+        found = sum(u.volume for u in mine if set(u.block.split()) <= set(sides))
+        assert found == pytest.approx(volume, rel=1e-9), (zone, sides)
+    certificate = scene.check()
+    assert certificate.ok, str(certificate)
+
+
+def test_juxtaposed_areas_of_planes_are_known(planar):
+    world, _, scene = planar
+    for fault in world.faults:
+        table = scene.juxtaposition(fault).to_dataframe()
+        found = table.groupby(["zone_plus", "zone_minus"]).area.sum().to_dict()
+        true = {(a, b): v for (f, a, b), v in world.truth["juxtaposition"].items() if f == fault}
+        assert set(found) == set(true)
+        assert found == pytest.approx(true, rel=1e-9)
+
+
+def test_recovered_throw_is_the_throw_put_in(planar):
+    """Where no other fault adds to it: in a Y beyond the contact, in an X right at the crossing."""
+    world, sheets, scene = planar
+    for fault, throw in world.truth["throw"].items():
+        whole = world.name not in ("faulted_X", "faulted_Y") or fault == "F2"
+        for name, sheet in sheets.items():
+            for found in (sheet.cuts[fault].throw, scene.throw(name, fault).throw.values):
+                assert len(found) > 5
+                assert np.isnan(found).sum() < 3  # at the rim and right at a crossing
+                found = found[np.isfinite(found)]
+                error = np.abs(found - throw)
+                assert np.median(error) < 1e-7
+                if whole:
+                    assert error.max() < 1e-7
+
+
+def test_throws_add_up_beyond_a_branch():
+    _, sheets, _ = model("Y")
+    cut = sheets["Top"].cuts["F1"]
+    # the horizon is tilted, so that a throw along another fault is not quite its own on this one
+    assert cut.throw.min() == pytest.approx(70.0, abs=1e-6)
+    assert cut.throw.max() == pytest.approx(70.0 + 30.0, abs=1.0)
+    assert sheets["Top"].report.branches == {"F2": ("F1",)}
+
+
+@pytest.mark.parametrize("share", [1.0, 0.4, 0.0])
+@pytest.mark.parametrize(("dip", "throw"), [(60.0, 45.0), (40.0, -30.0), (90.0, 20.0)])
+def test_cutoffs_lie_on_the_fault_and_walls_share_the_throw(dip, throw, share):
+    fault = wall(dip)
+    sheet = gs.throw_horizon(horizon(), {"F1": fault}, {"F1": throw}, hanging_wall=share)
+    cut = sheet.cuts["F1"]
+    inner = slice(1, -1)  # at the rim of the data one wall may be outside
+    assert cut.throw[inner] == pytest.approx(throw, abs=1e-7)
+    a = np.radians(100.0)
+    cot = 0.0 if dip == 90 else 1.0 / np.tan(np.radians(dip))
+    assert cut.heave[inner] == pytest.approx(throw * cot, abs=1e-7)
+    lift = {"+": -share * throw, "-": (1.0 - share) * throw}
+    for side, lines in cut.cutoffs.items():
+        for x, y, z in np.concatenate(lines):
+            r = (x - 500.0) * np.sin(a) + (y - 500.0) * np.cos(a)
+            assert r == pytest.approx((-1800.0 - z) * cot, abs=1e-6)
+            back = -lift[side] * cot  # where the particle was
+            before = plane(x - back * np.sin(a), y - back * np.cos(a))
+            assert z == pytest.approx(before + lift[side], abs=1e-6)
+
+
+def test_the_footwall_is_the_horizon_itself_bit_for_bit():
+    top = horizon()
+    sheet = gs.throw_horizon(top, {"F1": wall()}, {"F1": 40.0})
+    x, y = np.meshgrid(top.easting.values, top.northing.values)
+    far = (x - 500.0) * np.sin(np.radians(100)) + (y - 500.0) * np.cos(np.radians(100))
+    foot = far < -120.0
+    assert foot.sum() > 100
+    assert (sheet.lattice.elevation[foot] == top.values[foot]).all()
+    assert (sheet.lattice.elevation[far > 120.0] != top.values[far > 120.0]).all()
+
+
+def test_no_throw_is_no_change():
+    top = horizon()
+    sheet = gs.throw_horizon(top, {"F1": wall()}, {"F1": 0.0})
+    assert (sheet.lattice.elevation == top.values).all()
+    assert sheet.report.notes == ["fault 'F1' has no throw at the horizon"]
+    assert len(sheet.ghosts) == 0
+
+
+# ------------------------------------------------------------- forms of throw
+def forms():
+    s = np.array([0.0, 1800.0])
+    profile = xr.DataArray([10.0, 55.0], {"along_strike": s}, "along_strike")
+    cm = xr.DataArray([1000.0, 5500.0], {"along_strike": s}, "along_strike", attrs={"units": "m"})
+    cm = cm / 100.0
+    return {
+        "array": np.column_stack([s, profile]),
+        "list": [[0.0, 10.0], [1800.0, 55.0]],
+        "function": lambda at: 10.0 + at / 40.0,
+        "profile": profile,
+        "profile of points": xr.DataArray([10.0, 55.0], {"along_strike": ("point", s)}, "point"),
+    }
+
+
+@pytest.mark.parametrize("form", forms())
+def test_a_profile_in_any_form_is_met_along_the_strike(form):
+    sheet = gs.throw_horizon(horizon(), {"F1": wall()}, {"F1": forms()[form]})
+    cut = sheet.cuts["F1"]
+    asked = 10.0 + along(cut.stations) / 40.0
+    assert cut.throw == pytest.approx(asked, abs=1e-6)
+    assert np.ptp(cut.throw) > 15.0
+
+
+def test_a_map_of_throw_is_read_where_the_rock_was():
+    axis = np.array([-500.0, 1500.0])
+    grid = xr.DataArray(
+        [[20.0, 40.0], [20.0, 40.0]], {"northing": axis, "easting": axis}, ("northing", "easting")
+    )
+    sheet = gs.throw_horizon(horizon(), {"F1": wall(90.0)}, {"F1": grid})
+    cut = sheet.cuts["F1"]
+    assert cut.throw == pytest.approx(25.0 + cut.stations[:, 0] / 100.0, abs=1e-6)
+
+
+def test_what_was_measured_can_be_put_in_again():
+    world, sheets, scene = model("normal")
+    measured = scene.throw("Top", "F1").throw
+    fault = sheets["Top"].faults[0]
+    again = gs.throw_horizon(world.horizons["Top"], [fault], {"F1": measured}, name="Top")
+    assert again.lattice.elevation == pytest.approx(sheets["Top"].lattice.elevation, abs=1e-6)
+
+
+def test_the_elliptic_field_dies_at_its_tip_line():
+    field = gs.EllipticThrow(80.0, 400.0, 200.0, (400.0, -1800.0))
+    turn = np.linspace(0.0, 2 * np.pi, 9)
+    rim = 400.0 + 400.0 * np.cos(turn), -1800.0 + 200.0 * np.sin(turn)
+    assert field.at(*rim) == pytest.approx(0.0, abs=1e-9)
+    half = 400.0 + 200.0 * np.cos(turn), -1800.0 + 100.0 * np.sin(turn)
+    assert np.ptp(field.at(*half)) < 1e-9  # contours are ellipses
+    assert field.at(np.array([400.0]), np.array([-1800.0])) == pytest.approx(80.0)
+
+
+# ------------------------------------------------------------- curved: order two
+@pytest.mark.parametrize("kind", ["finite", "listric", "reverse"])
+def test_throw_on_curved_surfaces_is_met_to_order_two(kind):
+    """Linear interpolation of beds and profile on the lattice is all that is missing."""
+    bend, dip = {"finite": (0.0, 60.0), "listric": (6e-4, 60.0), "reverse": (0.0, 45.0)}[kind]
+    sign = -1.0 if kind == "reverse" else 1.0
+    half = 900.0 if kind == "listric" else 400.0
+    # of the beds: as they were, and on both walls; and of the throw
+    beds = 15.0 * (2 * np.pi / 1200.0) ** 2 + 60.0 * (2 * np.pi / 4000.0) ** 2
+    curvature = 3 * beds + 8e-4
+    for n in (31, 61):
+        arc = {"n": 2 * n, "m": 61} if kind == "listric" else {}
+        fault = wall(dip, half=half, bend=bend, **arc)
+        given = 50.0 if kind == "listric" else gs.EllipticThrow(sign * 50.0)
+        sheet = gs.throw_horizon(horizon(n, _relief), {"F1": fault}, {"F1": given})
+        cut = sheet.cuts["F1"]
+        s = along(cut.stations, half=half)
+        inner = np.isfinite(cut.throw) & (np.abs(s - half) < 0.7 * half)
+        asked = np.full(len(s), 50.0)
+        if kind != "listric":
+            ellipse = gs.EllipticThrow(sign * 50.0, half, centre=(half, None))
+            asked = ellipse.at(s, np.zeros(len(s)))
+        error = np.abs(cut.throw - asked)[inner]
+        assert error.max() < curvature * (1000.0 / (n - 1)) ** 2 / 8
+        assert sheet.report.tips == sheet.report.declared_tips
+        assert not sheet.report.shortened
+
+
+@pytest.mark.parametrize("kind", ["normal", "listric", "reverse", "Y"])
+def test_units_of_curved_worlds_are_sealed(kind):
+    world = gs.synthetic.torn(kind, 41)
+    sign = -1.0 if kind == "reverse" else 1.0
+    throw = {"F1": gs.EllipticThrow(sign * 40.0)}
+    if kind == "Y":
+        throw = {"F2": 30.0, "F1": 50.0}
+    sheets = {
+        name: gs.throw_horizon(
+            horizon(41, lambda x, y, d=down: _relief(x, y) - d), world.faults, throw, name=name
+        )
+        for name, down in (("Top", 0.0), ("Base", 90.0))
+    }
+    faults = {fault.name: fault for fault in sheets["Top"].faults}
+    scene = gs.Scene(sheets, faults, (100.0, 900.0, 100.0, 900.0, -2070.0, -1530.0))
+    assert len(scene.units) == (9 if kind == "Y" else 3)
+    certificate = scene.check()
+    assert certificate.ok, str(certificate)
+    kinds = set(scene.fault_polygons("Top").kind.values.tolist())
+    assert kinds <= ({"overlap"} if kind == "reverse" else {"gap", "line"})
+
+
+def test_movement_dies_away_within_reach():
+    top = horizon(61)
+    sheet = gs.throw_horizon(top, {"F1": wall(90.0)}, {"F1": 40.0}, reach=200.0)
+    x, y = np.meshgrid(top.easting.values, top.northing.values)
+    away = (x - 500.0) * np.sin(np.radians(100)) + (y - 500.0) * np.cos(np.radians(100))
+    down = top.values - sheet.lattice.elevation
+    expected = np.where(away > 0, 40.0 * np.clip(1.0 - away / 200.0, 0.0, None) ** 2, 0.0)
+    assert down == pytest.approx(expected, abs=1e-9)
+    assert sheet.cuts["F1"].throw == pytest.approx(40.0, abs=0.5)  # linear between nodes
+
+
+def test_a_hole_moves_with_its_block():
+    top = horizon()
+    top[10:13, 30:33] = np.nan
+    sheet = gs.throw_horizon(top, {"F1": wall(90.0)}, {"F1": 40.0})
+    assert (np.isnan(sheet.lattice.elevation) == np.isnan(top.values)).all()
+    moved = gs.throw_horizon(top, {"F1": wall(45.0)}, {"F1": 50.0}).lattice.elevation
+    assert np.isnan(moved).sum() > 4
+    assert np.isfinite(moved[11, 30])  # the hole has gone east by two columns
+    assert np.isnan(moved[11, 33])
+
+
+def test_planes_do_not_mind_which_fault_is_younger():
+    world = gs.synthetic.faulted("X", 13)
+    one, two = (
+        gs.throw_horizon(world.horizons["Top"], world.faults, throw)
+        for throw in ({"F1": 70.0, "F2": 40.0}, {"F2": 40.0, "F1": 70.0})
+    )
+    assert one.lattice.elevation == pytest.approx(two.lattice.elevation, abs=1e-8)
+
+
+# ------------------------------------------------------------- what is refused
+def short(**more):
+    return wall(half=250.0, **more)
+
+
+@pytest.mark.parametrize(
+    ("fault", "throw", "options", "error", "words"),
+    [
+        (short, 30.0, {}, GeometryError,
+         r"'F1' ends inside horizon 'Top' at \(easting .* still 30 m. Let throw die there"),
+        (wall, {"F9": 30.0}, {}, InputError,
+         r"throw is given for 'F9', which is no fault; there are"),
+        (wall, "much", {}, InputError, r"throw of 'F1' is 'much'; give metres, an array \(n, 2\)"),
+        (wall, True, {}, InputError, "throw of 'F1' is True; give metres"),
+        (wall, np.nan, {}, InputError, "throw of 'F1' is nan; give metres"),
+        (wall, [[9.0, 1.0], [3.0, 1.0]], {}, InputError,
+         "distances along strike fall from 9 to 3 m at row 1. Sort"),
+        (wall, [[9.0, np.nan]], {}, InputError, "profile has values that are not finite. Leave"),
+        (wall, lambda s: s[:3], {}, InputError, r"gave shape \(3,\) for distances of shape"),
+        (wall, lambda s: s * np.nan, {}, InputError, "is not finite at .* m along strike. Let it"),
+        (wall, xr.DataArray([1.0], dims="x"), {}, InputError,
+         r"has dimensions \('x',\); expected a map over northing and easting, or a profile"),
+        (wall, xr.DataArray([[1.0]], {"northing": [0.0], "easting": [0.0]}), {}, InputError,
+         "a map needs 2 x 2 finite values or more, this is 1 x 1. Fill"),
+        (wall, 30.0, {"hanging_wall": 2.0}, InputError, "hanging_wall is 2.0, expected the part"),
+        (wall, 30.0, {"reach": -1.0}, InputError, "reach of 'F1' is -1.0, expected metres above 0"),
+        (wall, 60.0, {"reach": 50.0}, GeometryError,
+         r"throw changes so quickly at \(easting .* fold"),
+    ],
+)  # fmt: skip
+def test_refusals(fault, throw, options, error, words):
+    given = throw if isinstance(throw, dict) else {"F1": throw}
+    with pytest.raises(error, match=words):
+        gs.throw_horizon(horizon(), {"F1": fault()}, given, **options)
+
+
+def test_elliptic_throws_that_make_no_sense():
+    with pytest.raises(
+        InputError, match=r"half_length of an elliptic throw is -1.0, expected metres"
+    ):
+        gs.EllipticThrow(10.0, half_length=-1.0)
+    with pytest.raises(InputError, match="largest of an elliptic throw is nan, expected metres"):
+        gs.EllipticThrow(np.nan)
+    with pytest.raises(
+        InputError, match=r"takes its size from a fault. Give half_length and centre"
+    ):
+        gs.EllipticThrow(10.0).at(np.zeros(1), np.zeros(1))
+
+
+def test_faults_that_cannot_guide_a_wall():
+    flat = gs.TriSurface(
+        "F1", "fault", [[0, 0, -1800], [1000, 0, -1800], [0, 1000, -1800]], [[0, 1, 2]]
+    )
+    with pytest.raises(GeometryError, match="'F1' is flat on average, so that it has no strike"):
+        gs.throw_horizon(horizon(), [flat], {"F1": 10.0})
+    x = np.array([[300.0, 500.0, 500.0, 300.0]]) + np.array([[0.0], [100.0]])
+    y = np.array([[0.0, 300.0, 600.0, 1200.0]]) + np.zeros((2, 1))
+    y[:, 2] = 250.0
+    back = make_fault("F1", x, y, np.array([[-1600.0], [-2000.0]]), (0.0, 0.0, 0.0))
+    with pytest.raises(
+        GeometryError, match=r"'F1' turns back against its mean dip direction at \("
+    ):
+        gs.throw_horizon(horizon(), {"F1": back}, {"F1": 10.0})
+
+
+def test_a_fault_that_is_not_tall_enough():
+    """It meets the horizon in the north only, where the horizon is deep."""
+    fault = wall()
+    keep = fault.assign(elevation=fault.elevation.clip(max=-1805.0)).isel(down_dip=[0, 1])
+    a = np.radians(100.0)
+    r = 5.0 / np.tan(np.radians(60.0))
+    s = np.array([-900.0, 900.0])
+    keep["easting"][0] = 500.0 - s * np.cos(a) + r * np.sin(a)
+    keep["northing"][0] = 500.0 + s * np.sin(a) + r * np.cos(a)
+    with pytest.raises(GeometryError, match=r"'F1' ends inside horizon|does not reach horizon"):
+        gs.throw_horizon(horizon(), {"F1": keep}, {"F1": 30.0})
+
+
+def test_a_fault_that_misses_the_horizon_does_nothing():
+    top = horizon(height=lambda x, y: plane(x, y) + 500.0)
+    sheet = gs.throw_horizon(top, {"F1": wall()}, {"F1": 30.0})
+    assert (sheet.lattice.elevation == top.values).all()
+    assert sheet.report.notes == ["fault 'F1' does not meet the horizon"]
+
+
+def test_a_horizon_that_is_torn_already_is_refused():
+    world = gs.synthetic.torn("reverse", 41)
+    with pytest.raises(
+        HorizonError, match="several values at one node, so that it is torn already"
+    ):
+        gs.throw_horizon(world.truth["points"], world.faults, {"F1": -30.0}, name="Top")
+
+
+def test_the_report_says_what_was_asked_and_found():
+    sheet = gs.throw_horizon(horizon(), {"F1": wall(45.0)}, {"F1": -40.0})
+    words = str(sheet.report)
+    assert "throw of F1: up to 40 m asked for, 40 m found" in words
+    assert "nodes were up to" in words
+    assert "outside of the data before they moved" in words
