@@ -19,12 +19,10 @@ from geosurf.sheets.heights import Heights
 from geosurf.sheets.links import FALLING, RISING, Cuts, cuts_of, within
 from geosurf.sheets.mesh import Torn, Triangles, tear
 from geosurf.sheets.near import mesh_blocks, side_at_own_height
-from geosurf.sheets.network import past_tip
 from geosurf.sheets.traces import mesh_in_frame
 
 ROUNDS = 20  # attempts to close a sheet before it is said where it stays open
 RING = 0.5  # cells that a further ring of triangles reaches at least
-EARLY = 3  # links by which a tear ends early from which throw is made to die at its end
 SPARE = 0.1  # cells of overlap that the first ring does not cover for certain
 CLEARLY = 0.3  # cells from a fault at which a node's side is clear
 PATIENCE = 3  # rings that are tried before a tear is ended early where it need not be
@@ -83,6 +81,7 @@ class Builder:
         meshes = [mesh_in_frame(fault, self.frame) for fault in self.faults]
         self.meshes = meshes, [mesh_blocks(mesh, 2.0) for mesh in meshes]
         self.carry_on, self.solve_again = carry_on, solve_again
+        self.joined = {(i, k) for i, k, _ in state.network.on}
         self.solved_for: dict[tuple[int, int], int] = {}
         every = cuts_of(state.network.traces, self.frame)
         diagonal = RISING if rising else FALLING
@@ -134,15 +133,14 @@ class Builder:
         return built
 
     def _die_at_tips(self, shortened: dict[tuple[int, int], int]) -> None:
-        """Where a tear ends much earlier than its fault, throw has to die there, too."""
-        moved = {end: n for end, n in shortened.items() if n >= EARLY}
-        if self.solve_again is None or moved == self.solved_for:
+        """Where a tear would leak at its end, throw has to die there: its last link is not torn."""
+        if self.solve_again is None or shortened == self.solved_for:
             return
-        self.solved_for = moved
+        self.solved_for = dict(shortened)
         limits = self.state.network.solve.copy()
         mesh = self._limits(shortened)
-        for (i, k), _ in moved.items():
-            limits[i, k] = past_tip(self.state.network.traces[i], k, mesh[k][i])
+        for i, k in shortened:
+            limits[i, k] = np.nextafter(mesh[k][i], np.inf if k == 0 else -np.inf)
         self.state = self.solve_again(self.state, limits)
 
     def _attempt(self, shortened, extra) -> Built:
@@ -233,7 +231,7 @@ class Builder:
                     links.add((int(nodes[0]), int(nodes[1])))
         for end in ends:
             is_tip = self.state.network.traces[end[0]].ends[end[1]] == "tip"
-            shortened[end] = shortened.get(end, 0) + (1 if is_tip else 3)
+            shortened[end] = shortened.get(end, -1) + (1 if is_tip else 3)
         if links:
             extra.append(links)
 
@@ -273,7 +271,7 @@ class Builder:
         at = self.frame.uv_of_node(nodes).mean(axis=0) * self.frame.stretch
         for i, trace in enumerate(self.state.network.traces):
             for k, end in enumerate(trace.ends):
-                if not end.startswith(kinds):
+                if not end.startswith(kinds) or (i, k) in self.joined:
                     continue
                 place = limits[k][i]
                 tip = [

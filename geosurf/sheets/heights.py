@@ -25,6 +25,7 @@ MAP_REACH = 12.0  # cells: how far from a trace sides are looked at in the map
 WEDGE = 7.0  # steps of extrapolation from which distrusted data are listened to
 WEDGE_PULL = 0.02  # and how much
 SLIVER = 12  # nodes: blocks without data up to this size are carried on without asking
+BRIDGE = 0.75  # cells beside the cut-offs that are bridged to find the trace between them
 SENSE = 0.25  # cells of heave below which gap and overlap are not told apart
 
 
@@ -162,10 +163,30 @@ class Rebuild:
         if len(first.stray):  # the generous trim left nothing between two faults
             first = self._pass(self.settings.trim, None)
         first.walls = walls_of(first, self.picks)
+        first = self._retraced(first)
         second = self._pass(self.settings.trim, first)
         second.walls = walls_of(second, self.picks)
         second.in_gap = self._in_gap(second)
         return second
+
+    def _retraced(self, state: Heights) -> Heights:
+        """The same heights with traces on them: bridged between both walls, no farther."""
+        heights = state.values.copy()
+        for near, walls in zip(state.near, state.walls, strict=True):
+            gap = np.maximum(walls.gap(near.place, near.side), 0.0)
+            heights[near.node[near.distance < gap + BRIDGE]] = np.nan
+        lost = np.flatnonzero(self.present & np.isnan(heights))
+        fill = np.union1d(lost, self.fillable)
+        drape = drape_over(heights, fill, self.shape, self.stretch)
+        frame = self.picks.frame
+        network = Network(self.meshes, drape.reshape(self.shape), frame, heights)
+        near = [NearTrace(frame, t, MAP_REACH) for t in network.traces]
+        cuts = cuts_of(network.traces, frame)
+        cuts = cuts.take(np.flatnonzero(within(cuts, *network.solve.T)))
+        doubted, sure, beyond = self._last
+        found = self._solve(doubted, sure, network, near, cuts, beyond)
+        found.walls = walls_of(found, self.picks)
+        return found
 
     def _in_gap(self, state: Heights) -> np.ndarray:
         """Picks that lie between the cut-offs of a fault in the map."""
@@ -202,7 +223,7 @@ class Rebuild:
         lost = np.flatnonzero(self.present & np.isnan(heights))
         fill = np.union1d(lost, self.fillable)
         drape = drape_over(heights, fill, self.shape, self.stretch)
-        return Network(self.meshes, drape.reshape(self.shape), self.stretch)
+        return Network(self.meshes, drape.reshape(self.shape), self.picks.frame, heights)
 
     def _node_values(self, used: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean of the picks in use at each node, NaN without, and their number."""

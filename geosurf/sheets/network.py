@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.sheets import UNIT
+from geosurf.sheets.branches import Contact, contacts, led_to, mains_first, wall_field
+from geosurf.sheets.frame import Frame
 from geosurf.sheets.links import whole_units
 from geosurf.sheets.traces import FaultMesh, Trace, extended, sample, trace_lines
 
@@ -32,26 +34,74 @@ class Network:
         Fault and length [cells] of traces too short to tear anything.
     """
 
-    def __init__(self, meshes: list[FaultMesh], drape: np.ndarray, stretch: np.ndarray) -> None:
+    def __init__(
+        self,
+        meshes: list[FaultMesh],
+        drape: np.ndarray,
+        frame: Frame,
+        trusted: np.ndarray | None = None,
+    ) -> None:
         self.traces: list[Trace] = []
         self.dropped: list[tuple[int, float]] = []
+        stretch = frame.stretch
         for number, mesh in enumerate(meshes):
-            for line in trace_lines(mesh, drape, stretch):
-                length = float(np.hypot(*np.diff(line[:, :2], axis=0).T).sum())
-                if length < SHORTEST:
-                    self.dropped.append((number, length))
-                    continue
-                closed = bool((line[0, :2] == line[-1, :2]).all())
-                longer, start, stop = extended(line, *([0.0 if closed else EXTENSION] * 2))
-                # sides of nodes and cut links are asked of one and the same line
-                longer[:, :2] = whole_units(longer[:, :2] / stretch) / UNIT * stretch
-                ends = ["closed", "closed"] if closed else ["tip", "tip"]
-                self.traces.append(Trace(number, longer, start, stop, ends))
+            self._add(number, trace_lines(mesh, drape, stretch), stretch)
+        self.on: list[Contact] = []
+        if trusted is not None:
+            self._trace_branches(meshes, drape, frame, trusted)
         self.solve = np.array([[0.0, len(t.line) - 1] for t in self.traces]).reshape(-1, 2)
         self.mesh = np.array([[t.start, t.stop] for t in self.traces]).reshape(-1, 2)
         self._at_rims(drape, stretch)
         self._at_faults([mesh.name for mesh in meshes])
         self._at_tips()
+
+    def _add(self, number: int, lines: list[np.ndarray], stretch: np.ndarray) -> None:
+        """Make traces of the lines of one fault, drawn out at their ends."""
+        for line in lines:
+            length = float(np.hypot(*np.diff(line[:, :2], axis=0).T).sum())
+            if length < SHORTEST:
+                self.dropped.append((number, length))
+                continue
+            closed = bool((line[0, :2] == line[-1, :2]).all())
+            longer, start, stop = extended(line, *([0.0 if closed else EXTENSION] * 2))
+            ends = ["closed", "closed"] if closed else ["tip", "tip"]
+            self.traces.append(Trace(number, on_units(longer, stretch), start, stop, ends))
+
+    def _trace_branches(self, meshes, drape: np.ndarray, frame: Frame, trusted) -> None:
+        """Trace each fault that ends on another on the wall that it is in."""
+        found = contacts(self.traces, meshes)
+        mains: dict[int, set[int]] = {}
+        for i, _, main in found:
+            mains.setdefault(self.traces[i].fault, set()).add(main)
+        for fault in mains_first(mains):
+            others = [(main, meshes[main]) for main in sorted(mains[fault])]
+            field = wall_field(
+                drape.ravel(), trusted, frame, self.traces, meshes[fault], fault, others
+            )
+            lines = trace_lines(meshes[fault], field, frame.stretch)
+            if lines:
+                self.traces = [trace for trace in self.traces if trace.fault != fault]
+                self._add(fault, lines, frame.stretch)
+        self.traces.sort(key=lambda trace: trace.fault)
+        for i, k, main in contacts(self.traces, meshes):
+            if self.traces[i].fault in mains and main in mains[self.traces[i].fault]:
+                self._lead(i, k, main, frame.stretch)
+
+    def _lead(self, i: int, k: int, main: int, stretch: np.ndarray) -> None:
+        """Draw out the end of a branch to the trace of its main fault."""
+        trace = self.traces[i]
+        choice = [other for other in self.traces if other.fault == main]
+        if not choice:
+            return
+        first, last = int(np.ceil(trace.start)), int(np.floor(trace.stop))
+        line = trace.line[first:] if k == 0 else trace.line[: last + 1]
+        best = min(choice, key=lambda other: gap_to(line[0 if k == 0 else -1], other))
+        longer = on_units(led_to(line, k, best), stretch)
+        new = len(longer) - len(line)
+        start = float(new) if k == 0 else trace.start
+        stop = trace.stop - first + new if k == 0 else trace.stop
+        self.traces[i] = Trace(trace.fault, longer, start, stop, trace.ends)
+        self.on.append((i, k, main))
 
     def _at_rims(self, drape: np.ndarray, stretch: np.ndarray) -> None:
         """An end that has no data within a cell beyond it leaves the data."""
@@ -74,6 +124,11 @@ class Network:
             for j in range(i + 1, len(self.traces)):
                 for p, q in crossings(self.traces[i], self.traces[j]):
                     found += [(i, j, p, q), (j, i, q, p)]
+        for i, k, main in self.on:
+            met = [p for a, j, p, _ in found if a == i and self.traces[j].fault == main]
+            self.traces[i].ends[k] = f"branch of {names[main]}"
+            if met:  # torn up to the main fault, through the gap between both walls of that
+                self.solve[i, k] = self.mesh[i, k] = min(met) if k == 0 else max(met)
         for i, j, p, q in found:
             one, two = self.traces[i], self.traces[j]
             if one.fault == two.fault:
@@ -83,6 +138,8 @@ class Network:
             along = np.interp([p, one.start, one.stop], np.arange(len(one.along)), one.along)
             gap = along[1] - along[0], along[0] - along[2]  # beyond the real ends if positive
             for k in range(2):
+                if (i, k, two.fault) in self.on:
+                    continue
                 if gap[k] > REACHES:
                     continue  # it stops short of the other fault: a tip
                 if gap[k] > -min(OVERSHOOT, 0.3 * (along[2] - along[1])):
@@ -110,6 +167,18 @@ def past_tip(trace: Trace, end: int, place: float) -> float:
     along = trace.along
     real = np.interp(place, np.arange(len(along)), along)
     return float(np.interp(real + (-TIP if end == 0 else TIP), along, np.arange(len(along))))
+
+
+def on_units(line: np.ndarray, stretch: np.ndarray) -> np.ndarray:
+    """A line on whole units: sides of nodes and cut links are asked of one and the same line."""
+    out = line.copy()
+    out[:, :2] = whole_units(line[:, :2] / stretch) / UNIT * stretch
+    return out
+
+
+def gap_to(point: np.ndarray, trace: Trace) -> float:
+    """Distance of a point from a trace in the map [cells], to its vertices."""
+    return float(np.hypot(*(trace.line[:, :2] - point[:2]).T).min())
 
 
 def crossings(one: Trace, two: Trace) -> list[tuple[float, float]]:
