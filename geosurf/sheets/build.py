@@ -79,7 +79,6 @@ class Builder:
         present = np.isfinite(state.values)
         self.triangles = Triangles(self.frame.shape, rising, present)
         meshes = [mesh_in_frame(fault, self.frame) for fault in self.faults]
-        self.meshes = meshes, [mesh_blocks(mesh, 2.0) for mesh in meshes]
         self.carry_on, self.solve_again = carry_on, solve_again
         self.joined = {(i, k) for i, k, _ in state.network.on}
         self.solved_for: dict[tuple[int, int], int] = {}
@@ -89,6 +88,7 @@ class Builder:
         self.in_mesh = np.flatnonzero((every.kind < 2) | (every.kind == diagonal))
         widest = [np.abs([w.left, w.right]).max(initial=0.0) for w in state.walls]
         self.reach = int(np.ceil(max(widest, default=0.0))) + 3
+        self.meshes = meshes, [mesh_blocks(mesh, float(self.reach)) for mesh in meshes]
 
     @property
     def reverse(self) -> set[tuple[int, int]]:
@@ -163,7 +163,8 @@ class Builder:
         uv = self.frame.uv_of_node(nodes) * self.frame.stretch
         points = np.column_stack([uv, self.state.values[nodes]])
         out = np.ones(len(nodes), dtype=bool)
-        sides = [side_at_own_height(m, b, points, 2.0) for m, b in zip(*self.meshes, strict=True)]
+        reach = float(self.reach)
+        sides = [side_at_own_height(m, b, points, reach) for m, b in zip(*self.meshes, strict=True)]
         network = self.state.network
         for trace, limits, near in zip(network.traces, network.mesh, self.state.near, strict=True):
             far, side = sides[trace.fault]

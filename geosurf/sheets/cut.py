@@ -106,8 +106,13 @@ def cut_band(band: Band, torn: Torn, triangles: Triangles, faults: Sequence[TriS
     """Cut a band by its faults, exactly, and look for leaks."""
     patches = rebuild_surfaces([band.surface, *faults])
     keep, corner, part = kept_parts(patches)
+    rows = np.flatnonzero(patches.surface_of_triangle == 0)
+    parent = band.surface.triangles[patches.parent_of_triangle[rows]]
+    # a tip is a corner of copies on both of its sides, so only whole triangles tell
+    whole = rows[~band.surface.vertex_data["ghost"][parent].any(axis=1)]
+    clear = ((corner[whole] >= 0) & band.own[corner[whole]]).any(axis=1)
     own = np.zeros(part.max(initial=-1) + 2, dtype=bool)
-    own[part[((corner >= 0) & band.own[corner]).any(axis=1)]] = True
+    own[part[whole[clear]]] = True
     open_part = keep | own[part]  # a real part that is dropped runs into ghosts somewhere
     corner = np.where(corner >= 0, band.vertex[corner], -1)
     leaks = _leaks(patches, open_part, corner, torn, triangles)
