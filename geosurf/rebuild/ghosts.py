@@ -125,8 +125,16 @@ def _joined(patches: Patches, surface: int, edge, triangle, fault) -> np.ndarray
     order = np.argsort(edge, kind="stable")
     edge, triangle = edge[order], triangle[order]
     _, first, times = np.unique(edge, return_index=True, return_counts=True)
-    first = first[times == 2]
-    a, b = (patches.patch_of_triangle[triangle[first + k]] for k in (0, 1))
+    pairs = first[times == 2]
+    # where a sheet crosses itself past a fault, each of the two goes on through the other
+    crossed = np.repeat(times > 2, times)
+    parent = patches.parent_of_triangle[triangle[crossed]]
+    rank = np.lexsort((parent, edge[crossed]))
+    same = (np.diff(edge[crossed][rank]) == 0) & (np.diff(parent[rank]) == 0)
+    through = np.flatnonzero(crossed)[rank]
+    one = np.concatenate([triangle[pairs], triangle[through[:-1][same]]])
+    two = np.concatenate([triangle[pairs + 1], triangle[through[1:][same]]])
+    a, b = patches.patch_of_triangle[one], patches.patch_of_triangle[two]
     links = coo_array((np.ones(len(a)), (a, b)), shape=(patches.n_patch, patches.n_patch))
     return connected_components(links, directed=False)[1]
 

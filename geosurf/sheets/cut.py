@@ -104,21 +104,20 @@ def band_of(
 
 def cut_band(band: Band, torn: Torn, triangles: Triangles, faults: Sequence[TriSurface]) -> Cut:
     """Cut a band by its faults, exactly, and look for leaks."""
-    patches = rebuild_surfaces([band.surface, *faults])
+    patches = rebuild_surfaces([band.surface, *faults], self_intersections=True)
     keep, corner, part = kept_parts(patches)
     rows = np.flatnonzero(patches.surface_of_triangle == 0)
     parent = band.surface.triangles[patches.parent_of_triangle[rows]]
     # a tip is a corner of copies on both of its sides, so only whole triangles tell
-    whole = rows[~band.surface.vertex_data["ghost"][parent].any(axis=1)]
-    clear = ((corner[whole] >= 0) & band.own[corner[whole]]).any(axis=1)
+    whole = band.own[parent].all(axis=1) & ~band.surface.vertex_data["ghost"][parent].any(axis=1)
     own = np.zeros(part.max(initial=-1) + 2, dtype=bool)
-    own[part[whole[clear]]] = True
+    own[part[rows[whole]]] = True
     open_part = keep | own[part]  # a real part that is dropped runs into ghosts somewhere
     corner = np.where(corner >= 0, band.vertex[corner], -1)
     leaks = _leaks(patches, open_part, corner, torn, triangles)
-    dead_ends = []
+    dead_ends = _false_rims(patches, band, keep)
     if not keep[own[part]].all():
-        dead_ends = _ends_in_copies(patches, band, open_part)
+        dead_ends += _ends_in_copies(patches, band, open_part)
     return Cut(patches, keep, corner, leaks, dead_ends)
 
 
@@ -187,6 +186,26 @@ def _ends_in_copies(patches, band: Band, among) -> list[tuple[int, int]]:
     copies = faces[band.surface.vertex_data["ghost"][faces].any(axis=1)]
     pairs = np.unique(np.sort(band.vertex[copies], axis=1)[:, [0, 2]], axis=0)
     return [(int(a), int(b)) for a, b in pairs]
+
+
+def _false_rims(patches, band: Band, keep) -> list[tuple[int, int]]:
+    """Triangles that stay beside dropped ones with no fault between, by two of their corners."""
+    of, n = patches.surface_of_triangle, len(patches.local)
+
+    def keyed(rows: np.ndarray) -> np.ndarray:
+        a, b = patches.triangles[rows], np.roll(patches.triangles[rows], -1, axis=1)
+        return (np.minimum(a, b) * n + np.maximum(a, b)).ravel()
+
+    rows = np.flatnonzero(of == 0)
+    every, before = np.unique(keyed(rows), return_counts=True)
+    kept = rows[keep[rows]]
+    edges = keyed(kept)
+    name, inverse, after = np.unique(edges, return_inverse=True, return_counts=True)
+    inner = before[np.searchsorted(every, name)] > 1
+    false = inner & (after != 2) & ~np.isin(name, keyed(np.flatnonzero(of > 0)))
+    faces = np.unique(patches.parent_of_triangle[kept[np.flatnonzero(false[inverse]) // 3]])
+    corners = np.sort(band.vertex[band.surface.triangles[faces]], axis=1)
+    return [(int(a), int(b)) for a, b in np.unique(corners[:, [0, 2]], axis=0)]
 
 
 def _is_inner(edge: tuple[int, int], torn: Torn, triangles: Triangles) -> bool:
