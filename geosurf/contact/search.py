@@ -157,7 +157,7 @@ def find_contacts(
     voxel_size : float, optional
         Edge of the search voxels [m]; fitted to the data if left out.
     self_intersections : bool
-        Whether each surface is also searched for contacts with itself.
+        Whether each surface is also searched for contacts with itself; torn sheets always are.
     pairs : sequence of (int, int), optional
         Only these pairs of surfaces (rows); default: all.
     origin : ndarray, shape (3,), optional
@@ -177,7 +177,9 @@ def find_contacts(
         origin = frame_origin(*(s.extent for s in surfaces))
     if pairs is None:
         n = len(surfaces)
-        pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or self_intersections]
+        # a torn sheet is carried on past its faults, where its own walls may cross
+        own = [self_intersections or "ghost" in s.vertex_data for s in surfaces]
+        pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or own[i]]
     voxels = method == "voxels" or (method == "auto" and voxel_size is not None)
     found, cost = find_candidates(surfaces, pairs, voxels, voxel_size)
     faces, tested = gather(surfaces, found, origin)

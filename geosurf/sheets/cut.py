@@ -104,7 +104,7 @@ def band_of(
 
 def cut_band(band: Band, torn: Torn, triangles: Triangles, faults: Sequence[TriSurface]) -> Cut:
     """Cut a band by its faults, exactly, and look for leaks."""
-    patches = rebuild_surfaces([band.surface, *faults], self_intersections=True)
+    patches = rebuild_surfaces([band.surface, *faults])
     keep, corner, part = kept_parts(patches)
     rows = np.flatnonzero(patches.surface_of_triangle == 0)
     parent = band.surface.triangles[patches.parent_of_triangle[rows]]
