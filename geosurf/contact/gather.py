@@ -82,8 +82,17 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None):
     for (i, j), (rows, spent) in zip(wanted, side_by_side(search, wanted), strict=True):
         for key, value in spent.items():
             cost["pairs_tested" if key == "pairs" else key] += value
-        found.append((i, j, rows))
+        found.append((i, j, _of_ghosts(surfaces[i], rows) if i == j else rows))
     return found, cost
+
+
+def _of_ghosts(surface, rows: np.ndarray) -> np.ndarray:
+    """Of a torn sheet's candidates with itself: those with a ghost, as the others are a graph."""
+    ghost = surface.vertex_data.get("ghost")
+    if ghost is None:
+        return rows
+    torn = ghost[surface.triangles].any(axis=1)
+    return rows[torn[rows].any(axis=1)]
 
 
 def _is_graph(surface) -> bool:
