@@ -5,6 +5,7 @@ data, frame    grid or points -> picks on one lattice
 near           how far from a fault a datum is, at its own height
 traces         where a fault meets the horizon in the map
 network        how traces end: at tips, at rims, on other faults
+branches       faults that end on others, traced on the wall that they are in
 links          which links of the lattice are cut
 drape, solve   the smoothest heights, across no cut link
 heights        the two passes: which data are trusted, heights of all nodes

@@ -1,8 +1,8 @@
 """Faults that end on another fault: their traces, on the wall of the main fault that they are in.
 
-A branch meets the horizon on one wall of its main fault only. Across the heave of the main fault the
-drape lies between both walls, at another height, so that the trace of the branch there would be
-somewhere else: at an acute contact, many cells from where branch and horizon really part. Here
+A branch meets the horizon on one wall of its main fault only. Across the heave of the main fault
+the drape lies between both walls, at another height, so that the trace of the branch there would
+be somewhere else: at an acute contact, cells away from where branch and horizon really part. Here
 the wall of the branch is carried on past the main fault, and the branch is traced on that.
 From its real end the trace is led straight to the trace of the main fault, through the gap.
 """
@@ -140,4 +140,3 @@ def led_to(line: np.ndarray, end: int, main: Trace) -> np.ndarray:
     more = np.repeat(tip[None], 2, axis=0)
     more[0, :2], more[1, :2] = 0.5 * (tip[:2] + foot), foot + way / far * PAST
     return np.concatenate([more[::-1], line]) if end == 0 else np.concatenate([line, more])
-

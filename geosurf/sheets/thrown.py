@@ -95,7 +95,7 @@ class Thrown:
                 self.before, self.slips, self.xy, self._blended, self.frame.cell
             )
             drape = np.where(self.before.lost(was), np.nan, self.drape)
-            network = Network(meshes, drape.reshape(self.frame.shape), self.frame.stretch)
+            network = Network(meshes, drape.reshape(self.frame.shape), self.frame)
             found = self._touching()
             for trace in network.traces:
                 for end in trace.ends:
