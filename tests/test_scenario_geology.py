@@ -105,3 +105,54 @@ def test_what_fails_is_drawn(folder, tmp_path, capfd):
     good = scenario(folder)
     assert main(["run", str(good), "-o", str(tmp_path / "out"), "--quiet"]) == 0
     assert not (tmp_path / "out" / "failure.png").exists()
+
+
+THROWS = """
+[[throws]]
+fault = "F1"
+throw_m = 30.0
+"""
+
+
+def test_throws_tear_horizons_of_a_scenario(folder, tmp_path):
+    """The fault is extended first, and the sheets end on it as it is then."""
+    top = scenario(folder, THROWS)
+    outcome = run(read_scenario(top), tmp_path / "out", pictures=False)
+    assert outcome.certificate.ok
+    for horizon in ("Top", "Base"):
+        assert outcome.scene.throw(horizon, "F1").throw.values == pytest.approx(30.0, abs=1e-6)
+
+
+def test_throws_of_some_horizons_in_other_forms(folder):
+    more = """
+[[throws]]
+fault = "F1"
+horizons = ["Top"]
+profile_m = [[0, 10], [9000, 40]]
+reach_m = 5000
+[[throws]]
+fault = "F1"
+horizons = ["Base"]
+elliptic_m = 20.0
+half_length_m = 9000
+"""
+    scene = read_scenario(scenario(folder, more)).scene()
+    found = {name: scene.throw(name, "F1").throw for name in ("Top", "Base")}
+    assert float(found["Top"].max() - found["Top"].min()) > 5.0
+    assert 15.0 < float(found["Base"].max()) < 20.1
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ('[[throws]]\nfault = "F7"\nthrow_m = 3', "throws of 'F7': 'F7' is no fault; name one of"),
+        ('[[throws]]\nfault = "F1"\nhorizons = ["T"]\nthrow_m = 3', "'T' is no horizon; name one"),
+        ('[[throws]]\nfault = "F1"', "give one of throw_m, profile_m and elliptic_m"),
+        ('[[throws]]\nfault = "F1"\nthrow_m = 3\nhalf_length_m = 9', "go with elliptic_m"),
+        (THROWS + THROWS, "throws of 'F1' are given twice for horizon 'Top'; delete one"),
+        ('[[throws]]\nfault = "F1"\nprofile_m = [[1]]', "one row or more"),
+    ],
+)
+def test_throws_that_make_no_sense(folder, more, words):
+    with pytest.raises(ScenarioError, match=words):
+        read_scenario(scenario(folder, more))

@@ -14,6 +14,7 @@ from geosurf.read import read_fault, read_horizon
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.values import Place, read_table
 from geosurf.scene import Scene
+from geosurf.sheets import EllipticThrow, throw_horizon
 from geosurf.triangulate.contacts import ELSEWHERE
 
 
@@ -88,6 +89,7 @@ def _check_names(scenario: Scenario) -> None:
         read_truncations(truncations_of(scenario), [entry.name for entry in scenario.faults])
     except InputError as error:
         place.refuse(str(error))
+    _check_throws(scenario, place)
     for name in scenario.output.search or ():
         if name not in seen:
             known = ", ".join(repr(word) for word in seen)
@@ -95,6 +97,31 @@ def _check_names(scenario: Scenario) -> None:
                 f"output.search names {name!r}, which is no surface; there are {known}."
                 f"{did_you_mean(name, seen)}"
             )
+
+
+def _check_throws(scenario: Scenario, place: Place) -> None:
+    """Each throw is given in one way, for a fault and horizons that there are, once."""
+    known = {
+        "fault": [entry.name for entry in scenario.faults],
+        "horizon": [entry.name for entry in scenario.horizons],
+    }
+    given = set()
+    for entry in scenario.throws:
+        label = f"throws of {entry.fault!r}"
+        for kind, names in (("fault", (entry.fault,)), ("horizon", entry.horizons)):
+            for name in names:
+                if name not in known[kind]:
+                    guess = did_you_mean(name, known[kind])
+                    place.refuse(f"{label}: {name!r} is no {kind}; name one of those.{guess}")
+        ways = (entry.throw_m, entry.profile_m, entry.elliptic_m)
+        if sum(way is not None for way in ways) != 1:
+            place.refuse(f"{label}: give one of throw_m, profile_m and elliptic_m.")
+        if entry.elliptic_m is None and (entry.half_length_m or entry.half_height_m):
+            place.refuse(f"{label}: half_length_m and half_height_m go with elliptic_m.")
+        for name in entry.horizons or known["horizon"]:
+            if (entry.fault, name) in given:
+                place.refuse(f"{label} are given twice for horizon {name!r}; delete one.")
+            given.add((entry.fault, name))
 
 
 def truncations_of(scenario: Scenario) -> dict[str, tuple[tuple[str, str, bool], ...]]:
@@ -155,7 +182,7 @@ def build_scene(scenario: Scenario) -> Scene:
     }
     box = scenario.box.sides if scenario.box is not None else None
     aoi = None if scenario.aoi is None else scenario.aoi.file or scenario.aoi.corners_m
-    return Scene(
+    scene = Scene(
         horizons,
         faults,
         box,
@@ -166,3 +193,24 @@ def build_scene(scenario: Scenario) -> Scene:
         extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
         truncations=truncations_of(scenario),
     )
+    return _thrown(scenario, scene, horizons)
+
+
+def _thrown(scenario: Scenario, scene: Scene, horizons: dict[str, Any]) -> Scene:
+    """The scene with horizons torn by throw, where any is given."""
+    sheets = {}
+    for name, horizon in horizons.items():
+        mine = [t for t in scenario.throws if name in t.horizons or not t.horizons]
+        if not mine:
+            continue
+        throw = {}
+        for entry in mine:
+            throw[entry.fault] = entry.throw_m if entry.profile_m is None else entry.profile_m
+            if entry.elliptic_m is not None:
+                throw[entry.fault] = EllipticThrow(
+                    entry.elliptic_m, entry.half_length_m, entry.half_height_m
+                )
+        faults = [scene.surface(entry.fault) for entry in mine]
+        reach = {entry.fault: entry.reach_m for entry in mine if entry.reach_m is not None}
+        sheets[name] = throw_horizon(horizon, faults, throw, name=name, reach=reach)
+    return scene.replace(horizons=sheets) if sheets else scene

@@ -112,6 +112,53 @@ class TruncationInput:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ThrowInput:
+    """One ``[[throws]]``: throw of a fault, for horizons that are still continuous. The youngest
+    fault comes first. Give one of `throw_m`, `profile_m`, `elliptic_m`; see [sheets.md](sheets.md).
+    """
+
+    fault: str = key("The fault, as it is after extension and truncation.", values.text)
+    horizons: tuple[str, ...] = key(
+        "Horizons that it moves. Left empty: all.", values.names, default=()
+    )
+    throw_m: float | None = key(
+        "The same throw everywhere; below 0 for a reverse fault.",
+        values.number,
+        unit="m",
+        default=None,
+    )
+    profile_m: tuple[tuple[float, float], ...] | None = key(
+        "Distance along the mean strike, from the fault's first end by the right-hand rule, and "
+        "throw.",
+        values.profile,
+        unit="m",
+        default=None,
+    )
+    elliptic_m: float | None = key(
+        "Largest throw of a fault that dies at its tips.", values.number, unit="m", default=None
+    )
+    half_length_m: float | None = key(
+        "With `elliptic_m`: from the middle to the tips along strike. Left out: as the fault is.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+    half_height_m: float | None = key(
+        "With `elliptic_m`: from the middle to the upper and lower tip. Left out: throw does not "
+        "change with elevation.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+    reach_m: float | None = key(
+        "Distance across strike over which the movement dies away. Left out: never.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class ContactInput:
     """One ``[[contacts]]``: fluid contacts, from the top down. They split units."""
 
@@ -225,6 +272,8 @@ class Scenario:
         Youngest first.
     faults : tuple of FaultInput
     truncations : tuple of TruncationInput
+    throws : tuple of ThrowInput
+        Youngest fault first.
     contacts : tuple of ContactInput
         From the top down.
     aoi : AreaOfInterest or None
@@ -241,6 +290,9 @@ class Scenario:
     faults: tuple[FaultInput, ...] = key("In any order.", values.tables(FaultInput), default=())
     truncations: tuple[TruncationInput, ...] = key(
         "Faults that end at others.", values.tables(TruncationInput), default=()
+    )
+    throws: tuple[ThrowInput, ...] = key(
+        "Throw of faults, youngest first.", values.tables(ThrowInput), default=()
     )
     contacts: tuple[ContactInput, ...] = key(
         "From the top down.", values.tables(ContactInput), default=()
@@ -285,5 +337,6 @@ __all__ = [
     "OutputSettings",
     "Scenario",
     "SearchSettings",
+    "ThrowInput",
     "TruncationInput",
 ]

@@ -109,6 +109,24 @@ def corners(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
     return tuple((float(x), float(y)) for x, y in value)
 
 
+@check("one row or more: [[distance, throw], ...]")
+def profile(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
+    """Pairs of finite numbers."""
+    if not isinstance(value, list) or len(value) == 0:
+        return None
+    if not all(isinstance(c, list) and len(c) == 2 and all(map(_is_number, c)) for c in value):
+        return None
+    return tuple((float(s), float(t)) for s, t in value)
+
+
+@check("a list of names, each once")
+def names(_: Place, value: Any) -> tuple[str, ...] | None:
+    """Different names; whether they exist is asked when all are known."""
+    if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
+        return None
+    return tuple(value) if len(set(value)) == len(value) else None
+
+
 @check("two numbers, the lower one first: [low, high]")
 def interval(_: Place, value: Any) -> tuple[float, float] | None:
     """Two finite numbers that increase."""
