@@ -132,10 +132,7 @@ def _largest(surface: TriSurface) -> float:
     """Largest coordinate, either way."""
     if surface.lattice is None:
         return float(np.abs(surface.vertices).max())
-    z = surface.lattice.elevation
-    return float(
-        max(np.abs(surface.extent).max(), np.fmax.reduce(z, None), -np.fmin.reduce(z, None))
-    )
+    return float(np.abs(surface.lattice.survey.box).max())
 
 
 def find_contacts(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.kernels import tree
+from geosurf.kernels.survey import build_tree_of_blocks
 from geosurf.kernels.tree import BLOCK, FIRST_COL, FIRST_ROW, N_COL, N_PLACE, N_ROW
 from geosurf.kernels.voxels import triangle_boxes
 from geosurf.model import Lattice, TriSurface
@@ -112,9 +113,12 @@ def _covers(outer: tuple[int, int, int, int], inner: tuple[int, int, int, int]) 
 def _lattice_tree(lattice: Lattice, window: tuple[int, int, int, int]) -> Tree:
     places = lattice.places.copy()
     places[[FIRST_ROW, FIRST_COL]] = window[0], window[2]
-    coordinates = lattice.coordinates
-    nodes, levels = tree.build_lattice_tree(*coordinates, places, window[1], window[3])
-    return Tree(coordinates, places, _NO_TRIANGLES, _NO_ORDER, nodes, levels, window)
+    survey = lattice.survey
+    first_row, last_row, first_col, last_col = window
+    nodes, levels = build_tree_of_blocks(
+        survey.boxes, survey.n_block_col, first_row, last_row, first_col, last_col
+    )
+    return Tree(lattice.coordinates, places, _NO_TRIANGLES, _NO_ORDER, nodes, levels, window)
 
 
 def candidate_pairs(one: Tree, two: Tree, *, same: bool = False):

@@ -149,56 +149,6 @@ def build_list_tree(boxes, order):
 
 
 @scalar
-def _block_extremes(values, a, axis, last_row, last_col, nodes):
-    """Extremes of one coordinate in each block of cells; not-a-number is passed over."""
-    offset, row_step, col_step = a[3 * axis], a[3 * axis + 1], a[3 * axis + 2]
-    n_block = last_col - a[FIRST_COL]
-    first_j = a[FIRST_COL] * BLOCK
-    n = min(last_col * BLOCK, a[N_COL] - 1) - first_j + 1
-    low = np.empty(n)
-    high = np.empty(n)
-    for block in range(a[FIRST_ROW], last_row):
-        first = block * BLOCK
-        last = min(first + BLOCK, a[N_ROW] - 1)
-        low[:] = np.inf
-        high[:] = -np.inf
-        for i in range(first, last + 1):
-            if row_step == 0 and i > first:
-                break  # all rows are alike
-            start = offset + i * row_step + first_j * col_step
-            if col_step == 1:
-                row = values[start : start + n]
-                for j in range(n):  # plain selections: these two lines become vector code
-                    low[j] = row[j] if row[j] < low[j] else low[j]
-                    high[j] = row[j] if row[j] > high[j] else high[j]
-            else:
-                for j in range(n):
-                    value = values[start + j * col_step]
-                    low[j] = value if value < low[j] else low[j]
-                    high[j] = value if value > high[j] else high[j]
-        for b in range(n_block):
-            lower, upper = np.inf, -np.inf
-            for j in range(b * BLOCK, min(b * BLOCK + BLOCK + 1, n)):
-                lower = min(lower, low[j])
-                upper = max(upper, high[j])
-            leaf = (block - a[FIRST_ROW]) * n_block + b
-            nodes[leaf, axis] = lower
-            nodes[leaf, 3 + axis] = upper
-
-
-@entry("d1 d1 d1 l1 l l -> d2 l2")
-def build_lattice_tree(p, q, r, a, last_row, last_col):
-    """Boxes of all nodes over blocks of a lattice up to a last row and column, and the levels."""
-    levels, n_node = _levels(last_row - a[FIRST_ROW], last_col - a[FIRST_COL], 2, 2)
-    nodes = np.empty((n_node, 6), dtype=np.float64)
-    _block_extremes(p, a, 0, last_row, last_col, nodes)
-    _block_extremes(q, a, 1, last_row, last_col, nodes)
-    _block_extremes(r, a, 2, last_row, last_col, nodes)
-    _build_above(nodes, levels, 2, 2)
-    return nodes, levels
-
-
-@scalar
 def _apart(p, i, q, j):
     """Whether two boxes do not meet."""
     for k in range(3):

@@ -5,7 +5,7 @@ Kernels are imported where they are called: a reader has no use for them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from geosurf.errors import SurfaceError
 from geosurf.model.base import frozen
+from geosurf.model.survey import Survey
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +50,7 @@ class Lattice:
 
     def __post_init__(self) -> None:
         for key in ("easting", "northing", "elevation"):
-            object.__setattr__(self, key, frozen(_numbers(key, getattr(self, key)), np.float64))
+            object.__setattr__(self, key, _kept(_numbers(key, getattr(self, key))))
         shape, found = self.elevation.shape, (self.easting.shape, self.northing.shape)
         if len(shape) != 2 or found not in ((shape[1:], shape[:1]), (shape, shape)):
             raise SurfaceError(
@@ -66,7 +67,10 @@ class Lattice:
     @cached_property
     def coordinates(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Easting, northing, elevation as kernels take them: flat, not repeated."""
-        return self.easting.reshape(-1), self.northing.reshape(-1), self.elevation.reshape(-1)
+        x, y, z = (
+            _once(part).reshape(-1) for part in (self.easting, self.northing, self.elevation)
+        )
+        return x, y, z
 
     @cached_property
     def places(self) -> np.ndarray:
@@ -75,10 +79,25 @@ class Lattice:
 
         n_row, n_col = self.shape
         places = np.zeros(N_PLACE, dtype=np.int64)
-        steps = ((0, 0, 1), (0, 1, 0)) if self.easting.ndim == 1 else ((0, n_col, 1),) * 2
-        places[:9] = (*steps[0], *steps[1], 0, n_col, 1)
+        if self.easting.ndim == 1:
+            places[:6] = 0, 0, 1, 0, 1, 0
+        else:
+            places[:6] = *_steps(self.easting), *_steps(self.northing)
+        places[6:9] = _steps(self.elevation)
         places[9:N_PLACE] = n_row, n_col, self.rising, self.turned, 0, 0, 1
         return frozen(places, np.int64)
+
+    @cached_property
+    def survey(self) -> Survey:
+        """What one look at all nodes tells; faults are asked for the lie of their cells, too."""
+        return Survey.of(self, quads=self.reverse is not None)
+
+    def turned_as(self, rising: bool, reverse: bool | None) -> Lattice:
+        """Return the lattice with another diagonal and sense; what is known of nodes is shared."""
+        twin = replace(self, rising=rising, reverse=reverse)
+        shared = ("coordinates", "survey", "whole", "extent", "present", "vertex_of_node")
+        twin.__dict__.update({key: self.__dict__[key] for key in shared if key in self.__dict__})
+        return twin
 
     @cached_property
     def normals(self) -> tuple[np.ndarray, float, np.ndarray]:
@@ -96,19 +115,12 @@ class Lattice:
     @cached_property
     def whole(self) -> bool:
         """Whether all nodes exist."""
-        parts = (self.easting, self.northing, self.elevation)
-        # a sum is finite only if all are; it may overflow where all are, so ask again then
-        if all(np.isfinite(part.sum()) for part in parts):
-            return True
-        return bool(self.present.all())
+        return all(self.survey.numbers) and self.survey.finite
 
-    @cached_property
+    @property
     def n_triangle(self) -> int:
         """Number of triangles: those with three nodes."""
-        n_row, n_col = self.shape
-        if self.whole:
-            return 2 * max(n_row - 1, 0) * max(n_col - 1, 0)
-        return len(self.keys)
+        return self.survey.n_triangles[self.rising]
 
     @cached_property
     def map_height(self) -> float:
@@ -142,14 +154,13 @@ class Lattice:
     @cached_property
     def extent(self) -> np.ndarray:
         """South-west and north-east corner around all nodes [m], float64 (2, 2)."""
-        parts = (self.easting.ravel(), self.northing.ravel())
-        corners = [[np.fmin.reduce(x) for x in parts], [np.fmax.reduce(x) for x in parts]]
-        return frozen(corners, np.float64)
+        corners = self.survey.box.reshape(2, 3)[:, :2]
+        nowhere = corners[0] > corners[1]
+        return frozen(np.where(nowhere, np.nan, corners), np.float64)
 
     def corners_of_box(self) -> np.ndarray:
         """Lower and upper corner around all nodes [m], float64 (2, 3); all nodes exist."""
-        heights = [[self.elevation.min()], [self.elevation.max()]]
-        return np.hstack([self.extent, heights])
+        return self.survey.box.reshape(2, 3)
 
     @cached_property
     def keys(self) -> np.ndarray:
@@ -243,6 +254,36 @@ class Lattice:
                 y[:-1, 1:] - y[:-1, :-1]
             ) * (x[1:, :-1] - x[:-1, :-1])
         return bool(np.nansum(np.sign(cell)) >= 0)
+
+
+def _kept(array: np.ndarray) -> np.ndarray:
+    """A read-only view in one piece; one whose rows or columns are all alike is not expanded."""
+    if array.ndim == 2 and _zero_steps(array):
+        view = array.view()
+        view.flags.writeable = False
+        return view
+    return frozen(array, np.float64)
+
+
+def _zero_steps(array: np.ndarray) -> tuple[int, ...]:
+    """Axes that step over no memory, being broadcast."""
+    return tuple(k for k in (0, 1) if array.strides[k] == 0 and array.shape[k] > 1)
+
+
+def _once(array: np.ndarray) -> np.ndarray:
+    """An array without what is broadcast."""
+    if array.ndim == 1:
+        return array
+    repeated = _zero_steps(array)
+    rows = slice(0, 1) if 0 in repeated else slice(None)
+    return np.ascontiguousarray(array[rows, : 1 if 1 in repeated else None])
+
+
+def _steps(array: np.ndarray) -> tuple[int, int, int]:
+    """Offset and steps along rows and columns, in `_once` of a two-dimensional array."""
+    repeated = _zero_steps(array)
+    n_col = 1 if 1 in repeated else array.shape[1]
+    return 0, 0 if 0 in repeated else n_col, 0 if 1 in repeated else 1
 
 
 def _numbers(key: str, values: Any) -> Any:

@@ -11,10 +11,10 @@ from geosurf.conventions import (
     elevation_sign,
     metres_per_unit,
     place,
-    rising_diagonal,
 )
 from geosurf.errors import InputError, SurfaceError
 from geosurf.model import Lattice, TriSurface
+from geosurf.triangulate.cells import corners_are_open, fault_diagonal
 from geosurf.triangulate.degenerate import refuse_zero_area
 from geosurf.triangulate.orient import orient_fault
 from geosurf.triangulate.sticks import triangulate_sticks
@@ -106,17 +106,14 @@ def triangulate_fault(
             f"fault {title!r} has no triangles: no three neighbouring nodes are present. "
             "Check the NaN mask, or drop the fault."
         )
-    remedy = (
-        "Set one of the nodes that coincide or lie in line to NaN."
-        if surface.lattice is not None
-        else "Remove these triangles and merge their vertices first."
-    )
-    if surface.lattice is not None:
+    if surface.lattice is None:
+        remedy = "Remove these triangles and merge their vertices first."
+        refuse_zero_area(title, surface.vertices, surface.triangles, remedy)
+    elif not corners_are_open(surface.lattice):
         doubted = surface.lattice.rows_of_keys(surface.lattice.normals[2])
+        remedy = "Set one of the nodes that coincide or lie in line to NaN."
         if len(doubted):
             refuse_zero_area(title, surface.vertices, surface.triangles, remedy, doubted)
-    else:
-        refuse_zero_area(title, surface.vertices, surface.triangles, remedy)
     surface = orient_fault(surface)
     surface.checked = surface.lattice is not None
     return surface
@@ -146,7 +143,7 @@ def _read_lattice(ds: Any, title: str, positive: str | None, units: str | None) 
             f"fault {title!r}: neither elevation nor depth is among the variables "
             f"{sorted(map(str, ds.variables))}. {_HOW}"
         )
-    attrs = ds[height].attrs
+    attrs = ds.variables[height].attrs
     implied = "up" if height == "elevation" else "down"
     said = positive or attrs.get("positive") or implied
     if said != implied:
@@ -155,21 +152,26 @@ def _read_lattice(ds: Any, title: str, positive: str | None, units: str | None) 
             "Name the variable elevation (positive up) or depth (positive down)."
         )
     scale = _scale(title, said, units or attrs.get("units"))
-    elevation = _plane(ds, height, title, metres=False) * scale + 0.0
+    elevation = _plane(ds, height, title, metres=False)
+    if scale != 1.0:
+        elevation = elevation * scale
     if min(elevation.shape) < 2:
         raise SurfaceError(
             f"fault {title!r}: {elevation.shape[0]} x {elevation.shape[1]} nodes make no cell, "
             "expected 2 x 2 or more. Read a larger part of the fault."
         )
-    nodes = np.stack([easting, northing, elevation])
-    infinite = np.isinf(nodes).any(axis=0)
-    if infinite.any():
+    lattice = Lattice(easting, northing, elevation, True, False)
+    if lattice.survey.minus_zero:
+        lattice = Lattice(easting, northing, elevation + 0.0, True, False)
+    if not lattice.survey.finite:
+        nodes = np.stack([easting, northing, elevation])
+        infinite = np.isinf(nodes).any(axis=0)
         i, j = map(int, np.argwhere(infinite)[0])
         raise SurfaceError(
             f"fault {title!r}: {int(infinite.sum())} nodes are infinite, the first is node "
             f"({i}, {j}) at {place(nodes[:, i, j])}. Mark absent nodes with NaN."
         )
-    return Lattice(easting, northing, elevation, _rising(easting, northing, elevation), False)
+    return lattice.turned_as(fault_diagonal(lattice), False)
 
 
 def _plane(ds: Any, key: str, title: str, metres: bool = True) -> np.ndarray:
@@ -179,7 +181,7 @@ def _plane(ds: Any, key: str, title: str, metres: bool = True) -> np.ndarray:
             f"fault {title!r}: {key} is not among the variables "
             f"{sorted(map(str, ds.variables))}. {_HOW}"
         )
-    variable = ds[key]
+    variable = ds.variables[key]  # the array alone: labels cost more than what they label
     if set(variable.dims) != set(FAULT_DIMS):
         raise SurfaceError(
             f"fault {title!r}: dims of {key} are {tuple(variable.dims)}, expected {FAULT_DIMS}. "
@@ -198,22 +200,3 @@ def _plane(ds: Any, key: str, title: str, metres: bool = True) -> np.ndarray:
         return values * metres_per_unit(units, f"{key} of fault {title!r}")
     except InputError as error:
         raise SurfaceError(str(error)) from error
-
-
-def _rising(easting: np.ndarray, northing: np.ndarray, elevation: np.ndarray) -> bool:
-    """The diagonal rule for faults: the diagonal that climbs towards the east end of strike.
-
-    Like the rule for horizons, but in the vertical plane along strike, which a
-    vertical fault has and the map does not show. A flat fault takes the rule
-    for horizons.
-    """
-    # with either diagonal, so that it is the same from whatever corner the grid is read
-    both = (Lattice(easting, northing, elevation, rising, False) for rising in (True, False))
-    normal = np.sum([lattice.normals[0] for lattice in both], axis=0)
-    strike = np.array([-normal[1], normal[0]])
-    if np.abs(strike).max() <= 1e-6 * np.linalg.norm(normal):
-        return rising_diagonal(easting, northing)
-    lead = strike[0] if abs(strike[0]) > 1e-6 * np.abs(strike).max() else strike[1]
-    strike /= np.sign(lead) * np.linalg.norm(strike)
-    east, north = easting - np.nanmin(easting), northing - np.nanmin(northing)
-    return rising_diagonal(east * strike[0] + north * strike[1], elevation)

@@ -113,10 +113,14 @@ def triangulate_horizon(
     except InputError as error:
         raise HorizonError(str(error)) from error
     easting, northing = _coordinates(da, what)
-    elevation = np.asarray(da.values, dtype=np.float64) * scale + 0.0
-    _check_values(elevation, easting, northing, what)
-    rising = rising_diagonal(easting, northing)
-    lattice = Lattice(easting, northing, elevation, rising)
+    elevation = np.asarray(da.values, dtype=np.float64)
+    if scale != 1.0:
+        elevation = elevation * scale
+    lattice = Lattice(easting, northing, elevation)
+    if lattice.survey.minus_zero:
+        lattice = Lattice(easting, northing, elevation + 0.0)
+    _check_values(lattice, what)
+    lattice = lattice.turned_as(rising_diagonal(easting, northing), None)
     _check_cells(lattice, what)
     if tolerance > 0:
         return coarsen_lattice(title, lattice, tolerance)
@@ -216,13 +220,11 @@ def _check_axis(key: str, axis: np.ndarray, what: str) -> None:
         )
 
 
-def _check_values(
-    elevation: np.ndarray, easting: np.ndarray, northing: np.ndarray, what: str
-) -> None:
+def _check_values(lattice: Lattice, what: str) -> None:
     """Refuse infinite nodes, nodes without a place, and grids without a single node."""
-    x, y = easting, northing
-    if x.ndim == 1:
-        x, y = np.broadcast_arrays(x[None, :], y[:, None])
+    if lattice.whole:
+        return
+    (x, y), elevation = lattice.horizontal(), lattice.elevation
     infinite = np.isinf(elevation) | np.isinf(x) | np.isinf(y)
     if infinite.any():
         i, j = map(int, np.argwhere(infinite)[0])
@@ -249,15 +251,14 @@ def _check_values(
 
 def _check_cells(lattice: Lattice, what: str) -> None:
     """Refuse a grid without triangles, and a curvilinear one that folds over itself."""
-    halves = _half_cells(lattice)
-    n = lattice.present
-    if not any((n[a] & n[b] & n[c]).any() for a, b, c in halves):
+    if lattice.n_triangle == 0:
+        n = lattice.present
         n_node = int(n.sum())
         raise HorizonError(
             f"{what}: no triangle has its three nodes; {n_node} of {n.size} nodes are present, "
             "none beside two others. Grid scattered nodes first, or check the NaN mask."
         )
-    if lattice.easting.ndim == 1 or _clearly_unfolded(lattice, halves):
+    if lattice.easting.ndim == 1 or _clearly_unfolded(lattice, _half_cells(lattice)):
         return
     corners = lattice.build_vertices()[lattice.build_triangles()]
     turns = map_turns(corners)

@@ -7,13 +7,12 @@ east-west, so that "F1+" names the same block on every run.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import SurfaceError
 from geosurf.model import Lattice, TriSurface
+from geosurf.triangulate.cells import bounds_of_normals
 
 # A component of the unit normal below this counts as zero: a dip of 89.9999 degrees.
 # A convention about names, not about geometry: no curve or volume depends on it.
@@ -59,7 +58,7 @@ def orient_fault(surface: TriSurface) -> TriSurface:
     normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal[turned] *= -1.0
     means = _sum_by(sheet, np.column_stack([normal, np.linalg.norm(normal, axis=1)]))
-    wrong = np.array([_points_into_footwall(mean[:3], mean[3]) for mean in means])
+    wrong = np.array([_points_into_footwall(mean[:3], mean[3], mean[3]) for mean in means])
     turned ^= wrong[sheet]
     if not turned.any():
         return surface
@@ -75,22 +74,28 @@ def orient_fault(surface: TriSurface) -> TriSurface:
 
 def _orient_lattice(surface: TriSurface, lattice: Lattice) -> TriSurface:
     """A lattice agrees with itself; only the whole can be the wrong way round."""
-    normal, area, _ = lattice.normals
-    wrong = _points_into_footwall(-normal if lattice.turned else normal, area)
+    normal, least, most = bounds_of_normals(lattice)
+    wrong = _points_into_footwall(-normal if lattice.turned else normal, least, most)
+    if wrong is None:
+        normal, area, _ = lattice.normals
+        wrong = _points_into_footwall(-normal if lattice.turned else normal, area, area)
     if not wrong and lattice.reverse is not None:
         return surface
-    oriented = replace(lattice, reverse=lattice.turned ^ wrong)
+    oriented = lattice.turned_as(lattice.rising, lattice.turned ^ bool(wrong))
     return TriSurface(surface.name, surface.role, lattice=oriented, vertex_data=surface.vertex_data)
 
 
-def _points_into_footwall(normal: np.ndarray, area: float) -> bool:
+def _points_into_footwall(normal: np.ndarray, least: float, most: float) -> bool | None:
     """Whether a normal, summed over an area, points down; for vertical faults west, else south.
 
+    The area lies between two bounds; None if they are too far apart to tell.
     A closed surface has none of these; it stays as its first triangle has it.
     """
     for component in (normal[2], normal[0], normal[1]):
-        if abs(component) > _VERTICAL * area:
+        if abs(component) > _VERTICAL * most:
             return bool(component < 0)
+        if not abs(component) <= _VERTICAL * least:
+            return None
     return False
 
 

@@ -1,0 +1,82 @@
+"""What is known of a lattice after one look at all of its nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from geosurf.model.base import frozen
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.model.lattice import Lattice
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """Boxes of blocks of cells, holes, and sums over cells: see `geosurf.kernels.survey`.
+
+    Attributes
+    ----------
+    boxes : ndarray of float64, shape (n_block_row * n_block_col, 6)
+        Lower, then upper corner around each block of nodes [m], row by row; an absent number is
+        passed over.
+    box : ndarray of float64, shape (6,)
+        The same around all nodes; inf and -inf where no node has a coordinate.
+    n_block_col : int
+        Blocks in a row.
+    n_triangles : tuple of int
+        Triangles with three nodes, if diagonals fall and if they rise.
+    numbers : tuple of bool
+        Whether all eastings, northings and elevations are numbers, not NaN.
+    minus_zero : bool
+        Whether a coordinate is -0.0, whose bits differ from those of 0.0.
+    gains : ndarray of float64, shape (2,)
+        x z and y z of the diagonal of each cell that rises, less those of the other [m2]. This
+        and what follows are sums over cells, and zero where nobody needs them (horizons).
+    edges : float
+        Squared edges of all cells [m2].
+    margin : float
+        The least of ``|u|^2 |v|^2 - (u . v)^2`` over all corners of cells, less a part in 1e10.
+    normals : ndarray of float64, shape (2, 3)
+        Normals of all triangles (length: area), if diagonals fall and if they rise.
+    """
+
+    boxes: np.ndarray
+    box: np.ndarray
+    n_block_col: int
+    n_triangles: tuple[int, int]
+    numbers: tuple[bool, bool, bool]
+    minus_zero: bool
+    gains: np.ndarray
+    edges: float
+    margin: float
+    normals: np.ndarray
+
+    @classmethod
+    def of(cls, lattice: Lattice, quads: bool) -> Survey:
+        """Look at all nodes once; with `quads`, at how each cell lies, too."""
+        from geosurf.kernels import survey as at
+        from geosurf.kernels.tree import BLOCK
+
+        boxes, box, marks, sums = at.survey_lattice(*lattice.coordinates, lattice.places, quads)
+        alone = [sums[first : first + 3] for first in (at.ONLY_FALLING, at.ONLY_RISING)]
+        return cls(
+            boxes=frozen(boxes, np.float64),
+            box=frozen(box, np.float64),
+            n_block_col=max(-(-(lattice.shape[1] - 1) // BLOCK), 1),
+            n_triangles=(int(marks[at.N_FALLING]), int(marks[at.N_RISING])),
+            numbers=tuple((marks[at.NAN_X : at.NAN_Z + 1] == 0).tolist()),
+            minus_zero=bool(marks[at.MINUS_ZERO]),
+            gains=sums[[at.GAIN_XZ, at.GAIN_YZ]],
+            edges=float(sums[at.EDGES]),
+            margin=float(sums[at.MARGIN]),
+            normals=0.5 * sums[at.NORMAL : at.NORMAL + 3] + np.stack(alone),
+        )
+
+    @property
+    def finite(self) -> bool:
+        """Whether no coordinate is infinite."""
+        low, high = self.box[:3], self.box[3:]
+        return bool((low > -np.inf).all() and (high < np.inf).all())

@@ -1,0 +1,95 @@
+"""How the cells of a gridded fault lie: what sums over all of them tell, and what they leave open.
+
+`Lattice.survey` holds those sums, made while the nodes were read. Each question here is answered
+from them where the answer is clear by far, and otherwise from scratch, with the very numbers that
+the rule speaks of (`Lattice.normals`, `rising_diagonal`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.conventions import rising_diagonal
+from geosurf.model import Lattice
+
+_CLEAR = 1e-3  # of the bound; sums are off by less than a part in a billion
+_UNDERFLOW = 1e-290
+_OVERFLOW = 1e150
+
+
+def fault_diagonal(lattice: Lattice) -> bool:
+    """Return the diagonal of a fault: the one that climbs towards the east end of strike.
+
+    Like the rule for horizons, but in the vertical plane along strike, which a
+    vertical fault has and the map does not show. A flat fault takes the rule
+    for horizons.
+
+    Parameters
+    ----------
+    lattice : Lattice
+        With `reverse`; its own diagonal does not matter.
+
+    Returns
+    -------
+    bool
+        As `Lattice.rising`.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid([0.0, 50.0, 100.0], [0.0, 50.0])
+    >>> fault_diagonal(Lattice(x, y, -y, True, False))
+    False
+    """
+    survey = lattice.survey
+    # with either diagonal, so that it is the same from whatever corner the grid is read
+    normal = survey.normals.sum(axis=0)
+    strike = np.array([-normal[1], normal[0]])
+    if np.abs(strike).max() <= 1e-6 * np.linalg.norm(normal):
+        return rising_diagonal(lattice.easting, lattice.northing)
+    lead = strike[0] if abs(strike[0]) > 1e-6 * np.abs(strike).max() else strike[1]
+    strike /= np.sign(lead) * np.linalg.norm(strike)
+    # squared diagonals of a cell are at most its squared edges (Euler)
+    gain = float(strike @ survey.gains)
+    if abs(gain) > _CLEAR * survey.edges and survey.edges < _OVERFLOW:
+        return gain > 0
+    east = lattice.easting - np.nanmin(lattice.easting)
+    north = lattice.northing - np.nanmin(lattice.northing)
+    return rising_diagonal(east * strike[0] + north * strike[1], lattice.elevation)
+
+
+def corners_are_open(lattice: Lattice) -> bool:
+    """Return whether all triangles have an area, with either diagonal; False: perhaps.
+
+    No angle at any corner of a cell is then within 1e-5 radians of 0 or 180 degrees, which
+    no rounding could hide.
+
+    Parameters
+    ----------
+    lattice : Lattice
+        With `reverse`.
+
+    Returns
+    -------
+    bool
+    """
+    return lattice.survey.margin > _UNDERFLOW and lattice.survey.edges < _OVERFLOW
+
+
+def bounds_of_normals(lattice: Lattice) -> tuple[np.ndarray, float, float]:
+    """Return the sum of all normals (length: area, not turned), and bounds of the sum of areas.
+
+    Parameters
+    ----------
+    lattice : Lattice
+        With `reverse`.
+
+    Returns
+    -------
+    normal : ndarray of float64, shape (3,)
+        [m2]
+    least, most : float
+        [m2]; far enough from the truth that no rounding matters.
+    """
+    normal = lattice.survey.normals[int(lattice.rising)]
+    # two edges u, v of a triangle: its area is at most (u^2 + v^2) / 4
+    return normal, (1.0 - _CLEAR) * float(np.linalg.norm(normal)), 0.2501 * lattice.survey.edges

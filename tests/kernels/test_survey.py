@@ -1,0 +1,227 @@
+"""One look at all nodes of a lattice, against looking at them one by one."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from geosurf.conventions import rising_diagonal
+from geosurf.kernels.survey import TILE, build_tree_of_blocks
+from geosurf.kernels.tree import BLOCK
+from geosurf.model import Lattice, TriSurface
+from geosurf.triangulate.cells import bounds_of_normals, corners_are_open, fault_diagonal
+from geosurf.triangulate.degenerate import find_zero_area
+from geosurf.triangulate.orient import orient_fault
+
+
+@st.composite
+def grids(draw) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Nodes with small whole coordinates, some absent, up to two blocks each way."""
+    shape = draw(st.tuples(st.integers(1, 11), st.integers(1, 11)))
+    seed = draw(st.integers(0, 2**32 - 1))
+    holes, far = draw(st.sampled_from([0.0, 0.0, 0.1, 0.6])), draw(st.sampled_from([0, 5_000_000]))
+    rng = np.random.default_rng(seed)
+    i, j = np.mgrid[: shape[0], : shape[1]]
+    noise = rng.integers(0, draw(st.sampled_from([1, 2, 5])), (3, *shape))
+    x, y, z = np.stack([3.0 * j, 2.0 * i, -4.0 * i]) + noise
+    for part in (x, y, z):
+        part[rng.random(shape) < holes / 3] = np.nan
+    return x + far, y + far, z
+
+
+def triangles_of(lattice: Lattice) -> np.ndarray:
+    """Corners (n, 3, 3) of all triangles, cell by cell, by the words of `Lattice`."""
+    nodes = np.stack([*lattice.horizontal(), lattice.elevation], axis=-1)
+    found = []
+    for i, j in product(range(lattice.shape[0] - 1), range(lattice.shape[1] - 1)):
+        a, b, c, d = nodes[i, j], nodes[i, j + 1], nodes[i + 1, j + 1], nodes[i + 1, j]
+        halves = [(a, b, c), (a, c, d)] if lattice.rising else [(a, b, d), (b, c, d)]
+        found += [half for half in halves if np.isfinite(half).all()]
+    return np.array(found).reshape(-1, 3, 3)
+
+
+def slow_diagonal(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> bool:
+    """The diagonal rule for faults, word for word."""
+    normal = np.zeros(3)
+    for rising in (True, False):
+        corners = triangles_of(Lattice(x, y, z, rising, False))
+        normal += 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(
+            axis=0
+        )
+    strike = np.array([-normal[1], normal[0]])
+    if np.abs(strike).max() <= 1e-6 * np.linalg.norm(normal):
+        return rising_diagonal(x, y)
+    lead = strike[0] if abs(strike[0]) > 1e-6 * np.abs(strike).max() else strike[1]
+    strike /= np.sign(lead) * np.linalg.norm(strike)
+    return rising_diagonal((x - np.nanmin(x)) * strike[0] + (y - np.nanmin(y)) * strike[1], z)
+
+
+def check_boxes(lattice: Lattice) -> None:
+    """Boxes of blocks of nodes, each with its rim, and the box of all."""
+    nodes = np.stack([*lattice.horizontal(), lattice.elevation])
+    survey = lattice.survey
+    n_row, n_col = (max(-(-(n - 1) // BLOCK), 1) for n in lattice.shape)
+    assert survey.boxes.shape == (n_row * n_col, 6)
+    assert survey.n_block_col == n_col
+    for (i, j), box in zip(product(range(n_row), range(n_col)), survey.boxes, strict=True):
+        rows, cols = (slice(k * BLOCK, k * BLOCK + BLOCK + 1) for k in (i, j))
+        part = nodes[:, rows, cols].reshape(3, -1)
+        low = np.where(np.isnan(part), np.inf, part).min(axis=1)
+        high = np.where(np.isnan(part), -np.inf, part).max(axis=1)
+        np.testing.assert_array_equal(box, [*low, *high])
+    np.testing.assert_array_equal(survey.box[:3], survey.boxes[:, :3].min(axis=0))
+    np.testing.assert_array_equal(survey.box[3:], survey.boxes[:, 3:].max(axis=0))
+    assert survey.numbers == tuple((~np.isnan(part).any()).item() for part in nodes)
+
+
+@given(grids())
+def test_law_a_survey_tells_what_nodes_tell_one_by_one(parts):
+    lattices = [Lattice(*parts, rising, False) for rising in (False, True)]
+    check_boxes(lattices[0])
+    for lattice in lattices:
+        corners = triangles_of(lattice)
+        assert lattice.n_triangle == len(corners) == len(lattice.build_triangles())
+        normals = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal, least, most = bounds_of_normals(lattice)
+        np.testing.assert_array_equal(normal, normals.sum(axis=0))  # whole numbers: no rounding
+        assert least <= np.linalg.norm(normals, axis=1).sum() <= most
+        if corners_are_open(lattice):
+            assert len(find_zero_area(corners)) == 0
+    assert lattices[0].whole == np.isfinite(np.stack(parts)).all()
+
+
+@given(grids())
+def test_law_the_diagonal_is_that_of_the_rule(parts):
+    lattice = Lattice(*parts, False, False)
+    if lattice.n_triangle:
+        assert fault_diagonal(lattice) == slow_diagonal(*parts)
+
+
+def wide(holes: float = 0.0, seed: int = 3) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """More columns than a tile has, and rows that do not fill the last block."""
+    rng = np.random.default_rng(seed)
+    i, j = np.mgrid[: 2 * BLOCK + 4, : TILE + BLOCK + 3].astype(float)
+    x, y, z = rng.integers(0, 4, (3, *i.shape)) + np.stack([5.0 * j, 3.0 * i, 7.0 * i])
+    z[rng.random(z.shape) < holes] = np.nan
+    return x, y, z
+
+
+@pytest.mark.parametrize("holes", [0.0, 0.001, 0.3])
+def test_more_than_one_tile(holes):
+    lattices = [Lattice(*wide(holes), rising, False) for rising in (False, True)]
+    check_boxes(lattices[0])
+    for lattice in lattices:
+        corners = triangles_of(lattice)
+        assert lattice.n_triangle == len(corners)
+        normals = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        np.testing.assert_array_equal(bounds_of_normals(lattice)[0], normals.sum(axis=0))
+    assert corners_are_open(lattices[0])
+    rising, falling = (
+        [[(p[1:, 1:] - p[:-1, :-1]), (p[1:, :-1] - p[:-1, 1:])] for p in wide(holes)][k]
+        for k in (0, 2)
+    )
+    gain = np.nansum(rising[0] * falling[0] - rising[1] * falling[1])
+    assert lattices[0].survey.gains[0] == gain
+
+
+@pytest.mark.parametrize("place", [(0, 0), (5, 17), (2 * BLOCK + 3, TILE + BLOCK + 2)])
+def test_one_flat_triangle_among_thousands_is_not_passed(place):
+    x, y, z = wide()
+    assert corners_are_open(Lattice(x, y, z, True, False))
+    i, j = place
+    other = (i - 1 if i else 1), j
+    x[place], y[place], z[place] = (part[other] for part in (x, y, z))
+    assert not corners_are_open(Lattice(x, y, z, True, False))
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_infinite_nodes_are_seen_and_make_no_triangle(value, axis):
+    parts = wide()
+    before = Lattice(*parts, True, False).n_triangle
+    parts[axis][7, 9] = value
+    lattice = Lattice(*parts, True, False)
+    assert not lattice.survey.finite
+    assert not lattice.whole
+    assert lattice.survey.numbers == (True, True, True)
+    assert lattice.n_triangle == before - 6
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_minus_zero_is_seen(axis):
+    parts = wide()
+    parts[axis][11, 2] = 0.0
+    assert not Lattice(*parts).survey.minus_zero
+    parts[axis][11, 2] = -0.0
+    assert Lattice(*parts).survey.minus_zero
+
+
+@pytest.mark.parametrize("scale", [1e-170, 1e-80, 1e80, 1e170])
+def test_sums_that_run_over_or_under_decide_nothing(scale):
+    x, y, z = (part * scale for part in wide())
+    lattice = Lattice(x, y, z, True, False)
+    if not 1e-75 < scale < 1e75:
+        assert not corners_are_open(lattice)
+    assert lattice.n_triangle == 2 * (x.shape[0] - 1) * (x.shape[1] - 1)
+
+
+@given(grids(), st.sampled_from(["rows", "columns", "axes"]))
+def test_law_what_is_broadcast_is_not_expanded_and_nothing_else_changes(parts, how):
+    x, y, z = parts
+    if how == "axes":
+        x, y = np.nan_to_num(x[0]), np.nan_to_num(y[:, 0])
+        given_x, given_y = np.broadcast_arrays(x[None, :], y[:, None])
+        kept = Lattice(x, y, z, True, False)
+    else:
+        x = np.broadcast_to(x[:1] if how == "rows" else x[:, :1], z.shape)
+        given_x, given_y = x, y
+        kept = Lattice(x, y, z, True, False)
+    lattice = Lattice(given_x, given_y, z, True, False)
+    plain = Lattice(given_x.copy(), given_y.copy(), z.copy(), True, False)
+    assert sum(part.size for part in lattice.coordinates) <= x.size + y.size + z.size
+    if z.size > 1:
+        assert np.shares_memory(lattice.easting, given_x)
+    for other in (lattice, kept):
+        np.testing.assert_array_equal(other.survey.boxes, plain.survey.boxes)
+        np.testing.assert_array_equal(other.survey.normals, plain.survey.normals)
+        np.testing.assert_array_equal(other.build_vertices(), plain.build_vertices())
+        np.testing.assert_array_equal(other.build_triangles(), plain.build_triangles())
+
+
+@pytest.mark.parametrize("lean", [0.0, 1e-9, -1e-9, 1e-5, -1e-5, 0.1, -0.1])
+@pytest.mark.parametrize("long", [1.0, 1e4])
+@pytest.mark.parametrize("holes", [False, True])
+def test_law_a_grid_faces_where_its_list_of_triangles_does(lean, long, holes):
+    """Long cells in an almost vertical fault: bounds of its area are too far apart to tell."""
+    i, j = np.mgrid[:4, :4].astype(float)
+    x, y, z = -lean * i + 0.0, long * j, -1.0 * i
+    if holes:
+        z[0, 0] = z[3, 1] = np.nan
+    for reverse in (False, True):
+        lattice = Lattice(x, y, z, True, reverse)
+        of_grid = orient_fault(TriSurface("F1", "fault", lattice=lattice))
+        listed = TriSurface("F1", "fault", lattice.build_vertices(), lattice.build_triangles())
+        of_list = orient_fault(listed)
+        assert sides(of_grid) == sides(of_list)
+
+
+def sides(surface: TriSurface) -> set:
+    """Triangles as sets of directed edges."""
+    edges = np.stack([surface.triangles, np.roll(surface.triangles, -1, axis=1)], axis=2)
+    return {frozenset(map(tuple, three)) for three in edges.tolist()}
+
+
+def test_a_tree_over_some_blocks_is_the_part_of_the_tree_over_all():
+    lattice = Lattice(*wide(0.1))
+    survey = lattice.survey
+    n_row, n_col = 3, survey.n_block_col
+    nodes, levels = build_tree_of_blocks(survey.boxes, n_col, 1, n_row, 2, n_col - 1)
+    assert levels[0].tolist() == [0, n_row - 1, n_col - 3]
+    leaves = survey.boxes.reshape(n_row, n_col, 6)[1:, 2 : n_col - 1].reshape(-1, 6)
+    np.testing.assert_array_equal(nodes[: len(leaves)], leaves)
+    np.testing.assert_array_equal(nodes[-1, :3], leaves[:, :3].min(axis=0))
+    np.testing.assert_array_equal(nodes[-1, 3:], leaves[:, 3:].max(axis=0))
