@@ -25,7 +25,7 @@ ROW, FIRST, LAST, RIM = 0, 1, 2, 3
 
 
 @scalar
-def _key_at(a, row, place):
+def key_at(a, row, place):
     """Key of the triangle at a place of a strip."""
     half = place % 2 if a[RISING] == 0 else 1 - place % 2
     return 2 * (row * (a[N_COL] - 1) + place // 2) + half
@@ -52,7 +52,7 @@ def _gone(a, absent, row, place):
     """Whether there is no triangle: beyond the lattice, or without its nodes."""
     if row < 0 or row >= a[N_ROW] - 1 or place < 0 or place >= 2 * (a[N_COL] - 1):
         return True
-    return absent.shape[0] > 0 and absent[_key_at(a, row, place)] == 1
+    return absent.shape[0] > 0 and absent[key_at(a, row, place)] == 1
 
 
 @scalar
@@ -91,7 +91,7 @@ def _runs_of_row(a, absent, row, taken, n_taken, runs, n):
         else:
             begin = -1
             for place in range(first, stop):
-                gone = absent[_key_at(a, row, place)] == 1
+                gone = absent[key_at(a, row, place)] == 1
                 if not gone and begin < 0:
                     begin = place
                 if gone and begin >= 0:
@@ -199,7 +199,7 @@ def keys_behind(a, absent, turned, keys, edge):
             place += 1 if j > place // 2 else -1
         else:  # the diagonal
             place += 1 if place % 2 == 0 else -1
-        out[k] = -1 if _gone(a, absent, row, place) else _key_at(a, row, place)
+        out[k] = -1 if _gone(a, absent, row, place) else key_at(a, row, place)
     return out
 
 
@@ -208,19 +208,11 @@ def lowest_keys(a, runs):
     """The lowest key in each run."""
     out = np.empty(runs.shape[0], dtype=np.int64)
     for i in range(runs.shape[0]):
-        low = _key_at(a, runs[i, ROW], runs[i, FIRST])
+        low = key_at(a, runs[i, ROW], runs[i, FIRST])
         if runs[i, LAST] > runs[i, FIRST]:
-            low = min(low, _key_at(a, runs[i, ROW], runs[i, FIRST] + 1))
+            low = min(low, key_at(a, runs[i, ROW], runs[i, FIRST] + 1))
         out[i] = low
     return out
-
-
-@entry("l1 l2 l1 -> .")
-def spread_over_runs(a, runs, out):
-    """out[key] = number of the run that holds a triangle."""
-    for i in range(runs.shape[0]):
-        for place in range(runs[i, FIRST], runs[i, LAST] + 1):
-            out[_key_at(a, runs[i, ROW], place)] = i
 
 
 @scalar

@@ -78,65 +78,110 @@ class Pieces:
     @cached_property
     def expanded(self) -> Expanded:
         """Everything as plain arrays."""
-        return _expand(self)
+        return Expanded(self)
 
 
 @dataclass(frozen=True, eq=False)
 class Expanded:
-    """Pieces as plain arrays: one row for each triangle, surface by surface, row by row."""
+    """Pieces as plain arrays: one row for each triangle, surface by surface, row by row.
 
-    local: np.ndarray
-    triangles: np.ndarray
-    surface: np.ndarray
-    parent: np.ndarray
-    element: np.ndarray
+    Points of the triangles come first, then nodes of the lattices. Each array is made when it
+    is first asked for.
+    """
 
+    pieces: Pieces
 
-def _expand(pieces: Pieces) -> Expanded:
-    """Runs become triangles; points of the triangles come first, then nodes of the lattices."""
-    from geosurf.kernels.strips import spread_over_runs
+    @cached_property
+    def _rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """First triangle of each surface in `triangles` of the pieces, and in these arrays."""
+        pieces = self.pieces
+        cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1))
+        counts = np.diff(cut)
+        for i, strips in enumerate(pieces.strips):
+            if strips is not None:
+                counts[i] += int((strips.runs[:, 2] - strips.runs[:, 1] + 1).sum())
+        return cut, np.concatenate([[0], np.cumsum(counts)])
 
-    local, n = [pieces.x], len(pieces.x)
-    parts: list[tuple[np.ndarray, ...]] = []
-    n_core = len(pieces.triangles)
-    cut = np.searchsorted(pieces.surface, np.arange(len(pieces.sources) + 1))
-    for i, (source, strips) in enumerate(zip(pieces.sources, pieces.strips, strict=True)):
-        rows = np.arange(cut[i], cut[i + 1])
-        t, key = pieces.triangles[rows], pieces.key[rows]
-        element = rows
-        if strips is not None:
-            n_row, n_col = strips.places[9:11] - 1
-            run = np.full(2 * n_row * n_col, -1, dtype=np.int64)
-            spread_over_runs(strips.places, strips.runs, run)
-            keys = np.flatnonzero(run >= 0)
-            corners = source.corners_of_keys(keys)
-            id_of_node = np.full((n_row + 1) * (n_col + 1), -1, dtype=np.int64)
-            mark = np.zeros(len(id_of_node), dtype=bool)
-            mark[corners] = True
-            id_of_node[strips.nodes] = strips.points
-            new = np.flatnonzero(mark & (id_of_node < 0))
-            id_of_node[new] = np.arange(n, n + len(new))
-            n += len(new)
-            local.append(source.places_of_nodes(new) - pieces.origin)
-            at = np.searchsorted(keys, key)
-            far = (id_of_node[corners], keys, n_core + pieces.first_run[i] + run[keys])
-            t, key, element = (
-                _merged(at, mine, others)
-                for mine, others in zip((t, key, element), far, strict=True)
-            )
-        parts.append((t, np.full(len(t), i), source.rows_of_keys(key), element))
-    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    return Expanded(
-        frozen(np.concatenate(local), np.float64), *(frozen(column, np.int64) for column in columns)
-    )
+    @cached_property
+    def _points(self) -> tuple[list[np.ndarray | None], list[int]]:
+        """Point of each node of each lattice, and the number of points up to each surface."""
+        from geosurf.kernels.expand import number_nodes
 
+        ids: list[np.ndarray | None] = []
+        counts = [len(self.pieces.x)]
+        for strips in self.pieces.strips:
+            ids.append(None)
+            n = counts[-1]
+            if strips is not None:
+                of = (strips.places, strips.runs, strips.nodes, strips.points)
+                ids[-1], n = number_nodes(*of, n)
+            counts.append(n)
+        return ids, counts
 
-def _merged(at: np.ndarray, some: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """`some` put into `others`, before the rows `at` (rising)."""
-    out = np.empty((len(some) + len(others), *some.shape[1:]), dtype=np.int64)
-    place = at + np.arange(len(some))
-    rest = np.ones(len(out), dtype=bool)
-    rest[place] = False
-    out[place] = some
-    out[rest] = others
-    return out
+    @cached_property
+    def local(self) -> np.ndarray:
+        """Local coordinates of all points, float64 (n_vertex, 3)."""
+        from geosurf.kernels.expand import write_nodes
+
+        ids, counts = self._points
+        local = np.empty((counts[-1], 3))
+        local[: counts[0]] = self.pieces.x
+        for id_of_node, first, source in zip(ids, counts, self.pieces.sources, strict=False):
+            if id_of_node is not None:
+                assert source.lattice is not None
+                of = (*source.lattice.coordinates, source.lattice.places)
+                write_nodes(*of, id_of_node, first, self.pieces.origin, local)
+        return frozen(local, np.float64)
+
+    @cached_property
+    def triangles(self) -> np.ndarray:
+        """Corners of all triangles, rows of `local`, int64 (n_triangle, 3)."""
+        from geosurf.kernels.expand import write_triangles
+
+        pieces, (cut, rows) = self.pieces, self._rows
+        triangles = np.empty((rows[-1], 3), dtype=np.int64)
+        for i, (id_of_node, strips) in enumerate(zip(self._points[0], pieces.strips, strict=True)):
+            mine, out = slice(cut[i], cut[i + 1]), triangles[rows[i] : rows[i + 1]]
+            if strips is None:
+                out[:] = pieces.triangles[mine]
+            else:
+                of = (strips.places, strips.runs, strips.start)
+                write_triangles(*of, pieces.key[mine], pieces.triangles[mine], id_of_node, out)
+        return frozen(triangles, np.int64)
+
+    @cached_property
+    def _labels(self) -> tuple[np.ndarray, np.ndarray]:
+        """Key and element of each triangle."""
+        from geosurf.kernels.expand import write_labels
+
+        pieces, (cut, rows) = self.pieces, self._rows
+        keys, elements = (np.empty(rows[-1], dtype=np.int64) for _ in range(2))
+        for i, strips in enumerate(pieces.strips):
+            mine, out = slice(cut[i], cut[i + 1]), slice(rows[i], rows[i + 1])
+            own = np.arange(cut[i], cut[i + 1])
+            if strips is None:
+                keys[out], elements[out] = pieces.key[mine], own
+            else:
+                of = (strips.places, strips.runs, strips.start)
+                first_run = len(pieces.triangles) + int(pieces.first_run[i])
+                write_labels(*of, pieces.key[mine], own, first_run, keys[out], elements[out])
+        return keys, elements
+
+    @cached_property
+    def surface(self) -> np.ndarray:
+        """Row of the surface of each triangle, int64 (n_triangle,)."""
+        counts = np.diff(self._rows[1])
+        return frozen(np.repeat(np.arange(len(counts)), counts), np.int64)
+
+    @cached_property
+    def parent(self) -> np.ndarray:
+        """Row of the input triangle that each is a part of, int64 (n_triangle,)."""
+        keys, rows = self._labels[0], self._rows[1]
+        of = zip(self.pieces.sources, rows[:-1], rows[1:], strict=True)
+        parts = [source.rows_of_keys(keys[first:last]) for source, first, last in of]
+        return frozen(np.concatenate(parts), np.int64)
+
+    @cached_property
+    def element(self) -> np.ndarray:
+        """The piece (triangle, or run behind those) that each belongs to, int64 (n_triangle,)."""
+        return frozen(self._labels[1], np.int64)

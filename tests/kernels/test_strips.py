@@ -24,6 +24,17 @@ def holed_lattices(draw):
     return lattice, keys[np.array(kept, dtype=bool)]
 
 
+def run_of_keys(a, runs):
+    """The run of each triangle by key, -1 where there is none: place by place."""
+    n_row, n_col = a[9:11] - 1
+    run = np.full(2 * n_row * n_col, -1)
+    for i, (row, first, last, _) in enumerate(runs.tolist()):
+        for place in range(first, last + 1):
+            half = 1 - place % 2 if a[11] else place % 2  # rising or not
+            run[2 * (row * n_col + place // 2) + half] = i
+    return run
+
+
 def edges_of(lattice):
     """Triangles on each edge: {two nodes: [(key, number of the edge in the triangle)]}."""
     found = {}
@@ -47,8 +58,7 @@ def test_runs_hold_what_is_left_and_know_their_neighbours(case):
     runs = np.empty((200, 4), dtype=np.int64)
     start, n = strips.find_runs(a, taken, absent, runs)
     runs = runs[:n]
-    run = np.full(n_key, -1)
-    strips.spread_over_runs(a, runs, run)
+    run = run_of_keys(a, runs)
     left = np.setdiff1d(lattice.keys, taken)
     np.testing.assert_array_equal(np.flatnonzero(run >= 0), left)
     np.testing.assert_array_equal(strips.runs_of_keys(a, runs, start, left), run[left])
@@ -80,8 +90,7 @@ def test_measures_are_those_of_the_triangles(case):
     _, n = strips.find_runs(lattice.places, taken, absent, runs)
     middle = np.array([0.0, 0.0, 4.0])
     found = measures.measure_runs(*lattice.coordinates, lattice.places, runs[:n], middle)
-    run = np.full(n_key, -1)
-    strips.spread_over_runs(lattice.places, runs[:n], run)
+    run = run_of_keys(lattice.places, runs[:n])
     keys = np.flatnonzero(run >= 0)
     corners = surface.places_of_nodes(lattice.corners_of_keys(keys).ravel()).reshape(-1, 3, 3)
     a, b, c = (corners[:, k] for k in range(3))
