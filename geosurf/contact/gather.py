@@ -16,7 +16,6 @@ from geosurf.contact.broad import candidate_pairs
 from geosurf.contact.threads import side_by_side
 from geosurf.kernels.gather import number_keys
 from geosurf.kernels.mesh import weld
-from geosurf.kernels.voxels import triangle_boxes
 
 
 @dataclass
@@ -59,7 +58,7 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None):
     found = []
     cost = {"voxels": 0, "nodes": 0, "candidate_faces": 0, "pairs_tested": 0}
     if voxels:
-        boxes = [triangle_boxes(s.vertices, s.triangles) for s in surfaces]
+        boxes = [tree.boxes_of(s) for s in surfaces]
     else:
         trees = tree.trees_for(surfaces, pairs)
 

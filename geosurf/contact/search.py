@@ -16,18 +16,21 @@ import numpy as np
 from geosurf.contact.broad import candidate_pairs, fit_voxels
 from geosurf.contact.gather import Faces, find_candidates, gather
 from geosurf.contact.threads import n_threads, side_by_side
+from geosurf.contact.tree import look_at_list
 from geosurf.conventions import frame_origin, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact import N_EDGE_PLANE, N_NAME, N_POINT
 from geosurf.kernels.naming import name_contacts
 from geosurf.kernels.points import FULL
-from geosurf.kernels.predicates import MAX_COORDINATE, flat_triangles, frame_of
+from geosurf.kernels.predicates import MAX_BITS, MAX_COORDINATE, flat_triangles, frame_of
 from geosurf.kernels.voxels import fill_voxels, triangle_boxes
 from geosurf.model import TriSurface, VoxelSearch
 
 METHODS = ("auto", "tree", "voxels")
 ULP = 2.0**-52
+# a number has 53 digits from its first one on: all numbers together need fewer than MAX_BITS
+_FEW_DIGITS = 2.0 ** (MAX_BITS - 60)
 _PAIRS_OF_A_THREAD = 20_000  # 4 ms of work; a thread costs a tenth of one
 
 
@@ -106,33 +109,41 @@ def check_surfaces(surfaces: Sequence[TriSurface], least: int = 1) -> tuple[TriS
 
 def _check_triangles(surface: TriSurface) -> None:
     """Refuse what exact geometry has no answer for."""
-    largest = _largest(surface)
-    if largest > MAX_COORDINATE:
+    lattice = surface.lattice
+    doubted, small = None, 0.0
+    if lattice is not None:
+        large = float(np.abs(lattice.survey.box).max())
+    else:
+        doubted, small, large = look_at_list(surface)
+    if large > MAX_COORDINATE:
         raise SurfaceError(
-            f"surface {surface.name!r} has a coordinate of {largest:g} m; "
+            f"surface {surface.name!r} has a coordinate of {large:g} m; "
             f"at most {MAX_COORDINATE:g} can be used. Is an undefined value left in it?"
         )
-    if surface.lattice is not None and surface.lattice.is_graph:
+    if lattice is not None and lattice.is_graph:
         return  # no triangle stands upright; whether digits suffice is seen where it is used
-    x = surface.vertices
+    if doubted is not None and len(doubted) == 0 and large < small * _FEW_DIGITS:
+        return
+    _refuse_flat(surface, doubted)
+
+
+def _refuse_flat(surface: TriSurface, doubted: np.ndarray | None) -> None:
+    """Refuse triangles without area among some rows (None: all), decided exactly."""
+    x, t = surface.vertices, surface.triangles
     try:
         m, w = frame_of(x)
     except SurfaceError as error:
         raise SurfaceError(f"surface {surface.name!r}: {error}") from error
-    flat = flat_triangles(x, surface.triangles, m, w)
+    if doubted is None:
+        flat = flat_triangles(x, t, m, w)
+    else:
+        flat = doubted[flat_triangles(x, t[doubted], m, w)]
     if len(flat):
-        where = place(x[surface.triangles[flat[0], 0]])
+        where = place(x[t[flat[0], 0]])
         raise SurfaceError(
             f"surface {surface.name!r}: {len(flat)} of {surface.n_triangle} triangles have no "
             f"area, the first is triangle {flat[0]} at {where}. Remove them from the surface."
         )
-
-
-def _largest(surface: TriSurface) -> float:
-    """Largest coordinate, either way."""
-    if surface.lattice is None:
-        return float(np.abs(surface.vertices).max())
-    return float(np.abs(surface.lattice.survey.box).max())
 
 
 def find_contacts(

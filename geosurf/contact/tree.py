@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.kernels import tree
+from geosurf.kernels.listed import LARGEST, SMALLEST, build_list_tree, survey_list
 from geosurf.kernels.survey import build_tree_of_blocks
 from geosurf.kernels.tree import BLOCK, FIRST_COL, FIRST_ROW, N_COL, N_PLACE, N_ROW
 from geosurf.kernels.voxels import triangle_boxes
@@ -19,6 +20,7 @@ from geosurf.model import Lattice, TriSurface
 
 _NO_TRIANGLES = np.empty((0, 3), dtype=np.int64)
 _NO_ORDER = np.empty(0, dtype=np.int64)
+_LISTED = "_listed"
 _ROOM = 1 << 17  # 2 MB: below what the system hands out in huge pages, filled with zeros
 
 
@@ -68,10 +70,28 @@ def tree_of(surface: TriSurface, reach: np.ndarray | None = None) -> Tree:
     return built
 
 
+def look_at_list(surface: TriSurface) -> tuple[np.ndarray, float, float]:
+    """Rows of triangles that may be flat, and the smallest (not 0) and largest size of a number.
+
+    Boxes and codes, which are found on the way, are kept on the surface until its tree is built.
+    """
+    boxes, codes, doubted, sizes = survey_list(surface.vertices, surface.triangles)
+    surface.__dict__[_LISTED] = boxes, codes
+    return doubted, float(sizes[SMALLEST]), float(sizes[LARGEST])
+
+
+def boxes_of(surface: TriSurface) -> np.ndarray:
+    """Boxes of all triangles, row by row, float64 (n_triangle, 6)."""
+    if _LISTED in surface.__dict__:
+        return surface.__dict__.pop(_LISTED)[0]
+    return triangle_boxes(surface.vertices, surface.triangles)
+
+
 def _list_tree(surface: TriSurface) -> Tree:
-    boxes = triangle_boxes(surface.vertices, surface.triangles)
-    order = tree.morton_order(boxes)
-    nodes, levels = tree.build_list_tree(boxes, order)
+    if _LISTED not in surface.__dict__:
+        look_at_list(surface)
+    boxes, codes = surface.__dict__.pop(_LISTED)
+    order, nodes, levels = build_list_tree(boxes, codes)
     places = np.zeros(N_PLACE, dtype=np.int64)
     places[:9] = (0, 0, 3, 1, 0, 3, 2, 0, 3)
     places[[N_ROW, N_COL]] = 1, surface.n_vertex

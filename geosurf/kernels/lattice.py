@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.kernels._jit import entry
+from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.strips import corner_of, load
 from geosurf.kernels.tree import N_COL, N_ROW, RISING, TURNED
 
@@ -15,6 +15,17 @@ from geosurf.kernels.tree import N_COL, N_ROW, RISING, TURNED
 # or by more where they underflow
 _DOUBT = 8 * 2.0**-52
 _UNDERFLOW = 1e-290
+
+
+@scalar
+def in_doubt(ax, ay, az, bx, by, bz):
+    """Whether a triangle with two edges a and b may have no area, for all that floats can tell."""
+    xp, xm, yp, ym, zp, zm = ay * bz, az * by, az * bx, ax * bz, ax * by, ay * bx
+    return (
+        abs(xp - xm) <= _DOUBT * (abs(xp) + abs(xm)) + _UNDERFLOW
+        and abs(yp - ym) <= _DOUBT * (abs(yp) + abs(ym)) + _UNDERFLOW
+        and abs(zp - zm) <= _DOUBT * (abs(zp) + abs(zm)) + _UNDERFLOW
+    )
 
 
 @entry("d1 d1 d1 l1 -> d1 l1")
@@ -33,19 +44,14 @@ def lattice_normals(p, q, r, a):
         ax, ay, az = load(p, a, 0, i, j) - x, load(q, a, 1, i, j) - y, load(r, a, 2, i, j) - z
         i, j = corner_of(a, key, 2)
         bx, by, bz = load(p, a, 0, i, j) - x, load(q, a, 1, i, j) - y, load(r, a, 2, i, j) - z
-        xp, xm, yp, ym, zp, zm = ay * bz, az * by, az * bx, ax * bz, ax * by, ay * bx
-        nx, ny, nz = xp - xm, yp - ym, zp - zm
+        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
         if not (nx + ny + nz == nx + ny + nz):
             continue
         out[0] += 0.5 * nx
         out[1] += 0.5 * ny
         out[2] += 0.5 * nz
         out[3] += 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
-        if (
-            abs(nx) <= _DOUBT * (abs(xp) + abs(xm)) + _UNDERFLOW
-            and abs(ny) <= _DOUBT * (abs(yp) + abs(ym)) + _UNDERFLOW
-            and abs(nz) <= _DOUBT * (abs(zp) + abs(zm)) + _UNDERFLOW
-        ):
+        if in_doubt(ax, ay, az, bx, by, bz):
             if n == doubted.shape[0]:
                 larger = np.empty(2 * n, dtype=np.int64)
                 larger[:n] = doubted

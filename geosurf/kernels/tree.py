@@ -44,51 +44,6 @@ _ROOM = 2 * BLOCK * BLOCK
 
 
 @scalar
-def _spread(v):
-    """Bits of v < 2**10 at every third place."""
-    v = (v | (v << 16)) & 0x030000FF
-    v = (v | (v << 8)) & 0x0300F00F
-    v = (v | (v << 4)) & 0x030C30C3
-    return (v | (v << 2)) & 0x09249249
-
-
-@entry("d2 -> l1")
-def morton_order(boxes):
-    """Triangles sorted by the Morton code of the middle of their box; equal codes by row."""
-    n = boxes.shape[0]
-    low = np.full(3, np.inf)
-    high = np.full(3, -np.inf)
-    for i in range(n):
-        for k in range(3):
-            middle = boxes[i, k] + boxes[i, 3 + k]
-            low[k] = min(low[k], middle)
-            high[k] = max(high[k], middle)
-    bits = 1
-    while bits < 8 and (1 << (3 * bits)) < n:
-        bits += 1
-    span = max(high[0] - low[0], max(high[1] - low[1], high[2] - low[2]))
-    scale = (1 << bits) / span if span > 0.0 else 0.0
-    code = np.empty(n, dtype=np.int64)
-    top = (1 << bits) - 1
-    for i in range(n):
-        key = 0
-        for k in range(3):
-            cell = int((boxes[i, k] + boxes[i, 3 + k] - low[k]) * scale)
-            key |= _spread(min(cell, top)) << k
-        code[i] = key
-    start = np.zeros((1 << (3 * bits)) + 1, dtype=np.int64)
-    for i in range(n):
-        start[code[i] + 1] += 1
-    for c in range(1, start.shape[0]):
-        start[c] += start[c - 1]
-    order = np.empty(n, dtype=np.int64)
-    for i in range(n):
-        order[start[code[i]]] = i
-        start[code[i]] += 1
-    return order
-
-
-@scalar
 def _grow(nodes, i, j):
     for k in range(3):
         nodes[i, k] = min(nodes[i, k], nodes[j, k])
@@ -130,22 +85,6 @@ def _build_above(nodes, levels, fan_row, fan_col):
             for j in range(below[2]):
                 node = above[0] + (i // fan_row) * above[2] + j // fan_col
                 _grow(nodes, node, below[0] + i * below[2] + j)
-
-
-@entry("d2 l1 -> d2 l2")
-def build_list_tree(boxes, order):
-    """Boxes of all nodes over a list of triangles, and the levels."""
-    n = order.shape[0]
-    levels, n_node = _levels(1, (n + LEAF - 1) // LEAF, 1, FAN)
-    nodes = np.empty((n_node, 6), dtype=np.float64)
-    _clear(nodes, 0, levels[0, 2])
-    for i in range(n):
-        leaf, box = i // LEAF, order[i]
-        for k in range(3):
-            nodes[leaf, k] = min(nodes[leaf, k], boxes[box, k])
-            nodes[leaf, 3 + k] = max(nodes[leaf, 3 + k], boxes[box, 3 + k])
-    _build_above(nodes, levels, 1, FAN)
-    return nodes, levels
 
 
 @scalar

@@ -179,8 +179,8 @@ def _checked_vertices(name: str, vertices: Any) -> np.ndarray:
             f"surface {name!r}: vertices have shape {array.shape}, expected (n_vertex, 3): "
             "easting, northing, elevation."
         )
-    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
-    if len(bad):
+    if not np.isfinite(array).all():  # at once: row by row takes ten times as long
+        bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
         raise SurfaceError(
             f"surface {name!r}: {len(bad)} vertices are not finite, the first is vertex "
             f"{bad[0]}: {array[bad[0]].tolist()}. Leave out nodes that are undefined."
@@ -198,8 +198,8 @@ def _checked_triangles(name: str, triangles: Any, n_vertex: int) -> np.ndarray:
             f"surface {name!r}: triangles have dtype {array.dtype} and shape {array.shape}, "
             "expected integers (n_triangle, 3): rows of vertices."
         )
-    bad = np.flatnonzero(((array < 0) | (array >= n_vertex)).any(axis=1))
-    if len(bad):
+    if array.size and not (array.min() >= 0 and array.max() < n_vertex):
+        bad = np.flatnonzero(((array < 0) | (array >= n_vertex)).any(axis=1))
         raise SurfaceError(
             f"surface {name!r}: triangle {bad[0]} names vertices {array[bad[0]].tolist()}, but "
             f"there are {n_vertex} (0 to {n_vertex - 1}). Are the indices counted from 1?"

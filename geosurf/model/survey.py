@@ -33,14 +33,15 @@ class Survey:
     minus_zero : bool
         Whether a coordinate is -0.0, whose bits differ from those of 0.0.
     gains : ndarray of float64, shape (2,)
-        x z and y z of the diagonal of each cell that rises, less those of the other [m2]. This
-        and what follows are sums over cells, and zero where nobody needs them (horizons).
+        x z and y z of the diagonal of each cell that rises, less those of the other [m2]. These
+        and what follows are sums over cells, made for faults only: elsewhere nothing is known.
     edges : float
-        Squared edges of all cells [m2].
+        Squared edges of all cells [m2]; infinite if unknown.
     margin : float
-        The least of ``|u|^2 |v|^2 - (u . v)^2`` over all corners of cells, less a part in 1e10.
+        The least of ``|u|^2 |v|^2 - (u . v)^2`` over all corners of cells, less a part in 1e10; 0
+        if unknown.
     normals : ndarray of float64, shape (2, 3)
-        Normals of all triangles (length: area), if diagonals fall and if they rise.
+        Normals of all triangles (length: area), if diagonals fall and if they rise; NaN if unknown.
     """
 
     boxes: np.ndarray
@@ -61,7 +62,8 @@ class Survey:
         from geosurf.kernels.tree import BLOCK
 
         boxes, box, marks, sums = at.survey_lattice(*lattice.coordinates, lattice.places, quads)
-        alone = [sums[first : first + 3] for first in (at.ONLY_FALLING, at.ONLY_RISING)]
+        alone = np.stack([sums[k : k + 3] for k in (at.ONLY_FALLING, at.ONLY_RISING)])
+        normals = 0.5 * sums[at.NORMAL : at.NORMAL + 3] + alone
         return cls(
             boxes=frozen(boxes, np.float64),
             box=frozen(box, np.float64),
@@ -69,10 +71,10 @@ class Survey:
             n_triangles=(int(marks[at.N_FALLING]), int(marks[at.N_RISING])),
             numbers=tuple((marks[at.NAN_X : at.NAN_Z + 1] == 0).tolist()),
             minus_zero=bool(marks[at.MINUS_ZERO]),
-            gains=sums[[at.GAIN_XZ, at.GAIN_YZ]],
-            edges=float(sums[at.EDGES]),
-            margin=float(sums[at.MARGIN]),
-            normals=0.5 * sums[at.NORMAL : at.NORMAL + 3] + np.stack(alone),
+            gains=sums[[at.GAIN_XZ, at.GAIN_YZ]] if quads else np.full(2, np.nan),
+            edges=float(sums[at.EDGES]) if quads else np.inf,
+            margin=float(sums[at.MARGIN]) if quads else 0.0,
+            normals=normals if quads else np.full((2, 3), np.nan),
         )
 
     @property

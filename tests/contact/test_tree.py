@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from geosurf import TriSurface, rebuild_surfaces
 from geosurf.contact.search import find_contacts
 from geosurf.contact.tree import candidate_pairs, tree_of
-from geosurf.kernels.tree import build_list_tree, morton_order
+from geosurf.kernels.listed import build_list_tree, survey_list
 from geosurf.kernels.voxels import triangle_boxes
 from geosurf.model import Lattice
 from tests.strategies import faulted_worlds, grid, sheet, soup, soups
@@ -97,11 +97,12 @@ def test_a_fault_of_one_cell_reaches_no_more_than_its_two_triangles(rng):
 
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 64, 65, 513])
 def test_every_triangle_is_in_its_leaf_and_every_node_in_its_parent(rng, n):
-    low = rng.integers(0, 50, (n, 3)).astype(float)
-    boxes = np.hstack([low, low + rng.integers(0, 9, (n, 3))])
-    order = morton_order(boxes)
-    assert sorted(order.tolist()) == list(range(n))
-    nodes, levels = build_list_tree(boxes, order)
+    x = rng.integers(0, 50, (3 * n, 3)).astype(float)
+    t = rng.permutation(3 * n).reshape(-1, 3)
+    boxes, codes, _, _ = survey_list(x, t)
+    np.testing.assert_array_equal(boxes, triangle_boxes(x, t))
+    order, nodes, levels = build_list_tree(boxes, codes)
+    np.testing.assert_array_equal(order, np.argsort(codes, kind="stable"))
     assert levels[-1].tolist() == [len(nodes) - 1, 1, 1]
     for k, row in enumerate(order):
         assert (nodes[k // 8, :3] <= boxes[row, :3]).all()

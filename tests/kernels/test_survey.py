@@ -10,9 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf.conventions import rising_diagonal
+from geosurf.errors import SurfaceError
 from geosurf.kernels.survey import TILE, build_tree_of_blocks
 from geosurf.kernels.tree import BLOCK
 from geosurf.model import Lattice, TriSurface
+from geosurf.triangulate import triangulate_fault
 from geosurf.triangulate.cells import bounds_of_normals, corners_are_open, fault_diagonal
 from geosurf.triangulate.degenerate import find_zero_area
 from geosurf.triangulate.orient import orient_fault
@@ -225,3 +227,16 @@ def test_a_tree_over_some_blocks_is_the_part_of_the_tree_over_all():
     np.testing.assert_array_equal(nodes[: len(leaves)], leaves)
     np.testing.assert_array_equal(nodes[-1, :3], leaves[:, :3].min(axis=0))
     np.testing.assert_array_equal(nodes[-1, 3:], leaves[:, 3:].max(axis=0))
+
+
+def test_a_horizon_tells_nothing_of_its_cells():
+    """Sums are made for faults; what was not asked is not taken for an answer."""
+    x, y, z = wide()
+    for part in (x, y, z):
+        part[3, 4] = part[3, 5]
+    horizon = TriSurface("Top", "horizon", lattice=Lattice(x, y, z))
+    assert not corners_are_open(horizon.lattice)
+    with pytest.raises(SurfaceError, match=r"'F1': 2 of \d+ triangles have exactly zero area"):
+        triangulate_fault(horizon, name="F1")
+    down = TriSurface("F2", "fault", lattice=Lattice(*wide()))
+    assert orient_fault(down).lattice.reverse == down.lattice.turned

@@ -1,0 +1,119 @@
+"""A list of triangles, looked at once: boxes, Morton codes and which may be flat; and its tree.
+
+In a list that was shuffled, every corner is a wait for memory. So each is fetched once, for all
+that is asked of it, and what follows goes through memory in order: triangles are sorted by the
+Morton code of their middle by counting (linear), and leaves grow while they are handed out.
+
+Notation
+    x, t     vertices (n, 3) and triangles (n, 3), rows of x
+    boxes    float64 (n, 6): lower, then upper corner of each triangle
+    codes    Morton codes, int64 (n,)
+    order, nodes, levels   as in `tree`
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.lattice import in_doubt
+from geosurf.kernels.tree import FAN, LEAF, _build_above, _clear, _levels
+
+_MOST_BITS = 8  # of a code, for each axis
+SMALLEST, LARGEST = 0, 1
+
+
+@scalar
+def _reach(x):
+    """Lower and upper corner of all vertices; smallest (but not 0) and largest size of a number."""
+    box = np.array([np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf])
+    small = np.inf
+    for i in range(x.shape[0]):
+        for k in range(3):
+            value = x[i, k]
+            box[k] = min(box[k], value)
+            box[3 + k] = max(box[3 + k], value)
+            if value != 0.0:
+                small = min(small, abs(value))
+    large = 0.0
+    for k in range(6):
+        large = max(large, abs(box[k]))
+    return box, small, large
+
+
+@scalar
+def _bits_for(n):
+    """Bits of a code for each axis: about as many cells as triangles."""
+    bits = 1
+    while bits < _MOST_BITS and (1 << (3 * bits)) < n:
+        bits += 1
+    return bits
+
+
+@scalar
+def _spread(v):
+    """Bits of v < 2**10 at every third place."""
+    v = (v | (v << 16)) & 0x030000FF
+    v = (v | (v << 8)) & 0x0300F00F
+    v = (v | (v << 4)) & 0x030C30C3
+    return (v | (v << 2)) & 0x09249249
+
+
+@entry("d2 l2 -> d2 l1 l1 d1")
+def survey_list(x, t):
+    """Boxes, codes, rows that may be flat, and the smallest and largest size of a coordinate."""
+    n = t.shape[0]
+    box, small, large = _reach(x)
+    top = (1 << _bits_for(n)) - 1
+    span = max(box[3] - box[0], max(box[4] - box[1], box[5] - box[2]))
+    scale = (top + 1) / span if 1e-290 < span < 1e290 else 0.0
+    boxes = np.empty((n, 6), dtype=np.float64)
+    codes = np.empty(n, dtype=np.int64)
+    doubted = np.empty(n, dtype=np.int64)  # pages that stay empty cost nothing
+    m = 0
+    for i in range(n):
+        a, b, c = t[i, 0], t[i, 1], t[i, 2]
+        px, py, pz = x[a, 0], x[a, 1], x[a, 2]
+        qx, qy, qz = x[b, 0], x[b, 1], x[b, 2]
+        rx, ry, rz = x[c, 0], x[c, 1], x[c, 2]
+        lx, ux = min(px, min(qx, rx)), max(px, max(qx, rx))
+        ly, uy = min(py, min(qy, ry)), max(py, max(qy, ry))
+        lz, uz = min(pz, min(qz, rz)), max(pz, max(qz, rz))
+        boxes[i, 0], boxes[i, 1], boxes[i, 2] = lx, ly, lz
+        boxes[i, 3], boxes[i, 4], boxes[i, 5] = ux, uy, uz
+        code = 0
+        if scale > 0.0:
+            u = min(int((0.5 * (lx + ux) - box[0]) * scale), top)
+            v = min(int((0.5 * (ly + uy) - box[1]) * scale), top)
+            w = min(int((0.5 * (lz + uz) - box[2]) * scale), top)
+            code = _spread(u) | (_spread(v) << 1) | (_spread(w) << 2)
+        codes[i] = code
+        if in_doubt(qx - px, qy - py, qz - pz, rx - px, ry - py, rz - pz):
+            doubted[m] = i
+            m += 1
+    return boxes, codes, doubted[:m].copy(), np.array([small, large])
+
+
+@entry("d2 l1 -> l1 d2 l2")
+def build_list_tree(boxes, codes):
+    """Triangles in the order of their codes (equal ones by row), boxes of all nodes, and levels."""
+    n = codes.shape[0]
+    start = np.zeros((1 << (3 * _bits_for(n))) + 1, dtype=np.int64)
+    for i in range(n):
+        start[codes[i] + 1] += 1
+    for c in range(1, start.shape[0]):
+        start[c] += start[c - 1]
+    levels, n_node = _levels(1, (n + LEAF - 1) // LEAF, 1, FAN)
+    nodes = np.empty((n_node, 6), dtype=np.float64)
+    _clear(nodes, 0, levels[0, 2])
+    order = np.empty(n, dtype=np.int64)
+    for i in range(n):
+        place = start[codes[i]]
+        start[codes[i]] = place + 1
+        order[place] = i
+        leaf = place // LEAF
+        for k in range(3):
+            nodes[leaf, k] = min(nodes[leaf, k], boxes[i, k])
+            nodes[leaf, 3 + k] = max(nodes[leaf, 3 + k], boxes[i, 3 + k])
+    _build_above(nodes, levels, 1, FAN)
+    return order, nodes, levels
