@@ -20,6 +20,7 @@ from geosurf.kernels.lattice import in_doubt
 from geosurf.kernels.tree import FAN, LEAF, _build_above, _clear, _levels
 
 _MOST_BITS = 8  # of a code, for each axis
+_BATCH = 256  # triangles whose corners are fetched together
 SMALLEST, LARGEST = 0, 1
 
 
@@ -31,10 +32,10 @@ def _reach(x):
     for i in range(x.shape[0]):
         for k in range(3):
             value = x[i, k]
-            box[k] = min(box[k], value)
-            box[3 + k] = max(box[3 + k], value)
-            if value != 0.0:
-                small = min(small, abs(value))
+            size = abs(value) if value != 0.0 else np.inf
+            box[k] = value if value < box[k] else box[k]
+            box[3 + k] = value if value > box[3 + k] else box[3 + k]
+            small = size if size < small else small
     large = 0.0
     for k in range(6):
         large = max(large, abs(box[k]))
@@ -59,6 +60,27 @@ def _spread(v):
     return (v | (v << 2)) & 0x09249249
 
 
+@scalar
+def _ends(p, q, r):
+    """Least and greatest of three numbers, by plain selections: a wrong guess costs 20 of them."""
+    low = p if p < q else q
+    high = q if p < q else p
+    low = r if r < low else low
+    high = r if r > high else high
+    return low, high
+
+
+@scalar
+def _fetch(x, t, first, last, corners):
+    """Corners of some triangles. Nothing else in this loop, so that many waits are one."""
+    for i in range(first, last):
+        for k in range(3):
+            at = t[i, k]
+            corners[i - first, 3 * k] = x[at, 0]
+            corners[i - first, 3 * k + 1] = x[at, 1]
+            corners[i - first, 3 * k + 2] = x[at, 2]
+
+
 @entry("d2 l2 -> d2 l1 l1 d1")
 def survey_list(x, t):
     """Boxes, codes, rows that may be flat, and the smallest and largest size of a coordinate."""
@@ -71,26 +93,30 @@ def survey_list(x, t):
     codes = np.empty(n, dtype=np.int64)
     doubted = np.empty(n, dtype=np.int64)  # pages that stay empty cost nothing
     m = 0
-    for i in range(n):
-        a, b, c = t[i, 0], t[i, 1], t[i, 2]
-        px, py, pz = x[a, 0], x[a, 1], x[a, 2]
-        qx, qy, qz = x[b, 0], x[b, 1], x[b, 2]
-        rx, ry, rz = x[c, 0], x[c, 1], x[c, 2]
-        lx, ux = min(px, min(qx, rx)), max(px, max(qx, rx))
-        ly, uy = min(py, min(qy, ry)), max(py, max(qy, ry))
-        lz, uz = min(pz, min(qz, rz)), max(pz, max(qz, rz))
-        boxes[i, 0], boxes[i, 1], boxes[i, 2] = lx, ly, lz
-        boxes[i, 3], boxes[i, 4], boxes[i, 5] = ux, uy, uz
-        code = 0
-        if scale > 0.0:
-            u = min(int((0.5 * (lx + ux) - box[0]) * scale), top)
-            v = min(int((0.5 * (ly + uy) - box[1]) * scale), top)
-            w = min(int((0.5 * (lz + uz) - box[2]) * scale), top)
-            code = _spread(u) | (_spread(v) << 1) | (_spread(w) << 2)
-        codes[i] = code
-        if in_doubt(qx - px, qy - py, qz - pz, rx - px, ry - py, rz - pz):
-            doubted[m] = i
-            m += 1
+    corners = np.empty((_BATCH, 9))
+    for first in range(0, n, _BATCH):
+        last = min(first + _BATCH, n)
+        _fetch(x, t, first, last, corners)
+        for i in range(first, last):
+            k = i - first
+            px, py, pz = corners[k, 0], corners[k, 1], corners[k, 2]
+            qx, qy, qz = corners[k, 3], corners[k, 4], corners[k, 5]
+            rx, ry, rz = corners[k, 6], corners[k, 7], corners[k, 8]
+            lx, ux = _ends(px, qx, rx)
+            ly, uy = _ends(py, qy, ry)
+            lz, uz = _ends(pz, qz, rz)
+            boxes[i, 0], boxes[i, 1], boxes[i, 2] = lx, ly, lz
+            boxes[i, 3], boxes[i, 4], boxes[i, 5] = ux, uy, uz
+            code = 0
+            if scale > 0.0:
+                u = min(int((0.5 * (lx + ux) - box[0]) * scale), top)
+                v = min(int((0.5 * (ly + uy) - box[1]) * scale), top)
+                w = min(int((0.5 * (lz + uz) - box[2]) * scale), top)
+                code = _spread(u) | (_spread(v) << 1) | (_spread(w) << 2)
+            codes[i] = code
+            if in_doubt(qx - px, qy - py, qz - pz, rx - px, ry - py, rz - pz):
+                doubted[m] = i
+                m += 1
     return boxes, codes, doubted[:m].copy(), np.array([small, large])
 
 
@@ -113,7 +139,8 @@ def build_list_tree(boxes, codes):
         order[place] = i
         leaf = place // LEAF
         for k in range(3):
-            nodes[leaf, k] = min(nodes[leaf, k], boxes[i, k])
-            nodes[leaf, 3 + k] = max(nodes[leaf, 3 + k], boxes[i, 3 + k])
+            low, high = boxes[i, k], boxes[i, 3 + k]
+            nodes[leaf, k] = low if low < nodes[leaf, k] else nodes[leaf, k]
+            nodes[leaf, 3 + k] = high if high > nodes[leaf, 3 + k] else nodes[leaf, 3 + k]
     _build_above(nodes, levels, 1, FAN)
     return order, nodes, levels
