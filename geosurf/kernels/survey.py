@@ -115,11 +115,12 @@ def _load_row(values, a, axis, i, first, n, work, slot):
     """One coordinate of n nodes of a row into a scratch row."""
     start = a[3 * axis] + i * a[3 * axis + 1] + first * a[3 * axis + 2]
     target = work[slot * ROW_SIZE : slot * ROW_SIZE + n]
+    source = values[start : start + (n - 1) * a[3 * axis + 2] + 1]
     if a[3 * axis + 2] == 1:
-        target[:] = values[start : start + n]
-    else:
         for j in range(n):
-            target[j] = values[start + j * a[3 * axis + 2]]
+            target[j] = source[j]
+    else:
+        target[:] = source[0]
 
 
 @scalar
@@ -202,8 +203,8 @@ def _whole_tile(p, q, r, a, block, first, n_cell, work, sums):
         if i > block * BLOCK:
             _add_cells(work, n_cell)
         else:
-            size = 4 * ROW_SIZE
-            work[_E * ROW_SIZE : _E * ROW_SIZE + size] = work[_G * ROW_SIZE : _G * ROW_SIZE + size]
+            for j in range(4 * ROW_SIZE):
+                work[_E * ROW_SIZE + j] = work[_G * ROW_SIZE + j]
     for j in range(n_cell):
         for k in range(MARGIN):
             sums[k] += work[(_SUMS + k) * ROW_SIZE + j]
