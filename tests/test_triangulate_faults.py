@@ -13,7 +13,12 @@ from hypothesis import strategies as st
 
 from geosurf.errors import InputError, SurfaceError
 from geosurf.model import FaultSticks, TriSurface
-from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_sticks
+from geosurf.triangulate import (
+    orient_fault,
+    triangulate_fault,
+    triangulate_horizon,
+    triangulate_sticks,
+)
 from geosurf.triangulate.degenerate import find_zero_area
 
 DIMS = ("down_dip", "along_strike")
@@ -369,3 +374,36 @@ def test_sticks_are_refused_with_what_where_and_what_next(case):
     sticks, message = WRONG_STICKS[case]
     with pytest.raises(SurfaceError, match=re.compile(message, re.DOTALL)):
         triangulate_sticks(sticks, name="F1")
+
+
+def test_grids_in_metres_are_not_copied(rng):
+    """Peak memory of a curve is that of its inputs and half as much (docs/bench.md)."""
+    dims, (i, j) = ("down_dip", "along_strike"), np.mgrid[:9, :7] * 10.0
+    ds = xr.Dataset(
+        {
+            "easting": (dims, j, {"units": "m"}),
+            "northing": (dims, i + rng.uniform(0, 1, i.shape), {"units": "m"}),
+            "elevation": (dims, -i - 5.0, {"units": "m"}),
+        }
+    )
+    lattice = triangulate_fault(ds, name="F1").lattice
+    for kept, key in zip(lattice.coordinates, ("easting", "northing", "elevation"), strict=True):
+        assert np.shares_memory(kept, ds[key].values)
+        assert not kept.flags.writeable
+    da = xr.DataArray(
+        i + 1.0, dims=("northing", "easting"), attrs={"units": "m", "positive": "up"},
+        coords={"northing": 5.0 * np.arange(9), "easting": 5.0 * np.arange(7)},
+    )  # fmt: skip
+    assert np.shares_memory(triangulate_horizon(da).lattice.coordinates[2], da.values)
+
+
+def test_minus_zero_is_zero():
+    """Results are compared by their bytes; -0.0 and 0.0 differ in theirs."""
+    dims, (i, j) = ("down_dip", "along_strike"), np.mgrid[:3, :4] * 10.0
+    ds = xr.Dataset(
+        {"easting": (dims, j), "northing": (dims, i), "elevation": (dims, -i)},
+    )
+    ds["elevation"].attrs["units"] = "m"
+    lattice = triangulate_fault(ds, name="F1").lattice
+    assert np.signbit(ds["elevation"].values[0]).all()
+    assert not np.signbit(lattice.elevation[0]).any()

@@ -56,7 +56,8 @@ def triangulate_fault(
     -------
     TriSurface
         Role "fault", normals into the hanging wall (`orient_fault`); with its
-        `Lattice` if it came from a grid.
+        `Lattice` if it came from a grid. Arrays of float64 in metres, positive up, are not
+        copied: leave them as they are afterwards.
 
     Raises
     ------
@@ -197,6 +198,7 @@ def _plane(ds: Any, key: str, title: str, metres: bool = True) -> np.ndarray:
     if not metres or units is None:
         return values
     try:
-        return values * metres_per_unit(units, f"{key} of fault {title!r}")
+        factor = metres_per_unit(units, f"{key} of fault {title!r}")
     except InputError as error:
         raise SurfaceError(str(error)) from error
+    return values if factor == 1.0 else values * factor

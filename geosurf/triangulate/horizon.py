@@ -64,7 +64,8 @@ def triangulate_horizon(
     -------
     TriSurface
         Role "horizon", normals up; metres, elevation positive up. With its `Lattice`, unless
-        a tolerance was given.
+        a tolerance was given. Arrays of float64 in metres, positive up, are not copied: leave
+        them as they are afterwards.
 
     Raises
     ------
@@ -195,9 +196,10 @@ def _metres(coord: Any, what: str) -> np.ndarray:
     if units is None:
         return values
     try:
-        return values * metres_per_unit(units, what)
+        factor = metres_per_unit(units, what)
     except InputError as error:
         raise HorizonError(str(error)) from error
+    return values if factor == 1.0 else values * factor
 
 
 def _check_axis(key: str, axis: np.ndarray, what: str) -> None:
