@@ -21,6 +21,9 @@ file               question                                               source
 `lift`             plain points -> points on both cubics                  Newton
 `resample`         as few points as a chord error allows                  Douglas & Peucker 1973
 `cover`, `trace`   loops that triangles do not show                       Sederberg & Meyers 1988
+`survey`           what is a lattice like? boxes, holes, how cells lie
+`listed`           the same for a list of triangles; Morton order         Morton 1966
+`strips`, `expand` what no curve touches of a lattice; as triangles again
 `coarsen`          fewer triangles within a tolerance                     Evans et al. 2001
 =================  =====================================================  =========================
 
