@@ -85,6 +85,9 @@ def _corners(surface: TriSurface) -> np.ndarray:
     lattice = surface.lattice
     if lattice is None or "vertices" in surface.__dict__:
         return surface.vertices
+    box = lattice.survey.box.reshape(2, 3)
+    if np.isfinite(box).all():
+        return box
     parts = [q[np.isfinite(q)] for q in (lattice.easting, lattice.northing, lattice.elevation)]
     if not all(part.size for part in parts):
         return np.empty((0, 3))

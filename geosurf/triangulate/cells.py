@@ -48,7 +48,7 @@ def fault_diagonal(lattice: Lattice) -> bool:
         return rising_diagonal(lattice.easting, lattice.northing)
     lead = strike[0] if abs(strike[0]) > 1e-6 * np.abs(strike).max() else strike[1]
     strike /= np.sign(lead) * np.linalg.norm(strike)
-    # squared diagonals of a cell are at most its squared edges (Euler)
+    # clear, as in `rising_diagonal`: squared diagonals of a cell are at most its squared edges
     gain = float(strike @ survey.gains)
     if abs(gain) > _CLEAR * survey.edges and survey.edges < _OVERFLOW:
         return gain > 0

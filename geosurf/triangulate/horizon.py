@@ -260,7 +260,7 @@ def _check_cells(lattice: Lattice, what: str) -> None:
             f"{what}: no triangle has its three nodes; {n_node} of {n.size} nodes are present, "
             "none beside two others. Grid scattered nodes first, or check the NaN mask."
         )
-    if lattice.easting.ndim == 1 or _clearly_unfolded(lattice, _half_cells(lattice)):
+    if lattice.is_graph or _clearly_unfolded(lattice, _half_cells(lattice)):
         return
     corners = lattice.build_vertices()[lattice.build_triangles()]
     turns = map_turns(corners)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.conventions import rising_diagonal
+from geosurf.conventions import _rising_by_every_cell, rising_diagonal
 from geosurf.errors import SurfaceError
 from geosurf.kernels.survey import TILE, build_tree_of_blocks
 from geosurf.kernels.tree import BLOCK
@@ -56,10 +56,10 @@ def slow_diagonal(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> bool:
         )
     strike = np.array([-normal[1], normal[0]])
     if np.abs(strike).max() <= 1e-6 * np.linalg.norm(normal):
-        return rising_diagonal(x, y)
+        return _rising_by_every_cell(x, y)
     lead = strike[0] if abs(strike[0]) > 1e-6 * np.abs(strike).max() else strike[1]
     strike /= np.sign(lead) * np.linalg.norm(strike)
-    return rising_diagonal((x - np.nanmin(x)) * strike[0] + (y - np.nanmin(y)) * strike[1], z)
+    return _rising_by_every_cell((x - np.nanmin(x)) * strike[0] + (y - np.nanmin(y)) * strike[1], z)
 
 
 def check_boxes(lattice: Lattice) -> None:
@@ -240,3 +240,11 @@ def test_a_horizon_tells_nothing_of_its_cells():
         triangulate_fault(horizon, name="F1")
     down = TriSurface("F2", "fault", lattice=Lattice(*wide()))
     assert orient_fault(down).lattice.reverse == down.lattice.turned
+
+
+@given(grids(), st.sampled_from([0.0, 30.0, 45.0, 135.0]), st.sampled_from([1.0, -1.0]))
+def test_law_the_diagonal_of_horizons_is_that_of_the_rule(parts, angle, sign):
+    a = np.radians(angle)
+    x, y = np.cos(a) * parts[0] - np.sin(a) * parts[1], np.sin(a) * parts[0] + np.cos(a) * parts[1]
+    if min(x.shape) > 1:
+        assert rising_diagonal(x, sign * y) == _rising_by_every_cell(x, sign * y)
