@@ -66,6 +66,8 @@ def as_surface(
     if isinstance(found, TriSurface):
         found = found.renamed(name, role)
         return orient_fault(found) if role == "fault" else found
+    if found is value and hasattr(found, "coords"):
+        found = found.copy(deep=True)  # a scene outlives what is done to its inputs afterwards
     make = triangulate_horizon if role == "horizon" else triangulate_fault
     return make(found, name=name, **_only_if_unsaid(found, options))
 

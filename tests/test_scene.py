@@ -254,3 +254,17 @@ def test_refusals():
         Scene({"Top": level(3)}).surface("Tpo")
     with pytest.raises(InputError, match=r"west \(4\) is not less than east \(0\)"):
         _ = Scene({"Top": level(3)}, box=(4, 0, 0, 4, -4, 8)).units
+
+
+def test_a_scene_outlives_what_is_done_to_its_inputs():
+    """Grids are lent to surfaces, not to scenes: boxes would be stale, and volumes mixed."""
+    worlds = [synthetic.tilted_planes() for _ in range(2)]
+    scenes = [Scene(world.horizons, world.faults, world.box) for world in worlds]
+    for name in (*worlds[0].horizons, *worlds[0].faults):
+        scenes[0].surface(name)
+    for da in worlds[0].horizons.values():
+        da.values[...] += 77.0
+    for ds in worlds[0].faults.values():
+        ds["easting"].values[...] -= 99.0
+    first, second = ({name: unit.volume for name, unit in s.units.items()} for s in scenes)
+    assert first == second
