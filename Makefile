@@ -17,7 +17,7 @@ demo: $(READY) ## build the faulted reservoir: volumes, pictures and a report in
 	@echo "Volumes, pictures and the report are in out/demo."
 
 test: $(READY) ## run all tests, with lint, types and the import comb among them
-	@echo "Running the tests (the first run compiles the kernels: about two minutes) ..."
+	@echo "Running the tests (the first run compiles the kernels: one to two minutes) ..."
 	@$(BIN)/geosurf warmup
 	@$(BIN)/python -m pytest -n auto --dist loadfile
 
@@ -28,7 +28,7 @@ lint: $(READY) ## check style, types and who may import whom
 	$(BIN)/lint-imports
 
 wheel: $(READY) ## build dist/geosurf-*.whl with the kernels compiled inside (needs a C compiler)
-	@echo "Building the wheel (two CPU levels are compiled: about five minutes on two cores) ..."
+	@echo "Building the wheel (two CPU levels are compiled: about two minutes on two cores) ..."
 	@$(BIN)/python -m pip wheel -q --no-deps -w dist .
 	@ls dist/*.whl
 

@@ -49,7 +49,7 @@ class FrozenKernels(BuildHookInterface):
             self._say("GEOSURF_PURE is set, or this is not Linux on x86-64: a pure wheel.")
             return
         self._scratch = tempfile.mkdtemp()
-        self._say("freezing the kernels, about two to five minutes ...")
+        self._say("freezing the kernels, one to two minutes ...")
         if not self._freeze(Path(self._scratch)):
             return
         build_data["pure_python"] = False

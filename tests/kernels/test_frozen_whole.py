@@ -26,7 +26,7 @@ pytestmark = [
     pytest.mark.timeout(1800),
     pytest.mark.skipif(
         "GEOSURF_WHOLE" not in os.environ,
-        reason="freezes all kernels, which takes five minutes: set GEOSURF_WHOLE=1",
+        reason="freezes all kernels, which takes two minutes: set GEOSURF_WHOLE=1",
     ),
 ]
 
