@@ -354,3 +354,39 @@ def test_grids_and_their_triangles_give_the_same_units():
     units = carve(surfaces, world.box)
     scene = Scene(world.horizons, world.faults, world.box)
     assert volumes(units) == pytest.approx(volumes(scene.units), rel=1e-14)
+
+
+def test_three_faults_that_cross_and_five_horizons():
+    """Each zone has the volume between its horizons' triangles, whatever blocks divide it."""
+    box = (0.0, 8000.0, 0.0, 8000.0, -2600.0, -1600.0)
+    n, k = 21, 2 * np.pi / 5000.0
+    horizons = {
+        f"H{i}": synthetic.world.make_horizon(
+            f"H{i}", box, n,
+            lambda x, y, i=i: -1800 - 120.0 * i + 30 * np.sin(k * x + i) * np.cos(k * y), (0, 0, 0),
+        )
+        for i in range(5)
+    }  # fmt: skip
+    faults = {}
+    for j, (azimuth, dip) in enumerate(((80, 65), (150, 60), (205, 70))):
+        a = np.radians(azimuth)
+        z, s = np.linspace(-1500, -2700, 3)[:, None], np.linspace(-7000, 7000, 5)[None]
+        r = (-2100 - z) / np.tan(np.radians(dip)) + 150 * (j - 1)
+        x, y = 4000 - s * np.cos(a) + r * np.sin(a), 4000 + s * np.sin(a) + r * np.cos(a)
+        faults[f"F{j + 1}"] = synthetic.world.make_fault(f"F{j + 1}", x, y, z + 0 * s, (0, 0, 0))
+    scene = Scene(horizons, faults, box)
+    laws.assert_volumes_add_up(scene.units, box)
+    total = sum(Fraction(unit.volume) for unit in scene.units.values())
+    assert float(total) == pytest.approx(8000.0**2 * 1000.0, rel=1e-12)
+    assert certify(scene.patches, scene.units).ok
+    surfaces = [scene.surface(name) for name in horizons]
+    corners = surfaces[0].vertices[surfaces[0].triangles]
+    assert all((s.triangles == surfaces[0].triangles).all() for s in surfaces)
+    one, two = corners[:, 1, :2] - corners[:, 0, :2], corners[:, 2, :2] - corners[:, 0, :2]
+    area = 0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
+    for upper, lower in itertools.pairwise(surfaces):
+        between = (upper.vertices - lower.vertices)[upper.triangles, 2].mean(axis=1)
+        zone = [u for u in scene.units.values() if u.zone == f"{upper.name}/{lower.name}"]
+        assert len(zone) >= 6  # three lines make seven cells in the map, or six through one point
+        assert len({u.block for u in zone}) == len(zone)
+        assert sum(u.volume for u in zone) == pytest.approx((area * between).sum(), rel=1e-12)
