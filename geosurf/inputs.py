@@ -122,6 +122,24 @@ def shared_origin(box: tuple[float, ...] | None, surfaces: Sequence[TriSurface])
     return frame_origin(*(surface.vertices for surface in surfaces))
 
 
+def box_in_words(
+    sides: Sequence[float], horizons: Sequence[TriSurface], aoi: np.ndarray | None
+) -> str:
+    """Return where a default box lies, and how much it leaves out because of holes and rims."""
+    if aoi is not None:
+        return "where the area of interest is"
+    bounds = np.array([horizon.bounds for horizon in horizons])
+    span = bounds[:, 1:4:2].min(axis=0) - bounds[:, 0:4:2].max(axis=0)
+    west, east, south, north = sides
+    share = (east - west) * (north - south) / float(span.prod())
+    if share > 0.99:
+        return "where all horizons are"
+    return (
+        f"the largest rectangle that all horizons cover, {100 * share:.0f} % of where they "
+        "overlap; the rest has holes or slanting rims"
+    )
+
+
 def boxes_meet(a: TriSurface, b: TriSurface) -> bool:
     """Return whether the bounds of two surfaces have a point in common."""
     p, q = a.bounds, b.bounds

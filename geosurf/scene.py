@@ -16,6 +16,7 @@ from geosurf.errors import InputError
 from geosurf.inputs import (
     as_mapping,
     as_surface,
+    box_in_words,
     boxes_meet,
     exchanged,
     only_of,
@@ -61,7 +62,8 @@ class Scene(Measured):
     faults : mapping of str to fault, optional
         A fault is an `xarray.Dataset`, `FaultSticks`, a `TriSurface`, or a path.
     box : (west, east, south, north, bottom, top), optional
-        The model box [m]. Default: where all horizons are, with a margin above and below.
+        The model box [m]. Default: the largest upright rectangle that all horizons cover, with a
+        margin above and below; it moves with them, so give a box to compare scenes.
     column : mapping of str to str, optional
         How horizons that cross yield: ``"erosional"`` removes what lies below, ``"base"``
         what lies above, ``"discontinuous"`` both. The others are ``"conformable"``: of two
@@ -270,8 +272,8 @@ class Scene(Measured):
         else:
             horizons = [self.surface(name) for name in self._horizons]
             w, e, s, n, b, t = propose_box(horizons, self.aoi)
-            where = "all horizons are" if self.aoi is None else "the area of interest is"
-            self._memory.note("box", "all horizons", "ran", f"default: where {where}")
+            words = box_in_words((w, e, s, n), horizons, self.aoi)
+            self._memory.note("box", "all horizons", "ran", f"default: {words}")
         if self.aoi is not None:
             (w, s), (e, n) = self.aoi.min(axis=0).tolist(), self.aoi.max(axis=0).tolist()
         return w, e, s, n, b, t

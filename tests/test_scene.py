@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from geosurf import FaultSticks, Scene, TriSurface, intersect_surfaces, memory, synthetic
-from geosurf.errors import InputError
+from geosurf import FaultSticks, Lattice, Scene, TriSurface, intersect_surfaces, memory, synthetic
+from geosurf.errors import GeometryError, InputError
 from geosurf.memory import fingerprint
 from tests import laws
 from tests.strategies import BOX, grid, sheet
@@ -228,6 +228,28 @@ def test_the_default_box_is_where_all_horizons_are():
     assert "default: where all horizons are" in scene.explain()
     laws.assert_volumes_add_up(scene.units, scene.box)
     assert {u.zone for u in scene.units.values()} == {"above Top", "Top/Base", "below Base"}
+
+
+def test_a_hole_that_shrinks_the_default_box_is_told():
+    holed = np.full((21, 21), 3.0)
+    holed[5:8, 9:12] = np.nan
+    axis = np.arange(21.0)
+    scene = Scene({"Top": TriSurface("Top", "horizon", lattice=Lattice(axis, axis, holed))})
+    west, east, south, north, _, _ = scene.box
+    share = (east - west) * (north - south) / 400
+    (step,) = [s for s in scene.steps if s.stage == "box"]
+    assert f"the largest rectangle that all horizons cover, {100 * share:.0f} %" in step.detail
+    assert len(scene.units) == 2
+
+
+@pytest.mark.parametrize(("box", "words"), [
+    ((0, 4, 0, 4, -8, -2), r"Top' \(easting -1 to 5, .* elevation 3 to 3\) does not .* are negat"),
+    ((0, 4, 0, 4, 5, 8), r"elevation 3 to 3\) does not reach .*0 to 4, 5 to 8\)\. Enlarge the box"),
+    ((9, 12, 0, 4, 0, 8), r"model box \(9 to 12, 0 to 4, 0 to 8\)\. Enlarge the box"),
+])  # fmt: skip
+def test_a_box_beside_a_horizon_says_where_both_are(box, words):
+    with pytest.raises(GeometryError, match=words):
+        Scene({"Top": level(3)}, box=box).units  # noqa: B018
 
 
 def test_a_mesh_has_no_default_box():

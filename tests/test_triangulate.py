@@ -296,7 +296,7 @@ WRONG_HORIZONS = {
     "wrong direction": (lambda: horizon(FLAT, positive="north"), r"is 'north'.*positive='down'"),
     "no units": (lambda: horizon(FLAT, units=None), r"units are missing.*units='m'"),
     "wrong units": (lambda: horizon(FLAT, units="fathom"), r"unknown units 'fathom'; known are"),
-    "no array": (lambda: FLAT, r"found ndarray, expected an xarray\.DataArray"),
+    "no array": (lambda: FLAT, r"found ndarray, expected an xarray\.DataArray .* Make one"),
     "dataset": (
         lambda: horizon(FLAT).to_dataset(),
         r"Dataset with variables \['Top'\].*ds\['name'\]",

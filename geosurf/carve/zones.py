@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geosurf.carve.cells import Cells
+from geosurf.carve.cells import Cells, box_of
 from geosurf.carve.links import joined
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, OpenUnitError
@@ -75,11 +75,7 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
     for k, surface in enumerate(level):
         sides = upper_sides(patches, cells, surface)[1]
         if len(sides) == 0:
-            source = patches.sources[surface]
-            raise GeometryError(
-                f"{source.role} {source.name!r} does not reach the model box; enlarge the box, or "
-                f"leave the {source.role} out."
-            )
+            raise GeometryError(_not_reached(patches, surface))
         touched = np.zeros((2, cells.n_cell + 1), dtype=bool)
         touched[0, sides[:, 0]] = touched[1, sides[:, 1]] = True
         touched[:, 0] = False
@@ -92,6 +88,25 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
         _agree(side, links, _links(cells, pairs, surface, torn))
         found[k] = side
     return found
+
+
+def _not_reached(patches: Patches, surface: int) -> str:
+    """Say where a surface is, where the box is, and whether the one holds depths."""
+    source = patches.sources[surface]
+    w, e, s, n, b, t = source.bounds
+    (west, south, bottom), (east, north, top) = (box_of(patches) + patches.origin).tolist()
+    mirrored = b <= -bottom and t >= -top and (t < bottom or b > top)
+    hint = (
+        "Elevation is positive up: depths are negative, in the box too, and surfaces that hold "
+        "them say positive='down'."
+        if mirrored
+        else f"Enlarge the box, or leave the {source.role} out."
+    )
+    return (
+        f"{source.role} {source.name!r} (easting {w:.0f} to {e:.0f}, northing {s:.0f} to {n:.0f}, "
+        f"elevation {b:.0f} to {t:.0f}) does not reach the model box ({west:.0f} to {east:.0f}, "
+        f"{south:.0f} to {north:.0f}, {bottom:.0f} to {top:.0f}). {hint}"
+    )
 
 
 def _links(

@@ -177,6 +177,12 @@ def segments_meet_box(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> np
 
     Clipped against the slabs of the box; rounding is on the side of meeting.
     """
+    first, last = clip_steps(line, low, high)
+    return first <= last + 1e-12
+
+
+def clip_steps(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Where each step of a line (n, 3) enters and leaves a box, 0 to 1; in order if it meets it."""
     a, step = line[:-1], np.diff(line, axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         s, e = (low - a) / step, (high - a) / step
@@ -184,8 +190,7 @@ def segments_meet_box(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> np
     still = step == 0
     enter = np.where(still, np.where(inside, 0.0, np.inf), np.minimum(s, e))
     leave = np.where(still, np.where(inside, 1.0, -np.inf), np.maximum(s, e))
-    first, last = np.maximum(enter.max(axis=1), 0.0), np.minimum(leave.min(axis=1), 1.0)
-    return first <= last + 1e-12
+    return np.maximum(enter.max(axis=1), 0.0), np.minimum(leave.min(axis=1), 1.0)
 
 
 def _lengths(start, way, low, high, name, side, until) -> np.ndarray:
@@ -273,4 +278,4 @@ def _defect_of(name: str, side: str, x: np.ndarray, t: np.ndarray, n_new: int) -
     )
 
 
-__all__ = ["exits", "extend_fault", "extend_to", "rim_in_box", "segments_meet_box"]
+__all__ = ["clip_steps", "exits", "extend_fault", "extend_to", "rim_in_box", "segments_meet_box"]

@@ -16,9 +16,9 @@ import numpy as np
 from geosurf.errors import InputError
 from geosurf.faults.bridge import side_gaps
 from geosurf.faults.distance import Approach, nearest_of
-from geosurf.faults.extend import exits, rim_in_box
+from geosurf.faults.extend import clip_steps, exits, rim_in_box
 from geosurf.faults.lines import directions, guides_of
-from geosurf.faults.rim import Rim, find_rims, normals_of
+from geosurf.faults.rim import Rim, find_rims, normals_of, unit_rows
 from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.faults.truncate import main_side
 from geosurf.model import Patches, TriSurface
@@ -340,7 +340,8 @@ def _open_end(fault: _Fault, rim: Rim, side: str, low, high) -> NetworkRow | Non
     if len(arc) < 2 or not rim_in_box(rim, x, side, low, high):
         return None
     way = directions(x, t, arc, side, rim.axes, guides_of(fault.surface))
-    inside = exits(x[arc], way, low, high)
+    start, way = _within(x[arc], way, low, high)
+    inside = exits(start, way, low, high)
     known = np.flatnonzero(np.isfinite(inside))
     if len(known) == 0:
         return None
@@ -349,9 +350,22 @@ def _open_end(fault: _Fault, rim: Rim, side: str, low, high) -> NetworkRow | Non
     reason = f"{far:.0f} m to the side of the model box, its own length is {own:.0f} m"
     if len(fault.rims) > 1:
         reason += f"; one of {len(fault.rims)} pieces"
-    at = tuple(x[arc[known[len(known) // 2]]].tolist())
+    at = tuple(start[known[len(known) // 2]].tolist())
     proposal = "extend" if short else "leave"
     return NetworkRow("dangling end", fault.name, "", side, 0.0, far, at, proposal, "", reason)
+
+
+def _within(line: np.ndarray, way: np.ndarray, low, high) -> tuple[np.ndarray, np.ndarray]:
+    """The part of a line (n, 3) in a box, and directions along it: ends and middles of its steps.
+
+    Vertices may all lie outside: those of a fault of two triangles are above and below the box.
+    """
+    a, b = clip_steps(line, low, high)
+    step = np.flatnonzero(a <= b)
+    share = np.stack([a[step], 0.5 * (a[step] + b[step]), b[step]], axis=1).ravel()
+    at, share = np.repeat(step, 3), share[:, None]
+    points = np.clip(line[at] + share * (line[at + 1] - line[at]), low, high)
+    return points, unit_rows(way[at] + share * (way[at + 1] - way[at]))
 
 
 def _own_length(fault: _Fault, rim: Rim, side: str) -> float:

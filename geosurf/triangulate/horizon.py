@@ -132,8 +132,9 @@ def _check_array(da: Any, what: str) -> None:
     """Refuse what is no two-dimensional array of numbers."""
     if not all(hasattr(da, key) for key in ("dims", "coords", "attrs", "values")):
         raise HorizonError(
-            f"{what}: found {type(da).__name__}, expected an xarray.DataArray over "
-            f"{HORIZON_DIMS}. Pick one variable of a Dataset with ds['name']."
+            f"{what}: found {type(da).__name__}, expected an xarray.DataArray over {HORIZON_DIMS}. "
+            "Make one with xr.DataArray(z, dims=('northing', 'easting'), coords={'northing': y, "
+            "'easting': x}, attrs={'units': 'm', 'positive': 'up'})."
         )
     if not hasattr(da, "dtype"):
         raise HorizonError(

@@ -112,6 +112,11 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
             f"{', '.join(WRITERS)}."
         )
     suffix, known = path.suffix.lower(), WRITERS[kind]
+    if kind == "horizon (DataArray)" and getattr(obj, "ndim", 2) != 2:
+        raise OutputError(
+            f"{path}: a DataArray over {tuple(obj.dims)} is no horizon and cannot be written. "
+            "Write scene.units (.csv, .nc) for the table of volumes, or da.to_dataset() (.nc)."
+        )
     if suffix not in known:
         raise OutputError(
             f"{path}: a {kind} cannot be written as {suffix or 'a file without suffix'!r}, but as "

@@ -252,7 +252,10 @@ def test_a_horizon_that_does_not_reach_leaks():
 
 
 def test_a_horizon_outside_the_box_is_told():
-    with pytest.raises(GeometryError, match=r"horizon 'Top' does not reach the model box; enlarge"):
+    with pytest.raises(
+        GeometryError,
+        match=r"horizon 'Top' \(easting .*\) does not reach the model box \(.*\)\. Enlarge",
+    ):
         carve([level("Top", 20), level("Base", 0)])
 
 

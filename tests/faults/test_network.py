@@ -255,6 +255,19 @@ def test_an_end_beside_a_fault_but_not_towards_it_is_no_near_miss():
         scene(upright(4, "F1")).propose_fault_network(reach=-1)
 
 
+def test_ends_count_where_they_pass_the_box_not_where_their_vertices_are():
+    """The only vertices of a fault of two triangles may lie above and below the box."""
+    tall = sheet("F1", [(1, 2, -1), (9, 2, 9), (9, 7, 9), (1, 7, -1)])
+    given = scene(tall)
+    ends = {row.side: row for row in given.propose_fault_network().rows}
+    assert sorted(ends) == ["end", "start"]
+    assert sorted(row.distance for row in ends.values()) == pytest.approx([1.0, 2.0], abs=1e-12)
+    for row in ends.values():
+        assert all(0 <= value <= 8 for value in row.place)
+        assert row.proposal == "leave" if row.distance > 1.5 else "extend"
+    assert len(scene(tall, extend={"F1": "strike"}).units) == 2
+
+
 def test_the_report_lists_extensions_and_truncations():
     extended, truncated = tables.fault_tables(
         [

@@ -375,6 +375,9 @@ def test_irregular_grids_do_not_fit_irap(tmp_path):
 
 
 def test_unknown_suffixes_and_objects(tmp_path):
+    table = xr.DataArray([1.0, 2.0], dims="unit")
+    with pytest.raises(OutputError, match=r"over \('unit',\) is no horizon .* Write scene\.units"):
+        gs.write(table, tmp_path / "volumes.nc")
     with pytest.raises(OutputError, match=r"a Curves cannot be written as '.vtk', but as .pl"):
         gs.write(curves(), tmp_path / "a.vtk")
     with pytest.raises(OutputError, match=r"TriSurface .* '.stt', but as .*Did you mean '.stl'"):
