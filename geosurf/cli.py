@@ -140,7 +140,7 @@ def render_command(options: argparse.Namespace) -> int:
         scenario.scene(),
         options.out,
         view=options.view,
-        show=tuple(options.show.split(",")),
+        show=tuple(word.strip() for word in options.show.split(",")),
         size=scenario.output.size_px,
         exaggeration=options.exaggeration or scenario.output.exaggeration,
     )

@@ -156,3 +156,15 @@ half_length_m = 9000
 def test_throws_that_make_no_sense(folder, more, words):
     with pytest.raises(ScenarioError, match=words):
         read_scenario(scenario(folder, more))
+
+
+def test_horizons_in_the_wrong_order_are_told_on_the_terminal(folder, tmp_path, capfd):
+    """The model is whole and certified, and a zone is gone."""
+    path = scenario(folder, Top="Middle.nc", Base="Top.nc", Middle="Base.nc")
+    code = main(["run", str(path), "-o", str(tmp_path), "--quiet", "--no-pictures"])
+    assert code == 0
+    said = capfd.readouterr().err
+    assert re.search(r"geosurf: Base is clipped by Top \(conformable\).*youngest first", said)
+    rule = 'rule = "erosional"'
+    path = scenario(folder, top=rule, Top="Middle.nc", Base="Top.nc", Middle="Base.nc")
+    assert run(read_scenario(path), tmp_path, pictures=False).notes == ()

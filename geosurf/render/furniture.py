@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.render import palette
-from geosurf.render.layers import Entry, length_text
+from geosurf.render.layers import DETAIL_ROOM, LABEL_ROOM, Entry, length_text
 from geosurf.render.views import Camera, corners
 
 FONT = "DejaVu Sans"
@@ -250,14 +250,15 @@ def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
         words = left + 38.0 * unit
         high = 8.0 * unit if entry.detail else 0.0
         sheet.text((words, y + high), shortened(entry.label), 13.5)
-        sheet.text((words, y - 8.0 * unit), entry.detail, 11.5, palette.FAINT)
+        detail = shortened(entry.detail, DETAIL_ROOM)
+        sheet.text((words, y - 8.0 * unit), detail, 11.5, palette.FAINT)
     if len(shown) < len(legend):
         y = top - 38.0 * unit * len(shown)
         more = f"and {len(legend) - len(shown)} more"
         sheet.text((left + 38.0 * unit, y), more, 12.0, palette.FAINT)
 
 
-def shortened(words: str, most: int = 21) -> str:
+def shortened(words: str, most: int = LABEL_ROOM) -> str:
     """Return words that fit the legend: names that differ at their end go on doing so.
 
     Examples

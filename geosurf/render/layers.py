@@ -53,6 +53,9 @@ class Layer:
     sharp: bool = False
 
 
+LABEL_ROOM, DETAIL_ROOM = 21, 34  # letters that fit into the lines of the legend
+
+
 @dataclass(frozen=True)
 class Entry:
     """A line of the legend; `kind` is ``"area"``, ``"line"`` or ``"heading"``."""
@@ -228,9 +231,18 @@ def show_units(units: Units, explode: float = 0.0) -> Content:
         colour = shades[unit.name]
         shell = Layer(unit.vertices, unit.triangles, colour=colour, sharp=True)
         rims = Layer(unit.vertices, lines=outline(unit), colour=palette.INK, width=0.9)
-        entry = Entry(unit.name, colour, volume_text(unit.volume))
+        entry = Entry(**_words_of(unit), colour=colour)
         content += Content((shell, rims), (entry,)).moved(shift)
     return content
+
+
+def _words_of(unit: Unit) -> dict[str, str]:
+    """Both lines of the legend: names that are too long for one give the second their end."""
+    volume = volume_text(unit.volume)
+    end = unit.name[len(unit.zone) :].strip()
+    if len(unit.name) <= LABEL_ROOM or not end:
+        return {"label": unit.name, "detail": volume}
+    return {"label": unit.zone, "detail": f"{end}, {volume}"}
 
 
 def show_patches(patches: Patches) -> Content:

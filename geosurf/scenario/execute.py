@@ -12,6 +12,7 @@ from pathlib import Path
 
 from geosurf.errors import DependencyError
 from geosurf.model import Certificate
+from geosurf.model.column import CONFORMABLE
 from geosurf.report import report_scene
 from geosurf.scenario.failure import pictured
 from geosurf.scenario.inputs import build_scene, read_scenario
@@ -35,7 +36,8 @@ class Outcome:
     out : pathlib.Path
         The folder with all files.
     notes : tuple of str
-        What was asked for and is not there, with the reason.
+        What was asked for and is not there, with the reason; and conformable horizons that
+        cross all the same, as those do that are in the wrong order.
     """
 
     scene: Scene
@@ -159,6 +161,7 @@ def run(
         drawn, notes = {}, []
         if pictures:
             drawn, notes = draw_all(wanted_pictures(scene, scenario.output), folder, teller)
+        notes += crossings(scene)
         report_scene(
             scene,
             folder / "report",
@@ -201,6 +204,7 @@ def write_report(
         if pictures:
             wanted = wanted_pictures(scene, scenario.output)
             drawn, notes = draw_all(wanted, Path(scratch), teller)
+        notes += crossings(scene)
         path = report_scene(
             scene,
             folder,
@@ -227,6 +231,16 @@ def compute(scenario: Scenario, teller: Teller, out: Path | None = None) -> Scen
             getattr(scene, stage)
         teller.steps(scene)
     return scene
+
+
+def crossings(scene: Scene) -> list[str]:
+    """Return a note on each pair of conformable horizons that cross: nobody has said they may."""
+    return [
+        f"{clip}. If that is not meant: horizons are given youngest first, and rules say how they "
+        "yield."
+        for clip in scene.units.report["clipped"]
+        if clip.rule == CONFORMABLE
+    ]
 
 
 def _check_formats(scenario: Scenario) -> None:

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from geosurf import Scene
 from geosurf.errors import InputError
 from geosurf.model import Lattice, TriSurface
 from geosurf.render import layers, palette
+from geosurf.render.furniture import shortened
 from geosurf.render.search import show_search, voxel_edges
 
 
@@ -56,6 +58,26 @@ def test_zones_differ_in_colour_and_blocks_in_shade(units):
     assert len(set(colours)) == len(units)
     assert [entry.label for entry in legend] == list(units)
     assert legend[0].detail == layers.volume_text(units["above Top, F1-"].volume)
+
+
+def test_long_names_of_units_differ_in_the_legend():
+    """Shortened in the middle, all blocks of a zone once had the same name."""
+    box = (0.0, 9.0, 0.0, 9.0, -9.0, 0.0)
+    corners = [(-1, -1), (10, -1), (10, 10), (-1, 10)]
+    quad = [[0, 1, 2], [0, 2, 3]]
+    fault = [(5, -1, -10), (5, 10, -10), (5, 10, 1), (5, -1, 1)]
+    horizons = {
+        name: TriSurface(name, "horizon", [(*c, z) for c in corners], quad)
+        for name, z in (("Top sand", -3.0), ("Base sand", -6.0))
+    }
+    faults = {"Main fault": TriSurface("Main fault", "fault", fault, quad)}
+    units = Scene(horizons, faults, box, contacts={"OWC": -4.5}).units
+    legend = layers.show_units(units).legend
+    lines = [
+        (shortened(entry.label), shortened(entry.detail, layers.DETAIL_ROOM)) for entry in legend
+    ]
+    assert len(set(lines)) == len(units) == 8
+    assert ("Top sand/Base sand", "Main fault+ above OWC, 54 m³") in lines
 
 
 def test_the_outline_of_a_block_closes_and_skips_flat_sides(units):
