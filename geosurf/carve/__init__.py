@@ -73,7 +73,8 @@ def carve_units(
     Raises
     ------
     InputError
-        For an unknown rule, horizon or block, or a name that two surfaces have (walls aside).
+        For an unknown rule, horizon or block, or a name that two surfaces (walls aside) or
+        two zones have.
     GeometryError
         If there are no walls, a horizon is not in the box, or contacts cross.
     OpenUnitError
@@ -200,7 +201,14 @@ def _zone_names(horizons: list[str]) -> list[str]:
     if not horizons:
         return ["box"]
     between = [f"{a}/{b}" for a, b in pairwise(horizons)]
-    return [f"above {horizons[0]}", *between, f"below {horizons[-1]}"]
+    names = [f"above {horizons[0]}", *between, f"below {horizons[-1]}"]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(
+                f"two zones would be called {name!r}: names of horizons with '/' in them meet "
+                "there. Rename one of the horizons."
+            )
+    return names
 
 
 def _merge(patches: Patches, cells: Cells, zone: np.ndarray) -> np.ndarray:

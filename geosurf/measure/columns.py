@@ -147,6 +147,8 @@ def _near(x, triangles, rows, feet) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     base = strip * len(eastings)
     start = np.searchsorted(key, base + west[which], "left")
     count = np.searchsorted(key, base + end[which], "left") - start
+    if not count.any():
+        return
     cuts = np.searchsorted(np.cumsum(count), np.arange(0, int(count.sum()), AT_ONCE), "right")
     for a, b in zip(cuts, [*cuts[1:], len(count)], strict=True):
         of, place = _spread(start[a:b], count[a:b])

@@ -251,6 +251,13 @@ def test_a_horizon_that_does_not_reach_leaks():
         carve([short])
 
 
+def test_two_zones_of_one_name_are_refused():
+    """One of them would be lost, since units go by name."""
+    names = ("A", "B/C", "x", "A/B", "C")
+    with pytest.raises(InputError, match=r"two zones would be called 'A/B/C': .* Rename one"):
+        carve([level(name, 4 - 0.5 * k) for k, name in enumerate(names)])
+
+
 def test_a_horizon_outside_the_box_is_told():
     with pytest.raises(
         GeometryError,

@@ -35,6 +35,15 @@ def nodes(east, north):
 # ---- closed forms --------------------------------------------------------------------
 
 
+def test_nodes_beside_a_unit_have_none_of_it():
+    """Far from all triangles there is nothing to ask: once that was an error of numpy."""
+    scene = faulted()
+    assert np.isnan(scene.thickness("Top/Base", nodes([500, 600], [500, 600]))).all()
+    one_block = scene.thickness("Top/Base", nodes([1.0, 2.0], [1.0, 2.0]))
+    np.testing.assert_array_equal(one_block.sel(block="F1-"), 10.0)
+    assert np.isnan(one_block.sel(block="F1+")).all()
+
+
 @pytest.mark.parametrize(("zone", "expected"), [("Top/Middle", 70.0), ("Middle/Base", 100.0)])
 def test_parallel_planes_are_as_thick_everywhere(graben, zone, expected):
     found = graben.thickness(zone, 130.0)
