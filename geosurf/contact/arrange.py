@@ -10,7 +10,8 @@ from geosurf.contact.search import Contacts, table_size
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.cut import BROKEN, cut_faces, file_points
-from geosurf.kernels.exact import COLLISIONS, N_POINT
+from geosurf.kernels.exact import COLLISIONS, LIMBS, N_POINT
+from geosurf.kernels.kept import roomy_workspace
 from geosurf.kernels.points import FULL
 
 
@@ -90,16 +91,17 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
         places = np.full(table_size(n + extra + 1), -1, dtype=np.int64)
         file_points(x, contacts.t, contacts.e, d, m, contacts.w, places, n)
         n_local = 2 * largest + extra + 16
+        w = roomy_workspace(int(m[LIMBS]), n_local)
         half = 6 * n_local + 64
         h = np.empty((half, 4), dtype=np.int64)
-        q = np.empty((n_local, 4), dtype=np.int64)
-        f = np.empty((n_local, 3))
+        q = np.empty((n_local, 8), dtype=np.int64)
+        f = np.empty((n_local, 8))
         k = np.empty((3 * half + 256, 4), dtype=np.int64)
         local = np.full(n + extra, -1, dtype=np.int64)
         children = np.empty((6 * len(records) + 4 * extra + 64, 3), dtype=np.int64)
         parents = np.empty(len(children), dtype=np.int64)
         count = cut_faces(
-            x, contacts.t, contacts.e, d, m, contacts.w, names, places, records, offsets, local,
+            x, contacts.t, contacts.e, d, m, w, names, places, records, offsets, local,
             h, q, f, k, children, parents,
         )  # fmt: skip
         if count != FULL:

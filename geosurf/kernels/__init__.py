@@ -6,10 +6,13 @@ file               question                                               source
 `limbs`            exact integers of any length                           schoolbook, 26-bit limbs
 `exact`            exact signs and correctly rounded points               Attene 2020
 `predicates`       on which side is it? (filter first)                    Shewchuk 1997
+`doubled`          constructed points in double-double, with a bound      Dekker 1971
 `points`           one id per point, whatever it is called                Levy 2024
 `voxels`, `tree`   which triangles are near?                              Lo & Wang 2004
 `contact`          how do two triangles meet?                             Guigue & Devillers 2003
 `naming`           contacts -> named points, and what cuts each face
+`kept`             signs of integers that are made once a face
+`signs`            signs of a face's points: doubles, names, integers     Shewchuk 1997
 `delaunay`         the unique triangulation of a face's points            Lawson 1977
 `segments`         segments into it, crossings and all                    Toussaint & Avis 1982
 `cut`              all cut faces -> children

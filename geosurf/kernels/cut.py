@@ -5,22 +5,24 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.delaunay import (
-    AXIS,
-    FACE_ID,
-    POINTS,
-    SEGMENT,
-    START,
-    TRIANGLES,
-    add_local,
-    in_circle,
-    insert_point,
-    settle_all,
-)
+from geosurf.kernels.delaunay import insert_point, settle_all
 from geosurf.kernels.exact import COLLISIONS, N_VERTEX
 from geosurf.kernels.points import FULL, id_at_place
 from geosurf.kernels.predicates import normal_axis
 from geosurf.kernels.segments import insert_segment
+from geosurf.kernels.signs import (
+    AXIS,
+    FACE_ID,
+    LINES,
+    POINTS,
+    SEGMENT,
+    START,
+    TRIANGLES,
+    USED,
+    add_line,
+    add_local,
+    in_circle,
+)
 
 BROKEN = -8
 _SMALL = 16  # up to so many points a face is searched triangle by triangle
@@ -40,15 +42,15 @@ def _bits_on_edges(t, d, m, tri, i):
 
 
 @scalar
-def _start_face(x, t, m, q, f, s, h, tri, axis, side):
+def _start_face(x, t, e, d, m, q, f, s, h, tri, axis, side):
     """The face itself as first triangle, counter-clockwise on its axis."""
     s[POINTS], s[TRIANGLES], s[AXIS], s[SEGMENT] = 0, 1, axis, 0
-    s[FACE_ID], s[START] = tri, 0
+    s[FACE_ID], s[START], s[USED], s[LINES] = tri, 0, 0, 0
     second, third = (1, 2) if side > 0 else (2, 1)
     # bits: edge k joins corners k and k + 1
-    add_local(x, m, q, f, s, t[tri, 0], 1 | 4)
-    add_local(x, m, q, f, s, t[tri, second], 3 if second == 1 else 6)
-    add_local(x, m, q, f, s, t[tri, third], 3 if third == 1 else 6)
+    add_local(x, t, e, d, m, q, f, s, t[tri, 0], 1 | 4)
+    add_local(x, t, e, d, m, q, f, s, t[tri, second], 3 if second == 1 else 6)
+    add_local(x, t, e, d, m, q, f, s, t[tri, third], 3 if third == 1 else 6)
     for k in range(3):
         h[k, 0], h[k, 1], h[k, 2], h[k, 3] = k, -1, -1, 0
         q[k, 2] = k
@@ -96,10 +98,10 @@ def _order_points(f, k, low, high):
 
 
 @scalar
-def _local_of(local, x, t, d, m, q, f, s, tri, i):
+def _local_of(local, x, t, e, d, m, q, f, s, tri, i):
     """Local number of global id i, filed if new."""
     if local[i] < 0:
-        local[i] = add_local(x, m, q, f, s, i, _bits_on_edges(t, d, m, tri, i))
+        local[i] = add_local(x, t, e, d, m, q, f, s, i, _bits_on_edges(t, d, m, tri, i))
     return local[i]
 
 
@@ -117,12 +119,12 @@ def _cut_once(x, t, e, d, m, w, h, q, f, s, tri, axis, side, i, j):
     lone = 0 if both == 5 else (1 if both == 3 else 2)
     first = i if one == 1 << lone else j
     second = j if one == 1 << lone else i
-    s[POINTS], s[TRIANGLES], s[AXIS], s[FACE_ID] = 0, 3, axis, tri
-    add_local(x, m, q, f, s, t[tri, lone], 0)
-    add_local(x, m, q, f, s, first, 0)
-    add_local(x, m, q, f, s, t[tri, (lone + 1) % 3], 0)
-    add_local(x, m, q, f, s, t[tri, (lone + 2) % 3], 0)
-    add_local(x, m, q, f, s, second, 0)
+    s[POINTS], s[TRIANGLES], s[AXIS], s[FACE_ID], s[USED], s[LINES] = 0, 3, axis, tri, 0, 0
+    add_local(x, t, e, d, m, q, f, s, t[tri, lone], 0)
+    add_local(x, t, e, d, m, q, f, s, first, 0)
+    add_local(x, t, e, d, m, q, f, s, t[tri, (lone + 1) % 3], 0)
+    add_local(x, t, e, d, m, q, f, s, t[tri, (lone + 2) % 3], 0)
+    add_local(x, t, e, d, m, q, f, s, second, 0)
     # the part with four corners, counter-clockwise on the axis
     a, b, c, o = (1, 2, 3, 4) if side > 0 else (4, 3, 2, 1)
     h[0, 0], h[1, 0], h[2, 0] = 0, a, o
@@ -147,13 +149,15 @@ def _cut_face(x, t, e, d, m, w, names, places, records, low, high, local, h, q, 
         )
     ):
         return 0
-    _start_face(x, t, m, q, f, s, h, tri, axis, side)
+    _start_face(x, t, e, d, m, q, f, s, h, tri, axis, side)
     for c in range(3):
         local[q[c, 0]] = c
     for r in range(low, high):
-        _local_of(local, x, t, d, m, q, f, s, tri, records[r, 1])
+        a = _local_of(local, x, t, e, d, m, q, f, s, tri, records[r, 1])
         if records[r, 2] >= 0:
-            _local_of(local, x, t, d, m, q, f, s, tri, records[r, 2])
+            b = _local_of(local, x, t, e, d, m, q, f, s, tri, records[r, 2])
+            add_line(q, a, records[r, 3])
+            add_line(q, b, records[r, 3])
     n = s[POINTS]
     scan = n <= _SMALL
     if scan:

@@ -3,11 +3,14 @@
 Notation
     h        half-edges, int64 (n, 4): origin (local point), twin (-1 at the border), support
              plane of a constraint (-1: none), mark; half-edge i belongs to triangle i // 3
-    q        local points, int64 (n, 4): global id, bits of the face's edges that hold it,
-             a half-edge that starts there, number of the segment that it is known to lie on
-    f        local points, float64 (n, 3): rounded coordinates (u, v) and their error
+    q        local points, int64 (n, 8): global id, bits of the face's edges that hold it,
+             a half-edge that starts there, number of the segment that it is known to lie on,
+             three lines that it is known to lie on (-1: none), its row of integers (`kept`)
+    f        local points, float64 (n, 8): rounded coordinates (u, v), the larger of their errors,
+             both errors; then what rounding left out of (u, v) and the error of that (-1: unknown)
     k        scratch rows, int64 (n, 4)
-    s        state, int64 (8,): numbers of points and triangles, axis, segment number, face, start
+    s        state, int64 (8,): numbers of points and triangles, axis, segment number, face, start,
+             room that is used (`kept`), number of learned lines
 
 Points are inserted first, then segments (see `segments`), splitting what they cross; then
 Lawson flips until every free edge is Delaunay. Of four points on one circle the diagonal
@@ -19,11 +22,7 @@ talking.
 from __future__ import annotations
 
 from geosurf.kernels._jit import scalar
-from geosurf.kernels.exact import N_VERTEX, exact_compare, exact_incircle, exact_orient2d
-from geosurf.kernels.predicates import INCIRCLE_BOUND, ORIENT2D_BOUND, TINY
-
-POINTS, TRIANGLES, AXIS, SEGMENT, FACE_ID, START = 0, 1, 2, 3, 4, 5
-_HALF_ULP = 1.12e-16
+from geosurf.kernels.signs import START, TRIANGLES, in_circle, turn
 
 
 @scalar
@@ -36,88 +35,6 @@ def following(i):
 def preceding(i):
     """The previous half-edge of the triangle."""
     return i + 2 if i % 3 == 0 else i - 1
-
-
-@scalar
-def turn(x, t, e, d, m, w, q, f, s, a, b, c):
-    """Sign of the turn of local points a, b, c."""
-    if a == b or b == c or a == c:
-        return 0
-    if q[a, 1] & q[b, 1] & q[c, 1] != 0:
-        return 0  # three points of one edge of the face, by name
-    bu, bv = f[b, 0] - f[a, 0], f[b, 1] - f[a, 1]
-    cu, cv = f[c, 0] - f[a, 0], f[c, 1] - f[a, 1]
-    left = bu * cv
-    right = bv * cu
-    det = left - right
-    size = abs(left) + abs(right)
-    slip = f[a, 2] + f[b, 2] + f[c, 2]
-    span = abs(bu) + abs(bv) + abs(cu) + abs(cv)
-    bound = ORIENT2D_BOUND * size + slip * (1.01 * span + 2.1 * slip)
-    if size > TINY:
-        if det > bound:
-            return 1
-        if -det > bound:
-            return -1
-    if slip == 0.0 and ((bu == 0.0 and cu == 0.0) or (bv == 0.0 and cv == 0.0)):
-        return 0
-    axis = s[AXIS]
-    return exact_orient2d(
-        x, t, e, d, m, w, q[a, 0], q[b, 0], q[c, 0], (axis + 1) % 3, (axis + 2) % 3
-    )
-
-
-@scalar
-def lower(x, t, e, d, m, w, q, f, s, a, b):
-    """Whether local point a comes before b, by u and then v."""
-    for i in range(2):
-        if f[a, i] != f[b, i]:
-            return f[a, i] < f[b, i]
-        if f[a, 2] > 0.0 or f[b, 2] > 0.0:
-            axis = (s[AXIS] + 1 + i) % 3
-            order = exact_compare(x, t, e, d, m, w, q[a, 0], q[b, 0], axis)
-            if order != 0:
-                return order < 0
-    return False
-
-
-@scalar
-def in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
-    """Whether o is inside the circle of a, b, c; a tie goes to the lowest of the four."""
-    au, av = f[a, 0] - f[o, 0], f[a, 1] - f[o, 1]
-    bu, bv = f[b, 0] - f[o, 0], f[b, 1] - f[o, 1]
-    cu, cv = f[c, 0] - f[o, 0], f[c, 1] - f[o, 1]
-    la, lb, lc = au * au + av * av, bu * bu + bv * bv, cu * cu + cv * cv
-    p, r = bu * cv, cu * bv
-    g, y = cu * av, au * cv
-    i, j = au * bv, bu * av
-    det = la * (p - r) + lb * (g - y) + lc * (i - j)
-    size = la * (abs(p) + abs(r)) + lb * (abs(g) + abs(y)) + lc * (abs(i) + abs(j))
-    slip = f[a, 2] + f[b, 2] + f[c, 2] + f[o, 2]
-    bound = INCIRCLE_BOUND * size
-    if slip > 0.0:
-        # twelve terms of degree four in differences of size <= z, each off by less than slip
-        z = max(max(abs(au), abs(av)), max(max(abs(bu), abs(bv)), max(abs(cu), abs(cv))))
-        bound += (
-            1.1
-            * slip
-            * (z * (z * (48.0 * z + 72.0 * slip) + 48.0 * slip * slip) + 12.0 * slip * slip * slip)
-        )
-    if size > TINY:
-        if det > bound:
-            return True
-        if -det > bound:
-            return False
-    axis = s[AXIS]
-    sign = exact_incircle(
-        x, t, e, d, m, w, q[a, 0], q[b, 0], q[c, 0], q[o, 0], (axis + 1) % 3, (axis + 2) % 3
-    )
-    if sign != 0:
-        return sign > 0
-    # cocircular: the edge to flip is a-b, the other diagonal c-o
-    kept = a if lower(x, t, e, d, m, w, q, f, s, a, b) else b
-    other = c if lower(x, t, e, d, m, w, q, f, s, c, o) else o
-    return lower(x, t, e, d, m, w, q, f, s, other, kept)
 
 
 @scalar
@@ -311,20 +228,6 @@ def insert_point(x, t, e, d, m, w, h, q, f, s, k, p, scan):
         _settle(x, t, e, d, m, w, h, q, f, s, k, n)
     s[START] = q[p, 2]
     return True
-
-
-@scalar
-def add_local(x, m, q, f, s, i, bits):
-    """A new local point for global id i."""
-    p = s[POINTS]
-    s[POINTS] = p + 1
-    u, v = (s[AXIS] + 1) % 3, (s[AXIS] + 2) % 3
-    q[p, 0], q[p, 1], q[p, 2], q[p, 3] = i, bits, -1, -1
-    f[p, 0], f[p, 1] = x[i, u], x[i, v]
-    f[p, 2] = 0.0
-    if i >= m[N_VERTEX]:
-        f[p, 2] = _HALF_ULP * max(abs(x[i, u]), abs(x[i, v]))
-    return p
 
 
 @scalar

@@ -9,11 +9,16 @@ A number is ``sum(limb[i] * 2**(26 i))``: all limbs but the last lie in [0, 2**2
 one carries the sign. So there is no sign-magnitude case anywhere, sums need no
 comparison, and a column of a product (up to 2047 terms below 2**52) cannot
 overflow. 26-bit limbs in int64 run unchanged in plain Python, without 128-bit products.
+
+Offsets in the two inner loops are unsigned: a signed one is asked each time whether it counts
+from the end, which takes longer than the product.
 """
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
 
 from geosurf.kernels._jit import scalar
 
@@ -126,7 +131,7 @@ def mul(w, r, a, la, b, lb):
         high = k + 1 if k < la else la
         t = carry
         for i in range(low, high):
-            t += w[a + i] * w[b + k - i]
+            t += w[np.uintp(a + i)] * w[np.uintp(b + k - i)]
         w[r + k] = t & MASK
         carry = t >> BITS
     w[r + la + lb - 1] = carry
@@ -143,7 +148,7 @@ def mul_add(w, r, n, a, la, b, lb, factor):
             low = 0 if k < lb else k - lb + 1
             high = k + 1 if k < la else la
             for i in range(low, high):
-                t += w[a + i] * w[b + k - i]
+                t += w[np.uintp(a + i)] * w[np.uintp(b + k - i)]
         elif carry == 0:
             return
         t = w[r + k] + carry + factor * t

@@ -10,22 +10,19 @@ in `delaunay`; a, b are the ends of the segment under way.
 from __future__ import annotations
 
 from geosurf.kernels._jit import scalar
-from geosurf.kernels.delaunay import (
+from geosurf.kernels.delaunay import following, link, preceding, put, split_edge
+from geosurf.kernels.exact import N_TRIANGLE
+from geosurf.kernels.points import FULL, LPI, TPI, named_point
+from geosurf.kernels.signs import (
     FACE_ID,
     POINTS,
     SEGMENT,
     TRIANGLES,
+    add_line,
     add_local,
-    following,
-    link,
-    lower,
-    preceding,
-    put,
-    split_edge,
+    same_way,
     turn,
 )
-from geosurf.kernels.exact import N_TRIANGLE
-from geosurf.kernels.points import FULL, LPI, TPI, named_point
 
 
 @scalar
@@ -54,7 +51,6 @@ def _first_crossed(x, t, e, d, m, w, h, q, f, s, a, b, p, goal):
     start = q[p, 2]
     i = start
     forward = True
-    ahead = lower(x, t, e, d, m, w, q, f, s, a, b)
     while True:
         y, z = h[following(i), 0], h[preceding(i), 0]
         if y == goal:
@@ -62,10 +58,10 @@ def _first_crossed(x, t, e, d, m, w, h, q, f, s, a, b, p, goal):
         if z == goal:
             return preceding(i), z
         sy = _side(x, t, e, d, m, w, q, f, s, a, b, y)
-        if sy == 0 and lower(x, t, e, d, m, w, q, f, s, p, y) == ahead:
+        if sy == 0 and same_way(x, t, e, d, m, w, q, f, s, a, b, p, y):
             return i, y
         sz = _side(x, t, e, d, m, w, q, f, s, a, b, z)
-        if sz == 0 and lower(x, t, e, d, m, w, q, f, s, p, z) == ahead:
+        if sz == 0 and same_way(x, t, e, d, m, w, q, f, s, a, b, p, z):
             return preceding(i), z
         if sy < 0 and sz > 0:
             return following(i), -1
@@ -230,7 +226,9 @@ def insert_segment(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, support
             number = _crossing(x, t, e, d, m, w, names, places, s, support, h[wall, 2])
             if number == FULL:
                 return FULL
-            goal = add_local(x, m, q, f, s, number, 0)
+            goal = add_local(x, t, e, d, m, q, f, s, number, 0)
+            add_line(q, goal, support)
+            add_line(q, goal, h[wall, 2])
             q[goal, 3] = s[SEGMENT]
             split_edge(h, q, s, wall, goal)
             continue

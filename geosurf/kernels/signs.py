@@ -1,0 +1,423 @@
+"""Signs of the local points of a face: where they turn, which circle holds them, who is first.
+
+Letters as in `delaunay`. A sign is asked of doubles first, then of names, then of
+double-doubles, then of integers; each either knows it for certain or passes it on.
+
+Names: points on one line are collinear without arithmetic. A line is the number of a plane
+that cuts the face, or one that was found by arithmetic before: points that were proven
+collinear remember it, so that n points on one line cost n proofs, not one for each three.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.doubled import (
+    dd_add,
+    dd_minor,
+    dd_mul,
+    plane_is_level,
+    point_doubled,
+    two_sum,
+)
+from geosurf.kernels.exact import N_VERTEX
+from geosurf.kernels.kept import kept_compare, kept_incircle, kept_orient2d
+from geosurf.kernels.predicates import (
+    INCIRCLE_BOUND,
+    ORIENT2D_BOUND,
+    TINY,
+    normal_axis,
+    orient3d,
+)
+
+POINTS, TRIANGLES, AXIS, SEGMENT, FACE_ID, START, USED, LINES = 0, 1, 2, 3, 4, 5, 6, 7
+_FIRST_LINE, _LAST_LINE = 4, 6
+_HALF_ULP = 1.12e-16
+_TINY_DOUBLED = 1e-180  # below it rests of products may underflow
+
+
+@scalar
+def _is_exact(x, t, e, d, m, row, axis):
+    """Whether a constructed point is known exactly on an axis: what makes it is level there."""
+    a, b, c = d[row, 1], d[row, 2], d[row, 3]
+    if d[row, 0] == 1:
+        return x[a, axis] == x[b, axis] or plane_is_level(x, t, e, m, c, axis)
+    return (
+        plane_is_level(x, t, e, m, a, axis)
+        or plane_is_level(x, t, e, m, b, axis)
+        or plane_is_level(x, t, e, m, c, axis)
+    )
+
+
+@scalar
+def add_local(x, t, e, d, m, q, f, s, i, bits):
+    """A new local point for global id i."""
+    p = s[POINTS]
+    s[POINTS] = p + 1
+    u, v = (s[AXIS] + 1) % 3, (s[AXIS] + 2) % 3
+    q[p, 0], q[p, 1], q[p, 2], q[p, 3] = i, bits, -1, -1
+    q[p, 4], q[p, 5], q[p, 6], q[p, 7] = -1, -1, -1, -1
+    f[p, 0], f[p, 1] = x[i, u], x[i, v]
+    f[p, 2], f[p, 3], f[p, 4] = 0.0, 0.0, 0.0
+    f[p, 5], f[p, 6], f[p, 7] = 0.0, 0.0, 0.0
+    row = i - m[N_VERTEX]
+    if row >= 0:
+        if not _is_exact(x, t, e, d, m, row, u):
+            f[p, 3] = _HALF_ULP * abs(x[i, u])
+        if not _is_exact(x, t, e, d, m, row, v):
+            f[p, 4] = _HALF_ULP * abs(x[i, v])
+        f[p, 2] = max(f[p, 3], f[p, 4])
+        if f[p, 2] > 0.0:
+            f[p, 7] = -1.0
+    return p
+
+
+@scalar
+def turn(x, t, e, d, m, w, q, f, s, a, b, c):
+    """Sign of the turn of local points a, b, c."""
+    if a == b or b == c or a == c:
+        return 0
+    bu, bv = f[b, 0] - f[a, 0], f[b, 1] - f[a, 1]
+    cu, cv = f[c, 0] - f[a, 0], f[c, 1] - f[a, 1]
+    left = bu * cv
+    right = bv * cu
+    det = left - right
+    size = abs(left) + abs(right)
+    slip = f[a, 2] + f[b, 2] + f[c, 2]
+    span = abs(bu) + abs(bv) + abs(cu) + abs(cv)
+    bound = ORIENT2D_BOUND * size + slip * (1.01 * span + 2.1 * slip)
+    if size > TINY:
+        if det > bound:
+            return 1
+        if -det > bound:
+            return -1
+    return _turn_closely(x, t, e, d, m, w, q, f, s, a, b, c)
+
+
+@scalar
+def _turn_closely(x, t, e, d, m, w, q, f, s, a, b, c):
+    """Sign of a turn that doubles cannot tell: by names, by double-doubles, by integers."""
+    if q[a, 1] & q[b, 1] & q[c, 1] != 0:
+        return 0  # three points of one edge of the face, by name
+    if _on_one_line(q, a, b, c):
+        return 0
+    for i in range(2):  # three points on a line of the grid, all known exactly on that axis
+        if (
+            f[a, 3 + i] + f[b, 3 + i] + f[c, 3 + i] == 0.0
+            and f[a, i] == f[b, i]
+            and f[b, i] == f[c, i]
+        ):
+            return 0
+    if not _of_one_plane(x, d, m, w, q, a, b, c):
+        sign = _turn_doubled(x, t, e, d, m, q, f, s, a, b, c)
+        if sign == 0:
+            sign = kept_orient2d(x, t, e, d, m, w, q, s, a, b, c)
+        if sign != 0:
+            return sign
+    _learn_line(q, s, a, b, c)
+    return 0
+
+
+@scalar
+def _of_one_plane(x, d, m, w, q, a, b, c):
+    """Whether three points are where edges of one plane meet another one: then they are collinear.
+
+    A fault that is flat in parts, or extruded, cuts large triangles in such points.
+    """
+    n = m[N_VERTEX]
+    if q[a, 0] < n or q[b, 0] < n or q[c, 0] < n:
+        return False
+    i, j, k = q[a, 0] - n, q[b, 0] - n, q[c, 0] - n
+    if d[i, 0] != 1 or d[j, 0] != 1 or d[k, 0] != 1:
+        return False
+    if d[i, 3] != d[j, 3] or d[j, 3] != d[k, 3]:
+        return False
+    one, two, three = d[i, 1], d[i, 2], d[j, 1]
+    if normal_axis(x, m, w, one, two, three)[0] < 0:  # on the line of the first edge
+        three = d[j, 2]
+        if normal_axis(x, m, w, one, two, three)[0] < 0:
+            return False
+    for o in (d[j, 1], d[j, 2], d[k, 1], d[k, 2]):
+        if o not in (one, two, three) and orient3d(x, m, w, one, two, three, o, 0.0) != 0:
+            return False
+    return True
+
+
+@scalar
+def _turn_doubled(x, t, e, d, m, q, f, s, a, b, c):
+    """Sign of a turn in double-doubles, 0 if they cannot be sure.
+
+    The determinant errs by less than 2**-98 of its terms for the arithmetic, and as in `turn`
+    for the points, each of which may be off by what `_refine` says.
+    """
+    _refine(x, t, e, d, m, q, f, s, a)
+    _refine(x, t, e, d, m, q, f, s, b)
+    _refine(x, t, e, d, m, q, f, s, c)
+    bu, bul, bv, bvl = _difference(f, b, a)
+    cu, cul, cv, cvl = _difference(f, c, a)
+    det, _ = dd_minor(bu, bul, cv, cvl, bv, bvl, cu, cul)
+    size = abs(bu * cv) + abs(bv * cu)
+    slip = f[a, 7] + f[b, 7] + f[c, 7]
+    span = abs(bu) + abs(bv) + abs(cu) + abs(cv)
+    bound = 2.0**-98 * size + slip * (1.01 * span + 2.1 * slip)
+    if size > _TINY_DOUBLED:
+        if det > bound:
+            return 1
+        if -det > bound:
+            return -1
+    return 0
+
+
+@scalar
+def _difference(f, b, a):
+    """b - a for local points that are refined: u (high, low), v (high, low)."""
+    u, ul = two_sum(f[b, 0], -f[a, 0])
+    v, vl = two_sum(f[b, 1], -f[a, 1])
+    # rests may be large beside a small difference: without this, u and v would be no double-doubles
+    u, ul = two_sum(u, ul + (f[b, 5] - f[a, 5]))
+    v, vl = two_sum(v, vl + (f[b, 6] - f[a, 6]))
+    return u, ul, v, vl
+
+
+@scalar
+def _refine(x, t, e, d, m, q, f, s, p):
+    """Find what rounding left out of a point's coordinates, once.
+
+    Its bound has 2**-52 of the rest, since the rest is rounded, and 2**-103 of the coordinates,
+    for the sums in `_difference`.
+    """
+    if f[p, 7] >= 0.0:
+        return
+    row = q[p, 0] - m[N_VERTEX]
+    known, at, rest, slack = point_doubled(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
+    u, v = (s[AXIS] + 1) % 3, (s[AXIS] + 2) % 3
+    low_u, low_v = (at[u] - f[p, 0]) + rest[u], (at[v] - f[p, 1]) + rest[v]
+    bound = max(slack[u], slack[v]) + 2.0**-52 * max(abs(low_u), abs(low_v))
+    f[p, 5], f[p, 6], f[p, 7] = 0.0, 0.0, f[p, 2]
+    if known and bound < f[p, 2]:
+        f[p, 5], f[p, 6] = low_u, low_v
+        f[p, 7] = bound + 2.0**-103 * max(abs(f[p, 0]), abs(f[p, 1]))
+
+
+@scalar
+def _holds(q, p, line):
+    """Whether a local point is known to lie on a line."""
+    return q[p, 4] == line or q[p, 5] == line or q[p, 6] == line
+
+
+@scalar
+def add_line(q, p, line):
+    """Note that a local point lies on a line; False if there is no room for it."""
+    for i in range(_FIRST_LINE, _LAST_LINE + 1):
+        if q[p, i] == line:
+            return True
+        if q[p, i] == -1:
+            q[p, i] = line
+            return True
+    return False
+
+
+@scalar
+def _line_of(q, a, b):
+    """A line that both points are known to lie on, or -1."""
+    for i in range(_FIRST_LINE, _LAST_LINE + 1):
+        if q[a, i] != -1 and _holds(q, b, q[a, i]):
+            return q[a, i]
+    return -1
+
+
+@scalar
+def _on_one_line(q, a, b, c):
+    """Whether three local points are collinear by name."""
+    for i in range(_FIRST_LINE, _LAST_LINE + 1):
+        if q[a, i] != -1 and _holds(q, b, q[a, i]) and _holds(q, c, q[a, i]):
+            return True
+    return False
+
+
+@scalar
+def _learn_line(q, s, a, b, c):
+    """Three distinct points are collinear: those without the line of the others get it."""
+    line = _line_of(q, a, b)
+    if line == -1:
+        line = _line_of(q, b, c)
+    if line == -1:
+        line = _line_of(q, c, a)
+    if line == -1:
+        if q[a, _LAST_LINE] != -1 or q[b, _LAST_LINE] != -1 or q[c, _LAST_LINE] != -1:
+            return
+        line = -2 - s[LINES]
+        s[LINES] += 1
+    add_line(q, a, line)
+    add_line(q, b, line)
+    add_line(q, c, line)
+
+
+@scalar
+def lower(x, t, e, d, m, w, q, f, s, a, b):
+    """Whether local point a comes before b, by u and then v."""
+    for i in range(2):
+        if f[a, i] != f[b, i]:
+            return f[a, i] < f[b, i]
+        if f[a, 3 + i] > 0.0 or f[b, 3 + i] > 0.0:
+            _refine(x, t, e, d, m, q, f, s, a)
+            _refine(x, t, e, d, m, q, f, s, b)
+            gap = f[a, 5 + i] - f[b, 5 + i]
+            if abs(gap) > 1.01 * (f[a, 7] + f[b, 7]):
+                return gap < 0.0
+            order = kept_compare(x, t, e, d, m, w, q, s, a, b, i)
+            if order != 0:
+                return order < 0
+    return False
+
+
+@scalar
+def same_way(x, t, e, d, m, w, q, f, s, a, b, p, o):
+    """Whether p to o leads the same way as a to b, for points of one line of the face.
+
+    Rounding keeps order: where rounded coordinates differ on an axis, so do the points.
+    """
+    for i in range(2):
+        if f[a, i] != f[b, i] and f[p, i] != f[o, i]:
+            return (f[a, i] < f[b, i]) == (f[p, i] < f[o, i])
+    ahead = lower(x, t, e, d, m, w, q, f, s, a, b)
+    return lower(x, t, e, d, m, w, q, f, s, p, o) == ahead
+
+
+@scalar
+def in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
+    """Whether o is inside the circle of a, b, c; a tie goes to the lowest of the four."""
+    au, av = f[a, 0] - f[o, 0], f[a, 1] - f[o, 1]
+    bu, bv = f[b, 0] - f[o, 0], f[b, 1] - f[o, 1]
+    cu, cv = f[c, 0] - f[o, 0], f[c, 1] - f[o, 1]
+    la, lb, lc = au * au + av * av, bu * bu + bv * bv, cu * cu + cv * cv
+    p, r = bu * cv, cu * bv
+    g, y = cu * av, au * cv
+    i, j = au * bv, bu * av
+    det = la * (p - r) + lb * (g - y) + lc * (i - j)
+    size = la * (abs(p) + abs(r)) + lb * (abs(g) + abs(y)) + lc * (abs(i) + abs(j))
+    slip = f[a, 2] + f[b, 2] + f[c, 2] + f[o, 2]
+    bound = INCIRCLE_BOUND * size
+    if slip > 0.0:
+        z = max(max(abs(au), abs(av)), max(max(abs(bu), abs(bv)), max(abs(cu), abs(cv))))
+        bound += _incircle_slip(z, slip)
+    if size > TINY:
+        if det > bound:
+            return True
+        if -det > bound:
+            return False
+    return _in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o)
+
+
+@scalar
+def _incircle_slip(z, slip):
+    """Error of the determinant where differences of size <= z are off by less than slip.
+
+    Twelve terms of degree four in these differences.
+    """
+    return (
+        1.1
+        * slip
+        * (z * (z * (48.0 * z + 72.0 * slip) + 48.0 * slip * slip) + 12.0 * slip * slip * slip)
+    )
+
+
+@scalar
+def _in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o):
+    """What doubles cannot tell of `in_circle`: rectangles, double-doubles, integers, ties."""
+    sign = 0
+    if not _rectangle(x, t, e, d, m, w, q, f, s, a, b, c, o):
+        sign = _incircle_doubled(x, t, e, d, m, q, f, s, a, b, c, o)
+        if sign == 0:
+            sign = kept_incircle(x, t, e, d, m, w, q, s, a, b, c, o)
+    if sign != 0:
+        return sign > 0
+    # cocircular: the edge to flip is a-b, the other diagonal c-o
+    kept = a if lower(x, t, e, d, m, w, q, f, s, a, b) else b
+    other = c if lower(x, t, e, d, m, w, q, f, s, c, o) else o
+    return lower(x, t, e, d, m, w, q, f, s, other, kept)
+
+
+@scalar
+def _rectangle(x, t, e, d, m, w, q, f, s, a, b, c, o):
+    """Whether a-b and c-o are the diagonals of a rectangle along the axes.
+
+    Model grids are full of them. Equal coordinates are cheaper to prove than one circle.
+    """
+    one, two = (c, o) if f[a, 0] == f[c, 0] else (o, c)  # `one` has the first coordinate of a
+    if f[a, 0] != f[one, 0] or f[b, 0] != f[two, 0] or f[a, 1] != f[two, 1] or f[b, 1] != f[one, 1]:
+        return False
+    return (
+        _equal(x, t, e, d, m, w, q, f, s, a, one, 0)
+        and _equal(x, t, e, d, m, w, q, f, s, b, two, 0)
+        and _equal(x, t, e, d, m, w, q, f, s, a, two, 1)
+        and _equal(x, t, e, d, m, w, q, f, s, b, one, 1)
+    )
+
+
+@scalar
+def _equal(x, t, e, d, m, w, q, f, s, a, b, second):
+    """Whether coordinates that are equal once rounded, U or V, are equal."""
+    if f[a, 3 + second] == 0.0 and f[b, 3 + second] == 0.0:
+        return True
+    return kept_compare(x, t, e, d, m, w, q, s, a, b, second) == 0
+
+
+@scalar
+def _incircle_doubled(x, t, e, d, m, q, f, s, a, b, c, o):
+    """Sign of the determinant in double-doubles, 0 if they cannot be sure.
+
+    The arithmetic errs by less than 2**-95 of the terms: products of four factors, each off by
+    2**-100 at most, and their sums. Points are off as `_refine` says.
+    """
+    _refine(x, t, e, d, m, q, f, s, a)
+    _refine(x, t, e, d, m, q, f, s, b)
+    _refine(x, t, e, d, m, q, f, s, c)
+    _refine(x, t, e, d, m, q, f, s, o)
+    au, aul, av, avl = _difference(f, a, o)
+    bu, bul, bv, bvl = _difference(f, b, o)
+    cu, cul, cv, cvl = _difference(f, c, o)
+    one, one_low = dd_minor(bu, bul, cv, cvl, cu, cul, bv, bvl)
+    two, two_low = dd_minor(cu, cul, av, avl, au, aul, cv, cvl)
+    three, three_low = dd_minor(au, aul, bv, bvl, bu, bul, av, avl)
+    la, lal = dd_minor(au, aul, au, aul, av, avl, -av, -avl)
+    lb, lbl = dd_minor(bu, bul, bu, bul, bv, bvl, -bv, -bvl)
+    lc, lcl = dd_minor(cu, cul, cu, cul, cv, cvl, -cv, -cvl)
+    det, low = dd_mul(la, lal, one, one_low)
+    more, more_low = dd_mul(lb, lbl, two, two_low)
+    det, low = dd_add(det, low, more, more_low)
+    more, more_low = dd_mul(lc, lcl, three, three_low)
+    det, low = dd_add(det, low, more, more_low)
+    size = la * (abs(bu * cv) + abs(cu * bv))
+    size += lb * (abs(cu * av) + abs(au * cv))
+    size += lc * (abs(au * bv) + abs(bu * av))
+    slip = f[a, 7] + f[b, 7] + f[c, 7] + f[o, 7]
+    z = max(max(abs(au), abs(av)), max(max(abs(bu), abs(bv)), max(abs(cu), abs(cv))))
+    bound = 2.0**-95 * size + _incircle_slip(z, slip)
+    if size > _TINY_DOUBLED:
+        if det > bound:
+            return 1
+        if -det > bound:
+            return -1
+    return 0
+
+
+@entry("d2 l2 l2 l2 l1 l1 l1 l l2 l2 -> .")
+def sign_rows(x, t, e, d, m, w, ids, axis, rows, out):
+    """Turn of ids[rows[i, :3]], and whether the fourth is in their circle if they turn left.
+
+    The points are distinct and lie in one plane that is not upright on the axis. For tests.
+    """
+    q = np.empty((ids.shape[0], 8), dtype=np.int64)
+    f = np.empty((ids.shape[0], 8), dtype=np.float64)
+    s = np.zeros(8, dtype=np.int64)
+    s[AXIS] = axis
+    for i in range(ids.shape[0]):
+        add_local(x, t, e, d, m, q, f, s, ids[i], 0)
+    for i in range(rows.shape[0]):
+        a, b, c, o = rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3]
+        out[i, 0] = turn(x, t, e, d, m, w, q, f, s, a, b, c)
+        out[i, 1] = 0
+        if out[i, 0] > 0 and in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
+            out[i, 1] = 1
