@@ -279,11 +279,12 @@ def _outside(patches: Patches, surface, shell, parents, corners) -> np.ndarray:
     leaks = rows[np.isin(shell[2 * rows + ~inward], outside)]
     if len(leaks):
         name = patches.names[surface[leaks[0]]]
-        where = place(corners[leaks[0]].mean(axis=0) + patches.origin)
+        where = corners[leaks[0]].mean(axis=0) + patches.origin
         raise OpenUnitError(
             f"the model box is open: wall {name!r} has the outside on both of its sides at "
-            f"{where}. Give all six sides without holes, as build_walls(box) makes them."
-        )
+            f"{place(where)}. Give all six sides without holes, as build_walls(box) makes them.",
+            place=where, surfaces=(name,),
+        )  # fmt: skip
     return outside
 
 

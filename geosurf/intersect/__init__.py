@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.contact.search import Contacts, check_surfaces, find_contacts
+from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import (
     canonical,
     line_contacts,
@@ -128,6 +129,7 @@ def curves_of(contacts: Contacts) -> Curves:
     pairs = pairs_of_rows(contacts)
     segments, surfaces = line_contacts(contacts, pairs)
     touching = touching_points(contacts, pairs)
+    segments, surfaces = split_overlaps(contacts, segments, surfaces, touching)
     local, touches, inside = [contacts.x], [], {}
     for i, j in pairs_with_areas(contacts, pairs).tolist():
         from geosurf.intersect.overlap import overlap_of  # with all of cutting, which few need

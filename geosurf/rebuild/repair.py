@@ -148,10 +148,15 @@ def _refusal(contacts: Contacts, bad: np.ndarray) -> RoundingError:
     """Say where the surfaces cannot be held in float64."""
     face = bad[0]
     name = contacts.surfaces[contacts.surface_of_face[face]].name
-    where = place(contacts.x[contacts.t[face, 0]] + contacts.origin)
+    where = contacts.x[contacts.t[face, 0]] + contacts.origin
+    near = (contacts.rows[:, :2] == face).any(axis=1)
+    met = np.unique(contacts.surface_of_face[contacts.rows[near, :2]])
+    others = [contacts.surfaces[i].name for i in met.tolist()]
     return RoundingError(
         f"the pieces of {len(np.unique(bad))} triangles cannot be held in float64, the first is of "
-        f"surface {name!r} at {where}, and moving vertices there by up to {STEPS[-1] / 2:.0e} m "
-        "does not help: surfaces are degenerate there up to rounding, but not exactly. Move one "
-        "of them a little."
+        f"surface {name!r} at {place(where)}, and moving vertices there by up to "
+        f"{STEPS[-1] / 2:.0e} m does not help: surfaces are degenerate there up to rounding, but "
+        "not exactly. Move one of them a little.",
+        place=where,
+        surfaces=dict.fromkeys([name, *others]),
     )

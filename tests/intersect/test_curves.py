@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf import TriSurface, intersect_surfaces
+from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
 from geosurf.errors import InputError, SurfaceError
+from geosurf.intersect.shared import shared_curves
 from tests import laws, oracles
 from tests.strategies import UTM, grid, moved, relief, sheet, shuffled, soup, soups
 
@@ -302,7 +303,6 @@ def test_soups_pass_an_independent_check(verify):
         )
 
 
-@pytest.mark.xfail(strict=True, reason="segments of one pair that overlap in a line are not split")
 @pytest.mark.parametrize("self_intersections", [False, True])
 def test_a_line_met_twice_by_one_surface_counts_once(self_intersections):
     """Two triangles of A meet B along [0, 2] and [1, 3] of one line: 3 m of curve, not 4."""
@@ -312,3 +312,42 @@ def test_a_line_met_twice_by_one_surface_counts_once(self_intersections):
     curves = intersect_surfaces([folded, flat], self_intersections=self_intersections)
     between = (curves.surfaces_of_segment == (0, 1)).all(axis=1)
     assert laws.length_of(curves.points, curves.segments[between]) == pytest.approx(3.0)
+
+
+def length_covered(segments) -> float:
+    """Length of the union of exact segments: intervals on each line, merged."""
+    lines = {}
+    for p, q in segments:
+        p, q = sorted((tuple(p), tuple(q)))
+        along = oracles.minus(q, p)
+        axis = next(i for i in range(3) if along[i] != 0)
+        step = tuple(value / along[axis] for value in along)
+        base = tuple(u - p[axis] * v for u, v in zip(p, step, strict=True))
+        lines.setdefault((axis, step, base), []).append((p[axis], q[axis]))
+    total = 0.0
+    for (_, step, _), intervals in lines.items():
+        end = None
+        for low, high in sorted(intervals):
+            start = low if end is None else max(low, end)
+            end = high if end is None else max(high, end)
+            total += float(max(high - start, 0)) * math.hypot(*map(float, step))
+    return total
+
+
+@settings(max_examples=60)
+@given(soups(most=5))
+def test_curves_of_soups_cover_each_line_once(pair):
+    """Separate triangles that overlap their neighbours' curves in part: counted once."""
+    one, two = pair
+    segments, _, overlap = oracles.curves(mesh(one), mesh(two))
+    if overlap:
+        return
+    curves = intersect_surfaces([one, two])
+    ends = [tuple(map(oracles.rounded, s)) for s in segments]
+    assert curves.length == pytest.approx(length_covered(segments), abs=1e-12)
+    points = {tuple(p) for p in curves.points.tolist()}
+    assert {p for segment in ends for p in segment} <= points
+    rebuilt = rebuild_surfaces([one, two], self_intersections=True)
+    if rebuilt.report["moved_vertices"] == 0:
+        shared = shared_curves(rebuilt, one.name, two.name)
+        assert shared.length == pytest.approx(curves.length, abs=1e-12)
