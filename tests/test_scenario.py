@@ -213,7 +213,7 @@ BAD = {
     "exaggeration": (("size_px", "exaggeration = 0\nsize_px"), r"output.exaggeration is 0; it must be a number above 0"),
     "search names": (('["Top", "F1"]', '["Top", "F2"]'), r"output.search names 'F2', which is no surface; there are 'Top', 'Base', 'F1'"),
     "search pair": (('["Top", "F1"]', '["Top", "Top"]'), r"output.search is \['Top', 'Top'\]; it must be the names of two surfaces"),
-    "syntax": (('title = "Tilted planes"', "title = Tilted"), r"this is no TOML: .*line 2.*Mend that line"),
+    "syntax": (('title = "Tilted planes"', "title = Tilted"), r"this is no TOML: .*line 1,.*Mend that line"),
 }  # fmt: skip
 
 
