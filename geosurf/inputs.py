@@ -154,5 +154,10 @@ def _read(path: Any, role: str, options: Options) -> Any:
 
 def _only_if_unsaid(value: Any, options: Options) -> dict[str, Any]:
     """Scene-wide words count only for inputs that do not say theirs themselves."""
+    if hasattr(value, "sticks"):
+        return {}  # metres, elevation positive up: a reader has turned what a file held
     attrs = dict(getattr(value, "attrs", {}))
+    if hasattr(value, "data_vars"):  # a fault: its third variable says by its name which way is up
+        height = "elevation" if "elevation" in value.variables else "depth"
+        attrs |= {"positive": None, **(value[height].attrs if height in value.variables else {})}
     return {key: word for key, word in options.items() if word is not None and key not in attrs}

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from geosurf import FaultSticks, Lattice, Scene, TriSurface, intersect_surfaces, memory, synthetic
+from geosurf import (
+    FaultSticks,
+    Lattice,
+    Scene,
+    TriSurface,
+    intersect_surfaces,
+    memory,
+    read_fault,
+    synthetic,
+)
 from geosurf.errors import GeometryError, InputError
 from geosurf.memory import fingerprint
 from tests import laws
@@ -182,6 +191,31 @@ def test_a_gridded_contact_follows_the_words_of_the_scene(scene):
     assert above.min() == pytest.approx(2.0, abs=1e-12)
     with pytest.raises(InputError, match="horizon 'OWC': whether values are elevation or depth"):
         scene.replace(contacts={"OWC": owc}).units  # noqa: B018
+
+
+def test_words_of_a_scene_are_not_said_twice(tmp_path):
+    """Sticks from a file of depths in feet once were turned and scaled by the reader and again."""
+    file = tmp_path / "F1.pol"
+    file.write_text("1 0 10\n1 0 20\n999 999 999\n1 9 10\n1 9 20\n999 999 999\n")
+    words = {"positive": "down", "units": "ft"}
+    for fault in (file, str(file), read_fault(file, **words)):
+        bounds = Scene({}, {"F1": fault}, BOX, **words).surface("F1").bounds
+        assert bounds == pytest.approx((1, 1, 0, 9, -6.096, -3.048), abs=1e-12)
+
+
+@pytest.mark.parametrize("said", [{"units": "m"}, {"units": "m", "positive": "up"}])
+def test_a_gridded_fault_that_says_its_units_keeps_them(said):
+    dims = ("down_dip", "along_strike")
+    fault = xr.Dataset({
+        "easting": (dims, [[1.0, 1.0], [2.0, 2.0]]),
+        "northing": (dims, [[0.0, 9.0], [0.0, 9.0]]),
+        "elevation": (dims, [[8.0, 8.0], [-8.0, -8.0]], said),
+    })  # fmt: skip
+    scene = Scene({}, {"F1": fault}, BOX, positive="down", units="ft")
+    assert scene.surface("F1").bounds == (1.0, 2.0, 0.0, 9.0, -8.0, 8.0)
+    plain = fault.assign(elevation=fault.elevation.drop_attrs())
+    feet = Scene({}, {"F1": plain}, BOX, units="ft").surface("F1").bounds
+    assert feet[4:] == pytest.approx((-2.4384, 2.4384), abs=1e-12)
 
 
 def test_replace_adds_and_removes(scene):
