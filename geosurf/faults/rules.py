@@ -6,7 +6,7 @@ go round in a circle have no such order, and are refused with the names of the c
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -173,6 +173,13 @@ def read_extend(extend: Any, faults: Sequence[str]) -> dict[str, tuple[str, ...]
         extend = tuple(faults) if extend else ()
     if isinstance(extend, str):
         extend = (extend,)
+    if extend is None:
+        extend = ()
+    if not isinstance(extend, Iterable):
+        raise InputError(
+            f"extend is {extend!r}; give True, names of faults, or {{name: sides}}, any of "
+            f"{('strike', *SIDES)}."
+        )
     sides_of = extend if isinstance(extend, Mapping) else dict.fromkeys(extend, ALL_SIDES)
     for name in sides_of:
         if name not in faults:
@@ -195,8 +202,10 @@ def read_sides(sides: Any, what: str) -> tuple[str, ...]:
     >>> read_sides(["down", "strike"], "extend of 'F1'")
     ('start', 'end', 'down')
     """
-    words = (sides,) if isinstance(sides, str) else tuple(sides)
     known = ("strike", *SIDES)
+    if not isinstance(sides, Iterable):
+        raise InputError(f"{what} is {sides!r}; give any of {known}.")
+    words = (sides,) if isinstance(sides, str) else tuple(sides)
     for word in words:
         if word not in known:
             raise InputError(

@@ -216,6 +216,13 @@ def test_rules_that_cannot_be_are_refused():
         read_truncations(["F1"])
     with pytest.raises(InputError, match=r"extend names 'F9', which is no fault"):
         read_extend(["F9"], ["F1"])
+    for wrong, words in (
+        (5, r"extend is 5; give True"),
+        ({"F1": None}, r"of 'F1' is None; give any"),
+    ):
+        with pytest.raises(InputError, match=words):
+            read_extend(wrong, ["F1"])
+    assert read_extend(None, ["F1"]) == {}
     with pytest.raises(InputError, match=r"has side 'top'; sides are"):
         read_extend({"F1": "top"}, ["F1"])
     assert read_extend(True, ["F1", "F2"]) == dict.fromkeys(
