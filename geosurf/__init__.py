@@ -43,6 +43,7 @@ _HOME = {
     "tear_horizon": "geosurf.sheets",
     "throw_horizon": "geosurf.sheets",
     "EllipticThrow": "geosurf.sheets",
+    "propose_trim": "geosurf.sheets",
     # the engine
     "intersect_triangles": "geosurf.contact",
     "intersect_surfaces": "geosurf.intersect",
@@ -60,6 +61,7 @@ _HOME = {
     "Sheet": "geosurf.model",
     "SheetReport": "geosurf.model",
     "ThrowReport": "geosurf.model",
+    "TrimProposal": "geosurf.model",
     "FaultCut": "geosurf.model",
     "Unit": "geosurf.model",
     "Units": "geosurf.model",

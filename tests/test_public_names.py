@@ -50,6 +50,7 @@ GIVEN = {
     "Sheet",
     "SheetReport",
     "ThrowReport",
+    "TrimProposal",
     "FaultCut",
 }
 

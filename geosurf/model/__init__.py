@@ -20,7 +20,7 @@ from geosurf.model.faults import (
 )
 from geosurf.model.lattice import Lattice
 from geosurf.model.patches import Patches
-from geosurf.model.sheets import FaultCut, Sheet, SheetReport, ThrowReport
+from geosurf.model.sheets import FaultCut, Sheet, SheetReport, ThrowReport, TrimProposal
 from geosurf.model.surfaces import ROLES, FaultSticks, TriSurface
 from geosurf.model.units import Certificate, Check, Unit, Units
 
@@ -48,6 +48,7 @@ __all__ = [
     "Touch",
     "TriSurface",
     "TriangleContact",
+    "TrimProposal",
     "TruncatedFaults",
     "Truncation",
     "Unit",

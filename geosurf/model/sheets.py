@@ -110,7 +110,43 @@ class SheetReport:
             f"({e['place'][0]:.0f}, {e['place'][1]:.0f}, {e['place'][2]:.0f})"
             for e in self.extrapolation[:3]
         ]
+        lines += [
+            f"{c['nodes']} nodes without data carried on over {c['over']} at "
+            f"({c['place'][0]:.0f}, {c['place'][1]:.0f})"
+            for c in self.carried[:3]
+        ]
         return "\n".join([*lines, *self.notes])
+
+
+@dataclass(frozen=True)
+class TrimProposal:
+    """How far data are smeared over their faults, and the trim that follows.
+
+    Attributes
+    ----------
+    trim : float
+        What is proposed for ``tear_horizon(trim=)`` [cells of the grid].
+    smear : float or None
+        Half width of the smear [cells]; 0 where none is seen, None where it cannot be told,
+        because data that are far from the faults are missed as well.
+    misfit : tuple of float
+        90th percentile of the misfit of hidden data, by distance from the nearest fault: below one
+        cell, one to two, and so on [m].
+    """
+
+    trim: float
+    smear: float | None
+    misfit: tuple[float, ...]
+
+    def __str__(self) -> str:
+        bins = ", ".join(f"{value:.3g}" for value in self.misfit)
+        why = "how far data are smeared cannot be told"
+        if self.smear is not None:
+            why = f"data are smeared over {self.smear:g}"
+        return (
+            f"trim {self.trim:g} cells proposed: {why}\n"
+            f"misfit of hidden data by cells from a fault [m]: {bins}"
+        )
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ mesh, ghosts   the torn mesh, and each sheet carried on past its fault
 cut, build     the exact cut by the faults; rings and ends until nothing leaks
 cutoffs        cut-off lines, throw and heave
 describe       the report
+propose        how far data are smeared, and the trim that follows
 section, slip  by throw: a fault along its strike, and how its walls move
 moved, thrown  by throw: heights of the moved sheets; which wall a node belongs to
 given          by throw: `throw_horizon`
@@ -39,10 +40,11 @@ from geosurf.sheets.finish import fault_surfaces, refuse_leaks, sheet_of
 from geosurf.sheets.given import throw_horizon
 from geosurf.sheets.heights import Heights, Rebuild, Settings
 from geosurf.sheets.noise import noise_of, weight_of
+from geosurf.sheets.propose import propose_trim
 from geosurf.sheets.slip import EllipticThrow
 from geosurf.sheets.traces import mesh_in_frame
 
-__all__ = ["EllipticThrow", "tear_horizon", "throw_horizon"]
+__all__ = ["EllipticThrow", "propose_trim", "tear_horizon", "throw_horizon"]
 
 
 def tear_horizon(
@@ -52,6 +54,7 @@ def tear_horizon(
     name: str | None = None,
     trim: float = 2.0,
     noise: float | None = None,
+    carry: bool = False,
     positive: str | None = None,
     units: str | None = None,
 ) -> Sheet:
@@ -63,7 +66,7 @@ def tear_horizon(
 
     Parameters
     ----------
-    data : xarray.DataArray, xarray.Dataset or array_like (n, 3)
+    data : xarray.DataArray, xarray.Dataset, pandas.DataFrame or array_like (n, 3)
         A grid as for `triangulate_horizon`, or points on a regular lattice, rotated or not:
         easting, northing, elevation. Points may share a node, one for each wall.
     faults : mapping of str to fault, or sequence of TriSurface
@@ -75,6 +78,9 @@ def tear_horizon(
         the grid]. At least one and a half times the half width of the smear.
     noise : float, optional
         Standard deviation of the data's noise [m]; 0 to meet them exactly. Default: estimated.
+    carry : bool
+        Whether a block between faults without data of its own is carried on from its neighbour over
+        the fault with the smaller throw there, and listed. Default: it is refused.
     positive, units : str, optional
         As for `triangulate_horizon`.
 
@@ -116,7 +122,7 @@ def tear_horizon(
     surfaces = fault_surfaces(faults)
     picks = picks_of(data, name, positive, units)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    settings = Settings(trim=float(trim), first_trim=max(3.0, float(trim)))
+    settings = Settings(float(trim), max(3.0, float(trim)), carry=bool(carry))
     rebuild = Rebuild(picks, meshes, settings)
     sigma, signal = noise_of(rebuild.trusted_grid())
     sigma = sigma if noise is None else float(noise)
@@ -151,5 +157,6 @@ def _refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> 
     where = place(at).rsplit(", elevation", 1)[0] + ")"
     raise GeometryError(
         f"horizon {picks.name!r}: {len(state.stray)} nodes beside {', '.join(beside)} have no "
-        f"datum of their own block, the first at {where}. Lower trim there, or add data."
+        f"datum of their own block, the first at {where}. Lower trim there, add data, or say "
+        "carry=True to go on from the neighbour."
     )

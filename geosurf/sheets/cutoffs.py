@@ -108,22 +108,31 @@ def _met(stations, direction, lines, reach) -> tuple[np.ndarray, np.ndarray]:
     if not pieces or n == 0:
         return where, height
     pieces = np.concatenate(pieces)
-    for rows in np.array_split(np.arange(n), n * len(pieces) // 2_000_000 + 1):
-        d = direction[rows, None]
-        a = pieces[None, :, :2] - stations[rows, None]
-        b = pieces[None, :, 3:5] - stations[rows, None]
-        left_a = d[..., 0] * a[..., 1] - d[..., 1] * a[..., 0]
-        left_b = d[..., 0] * b[..., 1] - d[..., 1] * b[..., 0]
-        crosses = (left_a >= 0) != (left_b >= 0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            f = np.where(crosses, left_a / (left_a - left_b), 0.0)
-        t = (a + f[..., None] * (b - a))[..., 0] * d[..., 0]
-        t += (a + f[..., None] * (b - a))[..., 1] * d[..., 1]
-        far = np.where(crosses & (np.abs(t) <= reach), np.abs(t), np.inf)
-        k = far.argmin(axis=1)
-        i = np.arange(len(rows))
-        met = np.isfinite(far[i, k])
-        where[rows[met]] = t[i, k][met]
-        z = pieces[k, 2] + f[i, k] * (pieces[k, 5] - pieces[k, 2])
-        height[rows[met]] = z[met]
+    row, piece = _pairs_within(stations, pieces, reach)
+    d = direction[row]
+    a, b = (pieces[piece, k : k + 2] - stations[row] for k in (0, 3))
+    left_a = d[:, 0] * a[:, 1] - d[:, 1] * a[:, 0]
+    left_b = d[:, 0] * b[:, 1] - d[:, 1] * b[:, 0]
+    crosses = (left_a >= 0) != (left_b >= 0)
+    row, piece, d, a, b = row[crosses], piece[crosses], d[crosses], a[crosses], b[crosses]
+    f = left_a[crosses] / (left_a - left_b)[crosses]
+    t = ((a + f[:, None] * (b - a)) * d).sum(axis=1)
+    order = np.lexsort((piece, np.abs(t), row))
+    order = order[np.abs(t[order]) <= reach]
+    met, first = np.unique(row[order], return_index=True)
+    best = order[first]
+    where[met] = t[best]
+    low, high = pieces[piece[best], 2], pieces[piece[best], 5]
+    height[met] = low + f[best] * (high - low)
     return where, height
+
+
+def _pairs_within(stations, pieces, reach) -> tuple[np.ndarray, np.ndarray]:
+    """Stations and pieces that a line of length `reach` from the station may meet."""
+    from scipy.spatial import cKDTree
+
+    half = 0.5 * (pieces[:, 3:5] - pieces[:, :2])
+    widest = float(np.hypot(*half.T).max())
+    near = cKDTree(pieces[:, :2] + half).query_ball_point(stations, reach + widest)
+    number = np.array([len(some) for some in near])
+    return np.repeat(np.arange(len(near)), number), np.concatenate(near).astype(np.int64)

@@ -51,7 +51,7 @@ class Picks:
 def picks_of(
     data: Any, name: str | None, positive: str | None = None, units: str | None = None
 ) -> Picks:
-    """Read horizon data: a DataArray, a gridded TriSurface, a Dataset or array of points.
+    """Read horizon data: a DataArray, a gridded TriSurface, a table or array of points.
 
     Raises
     ------
@@ -65,7 +65,8 @@ def picks_of(
                 "Give the grid or the points that it was made from."
             )
         return _from_lattice(data.renamed(name or data.name))
-    if hasattr(data, "data_vars") or isinstance(data, np.ndarray | list | tuple):
+    table = hasattr(data, "data_vars") or hasattr(data, "columns")
+    if table or isinstance(data, np.ndarray | list | tuple):
         return _from_points(data, name, positive, units)
     return _from_lattice(triangulate_horizon(data, name=name, positive=positive, units=units))
 
@@ -80,12 +81,13 @@ def _from_lattice(surface: TriSurface) -> Picks:
 def _from_points(data: Any, name: str | None, positive: str | None, units: str | None) -> Picks:
     title = str(name or getattr(data, "attrs", {}).get("name") or "horizon")
     what = f"horizon {title!r}"
-    if hasattr(data, "data_vars"):
-        missing = [k for k in ("easting", "northing", "elevation") if k not in data.variables]
+    if hasattr(data, "data_vars") or hasattr(data, "columns"):
+        there = list(data.variables if hasattr(data, "data_vars") else data.columns)
+        missing = [k for k in ("easting", "northing", "elevation") if k not in there]
         if missing:
             raise HorizonError(
-                f"{what}: points lack {missing}, there are {sorted(map(str, data.variables))}. "
-                "Give easting, northing and elevation over one dimension."
+                f"{what}: points lack {missing}, there are {sorted(map(str, there))}. "
+                "Give easting, northing and elevation, one value per point."
             )
         attrs = data["elevation"].attrs
         positive = positive or attrs.get("positive") or "up"

@@ -17,6 +17,7 @@ from geosurf.sheets.mesh import Triangles
 from geosurf.sheets.traces import Trace
 
 FAR = 4.0  # cells of extrapolation from which a place is listed
+OVERLAP = 0.5  # cells of overlap from which a user is told that data do not show it
 STATION = 1.0  # cells between the stations of a profile
 
 
@@ -76,6 +77,7 @@ def make_report(
     notes = [
         f"fault {name!r} does not meet the horizon" for name in names if not len(cuts[name].along)
     ]
+    notes += _overlap_notes(picks, state, names, trim)
     return SheetReport(
         trim=trim,
         cell=picks.frame.cell,
@@ -93,6 +95,24 @@ def make_report(
         carried=state.carried,
         notes=notes,
     )
+
+
+def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: float) -> list[str]:
+    """A sentence for each fault over which the horizon overlaps where its data do not."""
+    found: dict[str, float] = {}
+    several = np.bincount(picks.node, minlength=picks.n_node) > 1
+    lines = zip(state.network.traces, state.near, state.walls, strict=True)
+    for trace, near, walls in lines:
+        overlap = -float((walls.left + walls.right).min(initial=0.0))
+        if overlap > OVERLAP and not several[near.node[near.distance <= overlap]].any():
+            name = names[trace.fault]
+            found[name] = max(found.get(name, 0.0), overlap)
+    return [
+        f"fault {name!r} is reverse: the horizon overlaps by up to {cells * picks.frame.cell:.0f} m "
+        "there, which one value per node cannot show; give points of both walls"
+        + (f", or a trim of {0.5 * cells + 2.25:.1f}." if trim < 0.5 * cells + 2.0 else ".")
+        for name, cells in found.items()
+    ]
 
 
 def _misfit(values: np.ndarray) -> dict[str, float]:

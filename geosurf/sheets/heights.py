@@ -15,7 +15,7 @@ import numpy as np
 from geosurf.sheets.data import Picks
 from geosurf.sheets.drape import around, band_graph, drape_over, narrow_gaps, without_absent
 from geosurf.sheets.links import FALLING, Cuts, cuts_of, within
-from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height
+from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height, window
 from geosurf.sheets.network import Network
 from geosurf.sheets.solve import BEND, grounded, smoothest, steps_to_known
 from geosurf.sheets.traces import FaultMesh
@@ -38,6 +38,7 @@ class Settings:
     bend: float = BEND
     noise_weight: float | None = None
     collar: int = 16
+    carry: bool = False
 
 
 @dataclass(eq=False)
@@ -129,6 +130,7 @@ class Rebuild:
         count = np.bincount(picks.node, minlength=picks.n_node)
         self.present = count > 0
         self.several = count > 1
+        self.single = not self.several.any()
         gaps = narrow_gaps(self.present.reshape(self.shape), FILL)
         self.fillable = np.flatnonzero(gaps.ravel())
 
@@ -143,19 +145,26 @@ class Rebuild:
 
     def _near(self, mesh: FaultMesh) -> Near:
         blocks = mesh_blocks(mesh, self.reach)
-        uv = self.picks.frame.uv_of_node(self.picks.node) * self.stretch
+        mark = np.zeros(self.picks.n_node, dtype=bool)
+        mark[window(self.picks.frame, blocks)] = True
+        near = np.flatnonzero(mark[self.picks.node])
+        uv = self.picks.frame.uv_of_node(self.picks.node[near]) * self.stretch
         rows, _ = blocks.of(uv)
-        points = np.column_stack([uv[rows], self.picks.z[rows]])
+        points = np.column_stack([uv[rows], self.picks.z[near[rows]]])
         far, side = side_at_own_height(mesh, blocks, points, self.reach)
         close = side != 0
-        return Near(rows[close], far[close], side[close])
+        return Near(near[rows[close]], far[close], side[close])
 
     def trusted_grid(self) -> np.ndarray:
         """Heights (n_row, n_col) of the data that no pass distrusts."""
         doubted = np.zeros(len(self.picks.z), dtype=bool)
         for near in self.nearby:
             doubted[near.rows] = True
-        return self._node_values(~doubted)[0].reshape(self.shape)
+        return self._node_values(~doubted).reshape(self.shape)
+
+    def hidden(self, trim: float) -> Heights:
+        """The first pass alone: what is nearer than `trim` is hidden, whichever side it is on."""
+        return self._pass(trim, None)
 
     def run(self) -> Heights:
         """Both passes."""
@@ -166,7 +175,7 @@ class Rebuild:
         first = self._retraced(first)
         second = self._pass(self.settings.trim, first)
         second.walls = walls_of(second, self.picks)
-        second.in_gap = self._in_gap(second)
+        second.in_gap = self.in_gap(second)
         return second
 
     def _retraced(self, state: Heights) -> Heights:
@@ -188,7 +197,7 @@ class Rebuild:
         found.walls = walls_of(found, self.picks)
         return found
 
-    def _in_gap(self, state: Heights) -> np.ndarray:
+    def in_gap(self, state: Heights) -> np.ndarray:
         """Picks that lie between the cut-offs of a fault in the map."""
         found = [np.empty(0, dtype=np.int64)]
         for trace, near, walls in zip(state.network.traces, state.near, state.walls, strict=True):
@@ -216,26 +225,27 @@ class Rebuild:
         for fault in self.nearby:
             sure[fault.rows[fault.far < 0.5 * trim]] = False
         self._last = doubted | wrong, sure, beyond
-        return self._solve(doubted | wrong, sure, network, near, cuts, beyond)
+        carried = () if before is None else before.carried
+        return self._solve(doubted | wrong, sure, network, near, cuts, beyond, carried)
 
     def _network(self, doubted: np.ndarray) -> Network:
-        heights, _ = self._node_values(~doubted)
+        heights = self._node_values(~doubted)
         lost = np.flatnonzero(self.present & np.isnan(heights))
         fill = np.union1d(lost, self.fillable)
         drape = drape_over(heights, fill, self.shape, self.stretch)
         return Network(self.meshes, drape.reshape(self.shape), self.picks.frame, heights)
 
-    def _node_values(self, used: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean of the picks in use at each node, NaN without, and their number."""
+    def _node_values(self, used: np.ndarray) -> np.ndarray:
+        """Mean of the picks in use at each node, NaN without."""
         rows = np.flatnonzero(used) if not used.all() else slice(None)
         node, z = self.picks.node[rows], self.picks.z[rows]
-        count = np.bincount(node, minlength=self.picks.n_node)
-        if count.max(initial=0) <= 1:
+        count = np.empty(0) if self.single else np.bincount(node, minlength=self.picks.n_node)
+        if self.single or count.max(initial=0) <= 1:
             heights = np.full(self.picks.n_node, np.nan)
             heights[node] = z
-            return heights, count
+            return heights
         with np.errstate(invalid="ignore"):
-            return np.bincount(node, z, self.picks.n_node) / count, count
+            return np.bincount(node, z, self.picks.n_node) / count
 
     def _doubt_sides(self, doubted, wrong, network, near, before) -> np.ndarray:
         """Mark picks that are on the wrong side; return those of an overlapping sheet."""
@@ -266,7 +276,7 @@ class Rebuild:
         return np.concatenate([np.empty((0, 3), dtype=np.int64), *beyond])
 
     def _solve(self, doubted, sure, network, near, cuts, beyond, carried=()) -> Heights:
-        heights, _ = self._node_values(~doubted)
+        heights = self._node_values(~doubted)
         unknown = self._unknown(heights, near)
         weight = self.settings.noise_weight
         soft = np.empty(0, dtype=np.int64)
@@ -330,7 +340,7 @@ class Rebuild:
         weak = unknown[steps > WEDGE]
         weak = weak[self.present[weak]]
         if len(weak):
-            values, _ = self._node_values(sure)
+            values = self._node_values(sure)
             weak = weak[np.isfinite(values[weak])]
             rows = np.searchsorted(every, weak)
             data[rows], pull[rows] = values[weak], WEDGE_PULL
@@ -339,9 +349,9 @@ class Rebuild:
     def _bridge(self, stray, cuts: Cuts, near, network):
         """Join blocks without data to a neighbour, over the fault with the smaller throw.
 
-        Slivers of a few nodes only; None otherwise.
+        Slivers of a few nodes only, unless it was asked for; None otherwise.
         """
-        if len(stray) > SLIVER:
+        if len(stray) > SLIVER and not self.settings.carry:
             return None
         first, second = cuts.ends(self.shape[1])
         inside = np.isin(first, stray), np.isin(second, stray)
@@ -359,7 +369,7 @@ class Rebuild:
 
     def _throw_of(self, trace: int, stray, near) -> float:
         """Size of a fault's throw beside a block, from the data on its two sides [m]."""
-        heights, _ = self._node_values(np.ones(len(self.picks.z), dtype=bool))
+        heights = self._node_values(np.ones(len(self.picks.z), dtype=bool))
         mine = near[trace]
         at = mine.look_up(stray)
         places = mine.place[at[at >= 0]]

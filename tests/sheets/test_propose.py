@@ -1,0 +1,70 @@
+"""Trim is proposed from hidden data; what data cannot show is said; blocks are carried if asked."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+
+
+@pytest.mark.parametrize("kind", ["normal", "Y"])
+@pytest.mark.parametrize(("smear", "trim"), [(0, 1.0), (1, 2.0), (2, 3.5), (3, 5.0)])
+def test_the_smear_of_a_grid_is_found(kind, smear, trim):
+    world = gs.synthetic.torn(kind, 81, smear=smear)
+    proposal = gs.propose_trim(world.horizons["Top"], world.faults)
+    assert (proposal.smear, proposal.trim) == (smear, trim)
+    assert f"trim {trim:g} cells proposed: data are smeared over {smear}" in str(proposal)
+
+
+def test_smear_that_cannot_be_told_is_not_guessed():
+    """Noise misses hidden data at all distances alike."""
+    world = gs.synthetic.torn("normal", 61)
+    top = world.horizons["Top"]
+    noise = 4.0 * np.random.default_rng(0).standard_normal(top.shape)
+    proposal = gs.propose_trim(top.copy(data=top.values + noise), world.faults)
+    assert proposal.smear is None
+    assert proposal.trim == 2.0
+    assert "how far data are smeared cannot be told" in str(proposal)
+
+
+def test_too_few_data_to_see_a_smear():
+    world = gs.synthetic.torn("normal", 31)
+    some = world.horizons["Top"][:4]
+    with pytest.raises(gs.errors.GeometryError, match=r"too few to see a smear. Choose trim by"):
+        gs.propose_trim(some, world.faults)
+
+
+def test_overlap_that_a_grid_cannot_show_is_said(torn_world):
+    world, _ = torn_world("reverse", True, n=61)
+    sheet = gs.tear_horizon(world.horizons["Top"], world.faults, trim=3)
+    (note,) = sheet.report.notes
+    assert note.startswith("fault 'F1' is reverse: the horizon overlaps by up to ")
+    assert "one value per node cannot show; give points of both walls" in note
+    assert note in str(sheet.report)
+    for kind, points in (("reverse", True), ("normal", False), ("vertical", False)):
+        assert torn_world(kind, points, n=61)[1].report.notes == []
+
+
+def test_a_block_without_data_is_carried_on_if_asked():
+    world = gs.synthetic.torn("parallel", n=41, smear=0)
+    top, turn = world.horizons["Top"], np.radians(12.0)
+    across = (top["easting"] - 500.0) * np.cos(turn) - (top["northing"] - 500.0) * np.sin(turn)
+    sheet = gs.tear_horizon(top.where(abs(across) > 60.0), world.faults, trim=1.0, carry=True)
+    (block,) = sheet.report.carried
+    assert block["nodes"] > 100
+    assert block["over"] in ("F1", "F2")
+    assert f"{block['nodes']} nodes without data carried on over" in str(sheet.report)
+    throw = sheet.cuts[block["over"]].throw
+    assert np.nanmax(np.abs(throw)) < 1.0  # it is one with its neighbour there
+
+
+def test_points_come_as_a_table(torn_world):
+    import pandas as pd
+
+    world, sheet = torn_world("reverse", True, n=61)
+    table = pd.DataFrame(world.truth["points"], columns=["easting", "northing", "elevation"])
+    again = gs.tear_horizon(table, world.faults, name="Top", trim=2.25)
+    assert np.array_equal(again.surface.vertices, sheet.surface.vertices)
+    with pytest.raises(gs.errors.HorizonError, match=r"lack \['elevation'\], there are \['depth'"):
+        gs.tear_horizon(table.rename(columns={"elevation": "depth"}), world.faults)
