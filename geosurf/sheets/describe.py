@@ -107,8 +107,9 @@ def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: flo
         if overlap > OVERLAP and not several[near.node[near.distance <= overlap]].any():
             name = names[trace.fault]
             found[name] = max(found.get(name, 0.0), overlap)
+    cell = picks.frame.cell
     return [
-        f"fault {name!r} is reverse: the horizon overlaps by up to {cells * picks.frame.cell:.0f} m "
+        f"fault {name!r} is reverse: the horizon overlaps by up to {cells * cell:.0f} m "
         "there, which one value per node cannot show; give points of both walls"
         + (f", or a trim of {0.5 * cells + 2.25:.1f}." if trim < 0.5 * cells + 2.0 else ".")
         for name, cells in found.items()

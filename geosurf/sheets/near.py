@@ -48,12 +48,13 @@ class Blocks:
 def window(frame: Frame, blocks: Blocks) -> np.ndarray:
     """Nodes in the blocks that hold anything: all that can be near."""
     n_row, n_col = frame.shape
+    stretch = frame.stretch
     some = np.flatnonzero(np.diff(blocks.starts) > 0)
     found = []
     for b in some.tolist():
         y, x = divmod(b, int(blocks.shape[0]))
-        low = (blocks.corner + np.array([x, y])) * BLOCK / frame.stretch
-        high = (blocks.corner + np.array([x + 1, y + 1])) * BLOCK / frame.stretch
+        low = (blocks.corner + np.array([x, y])) * BLOCK / stretch
+        high = (blocks.corner + np.array([x + 1, y + 1])) * BLOCK / stretch
         c0, c1 = max(int(np.ceil(low[0])), 0), min(int(np.ceil(high[0])), n_col)
         r0, r1 = max(int(np.ceil(low[1])), 0), min(int(np.ceil(high[1])), n_row)
         if c0 < c1 and r0 < r1:
