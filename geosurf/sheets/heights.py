@@ -22,8 +22,9 @@ from geosurf.sheets.traces import FaultMesh
 
 FILL = 16.0  # cells: absent nodes beside a trace are filled in gaps up to this width
 MAP_REACH = 12.0  # cells: how far from a trace sides are looked at in the map
-WEDGE = 7.0  # steps of extrapolation from which distrusted data are listened to
-WEDGE_PULL = 0.02  # and how much
+WEDGE = 1.5  # trims, and at least
+FEWEST = 4.0  # steps of extrapolation, from which distrusted data are listened to
+WEDGE_PULL = 0.1  # and how much
 SLIVER = 12  # nodes: blocks without data up to this size are carried on without asking
 BRIDGE = 0.75  # cells beside the cut-offs that are bridged to find the trace between them
 SENSE = 0.25  # cells of heave below which gap and overlap are not told apart
@@ -337,7 +338,7 @@ class Rebuild:
         data, pull = np.zeros(len(every)), np.zeros(len(every))
         rows = np.searchsorted(every, soft)
         data[rows], pull[rows] = heights[soft], self.settings.noise_weight or 0.0
-        weak = unknown[steps > WEDGE]
+        weak = unknown[steps > max(FEWEST, WEDGE * self.settings.trim)]
         weak = weak[self.present[weak]]
         if len(weak):
             values = self._node_values(sure)
