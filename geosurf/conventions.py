@@ -13,6 +13,8 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterable
+from numbers import Real
+from typing import Any
 
 import numpy as np
 
@@ -265,6 +267,17 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """
     close = difflib.get_close_matches(word, list(known), n=1)
     return f" Did you mean {close[0]!r}?" if close else ""
+
+
+def is_number(value: Any) -> bool:
+    """Return whether a value is one finite real number (no truth value, no text).
+
+    Examples
+    --------
+    >>> is_number(25), is_number(np.float32(0.5)), is_number("25"), is_number(float("nan"))
+    (True, True, False, False)
+    """
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def place(point: Iterable[float]) -> str:

@@ -17,7 +17,7 @@ from geosurf.contact.broad import candidate_pairs, fit_voxels
 from geosurf.contact.gather import Faces, find_candidates, gather
 from geosurf.contact.threads import n_threads, side_by_side
 from geosurf.contact.tree import look_at_list
-from geosurf.conventions import frame_origin, place
+from geosurf.conventions import frame_origin, is_number, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact import N_EDGE_PLANE, N_NAME, N_POINT
@@ -180,7 +180,7 @@ def find_contacts(
     """
     if method not in METHODS:
         raise InputError(f"method is {method!r}, expected one of {METHODS}.")
-    if voxel_size is not None and not (np.isfinite(voxel_size) and voxel_size > 0):
+    if voxel_size is not None and not (is_number(voxel_size) and voxel_size > 0):
         raise InputError(f"voxel_size is {voxel_size!r}; give a length in metres above 0.")
     surfaces = check_surfaces(surfaces)
     if origin is None:

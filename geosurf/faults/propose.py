@@ -13,6 +13,7 @@ from itertools import combinations, product
 
 import numpy as np
 
+from geosurf.conventions import is_number
 from geosurf.errors import InputError
 from geosurf.faults.bridge import side_gaps
 from geosurf.faults.distance import Approach, nearest_of
@@ -94,7 +95,7 @@ def propose_network(
     >>> row.kind, row.fault, row.other, row.proposal
     ('contact', 'F2', 'F1', 'cross')
     """
-    if reach is not None and not (np.isfinite(reach) and reach > 0):
+    if reach is not None and not (is_number(reach) and reach > 0):
         raise InputError(f"reach is {reach!r}; give a length in metres above 0.")
     faults = [_fault(patches, i) for i, s in enumerate(patches.sources) if s.role == "fault"]
     faults.sort(key=lambda f: f.name)

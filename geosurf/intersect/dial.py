@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from geosurf.contact.search import check_surfaces, find_contacts
-from geosurf.conventions import frame_origin
+from geosurf.conventions import frame_origin, is_number
 from geosurf.errors import InputError
 from geosurf.intersect.lift import Line, lift_strand, strand_of
 from geosurf.intersect.loops import find_lost, pair_keys
@@ -21,7 +21,7 @@ Linker = Callable[..., Curves]
 
 def check_tolerance(tolerance: float, self_intersections: bool) -> float:
     """Return the tolerance [m], or say what is wrong with it."""
-    if not (np.isfinite(tolerance) and tolerance >= 0):
+    if not (is_number(tolerance) and tolerance >= 0):
         raise InputError(
             f"tolerance is {tolerance!r}; give a length in metres, or 0 for the plain curve."
         )

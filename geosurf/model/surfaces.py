@@ -204,7 +204,8 @@ def _checked_triangles(name: str, triangles: Any, n_vertex: int) -> np.ndarray:
             f"surface {name!r}: triangle {bad[0]} names vertices {array[bad[0]].tolist()}, but "
             f"there are {n_vertex} (0 to {n_vertex - 1}). Are the indices counted from 1?"
         )
-    return frozen(array, np.int64)
+    # what a caller can still write to is copied: trees and vertices rest on it
+    return frozen(array.copy() if array.flags.writeable else array, np.int64)
 
 
 @dataclass(frozen=True, eq=False)

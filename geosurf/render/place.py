@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from geosurf.conventions import is_number
 from geosurf.errors import InputError
 from geosurf.model import TriSurface
 from geosurf.render import palette
@@ -70,7 +71,7 @@ def _checked(place: Sequence[float], reach: float | None) -> tuple[float, float,
         raise InputError(
             f"place is {place!r}, expected three finite numbers: easting, northing, elevation [m]."
         )
-    if reach is not None and not (np.isfinite(reach) and reach > 0):
+    if reach is not None and not (is_number(reach) and reach > 0):
         raise InputError(f"reach is {reach!r}, expected metres above 0; leave it out for a choice.")
     x, y, z = values.tolist()
     return x, y, z

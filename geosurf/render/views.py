@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError
 
 # Where the eye stands: azimuth clockwise from north, height above the horizon [degrees].
@@ -132,7 +132,7 @@ def check_exaggeration(exaggeration: float | None, bounds: tuple[float, ...]) ->
     """
     if exaggeration is None:
         return choose_exaggeration(bounds)
-    if not (math.isfinite(exaggeration) and exaggeration > 0.0):
+    if not (is_number(exaggeration) and exaggeration > 0.0):
         raise InputError(
             f"exaggeration is {exaggeration!r}, but elevations can be stretched by a positive "
             "number only; leave it out for one that reads well."

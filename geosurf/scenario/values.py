@@ -6,14 +6,13 @@ the dataclass. ``check.allowed`` says in words what it accepts, for messages and
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, fields
 from functools import wraps
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import ScenarioError
 
 LARGEST_PICTURE = 8192
@@ -65,10 +64,6 @@ def check(allowed: str) -> Callable[[Callable[[Place, Any], Any]], Check]:
     return wrap
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
 @check("text between quotes")
 def text(_: Place, value: Any) -> str | None:
     """A string with something in it."""
@@ -84,19 +79,19 @@ def switch(_: Place, value: Any) -> bool | None:
 @check("a number above 0")
 def above_zero(_: Place, value: Any) -> float | None:
     """A finite number above zero."""
-    return float(value) if _is_number(value) and value > 0 else None
+    return float(value) if is_number(value) and value > 0 else None
 
 
 @check("a number")
 def number(_: Place, value: Any) -> float | None:
     """A finite number."""
-    return float(value) if _is_number(value) else None
+    return float(value) if is_number(value) else None
 
 
 @check("a number, 0 or above")
 def not_negative(_: Place, value: Any) -> float | None:
     """A finite number that is not below zero."""
-    return float(value) if _is_number(value) and value >= 0 else None
+    return float(value) if is_number(value) and value >= 0 else None
 
 
 @check("three or more corners: [[easting, northing], ...]")
@@ -104,7 +99,7 @@ def corners(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
     """Pairs of finite numbers."""
     if not isinstance(value, list) or len(value) < 3:
         return None
-    if not all(isinstance(c, list) and len(c) == 2 and all(map(_is_number, c)) for c in value):
+    if not all(isinstance(c, list) and len(c) == 2 and all(map(is_number, c)) for c in value):
         return None
     return tuple((float(x), float(y)) for x, y in value)
 
@@ -114,7 +109,7 @@ def profile(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
     """Pairs of finite numbers."""
     if not isinstance(value, list) or len(value) == 0:
         return None
-    if not all(isinstance(c, list) and len(c) == 2 and all(map(_is_number, c)) for c in value):
+    if not all(isinstance(c, list) and len(c) == 2 and all(map(is_number, c)) for c in value):
         return None
     return tuple((float(s), float(t)) for s, t in value)
 
@@ -130,7 +125,7 @@ def names(_: Place, value: Any) -> tuple[str, ...] | None:
 @check("two numbers, the lower one first: [low, high]")
 def interval(_: Place, value: Any) -> tuple[float, float] | None:
     """Two finite numbers that increase."""
-    if not isinstance(value, list) or len(value) != 2 or not all(map(_is_number, value)):
+    if not isinstance(value, list) or len(value) != 2 or not all(map(is_number, value)):
         return None
     low, high = map(float, value)
     return (low, high) if low < high else None

@@ -9,6 +9,7 @@ import numpy as np
 from geosurf.conventions import (
     HORIZON_DIMS,
     elevation_sign,
+    is_number,
     metres_per_unit,
     place,
     rising_diagonal,
@@ -103,7 +104,7 @@ def triangulate_horizon(
     """
     title = str(name or getattr(da, "name", None) or "horizon")
     what = f"horizon {title!r}"
-    if not (np.isfinite(tolerance) and tolerance >= 0):
+    if not (is_number(tolerance) and tolerance >= 0):
         raise HorizonError(
             f"{what}: tolerance is {tolerance!r}; give a length in metres, or 0 for all nodes."
         )
