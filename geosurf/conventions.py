@@ -233,13 +233,15 @@ def _compare_diagonals(rising: np.ndarray, falling: np.ndarray) -> int:
     return 0
 
 
-def shift_is_exact(vertices: np.ndarray, origin: np.ndarray) -> bool:
-    """Return whether vertices minus an origin are all representable without rounding.
+def shift_is_exact(values: np.ndarray, shift: float) -> bool:
+    """Return whether coordinates minus a shift are all representable without rounding.
 
     Parameters
     ----------
-    vertices : ndarray of float64, shape (n_vertex, 3)
-    origin : ndarray of float64, shape (3,)
+    values : ndarray of float64
+        World coordinates along one axis [m]; those that are not numbers are passed over.
+    shift : float
+        [m]
 
     Returns
     -------
@@ -247,14 +249,18 @@ def shift_is_exact(vertices: np.ndarray, origin: np.ndarray) -> bool:
 
     Examples
     --------
-    >>> shift_is_exact(np.array([[456000.1, 0.0, 0.0]]), np.array([455680.0, 0.0, 0.0]))
+    >>> shift_is_exact(np.array([456000.1]), 455680.0)
     True
+    >>> shift_is_exact(np.array([1e-9]), 1024.0)
+    False
     """
-    local = vertices - origin
+    if shift == 0.0:
+        return True
+    local = values - shift
     # the rounding error of a difference, exactly (Knuth's two-sum)
-    back = local - vertices
-    error = (vertices - (local - back)) + (-origin - back)
-    return not error.any()
+    back = local - values
+    error = (values - (local - back)) + (-shift - back)
+    return bool(((error == 0.0) | np.isnan(error)).all())
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

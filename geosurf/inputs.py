@@ -117,9 +117,18 @@ def shared_origin(box: tuple[float, ...] | None, surfaces: Sequence[TriSurface])
     if box is not None:
         w, e, s, n, b, t = box
         origin = frame_origin(np.array([[w, s, b], [e, n, t]]))
-        if all(shift_is_exact(surface.vertices, origin) for surface in surfaces):
+        if all(_shift_is_exact(surface, origin) for surface in surfaces):
             return origin
-    return frame_origin(*(surface.vertices for surface in surfaces))
+    return frame_origin(*(surface.extent for surface in surfaces))
+
+
+def _shift_is_exact(surface: TriSurface, origin: np.ndarray) -> bool:
+    """Whether a surface can be moved to an origin (whose elevation is 0); axes of a grid are few."""
+    if not origin.any():
+        return True
+    lattice = surface.lattice
+    axes = surface.vertices.T[:2] if lattice is None else (lattice.easting, lattice.northing)
+    return all(shift_is_exact(axis, shift) for axis, shift in zip(axes, origin[:2], strict=True))
 
 
 def box_in_words(
