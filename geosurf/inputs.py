@@ -123,7 +123,7 @@ def shared_origin(box: tuple[float, ...] | None, surfaces: Sequence[TriSurface])
 
 
 def _shift_is_exact(surface: TriSurface, origin: np.ndarray) -> bool:
-    """Whether a surface can be moved to an origin (whose elevation is 0); axes of a grid are few."""
+    """Whether a surface can be moved to an origin (whose elevation is 0); a grid has short axes."""
     if not origin.any():
         return True
     lattice = surface.lattice
