@@ -15,6 +15,7 @@ from geosurf.contact.search import ULP, Contacts
 from geosurf.kernels.collinear import lie_inside
 
 _REACH = 64 * ULP  # of the largest coordinate; rounding moves points by less than two
+_LEAST = 1e-300  # so that nothing divides by 0 where all is at 0
 _AT_ONCE = 4_000_000
 
 
@@ -76,18 +77,16 @@ def _inside(contacts: Contacts, segments: np.ndarray, points: np.ndarray) -> np.
 
 def _near(x: np.ndarray, segments: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Rows (segment, point) of points next to a segment that are none of its ends."""
-    reach = _REACH * float(np.abs(x[points]).max(initial=0.0))
+    reach = _REACH * float(np.abs(x[points]).max(initial=0.0)) + _LEAST
     a, b = x[segments[:, 0]], x[segments[:, 1]]
     lower, upper = np.minimum(a, b) - reach, np.maximum(a, b) + reach
-    best = None
-    for axis in range(3):  # search along the axis on which segments are short
-        order = np.argsort(x[points, axis], kind="stable")
-        at = x[points[order], axis]
-        first = np.searchsorted(at, lower[:, axis])
-        count = np.searchsorted(at, upper[:, axis], side="right") - first
-        if best is None or count.sum() < best[2].sum():
-            best = order, first, count
-    order, first, count = best
+    # search along the axis on which segments are shortest, measured by how far points are spread
+    spread = x[points].max(axis=0) - x[points].min(axis=0) + reach
+    axis = int(((upper - lower).sum(axis=0) / spread).argmin())
+    order = np.argsort(x[points, axis], kind="stable")
+    at = x[points[order], axis]
+    first = np.searchsorted(at, lower[:, axis])
+    count = np.searchsorted(at, upper[:, axis], side="right") - first
     found = [np.empty((0, 2), dtype=np.int64)]
     parts = np.searchsorted(np.cumsum(count), np.arange(0, count.sum() + 1, _AT_ONCE))
     for low, high in zip(parts, np.append(parts[1:], len(count)), strict=True):
