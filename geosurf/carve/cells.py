@@ -163,10 +163,11 @@ def find_cells(patches: Patches) -> Cells:
     surface = surface_of_elements(pieces)[element]
     also = _also(pieces, core, kept)
     of, corners = parents[core], pieces.x[pieces.triangles[core]]
+    is_wall = _owned_by_walls(patches, surface, also)
     if walls_are_a_box(patches, bounds):
-        outside = _outside(patches, surface[: len(core)], sides.ravel(), of, corners)
+        rows = np.flatnonzero(is_wall)
+        outside = _outside(patches, rows, surface, also, sides.ravel(), of, corners)
     else:
-        is_wall = _owned_by_walls(patches, surface, also)
         outside = outside_of_fence(patches, bounds, is_wall, sides.ravel(), of, corners)
     sides[np.isin(sides, outside)] = outside[0]
     numbers, cell = np.unique(sides, return_inverse=True)
@@ -207,7 +208,10 @@ def _connected(pieces: Pieces, kept: np.ndarray) -> tuple[np.ndarray, np.ndarray
             pairs.append(strips.joined + n_core + pieces.first_run[i])
     piece = connected(pieces.ring, kept, np.concatenate(pairs))
     walls = [i for i, source in enumerate(pieces.sources) if source.role == "wall"]
-    return piece, np.unique(piece[np.isin(surface_of_elements(pieces), walls) & kept])
+    # where a wall coincides with another surface, the first of them stands for both
+    first = np.concatenate([pieces.twin, np.arange(n_core, len(kept))])
+    rows = first[np.isin(surface_of_elements(pieces), walls)]
+    return piece, np.unique(piece[rows[kept[rows]]])
 
 
 def _shells(patches: Patches, pieces: Pieces, kept: np.ndarray):
@@ -268,17 +272,16 @@ def _owned_by_walls(patches: Patches, surface: np.ndarray, also: dict[int, list[
     return is_wall
 
 
-def _outside(patches: Patches, surface, shell, parents, corners) -> np.ndarray:
+def _outside(patches: Patches, rows, surface, also, shell, parents, corners) -> np.ndarray:
     """Shells on the outer side of the walls, or an error if they are on the inner side, too."""
     lower, upper = box_of(patches)
-    walls = [i for i, s in enumerate(patches.sources) if s.role == "wall"]
-    rows = np.flatnonzero(np.isin(surface, walls))
     a, b, c = (parents[rows, k] - 0.5 * (lower + upper) for k in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0
     outside = np.unique(shell[2 * rows + inward])
     leaks = rows[np.isin(shell[2 * rows + ~inward], outside)]
     if len(leaks):
-        name = patches.names[surface[leaks[0]]]
+        owners = (surface[leaks[0]], *also.get(int(leaks[0]), ()))
+        name = next(patches.names[i] for i in owners if patches.sources[i].role == "wall")
         where = corners[leaks[0]].mean(axis=0) + patches.origin
         raise OpenUnitError(
             f"the model box is open: wall {name!r} has the outside on both of its sides at "

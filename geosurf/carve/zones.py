@@ -68,7 +68,7 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
     Raises
     ------
     GeometryError
-        If a surface is not in the box at all.
+        If a surface is not in the box, or not inside the walls, at all.
     """
     found = np.zeros((len(level), cells.n_cell + 1), dtype=np.int64)
     pairs = cells.cell_of_side[faces_between(cells)]
@@ -76,6 +76,8 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
         sides = upper_sides(patches, cells, surface)[1]
         if len(sides) == 0:
             raise GeometryError(_not_reached(patches, surface))
+        if not sides.any():
+            raise GeometryError(_beyond(patches, surface))
         touched = np.zeros((2, cells.n_cell + 1), dtype=bool)
         touched[0, sides[:, 0]] = touched[1, sides[:, 1]] = True
         touched[:, 0] = False
@@ -106,6 +108,17 @@ def _not_reached(patches: Patches, surface: int) -> str:
         f"{source.role} {source.name!r} (easting {w:.0f} to {e:.0f}, northing {s:.0f} to {n:.0f}, "
         f"elevation {b:.0f} to {t:.0f}) does not reach the model box ({west:.0f} to {east:.0f}, "
         f"{south:.0f} to {north:.0f}, {bottom:.0f} to {top:.0f}). {hint}"
+    )
+
+
+def _beyond(patches: Patches, surface: int) -> str:
+    """Say where a surface is that lies in the bounds of the walls, and outside of them."""
+    source = patches.sources[surface]
+    w, e, s, n, b, t = source.bounds
+    return (
+        f"{source.role} {source.name!r} (easting {w:.0f} to {e:.0f}, northing {s:.0f} to {n:.0f}, "
+        f"elevation {b:.0f} to {t:.0f}) lies beyond the area of interest, in a corner of its "
+        f"bounds. Enlarge the area, or leave the {source.role} out."
     )
 
 
