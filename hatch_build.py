@@ -68,12 +68,14 @@ class FrozenKernels(BuildHookInterface):
         return not known or os.environ.get("GEOSURF_PURE", "") not in ("", "0")
 
     def _freeze(self, out: Path) -> bool:
-        """Let the freezer run on these sources; return whether there is a library now."""
-        paths = [self.root, *filter(None, [os.environ.get("PYTHONPATH")])]
+        """Let the freezer run on these sources; return whether there is a library now.
+
+        They are found because they are in its working folder: where this checkout is installed
+        as editable, too, pip's isolated environment strikes it from the paths.
+        """
         done = subprocess.run(
             [sys.executable, "-m", "geosurf.kernels._freeze", "--out", str(out)],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
-            cwd=out,
+            cwd=self.root,
             capture_output=True,
             text=True,
             check=False,
