@@ -28,7 +28,8 @@ ENGINES = {
     "netcdf4": (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05"),
     "scipy": (b"CDF\x01", b"CDF\x02"),
 }
-MODULE_OF_ENGINE = {"h5netcdf": "h5netcdf", "netcdf4": "netCDF4", "scipy": "scipy"}
+# h5netcdf comes without h5py, which it reads files with
+MODULES = {"h5netcdf": ("h5netcdf", "h5py"), "netcdf4": ("netCDF4",), "scipy": ("scipy",)}
 # engines have no common error; these are what damaged files make them raise
 DAMAGE = (OSError, EOFError, ValueError, TypeError, LookupError, RuntimeError, MemoryError)
 
@@ -172,7 +173,7 @@ def _load(path: Path) -> xr.Dataset:
             f"{path}, byte 0: found {head!r}, expected the mark of NetCDF (CDF or HDF). "
             "This is no NetCDF file; say what it is with format=."
         )
-    usable = [engine for engine in fitting if find_spec(MODULE_OF_ENGINE[engine])]
+    usable = [engine for engine in fitting if all(map(find_spec, MODULES[engine]))]
     if not usable:
         raise DependencyError(
             f"{path}: reading this NetCDF file needs one of {', '.join(fitting)}, none of which "

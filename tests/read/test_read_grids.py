@@ -292,9 +292,11 @@ def test_no_netcdf_at_all(tmp_path):
         gs.read_horizon(tmp_path / "top.nc")
 
 
-def test_missing_engine_gives_the_install_line(tmp_path, monkeypatch):
+@pytest.mark.parametrize("there", [(), ("h5netcdf",), ("h5py",)])
+def test_missing_engine_gives_the_install_line(tmp_path, monkeypatch, there):
+    """h5netcdf may be installed without h5py, which it reads with."""
     path = stored(tmp_path, depth_grid(positive="down", units="m"))
-    monkeypatch.setattr("geosurf.read.netcdf.find_spec", lambda name: None)
+    monkeypatch.setattr("geosurf.read.netcdf.find_spec", lambda name: name in there or None)
     with pytest.raises(DependencyError, match=r'h5netcdf, netcdf4.*pip install "geosurf\[io\]"'):
         gs.read_horizon(path)
 
