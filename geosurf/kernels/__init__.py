@@ -9,6 +9,7 @@ file               question                                               source
 `doubled`          constructed points in double-double, with a bound      Dekker 1971
 `points`           one id per point, whatever it is called                Levy 2024
 `voxels`, `tree`   which triangles are near?                              Lo & Wang 2004
+`aligned`          the same for horizons with one map
 `contact`          how do two triangles meet?                             Guigue & Devillers 2003
 `naming`           contacts -> named points, and what cuts each face
 `kept`             signs of integers that are made once a face
@@ -16,6 +17,7 @@ file               question                                               source
 `delaunay`         the unique triangulation of a face's points            Lawson 1977
 `segments`         segments into it, crossings and all                    Toussaint & Avis 1982
 `cut`              all cut faces -> children
+`thin`             pieces so thin that rounding could turn them
 `mesh`             welding, edges, patches
 `radial`           sides of triangles -> cells                            Weiler 1985
 `chains`           segments -> curves

@@ -17,6 +17,7 @@ from geosurf.contact.crossing import crossing_pairs
 from geosurf.contact.search import ULP, Contacts
 from geosurf.kernels.contact import COPLANAR
 from geosurf.kernels.mesh import weld
+from geosurf.kernels.thin import thin_children
 from geosurf.kernels.voxels import triangle_boxes
 
 _SAFETY = 1024.0
@@ -48,23 +49,11 @@ def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
 
 def _thin(contacts: Contacts, children: Children, pieces, face) -> np.ndarray:
     """Children thinner than what rounding can do, given the flattest contact of their face."""
-    x = children.x
-    rows = contacts.rows[contacts.rows[:, COPLANAR] == 0, :2]
-    a, b, c = (contacts.x[contacts.t[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    sine = np.linalg.norm(np.cross(normal[rows[:, 0]], normal[rows[:, 1]]), axis=1)
-    flattest = np.ones(len(contacts.t))
-    for side in range(2):
-        np.minimum.at(flattest, rows[:, side], sine)
-    n = len(children.triangles)
-    a, b, c = (x[pieces[:n, k]] for k in range(3))
-    sides = np.stack([b - a, c - b, a - c])
-    longest = np.linalg.norm(sides, axis=2).max(axis=0)
-    height = np.linalg.norm(np.cross(sides[0], sides[2]), axis=1) / np.maximum(longest, 1e-300)
+    x, n = children.x, len(children.triangles)
+    pairs = contacts.rows[contacts.rows[:, COPLANAR] == 0, :2]
     reach = _SAFETY * ULP * float(np.abs(x).max(initial=0.0))
     thin = np.zeros(len(pieces), dtype=bool)
-    thin[:n] = ~(height * flattest[face[:n]] > reach)
+    thin[:n] = thin_children(contacts.x, contacts.t, pairs, x, pieces[:n], face[:n], reach)
     return thin
 
 
