@@ -9,6 +9,8 @@ from fractions import Fraction
 
 import numpy as np
 
+from geosurf import build_walls, carve_units, rebuild_surfaces
+from geosurf.carve.certificate import certify
 from tests import oracles
 
 
@@ -215,3 +217,15 @@ def assert_shares_vertices(patches) -> None:
 def length_of(points, segments) -> float:
     ends = np.asarray(points)[segments]
     return math.fsum(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
+
+
+def carved(surfaces, ring, box):
+    """Units inside an area, all of which are closed, oriented and certified."""
+    patches = rebuild_surfaces([*surfaces, *build_walls(box, ring)])
+    units = carve_units(patches)
+    certificate = certify(patches, units)
+    assert certificate.ok, str(certificate)
+    for unit in units.values():
+        assert_closed(unit.triangles)
+        assert_oriented(unit.local, unit.triangles)
+    return units

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
-from geosurf.carve.certificate import certify
 from geosurf.errors import InputError, OpenUnitError
 from geosurf.triangulate.outline import check_outline, signed_area, triangulate_ring
 from tests import laws
@@ -25,14 +24,7 @@ def level(name, z):
 
 
 def carve(surfaces, aoi, box=BOX):
-    patches = rebuild_surfaces([*surfaces, *build_walls(box, aoi)])
-    units = carve_units(patches)
-    certificate = certify(patches, units)
-    assert certificate.ok, str(certificate)
-    for unit in units.values():
-        laws.assert_closed(unit.triangles)
-        laws.assert_oriented(unit.local, unit.triangles)
-    return units
+    return laws.carved(surfaces, aoi, box)
 
 
 def area_of(ring):

@@ -78,16 +78,16 @@ def _cell(z, a, row, col):
 
 
 @scalar
-def _full_cells(z, a, s, b):
-    """Which cells have all four nodes in both lattices."""
-    n_row, n_col = a[N_ROW] - 1, a[N_COL] - 1
-    full = np.empty((n_row, n_col), dtype=np.bool_)
-    for i in range(n_row):
-        for j in range(n_col):
-            c, d = _cell(z, a, i, j), _cell(s, b, i, j)
+def _note_full(z, a, s, b, first_row, first_col, full):
+    """Which cells of a block and around it have all four nodes in both lattices.
+
+    ``full[i, j]`` is cell ``(first_row - 1 + i, first_col - 1 + j)``; none outside is asked for.
+    """
+    for row in range(max(first_row - 1, 0), min(first_row + BLOCK + 1, a[N_ROW] - 1)):
+        for col in range(max(first_col - 1, 0), min(first_col + BLOCK + 1, a[N_COL] - 1)):
+            c, d = _cell(z, a, row, col), _cell(s, b, row, col)
             total = c[0] + c[1] + c[2] + c[3] + d[0] + d[1] + d[2] + d[3]
-            full[i, j] = total == total
-    return full
+            full[row - first_row + 1, col - first_col + 1] = total == total
 
 
 @scalar
@@ -132,13 +132,14 @@ def _all_of(c, rising_c, key_c, d, rising_d, key_d, pairs, n):
 
 
 @scalar
-def _beside_holes(z, a, s, b, full, row, col, pairs, n):
+def _beside_holes(z, a, s, b, full, first_row, first_col, row, col, pairs, n):
     """Pairs of a cell of the first lattice with the cells around it, where one has a hole."""
-    n_row, n_col = full.shape
+    n_row, n_col = a[N_ROW] - 1, a[N_COL] - 1
     c = _cell(z, a, row, col)
+    mine = full[row - first_row + 1, col - first_col + 1]
     for i in range(max(row - 1, 0), min(row + 2, n_row)):
         for j in range(max(col - 1, 0), min(col + 2, n_col)):
-            if (full[row, col] and full[i, j]) or (i == row and j == col):
+            if (mine and full[i - first_row + 1, j - first_col + 1]) or (i == row and j == col):
                 continue
             key, other = 2 * (row * n_col + col), 2 * (i * n_col + j)
             n = _all_of(c, a[RISING], key, _cell(s, b, i, j), b[RISING], other, pairs, n)
@@ -168,7 +169,7 @@ def aligned_pairs(z, a, na, s, b, nb, levels, whole, slip, steepness, pairs):
     n = 0
     visited = 0
     rim = 0 if whole else 1
-    full = np.empty((0, 0), dtype=np.bool_) if whole else _full_cells(z, a, s, b)
+    full = np.ones((BLOCK + 2, BLOCK + 2), dtype=np.bool_)
     for i in range(levels[0, 1]):
         for j in range(levels[0, 2]):
             visited += 1
@@ -178,14 +179,18 @@ def aligned_pairs(z, a, na, s, b, nb, levels, whole, slip, steepness, pairs):
             if not (low <= upper + near and lower <= high + near):
                 continue
             first_row, first_col = BLOCK * (a[FIRST_ROW] + i), BLOCK * (a[FIRST_COL] + j)
+            if not whole:
+                _note_full(z, a, s, b, first_row, first_col, full)
             for row in range(first_row, min(first_row + BLOCK, a[N_ROW] - 1)):
                 for col in range(first_col, min(first_col + BLOCK, a[N_COL] - 1)):
                     key = 2 * (row * (a[N_COL] - 1) + col)
                     c, d = _cell(z, a, row, col), _cell(s, b, row, col)
-                    if (whole or full[row, col]) and a[RISING] == b[RISING]:
+                    if full[row - first_row + 1, col - first_col + 1] and a[RISING] == b[RISING]:
                         n = _above_one_triangle(c, d, a[RISING], key, slip, steepness, pairs, n)
                     else:
                         n = _all_of(c, a[RISING], key, d, b[RISING], key, pairs, n)
                     if not whole:
-                        n = _beside_holes(z, a, s, b, full, row, col, pairs, n)
+                        n = _beside_holes(
+                            z, a, s, b, full, first_row, first_col, row, col, pairs, n
+                        )  # fmt: skip
     return n, visited

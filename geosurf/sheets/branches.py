@@ -53,6 +53,7 @@ def mains_first(branches: dict[int, set[int]]) -> list[int]:
     order: list[int] = []
 
     def visit(fault: int, above: tuple[int, ...]) -> None:
+        """List a fault after those that it ends on."""
         if fault in order or fault in above:
             return
         for main in sorted(branches.get(fault, ())):

@@ -172,6 +172,7 @@ def _ends_in_copies(patches, band: Band, among) -> list[tuple[int, int]]:
     of, n = patches.surface_of_triangle, len(patches.local)
 
     def keyed(rows: np.ndarray) -> np.ndarray:
+        """Keys of the edges of some triangles, three for each."""
         """One number for each edge of some triangles, whichever way it runs."""
         a, b = patches.triangles[rows], np.roll(patches.triangles[rows], -1, axis=1)
         return (np.minimum(a, b) * n + np.maximum(a, b)).ravel()
@@ -193,6 +194,7 @@ def _false_rims(patches, band: Band, keep) -> list[tuple[int, int]]:
     of, n = patches.surface_of_triangle, len(patches.local)
 
     def keyed(rows: np.ndarray) -> np.ndarray:
+        """Keys of the edges of some triangles, three for each."""
         a, b = patches.triangles[rows], np.roll(patches.triangles[rows], -1, axis=1)
         return (np.minimum(a, b) * n + np.maximum(a, b)).ravel()
 

@@ -15,7 +15,7 @@ import numpy as np
 from geosurf.conventions import elevation_sign, metres_per_unit, place
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import TriSurface
-from geosurf.sheets.frame import REGULAR, Frame, fit_steps, frame_of_lattice
+from geosurf.sheets.frame import Frame, fit_steps, frame_of_lattice
 from geosurf.triangulate import triangulate_horizon
 
 
@@ -188,14 +188,3 @@ def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray]:
             )
         steps.append(float(np.median(along[mine, k])))
     return np.zeros(2), axes * np.array(steps)[:, None]
-
-
-def check_regular(picks: Picks) -> None:
-    """Refuse axes that lean."""
-    step = picks.frame.step
-    lean = abs(float(step[0] @ step[1])) / float(picks.frame.spacing.prod())
-    if lean > REGULAR:
-        raise HorizonError(
-            f"horizon {picks.name!r}: the axes of its lattice lean by {lean:.3g}, tearing needs "
-            "right angles. Resample it on a regular grid."
-        )

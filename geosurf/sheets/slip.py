@@ -245,6 +245,7 @@ def _of_map(given: Any, corner: np.ndarray, what: str) -> Amount:
     axes = [grid[key].values - corner[k] for key, k in (("easting", 0), ("northing", 1))]
 
     def amount(s: np.ndarray, z: np.ndarray, xy: np.ndarray) -> np.ndarray:
+        """Throw [m] at places in the map (n, 2)."""
         (j, f), (i, g) = (
             np.divmod(np.interp(xy[:, k], axis, np.arange(len(axis))), 1.0)
             for k, axis in enumerate(axes)

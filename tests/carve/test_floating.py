@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.cells import find_cells
-from geosurf.carve.certificate import certify
 from geosurf.carve.floating import place_floating
 from geosurf.carve.measures import AREA
 from geosurf.carve.zones import owned_by
@@ -32,14 +31,7 @@ BEYOND = {
 
 
 def carve(surfaces, ring=CORNER, box=BOX):
-    patches = rebuild_surfaces([*surfaces, *build_walls(box, ring)])
-    units = carve_units(patches)
-    certificate = certify(patches, units)
-    assert certificate.ok, str(certificate)
-    for unit in units.values():
-        laws.assert_closed(unit.triangles)
-        laws.assert_oriented(unit.local, unit.triangles)
-    return units
+    return laws.carved(surfaces, ring, box)
 
 
 def volumes(units):

@@ -106,11 +106,6 @@ def default_core() -> int | None:
     return max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
 
 
-def run_job(job: Job, *, core: int | None = None, limit: float = 600.0) -> Result:
-    """Run one measurement in a process of its own; see `run_jobs`."""
-    return run_jobs([job], core=core, limit=limit)[0]
-
-
 def run_jobs(jobs: Sequence[Job], *, core: int | None = None, limit: float = 600.0) -> list[Result]:
     """
     Run measurements one after the other in one process; in a new one after a crash.
