@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import place, rising_diagonal
+from geosurf.conventions import is_number, place, rising_diagonal
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.sheets.build import Builder, carry_picks
@@ -115,10 +115,10 @@ def tear_horizon(
     >>> sheet.report.tips, sheet.report.declared_tips
     (2, 2)
     """
-    if not trim > 0:
-        raise InputError(f"trim is {trim}, expected cells above 0; 2 is a good start.")
-    if noise is not None and not noise >= 0:
-        raise InputError(f"noise is {noise}, expected metres, 0 or more.")
+    if not (is_number(trim) and trim > 0):
+        raise InputError(f"trim is {trim!r}, expected cells above 0; 2 is a good start.")
+    if noise is not None and not (is_number(noise) and noise >= 0):
+        raise InputError(f"noise is {noise!r}, expected metres, 0 or more.")
     surfaces = fault_surfaces(faults)
     picks = picks_of(data, name, positive, units)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]

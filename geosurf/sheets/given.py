@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.errors import HorizonError
+from geosurf.conventions import did_you_mean
+from geosurf.errors import HorizonError, InputError
 from geosurf.model import FaultCut, Lattice, Sheet, ThrowReport, TriSurface, frozen
 from geosurf.sheets.build import SPARE, Builder, Built
 from geosurf.sheets.cutoffs import LONGEST, profile
@@ -109,6 +110,13 @@ def throw_horizon(
             "Give it as it was before faulting, or use tear_horizon."
         )
     frame = picks.frame
+    known = [surface.name for surface in surfaces]
+    for key in throw:
+        if key not in known:
+            raise InputError(
+                f"throw is given for {key!r}, which is no fault; there are "
+                f"{', '.join(map(repr, known))}.{did_you_mean(str(key), known)}"
+            )
     sections = {
         s.name: section_of(s, frame.corner, 0.5 * frame.cell) for s in surfaces if s.name in throw
     }

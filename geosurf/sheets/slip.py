@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, metres_per_unit
+from geosurf.conventions import is_number, metres_per_unit
 from geosurf.errors import InputError
 from geosurf.sheets.section import Section
 
@@ -64,10 +64,12 @@ class EllipticThrow:
     def __post_init__(self) -> None:
         for key in ("half_length", "half_height"):
             value = getattr(self, key)
-            if value is not None and not (np.isfinite(value) and value > 0):
-                raise InputError(f"{key} of an elliptic throw is {value}, expected metres above 0.")
-        if not np.isfinite(self.largest):
-            raise InputError(f"largest of an elliptic throw is {self.largest}, expected metres.")
+            if value is not None and not (is_number(value) and value > 0):
+                raise InputError(
+                    f"{key} of an elliptic throw is {value!r}, expected metres above 0."
+                )
+        if not is_number(self.largest):
+            raise InputError(f"largest of an elliptic throw is {self.largest!r}, expected metres.")
 
     def at(self, s: np.ndarray, z: np.ndarray, section: Section | None = None) -> np.ndarray:
         """Throw [m] at distances along strike and elevations; sizes left out are a fault's."""
@@ -268,22 +270,16 @@ def slips_of(
     share: float,
 ) -> list[Slip]:
     """Movements in the order of `throw`, which is from the youngest to the oldest."""
-    for name in throw:
-        if name not in sections:
-            raise InputError(
-                f"throw is given for {name!r}, which is no fault; there are {list(sections)}."
-                f"{did_you_mean(str(name), sections)}"
-            )
-    if not (np.isfinite(share) and 0.0 <= share <= 1.0):
+    if not (is_number(share) and 0.0 <= share <= 1.0):
         raise InputError(
-            f"hanging_wall is {share}, expected the part of the throw that the hanging wall takes, "
-            "0 to 1."
+            f"hanging_wall is {share!r}, expected the part of the throw that the hanging wall "
+            "takes, 0 to 1."
         )
     found = []
     for name, given in throw.items():
         far = reach.get(name) if isinstance(reach, Mapping) else reach
-        if far is not None and not far > 0:
-            raise InputError(f"reach of {name!r} is {far}, expected metres above 0, or None.")
+        if far is not None and not (is_number(far) and far > 0):
+            raise InputError(f"reach of {name!r} is {far!r}, expected metres above 0, or None.")
         section = sections[name]
         amount = amount_of(given, section, corner)
         found.append(Slip(section, amount, np.inf if far is None else float(far), float(share)))

@@ -20,6 +20,10 @@ def test_choices_out_of_range(world):
         gs.tear_horizon(top, world.faults, trim=0)
     with pytest.raises(InputError, match=r"noise is -1, expected metres, 0 or more"):
         gs.tear_horizon(top, world.faults, noise=-1)
+    with pytest.raises(InputError, match=r"trim is '2', expected cells above 0; 2 is"):
+        gs.tear_horizon(top, world.faults, trim="2")
+    with pytest.raises(InputError, match=r"noise is '1', expected metres, 0 or more"):
+        gs.tear_horizon(top, world.faults, noise="1")
 
 
 def test_faults_need_names_of_their_own(world):
