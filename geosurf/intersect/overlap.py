@@ -1,19 +1,23 @@
 """Where surfaces coincide: overlap areas and their outlines, from the exact arrangement.
 
-An overlap's outline is a curve, the edges inside it are not. Both surfaces of a pair are
-rebuilt around their contacts; triangles that both then have are the overlap, edges that both have
-are candidates, and those with overlap on both sides are inside.
+An overlap's outline is a curve, the edges inside it are not. Both surfaces of a pair are rebuilt
+around their contacts, those of each with itself included: where one crosses itself, both are cut
+alike only then. Triangles that both then have are the overlap, edges that both have are
+candidates, and those with overlap on both sides are inside. Of a surface that lies on itself, the
+candidates are the pieces of its contacts in a line.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geosurf.contact.arrange import cut_contacts
+from geosurf.contact.arrange import Children, cut_contacts
 from geosurf.contact.search import Contacts, find_contacts
 from geosurf.errors import InvariantError
+from geosurf.intersect.collinear import split_overlaps
+from geosurf.intersect.link import line_contacts, pairs_of_rows
 from geosurf.kernels.contact import COPLANAR, N_CORNER
 from geosurf.kernels.mesh import edges, pieces
 from geosurf.model import Touch
@@ -48,9 +52,7 @@ def _edge_keys(t: np.ndarray, n: int) -> np.ndarray:
 def overlap_of(surfaces, i: int, j: int, origin: np.ndarray) -> Overlap:
     """Overlap areas, outline and curves of surfaces i and j, in the frame of `origin`."""
     pair = (surfaces[i], surfaces[j]) if i != j else (surfaces[i],)
-    contacts, children, one, two, shared = _arranged(pair, [(0, len(pair) - 1)])
-    if shared is None:  # one of them crosses itself there, so that they are cut unalike
-        contacts, children, one, two, shared = _arranged(pair, [(0, 0), (0, 1), (1, 1)])
+    contacts, children, one, two, shared = _arranged(pair)
     if shared is None:
         raise InvariantError(
             f"an overlap of {pair[0].name!r} and {pair[-1].name!r} is not the same triangles in "
@@ -58,7 +60,11 @@ def overlap_of(surfaces, i: int, j: int, origin: np.ndarray) -> Overlap:
         )
     local = children.x + (contacts.origin - origin)
     n = len(local)
-    common = np.intersect1d(_edge_keys(one, n), _edge_keys(two, n)) if i != j else np.empty(0, int)
+    if i != j:
+        common = np.intersect1d(_edge_keys(one, n), _edge_keys(two, n))
+    else:
+        ends = np.sort(_pieces_of_lines(contacts, children, one), axis=1)
+        common = ends[:, 0] * n + ends[:, 1]
     inner, times = np.unique(_edge_keys(shared, n), return_counts=True)
     outline = np.union1d(common, inner[times == 1])
     keys = np.setdiff1d(outline, inner[times > 1])
@@ -66,11 +72,20 @@ def overlap_of(surfaces, i: int, j: int, origin: np.ndarray) -> Overlap:
     return Overlap(local, segments, np.unique(shared), _areas(local, origin, shared, (i, j)))
 
 
-def _arranged(pair, pairs):
+def _pieces_of_lines(contacts: Contacts, children: Children, faces: np.ndarray) -> np.ndarray:
+    """Where a surface meets itself in a line: the edges of its pieces along it, rows (n, 2)."""
+    lines, surfaces = line_contacts(contacts, pairs_of_rows(contacts))
+    arranged = replace(contacts, x=children.x, d=children.d, m=children.m)
+    points = np.unique(faces)
+    stops = np.column_stack([np.zeros((len(points), 2), dtype=np.int64), points])
+    return split_overlaps(arranged, lines, surfaces, stops)[0]
+
+
+def _arranged(pair):
     """Both surfaces cut, and the triangles that both have; None for those if a contact over an
     area has none of them.
     """
-    contacts = find_contacts(pair, pairs=pairs)
+    contacts = find_contacts(pair, pairs=[(0, 0), (0, 1), (1, 1)] if len(pair) == 2 else [(0, 0)])
     children = cut_contacts(contacts)
     one, of_one = arranged_faces(contacts, children, 0)
     if len(pair) == 1:

@@ -171,6 +171,33 @@ def test_an_overlap_has_an_outline_and_an_area():
     assert (np.isin(x, (1.0, 5.0)) | np.isin(y, (2.0, 5.0))).all()
 
 
+@pytest.mark.parametrize("self_intersections", [False, True])
+def test_an_overlap_beside_a_surface_that_crosses_itself(self_intersections):
+    """Two walls of B cross each other on A, and a third triangle of B lies on A: walls were cut
+    unalike where they cross, and their curves on A forgotten.
+    """
+    flat = soup("A", [[(0, 0, 0), (10, 0, 0), (0, 10, 0)]])
+    wall = np.array([(2, -1, -3), (2, 9, -3), (2, 4, 9)])
+    part = [(5, 3, 0), (6, 3, 0), (5, 4, 0)]
+    crossed = soup("B", [wall, wall[:, [1, 0, 2]], part])
+    curves = intersect_surfaces([flat, crossed], self_intersections=self_intersections)
+    between = (curves.surfaces_of_segment == (0, 1)).all(axis=1)
+    length = laws.length_of(curves.points, curves.segments[between])
+    assert length == pytest.approx(7.5 + 7.5 + 2 + math.sqrt(2), rel=1e-12)
+
+
+def test_a_surface_that_lies_on_itself_and_crosses_itself():
+    """The outline of its overlap once stood for all of its curves."""
+    over = [[(0, 0, 0), (4, 0, 0), (0, 4, 0)], [(1, 1, 0), (5, 1, 0), (1, 5, 0)]]
+    # the third crosses the first, through the overlap: only what is off the area is a curve
+    through = [(0, 1.5, -1), (4, 1.5, -1), (2, 1.5, 3)]
+    apart = [[(10, 0, 0), (14, 0, 0), (10, 4, 0)], [(11, 1, -1), (11, 1, 3), (11, 2, -1)]]
+    curves = intersect_surfaces([soup("A", [*over, through, *apart])], self_intersections=True)
+    assert [(c.kind, c.area) for c in curves.contacts] == [("area", 2.0)]
+    outline, line, away = 4 + 2 * math.sqrt(2), 0.5 + 1.0, 0.75
+    assert curves.length == pytest.approx(outline + line + away, rel=1e-12)
+
+
 def test_two_overlaps_and_a_crossing_of_one_pair():
     step = np.array([0.0, 0, 0, 1, 1, 0, -1])
     one = grid("Top", np.tile(step, (3, 1)))
