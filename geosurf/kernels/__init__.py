@@ -12,6 +12,7 @@ file               question                                               source
 `aligned`          the same for horizons with one map
 `contact`          how do two triangles meet?                             Guigue & Devillers 2003
 `naming`           contacts -> named points, and what cuts each face
+`byname`           what the names of a face's points tell of them
 `kept`             signs of integers that are made once a face
 `signs`            signs of a face's points: doubles, names, integers     Shewchuk 1997
 `delaunay`         the unique triangulation of a face's points            Lawson 1977

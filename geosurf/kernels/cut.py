@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.byname import add_line
 from geosurf.kernels.delaunay import insert_point, settle_all
 from geosurf.kernels.exact import COLLISIONS, N_VERTEX
 from geosurf.kernels.points import FULL, id_at_place
@@ -19,7 +20,6 @@ from geosurf.kernels.signs import (
     START,
     TRIANGLES,
     USED,
-    add_line,
     add_local,
     in_circle,
 )

@@ -217,60 +217,6 @@ def exact_compare(x, t, e, d, m, w, a, b, axis):
 
 
 @scalar
-def exact_incircle(x, t, e, d, m, w, a, b, c, o, u, v):
-    """Sign > 0 if o lies inside the circle through a, b, c (counter-clockwise on (u, v)).
-
-    Rows (X W, Y W, X X + Y Y, W W); expanded by 2 x 2 minors of the first two columns.
-    """
-    m[EXACT_INCIRCLE] += 1
-    n = m[LIMBS]
-    entry = (_MISC + 100) * n
-    row = 56 * n
-    ids = (a, b, c, o)
-    lx = 0
-    lw = 0
-    for i in range(4):
-        # lengths may differ from point to point: store all at the longest
-        p = ids[i]
-        if p >= m[N_VERTEX]:
-            kind = d[p - m[N_VERTEX], 0]
-            lx = max(lx, (1 + 3 * kind) * n)
-            lw = max(lw, 3 * kind * n)
-    lx = max(lx, n)
-    lw = max(lw, 1)
-    n1, n2, n3 = lx + lw, 2 * lx + 1, 2 * lw
-    for i in range(4):
-        px, pw = point(x, t, e, d, m, w, 0, ids[i])
-        at = entry + i * row
-        clear(w, at, row)
-        mul_add(w, at, n1, u * 7 * n, px, 21 * n, pw, 1)
-        mul_add(w, at + 14 * n, n1, v * 7 * n, px, 21 * n, pw, 1)
-        mul_add(w, at + 28 * n, n2, u * 7 * n, px, u * 7 * n, px, 1)
-        mul_add(w, at + 28 * n, n2, v * 7 * n, px, v * 7 * n, px, 1)
-        mul_add(w, at + 43 * n, n3, 21 * n, pw, 21 * n, pw, 1)
-    left = entry + 4 * row
-    right = left + 2 * n1 + 1
-    nl, nr = 2 * n1 + 1, n2 + n3 + 1
-    acc = right + nr
-    total = nl + nr + 1
-    clear(w, acc, total)
-    for i in range(3):
-        for j in range(i + 1, 4):
-            k = 0
-            while k == i or k == j:
-                k += 1
-            q = 6 - i - j - k
-            clear(w, left, nl)
-            mul_add(w, left, nl, entry + i * row, n1, entry + j * row + 14 * n, n1, 1)
-            mul_add(w, left, nl, entry + j * row, n1, entry + i * row + 14 * n, n1, -1)
-            clear(w, right, nr)
-            mul_add(w, right, nr, entry + k * row + 28 * n, n2, entry + q * row + 43 * n, n3, 1)
-            mul_add(w, right, nr, entry + q * row + 28 * n, n2, entry + k * row + 43 * n, n3, -1)
-            mul_add(w, acc, total, left, nl, right, nr, 1 - 2 * ((i + j + 1) % 2))
-    return sign(w, acc, total)
-
-
-@scalar
 def exact_orient3d(x, m, w, a, b, c, o):
     """Sign of (b - a) x (c - a) . (o - a), for vertices."""
     m[EXACT_ORIENT3D] += 1

@@ -31,27 +31,38 @@ from geosurf.kernels.exact import (
 )
 
 LPI, TPI, EDGE_PLANE = 1, 2, 3
+_MASK = (1 << 38) - 1
 FULL = -9  # a table is full: the front door starts again with larger ones
+
+
+@scalar
+def _mixed(h, key):
+    """A hash of 38 bits with a key of up to 62 bits mixed in; no product passes 2**62.
+
+    Coordinates of grids differ in their upper bits only, names in their lower ones: both have to
+    reach all bits, or tables of a million grid nodes are one long chain.
+    """
+    h = (h ^ key ^ (key >> 38)) & _MASK
+    h *= 0xB5297B
+    h = (h ^ (h >> 27)) & _MASK
+    h *= 0x9E3779
+    return (h ^ (h >> 25)) & _MASK
 
 
 @scalar
 def hash_of_place(px, py, pz):
     """Hash of three coordinates."""
-    h = 1469598103934665603
+    h = 0
     for value in (px, py, pz):
         fraction, exponent = math.frexp(value)
-        h = (h ^ int(fraction * 9007199254740992.0)) & 0x7FFFFFFFFFFF
-        h = (h * 31321 + exponent * 7919 + (h >> 17)) & 0x7FFFFFFFFFFF
-    return h ^ (h >> 23)
+        h = _mixed(h + 7919 * exponent, int(fraction * 9007199254740992.0))
+    return h
 
 
 @scalar
 def hash_of_name(kind, a, b, c):
     """Hash of a definition."""
-    h = (kind * 1000003 + a) & 0x3FFFFFFFFF
-    h = (h * 8388593 + b) & 0x3FFFFFFFFF
-    h = (h * 8388593 + c) & 0x3FFFFFFFFF
-    return h ^ (h >> 19)
+    return _mixed(_mixed(_mixed(kind, a), b), c)
 
 
 @scalar

@@ -10,6 +10,7 @@ in `delaunay`; a, b are the ends of the segment under way.
 from __future__ import annotations
 
 from geosurf.kernels._jit import scalar
+from geosurf.kernels.byname import add_line
 from geosurf.kernels.delaunay import following, link, preceding, put, split_edge
 from geosurf.kernels.exact import N_TRIANGLE
 from geosurf.kernels.points import FULL, LPI, TPI, named_point
@@ -18,7 +19,6 @@ from geosurf.kernels.signs import (
     POINTS,
     SEGMENT,
     TRIANGLES,
-    add_line,
     add_local,
     same_way,
     turn,
@@ -202,37 +202,85 @@ def _note_inner(h, k, low, high, behind, n):
 
 
 @scalar
-def insert_segment(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, support):
-    """Make the segment of local points a, b a chain of constraints; FULL, -1 (broken) or 0."""
-    s[SEGMENT] += 1
-    q[a, 3] = q[b, 3] = s[SEGMENT]
-    p = a
-    goal = b
-    while p != b:
+def _turned(h, start, i, way):
+    """The next half-edge around the origin of i, and the way of turning; way 0: all were seen."""
+    if way > 0:
+        i = h[preceding(i), 1]
+        if i == start:
+            return i, 0
+        if i >= 0:
+            return i, 1
+        i = start  # the border: the rest, the other way round
+    i = h[i, 1]
+    if i < 0:
+        return i, 0
+    return following(i), -1
+
+
+@scalar
+def _has_fewer(h, q, a, b):
+    """Whether no more triangles meet at point a than at b, by turning around both at once."""
+    i, j = q[a, 2], q[b, 2]
+    one = two = 1
+    while True:
+        i, one = _turned(h, q[a, 2], i, one)
+        if one == 0:
+            return True
+        j, two = _turned(h, q[b, 2], j, two)
+        if two == 0:
+            return False
+
+
+@scalar
+def _advance(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, p, other, support):
+    """Constrain the line from a to b, from its point p to the next one towards `other`.
+
+    Returns that point; -1 if there is none, which breaks a promise; FULL.
+    """
+    goal = other
+    while True:
         i, far = _first_crossed(x, t, e, d, m, w, h, q, f, s, a, b, p, goal)
         if i < 0:
             return -1
         if far >= 0:
             if h[i, 2] < 0 and h[i, 1] >= 0:
                 link(h, i, h[i, 1], support)
-            p = far
-            q[p, 3] = s[SEGMENT]
-            goal = b
-            continue
+            return far
         reached, wall = _dig(x, t, e, d, m, w, h, q, f, s, k, p, i, a, b, goal, support)
-        if wall >= 0:
-            if s[POINTS] >= q.shape[0] or 3 * (s[TRIANGLES] + 2) > h.shape[0]:
-                return FULL
-            number = _crossing(x, t, e, d, m, w, names, places, s, support, h[wall, 2])
-            if number == FULL:
-                return FULL
-            goal = add_local(x, t, e, d, m, q, f, s, number, 0)
-            add_line(q, goal, support)
-            add_line(q, goal, h[wall, 2])
-            q[goal, 3] = s[SEGMENT]
-            split_edge(h, q, s, wall, goal)
-            continue
-        p = reached
+        if wall < 0:
+            return reached
+        if s[POINTS] >= q.shape[0] or 3 * (s[TRIANGLES] + 2) > h.shape[0]:
+            return FULL
+        number = _crossing(x, t, e, d, m, w, names, places, s, support, h[wall, 2])
+        if number == FULL:
+            return FULL
+        goal = add_local(x, t, e, d, m, q, f, s, number, 0)
+        add_line(q, goal, support)
+        add_line(q, goal, h[wall, 2])
+        q[goal, 3] = s[SEGMENT]
+        split_edge(h, q, s, wall, goal)
+
+
+@scalar
+def insert_segment(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, support):
+    """Make the segment of local points a, b a chain of constraints; FULL, -1 (broken) or 0.
+
+    From both ends, always where fewer triangles meet: thousands of segments with one end in common,
+    or through one point, would search all around it each time.
+    """
+    s[SEGMENT] += 1
+    q[a, 3] = q[b, 3] = s[SEGMENT]
+    low, high = a, b
+    while low != high:
+        upward = _has_fewer(h, q, low, high)
+        p, other = (low, high) if upward else (high, low)
+        one, two = (a, b) if upward else (b, a)
+        p = _advance(x, t, e, d, m, w, names, places, h, q, f, s, k, one, two, p, other, support)
+        if p < 0:
+            return p
         q[p, 3] = s[SEGMENT]
-        goal = b
+        if upward:
+            low = p
+        else:
+            high = p
     return 0

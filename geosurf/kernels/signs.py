@@ -2,10 +2,6 @@
 
 Letters as in `delaunay`. A sign is asked of doubles first, then of names, then of
 double-doubles, then of integers; each either knows it for certain or passes it on.
-
-Names: points on one line are collinear without arithmetic. A line is the number of a plane
-that cuts the face, or one that was found by arithmetic before: points that were proven
-collinear remember it, so that n points on one line cost n proofs, not one for each three.
 """
 
 from __future__ import annotations
@@ -13,41 +9,21 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.byname import is_exact, learn_line, made_alike, of_one_plane, on_one_line
 from geosurf.kernels.doubled import (
     dd_add,
     dd_minor,
     dd_mul,
-    plane_is_level,
     point_doubled,
     two_sum,
 )
 from geosurf.kernels.exact import N_VERTEX
 from geosurf.kernels.kept import kept_compare, kept_incircle, kept_orient2d
-from geosurf.kernels.predicates import (
-    INCIRCLE_BOUND,
-    ORIENT2D_BOUND,
-    TINY,
-    normal_axis,
-    orient3d,
-)
+from geosurf.kernels.predicates import INCIRCLE_BOUND, ORIENT2D_BOUND, TINY
 
 POINTS, TRIANGLES, AXIS, SEGMENT, FACE_ID, START, USED, LINES = 0, 1, 2, 3, 4, 5, 6, 7
-_FIRST_LINE, _LAST_LINE = 4, 6
 _HALF_ULP = 1.12e-16
 _TINY_DOUBLED = 1e-180  # below it rests of products may underflow
-
-
-@scalar
-def _is_exact(x, t, e, d, m, row, axis):
-    """Whether a constructed point is known exactly on an axis: what makes it is level there."""
-    a, b, c = d[row, 1], d[row, 2], d[row, 3]
-    if d[row, 0] == 1:
-        return x[a, axis] == x[b, axis] or plane_is_level(x, t, e, m, c, axis)
-    return (
-        plane_is_level(x, t, e, m, a, axis)
-        or plane_is_level(x, t, e, m, b, axis)
-        or plane_is_level(x, t, e, m, c, axis)
-    )
 
 
 @scalar
@@ -63,9 +39,9 @@ def add_local(x, t, e, d, m, q, f, s, i, bits):
     f[p, 5], f[p, 6], f[p, 7] = 0.0, 0.0, 0.0
     row = i - m[N_VERTEX]
     if row >= 0:
-        if not _is_exact(x, t, e, d, m, row, u):
+        if not is_exact(x, t, e, d, m, row, u):
             f[p, 3] = _HALF_ULP * abs(x[i, u])
-        if not _is_exact(x, t, e, d, m, row, v):
+        if not is_exact(x, t, e, d, m, row, v):
             f[p, 4] = _HALF_ULP * abs(x[i, v])
         f[p, 2] = max(f[p, 3], f[p, 4])
         if f[p, 2] > 0.0:
@@ -100,7 +76,7 @@ def _turn_closely(x, t, e, d, m, w, q, f, s, a, b, c):
     """Sign of a turn that doubles cannot tell: by names, by double-doubles, by integers."""
     if q[a, 1] & q[b, 1] & q[c, 1] != 0:
         return 0  # three points of one edge of the face, by name
-    if _on_one_line(q, a, b, c):
+    if on_one_line(q, a, b, c):
         return 0
     for i in range(2):  # three points on a line of the grid, all known exactly on that axis
         if (
@@ -109,39 +85,14 @@ def _turn_closely(x, t, e, d, m, w, q, f, s, a, b, c):
             and f[b, i] == f[c, i]
         ):
             return 0
-    if not _of_one_plane(x, d, m, w, q, a, b, c):
+    if not of_one_plane(x, d, m, w, q, a, b, c):
         sign = _turn_doubled(x, t, e, d, m, q, f, s, a, b, c)
         if sign == 0:
             sign = kept_orient2d(x, t, e, d, m, w, q, s, a, b, c)
         if sign != 0:
             return sign
-    _learn_line(q, s, a, b, c)
+    learn_line(q, s, a, b, c)
     return 0
-
-
-@scalar
-def _of_one_plane(x, d, m, w, q, a, b, c):
-    """Whether three points are where edges of one plane meet another one: then they are collinear.
-
-    A fault that is flat in parts, or extruded, cuts large triangles in such points.
-    """
-    n = m[N_VERTEX]
-    if q[a, 0] < n or q[b, 0] < n or q[c, 0] < n:
-        return False
-    i, j, k = q[a, 0] - n, q[b, 0] - n, q[c, 0] - n
-    if d[i, 0] != 1 or d[j, 0] != 1 or d[k, 0] != 1:
-        return False
-    if d[i, 3] != d[j, 3] or d[j, 3] != d[k, 3]:
-        return False
-    one, two, three = d[i, 1], d[i, 2], d[j, 1]
-    if normal_axis(x, m, w, one, two, three)[0] < 0:  # on the line of the first edge
-        three = d[j, 2]
-        if normal_axis(x, m, w, one, two, three)[0] < 0:
-            return False
-    for o in (d[j, 1], d[j, 2], d[k, 1], d[k, 2]):
-        if o not in (one, two, three) and orient3d(x, m, w, one, two, three, o, 0.0) != 0:
-            return False
-    return True
 
 
 @scalar
@@ -201,66 +152,14 @@ def _refine(x, t, e, d, m, q, f, s, p):
 
 
 @scalar
-def _holds(q, p, line):
-    """Whether a local point is known to lie on a line."""
-    return q[p, 4] == line or q[p, 5] == line or q[p, 6] == line
-
-
-@scalar
-def add_line(q, p, line):
-    """Note that a local point lies on a line; False if there is no room for it."""
-    for i in range(_FIRST_LINE, _LAST_LINE + 1):
-        if q[p, i] == line:
-            return True
-        if q[p, i] == -1:
-            q[p, i] = line
-            return True
-    return False
-
-
-@scalar
-def _line_of(q, a, b):
-    """A line that both points are known to lie on, or -1."""
-    for i in range(_FIRST_LINE, _LAST_LINE + 1):
-        if q[a, i] != -1 and _holds(q, b, q[a, i]):
-            return q[a, i]
-    return -1
-
-
-@scalar
-def _on_one_line(q, a, b, c):
-    """Whether three local points are collinear by name."""
-    for i in range(_FIRST_LINE, _LAST_LINE + 1):
-        if q[a, i] != -1 and _holds(q, b, q[a, i]) and _holds(q, c, q[a, i]):
-            return True
-    return False
-
-
-@scalar
-def _learn_line(q, s, a, b, c):
-    """Three distinct points are collinear: those without the line of the others get it."""
-    line = _line_of(q, a, b)
-    if line == -1:
-        line = _line_of(q, b, c)
-    if line == -1:
-        line = _line_of(q, c, a)
-    if line == -1:
-        if q[a, _LAST_LINE] != -1 or q[b, _LAST_LINE] != -1 or q[c, _LAST_LINE] != -1:
-            return
-        line = -2 - s[LINES]
-        s[LINES] += 1
-    add_line(q, a, line)
-    add_line(q, b, line)
-    add_line(q, c, line)
-
-
-@scalar
 def lower(x, t, e, d, m, w, q, f, s, a, b):
     """Whether local point a comes before b, by u and then v."""
     for i in range(2):
         if f[a, i] != f[b, i]:
             return f[a, i] < f[b, i]
         if f[a, 3 + i] > 0.0 or f[b, 3 + i] > 0.0:
+            if made_alike(x, t, e, d, m, q, s, a, b, i):
+                continue
             _refine(x, t, e, d, m, q, f, s, a)
             _refine(x, t, e, d, m, q, f, s, b)
             gap = f[a, 5 + i] - f[b, 5 + i]
@@ -288,6 +187,18 @@ def same_way(x, t, e, d, m, w, q, f, s, a, b, p, o):
 @scalar
 def in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
     """Whether o is inside the circle of a, b, c; a tie goes to the lowest of the four."""
+    sign = circle(x, t, e, d, m, w, q, f, s, a, b, c, o)
+    if sign != 0:
+        return sign > 0
+    # the edge to flip is a-b, the other diagonal c-o
+    kept = a if lower(x, t, e, d, m, w, q, f, s, a, b) else b
+    other = c if lower(x, t, e, d, m, w, q, f, s, c, o) else o
+    return lower(x, t, e, d, m, w, q, f, s, other, kept)
+
+
+@scalar
+def circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
+    """Sign > 0 where o is inside the circle of counter-clockwise a, b, c, 0 on it."""
     au, av = f[a, 0] - f[o, 0], f[a, 1] - f[o, 1]
     bu, bv = f[b, 0] - f[o, 0], f[b, 1] - f[o, 1]
     cu, cv = f[c, 0] - f[o, 0], f[c, 1] - f[o, 1]
@@ -304,10 +215,15 @@ def in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
         bound += _incircle_slip(z, slip)
     if size > TINY:
         if det > bound:
-            return True
+            return 1
         if -det > bound:
-            return False
-    return _in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o)
+            return -1
+    if _rectangle(x, t, e, d, m, w, q, f, s, a, b, c, o):
+        return 0
+    sign = _incircle_doubled(x, t, e, d, m, q, f, s, a, b, c, o)
+    if sign == 0:
+        sign = kept_incircle(x, t, e, d, m, w, q, s, a, b, c, o)
+    return sign
 
 
 @scalar
@@ -321,22 +237,6 @@ def _incircle_slip(z, slip):
         * slip
         * (z * (z * (48.0 * z + 72.0 * slip) + 48.0 * slip * slip) + 12.0 * slip * slip * slip)
     )
-
-
-@scalar
-def _in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o):
-    """What doubles cannot tell of `in_circle`: rectangles, double-doubles, integers, ties."""
-    sign = 0
-    if not _rectangle(x, t, e, d, m, w, q, f, s, a, b, c, o):
-        sign = _incircle_doubled(x, t, e, d, m, q, f, s, a, b, c, o)
-        if sign == 0:
-            sign = kept_incircle(x, t, e, d, m, w, q, s, a, b, c, o)
-    if sign != 0:
-        return sign > 0
-    # cocircular: the edge to flip is a-b, the other diagonal c-o
-    kept = a if lower(x, t, e, d, m, w, q, f, s, a, b) else b
-    other = c if lower(x, t, e, d, m, w, q, f, s, c, o) else o
-    return lower(x, t, e, d, m, w, q, f, s, other, kept)
 
 
 @scalar
@@ -360,6 +260,8 @@ def _rectangle(x, t, e, d, m, w, q, f, s, a, b, c, o):
 def _equal(x, t, e, d, m, w, q, f, s, a, b, second):
     """Whether coordinates that are equal once rounded, U or V, are equal."""
     if f[a, 3 + second] == 0.0 and f[b, 3 + second] == 0.0:
+        return True
+    if made_alike(x, t, e, d, m, q, s, a, b, second):
         return True
     return kept_compare(x, t, e, d, m, w, q, s, a, b, second) == 0
 
@@ -405,9 +307,10 @@ def _incircle_doubled(x, t, e, d, m, q, f, s, a, b, c, o):
 
 @entry("d2 l2 l2 l2 l1 l1 l1 l l2 l2 -> .")
 def sign_rows(x, t, e, d, m, w, ids, axis, rows, out):
-    """Turn of ids[rows[i, :3]], and whether the fourth is in their circle if they turn left.
+    """Turn of ids[rows[i, :3]]; side of the circle of these on which the fourth is, and whether
+    `in_circle` puts it inside, both 0 where they do not turn left.
 
-    The points are distinct and lie in one plane that is not upright on the axis. For tests.
+    The points lie in one plane that is not upright on the axis. For tests.
     """
     q = np.empty((ids.shape[0], 8), dtype=np.int64)
     f = np.empty((ids.shape[0], 8), dtype=np.float64)
@@ -418,6 +321,8 @@ def sign_rows(x, t, e, d, m, w, ids, axis, rows, out):
     for i in range(rows.shape[0]):
         a, b, c, o = rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3]
         out[i, 0] = turn(x, t, e, d, m, w, q, f, s, a, b, c)
-        out[i, 1] = 0
-        if out[i, 0] > 0 and in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
-            out[i, 1] = 1
+        out[i, 1] = out[i, 2] = 0
+        if out[i, 0] > 0:
+            out[i, 1] = circle(x, t, e, d, m, w, q, f, s, a, b, c, o)
+            if in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
+                out[i, 2] = 1

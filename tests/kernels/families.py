@@ -101,10 +101,42 @@ def kernel_signs(name: str, points: np.ndarray) -> np.ndarray:
     x = np.zeros((n * corners, 3))
     x[:, :dimension] = points.reshape(-1, dimension)
     m, w = predicates.frame_of(x)
-    out = np.full(n, 9, dtype=np.int64)
     rows = np.arange(n * corners).reshape(n, corners)
+    if name == "incircle":
+        return _circle_signs(x, m, rows)
+    out = np.full(n, 9, dtype=np.int64)
     getattr(predicates, f"{name}_rows")(x, rows, m, w, out)
     return out
+
+
+def _circle_signs(x: np.ndarray, m: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Signs of `signs.circle`, which is asked about triangles that turn left only.
+
+    An odd change of order changes the sign of the determinant; it is 0 for four points of a line.
+    """
+    from geosurf.kernels.exact import LIMBS
+    from geosurf.kernels.kept import roomy_workspace
+    from geosurf.kernels.signs import sign_rows
+
+    w = roomy_workspace(int(m[LIMBS]), len(x))
+    none = np.empty((0, 4), dtype=np.int64)
+    signs = np.zeros(len(rows), dtype=np.int64)
+    open_ = np.ones(len(rows), dtype=bool)
+    for order, parity in (
+        ((0, 1, 2, 3), 1),
+        ((0, 1, 3, 2), -1),
+        ((0, 2, 3, 1), 1),
+        ((1, 2, 3, 0), -1),
+    ):
+        for flip in (1, -1):
+            asked = rows[:, order] if flip > 0 else rows[:, [order[i] for i in (1, 0, 2, 3)]]
+            out = np.empty((len(rows), 3), dtype=np.int64)
+            # two of a row may be in one place, which the engine never asks: as good as any sign
+            sign_rows(x, none[:, :3], none[:, :3], none, m, w, np.arange(len(x)), 2, asked, out)
+            left = open_ & (out[:, 0] > 0)
+            signs[left] = parity * flip * out[left, 1]
+            open_ &= ~left
+    return signs
 
 
 def share(total: int) -> int:

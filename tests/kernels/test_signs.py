@@ -140,10 +140,10 @@ def test_signs_of_constructed_points(kind):
         m, _ = frame_of(world.x, len(world.t))
         x = np.concatenate([world.x, [rounded(at) for at in world.places]])
         w = roomy_workspace(int(m[LIMBS]), 1)  # too small for all: rows are forgotten and made anew
-        out = np.empty((len(rows), 2), dtype=np.int64)
+        out = np.empty((len(rows), 3), dtype=np.int64)
         ids = np.arange(n_vertex, n_vertex + n)
         sign_rows(x, world.t, world.e, world.d, m, w, ids, world.axis, rows, out)
-        for (a, b, c, o), (turned, inside) in zip(rows.tolist(), out.tolist(), strict=True):
+        for (a, b, c, o), (turned, side, inside) in zip(rows.tolist(), out.tolist(), strict=True):
             p, q, r, z = flat[a], flat[b], flat[c], flat[o]
             expected = sign(determinant([[*p, 1], [*q, 1], [*r, 1]]))
             assert turned == expected
@@ -153,6 +153,7 @@ def test_signs_of_constructed_points(kind):
             lifted = [[i, j, i * i + j * j, 1] for i, j in (p, q, r, z)]
             circle = sign(determinant(lifted))
             ties += circle == 0
+            assert side == circle
             assert inside == (circle > 0 or (circle == 0 and min(r, z) < min(p, q)))
     assert zeros > 10
     assert ties > 5 or kind != "lattice"
