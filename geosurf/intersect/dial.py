@@ -13,6 +13,7 @@ from geosurf.errors import InputError
 from geosurf.intersect.lift import Line, lift_strand, strand_of
 from geosurf.intersect.loops import find_lost, pair_keys
 from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, side_of
+from geosurf.intersect.walk import walk_curves
 from geosurf.kernels.mesh import weld
 from geosurf.model import Curves, Place, Touch, TriSurface, frozen
 
@@ -110,6 +111,9 @@ def _pair(one, two, origin, tolerance, linker, options):
         return [_plain_line(plain, k, bound) for k in range(plain.n_curve)], coarse, [plain]
     sides = side_of(one, origin), side_of(two, origin)
     near = find_candidates(*sides)
+    walked = walk_curves(sides, near, tolerance) if not coarse else None
+    if walked is not None:
+        return walked, [], []
     pieces = tuple(piece_of(side, cells) for side, cells in zip(sides, near.cells, strict=True))
     lines: list[Line] = []
     plain_curves = []

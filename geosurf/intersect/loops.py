@@ -52,7 +52,7 @@ def find_lost(
     )
     if len(rows) == 0:
         return [], []
-    reach = _cell_size(near)
+    reach = cell_size(near)
     ends = _segments(lines)
     away = distances(rows[:, 6:9], *ends)
     seeds = rows[np.isin(rows[:, 0], (SEED, NEAR_SEED)) & (away > 4 * tolerance)]
@@ -71,7 +71,7 @@ def find_lost(
     return found, places
 
 
-def _cell_size(near: Candidates) -> float:
+def cell_size(near: Candidates) -> float:
     """Largest diagonal of the patches of the lattice that are looked at [m]."""
     nets = near.nets[0]
     return float(np.linalg.norm(nets[:, 3, 3] - nets[:, 0, 0], axis=1).max())

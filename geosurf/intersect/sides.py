@@ -14,14 +14,8 @@ import numpy as np
 from geosurf.contact.search import check_surfaces
 from geosurf.errors import SurfaceError
 from geosurf.kernels.cover import cones_of
-from geosurf.kernels.patch import cell_nets
-from geosurf.kernels.pyramid import (
-    BLOCK,
-    block_pairs,
-    lattice_pyramid,
-    near_pairs,
-    net_boxes,
-)
+from geosurf.kernels.near import near_patches
+from geosurf.kernels.pyramid import block_pairs, lattice_pyramid
 from geosurf.model import TriSurface
 
 LEAST = 8  # nodes per side from which on cubics can be compared with higher orders
@@ -88,33 +82,6 @@ class Side:
             planes[:, 3] = (normals * self.c[:, 0]).sum(axis=1)
         return planes
 
-    def cells_of(self, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Cells of some blocks, block by block, and the offset of each; triangles are their own."""
-        if not self.smooth:
-            return groups, np.arange(len(groups) + 1)
-        n_row, n_col = self.z.shape[0] - 1, self.n_cell_col
-        across = -(-n_col // BLOCK)
-        step = np.arange(BLOCK)
-        rows = (groups // across * BLOCK)[:, None, None] + step[None, :, None]
-        cols = (groups % across * BLOCK)[:, None, None] + step[None, None, :]
-        there = (rows < n_row) & (cols < n_col)
-        cells = (rows * n_col + cols)[there]
-        return cells, np.append(0, np.cumsum(there.sum(axis=(1, 2))))
-
-    def nets_of(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Bernstein nets (n, 4, 4, 3) of cells or triangles, and which are whole (-1: empty)."""
-        nets = np.empty((len(cells), 4, 4, 3))
-        whole = np.ones(len(cells), dtype=np.int64)
-        if self.smooth:
-            cell_nets(self.x, self.y, self.z, cells, nets, whole)
-            return nets, whole
-        # a triangle as the patch a + p (b - a) + p q (c - b)
-        t = np.arange(4) / 3
-        a, b, c = (self.c[cells, k][:, None, None, :] for k in range(3))
-        p, q = t[None, None, :, None], t[None, :, None, None]
-        nets[:] = a + p * (b - a) + p * q * (c - b)
-        return nets, whole
-
 
 @dataclass(eq=False)
 class Candidates:
@@ -172,30 +139,10 @@ def find_candidates(one: Side, two: Side) -> Candidates:
     """Patches of two sides (the first a lattice) that the bounds of cubics do not exclude."""
     boxes, shape = one.pyramid
     blocks = block_pairs(boxes, shape, two.blocks, two.planes)
-    groups_a, row_a = np.unique(blocks[:, 0], return_inverse=True)
-    groups_b, row_b = np.unique(blocks[:, 1], return_inverse=True)
-    cells_a, start_a = one.cells_of(groups_a)
-    cells_b, start_b = two.cells_of(groups_b)
-    nets_a, whole_a = one.nets_of(cells_a)
-    nets_b, whole_b = two.nets_of(cells_b)
-    rows = np.stack([row_a.ravel(), row_b.ravel()], axis=1)
-    pairs = near_pairs(
-        rows, two.blocks[groups_b], start_a, nets_a, net_boxes(nets_a),
-        start_b, nets_b, net_boxes(nets_b),
-    )  # fmt: skip
-    used_a, a = _used(len(cells_a), pairs[:, 0])
-    used_b, b = _used(len(cells_b), pairs[:, 1])
-    return Candidates(
-        (cells_a[used_a], cells_b[used_b]), (nets_a[used_a], nets_b[used_b]),
-        (whole_a[used_a], whole_b[used_b]), np.stack([a, b], axis=1), len(blocks),
-    )  # fmt: skip
-
-
-def _used(n: int, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mask of the rows in use, and their new numbers."""
-    mark = np.zeros(n, dtype=bool)
-    mark[rows] = True
-    return mark, (np.cumsum(mark) - 1)[rows]
+    found = near_patches(
+        one.x, one.y, one.z, two.x, two.y, two.z, two.c, blocks, len(one.blocks), len(two.blocks)
+    )
+    return Candidates(found[0:2], found[2:4], found[4:6], found[6], len(blocks))
 
 
 @dataclass(eq=False)

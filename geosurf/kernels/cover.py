@@ -65,7 +65,7 @@ def cones_of(nets):
 
 
 @scalar
-def _transverse(ap, aq, ar, aw, bp, bq, br, bw):
+def transverse(ap, aq, ar, aw, bp, bq, br, bw):
     """Whether no direction of one double cone is in the other."""
     between = math.acos(min(abs(ap * bp + aq * bq + ar * br), 1.0))
     return between > aw + bw + 1e-9
@@ -201,7 +201,7 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
         key = cell_a[a] * (1 << 31) + cell_b[b]
         seen = _known(keys, key)
         ca, cb = cones_a[a], cones_b[b]
-        if seen and _transverse(ca[0], ca[1], ca[2], ca[3], cb[0], cb[1], cb[2], cb[3]):
+        if seen and transverse(ca[0], ca[1], ca[2], ca[3], cb[0], cb[1], cb[2], cb[3]):
             continue
         g[0], h[0] = nets_a[a], nets_b[b]
         n_col = za.shape[1] - 1
@@ -222,14 +222,14 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
                 continue
             ap, aq, ar, aw = cone(g[n])
             bp, bq, br, bw = cone(h[n])
-            transverse = _transverse(ap, aq, ar, aw, bp, bq, br, bw)
-            if transverse and seen:
+            clear = transverse(ap, aq, ar, aw, bp, bq, br, bw)
+            if clear and seen:
                 top -= 1
                 continue
             x, y, z = _start(g, r, n, mesh, w)
             kind = -1
             found = ASTRAY
-            if transverse:
+            if clear:
                 found = meet(xa, ya, za, xb, yb, zb, c, tri, w, x, y, z, 0.0, 0.0, 0.0, f)
                 if found == LIFTED and _known(keys, key_of(za, zb, w, tri)):
                     top -= 1
@@ -248,7 +248,7 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
                 if found == OUTSIDE:
                     top -= 1
                     continue
-                kind = TOUCH if found != LIFTED else (SEED if transverse else NEAR_SEED)
+                kind = TOUCH if found != LIFTED else (SEED if clear else NEAR_SEED)
             if n_out == out.shape[0]:
                 more = np.empty((2 * n_out, 9))
                 more[:n_out] = out

@@ -86,6 +86,12 @@ def _crossing(f):
 @scalar
 def meet(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, f):
     """Newton in the plane through (px, py, pz) across (dx, dy, dz); zeros: across the curve."""
+    return meet_to(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, _STEP, f)
+
+
+@scalar
+def meet_to(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, enough, f):
+    """`meet`, over when a step is shorter than `enough` [m]."""
     for _ in range(16):
         evaluate(xa, ya, za, w[0], w[1], f, 0)
         second(xb, yb, zb, c, tri, w[2], w[3], f)
@@ -108,7 +114,7 @@ def meet(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, f):
         gx, gy, gz = x - f[9], y - f[10], z - f[11]
         _follow(f, 0, ex, ey, ez, w, 0)
         _follow(f, 9, gx, gy, gz, w, 2)
-        if ex * ex + ey * ey + ez * ez + gx * gx + gy * gy + gz * gz < _STEP * _STEP:
+        if ex * ex + ey * ey + ez * ez + gx * gx + gy * gy + gz * gz < enough * enough:
             _set_point(f, x, y, z, tx, ty, tz, sine)
             return inside(za, zb, w)
     return ASTRAY

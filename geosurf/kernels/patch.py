@@ -162,29 +162,24 @@ def corner_net(x, y, z, i, j, net):
     return found
 
 
-@entry("d2 d2 d2 l1 d4 l1 -> ")
-def cell_nets(x, y, z, cells, nets, whole):
-    """Control nets (n, 4, 4, 3) of cells (row * (n_col - 1) + column).
+@scalar
+def cell_net(x, y, z, i, j, net, half):
+    """Control net (4, 4, 3) of a cell: 1 where its stencil has 16 nodes, else what is in `net`.
 
-    `whole` says 1 where the stencil has its 16 nodes, 0 where the net is only the corners
-    of one or two triangles, and -1 where the cell has no triangle.
+    0 where the net is only the corners of one or two triangles, -1 where the cell has none.
     """
-    n_row, n_col = z.shape
-    half = np.empty((4, 4))
-    for n in range(cells.shape[0]):
-        i, j = cells[n] // (n_col - 1), cells[n] % (n_col - 1)
-        si, sj = stencil(i, n_row, 4), stencil(j, n_col, 4)
-        _net_of(x, si, sj, j - sj, i - si, nets[n], 0, half)
-        _net_of(y, si, sj, j - sj, i - si, nets[n], 1, half)
-        _net_of(z, si, sj, j - sj, i - si, nets[n], 2, half)
-        total = 0.0
-        for k in range(4):
-            for col in range(4):
-                for axis in range(3):
-                    total += nets[n, k, col, axis]
-        whole[n] = 1
-        if not math.isfinite(total):
-            whole[n] = 0 if corner_net(x, y, z, i, j, nets[n]) > 2 else -1
+    si, sj = stencil(i, z.shape[0], 4), stencil(j, z.shape[1], 4)
+    _net_of(x, si, sj, j - sj, i - si, net, 0, half)
+    _net_of(y, si, sj, j - sj, i - si, net, 1, half)
+    _net_of(z, si, sj, j - sj, i - si, net, 2, half)
+    total = 0.0
+    for k in range(4):
+        for col in range(4):
+            for axis in range(3):
+                total += net[k, col, axis]
+    if math.isfinite(total):
+        return 1
+    return 0 if corner_net(x, y, z, i, j, net) > 2 else -1
 
 
 @scalar

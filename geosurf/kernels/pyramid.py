@@ -3,8 +3,10 @@
 A cubic between nodes leaves their range by a known part of it: 4-point weights add up to 1, and
 their absolute values to 1.25 at most in the middle and 1.632 at the rim, so that a tensor product
 stays within ``range * (1.25**2 - 1) / 2``, and at the rim ``range * (1.632**2 - 1) / 2``, of
-the lowest and the highest node of its stencil. Over blocks this is what the pyramid keeps; over
-single cells, Bernstein coefficients bound the cubic and hold its corners, so that triangles of
+the lowest and the highest node of its stencil. Taken are the nodes less their mean slope over the
+block, which cubics reproduce: what is left is small where a surface is smooth. The same holds for
+coordinates along any direction, since a sum of cubics is a cubic. Over blocks this is what the
+pyramid keeps; over single cells, Bernstein coefficients bound the cubic and hold its corners, so that triangles of
 the plain surface are inside as well. What is excluded here holds neither a contact of the
 cubics nor one of the triangles.
 
@@ -12,6 +14,8 @@ Letters as in `patch`; boxes (n, 6) lower, upper; nets (n, 4, 4, 3) Bernstein co
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -24,20 +28,55 @@ SLACK = 1e-9  # [m], above the rounding of coefficients
 
 
 @scalar
-def _range(q, r0, r1, c0, c1):
-    """Least and largest value of nodes that exist."""
+def node_along(x, y, z, i, j, p, q, r):
+    """p x + q y + r z of a node; what has factor 0 is not looked at."""
+    value = 0.0
+    if p != 0.0:
+        value += p * x[0 if x.shape[0] == 1 else i, j]
+    if q != 0.0:
+        value += q * y[i, 0 if y.shape[1] == 1 else j]
+    return value + r * z[i, j] if r != 0.0 else value
+
+
+@scalar
+def span_along(x, y, z, r0, r1, c0, c1, p, q, r):
+    """Bounds of p x + q y + r z over the cubics of cells, rows r0 to r1 and columns c0 to c1.
+
+    Infinite and the wrong way round if there is no node.
+    """
+    n_row, n_col = z.shape[0] - 1, z.shape[1] - 1
+    i0, i1, j0, j1 = r0 - 1, r1 + 2, c0 - 1, c1 + 2
+    rim = i0 < 0 or j0 < 0 or i1 > n_row + 1 or j1 > n_col + 1
+    part = _AT_RIM if rim else _INSIDE
+    # a shifted stencil reaches one node farther in
+    i0, i1 = max(min(i0, n_row - 3), 0), min(max(i1, 4), n_row + 1)
+    j0, j1 = max(min(j0, n_col - 3), 0), min(max(j1, 4), n_col + 1)
+    base = node_along(x, y, z, r0, c0, p, q, r)
+    corner = node_along(x, y, z, r1, c1, p, q, r)
+    du = node_along(x, y, z, r0, c1, p, q, r)
+    dv = node_along(x, y, z, r1, c0, p, q, r)
+    du, dv = 0.5 * (du - base + corner - dv) / (c1 - c0), 0.5 * (dv - base + corner - du) / (r1 - r0)
+    if not math.isfinite(du + dv):  # a corner is absent: no slope is taken off
+        base, du, dv = 0.0, 0.0, 0.0
     low, high = np.inf, -np.inf
-    if q.shape[0] == 1:
-        r0, r1 = 0, 1
-    if q.shape[1] == 1:
-        c0, c1 = 0, 1
-    for i in range(r0, r1):
-        for j in range(c0, c1):
-            value = q[i, j]
+    if r == 0.0 and q == 0.0 and x.shape[0] == 1:  # all rows are alike
+        i1 = i0 + 1
+    if r == 0.0 and p == 0.0 and y.shape[1] == 1:
+        j1 = j0 + 1
+    for i in range(i0, i1):
+        for j in range(j0, j1):
+            value = node_along(x, y, z, i, j, p, q, r) - dv * (i - r0) - du * (j - c0)
+            # written so that a node that is absent changes nothing
             if value < low:
                 low = value
             if value > high:
                 high = value
+    if high < low:
+        return low, high
+    more = part * (high - low) + SLACK
+    across, along = du * (c1 - c0), dv * (r1 - r0)
+    low += min(across, 0.0) + min(along, 0.0) - more
+    high += max(across, 0.0) + max(along, 0.0) + more
     return low, high
 
 
@@ -57,18 +96,12 @@ def lattice_pyramid(x, y, z):
     boxes = np.empty((total, 6))
     for i in range(shape[0, 1]):
         for j in range(shape[0, 2]):
-            r0, r1 = i * BLOCK - 1, min(i * BLOCK + BLOCK, n_row) + 2
-            c0, c1 = j * BLOCK - 1, min(j * BLOCK + BLOCK, n_col) + 2
-            rim = r0 < 0 or c0 < 0 or r1 > n_row + 1 or c1 > n_col + 1
-            part = _AT_RIM if rim else _INSIDE
-            # a shifted stencil reaches one node farther in
-            r0, r1 = max(min(r0, n_row - 3), 0), min(max(r1, 4), n_row + 1)
-            c0, c1 = max(min(c0, n_col - 3), 0), min(max(c1, 4), n_col + 1)
-            row = i * shape[0, 2] + j
-            for axis in range(3):
-                low, high = _range(x if axis == 0 else (y if axis == 1 else z), r0, r1, c0, c1)
-                more = part * (high - low) + SLACK if high >= low else 0.0
-                boxes[row, axis], boxes[row, 3 + axis] = low - more, high + more
+            r0, r1 = i * BLOCK, min(i * BLOCK + BLOCK, n_row)
+            c0, c1 = j * BLOCK, min(j * BLOCK + BLOCK, n_col)
+            box = boxes[i * shape[0, 2] + j]
+            box[0], box[3] = span_along(x, y, z, r0, r1, c0, c1, 1.0, 0.0, 0.0)
+            box[1], box[4] = span_along(x, y, z, r0, r1, c0, c1, 0.0, 1.0, 0.0)
+            box[2], box[5] = span_along(x, y, z, r0, r1, c0, c1, 0.0, 0.0, 1.0)
     for level in range(1, n_level):
         before, _, below = shape[level - 1]
         for i in range(shape[level, 1]):
@@ -85,7 +118,7 @@ def lattice_pyramid(x, y, z):
 
 
 @scalar
-def _apart(p, q, plane):
+def apart(p, q, plane):
     """Whether two boxes are apart, or the first from the plane (a, b, c, d) of the second."""
     for axis in range(3):
         # written so that an empty or undefined box is apart from all
@@ -114,7 +147,7 @@ def block_pairs(boxes, shape, items, planes):
             top -= 1
             level, i, j = stack[top]
             row = shape[level, 0] + i * shape[level, 2] + j
-            if _apart(boxes[row], items[item], planes[item]):
+            if apart(boxes[row], items[item], planes[item]):
                 continue
             if level == 0:
                 if n == out.shape[0]:
@@ -177,47 +210,3 @@ def separated(one, two):
         if low > ceiling + SLACK or floor > high + SLACK:
             return True
     return False
-
-
-@entry("d4 -> d2")
-def net_boxes(nets):
-    """Boxes of control nets; coefficients that are NaN count for nothing."""
-    boxes = np.empty((nets.shape[0], 6))
-    for n in range(nets.shape[0]):
-        for axis in range(3):
-            low, high = np.inf, -np.inf
-            for k in range(4):
-                for col in range(4):
-                    value = nets[n, k, col, axis]
-                    if value < low:
-                        low = value
-                    if value > high:
-                        high = value
-            boxes[n, axis], boxes[n, 3 + axis] = low - SLACK, high + SLACK
-    return boxes
-
-
-@entry("l2 d2 l1 d4 d2 l1 d4 d2 -> l2")
-def near_pairs(pairs, blocks, start_a, nets_a, boxes_a, start_b, nets_b, boxes_b):
-    """Pairs of patches that are not apart, from pairs of groups of patches.
-
-    `start_a`, `start_b`: first patch of each group, and the end; `blocks`: boxes of groups b.
-    """
-    out = np.empty((256, 2), dtype=np.int64)
-    n = 0
-    none = np.zeros(4)
-    for k in range(pairs.shape[0]):
-        g, h = pairs[k]
-        for a in range(start_a[g], start_a[g + 1]):
-            if _apart(boxes_a[a], blocks[h], none):
-                continue
-            for b in range(start_b[h], start_b[h + 1]):
-                if _apart(boxes_a[a], boxes_b[b], none) or separated(nets_a[a], nets_b[b]):
-                    continue
-                if n == out.shape[0]:
-                    more = np.empty((2 * n, 2), dtype=np.int64)
-                    more[:n] = out
-                    out = more
-                out[n] = a, b
-                n += 1
-    return out[:n].copy()

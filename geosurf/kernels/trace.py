@@ -35,7 +35,7 @@ _SHORTEST = 1e-6  # of the first step
 
 
 @scalar
-def _passed(za, zb, w):
+def passed(za, zb, w):
     """Which rim parameters have passed first, as what to hold there; 0 if none."""
     hold, worst = 0, 0.0
     for k in range(4):
@@ -52,7 +52,7 @@ def _passed(za, zb, w):
 
 
 @scalar
-def _put_on(za, zb, hold, w):
+def put_on(za, zb, hold, w):
     """Move parameters on the rim that is held."""
     if hold == HOLD_SUM:
         more = 0.5 * (w[2] + w[3] - 1.0)
@@ -155,8 +155,8 @@ def trace_curve(xa, ya, za, xb, yb, zb, c, beside, seed, tri, way, step, target)
         found = meet(xa, ya, za, xb, yb, zb, c, tri, goal[3:], x, y, z, dx, dy, dz, f)
         hold = 0
         if found == OUTSIDE:
-            hold = _passed(za, zb, goal[3:])
-            _put_on(za, zb, hold, goal[3:])
+            hold = passed(za, zb, goal[3:])
+            put_on(za, zb, hold, goal[3:])
             found = meet_line(xa, ya, za, xb, yb, zb, c, tri, goal[3:], hold, f)
         if found != LIFTED:
             step *= 0.5
