@@ -18,9 +18,7 @@ _COARSEST = 0.25  # [cells]: for more, the plain curve has more points than are 
 _FIRST_STEP = 0.25  # [cells]
 
 
-def walk_curves(
-    sides: tuple[Side, Side], near: Candidates, tolerance: float
-) -> list[Line] | None:
+def walk_curves(sides: tuple[Side, Side], near: Candidates, tolerance: float) -> list[Line] | None:
     """All curves of two lattices to a tolerance, or None where the plain curve has to help.
 
     Parameters
@@ -83,7 +81,5 @@ def _more_beside(sides, near: Candidates, unsettled, lines, rows, tolerance) -> 
     if not len(unsettled):
         return False
     keys = pair_keys(sides, rows[:, 3:7], np.zeros(len(rows), dtype=np.int64))
-    rest = Candidates(
-        near.cells, near.nets, near.whole, near.pairs[unsettled], near.n_block_pair
-    )
+    rest = Candidates(near.cells, near.nets, near.whole, near.pairs[unsettled], near.n_block_pair)
     return any(find_lost(sides, rest, lines, keys, tolerance))

@@ -24,6 +24,8 @@ file               question                                               source
 `chains`           segments -> curves
 `patch`            cubics between the nodes of a lattice, their trust
 `pyramid`          where can two smooth surfaces meet?
+`near`             from pairs of blocks to pairs of cells
+`walk`             all curves of two smooth lattices, without triangles   Newton
 `lift`             plain points -> points on both cubics                  Newton
 `resample`         as few points as a chord error allows                  Douglas & Peucker 1973
 `cover`, `trace`   loops that triangles do not show                       Sederberg & Meyers 1988

@@ -4,7 +4,8 @@ A block of 8 x 8 cells, and each quarter of it, lies in its box and in a slab ac
 diagonals; blocks, then quarters, are compared by boxes and by both normals, then cells by
 the other quarter's slab. Control nets are made only for cells that are near, once each.
 
-Letters as in `pyramid`; s rows (11,) of a block or quarter: box, normal, least and largest along it.
+Letters as in `pyramid`; s rows (11,) of a block or quarter: box, normal, least
+and largest along it.
 """
 
 from __future__ import annotations

@@ -6,9 +6,9 @@ stays within ``range * (1.25**2 - 1) / 2``, and at the rim ``range * (1.632**2 -
 the lowest and the highest node of its stencil. Taken are the nodes less their mean slope over the
 block, which cubics reproduce: what is left is small where a surface is smooth. The same holds for
 coordinates along any direction, since a sum of cubics is a cubic. Over blocks this is what the
-pyramid keeps; over single cells, Bernstein coefficients bound the cubic and hold its corners, so that triangles of
-the plain surface are inside as well. What is excluded here holds neither a contact of the
-cubics nor one of the triangles.
+pyramid keeps; over single cells, Bernstein coefficients bound the cubic and hold its corners, so
+that triangles of the plain surface are inside as well. What is excluded here holds neither a
+contact of the cubics nor one of the triangles.
 
 Letters as in `patch`; boxes (n, 6) lower, upper; nets (n, 4, 4, 3) Bernstein coefficients.
 """
@@ -55,7 +55,10 @@ def span_along(x, y, z, r0, r1, c0, c1, p, q, r):
     corner = node_along(x, y, z, r1, c1, p, q, r)
     du = node_along(x, y, z, r0, c1, p, q, r)
     dv = node_along(x, y, z, r1, c0, p, q, r)
-    du, dv = 0.5 * (du - base + corner - dv) / (c1 - c0), 0.5 * (dv - base + corner - du) / (r1 - r0)
+    du, dv = (
+        0.5 * (du - base + corner - dv) / (c1 - c0),
+        0.5 * (dv - base + corner - du) / (r1 - r0),
+    )
     if not math.isfinite(du + dv):  # a corner is absent: no slope is taken off
         base, du, dv = 0.0, 0.0, 0.0
     low, high = np.inf, -np.inf

@@ -1,10 +1,11 @@
 """All curves of two smooth lattices at once: a landing in each pair of cells, a walk from each.
 
-From the middle of every pair of cells that bounds leave over (`near`), Newton's method lands on
-a curve, or finds none. From a landing that no walk has passed yet, the curve is walked both ways until
-it closes or leaves a surface. One step goes along the parabola through the last two tangents, comes
-back by Newton's method in the plane across, and is kept if its chord, measured at its quarters
-as in `resample`, is near enough to the curve; its length follows the square root of that error.
+From the middle of every pair of cells that bounds leave over (`near`), Newton's method lands on a
+curve, or finds none. From a landing that no walk has passed yet, the curve is walked both ways
+until it closes or leaves a surface. One step goes along the parabola through the last two
+tangents, comes back by Newton's method in the plane across, and is kept if its chord, measured at
+its quarters as in `resample`, is near enough to the curve; its length follows the square root of
+that error.
 
 A pair of cells is settled if its surfaces are transverse (`cover`: no closed curve lies inside) and
 its landing lies beside a walk. All other pairs are handed back, to be split.
