@@ -7,14 +7,12 @@ Which edges are meant follows from the units on the sides of the fault's triangl
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.errors import GeometryError
 from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of, row_of
-from geosurf.measure.lines import chains_of, ragged
+from geosurf.measure.lines import chains_of, ragged, rings_of
 from geosurf.model import Patches, Units
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -103,6 +101,11 @@ def fault_polygons(patches: Patches, units: Units, horizon: str) -> xarray.Datas
     """
     Fault polygons of a horizon: rings of the cut-off lines of both walls, in map view.
 
+    A ring is the rim of the part of a fault that has the horizon's upper side on one wall and its
+    lower side on the other. Horizon and such parts together are one surface without gaps, so
+    rings of several faults touch and never overlap where faults meet, and cover the gaps of the
+    horizon exactly: its map area, plus gaps, less overlaps, is that of the model.
+
     Parameters
     ----------
     patches, units : Patches, Units
@@ -113,17 +116,19 @@ def fault_polygons(patches: Patches, units: Units, horizon: str) -> xarray.Datas
     xarray.Dataset
         ``easting``, ``northing``, ``elevation`` over ``point``, ring after ring (``line_of_point``,
         ``count``): along the hanging-wall cut-off with the strike, back along that of the
-        footwall; the first point is not repeated. Over ``line``: ``fault``, the signed ``map_area``
-        and ``kind``: ``"gap"`` (normal), ``"overlap"`` (reverse), or ``"line"``: both walls have
-        the same cut-off, or cut-offs above each other, and the ring has no width (less than a
-        micrometre on average).
+        footwall; they are closed, the first point is not repeated. Over ``line``: ``fault``,
+        ``part``, the signed ``map_area`` and ``kind``: ``"gap"`` (normal), ``"overlap"`` (reverse), or
+        ``"line"``: both walls have the same cut-off, or cut-offs above each other, and the ring
+        has no width (less than a micrometre on average). As a rule a fault has one ring;
+        it has several ``part`` where another fault has moved it aside, where its throw changes
+        sign, and where the horizon is missing between them.
 
     Raises
     ------
     InputError
         If no horizon has that name.
     GeometryError
-        If a horizon is torn along a closed line, or by a fault without a strike.
+        If the horizon does not reach into the model.
 
     Examples
     --------
@@ -135,27 +140,30 @@ def fault_polygons(patches: Patches, units: Units, horizon: str) -> xarray.Datas
     (['F1'], ['line'])
     """
     faces_of(patches, units, horizon, "horizon")
-    rings, faults, areas, kinds = [], [], [], []
+    rings, faults, areas, kinds, parts = [], [], [], [], []
     inside = np.unique(patches.surface_of_triangle[(units.sides >= 0).any(axis=1)])
     for i in inside.tolist():
         if patches.sources[i].role != "fault":
             continue
         fault = faces_of(patches, units, patches.names[i], "fault")
-        plus, minus = (cutoff_chains(patches, units, horizon, fault, k) for k in (PLUS, MINUS))
-        same = _same(plus, minus)
-        made = [_there_and_back(c) for c in plus] if same else _rings(fault, plus, minus, horizon)
-        for ring in made:
-            area = 0.0 if same else _map_area(fault.x[ring])
+        made = _rings(patches, fault, horizon)
+        if not made:  # not torn: the same line on both walls
+            lines = cutoff_chains(patches, units, horizon, fault, PLUS)
+            made = [_there_and_back(line) for line in lines]
+        for part, ring in enumerate(made, start=1):
+            area = _map_area(fault.x[ring])
             narrow = abs(area) <= NO_WIDTH * _half_length(fault.x[ring])
             rings.append(fault.x[ring] + fault.origin)
             faults.append(fault.name)
             areas.append(area)
             kinds.append("line" if narrow else "gap" if area > 0 else "overlap")
+            parts.append(part)
     return ragged(
         rings,
         _PLACE,
         {
             "fault": (faults, {"long_name": "fault that each ring belongs to"}),
+            "part": (parts, {"long_name": "number of each ring among those of its fault"}),
             "map_area": (areas, {"units": "m2", "long_name": "area in the map, gaps above 0"}),
             "kind": (kinds, {"long_name": "gap (normal), overlap (reverse) or line (no width)"}),
         },
@@ -163,46 +171,32 @@ def fault_polygons(patches: Patches, units: Units, horizon: str) -> xarray.Datas
     )
 
 
-def _same(plus: Sequence[np.ndarray], minus: Sequence[np.ndarray]) -> bool:
-    """Whether both walls have the same lines: vertex by vertex."""
-    return [line.tolist() for line in plus] == [line.tolist() for line in minus]
-
-
 def _there_and_back(line: np.ndarray) -> np.ndarray:
     """Ring of no width."""
     return line[:-1] if line[0] == line[-1] else np.concatenate([line, line[-2:0:-1]])
 
 
-def _rings(fault: Faces, plus, minus, horizon: str) -> list[np.ndarray]:
-    """Rings of lines that overlap along the strike: one wall there, the other back."""
-    lines = []
-    for side, chains in ((PLUS, plus), (MINUS, minus)):
-        for line in chains:
-            if line[0] == line[-1]:
-                east, north, up = (fault.x[line[0]] + fault.origin).tolist()
-                raise GeometryError(
-                    f"horizon {horizon!r} is torn by fault {fault.name!r} along a closed line, "
-                    f"which has no fault polygon, at easting {east:.3f}, northing {north:.3f}, "
-                    f"elevation {up:.3f}. Ask for its cutoffs on each side.",
-                    place=(east, north, up), surfaces=(horizon, fault.name),
-                )  # fmt: skip
-            at = fault.along(fault.x[line])
-            onward = line if at[-1] >= at[0] else line[::-1]
-            lines.append((float(at.min()), float(at.max()), side, onward))
-    groups: list[list[tuple[float, float, int, np.ndarray]]] = []
-    reach = -np.inf
-    for line in sorted(lines, key=lambda line: line[:3]):
-        if line[0] > reach:
-            groups.append([])
-        groups[-1].append(line)
-        reach = max(reach, line[1])
-    rings = []
-    for group in groups:
-        there = [line for _, _, side, line in group if side == PLUS]
-        back = [line[::-1] for _, _, side, line in group if side == MINUS][::-1]
-        ring = np.concatenate([*there, *back])
-        rings.append(ring[ring != np.roll(ring, 1)])
-    return rings
+def _rings(patches: Patches, fault: Faces, horizon: str) -> list[np.ndarray]:
+    """Rims of where a fault has a horizon's upper side on one wall, its lower side on the other.
+
+    Those with the hanging wall down run counter-clockwise, seen from it, the others clockwise.
+    """
+    level = [s.name for s in patches.sources if s.role == "horizon"].index(horizon)
+    zone = np.array([unit.zone_index for unit in fault.listed])
+    above = zone[fault.sides] <= level
+    between = (fault.sides >= 0).all(axis=1)
+    n = len(fault.x)
+    of_horizon = patches.surface_of_triangle == row_of(patches, horizon, "horizon")
+    edges = _edge_keys(patches.triangles[of_horizon], n)
+    found = []
+    for down, way in ((PLUS, 1), (MINUS, -1)):
+        torn = between & above[:, down] & ~above[:, 1 - down]
+        for ring in rings_of(fault.triangles[torn], fault.x):
+            onward = np.roll(ring, -1)
+            keys = np.minimum(ring, onward) * n + np.maximum(ring, onward)
+            if np.isin(keys, edges).any():  # otherwise others, which clip it away, are torn there
+                found.append(ring[::way])
+    return found
 
 
 def _map_area(x: np.ndarray) -> float:

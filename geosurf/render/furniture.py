@@ -22,6 +22,7 @@ FONT = "DejaVu Sans"
 DPI = 100
 DESIGN_HEIGHT = 800.0  # sizes below are pixels in a picture of this height
 AXES = (("Easting", "km", 1000.0), ("Northing", "km", 1000.0), ("Elevation", "m", 1.0))
+STRIPES, STRIPE_WIDTH = "//", 4.0  # hatching of areas that show two colours
 END_ON = 0.06  # an axis that looks shorter than this part of the picture gets no labels
 
 
@@ -84,7 +85,7 @@ class Sheet:
         from matplotlib.patches import Rectangle
 
         edge = {"edgecolor": palette.INK, "linewidth": 0.5 * self.layout.unit}
-        self.axes.add_patch(Rectangle(corner, width, height, **{**edge, **look}))
+        return self.axes.add_patch(Rectangle(corner, width, height, **{**edge, **look}))
 
     def png(self) -> bytes:
         """Return the sheet as a PNG file that says nothing of who made it when."""
@@ -148,6 +149,30 @@ def tick_texts(values: np.ndarray, per: float) -> list[str]:
     decimals = next((d for d in range(6) if abs(round(step, d) - step) < 1e-9 * step), 6)
     texts = [f"{value / per:.{decimals}f}" for value in values + 0.0]
     return [text.replace("-", "\N{MINUS SIGN}") for text in texts]
+
+
+def plain_number(value: float) -> str:
+    """Return a number with a true minus and no digits that say nothing.
+
+    Examples
+    --------
+    >>> plain_number(-2050.0), plain_number(0.25)
+    ('−2050', '0.25')
+    """
+    return f"{round(float(value), 6):g}".replace("-", "\N{MINUS SIGN}")
+
+
+def halo_text(sheet: Sheet, axes, at, words: str, size: float, colour=palette.INK, **look) -> None:
+    """Set words in the middle of a place on axes, on a white rim that keeps them readable."""
+    from matplotlib.patheffects import withStroke
+
+    per = sheet.layout.unit * 72.0 / DPI
+    rim = [withStroke(linewidth=3.0 * per, foreground="white")]
+    look = {"ha": "center", "va": "center", **look}
+    axes.text(
+        *at, words, fontsize=size * per, color=colour, family=FONT, path_effects=rim, clip_on=True,
+        **look,
+    )  # fmt: skip
 
 
 def draw_axes(sheet: Sheet, camera: Camera, bounds: tuple[float, ...]) -> None:
@@ -242,11 +267,16 @@ def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
     shown = legend if len(legend) <= fits else legend[: fits - 1]
     for row, entry in enumerate(shown):
         y = top - 38.0 * unit * row
-        if entry.kind == "line":
-            sheet.line([(left, y), (left + 26 * unit, y)], 3.0, entry.colour)
+        if entry.kind in ("line", "dashes"):
+            look = {"linestyle": (0, (3.0, 1.5))} if entry.kind == "dashes" else {}
+            sheet.line([(left, y), (left + 26 * unit, y)], 3.0, entry.colour, **look)
         elif entry.kind == "area":
             look = {"facecolor": (*entry.colour, max(entry.opacity, 0.35))}
-            sheet.rectangle((left, y - 8 * unit), 26 * unit, 16 * unit, **look)
+            if entry.stripes is not None:
+                sheet.rectangle((left, y - 8 * unit), 26 * unit, 16 * unit, **look)
+                look = {"facecolor": "none", "edgecolor": entry.stripes, "hatch": STRIPES}
+            patch = sheet.rectangle((left, y - 8 * unit), 26 * unit, 16 * unit, **look)
+            patch.set_hatch_linewidth(STRIPE_WIDTH)
         words = left + 38.0 * unit
         high = 8.0 * unit if entry.detail else 0.0
         sheet.text((words, y + high), shortened(entry.label), 13.5)

@@ -58,13 +58,17 @@ LABEL_ROOM, DETAIL_ROOM = 21, 34  # letters that fit into the lines of the legen
 
 @dataclass(frozen=True)
 class Entry:
-    """A line of the legend; `kind` is ``"area"``, ``"line"`` or ``"heading"``."""
+    """A line of the legend; `kind` is ``"area"``, ``"line"``, ``"dashes"`` or ``"heading"``.
+
+    An area with `stripes` has stripes of that colour.
+    """
 
     label: str
     colour: palette.RGB = palette.INK
     detail: str = ""
     kind: str = "area"
     opacity: float = 1.0
+    stripes: palette.RGB | None = None
 
 
 @dataclass(frozen=True, eq=False)

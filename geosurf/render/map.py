@@ -13,6 +13,7 @@ from geosurf.render.layers import Entry, length_text, thinned
 
 MAX_MAP_TRIANGLE = 250_000
 N_CONTOUR = 20  # contour intervals, about
+NUMBERED = 120.0  # contours shorter than this get no number [design pixels]
 N_BAND = 3  # bands of colour per contour interval
 
 
@@ -50,22 +51,22 @@ def draw_map(
             "Draw it with render_surfaces and view='south' or another one."
         )
     sheet = furniture.Sheet(layout)
-    axes, metres_per_pixel = _map_axes(sheet, (west, east, south, north))
+    axes, metres_per_pixel = map_axes(sheet, (west, east, south, north))
     levels = contour_levels(bottom, top)
     if len(levels) > 1:
         _draw_elevation(sheet, axes, light, levels)
     legend = _draw_curves(sheet, axes, light, curves) if curves is not None else []
     furniture.draw_legend(sheet, tuple(legend), 190.0)
-    _draw_colour_bar(sheet, levels)
-    _draw_north(sheet)
+    draw_colour_bar(sheet, levels, "Elevation [m]", palette.ELEVATION, N_BAND)
+    draw_north(sheet)
     furniture.draw_scale_bar(sheet, metres_per_pixel, "")
     interval = f", contour interval {length_text(levels[1] - levels[0])}" if len(levels) > 1 else ""
     furniture.draw_words(sheet, title, f"Map view{interval}.")
     return sheet.png()
 
 
-def contour_levels(bottom: float, top: float) -> np.ndarray:
-    """Return round elevations that enclose a range; one only, where it is flat.
+def contour_levels(bottom: float, top: float, n: int = N_CONTOUR) -> np.ndarray:
+    """Return about `n` round values that enclose a range; one only, where it has no width.
 
     Examples
     --------
@@ -74,12 +75,12 @@ def contour_levels(bottom: float, top: float) -> np.ndarray:
     """
     if not top > bottom:
         return np.array([bottom])
-    step = furniture.nice_step(top - bottom, N_CONTOUR)
+    step = furniture.nice_step(top - bottom, n)
     return step * np.arange(math.floor(bottom / step), math.ceil(top / step) + 1)
 
 
-def _map_axes(sheet: furniture.Sheet, extent: tuple[float, float, float, float]):
-    """Axes in local metres, as large as the layout allows; and metres per pixel."""
+def map_axes(sheet: furniture.Sheet, extent: tuple[float, float, float, float]):
+    """Return axes in local metres, as large as the layout allows; and metres per pixel."""
     layout, unit = sheet.layout, sheet.layout.unit
     west, east, south, north = extent
     wide, high = layout.view_size
@@ -108,10 +109,11 @@ def _map_axes(sheet: furniture.Sheet, extent: tuple[float, float, float, float])
     return axes, metres_per_pixel
 
 
-def _colours():
+def colours_of(codes: tuple[str, ...]):
+    """Return a colour map of matplotlib's through some colours, low to high."""
     from matplotlib.colors import LinearSegmentedColormap
 
-    return LinearSegmentedColormap.from_list("elevation", palette.ELEVATION)
+    return LinearSegmentedColormap.from_list("geosurf", codes)
 
 
 def _draw_elevation(sheet, axes, surface: TriSurface, levels: np.ndarray) -> None:
@@ -122,14 +124,35 @@ def _draw_elevation(sheet, axes, surface: TriSurface, levels: np.ndarray) -> Non
     x, y, z = surface.vertices.T
     mesh = Triangulation(x - west, y - south, surface.triangles)
     bands = np.linspace(levels[0], levels[-1], (len(levels) - 1) * N_BAND + 1)
-    axes.tricontourf(mesh, z, levels=bands, cmap=_colours(), antialiased=False)
+    axes.tricontourf(mesh, z, levels=bands, cmap=colours_of(palette.ELEVATION), antialiased=False)
     step = levels[1] - levels[0]
     bold = np.round(levels / step).astype(np.int64) % 5 == 0
     unit = sheet.layout.unit
     for chosen, width in ((levels[~bold], 0.35), (levels[bold], 0.9)):
         if len(chosen):
             look = {"colors": [palette.INK], "linewidths": width * unit, "linestyles": "solid"}
-            axes.tricontour(mesh, z, levels=chosen, alpha=0.75, **look)
+            lines = axes.tricontour(mesh, z, levels=chosen, alpha=0.75, **look)
+            if width > 0.5:
+                number_contours(sheet, axes, lines)
+
+
+def number_contours(sheet: furniture.Sheet, axes, lines) -> None:
+    """Write the value of each contour on its longest line, where that is long enough."""
+    unit = sheet.layout.unit
+    places = []
+    for parts in lines.allsegs:
+        pixels = [axes.transData.transform(part) for part in parts if len(part) > 1]
+        lengths = [np.hypot(*np.diff(part, axis=0).T).cumsum() for part in pixels]
+        if lengths and max(length[-1] for length in lengths) > NUMBERED * unit:
+            k = max(range(len(lengths)), key=lambda k: lengths[k][-1])
+            at = np.searchsorted(lengths[k], 0.4 * lengths[k][-1])
+            places.append(tuple(axes.transData.inverted().transform(pixels[k][at])))
+    if not places:
+        return
+    points = 9.5 * unit * 72.0 / furniture.DPI
+    look = {"fmt": furniture.plain_number, "inline_spacing": 3, "manual": places}
+    for text in axes.clabel(lines, fontsize=points, **look):
+        text.set_family(furniture.FONT)
 
 
 def _draw_curves(sheet, axes, surface: TriSurface, curves: Curves) -> list[Entry]:
@@ -158,30 +181,40 @@ def _draw_curves(sheet, axes, surface: TriSurface, curves: Curves) -> list[Entry
     ]
 
 
-def _draw_colour_bar(sheet: furniture.Sheet, levels: np.ndarray) -> None:
-    """Elevation against colour, on the right."""
+def draw_colour_bar(
+    sheet: furniture.Sheet,
+    levels: np.ndarray,
+    words: str,
+    codes: tuple[str, ...],
+    n_band: int,
+    ends: tuple[float, float] = (290.0, 500.0),
+) -> None:
+    """Draw a value against its colour, on the right; `n_band` bands between two levels.
+
+    `ends` are its lower and upper end, in design pixels.
+    """
     layout, unit = sheet.layout, sheet.layout.unit
-    left, low, high = layout.width - 250.0 * unit, 290.0 * unit, layout.height - 300.0 * unit
+    left, low, high = layout.width - 250.0 * unit, ends[0] * unit, ends[1] * unit
     if len(levels) < 2:
-        words = f"flat at {levels[0]:.1f} m"
-        sheet.text((left, high), words, 12.5)
+        sheet.text((left, high), f"everywhere {levels[0]:.1f} m", 12.5)
         return
-    n_band = (len(levels) - 1) * N_BAND
-    colours = _colours()
+    n_band *= len(levels) - 1
+    colours = colours_of(codes)
     height = (high - low) / n_band
     for i in range(n_band):
         face = {"facecolor": colours((i + 0.5) / n_band), "linewidth": 0.0}
         sheet.rectangle((left, low + i * height), 22.0 * unit, height * 1.02, **face)
     span = levels[-1] - levels[0]
     values = furniture.ticks(float(levels[0]), float(levels[-1]), 5)
-    for value, words in zip(values, furniture.tick_texts(values, 1.0), strict=True):
+    for value, number in zip(values, furniture.tick_texts(values, 1.0), strict=True):
         y = low + (high - low) * (value - levels[0]) / span
         sheet.line([(left + 22 * unit, y), (left + 28 * unit, y)], 1.0, palette.FAINT)
-        sheet.text((left + 34 * unit, y), words, 12.0)
-    sheet.text((left, high + 22 * unit), "Elevation [m]", 13.0)
+        sheet.text((left + 34 * unit, y), number, 12.0)
+    sheet.text((left, high + 22 * unit), words, 13.0)
 
 
-def _draw_north(sheet: furniture.Sheet) -> None:
+def draw_north(sheet: furniture.Sheet) -> None:
+    """Draw an arrow to the north, on the lower right."""
     unit = sheet.layout.unit
     foot = np.array([sheet.layout.width - 239.0 * unit, 160.0 * unit])
     tip = foot + np.array([0.0, 62.0 * unit])

@@ -34,23 +34,25 @@ VOXEL = rgb("#3b6ea5")
 STRATA = tuple(
     rgb(code)
     for code in (
-        "#e3cfa0",  # sand
-        "#8fa870",  # sage
-        "#c98d4b",  # ochre
-        "#7c9ab5",  # grey-blue
-        "#d9b365",  # straw
-        "#5f7f72",  # slate green
-        "#b9a7a0",  # mudstone
-        "#a65f45",  # red bed
-        "#a9c3cf",  # limestone
-        "#6d6a75",  # shale
+        "#e9d8ae",  # sand
+        "#6f8f57",  # sage
+        "#d69a4e",  # ochre
+        "#4f7393",  # grey-blue
+        "#e0bd6a",  # straw
+        "#40594f",  # slate green
+        "#c9b9b4",  # mudstone
+        "#8f4a35",  # red bed
+        "#b4cfda",  # limestone
+        "#55505f",  # shale
     )
 )
-FAULTS = tuple(rgb(code) for code in ("#8c2f2b", "#6b4a57", "#a4552f", "#59616d", "#7a3b58"))
+FAULTS = tuple(rgb(code) for code in ("#8c2f2b", "#4a3f63", "#d9843b", "#a9a3d0", "#c8a27a"))
 WALL = rgb("#d4d7db")
 
 # Elevation in map view, low to high.
 ELEVATION = ("#2f4858", "#4a7285", "#7ea3a5", "#b9c9a9", "#e6dba8", "#dfb76c", "#bf8145", "#8a4b2f")
+# Thickness, thin to thick: darker is thicker, also in print and for colour-blind readers.
+THICKNESS = ("#f7f0cf", "#dbe3b0", "#b2d2aa", "#84bcab", "#5fa2ab", "#4886a3", "#3b6a96")
 
 
 def stratum(index: int) -> RGB:

@@ -1,0 +1,267 @@
+"""Allan diagram of a fault: what lies across it from what, seen along its strike.
+
+After Allan (1989), AAPG Bulletin 73, 803-811: the fault is drawn over distance along strike and
+elevation, with the cut-offs of its footwall as full lines and those of its hanging wall dashed. An area has the
+colour of the zone in the footwall; stripes in the colour of the zone in the hanging wall say that
+it is another one.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.errors import InputError
+from geosurf.render import furniture, palette
+from geosurf.render.compose import save_png
+from geosurf.render.layers import Entry
+from geosurf.render.views import check_size
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+WALLS = {"+": "hanging wall", "-": "footwall"}
+RELIEF = 0.45  # height over width that reads well
+
+
+def render_allan(
+    diagram: xarray.Dataset,
+    table: xarray.Dataset,
+    path: str | os.PathLike[str],
+    *,
+    zones: Sequence[str] = (),
+    size: tuple[int, int] = (1280, 800),
+    title: str | None = None,
+) -> Path:
+    """Draw the Allan diagram of a fault, with the areas of zones that face each other.
+
+    Parameters
+    ----------
+    diagram : xarray.Dataset
+        What `Scene.allan` gives.
+    table : xarray.Dataset
+        What `Scene.juxtaposition` gives for the same fault: areas for the legend.
+    path : path-like
+        A ``.png`` file; its folder is created.
+    zones : sequence of str
+        Youngest first: zones take the colours of the column in that order, as in
+        `render_units`. Default: as they come.
+    size : (int, int)
+        Width and height in pixels.
+    title : str, optional
+        Default: the name of the fault and its strike.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If diagram and table are of different faults, or there is nothing to draw.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.graben(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     shown = scene.allan("F1"), scene.juxtaposition("F1")
+    ...     render_allan(*shown, f"{folder}/allan.png", size=(400, 250)).name
+    'allan.png'
+    """
+    _check(diagram, table)
+    pairs = _areas_of_pairs(table)
+    seen = dict.fromkeys(zone for pair in pairs for zone in pair)
+    order = [*zones, *(zone for zone in seen if zone not in zones)]
+    colours = {zone: palette.stratum(i) for i, zone in enumerate(order)}
+    lines = _lines_of(diagram)
+    sheet = furniture.Sheet(furniture.lay_out(check_size(size)))
+    axes, exaggeration = _axes(sheet, np.concatenate([line for _, line in lines]))
+    _fill(axes, lines, colours)
+    _draw_cutoffs(sheet, axes, lines)
+    furniture.draw_legend(sheet, _legend(pairs, colours), 640.0)
+    words = (
+        "Footwall cut-offs and their names at the right: full lines; hanging wall, at the left: "
+        f"dashed. Vertical exaggeration {exaggeration:.2g}×."
+    )
+    strike = float(diagram.attrs["strike"])
+    title = title or f"{diagram.attrs['fault']}: Allan diagram, strike {strike:03.0f}°"
+    furniture.draw_words(sheet, title, words)
+    return save_png(sheet.png(), path)
+
+
+def _check(diagram: xarray.Dataset, table: xarray.Dataset) -> None:
+    one, two = diagram.attrs.get("fault"), table.attrs.get("fault")
+    if one != two:
+        raise InputError(
+            f"the diagram is of fault {one!r} and the table of {two!r}; hand over "
+            "Scene.allan and Scene.juxtaposition of one fault."
+        )
+    if not (diagram.kind == "juxtaposition").any():
+        raise InputError(
+            f"nothing lies across fault {one!r}: it has the model on one side only. "
+            "Enlarge the box, or leave its diagram out."
+        )
+
+
+def _areas_of_pairs(table: xarray.Dataset) -> dict[tuple[str, str], float]:
+    """Area [m2] of each pair of zones: footwall first."""
+    pairs: dict[tuple[str, str], float] = {}
+    columns = (table.zone_minus.values, table.zone_plus.values, table.area.values)
+    for minus, plus, area in zip(*columns, strict=True):
+        key = (str(minus), str(plus))
+        pairs[key] = pairs.get(key, 0.0) + float(area)
+    return pairs
+
+
+def _lines_of(diagram: xarray.Dataset) -> list[tuple[dict[str, str], np.ndarray]]:
+    """Words of each line, and its points (n, 2): along strike, elevation [m]."""
+    points = np.stack([diagram.along_strike.values, diagram.elevation.values], axis=1)
+    ends = np.cumsum(diagram["count"].values)
+    keys = ("kind", "side", "label", "zone")
+    return [
+        ({key: str(diagram[key].values[i]) for key in keys}, points[end - n : end])
+        for i, (end, n) in enumerate(zip(ends, diagram["count"].values, strict=True))
+    ]
+
+
+def _axes(sheet: furniture.Sheet, points: np.ndarray) -> tuple[Any, float]:
+    """Axes in metres with room for names on both sides; and the vertical exaggeration."""
+    layout, unit = sheet.layout, sheet.layout.unit
+    (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
+    wide, high = max(right - left, 1.0), max(top - bottom, 1.0)
+    margin = 74.0 * unit
+    across = layout.view_size[0] - 2.0 * margin
+    # not taller than reads well, never squeezed below true scale where there is room
+    up = min(layout.view_size[1], max(RELIEF * across, across * high / wide))
+    exaggeration = (up / high) / (across / wide)
+    low = layout.bottom + (layout.view_size[1] - up) / 2.0
+    place = ((layout.left + margin) / layout.width, low / layout.height, across / layout.width)
+    axes = sheet.figure.add_axes((*place, up / layout.height))
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom, top)
+    points_high = 12.0 * unit * 72.0 / furniture.DPI
+    for axis, name, low, span, per, pixels in (
+        (axes.xaxis, "Distance along strike [km]", left, wide, 1000.0, across),
+        (axes.yaxis, "Elevation [m]", bottom, high, 1.0, up),
+    ):
+        values = furniture.ticks(low, low + span, furniture.fitting(sheet, pixels))
+        axis.set_ticks(values, furniture.tick_texts(values, per))
+        look = {"fontsize": points_high * 1.08, "color": palette.INK, "family": furniture.FONT}
+        axis.set_label_text(name, **look)
+    axes.tick_params(labelsize=points_high, colors=palette.INK, width=0.8, color=palette.FAINT)
+    axes.spines["left"].set_position(("outward", margin * 72.0 / furniture.DPI))
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
+        label.set_family(furniture.FONT)
+    for spine in axes.spines.values():
+        spine.set_color(palette.FRAME)
+    return axes, exaggeration
+
+
+def _fill(axes, lines, colours: dict[str, palette.RGB]) -> None:
+    """Areas of contact: footwall in full colour, hanging wall as stripes."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+
+    rings: dict[str, tuple[str, list[np.ndarray]]] = {}
+    for words, line in lines:
+        if words["kind"] == "juxtaposition":
+            rings.setdefault(words["label"], (words["zone"], []))[1].append(line)
+    for pair, parts in rings.values():
+        plus, minus = pair.split(" | ")
+        # holes run the other way round, so that they stay empty
+        outline = Outline.make_compound_path(
+            *(Outline(np.vstack([part, part[:1]]), closed=True) for part in parts)
+        )
+        # the edge closes the seam between neighbours
+        look = {"facecolor": colours[minus], "edgecolor": colours[minus], "linewidth": 0.4}
+        axes.add_patch(PathPatch(outline, **look))
+        if plus != minus:
+            look = {"hatch": furniture.STRIPES, "edgecolor": colours[plus], "linewidth": 0.0}
+            stripes = axes.add_patch(PathPatch(outline, facecolor="none", **look))
+            stripes.set_hatch_linewidth(furniture.STRIPE_WIDTH)
+
+
+def _draw_cutoffs(sheet, axes, lines) -> None:
+    """Cut-offs of both walls, and the names of horizons at their ends."""
+    unit = sheet.layout.unit
+    width = 1.9 * unit * 72.0 / furniture.DPI
+    ends: dict[str, dict[str, float]] = {"+": {}, "-": {}}
+    far = {"+": np.inf, "-": -np.inf}
+    reach: dict[tuple[str, str], float] = {}
+    for words, line in lines:
+        if words["kind"] != "cut-off":
+            continue
+        side, name = words["side"], words["label"]
+        look = {"linestyle": (0, (4.0, 1.8))} if side == "+" else {}
+        axes.plot(*line.T, color=palette.INK, linewidth=width, **look)
+        s, z = line[np.argmin(line[:, 0]) if side == "+" else np.argmax(line[:, 0])]
+        beyond = s < reach.get((side, name), far["+"]) if side == "+" else (
+            s > reach.get((side, name), far["-"])
+        )  # fmt: skip
+        if beyond:
+            reach[side, name], ends[side][name] = float(s), float(z)
+    height = np.diff(axes.get_ylim()).item() / axes.get_window_extent().height  # metres per pixel
+    (left, right) = axes.get_xlim()
+    for side, x, offset, ha in (("+", left, -8.0, "right"), ("-", right, 8.0, "left")):
+        names = sorted(ends[side], key=ends[side].__getitem__)
+        levels = _spread([ends[side][name] for name in names], 14.0 * unit * height)
+        for name, z in zip(names, levels, strict=True):
+            axes.annotate(
+                furniture.shortened(name, 12), (x, z), (offset * unit, 0), annotation_clip=False,
+                textcoords="offset pixels", ha=ha, va="center", family=furniture.FONT,
+                fontsize=11.0 * unit * 72.0 / furniture.DPI, color=palette.INK,
+            )  # fmt: skip
+
+
+def _spread(levels: list[float], step: float) -> list[float]:
+    """Levels, lowest first, moved up and down as little as leaves `step` between them.
+
+    Examples
+    --------
+    >>> _spread([0.0, 0.5, 9.0], 2.0)
+    [-0.75, 1.25, 9.0]
+    """
+    groups: list[tuple[float, int]] = []  # middle, number
+    for level in levels:
+        groups.append((level, 1))
+        while len(groups) > 1:
+            (a, m), (b, n) = groups[-2:]
+            if b - a >= step * (m + n) / 2.0:
+                break
+            groups[-2:] = [((a * m + b * n) / (m + n), m + n)]
+    return [a + step * (i - (n - 1) / 2.0) for a, n in groups for i in range(n)]
+
+
+def _legend(pairs: dict[tuple[str, str], float], colours) -> tuple[Entry, ...]:
+    """Pairs of zones, the largest contact between different ones first."""
+    legend = []
+    order = sorted(pairs.items(), key=lambda item: (item[0][0] == item[0][1], -item[1]))
+    for (minus, plus), area in order:
+        detail = f"against {plus if plus != minus else 'itself'}, {area_text(area)}"
+        stripes = None if plus == minus else colours[plus]
+        legend.append(Entry(minus, colours[minus], detail, stripes=stripes))
+    return tuple(legend)
+
+
+def area_text(square_metres: float) -> str:
+    """Return an area as people write it.
+
+    Examples
+    --------
+    >>> area_text(1_234_000.0), area_text(5300.0)
+    ('1.23 km²', '5,300 m²')
+    """
+    if square_metres >= 1e5:
+        return f"{square_metres / 1e6:.3g} km²"
+    return f"{square_metres:,.0f} m²"

@@ -1,0 +1,225 @@
+"""Thickness of a zone in map view: colours, contours block by block, fault polygons.
+
+Thickness jumps across faults, so contours are drawn inside each region where the same blocks
+lie, and never from one to the next.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from string import ascii_uppercase
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from geosurf.errors import InputError
+from geosurf.render import furniture, palette
+from geosurf.render.compose import save_png
+from geosurf.render.layers import Entry, length_text
+from geosurf.render.map import (
+    colours_of,
+    contour_levels,
+    draw_colour_bar,
+    draw_north,
+    map_axes,
+    number_contours,
+)
+from geosurf.render.views import check_size
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+DASHES = ("solid", (0, (5.0, 2.5)))  # polygons of the first horizon, of the second
+N_CONTOUR = 12
+
+
+def render_thickness(
+    thickness: xarray.DataArray,
+    path: str | os.PathLike[str],
+    *,
+    polygons: Mapping[str, xarray.Dataset] | None = None,
+    size: tuple[int, int] = (1280, 800),
+    title: str | None = None,
+) -> Path:
+    """Draw a thickness map of one zone, with contours that stop at faults.
+
+    Parameters
+    ----------
+    thickness : xarray.DataArray
+        (block, northing, easting) [m], as `Scene.thickness` gives it. Where blocks lie above each
+        other (reverse faults), their sum is shown.
+    path : path-like
+        A ``.png`` file; its folder is created.
+    polygons : mapping of str to xarray.Dataset, optional
+        Fault polygons by horizon, as `Scene.fault_polygons` gives them; those of the first are
+        drawn solid, of the second dashed.
+    size : (int, int)
+        Width and height in pixels.
+    title : str, optional
+        Default: the kind of thickness and the zone.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If there is no thickness anywhere, or the map has other dimensions.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.graben(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     found = scene.thickness("Top/Middle", 250.0)
+    ...     render_thickness(found, f"{folder}/isochore.png", size=(400, 250)).name
+    'isochore.png'
+    """
+    values, x, y = _checked(thickness)
+    layout = furniture.lay_out(check_size(size))
+    sheet = furniture.Sheet(layout)
+    total = np.where(np.isfinite(values).any(axis=0), np.nansum(values, axis=0), np.nan)
+    levels = contour_levels(float(np.nanmin(total)), float(np.nanmax(total)), N_CONTOUR)
+    extent = (*_cell_ends(x), *_cell_ends(y))
+    axes, metres_per_pixel = map_axes(sheet, extent)
+    _colour(axes, x - extent[0], y - extent[2], total, levels)
+    _contour(sheet, axes, (x - extent[0], y - extent[2]), (total, values), levels)
+    for rings, dashes in zip((polygons or {}).values(), DASHES, strict=False):
+        _outline(sheet, axes, rings, dashes, (extent[0], extent[2]), metres_per_pixel)
+    kind, zone = str(thickness.attrs.get("kind", "thickness")), thickness.attrs.get("zone", "")
+    letters = _letter_blocks(sheet, axes, x - extent[0], y - extent[2], values)
+    legend = _legend(thickness, values, letters, tuple(polygons or {}))
+    furniture.draw_legend(sheet, legend, 290.0)
+    draw_colour_bar(sheet, levels, "Thickness [m]", palette.THICKNESS, 1, (260.0, 400.0))
+    draw_north(sheet)
+    furniture.draw_scale_bar(sheet, metres_per_pixel, "")
+    words = "Map view"
+    if len(levels) > 1:
+        words += f", contour interval {length_text(levels[1] - levels[0])}"
+    meaning = {"isochore": "vertical thickness", "isopach": "thickness normal to bedding"}
+    words += f". {kind.capitalize()}: {meaning[kind]}." if kind in meaning else "."
+    title = f"{zone}: {kind} map" if title is None else title
+    furniture.draw_words(sheet, title, words)
+    return save_png(sheet.png(), path)
+
+
+def _checked(thickness: xarray.DataArray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Values (block, n, m), and eastings and northings (n, m)."""
+    if thickness.ndim != 3 or thickness.dims[0] != "block":
+        raise InputError(
+            f"a thickness map has dimensions {thickness.dims}, expected block and two of the map; "
+            "hand over what Scene.thickness gave."
+        )
+    values = np.asarray(thickness.values, dtype=np.float64)
+    if min(values.shape[1:], default=0) < 2 or not np.isfinite(values).any():
+        raise InputError(
+            f"the thickness map of {thickness.attrs.get('zone', 'a zone')!r} has no value on two "
+            "rows and columns; ask for smaller cells."
+        )
+    x, y = (np.asarray(thickness[name].values, np.float64) for name in ("easting", "northing"))
+    if x.ndim == 1:
+        x, y = np.meshgrid(x, y)
+    return values, x, y
+
+
+def _cell_ends(axis: np.ndarray) -> tuple[float, float]:
+    """Range of coordinates (n, m), with half a cell around it."""
+    low, high = float(axis.min()), float(axis.max())
+    steps = [np.abs(np.diff(axis, axis=k)).max() for k in (0, 1)]
+    half = 0.5 * float(max(steps))
+    return low - half, high + half
+
+
+def _colour(axes, x, y, total, levels) -> None:
+    """One colour for each contour interval, cell by cell."""
+    from matplotlib.colors import BoundaryNorm
+
+    colours = colours_of(palette.THICKNESS)
+    if len(levels) < 2:
+        levels = np.array([levels[0] - 0.5, levels[0] + 0.5])
+    norm = BoundaryNorm(levels, colours.N)
+    shown = np.ma.masked_invalid(total)
+    axes.pcolormesh(x, y, shown, cmap=colours, norm=norm, shading="nearest", rasterized=True)
+
+
+def _contour(sheet, axes, place, heights, levels) -> None:
+    """Contour lines inside each region that the same blocks make; every fifth is bold."""
+    if len(levels) < 2:
+        return
+    total, values = heights
+    step = levels[1] - levels[0]
+    bold = np.round(levels / step).astype(np.int64) % 5 == 0
+    unit = sheet.layout.unit
+    held = np.isfinite(values)
+    sets = np.packbits(held, axis=0).reshape(-1, total.size)
+    _, region = np.unique(sets, axis=1, return_inverse=True)
+    region = region.reshape(total.shape)
+    for r in np.unique(region[np.isfinite(total)]).tolist():
+        mine = np.where(region == r, total, np.nan)
+        low, high = np.nanmin(mine), np.nanmax(mine)
+        for chosen, width in ((levels[~bold], 0.35), (levels[bold], 0.9)):
+            inside = chosen[(chosen > low) & (chosen < high)]
+            if len(inside):
+                look = {"colors": [palette.INK], "linewidths": width * unit}
+                lines = axes.contour(*place, np.ma.masked_invalid(mine), levels=inside, **look)
+                if width > 0.5:
+                    number_contours(sheet, axes, lines)
+
+
+def _outline(sheet, axes, rings: xarray.Dataset, dashes, corner, metres: float) -> None:
+    """Fault polygons of one horizon; each fault is named once, where its longest ring is."""
+    points = np.stack([rings.easting.values, rings.northing.values], axis=1) - corner
+    ends = np.cumsum(rings["count"].values)
+    width = 1.6 * sheet.layout.unit * 72.0 / furniture.DPI
+    longest: dict[str, np.ndarray] = {}
+    labels = zip(rings.fault.values, rings.kind.values, ends, rings["count"].values, strict=True)
+    for fault, kind, end, n in labels:
+        ring = points[[*range(end - n, end), end - n]]
+        if kind == "line":  # there and back: dashes would fill each other's gaps
+            ring = ring[: n // 2 + 1]
+        axes.plot(*ring.T, color=palette.ACCENT, linewidth=width, linestyle=dashes)
+        if len(ring) > len(longest.get(str(fault), ())):
+            longest[str(fault)] = ring
+    if dashes == DASHES[0]:
+        for fault, ring in longest.items():
+            words = {"ha": "left", "fontweight": "bold"}
+            at = ring[len(ring) // 3] + (9.0 * metres, 0.0)
+            furniture.halo_text(sheet, axes, at, fault, 11.5, palette.ACCENT, **words)
+
+
+def _letter_blocks(sheet, axes, x, y, values) -> list[str]:
+    """A letter for each block, at the place of it that is farthest from all others."""
+    from scipy.ndimage import distance_transform_edt
+
+    letters = []
+    for i, block in enumerate(np.isfinite(values)):
+        letter = ascii_uppercase[i] if i < len(ascii_uppercase) else str(i)
+        letters.append(letter)
+        if block.any() and len(values) > 1:
+            alone = block & (np.isfinite(values).sum(axis=0) == 1)
+            inside = distance_transform_edt(np.pad(alone if alone.any() else block, 1))[1:-1, 1:-1]
+            at = np.unravel_index(np.argmax(inside), inside.shape)
+            furniture.halo_text(sheet, axes, (x[at], y[at]), letter, 14.0, weight="bold")
+    return letters
+
+
+def _legend(thickness, values, letters, horizons) -> tuple[Entry, ...]:
+    """Mean and largest thickness of each block, and what the lines are."""
+    legend = []
+    for k, horizon in enumerate(horizons[:2]):
+        look = ("line", "dashes")[k]
+        legend.append(Entry("Fault polygons", palette.ACCENT, f"at {horizon}", look))
+    for name, letter, block in zip(thickness.block.values, letters, values, strict=True):
+        words = "nothing at any node"
+        if np.isfinite(block).any():
+            words = f"mean {np.nanmean(block):.4g} m, at most {np.nanmax(block):.4g} m"
+        label = f"{letter}: {name}" if len(values) > 1 else str(name)
+        legend.append(Entry(label, detail=words, kind="heading"))
+    return tuple(legend)
