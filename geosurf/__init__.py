@@ -71,6 +71,8 @@ _HOME = {
     "run_scenario": "geosurf.scenario",
     "render_scene": "geosurf.render",
     "render_place": "geosurf.render",
+    "render_thickness": "geosurf.render",
+    "render_allan": "geosurf.render",
     "report_scene": "geosurf.report",
     "write": "geosurf.write",
 }

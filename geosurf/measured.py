@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +25,45 @@ class Measured:
     patches: Patches
     units: Units
     curves_between: Callable[[str, str], Curves | None]
+
+    @property
+    def faults_inside(self) -> tuple[str, ...]:
+        """Names of the faults that reach into the model."""
+        return self._inside("fault")
+
+    @property
+    def horizons_inside(self) -> tuple[str, ...]:
+        """Names of the horizons that reach into the model, youngest first."""
+        return self._inside("horizon")
+
+    def _inside(self, role: str) -> tuple[str, ...]:
+        """Names of surfaces of a role that have units beside them, in the order of the scene."""
+        patches = self.patches
+        inside = np.unique(patches.surface_of_triangle[(self.units.sides >= 0).any(axis=1)])
+        sources = [patches.sources[i] for i in inside.tolist()]
+        return tuple(source.name for source in sources if source.role == role)
+
+    def render_pictures(self, folder: str | os.PathLike[str], **choice: Any) -> dict[str, Path]:
+        """Draw the pictures of the scene; a report shows them.
+
+        Parameters
+        ----------
+        folder : path-like
+            Files go into its folder ``pictures``.
+        **choice
+            Which pictures, and how; see `geosurf.gallery.pictures_of`.
+
+        Returns
+        -------
+        dict of str to pathlib.Path
+            Captions and files. What could not be drawn is told by `explain`, with the reason.
+        """
+        from geosurf.gallery import draw_pictures, pictures_of
+
+        drawn, notes = draw_pictures(pictures_of(self, **choice), folder)
+        for note in notes:
+            self._memory.note("draw", "pictures", "skipped", note)
+        return drawn
 
     def _measured(self, what: str, run: Callable[[], Any], *more: Any) -> Any:
         units = self.units

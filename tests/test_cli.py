@@ -112,7 +112,7 @@ def test_report_writes_a_page_and_leaves_other_results_alone(folder, tmp_path, c
     assert cli.main(["report", str(folder / "good.toml"), "-o", str(tmp_path), "--quiet"]) == 0
     page = tmp_path / "index.html"
     assert capsys.readouterr().out == f"{page}\n"
-    assert page.read_text(encoding="utf-8").count("<img") == 1
+    assert page.read_text(encoding="utf-8").count("<img") == 3
     assert (tmp_path / "volumes.csv").is_file()
 
 

@@ -75,6 +75,7 @@ def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_p
         *("units.vtm", "curves.vtp", "volumes.csv", "volumes.nc", "certificate.txt"),
         *("pictures/view_southwest.png", "pictures/units_exploded.png", "pictures/search.png"),
         *("pictures/map_00_Top.png", "pictures/map_01_Base.png", "report/index.html"),
+        *("pictures/isochore_00_Top_Base.png", "pictures/allan_00_F1.png"),
         *(f"units/{path.name}" for path in (out / "units").iterdir()),
     }
     assert len(list((out / "units").iterdir())) == len(scene.units) == 6
@@ -84,7 +85,7 @@ def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_p
     assert sum(volumes) == pytest.approx(4000 * 3000 * 800, rel=1e-12)
     assert {line.split()[0] for line in lines} >= {"read", "rebuild", "carve", "check", "draw"}
     assert all(line.endswith(" s") for line in lines)
-    assert (out / "report" / "index.html").read_text(encoding="utf-8").count("<img") == 5
+    assert (out / "report" / "index.html").read_text(encoding="utf-8").count("<img") == 7
 
     run_scenario(scenario(), out)
     assert digests(out) == first
@@ -151,11 +152,13 @@ def test_a_run_that_fails_leaves_the_results_that_were_there(scenario, tmp_path)
 
 def test_without_opengl_maps_and_everything_else_are_there(scenario, tmp_path, monkeypatch):
     findings = [("pictures", False, "pictures cannot be drawn without a screen.")]
-    monkeypatch.setattr("geosurf.scenario.pictures.doctor", lambda: findings)
+    monkeypatch.setattr("geosurf.gallery.doctor", lambda: findings)
     outcome = run(read_scenario(scenario()), tmp_path / "out")
-    assert outcome.notes == ("Only maps were drawn: pictures cannot be drawn without a screen.",)
+    assert outcome.notes == (
+        "Only maps and diagrams were drawn: pictures cannot be drawn without a screen.",
+    )
     drawn = sorted(path.name for path in (tmp_path / "out" / "pictures").iterdir())
-    assert drawn == ["map_00_Top.png", "map_01_Base.png"]
+    assert [name.partition("_")[0] for name in drawn] == ["allan", "isochore", "map", "map"]
     assert outcome.certificate.ok
 
 

@@ -117,11 +117,11 @@ def fault_polygons(patches: Patches, units: Units, horizon: str) -> xarray.Datas
         ``easting``, ``northing``, ``elevation`` over ``point``, ring after ring (``line_of_point``,
         ``count``): along the hanging-wall cut-off with the strike, back along that of the
         footwall; they are closed, the first point is not repeated. Over ``line``: ``fault``,
-        ``part``, the signed ``map_area`` and ``kind``: ``"gap"`` (normal), ``"overlap"`` (reverse), or
-        ``"line"``: both walls have the same cut-off, or cut-offs above each other, and the ring
-        has no width (less than a micrometre on average). As a rule a fault has one ring;
-        it has several ``part`` where another fault has moved it aside, where its throw changes
-        sign, and where the horizon is missing between them.
+        ``part``, the signed ``map_area`` and ``kind``: ``"gap"`` (normal), ``"overlap"``
+        (reverse), or ``"line"``: both walls have the same cut-off, or cut-offs above each other,
+        and the ring has no width (less than a micrometre on average). As a rule a fault has one
+        ring; it has several ``part`` where another fault has moved it aside, where its throw
+        changes sign, and where the horizon is missing between them.
 
     Raises
     ------

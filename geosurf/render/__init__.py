@@ -5,6 +5,8 @@ render_scene        what a scene holds, asking only for what is shown
 render_surfaces     horizons, faults and the curves where they meet
 render_units        zone x block units, drawn apart, with their volumes
 render_map          one horizon in map view, with contours and curves
+render_thickness    a thickness map of one zone, with fault polygons
+render_allan        what lies across a fault from what
 render_search       how the voxel search finds a curve
 render_place        a close-up of one place, as errors name it
 doctor              what geosurf stands on here, and whether it can draw
@@ -22,22 +24,36 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
 from geosurf.model import Curves, TriSurface, Units, VoxelSearch
+from geosurf.render.allan import render_allan
 from geosurf.render.backend import doctor
+from geosurf.render.clip import Prism
 from geosurf.render.compose import draw_picture, save_png
-from geosurf.render.layers import Content, show_curves, show_patches, show_surfaces, show_units
+from geosurf.render.isochores import render_thickness
+from geosurf.render.layers import (
+    Content,
+    show_curves,
+    show_outline,
+    show_patches,
+    show_surfaces,
+    show_units,
+)
 from geosurf.render.views import VIEWS, check_size, view_vectors
 
 __all__ = [
     "VIEWS",
     "doctor",
+    "render_allan",
     "render_map",
     "render_place",
     "render_scene",
     "render_search",
     "render_surfaces",
+    "render_thickness",
     "render_units",
 ]
 
@@ -56,6 +72,7 @@ def render_scene(
     exaggeration: float | None = None,
     show: Sequence[str] = ("horizons", "faults", "curves"),
     exploded: float = 0.0,
+    clip: bool = True,
 ) -> Path:
     """Draw a scene, and compute no more of it than is shown.
 
@@ -79,6 +96,9 @@ def render_scene(
         ``"patches"``, ``"units"``.
     exploded : float
         How far units are drawn apart, as a part of the size of the model box.
+    clip : bool
+        Whether surfaces and curves are shown only where the model is, in its box and
+        area of interest.
 
     Returns
     -------
@@ -114,15 +134,19 @@ def render_scene(
                 f"{did_you_mean(word, SHOWABLE)}"
             )
     roles = {ROLES_SHOWN[word] for word in show if word in ROLES_SHOWN}
-    content = Content()
+    content, box = Content(), getattr(scene, "box", None)
+    outline = getattr(scene, "aoi", None) if clip and box is not None else None
+    within = Prism(box, outline) if clip and box is not None else None
     if roles:
-        content += show_surfaces(s for s in scene.surfaces if s.role in roles)
+        content += show_surfaces((s for s in scene.surfaces if s.role in roles), within)
     if "patches" in show:
         content += show_patches(scene.patches)
     if "units" in show:
         content += show_units(scene.units, exploded)
     if "curves" in show:
-        content += show_curves(scene.curves)
+        content += show_curves(scene.curves, within=within)
+    if outline is not None and not exploded:
+        content += show_outline(outline, box[4])
     return draw_picture(
         content,
         path,
@@ -130,9 +154,9 @@ def render_scene(
         view=view,
         size=size,
         exaggeration=exaggeration,
-        box=None if exploded else getattr(scene, "box", None),
+        box=None if exploded else box,
         axes=not exploded,
-        relief_of=getattr(scene, "box", None),
+        relief_of=box,
     )
 
 
@@ -245,6 +269,7 @@ def render_map(
     path: str | os.PathLike[str],
     size: tuple[int, int] = SIZE,
     title: str | None = None,
+    outline: np.ndarray | None = None,
 ) -> Path:
     """Draw a horizon in map view: elevation in colour, contour lines, its curves in bold.
 
@@ -259,6 +284,8 @@ def render_map(
         Width and height in pixels.
     title : str, optional
         Default: the name of the surface.
+    outline : ndarray of float64, shape (n, 2), optional
+        Easting and northing around the area that is shown, counter-clockwise [m]; default: all.
 
     Returns
     -------
@@ -282,7 +309,7 @@ def render_map(
     from geosurf.render.map import draw_map
 
     title = f"{surface.name}: elevation" if title is None else title
-    return save_png(draw_map(surface, curves, check_size(size), title), path)
+    return save_png(draw_map(surface, curves, check_size(size), title, outline), path)
 
 
 def render_search(

@@ -1,9 +1,9 @@
 """Allan diagram of a fault: what lies across it from what, seen along its strike.
 
 After Allan (1989), AAPG Bulletin 73, 803-811: the fault is drawn over distance along strike and
-elevation, with the cut-offs of its footwall as full lines and those of its hanging wall dashed. An area has the
-colour of the zone in the footwall; stripes in the colour of the zone in the hanging wall say that
-it is another one.
+elevation, with the cut-offs of its footwall as full lines and those of its hanging wall dashed.
+An area has the colour of the zone in the footwall; stripes in the colour of the zone in the
+hanging wall say that it is another one.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ def _axes(sheet: furniture.Sheet, points: np.ndarray) -> tuple[Any, float]:
     layout, unit = sheet.layout, sheet.layout.unit
     (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
     wide, high = max(right - left, 1.0), max(top - bottom, 1.0)
-    margin = 74.0 * unit
+    margin = 96.0 * unit
     across = layout.view_size[0] - 2.0 * margin
     # not taller than reads well, never squeezed below true scale where there is room
     up = min(layout.view_size[1], max(RELIEF * across, across * high / wide))

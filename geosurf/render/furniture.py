@@ -162,12 +162,17 @@ def plain_number(value: float) -> str:
     return f"{round(float(value), 6):g}".replace("-", "\N{MINUS SIGN}")
 
 
-def halo_text(sheet: Sheet, axes, at, words: str, size: float, colour=palette.INK, **look) -> None:
-    """Set words in the middle of a place on axes, on a white rim that keeps them readable."""
+def rim_of_words(unit: float) -> list:
+    """Return a white rim that keeps words readable on whatever is behind them."""
     from matplotlib.patheffects import withStroke
 
+    return [withStroke(linewidth=3.0 * unit * 72.0 / DPI, foreground="white")]
+
+
+def halo_text(sheet: Sheet, axes, at, words: str, size: float, colour=palette.INK, **look) -> None:
+    """Set words in the middle of a place on axes, on a white rim that keeps them readable."""
     per = sheet.layout.unit * 72.0 / DPI
-    rim = [withStroke(linewidth=3.0 * per, foreground="white")]
+    rim = rim_of_words(sheet.layout.unit)
     look = {"ha": "center", "va": "center", **look}
     axes.text(
         *at, words, fontsize=size * per, color=colour, family=FONT, path_effects=rim, clip_on=True,
@@ -235,6 +240,7 @@ def _draw_axis(
             12.0,
             ha="left" if x > 0.4 else "right" if x < -0.4 else "center",
             va="bottom" if y > 0.8 else "top" if y < -0.4 else "center",
+            path_effects=rim_of_words(unit),
         )
 
 
@@ -255,7 +261,9 @@ def _name_axis(
     place = at + distance * sheet.layout.unit * outward
     if abs(angle + 90.0) < 1e-6:
         angle = 90.0
-    sheet.text(place, words, 13.0, ha="center", va="center", rotation=angle, rotation_mode="anchor")
+    look = {"rotation": angle, "rotation_mode": "anchor"}
+    rims = rim_of_words(sheet.layout.unit)
+    sheet.text(place, words, 13.0, ha="center", va="center", path_effects=rims, **look)
 
 
 def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:

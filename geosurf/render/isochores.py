@@ -86,6 +86,7 @@ def render_thickness(
     layout = furniture.lay_out(check_size(size))
     sheet = furniture.Sheet(layout)
     total = np.where(np.isfinite(values).any(axis=0), np.nansum(values, axis=0), np.nan)
+    total = np.round(total, 6)  # rounding of the last bits has no contours
     levels = contour_levels(float(np.nanmin(total)), float(np.nanmax(total)), N_CONTOUR)
     extent = (*_cell_ends(x), *_cell_ends(y))
     axes, metres_per_pixel = map_axes(sheet, extent)
@@ -177,7 +178,7 @@ def _outline(sheet, axes, rings: xarray.Dataset, dashes, corner, metres: float) 
     """Fault polygons of one horizon; each fault is named once, where its longest ring is."""
     points = np.stack([rings.easting.values, rings.northing.values], axis=1) - corner
     ends = np.cumsum(rings["count"].values)
-    width = 1.6 * sheet.layout.unit * 72.0 / furniture.DPI
+    width = 1.1 * sheet.layout.unit * 72.0 / furniture.DPI
     longest: dict[str, np.ndarray] = {}
     labels = zip(rings.fault.values, rings.kind.values, ends, rings["count"].values, strict=True)
     for fault, kind, end, n in labels:

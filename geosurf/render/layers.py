@@ -15,6 +15,7 @@ import numpy as np
 
 from geosurf.model import Curves, Lattice, Patches, TriSurface, Unit, Units
 from geosurf.render import palette
+from geosurf.render.clip import Prism
 from geosurf.render.views import corners
 
 # More triangles than a screen has pixels show nothing more.
@@ -135,10 +136,11 @@ def _strided(n: int, stride: int) -> np.ndarray:
     return rows if rows[-1] == n - 1 else np.append(rows, n - 1)
 
 
-def show_surfaces(surfaces: Iterable[TriSurface]) -> Content:
-    """Return horizons in stratigraphic colours and faults as red glass.
+def show_surfaces(surfaces: Iterable[TriSurface], within: Prism | None = None) -> Content:
+    """Return horizons in stratigraphic colours and faults as glass.
 
-    Horizons are coloured in the order in which they come: youngest first.
+    Horizons are coloured in the order in which they come: youngest first. With `within`, only
+    what lies there is shown.
     """
     layers, legend = [], []
     n_horizon = n_fault = 0
@@ -151,16 +153,39 @@ def show_surfaces(surfaces: Iterable[TriSurface]) -> Content:
             colour, opacity = palette.stratum(n_horizon), 1.0
             n_horizon += 1
         light = thinned(surface)
-        if light.n_triangle:
-            layers.append(
-                triangle_layer(light.vertices, light.triangles, colour=colour, opacity=opacity)
-            )
-        if 0 < light.n_triangle <= MAX_RIMMED:
-            # a fault seen edge-on would not be seen at all
-            ink = palette.shade(colour, 1, 2)
-            layers.append(Layer(light.vertices, lines=rim(light.triangles), colour=ink, width=1.2))
-        legend.append(Entry(surface.name, colour, surface.role, opacity=opacity))
+        shown = _surface_layers(light, within, colour, opacity)
+        layers += shown
+        detail = surface.role
+        if light.n_triangle and not shown:
+            detail += ", outside the model"
+        legend.append(Entry(surface.name, colour, detail, opacity=opacity))
     return Content(tuple(layers), tuple(legend))
+
+
+def _surface_layers(surface: TriSurface, within: Prism | None, colour, opacity) -> list[Layer]:
+    """Triangles and rim of a surface, of what is shown of it."""
+    points, triangles = surface.vertices, surface.triangles
+    walls = np.empty((0, 2), dtype=np.int64)
+    edges = rim(triangles) if len(triangles) <= MAX_RIMMED else walls
+    ends = points[edges]
+    if within is not None and len(triangles):
+        ends = within.segments(points, edges)
+        points, triangles, walls = within.triangles(points, triangles)
+    if not len(triangles):
+        return []
+    layers = [triangle_layer(points, triangles, colour=colour, opacity=opacity)]
+    ends = np.concatenate([ends, points[walls]])
+    if len(ends) > 0 and len(triangles) <= MAX_RIMMED:
+        # a fault seen edge-on would not be seen at all
+        ink = palette.shade(colour, 1, 2)
+        layers.append(segment_layer(ends, colour=ink, width=1.2))
+    return layers
+
+
+def segment_layer(ends: np.ndarray, **look: Any) -> Layer:
+    """Return a layer of lines from their ends (n, 2, 3)."""
+    lines = np.arange(2 * len(ends)).reshape(-1, 2)
+    return Layer(ends.reshape(-1, 3), lines=lines, **look)
 
 
 def rim(triangles: np.ndarray) -> np.ndarray:
@@ -175,23 +200,38 @@ def show_curves(
     colour: palette.RGB = palette.CURVE,
     width: float = 2.8,
     between: set[str] | None = None,
+    within: Prism | None = None,
 ) -> Content:
     """Return the curves as bold lines, with their number and length in the legend.
 
-    With `between`, only those of the two surfaces of these names.
+    With `between`, only those of the two surfaces of these names; with `within`, only what of
+    them lies there.
     """
     names = [{curves.names[i] for i in pair} for pair in curves.surfaces_of_curve.tolist()]
     rows = [i for i, pair in enumerate(names) if between is None or pair == between]
     if not rows:
         return Content()
-    plural = "s" if len(rows) > 1 else ""
-    length = length_text(float(curves.length_of_curve[rows].sum()))
-    detail = f"{len(rows)} curve{plural}, {length}"
-    lines = tuple(curves.curves[i] for i in rows)
-    return Content(
-        (Layer(curves.points, lines=lines, colour=colour, width=width),),
-        (Entry("Intersections", colour, detail, "line"),),
-    )
+    layer, lengths = _curve_layer(curves, rows, within, colour=colour, width=width)
+    if not len(lengths):
+        return Content()
+    plural = "s" if len(lengths) > 1 else ""
+    detail = f"{len(lengths)} curve{plural}, {length_text(float(np.sum(lengths)))}"
+    return Content((layer,), (Entry("Intersections", colour, detail, "line"),))
+
+
+def _curve_layer(curves: Curves, rows, within: Prism | None, **look: Any) -> tuple[Layer, Any]:
+    """The layer of some curves, and the length of each that is shown [m]."""
+    if within is None or within.holds(curves.points):
+        lines = tuple(curves.curves[i] for i in rows)
+        return Layer(curves.points, lines=lines, **look), curves.length_of_curve[rows]
+    parts, lengths = [np.empty((0, 2, 3))], []
+    for i in rows:
+        line = curves.curves[i]
+        ends = within.segments(curves.points, np.stack([line[:-1], line[1:]], axis=1))
+        if len(ends):
+            parts.append(ends)
+            lengths.append(float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()))
+    return segment_layer(np.concatenate(parts), **look), lengths
 
 
 def show_box(
@@ -217,6 +257,18 @@ def show_box(
         nearest = (towards > 0.0) @ (4, 2, 1)
         edges = [edge for edge in edges if nearest not in edge]
     return Content((Layer(box, lines=np.array(edges), colour=colour, width=width),))
+
+
+def show_outline(ring: np.ndarray, level: float) -> Content:
+    """Return the rim (n, 2) of an area of interest at a level, as a thin line."""
+    points = np.column_stack([ring, np.full(len(ring), level)])
+    there = np.arange(len(ring))
+    lines = np.stack([there, np.roll(there, -1)], axis=1)
+    look = {"colour": palette.FAINT, "width": 1.2}
+    return Content(
+        (Layer(points, lines=lines, **look),),
+        (Entry("Area of interest", kind="line", colour=palette.FAINT),),
+    )
 
 
 def show_units(units: Units, explode: float = 0.0) -> Content:

@@ -9,6 +9,7 @@ import numpy as np
 from geosurf.errors import InputError
 from geosurf.model import Curves, TriSurface
 from geosurf.render import furniture, palette
+from geosurf.render.clip import Prism
 from geosurf.render.layers import Entry, length_text, thinned
 
 MAX_MAP_TRIANGLE = 250_000
@@ -18,7 +19,11 @@ N_BAND = 3  # bands of colour per contour interval
 
 
 def draw_map(
-    surface: TriSurface, curves: Curves | None, size: tuple[int, int], title: str
+    surface: TriSurface,
+    curves: Curves | None,
+    size: tuple[int, int],
+    title: str,
+    outline: np.ndarray | None = None,
 ) -> bytes:
     """Return the map of a surface as a PNG file.
 
@@ -30,6 +35,8 @@ def draw_map(
     size : (int, int)
         Pixels.
     title : str
+    outline : ndarray of float64, shape (n, 2), optional
+        Around what is shown.
 
     Returns
     -------
@@ -38,12 +45,22 @@ def draw_map(
     Raises
     ------
     InputError
-        If the surface has no triangles, or is seen edge-on from above.
+        If the surface has no triangles inside the outline, or is seen edge-on from above.
     """
     layout = furniture.lay_out(size)
-    light = thinned(surface, MAX_MAP_TRIANGLE)
+    light, within = thinned(surface, MAX_MAP_TRIANGLE), None
     if not light.n_triangle:
         raise InputError(f"surface {surface.name!r} has no triangles, so there is no map of it.")
+    if outline is not None:
+        (w, s), (e, n) = np.min(outline, axis=0), np.max(outline, axis=0)
+        within = Prism((w, e, s, n, light.bounds[4] - 1.0, light.bounds[5] + 1.0), outline)
+        x, t, _ = within.triangles(light.vertices, light.triangles)
+        if not len(t):
+            raise InputError(
+                f"surface {surface.name!r} has nothing inside the outline of the map. "
+                "Leave the outline out, or check its coordinates."
+            )
+        light = TriSurface(surface.name, surface.role, x, t)
     west, east, south, north, bottom, top = light.bounds
     if not (east > west and north > south):
         raise InputError(
@@ -55,9 +72,9 @@ def draw_map(
     levels = contour_levels(bottom, top)
     if len(levels) > 1:
         _draw_elevation(sheet, axes, light, levels)
-    legend = _draw_curves(sheet, axes, light, curves) if curves is not None else []
-    furniture.draw_legend(sheet, tuple(legend), 190.0)
-    draw_colour_bar(sheet, levels, "Elevation [m]", palette.ELEVATION, N_BAND)
+    legend = _draw_curves(sheet, axes, light, curves, within) if curves is not None else []
+    furniture.draw_legend(sheet, tuple(legend), 290.0)
+    draw_colour_bar(sheet, levels, "Elevation [m]", palette.ELEVATION, N_BAND, (260.0, 400.0))
     draw_north(sheet)
     furniture.draw_scale_bar(sheet, metres_per_pixel, "")
     interval = f", contour interval {length_text(levels[1] - levels[0])}" if len(levels) > 1 else ""
@@ -155,8 +172,10 @@ def number_contours(sheet: furniture.Sheet, axes, lines) -> None:
         text.set_family(furniture.FONT)
 
 
-def _draw_curves(sheet, axes, surface: TriSurface, curves: Curves) -> list[Entry]:
+def _draw_curves(sheet, axes, surface, curves: Curves, within: Prism | None) -> list[Entry]:
     """Bold lines for the curves on a surface, one colour per other surface."""
+    from matplotlib.collections import LineCollection
+
     name = surface.name
     if name not in curves.names:
         raise InputError(
@@ -165,16 +184,32 @@ def _draw_curves(sheet, axes, surface: TriSurface, curves: Curves) -> list[Entry
     west, _, south, *_ = surface.bounds
     row = curves.names.index(name)
     others: dict[int, float] = {}
-    lengths = curves.length_of_curve
+    longest: dict[int, tuple] = {}
     width = 2.6 * sheet.layout.unit * 72.0 / furniture.DPI
     for i, pair in enumerate(curves.surfaces_of_curve.tolist()):
         if row not in pair:
             continue
+        line = curves.points[curves.curves[i]]
+        ends = np.stack([line[:-1], line[1:]], axis=1)
+        if within is not None:
+            ends = within.segments(line, np.arange(len(line) - 1)[:, None] + np.arange(2))
+        if not len(ends):
+            continue
         other = pair[0] if pair[1] == row else pair[1]
-        others[other] = others.get(other, 0.0) + float(lengths[i])
-        x, y, _ = curves.points[curves.curves[i]].T
+        length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
+        others[other] = others.get(other, 0.0) + length
         colour = palette.fault(list(others).index(other))
-        axes.plot(x - west, y - south, color=colour, linewidth=width, solid_capstyle="round")
+        shown = LineCollection(ends[:, :, :2] - (west, south), colors=[colour], linewidths=width)
+        shown.set_capstyle("round")
+        axes.add_collection(shown, autolim=False)
+        if length > longest.get(other, (0.0,))[0]:
+            longest[other] = (length, ends[len(ends) // 3, 0, :2] - (west, south))
+    for other, (_, at) in longest.items():
+        x, y = axes.transData.transform(at)
+        at = axes.transData.inverted().transform((x + 9.0 * sheet.layout.unit, y))
+        colour = palette.shade(palette.fault(list(others).index(other)), 1, 2)
+        look = {"ha": "left", "fontweight": "bold"}
+        furniture.halo_text(sheet, axes, at, curves.names[other], 11.5, colour, **look)
     return [
         Entry(f"with {curves.names[other]}", palette.fault(i), length_text(length), "line")
         for i, (other, length) in enumerate(others.items())
@@ -187,7 +222,7 @@ def draw_colour_bar(
     words: str,
     codes: tuple[str, ...],
     n_band: int,
-    ends: tuple[float, float] = (290.0, 500.0),
+    ends: tuple[float, float],
 ) -> None:
     """Draw a value against its colour, on the right; `n_band` bands between two levels.
 

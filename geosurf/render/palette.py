@@ -46,7 +46,9 @@ STRATA = tuple(
         "#55505f",  # shale
     )
 )
-FAULTS = tuple(rgb(code) for code in ("#8c2f2b", "#4a3f63", "#d9843b", "#a9a3d0", "#c8a27a"))
+FAULTS = tuple(
+    rgb(code) for code in ("#8c2f2b", "#4a3f63", "#d9843b", "#a9a3d0", "#c8a27a", "#3f7d6e")
+)
 WALL = rgb("#d4d7db")
 
 # Elevation in map view, low to high.

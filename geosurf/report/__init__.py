@@ -35,7 +35,8 @@ def report_scene(
     ----------
     scene : Scene
         Or anything with ``surfaces``, ``units``, ``curves``, ``patches``, ``box`` and ``check()``;
-        ``explain(seconds=False)`` and ``render_pictures(folder)`` are used where they exist.
+        ``explain(seconds=False)``, ``render_pictures(folder)``, and ``faults_inside`` with what is
+        measured along them are used where they exist.
     folder : path-like
         Is created if need be.
     pictures : mapping of str to path-like, optional
@@ -132,6 +133,8 @@ def build_page(
         *_listed("Horizons clipped by the column", tables.clipped_table(clipped)),
         *_listed("Remnants: numbered and small units", tables.remnant_table(remnants)),
         ("Pictures", page.html_pictures(pictures)),
+        ("Across the faults: areas of contact", _across(scene)),
+        ("Fault polygons", _polygons(scene)),
         ("Certificate", page.html_table(tables.check_table(certificate))),
         ("Faults: what was extended and truncated", _fault_work(scene)),
         ("Surfaces, with their bounds [m]", page.html_table(tables.surface_table(surfaces))),
@@ -140,6 +143,22 @@ def build_page(
         ("Versions", page.html_table(tables.version_table())),
     ]
     return page.fill_page(title, header, sections)
+
+
+def _across(scene: Any) -> str:
+    """Areas of juxtaposition, where the scene can measure them."""
+    names = getattr(scene, "faults_inside", ())
+    return page.html_table(
+        tables.juxtaposition_table(map(scene.juxtaposition, names) if names else ())
+    )
+
+
+def _polygons(scene: Any) -> str:
+    """Fault polygons of all horizons inside the model, where there are faults."""
+    if not getattr(scene, "faults_inside", ()):
+        return ""
+    names = scene.horizons_inside
+    return page.html_table(tables.polygon_table(scene.fault_polygons(name) for name in names))
 
 
 def _fault_work(scene: Any) -> str:

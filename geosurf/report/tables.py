@@ -147,6 +147,41 @@ def remnant_table(remnants: Iterable[Remnant]) -> Table:
     return Table(("Unit", "Volume [m³]", "Easting", "Northing", "Elevation"), rows)
 
 
+def juxtaposition_table(found: Iterable[Any]) -> Table:
+    """Return what lies across each fault from what: datasets as `Scene.juxtaposition` gives them.
+
+    Zones of several units count as one; the largest contact of different zones comes first.
+    """
+    rows: list[tuple[str, ...]] = []
+    for dataset in found:
+        areas: dict[tuple[str, str, str], float] = {}
+        columns = (dataset.zone_plus, dataset.zone_minus, dataset.kind, dataset.area)
+        for plus, minus, kind, area in zip(*(c.values for c in columns), strict=True):
+            key = (str(plus), str(minus), str(kind))
+            areas[key] = areas.get(key, 0.0) + float(area)
+        whole = float(dataset.attrs["area"])
+        for key, area in sorted(
+            areas.items(), key=lambda item: (item[0][0] == item[0][1], -item[1])
+        ):
+            share = f"{number(100.0 * area / whole, 1)} %"
+            rows.append((str(dataset.attrs["fault"]), *key, number(area), share))
+    head = ("Fault", "Hanging wall", "Footwall", "Kind", "Area [m²]", "of the fault")
+    return Table(head, tuple(rows), n_label=4)
+
+
+def polygon_table(found: Iterable[Any]) -> Table:
+    """Return the fault polygons of each horizon: datasets as `Scene.fault_polygons` gives them."""
+    rows = []
+    for dataset in found:
+        columns = (dataset.fault, dataset.part, dataset.kind, dataset["count"], dataset.map_area)
+        for fault, part, kind, n, area in zip(*(c.values for c in columns), strict=True):
+            name = str(dataset.attrs["horizon"])
+            numbers = (number(int(part)), number(int(n)), number(float(area), 1))
+            rows.append((name, str(fault), str(kind), *numbers))
+    head = ("Horizon", "Fault", "Kind", "Part", "Points", "Map area [m²]")
+    return Table(head, tuple(rows), n_label=3)
+
+
 def balance(units: Units) -> str:
     """Return how the volumes add up to the model box, in one sentence."""
     total, box = units.volume, units.box_volume

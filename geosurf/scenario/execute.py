@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from geosurf.errors import DependencyError
+from geosurf.gallery import draw_pictures
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
 from geosurf.report import report_scene
@@ -18,7 +19,7 @@ from geosurf.scenario.failure import pictured
 from geosurf.scenario.inputs import build_scene, read_scenario
 from geosurf.scenario.keys import FORMATS, Scenario
 from geosurf.scenario.output import new_results, require_writable
-from geosurf.scenario.pictures import Picture, cannot_draw, wanted_pictures
+from geosurf.scenario.pictures import wanted_pictures
 from geosurf.scene import Scene
 from geosurf.write import write
 
@@ -160,7 +161,7 @@ def run(
         teller.say("write", ", ".join(scenario.output.formats), "")
         drawn, notes = {}, []
         if pictures:
-            drawn, notes = draw_all(wanted_pictures(scene, scenario.output), folder, teller)
+            drawn, notes = _draw(scene, scenario, folder, teller)
         notes += crossings(scene)
         report_scene(
             scene,
@@ -202,8 +203,7 @@ def write_report(
     with tempfile.TemporaryDirectory() as scratch:
         drawn, notes = {}, []
         if pictures:
-            wanted = wanted_pictures(scene, scenario.output)
-            drawn, notes = draw_all(wanted, Path(scratch), teller)
+            drawn, notes = _draw(scene, scenario, Path(scratch), teller)
         notes += crossings(scene)
         path = report_scene(
             scene,
@@ -243,6 +243,14 @@ def crossings(scene: Scene) -> list[str]:
     ]
 
 
+def _draw(
+    scene: Scene, scenario: Scenario, folder: Path, teller: Teller
+) -> tuple[dict[str, Path], list[str]]:
+    """Captions and files of the pictures asked for, and what could not be drawn."""
+    wanted = wanted_pictures(scene, scenario.output)
+    return draw_pictures(wanted, folder, lambda file: teller.say("draw", file))
+
+
 def _check_formats(scenario: Scenario) -> None:
     if "nc" in scenario.output.formats and find_spec("h5netcdf") is None:
         raise DependencyError(
@@ -257,25 +265,3 @@ def _write_files(scene: Scene, scenario: Scenario, certificate: Certificate, fol
         write(scene.curves if file.startswith("curves") else scene.units, folder / file)
     lines = f"{scenario.title}\n\n{certificate}\n"
     (folder / "certificate.txt").write_text(lines, encoding="utf-8", newline="\n")
-
-
-def draw_all(
-    pictures: list[Picture], folder: Path, teller: Teller
-) -> tuple[dict[str, Path], list[str]]:
-    """Draw pictures into ``folder/pictures``: captions and files, and what could not be drawn."""
-    notes = []
-    if any(picture.needs_opengl for picture in pictures):
-        reason = cannot_draw()
-        if reason:
-            notes.append(f"Only maps were drawn: {reason}")
-            pictures = [picture for picture in pictures if not picture.needs_opengl]
-    drawn = {}
-    for picture in pictures:
-        path = folder / "pictures" / picture.file
-        picture.draw(path)
-        teller.say("draw", f"pictures/{picture.file}")
-        if path.is_file():
-            drawn[picture.caption] = path
-        else:
-            notes.append(f"{picture.file} was not drawn: the boxes of its surfaces do not meet.")
-    return drawn, notes

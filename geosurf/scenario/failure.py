@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from geosurf.errors import GeometryError
+from geosurf.gallery import cannot_draw
 from geosurf.render import render_place
-from geosurf.scenario.pictures import cannot_draw
 from geosurf.scene import Scene
 
 FILE = "failure.png"

@@ -230,6 +230,17 @@ class OutputSettings:
         default=("southwest",),
     )
     maps: bool = key("A map of each horizon.", values.switch, default=True)
+    thickness: bool = key(
+        "A thickness map of each zone between two horizons.", values.switch, default=True
+    )
+    allan: bool = key(
+        "An Allan diagram of each fault: what lies across it from what.",
+        values.switch,
+        default=True,
+    )
+    clip: bool = key(
+        "Whether the pictures leave out what sticks out of the model.", values.switch, default=True
+    )
     exploded: bool = key("A picture of the units, drawn apart.", values.switch, default=True)
     search: tuple[str, str] | None = key(
         "Two surfaces: a picture of how the voxel search finds their curve.",

@@ -25,7 +25,7 @@ def winding(ring, place):
 
 
 def shadows(scene, name, place):
-    """How many triangles of a horizon lie above or below a place, those that face up less others."""
+    """How many triangles of a horizon lie over a place: facing up, less those that face down."""
     faces = faces_of(scene.patches, scene.units, name, "horizon")
     corners = (faces.x + faces.origin)[faces.triangles][:, :, :2] - place
     turns = []

@@ -1,0 +1,226 @@
+"""The pictures of a scene: which there are, what each shows, and how it is drawn.
+
+Scenarios choose from them, `Scene.render_pictures` draws them, and the report prints their
+captions. What cannot be drawn is told, picture by picture; the others are there all the same.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geosurf.errors import GeometryError
+from geosurf.render import (
+    doctor,
+    render_allan,
+    render_map,
+    render_scene,
+    render_search,
+    render_thickness,
+    render_units,
+)
+
+CELLS = 200  # of a thickness map, along the longer side of the box
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One picture: what it shows, its file, and how it is drawn there."""
+
+    caption: str
+    file: str
+    draw: Callable[[Path], Any]
+    needs_opengl: bool = True
+
+
+def pictures_of(
+    scene: Any,
+    *,
+    views: Sequence[str] = ("southwest",),
+    exploded: bool = True,
+    maps: bool = True,
+    thickness: bool = True,
+    allan: bool = True,
+    search: tuple[str, str] | None = None,
+    exaggeration: float | None = None,
+    size: tuple[int, int] = (1280, 800),
+    clip: bool = True,
+) -> list[Picture]:
+    """
+    Return the pictures of a scene, not yet drawn.
+
+    Parameters
+    ----------
+    scene : Scene
+    views : sequence of str
+        Directions from which horizons, faults and curves are seen.
+    exploded, maps, thickness, allan : bool
+        The units, drawn apart; a map of each horizon; a thickness map of each zone
+        between two horizons; an Allan diagram of each fault.
+    search : (str, str), optional
+        Two surfaces, for a picture of the voxel search.
+    exaggeration, size, clip
+        As for `render_scene`.
+
+    Returns
+    -------
+    list of Picture
+    """
+    style: dict[str, Any] = {"size": size, "exaggeration": exaggeration}
+    found = [
+        Picture(
+            f"Horizons, faults and their curves, seen from the {view}.",
+            f"view_{view}.png",
+            lambda path, view=view: render_scene(scene, path, view=view, clip=clip, **style),
+        )
+        for view in views
+    ]
+    if exploded:
+        found.append(
+            Picture(
+                "The units, drawn apart: zones up and down, blocks sideways.",
+                "units_exploded.png",
+                lambda path: render_units(scene.units, path, **style),
+            )
+        )
+    if maps:
+        found += [_map(scene, name, size, clip) for name in scene.horizon_names]
+    if thickness:
+        found += [_thickness(scene, pair, size) for pair in _neighbours(scene)]
+    if allan:
+        found += [_allan(scene, name, size) for name in scene.faults_inside]
+    if search is not None:
+        found.append(_search(scene, *search, style))
+    return found
+
+
+def _neighbours(scene: Any) -> list[tuple[str, str]]:
+    """Pairs of horizons with a zone between them, youngest first."""
+    zones = {unit.zone for unit in scene.units.values()}
+    names = scene.horizon_names
+    pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
+    return [(a, b) for a, b in pairs if f"{a}/{b}" in zones]
+
+
+def _slug(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9+-]+", "_", name).strip("_")
+
+
+def _map(scene: Any, name: str, size: tuple[int, int], clip: bool) -> Picture:
+    def draw(path: Path) -> None:
+        """Draw it, inside the model if asked."""
+        west, east, south, north = scene.box[:4]
+        ring = np.array([(west, south), (east, south), (east, north), (west, north)])
+        outline = ring if scene.aoi is None else scene.aoi
+        surface, curves = scene.surface(name), scene.curves
+        render_map(surface, curves, path=path, size=size, outline=outline if clip else None)
+
+    row = scene.horizon_names.index(name)
+    return Picture(
+        f"{name}: elevation, and the lines where other surfaces meet it.",
+        f"map_{row:02d}_{_slug(name)}.png",
+        draw,
+        needs_opengl=False,
+    )
+
+
+def _thickness(scene: Any, pair: tuple[str, str], size: tuple[int, int]) -> Picture:
+    def draw(path: Path) -> None:
+        """Measure and draw it."""
+        west, east, south, north = scene.box[:4]
+        cell = max(east - west, north - south) / CELLS
+        polygons = {name: scene.fault_polygons(name) for name in pair}
+        render_thickness(scene.thickness(zone, cell), path, polygons=polygons, size=size)
+
+    zone = "/".join(pair)
+    row = scene.horizon_names.index(pair[0])
+    return Picture(
+        f"{zone}: vertical thickness (isochore), block by block, with the fault polygons of both "
+        "horizons.",
+        f"isochore_{row:02d}_{_slug(zone)}.png",
+        draw,
+        needs_opengl=False,
+    )
+
+
+def _allan(scene: Any, name: str, size: tuple[int, int]) -> Picture:
+    def draw(path: Path) -> None:
+        """Measure and draw it."""
+        zones = list(dict.fromkeys(unit.zone for unit in scene.units.values()))
+        diagram, table = scene.allan(name), scene.juxtaposition(name)
+        render_allan(diagram, table, path, zones=zones, size=size)
+
+    row = scene.fault_names.index(name)
+    return Picture(
+        f"{name}: Allan diagram. Colours are zones of the footwall, stripes those of the hanging "
+        "wall where they differ.",
+        f"allan_{row:02d}_{_slug(name)}.png",
+        draw,
+        needs_opengl=False,
+    )
+
+
+def _search(scene: Any, first: str, second: str, style: dict[str, Any]) -> Picture:
+    def draw(path: Path) -> None:
+        """Write the picture, if there is anything to show."""
+        found = scene.search(first, second)
+        if found is None:
+            raise GeometryError("the boxes of its surfaces do not meet.", surfaces=(first, second))
+        a, b = scene.surface(first), scene.surface(second)
+        render_search(a, b, found, scene.curves, path, **style)
+
+    return Picture(
+        f"How {first} and {second} are searched: voxels leave few faces to compare.",
+        "search.png",
+        draw,
+    )
+
+
+def cannot_draw() -> str:
+    """Return why nothing in three dimensions can be drawn here, or ''."""
+    return "".join(sentence for name, fit, sentence in doctor() if name == "pictures" and not fit)
+
+
+def draw_pictures(
+    pictures: Sequence[Picture],
+    folder: str | os.PathLike[str],
+    told: Callable[[str], object] = lambda _: None,
+) -> tuple[dict[str, Path], list[str]]:
+    """
+    Draw pictures into the folder ``pictures`` of a folder.
+
+    Parameters
+    ----------
+    pictures : sequence of Picture
+    folder : path-like
+    told : callable, optional
+        Is called with the name of each file, when it is there.
+
+    Returns
+    -------
+    (dict of str to pathlib.Path, list of str)
+        Captions and files; and a sentence for each picture that could not be drawn.
+    """
+    notes: list[str] = []
+    if any(picture.needs_opengl for picture in pictures):
+        reason = cannot_draw()
+        if reason:
+            notes.append(f"Only maps and diagrams were drawn: {reason}")
+            pictures = [picture for picture in pictures if not picture.needs_opengl]
+    drawn = {}
+    for picture in pictures:
+        path = Path(folder) / "pictures" / picture.file
+        try:
+            picture.draw(path)
+        except GeometryError as error:
+            notes.append(f"{picture.file} was not drawn: {error}")
+            continue
+        told(f"pictures/{picture.file}")
+        drawn[picture.caption] = path
+    return drawn, notes

@@ -1,0 +1,206 @@
+"""What of surfaces and lines lies inside the model, for pictures.
+
+A model is a prism: the area of interest on the map, between two levels. It is taken apart into
+convex prisms, and triangles are cut by their sides, one after the other (Sutherland & Hodgman
+1974). Nothing here decides topology: cuts are rounded, and only looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+
+class Prism:
+    """The part of space that a model fills.
+
+    Parameters
+    ----------
+    box : (west, east, south, north, bottom, top)
+        [m].
+    outline : ndarray of float64, shape (n, 2), optional
+        Area of interest, counter-clockwise, within the box; default: all of it.
+
+    Examples
+    --------
+    >>> points = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
+    >>> x, t, cut = Prism((0, 2, 0, 9, -1, 1)).triangles(points, np.array([[0, 1, 2]]))
+    >>> len(t), float(x[:, 0].max()), x[cut][:, :, 0].tolist()
+    (2, 2.0, [[2.0, 2.0]])
+    """
+
+    def __init__(self, box: Sequence[float], outline: np.ndarray | None = None) -> None:
+        self.box = tuple(float(value) for value in box)
+        west, east, south, north, *_ = self.box
+        corners = [(west, south), (east, south), (east, north), (west, north)]
+        self.outline = np.array(corners if outline is None else outline, dtype=np.float64)
+
+    @cached_property
+    def parts(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Convex parts: half-spaces (n, 4), and whether each is a wall of the model."""
+        bottom, top = self.box[4:]
+        levels = np.array([[0.0, 0.0, 1.0, -bottom], [0.0, 0.0, -1.0, top]])
+        found = []
+        for ring, outer in convex_parts(self.outline):
+            step = np.roll(ring, -1, axis=0) - ring
+            inward = np.stack([-step[:, 1], step[:, 0], np.zeros(len(ring))], axis=1)
+            offset = -(inward[:, :2] * ring).sum(axis=1)
+            sides = np.concatenate([np.column_stack([inward, offset]), levels])
+            found.append((sides, np.append(outer, [True, True])))
+        return found
+
+    def holds(self, points: np.ndarray) -> bool:
+        """Whether all points (n, 3) are inside for certain: of convex areas only."""
+        return len(self.parts) == 1 and bool((_distances(points, self.parts[0][0]) >= 0).all())
+
+    def triangles(
+        self, points: np.ndarray, triangles: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return points, triangles and the edges along walls, of what lies inside."""
+        if self.holds(points):
+            return points, triangles, np.empty((0, 2), dtype=np.int64)
+        corners = points[triangles]
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        pieces, flags = [], []
+        for sides, outer in self.parts:
+            near = np.flatnonzero(_may_meet(low, high, sides))
+            piece, flag = corners[near], np.zeros((len(near), 3), dtype=bool)
+            for side, wall in zip(sides, outer, strict=True):
+                piece, flag = _cut_triangles(piece, flag, side, bool(wall))
+            pieces.append(piece)
+            flags.append(flag)
+        corners, flag = np.concatenate(pieces), np.concatenate(flags)
+        x, number = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+        found = number.reshape(-1, 3)
+        edges = np.stack([found, np.roll(found, -1, axis=1)], axis=-1)[flag]
+        edges = edges[edges[:, 0] != edges[:, 1]]
+        found = found[(found != np.roll(found, -1, axis=1)).all(axis=1)]
+        return x, found, np.unique(np.sort(edges, axis=1), axis=0)
+
+    def segments(self, points: np.ndarray, segments: np.ndarray) -> np.ndarray:
+        """Return ends (n, 2, 3) of what of some segments (n, 2) lies inside."""
+        ends = points[segments]
+        if self.holds(points):
+            return ends
+        low, high = ends.min(axis=1), ends.max(axis=1)
+        found = []
+        for sides, _ in self.parts:
+            piece = ends[_may_meet(low, high, sides)]
+            for side in sides:
+                piece = _cut_segments(piece, side)
+            found.append(piece)
+        return np.concatenate(found)
+
+
+def convex_parts(ring: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """
+    Take a simple polygon apart into convex ones.
+
+    Parameters
+    ----------
+    ring : ndarray of float64, shape (n, 2)
+        Counter-clockwise.
+
+    Returns
+    -------
+    list of (ndarray of float64 (m, 2), ndarray of bool (m,))
+        Corners of each part, counter-clockwise, and whether the side after each corner is one of
+        the polygon's. The polygon itself if it is convex, triangles (ears) if it is not.
+
+    Examples
+    --------
+    >>> arrow = np.array([[0.0, 0], [4, 0], [4, 4], [3, 1]])
+    >>> [part.tolist() for part, _ in convex_parts(arrow)]
+    [[[3.0, 1.0], [0.0, 0.0], [4.0, 0.0]], [[3.0, 1.0], [4.0, 0.0], [4.0, 4.0]]]
+    """
+    n = len(ring)
+    if (_turn(np.roll(ring, 1, axis=0), ring, np.roll(ring, -1, axis=0)) >= 0).all():
+        return [(ring, np.ones(n, dtype=bool))]
+    left, found = list(range(n)), []
+    while len(left) > 2:
+        k = _ear(ring[left])
+        three = [left[k - 1], left[k], left[(k + 1) % len(left)]]
+        if _turn(*ring[three]) > 0:
+            outer = [(b - a) % n == 1 for a, b in zip(three, np.roll(three, -1), strict=True)]
+            found.append((ring[three], np.array(outer)))
+        del left[k]
+    return found
+
+
+def _ear(ring: np.ndarray) -> int:
+    """A corner that can be cut off: no other corner is in its triangle. The flattest, if none."""
+    before, after = np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0)
+    turn = _turn(before, ring, after)
+    for k in np.flatnonzero(turn > 0).tolist():
+        a, b, c = before[k], ring[k], after[k]
+        inside = (_turn(a, b, ring) >= 0) & (_turn(b, c, ring) >= 0) & (_turn(c, a, ring) >= 0)
+        corners = (ring == a).all(axis=1) | (ring == b).all(axis=1) | (ring == c).all(axis=1)
+        if not (inside & ~corners).any():
+            return k
+    return int(np.argmin(np.abs(turn)))
+
+
+def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Twice the area of triangles on the map, above 0 if counter-clockwise."""
+    u, v = b - a, c - a
+    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+
+
+def _distances(points: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """How far inside points (..., 3) are, in units of each side (n, 4): (..., n)."""
+    return points @ sides[:, :3].T + sides[:, 3]
+
+
+def _may_meet(low: np.ndarray, high: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """Whether boxes (n, 3) reach inside all half-spaces, bool (n,)."""
+    out = np.ones(len(low), dtype=bool)
+    for side in sides:
+        farthest = np.where(side[:3] > 0, high, low)
+        out &= farthest @ side[:3] + side[3] >= 0
+    return out
+
+
+def _cut_triangles(corners, flag, side, wall: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (n, 3, 3) inside a half-space; flags (n, 3) say which edges are along walls."""
+    d = corners @ side[:3] + side[3]
+    inside = d >= 0
+    count = inside.sum(axis=1)
+    whole = count == 3
+    pieces, flags = [corners[whole]], [flag[whole]]
+    for n in (1, 2):  # turned so that the corner that is alone comes first
+        rows = np.flatnonzero(count == n)
+        alone = np.argmax(inside[rows] == (n == 1), axis=1)
+        order = (alone[:, None] + np.arange(3)) % 3
+        p, e, f = (np.take_along_axis(v[rows], order, 1) for v in (d, d, flag))
+        a, b, c = np.moveaxis(np.take_along_axis(corners[rows], order[..., None], 1), 1, 0)
+        ab, ca = (_between(a, q, p[:, 0], e[:, k], n == 1) for q, k in ((b, 1), (c, 2)))
+        cut, none = np.full(len(rows), wall), np.zeros(len(rows), dtype=bool)
+        if n == 1:
+            pieces.append(np.stack([a, ab, ca], 1))
+            flags.append(np.stack([f[:, 0], cut, f[:, 2]], 1))
+        else:
+            pieces += [np.stack([ab, b, c], 1), np.stack([ab, c, ca], 1)]
+            flags += [np.stack([f[:, 0], f[:, 1], none], 1), np.stack([none, f[:, 2], cut], 1)]
+    return np.concatenate(pieces), np.concatenate(flags)
+
+
+def _between(alone, other, d_alone, d_other, first: bool) -> np.ndarray:
+    """Where edges leave a half-space, always reckoned from inside: both neighbours agree."""
+    p, q, dp, dq = (alone, other, d_alone, d_other) if first else (other, alone, d_other, d_alone)
+    return p + (q - p) * (dp / (dp - dq))[:, None]
+
+
+def _cut_segments(ends: np.ndarray, side: np.ndarray) -> np.ndarray:
+    """Segments (n, 2, 3) inside a half-space."""
+    d = ends @ side[:3] + side[3]
+    inside = d >= 0
+    out = ends[inside.any(axis=1)].copy()
+    d, inside = d[inside.any(axis=1)], inside[inside.any(axis=1)]
+    for k in (0, 1):
+        rows = np.flatnonzero(~inside[:, k])
+        p, q = out[rows, 1 - k], out[rows, k]
+        part = d[rows, 1 - k] / (d[rows, 1 - k] - d[rows, k])
+        out[rows, k] = p + (q - p) * part[:, None]
+    return out

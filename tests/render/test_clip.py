@@ -1,0 +1,94 @@
+"""What pictures show of surfaces: what is inside the model, with edges where it is cut."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geosurf.model import TriSurface
+from geosurf.render import layers
+from geosurf.render.clip import Prism, convex_parts
+
+SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
+STAR = np.array([[0, 0], [4, 1], [8, 0], [7, 4], [8, 8], [4, 7], [0, 8], [1, 4]], dtype=float)
+HOOK = np.array([[0, 0], [8, 0], [8, 8], [6, 8], [6, 2], [2, 2], [2, 8], [0, 8]], dtype=float)
+
+
+def map_area(points, triangles):
+    a, b, c = (points[triangles[:, k], :2] for k in range(3))
+    u, v = b - a, c - a
+    return 0.5 * np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).sum()
+
+
+def ring_area(ring):
+    p, q = ring, np.roll(ring, -1, axis=0)
+    return 0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum()
+
+
+def tilted(n=7, size=10.0):
+    axis = np.linspace(-1.0, size - 1.0, n)
+    x, y = np.meshgrid(axis, axis)
+    points = np.column_stack([x.ravel(), y.ravel(), 0.1 * x.ravel()])
+    cells = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    faces = (
+        np.stack([cells, cells + 1, cells + n + 1], 1),
+        np.stack([cells, cells + n + 1, cells + n], 1),
+    )
+    return points, np.concatenate(faces)
+
+
+@pytest.mark.parametrize("ring", [SQUARE, STAR, HOOK], ids=["square", "star", "hook"])
+def test_the_parts_of_a_polygon_add_up_and_know_its_sides(ring):
+    parts = convex_parts(ring)
+    assert sum(ring_area(part) for part, _ in parts) == ring_area(ring)
+    for part, _ in parts:
+        corners = [np.roll(part, -k, axis=0) for k in range(3)]
+        assert all(ring_area(np.array(three)) >= 0 for three in zip(*corners, strict=True))
+    assert sum(int(outer.sum()) for _, outer in parts) == len(ring)
+    assert len(parts) == (1 if ring is SQUARE else len(ring) - 2)
+
+
+@pytest.mark.parametrize("ring", [SQUARE, STAR, HOOK], ids=["square", "star", "hook"])
+def test_a_surface_is_cut_to_the_area_and_its_cuts_go_around_it(ring):
+    points, triangles = tilted()
+    x, t, walls = Prism((0, 8, 0, 8, -5, 5), ring).triangles(points, triangles)
+    assert map_area(x, t) == pytest.approx(ring_area(ring), rel=1e-12)
+    np.testing.assert_allclose(x[:, 2], 0.1 * x[:, 0], atol=1e-12)
+    assert (t != np.roll(t, 1, axis=1)).all()
+    length = np.linalg.norm(np.diff(x[walls][:, :, :2], axis=1), axis=2).sum()
+    around = np.linalg.norm(np.roll(ring, -1, 0) - ring, axis=1).sum()
+    assert length == pytest.approx(around, rel=1e-12)
+
+
+def test_levels_cut_too_and_neighbours_share_the_cut():
+    points, triangles = tilted()
+    x, t, walls = Prism((-9, 19, -9, 19, 0.2, 0.5)).triangles(points, triangles)
+    assert (x[:, 2].min(), x[:, 2].max()) == (0.2, 0.5)
+    assert map_area(x, t) == pytest.approx(3.0 * 10.0, rel=1e-12)
+    assert set(np.unique(x[walls][:, :, 2])) == {0.2, 0.5}
+    rim = layers.rim(t)  # no seams inside
+    on_rim = np.isin(x[rim][:, :, 2], (0.2, 0.5)) | np.isin(x[rim][:, :, 1], (-1.0, 9.0))
+    assert on_rim.all()
+
+
+@pytest.mark.parametrize("ring", [SQUARE, HOOK], ids=["square", "hook"])
+def test_lines_are_cut_where_they_leave(ring):
+    points = np.array([[-2.0, 1.0, 0.0], [10.0, 1.0, 0.0], [-2.0, 6.0, 0.0], [10.0, 6.0, 0.0]])
+    ends = Prism((0, 8, 0, 8, -1, 1), ring).segments(points, np.array([[0, 1], [2, 3]]))
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
+    assert length == pytest.approx(4.0 if ring is SQUARE else 8.0 + 2.0 + 2.0)
+
+
+def test_what_is_inside_is_handed_on_as_it_is():
+    points, triangles = tilted(size=3.0)
+    x, t, walls = Prism((-9, 9, -9, 9, -9, 9)).triangles(points, triangles)
+    assert x is points
+    assert t is triangles
+    assert len(walls) == 0
+
+
+def test_a_surface_beyond_the_model_is_said_to_be_there():
+    fault = TriSurface("F9", "fault", [[50, 0, 0], [50, 9, 0], [50, 0, 9]], [[0, 1, 2]])
+    content = layers.show_surfaces([fault], Prism((0, 8, 0, 8, -5, 5)))
+    assert content.layers == ()
+    assert content.legend[0].detail == "fault, outside the model"

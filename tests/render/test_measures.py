@@ -1,0 +1,144 @@
+"""Thickness maps and Allan diagrams, judged by pixels; colours that all readers tell apart."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from geosurf.errors import InputError
+from geosurf.render import palette, render_allan, render_thickness
+from geosurf.render.allan import _spread
+from tests.measure.worlds import faulted
+
+SIZE = (640, 400)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return faulted((1.0, 6.0))
+
+
+def pixels(path):
+    from matplotlib.image import imread
+
+    return imread(path)[:, : int(SIZE[0] * 0.76), :3]
+
+
+def share(image, colour):
+    """Part of the picture that has a colour, within rounding and smoothing."""
+    return float((np.abs(image - np.array(colour)) < 0.02).all(axis=2).mean())
+
+
+def test_an_allan_diagram_has_colours_of_the_footwall_and_stripes_of_the_hanging_wall(
+    scene, tmp_path
+):
+    zones = ["above Top", "Top/Base", "below Base"]
+    shown = scene.allan("F1"), scene.juxtaposition("F1")
+    image = pixels(render_allan(*shown, tmp_path / "a.png", zones=zones, size=SIZE))
+    areas = scene.juxtaposition("F1").to_dataframe()
+    parts = {zone: share(image, palette.stratum(i)) for i, zone in enumerate(zones)}
+    frame = sum(parts.values())
+    assert frame > 0.2
+    # half of an area of two zones has the colour of either
+    for zone, part in parts.items():
+        mine = (
+            areas.area
+            * 0.5
+            * ((areas.zone_plus == zone).astype(int) + (areas.zone_minus == zone).astype(int))
+        )
+        assert part / frame == pytest.approx(mine.sum() / areas.area.sum(), abs=0.06)
+
+
+def test_the_same_diagram_has_the_same_bytes(scene, tmp_path):
+    shown = scene.allan("F1"), scene.juxtaposition("F1")
+    one, two = (render_allan(*shown, tmp_path / f"{i}.png", size=SIZE) for i in range(2))
+    assert one.read_bytes() == two.read_bytes()
+
+
+def test_a_diagram_and_a_table_of_two_faults_are_refused(scene, tmp_path):
+    table = scene.juxtaposition("F1").assign_attrs(fault="F2")
+    with pytest.raises(InputError, match=r"diagram is of fault 'F1' and the table of 'F2'; hand"):
+        render_allan(scene.allan("F1"), table, tmp_path / "a.png")
+    empty = scene.allan("F1")
+    empty = empty.isel(line=np.flatnonzero(empty.kind.values == "cut-off"))
+    with pytest.raises(InputError, match=r"nothing lies across fault 'F1': .*Enlarge the box"):
+        render_allan(empty, scene.juxtaposition("F1"), tmp_path / "a.png")
+
+
+def test_names_are_spread_and_stay_in_order():
+    for levels in itertools.combinations([0.0, 0.1, 0.2, 1.0, 5.0, 5.1, 9.0], 5):
+        found = _spread(list(levels), 0.5)
+        assert (np.diff(found) >= 0.5 - 1e-12).all()
+        assert np.mean(found) == pytest.approx(np.mean(levels))
+
+
+def test_a_thickness_map_shows_all_of_the_zone_and_its_polygons(scene, tmp_path):
+    found = scene.thickness("Top/Base", 0.5)
+    polygons = {name: scene.fault_polygons(name) for name in ("Top", "Base")}
+    bare = pixels(render_thickness(found, tmp_path / "a.png", size=SIZE))
+    image = pixels(render_thickness(found, tmp_path / "b.png", size=SIZE, polygons=polygons))
+    thick = palette.rgb(palette.THICKNESS[-1])
+    assert share(bare, thick) > 0.2  # ten metres nearly everywhere
+    red = [float((shown[:, :, 0] > shown[:, :, 2] + 0.3).mean()) for shown in (bare, image)]
+    assert red[0] == 0.0
+    assert red[1] > 5e-4
+
+
+@pytest.mark.parametrize("throw", [(0.0, 0.0), (-4.0, -4.0)])
+def test_flat_and_doubled_zones_are_drawn(throw, tmp_path):
+    found = faulted(throw).thickness("Top/Base", 1.0)
+    assert render_thickness(found, tmp_path / "a.png", size=SIZE).is_file()
+
+
+def test_maps_of_nothing_are_refused(scene, tmp_path):
+    found = scene.thickness("Top/Base", 1.0)
+    with pytest.raises(InputError, match=r"'Top/Base' has no value on two.*ask for smaller cells"):
+        render_thickness(found.where(False), tmp_path / "a.png")
+    with pytest.raises(InputError, match=r"dimensions \('northing', 'easting'\), expected block"):
+        render_thickness(found.isel(block=0), tmp_path / "a.png")
+
+
+# what readers with red, green or blue blindness see (Machado et al. 2009, severity 1)
+BLIND = {
+    "none": np.eye(3),
+    "red": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "green": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+    "blue": [
+        [1.255528, -0.076749, -0.178779],
+        [-0.078411, 0.930809, 0.147602],
+        [0.004733, 0.691367, 0.303900],
+    ],
+}
+
+
+def lab(colour, kind):
+    """CIE 1976 L*a*b* of a colour as some eyes see it."""
+    c = np.asarray(colour)
+    light = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+    light = np.clip(BLIND[kind] @ light, 0.0, 1.0)
+    to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    f = to_xyz @ light / np.array([0.9505, 1.0, 1.089])
+    f = np.where(f > 0.008856, np.cbrt(f), 7.787 * f + 16.0 / 116.0)
+    return np.array([116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])])
+
+
+@pytest.mark.parametrize("kind", BLIND)
+def test_neighbours_in_the_column_and_all_faults_are_told_apart(kind):
+    def apart(one, two):
+        return np.linalg.norm(lab(one, kind) - lab(two, kind))
+
+    strata = palette.STRATA
+    assert min(apart(a, b) for a, b in zip(strata, strata[1:] + strata[:1], strict=True)) > 18.0
+    assert min(apart(a, b) for a, b in itertools.combinations(palette.FAULTS, 2)) > 18.0
+    thickness = [lab(palette.rgb(code), kind)[0] for code in palette.THICKNESS]
+    assert (np.diff(thickness) < -4.0).all()  # darker is thicker
