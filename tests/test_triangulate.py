@@ -354,6 +354,7 @@ def test_walls_close_the_box_exactly():
         ((0, 1, 0, 1, 0), r"shape \(5,\), expected six numbers\. Give \(west, east"),
         ("box", r"'box' is not six numbers\. Give \(west"),
         ((0, 1, 0, np.nan, 0, 1), r"north is nan\. Give six finite numbers"),
+        ((0, 1, 0, 1, 0, 1e300), r"top is 1e\+300, and at most .* can be used\. Give the box"),
         ((5, 1, 0, 1, 0, 1), r"west \(5\) is not less than east \(1\)\. The order is"),
         ((0, 1, 2, 2, 0, 1), r"south \(2\) is not less than north \(2\)"),
         ((0, 1, 0, 1, 2500, 1500), r"bottom \(2500\).*depths are negative"),

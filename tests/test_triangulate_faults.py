@@ -158,6 +158,10 @@ WRONG_FAULTS = {
         ),
         r"5 nodes are infinite, the first is node \(3, 0\) at \(easting.*elevation -inf.*NaN",
     ),
+    "far": (
+        lambda: (_fault_with(elevation=fault_grid().elevation * 1e300), {}),
+        r"'F1' has a coordinate of .*e\+30\d m; at most 1\.15292e\+18 can be used\..*with NaN",
+    ),
     "absent": (
         lambda: (_fault_with(easting=fault_grid().easting * np.nan), {}),
         r"'F1' has no triangles.*NaN mask",

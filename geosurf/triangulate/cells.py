@@ -44,8 +44,9 @@ def fault_diagonal(lattice: Lattice) -> bool:
     # with either diagonal, so that it is the same from whatever corner the grid is read
     normal = survey.normals.sum(axis=0)
     strike = np.array([-normal[1], normal[0]])
-    if np.abs(strike).max() <= 1e-6 * np.linalg.norm(normal):
+    if np.abs(strike).max() <= 1e-6 * np.abs(normal[2]):
         return rising_diagonal(lattice.easting, lattice.northing)
+    strike /= np.abs(strike).max()  # squares of tiny ones underflow
     lead = strike[0] if abs(strike[0]) > 1e-6 * np.abs(strike).max() else strike[1]
     strike /= np.sign(lead) * np.linalg.norm(strike)
     # clear, as in `rising_diagonal`: squared diagonals of a cell are at most its squared edges

@@ -16,7 +16,7 @@ from geosurf.errors import InputError, SurfaceError
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate.cells import corners_are_open, fault_diagonal
 from geosurf.triangulate.degenerate import refuse_zero_area
-from geosurf.triangulate.orient import orient_fault
+from geosurf.triangulate.orient import orient_fault, refuse_far
 from geosurf.triangulate.sticks import triangulate_sticks
 
 _HOW = (
@@ -172,6 +172,7 @@ def _read_lattice(ds: Any, title: str, positive: str | None, units: str | None) 
             f"fault {title!r}: {int(infinite.sum())} nodes are infinite, the first is node "
             f"({i}, {j}) at {place(nodes[:, i, j])}. Mark absent nodes with NaN."
         )
+    refuse_far(title, lattice.survey.box)
     return lattice.turned_as(fault_diagonal(lattice), False)
 
 

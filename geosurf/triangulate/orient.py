@@ -51,6 +51,7 @@ def orient_fault(surface: TriSurface) -> TriSurface:
     """
     if surface.n_triangle == 0:
         return surface
+    refuse_far(surface.name, np.array(surface.bounds))
     if surface.lattice is not None:
         return _orient_lattice(surface, surface.lattice)
     turned, sheet = _agree(surface)
@@ -70,6 +71,26 @@ def orient_fault(surface: TriSurface) -> TriSurface:
         triangles,
         vertex_data=surface.vertex_data,
     )
+
+
+def refuse_far(name: str, values: np.ndarray) -> None:
+    """Refuse a fault with coordinates that no exact geometry takes, before products overflow.
+
+    Examples
+    --------
+    >>> refuse_far("F1", np.array([0.0, -1e300]))
+    Traceback (most recent call last):
+    geosurf.errors.SurfaceError: fault 'F1' has a coordinate of 1e+300 m; at most 1.15292e+18 \
+can be used. Is an undefined value left in it? Mark absent nodes with NaN.
+    """
+    from geosurf.kernels.predicates import MAX_COORDINATE
+
+    large = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))  # of nothing: infinite
+    if large > MAX_COORDINATE:
+        raise SurfaceError(
+            f"fault {name!r} has a coordinate of {large:g} m; at most {MAX_COORDINATE:g} can be "
+            "used. Is an undefined value left in it? Mark absent nodes with NaN."
+        )
 
 
 def _orient_lattice(surface: TriSurface, lattice: Lattice) -> TriSurface:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import InputError
+from geosurf.kernels.predicates import MAX_COORDINATE
 from geosurf.model import TriSurface
 from geosurf.triangulate.outline import check_outline, triangulate_ring
 
@@ -107,6 +108,11 @@ def _checked_box(box: Sequence[float]) -> np.ndarray:
     for side, value in zip(_SIDES, limits.tolist(), strict=True):
         if not np.isfinite(value):
             raise InputError(f"box: {side} is {value}. Give six finite numbers {_BOX} in metres.")
+        if abs(value) > MAX_COORDINATE:
+            raise InputError(
+                f"box: {side} is {value:g}, and at most {MAX_COORDINATE:g} m can be used. Give the "
+                f"box that the model fills, {_BOX} in metres."
+            )
     for low, high in ((0, 1), (2, 3), (4, 5)):
         if not limits[low] < limits[high]:
             hint = " Elevation is positive up: depths are negative." if low == 4 else ""
