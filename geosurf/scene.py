@@ -10,14 +10,13 @@ import numpy as np
 
 from geosurf.carve import carve_units
 from geosurf.carve.certificate import certify, same_bytes
-from geosurf.contact import find_contacts, search_voxels
+from geosurf.contact import find_contacts
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
 from geosurf.inputs import (
     as_mapping,
     as_surface,
     box_in_words,
-    boxes_meet,
     exchanged,
     only_of,
     opened_contacts,
@@ -25,18 +24,14 @@ from geosurf.inputs import (
     refuse_namesakes,
     shared_origin,
 )
-from geosurf.intersect import curves_of, merge_curves
-from geosurf.intersect.shared import shared_curves
-from geosurf.measured import Measured
+from geosurf.joined import Joined, check_scene_tolerance
 from geosurf.memory import Memory, Step
 from geosurf.model import (
     Certificate,
-    Curves,
     FluidContact,
     Patches,
     TriSurface,
     Units,
-    VoxelSearch,
     check_column,
 )
 from geosurf.model.faults import Extension, FaultNetwork, Truncation
@@ -48,7 +43,7 @@ from geosurf.triangulate.box import propose_box
 Box = tuple[float, float, float, float, float, float]
 
 
-class Scene(Measured):
+class Scene(Joined):
     """
     Horizons and faults in a model box: a small graph of stages with memory.
 
@@ -87,11 +82,16 @@ class Scene(Measured):
     truncations : mapping of str to (main, keep[, extend]), optional
         Faults that end at others: ``{"F2": ("F1", "hanging wall")}``. A third word True
         first continues F2 to F1. See docs/faults.md.
+    tolerance : float, optional
+        [m], for pictures and quick volumes: horizons from grids become as few triangles as stay
+        this near, above and below, and `volume_error_bound` tells what that does to volumes;
+        `curves` are those of smooth surfaces through all nodes, to this error: docs/accuracy.md.
 
     Raises
     ------
     InputError
-        For a missing horizon, a name used twice, or an input of an unknown kind.
+        For a missing horizon, a name used twice, an input of an unknown kind, or a tolerance that
+        is no length or meets a torn horizon.
 
     Examples
     --------
@@ -119,6 +119,7 @@ class Scene(Measured):
         self_intersections: bool = False,
         extend: Any = (),
         truncations: Mapping[str, Any] | None = None,
+        tolerance: float | None = None,
     ) -> None:
         self._horizons = as_mapping("horizons", horizons)
         self._faults = as_mapping("faults", faults or {})
@@ -134,6 +135,7 @@ class Scene(Measured):
         self._aoi = aoi
         self._positive, self._units_word, self._voxel_size = positive, units, voxel_size
         self._self = bool(self_intersections)
+        self._tolerance = check_scene_tolerance(tolerance, self._horizons)
         self._memory = Memory()
         self._read: dict[str, str] = {}
         self.truncations = dict(as_mapping("truncations", truncations or {}))
@@ -153,7 +155,7 @@ class Scene(Measured):
             own extension and truncations. New horizons come last, as the oldest.
         box, column, contacts, aoi, extend, truncations : optional
             As for `Scene`; they replace those that there were.
-        positive, units, voxel_size, self_intersections : optional
+        positive, units, voxel_size, self_intersections, tolerance : optional
             As for `Scene`.
 
         Returns
@@ -175,7 +177,7 @@ class Scene(Measured):
         """
         known = (
             "horizons", "faults", "box", "column", "contacts", "aoi", "positive", "units",
-            "voxel_size", "self_intersections", "extend", "truncations",
+            "voxel_size", "self_intersections", "extend", "truncations", "tolerance",
         )  # fmt: skip
         for key in changes:
             if key not in known:
@@ -199,6 +201,7 @@ class Scene(Measured):
             self_intersections=changes.get("self_intersections", self._self),
             extend=changes.get("extend", only_of(self.extend, inputs["faults"])),
             truncations=changes.get("truncations", only_of(self.truncations, inputs["faults"])),
+            tolerance=changes.get("tolerance", self._tolerance),
         )
         twin._memory.results = self._memory.results
         return twin
@@ -226,6 +229,11 @@ class Scene(Measured):
         -------
         TriSurface
         """
+        plain = self._plain(name)
+        return self._simplified(name, plain) if name in self._horizons else plain
+
+    def _plain(self, name: str) -> TriSurface:
+        """A surface with all its nodes."""
         if name in self._horizons:
             return self._triangulated(name, "horizon", self._horizons[name])
         if name in self._faults:
@@ -270,7 +278,7 @@ class Scene(Measured):
             build_walls(self._box, self.aoi)
             w, e, s, n, b, t = (float(value) for value in self._box)
         else:
-            horizons = [self.surface(name) for name in self._horizons]
+            horizons = [self._plain(name) for name in self._horizons]
             w, e, s, n, b, t = propose_box(horizons, self.aoi)
             words = box_in_words((w, e, s, n), horizons, self.aoi)
             self._memory.note("box", "all horizons", "ran", f"default: {words}")
@@ -298,49 +306,6 @@ class Scene(Measured):
         return build_contacts(opened_contacts(self._contacts, options), self.box)
 
     # ----------------------------------------------------------------- results
-    @cached_property
-    def curves(self) -> Curves:
-        """Curves of all pairs of surfaces."""
-        names = [*self._horizons, *self._faults]
-        parts = []
-        for i, first in enumerate(names):
-            for j in range(i + 1, len(names)):
-                part = self.curves_between(first, names[j])
-                if part is not None:
-                    parts.append(((i, j), part))
-        return merge_curves(tuple(names), self._frame(self.surfaces), parts)
-
-    def curves_between(self, first: str, second: str) -> Curves | None:
-        """Return the curves of two surfaces; None where their boxes do not meet.
-
-        Parameters
-        ----------
-        first, second : str
-            Names of two surfaces.
-
-        Returns
-        -------
-        Curves or None
-        """
-        pair = (self.surface(first), self.surface(second))
-        subject = f"{first} x {second}"
-        if any("ghost" in surface.vertex_data for surface in pair):  # torn: it ends on its faults
-            return shared_curves(self.patches, first, second)
-        if not boxes_meet(*pair):
-            self._memory.note("curves", subject, "skipped", "boxes do not meet")
-            return None
-
-        origin = self._frame(pair)
-
-        def run() -> Curves:
-            """Compute it; called unless it is remembered."""
-            options = {"origin": origin, "voxel_size": self._voxel_size}
-            return curves_of(find_contacts(pair, pairs=[(0, 1)], **options))
-
-        keys = (self._memory.key_of(s) for s in pair)
-        key = ("curves", *keys, origin.tobytes(), self._voxel_size)
-        return self._memory.remembered("curves", subject, key, run, lambda c: f"{c.n_curve} curves")
-
     @cached_property
     def patches(self) -> Patches:
         """All surfaces and the walls of the box, split along their curves."""
@@ -392,10 +357,6 @@ class Scene(Measured):
         """
         repeat = same_bytes(self.patches, self._rebuild())
         return Certificate((*certify(self.patches, self.units).checks, repeat))
-
-    def search(self, first: str, second: str) -> VoxelSearch | None:
-        """Return what the voxel search found for two surfaces, for `render_search`."""
-        return search_voxels(self.surface(first), self.surface(second), self._voxel_size)
 
     def explain(self, *, seconds: bool = True) -> str:
         """Return what ran, what came from memory, and what was skipped and why.

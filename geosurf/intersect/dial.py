@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -158,6 +159,48 @@ def _plain_line(plain: Curves, k: int, bound: float) -> Line:
     """A curve of two surfaces without cubics."""
     points = plain.local[plain.curves[k]]
     return Line(points, np.empty((0, 4)), np.empty(0, dtype=np.int64), bool(plain.closed[k]), bound)
+
+
+def merge_smooth(
+    names: tuple[str, ...], origin: np.ndarray, parts: Sequence[tuple[tuple[int, int], Curves]]
+) -> Curves:
+    """Put curves to a tolerance of single pairs of surfaces together, with bounds and places.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of all surfaces.
+    origin : ndarray, shape (3,)
+        Of the common frame [m].
+    parts : sequence of ((int, int), Curves)
+        Rows of `names` (lower first), and what `intersect_surfaces` gave for those two.
+
+    Returns
+    -------
+    Curves
+    """
+    found: list[tuple[tuple[int, int], Line]] = []
+    places: list[tuple[tuple[int, int], str, np.ndarray, float]] = []
+    touches: list[Touch] = []
+    cost: dict[str, int] = {}
+    for pair, part in parts:
+        shift = part.origin - origin
+        for k, curve in enumerate(part.curves):
+            said = [
+                (p.reason, p.points - origin, p.error_bound) for p in part.places if p.curve == k
+            ]
+            points = part.local[curve] + shift
+            bound = 0.0 if part.error_bound is None else float(part.error_bound[k])
+            line = Line(points, np.empty((0, 4)), np.empty(0, dtype=np.int64),
+                        bool(part.closed[k]), bound, said)  # fmt: skip
+            found.append((pair, line))
+        places += [
+            (pair, p.reason, p.points - origin, p.error_bound) for p in part.places if p.curve < 0
+        ]
+        touches += [replace(touch, surfaces=pair) for touch in part.contacts]
+        for key, value in part.cost.items():
+            cost[key] = cost.get(key, 0) + value
+    return _assemble(names, origin, found, places, touches, cost)
 
 
 def _assemble(names, origin, found, places, touches, cost) -> Curves:

@@ -122,6 +122,7 @@ def build_page(
         ]
     )
     volumes = page.html_table(tables.volume_table(units))
+    balance = [tables.balance(units), *filter(None, [tables.simplified(scene)])]
     lengths = page.html_table(tables.curve_table(curves))
     clipped, remnants = units.report.get("clipped", ()), units.remnants(min_volume)
     carved = {key: value for key, value in units.report.items() if key != "clipped"}
@@ -129,7 +130,7 @@ def build_page(
         ("intersect", curves.cost), ("rebuild", scene.patches.report), ("carve", carved)
     )
     sections = [
-        ("Volumes [million m³]", volumes + "\n" + page.paragraph(tables.balance(units))),
+        ("Volumes [million m³]", "\n".join([volumes, *map(page.paragraph, balance)])),
         *_listed("Horizons clipped by the column", tables.clipped_table(clipped)),
         *_listed("Remnants: numbered and small units", tables.remnant_table(remnants)),
         ("Pictures", page.html_pictures(pictures)),

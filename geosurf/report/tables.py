@@ -194,6 +194,21 @@ def balance(units: Units) -> str:
     )
 
 
+def simplified(scene: Any) -> str:
+    """Return what a tolerance does to horizons, volumes and curves; nothing without one."""
+    tolerance = getattr(scene, "tolerance", None)
+    if tolerance is None:
+        return ""
+    bounds = scene.curves.error_bound
+    known = bounds is not None and len(bounds) > 0 and np.isfinite(bounds).all()
+    lines = f"{bounds.max():.3g} m" if known else "not known everywhere, see Curves.places"
+    return (
+        f"Horizons are simplified to {tolerance:g} m: the volume of any unit differs by at most "
+        f"{number(scene.volume_error_bound / 1e6, 3)} million m³ from that of all nodes. "
+        f"Largest error of a curve: {lines}."
+    )
+
+
 def curve_table(curves: Curves) -> Table:
     """Return the curves of each pair of surfaces that meets: number, closed, length."""
     found: dict[tuple[int, int], list[float]] = {}

@@ -230,6 +230,9 @@ def compute(scenario: Scenario, teller: Teller, out: Path | None = None) -> Scen
         with pictured(scene, out):
             getattr(scene, stage)
         teller.steps(scene)
+    if scene.tolerance is not None:
+        bound = f"volumes within {scene.volume_error_bound:.6g} m³ of those of all nodes"
+        teller.say("tolerance", f"{scene.tolerance:g} m", bound)
     return scene
 
 

@@ -192,6 +192,7 @@ def build_scene(scenario: Scenario) -> Scene:
         voxel_size=scenario.search.voxel_size_m,
         extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
         truncations=truncations_of(scenario),
+        tolerance=scenario.tolerance_m,
     )
     return _thrown(scenario, scene, horizons)
 

@@ -279,6 +279,7 @@ class Scenario:
     path : pathlib.Path
         The file it was read from.
     title : str
+    tolerance_m : float or None
     horizons : tuple of HorizonInput
         Youngest first.
     faults : tuple of FaultInput
@@ -295,6 +296,13 @@ class Scenario:
 
     path: Path
     title: str = key("Heading of the report.", values.text, default="Reservoir model")
+    tolerance_m: float | None = key(
+        "For pictures and quick volumes: horizons become as few triangles as stay this near to "
+        "their grids; the report says what that does to volumes. Left out: all nodes.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
     horizons: tuple[HorizonInput, ...] = key(
         "Youngest first.", values.tables(HorizonInput), default=()
     )

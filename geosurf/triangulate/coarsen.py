@@ -58,6 +58,31 @@ def coarsen_lattice(name: str, lattice: Lattice, tolerance: float) -> TriSurface
     return _surface(name, lattice, i, j, errors)
 
 
+def volume_error(surface: TriSurface, sides: tuple[float, float, float, float]) -> float:
+    """Bound on what fewer triangles do to volumes inside a rectangle [m3].
+
+    Parameters
+    ----------
+    surface : TriSurface
+        Of `coarsen_lattice`; 0 for any other.
+    sides : (west, east, south, north)
+        [m]
+
+    Returns
+    -------
+    float
+        All shares of the vertices of triangles whose bounds meet the rectangle.
+    """
+    shares = surface.vertex_data.get("volume_error")
+    if shares is None:
+        return 0.0
+    west, east, south, north = sides
+    corners = surface.vertices[surface.triangles, :2]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    inside = (low <= (east, north)).all(axis=1) & (high >= (west, south)).all(axis=1)
+    return float(shares[np.unique(surface.triangles[inside])].sum())
+
+
 def _check_even(name: str, lattice: Lattice) -> None:
     """Refuse uneven steps: they would bend the triangles in the map."""
     for key, axis in (("easting", lattice.easting), ("northing", lattice.northing)):

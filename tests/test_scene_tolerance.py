@@ -1,0 +1,167 @@
+"""A scene with a tolerance: volumes within the bound that it returns, curves within theirs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf import Scene, synthetic
+from geosurf.errors import InputError
+from geosurf.report.tables import simplified
+from geosurf.triangulate.coarsen import volume_error
+
+WORLDS = {
+    "tilted planes": (synthetic.tilted_planes, {}),
+    "graben": (synthetic.graben, {"n": 17}),
+    "hills": (synthetic.hills, {"n": 41, "horizons": 2}),
+    "waves": (synthetic.waves, {"n": 41}),
+    "dome": (synthetic.dome_and_flat_fault, {"n": 41}),
+    "egg box": (synthetic.egg_box, {"n": 41}),
+    "listric": (synthetic.listric, {"n": 33}),
+    "noisy": (synthetic.noisy, {"n": 33}),
+    "faulted": (synthetic.faulted, {"n": 33}),
+    "torn": (synthetic.torn, {"n": 41}),
+    "faulted reservoir": (synthetic.faulted_reservoir, {"n": 41}),
+}
+
+
+def pair_of(name, tolerance):
+    make, options = WORLDS[name]
+    world = make(**options)
+    scene = Scene(world.horizons, world.faults, world.box, tolerance=tolerance)
+    return scene, scene.replace(tolerance=None)
+
+
+@pytest.mark.parametrize("tolerance", [0.5, 8.0])
+@pytest.mark.parametrize("name", WORLDS)
+def test_volumes_are_within_the_bound(name, tolerance):
+    quick, exact = pair_of(name, tolerance)
+    bound, rounding = quick.volume_error_bound, 1e-9 * exact.units.box_volume
+    assert set(quick.units) == set(exact.units)
+    off = {unit: abs(quick.units[unit].volume - exact.units[unit].volume) for unit in exact.units}
+    assert max(off.values()) <= bound + rounding
+    zones = {}
+    for unit in exact.units:
+        zone = exact.units[unit].zone
+        zones[zone] = zones.get(zone, 0.0) + quick.units[unit].volume - exact.units[unit].volume
+    assert max(map(abs, zones.values())) <= bound + rounding
+    w, e, s, n, _, _ = quick.box
+    assert bound <= len(quick.horizon_names) * tolerance * 1.5 * (e - w) * (n - s)
+    assert quick.check().ok
+
+
+def test_the_bound_is_no_empty_one():
+    quick, exact = pair_of("waves", 8.0)
+    assert quick.surface("Top").n_triangle < exact.surface("Top").n_triangle / 4
+    off = float(abs(quick.volumes - exact.volumes).max())
+    assert 0.0 < off <= quick.volume_error_bound < 0.1 * exact.units.box_volume
+    assert exact.volume_error_bound == 0.0
+
+
+def test_no_tolerance_changes_no_byte():
+    world = synthetic.graben(n=17)
+    one = Scene(world.horizons, world.faults, world.box)
+    two = Scene(world.horizons, world.faults, world.box, tolerance=2.0).replace(tolerance=None)
+    assert two.tolerance is None
+    for key in ("vertices", "triangles", "surface_of_triangle", "parent_of_triangle"):
+        assert getattr(one.patches, key).tobytes() == getattr(two.patches, key).tobytes()
+    assert one.curves.points.tobytes() == two.curves.points.tobytes()
+    assert one.curves.error_bound is None
+    assert two.curves.error_bound is None
+
+
+def test_curves_are_those_of_all_nodes_to_the_tolerance():
+    world = synthetic.waves(n=141)
+    scene = Scene(world.horizons, world.faults, world.box, tolerance=0.05)
+    alone = gs.intersect_surfaces(
+        [
+            gs.triangulate_horizon(world.horizons["Top"], name="Top"),
+            gs.triangulate_fault(world.faults["F1"], name="F1"),
+        ],
+        tolerance=0.05,
+    )
+    assert scene.curves.n_curve == alone.n_curve == 1
+    assert scene.curves.error_bound.tolist() == alone.error_bound.tolist()
+    assert 0.0 < scene.curves.error_bound[0] <= 0.05
+    first, second = (c.points[c.curves[0]] for c in (scene.curves, alone))
+    np.testing.assert_allclose(first, second, atol=1e-9)
+    assert scene.curves_between("Top", "F1").places == alone.places == ()
+
+
+def test_places_keep_their_curve_among_those_of_all_pairs():
+    world = synthetic.waves(n=41)
+    scene = Scene(world.horizons, world.faults, world.box, tolerance=1e-3)
+    (place,) = scene.curves.places
+    assert (place.reason, place.surfaces, place.curve) == ("interpolation", (0, 1), 0)
+    np.testing.assert_allclose(place.points[0], scene.curves.points[scene.curves.curves[0][0]])
+
+
+def test_the_default_box_is_that_of_all_nodes():
+    world = synthetic.waves(n=41)
+    boxes = [Scene(world.horizons, world.faults, tolerance=t).box for t in (None, 8.0)]
+    assert boxes[0] == boxes[1]
+
+
+def test_what_has_no_grid_stays_as_it_is():
+    top = gs.TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+    scene = Scene({"Top": top}, tolerance=5.0)
+    assert scene.surface("Top").n_triangle == 1
+    assert "simplify" not in scene.explain()
+
+
+def test_explain_tells_what_was_simplified_and_reports_tell_what_it_costs():
+    scene, exact = pair_of("waves", 8.0)
+    assert scene.volumes is not None
+    (line,) = [line for line in scene.explain().splitlines() if line.startswith("simplify")]
+    assert "of 3200 triangles, within 8 m" in line
+    assert simplified(scene).startswith("Horizons are simplified to 8 m: the volume of any unit")
+    assert "Largest error of a curve: " in simplified(scene)
+    assert simplified(exact) == ""
+
+
+@pytest.mark.parametrize("sides", [(0.0, 10_000.0, 0.0, 10_000.0), (1300.0, 4100.0, 700.0, 5900.0)])
+def test_the_bound_holds_for_what_lies_between_both_surfaces(sides):
+    """Summed over a raster, finer than the nodes, of one part of the map."""
+    x = np.linspace(0.0, 10_000.0, 41)
+    z = 200 * np.sin(x[None, :] / 700) * np.sin(x[:, None] / 900)
+    import xarray
+
+    grid = xarray.DataArray(
+        z, {"northing": x, "easting": x}, ("northing", "easting"),
+        attrs={"units": "m", "positive": "up"},
+    )  # fmt: skip
+    plain, quick = (gs.triangulate_horizon(grid, name="Top", tolerance=t) for t in (0.0, 15.0))
+    west, east, south, north = sides
+    e, n = np.meshgrid(np.linspace(west, east, 300), np.linspace(south, north, 300))
+    gap = np.abs(height_of(plain, e.ravel(), n.ravel()) - height_of(quick, e.ravel(), n.ravel()))
+    assert gap.max() <= 15.0
+    between = gap.mean() * (east - west) * (north - south)
+    assert 0.0 < between <= volume_error(quick, sides)
+    assert volume_error(plain, sides) == 0.0
+
+
+def height_of(surface, e, n):
+    from matplotlib.tri import LinearTriInterpolator, Triangulation
+
+    x, y, z = surface.vertices.T
+    found = LinearTriInterpolator(Triangulation(x, y, surface.triangles), z)(e, n)
+    return np.asarray(found.filled(np.nan))
+
+
+@pytest.mark.parametrize("tolerance", [-1.0, 0.0, np.nan, np.inf, "5 m", True])
+def test_a_tolerance_is_a_length(tolerance):
+    world = synthetic.tilted_planes()
+    with pytest.raises(InputError, match=r"tolerance is .*; give a length above 0 m, or None for"):
+        Scene(world.horizons, world.faults, world.box, tolerance=tolerance)
+
+
+def test_a_torn_horizon_has_no_tolerance():
+    world = synthetic.tilted_planes()
+    fault = Scene(world.horizons, world.faults, world.box).surface("F1")
+    sheet = gs.throw_horizon(world.horizons["Top"], [fault], {"F1": 20.0}, name="Top")
+    horizons = {**world.horizons, "Top": sheet}
+    with pytest.raises(
+        InputError, match=r"'Top' is a sheet torn at faults, .* Leave tolerance out"
+    ):
+        Scene(horizons, world.faults, world.box, tolerance=5.0)
