@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.kernels.lines import undirected_lines
 from geosurf.sheets.cut import Cut
 from geosurf.sheets.heights import Heights
 from geosurf.sheets.mesh import Torn
+from geosurf.sheets.traces import split_lines
 
 LONGEST = 12.0  # cells from a station within which a cut-off is looked for
 
@@ -67,28 +69,21 @@ def cutoff_lines(
 
 
 def undirected_chains(edges: np.ndarray) -> list[np.ndarray]:
-    """Edges in any direction -> lines, longest runs between ends and branches."""
-    beside: dict[int, set[int]] = {}
-    for a, b in edges.tolist():
-        beside.setdefault(a, set()).add(b)
-        beside.setdefault(b, set()).add(a)
-    left = {(min(a, b), max(a, b)) for a, b in edges.tolist()}
-    ends = sorted(v for v, others in beside.items() if len(others) != 2)
-    found = []
-    for start in [*ends, *sorted(beside)]:
-        for step in sorted(beside[start]):
-            if (min(start, step), max(start, step)) not in left:
-                continue
-            line = [start, step]
-            left.discard((min(start, step), max(start, step)))
-            while len(beside[line[-1]]) == 2:
-                ahead = [v for v in beside[line[-1]] if v != line[-2]]
-                if not ahead or (min(line[-1], ahead[0]), max(line[-1], ahead[0])) not in left:
-                    break
-                left.discard((min(line[-1], ahead[0]), max(line[-1], ahead[0])))
-                line.append(ahead[0])
-            found.append(np.array(line))
-    return found
+    """Edges (n, 2) in any direction, each once -> lines, longest runs between ends and branches."""
+    if len(edges) == 0:
+        return []
+    points, ends = np.unique(edges, return_inverse=True)
+    ends = ends.reshape(-1, 2)
+    here = np.concatenate([ends[:, 0], ends[:, 1]])
+    beside = np.concatenate([ends[:, 1], ends[:, 0]])
+    order = np.lexsort((beside, here))
+    link = np.tile(np.arange(len(ends)), 2)[order]
+    first = np.searchsorted(here[order], np.arange(len(points) + 1))
+    ends_first = np.concatenate([np.flatnonzero(np.diff(first) != 2), np.arange(len(points))])
+    return [
+        points[line]
+        for line in split_lines(undirected_lines(first, beside[order], link, ends_first))
+    ]
 
 
 def profile(

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.kernels.draped import block_bounds
+from geosurf.kernels.lines import line_crossings
 from geosurf.kernels.sheets import UNIT
 from geosurf.sheets.branches import Contact, contacts, led_to, mains_first, wall_field
 from geosurf.sheets.frame import Frame
@@ -44,8 +46,9 @@ class Network:
         self.traces: list[Trace] = []
         self.dropped: list[tuple[int, float]] = []
         stretch = frame.stretch
+        bounds = block_bounds(drape)
         for number, mesh in enumerate(meshes):
-            self._add(number, trace_lines(mesh, drape, stretch), stretch)
+            self._add(number, trace_lines(mesh, drape, stretch, bounds), stretch)
         self.on: list[Contact] = []
         if trusted is not None:
             self._trace_branches(meshes, drape, frame, trusted)
@@ -183,18 +186,4 @@ def gap_to(point: np.ndarray, trace: Trace) -> float:
 
 def crossings(one: Trace, two: Trace) -> list[tuple[float, float]]:
     """Places (on one, on two) where two traces cross in the map."""
-    a, b = one.segments, two.segments
-    low, high = np.minimum(a[:, :2], a[:, 2:]), np.maximum(a[:, :2], a[:, 2:])
-    box = np.minimum(b[:, :2], b[:, 2:]).min(axis=0), np.maximum(b[:, :2], b[:, 2:]).max(axis=0)
-    rows = np.flatnonzero(((high >= box[0]) & (low <= box[1])).all(axis=1))
-    found = []
-    for chunk in np.array_split(rows, len(rows) * len(b) // 500_000 + 1):
-        p, r = a[chunk, None, :2], a[chunk, None, 2:] - a[chunk, None, :2]
-        q, s = b[None, :, :2], b[None, :, 2:] - b[None, :, :2]
-        det = r[..., 0] * s[..., 1] - r[..., 1] * s[..., 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            t = ((q - p)[..., 0] * s[..., 1] - (q - p)[..., 1] * s[..., 0]) / det
-            u = ((q - p)[..., 0] * r[..., 1] - (q - p)[..., 1] * r[..., 0]) / det
-        i, j = np.nonzero((t >= 0) & (t < 1) & (u >= 0) & (u < 1))
-        found += list(zip((chunk[i] + t[i, j]).tolist(), (j + u[i, j]).tolist(), strict=True))
-    return found
+    return [(p, q) for p, q in line_crossings(one.segments, two.segments).tolist()]

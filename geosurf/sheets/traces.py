@@ -2,7 +2,8 @@
 
 A fault is a mesh of any shape: vertical, overturned, listric. Its mid trace is the zero line, on
 the mesh, of its height above the drape: the horizon filled across the fault without any tear. The
-mesh is split until its triangles are smaller than half a cell, near that line only.
+mesh is split until its triangles are smaller than half a cell, near that line only
+(`geosurf.kernels.draped`).
 """
 
 from __future__ import annotations
@@ -11,8 +12,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from geosurf.kernels.draped import block_bounds, may_meet, zero_pieces
+from geosurf.kernels.lines import directed_lines
 from geosurf.model import TriSurface
 from geosurf.sheets.frame import Frame
+
+Bounds = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 FINE = 0.5  # cells: longest edge, in the map, of the triangles that the trace runs through
 
@@ -95,104 +100,61 @@ def sample(grid: np.ndarray, xy: np.ndarray) -> np.ndarray:
     return np.where(inside, low * (1 - t) + high * t, np.nan)
 
 
-def trace_lines(mesh: FaultMesh, drape: np.ndarray, stretch: np.ndarray) -> list[np.ndarray]:
-    """Lines (n, 6) on a fault where it meets the drape, its front on their left."""
-    points, faces = mesh.points, mesh.triangles
-    steepest = _steepest(drape, points, stretch)
-    if steepest is None:
-        return []
-    while len(faces):
-        above = points[:, 2] - sample(drape, points[:, :2] / stretch)
-        edge = points[np.roll(faces, -1, axis=1)] - points[faces]
-        wide = np.hypot(edge[..., 0], edge[..., 1]).max(axis=1)
-        # the height above the drape changes no faster than this over a triangle
-        reach = np.abs(edge[..., 2]).max(axis=1) + steepest * wide
-        height = above[faces]
-        unknown = np.isnan(height).any(axis=1)
-        crosses = (height.min(axis=1) <= reach) & (height.max(axis=1) >= -reach)
-        faces = faces[crosses | (unknown & (wide > FINE))]
-        if len(faces) == 0 or wide.max() <= FINE:
-            break
-        points, faces = _split(points, faces)
-    return _zero_lines(points, faces, drape, stretch, mesh.cell)
+def trace_lines(
+    mesh: FaultMesh, drape: np.ndarray, stretch: np.ndarray, bounds: Bounds | None = None
+) -> list[np.ndarray]:
+    """Lines (n, 6) on a fault where it meets the drape, its front on their left.
 
-
-def _steepest(drape, points, stretch):
-    """Steepest step of the drape [m per cell] near some points; None where there is no drape."""
-    low = np.floor(points[:, :2].min(axis=0) / stretch).astype(np.int64) - 1
-    high = np.ceil(points[:, :2].max(axis=0) / stretch).astype(np.int64) + 2
-    part = drape[max(low[1], 0) : max(high[1], 0), max(low[0], 0) : max(high[0], 0)]
-    if min(part.shape) < 2 or not np.isfinite(part).any():
-        return None
-    rise = [
-        np.abs(d[np.isfinite(d)]).max(initial=0.0) for d in (np.diff(part, axis=0), np.diff(part))
-    ]
-    return float(np.hypot(*rise) / stretch.min())
-
-
-def _split(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Each triangle into four; neighbours share the new points."""
-    used, faces = np.unique(faces, return_inverse=True)
-    points, faces = points[used], faces.reshape(-1, 3)
-    ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
-    keys = ends.min(axis=1) * len(points) + ends.max(axis=1)
-    edge, number = np.unique(keys, return_inverse=True)
-    middle = 0.5 * (points[edge // len(points)] + points[edge % len(points)])
-    m = number.reshape(-1, 3) + len(points)
-    a, b, c = faces.T
-    ab, bc, ca = m.T
-    parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
-    faces = np.concatenate([np.stack(part, axis=1) for part in parts])
-    return np.concatenate([points, middle]), faces
-
-
-def _zero_lines(points, faces, drape, stretch, cell) -> list[np.ndarray]:
-    """Marching triangles: the zero lines of the height above the drape."""
-    above = points[:, 2] - sample(drape, points[:, :2] / stretch)
-    faces = faces[np.isfinite(above[faces]).all(axis=1)]
-    up = above >= 0
-    sign = up[faces]
-    faces = faces[sign.any(axis=1) & ~sign.all(axis=1)]
+    `bounds` are those of `block_bounds`, for many faults on one drape.
+    """
+    low, high, levels = block_bounds(drape) if bounds is None else bounds
+    near = may_meet(drape, low, high, levels, stretch, mesh.points, mesh.triangles)
+    rows = np.flatnonzero(near)
+    faces = mesh.triangles[rows]
     if len(faces) == 0:
         return []
-    # walking round a triangle, the line leaves where the height falls below zero and enters
-    # where it rises: then the fault's front is on its left
-    sign = up[faces]
-    after = np.roll(sign, -1, axis=1)
-    row = np.arange(len(faces))
-    falls, rises = (sign & ~after).argmax(axis=1), (~sign & after).argmax(axis=1)
-    keys, places = [], []
-    for k in (rises, falls):
-        i, j = faces[row, k], faces[row, (k + 1) % 3]
-        i, j = np.minimum(i, j), np.maximum(i, j)
-        f = above[i] / (above[i] - above[j])
-        keys.append(i * len(points) + j)
-        places.append(points[i] + f[:, None] * (points[j] - points[i]))
-    number = np.unique(np.concatenate(keys), return_inverse=True)[1]
-    scaled = points[faces] * (1.0, 1.0, 1.0 / cell)
-    normal = np.cross(scaled[:, 1] - scaled[:, 0], scaled[:, 2] - scaled[:, 0])
+    depth = _depth(mesh.points[faces][..., :2])
+    ahead = np.roll(faces, -1, axis=1)
+    keys = np.minimum(faces, ahead) * len(mesh.points) + np.maximum(faces, ahead)
+    edges = np.unique(keys.ravel(), return_inverse=True)[1].reshape(-1, 3)
+    names, places = zero_pieces(
+        drape, low, high, levels, stretch, mesh.points, faces, edges, faces < ahead, depth
+    )
+    if len(names) == 0:
+        return []
+    number = _numbered(np.concatenate([names[:, :2], names[:, 2:4]]))
+    tail, head = number[: len(names)], number[len(names) :]
+    normal = mesh.normals[rows[names[:, 4]]]
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     where = np.empty((number.max() + 1, 6))
-    where[number, :3] = np.concatenate(places)
-    tail, head = number[: len(faces)], number[len(faces) :]
+    where[tail, :3], where[head, :3] = places[:, :3], places[:, 3:]
     where[head, 3:] = normal
     where[tail, 3:] = normal
-    return [_thinned(where[chain]) for chain in chains(tail, head)]
+    return [_thinned(where[line]) for line in split_lines(directed_lines(tail, head, len(where)))]
 
 
-def chains(tail: np.ndarray, head: np.ndarray) -> list[np.ndarray]:
-    """Directed links -> lines of points; a closed line repeats its first point."""
-    onward = dict(zip(tail.tolist(), head.tolist(), strict=True))
-    heads = set(head.tolist())
-    found = []
-    for start in [t for t in tail.tolist() if t not in heads] + tail.tolist():
-        if start not in onward:
-            continue
-        line = [start]
-        while line[-1] in onward:
-            line.append(onward.pop(line[-1]))
-        found.append(np.array(line))
-    return found
+def split_lines(found: tuple[np.ndarray, np.ndarray]) -> list[np.ndarray]:
+    """Lines of points, from what kernels give: all points, and where each line starts."""
+    points, starts = found
+    return np.split(points, starts[1:-1]) if len(starts) > 1 else []
+
+
+def _depth(corners: np.ndarray) -> int:
+    """How often triangles (n, 3, 2) are halved until their edges are fine in the map."""
+    edge = np.roll(corners, -1, axis=1) - corners
+    wide, depth = float(np.hypot(edge[..., 0], edge[..., 1]).max()), 0
+    while wide > FINE:
+        wide, depth = 0.5 * wide, depth + 1
+    return depth
+
+
+def _numbered(names: np.ndarray) -> np.ndarray:
+    """Numbers (n,) from 0, the same for the same names (n, 2)."""
+    order = np.lexsort((names[:, 1], names[:, 0]))
+    new = np.append(False, (np.diff(names[order], axis=0) != 0).any(axis=1))
+    number = np.empty(len(names), dtype=np.int64)
+    number[order] = np.cumsum(new)
+    return number
 
 
 def _thinned(line: np.ndarray) -> np.ndarray:

@@ -1,0 +1,135 @@
+"""Links between numbered points -> lines; and where two lines cross in the map.
+
+Points are 0 .. n - 1. Lines come one after the other: points, and where each line starts.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels._jit import entry, scalar
+
+CHUNK = 32  # pieces of a line that are boxed together
+
+
+@entry("l1 l1 l -> l1 l1")
+def directed_lines(tail, head, n_point):
+    """Lines along links tail -> head, one out of each point; a closed line repeats its first point.
+
+    Open lines first, in the order of their first links, then closed ones.
+    """
+    n = tail.shape[0]
+    onward = np.full(n_point, -1, dtype=np.int64)
+    entered = np.zeros(n_point, dtype=np.bool_)
+    for k in range(n):
+        onward[tail[k]] = head[k]
+        entered[head[k]] = True
+    out = np.empty(2 * n, dtype=np.int64)
+    starts = np.empty(n + 1, dtype=np.int64)
+    m = lines = 0
+    for turn in range(2):
+        for k in range(n):
+            v = tail[k]
+            if onward[v] < 0 or (turn == 0 and entered[v]):
+                continue
+            starts[lines] = m
+            lines += 1
+            out[m] = v
+            m += 1
+            while onward[v] >= 0:
+                ahead = onward[v]
+                onward[v] = -1
+                v = ahead
+                out[m] = v
+                m += 1
+    starts[lines] = m
+    return out[:m].copy(), starts[: lines + 1].copy()
+
+
+@entry("l1 l1 l1 l1 -> l1 l1")
+def undirected_lines(first, beside, link, order):
+    """Longest lines between points that do not have two links; then closed ones.
+
+    Point v has links ``link[first[v] : first[v + 1]]`` to ``beside[..]``, rising. `order`: where
+    lines may start, one after the other.
+    """
+    n_link = link.shape[0] // 2
+    done = np.zeros(n_link, dtype=np.bool_)
+    out = np.empty(2 * n_link, dtype=np.int64)
+    starts = np.empty(n_link + 1, dtype=np.int64)
+    m = lines = 0
+    for k in range(order.shape[0]):
+        start = order[k]
+        for at in range(first[start], first[start + 1]):
+            if done[link[at]]:
+                continue
+            done[link[at]] = True
+            starts[lines] = m
+            lines += 1
+            out[m], out[m + 1] = start, beside[at]
+            m += 2
+            before, v = start, beside[at]
+            while first[v + 1] - first[v] == 2:
+                one = first[v] if beside[first[v]] != before else first[v] + 1
+                if done[link[one]]:
+                    break
+                done[link[one]] = True
+                before, v = v, beside[one]
+                out[m] = v
+                m += 1
+    starts[lines] = m
+    return out[:m].copy(), starts[: lines + 1].copy()
+
+
+@scalar
+def _box_of(ends, first, last, box):
+    box[0] = box[1] = np.inf
+    box[2] = box[3] = -np.inf
+    for k in range(first, last):
+        box[0] = min(box[0], ends[k, 0], ends[k, 2])
+        box[1] = min(box[1], ends[k, 1], ends[k, 3])
+        box[2] = max(box[2], ends[k, 0], ends[k, 2])
+        box[3] = max(box[3], ends[k, 1], ends[k, 3])
+
+
+@scalar
+def _apart(a, b):
+    return a[0] > b[2] or b[0] > a[2] or a[1] > b[3] or b[1] > a[3]
+
+
+@entry("d2 d2 -> d2")
+def line_crossings(one, two):
+    """Places (n, 2) where pieces (n, 4) of two lines cross: piece and share of it, on each."""
+    out = np.empty((16, 2))
+    n = 0
+    n_chunk = (two.shape[0] + CHUNK - 1) // CHUNK
+    boxes = np.empty((n_chunk, 4))
+    for c in range(n_chunk):
+        _box_of(two, c * CHUNK, min((c + 1) * CHUNK, two.shape[0]), boxes[c])
+    whole, mine, part = np.empty(4), np.empty(4), np.empty(4)
+    _box_of(two, 0, two.shape[0], whole)
+    for i in range(one.shape[0]):
+        _box_of(one, i, i + 1, mine)
+        if _apart(mine, whole):
+            continue
+        rx, ry = one[i, 2] - one[i, 0], one[i, 3] - one[i, 1]
+        for c in range(n_chunk):
+            if _apart(mine, boxes[c]):
+                continue
+            for j in range(c * CHUNK, min((c + 1) * CHUNK, two.shape[0])):
+                _box_of(two, j, j + 1, part)
+                if _apart(mine, part):
+                    continue
+                sx, sy = two[j, 2] - two[j, 0], two[j, 3] - two[j, 1]
+                det = rx * sy - ry * sx
+                if det == 0.0:
+                    continue
+                dx, dy = two[j, 0] - one[i, 0], two[j, 1] - one[i, 1]
+                t, u = (dx * sy - dy * sx) / det, (dx * ry - dy * rx) / det
+                if not (t >= 0.0 and t < 1.0 and u >= 0.0 and u < 1.0):
+                    continue
+                if n == out.shape[0]:
+                    out = np.concatenate((out, np.empty_like(out)))
+                out[n, 0], out[n, 1] = i + t, j + u
+                n += 1
+    return out[:n].copy()
