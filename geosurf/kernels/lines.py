@@ -1,4 +1,4 @@
-"""Links between numbered points -> lines; and where two lines cross in the map.
+"""Links between numbered points -> lines; where two lines cross in the map, what is near one.
 
 Points are 0 .. n - 1. Lines come one after the other: points, and where each line starts.
 """
@@ -9,7 +9,8 @@ import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
 
-CHUNK = 32  # pieces of a line that are boxed together
+CHUNK = 32  # pieces of a line that are boxed together, to be crossed
+NEAR = 8  # and to be near to
 
 
 @entry("l1 l1 l -> l1 l1")
@@ -133,3 +134,72 @@ def line_crossings(one, two):
                 out[n, 0], out[n, 1] = i + t, j + u
                 n += 1
     return out[:n].copy()
+
+
+@scalar
+def _to_piece(x, y, ends, k):
+    """Squared distance to a piece, signed distance to the left of its line, place on it."""
+    ax, ay = ends[k, 0], ends[k, 1]
+    tx, ty = ends[k, 2] - ax, ends[k, 3] - ay
+    length2 = tx * tx + ty * ty
+    t = 0.0
+    if length2 > 0.0:
+        t = ((x - ax) * tx + (y - ay) * ty) / length2
+    t = min(1.0, max(0.0, t))
+    dx, dy = x - ax - t * tx, y - ay - t * ty
+    left = 0.0
+    if length2 > 0.0:
+        left = (tx * (y - ay) - ty * (x - ax)) / np.sqrt(length2)
+    return dx * dx + dy * dy, left, t
+
+
+@scalar
+def _to_box(x, y, box):
+    """Squared distance to a box, 0 inside."""
+    dx = max(box[0] - x, x - box[2], 0.0)
+    dy = max(box[1] - y, y - box[3], 0.0)
+    return dx * dx + dy * dy
+
+
+@entry("d2 l1 d2 d2 l1 l1 d -> d1 d1 l1 d1")
+def to_line(points, block, ends, boxes, starts, items, reach):
+    """Distance of points to a line, side (+1 left), nearest piece (-1 far), place on it.
+
+    `boxes` are those of NEAR pieces each; `items` list the boxes that come near a block. Pieces
+    that are as near are asked in their order, whatever was left out before.
+    """
+    n = points.shape[0]
+    far = np.full(n, reach)
+    side = np.zeros(n)
+    nearest = np.full(n, -1, dtype=np.int64)
+    place = np.zeros(n)
+    for k in range(n):
+        x, y = points[k, 0], points[k, 1]
+        first, limit = -1, reach * reach
+        for at in range(starts[block[k]], starts[block[k] + 1]):
+            d2 = _to_box(x, y, boxes[items[at]])
+            if d2 < limit:
+                first, limit = items[at], d2
+        if first < 0:
+            continue
+        limit = reach * reach
+        for s in range(first * NEAR, min((first + 1) * NEAR, ends.shape[0])):
+            limit = min(limit, _to_piece(x, y, ends, s)[0])
+        limit *= 1.0 + 1e-6
+        best, lead = reach * reach, -1.0
+        for at in range(starts[block[k]], starts[block[k] + 1]):
+            chunk = items[at]
+            if _to_box(x, y, boxes[chunk]) > limit:
+                continue
+            for s in range(chunk * NEAR, min((chunk + 1) * NEAR, ends.shape[0])):
+                d2, left, t = _to_piece(x, y, ends, s)
+                if d2 > best * (1.0 + 1e-9):
+                    continue
+                # at a corner both pieces are as near: the one seen squarely decides
+                if d2 > best * (1.0 - 1e-9) and abs(left) <= lead:
+                    continue
+                best, lead = min(best, d2), abs(left)
+                side[k] = 1.0 if left >= 0.0 else -1.0
+                nearest[k], place[k] = s, t
+        far[k] = np.sqrt(best)
+    return far, side, nearest, place

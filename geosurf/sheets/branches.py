@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.sheets.drape import around, band_graph, without_absent
+from geosurf.sheets.drape import around, without_absent
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height
-from geosurf.sheets.solve import grounded, smoothest
+from geosurf.sheets.solve import grounded, lattice_graph, smoothest
 from geosurf.sheets.traces import FaultMesh, Trace
 
 ON = 0.02  # cells from its main fault within which a fault ends on it
@@ -110,7 +110,7 @@ def _carried(heights: np.ndarray, fill: np.ndarray, frame: Frame) -> np.ndarray:
     """Heights with the nodes of `fill` carried on by the least bending."""
     heights[fill] = np.nan
     band = around(fill, frame.shape, 2)
-    graph = band_graph(band, frame.shape, np.zeros(len(heights), dtype=np.uint8))
+    graph = lattice_graph(band, frame.shape, np.zeros(len(heights), dtype=np.uint8))
     value = heights[band]
     number = np.full(len(band), -1)
     at = np.searchsorted(band, fill)

@@ -8,6 +8,7 @@ same after a quarter turn, the mean of exp(4i angle).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,66 @@ class Picks:
         """Number of nodes of the lattice."""
         return self.frame.shape[0] * self.frame.shape[1]
 
+    @cached_property
+    def _rising(self) -> bool:
+        """Whether picks come node by node, one each."""
+        return bool((self.node[1:] > self.node[:-1]).all())
+
+    @cached_property
+    def _by_node(self) -> tuple[np.ndarray, np.ndarray]:
+        """Picks node by node, and their nodes."""
+        order = np.argsort(self.node, kind="stable")
+        return order, self.node[order]
+
+    @cached_property
+    def several(self) -> np.ndarray | None:
+        """Whether nodes have more than one pick, bool (n_node,); None if none has."""
+        if self._rising or not (many := np.bincount(self.node, minlength=self.n_node) > 1).any():
+            return None
+        return many
+
+    @cached_property
+    def means(self) -> np.ndarray:
+        """Mean of the picks of each node (n_node,), NaN without; not to be written to."""
+        if self._rising and len(self.node) == self.n_node:
+            return self.z
+        if self.several is None:
+            found = np.full(self.n_node, np.nan)
+            found[self.node] = self.z
+            return found
+        count = np.bincount(self.node, minlength=self.n_node)
+        with np.errstate(invalid="ignore"):
+            return np.bincount(self.node, self.z, self.n_node) / count
+
+    def of_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        """Picks of some nodes, both increasing."""
+        if self._rising:
+            if len(self.node) == self.n_node:
+                return nodes
+            at = np.searchsorted(self.node, nodes)
+            return at[self.node[np.minimum(at, len(self.node) - 1)] == nodes]
+        order, node = self._by_node
+        start, stop = (np.searchsorted(node, nodes, side=side) for side in ("left", "right"))
+        count = stop - start
+        rows = np.repeat(start - np.cumsum(count) + count, count) + np.arange(count.sum())
+        return np.sort(order[rows])
+
+    def means_at(self, nodes: np.ndarray, used: np.ndarray) -> np.ndarray:
+        """Mean of the picks in use, bool (n_pick,), at some increasing nodes; NaN without."""
+        rows = self.of_nodes(nodes)
+        rows = rows[used[rows]]
+        at = np.searchsorted(nodes, self.node[rows])
+        count = np.bincount(at, minlength=len(nodes))
+        with np.errstate(invalid="ignore"):
+            return np.bincount(at, self.z[rows], len(nodes)) / count
+
+    def means_without(self, left_out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """`means` of all picks but some, bool (n_pick,); and nodes that lose all of theirs."""
+        heights = self.means.copy()
+        nodes = np.unique(self.node[np.flatnonzero(left_out)])
+        heights[nodes] = np.nan if self.several is None else self.means_at(nodes, ~left_out)
+        return heights, nodes[np.isnan(heights[nodes])]
+
     def places(self, picks: np.ndarray) -> np.ndarray:
         """World coordinates (n, 3) of some picks."""
         return np.column_stack([self.frame.node_places(self.node[picks]), self.z[picks]])
@@ -74,7 +135,10 @@ def picks_of(
 def _from_lattice(surface: TriSurface) -> Picks:
     assert surface.lattice is not None
     frame, z = frame_of_lattice(surface.lattice, f"horizon {surface.name!r}")
-    node = np.flatnonzero(np.isfinite(z))
+    there = np.isfinite(z)
+    if there.all():
+        return Picks(surface.name, frame, np.arange(z.size), z.ravel())
+    node = np.flatnonzero(there)
     return Picks(surface.name, frame, node, z.ravel()[node])
 
 

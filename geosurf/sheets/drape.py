@@ -4,33 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.kernels.nodes import nodes_around
 from geosurf.sheets.solve import Graph, grounded, lattice_graph, smoothest
 
 
 def around(nodes: np.ndarray, shape: tuple[int, int], steps: int) -> np.ndarray:
     """Nodes within some steps, rows and columns, of given ones; increasing."""
-    n_row, n_col = shape
-    mark = np.zeros(n_row * n_col, dtype=bool)
-    row, col = np.divmod(nodes, n_col)
-    mark[nodes] = True
-    for k in range(-steps, steps + 1):
-        c = col + k
-        there = (c >= 0) & (c < n_col)
-        mark[(row * n_col + c)[there]] = True
-    wide = np.flatnonzero(mark)
-    row = wide // n_col
-    for k in range(-steps, steps + 1):
-        r = row + k
-        there = (r >= 0) & (r < n_row)
-        mark[(wide + k * n_col)[there]] = True
-    return np.flatnonzero(mark)
-
-
-def band_graph(nodes: np.ndarray, shape: tuple[int, int], cut: np.ndarray) -> Graph:
-    """Graph of some nodes of the lattice."""
-    slot = np.full(shape[0] * shape[1], -1)
-    slot[nodes] = np.arange(len(nodes))
-    return lattice_graph(nodes, shape, cut, slot)
+    return nodes_around(np.unique(nodes), *shape, steps)
 
 
 def narrow_gaps(present: np.ndarray, width: float) -> np.ndarray:
@@ -53,7 +33,7 @@ def drape_over(heights: np.ndarray, fill: np.ndarray, shape, stretch) -> np.ndar
     if len(fill) == 0:
         return heights
     band = around(fill, shape, 1)
-    graph = band_graph(band, shape, np.zeros(len(heights), dtype=np.uint8))
+    graph = lattice_graph(band, shape, np.zeros(len(heights), dtype=np.uint8))
     unknown = np.full(len(band), -1)
     at = np.searchsorted(band, fill)
     unknown[at] = np.arange(len(fill))

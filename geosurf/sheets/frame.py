@@ -9,6 +9,7 @@ import numpy as np
 from geosurf.errors import HorizonError
 from geosurf.model import Lattice
 
+SAMPLE = 4000  # nodes that the lattice is fitted to
 REGULAR = 1e-2  # cells: nodes farther from their place than this make no regular lattice
 
 
@@ -83,18 +84,14 @@ def frame_of_lattice(lattice: Lattice, what: str) -> tuple[Frame, np.ndarray]:
         z = z[::-1]
         x, y = (x, y[::-1]) if x.ndim == 1 else (x[::-1], y[::-1])
     n_row, n_col = z.shape
-    if x.ndim == 1:
-        full = np.stack(np.broadcast_arrays(x[None, :], y[:, None]), axis=-1)
-    else:
-        full = np.stack([x, y], axis=-1)
-    known = np.isfinite(full).all(axis=-1)
-    row, col = np.nonzero(known)
-    if len(row) > 4000:
-        pick = np.linspace(0, len(row) - 1, 4000).astype(np.int64)
-        row, col = row[pick], col[pick]
-    corner, step = fit_steps(np.stack([col, row], axis=1), full[row, col])
+    known = np.arange(z.size) if x.ndim == 1 else np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    if len(known) > SAMPLE:
+        known = known[np.linspace(0, len(known) - 1, SAMPLE).astype(np.int64)]
+    row, col = np.divmod(known, n_col)
+    where = np.stack([x[col], y[row]] if x.ndim == 1 else [x[row, col], y[row, col]], axis=1)
+    corner, step = fit_steps(np.stack([col, row], axis=1), where)
     frame = Frame((n_row, n_col), corner, step, x, y)
-    off = np.abs(frame.to_lattice(full[row, col]) - np.stack([col, row], axis=1)).max()
+    off = np.abs(frame.to_lattice(where) - np.stack([col, row], axis=1)).max()
     lean = abs(float(step[0] @ step[1])) / float(frame.spacing.prod())
     if off > REGULAR or lean > REGULAR:
         raise HorizonError(

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.sheets.drape import around, band_graph
+from geosurf.sheets.drape import around
 from geosurf.sheets.links import EAST, NORTH
 from geosurf.sheets.mesh import Torn, Triangles, outer_edges
-from geosurf.sheets.solve import BEND, STRETCH, Graph, smoothest
+from geosurf.sheets.solve import BEND, STRETCH, Graph, lattice_graph, smoothest
 
 HOLD = 1e-8  # weight that ties each ghost to the height of its anchor
 APART = 1e-6  # cells: a ghost is kept this far from the other vertices of its node
@@ -61,7 +61,7 @@ def _mesh_graph(torn: Torn, triangles: Triangles, nodes: np.ndarray, cut: np.nda
     Also the pairs (real, ghost) that are neighbours, though the real one has another there.
     """
     shape = (triangles.n_row, triangles.n_col)
-    base = band_graph(nodes, shape, cut)
+    base = lattice_graph(nodes, shape, cut)
     n, n_ghost = len(nodes), len(torn.anchor)
     slot = np.full(triangles.n_row * triangles.n_col, -1)
     slot[nodes] = np.arange(n)

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from geosurf.sheets.data import Picks
-from geosurf.sheets.drape import around, band_graph, drape_over, narrow_gaps, without_absent
+from geosurf.sheets.drape import around, drape_over, narrow_gaps, without_absent
 from geosurf.sheets.links import FALLING, Cuts, cuts_of, within
 from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height, window
 from geosurf.sheets.network import Network
-from geosurf.sheets.solve import BEND, grounded, smoothest, steps_to_known
+from geosurf.sheets.solve import BEND, grounded, lattice_graph, smoothest, steps_to_known
 from geosurf.sheets.traces import FaultMesh
 
 FILL = 16.0  # cells: absent nodes beside a trace are filled in gaps up to this width
@@ -128,10 +128,7 @@ class Rebuild:
         self.shape, self.stretch = picks.frame.shape, picks.frame.stretch
         self.reach = max(settings.trim, settings.first_trim) + 1.0
         self.nearby = [self._near(mesh) for mesh in meshes]
-        count = np.bincount(picks.node, minlength=picks.n_node)
-        self.present = count > 0
-        self.several = count > 1
-        self.single = not self.several.any()
+        self.present = np.isfinite(picks.means)
         gaps = narrow_gaps(self.present.reshape(self.shape), FILL)
         self.fillable = np.flatnonzero(gaps.ravel())
 
@@ -146,9 +143,7 @@ class Rebuild:
 
     def _near(self, mesh: FaultMesh) -> Near:
         blocks = mesh_blocks(mesh, self.reach)
-        mark = np.zeros(self.picks.n_node, dtype=bool)
-        mark[window(self.picks.frame, blocks)] = True
-        near = np.flatnonzero(mark[self.picks.node])
+        near = self.picks.of_nodes(window(self.picks.frame, blocks))
         uv = self.picks.frame.uv_of_node(self.picks.node[near]) * self.stretch
         rows, _ = blocks.of(uv)
         points = np.column_stack([uv[rows], self.picks.z[near[rows]]])
@@ -161,7 +156,7 @@ class Rebuild:
         doubted = np.zeros(len(self.picks.z), dtype=bool)
         for near in self.nearby:
             doubted[near.rows] = True
-        return self._node_values(~doubted).reshape(self.shape)
+        return self.picks.means_without(doubted)[0].reshape(self.shape)
 
     def hidden(self, trim: float) -> Heights:
         """The first pass alone: what is nearer than `trim` is hidden, whichever side it is on."""
@@ -182,10 +177,13 @@ class Rebuild:
     def _retraced(self, state: Heights) -> Heights:
         """The same heights with traces on them: bridged between both walls, no farther."""
         heights = state.values.copy()
+        bridged = [state.unknown]
         for near, walls in zip(state.near, state.walls, strict=True):
             gap = np.maximum(walls.gap(near.place, near.side), 0.0)
-            heights[near.node[near.distance < gap + BRIDGE]] = np.nan
-        lost = np.flatnonzero(self.present & np.isnan(heights))
+            bridged.append(near.node[near.distance < gap + BRIDGE])
+            heights[bridged[-1]] = np.nan
+        lost = np.unique(np.concatenate(bridged))
+        lost = lost[self.present[lost] & np.isnan(heights[lost])]
         fill = np.union1d(lost, self.fillable)
         drape = drape_over(heights, fill, self.shape, self.stretch)
         frame = self.picks.frame
@@ -222,7 +220,9 @@ class Rebuild:
             network, near, cuts = before.network, before.near, before.cuts
         wrong = np.zeros_like(doubted)
         beyond = self._doubt_sides(doubted, wrong, network, near, before)
-        sure = ~wrong & ~self.several[self.picks.node]
+        sure = ~wrong
+        if self.picks.several is not None:
+            sure &= ~self.picks.several[self.picks.node]
         for fault in self.nearby:
             sure[fault.rows[fault.far < 0.5 * trim]] = False
         self._last = doubted | wrong, sure, beyond
@@ -230,23 +230,10 @@ class Rebuild:
         return self._solve(doubted | wrong, sure, network, near, cuts, beyond, carried)
 
     def _network(self, doubted: np.ndarray) -> Network:
-        heights = self._node_values(~doubted)
-        lost = np.flatnonzero(self.present & np.isnan(heights))
+        heights, lost = self.picks.means_without(doubted)
         fill = np.union1d(lost, self.fillable)
         drape = drape_over(heights, fill, self.shape, self.stretch)
         return Network(self.meshes, drape.reshape(self.shape), self.picks.frame, heights)
-
-    def _node_values(self, used: np.ndarray) -> np.ndarray:
-        """Mean of the picks in use at each node, NaN without."""
-        rows = np.flatnonzero(used) if not used.all() else slice(None)
-        node, z = self.picks.node[rows], self.picks.z[rows]
-        count = np.empty(0) if self.single else np.bincount(node, minlength=self.picks.n_node)
-        if self.single or count.max(initial=0) <= 1:
-            heights = np.full(self.picks.n_node, np.nan)
-            heights[node] = z
-            return heights
-        with np.errstate(invalid="ignore"):
-            return np.bincount(node, z, self.picks.n_node) / count
 
     def _doubt_sides(self, doubted, wrong, network, near, before) -> np.ndarray:
         """Mark picks that are on the wrong side; return those of an overlapping sheet."""
@@ -265,7 +252,8 @@ class Rebuild:
                 normal = walls.heave(place) > SENSE
                 # between the cut-offs of a gap there is no horizon: values there were carried
                 empty = near[number].distance[at] < walls.gap(place, here)
-                several = self.several[self.picks.node[rows]]
+                many = self.picks.several
+                several = False if many is None else many[self.picks.node[rows]]
                 close = near[number].distance[at] < 1.0 + np.abs(walls.heave(place))
                 wrong[rows[inside & normal & (empty | (several & close))]] = True
                 mine = across & reverse & (far >= self.settings.trim) & ~doubted[rows]
@@ -277,8 +265,8 @@ class Rebuild:
         return np.concatenate([np.empty((0, 3), dtype=np.int64), *beyond])
 
     def _solve(self, doubted, sure, network, near, cuts, beyond, carried=()) -> Heights:
-        heights = self._node_values(~doubted)
-        unknown = self._unknown(heights, near)
+        heights, lost = self.picks.means_without(doubted)
+        unknown = self._unknown(lost, near)
         weight = self.settings.noise_weight
         soft = np.empty(0, dtype=np.int64)
         if weight is not None and len(unknown):
@@ -286,7 +274,7 @@ class Rebuild:
             soft = np.setdiff1d(collar[np.isfinite(heights[collar])], unknown)
         every = np.union1d(unknown, soft)
         band = around(every, self.shape, 3)
-        graph = band_graph(band, self.shape, cuts.bits(self.picks.n_node))
+        graph = lattice_graph(band, self.shape, cuts.bits(self.picks.n_node))
         at = np.searchsorted(band, every)
         value = heights[band]
         is_unknown = np.zeros(len(band), dtype=bool)
@@ -321,13 +309,13 @@ class Rebuild:
             steps.astype(np.float64), list(carried),
         )  # fmt: skip
 
-    def _unknown(self, heights: np.ndarray, near: list[NearTrace]) -> np.ndarray:
+    def _unknown(self, lost: np.ndarray, near: list[NearTrace]) -> np.ndarray:
         """Nodes without a trusted value, and absent ones in gaps beside a trace."""
         fill = self.fillable
         if len(fill):
             beside = [t.node[t.distance <= FILL] for t in near]
             fill = np.intersect1d(fill, np.concatenate([np.empty(0, np.int64), *beside]))
-        return np.union1d(np.flatnonzero(self.present & np.isnan(heights)), fill)
+        return np.union1d(lost, fill)
 
     def _targets(self, heights, every, soft, unknown, steps, sure):
         """What draws each solved node, and how much: noisy data, and in wedges distrusted ones.
@@ -341,10 +329,10 @@ class Rebuild:
         weak = unknown[steps > max(FEWEST, WEDGE * self.settings.trim)]
         weak = weak[self.present[weak]]
         if len(weak):
-            values = self._node_values(sure)
-            weak = weak[np.isfinite(values[weak])]
-            rows = np.searchsorted(every, weak)
-            data[rows], pull[rows] = values[weak], WEDGE_PULL
+            values = self.picks.means_at(weak, sure)
+            there = np.isfinite(values)
+            rows = np.searchsorted(every, weak[there])
+            data[rows], pull[rows] = values[there], WEDGE_PULL
         return data, pull
 
     def _bridge(self, stray, cuts: Cuts, near, network):
@@ -370,7 +358,7 @@ class Rebuild:
 
     def _throw_of(self, trace: int, stray, near) -> float:
         """Size of a fault's throw beside a block, from the data on its two sides [m]."""
-        heights = self._node_values(np.ones(len(self.picks.z), dtype=bool))
+        heights = self.picks.means
         mine = near[trace]
         at = mine.look_up(stray)
         places = mine.place[at[at >= 0]]

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.kernels.sheets import own_height, to_trace
+from geosurf.kernels.lines import NEAR, to_line
+from geosurf.kernels.nodes import nodes_of_blocks
+from geosurf.kernels.sheets import own_height
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.traces import FaultMesh, Trace
 
@@ -46,21 +48,13 @@ class Blocks:
 
 
 def window(frame: Frame, blocks: Blocks) -> np.ndarray:
-    """Nodes in the blocks that hold anything: all that can be near."""
+    """Nodes in the blocks that hold anything, increasing: all that can be near."""
     n_row, n_col = frame.shape
-    stretch = frame.stretch
-    some = np.flatnonzero(np.diff(blocks.starts) > 0)
-    found = []
-    for b in some.tolist():
-        y, x = divmod(b, int(blocks.shape[0]))
-        low = (blocks.corner + np.array([x, y])) * BLOCK / stretch
-        high = (blocks.corner + np.array([x + 1, y + 1])) * BLOCK / stretch
-        c0, c1 = max(int(np.ceil(low[0])), 0), min(int(np.ceil(high[0])), n_col)
-        r0, r1 = max(int(np.ceil(low[1])), 0), min(int(np.ceil(high[1])), n_row)
-        if c0 < c1 and r0 < r1:
-            nodes = np.arange(r0, r1)[:, None] * n_col + np.arange(c0, c1)
-            found.append(nodes.ravel())
-    return np.concatenate(found) if found else np.empty(0, dtype=np.int64)
+    limits = []
+    for k, most in enumerate((n_col, n_row)):
+        edge = (blocks.corner[k] + np.arange(blocks.shape[k] + 1)) * BLOCK / frame.stretch[k]
+        limits.append(np.clip(np.ceil(edge).astype(np.int64), 0, most))
+    return nodes_of_blocks(blocks.starts, limits[0], limits[1], n_col)
 
 
 def mesh_blocks(mesh: FaultMesh, reach: float) -> Blocks:
@@ -92,15 +86,16 @@ class NearTrace:
     """
 
     def __init__(self, frame: Frame, trace: Trace, reach: float) -> None:
-        segments = trace.segments
-        ends = segments.reshape(-1, 2, 2)
-        blocks = Blocks(ends.min(axis=1), ends.max(axis=1), reach)
-        node = np.sort(window(frame, blocks))
+        pieces = trace.segments
+        first = np.arange(0, len(pieces), NEAR)
+        low = np.minimum.reduceat(np.minimum(pieces[:, :2], pieces[:, 2:]), first)
+        high = np.maximum.reduceat(np.maximum(pieces[:, :2], pieces[:, 2:]), first)
+        blocks = Blocks(low, high, reach)
+        node = window(frame, blocks)
         points = frame.uv_of_node(node) * frame.stretch
         rows, block = blocks.of(points)
-        points = points[rows]
-        far, side, nearest, t = to_trace(
-            points, block, segments, blocks.starts, blocks.items, reach
+        far, side, nearest, t = to_line(
+            points[rows], block, pieces, np.hstack([low, high]), blocks.starts, blocks.items, reach
         )
         near = nearest >= 0
         self.node = node[rows][near]

@@ -12,6 +12,7 @@ import numpy as np
 
 from geosurf.errors import InvariantError
 from geosurf.kernels.bending import DIAGONAL, factorise, normal_equations, substitute
+from geosurf.kernels.nodes import links_between
 
 BEND, STRETCH = 0.3, 0.01  # shares of second and first differences, against third ones
 
@@ -36,22 +37,11 @@ class Graph:
     cell: np.ndarray
 
 
-def lattice_graph(nodes: np.ndarray, shape: tuple[int, int], cut: np.ndarray, slot: np.ndarray):
-    """The graph of some nodes of a lattice; `slot` gives their rows, -1 elsewhere."""
-    n_row, n_col = shape
-    row, col = np.divmod(nodes, n_col)
-    bits = cut[nodes]
-
-    def neighbour(there: np.ndarray, step: int, bit: int) -> np.ndarray:
-        """Row of the neighbour one step on, -1 where there is none or a cut between."""
-        out = np.full(len(nodes), -1)
-        rows = np.flatnonzero(there & (bits & bit == 0))
-        out[rows] = slot[nodes[rows] + step]
-        return out
-
-    east = neighbour(col < n_col - 1, 1, 1)
-    north = neighbour(row < n_row - 1, n_col, 2)
-    return Graph(east, north, bits & 12 == 0, np.stack([row, col], axis=1))
+def lattice_graph(nodes: np.ndarray, shape: tuple[int, int], cut: np.ndarray) -> Graph:
+    """The graph of some nodes of a lattice, increasing; `cut` as from `Cuts.bits`."""
+    bits = cut[nodes].astype(np.int64)
+    east, north = links_between(nodes, bits, shape[1])
+    return Graph(east, north, bits & 12 == 0, np.stack(np.divmod(nodes, shape[1]), axis=1))
 
 
 def smoothest(
