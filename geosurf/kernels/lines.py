@@ -161,6 +161,34 @@ def _to_box(x, y, box):
     return dx * dx + dy * dy
 
 
+@entry("d2 d2 d2 d2 d -> d1 d1")
+def first_met(stations, direction, pieces, boxes, reach):
+    """Signed distance (n,) along a direction to the nearest of some pieces, and elevation there.
+
+    `pieces` (m, 6) are two points each, `boxes` those of CHUNK pieces; NaN beyond `reach`.
+    """
+    n = stations.shape[0]
+    where, height = np.full(n, np.nan), np.full(n, np.nan)
+    for k in range(n):
+        x, y, dx, dy = stations[k, 0], stations[k, 1], direction[k, 0], direction[k, 1]
+        best = np.inf
+        for c in range(boxes.shape[0]):
+            if _to_box(x, y, boxes[c]) > reach * reach * (1.0 + 1e-9):
+                continue
+            for p in range(c * CHUNK, min((c + 1) * CHUNK, pieces.shape[0])):
+                ax, ay, bx, by = pieces[p, 0] - x, pieces[p, 1] - y, pieces[p, 3] - x, 0.0
+                by = pieces[p, 4] - y
+                one, two = dx * ay - dy * ax, dx * by - dy * bx
+                if (one >= 0) == (two >= 0):
+                    continue
+                f = one / (one - two)
+                t = (ax + f * (bx - ax)) * dx + (ay + f * (by - ay)) * dy
+                if abs(t) <= reach and abs(t) < best:
+                    best = abs(t)
+                    where[k], height[k] = t, pieces[p, 2] + f * (pieces[p, 5] - pieces[p, 2])
+    return where, height
+
+
 @entry("d2 l1 d2 d2 l1 l1 d -> d1 d1 l1 d1")
 def to_line(points, block, ends, boxes, starts, items, reach):
     """Distance of points to a line, side (+1 left), nearest piece (-1 far), place on it.

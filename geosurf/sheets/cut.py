@@ -19,7 +19,8 @@ from geosurf.rebuild import rebuild_surfaces
 from geosurf.rebuild.ghosts import kept_parts
 from geosurf.sheets.drape import around
 from geosurf.sheets.frame import Frame
-from geosurf.sheets.mesh import Torn, Triangles, outer_ghosts
+from geosurf.sheets.leaks import ends_in_copies, false_rims, leaks_of, sides_at_curves
+from geosurf.sheets.mesh import Torn, Triangles, outer_ghosts, renumbered
 
 
 @dataclass(eq=False)
@@ -60,6 +61,8 @@ class Cut:
         faults that cut them.
     dead_ends : list of (int, int)
         Copies, by two vertices, inside which a fault ends.
+    curve_sides : list of (ndarray, ndarray)
+        By surface, see `sides_at_curves`.
     """
 
     patches: Patches
@@ -67,6 +70,7 @@ class Cut:
     corner: np.ndarray
     leaks: list[tuple[int, int, frozenset[int]]]
     dead_ends: list[tuple[int, int]]
+    curve_sides: list[tuple[np.ndarray, np.ndarray]]
 
 
 def band_of(
@@ -83,21 +87,24 @@ def band_of(
     outer = outer_ghosts(torn, triangles)
     near = around(nodes, frame.shape, reach)
     t = np.concatenate([2 * near, 2 * near + 1])
+    t.sort()
     t = t[triangles.exists(t)]
-    t = np.setdiff1d(t, torn.divided)
+    at = np.searchsorted(torn.divided, t)
+    at[at == len(torn.divided)] = 0
+    t = t[torn.divided[at] != t] if len(torn.divided) else t
     faces = np.concatenate([triangles.corners(t), torn.corners])
-    used, faces = np.unique(faces, return_inverse=True)
-    every = np.concatenate([heights, ghosts])
+    used, faces = renumbered(faces, torn.n_node + len(ghosts))
+    real = used < torn.n_node
+    z = np.concatenate([heights[used[real]], ghosts[used[~real] - torn.n_node]])
     places = frame.node_places(torn.node_of(used))
     surface = TriSurface(
         "sheet",
         "horizon",
-        np.column_stack([places, every[used]]),
-        faces.reshape(-1, 3),
-        vertex_data={"ghost": used >= torn.n_node, "outer": np.isin(used, outer)},
+        np.column_stack([places, z]),
+        faces,
+        vertex_data={"ghost": ~real, "outer": np.isin(used, outer)},
     )
     own = np.zeros(len(used), dtype=bool)
-    real = used < torn.n_node
     own[real] = is_own(used[real])
     return Band(surface, used, own, outer)
 
@@ -114,106 +121,15 @@ def cut_band(band: Band, torn: Torn, triangles: Triangles, faults: Sequence[TriS
     own[part[rows[whole]]] = True
     open_part = keep | own[part]  # a real part that is dropped runs into ghosts somewhere
     corner = np.where(corner >= 0, band.vertex[corner], -1)
-    leaks = _leaks(patches, open_part, corner, torn, triangles)
-    dead_ends = _false_rims(patches, band, keep)
+    sides = sides_at_curves(patches)
+    leaks = leaks_of(patches, open_part, corner, torn, triangles)
+    dead_ends = _named(band, false_rims(patches, keep, sides))
     if not keep[own[part]].all():
-        dead_ends += _ends_in_copies(patches, band, open_part)
-    return Cut(patches, keep, corner, leaks, dead_ends)
+        dead_ends += _named(band, ends_in_copies(patches, open_part, sides))
+    return Cut(patches, keep, corner, leaks, dead_ends, sides)
 
 
-def _leaks(patches, keep, corner, torn: Torn, triangles: Triangles):
-    """Outer edges with a ghost end, cut by a fault, of which a part is in `keep`."""
-    rows = np.flatnonzero(patches.surface_of_triangle == 0)
-    t = patches.triangles[rows]
-    n = len(patches.local)
-    one, two = t.ravel(), np.roll(t, -1, axis=1).ravel()
-    key = np.minimum(one, two) * n + np.maximum(one, two)
-    order = np.argsort(key, kind="stable")
-    _, first, times = np.unique(key[order], return_index=True, return_counts=True)
-    free = order[first[times == 1]]
-    name = np.full(n, -1)
-    mine = corner[rows]
-    name[t[mine >= 0]] = mine[mine >= 0]
-    stays = keep[rows[free // 3]]
-    onward: dict[int, list[tuple[int, bool]]] = {}
-    for a, b, kept in zip(one[free].tolist(), two[free].tolist(), stays.tolist(), strict=True):
-        onward.setdefault(a, []).append((b, kept))
-        onward.setdefault(b, []).append((a, kept))
-    made = (name[one[free]] < 0) | (name[two[free]] < 0)
-    starts = {a for a in [*one[free[made]].tolist(), *two[free[made]].tolist()] if name[a] >= 0}
-    found: dict[tuple[int, int], set[int]] = {}
-    for a in starts:
-        for step, kept in onward[a]:
-            before, here, any_kept = a, step, kept
-            passed = []
-            while name[here] < 0:
-                ahead = [(v, k) for v, k in onward[here] if v != before]
-                if len(ahead) != 1:
-                    break
-                passed.append(here)
-                before, (here, kept) = here, ahead[0]
-                any_kept |= kept
-            if name[here] >= 0 and any_kept:
-                edge = min(int(name[a]), int(name[here])), max(int(name[a]), int(name[here]))
-                found.setdefault(edge, set()).update(passed)
-    inner = [edge for edge in sorted(found) if _is_inner(edge, torn, triangles)]
-    return [(*edge, _faults_at(patches, found[edge])) for edge in inner]
-
-
-def _faults_at(patches: Patches, vertices: set[int]) -> frozenset[int]:
-    """Numbers of the faults that have one of these vertices."""
-    rows = np.flatnonzero(np.isin(patches.triangles, list(vertices)).any(axis=1))
-    found = np.unique(patches.surface_of_triangle[rows])
-    return frozenset((found[found > 0] - 1).tolist())
-
-
-def _ends_in_copies(patches, band: Band, among) -> list[tuple[int, int]]:
-    """Copies in which a curve with a fault ends, by two of their corners."""
-    of, n = patches.surface_of_triangle, len(patches.local)
-
-    def keyed(rows: np.ndarray) -> np.ndarray:
-        """Keys of the edges of some triangles, three for each."""
-        """One number for each edge of some triangles, whichever way it runs."""
-        a, b = patches.triangles[rows], np.roll(patches.triangles[rows], -1, axis=1)
-        return (np.minimum(a, b) * n + np.maximum(a, b)).ravel()
-
-    rows = np.flatnonzero((of == 0) & among)
-    shared = np.intersect1d(keyed(rows), keyed(np.flatnonzero(of > 0)))
-    degree = np.bincount(np.concatenate(np.divmod(shared, n)), minlength=n)
-    edge, times = np.unique(keyed(np.flatnonzero(of == 0)), return_counts=True)
-    degree[np.concatenate(np.divmod(edge[times == 1], n))] = 0  # where it leaves the sheet
-    ends = rows[(degree[patches.triangles[rows]] == 1).any(axis=1)]
-    faces = band.surface.triangles[patches.parent_of_triangle[ends]]
-    copies = faces[band.surface.vertex_data["ghost"][faces].any(axis=1)]
-    pairs = np.unique(np.sort(band.vertex[copies], axis=1)[:, [0, 2]], axis=0)
-    return [(int(a), int(b)) for a, b in pairs]
-
-
-def _false_rims(patches, band: Band, keep) -> list[tuple[int, int]]:
-    """Triangles that stay beside dropped ones with no fault between, by two of their corners."""
-    of, n = patches.surface_of_triangle, len(patches.local)
-
-    def keyed(rows: np.ndarray) -> np.ndarray:
-        """Keys of the edges of some triangles, three for each."""
-        a, b = patches.triangles[rows], np.roll(patches.triangles[rows], -1, axis=1)
-        return (np.minimum(a, b) * n + np.maximum(a, b)).ravel()
-
-    rows = np.flatnonzero(of == 0)
-    every, before = np.unique(keyed(rows), return_counts=True)
-    kept = rows[keep[rows]]
-    edges = keyed(kept)
-    name, inverse, after = np.unique(edges, return_inverse=True, return_counts=True)
-    inner = before[np.searchsorted(every, name)] > 1
-    false = inner & (after != 2) & ~np.isin(name, keyed(np.flatnonzero(of > 0)))
-    faces = np.unique(patches.parent_of_triangle[kept[np.flatnonzero(false[inverse]) // 3]])
+def _named(band: Band, faces: np.ndarray) -> list[tuple[int, int]]:
+    """Triangles of a band, by two of their corners, as vertices of `Torn`."""
     corners = np.sort(band.vertex[band.surface.triangles[faces]], axis=1)
     return [(int(a), int(b)) for a, b in np.unique(corners[:, [0, 2]], axis=0)]
-
-
-def _is_inner(edge: tuple[int, int], torn: Torn, triangles: Triangles) -> bool:
-    """Whether an edge has a ghost end, and the horizon has triangles on both sides of its link."""
-    if max(edge) < torn.n_node:
-        return False
-    nodes = torn.node_of(np.array([edge[0], edge[1], edge[1]])).reshape(1, 3)
-    node, kind = triangles.links(nodes)
-    return bool(triangles.exists(triangles.beside(node[:, 0], kind[:, 0])[0]).all())

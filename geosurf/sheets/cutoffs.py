@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.kernels.lines import undirected_lines
+from geosurf.kernels.lines import CHUNK, first_met, undirected_lines
 from geosurf.sheets.cut import Cut
 from geosurf.sheets.heights import Heights
 from geosurf.sheets.mesh import Torn
@@ -21,19 +21,12 @@ LONGEST = 12.0  # cells from a station within which a cut-off is looked for
 
 def fault_edges(cut: Cut, surface: int) -> tuple[np.ndarray, np.ndarray]:
     """Edges (n, 2) of kept sheet triangles that a fault shares, and their triangles (n,)."""
-    t, n = cut.patches.triangles, len(cut.patches.local)
-    of = cut.patches.surface_of_triangle
-
-    def keyed(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """One number for each edge, whichever way it runs, and its triangle."""
-        a, b = t[rows], np.roll(t[rows], -1, axis=1)
-        return (np.minimum(a, b) * n + np.maximum(a, b)).ravel(), np.repeat(rows, 3)
-
-    keys, triangle = keyed(np.flatnonzero((of == 0) & cut.keep))
-    there, _ = keyed(np.flatnonzero(of == surface))
-    shared = np.isin(keys, there)
+    keys, triangle = cut.curve_sides[0]
+    mine = cut.keep[triangle]
+    keys, triangle = keys[mine], triangle[mine]
+    shared = np.isin(keys, cut.curve_sides[surface][0])
     keys, triangle = keys[shared], triangle[shared]
-    return np.stack(np.divmod(keys, n), axis=1), triangle
+    return np.stack(np.divmod(keys, len(cut.patches.local)), axis=1), triangle
 
 
 def cutoff_lines(
@@ -63,7 +56,8 @@ def cutoff_lines(
     both = times[inverse] > 1  # the sheet is whole there: both walls share the line
     total = side.sum(axis=1)
     for wall, sign in (("+", 1), ("-", -1)):
-        mine = np.unique(edges[both | (np.sign(total) == sign)], axis=0)
+        mine = np.unique(key[both | (np.sign(total) == sign)])
+        mine = np.stack(np.divmod(mine, len(cut.patches.local)), axis=1)
         found[wall] = [cut.patches.vertices[line] for line in undirected_chains(mine)]
     return found
 
@@ -98,36 +92,11 @@ def profile(
 def _met(stations, direction, lines, reach) -> tuple[np.ndarray, np.ndarray]:
     """Distance along the direction and elevation where the nearest line is met."""
     n = len(stations)
-    where, height = np.full(n, np.nan), np.full(n, np.nan)
     pieces = [np.hstack([line[:-1], line[1:]]) for line in lines if len(line) > 1]
     if not pieces or n == 0:
-        return where, height
+        return np.full(n, np.nan), np.full(n, np.nan)
     pieces = np.concatenate(pieces)
-    row, piece = _pairs_within(stations, pieces, reach)
-    d = direction[row]
-    a, b = (pieces[piece, k : k + 2] - stations[row] for k in (0, 3))
-    left_a = d[:, 0] * a[:, 1] - d[:, 1] * a[:, 0]
-    left_b = d[:, 0] * b[:, 1] - d[:, 1] * b[:, 0]
-    crosses = (left_a >= 0) != (left_b >= 0)
-    row, piece, d, a, b = row[crosses], piece[crosses], d[crosses], a[crosses], b[crosses]
-    f = left_a[crosses] / (left_a - left_b)[crosses]
-    t = ((a + f[:, None] * (b - a)) * d).sum(axis=1)
-    order = np.lexsort((piece, np.abs(t), row))
-    order = order[np.abs(t[order]) <= reach]
-    met, first = np.unique(row[order], return_index=True)
-    best = order[first]
-    where[met] = t[best]
-    low, high = pieces[piece[best], 2], pieces[piece[best], 5]
-    height[met] = low + f[best] * (high - low)
-    return where, height
-
-
-def _pairs_within(stations, pieces, reach) -> tuple[np.ndarray, np.ndarray]:
-    """Stations and pieces that a line of length `reach` from the station may meet."""
-    from scipy.spatial import cKDTree
-
-    half = 0.5 * (pieces[:, 3:5] - pieces[:, :2])
-    widest = float(np.hypot(*half.T).max())
-    near = cKDTree(pieces[:, :2] + half).query_ball_point(stations, reach + widest)
-    number = np.array([len(some) for some in near])
-    return np.repeat(np.arange(len(near)), number), np.concatenate(near).astype(np.int64)
+    first = np.arange(0, len(pieces), CHUNK)
+    low = np.minimum.reduceat(np.minimum(pieces[:, :2], pieces[:, 3:5]), first)
+    high = np.maximum.reduceat(np.maximum(pieces[:, :2], pieces[:, 3:5]), first)
+    return first_met(stations, direction, pieces, np.hstack([low, high]), reach)

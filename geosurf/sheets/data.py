@@ -49,6 +49,11 @@ class Picks:
         """Whether picks come node by node, one each."""
         return bool((self.node[1:] > self.node[:-1]).all())
 
+    @property
+    def one_each(self) -> bool:
+        """Whether pick k is that of node k, for all nodes."""
+        return self._rising and len(self.node) == self.n_node
+
     @cached_property
     def _by_node(self) -> tuple[np.ndarray, np.ndarray]:
         """Picks node by node, and their nodes."""
@@ -65,7 +70,7 @@ class Picks:
     @cached_property
     def means(self) -> np.ndarray:
         """Mean of the picks of each node (n_node,), NaN without; not to be written to."""
-        if self._rising and len(self.node) == self.n_node:
+        if self.one_each:
             return self.z
         if self.several is None:
             found = np.full(self.n_node, np.nan)
@@ -77,9 +82,9 @@ class Picks:
 
     def of_nodes(self, nodes: np.ndarray) -> np.ndarray:
         """Picks of some nodes, both increasing."""
+        if self.one_each:
+            return nodes
         if self._rising:
-            if len(self.node) == self.n_node:
-                return nodes
             at = np.searchsorted(self.node, nodes)
             return at[self.node[np.minimum(at, len(self.node) - 1)] == nodes]
         order, node = self._by_node

@@ -64,11 +64,7 @@ def make_report(
     noise: float | None,
 ) -> SheetReport:
     """All numbers of a sheet."""
-    node, names = picks.node, list(cuts)
-    misfit = np.abs(state.values[node] - picks.z)
-    single = np.bincount(node, minlength=picks.n_node)[node] == 1
-    hidden = state.distrusted & single & np.isfinite(misfit)
-    hidden[state.in_gap] = False  # where the horizon is not there is nothing to meet
+    names = list(cuts)
     traces = state.network.traces
     shortened: dict[str, int] = {}
     for (trace, _), n in built.shortened.items():
@@ -84,8 +80,8 @@ def make_report(
         n_data=len(picks.z),
         n_distrusted=int(state.distrusted.sum()),
         n_solved=len(state.unknown),
-        kept=_misfit(misfit[state.used]),
-        hidden=_misfit(misfit[hidden]),
+        kept=_kept_misfit(picks, state),
+        hidden=_hidden_misfit(picks, state),
         extrapolation=_far_places(picks.frame, state, names),
         sign_changes={name: _sign_changes(cut.throw) for name, cut in cuts.items()},
         tips=count_tips(built, triangles),
@@ -100,7 +96,7 @@ def make_report(
 def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: float) -> list[str]:
     """A sentence for each fault over which the horizon overlaps where its data do not."""
     found: dict[str, float] = {}
-    several = np.bincount(picks.node, minlength=picks.n_node) > 1
+    several = np.zeros(picks.n_node, dtype=bool) if picks.several is None else picks.several
     lines = zip(state.network.traces, state.near, state.walls, strict=True)
     for trace, near, walls in lines:
         overlap = -float((walls.left + walls.right).min(initial=0.0))
@@ -116,15 +112,43 @@ def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: flo
     ]
 
 
-def _misfit(values: np.ndarray) -> dict[str, float]:
-    values = values[np.isfinite(values)]
-    if len(values) == 0:
+def _kept_misfit(picks: Picks, state: Heights) -> dict[str, float]:
+    """Misfit at data in use: most are met bit for bit, and only counted."""
+    values = state.values if picks.one_each else state.values[picks.node]
+    missed = np.flatnonzero((values != picks.z) & state.used)
+    met = int(state.used.sum()) - len(missed)
+    return _misfit(np.abs(values[missed] - picks.z[missed]), met)
+
+
+def _hidden_misfit(picks: Picks, state: Heights) -> dict[str, float]:
+    """Misfit at distrusted data of single-valued nodes, but in gaps: there is nothing to meet."""
+    hidden = state.distrusted.copy()
+    hidden[state.in_gap] = False
+    rows = np.flatnonzero(hidden)
+    if picks.several is not None:
+        rows = rows[~picks.several[picks.node[rows]]]
+    return _misfit(np.abs(state.values[picks.node[rows]] - picks.z[rows]))
+
+
+def _misfit(values: np.ndarray, met: int = 0) -> dict[str, float]:
+    """Figures of some misfits and of `met` that are 0."""
+    values = np.sort(values[np.isfinite(values)])
+    n = met + len(values)
+    if n == 0:
         return {}
+
+    def share(of: float) -> float:
+        """The value below which a share of all lies, linear between two."""
+        at = of * (n - 1)
+        k = np.array([np.floor(at), np.ceil(at)], dtype=np.int64) - met
+        low, high = (float(values[i]) if i >= 0 else 0.0 for i in k)
+        return low + (at - np.floor(at)) * (high - low)
+
     return {
-        "mean": float(values.mean()),
-        "median": float(np.median(values)),
-        "p95": float(np.percentile(values, 95)),
-        "max": float(values.max()),
+        "mean": float(values.sum()) / n,
+        "median": share(0.5),
+        "p95": share(0.95),
+        "max": float(values.max(initial=0.0)),
     }
 
 

@@ -111,6 +111,16 @@ class Triangles:
         return np.where(kind == FALLING, low - 1, low), kind
 
 
+def renumbered(vertices: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct vertices out of 0 .. n - 1, rising, and the row of each; sorts nothing."""
+    mark = np.zeros(n, dtype=bool)
+    mark[vertices] = True
+    used = np.flatnonzero(mark)
+    row = np.empty(n, dtype=np.int64)  # memory that is not touched costs nothing
+    row[used] = np.arange(len(used))
+    return used, row[vertices]
+
+
 def tear(cuts: Cuts, triangles: Triangles) -> Torn:
     """Copies of all triangles that cut links divide."""
     diagonal = RISING if triangles.rising else FALLING

@@ -1,0 +1,131 @@
+"""Where a torn sheet that was cut by its faults would end anywhere but on them.
+
+Curves part what is kept from what is dropped, so that only triangles at curves are asked.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.model import Patches
+from geosurf.sheets.mesh import Torn, Triangles
+
+Leak = tuple[int, int, frozenset[int]]
+Sides = list[tuple[np.ndarray, np.ndarray]]
+
+
+def edges_of(patches: Patches, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Ends of the edges of some triangles, and a number for each edge, whichever way it runs."""
+    t = patches.triangles[rows]
+    one, two = t.ravel(), np.roll(t, -1, axis=1).ravel()
+    return one, two, np.minimum(one, two) * len(patches.local) + np.maximum(one, two)
+
+
+def sides_at_curves(patches: Patches) -> Sides:
+    """By surface: numbers of edges between points of curves, rising, and the triangle of each."""
+    on_curve = np.zeros(len(patches.local), dtype=bool)
+    on_curve[patches.curve_edges] = True
+    rows = np.flatnonzero(on_curve[patches.triangles].sum(axis=1) > 1)
+    of = patches.surface_of_triangle[rows]
+    found = []
+    for surface in range(len(patches.sources)):
+        mine = rows[of == surface]
+        one, two, key = edges_of(patches, mine)
+        both = np.flatnonzero(on_curve[one] & on_curve[two])
+        both = both[np.argsort(key[both], kind="stable")]
+        found.append((key[both], mine[both // 3]))
+    return found
+
+
+def leaks_of(
+    patches: Patches, keep: np.ndarray, corner: np.ndarray, torn: Torn, triangles: Triangles
+) -> list[Leak]:
+    """Outer edges with a ghost end, cut by a fault, of which a part is in `keep`."""
+    rows = np.flatnonzero(patches.surface_of_triangle == 0)
+    t, mine = patches.triangles[rows], corner[rows]
+    name = np.full(len(patches.local), -1)
+    name[t[mine >= 0]] = mine[mine >= 0]
+    # free edges with a point that was made, then all of those that go on from their ends
+    marked = np.zeros(len(patches.local), dtype=bool)
+    marked[t] = name[t] < 0
+    one, two, _ = _free_edges(patches, rows, marked)
+    starts = np.unique(np.concatenate([one, two]))
+    starts = starts[name[starts] >= 0]
+    marked[starts] = True
+    one, two, row = _free_edges(patches, rows, marked)
+    onward: dict[int, list[tuple[int, bool]]] = {}
+    for a, b, kept in zip(one.tolist(), two.tolist(), keep[row].tolist(), strict=True):
+        onward.setdefault(a, []).append((b, kept))
+        onward.setdefault(b, []).append((a, kept))
+    found: dict[tuple[int, int], set[int]] = {}
+    for a in starts.tolist():
+        for step, kept in onward[a]:
+            before, here, any_kept = a, step, kept
+            passed = []
+            while name[here] < 0:
+                ahead = [(v, k) for v, k in onward[here] if v != before]
+                if len(ahead) != 1:
+                    break
+                passed.append(here)
+                before, (here, kept) = here, ahead[0]
+                any_kept |= kept
+            if name[here] >= 0 and any_kept:
+                edge = min(int(name[a]), int(name[here])), max(int(name[a]), int(name[here]))
+                found.setdefault(edge, set()).update(passed)
+    inner = [edge for edge in sorted(found) if _is_inner(edge, torn, triangles)]
+    return [(*edge, _faults_at(patches, found[edge])) for edge in inner]
+
+
+def _free_edges(patches: Patches, rows: np.ndarray, marked: np.ndarray):
+    """Ends of edges of one triangle only that have a marked point, and the triangle."""
+    near = rows[marked[patches.triangles[rows]].any(axis=1)]
+    one, two, key = edges_of(patches, near)
+    some = np.flatnonzero(marked[one] | marked[two])
+    order = some[np.argsort(key[some], kind="stable")]
+    _, first, times = np.unique(key[order], return_index=True, return_counts=True)
+    free = order[first[times == 1]]
+    return one[free], two[free], near[free // 3]
+
+
+def _faults_at(patches: Patches, vertices: set[int]) -> frozenset[int]:
+    """Numbers of the faults that have one of these vertices."""
+    rows = np.flatnonzero(np.isin(patches.triangles, list(vertices)).any(axis=1))
+    found = np.unique(patches.surface_of_triangle[rows])
+    return frozenset((found[found > 0] - 1).tolist())
+
+
+def ends_in_copies(patches: Patches, among: np.ndarray, sides: Sides) -> np.ndarray:
+    """Parents of triangles of torn copies in which a curve with a fault ends."""
+    keys, row = sides[0]
+    keys = np.unique(keys[among[row]])
+    on_fault = np.isin(keys, np.concatenate([k for k, _ in sides[1:]]))
+    degree = np.bincount(
+        np.concatenate(np.divmod(keys[on_fault], len(patches.local))), minlength=len(patches.local)
+    )
+    ends = degree == 1
+    every = np.flatnonzero(patches.surface_of_triangle == 0)
+    one, two, _ = _free_edges(patches, every, ends)
+    ends[one] = ends[two] = False  # where it leaves the sheet
+    rows = every[among[every]]
+    faces = patches.parent_of_triangle[rows[ends[patches.triangles[rows]].any(axis=1)]]
+    source = patches.sources[0]
+    return faces[source.vertex_data["ghost"][source.triangles[faces]].any(axis=1)]
+
+
+def false_rims(patches: Patches, keep: np.ndarray, sides: Sides) -> np.ndarray:
+    """Parents of triangles that stay beside dropped ones with no fault between."""
+    keys, row = sides[0]
+    every, inverse, before = np.unique(keys, return_inverse=True, return_counts=True)
+    after = np.bincount(inverse, keep[row], len(every))
+    false = (before > 1) & (after > 0) & (after != 2)
+    false &= ~np.isin(every, np.concatenate([k for k, _ in sides[1:]]))
+    return np.unique(patches.parent_of_triangle[row[keep[row] & false[inverse]]])
+
+
+def _is_inner(edge: tuple[int, int], torn: Torn, triangles: Triangles) -> bool:
+    """Whether an edge has a ghost end, and the horizon has triangles on both sides of its link."""
+    if max(edge) < torn.n_node:
+        return False
+    nodes = torn.node_of(np.array([edge[0], edge[1], edge[1]])).reshape(1, 3)
+    node, kind = triangles.links(nodes)
+    return bool(triangles.exists(triangles.beside(node[:, 0], kind[:, 0])[0]).all())
