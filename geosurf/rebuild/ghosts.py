@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 
+from geosurf.kernels.torn import named_corners
 from geosurf.model import Patches, frozen
 
 
@@ -68,11 +69,8 @@ def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         outer = source.vertex_data["outer"]
         rows = np.flatnonzero(patches.surface_of_triangle == i)
         faces = source.triangles[patches.parent_of_triangle[rows]]
-        parent = source.vertices[faces] - patches.origin
-        child = patches.local[patches.triangles[rows]]
-        same = (child[:, :, None, :] == parent[:, None, :, :]).all(axis=3)
-        mine = np.where(
-            same.any(axis=2), np.take_along_axis(faces, same.argmax(axis=2), axis=1), -1
+        mine = named_corners(
+            patches.local, patches.triangles, rows, faces, source.vertices, patches.origin
         )
         corner[rows] = mine
         patch = patches.patch_of_triangle

@@ -20,6 +20,7 @@ from geosurf.sheets.frame import Frame
 Bounds = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 FINE = 0.5  # cells: longest edge, in the map, of the triangles that the trace runs through
+UNEVEN = 4.0  # times the usual width: wider triangles of a fault are halved by themselves
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,16 +111,22 @@ def trace_lines(
     low, high, levels = block_bounds(drape) if bounds is None else bounds
     near = may_meet(drape, low, high, levels, stretch, mesh.points, mesh.triangles)
     rows = np.flatnonzero(near)
-    faces = mesh.triangles[rows]
-    if len(faces) == 0:
+    if len(rows) == 0:
         return []
-    depth = _depth(mesh.points[faces][..., :2])
+    wide = _widths(mesh.points, mesh.triangles[rows]).max(axis=1)
+    limit = max(UNEVEN * float(np.median(wide)), FINE)
+    points, faces, rows = _evened(mesh.points, mesh.triangles[rows], rows, limit)
     ahead = np.roll(faces, -1, axis=1)
-    keys = np.minimum(faces, ahead) * len(mesh.points) + np.maximum(faces, ahead)
+    keys = np.minimum(faces, ahead) * len(points) + np.maximum(faces, ahead)
     edges = np.unique(keys.ravel(), return_inverse=True)[1].reshape(-1, 3)
-    names, places = zero_pieces(
-        drape, low, high, levels, stretch, mesh.points, faces, edges, faces < ahead, depth
-    )
+    wide = _widths(points, faces).max(axis=1)
+    depth, needed = _depth(wide) + 1, _depth(wide)
+    while needed < depth:
+        depth = needed  # as fine as the triangles ask for that the trace runs through
+        names, places = zero_pieces(
+            drape, low, high, levels, stretch, points, faces, edges, faces < ahead, depth
+        )
+        needed = _depth(wide[names[:, 4]])
     if len(names) == 0:
         return []
     number = _numbered(np.concatenate([names[:, :2], names[:, 2:4]]))
@@ -139,13 +146,46 @@ def split_lines(found: tuple[np.ndarray, np.ndarray]) -> list[np.ndarray]:
     return np.split(points, starts[1:-1]) if len(starts) > 1 else []
 
 
-def _depth(corners: np.ndarray) -> int:
-    """How often triangles (n, 3, 2) are halved until their edges are fine in the map."""
-    edge = np.roll(corners, -1, axis=1) - corners
-    wide, depth = float(np.hypot(edge[..., 0], edge[..., 1]).max()), 0
-    while wide > FINE:
-        wide, depth = 0.5 * wide, depth + 1
-    return depth
+def _depth(wide: np.ndarray) -> int:
+    """How often triangles are halved until all are fine."""
+    return int(np.ceil(np.log2(max(float(wide.max(initial=0.0)), FINE) / FINE)))
+
+
+def _widths(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Length (n, 3) in the map of the edges of triangles, from each corner to the next."""
+    edge = points[np.roll(faces, -1, axis=1), :2] - points[faces, :2]
+    return np.hypot(edge[..., 0], edge[..., 1])
+
+
+def _evened(points, faces, rows, limit: float):
+    """Edges longer than a limit halved, on both sides alike: small triangles stay what they are.
+
+    A fault that was drawn out has triangles a thousand times as wide as its others.
+    """
+    while (long := _widths(points, faces) > limit).any():
+        ahead = np.roll(faces, -1, axis=1)
+        keys = (np.minimum(faces, ahead) * len(points) + np.maximum(faces, ahead))[long]
+        edge, number = np.unique(keys, return_inverse=True)
+        middle = np.full(faces.shape, -1)
+        middle[long] = len(points) + number
+        points = np.concatenate(
+            [points, 0.5 * (points[edge // len(points)] + points[edge % len(points)])]
+        )
+        # turned so that long edges come first
+        turn = np.where(long[:, 0] & ~long[:, 2], 0, np.where(long[:, 1] & ~long[:, 0], 1, 2))
+        at = (turn[:, None] + np.arange(3)) % 3
+        a, b, c = np.take_along_axis(faces, at, axis=1).T
+        ab, bc, ca = np.take_along_axis(middle, at, axis=1).T
+        many = long.sum(axis=1)
+        parts = {
+            0: [(a, b, c)],
+            1: [(a, ab, c), (ab, b, c)],
+            2: [(ab, b, bc), (a, ab, bc), (a, bc, c)],
+            3: [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)],
+        }
+        made = [(np.stack(part, 1)[many == k], rows[many == k]) for k in parts for part in parts[k]]
+        faces, rows = (np.concatenate(some) for some in zip(*made, strict=True))
+    return points, faces, rows
 
 
 def _numbered(names: np.ndarray) -> np.ndarray:
