@@ -10,6 +10,7 @@ file               question                                               source
 `points`           one id per point, whatever it is called                Levy 2024
 `voxels`, `tree`   which triangles are near?                              Lo & Wang 2004
 `aligned`          the same for horizons with one map
+`wide`             the same beside triangles that are far wider than others
 `contact`          how do two triangles meet?                             Guigue & Devillers 2003
 `naming`           contacts -> named points, and what cuts each face
 `byname`           what the names of a face's points tell of them
@@ -32,6 +33,9 @@ file               question                                               source
 `survey`           what is a lattice like? boxes, holes, how cells lie
 `listed`           the same for a list of triangles; Morton order         Morton 1966
 `strips`, `expand` what no curve touches of a lattice; as triangles again
+`draped`           where a fault meets a drape                            marching triangles
+`lines`, `nodes`   lines of links and what is near them; bands of a lattice
+`torn`             corners of the pieces of a torn sheet
 `coarsen`          fewer triangles within a tolerance                     Evans et al. 2001
 =================  =====================================================  =========================
 
