@@ -9,12 +9,15 @@ files in the wild do, and what is done with it:
 - A part's kind tells what the surface is: ``fault``, ``normal_fault`` and
   ``reverse_fault`` a fault, ``boundary`` a wall of the model box, ``top``,
   ``intraformational``, ``unconformity`` and ``topographic`` a horizon.
-- Regions, layers and fault blocks are passed over: geosurf carves its own units.
+- Regions, layers and fault blocks are no input: geosurf carves its own units, which
+  `read_regions` lets one compare with those of the file.
 """
 
 from __future__ import annotations
 
+import math
 import shlex
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -86,6 +89,102 @@ def read_model3d(
             f"there are {list(surfaces)}. Export the model again, with all surfaces."
         )
     return surfaces
+
+
+def read_regions(
+    path: str | Path, *, positive: str | None = None, units: str | None = None
+) -> dict[str, float]:
+    r"""
+    Read the regions of a GOCAD Model3d: the volume inside the parts of surfaces that bound each.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+    positive, units
+        As for `read_model3d`.
+
+    Returns
+    -------
+    dict of str to float
+        Volume of each region [m3], by the divergence theorem, in the order of the file; without
+        ``Universe``, which is all that lies outside. Empty if the file has none.
+
+    Raises
+    ------
+    FormatError
+        If a region names a part that is not there, or its list has no end.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "corner.ml"
+    >>> faces = ["1 3 2", "1 2 4", "2 3 4", "1 4 3"]
+    >>> parts = "".join(f"TFACE\nTRGL {face}\n" for face in faces)
+    >>> _ = file.write_text("GOCAD Model3d 1\nTSURF A\nREGION 5 Corner\n  +1 +2 +3 +4 0\nEND\n"
+    ...     "GOCAD TSurf 1\nHEADER {\nname:A\n}\nTFACE\nVRTX 1 0 0 0\nVRTX 2 6 0 0\nVRTX 3 0 6 0\n"
+    ...     "VRTX 4 0 0 6\n" + parts.removeprefix("TFACE\n") + "END\n")
+    >>> read_regions(file)
+    {'Corner': 36.0}
+    """
+    path = Path(path)
+    lines = read_text(path, final_line_end=False).splitlines()
+    flux = _flux_of_parts(path, lines, positive, units)
+    found: dict[str, float] = {}
+    for name, signed, line in _region_lists(path, lines):
+        wrong = [k for k in signed if abs(k) > len(flux)]
+        if wrong:
+            raise FormatError(
+                f"{path}, line {line}: region {name!r} names TFACE {abs(wrong[0])}, and the file "
+                f"has {len(flux)}. Export the model again, with all surfaces."
+            )
+        if name != "Universe":
+            found[name] = abs(math.fsum(math.copysign(1, k) * flux[abs(k) - 1] for k in signed))
+    return found
+
+
+def _flux_of_parts(path: Path, lines: list[str], positive, units) -> list[float]:
+    """A third of the flux of the place vector through each TFACE [m3], in the order of the file."""
+    surfaces = read_tsurf(path, positive=positive, units=units)
+    corners = np.concatenate([surface.vertices[surface.triangles] for surface in surfaces])
+    counts: list[int] = []
+    for line in lines:
+        words = line.split()
+        if words == ["TFACE"]:
+            counts.append(0)
+        elif words[:1] == ["TRGL"] and counts:
+            counts[-1] += 1
+    if sum(counts) != len(corners):
+        raise FormatError(
+            f"{path}: {len(corners)} triangles, but {sum(counts)} of them below a line TFACE, "
+            "which regions are told by. Export the model again."
+        )
+    a, b, c = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
+    flux = (np.cross(a, b) * c).sum(axis=1) / 6.0
+    return [math.fsum(part.tolist()) for part in np.split(flux, np.cumsum(counts)[:-1])]
+
+
+def _region_lists(path: Path, lines: list[str]) -> Iterator[tuple[str, list[int], int]]:
+    """Name, signed TFACE numbers and line of each REGION; a list ends with 0."""
+    for i, line in enumerate(lines, start=1):
+        words = line.split(maxsplit=2)
+        if words[:1] == ["END"]:
+            return
+        if words[:1] != ["REGION"] or len(words) < 3:
+            continue
+        signed: list[int] = []
+        for more in lines[i:]:
+            numbers = more.split()
+            if not all(word.lstrip("+-").isdigit() for word in numbers):
+                break
+            signed += map(int, numbers)
+            if 0 in signed:
+                break
+        if 0 not in signed:
+            raise FormatError(
+                f"{path}, line {i}: the list of region {words[2].strip()!r} has no 0 at its end. "
+                "Mend it or export the model again."
+            )
+        yield words[2].strip(), signed[: signed.index(0)], i
 
 
 def _roles(path: Path) -> dict[str, str]:

@@ -248,7 +248,8 @@ def _legend(pairs: dict[tuple[str, str], float], colours) -> tuple[Entry, ...]:
     legend = []
     order = sorted(pairs.items(), key=lambda item: (item[0][0] == item[0][1], -item[1]))
     for (minus, plus), area in order:
-        detail = f"against {plus if plus != minus else 'itself'}, {area_text(area)}"
+        other = furniture.shortened(plus, 15) if plus != minus else "itself"
+        detail = f"against {other}, {area_text(area)}"
         stripes = None if plus == minus else colours[plus]
         legend.append(Entry(minus, colours[minus], detail, stripes=stripes))
     return tuple(legend)

@@ -303,9 +303,14 @@ def shortened(words: str, most: int = LABEL_ROOM) -> str:
     --------
     >>> shortened("a horizon with a very long name")
     'a horizon…long name'
+    >>> shortened("UpperVolantis/LowerVolantis")
+    'Upper…ntis/Lower…ntis'
     """
     if len(words) <= most:
         return words
+    parts = words.split("/")
+    if len(parts) == 2 and min(map(len, parts)) > most // 2:
+        return "/".join(shortened(part, most // 2) for part in parts)
     return f"{words[: most // 2].rstrip()}…{words[-(most // 2 - 1) :].lstrip()}"
 
 

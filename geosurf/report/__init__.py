@@ -28,6 +28,7 @@ def report_scene(
     made: str = "",
     certificate: Certificate | None = None,
     min_volume: float = 0.0,
+    regions: Mapping[str, float] | None = None,
 ) -> Path:
     """Write ``index.html``: inputs, volumes, curves, certificate, pictures, cost.
 
@@ -50,6 +51,8 @@ def report_scene(
         What ``scene.check()`` gave, if it is there already. Default: it is asked.
     min_volume : float
         Units smaller than this are listed as remnants, along with numbered ones [m3].
+    regions : mapping of str to float, optional
+        Volumes that somebody else found for the same model [m3], to be set beside the units.
 
     Returns
     -------
@@ -90,7 +93,8 @@ def report_scene(
         draw = getattr(scene, "render_pictures", None)
         pictures = draw(folder) if draw is not None else {}
     files = {key: Path(path) for key, path in pictures.items()}
-    html = build_page(scene, files, title, made, certificate or scene.check(), min_volume)
+    certificate = certificate or scene.check()
+    html = build_page(scene, files, title, made, certificate, min_volume, regions)
     return _write(folder / "index.html", html)
 
 
@@ -101,6 +105,7 @@ def build_page(
     made: str,
     certificate: Certificate,
     min_volume: float = 0.0,
+    regions: Mapping[str, float] | None = None,
 ) -> str:
     """Return the whole page as text."""
     surfaces, units, curves = tuple(scene.surfaces), scene.units, scene.curves
@@ -131,6 +136,7 @@ def build_page(
     )
     sections = [
         ("Volumes [million m³]", "\n".join([volumes, *map(page.paragraph, balance)])),
+        *_listed("Regions of the file beside the units", tables.region_table(units, regions or {})),
         *_listed("Horizons clipped by the column", tables.clipped_table(clipped)),
         *_listed("Remnants: numbered and small units", tables.remnant_table(remnants)),
         ("Pictures", page.html_pictures(pictures)),

@@ -182,6 +182,27 @@ def polygon_table(found: Iterable[Any]) -> Table:
     return Table(head, tuple(rows), n_label=3)
 
 
+def region_table(units: Units, regions: Mapping[str, float]) -> Table:
+    """Return volumes that somebody else found, each beside the unit that comes nearest to it.
+
+    Units without a region follow; nothing is said to be equal, the difference is there to be seen.
+    """
+    left = {name: unit.volume for name, unit in units.items()}
+    rows = []
+    for region, volume in sorted(regions.items(), key=lambda item: -item[1]):
+        if not left:
+            rows.append((region, NOTHING, number(volume, 3), NOTHING, NOTHING))
+            continue
+        name = min(left, key=lambda unit: abs(left[unit] - volume))
+        found = left.pop(name)
+        off = f"{abs(found - volume) / volume:.1e}" if volume else NOTHING
+        rows.append((region, name, number(volume, 3), number(found, 3), off))
+    if regions:
+        rows += [(NOTHING, name, NOTHING, number(v, 3), NOTHING) for name, v in left.items()]
+    head = ("Region", "nearest unit", "Region [m³]", "Unit [m³]", "Relative difference")
+    return Table(head, tuple(rows), n_label=2)
+
+
 def balance(units: Units) -> str:
     """Return how the volumes add up to the model box, in one sentence."""
     total, box = units.volume, units.box_volume

@@ -14,6 +14,7 @@ from geosurf.errors import DependencyError
 from geosurf.gallery import draw_pictures
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
+from geosurf.read.model3d import read_regions
 from geosurf.report import report_scene
 from geosurf.scenario.failure import pictured
 from geosurf.scenario.inputs import build_scene, read_scenario
@@ -170,6 +171,7 @@ def run(
             title=scenario.title,
             certificate=certificate,
             min_volume=scenario.output.remnants_below_m3,
+            regions=_regions(scenario),
         )
         teller.say("report", scenario.title)
     return Outcome(scene, certificate, Path(out), tuple(notes))
@@ -212,6 +214,7 @@ def write_report(
             title=scenario.title,
             certificate=certificate,
             min_volume=scenario.output.remnants_below_m3,
+            regions=_regions(scenario),
         )
     return certificate, path, tuple(notes)
 
@@ -222,7 +225,8 @@ def compute(scenario: Scenario, teller: Teller, out: Path | None = None) -> Scen
     What cannot be built is drawn into the folder `out`, if it is given.
     """
     scene = build_scene(scenario)
-    teller.say("read", f"{len(scenario.horizons)} horizons, {len(scenario.faults)} faults")
+    n_horizon, n_fault = len(scene.horizon_names), len(scene.fault_names)
+    teller.say("read", f"{n_horizon} horizons, {n_fault} faults")
     for name in (*scene.horizon_names, *scene.fault_names):
         scene.surface(name)
         teller.steps(scene)
@@ -234,6 +238,14 @@ def compute(scenario: Scenario, teller: Teller, out: Path | None = None) -> Scen
         bound = f"volumes within {scene.volume_error_bound:.6g} m³ of those of all nodes"
         teller.say("tolerance", f"{scene.tolerance:g} m", bound)
     return scene
+
+
+def _regions(scenario: Scenario) -> dict[str, float]:
+    """Volumes of the regions of a sealed model that came from a file."""
+    if scenario.model is None:
+        return {}
+    model = scenario.model
+    return read_regions(model.file, positive=model.positive, units=model.units)
 
 
 def crossings(scene: Scene) -> list[str]:

@@ -12,6 +12,7 @@ from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import read_truncations
 from geosurf.read import read_fault, read_horizon
 from geosurf.scenario.keys import Scenario
+from geosurf.scenario.sealed import scene_of_sealed
 from geosurf.scenario.values import Place, read_table
 from geosurf.scene import Scene
 from geosurf.sheets import EllipticThrow, throw_horizon
@@ -73,8 +74,11 @@ def _load(path: Path) -> dict[str, Any]:
 def _check_names(scenario: Scenario) -> None:
     """Names are unique over horizons and faults, and there is a horizon."""
     place = Place(scenario.path)
+    if scenario.model is not None:
+        _check_model(scenario, place)
+        return
     if not scenario.horizons:
-        place.refuse("there are no horizons; give at least one table [[horizons]].")
+        place.refuse("there are no horizons; give at least one table [[horizons]], or [model].")
     _check_places(scenario, place)
     seen: dict[str, str] = {}
     for kind, entries in (("horizon", scenario.horizons), ("fault", scenario.faults)):
@@ -97,6 +101,16 @@ def _check_names(scenario: Scenario) -> None:
                 f"output.search names {name!r}, which is no surface; there are {known}."
                 f"{did_you_mean(name, seen)}"
             )
+
+
+def _check_model(scenario: Scenario, place: Place) -> None:
+    """A sealed model comes alone: it has its surfaces, its box, and its faults as they are."""
+    for word in ("horizons", "faults", "truncations", "throws", "box"):
+        if getattr(scenario, word):
+            place.refuse(
+                f"there is a [model] and {word}, too; a sealed model has its own. Leave one out."
+            )
+    _check_places(scenario, place)
 
 
 def _check_throws(scenario: Scenario, place: Place) -> None:
@@ -164,6 +178,15 @@ def _contacts(scenario: Scenario) -> dict[str, dict[str, Any]]:
 
 def build_scene(scenario: Scenario) -> Scene:
     """Read the surfaces of a scenario; see `Scenario.scene`."""
+    aoi = None if scenario.aoi is None else scenario.aoi.file or scenario.aoi.corners_m
+    shared = {
+        "contacts": _contacts(scenario),
+        "aoi": aoi,
+        "voxel_size": scenario.search.voxel_size_m,
+        "tolerance": scenario.tolerance_m,
+    }
+    if scenario.model is not None:
+        return scene_of_sealed(scenario, scenario.model, **shared)
     horizons = {
         entry.name: read_horizon(
             entry.file,
@@ -181,18 +204,14 @@ def build_scene(scenario: Scenario) -> Scene:
         for entry in scenario.faults
     }
     box = scenario.box.sides if scenario.box is not None else None
-    aoi = None if scenario.aoi is None else scenario.aoi.file or scenario.aoi.corners_m
     scene = Scene(
         horizons,
         faults,
         box,
         column={entry.name: entry.rule for entry in scenario.horizons},
-        contacts=_contacts(scenario),
-        aoi=aoi,
-        voxel_size=scenario.search.voxel_size_m,
         extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
         truncations=truncations_of(scenario),
-        tolerance=scenario.tolerance_m,
+        **shared,
     )
     return _thrown(scenario, scene, horizons)
 

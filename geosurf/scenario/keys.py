@@ -96,6 +96,25 @@ class FaultInput:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ModelInput:
+    """``[model]``: a sealed model made elsewhere, in place of `[[horizons]]` and `[[faults]]`. The
+    report compares its regions with the units that are found.
+    """
+
+    file: Path = key(
+        "`.ml` (GOCAD Model3d); relative to the scenario. Its boundary is the model box.",
+        values.file,
+    )
+    horizons: tuple[str, ...] = key(
+        "Names of its horizons, youngest first. Left empty: as in the file.",
+        values.names,
+        default=(),
+    )
+    positive: str | None = _positive()
+    units: str | None = _units()
+
+
+@dataclass(frozen=True, kw_only=True)
 class TruncationInput:
     """One ``[[truncations]]``: a fault that ends at another one. In any order."""
 
@@ -283,6 +302,7 @@ class Scenario:
     horizons : tuple of HorizonInput
         Youngest first.
     faults : tuple of FaultInput
+    model : ModelInput or None
     truncations : tuple of TruncationInput
     throws : tuple of ThrowInput
         Youngest fault first.
@@ -307,6 +327,9 @@ class Scenario:
         "Youngest first.", values.tables(HorizonInput), default=()
     )
     faults: tuple[FaultInput, ...] = key("In any order.", values.tables(FaultInput), default=())
+    model: ModelInput | None = key(
+        "A sealed model made elsewhere.", values.table(ModelInput), default=None
+    )
     truncations: tuple[TruncationInput, ...] = key(
         "Faults that end at others.", values.tables(TruncationInput), default=()
     )
@@ -353,6 +376,7 @@ __all__ = [
     "ContactInput",
     "FaultInput",
     "HorizonInput",
+    "ModelInput",
     "OutputSettings",
     "Scenario",
     "SearchSettings",

@@ -1,0 +1,152 @@
+"""A sealed model made elsewhere as a scenario: its units, beside the regions of its file."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import FormatError, ScenarioError
+from geosurf.read.model3d import read_regions
+from geosurf.scenario import read_scenario, run
+from geosurf.scenario.sealed import box_of_walls
+
+OUTPUT = """
+[output]
+views = []
+formats = ["csv"]
+"""
+
+# a box of 2 x 2 x 2, halved by a level horizon; the walls are in two parts each
+LEVELS = (0.0, 1.0, 2.0)
+
+
+def write_model(path, *, kind="intraformational", regions=True, wall=2.0):
+    """A Model3d of one horizon and six walls, with its two regions."""
+    faces, names = [], []
+
+    def add(name, kind_, corners):
+        faces.append((name, kind_, corners))
+        names.append(name)
+        return len(faces)
+
+    def side(name, fixed, value, low, high):
+        a, b = [k for k in range(3) if k != fixed]
+        corners = []
+        for u, v in ((0, 0), (1, 0), (1, 1), (0, 1)):
+            p = [0.0, 0.0, 0.0]
+            p[fixed], p[a], p[b] = value, (low[a], high[a])[u], (low[b], high[b])[v]
+            corners.append(p)
+        return add(name, "boundary" if name != "H" else kind, corners)
+
+    parts = {"below": [], "above": []}
+    horizon = side("H", 2, 1.0, (0, 0, 0), (2, 2, 2))
+    for layer, (low, high) in {"below": LEVELS[:2], "above": LEVELS[1:]}.items():
+        bounds = (0, 0, low), (2, 2, high)
+        for k, name in ((0, "west"), (1, "south")):
+            parts[layer].append((side(name, k, 0.0, *bounds), 1 if k == 1 else -1))
+        for k, name in ((0, "east"), (1, "north")):
+            parts[layer].append((side(name, k, wall, *bounds), -1 if k == 1 else 1))
+    parts["below"] += [(side("bottom", 2, 0.0, (0, 0, 0), (2, 2, 2)), -1), (horizon, 1)]
+    parts["above"] += [(side("top", 2, 2.0, (0, 0, 0), (2, 2, 2)), 1), (horizon, -1)]
+    order = list(dict.fromkeys(names))
+    ranked = sorted(range(len(faces)), key=lambda i: order.index(names[i]))
+    number = {old + 1: new + 1 for new, old in enumerate(ranked)}
+    lines = ["GOCAD Model3d 1", *(f"TSURF {name}" for name in order)]
+    for new, old in enumerate(ranked):
+        lines.append(f"TFACE {new + 1} {faces[old][1]} {faces[old][0]}")
+    for layer, listed in parts.items() if regions else ():
+        signed = " ".join(f"{'+' if way > 0 else '-'}{number[i]}" for i, way in listed)
+        lines += [f"REGION 9 {layer}  ", f"  {signed} 0"]
+    lines.append("END")
+    vertex = 0
+    for name in order:
+        lines += ["GOCAD TSurf 1", "HEADER {", f"name:{name}", "}"]
+        for old in ranked:
+            if names[old] == name:
+                lines.append("TFACE")
+                for x, y, z in faces[old][2]:
+                    vertex += 1
+                    lines.append(f"VRTX {vertex} {x} {y} {z}")
+                a, b, c, d = range(vertex - 3, vertex + 1)
+                lines += [f"TRGL {a} {b} {c}", f"TRGL {a} {c} {d}"]
+        lines.append("END")
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def scenario(folder, more=""):
+    path = folder / "scenario.toml"
+    path.write_text(f'[model]\nfile = "model.ml"\n{more}{OUTPUT}')
+    return path
+
+
+def test_a_small_model_has_its_units_and_the_report_its_regions(tmp_path):
+    write_model(tmp_path / "model.ml")
+    assert read_regions(tmp_path / "model.ml") == {"below": 4.0, "above": 4.0}
+    outcome = run(read_scenario(scenario(tmp_path)), tmp_path / "out", pictures=False)
+    assert outcome.certificate.ok
+    assert outcome.scene.box == (0.0, 2.0, 0.0, 2.0, 0.0, 2.0)
+    assert {u.name: u.volume for u in outcome.scene.units.values()} == {"above H": 4, "below H": 4}
+    page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
+    assert "Regions of the file beside the units" in page
+    section = page[page.index("Regions of the file") : page.index("Certificate")]
+    assert section.count(">0.0e+00<") == 2
+
+
+def test_units_of_model_a4_are_the_regions_of_its_file(shared, tmp_path):
+    file = shared / "data" / "modelA4" / "modelA4.ml"
+    path = tmp_path / "scenario.toml"
+    path.write_text(f"[model]\nfile = '{file}'\n{OUTPUT}")
+    outcome = run(read_scenario(path), tmp_path / "out", pictures=False)
+    assert outcome.certificate.ok, str(outcome.certificate)
+    regions, units = read_regions(file), outcome.scene.units
+    assert len(units) == len(regions) == 8
+    volumes = sorted(unit.volume for unit in units.values())
+    np.testing.assert_allclose(volumes, sorted(regions.values()), rtol=1e-12)
+    page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
+    section = page[page.index("Regions of the file") : page.index("Certificate")]
+    found = [float(words) for words in re.findall(r"<td>(\d\.\de[+-]\d\d)</td>", section)]
+    assert len(found) == 8
+    assert max(found) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("more", "sentence"),
+    [
+        ('horizons = ["G"]\n', r"model.horizons has \['G'\], and model.ml has \['H'\]; name each"),
+        ('[[horizons]]\nname = "A"\nfile = "model.ml"\n', r"a \[model\] and horizons, too; a seal"),
+        ("[box]\neasting_m = [0, 1]\nnorthing_m = [0, 1]\nelevation_m = [0, 1]\n",
+         r"there is a \[model\] and box, too; .*Leave one out"),
+        ("fiel = 3\n", r"unknown key 'fiel' in model; .*Did you mean 'file'"),
+    ],
+)  # fmt: skip
+def test_wrong_words_about_a_model(more, sentence, tmp_path):
+    write_model(tmp_path / "model.ml")
+    with pytest.raises(ScenarioError, match=sentence):
+        read_scenario(scenario(tmp_path, more)).scene()
+
+
+def test_a_model_that_is_no_box_or_does_not_say_what_is_what(tmp_path):
+    write_model(tmp_path / "model.ml", kind="none")
+    with pytest.raises(FormatError, match=r"surface 'H' has no kind that says .*export it again"):
+        read_scenario(scenario(tmp_path)).scene()
+    tilted = gs.TriSurface("w", "wall", [[0, 0, 0], [1, 0, 1], [0, 1, 0]], [[0, 1, 2]])
+    for walls in ([], [tilted], gs.build_walls((0, 1, 0, 1, 0, 1))[:5]):
+        with pytest.raises(FormatError, match=r"m.ml: its boundary is not the six .*\[\[horizons"):
+            box_of_walls(walls, "m.ml")
+
+
+def test_regions_that_cannot_be_read(tmp_path):
+    path = write_model(tmp_path / "model.ml")
+    text = path.read_text()
+    path.write_text(text.replace("REGION 9 below", "REGION 9 below\n  +77"))
+    with pytest.raises(FormatError, match=r"line \d+: region 'below' names TFACE 77, and the file"):
+        read_regions(path)
+    path.write_text(text.replace(" 0\nREGION 9 above", "\nREGION 9 above"))
+    with pytest.raises(FormatError, match=r"the list of region 'below' has no 0 at its end\. Mend"):
+        read_regions(path)
+    write_model(path, regions=False)
+    assert read_regions(path) == {}
