@@ -17,6 +17,7 @@ from geosurf.faults import extend_fault, truncate_faults
 from geosurf.faults.bridge import bridge_to
 from geosurf.faults.propose import propose_network
 from geosurf.faults.rules import Rule, read_extend, read_truncations
+from geosurf.memory import Memory
 from geosurf.model import Patches, TriSurface
 from geosurf.model.faults import (
     ExtendedFault,
@@ -27,8 +28,6 @@ from geosurf.model.faults import (
 )
 from geosurf.rebuild import patches_from
 from geosurf.triangulate import build_walls, orient_fault
-
-Remember = Callable[..., Any]
 
 
 class FaultStage:
@@ -42,12 +41,11 @@ class FaultStage:
         As for `Scene`.
     given : callable
         Name of a fault -> its surface as given.
-    box : callable
-        () -> the model box; asked only where a fault is extended or truncated.
-    remember : callable
-        (stage, subject, key, run, describe) -> a result, from memory if it is there.
-    key_of : callable
-        Surface -> what stands for it in keys.
+    limits : callable
+        () -> the model box, and the area of interest or None; asked only where a fault is
+        extended or truncated.
+    memory : Memory
+        Of the scene.
 
     Raises
     ------
@@ -62,14 +60,14 @@ class FaultStage:
         extend: Any,
         *,
         given: Callable[[str], TriSurface],
-        box: Callable[[], tuple[float, ...]],
-        remember: Remember,
-        key_of: Callable[[TriSurface], str],
+        limits: Callable[[], tuple[Any, Any]],
+        memory: Memory,
     ) -> None:
         self.names = tuple(names)
         self.rules = read_truncations(truncations, self.names)
         self.sides = read_extend(extend, self.names)
-        self._given, self._box, self._remember, self._key = given, box, remember, key_of
+        self._given, self._limits = given, limits
+        self._remember, self._key = memory.remembered, memory.key_of
 
     def surface(self, name: str) -> TriSurface:
         """Return one fault as the model has it."""
@@ -93,7 +91,7 @@ class FaultStage:
     def propose(self, reach: float | None) -> FaultNetwork:
         """Return contacts, near misses and dangling ends of the faults as the model has them."""
         surfaces = [self.surface(name) for name in self.names]
-        box = self._box()
+        box, _ = self._limits()
         key = ("network", *map(self._key, surfaces), box, reach)
         return self._remember(
             "propose", f"{len(surfaces)} faults", key,
@@ -107,7 +105,7 @@ class FaultStage:
         given, sides = self._given(name), self.sides.get(name, ())
         if not sides:
             return ExtendedFault(given, given.n_triangle, ())
-        box = self._box()
+        box, _ = self._limits()
         return self._remember(
             "extend", name, ("extend", self._key(given), sides, box),
             lambda: extend_fault(given, box, sides=sides), _describe_extension, again=False,
@@ -140,11 +138,12 @@ class FaultStage:
         said: dict[str, tuple[tuple[str, str, bool], ...]] = {}
         for rule in rules:
             said[rule.fault] = (*said.get(rule.fault, ()), (rule.main, rule.keep, rule.extend))
-        box = self._box()
-        key = ("truncate", *map(self._key, surfaces), box, *said.items())
+        box, aoi = self._limits()
+        area = None if aoi is None else aoi.tobytes()
+        key = ("truncate", *map(self._key, surfaces), box, area, *said.items())
         return self._remember(
             "truncate", ", ".join(sorted(group)), key,
-            lambda: truncate_faults(_split([*surfaces, *build_walls(box)]), said),
+            lambda: truncate_faults(_split([*surfaces, *build_walls(box, aoi)]), said),
             _describe_truncation, again=False,
         )  # fmt: skip
 

@@ -141,7 +141,7 @@ class Scene(Joined):
         self.truncations = dict(as_mapping("truncations", truncations or {}))
         self._network = FaultStage(
             tuple(self._faults), self.truncations, extend, given=self._given_fault,
-            box=lambda: self.box, remember=self._memory.remembered, key_of=self._memory.key_of,
+            limits=lambda: (self.box, self.aoi), memory=self._memory,
         )  # fmt: skip
         self.extend = dict(self._network.sides)
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError
+from geosurf.faults.area import inside_area
 from geosurf.faults.distance import closest_approach, open_edges
 from geosurf.faults.rim import normals_of
 from geosurf.faults.rules import Rule, read_truncations
@@ -21,6 +22,7 @@ from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.model import Patches, TriSurface
 from geosurf.model.faults import TruncatedFaults, Truncation
 
+FENCE = "aoi"  # the wall around an area of interest, as `build_walls` calls it
 # steeper than this a fault counts as vertical and has no hanging wall, as in orient_fault
 _VERTICAL = 1e-6
 
@@ -159,10 +161,11 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> Truncation:
 
 
 def _inside(patches: Patches) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the walls, and which triangles lie in the model box; all, where there are no walls.
+    """Rows of the walls, and which triangles lie in the model; all, where there are no walls.
 
-    Walls have cut all triangles, and points on an axis-parallel wall are rounded onto it, so a
-    triangle lies inside if its corners do.
+    An area of interest has a fence, see `inside_area`. Walls of a box have cut all triangles, and
+    points on an axis-parallel wall are rounded onto it, so a triangle lies inside if its corners
+    do.
     """
     wall = np.isin(
         patches.surface_of_triangle,
@@ -171,6 +174,8 @@ def _inside(patches: Patches) -> tuple[np.ndarray, np.ndarray]:
     walls = np.flatnonzero(wall)
     if len(walls) == 0:
         return walls, np.ones(patches.n_triangle, dtype=bool)
+    if any(source.role == "wall" and source.name == FENCE for source in patches.sources):
+        return walls, inside_area(patches, walls)
     box = [s.vertices - patches.origin for s in patches.sources if s.role == "wall"]
     low, high = np.concatenate(box).min(axis=0), np.concatenate(box).max(axis=0)
     within = ((patches.local >= low) & (patches.local <= high)).all(axis=1)
