@@ -30,6 +30,7 @@ from geosurf.model import (
     Certificate,
     FluidContact,
     Patches,
+    Sheet,
     TriSurface,
     Units,
     check_column,
@@ -331,12 +332,10 @@ class Scene(Joined):
         patches, contacts = self.patches, self._fluids[1]
         key = ("units", id(patches), tuple(self.column.values()), tuple(contacts))
         subject = "the box" if self.aoi is None else "the area"
-
-        def run() -> Units:
-            """Compute it; called unless it is remembered."""
-            return carve_units(patches, self.column, contacts)
-
-        return self._memory.remembered("carve", subject, key, run, lambda u: f"{len(u)} units")
+        return self._memory.remembered(
+            "carve", subject, key, lambda: carve_units(patches, self.column, contacts),
+            lambda u: f"{len(u)} units",
+        )  # fmt: skip
 
     @property
     def volumes(self) -> Any:
@@ -395,6 +394,8 @@ class Scene(Joined):
 
     def _triangulated(self, name: str, role: str, value: Any) -> TriSurface:
         if name not in self._read:  # once: a scene stands for its inputs as it found them
+            if isinstance(value, Sheet):
+                value.surface_among(self.surface)  # with other faults it is not to be remembered
             self._read[name] = self._memory.hold(value)
         key = ("surface", name, role, self._read[name], self._positive, self._units_word)
 

@@ -175,7 +175,7 @@ def check_itself(verify, mesh, surface, tol) -> None:
     keep = [
         k
         for k, (a, b) in enumerate(zip(pairs.a.tolist(), pairs.b.tolist(), strict=True))
-        if a < b and not {*map(tuple, pairs.points[k])} <= corners[a] & corners[b]
+        if a < b and (len(pairs.points[k]) > 2 or not {*pairs.points[k]} <= corners[a] & corners[b])
     ]
     pairs = replace(
         pairs, a=pairs.a[keep], b=pairs.b[keep], kind=[pairs.kind[k] for k in keep],

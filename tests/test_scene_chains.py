@@ -1,0 +1,135 @@
+"""Scenes made from scenes, change by change: each is the scene made afresh, whatever was asked."""
+
+from __future__ import annotations
+
+import gc
+import weakref
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import GeosurfError, InputError, InvariantError
+from geosurf.model import Sheet
+from tests import laws
+from tests.strategies import BOX, grid, sheet
+
+AOI = [(0.5, 0.5), (3.5, 0.5), (3.5, 3.0), (2.0, 3.5), (0.5, 3.0)]
+
+
+def level(z, slope=0.0):
+    heights = z + slope * np.add.outer(np.arange(4.0), np.zeros(4))
+    return grid("H", heights, spacing=2.0, corner=(-1.0, -1.0))
+
+
+def upright(x, low=-5):
+    return sheet("F", [(x, -1, low), (x, 5, low), (x, 5, 9), (x, -1, 9)])
+
+
+HORIZONS = (level(3), level(1), level(1, 0.5), level(2, -0.25), None)
+FAULTS = (upright(1), upright(2), upright(2, low=2), None)
+CHOICES = {
+    "horizons": [{n: one} for n in ("Top", "Base", "Deep") for one in HORIZONS],
+    "faults": [{n: one} for n in ("F1", "F2") for one in FAULTS],
+    "box": [BOX, (0, 3.5, 0, 4, -4, 8), (0, 4, 0, 4, -3, 5)],
+    "column": [{}, {"Top": "erosional"}, {"Base": "base"}, {"Top": "discontinuous"}],
+    "contacts": [{}, {"OWC": 0.5}, {"OWC": {"F1+": 0.5}}, {"OWC": 2.25}],
+    "aoi": [None, AOI],
+    "extend": [(), ["F2"], {"F1": "down"}],
+    "self_intersections": [False, True],
+}
+
+
+def start():
+    return {
+        "horizons": {"Top": level(2, -0.25), "Base": level(1, 0.5)},
+        "faults": {"F1": upright(1)},
+        "box": BOX, "column": {}, "contacts": {}, "aoi": None, "extend": (),
+        "self_intersections": False,
+    }  # fmt: skip
+
+
+def changed(given, key, value):
+    """The inputs after a change, by the words of `Scene.replace`; an error where it refuses."""
+    after = dict(given)
+    if key not in ("horizons", "faults"):
+        after[key] = value
+        return after
+    if any(one is None and name not in given[key] for name, one in value.items()):
+        raise InputError("nothing to remove")
+    after[key] = {n: one for n, one in {**given[key], **value}.items() if one is not None}
+    after["column"] = {n: r for n, r in given["column"].items() if n in after["horizons"]}
+    extend = given["extend"]
+    keep = {n for n in (extend if extend else ()) if n in after["faults"]}
+    after["extend"] = {n: extend[n] for n in keep} if isinstance(extend, dict) else sorted(keep)
+    return after
+
+
+def made(given):
+    return gs.Scene(**given)
+
+
+def result(make, *args):
+    """Volumes, bytes of the patches and curves; or the words of the refusal."""
+    try:
+        scene = make(*args)
+        volumes = {name: (u.volume, u.zone, u.block) for name, u in scene.units.items()}
+        patches = [getattr(scene.patches, name).tobytes() for name in ("local", "triangles")]
+        return volumes, patches, laws.curve_bytes(scene.curves), scene.box, scene.column
+    except InvariantError:
+        raise
+    except GeosurfError as error:
+        return type(error), str(error)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_chain_of_replacements_is_the_scene_made_afresh(seed):
+    """After each change; every third one goes back to an earlier scene of the family."""
+    rng = np.random.default_rng([81, seed])
+    family = [(start(), made(start()))]
+    for step in range(14):
+        inputs, scene = family[rng.integers(len(family)) if step % 3 == 2 else -1]
+        key = str(rng.choice(list(CHOICES)))
+        value = CHOICES[key][rng.integers(len(CHOICES[key]))]
+        try:
+            after = changed(inputs, key, value)
+            made(after)
+        except InputError:
+            with pytest.raises(InputError):
+                scene.replace(**{key: value})
+            continue
+        twin = scene.replace(**{key: value})
+        assert result(lambda one: one, twin) == result(made, after), (key, value)
+        family.append((after, twin))
+
+
+def test_a_sheet_is_not_remembered_with_other_faults():
+    """Its fault was exchanged, and the sheet that ends on the old one came from memory."""
+    one, two = upright(1).renamed("F1"), upright(2).renamed("F1")
+    x, none = np.array([-1.0, 5.0]), np.empty((0, 3))
+    torn = Sheet(
+        "Top", gs.Lattice(x, x, np.full((2, 2), 3.0)), none[:, 0].astype(int), none.astype(int),
+        none, none[:, 0] > 0, (gs.triangulate_fault(one),), {}, None,
+    )  # fmt: skip
+    scene = gs.Scene({"Top": torn}, {"F1": one}, BOX)
+    assert scene.surface("Top").n_triangle == 2
+    with pytest.raises(InputError, match="torn at fault 'F1', which is another surface here"):
+        scene.replace(faults={"F1": two}).surface("Top")
+    with pytest.raises(InputError, match="torn at fault 'F1', which is not in the scene"):
+        scene.replace(faults={"F1": None}).surface("Top")
+    assert scene.replace(faults={"F1": one}).surface("Top") is scene.surface("Top")
+
+
+def test_results_live_as_long_as_a_scene_that_may_ask_for_them():
+    scene = made(start())
+    first = weakref.ref(scene.patches)
+    twin = scene.replace(faults={"F1": upright(2)})
+    second = weakref.ref(twin.patches)
+    del scene
+    gc.collect()
+    assert first() is not None  # the twin may be changed back
+    assert twin.replace(faults={"F1": upright(1)}).patches is first()
+    del twin
+    gc.collect()
+    assert first() is None
+    assert second() is None
