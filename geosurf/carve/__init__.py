@@ -1,7 +1,8 @@
 """Patches -> closed units: zone x fault block (x fluid contact), with certified volumes.
 
 ===============  ====================================================================
-cells.py         which sides of which faces see the same piece of space
+sides.py         sides of triangles that see each other across an edge
+cells.py         cells of space, and the faces between them
 floating.py      pieces that touch nothing else
 measures.py      volume below, areas and bounds of faces
 zones.py         on which side of each horizon and contact each cell is
@@ -9,7 +10,7 @@ column.py        the rules of the column: sides -> zones
 clipped.py       what these rules took away, and where
 blocks.py        units of a zone, named by the sides of faults
 fluids.py        units split at their fluid contacts
-outside.py       which cells lie beyond the walls of a polygon
+outside.py       which cells lie beyond the walls
 shells.py        closed shells with volumes
 certificate.py   promises, checked anew on the result
 ===============  ====================================================================
@@ -25,13 +26,13 @@ from itertools import pairwise
 import numpy as np
 
 from geosurf.carve.blocks import block_order, fault_sides, name_blocks
-from geosurf.carve.cells import Cells, box_of, find_cells
+from geosurf.carve.cells import Cells, find_cells
 from geosurf.carve.clipped import clipped_by
 from geosurf.carve.column import apply_column, zones_of
 from geosurf.carve.fluids import contacts_of_units, level_of, split_by_contacts
 from geosurf.carve.links import joined
 from geosurf.carve.measures import AREA
-from geosurf.carve.outside import footprint_of, walls_are_a_box
+from geosurf.carve.outside import box_of, footprint_of, walls_are_a_box
 from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of
 from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
 from geosurf.errors import InputError
@@ -113,8 +114,7 @@ def carve_units(
     zone_of_unit = np.zeros(len(shells.volumes), dtype=np.int64)
     zone_of_unit[whole[1:]] = zone[1:]
     words = fault_sides(patches, cells, shells.sides, zone_of_unit, faults)
-    corners = [shells.corner(u) for u in range(len(shells.volumes))]
-    blocks = name_blocks(words, zone_of_unit, shells.volumes, corners)
+    blocks = name_blocks(words, zone_of_unit, shells.volumes, shells.corner)
     named = _Named(zone_of_unit, blocks, [""] * len(blocks), list(range(len(blocks))))
     if contacts:
         names = [patches.names[i] for i in faults]
@@ -226,6 +226,10 @@ def _merge(patches: Patches, cells: Cells, zone: np.ndarray) -> np.ndarray:
 
 def _slits(patches: Patches, cells: Cells, shells: Shells, faults: list[int]) -> dict[str, float]:
     """Area of each fault that has one unit on both sides, as one that dies inside [m2]."""
-    slit = np.flatnonzero((shells.sides[:, 0] == shells.sides[:, 1]) & (shells.sides[:, 0] >= 0))
-    area, surface = cells.measures[slit, AREA], cells.surface_of[slit]
-    return {patches.names[i]: math.fsum(area[surface == i]) for i in faults if (surface == i).any()}
+    slit = (shells.sides[:, 0] == shells.sides[:, 1]) & (shells.sides[:, 0] >= 0)
+    found = {}
+    for i in faults:
+        mine = np.flatnonzero(slit & (cells.surface_of == i))
+        if len(mine):  # areas are added up for those that there are
+            found[patches.names[i]] = math.fsum(cells.extent[mine, AREA].ravel().tolist())
+    return found

@@ -8,7 +8,7 @@ its normal points into: the hanging wall of a dipping fault) and the other only 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -68,7 +68,7 @@ def name_blocks(
     words: Sequence[tuple[str, ...]],
     zone: np.ndarray,
     volume: Sequence[float],
-    corner: Sequence[tuple[float, ...]],
+    corner: Callable[[int], tuple[float, ...]],
 ) -> list[str]:
     """Block name of each unit; the same in every zone for the same sides of faults.
 
@@ -81,8 +81,9 @@ def name_blocks(
         Of each unit, see `fault_sides`.
     zone : ndarray of int64
     volume : sequence of float
-    corner : sequence of (float, float, float)
-        Western, southern and lower bound of each unit.
+    corner : callable
+        Of a unit, (float, float, float): its western, southern and lower bound; asked where
+        names do not tell.
 
     Returns
     -------
@@ -95,9 +96,11 @@ def name_blocks(
 
     def size_then_place(u: int) -> tuple[float, ...]:
         """Larger ones first, then those farther west, south, down."""
-        return (-float(f"{volume[u]:.{DIGITS}g}"), *corner[u])
+        return (-float(f"{volume[u]:.{DIGITS}g}"), *corner(u))
 
     for (_, name), units in groups.items():
+        if len(units) == 1:
+            continue
         for rank, u in enumerate(sorted(units, key=size_then_place)[1:], start=2):
             names[u] = f"{name} #{rank}"
     return names

@@ -1,49 +1,78 @@
-"""Volume below, areas and bounds of faces: what units add up."""
+"""Volume below, area and bounds of faces: what units add up."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from geosurf.kernels.measures import measure_runs, measure_triangles
+from geosurf.kernels import measures as kernels
+from geosurf.model import Lattice
 from geosurf.model.pieces import Pieces
 
-# columns: volume below as two numbers, area in the map, area, lower and upper corner
-BELOW, REST, FLAT, AREA, LOWER, UPPER = 0, 1, 2, 3, slice(4, 7), slice(7, 10)
+# columns of `below`: six times the volume as two numbers, twice the area in the map
+BELOW, FLAT = slice(0, 2), 2
+# columns of `extent`: area as two numbers, lower and upper corner
+AREA, LOWER, UPPER = slice(0, 2), slice(2, 5), slice(5, 8)
 
 
-def measure(pieces: Pieces, element: np.ndarray, middle: np.ndarray) -> np.ndarray:
+def below(pieces: Pieces, face: np.ndarray, n_face: int, level: float) -> np.ndarray:
     """
-    Measure elements: triangles and runs.
+    Volume between faces and a level.
 
     Parameters
     ----------
     pieces : Pieces
-    element : ndarray of int64, shape (n,)
-        Rising; triangles come before runs.
-    middle : ndarray of float64, shape (3,)
-        Local coordinates; heights count from here.
+    face : ndarray of int64, shape (n_element,)
+        Face that each element (triangle, then run) belongs to; -1 for none.
+    n_face : int
+    level : float
+        Local elevation [m]; best amid what is measured.
 
     Returns
     -------
-    ndarray of float64, shape (n, 10)
-        See the columns of this module. The volume between a triangle and the level of `middle` is
-        its area in the map times its mean height; over a closed shell, these add up to
-        the volume inside.
+    ndarray of float64, shape (n_face, 3)
+        Six times the volume below (two numbers, to be added), twice the area in the map; both
+        below 0 where fronts look down. The volume between a triangle and a level is its area in
+        the map times its mean height; over a closed shell, these add up to the volume inside.
     """
-    n_core = len(pieces.triangles)
-    core, runs = element[element < n_core], element[element >= n_core] - n_core
-    parts = [measure_triangles(pieces.x, pieces.triangles[core], middle)]
-    for i, (source, strips) in enumerate(zip(pieces.sources, pieces.strips, strict=True)):
-        if strips is None:
-            continue
-        mine = runs[(runs >= pieces.first_run[i]) & (runs < pieces.first_run[i + 1])]
-        found = measure_runs(
-            *source.lattice.coordinates, strips.places,
-            strips.runs[mine - pieces.first_run[i]], middle + pieces.origin,
-        )  # fmt: skip
-        if source.lattice.turned:
-            found[:, : FLAT + 1] *= -1.0
-        found[:, LOWER] -= pieces.origin
-        found[:, UPPER] -= pieces.origin
-        parts.append(found)
-    return np.concatenate(parts)
+    found = np.zeros((n_face, 3))
+    rows = np.flatnonzero(face[: len(pieces.triangles)] >= 0)
+    kernels.below_triangles(pieces.x, pieces.triangles[rows], face[rows], level, found)
+    for lattice, runs, of in _runs(pieces, face):
+        height = level + pieces.origin[2]
+        kernels.below_runs(*lattice.coordinates, lattice.places, runs, of, height, found)
+    return found
+
+
+def extent(pieces: Pieces, face: np.ndarray, n_face: int) -> np.ndarray:
+    """
+    Area and bounds of faces.
+
+    Parameters
+    ----------
+    pieces, face, n_face
+        As for `below`.
+
+    Returns
+    -------
+    ndarray of float64, shape (n_face, 8)
+        Area (two numbers, to be added) [m2], lower and upper corner, local [m].
+    """
+    found = np.zeros((n_face, 8))
+    found[:, LOWER], found[:, UPPER] = np.inf, -np.inf
+    rows = np.flatnonzero(face[: len(pieces.triangles)] >= 0)
+    kernels.extent_triangles(pieces.x, pieces.triangles[rows], face[rows], found)
+    for lattice, runs, of in _runs(pieces, face):
+        kernels.extent_runs(*lattice.coordinates, lattice.places, runs, of, pieces.origin, found)
+    return found
+
+
+def _runs(pieces: Pieces, face: np.ndarray) -> Iterator[tuple[Lattice, np.ndarray, np.ndarray]]:
+    """For each lattice the runs that belong to a face, and which."""
+    of_run = face[len(pieces.triangles) :]
+    for i, strips in enumerate(pieces.strips):
+        if strips is not None:
+            of = of_run[pieces.first_run[i] : pieces.first_run[i + 1]]
+            rows = np.flatnonzero(of >= 0)
+            yield pieces.sources[i].lattice, strips.runs[rows], of[rows]

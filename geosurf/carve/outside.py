@@ -1,4 +1,4 @@
-"""Which cells lie outside the walls, where these are not the six sides of a box.
+"""Which cells lie outside the walls: the six sides of a box, or a fence.
 
 Whether a piece of space is inside can change at walls only. So cells are joined across all
 other surfaces, and the caps, which lie in the planes of the bounds, tell which side is which.
@@ -10,8 +10,20 @@ import numpy as np
 
 from geosurf.carve.links import joined
 from geosurf.conventions import place
-from geosurf.errors import InvariantError, OpenUnitError
+from geosurf.errors import GeometryError, InvariantError, OpenUnitError
 from geosurf.model import Patches
+
+
+def box_of(patches: Patches) -> np.ndarray:
+    """Lower and upper corner of the model box, local, from the walls among the surfaces."""
+    walls = [s for s in patches.sources if s.role == "wall"]
+    if not walls:
+        raise GeometryError(
+            "there are no walls among the surfaces, so that no unit can close. Add the six "
+            "sides of the model box: surfaces + build_walls(box)."
+        )
+    corners = np.concatenate([wall.vertices for wall in walls]) - patches.origin
+    return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
 
 def walls_are_a_box(patches: Patches, bounds: np.ndarray) -> bool:
@@ -24,16 +36,75 @@ def walls_are_a_box(patches: Patches, bounds: np.ndarray) -> bool:
     return True
 
 
-def outside_of_fence(
+def owned_by_walls(patches: Patches, owners: list[tuple[int, ...]]) -> np.ndarray:
+    """Whether a wall is among the surfaces of each set."""
+    wall = [source.role == "wall" for source in patches.sources]
+    return np.array([any(wall[i] for i in of) for of in owners])
+
+
+def outside_of_box(
     patches: Patches,
-    bounds: np.ndarray,
     is_wall: np.ndarray,
-    shell: np.ndarray,
+    owners: list[tuple[int, ...]],
+    owner: np.ndarray,
+    sides: np.ndarray,
     parents: np.ndarray,
     corners: np.ndarray,
 ) -> np.ndarray:
     """
-    Shells outside the walls.
+    Sides that see the outside of the six walls of a box.
+
+    Parameters
+    ----------
+    patches : Patches
+    is_wall : ndarray of bool, shape (n,)
+        Elements that a wall owns, perhaps among others; all of them are triangles.
+    owners : list of tuple of int
+        Sets of surfaces.
+    owner : ndarray of int64, shape (n,)
+        The set that owns each element.
+    sides : ndarray of int64, shape (n, 2)
+        What is seen from the front and the back of each element.
+    parents, corners : ndarray of float64, shape (n_triangle, 3, 3)
+        Of the input triangle of each of the first elements, triangles all, and of itself.
+
+    Returns
+    -------
+    ndarray of int64
+
+    Raises
+    ------
+    OpenUnitError
+        If they are seen from within, too.
+    """
+    rows = np.flatnonzero(is_wall)
+    lower, upper = box_of(patches)
+    a, b, c = (parents[rows, k] - 0.5 * (lower + upper) for k in range(3))
+    inward = (np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) < 0).astype(np.int64)
+    outside = np.unique(sides[rows, inward])
+    leaks = rows[np.isin(sides[rows, 1 - inward], outside)]
+    if len(leaks):
+        of = owners[owner[leaks[0]]]
+        name = next(patches.names[i] for i in of if patches.sources[i].role == "wall")
+        where = corners[leaks[0]].mean(axis=0) + patches.origin
+        raise OpenUnitError(
+            f"the model box is open: wall {name!r} has the outside on both of its sides at "
+            f"{place(where)}. Give all six sides without holes, as build_walls(box) makes them.",
+            place=where, surfaces=(name,),
+        )  # fmt: skip
+    return outside
+
+
+def outside_of_fence(
+    patches: Patches,
+    bounds: np.ndarray,
+    is_wall: np.ndarray,
+    sides: np.ndarray,
+    parents: np.ndarray,
+    corners: np.ndarray,
+) -> np.ndarray:
+    """
+    Sides that see the outside of walls that are no box.
 
     Parameters
     ----------
@@ -41,11 +112,9 @@ def outside_of_fence(
     bounds : ndarray of float64, shape (2, 3)
         Lower and upper corner of all walls, local.
     is_wall : ndarray of bool, shape (n,)
-        Faces that a wall owns, perhaps among others.
-    shell : ndarray of int64, shape (2 n,)
-        Shell of each side of each face.
-    parents, corners : ndarray of float64, shape (n_triangle, 3, 3)
-        Of the input triangle of each of the first faces, triangles all, and of itself.
+        Elements that a wall owns, perhaps among others.
+    sides, parents, corners
+        As for `outside_of_box`.
 
     Returns
     -------
@@ -56,7 +125,7 @@ def outside_of_fence(
     OpenUnitError
         If a way leads around the walls.
     """
-    numbers, at = np.unique(shell, return_inverse=True)
+    numbers, at = np.unique(sides, return_inverse=True)
     sides = at.reshape(-1, 2)
     root = joined(len(numbers), np.unique(sides[~is_wall], axis=0))
     a, b, c = (parents[:, k] for k in range(3))

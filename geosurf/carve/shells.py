@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.carve.cells import Cells
-from geosurf.carve.measures import AREA, BELOW, LOWER, REST, UPPER
+from geosurf.carve.measures import AREA, BELOW, LOWER
 from geosurf.errors import InvariantError
 from geosurf.model import Patches, Unit, frozen
 
@@ -25,28 +25,27 @@ class Shells:
     unit_of_cell : ndarray of int64, shape (n_cell + 1,)
     sides : ndarray of int64, shape (n, 2)
         Unit in front of and behind each face; -1 outside.
-    volumes, areas : list of float
-        [m3], [m2].
-    bounds : ndarray of float64, shape (n_unit, 6)
-        Lower and upper corner of each unit, local.
+    volumes : list of float
+        [m3].
     """
 
     cells: Cells
     unit_of_cell: np.ndarray
     sides: np.ndarray
     volumes: list[float]
-    areas: list[float]
-    bounds: np.ndarray
+
+    def _faces(self, u: int) -> np.ndarray:
+        """Faces that a unit has on one side only."""
+        return np.flatnonzero((self.sides[:, 0] == u) != (self.sides[:, 1] == u))
+
+    def area(self, u: int) -> float:
+        """Area of the shell of a unit [m2]."""
+        return math.fsum(self.cells.extent[self._faces(u), AREA].ravel().tolist())
 
     def corner(self, u: int) -> tuple[float, float, float]:
         """Western, southern and lower bound of a unit, local."""
-        west, south, bottom = self.bounds[u, :3].tolist()
+        west, south, bottom = self.cells.extent[self._faces(u), LOWER].min(axis=0).tolist()
         return west, south, bottom
-
-    def middle(self, u: int) -> np.ndarray:
-        """Middle of the bounds of a unit, local."""
-        middle: np.ndarray = 0.5 * (self.bounds[u, :3] + self.bounds[u, 3:])
-        return middle
 
     @cached_property
     def _sorted(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -127,22 +126,18 @@ def _units_beside(cells: Cells, unit_of_cell: np.ndarray) -> np.ndarray:
 def shells_of(cells: Cells, unit_of_cell: np.ndarray) -> Shells:
     """Close the shell of each unit, given the unit of each cell (-1 outside)."""
     sides = _units_beside(cells, unit_of_cell)
-    n_unit = int(unit_of_cell.max(initial=-1)) + 1
-    volumes, areas, bounds = [], [], np.empty((n_unit, 6))
-    for u in range(n_unit):
+    volumes = []
+    for u in range(int(unit_of_cell.max(initial=-1)) + 1):
         front, behind = sides[:, 0] == u, sides[:, 1] == u
         rows = np.flatnonzero(front != behind)
-        mine = cells.measures[rows]
         way = np.where(behind[rows], 1.0, -1.0)
-        parts = np.concatenate([way * mine[:, BELOW], way * mine[:, REST]])
-        volumes.append(math.fsum(parts.tolist()))
-        areas.append(math.fsum(mine[:, AREA].tolist()))
-        bounds[u, :3], bounds[u, 3:] = mine[:, LOWER].min(axis=0), mine[:, UPPER].max(axis=0)
-    return Shells(cells, unit_of_cell, sides, volumes, areas, bounds)
+        parts = way[:, None] * cells.below[rows, BELOW]
+        volumes.append(math.fsum(parts.ravel().tolist()) / 6.0)
+    return Shells(cells, unit_of_cell, sides, volumes)
 
 
 class _Carved(Unit):
-    """A unit whose arrays are made when they are first asked for."""
+    """A unit whose arrays and area are made when they are first asked for."""
 
     def __init__(self, shell: tuple[Shells, int] | None = None, **fields: Any) -> None:
         object.__setattr__(self, "_shell", shell)
@@ -153,6 +148,12 @@ class _Carved(Unit):
     def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         shells, u = self._shell
         return shells.triangles(u)
+
+    @cached_property
+    def area(self) -> float:
+        """Area of the shell [m2]."""
+        shells, u = self._shell
+        return shells.area(u)
 
     @cached_property
     def local(self) -> np.ndarray:
@@ -180,7 +181,7 @@ def build_unit(
     block: str,
     contact: str,
 ) -> Unit:
-    """Return one unit with its volume and its area."""
+    """Return one unit with its volume."""
     volume = shells.volumes[u]
     name = " ".join(word for word in (zone, "" if block == "whole" else block, contact) if word)
     if volume <= 0:
@@ -197,5 +198,4 @@ def build_unit(
         origin=patches.origin,
         surface_names=patches.names,
         volume=volume,
-        area=shells.areas[u],
     )

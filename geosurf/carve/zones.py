@@ -14,8 +14,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geosurf.carve.cells import Cells, box_of
+from geosurf.carve.cells import Cells
 from geosurf.carve.links import joined
+from geosurf.carve.outside import box_of
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, OpenUnitError
 from geosurf.model import Patches
@@ -24,19 +25,19 @@ ABOVE, BELOW, UNKNOWN = 1, -1, 0
 
 
 def faces_between(cells: Cells) -> np.ndarray:
-    """Triangles with different cells in front and behind: rows of `Cells.triangles`."""
+    """Faces with different cells in front and behind."""
     return np.flatnonzero(cells.cell_of_side[:, 0] != cells.cell_of_side[:, 1])
 
 
 def upper_sides(patches: Patches, cells: Cells, surface: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the triangles of a horizon, and (cell above, cell below) of each, int64 (n, 2)."""
+    """Faces of a horizon, and (cell above, cell below) of each, int64 (n, 2)."""
     mine = owned_by(cells, surface)
     sides = cells.cell_of_side[mine]
     return mine, sides if cells.flat[mine].sum() >= 0 else sides[:, ::-1]
 
 
 def owned_by(cells: Cells, surface: int) -> np.ndarray:
-    """Rows of the triangles of a surface, those that it shares with others included."""
+    """Faces of a surface, those that it shares with others included."""
     mine = cells.surface_of == surface
     mine[[i for i, listed in cells.also.items() if surface in listed]] = True
     return np.flatnonzero(mine)

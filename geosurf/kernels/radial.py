@@ -7,6 +7,7 @@ Notation
     px, pt   corners of the input triangles
     d        direction of an edge u -> v; n the normal of a triangle
     forward  +1 where the triangle runs along u -> v, -1 where it runs back
+    around   a row for each triangle around an edge: normal, magnitudes, parent, half turn
 
 Triangle i has the sides 2 i (front, where the normal points) and 2 i + 1 (back). Around an
 edge, half-planes h = forward n x d are sorted by angle: sin has the sign of (n1 x n2) . d, and as
@@ -23,6 +24,8 @@ from geosurf.kernels.exact import _MISC, LIMBS, _cross, _dot, _vector
 from geosurf.kernels.limbs import clear, mul_add, sign
 from geosurf.kernels.mesh import join
 from geosurf.kernels.predicates import TINY
+
+OF, HALF, N_AROUND = 6, 7, 8  # columns of `around` behind the normal
 
 
 @scalar
@@ -50,17 +53,9 @@ def _exact_normals(x, t, m, w, i, j, r):
 
 
 @scalar
-def cross_sign(x, t, m, w, i, j, axis):
-    """Sign of component `axis` of n_i x n_j."""
-    p, q = _normal(x, t, i), _normal(x, t, j)
+def _exact_cross(x, t, m, w, i, j, axis):
+    """Sign of component `axis` of n_i x n_j, in exact numbers."""
     k, o = (axis + 1) % 3, (axis + 2) % 3
-    value = p[k] * q[o] - p[o] * q[k]
-    size = p[3 + k] * q[3 + o] + p[3 + o] * q[3 + k]
-    if size > TINY:
-        if value > 2e-15 * size:
-            return 1
-        if -value > 2e-15 * size:
-            return -1
     n = m[LIMBS]
     r = (_MISC + 100) * n
     _exact_normals(x, t, m, w, i, j, r)
@@ -72,16 +67,8 @@ def cross_sign(x, t, m, w, i, j, axis):
 
 
 @scalar
-def dot_sign(x, t, m, w, i, j):
-    """Sign of n_i . n_j."""
-    p, q = _normal(x, t, i), _normal(x, t, j)
-    value = p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
-    size = p[3] * q[3] + p[4] * q[4] + p[5] * q[5]
-    if size > TINY:
-        if value > 2e-15 * size:
-            return 1
-        if -value > 2e-15 * size:
-            return -1
+def _exact_dot(x, t, m, w, i, j):
+    """Sign of n_i . n_j, in exact numbers."""
     n = m[LIMBS]
     r = (_MISC + 100) * n
     _exact_normals(x, t, m, w, i, j, r)
@@ -91,28 +78,58 @@ def dot_sign(x, t, m, w, i, j):
 
 
 @scalar
-def _before(px, pt, m, w, first, first_way, i, way_i, j, way_j, axis, heading):
-    """1 if half-plane i comes before j, turning from the first; 0 if after, -1 if equal."""
-    half_i = (
-        0 if i == first else _turned_half(px, pt, m, w, first, first_way, i, way_i, axis, heading)
-    )
-    half_j = (
-        0 if j == first else _turned_half(px, pt, m, w, first, first_way, j, way_j, axis, heading)
-    )
-    if half_i != half_j:
-        return 1 if half_i < half_j else 0
-    s = way_i * way_j * heading * cross_sign(px, pt, m, w, i, j, axis)
-    if s == 0:
-        return -1
-    return 1 if s > 0 else 0
+def _cross_sign(x, t, m, w, around, a, b, axis):
+    """Sign of component `axis` of the cross product of the normals of two triangles `around`."""
+    i, j = int(around[a, OF]), int(around[b, OF])
+    if i == j:  # two parts of one triangle, as beside each curve: no need of exact numbers
+        return 0
+    k, o = (axis + 1) % 3, (axis + 2) % 3
+    value = around[a, k] * around[b, o] - around[a, o] * around[b, k]
+    size = around[a, 3 + k] * around[b, 3 + o] + around[a, 3 + o] * around[b, 3 + k]
+    if size > TINY and abs(value) > 2e-15 * size:
+        return 1 if value > 0 else -1
+    return _exact_cross(x, t, m, w, i, j, axis)
 
 
 @scalar
-def _turned_half(px, pt, m, w, first, first_way, i, way, axis, heading):
-    s = first_way * way * heading * cross_sign(px, pt, m, w, first, i, axis)
-    if s != 0:
-        return 0 if s > 0 else 1
-    return 0 if first_way * way * dot_sign(px, pt, m, w, first, i) > 0 else 1
+def _dot_sign(x, t, m, w, around, a, b):
+    """Sign of the scalar product of the normals of two triangles `around`."""
+    i, j = int(around[a, OF]), int(around[b, OF])
+    if i == j:
+        return 1
+    value = size = 0.0
+    for k in range(3):
+        value += around[a, k] * around[b, k]
+        size += around[a, 3 + k] * around[b, 3 + k]
+    if size > TINY and abs(value) > 2e-15 * size:
+        return 1 if value > 0 else -1
+    return _exact_dot(x, t, m, w, i, j)
+
+
+@scalar
+def _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading):
+    """Fill `around`: normals, and the half turn behind the first that each half-plane is in."""
+    for a in range(n):
+        i = parent[order[a]]
+        normal = _normal(px, pt, i)
+        for k in range(6):
+            around[a, k] = normal[k]
+        around[a, OF] = i
+        half = 0
+        if a > 0:
+            way = ways[0] * ways[a]
+            s = way * heading * _cross_sign(px, pt, m, w, around, 0, a, axis)
+            if s < 0 or (s == 0 and way * _dot_sign(px, pt, m, w, around, 0, a) < 0):
+                half = 1
+        around[a, HALF] = half
+
+
+@scalar
+def _swap(order, ways, around, a, b):
+    order[a], order[b] = order[b], order[a]
+    ways[a], ways[b] = ways[b], ways[a]
+    for k in range(N_AROUND):
+        around[a, k], around[b, k] = around[b, k], around[a, k]
 
 
 @scalar
@@ -129,26 +146,25 @@ def _doubled(values):
 
 
 @scalar
-def _sort_around(x, u, v, order, ways, n, parent, px, pt, m, w):
+def _sort_around(x, u, v, order, ways, around, n, parent, px, pt, m, w):
     """Sort n triangles around edge u-v behind the first; False if two share a half-plane."""
     axis = 0
     for k in range(1, 3):
         if abs(x[v, k] - x[u, k]) > abs(x[v, axis] - x[u, axis]):
             axis = k
     heading = 1 if x[v, axis] > x[u, axis] else -1
+    _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading)
     for a in range(2, n):
         b = a
-        while b > 1:
-            p, q = parent[order[b - 1]], parent[order[b]]
-            before = _before(
-                px, pt, m, w, parent[order[0]], ways[0], q, ways[b], p, ways[b - 1], axis, heading
-            )
-            if before < 0:
-                return False
-            if before == 0:
-                break
-            order[b], order[b - 1] = order[b - 1], order[b]
-            ways[b], ways[b - 1] = ways[b - 1], ways[b]
+        while b > 1 and around[b, HALF] <= around[b - 1, HALF]:
+            if around[b, HALF] == around[b - 1, HALF]:
+                turn = ways[b - 1] * ways[b] * heading
+                turn *= _cross_sign(px, pt, m, w, around, b - 1, b, axis)
+                if turn == 0:
+                    return False
+                if turn > 0:
+                    break
+            _swap(order, ways, around, b - 1, b)
             b -= 1
     return True
 
@@ -180,6 +196,7 @@ def join_sides(x, t, ring, link, keep, parent, px, pt, m, w, sides):
     """
     order = np.empty(64, dtype=np.int64)
     ways = np.empty(64, dtype=np.int64)
+    around = np.empty((64, N_AROUND))
     for start in range(3 * t.shape[0]):
         if keep[start // 3] == 0:
             continue
@@ -193,6 +210,7 @@ def join_sides(x, t, ring, link, keep, parent, px, pt, m, w, sides):
                     break
                 if n == order.shape[0]:
                     order, ways = _doubled(order), _doubled(ways)
+                    around = np.empty((order.shape[0], N_AROUND))
                 order[n] = j // 3
                 ways[n] = 1 if t[j // 3, j % 3] == u else -1
                 n += 1
@@ -208,7 +226,7 @@ def join_sides(x, t, ring, link, keep, parent, px, pt, m, w, sides):
             continue
         if n > 2:
             v = t[start // 3, (start + 1) % 3]
-            if not _sort_around(x, u, v, order, ways, n, parent, px, pt, m, w):
+            if not _sort_around(x, u, v, order, ways, around, n, parent, px, pt, m, w):
                 return start
         for k in range(n):
             other = (k + 1) % n
