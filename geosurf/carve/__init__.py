@@ -19,21 +19,22 @@ certificate.py   promises, checked anew on the result
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
 
-from geosurf.carve.blocks import block_order, fault_sides, name_blocks
+from geosurf.carve.blocks import block_order, fault_sides, name_blocks, sides_of_units
 from geosurf.carve.cells import Cells, find_cells
 from geosurf.carve.clipped import clipped_by
 from geosurf.carve.column import apply_column, zones_of
-from geosurf.carve.fluids import contacts_of_units, level_of, split_by_contacts
+from geosurf.carve.fluids import contacts_of_units, level_of, not_reached, split_by_contacts
 from geosurf.carve.links import joined
 from geosurf.carve.measures import AREA
 from geosurf.carve.outside import box_of, footprint_of, walls_are_a_box
-from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of
+from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of, unit_name
 from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
 from geosurf.errors import InputError
 from geosurf.model import FluidContact, Patches, Unit, Units, check_column
@@ -69,7 +70,8 @@ def carve_units(
         that cross are clipped by the column, of two conformable ones the older one at the younger:
         ``report["clipped"]`` lists each, with place and amount. A fault separates
         blocks only where there is no way around it; one that dies inside leaves a slit
-        (``report["slits"]``).
+        (``report["slits"]``). A contact that is given for some blocks counts on these sides of
+        faults (`Unit.lies_on`); ``report["without_contact"]`` lists the units that it leaves out.
 
     Raises
     ------
@@ -104,6 +106,7 @@ def carve_units(
     horizons, faults = (_with_role(patches, role) for role in ("horizon", "fault"))
     _refuse_namesakes(patches)
     rules = check_column([patches.names[i] for i in horizons], column)
+    zone_names = _zone_names([patches.names[i] for i in horizons])
     levels = [level_of(patches, contact) for contact in contacts]
     cells = find_cells(patches)
     signature = signatures(patches, cells, [*horizons, *levels])
@@ -115,22 +118,30 @@ def carve_units(
     zone_of_unit[whole[1:]] = zone[1:]
     words = fault_sides(patches, cells, shells.sides, zone_of_unit, faults)
     blocks = name_blocks(words, zone_of_unit, shells.volumes, shells.corner)
-    named = _Named(zone_of_unit, blocks, [""] * len(blocks), list(range(len(blocks))))
+    lies_on = cache(lambda: sides_of_units(cells, whole, faults, words))
+    every = list(range(len(blocks)))
+    named = _Named(zone_of_unit, blocks, [""] * len(blocks), every, every)
+    left: dict[str, tuple[str, ...]] = {}
     if contacts:
         names = [patches.names[i] for i in faults]
-        counted = contacts_of_units(contacts, words, names)
+        counted = contacts_of_units(contacts, words, lies_on(), names)
+        left = _left_out(named, not_reached(contacts, counted), zone_names)
         sides_of_level = signature[len(horizons) :]
         part, of, labels = split_by_contacts(
             patches, cells, sides_of_level, contacts, counted, whole
         )
         shells = shells_of(cells, part)
-        named = _Named(zone_of_unit[of], [blocks[u] for u in of], labels, list(range(len(of))))
+        named = _Named(
+            zone_of_unit[of], [blocks[u] for u in of], labels, list(range(len(of))),
+            of,
+        )  # fmt: skip
     order = _order(named)
-    units = _units(patches, shells, named, order, [patches.names[i] for i in horizons])
+    units = _units(patches, shells, named, order, zone_names, lies_on)
     report = {
         "slits": _slits(patches, cells, shells, faults),
         "clipped": clipped_by(patches, cells, turns, horizons),
         "cells": cells.n_cell,
+        "without_contact": left,
     }
     bounds = box_of(patches)
     lower, upper = bounds + patches.origin
@@ -143,12 +154,13 @@ def carve_units(
 
 @dataclass(frozen=True)
 class _Named:
-    """Zone, block, contact interval and place in the order of each unit."""
+    """Zone, block, contact interval and place in the order of each unit, and what it is part of."""
 
     zone: np.ndarray
     block: list[str]
     contact: list[str]
     rank: list[int]
+    whole: list[int]
 
 
 def _with_role(patches: Patches, role: str) -> list[int]:
@@ -177,20 +189,36 @@ def _order(named: _Named) -> list[int]:
     )
 
 
+def _left_out(
+    named: _Named, left: dict[str, list[int]], zone_names: list[str]
+) -> dict[str, tuple[str, ...]]:
+    """Names of the units that each contact does not reach, in order."""
+    found = {}
+    for name, units in left.items():
+        rows = [u for u in _order(named) if u in set(units)]
+        found[name] = tuple(unit_name(zone_names[named.zone[u]], named.block[u]) for u in rows)
+    return found
+
+
 def _units(
-    patches: Patches, shells: Shells, named: _Named, order: list[int], horizons: list[str]
+    patches: Patches,
+    shells: Shells,
+    named: _Named,
+    order: list[int],
+    zone_names: list[str],
+    lies_on: Callable[[], list[tuple[str, ...]]],
 ) -> list[Unit]:
     """All units in order."""
-    names = _zone_names(horizons)
     return [
         build_unit(
             patches,
             shells,
             u,
-            zone=names[named.zone[u]],
+            zone=zone_names[named.zone[u]],
             zone_index=int(named.zone[u]),
             block=named.block[u],
             contact=named.contact[u],
+            sides=lambda whole=named.whole[u]: lies_on()[whole],
         )
         for u in order
     ]

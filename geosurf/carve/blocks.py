@@ -3,6 +3,10 @@
 A fault separates two units of a zone if one of them touches only its front (``+``, the side
 its normal points into: the hanging wall of a dipping fault) and the other only its back
 (``-``). Whether they face each other does not matter: throw may bring other zones between.
+
+So a name has only what tells units of one zone apart, and one block may be ``F1+ F2-`` in a zone
+and ``F2-`` in the next, which F1 has left. The side of a fault that a unit lies on does not depend
+on zones: from a unit on the ``+`` side of F1, no way leads to the back of F1 but through F1.
 """
 
 from __future__ import annotations
@@ -13,7 +17,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from geosurf.carve.cells import Cells
-from geosurf.carve.zones import owned_by
+from geosurf.carve.links import joined
+from geosurf.carve.zones import distinct_pairs, owned_by
 from geosurf.model import Patches
 
 WHOLE = "whole"
@@ -62,6 +67,49 @@ def fault_sides(
                 for u in np.flatnonzero(mine & (front | back)):
                     words[u].append(patches.names[fault] + ("+" if front[u] else "-"))
     return [tuple(word) for word in words]
+
+
+def sides_of_units(
+    cells: Cells,
+    unit_of_cell: np.ndarray,
+    faults: Sequence[int],
+    words: Sequence[tuple[str, ...]],
+) -> list[tuple[str, ...]]:
+    """
+    Sides of faults that each unit lies on: those that name it, and those it cannot leave.
+
+    Parameters
+    ----------
+    cells : Cells
+    unit_of_cell : ndarray of int64, shape (n_cell + 1,)
+    faults : sequence of int
+    words : sequence of tuple of str
+        Of each unit, see `fault_sides`.
+
+    Returns
+    -------
+    list of tuple of str
+        By name of the fault. A fault with a way around it (it dies inside the model, or ends at
+        another fault) has sides only where it separates units of a zone.
+    """
+    names = cells.patches.names
+    found = [set(word) for word in words]
+    for fault in faults:
+        mine = owned_by(cells, fault)
+        passed = np.ones(len(cells.surface_of), dtype=bool)
+        passed[mine] = False
+        pairs = distinct_pairs(cells.cell_of_side[passed], cells.n_cell)
+        region = joined(cells.n_cell + 1, pairs)
+        seen = np.zeros((2, cells.n_cell + 1), dtype=bool)  # from its front, from its back
+        for side in range(2):
+            beside = cells.cell_of_side[mine, side]
+            seen[side, region[beside[beside > 0]]] = True
+        for side, sign in enumerate("+-"):
+            alone = seen[side] & ~seen[1 - side]
+            for u in np.unique(unit_of_cell[1:][alone[region[1:]]]).tolist():
+                if u >= 0:
+                    found[u].add(names[fault] + sign)
+    return [tuple(sorted(sides, key=in_words)) for sides in found]
 
 
 def name_blocks(

@@ -20,9 +20,9 @@ from geosurf.carve import measures
 from geosurf.carve.floating import place_floating
 from geosurf.carve.outside import (
     box_of,
-    owned_by_walls,
     outside_of_box,
     outside_of_fence,
+    owned_by_walls,
     walls_are_a_box,
 )
 from geosurf.carve.sides import connected_pieces, joined_sides, kept_inside, surface_of_elements

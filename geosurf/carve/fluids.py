@@ -59,17 +59,21 @@ def level_of(patches: Patches, contact: FluidContact) -> int:
 def contacts_of_units(
     contacts: Sequence[FluidContact],
     words: Sequence[tuple[str, ...]],
+    lies_on: Sequence[tuple[str, ...]],
     faults: Sequence[str],
 ) -> list[list[int]]:
     """
     Rows of the contacts that count in each unit, from the top down.
 
+    Of the entries of one name whose sides a unit lies on, the one with most sides in the name of
+    the unit counts; of several such, the one with most sides.
+
     Parameters
     ----------
     contacts : sequence of FluidContact
         From the top down; entries of one name stand for different blocks.
-    words : sequence of tuple of str
-        Sides of faults that name the block of each unit.
+    words, lies_on : sequence of tuple of str
+        Sides of faults that name the block of each unit, and those that it lies on.
     faults : sequence of str
         Names of all faults.
 
@@ -85,33 +89,54 @@ def contacts_of_units(
     wanted = []
     for contact in contacts:
         sides = parse_sides(contact.block, faults)
-        if sides is None or not any(sides <= set(word) for word in words):
-            known = sorted({" ".join(word) or WHOLE for word in words})
+        if sides is None or not any(sides <= set(on) for on in lies_on):
+            blocks = {" ".join(word) or WHOLE for word in words}
+            known = sorted(blocks.union(*lies_on))
             raise InputError(
                 f"fluid contact {contact.name!r} is given for block {contact.block!r}, which no "
-                f"unit is in; blocks are {known}.{did_you_mean(contact.block, known)}"
+                f"unit is in; blocks and sides are {known}.{did_you_mean(contact.block, known)}"
             )
         wanted.append(sides)
     names = list(dict.fromkeys(contact.name for contact in contacts))
     found: list[list[int]] = []
-    for word in words:
+    for word, on in zip(words, lies_on, strict=True):
         rows = []
         for name in names:
-            fits = [
-                row
+            fits = {
+                row: (len(wanted[row] & set(word)), len(wanted[row]))
                 for row, contact in enumerate(contacts)
-                if contact.name == name and wanted[row] <= set(word)
-            ]
-            best = [row for row in fits if len(wanted[row]) == max(len(wanted[r]) for r in fits)]
+                if contact.name == name and wanted[row] <= set(on)
+            }
+            best = [row for row, weight in fits.items() if weight == max(fits.values())]
             if len(best) > 1:
                 blocks = " and ".join(repr(contacts[row].block) for row in best)
                 raise InputError(
                     f"fluid contact {name!r} is given for the blocks {blocks}, and block "
-                    f"{' '.join(word)!r} is in both; give it for that block, too."
+                    f"{' '.join(on)!r} is in both; give it for that block, too."
                 )
             rows += best
         found.append(rows)
     return found
+
+
+def not_reached(
+    contacts: Sequence[FluidContact], rows_of_unit: Sequence[Sequence[int]]
+) -> dict[str, list[int]]:
+    """
+    Units that no entry of a contact fits, by the name of the contact; only where there are some.
+
+    Examples
+    --------
+    >>> entries = [FluidContact("GOC", "GOC"), FluidContact("OWC", "OWC in F1+", "F1+")]
+    >>> not_reached(entries, [[0, 1], [0]])
+    {'OWC': [1]}
+    """
+    left: dict[str, list[int]] = {}
+    for name in dict.fromkeys(contact.name for contact in contacts):
+        for u, rows in enumerate(rows_of_unit):
+            if not any(contacts[row].name == name for row in rows):
+                left.setdefault(name, []).append(u)
+    return left
 
 
 def split_by_contacts(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from geosurf.carve.blocks import WHOLE
 from geosurf.carve.cells import Cells
 from geosurf.carve.measures import AREA, BELOW, LOWER
 from geosurf.errors import InvariantError
@@ -137,10 +139,13 @@ def shells_of(cells: Cells, unit_of_cell: np.ndarray) -> Shells:
 
 
 class _Carved(Unit):
-    """A unit whose arrays and area are made when they are first asked for."""
+    """A unit whose arrays, area and sides of faults are made when they are first asked for."""
 
-    def __init__(self, shell: tuple[Shells, int] | None = None, **fields: Any) -> None:
+    def __init__(
+        self, shell: tuple[Shells, int], sides: Callable[[], tuple[str, ...]], **fields: Any
+    ) -> None:
         object.__setattr__(self, "_shell", shell)
+        object.__setattr__(self, "_sides", sides)
         for name, value in fields.items():
             object.__setattr__(self, name, value)
 
@@ -148,6 +153,12 @@ class _Carved(Unit):
     def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         shells, u = self._shell
         return shells.triangles(u)
+
+    @cached_property
+    def lies_on(self) -> tuple[str, ...]:
+        """Sides of faults that it lies on."""
+        sides: tuple[str, ...] = self._sides()
+        return sides
 
     @cached_property
     def area(self) -> float:
@@ -171,6 +182,17 @@ class _Carved(Unit):
         return frozen(self._arrays[2], np.int64)
 
 
+def unit_name(zone: str, block: str, contact: str = "") -> str:
+    """Zone, the block where faults split the zone, and the contact interval where one counts.
+
+    Examples
+    --------
+    >>> unit_name("Top/Base", "F1+"), unit_name("Top/Base", WHOLE, "above OWC")
+    ('Top/Base F1+', 'Top/Base above OWC')
+    """
+    return " ".join(word for word in (zone, "" if block == WHOLE else block, contact) if word)
+
+
 def build_unit(
     patches: Patches,
     shells: Shells,
@@ -180,16 +202,18 @@ def build_unit(
     zone_index: int,
     block: str,
     contact: str,
+    sides: Callable[[], tuple[str, ...]],
 ) -> Unit:
     """Return one unit with its volume."""
     volume = shells.volumes[u]
-    name = " ".join(word for word in (zone, "" if block == "whole" else block, contact) if word)
+    name = unit_name(zone, block, contact)
     if volume <= 0:
         raise InvariantError(
             f"unit {name} has a volume of {volume:g} m3; please report this with the surfaces."
         )
     return _Carved(
         (shells, u),
+        sides,
         name=name,
         zone=zone,
         zone_index=zone_index,

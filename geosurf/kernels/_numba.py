@@ -224,8 +224,9 @@ class _Window:
 
     def __init__(self, array: np.ndarray) -> None:
         self.base = array
-        self.__array_interface__ = dict(array.__array_interface__)
-        self.__array_interface__["data"] = (array.__array_interface__["data"][0], False)
+        interface = array.__array_interface__  # made anew each time it is asked for
+        interface["data"] = (interface["data"][0], False)
+        self.__array_interface__ = interface
 
 
 def _writeable(value: Any) -> Any:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
 from geosurf.model.base import frozen, polydata
 from geosurf.model.column import Remnant
@@ -47,6 +48,9 @@ class Unit:
         [m3], [m2].
     contact : str
         ``above OWC``, ``GOC/OWC``, ``below OWC``; empty where no fluid contact counts.
+    lies_on : tuple of str
+        Sides of faults that it lies on: those in `block`, and those of faults that part the model
+        elsewhere. From a unit on ``F1+`` no way leads to the back of F1 but through F1.
     """
 
     name: str
@@ -61,6 +65,7 @@ class Unit:
     volume: float
     area: float
     contact: str = ""
+    lies_on: tuple[str, ...] = ()
 
     @cached_property
     def vertices(self) -> np.ndarray:
@@ -93,7 +98,8 @@ class Units(Mapping[str, Unit]):
         The model box [m].
     report : dict
         What carving found: ``slits`` (areas of faults that die inside), ``clipped`` (what
-        the column took away of horizons that cross, `Clipped`), the number of ``cells``.
+        the column took away of horizons that cross, `Clipped`), the number of ``cells``, and the
+        units ``without_contact``, by each fluid contact that leaves out some.
     footprint : float, optional
         Area of the model in map view [m2]; default: that of the box.
     sides : callable, optional
@@ -156,6 +162,44 @@ class Units(Mapping[str, Unit]):
     def box_volume(self) -> float:
         """Volume of the model: its footprint times its height [m3]."""
         return self.footprint * (self.box[5] - self.box[4])
+
+    def on(self, *sides: str) -> tuple[Unit, ...]:
+        """
+        Units that lie on some sides of faults, whatever their blocks are called.
+
+        Names of blocks have what tells units of one zone apart; a block may be ``F1+ F2-`` in a
+        zone and ``F2-`` in the next, which F1 has left.
+
+        Parameters
+        ----------
+        *sides : str
+            As in `Unit.lies_on`: ``"F1+"``, ``"F2-"``. All of them hold.
+
+        Returns
+        -------
+        tuple of Unit
+
+        Raises
+        ------
+        InputError
+            If no unit lies on one of them.
+
+        Examples
+        --------
+        >>> from geosurf import Scene, synthetic
+        >>> world = synthetic.tilted_planes()
+        >>> units = Scene(world.horizons, world.faults, world.box).units
+        >>> [unit.zone for unit in units.on("F1+")]
+        ['above Top', 'Top/Base', 'below Base']
+        """
+        known = list(dict.fromkeys(s for unit in self._units.values() for s in unit.lies_on))
+        for side in sides:
+            if side not in known:
+                raise InputError(
+                    f"no unit lies on {side!r}; sides of faults are {known}."
+                    f"{did_you_mean(side, known)}"
+                )
+        return tuple(unit for unit in self._units.values() if set(sides) <= set(unit.lies_on))
 
     def remnants(self, min_volume: float = 0.0) -> tuple[Remnant, ...]:
         """

@@ -130,7 +130,8 @@ def build_page(
     balance = [tables.balance(units), *filter(None, [tables.simplified(scene)])]
     lengths = page.html_table(tables.curve_table(curves))
     clipped, remnants = units.report.get("clipped", ()), units.remnants(min_volume)
-    carved = {key: value for key, value in units.report.items() if key != "clipped"}
+    told = ("clipped", "without_contact")  # in sections of their own
+    carved = {key: value for key, value in units.report.items() if key not in told}
     costs = tables.cost_table(
         ("intersect", curves.cost), ("rebuild", scene.patches.report), ("carve", carved)
     )
@@ -138,6 +139,7 @@ def build_page(
         ("Volumes [million m³]", "\n".join([volumes, *map(page.paragraph, balance)])),
         *_listed("Regions of the file beside the units", tables.region_table(units, regions or {})),
         *_listed("Horizons clipped by the column", tables.clipped_table(clipped)),
+        *_listed("Units that a fluid contact leaves out", tables.left_out_table(units)),
         *_listed("Remnants: numbered and small units", tables.remnant_table(remnants)),
         ("Pictures", page.html_pictures(pictures)),
         ("Across the faults: areas of contact", _across(scene)),

@@ -119,6 +119,14 @@ def _in_order(words: Iterable[Any]) -> list[str]:
     return list(dict.fromkeys(str(word) for word in words))
 
 
+def left_out_table(units: Units) -> Table:
+    """Return the units that fluid contacts do not reach: they are given for other blocks."""
+    left = units.report.get("without_contact", {})
+    return Table(
+        ("Contact", "Units"), tuple((n, ", ".join(of)) for n, of in left.items()), n_label=2
+    )
+
+
 def clipped_table(clipped: Iterable[Clipped]) -> Table:
     """Return what the column took away of horizons that cross: how much, and where."""
     rows = tuple(

@@ -163,7 +163,7 @@ def run(
         drawn, notes = {}, []
         if pictures:
             drawn, notes = _draw(scene, scenario, folder, teller)
-        notes += crossings(scene)
+        notes += [*crossings(scene), *contacts_left_out(scene)]
         report_scene(
             scene,
             folder / "report",
@@ -206,7 +206,7 @@ def write_report(
         drawn, notes = {}, []
         if pictures:
             drawn, notes = _draw(scene, scenario, Path(scratch), teller)
-        notes += crossings(scene)
+        notes += [*crossings(scene), *contacts_left_out(scene)]
         path = report_scene(
             scene,
             folder,
@@ -264,6 +264,19 @@ def _draw(
     """Captions and files of the pictures asked for, and what could not be drawn."""
     wanted = wanted_pictures(scene, scenario.output)
     return draw_pictures(wanted, folder, lambda file: teller.say("draw", file))
+
+
+def contacts_left_out(scene: Scene) -> list[str]:
+    """Return a note on each fluid contact that is given for some blocks, and not for others."""
+    notes = []
+    for name, left in scene.units.report["without_contact"].items():
+        more = f" and {len(left) - 6} more" if len(left) > 6 else ""
+        notes.append(
+            f"fluid contact {name!r} is given for no block of {', '.join(left[:6])}{more}: they "
+            "are not split by it. If that is not meant: add a table for that block, or one without "
+            "a block."
+        )
+    return notes
 
 
 def _check_formats(scenario: Scenario) -> None:

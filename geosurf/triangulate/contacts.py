@@ -27,8 +27,9 @@ def build_contacts(
         From the top down: ``{"GOC": -1650.0, "OWC": -1705.0}``. A contact is an elevation
         [m, positive up], a gridded horizon (`xarray.DataArray`), a `TriSurface`, or a mapping of
         block to one of these: ``{"F1+": -1705.0, "F1- F2+": -1720.0, "elsewhere": -1690.0}``.
-        A block is given by sides of faults; of several that fit a unit, the one with most sides
-        counts. Units that no entry fits are not split.
+        A block is given by sides of faults that units lie on (`Unit.lies_on`); of several that
+        fit, the one with most sides in the name of the unit's block counts, then most sides. Units
+        that no entry fits are not split, and are listed in ``units.report["without_contact"]``.
     box : (west, east, south, north, bottom, top)
         Of the model [m].
 

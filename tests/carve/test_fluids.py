@@ -12,6 +12,8 @@ from geosurf.carve.certificate import certify
 from geosurf.carve.fluids import parse_sides
 from geosurf.errors import GeometryError, InputError, OpenUnitError
 from geosurf.measure import orientation
+from geosurf.report.tables import left_out_table
+from geosurf.scenario.execute import contacts_left_out
 from geosurf.triangulate import build_contacts
 from tests import laws
 from tests.strategies import BOX, faulted_worlds, grid, sheet
@@ -259,3 +261,134 @@ def test_blocks_between_faults_that_cross_below_a_horizon():
     with pytest.raises(OpenUnitError, match=words) as caught:
         scene.replace(horizons={"Top": left}).units  # noqa: B018
     assert caught.value.surfaces == ("Top",)
+
+
+# ------------------------------------------------------------ blocks by sides of faults
+def test_a_block_is_one_in_zones_that_its_fault_has_left():
+    """F1 dips out of the box below Base: there the block has no name, and is F1+ all the same."""
+    one = sheet(
+        "F1", [(-2, -1, 8), (-2, 5, 8), (4, 5, 2), (4, -1, 2)]
+    )  # x + z = 6, to x = 4, z = 2
+    plain = scene_of({}, (one,))
+    names = {u.name: u.lies_on for u in plain.units.values()}
+    assert names["below Base"] == ("F1-",)  # wholly below the fault
+    scene = scene_of({"OWC": {"F1-": 0.5}}, (one,))
+    assert {u.contact for u in scene.units.values() if u.zone == "below Base"} == {
+        "above OWC", "below OWC"
+    }  # fmt: skip
+    assert set(scene.units.report["without_contact"]) == {"OWC"}
+    left = scene.units.report["without_contact"]["OWC"]
+    assert left == tuple(n for n, on in names.items() if on == ("F1+",))
+
+
+def two_uprights():
+    """F1 at x = 1 and F2 at x = 3: three blocks, of which the last does not touch F1."""
+    return UPRIGHT, sheet("F2", [(3, -1, -5), (3, 5, -5), (3, 5, 9), (3, -1, 9)])
+
+
+def test_what_lies_beyond_another_fault_is_on_the_same_side():
+    scene = scene_of({"OWC": {"F1+": 2.0}}, two_uprights())
+    found = volumes(scene)
+    assert found["F2+", "below OWC"] == pytest.approx(4.0, rel=1e-12)  # no way but through F1
+    assert found["F1+ F2-", "below OWC"] == pytest.approx(8.0, rel=1e-12)
+    assert found["F1-", ""] == pytest.approx(9.0, rel=1e-12)
+    assert scene.units.report["without_contact"] == {
+        "OWC": ("above Top F1-", "Top/Base F1-", "below Base F1-")
+    }
+    assert [u.block for u in scene.units.on("F1+") if u.zone == "Top/Base"] == [
+        "F1+ F2-", "F1+ F2-", "F2+", "F2+"
+    ]  # fmt: skip
+    with pytest.raises(InputError, match=r"no unit lies on 'F3\+'; sides of faults are \["):
+        scene.units.on("F3+")
+
+
+def test_a_run_says_what_a_contact_leaves_out():
+    scene = scene_of({"OWC": {"F1+": 2.0}, "FWL": 1.5})
+    (note,) = contacts_left_out(scene)
+    assert note.startswith(
+        "fluid contact 'OWC' is given for no block of above Top F1-, Top/Base F1-, below Base F1-: "
+        "they are not split by it. If that is not meant: add"
+    )
+    table = left_out_table(scene.units)
+    assert table.rows == (("OWC", "above Top F1-, Top/Base F1-, below Base F1-"),)
+    assert contacts_left_out(scene_of({"OWC": 2.0})) == []
+
+
+def test_sides_that_bound_a_block_count_more_than_those_far_away():
+    found = volumes(scene_of({"OWC": {"F1+": 2.0, "F2+": 1.5}}, two_uprights()))
+    assert found["F2+", "below OWC"] == pytest.approx(2.0, rel=1e-12)
+    assert found["F1+ F2-", "below OWC"] == pytest.approx(8.0, rel=1e-12)
+    both = volumes(scene_of({"OWC": {"F1+": 2.0, "F1+ F2+": 1.25}}, two_uprights()))
+    assert both["F2+", "below OWC"] == pytest.approx(1.0, rel=1e-12)
+
+
+def test_around_a_fault_that_dies_there_is_no_side():
+    """F1 ends upwards inside the upper zone: only below it has sides, and nothing is guessed."""
+    short = sheet("F1", [(1, -1, -5), (1, 5, -5), (1, 5, 2), (1, -1, 2)])
+    scene = scene_of({"OWC": {"F1+": -1.0}}, (short,))
+    names = {u.name: u.lies_on for u in scene.units.values()}
+    assert names["Top/Base"] == names["above Top"] == ()
+    assert names["below Base F1+ above OWC"] == ("F1+",)
+    assert scene.units.report["without_contact"] == {
+        "OWC": ("above Top", "Top/Base", "below Base F1-")
+    }
+
+
+@settings(max_examples=12)
+@given(faulted_worlds())
+def test_each_contact_reaches_a_unit_or_says_that_it_does_not(surfaces):
+    """On every side of every fault: units are split by a contact, below it, above it, or listed."""
+    whole = carve_units(rebuild_surfaces(surfaces))
+    sides = sorted({side for unit in whole.values() for side in unit.lies_on})
+    for side in sides[:2]:
+        extra, contacts = build_contacts({"OWC": {side: 0.5}}, BOX)
+        units = carve_units(rebuild_surfaces([*surfaces, *extra]), contacts=contacts)
+        left = units.report["without_contact"].get("OWC", ())
+        for unit in units.values():
+            named = unit.name.removesuffix(unit.contact).strip()
+            assert (side in unit.lies_on) == (unit.contact != "") == (named not in left)
+        assert set(left) == {name for name, unit in whole.items() if side not in unit.lies_on}
+    for unit in whole.values():
+        assert unit.block == "whole" or set(sides_in(unit.block)) <= set(unit.lies_on)
+        opposite = {side[:-1] + "+-"["-+".index(side[-1])] for side in unit.lies_on}
+        assert not opposite & set(unit.lies_on)
+
+
+def sides_in(block):
+    return [word for word in block.split() if not word.startswith("#")]
+
+
+@settings(max_examples=15)
+@given(faulted_worlds())
+def test_sides_are_where_no_way_leads_around(surfaces):
+    """Against a search by hand: from each unit through all but one fault, to the sides it meets."""
+    patches = rebuild_surfaces(surfaces)
+    units = carve_units(patches)
+    beside = units.sides
+    names = list(units)
+    for i, source in enumerate(patches.sources):
+        if source.role != "fault":
+            continue
+        on_fault = same_places(patches, i)
+        links = {tuple(sorted(pair)) for pair in beside[~on_fault].tolist()}
+        for u, name in enumerate(names):
+            region, todo = {u}, [u]
+            while todo:
+                one = todo.pop()
+                for pair in links:
+                    if one in pair and -1 not in pair:
+                        other = pair[0] if pair[1] == one else pair[1]
+                        if other not in region:
+                            region.add(other)
+                            todo.append(other)
+            met = {"+-"[k] for a in beside[patches.surface_of_triangle == i] for k in range(2)
+                   if a[k] in region}  # fmt: skip
+            if len(met) == 1:
+                assert source.name + met.pop() in units[name].lies_on
+
+
+def same_places(patches, surface):
+    """Triangles of a surface, and those of others that coincide with one of them."""
+    t = np.sort(patches.triangles, axis=1)
+    mine = {tuple(row) for row in t[patches.surface_of_triangle == surface].tolist()}
+    return np.array([tuple(row) in mine for row in t.tolist()])

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -88,29 +91,58 @@ def test_measures_are_those_of_the_triangles(case):
     absent[lattice.keys] = 0
     runs = np.empty((200, 4), dtype=np.int64)
     _, n = strips.find_runs(lattice.places, taken, absent, runs)
-    middle = np.array([0.0, 0.0, 4.0])
-    found = measures.measure_runs(*lattice.coordinates, lattice.places, runs[:n], middle)
     run = run_of_keys(lattice.places, runs[:n])
     keys = np.flatnonzero(run >= 0)
     corners = surface.places_of_nodes(lattice.corners_of_keys(keys).ravel()).reshape(-1, 3, 3)
     a, b, c = (corners[:, k] for k in range(3))
-    area = 0.5 * np.cross(b - a, c - a)[:, 2] * (-1.0 if lattice.turned else 1.0)
+    area = 0.5 * np.cross(b - a, c - a)[:, 2]
     full = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    np.testing.assert_allclose(found[:, 3], np.bincount(run[keys], full, n), atol=1e-12)
-    one = measures.measure_triangles(
-        corners.reshape(-1, 3), np.arange(3 * len(keys)).reshape(-1, 3), middle
-    )
-    turned = measures.measure_triangles(
-        corners.reshape(-1, 3), np.arange(3 * len(keys)).reshape(-1, 3)[:, [2, 0, 1]], middle
-    )
-    assert one.tobytes() == turned.tobytes()
-    np.testing.assert_allclose(one[:, 3], full, atol=1e-12)
-    for i in range(n):
-        inside = corners[run[keys] == i]
-        box = [*inside.min(axis=(0, 1)), *inside.max(axis=(0, 1))]
-        assert found[i, 4:].tolist() == box
-    volume = area * (corners[:, :, 2].mean(axis=1) - 4.0)
-    np.testing.assert_allclose(found[:, 2], np.bincount(run[keys], area, n), atol=1e-12)
-    np.testing.assert_allclose(
-        found[:, 0] + found[:, 1], np.bincount(run[keys], volume, n), atol=1e-12
-    )
+    volume = 3.0 * area * (corners[:, :, 2].mean(axis=1) - 4.0) * 2.0
+    grid = (*lattice.coordinates, lattice.places, runs[:n])
+    for face in (np.arange(n), np.arange(n) % 2):  # each run by itself, and two faces of several
+        of, n_face = face[run[keys]], int(face.max(initial=-1)) + 1
+        below = np.zeros((n_face, 3))
+        measures.below_runs(*grid, face, 4.0, below)
+        exact = [math.fsum(volume[of == i]) for i in range(n_face)]
+        np.testing.assert_allclose(below[:, 0] + below[:, 1], exact, rtol=1e-15, atol=1e-13)
+        np.testing.assert_allclose(below[:, 2], np.bincount(of, 2.0 * area, n_face), atol=1e-12)
+        extent = np.zeros((n_face, 8))
+        extent[:, 2:5], extent[:, 5:] = np.inf, -np.inf
+        measures.extent_runs(*grid, face, np.array([1.0, 2.0, 3.0]), extent)
+        np.testing.assert_allclose(
+            extent[:, 0] + extent[:, 1], np.bincount(of, full, n_face), atol=1e-12
+        )
+        for i in range(n_face):
+            inside = corners[of == i] - (1.0, 2.0, 3.0)
+            box = [*inside.min(axis=(0, 1)), *inside.max(axis=(0, 1))]
+            assert extent[i, 2:].tolist() == box
+
+
+@settings(max_examples=60, deadline=None)
+@given(holed_lattices())
+def test_triangles_measure_as_runs_do_at_any_corner(case):
+    lattice, _ = case
+    surface = TriSurface("Top", "horizon", lattice=lattice)
+    x, t = surface.vertices, surface.triangles
+    one, two = np.zeros((1, 3)), np.zeros((1, 3))
+    measures.below_triangles(x, t, np.zeros(len(t), dtype=np.int64), 4.0, one)
+    measures.below_triangles(x, t[:, [2, 0, 1]], np.zeros(len(t), dtype=np.int64), 4.0, two)
+    assert one.tobytes() == two.tobytes()
+    a, b, c = (x[t[:, k]] for k in range(3))
+    rise = np.cross(b - a, c - a)[:, 2]
+    terms = rise * ((a[:, 2] - 4.0) + (b[:, 2] - 4.0) + (c[:, 2] - 4.0))
+    assert one[0, 0] + one[0, 1] == pytest.approx(math.fsum(terms), rel=1e-15, abs=1e-13)
+    assert one[0, 2] == pytest.approx(rise.sum(), abs=1e-12)
+    extent = np.array([[0.0, 0.0, *[np.inf] * 3, *[-np.inf] * 3]])
+    measures.extent_triangles(x, t, np.zeros(len(t), dtype=np.int64), extent)
+    full = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    assert extent[0, :2].sum() == pytest.approx(math.fsum(full), rel=1e-14)
+
+
+def test_nothing_is_lost_of_a_sum_of_large_and_small_terms():
+    """Two numbers hold what one would round away: a thousand small steps on a large one."""
+    x = np.array([[0.0, 0, 0], [1e8, 0, 0], [0, 1e8, 0], [1, 0, 1], [0, 1, 1], [0, 0, 1]])
+    t = np.array([[0, 1, 2], *[[5, 3, 4]] * 1000, [0, 2, 1]])
+    found = np.zeros((1, 3))
+    measures.below_triangles(x, t, np.zeros(len(t), dtype=np.int64), -1.0, found)
+    assert found[0, 0] + found[0, 1] == 6000.0
