@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 
-from geosurf.carve.volume import volume_of
+from geosurf.carve.volume import normals, volume_of
 from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place
-from geosurf.kernels.mesh import turned_over
+from geosurf.kernels.mesh import turned_over, weld
 from geosurf.kernels.predicates import frame_of
 from geosurf.model import Certificate, Check, Patches, Units
 
@@ -46,26 +47,25 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
     checks = []
     if units is not None:
         checks += [_closed(units), _adds_up(units), _shared_vertices(patches, units)]
-    checks += [_nothing_crosses(patches), _on_parents(patches), _oriented(patches), _areas(patches)]
+    new = _new_triangles(patches)
+    checks += [_nothing_crosses(patches), _on_parents(patches, *new), _oriented(patches, *new)]
+    checks.append(_areas(patches))
     return Certificate(tuple(checks))
 
 
 def open_edges(triangles: np.ndarray) -> tuple[int, int]:
     """Number of edges without as many triangles on one side as on the other, and Euler number."""
     n = int(triangles.max(initial=0)) + 1
-    a, b = triangles, np.roll(triangles, -1, axis=1)
-    there, back = np.sort((a * n + b).ravel()), np.sort((b * n + a).ravel())
-    keys = np.minimum(a, b) * n + np.maximum(a, b)
-    euler = len(np.unique(triangles)) - len(np.unique(keys)) + len(triangles)
-    if np.array_equal(there, back):
-        return 0, euler
-    values, count = np.unique(there, return_counts=True)
-    others, count_back = np.unique(back, return_counts=True)
-    every = np.union1d(values, others)
-    balance = np.zeros(len(every), dtype=np.int64)
-    balance[np.searchsorted(every, values)] += count
-    balance[np.searchsorted(every, others)] -= count_back
-    return int(np.abs(balance).sum()) // 2, euler
+    a, b = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    # one number for each edge of each triangle, odd where it runs back: one sort tells all
+    keys = np.sort(2 * (np.minimum(a, b) * n + np.maximum(a, b)) + (a > b))
+    edge = keys >> 1
+    first = np.flatnonzero(np.concatenate([[True], edge[1:] != edge[:-1]])[: len(edge)])
+    used = np.zeros(n, dtype=bool)
+    used[a] = True
+    euler = int(used.sum()) - len(first) + len(triangles)
+    balance = np.add.reduceat(1 - 2 * (keys & 1), first) if len(first) else first
+    return int(np.abs(balance).sum()), euler
 
 
 def _closed(units: Units) -> Check:
@@ -95,33 +95,33 @@ def _adds_up(units: Units) -> Check:
 
 def _shared_vertices(patches: Patches, units: Units) -> Check:
     """Every corner of a shell is a vertex of the patches, bit for bit."""
-    known = _as_bytes(patches.local)
-    foreign = [
-        name for name, unit in units.items() if not np.isin(_as_bytes(unit.local), known).all()
-    ]
-    n = len(np.unique(np.concatenate([_as_bytes(unit.local) for unit in units.values()])))
+    parts = [unit.local for unit in units.values()]
+    x = np.concatenate([patches.local, *parts])
+    number, _ = weld(x)  # in the order in which places come
+    n_local = len(patches.local)
+    first = np.empty(int(number.max(initial=-1)) + 1, dtype=np.int64)
+    first[number[::-1]] = np.arange(len(x))[::-1]
+    same = x.view(np.int64)[n_local:] == x.view(np.int64)[first[number[n_local:]]]
+    known = (first[number[n_local:]] < n_local) & same.all(axis=1)
+    ends = np.cumsum([0] + [len(part) for part in parts])
+    of = zip(units, itertools.pairwise(ends.tolist()), strict=True)
+    foreign = [name for name, (start, stop) in of if not known[start:stop].all()]
+    n = np.count_nonzero(np.bincount(number[n_local:]))
     detail = f"{n} vertices of shells are vertices of the patches, bit for bit"
     if foreign:
         detail = f"corners of {', '.join(foreign[:8])} are no vertices of the patches"
     return Check("units share the surfaces' vertices", not foreign, float(len(foreign)), detail)
 
 
-def _as_bytes(points: np.ndarray) -> np.ndarray:
-    """Each point as one value that compares bit for bit."""
-    return np.ascontiguousarray(points).view(np.dtype((np.void, 24))).ravel()
-
-
 def _nothing_crosses(patches: Patches) -> Check:
-    corners = np.sort(patches.triangles, axis=1)
-    _, first = np.unique(corners, axis=0, return_index=True)
-    first = np.sort(first)
-    bad = crossing_pairs(patches.local, patches.triangles[first])
+    triangles = patches.triangles
+    bad = crossing_pairs(patches.local, triangles)
     name = "nothing crosses between curves"
     if len(bad) == 0:
-        detail = f"{len(first)} triangles meet in common corners and edges only (exact test)"
+        detail = f"{len(triangles)} triangles meet in common corners and edges only (exact test)"
         return Check(name, True, 0.0, detail)
-    one, two = (patches.names[patches.surface_of_triangle[first[i]]] for i in bad[0])
-    where = place(patches.vertices[patches.triangles[first[bad[0, 0]], 0]])
+    one, two = (patches.names[patches.surface_of_triangle[i]] for i in bad[0])
+    where = place(patches.vertices[triangles[bad[0, 0], 0]])
     detail = f"{len(bad)} pairs of triangles, the first of {one!r} and {two!r} at {where}"
     if one == two:
         detail += "; it crosses itself: rebuild with self_intersections=True"
@@ -138,9 +138,20 @@ def _parent_corners(patches: Patches) -> np.ndarray:
     return corners
 
 
-def _on_parents(patches: Patches) -> Check:
+def _new_triangles(patches: Patches) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the triangles that are not the input triangle they name, bit for bit, and the corners
+    (n, 3, 3) of that one; for copies there is nothing to doubt.
+    """
+    parent, corners = _parent_corners(patches), patches.local[patches.triangles]
+    rows = np.flatnonzero((corners != parent).any(axis=2).any(axis=1))
+    for k in (1, 2):  # the same from another corner on
+        turned = np.roll(parent[rows], k, axis=1)
+        rows = rows[(corners[rows] != turned).any(axis=2).any(axis=1)]
+    return rows, parent[rows]
+
+
+def _on_parents(patches: Patches, rows: np.ndarray, parent: np.ndarray) -> Check:
     """Distance of each corner from its parent's plane, and of its place from the parent's sides."""
-    parent = _parent_corners(patches)
     size = np.ptp(parent, axis=1).max(axis=1)  # of each parent: products of tiny sides underflow
     a, b, c = (parent[:, k] / size[:, None] for k in range(3))
     normal = np.cross(b - a, c - a)
@@ -148,7 +159,7 @@ def _on_parents(patches: Patches) -> Check:
     unit = normal / width[:, None]
     off = np.zeros(len(parent))
     for k in range(3):
-        point = patches.local[patches.triangles[:, k]] / size[:, None]
+        point = patches.local[patches.triangles[rows, k]] / size[:, None]
         off = np.maximum(off, np.abs(np.einsum("ij,ij->i", point - a, unit)))
         for p, q in ((a, b), (b, c), (c, a)):
             inward = np.cross(unit, q - p)
@@ -166,13 +177,9 @@ def _on_parents(patches: Patches) -> Check:
     return Check("triangles lie on their parents", passed, far, detail)
 
 
-def _oriented(patches: Patches) -> Check:
+def _oriented(patches: Patches, rows: np.ndarray, parent: np.ndarray) -> Check:
     """Triangles face as the input triangles they name: exact for all that are not copies."""
-    parent = _parent_corners(patches)
-    corners = patches.local[patches.triangles]
-    copies = [(corners == np.roll(parent, k, axis=1)).all(axis=(1, 2)) for k in range(3)]
-    rows = np.flatnonzero(~np.any(copies, axis=0))
-    x = np.concatenate([patches.local, parent[rows].reshape(-1, 3)])
+    x = np.concatenate([patches.local, parent.reshape(-1, 3)])
     of = np.arange(len(patches.local), len(x)).reshape(-1, 3)
     m, w = frame_of(x)
     bad = turned_over(x, patches.triangles[rows], of, np.arange(len(rows)), m, w)
@@ -186,12 +193,14 @@ def _oriented(patches: Patches) -> Check:
 def _areas(patches: Patches) -> Check:
     """Areas of the parts of each surface against its own, within what rounded corners allow."""
     worst, passed = 0.0, True
-    corners = patches.local[patches.triangles]
-    area, rim = _area(corners), np.abs(corners - np.roll(corners, 1, axis=1)).sum(axis=(1, 2))
+    a, b, c = (patches.local[patches.triangles[:, k]] for k in range(3))
+    area = _area(a, b, c)
+    rim = sum(np.abs(p - q).sum(axis=1) for p, q in ((a, b), (b, c), (c, a)))
     step = EPS * float(np.abs(patches.local).max(initial=0.0))
     for i, source in enumerate(patches.sources):
         mine = patches.surface_of_triangle == i
-        before = math.fsum(_area((source.vertices - patches.origin)[source.triangles]))
+        x = source.vertices - patches.origin
+        before = math.fsum(_area(*(x[source.triangles[:, k]] for k in range(3))))
         before -= patches.report.get("dropped_area", {}).get(i, 0.0)  # beyond the faults of a sheet
         difference = abs(math.fsum(area[mine]) - before)
         passed &= difference <= 1e-12 * before + 4 * step * float(rim[mine].sum())
@@ -200,10 +209,10 @@ def _areas(patches: Patches) -> Check:
     return Check("areas add up", bool(passed), worst, detail)
 
 
-def _area(corners: np.ndarray) -> np.ndarray:
-    """Areas of triangles (n, 3, 3)."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+def _area(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Areas of triangles, given their corners (n, 3)."""
+    x, y, z = normals(b - a, c - a)
+    return 0.5 * np.sqrt(x * x + y * y + z * z)
 
 
 def same_bytes(one: Patches, two: Patches) -> Check:

@@ -142,7 +142,10 @@ class _Carved(Unit):
     """A unit whose arrays, area and sides of faults are made when they are first asked for."""
 
     def __init__(
-        self, shell: tuple[Shells, int], sides: Callable[[], tuple[str, ...]], **fields: Any
+        self,
+        shell: tuple[Shells, int] | None = None,
+        sides: Callable[[], tuple[str, ...]] | None = None,
+        **fields: Any,
     ) -> None:
         object.__setattr__(self, "_shell", shell)
         object.__setattr__(self, "_sides", sides)

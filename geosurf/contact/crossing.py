@@ -1,10 +1,16 @@
-"""The exact test that triangles of a rounded mesh meet in common corners and edges only."""
+"""The exact test that triangles of a rounded mesh meet in common corners and edges only.
+
+Nearly all pairs of neighbours are apart by a plane that a few products show (`kernels.apart`), and
+those of wide triangles are followed along their planes (`kernels.wide`); exact signs are asked for
+the rest.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from geosurf.contact.broad import candidate_pairs, fit_voxels
+from geosurf.contact.broad import fit_voxels
+from geosurf.kernels.apart import open_pairs
 from geosurf.kernels.contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.predicates import frame_of
 from geosurf.kernels.voxels import fill_voxels, triangle_boxes
@@ -24,14 +30,14 @@ def crossing_pairs(
     x : ndarray of float64, shape (n_vertex, 3)
         Coordinates, taken at face value.
     triangles : ndarray of int64, shape (n, 3)
-        Compared with each other, each set of corners once. None without area.
+        Compared with each other, but for those with the same corners. None without area.
     others : ndarray of int64, shape (k, 3), optional
         Compared with `triangles`, but not with each other.
 
     Returns
     -------
     ndarray of int64, shape (n_pair, 2)
-        Rows of `triangles` followed by `others`.
+        Rows of `triangles` followed by `others`, the lower one first, in order.
 
     Examples
     --------
@@ -39,13 +45,11 @@ def crossing_pairs(
     >>> crossing_pairs(x, np.array([[0, 1, 2], [3, 4, 5]])).tolist()
     [[0, 1]]
     """
-    boxes = triangle_boxes(x, triangles)
-    pairs = _near_pairs(x, triangles, boxes)
+    n_first = len(triangles)
     if others is not None and len(others):
-        more, _ = candidate_pairs(boxes, triangle_boxes(x, others))
-        pairs = np.concatenate([pairs, more + np.array([0, len(triangles)])])
         triangles = np.concatenate([triangles, others])
     m, w = frame_of(x, len(triangles))
+    pairs = _near_pairs(x, triangles, n_first)
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
     n, _ = meet_pairs(x, triangles, pairs, m, w, 0.0, rows, np.empty(0, dtype=np.int64))
     rows = rows[:n]
@@ -55,21 +59,28 @@ def crossing_pairs(
     return rows[(used & ~shared).any(axis=1), :2]
 
 
-def _near_pairs(x: np.ndarray, triangles: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-    """Pairs (n, 2) that may meet: by boxes, and along its plane for each that is far wider."""
-    grid = fit_voxels(boxes, boxes)
+def _near_pairs(x: np.ndarray, triangles: np.ndarray, n_first: int) -> np.ndarray:
+    """Pairs of triangles, the first `n_first` with each other and with all, that are not seen to
+    be apart at once; in order.
+    """
+    boxes = triangle_boxes(x, triangles)
+    grid = fit_voxels(boxes[:n_first], boxes)
     if grid is None:
         return np.empty((0, 2), dtype=np.int64)
-    steps = np.floor((boxes[:, 3:] - boxes[:, :3]) / grid.size) + 1.0
-    is_wide = np.zeros(len(boxes), dtype=bool)
-    is_wide[grid.rows_a] = steps[grid.rows_a].prod(axis=1) > WIDE
-    if not is_wide.any():
-        return candidate_pairs(boxes, boxes, same=True)[0]
-    narrow = np.flatnonzero(~is_wide)
-    pairs, _ = candidate_pairs(boxes[narrow], boxes[narrow], same=True)
+    steps = np.floor((boxes[grid.rows_b, 3:] - boxes[grid.rows_b, :3]) / grid.size) + 1.0
+    is_wide = steps.prod(axis=1) > WIDE
+    narrow, wide = grid.rows_b[~is_wide], grid.rows_b[is_wide]
     offsets, filled = fill_voxels(boxes, narrow, grid.bounds, grid.size, grid.shape)
+    at = (boxes[:, :3] - grid.bounds[:3]) / grid.size
+    first = np.where(at >= grid.shape, grid.shape - 1, np.maximum(at, 0.0)).astype(np.int64)
+    pairs = np.empty((1024 + n_first, 2), dtype=np.int64)
+    given = (x, triangles, n_first, boxes, grid.shape, offsets, filled, first)
+    n = open_pairs(*given, pairs)
+    if n > len(pairs):
+        pairs = np.empty((n, 2), dtype=np.int64)
+        open_pairs(*given, pairs)
     more = wide_pairs(
-        x, triangles, boxes, np.flatnonzero(is_wide), grid.bounds, grid.size, grid.shape, offsets,
-        filled,
-    )  # fmt: skip
-    return np.concatenate([narrow[pairs], more])
+        x, triangles, boxes, wide, grid.bounds, grid.size, grid.shape, offsets, filled
+    )
+    pairs = np.concatenate([pairs[:n], more[more[:, 0] < n_first]])
+    return pairs[np.lexsort(pairs.T[::-1])]
