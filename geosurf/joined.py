@@ -13,7 +13,7 @@ from geosurf.conventions import is_number
 from geosurf.errors import InputError
 from geosurf.inputs import boxes_meet
 from geosurf.intersect import curves_of, intersect_surfaces, merge_curves
-from geosurf.intersect.shared import shared_curves
+from geosurf.intersect.shared import is_torn, shared_curves
 from geosurf.measured import Measured
 from geosurf.model import Curves, Sheet, TriSurface, VoxelSearch
 from geosurf.triangulate.coarsen import coarsen_lattice, volume_error
@@ -40,6 +40,7 @@ class Joined(Measured):
     """What `geosurf.Scene` can be asked about curves, and about its tolerance."""
 
     _tolerance: float | None
+    _self: bool
     _voxel_size: float | None
     _faults: dict[str, Any]
     _frame: Callable[[Sequence[TriSurface]], np.ndarray]
@@ -55,11 +56,17 @@ class Joined(Measured):
 
     @cached_property
     def curves(self) -> Curves:
-        """Curves of all pairs of surfaces; with a tolerance, see `curves_between`."""
+        """Curves of all pairs of surfaces; with a tolerance, see `curves_between`.
+
+        With `self_intersections` of each surface with itself, too: not with a tolerance, and not of
+        torn sheets.
+        """
         names = [*self._horizons, *self._faults]
+        alone = self._self and self._tolerance is None
         parts = []
         for i, first in enumerate(names):
-            for j in range(i + 1, len(names)):
+            own = alone and not is_torn(self._plain(first))
+            for j in range(i if own else i + 1, len(names)):
                 part = self.curves_between(first, names[j])
                 if part is not None:
                     parts.append(((i, j), part))
@@ -75,7 +82,7 @@ class Joined(Measured):
         Parameters
         ----------
         first, second : str
-            Names of two surfaces.
+            Names of two surfaces; of one twice: the curves along which it crosses itself.
 
         Returns
         -------
@@ -84,11 +91,11 @@ class Joined(Measured):
             `Curves.error_bound` and `Curves.places` say how far that went. Patches and units
             meet in the curves of the simplified surfaces.
         """
-        pair = (self._plain(first), self._plain(second))
+        pair = tuple(self._plain(name) for name in dict.fromkeys((first, second)))
         subject = f"{first} x {second}"
-        if any("ghost" in surface.vertex_data for surface in pair):  # torn: it ends on its faults
+        if any(map(is_torn, pair)):  # it ends on its faults
             return shared_curves(self.patches, first, second)
-        if not boxes_meet(*pair):
+        if not boxes_meet(pair[0], pair[-1]):
             self._memory.note("curves", subject, "skipped", "boxes do not meet")
             return None
 
@@ -98,10 +105,13 @@ class Joined(Measured):
             """Compute it; called unless it is remembered."""
             if self._tolerance is not None:
                 return intersect_surfaces(
-                    pair, tolerance=self._tolerance, voxel_size=self._voxel_size
+                    pair,
+                    tolerance=self._tolerance,
+                    voxel_size=self._voxel_size,
+                    self_intersections=len(pair) == 1,
                 )
             options = {"origin": origin, "voxel_size": self._voxel_size}
-            return curves_of(find_contacts(pair, pairs=[(0, 1)], **options))
+            return curves_of(find_contacts(pair, pairs=[(0, len(pair) - 1)], **options))
 
         keys = (self._memory.key_of(s) for s in pair)
         key = ("curves", *keys, origin.tobytes(), self._voxel_size, self._tolerance)

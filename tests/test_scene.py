@@ -55,6 +55,27 @@ def test_one_cutoff_runs_one_pair_and_reads_two_surfaces(scene):
     assert len(scene.steps) == 3
 
 
+def test_curves_of_a_surface_with_itself():
+    """A roll of four faces that passes through its own first one; `curves` has it if asked to."""
+    corners = [(0, -1, 2), (0, 5, 2), (3, -1, 2), (3, 5, 2), (3, -1, 6), (3, 5, 6), (1, -1, 6),
+               (1, 5, 6), (1, -1, 0), (1, 5, 0)]  # fmt: skip
+    faces = [f for i in range(0, 8, 2) for f in ((i, i + 2, i + 3), (i, i + 3, i + 1))]
+    roll = TriSurface("F1", "fault", corners, faces)
+    plain = Scene({"Top": level(3)}, {"F1": roll}, BOX)
+    mine = plain.curves_between("F1", "F1")
+    assert mine.names == ("F1",)
+    assert mine.length == 6.0
+    assert set(map(tuple, mine.points[:, [0, 2]].tolist())) == {(1.0, 2.0)}
+    assert plain.curves_between("F1", "F1") is mine
+    assert plain.curves_between("Top", "Top").n_curve == 0
+    assert (plain.curves.surfaces_of_curve[:, 0] != plain.curves.surfaces_of_curve[:, 1]).all()
+    whole = Scene({"Top": level(3)}, {"F1": roll}, BOX, self_intersections=True)
+    once = intersect_surfaces(whole.surfaces, self_intersections=True)
+    assert whole.curves.points.tobytes() == once.points.tobytes()
+    assert whole.curves.surfaces_of_curve.tolist() == once.surfaces_of_curve.tolist()
+    assert [1, 1] in whole.curves.surfaces_of_curve.tolist()
+
+
 def test_files_that_are_not_asked_for_are_not_read(tmp_path):
     missing = tmp_path / "missing.ts"
     scene = Scene({"Top": level(3), "Base": missing}, {"F1": upright(1)}, BOX)

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.errors import InputError
 from geosurf.intersect.link import canonical, link
-from geosurf.model import Curves, Patches, frozen
+from geosurf.model import Curves, Patches, TriSurface, frozen
+
+
+def is_torn(surface: TriSurface) -> bool:
+    """Whether a surface is a sheet that was carried on past its faults to be cut there."""
+    return "ghost" in surface.vertex_data
 
 
 def shared_curves(patches: Patches, first: str, second: str) -> Curves:
@@ -20,12 +26,17 @@ def shared_curves(patches: Patches, first: str, second: str) -> Curves:
     patches : Patches
         Without what lies beyond the faults (`drop_ghosts`).
     first, second : str
-        Names of two surfaces.
+        Names of two surfaces that differ.
 
     Returns
     -------
     Curves
         Without touching points and overlap areas.
+
+    Raises
+    ------
+    InputError
+        If both are one.
 
     Examples
     --------
@@ -35,6 +46,11 @@ def shared_curves(patches: Patches, first: str, second: str) -> Curves:
     >>> shared_curves(rebuild_surfaces([flat, wall]), "Top", "F1").length
     6.0
     """
+    if first == second:
+        raise InputError(
+            f"horizon {first!r} is torn and ends on its faults, so that it has no curves with "
+            "itself; ask for those with a fault or another horizon."
+        )
     n = len(patches.local)
     edges = np.unique(patches.curve_edges.min(axis=1) * n + patches.curve_edges.max(axis=1))
     for name in (first, second):

@@ -9,6 +9,7 @@ from geosurf.contact.search import Contacts
 from geosurf.errors import InvariantError
 from geosurf.kernels import strips as kernels
 from geosurf.kernels.contact import COPLANAR, N_CORNER
+from geosurf.kernels.gather import first_seen
 from geosurf.kernels.mesh import curve_edges, edges, join_pairs, patches_of, weld
 from geosurf.kernels.strips import find_runs, join_runs, lowest_keys, runs_of_keys
 from geosurf.model import TriSurface
@@ -96,10 +97,13 @@ def _triangles(contacts: Contacts, children: Children, touched: np.ndarray):
     surface = [contacts.surface_of_face[children.parent], contacts.surface_of_face[uncut]]
     key = [contacts.key_of_face[children.parent], contacts.key_of_face[uncut]]
     n = len(children.x)
+    # faces that are only near one another depend on how candidates are searched: passed over
+    met = np.zeros(contacts.n_vertex, dtype=bool)
+    met[contacts.t[touched]] = True
     for i, source in enumerate(contacts.surfaces):
         if has_strips(source):
             continue
-        others, places = _untouched(contacts, i, touched, n)
+        others, places = _untouched(contacts, i, touched, met, n)
         n += len(places)
         x.append(places)
         t.append(others[1])
@@ -118,13 +122,10 @@ def _triangles(contacts: Contacts, children: Children, touched: np.ndarray):
     return x, t[order], surface[order], key[order], face[order], number[: len(children.x)]
 
 
-def _untouched(contacts: Contacts, i: int, touched, n: int):
+def _untouched(contacts: Contacts, i: int, touched, met, n: int):
     """Keys and corners of the triangles of a list that nothing meets, and their new points."""
     source = contacts.surfaces[i]
     nodes, ids = contacts.nodes[i]
-    # faces that are only near one another depend on how candidates are searched: passed over
-    met = np.zeros(contacts.n_vertex, dtype=bool)
-    met[contacts.t[touched]] = True
     nodes, ids = nodes[met[ids]], ids[met[ids]]
     rows = np.ones(source.n_triangle, dtype=bool)
     mine = np.flatnonzero(touched & (contacts.surface_of_face == i))
@@ -262,11 +263,8 @@ def _numbered_patches(surfaces, surface, key, part, link, strips, first_run) -> 
     place = np.concatenate(place)
     root = root[np.concatenate([part, n_part + np.arange(n_run)])]
     order = np.argsort(place, kind="stable")  # pieces of one triangle stay in their order
-    _, first, patch = np.unique(root[order], return_index=True, return_inverse=True)
-    rank = np.empty(len(first), dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
     out = np.empty(len(place), dtype=np.int64)
-    out[order] = rank[patch.ravel()]
+    out[order] = first_seen(root[order])[1]
     return out
 
 

@@ -31,6 +31,13 @@ def test_units_of_torn_sheets_are_closed_and_certified(pair, kind, n_unit):
     assert certificate.ok, str(certificate)
 
 
+def test_a_torn_sheet_has_no_curves_with_itself(pair):
+    _, scene = pair("normal")
+    words = r"horizon 'Top' is torn and ends on its faults, so .* ask for those with a fault"
+    with pytest.raises(gs.errors.InputError, match=words):
+        scene.curves_between("Top", "Top")
+
+
 def test_volume_between_torn_sheets_is_that_of_the_truth(pair):
     """Both sheets are torn alike, 120 m apart, so their zone is 120 m thick but for the gap."""
     _, scene = pair("normal")
