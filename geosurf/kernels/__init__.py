@@ -11,6 +11,7 @@ file               question                                               source
 `voxels`, `tree`   which triangles are near?                              Lo & Wang 2004
 `aligned`          the same for horizons with one map
 `wide`             the same beside triangles that are far wider than others
+`apart`            which neighbours surely meet in common corners only?   a plane between them
 `contact`          how do two triangles meet?                             Guigue & Devillers 2003
 `naming`           contacts -> named points, and what cuts each face
 `byname`           what the names of a face's points tell of them
@@ -22,6 +23,7 @@ file               question                                               source
 `thin`             pieces so thin that rounding could turn them
 `mesh`             welding, edges, patches
 `radial`           sides of triangles -> cells                            Weiler 1985
+`measures`         volume below faces, area and bounds                    Knuth's two-sum
 `chains`           segments -> curves
 `patch`            cubics between the nodes of a lattice, their trust
 `pyramid`          where can two smooth surfaces meet?
