@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import re
+import subprocess
+import zipfile
 from dataclasses import asdict, replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -17,6 +19,13 @@ from geosurf.errors import InputError, OutputError
 from geosurf.prove import bench
 from geosurf.prove.bench import child, measure, page, peers, plots, targets, tasks, truth
 from geosurf.prove.bench.distance import distance_to_segments, hausdorff
+from geosurf.prove.bench.installed import (
+    Installed,
+    installed,
+    place_of,
+    prepare_start,
+    unpack,
+)
 from geosurf.prove.bench.jobs import Job, Result, run_jobs
 from geosurf.prove.bench.judge import judge
 from geosurf.prove.bench.measure import Measuring
@@ -422,8 +431,9 @@ def test_the_dial_must_reach_the_error_of_the_plain_curve(monkeypatch):
     assert row["peer"] == "plain curve, error 2 mm"
 
 
-def test_targets_are_measured(without_processes, capsys):
+def test_targets_are_measured(without_processes, monkeypatch, capsys):
     """The rows with scenes of their own, at a hundredth of their size."""
+    monkeypatch.setattr(targets, "installed", lambda: Installed("", "from sources"))
     names = ["parallel chords", "crossing chords", "cells", "start"]
     found = bench.run_bench(["targets"], targets=names, size=FULL / 400, quick=True)
     assert found["wrong"] == []
@@ -435,6 +445,34 @@ def test_targets_are_measured(without_processes, capsys):
     assert rows["parallel chords"]["measured"][0]["answer"]["segments"] == 100
     assert rows["cells"]["measured"][0]["answer"]["units"] == 6
     assert "Target" in bench.bench_text(found)
+    assert rows["start"]["what"].endswith("curve of two triangles (from sources)")
+
+
+def test_a_first_start_finds_nothing_from_before(tmp_path):
+    """A wheel is unpacked, and what is started comes out of it and not out of the sources."""
+    wheel, site = tmp_path / "geosurf-0-py3-none-any.whl", tmp_path / "site"
+    with zipfile.ZipFile(wheel, "w") as held:
+        held.writestr("geosurf/__init__.py", "import geosurf.part\n")
+        held.writestr("geosurf/part.py", "")
+    unpack(wheel, site)
+    second = prepare_start({"site": str(site)})
+    assert place_of(second) == site
+    assert list(site.rglob("*.pyc"))
+    first = prepare_start({"site": str(site), "first": True})
+    place = first.folder / "site"
+    assert not list(place.rglob("*.pyc"))
+    assert not Path(first.environment["GEOSURF_CACHE_DIR"]).exists()
+    assert place_of(first) == place
+    assert list(place.rglob("*.pyc"))
+
+
+def test_where_no_wheel_can_be_built_the_sources_are_timed_and_named(monkeypatch):
+    def fails(root, out):
+        raise subprocess.CalledProcessError(1, "pip", stderr="much\nno C compiler\n")
+
+    monkeypatch.setattr("geosurf.prove.bench.installed.build_wheel", fails)
+    found = installed.__wrapped__()
+    assert found == Installed("", "from sources, no wheel: no C compiler")
 
 
 FULL = targets.FULL_SIZE

@@ -6,6 +6,7 @@ tasks        the timed calls of geosurf
 peers        the same of other packages
 jobs, child  one measurement in a process of its own, pinned to one core
 judge        whether a timed answer is right; truth, distance: how that is known
+installed    a wheel of these sources, for how long it takes to start
 measure      runs jobs for the tables
 tables       the three tables;  targets: the table of targets
 plots, page  pictures, one page

@@ -23,6 +23,7 @@ from geosurf.intersect import intersect_surfaces
 from geosurf.model import Curves, Patches, Units
 from geosurf.prove.bench import truth
 from geosurf.prove.bench.distance import hausdorff
+from geosurf.prove.bench.installed import prepare_start
 from geosurf.prove.bench.scenes import Setting
 from geosurf.rebuild import rebuild_surfaces
 from geosurf.scene import Scene
@@ -122,9 +123,11 @@ def _floor(setting: Setting, options: dict) -> float:
     return total
 
 
-def start_process(code: str) -> int:
-    """Run some Python in a new interpreter, from its start to its end."""
-    return subprocess.run([sys.executable, "-c", code], check=True).returncode
+def start_process(code: str, environment: dict[str, str] | None = None) -> int:
+    """Run some Python in a new interpreter, from its start to its end; not from this folder."""
+    return subprocess.run(
+        [sys.executable, "-P", "-c", code], check=True, env=environment
+    ).returncode
 
 
 # ---- answers ---------------------------------------------------------------------------
@@ -254,6 +257,8 @@ TASKS = {
     "one unit": Task(_scene, lambda s, o: next(iter(s.units.values())), _nothing),
     "one picture": Task(_scene, _picture, _nothing),
     "floor": Task(_itself, _floor, _nothing),
-    "start": Task(_itself, lambda s, o: start_process(_START), _nothing),
+    "start": Task(
+        lambda s, o: prepare_start(o), lambda s, o: start_process(_START, s.environment), _nothing
+    ),
     "truth": Task(_itself, _truth, _truth_answer),
 }
