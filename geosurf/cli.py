@@ -275,7 +275,7 @@ def _verdict(certificate: Certificate) -> int:
 
 def _surface(path: Path, words: dict[str, str | None]) -> Any:
     """Read one surface; the suffix tells horizons from faults, in NetCDF its dimensions do."""
-    from geosurf.read import HORIZON_FORMATS, read_fault, read_horizon
+    from geosurf.read import HORIZON_FORMATS, read_fault, read_nodes
     from geosurf.read.netcdf import holds_fault
     from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
@@ -284,7 +284,7 @@ def _surface(path: Path, words: dict[str, str | None]) -> Any:
     if suffix in HORIZON_FORMATS["netcdf"][2]:
         gridded = not holds_fault(path)
     if gridded:
-        return triangulate_horizon(read_horizon(path, **words), name=path.stem)
+        return triangulate_horizon(read_nodes(path, **words), name=path.stem)
     found = read_fault(path, **words)
     return found if hasattr(found, "triangles") else triangulate_fault(found, name=path.stem)
 

@@ -156,9 +156,9 @@ def boxes_meet(a: TriSurface, b: TriSurface) -> bool:
 
 
 def _read(path: Any, role: str, options: Options) -> Any:
-    from geosurf.read import read_fault, read_horizon
+    from geosurf.read import read_fault, read_nodes
 
-    return (read_horizon if role == "horizon" else read_fault)(path, **options)
+    return (read_nodes if role == "horizon" else read_fault)(path, **options)
 
 
 def _only_if_unsaid(value: Any, options: Options) -> dict[str, Any]:

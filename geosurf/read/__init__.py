@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import did_you_mean
 from geosurf.errors import FormatError
+from geosurf.read._grid import GridNodes
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import numpy as np
@@ -104,6 +105,33 @@ def read_horizon(
     >>> top = read_horizon(file, positive="down")
     >>> top.dims, top.easting.values.tolist(), top.values.tolist()
     (('northing', 'easting'), [500.0, 510.0], [[-1600.0, -1610.0], [-1605.0, nan]])
+    """
+    found = read_nodes(
+        path, name=name, positive=positive, units=units, format=format, variable=variable
+    )
+    return found.to_xarray() if isinstance(found, GridNodes) else found
+
+
+def read_nodes(
+    path: str | PathLike[str],
+    *,
+    name: str | None = None,
+    positive: str | None = None,
+    units: str | None = None,
+    format: str | None = None,  # noqa: A002
+    variable: str | None = None,
+) -> Any:
+    """Read a gridded horizon for `triangulate_horizon`: no DataArray where none is needed.
+
+    Parameters
+    ----------
+    path, name, positive, units, format, variable
+        As for `read_horizon`.
+
+    Returns
+    -------
+    GridNodes or xarray.DataArray
+        The former for IRAP and ZMAP+, which are read without importing xarray.
     """
     path, key, read = _reader(path, HORIZON_FORMATS, format, "read_horizon")
     extra: dict[str, Any] = {"variable": variable} if key == "netcdf" else {}

@@ -1,15 +1,14 @@
-"""A regular grid, rotated or not, as the one kind of DataArray that geosurf uses."""
+"""A regular grid, rotated or not: its header, its nodes, and the one kind of DataArray of them."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import HORIZON_DIMS
 from geosurf.errors import FormatError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -87,10 +86,83 @@ class GridHeader:
         return replace(self, xori=float(x), yori=float(y), xinc=xinc, yinc=yinc), values
 
 
-def horizon_from_grid(
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """A coordinate of `GridNodes`; its attributes are those of one of xarray.
+
+    Attributes
+    ----------
+    values : ndarray of float64
+    dims : tuple of str
+    attrs : dict
+    """
+
+    values: np.ndarray
+    dims: tuple[str, ...]
+    attrs: dict[str, str]
+
+    @property
+    def ndim(self) -> int:
+        """Number of dimensions."""
+        return self.values.ndim
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Type of the values."""
+        return self.values.dtype
+
+    def transpose(self, *dims: str) -> Axis:
+        """Return the same with dimensions in another order."""
+        order = [self.dims.index(dim) for dim in dims]
+        return Axis(self.values.transpose(order), dims, self.attrs)
+
+
+@dataclass(frozen=True, eq=False)
+class GridNodes:
+    """A grid as a file has it: what `triangulate_horizon` asks a DataArray for, without xarray.
+
+    Importing xarray takes longer than all that is done to a small grid.
+
+    Attributes
+    ----------
+    values : ndarray of float64, shape (n_row, n_col)
+        Elevation [m], NaN where absent.
+    dims : (str, str)
+    coords : dict of Axis
+    name : str
+    attrs : dict
+    """
+
+    values: np.ndarray
+    dims: tuple[str, str]
+    coords: dict[str, Axis]
+    name: str
+    attrs: dict[str, Any]
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Type of the values."""
+        return self.values.dtype
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of rows and columns."""
+        return self.values.shape
+
+    def to_xarray(self) -> xr.DataArray:
+        """Return the same as a DataArray."""
+        import xarray as xr
+
+        coords = {key: (axis.dims, axis.values, axis.attrs) for key, axis in self.coords.items()}
+        return xr.DataArray(
+            self.values, dims=self.dims, coords=coords, name=self.name, attrs=self.attrs
+        )
+
+
+def nodes_from_grid(
     header: GridHeader, elevation: np.ndarray, *, name: str, source: str
-) -> xr.DataArray:
-    """Return the DataArray of a grid: 1-D coordinates if unrotated, 2-D if rotated.
+) -> GridNodes:
+    """Return the nodes of a grid: 1-D coordinates if unrotated, 2-D if rotated.
 
     Parameters
     ----------
@@ -102,38 +174,27 @@ def horizon_from_grid(
 
     Returns
     -------
-    xarray.DataArray
+    GridNodes
     """
-    import xarray as xr
-
     header, elevation = header.upright(elevation)
-    attrs = {"units": "m", "positive": "up", "long_name": name, "source": source}
+    attrs: dict[str, Any] = {"units": "m", "positive": "up", "long_name": name, "source": source}
     column = np.arange(header.ncol, dtype=np.float64)
     row = np.arange(header.nrow, dtype=np.float64)
     metre = {"units": "m"}
+    dims: tuple[str, str] = ("row", "column")
     if header.rotation % 360.0 == 0.0:
+        dims = ("northing", "easting")
         coords = {
-            "northing": ("northing", header.yori + row * header.yinc, metre),
-            "easting": ("easting", header.xori + column * header.xinc, metre),
+            "northing": Axis(header.yori + row * header.yinc, dims[:1], metre),
+            "easting": Axis(header.xori + column * header.xinc, dims[1:], metre),
         }
-        dims = HORIZON_DIMS
     else:
         along, across = header.axes()
         step_x, step_y = column * header.xinc, row[:, None] * header.yinc
-        coords = {
-            "easting": (
-                ("row", "column"),
-                header.xori + (step_x * along[0] + step_y * across[0]),
-                metre,
-            ),
-            "northing": (
-                ("row", "column"),
-                header.yori + (step_x * along[1] + step_y * across[1]),
-                metre,
-            ),
-        }
-        dims = ("row", "column")
+        x = header.xori + (step_x * along[0] + step_y * across[0])
+        y = header.yori + (step_x * along[1] + step_y * across[1])
+        coords = {"easting": Axis(x, dims, metre), "northing": Axis(y, dims, metre)}
     for key in ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow"):
         attrs[key] = getattr(header, key)
     values = np.ascontiguousarray(elevation, dtype=np.float64)
-    return xr.DataArray(values, dims=dims, coords=coords, name=name, attrs=attrs)
+    return GridNodes(values, dims, coords, name, attrs)

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,10 +24,7 @@ from geosurf.read._common import (
     read_bytes,
     read_text,
 )
-from geosurf.read._grid import GridHeader, horizon_from_grid
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
+from geosurf.read._grid import GridHeader, GridNodes, nodes_from_grid
 
 UNDEFINED_CLASSIC = 9999900.0
 UNDEFINED_BINARY = 9.9e29  # 1e30 as float32, and all above
@@ -39,7 +35,7 @@ HEADER_RECORDS = (">ii6f", ">i3f", ">7i")
 
 def read_irap(
     path: Path, *, name: str, positive: str | None = None, units: str | None = None
-) -> xr.DataArray:
+) -> GridNodes:
     r"""
     Read an IRAP grid, classic or binary, whichever the content is.
 
@@ -56,7 +52,7 @@ def read_irap(
 
     Returns
     -------
-    xarray.DataArray
+    GridNodes
         Elevation [m], positive up, NaN where undefined.
 
     Raises
@@ -80,7 +76,7 @@ def read_irap(
     scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
     head = read_bytes(path)[:64].lstrip()
     header, values = _read_classic(path) if head.startswith(b"-996") else _read_binary(path)
-    return horizon_from_grid(header, scale * values + 0.0, name=name, source=path.name)
+    return nodes_from_grid(header, scale * values + 0.0, name=name, source=path.name)
 
 
 def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:

@@ -9,21 +9,17 @@ rotation.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.read._common import agreed_scale, agreed_sign, integer, number, number_rows, read_text
-from geosurf.read._grid import GridHeader, horizon_from_grid
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    import xarray as xr
+from geosurf.read._grid import GridHeader, GridNodes, nodes_from_grid
 
 
 def read_zmap(
     path: Path, *, name: str, positive: str | None = None, units: str | None = None
-) -> xr.DataArray:
+) -> GridNodes:
     r"""
     Read a ZMAP+ grid.
 
@@ -39,7 +35,7 @@ def read_zmap(
 
     Returns
     -------
-    xarray.DataArray
+    GridNodes
         Elevation [m], positive up, NaN where undefined, shape (nrow, ncol).
 
     Raises
@@ -101,7 +97,7 @@ def read_zmap(
     values[np.isin(values, numeric)] = np.nan
     # columns from the north-west corner -> rows from the south-west one
     grid = values.reshape(header.ncol, header.nrow).T[::-1]
-    return horizon_from_grid(header, scale * grid + 0.0, name=name, source=path.name)
+    return nodes_from_grid(header, scale * grid + 0.0, name=name, source=path.name)
 
 
 def _header(

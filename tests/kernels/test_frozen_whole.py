@@ -74,7 +74,8 @@ def test_curves_of_two_files_import_nothing_heavy(library, tmp_path):
     for surface in (top, fault):
         gs.write(surface, tmp_path / f"{surface.name}.ts")
     gs.write(world.horizons["Top"], tmp_path / "Top.gri")
-    for first, heavy in (("Top.gri", HEAVY), ("Top.ts", HEAVY | {"xarray", "pandas"})):
+    heavy = HEAVY | {"xarray", "pandas"}
+    for first in ("Top.gri", "Top.ts"):
         words = ["curves", str(tmp_path / first), str(tmp_path / "F1.ts"), "--positive", "up"]
         words += ["-o", str(tmp_path / "c.vtp")]
         code = f"import sys, geosurf.cli as c; assert c.main({words!r}) == 0; print(*sys.modules)"
