@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import did_you_mean
 from geosurf.errors import FormatError
-from geosurf.read._grid import GridNodes
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import numpy as np
@@ -109,7 +108,7 @@ def read_horizon(
     found = read_nodes(
         path, name=name, positive=positive, units=units, format=format, variable=variable
     )
-    return found.to_xarray() if isinstance(found, GridNodes) else found
+    return found.to_xarray() if hasattr(found, "to_xarray") else found
 
 
 def read_nodes(
