@@ -556,7 +556,7 @@ def test_labels_are_moved_apart(rng):
 
 
 def test_sizes_are_what_scenes_are_asked_for(monkeypatch):
-    for name in set(SCENES) - {"drogon", "parallel chords", "crossing chords"}:
+    for name in set(SCENES) - {"drogon", "drogon field", "parallel chords", "crossing chords"}:
         count = sum(s.n_triangle for s in make_setting(name, 20_000).surfaces())
         assert count == pytest.approx(20_000, rel=0.05), name
     asked = []

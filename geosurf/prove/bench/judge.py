@@ -10,6 +10,7 @@ LENGTH = 1e-6  # relative; float32 at UTM coordinates is off by 1e-4, exact pack
 AREA = 1e-9
 VOLUME = 1e-12
 UNITS = {"block": 6, "waves": 4}
+TIPS = {"torn": 12, "drogon field": 40}
 
 
 def judge(result: Result, truth: dict[str, Any] | None = None) -> list[str]:
@@ -21,7 +22,7 @@ def judge(result: Result, truth: dict[str, Any] | None = None) -> list[str]:
     result : Result
     truth : dict, optional
         What is known of the right answer: "length" [m] and number of "segments" of the curves,
-        number of "units".
+        number of "units", of "tips".
 
     Returns
     -------
@@ -40,7 +41,7 @@ def judge(result: Result, truth: dict[str, Any] | None = None) -> list[str]:
         length, true = answer["length"], truth["length"]
         if abs(length - true) > LENGTH * true:
             wrong.append(f"length {length:.3f} m, true {true:.3f} m")
-    for key in ("segments", "units"):
+    for key in ("segments", "units", "tips"):
         if key in truth and key in answer and answer[key] != truth[key]:
             wrong.append(f"{answer[key]} {key}, true {truth[key]}")
     if answer.get("area_error", 0.0) > AREA:
@@ -73,6 +74,8 @@ def known_truth(name: str, size: float) -> Job | dict[str, Any]:
     """
     if name == "parallel chords":
         return {"segments": round(size)}
+    if name in TIPS:
+        return {"tips": TIPS[name]}
     if name in ("drogon", "crossing chords"):
         return {}
     scene = "S1" if name == "S1 shuffled" else name

@@ -10,16 +10,16 @@ waves                 a smooth horizon and fault whose true curve and volumes ar
 parallel chords       one large face, met by a comb of small triangles
 crossing chords       one large face, met by two combs that cross
 drogon                four horizons and six faults of a field, from the shared data folder
+torn                  a smeared grid over six faults that die inside it, see `geology`
+drogon field          points and sticks of that field, from which sheets are torn
 ====================  =====================================================================
 """
 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,8 @@ from geosurf import synthetic
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
 from geosurf.model import TriSurface
+from geosurf.prove.bench.folders import drogon_folder
+from geosurf.prove.bench.geology import field_sources, torn_sources
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
 UTM = (456_000.0, 6_780_000.0, 0.0)
@@ -182,12 +184,6 @@ def _crossing(size: float) -> Setting:
     return Setting("crossing chords", [("horizon", "Face", _face()), *combs])
 
 
-def drogon_folder() -> Path:
-    """Return where the data of the field are, whether there or not."""
-    here = Path(__file__).resolve().parents[3].parent / "shared"
-    return Path(os.environ.get("GEOSURF_SHARED", here)) / "data"
-
-
 def _drogon(size: float) -> Setting:
     from geosurf.read import read_fault, read_horizon
 
@@ -209,6 +205,16 @@ def _drogon(size: float) -> Setting:
     return Setting("drogon", sources)
 
 
+def _torn(size: float) -> Setting:
+    """At 1e7 triangles: 2237 x 2237 nodes; at least as many as six faults need."""
+    return Setting("torn", torn_sources(max(_nodes(size), 101)))
+
+
+def _field(size: float) -> Setting:
+    sources, points = field_sources()
+    return Setting("drogon field", sources, truth={"points": points})
+
+
 SCENES: dict[str, Callable[[float], Setting]] = {
     "S1": _s1,
     "S1 shuffled": _shuffled,
@@ -219,6 +225,8 @@ SCENES: dict[str, Callable[[float], Setting]] = {
     "parallel chords": _parallel,
     "crossing chords": _crossing,
     "drogon": _drogon,
+    "torn": _torn,
+    "drogon field": _field,
 }
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from geosurf.carve import carve_units
 from geosurf.intersect import intersect_surfaces
 from geosurf.model import Curves, Patches, Units
-from geosurf.prove.bench import truth
+from geosurf.prove.bench import geology, truth
 from geosurf.prove.bench.distance import hausdorff
 from geosurf.prove.bench.installed import prepare_start
 from geosurf.prove.bench.scenes import Setting
@@ -252,6 +252,8 @@ TASKS = {
     "split, from arrays": Task(_surfaces, lambda s, o: rebuild_surfaces(s), _patches_answer),
     "units": Task(_scene, lambda s, o: s.units, _units_answer),
     "carve": Task(_split_box, lambda p, o: carve_units(p), _carve_answer),
+    "sheets": Task(geology.inputs, geology.tear_all, geology.sheets_answer),
+    "model": Task(geology.inputs, geology.whole_model, geology.model_answer),
     "one curve": Task(_scene, lambda s, o: s.curves_between(*_first_pair(s)), _curves_answer),
     "all curves": Task(_scene, lambda s, o: s.curves, _curves_answer),
     "one unit": Task(_scene, lambda s, o: next(iter(s.units.values())), _nothing),
