@@ -37,6 +37,7 @@ file               question                                               source
 `strips`, `expand` what no curve touches of a lattice; as triangles again
 `draped`           where a fault meets a drape                            marching triangles
 `lines`, `nodes`   lines of links and what is near them; bands of a lattice
+`envelope`         slots of the smoothest surface's matrix -> an envelope
 `torn`             corners of the pieces of a torn sheet
 `coarsen`          fewer triangles within a tolerance                     Evans et al. 2001
 =================  =====================================================  =========================

@@ -12,6 +12,7 @@ import numpy as np
 
 from geosurf.errors import InvariantError
 from geosurf.kernels.bending import DIAGONAL, factorise, normal_equations, substitute
+from geosurf.kernels.envelope import envelope_of, rows_of_slots
 from geosurf.kernels.nodes import links_between
 
 BEND, STRETCH = 0.3, 0.01  # shares of second and first differences, against third ones
@@ -92,21 +93,12 @@ def _cholesky(matrix: np.ndarray, column: np.ndarray, right: np.ndarray) -> np.n
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
     n = len(right)
-    kept = column >= 0
-    row = np.repeat(np.arange(n), kept.sum(axis=1))
-    start = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
-    full = csr_array((matrix[kept], column[kept], start), shape=(n, n))
+    start, columns, values = rows_of_slots(matrix, column)
+    full = csr_array((values, columns, start), shape=(n, n))
     order = reverse_cuthill_mckee(full, symmetric_mode=True).astype(np.int64)
     place = np.empty(n, dtype=np.int64)
     place[order] = np.arange(n)
-    i, j, v = place[row], place[column[kept]], matrix[kept]
-    lower = j <= i
-    i, j, v = i[lower], j[lower], v[lower]
-    first = np.arange(n)
-    np.minimum.at(first, i, j)
-    offset = np.concatenate([[0], np.cumsum(np.arange(n) - first + 1)])
-    envelope = np.zeros(offset[-1])
-    envelope[offset[i] + j - first[i]] = v
+    first, envelope, offset = envelope_of(start, columns, values, place)
     stuck = factorise(first, envelope, offset)
     if stuck >= 0:
         raise InvariantError(

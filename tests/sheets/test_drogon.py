@@ -99,6 +99,26 @@ def test_units_around_the_acute_wedges_are_closed_and_certified(sheets):
         assert all(scene.units[f"{zone} {block}"].volume > 2e6 for block in blocks)
 
 
+def test_a_fault_beyond_a_slanted_area_is_left_out(sheets):
+    """F4 lies in the bounds of this area, and beyond its walls: once refused as a loose end."""
+    lattice = sheets["TopVolantis"].lattice
+    x, y = lattice.easting, lattice.northing
+    aoi = np.array([(x[i, j], y[i, j]) for i, j in ((138, 23), (138, 53), (166, 53), (166, 23))])
+    low, high = aoi.min(axis=0), aoi.max(axis=0)
+    (fault,) = (f for f in sheets["TopVolantis"].faults if f.name == "F4")
+    west, east, south, north, _, _ = fault.bounds
+    assert (np.array([west, south]) < high).all()
+    assert (np.array([east, north]) > low).all()
+    box = (low[0], high[0], low[1], high[1], -2100.0, -1400.0)
+    scene = gs.Scene({}, {"F4": fault}, box, aoi=aoi)
+    certificate = scene.check()
+    assert certificate.ok, str(certificate)
+    assert len(scene.units) == 1
+    dx, dy = (aoi - low).T
+    area = 0.5 * abs(float(dx @ np.roll(dy, -1) - dy @ np.roll(dx, -1)))
+    assert scene.units.volume == pytest.approx(700.0 * area, rel=1e-9)
+
+
 def test_a_fault_that_is_not_tall_enough_is_refused_with_the_place(field):
     """F2 as it was picked ends above the base of the reservoir."""
     points, sticks = field
