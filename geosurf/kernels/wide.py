@@ -111,3 +111,46 @@ def wide_pairs(x, t, boxes, wide, bounds, size, shape, offsets, filled):
                             pairs = _added(pairs, n, a, b)
                             n += 1
     return pairs[:n].copy()
+
+
+@scalar
+def _is_corner(t, f, v):
+    return t[f, 0] == v or t[f, 1] == v or t[f, 2] == v
+
+
+@scalar
+def _beside(p, x, t, a, b):
+    """Whether all corners of b that are none of a lie on one side of the plane of a."""
+    side = 0
+    for c in range(3):
+        v = t[b, c]
+        if _is_corner(t, a, v):
+            continue
+        here = _side(p, x, v)
+        if here == 0 or here == -side:
+            return False
+        side = here
+    return side != 0
+
+
+@entry("d2 l2 l2 -> l2")
+def doubtful_pairs(x, t, pairs):
+    """Pairs that may meet elsewhere than in common corners and edges: those that planes leave.
+
+    Corners on one side of the plane of the other triangle are not met by it, nor is what lies
+    between them and the common ones.
+    """
+    out = np.empty((pairs.shape[0], 2), dtype=np.int64)
+    n = 0
+    p = np.empty(9)
+    for k in range(pairs.shape[0]):
+        a, b = pairs[k, 0], pairs[k, 1]
+        _plane(x, t, a, p)
+        if _beside(p, x, t, a, b):
+            continue
+        _plane(x, t, b, p)
+        if _beside(p, x, t, b, a):
+            continue
+        out[n, 0], out[n, 1] = a, b
+        n += 1
+    return out[:n].copy()
