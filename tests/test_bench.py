@@ -475,6 +475,21 @@ def test_where_no_wheel_can_be_built_the_sources_are_timed_and_named(monkeypatch
     assert found == Installed("", "from sources, no wheel: no C compiler")
 
 
+def test_a_time_that_stands_alone_is_judged_by_tips_and_says_its_parts(without_processes):
+    run = measure.Measuring()
+    [row] = targets.target_table(run, 0.002, ["sheets"])["rows"]
+    assert row["ours"] != ""
+    assert row["why"] == ""
+    assert run.wrong == []
+    answer = row["measured"][0]["answer"]
+    assert answer["tips"] == 12
+    assert answer["throw"] == pytest.approx(60, abs=8)
+    row["measured"][0]["answer"] = {"cpu_seconds_of_parts": {"cut": 2.0, "units": 0.5}}
+    run.rows = lambda jobs: row["measured"]
+    [again] = targets.target_table(run, 0.002, ["drogon model"])["rows"]
+    assert again["theirs"] == "cut 2 s, units 500 ms"
+
+
 FULL = targets.FULL_SIZE
 
 
