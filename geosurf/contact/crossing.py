@@ -14,7 +14,7 @@ from geosurf.kernels.apart import open_pairs
 from geosurf.kernels.contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.predicates import frame_of
 from geosurf.kernels.voxels import fill_voxels, triangle_boxes
-from geosurf.kernels.wide import doubtful_pairs, wide_pairs
+from geosurf.kernels.wide import wide_pairs
 
 WIDE = 64.0  # voxels in its box, from which a triangle is followed along its plane
 
@@ -48,7 +48,6 @@ def crossing_pairs(
     n_first = len(triangles)
     if others is not None and len(others):
         triangles = np.concatenate([triangles, others])
-    pairs = doubtful_pairs(x, triangles, pairs)
     m, w = frame_of(x, len(triangles))
     pairs = _near_pairs(x, triangles, n_first)
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)

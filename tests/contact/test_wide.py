@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from geosurf.contact import crossing
 from geosurf.contact.broad import fit_voxels
-from geosurf.kernels.contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
+from geosurf.kernels.contact import N_COLUMN, meet_pairs
 from geosurf.kernels.predicates import frame_of
 from geosurf.kernels.voxels import fill_voxels, triangle_boxes
-from geosurf.kernels.wide import doubtful_pairs, wide_pairs
+from geosurf.kernels.wide import wide_pairs
 
 corner = st.tuples(*[st.integers(0, 12)] * 3)
 
@@ -79,37 +79,3 @@ def test_walls_of_a_turned_area_ask_few_triangles():
     walls = (pairs >= len(t) - 2).any(axis=1).sum()
     assert n < walls < 12 * n
     assert len(crossing.crossing_pairs(x, t)) > n
-
-
-@st.composite
-def welded(draw):
-    """Triangles over few points of a small cube, so that they share corners and edges."""
-    points = draw(
-        st.lists(st.tuples(*[st.integers(0, 3)] * 3), min_size=4, max_size=9, unique=True)
-    )
-    number = st.integers(0, len(points) - 1)
-    faces = draw(st.lists(st.tuples(number, number, number), min_size=2, max_size=9))
-    x, t = np.array(points, dtype=float), np.array(faces)
-    area = np.cross(x[t[:, 1]] - x[t[:, 0]], x[t[:, 2]] - x[t[:, 0]]).any(axis=1)
-    _, first = np.unique(np.sort(t, axis=1), axis=0, return_index=True)
-    kept = np.intersect1d(np.flatnonzero(area), first)
-    return x, t[kept].astype(np.int64)
-
-
-@settings(deadline=None)
-@given(welded(), st.sampled_from([0.0, 500_000.25]))
-def test_pairs_that_planes_keep_apart_meet_in_common_corners_and_edges_only(mesh, shift):
-    x, t = mesh
-    x = x + shift
-    if len(t) < 2:
-        return
-    every = np.array(list(itertools.combinations(range(len(t)), 2)), dtype=np.int64)
-    m, w = frame_of(x, len(t))
-    rows = np.empty((len(every) + 1, N_COLUMN), dtype=np.int64)
-    n, _ = meet_pairs(x, t, every, m, w, 0.0, rows, np.empty(0, dtype=np.int64))
-    codes = rows[:n, FIRST_CODE:]
-    shared = ((codes >> 3) < 3) & ((codes & 7) < 3)
-    used = np.arange(6) < rows[:n, N_CORNER, None]
-    wanted = {tuple(pair) for pair in rows[:n][(used & ~shared).any(axis=1), :2].tolist()}
-    assert {tuple(pair) for pair in crossing.crossing_pairs(x, t).tolist()} == wanted
-    assert wanted <= {tuple(pair) for pair in doubtful_pairs(x, t, every).tolist()}
