@@ -177,21 +177,22 @@ def patches_of(t, surface, owners, ring, twin):
     """
     n = t.shape[0]
     parent = np.arange(n)
+    seen = np.zeros(3 * n, dtype=np.bool_)
     for i in range(3 * n):
-        tri = i // 3
-        if twin[tri] != tri:
+        if seen[i]:
             continue
-        # distinct triangles around the edge
+        # distinct triangles around the edge, once for each edge: thousands may share one
         count = 0
-        other = -1
-        j = ring[i]
-        while j != i:
+        one = other = -1
+        j = i
+        while not seen[j]:
+            seen[j] = True
             if twin[j // 3] == j // 3:
                 count += 1
-                other = j // 3
+                one, other = other, j // 3
             j = ring[j]
-        if count == 1 and owners[other] == owners[tri]:
-            join(parent, tri, other)
+        if count == 2 and owners[one] == owners[other]:
+            join(parent, one, other)
     for i in range(n):  # coinciding triangles: joined as their twins are, surface by surface
         if twin[i] == i:
             continue
@@ -226,23 +227,23 @@ def pieces(t, ring):
 def curve_edges(t, owners, ring, twin, n_edge):
     """Vertices of the edges where different surfaces or more than two sheets meet."""
     out = np.empty((n_edge, 2), dtype=np.int64)
+    seen = np.zeros(3 * t.shape[0], dtype=np.bool_)
     n = 0
     for i in range(3 * t.shape[0]):
-        if twin[i // 3] != i // 3:
+        if seen[i]:
             continue
-        first = True
+        owner = -1
         mixed = False
-        count = 1
-        j = ring[i]
-        while j != i:
-            if j < i and twin[j // 3] == j // 3:
-                first = False
-                break
+        count = 0
+        j = i
+        while not seen[j]:
+            seen[j] = True
             if twin[j // 3] == j // 3:
                 count += 1
-                mixed = mixed or owners[j // 3] != owners[i // 3]
+                mixed = mixed or (owner >= 0 and owners[j // 3] != owner)
+                owner = owners[j // 3]
             j = ring[j]
-        if first and (mixed or count > 2):
+        if mixed or count > 2:
             a, b = t[i // 3, i % 3], t[i // 3, (i + 1) % 3]
             out[n, 0], out[n, 1] = min(a, b), max(a, b)
             n += 1
