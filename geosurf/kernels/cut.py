@@ -57,44 +57,54 @@ def _start_face(x, t, e, d, m, q, f, s, h, tri, axis, side):
 
 
 @scalar
+def _along_hilbert(u, v):
+    """Place of a point of the unit square on Hilbert's curve of 20 levels."""
+    i, j = int(u * 1048575.0), int(v * 1048575.0)
+    place = 0
+    side = 524288
+    while side > 0:
+        right, up = (i & side) != 0, (j & side) != 0
+        place = 4 * place + (3 if right and not up else (2 if right else (1 if up else 0)))
+        if not up:
+            if right:
+                i, j = 1048575 - i, 1048575 - j
+            i, j = j, i
+        side >>= 1
+    return place
+
+
+@scalar
 def _order_points(f, k, low, high):
     """Local points low..high in an order that keeps walks short: rows of k[:, 1].
 
-    Rounds of doubling size (BRIO, Amenta, Choi & Rote 2003), inside a round along a grid of
-    strips. Only speed depends on it.
+    Rounds of doubling size (BRIO, Amenta, Choi & Rote 2003), along Hilbert's curve inside a
+    round. Only speed depends on it.
     """
     n = high - low
-    for i in range(n):
-        k[i, 1] = low + i
-    # a fixed shuffle
-    seed = 12345
-    for i in range(n - 1, 0, -1):
-        seed = (seed * 1103515245 + 12345) & 0x7FFFFFFF
-        j = (seed >> 8) % (i + 1)
-        k[i, 1], k[j, 1] = k[j, 1], k[i, 1]
-    u0, u1, v0, v1 = f[0, 0], f[0, 0], f[0, 1], f[0, 1]
-    for i in range(1, 3):
+    u0, u1, v0, v1 = f[low, 0], f[low, 0], f[low, 1], f[low, 1]
+    for i in range(low + 1, high):
         u0, u1 = min(u0, f[i, 0]), max(u1, f[i, 0])
         v0, v1 = min(v0, f[i, 1]), max(v1, f[i, 1])
-    start = 0
-    size = 64
-    while start < n:
-        stop = min(n, start + size)
-        strips = max(1, int(np.sqrt((stop - start) / 2.0)))
-        keys = np.empty(stop - start, dtype=np.float64)
-        for i in range(start, stop):
-            p = k[i, 1]
-            row = min(strips - 1, int(strips * (f[p, 1] - v0) / (v1 - v0)))
-            along = (f[p, 0] - u0) / (u1 - u0)
-            keys[i - start] = row + (along if row % 2 == 0 else 1.0 - along)
-        order = np.argsort(keys)
-        moved = np.empty(stop - start, dtype=np.int64)
-        for i in range(stop - start):
-            moved[i] = k[start + order[i], 1]
-        for i in range(start, stop):
-            k[i, 1] = moved[i - start]
-        start = stop
-        size *= 2
+    size = max(u1 - u0, v1 - v0)
+    scale = 1.0 / size if size > 1e-290 else 0.0
+    for i in range(n):
+        k[i, 2] = i
+    seed = 12345
+    for i in range(n - 1, 0, -1):  # a fixed shuffle
+        seed = (seed * 1103515245 + 12345) & 0x7FFFFFFF
+        j = (seed >> 8) % (i + 1)
+        k[i, 2], k[j, 2] = k[j, 2], k[i, 2]
+    keys = np.empty(n, dtype=np.int64)
+    last, of_round = 64, 0
+    for i in range(n):
+        if i == last:
+            last, of_round = 2 * last, of_round + 1
+        p = low + k[i, 2]
+        place = _along_hilbert((f[p, 0] - u0) * scale, (f[p, 1] - v0) * scale)
+        keys[k[i, 2]] = (of_round << 40) + place
+    order = np.argsort(keys)
+    for i in range(n):
+        k[i, 1] = low + order[i]
 
 
 @scalar

@@ -64,7 +64,7 @@ def _new(h, q, tri, a, b, c):
 
 
 @scalar
-def _flip(h, q, i):
+def flip(h, q, i):
     """Replace the edge of half-edge i by the other diagonal."""
     j = h[i, 1]
     i1, i2 = following(i), preceding(i)
@@ -98,7 +98,7 @@ def _settle(x, t, e, d, m, w, h, q, f, s, k, n):
         a, b = h[i, 0], h[j, 0]
         c, o = h[preceding(i), 0], h[preceding(j), 0]
         if in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
-            _flip(h, q, i)
+            flip(h, q, i)
             for r in range(4):
                 o = i if r < 2 else j
                 o = following(o) if r % 2 == 0 else preceding(o)
@@ -236,7 +236,8 @@ def settle_all(x, t, e, d, m, w, h, q, f, s, k):
 
     What a cavity leaves is often a fan. From fan to fan, edge by edge, flipping is quadratic; where
     every other edge of a fan is flipped first, half of its triangles are done with in each round.
-    k[:, 0] and k[:, 1]: edges of this round and of the next one; k[:, 2]: last round that flipped a triangle.
+    k[:, 0] and k[:, 1] are the edges of this round and of the next one, k[:, 2] is the round in
+    which a triangle was flipped last.
     """
     n = 0
     for i in range(3 * s[TRIANGLES]):
@@ -262,7 +263,7 @@ def settle_all(x, t, e, d, m, w, h, q, f, s, k):
                 continue
             a, b = h[i, 0], h[j, 0]
             if in_circle(x, t, e, d, m, w, q, f, s, a, b, h[preceding(i), 0], h[preceding(j), 0]):
-                _flip(h, q, i)
+                flip(h, q, i)
                 k[i // 3, 2] = k[j // 3, 2] = lap
                 later = _queue(h, k, following(i), later, other)
                 later = _queue(h, k, preceding(i), later, other)
