@@ -9,8 +9,8 @@ import numpy as np
 from geosurf.contact.search import Contacts, table_size
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
-from geosurf.kernels.cut import BROKEN, cut_faces, file_points
-from geosurf.kernels.exact import COLLISIONS, LIMBS, N_POINT
+from geosurf.kernels.cut import BROKEN, cut_faces
+from geosurf.kernels.exact import COLLISIONS, LIMBS, N_POINT, UNFILED
 from geosurf.kernels.kept import roomy_workspace
 from geosurf.kernels.points import FULL
 
@@ -89,7 +89,7 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
         m = contacts.m.copy()
         names = np.zeros((table_size(extra), 5), dtype=np.int64)
         places = np.full(table_size(n + extra + 1), -1, dtype=np.int64)
-        file_points(x, contacts.t, contacts.e, d, m, contacts.w, places, n)
+        m[UNFILED] = n
         n_local = 2 * largest + extra + 16
         w = roomy_workspace(int(m[LIMBS]), n_local)
         half = 6 * n_local + 64

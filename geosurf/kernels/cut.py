@@ -7,8 +7,8 @@ import numpy as np
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.byname import add_line
 from geosurf.kernels.delaunay import insert_point, settle_all
-from geosurf.kernels.exact import COLLISIONS, N_VERTEX
-from geosurf.kernels.points import FULL, id_at_place
+from geosurf.kernels.exact import N_VERTEX
+from geosurf.kernels.points import FULL
 from geosurf.kernels.predicates import normal_axis
 from geosurf.kernels.segments import insert_segment
 from geosurf.kernels.signs import (
@@ -196,22 +196,14 @@ def _cut_face(x, t, e, d, m, w, names, places, records, low, high, local, h, q, 
     return 0
 
 
-@entry("d2 l2 l2 l2 l1 l1 l1 l -> .")
-def file_points(x, t, e, d, m, w, places, n):
-    """Enter the first n points, all distinct, into an empty table of places."""
-    collisions = m[COLLISIONS]
-    for i in range(n):
-        id_at_place(x, t, e, d, m, w, places, i)
-    m[COLLISIONS] = collisions
-
-
 @entry("d2 l2 l2 l2 l1 l1 l2 l1 l2 l1 l1 l2 l2 d2 l2 l2 l1 -> l")
 def cut_faces(
     x, t, e, d, m, w, names, places, records, offsets, local, h, q, f, k, children, parents
 ):
     """Children of all cut faces; returns their number, FULL, or BROKEN - (face number).
 
-    ``records[offsets[i]:offsets[i + 1]]`` belong to one face; `local` is -1 for every id.
+    ``records[offsets[i]:offsets[i + 1]]`` belong to one face; `local` is -1 for every id;
+    `places` is empty, and ``m[UNFILED]`` points will be entered there if some are made.
     """
     s = np.zeros(8, dtype=np.int64)
     out = 0

@@ -170,6 +170,7 @@ def split_edge(h, q, s, i, p):
 def _seek(x, t, e, d, m, w, h, q, f, s, p, scan):
     """Triangle that holds point p, and the half-edge it lies on (-1: inside); tri -1: lost."""
     tri = 0 if scan else s[START] // 3
+    entered = -1  # the half-edge that was crossed last: p is on its left
     steps = 0
     while steps <= 4 * s[TRIANGLES] + 8:
         on = -1
@@ -177,6 +178,8 @@ def _seek(x, t, e, d, m, w, h, q, f, s, p, scan):
         for r in range(3):
             # start at another edge each step, so that a walk among ties cannot run in a circle
             i = 3 * tri + (r + steps) % 3
+            if i == entered:
+                continue
             side = turn(x, t, e, d, m, w, q, f, s, h[i, 0], h[following(i), 0], p)
             if side < 0:
                 out = i
@@ -191,9 +194,10 @@ def _seek(x, t, e, d, m, w, h, q, f, s, p, scan):
             if tri >= s[TRIANGLES]:
                 return -1, -1
         else:
-            if h[out, 1] < 0:
+            entered = h[out, 1]
+            if entered < 0:
                 return -1, -1
-            tri = h[out, 1] // 3
+            tri = entered // 3
     return -1, -1
 
 

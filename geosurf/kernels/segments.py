@@ -12,8 +12,8 @@ from geosurf.kernels._jit import scalar
 from geosurf.kernels.byname import add_line
 from geosurf.kernels.cavity import dig, side_of_segment
 from geosurf.kernels.delaunay import following, link, preceding, split_edge
-from geosurf.kernels.exact import N_TRIANGLE
-from geosurf.kernels.points import FULL, LPI, TPI, named_point
+from geosurf.kernels.exact import COLLISIONS, N_TRIANGLE, UNFILED
+from geosurf.kernels.points import FULL, LPI, TPI, id_at_place, named_point
 from geosurf.kernels.signs import (
     FACE_ID,
     POINTS,
@@ -25,8 +25,21 @@ from geosurf.kernels.signs import (
 
 
 @scalar
+def _file_points(x, t, e, d, m, w, places):
+    """Enter the points that were there before, all distinct, into the table of places, once.
+
+    Most scenes make no more points, and then need no such table.
+    """
+    collisions = m[COLLISIONS]
+    for i in range(m[UNFILED]):
+        id_at_place(x, t, e, d, m, w, places, i)
+    m[UNFILED], m[COLLISIONS] = 0, collisions
+
+
+@scalar
 def _crossing(x, t, e, d, m, w, names, places, s, one, two):
     """Id of the point of the face where constraints with two support planes cross."""
+    _file_points(x, t, e, d, m, w, places)
     face = s[FACE_ID]
     n = m[N_TRIANGLE]
     if one >= n:  # an edge in the face: the line is the edge itself
