@@ -1,0 +1,93 @@
+"""One segment across hundreds of triangles: both sides are triangulated anew, and Delaunay."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+import pytest
+
+from geosurf import TriSurface, rebuild_surfaces
+from tests import laws, oracles
+
+FACE = TriSurface(
+    "Face", "horizon", [[-4096, -4096, 0], [4096, -4096, 0], [0, 4096, 0]], [[0, 1, 2]]
+)
+ARCS = {
+    "away": lambda k: 8 + (400 - k * k) // 4,
+    "towards": lambda k: 8 + k * k // 4,
+    "straight": lambda k: 9 + 0 * k,
+    "zigzag": lambda k: 8 + 40 * (k % 3),
+    "steep": lambda k: 8 + 4 * (400 - k * k),
+    "spikes": lambda k: 8 + 500 * (k % 7 == 0),
+}
+
+
+def upright(name, segments) -> TriSurface:
+    """Triangles that meet the level 0 in segments (x, y, x, y)."""
+    segments = np.asarray(segments, dtype=float)
+    a, b = segments[:, :2], segments[:, 2:]
+    middle, up = (a + b) / 2, np.full((len(a), 1), 4.0)
+    rows = [
+        np.hstack([2 * a - middle, up]),
+        np.hstack([2 * b - middle, up]),
+        np.hstack([middle, -up]),
+    ]
+    corners = np.stack(rows, axis=1).reshape(-1, 3)
+    return TriSurface(name, "fault", corners, np.arange(len(corners)).reshape(-1, 3))
+
+
+def assert_delaunay(patches, name) -> int:
+    """Every edge that no curve runs on has the empty circle (rationals); returns how many."""
+    rows = np.flatnonzero(patches.surface_of_triangle == 0)
+    curves = {frozenset(edge) for edge in patches.curve_edges.tolist()}
+    opposite = defaultdict(list)
+    for a, b, c in patches.triangles[rows].tolist():
+        for one, two, tip in ((a, b, c), (b, c, a), (c, a, b)):
+            opposite[frozenset((one, two))].append((one, two, tip))
+    at = patches.local[:, :2]
+    checked = 0
+    for edge, sides in opposite.items():
+        if edge in curves or len(sides) != 2:
+            continue
+        one, two, tip = sides[0]
+        assert oracles.orient2d(at[one], at[two], at[tip]) > 0
+        assert oracles.incircle(at[one], at[two], at[tip], at[sides[1][2]]) <= 0, name
+        checked += 1
+    return checked
+
+
+@pytest.mark.parametrize("kind", ARCS)
+def test_a_chord_between_two_arcs(kind):
+    k = np.arange(-20, 21)
+    x, y = 16 * k, ARCS[kind](k)
+    short = np.concatenate(
+        [np.stack([x, y, x, y + 2], axis=1), np.stack([x + 3, -y, x + 3, -y - 2], axis=1)]
+    )
+    surfaces = [FACE, upright("Short", short), upright("Long", [[-600, 1, 600, -1]])]
+    patches = rebuild_surfaces(surfaces)
+    laws.assert_on_parents(patches)
+    assert patches.report["constructed_points"] == 2 * (len(short) + 1)
+    assert len(patches.curve_edges) == len(short) + 1
+    assert assert_delaunay(patches, kind) > 300
+
+
+def test_many_chords_between_two_columns():
+    """Rectangles side by side: every diagonal is a tie, and the lowest corner has it."""
+    y = np.arange(-20, 21) * 4
+    long = np.stack([0 * y - 128, y, 0 * y + 128, y], axis=1)
+    patches = rebuild_surfaces([FACE, upright("Long", long)])
+    laws.assert_on_parents(patches)
+    assert assert_delaunay(patches, "rungs") > 150
+    t = patches.triangles[patches.surface_of_triangle == 0]
+    at = patches.local
+    rungs = {
+        (u, v) for u, v, _ in at[t[(np.abs(at[t][:, :, 0]) == 128).all(axis=1)]].reshape(-1, 3)
+    }
+    assert rungs == {(u, v) for u in (-128.0, 128.0) for v in y.tolist()}
+    diagonals = set()
+    for corners in at[t][:, :, :2].tolist():
+        for p, q in zip(corners, corners[1:] + corners[:1], strict=True):
+            if abs(p[0] - q[0]) == 256 and abs(p[1] - q[1]) == 4:
+                diagonals.add(min(p, q)[1] - max(p, q)[1])
+    assert diagonals == {-4.0}
