@@ -49,11 +49,6 @@ class Side:
         """Whether this side is a lattice."""
         return len(self.z) > 1
 
-    @property
-    def n_cell_col(self) -> int:
-        """Number of cells in a row."""
-        return self.z.shape[1] - 1
-
     @cached_property
     def pyramid(self) -> tuple[np.ndarray, np.ndarray]:
         """Boxes of blocks of cells, and the shape of their levels; remembered on the surface."""
@@ -97,14 +92,12 @@ class Candidates:
         1 where a patch is a cubic or a triangle, 0 where nodes of its stencil are absent.
     pairs : ndarray of int64, shape (n_pair, 2)
         Rows of the patches of both sides that are not apart.
-    n_block_pair : int
     """
 
     cells: tuple[np.ndarray, np.ndarray]
     nets: tuple[np.ndarray, np.ndarray]
     whole: tuple[np.ndarray, np.ndarray]
     pairs: np.ndarray
-    n_block_pair: int
 
     @cached_property
     def cones(self) -> tuple[np.ndarray, np.ndarray]:
@@ -142,7 +135,7 @@ def find_candidates(one: Side, two: Side) -> Candidates:
     found = near_patches(
         one.x, one.y, one.z, two.x, two.y, two.z, two.c, blocks, len(one.blocks), len(two.blocks)
     )
-    return Candidates(found[0:2], found[2:4], found[4:6], found[6], len(blocks))
+    return Candidates(found[0:2], found[2:4], found[4:6], found[6])
 
 
 @dataclass(eq=False)

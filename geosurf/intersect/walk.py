@@ -81,5 +81,5 @@ def _more_beside(sides, near: Candidates, unsettled, lines, rows, tolerance) -> 
     if not len(unsettled):
         return False
     keys = pair_keys(sides, rows[:, 3:7], np.zeros(len(rows), dtype=np.int64))
-    rest = Candidates(near.cells, near.nets, near.whole, near.pairs[unsettled], near.n_block_pair)
+    rest = Candidates(near.cells, near.nets, near.whole, near.pairs[unsettled])
     return any(find_lost(sides, rest, lines, keys, tolerance))
