@@ -18,13 +18,14 @@ from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InputError, SurfaceError
 from geosurf.faults.lines import Guides, directions, guides_of
-from geosurf.faults.rim import Rim, find_rim, normals_of
+from geosurf.faults.rim import Rim, find_rim, normals_of, total
 from geosurf.faults.rules import ALL_SIDES, read_sides
 from geosurf.kernels.predicates import flat_triangles, frame_of
 from geosurf.model import TriSurface
 from geosurf.model.faults import ExtendedFault, Extension
 
 _MARGIN = 0.01  # of the diagonal of the box: how far beyond it an extension ends
+LEADS = 0.05  # of a side: steps at its ends that lead on by less are left to its neighbours
 _TRIALS = 12  # each half as long again, where a new rim cuts across an edge of the box
 
 
@@ -132,6 +133,7 @@ def _continued(surface, rim: Rim, guides: Guides, side, low, high, until, longes
 
     Lines of a grid go on as they are. Those of sticks, too, unless they would cross; then, and
     where a fault has none, directions are averaged along the rim, as far as the lines go on.
+    Where these would cross because the rim has steps, its notches are filled first.
     """
     name, x, t, arc = surface.name, surface.vertices, surface.triangles, rim.arcs[side]
     if len(arc) < 2:
@@ -140,8 +142,13 @@ def _continued(surface, rim: Rim, guides: Guides, side, low, high, until, longes
             f"{place(x[arc[0]])}. Choose another side."
         )
     own = bool((guides.of(side)[arc] >= 0).all())
-    window, defect = 0.0, None
-    for lines in ("own",) if own and guides.exact else ("own", "averaged"):
+    window, defect, filled = 0.0, None, np.empty((0, 3), dtype=np.int64)
+    whole, way = arc, np.zeros((len(arc), 3))
+    for lines in ("own",) if own and guides.exact else ("own", "averaged", "filled"):
+        if lines == "filled":
+            arc, filled = _without_notches(x, whole, way)
+            if len(arc) < 2 or len(arc) == len(whole):
+                break
         way = directions(x, t, arc, side, rim.axes, guides, window)
         lost = np.flatnonzero(~way.any(axis=1))
         if len(lost):
@@ -151,10 +158,10 @@ def _continued(surface, rim: Rim, guides: Guides, side, low, high, until, longes
             )
         length = np.minimum(_lengths(x[arc], way, low, high, name, side, until), longest)
         tip = x[arc] + length[:, None] * way
-        strip = _strip(arc, len(x), x[arc], tip)
+        strip = np.concatenate([filled, _strip(arc, len(x), x[arc], tip)])
         points, faces = np.concatenate([x, tip]), np.concatenate([t, strip])
         window = float(np.median(length))
-        if own or lines == "averaged":
+        if own or lines != "own":
             defect = _defect_of(name, side, points, faces, len(strip))
             if defect is None:
                 break
@@ -162,8 +169,40 @@ def _continued(surface, rim: Rim, guides: Guides, side, low, high, until, longes
         raise defect
     area = math.fsum(0.5 * np.linalg.norm(normals_of(points[strip]), axis=1))
     reach = float(length.max()), float(length.min()), area
+    lines = "averaged" if lines == "filled" else lines
     made = Extension(name, side, *reach, len(strip), until, lines)
     return TriSurface(name, surface.role, points, faces), guides.grown(side, arc), made
+
+
+def _without_notches(x: np.ndarray, arc: np.ndarray, way: np.ndarray) -> tuple[Any, np.ndarray]:
+    """An arc whose notches are filled, as seen along its mean direction, and the triangles in them.
+
+    The upper hull of the arc (Andrew 1979): of three vertices in turn the middle one is left
+    behind if it lies short of the line that joins the others. No vertex is new. Whether the
+    triangles may stay is decided later, exactly.
+    """
+    ahead = total(way)
+    ahead /= max(float(np.linalg.norm(ahead)), np.finfo(float).tiny)
+    along = x[arc[-1]] - x[arc[0]]
+    along = along - (along @ ahead) * ahead
+    plane = x[arc] @ np.stack([along, ahead], axis=1)
+    reach = float(along @ along)
+    kept: list[int] = []
+    filled = []
+    for c in range(len(arc)):
+        while len(kept) > 1:
+            a, b = kept[-2:]
+            (s, h), (u, v) = plane[b] - plane[a], plane[c] - plane[a]
+            if s * v - h * u <= 1e-9 * (abs(s * v) + abs(h * u)):  # on the line: no notch
+                break
+            filled.append((arc[a], arc[c], arc[kept.pop()]))
+        kept.append(c)
+    # steps at the ends that do not lead on belong to the sides next to this one
+    while len(kept) > 1 and plane[kept[1], 0] <= plane[kept[0], 0] + LEADS * reach:
+        kept.pop(0)
+    while len(kept) > 1 and plane[kept[-1], 0] <= plane[kept[-2], 0] + LEADS * reach:
+        kept.pop()
+    return arc[kept], np.array(filled, dtype=np.int64).reshape(-1, 3)
 
 
 def rim_in_box(rim: Rim, x: np.ndarray, side: str, low: np.ndarray, high: np.ndarray) -> bool:

@@ -188,11 +188,21 @@ def test_a_mesh_goes_on_from_its_rim_whatever_the_order_of_its_triangles(rng):
         assert triangles_of(again.surface) == triangles_of(made.surface)
 
 
-def test_a_rim_with_steps_is_refused_with_its_place(rng):
+@pytest.mark.parametrize(
+    "gone",
+    [
+        [0, 1, 2, 3, 12, 13],  # a corner, in two steps
+        [64, 65, 66, 67],  # a notch in a side
+        [0, 1, 12, 13, 58, 59, 70, 71],
+    ],
+)
+def test_notches_of_a_rim_with_steps_are_filled(gone, rng):
     torn = np.ones(72, dtype=bool)
-    torn[[0, 1, 2, 3, 12, 13]] = False
-    with pytest.raises((GeometryError, SurfaceError), match=r"'F1'.* near|at \(easting"):
-        extend_fault(upright_mesh(rng, torn), BOX)
+    torn[gone] = False
+    for sides in ("up", "down", "start", "end", ("start", "end", "up", "down")):
+        given = upright_mesh(rng, torn)
+        made = extend_fault(given, BOX, sides=sides)
+        assert_leaves(made, given, sides=(sides,) if isinstance(sides, str) else sides)
 
 
 def test_holes_stay_and_pieces_are_refused():
