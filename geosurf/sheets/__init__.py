@@ -2,6 +2,7 @@
 
 =============  ====================================================================
 data, frame    grid or points -> picks on one lattice
+scattered      points on no lattice: unknowns on one, a row of the equations for each point
 near           how far from a fault a datum is, at its own height
 traces         where a fault meets the horizon in the map
 network        how traces end: at tips, at rims, on other faults
@@ -34,13 +35,14 @@ from geosurf.conventions import is_number, place, rising_diagonal
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.sheets.build import Builder, carry_picks
-from geosurf.sheets.data import Picks, picks_of
+from geosurf.sheets.data import Picks
 from geosurf.sheets.describe import fault_cuts, make_report
 from geosurf.sheets.finish import fault_surfaces, refuse_leaks, sheet_of
 from geosurf.sheets.given import throw_horizon
-from geosurf.sheets.heights import Heights, Rebuild, Settings
-from geosurf.sheets.noise import noise_of, weight_of
+from geosurf.sheets.heights import Heights, Settings
+from geosurf.sheets.noise import weight_of
 from geosurf.sheets.propose import propose_trim
+from geosurf.sheets.scattered import picks_or_points, rebuild_of
 from geosurf.sheets.slip import EllipticThrow
 from geosurf.sheets.traces import mesh_in_frame
 
@@ -54,6 +56,7 @@ def tear_horizon(
     name: str | None = None,
     trim: float = 2.0,
     noise: float | None = None,
+    spacing: float | None = None,
     carry: bool = False,
     positive: str | None = None,
     units: str | None = None,
@@ -67,8 +70,8 @@ def tear_horizon(
     Parameters
     ----------
     data : xarray.DataArray, xarray.Dataset, pandas.DataFrame or array_like (n, 3)
-        A grid as for `triangulate_horizon`, or points on a regular lattice, rotated or not:
-        easting, northing, elevation. Points may share a node, one for each wall.
+        A grid as for `triangulate_horizon`, or points: easting, northing, elevation. Points on a
+        regular lattice, rotated or not, may share a node, one for each wall; others are scattered.
     faults : mapping of str to fault, or sequence of TriSurface
         Anything that `triangulate_fault` takes. They tear the horizon exactly as far as they reach.
     name : str, optional
@@ -78,6 +81,9 @@ def tear_horizon(
         the grid]. At least one and a half times the half width of the smear.
     noise : float, optional
         Standard deviation of the data's noise [m]; 0 to meet them exactly. Default: estimated.
+    spacing : float, optional
+        Width of the lattice on which scattered points are solved for [m]. Default: points on a
+        lattice keep theirs, scattered ones get one cell for each point.
     carry : bool
         Whether a block between faults without data of its own is carried on from its neighbour over
         the fault with the smaller throw there, and listed. Default: it is refused.
@@ -120,18 +126,18 @@ def tear_horizon(
     if noise is not None and not (is_number(noise) and noise >= 0):
         raise InputError(f"noise is {noise!r}, expected metres, 0 or more.")
     surfaces = fault_surfaces(faults)
-    picks = picks_of(data, name, positive, units)
+    picks = picks_or_points(data, name, positive, units, spacing)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
     settings = Settings(float(trim), max(3.0, float(trim)), carry=bool(carry))
-    rebuild = Rebuild(picks, meshes, settings)
-    sigma, signal = noise_of(rebuild.trusted_grid())
+    rebuild = rebuild_of(picks, meshes, settings)
+    sigma, signal = rebuild.noise()
     sigma = sigma if noise is None else float(noise)
-    settings.noise_weight = weight_of(sigma, signal, picks.frame.cell)
+    settings.hold(weight_of(sigma, signal, picks.frame.cell))
     state = rebuild.run()
     names = [surface.name for surface in surfaces]
     _refuse_empty_blocks(picks, state, names)
     rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
-    carry_on = carry_picks(picks, settings.bend)
+    carry_on = carry_picks(picks, settings.bend, settings.noise_weight)
     builder = Builder(picks, state, surfaces, rising, carry_on, rebuild.torn_between)
     built = builder.run()
     state = builder.state

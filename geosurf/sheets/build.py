@@ -22,8 +22,8 @@ from geosurf.sheets.near import mesh_blocks, side_at_own_height
 from geosurf.sheets.traces import mesh_in_frame
 
 ROUNDS = 20  # attempts to close a sheet before it is said where it stays open
-RING = 0.5  # cells that a further ring of triangles reaches at least
-SPARE = 0.1  # cells of overlap that the first ring does not cover for certain
+RING = 0.3  # cells that a further ring of triangles reaches at least
+SPARE = 0.25  # cells of overlap that the first ring covers for certain; further rings go past by it
 CLEARLY = 0.3  # cells from a fault at which a node's side is clear
 PATIENCE = 3  # rings that are tried before a tear is ended early where it need not be
 MOST = 40  # links by which a tear may end early
@@ -177,17 +177,24 @@ class Builder:
     def _grown_over(self, torn: Torn) -> Torn:
         """Further rings where a reverse fault makes the horizon overlap its own trace."""
         widest = [-np.minimum(w.left, w.right).min(initial=0.0) for w in self.state.walls]
-        for ring in range(1, int(np.ceil(max(widest, default=0.0) / RING)) + 1):
-            anchor = torn.anchor
-            overlap = np.zeros(len(anchor))
-            for near, walls in zip(self.state.near, self.state.walls, strict=True):
-                at = near.look_up(anchor)
-                rows = np.flatnonzero(at >= 0)
-                gap = walls.gap(near.place[at[rows]], near.side[at[rows]])
-                overlap[rows] = np.maximum(overlap[rows], -gap)
-            needy = np.flatnonzero(overlap + SPARE > ring * RING)
-            torn = self._grown_from(torn, torn.n_node + needy)
+        for _ in range(int(np.ceil((max(widest, default=0.0) + SPARE) / RING))):
+            needy = self._short_of_overlap(torn)
+            if not needy.any():
+                break
+            torn = self._grown_from(torn, torn.n_node + np.flatnonzero(needy))
         return torn
+
+    def _short_of_overlap(self, torn: Torn) -> np.ndarray:
+        """Ghosts that do not lie past their sheet's cut-off yet, bool (n_ghost,)."""
+        short = np.zeros(len(torn.anchor), dtype=bool)
+        for near, walls in zip(self.state.near, self.state.walls, strict=True):
+            of, at = near.look_up(torn.anchor), near.look_up(torn.node_of_ghost)
+            rows = np.flatnonzero((of >= 0) & (at >= 0))
+            own, at = near.side[of[rows]], at[rows]
+            past = np.where(near.side[at] == own, -1.0, 1.0) * near.distance[at]
+            overlap = -walls.gap(near.place[at], own)
+            short[rows] |= (overlap > SPARE) & (past < overlap + SPARE)
+        return short
 
     def _grown_from(self, torn: Torn, ghosts: np.ndarray) -> Torn:
         """Another ring along the outer edges that have one of these ghosts."""
@@ -284,7 +291,7 @@ class Builder:
         return found
 
 
-def carry_picks(picks: Picks, bend: float):
+def carry_picks(picks: Picks, bend: float, weight: float | None = None):
     """How ghosts of picked sheets get their heights: by the energy, and by picks beyond a trace."""
 
     def carry_on(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights):
@@ -292,7 +299,7 @@ def carry_picks(picks: Picks, bend: float):
         fixed = _beyond(picks, state, torn)
         frame = picks.frame
         return ghost_heights(
-            torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed, bend
+            torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed, bend, weight
         )
 
     return carry_on

@@ -19,6 +19,9 @@ from geosurf.model import TriSurface
 from geosurf.sheets.frame import Frame, fit_steps, frame_of_lattice
 from geosurf.triangulate import triangulate_horizon
 
+OFF = 0.05  # cells from its node from which a point is not on the lattice
+SCATTERED = 0.2  # share of the points off the lattice from which there is none
+
 
 @dataclass(frozen=True, eq=False)
 class Picks:
@@ -109,6 +112,24 @@ class Picks:
         heights[nodes] = np.nan if self.several is None else self.means_at(nodes, ~left_out)
         return heights, nodes[np.isnan(heights[nodes])]
 
+    def columns(self, rows: np.ndarray) -> np.ndarray:
+        """Column and row (n, 2) of some picks."""
+        return self.frame.uv_of_node(self.node[rows])
+
+    @property
+    def on_nodes(self) -> bool:
+        """Whether each pick is the height of a node."""
+        return True
+
+    def missed(self, values: np.ndarray, used: np.ndarray) -> np.ndarray:
+        """Picks in use, bool (n_pick,), that heights (n_node,) do not meet bit for bit."""
+        values = values if self.one_each else values[self.node]
+        return np.flatnonzero((values != self.z) & used)
+
+    def misfit(self, values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Distance [m] of some picks from heights (n_node,) of a sheet."""
+        return np.abs(values[self.node[rows]] - self.z[rows])
+
     def places(self, picks: np.ndarray) -> np.ndarray:
         """World coordinates (n, 3) of some picks."""
         return np.column_stack([self.frame.node_places(self.node[picks]), self.z[picks]])
@@ -131,9 +152,8 @@ def picks_of(
                 "Give the grid or the points that it was made from."
             )
         return _from_lattice(data.renamed(name or data.name))
-    table = hasattr(data, "data_vars") or hasattr(data, "columns")
-    if table or isinstance(data, np.ndarray | list | tuple):
-        return _from_points(data, name, positive, units)
+    if are_points(data):
+        return points_on_lattice(*points_of(data, name, positive, units))
     return _from_lattice(triangulate_horizon(data, name=name, positive=positive, units=units))
 
 
@@ -147,7 +167,27 @@ def _from_lattice(surface: TriSurface) -> Picks:
     return Picks(surface.name, frame, node, z.ravel()[node])
 
 
-def _from_points(data: Any, name: str | None, positive: str | None, units: str | None) -> Picks:
+def are_points(data: Any) -> bool:
+    """Whether data are a table or an array of points."""
+    table = hasattr(data, "data_vars") or hasattr(data, "columns")
+    return table or isinstance(data, np.ndarray | list | tuple)
+
+
+def points_on_lattice(title: str, points: np.ndarray) -> Picks:
+    """Picks of points (n, 3) that sit on a lattice."""
+    what = f"horizon {title!r}"
+    found = find_lattice(points[:, :2], what)
+    if found is None:
+        raise HorizonError(
+            f"{what}: the points sit on no lattice of right angles. Give a grid, or points on one."
+        )
+    return Picks(title, *found, points[:, 2])
+
+
+def points_of(
+    data: Any, name: str | None, positive: str | None, units: str | None
+) -> tuple[str, np.ndarray]:
+    """Name and points (n, 3) of a table or array: easting, northing, elevation [m]."""
     title = str(name or getattr(data, "attrs", {}).get("name") or "horizon")
     what = f"horizon {title!r}"
     if hasattr(data, "data_vars") or hasattr(data, "columns"):
@@ -183,15 +223,18 @@ def _from_points(data: Any, name: str | None, positive: str | None, units: str |
         scale = elevation_sign(positive, what) * metres_per_unit(units, what)
     except InputError as error:
         raise HorizonError(str(error)) from error
-    frame, node = _find_lattice(points[:, :2], what)
-    return Picks(title, frame, node, points[:, 2] * scale)
+    points[:, 2] *= scale
+    return title, points
 
 
-def _find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray]:
-    """The lattice that points sit on, and the node of each."""
+def find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray] | None:
+    """The lattice that points sit on, and the node of each; None if they are scattered."""
     if len(xy) < 9:
         raise HorizonError(f"{what}: {len(xy)} points do not make a lattice. Give more points.")
-    corner, step = _first_guess(xy, what)
+    guess = _first_guess(xy, what)
+    if guess is None:
+        return None
+    corner, step = guess
     origin = xy[np.argmin(np.hypot(*(xy - np.median(xy, axis=0)).T))]
     corner = origin
     span = float(np.hypot(*np.ptp(xy, axis=0)))
@@ -207,19 +250,21 @@ def _find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray]:
     ij = np.rint(uv).astype(np.int64)
     off = np.abs(uv - ij).max(axis=1)
     worst = int(off.argmax())
-    if off[worst] > 0.05:
+    if (off > OFF).mean() > SCATTERED:
+        return None
+    if off[worst] > OFF:
         where = place((*xy[worst], np.nan)).rsplit(",", 1)[0] + ")"
         raise HorizonError(
-            f"{what}: {int((off > 0.05).sum())} of {len(xy)} points lie off the lattice that the "
-            f"others sit on, the farthest at {where}, {off[worst]:.2f} cells off. Grid scattered "
-            "points first, on each side of the faults by itself."
+            f"{what}: {int((off > OFF).sum())} of {len(xy)} points lie off the lattice that the "
+            f"others sit on, the farthest at {where}, {off[worst]:.2f} cells off. Leave "
+            "them out, or give spacing= to take all points as scattered."
         )
     low = ij.min(axis=0)
     n_col, n_row = (int(n) for n in ij.max(axis=0) - low + 1)
     if n_col * n_row > 64 * len(xy) + 4096:
         raise HorizonError(
             f"{what}: {len(xy)} points on a lattice of {n_row} x {n_col} nodes are too few to "
-            "carry a surface. Grid scattered points first."
+            "carry a surface. Give spacing= to take them as scattered points."
         )
     corner = corner + low @ step
     grid = np.stack(np.meshgrid(np.arange(n_col), np.arange(n_row)), axis=-1).reshape(-1, 2)
@@ -230,8 +275,11 @@ def _find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray]:
     return Frame((n_row, n_col), corner, step, full[..., 0], full[..., 1]), node
 
 
-def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray]:
-    """Steps (2, 2) from neighbours of points near the middle: right-handed, columns eastward."""
+def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Steps (2, 2) from neighbours of points near the middle: right-handed, columns eastward.
+
+    None if neighbours lie in no two ways at right angles.
+    """
     from scipy.spatial import cKDTree
 
     _, first = np.unique(np.rint(xy * 1e3).astype(np.int64), axis=0, return_index=True)
@@ -251,9 +299,6 @@ def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray]:
     for k in range(2):
         mine = along[:, k] > 0.9 * np.hypot(*vectors.T)
         if not mine.any():
-            raise HorizonError(
-                f"{what}: the points sit on no lattice of right angles. Grid scattered points "
-                "first, on each side of the faults by itself."
-            )
+            return None
         steps.append(float(np.median(along[mine, k])))
     return np.zeros(2), axes * np.array(steps)[:, None]

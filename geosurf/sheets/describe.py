@@ -96,6 +96,8 @@ def make_report(
 def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: float) -> list[str]:
     """A sentence for each fault over which the horizon overlaps where its data do not."""
     found: dict[str, float] = {}
+    if not picks.on_nodes:
+        return []
     several = np.zeros(picks.n_node, dtype=bool) if picks.several is None else picks.several
     lines = zip(state.network.traces, state.near, state.walls, strict=True)
     for trace, near, walls in lines:
@@ -114,10 +116,9 @@ def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: flo
 
 def _kept_misfit(picks: Picks, state: Heights) -> dict[str, float]:
     """Misfit at data in use: most are met bit for bit, and only counted."""
-    values = state.values if picks.one_each else state.values[picks.node]
-    missed = np.flatnonzero((values != picks.z) & state.used)
+    missed = picks.missed(state.values, state.used)
     met = int(state.used.sum()) - len(missed)
-    return _misfit(np.abs(values[missed] - picks.z[missed]), met)
+    return _misfit(picks.misfit(state.values, missed), met)
 
 
 def _hidden_misfit(picks: Picks, state: Heights) -> dict[str, float]:
@@ -127,7 +128,7 @@ def _hidden_misfit(picks: Picks, state: Heights) -> dict[str, float]:
     rows = np.flatnonzero(hidden)
     if picks.several is not None:
         rows = rows[~picks.several[picks.node[rows]]]
-    return _misfit(np.abs(state.values[picks.node[rows]] - picks.z[rows]))
+    return _misfit(picks.misfit(state.values, rows))
 
 
 def _misfit(values: np.ndarray, met: int = 0) -> dict[str, float]:

@@ -26,8 +26,9 @@ def ghost_heights(
     cell: float,
     fixed: dict[int, float],
     bend: float = BEND,
+    weight: float | None = None,
 ) -> np.ndarray:
-    """Heights (n_ghost,) of all ghosts; `fixed` has those that data give."""
+    """Heights (n_ghost,) of all ghosts; `fixed` has those that data give, `weight` if noisy."""
     n_ghost = len(torn.anchor)
     if n_ghost == 0:
         return np.empty(0)
@@ -37,9 +38,11 @@ def ghost_heights(
     graph, lost = _mesh_graph(torn, triangles, nodes, cut)
     value = np.concatenate([heights[nodes], np.zeros(n_ghost)])
     known = np.zeros(n_ghost, dtype=bool)
-    rows = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
-    known[rows] = True
-    value[len(nodes) + rows] = np.fromiter(fixed.values(), dtype=np.float64, count=len(fixed))
+    given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
+    picked = np.fromiter(fixed.values(), dtype=np.float64, count=len(fixed))
+    if weight is None:
+        known[given] = True
+        value[len(nodes) + given] = picked
     number = np.full(len(value), -1)
     free = np.flatnonzero(~known)
     number[len(nodes) + free] = np.arange(len(free))
@@ -48,6 +51,9 @@ def ghost_heights(
     target = HOLD * heights[torn.anchor[free]]
     rows = number[lost[:, 1]]
     lost, rows = lost[rows >= 0], rows[rows >= 0]
+    if weight is not None:
+        pull[given] += weight
+        target[given] += weight * picked
     np.add.at(pull, rows, STRETCH**2)
     np.add.at(target, rows, STRETCH**2 * value[lost[:, 0]])
     out = value[len(nodes) :]

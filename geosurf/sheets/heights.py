@@ -17,6 +17,7 @@ from geosurf.sheets.drape import around, drape_over, narrow_gaps, without_absent
 from geosurf.sheets.links import FALLING, Cuts, cuts_of, within
 from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height, window
 from geosurf.sheets.network import Network
+from geosurf.sheets.noise import NOISY_BEND, noise_of
 from geosurf.sheets.solve import BEND, grounded, lattice_graph, smoothest, steps_to_known
 from geosurf.sheets.traces import FaultMesh
 
@@ -24,7 +25,7 @@ FILL = 16.0  # cells: absent nodes beside a trace are filled in gaps up to this 
 MAP_REACH = 12.0  # cells: how far from a trace sides are looked at in the map
 WEDGE = 1.5  # trims, and at least
 FEWEST = 4.0  # steps of extrapolation, from which distrusted data are listened to
-WEDGE_PULL = 0.1  # and how much
+WEDGE_PULL = 0.1  # and how much: see docs/sheets.md
 SLIVER = 12  # nodes: blocks without data up to this size are carried on without asking
 BRIDGE = 0.75  # cells beside the cut-offs that are bridged to find the trace between them
 SENSE = 0.25  # cells of heave below which gap and overlap are not told apart
@@ -40,6 +41,11 @@ class Settings:
     noise_weight: float | None = None
     collar: int = 16
     carry: bool = False
+
+    def hold(self, weight: float | None) -> None:
+        """Hold the sheet to noisy data by a weight; None to meet them exactly."""
+        self.noise_weight = weight
+        self.bend = BEND if weight is None else NOISY_BEND
 
 
 @dataclass(eq=False)
@@ -144,12 +150,16 @@ class Rebuild:
     def _near(self, mesh: FaultMesh) -> Near:
         blocks = mesh_blocks(mesh, self.reach)
         near = self.picks.of_nodes(window(self.picks.frame, blocks))
-        uv = self.picks.frame.uv_of_node(self.picks.node[near]) * self.stretch
+        uv = self.picks.columns(near) * self.stretch
         rows, _ = blocks.of(uv)
         points = np.column_stack([uv[rows], self.picks.z[near[rows]]])
         far, side = side_at_own_height(mesh, blocks, points, self.reach)
         close = side != 0
         return Near(near[rows[close]], far[close], side[close])
+
+    def noise(self) -> tuple[float, float]:
+        """Noise of the data, and typical third difference of the surface [m]."""
+        return noise_of(self.trusted_grid())
 
     def trusted_grid(self) -> np.ndarray:
         """Heights (n_row, n_col) of the data that no pass distrusts."""

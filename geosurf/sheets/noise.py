@@ -1,7 +1,7 @@
 """How noisy are data on a lattice, and how hard may a sheet be held to them?
 
-Third differences at steps of one and of two nodes: those of a smooth signal grow eightfold, those
-of noise do not, so that the two can be told apart.
+Third differences at steps of one node and more: those of a smooth signal grow with the cube of
+the step, those of noise do not, so that the two can be told apart.
 """
 
 from __future__ import annotations
@@ -9,30 +9,64 @@ from __future__ import annotations
 import numpy as np
 
 ROWS = 400  # rows and columns that are looked at
+STEPS = (1, 2, 4, 8)  # nodes
+SEEN = 3.0  # variance of third differences, in those of noise, from which there is a signal
 LOUD = 0.01  # cells: noise below this does not move a cut-off, data are then met exactly
-GAIN = 10.0
+GAIN = 100.0
+LEAST = 5e-3  # weight: means over some three cells
+NOISY_BEND = 0.1  # share of second differences where data are noisy: they flatten what bends
 
 
 def noise_of(heights: np.ndarray) -> tuple[float, float]:
-    """Standard deviation of noise, and rms third difference of the signal, of a grid [m]."""
-    squares: list[list[np.ndarray]] = [[], []]
+    """Standard deviation of noise, and typical third difference of the signal, of a grid [m]."""
+    spread = [_spread(heights, step) for step in STEPS]
+    if not np.isfinite(spread[1]):
+        return 0.0, 0.0
+    signal = max((spread[1] - spread[0]) / 63.0, 0.0)
+    noise = max(spread[0] - signal, 0.0)
+    for step, now in zip(STEPS[1:], spread[1:], strict=True):
+        if np.isfinite(now):  # the first step at which the signal stands out tells it best
+            signal = max((now - noise) / (step**6 - 1), 0.0)
+            if now > SEEN * noise:
+                break
+    return float(np.sqrt(noise / 20.0)), float(np.sqrt(signal))
+
+
+def signal_of(heights: np.ndarray) -> float:
+    """Typical third difference of a grid that noise was taken out of [m], by its widest steps."""
+    for step in STEPS[::-1]:
+        spread = _spread(heights, step)
+        if np.isfinite(spread):
+            return float(np.sqrt(spread)) / step**3
+    return 0.0
+
+
+def _spread(heights: np.ndarray, step: int) -> float:
+    """Variance of third differences over rows and columns, none of them across a hole."""
+    squares = []
     for grid in (heights, heights.T):
         part = grid[:: max(len(grid) // ROWS, 1)]
-        for k, step in enumerate((1, 2)):
-            if part.shape[1] > 3 * step:
-                a, b, c, d = (part[:, i * step : part.shape[1] - (3 - i) * step] for i in range(4))
-                third = (d - a) - 3.0 * (c - b)
-                squares[k].append(third[np.isfinite(third)])
-    if not squares[1] or not len(squares[1][0]):
-        return 0.0, 0.0
-    # medians, since the data left beside faults may have outliers: 1.4826 makes them deviations
-    near, far = ((1.4826 * np.median(np.abs(np.concatenate(s)))) ** 2 for s in squares)
-    signal = max((far - near) / 63.0, 0.0)
-    return float(np.sqrt(max(near - signal, 0.0) / 20.0)), float(np.sqrt(signal))
+        n = part.shape[1] - 3 * step
+        if n <= 0:
+            continue
+        a, b, c, d = (part[:, i * step : i * step + n] for i in range(4))
+        third = (d - a) - 3.0 * (c - b)
+        holes = np.zeros((len(part), part.shape[1] + 1), dtype=np.int64)
+        np.cumsum(np.isnan(part), axis=1, out=holes[:, 1:])
+        whole = holes[:, 3 * step + 1 :] == holes[:, :n]
+        squares.append(third[whole])
+    if not sum(len(s) for s in squares):
+        return np.nan
+    # medians, since data beside faults may have outliers: 1.4826 makes them deviations
+    return float((1.4826 * np.median(np.abs(np.concatenate(squares)))) ** 2)
 
 
 def weight_of(noise: float, signal: float, cell: float) -> float | None:
-    """Weight of noisy data against the smoothness of the sheet; None to meet them exactly."""
+    """Weight of noisy data against the smoothness of the sheet; None to meet them exactly.
+
+    A mean over h cells errs by about signal h^3 and noise / h. Both are equal at
+    h^-6 = (signal / noise)^1.5, and h^-6 is the weight at which third differences mean over h.
+    """
     if noise <= LOUD * cell:
         return None
-    return float(np.clip(GAIN * (signal / noise) ** 2, 1e-3, 1.0))
+    return float(np.clip(GAIN * (signal / noise) ** 1.5, LEAST, 1.0))

@@ -17,7 +17,7 @@ from geosurf.model import TrimProposal, TriSurface
 from geosurf.sheets.data import picks_of
 from geosurf.sheets.finish import fault_surfaces
 from geosurf.sheets.heights import Heights, Rebuild, Settings, walls_of
-from geosurf.sheets.noise import noise_of, weight_of
+from geosurf.sheets.noise import weight_of
 from geosurf.sheets.traces import mesh_in_frame
 
 HIDDEN = 6  # cells from a fault within which data are hidden
@@ -76,7 +76,7 @@ def propose_trim(
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
     settings = Settings(float(HIDDEN), float(HIDDEN))
     rebuild = Rebuild(picks, meshes, settings)
-    settings.noise_weight = weight_of(*noise_of(rebuild.trusted_grid()), picks.frame.cell)
+    settings.hold(weight_of(*rebuild.noise(), picks.frame.cell))
     state = rebuild.hidden(float(HIDDEN))
     far, misfit = _hidden_misfits(rebuild, state)
     number = np.bincount(far.astype(np.int64), minlength=HIDDEN)

@@ -76,7 +76,7 @@ def smoothest(
         return np.empty(0)
     known = value[unknown < 0]
     level = float(known.mean()) if len(known) else 0.0
-    weights = np.array([STRETCH, bend, third, *(1.0 / stretch)])
+    weights = weights_of(stretch, bend, third)
     shifted = np.where(unknown < 0, value - level, 0.0)
     matrix, column, right = normal_equations(
         graph.east, graph.north, graph.square, graph.cell, unknown, shifted, weights
@@ -85,6 +85,11 @@ def smoothest(
         matrix[:, DIAGONAL] += pull
         right += pull * np.where(pull > 0, target - level, 0.0)
     return _cholesky(matrix, column, right) + level
+
+
+def weights_of(stretch: np.ndarray, bend: float, third: float = 1.0) -> np.ndarray:
+    """Weights of first, second and third differences, and of the two ways of a cell."""
+    return np.array([STRETCH, bend, third, *(1.0 / stretch)])
 
 
 def _cholesky(matrix: np.ndarray, column: np.ndarray, right: np.ndarray) -> np.ndarray:

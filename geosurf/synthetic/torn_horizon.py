@@ -3,6 +3,9 @@
 Every side of the faults (a sector) has a smooth sheet of its own, defined everywhere:
 the relief, lowered by half the throw on a hanging wall and raised on a footwall. The horizon is
 each sheet on its own side of the faults, at its own height.
+
+Around a fault that ends, walls move as they do around a crack in an elastic body (see
+`displacement`): smooth but at the two tips, and fading away from the fault.
 """
 
 from __future__ import annotations
@@ -10,6 +13,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,7 +47,6 @@ class Fault:
     profile: str = "parabola"
     flatten: float = 0.0
     wave: float = 20.0
-    fade: float = 1500.0
     branch: tuple[str, int] | None = None
 
     def along_across(self, x: Any, y: Any) -> tuple[Any, Any]:
@@ -63,17 +66,56 @@ class Fault:
         cot = 0.0 if self.dip == 90 else 1.0 / np.tan(np.radians(self.dip))
         return self.wave * np.sin(s / 450.0) + down * (cot + self.flatten * (down + 300.0))
 
-    def throw_at(self, s: Any, r: Any) -> Any:
-        """Throw, fading away from the fault [m]."""
-        share = np.clip(1.0 - (s / self.half) ** 2, 0.0, None)
-        power = {"parabola": 1.0, "ellipse": 0.5, "constant": 0.0}[self.profile]
-        return self.throw * share**power * np.exp(-((r / self.fade) ** 2))
+    def moved(self, s: Any, r: Any, sign: int, level: float) -> Any:
+        """How far a wall (+1 hanging) has gone down at places along and across [m]."""
+        half = 0.5 * self.throw
+        if self.profile == "constant":
+            return sign * half * np.ones_like(s)
+        away = (r - np.interp(s, *_trace(self, level))) / self.half
+        return sign * half * displacement(self.profile, s / self.half, sign * away)
+
+
+@lru_cache(maxsize=32)
+def _trace(fault: Fault, level: float) -> tuple[np.ndarray, np.ndarray]:
+    """Where, across strike, a fault meets the horizon as it was before: along and across [m]."""
+    s = np.arange(-2.5 * fault.half, 2.5 * fault.half + 1.0, 0.25)  # linear between, to 1e-8 m
+    low, high = np.full(len(s), DATUM - 330.0), np.full(len(s), DATUM + 330.0)
+    for _ in range(60):
+        z = 0.5 * (low + high)
+        above = z > _relief(*fault.place(s, fault.across(s, z))) + level
+        low, high = np.where(above, low, z), np.where(above, z, high)
+    return s, fault.across(s, z)
+
+
+def displacement(profile: str, s: Any, r: Any) -> Any:
+    """Share of half the largest throw by which a wall moves, beside a fault from s = -1 to 1.
+
+    The real part of an analytic function of s + i r: harmonic, 0 far away and straight on past
+    the tips, and on the fault (r = 0) the square root of 1 - s^2 (``"ellipse"``, a crack in
+    anti-plane shear, Pollard & Segall 1987) or 1 - s^2 itself (``"parabola"``). The wall is on
+    the side where r > 0, and goes on analytically past the fault.
+    """
+    inside = np.abs(s) < 1.0
+    side = np.where(inside | (r >= 0), 1.0, -1.0)  # past the tips both walls are one
+    tiny = np.finfo(np.float64).tiny
+    zeta = s + 1j * np.where(inside, r, np.maximum(np.abs(r), tiny))
+    if profile == "ellipse":
+        found = np.sqrt(1.0 - zeta * zeta).real - zeta.imag
+        return side * found
+    with np.errstate(divide="ignore", invalid="ignore"):
+        log = np.where(
+            inside,
+            np.log(1.0 + zeta) - np.log(1.0 - zeta) - 1j * np.pi,
+            np.log((zeta + 1.0) / (zeta - 1.0)),
+        )
+        found = -((1.0 - zeta * zeta) * log + 2.0 * zeta).imag / np.pi
+    return side * np.where(np.abs(zeta * zeta - 1.0) > 0, found, 0.0)
 
 
 def _worlds(side: float) -> dict[str, dict[str, Fault]]:
     """Faults of each kind of world, for a square of a given side."""
     c = 0.5 * side
-    through = {"half": np.inf, "profile": "constant", "fade": np.inf}
+    through = {"half": np.inf, "profile": "constant"}
     return {
         "normal": {"F1": Fault(c, c)},
         "gentle": {"F1": Fault(c, c, dip=35.0)},
@@ -91,6 +133,14 @@ def _worlds(side: float) -> dict[str, dict[str, Fault]]:
             "F1": Fault(c, c, dip=70.0, **through),
             "F2": Fault(c, c, strike=100.0, dip=70.0, throw=40.0, **through),
         },
+        "acute Y": {
+            "F1": Fault(c, c, **through),
+            "F2": Fault(c, c, strike=40.0, throw=40.0, branch=("F1", -1), **through),
+        },
+        "acute X": {
+            "F1": Fault(c, c, dip=70.0, **through),
+            "F2": Fault(c, c, strike=42.0, dip=70.0, throw=40.0, **through),
+        },
         "parallel": {
             "F1": Fault(c - 2.2 * _STEP, c, strike=12.0, dip=80.0, wave=0.0, **through),
             "F2": Fault(c + 2.2 * _STEP, c, strike=12.0, dip=80.0, wave=0.0, throw=40.0, **through),
@@ -105,6 +155,7 @@ def torn(
     smear: int = 1,
     noise: float = 0.0,
     level: float = 0.0,
+    seed: int = 5,
     offset: Offset = (0.0, 0.0, 0.0),
 ) -> World:
     """A faulted horizon as it is picked: smeared over its faults, or noisy.
@@ -115,7 +166,8 @@ def torn(
         ``"normal"`` (60 degrees, 60 m of throw dying at both tips), ``"gentle"`` (35
         degrees), ``"vertical"``, ``"ellipse"`` (profile of the throw), ``"through"`` (cuts
         right through), ``"listric"``, ``"reverse"``, ``"thrust"`` (30 degrees, overlap), ``"Y"``,
-        ``"X"``, or ``"parallel"`` (two faults about four cells apart).
+        ``"X"``, ``"acute Y"`` and ``"acute X"`` (at some 20 degrees), or ``"parallel"`` (two faults
+        about four cells apart).
     n : int
         Nodes per side, 25 m apart.
     smear : int
@@ -125,6 +177,8 @@ def torn(
     level : float
         How much higher the horizon lies than at its usual level [m], for a second one on the same
         faults; -200 to 200.
+    seed : int
+        Another number gives other noise.
     offset : (float, float, float)
         Added to all coordinates [m].
 
@@ -132,8 +186,10 @@ def torn(
     -------
     World
         Horizon ``Top``, one value per node. `truth` has ``"points"`` (n, 3), every sheet wherever
-        it exists: several per node where they overlap; and ``"cutoffs"``: by fault and wall
-        (``"+"`` hanging wall), lines (n, 3).
+        it exists: several per node where they overlap; ``"scattered"``: a function of a number,
+        noise [m] and a seed, that many points (n, 3) anywhere on it, before the offset;
+        ``"cutoffs"``: by fault and wall (``"+"`` hanging wall), lines (n, 3); and ``"faults"``: the
+        formulas of the faults (`Fault`), before the offset.
 
     Raises
     ------
@@ -162,7 +218,7 @@ def torn(
     sheets = {signs: _sheet(faults, signs, level) for signs in _sectors(faults)}
     heights = {signs: sheet(x, y) for signs, sheet in sheets.items()}
     there = {signs: _exists(faults, signs, x, y, z) for signs, z in heights.items()}
-    rng = np.random.default_rng(5)
+    rng = np.random.default_rng(seed)
     values = _smeared(_single(faults, x, y, heights, there), there, smear)
     values = values + noise * rng.standard_normal(values.shape)
     box = (0.0, side, 0.0, side, DATUM - 300.0, DATUM + 300.0)
@@ -171,6 +227,8 @@ def torn(
     cloud[:, 2] += noise * rng.standard_normal(len(cloud))
     truth = {
         "points": cloud,
+        "faults": faults,
+        "scattered": partial(_scattered, faults, sheets, side),
         "cutoffs": {
             (name, wall): _cutoff(faults, name, wall, sheets, side) + offset
             for name in faults
@@ -184,6 +242,19 @@ def torn(
         f"of the throw on either side. Smeared over {smear} nodes, noise {noise:g} m."
     )
     return World(f"torn_{kind}", {"Top": top}, meshes, shifted(box, offset), truth, formula)
+
+
+def _scattered(faults, sheets, side: float, number: int, noise: float = 0.0, seed: int = 5):
+    """Points (n, 3) at random places, on each sheet that exists there."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(0.0, side, (2, number))
+    found = []
+    for signs, sheet in sheets.items():
+        z = sheet(x, y)
+        found.append(np.stack([x, y, z], axis=1)[_exists(faults, signs, x, y, z)])
+    points = np.concatenate(found)
+    points[:, 2] += noise * rng.standard_normal(len(points))
+    return points
 
 
 def _relief(x: Any, y: Any) -> Any:
@@ -213,7 +284,7 @@ def _sheet(
         """Height of the sheet: relief, level and half of each throw."""
         z = _relief(x, y) + level
         for fault, sign in zip(faults.values(), signs, strict=True):
-            z = z - 0.5 * sign * fault.throw_at(*fault.along_across(x, y))
+            z = z - fault.moved(*fault.along_across(x, y), sign, level) if sign else z
         return z
 
     return height

@@ -1,0 +1,114 @@
+"""Points that sit on no lattice: met like grids, never across a fault, refused by name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import geosurf as gs
+from geosurf.errors import GeometryError, HorizonError, InputError
+from geosurf.sheets.finish import fault_surfaces
+from geosurf.sheets.heights import Settings
+from geosurf.sheets.links import FALLING
+from geosurf.sheets.scattered import ScatteredRebuild, proposed_spacing, scattered
+from geosurf.sheets.traces import mesh_in_frame
+from tests.sheets.table import measure
+
+N = 61
+
+
+@pytest.fixture(scope="module")
+def normal():
+    return gs.synthetic.torn("normal", n=N)
+
+
+@pytest.mark.parametrize("kind", ["normal", "reverse", "Y"])
+def test_clean_points_are_met_like_a_grid(kind):
+    world = gs.synthetic.torn(kind, n=N)
+    points = world.truth["scattered"](N * N)
+    sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0)
+    assert sheet.report.noise is None
+    assert sheet.report.tips == sheet.report.declared_tips
+    for name in world.faults:
+        found = measure(world, sheet, name)
+        assert found.lost == 0
+        assert found.position.max() < 0.1
+        assert found.throw.mean() < 1.0
+        assert found.throw.max() < 5.0
+        assert found.variation == pytest.approx((1.0, 1.0), abs=0.05)
+
+
+@pytest.mark.parametrize("kind", ["normal", "through"])
+def test_noisy_points_are_met_as_well_as_asked(kind):
+    world = gs.synthetic.torn(kind, n=N)
+    points = world.truth["scattered"](8000, 2.0)
+    sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0, spacing=25.0)
+    assert sheet.report.noise == pytest.approx(2.0, rel=0.1)
+    found = measure(world, sheet, "F1")
+    assert found.position.max() < 0.25
+    assert found.throw.mean() < 2.0
+
+
+def test_a_table_of_points_is_the_same_as_an_array(normal):
+    points = normal.truth["scattered"](1500)
+    names = ["easting", "northing", "elevation"]
+    table = pd.DataFrame(points * (1.0, 1.0, -1.0), columns=names)
+    one, two = (
+        gs.tear_horizon(data, normal.faults, name="Top", spacing=40.0, **how)
+        for data, how in ((points, {}), (table, {"positive": "down"}))
+    )
+    assert (one.lattice.elevation == two.lattice.elevation).all()
+    assert one.report.cell == 40.0
+
+
+def test_the_lattice_that_is_proposed_has_one_cell_per_point():
+    rng = np.random.default_rng(3)
+    for number in (500, 5000):
+        points = rng.uniform(0.0, 1000.0, (number, 3))
+        assert proposed_spacing(points) == pytest.approx(1000.0 / np.sqrt(number), rel=0.1)
+
+
+def test_no_point_speaks_across_a_cut(normal):
+    """Against a slow look at all six links of each cell."""
+    points = normal.truth["scattered"](3000)
+    picks = scattered("Top", points, 25.0)
+    meshes = [mesh_in_frame(f, picks.frame) for f in fault_surfaces(normal.faults)]
+    rebuild = ScatteredRebuild(picks, meshes, Settings(1.0))
+    cuts = rebuild.run().cuts
+    links = set(zip(*(end.tolist() for end in cuts.ends(picks.frame.shape[1])), strict=True))
+    links |= {(b, a) for a, b in links}
+    nodes, share = picks.corners()
+    assert np.allclose(share.sum(axis=1), 1.0)
+    assert (cuts.kind == FALLING).any()
+    whole = [not any((a, b) in links for a in cell for b in cell) for cell in nodes.tolist()]
+    assert rebuild._whole(cuts).tolist() == whole
+    assert 10 < len(whole) - sum(whole) < 400
+
+
+def test_what_is_no_surface_is_refused(normal):
+    rng = np.random.default_rng(1)
+    few = rng.uniform(0.0, 900.0, (20, 3))
+    with pytest.raises(HorizonError, match=r"'Top': 20 scattered points are too few .* Give more"):
+        gs.tear_horizon(few, normal.faults, name="Top", spacing=25.0)
+    s = rng.uniform(0.0, 900.0, 200)
+    line = np.column_stack([s, 2.0 * s, s])
+    with pytest.raises(HorizonError, match=r"all 200 points are on one line, through \(.*both"):
+        gs.tear_horizon(line, normal.faults, name="Top", spacing=25.0)
+    points = normal.truth["scattered"](300)
+    with pytest.raises(HorizonError, match=r"0.01 m would have \d+ x \d+ nodes.*Give a wider"):
+        gs.tear_horizon(points, normal.faults, name="Top", spacing=0.01)
+    with pytest.raises(InputError, match="spacing is -1, expected metres above 0"):
+        gs.tear_horizon(points, normal.faults, spacing=-1)
+    with pytest.raises(InputError, match=r"25 m, but the data are a grid, .* own\. Leave"):
+        gs.tear_horizon(normal.horizons["Top"], normal.faults, spacing=25.0)
+    with pytest.raises(HorizonError, match=r"points sit on no lattice of right angles\. Give a g"):
+        gs.throw_horizon(points, normal.faults, {"F1": 10.0}, name="Top")
+
+
+def test_a_block_without_points_is_refused_by_name():
+    world = gs.synthetic.torn("parallel", n=41, smear=0)
+    points = world.truth["scattered"](3000)
+    across = world.truth["faults"]["F1"].along_across(points[:, 0], points[:, 1])[1] - 2.2 * 25.0
+    with pytest.raises(GeometryError, match=r"nodes beside F1, F2 have no datum.*say carry=True"):
+        gs.tear_horizon(points[np.abs(across) > 75.0], world.faults, spacing=25.0, trim=1.0)
