@@ -246,7 +246,6 @@ def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
     n_filed = len(x)
     room = n_made + 6 * n_coplanar + 64
     m = m0.copy()
-    names = np.zeros((table_size(room), 5), dtype=np.int64)
     places = np.full(table_size(n_filed + room), -1, dtype=np.int64)
     space = np.empty((len(x) + room, 3))
     space[: len(x)] = x
@@ -254,7 +253,7 @@ def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
     d = np.zeros((room, 4), dtype=np.int64)
     ids = np.full((len(rows), 6), -1, dtype=np.int64)
     records = np.empty((2 * n_corner + 12 * n_coplanar + 16, 4), dtype=np.int64)
-    n_record = name_contacts(space, t, e, d, m, w, names, places, rows, ids, records)
+    n_record = name_contacts(space, t, e, d, m, w, places, rows, ids, records)
     if n_record == FULL:
         raise InvariantError("the tables of named points are too small; please report this.")
     n_point = int(m[N_POINT])

@@ -114,9 +114,9 @@ def _points(x, t, m, w, rows) -> np.ndarray:
     """Coordinates of the points of one contact."""
     space = np.concatenate([x, np.empty((12, 3))])
     e, d = np.zeros((12, 3), dtype=np.int64), np.zeros((12, 4), dtype=np.int64)
-    names, places = np.zeros((128, 5), dtype=np.int64), np.full(128, -1, dtype=np.int64)
+    places = np.full(128, -1, dtype=np.int64)
     ids, records = np.empty((1, 6), dtype=np.int64), np.empty((64, 4), dtype=np.int64)
-    name_contacts(space, t, e, d, m, w, names, places, rows, ids, records)
+    name_contacts(space, t, e, d, m, w, places, rows, ids, records)
     return space[ids[0, : rows[0, N_CORNER]]]
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.points import hash_of_place
+from geosurf.kernels.points import hash_of_row
 from geosurf.kernels.predicates import normal_axis, orient2d
 
 _LONG = 32  # half-edges of one lower vertex that are matched by searching
@@ -28,7 +28,7 @@ def weld(x):
     number = np.empty(n, dtype=np.int64)
     count = 0
     for i in range(n):
-        slot = hash_of_place(x[i, 0], x[i, 1], x[i, 2]) & (size - 1)
+        slot = hash_of_row(x, i) & (size - 1)
         while slots[slot] >= 0:
             j = slots[slot]
             if x[j, 0] == x[i, 0] and x[j, 1] == x[i, 1] and x[j, 2] == x[i, 2]:
