@@ -36,7 +36,6 @@ from geosurf.kernels.points import (
 )
 from geosurf.kernels.predicates import normal_axis
 
-
 FEW = 4  # contacts of a face, up to which its points are listed by face, else by vertex
 _LONG = 16  # points in a list, above which names go into a table
 # columns of a listed name: edge, face, what it stands for, the next in the list
