@@ -14,8 +14,10 @@ from geosurf.contact import tree
 from geosurf.contact.aligned import needed, of_one_map, pairs_of_one_map
 from geosurf.contact.broad import candidate_pairs
 from geosurf.contact.threads import side_by_side
-from geosurf.kernels.gather import number_keys
+from geosurf.contact.upright import has_axes, settled_pairs
+from geosurf.kernels.gather import number_below
 from geosurf.kernels.mesh import weld
+from geosurf.kernels.upright import OPEN
 
 
 @dataclass
@@ -53,8 +55,11 @@ class Faces:
         return some, of_face
 
 
-def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None):
-    """Candidate pairs of keys for each pair of surfaces, and what they cost."""
+def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, origin: np.ndarray):
+    """Candidate pairs of keys for each pair of surfaces, and what they cost.
+
+    Rows of two keys, and of codes where these are known: see `geosurf.contact.upright`.
+    """
     found = []
     cost = {"voxels": 0, "nodes": 0, "candidate_faces": 0, "pairs_tested": 0}
     if voxels:
@@ -72,9 +77,12 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None):
             rows = np.stack(keys, axis=1)
         elif one_map and trees[i].window == trees[j].window:
             return pairs_of_one_map(lattices, (trees[i], trees[j]))
+        elif i != j and None not in lattices and (has_axes(surfaces[i]) or has_axes(surfaces[j])):
+            both = (surfaces[i], surfaces[j]), (trees[i], trees[j])
+            rows, spent = settled_pairs(*both, origin)
         else:
             rows, spent = tree.candidate_pairs(trees[i], trees[j], same=i == j)
-        return (rows[needed(*lattices, rows)] if one_map else rows), spent
+        return (rows[needed(*lattices, rows[:, :2])] if one_map else rows), spent
 
     # a graph has one elevation for each place in the map: it cannot meet itself
     wanted = [(i, j) for i, j in pairs if i != j or not _is_graph(surfaces[i])]
@@ -102,14 +110,15 @@ def _keys_of_rows(surface, rows: np.ndarray) -> np.ndarray:
     return rows if surface.lattice is None else surface.lattice.keys_of_rows(rows)
 
 
-def gather(surfaces, found, origin: np.ndarray) -> tuple[Faces, np.ndarray]:
-    """Faces in candidate pairs, and the pairs as rows of them."""
+def gather(surfaces, found, origin: np.ndarray) -> tuple[Faces, np.ndarray, np.ndarray]:
+    """Faces in candidate pairs, the pairs as rows of them, and their codes or OPEN."""
     limits = [_key_limits(surface) for surface in surfaces]
     first_key = np.cumsum([0] + [n for n, _ in limits])
     first_node = np.cumsum([0] + [n for _, n in limits])
     none = np.empty((0, 2), dtype=np.int64)
-    shifted = [rows + np.array([first_key[i], first_key[j]]) for i, j, rows in found]
-    keys, number = number_keys(np.concatenate([none, *shifted]).reshape(-1))
+    shifted = [rows[:, :2] + np.array([first_key[i], first_key[j]]) for i, j, rows in found]
+    codes = [rows[:, 2] if rows.shape[1] > 2 else np.full(len(rows), OPEN) for _, _, rows in found]
+    keys, number = number_below(np.concatenate([none, *shifted]).reshape(-1), int(first_key[-1]))
     cut = np.searchsorted(keys, first_key)
     surface = np.repeat(np.arange(len(surfaces)), np.diff(cut))
     key = keys - first_key[surface]
@@ -117,7 +126,7 @@ def gather(surfaces, found, origin: np.ndarray) -> tuple[Faces, np.ndarray]:
         s.corners_of_keys(key[a:b]) + first_node[i]
         for i, (s, a, b) in enumerate(zip(surfaces, cut[:-1], cut[1:], strict=True))
     ]
-    nodes, corner = number_keys(np.concatenate(corners).reshape(-1))
+    nodes, corner = number_below(np.concatenate(corners).reshape(-1), int(first_node[-1]))
     cut = np.searchsorted(nodes, first_node)
     nodes = [nodes[cut[i] : cut[i + 1]] - first_node[i] for i in range(len(surfaces))]
     places = np.concatenate(
@@ -128,7 +137,7 @@ def gather(surfaces, found, origin: np.ndarray) -> tuple[Faces, np.ndarray]:
     x[point] = places
     ids = np.split(point, cut[1:-1])
     faces = Faces(x, point[corner].reshape(-1, 3), surface, key, list(zip(nodes, ids, strict=True)))
-    return faces, number.reshape(-1, 2)
+    return faces, number.reshape(-1, 2), np.concatenate([none[:, 0], *codes])
 
 
 def _key_limits(surface) -> tuple[int, int]:

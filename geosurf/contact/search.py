@@ -21,9 +21,11 @@ from geosurf.conventions import frame_origin, is_number, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact import N_EDGE_PLANE, N_NAME, N_POINT
+from geosurf.kernels.gather import order_by_faces, rows_of_codes
 from geosurf.kernels.naming import name_contacts
 from geosurf.kernels.points import FULL
 from geosurf.kernels.predicates import MAX_BITS, MAX_COORDINATE, flat_triangles, frame_of
+from geosurf.kernels.upright import OPEN
 from geosurf.kernels.voxels import fill_voxels, triangle_boxes
 from geosurf.model import TriSurface, VoxelSearch
 
@@ -191,10 +193,10 @@ def find_contacts(
         own = [self_intersections or "ghost" in s.vertex_data for s in surfaces]
         pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or own[i]]
     voxels = method == "voxels" or (method == "auto" and voxel_size is not None)
-    found, cost = find_candidates(surfaces, pairs, voxels, voxel_size)
-    faces, tested = gather(surfaces, found, origin)
+    found, cost = find_candidates(surfaces, pairs, voxels, voxel_size, origin)
+    faces, tested, codes = gather(surfaces, found, origin)
     cost["candidate_faces"] = len(faces.t)
-    contacts = _name(surfaces, origin, faces, tested)
+    contacts = _name(surfaces, origin, faces, tested, codes)
     contacts.cost = {**cost, "pairs_meeting": len(contacts.rows)}
     contacts.options = {
         "method": method, "voxel_size": voxel_size, "pairs": pairs, "origin": origin
@@ -207,15 +209,19 @@ def table_size(n: int) -> int:
     return 1 << max(4, int(2 * n + 2).bit_length())
 
 
-def _meet(x, t, pairs):
+def _meet(x, t, pairs, codes):
     """Contacts of candidate pairs, sorted by faces, and the near pairs."""
     slip = ULP * float(np.abs(x).max(initial=0.0))
-    parts = np.array_split(pairs, max(1, min(n_threads(), len(pairs) // _PAIRS_OF_A_THREAD)))
+    settled = codes != OPEN
+    waiting = pairs if not settled.any() else pairs[~settled]
+    parts = np.array_split(waiting, max(1, min(n_threads(), len(waiting) // _PAIRS_OF_A_THREAD)))
     found = side_by_side(_meet_part, [(x, t, part, slip) for part in parts])
     rows, near = (np.concatenate(part) for part in zip(*found, strict=True))
+    if len(waiting) < len(pairs):
+        known = settled if len(waiting) else slice(None)
+        rows = np.concatenate([rows, rows_of_codes(pairs[known], codes[known], N_COLUMN)])
     # by face, not as the search came across them: numbers are the same for any search
-    rows = rows[np.argsort(rows[:, 0] * len(t) + rows[:, 1])]
-    return rows, near[np.argsort(near[:, 0] * len(t) + near[:, 1])]
+    return rows[order_by_faces(rows, len(t))], near[order_by_faces(near, len(t))]
 
 
 def _meet_part(x, t, pairs, slip):
@@ -230,14 +236,15 @@ def _meet_part(x, t, pairs, slip):
     return rows[:n], pairs[near[:n_near]]
 
 
-def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
+def _name(surfaces, origin, faces: Faces, pairs, codes) -> Contacts:
     """Signs, then names, for the faces in contact (and near) only."""
-    rows, near = _meet(faces.x, faces.t, pairs)
+    rows, near = _meet(faces.x, faces.t, pairs, codes)
     used = np.zeros(len(faces.t), dtype=bool)
     used[rows[:, :2]] = used[near] = True
-    faces, number = faces.only(np.flatnonzero(used))
+    if not used.all():
+        faces, number = faces.only(np.flatnonzero(used))
+        rows[:, :2], near = number[rows[:, :2]], number[near]
     x, t = faces.x, faces.t
-    rows[:, :2], near = number[rows[:, :2]], number[near]
     m0, w = frame_of(x, len(t))
     codes = rows[:, FIRST_CODE:]
     used = np.arange(6) < rows[:, N_CORNER, None]

@@ -156,14 +156,14 @@ def candidate_pairs(one: Tree, two: Tree, *, same: bool = False):
     return all_pairs(lambda room: tree.tree_pairs(*one.arguments(), *two.arguments(), same, room))
 
 
-def all_pairs(search):
+def all_pairs(search, n_column: int = 2):
     """Pairs that a kernel finds, however many, and what they cost."""
-    pairs = np.empty((_ROOM, 2), dtype=np.int64)
+    pairs = np.empty((_ROOM, n_column), dtype=np.int64)
     while True:
         n, visited = search(pairs)
         if n <= len(pairs):
             break
-        pairs = np.empty((n, 2), dtype=np.int64)
+        pairs = np.empty((n, n_column), dtype=np.int64)
     return pairs[:n].copy(), {"nodes": visited, "pairs": n}
 
 

@@ -82,3 +82,17 @@ def lattice_corners(a, keys):
         out[i, 1] = three if a[TURNED] == 1 else two
         out[i, 2] = two if a[TURNED] == 1 else three
     return out
+
+
+@entry("d1 d1 d1 l1 l1 -> d2")
+def lattice_nodes(p, q, r, a, nodes):
+    """World coordinates of nodes, counted row by row."""
+    out = np.empty((nodes.shape[0], 3))
+    n_col = a[N_COL]
+    for k in range(nodes.shape[0]):
+        i = nodes[k] // n_col
+        j = nodes[k] - i * n_col
+        out[k, 0] = load(p, a, 0, i, j)
+        out[k, 1] = load(q, a, 1, i, j)
+        out[k, 2] = load(r, a, 2, i, j)
+    return out

@@ -152,6 +152,12 @@ class Lattice:
         return all(a is b or np.array_equal(a, b) for a, b in zip(mine, theirs, strict=True))
 
     @cached_property
+    def has_rising_axes(self) -> bool:
+        """Whether easting and northing are axes of their own, and rise."""
+        axes = (self.easting, self.northing)
+        return self.easting.ndim == 1 and all(bool((np.diff(x) > 0).all()) for x in axes)
+
+    @cached_property
     def extent(self) -> np.ndarray:
         """South-west and north-east corner around all nodes [m], float64 (2, 2)."""
         corners = self.survey.box.reshape(2, 3)[:, :2]
@@ -182,9 +188,10 @@ class Lattice:
 
     def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
         """World coordinates (n, 3) of nodes, row by row."""
-        i, j = np.divmod(nodes, self.shape[1])
-        at = (j, i) if self.easting.ndim == 1 else ((i, j), (i, j))
-        return np.stack([self.easting[at[0]], self.northing[at[1]], self.elevation[i, j]], axis=1)
+        from geosurf.kernels.lattice import lattice_nodes
+
+        places: np.ndarray = lattice_nodes(*self.coordinates, self.places, nodes)
+        return places
 
     def rows_of_keys(self, keys: np.ndarray) -> np.ndarray:
         """Rows of `build_triangles` for keys of triangles that exist."""

@@ -1,0 +1,140 @@
+"""Grids with straight axes: what floats settle is what exact signs say, and no pair is missed."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import TriSurface
+from geosurf.contact import gather
+from geosurf.contact.search import find_contacts
+from geosurf.kernels.gather import number_below, number_by_bits, order_by_faces
+from geosurf.kernels.points import lpi_plainly
+from geosurf.kernels.upright import OPEN
+from geosurf.model import Lattice
+
+
+@st.composite
+def pairs_of_grids(draw):
+    """An upright grid and any other one, small whole numbers, some nodes absent."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    n_row, n_col, m, k = rng.integers(2, 12, 4)
+    z = rng.integers(-2, 3, (n_row, n_col)) * 1.0
+    z[rng.random(z.shape) < draw(st.sampled_from([0.0, 0.2]))] = np.nan
+    axes = [np.cumsum(rng.integers(1, 4, n)) * 1.0 for n in (n_col, n_row)]
+    top = Lattice(*axes, z, bool(rng.integers(2)))
+    u, v = np.meshgrid(np.arange(k) * 1.0, np.arange(m) * 1.0)
+    scale = draw(st.sampled_from([1.0, 0.37]))
+    x = scale * (u + rng.integers(0, 3, (m, k))) + rng.integers(0, 4)
+    y = scale * (rng.integers(0, 6, (m, k)) if draw(st.booleans()) else 2 * v)
+    h = scale * rng.integers(-3, 4, (m, k))
+    h[rng.random(h.shape) < 0.1] = np.nan
+    wall = Lattice(x, y, h * 1.0, bool(rng.integers(2)), bool(rng.integers(2)))
+    a = TriSurface("A", "horizon", lattice=top)
+    b = TriSurface("B", "fault", lattice=wall)
+    a.checked = b.checked = True  # as they are: triangles without area are not asked for here
+    return (b, a) if draw(st.booleans()) else (a, b)
+
+
+def usable(surfaces):
+    """Whether all triangles have an area, and there are some."""
+    for surface in surfaces:
+        x = surface.vertices[surface.triangles]
+        normal = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+        if not len(x) or not normal.any(axis=1).all():
+            return False
+    return True
+
+
+def contacts_by_key(found):
+    """Triangles and codes of all contacts."""
+    keys = found.key_of_face[found.rows[:, :2]]
+    return {
+        (*key, *row[2:5], *row[5 : 5 + row[4]])
+        for key, row in zip(keys.tolist(), found.rows.tolist(), strict=True)
+    }
+
+
+@settings(max_examples=150, deadline=None)
+@given(pairs_of_grids())
+def test_contacts_are_those_of_voxels(surfaces):
+    if not usable(surfaces):
+        return
+    by_axes = find_contacts(surfaces)
+    by_voxels = find_contacts(surfaces, method="voxels")
+    assert contacts_by_key(by_axes) == contacts_by_key(by_voxels)
+    np.testing.assert_array_equal(by_axes.x[by_axes.n_vertex :], by_voxels.x[by_voxels.n_vertex :])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_nearly_all_pairs_are_settled_by_floats(rng, turned, monkeypatch):
+    axis = np.arange(40.0) ** 1.3  # uneven steps: places are found by bisection
+    top = Lattice(axis, axis, rng.uniform(0, 1, (40, 40)))
+    v, u = np.meshgrid(np.linspace(-1, 3, 9), np.linspace(-2, 130, 30))
+    wall = Lattice(40 + 3 * v + 0.2 * u, u, v + 0.01 * u, True, False)
+    surfaces = [TriSurface("A", "horizon", lattice=top), TriSurface("B", "fault", lattice=wall)]
+    seen = []
+    monkeypatch.setattr(gather, "settled_pairs", watched(gather.settled_pairs, seen))
+    found = find_contacts(surfaces[::-1] if turned else surfaces)
+    assert len(found.rows) == len(seen[0]) > 100
+    assert (seen[0][:, 2] != OPEN).all()
+
+
+def watched(function, seen):
+    def call(*arguments):
+        pairs, cost = function(*arguments)
+        seen.append(pairs)
+        return pairs, cost
+
+    return call
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.integers(0, 200), max_size=60))
+def test_numbers_of_keys_are_their_ranks(keys):
+    keys = np.array(keys, dtype=np.int64)
+    expected = np.unique(keys, return_inverse=True)
+    for number in (number_by_bits, number_below):
+        for found, right in zip(number(keys, 201), expected, strict=True):
+            np.testing.assert_array_equal(found, right.reshape(-1))
+
+
+def test_few_keys_of_many_are_sorted():
+    found, number = number_below(np.array([10**14, 5, 10**14]), 10**15)
+    assert (found.tolist(), number.tolist()) == ([5, 10**14], [1, 0, 1])
+
+
+@pytest.mark.parametrize("n_face", [1, 3, 40])
+def test_rows_are_ordered_by_both_faces(rng, n_face):
+    rows = rng.permutation(np.stack(np.divmod(np.arange(n_face * 50), 50), axis=1))[: 25 * n_face]
+    order = order_by_faces(rows, n_face)
+    np.testing.assert_array_equal(order, np.lexsort((rows[:, 1], rows[:, 0])))
+
+
+def test_points_that_doubles_place_are_the_next_doubles(rng):
+    sure = 0
+    for size in (1.0, 30.0, 1e3):
+        for _ in range(60):
+            x = rng.uniform(-1, 1, (5, 3)) * size + (4000.0, -3000.0, 1700.0)
+            step = rng.uniform(-1, 1, 3) * size / 5
+            x[3], x[4] = x[:3].mean(axis=0) + step, x[:3].mean(axis=0) - rng.uniform(0, 1) * step
+            t = np.array([[0, 1, 2]])
+            known, *place = lpi_plainly(x, t, 3, 4, 0)
+            if not known:
+                continue
+            a, b, o, p, q = ([Fraction(v) for v in x[i].tolist()] for i in (3, 4, 0, 1, 2))
+            g = [[v - w for v, w in zip(end, o, strict=True)] for end in (p, q, a, b)]
+            n = [
+                g[0][1] * g[1][2] - g[0][2] * g[1][1],
+                g[0][2] * g[1][0] - g[0][0] * g[1][2],
+                g[0][0] * g[1][1] - g[0][1] * g[1][0],
+            ]
+            ha, hb = (sum(u * v for u, v in zip(n, end, strict=True)) for end in g[2:])
+            right = [float(u + (v - u) * ha / (ha - hb)) for u, v in zip(a, b, strict=True)]
+            assert place == right
+            sure += 1
+    assert sure > 30
