@@ -10,6 +10,7 @@ import numpy as np
 from geosurf.contact.search import Contacts, check_surfaces, find_contacts
 from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import (
+    are_plain,
     canonical,
     line_contacts,
     link,
@@ -127,6 +128,10 @@ def curves_of(contacts: Contacts) -> Curves:
     Curves
     """
     pairs = pairs_of_rows(contacts)
+    if are_plain(contacts, pairs):
+        places, segments, surfaces = canonical(contacts.x, contacts.ids[:, :2], pairs)
+        names = tuple(s.name for s in contacts.surfaces)
+        return _linked(names, contacts.origin, places, segments, surfaces, [], contacts.cost)
     segments, surfaces = line_contacts(contacts, pairs)
     touching = touching_points(contacts, pairs)
     segments, surfaces = split_overlaps(contacts, segments, surfaces, touching)

@@ -10,16 +10,30 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.contact.search import Contacts
+from geosurf.contact.search import ULP, Contacts
 from geosurf.kernels.chains import link_segments
 from geosurf.kernels.contact import COPLANAR, N_CORNER
-from geosurf.kernels.gather import number_keys
-from geosurf.kernels.mesh import weld
+from geosurf.kernels.gather import number_below
+from geosurf.kernels.linking import break_ties, overlap_free, rank_places, sort_segments
+
+_REACH = 64 * ULP  # of the largest coordinate; rounding moves points by less than two
 
 
 def pairs_of_rows(contacts: Contacts) -> np.ndarray:
     """Surface rows (lower first) of each contact, int64 (n_contact, 2)."""
-    return np.sort(contacts.surface_of_face[contacts.rows[:, :2]], axis=1)
+    one, two = (contacts.surface_of_face[contacts.rows[:, side]] for side in range(2))
+    return np.stack([np.minimum(one, two), np.maximum(one, two)], axis=1)
+
+
+def are_plain(contacts: Contacts, pairs: np.ndarray) -> bool:
+    """Whether contacts are segments of two surfaces each that cannot overlap.
+
+    So nothing has to be split, and no segment is there twice: see `geosurf.kernels.linking`.
+    """
+    if (pairs[:, 0] == pairs[:, 1]).any():
+        return False
+    reach = _REACH * float(np.abs(contacts.x).max(initial=0.0)) + 1e-300
+    return overlap_free(contacts.x, len(contacts.t), contacts.rows, contacts.ids, reach) == 1
 
 
 def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -44,15 +58,10 @@ def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np
 
 def _once(segments, surfaces, n_point):
     """Each segment of each pair once, lower point first, sorted by surfaces and then points."""
-    segments = np.stack([segments.min(axis=1), segments.max(axis=1)], axis=1)
     n_surface = int(surfaces.max(initial=0)) + 1
-    if n_surface**2 * n_point**2 >= 2**62:
-        rows = np.unique(np.hstack([surfaces, segments]), axis=0)
-        return rows[:, 2:], rows[:, :2]
-    pair = surfaces[:, 0] * n_surface + surfaces[:, 1]
-    keys, _ = number_keys((pair * n_point + segments[:, 0]) * n_point + segments[:, 1])
-    pair, keys = np.divmod(keys, n_point * n_point)
-    return np.stack(np.divmod(keys, n_point), axis=1), np.stack(np.divmod(pair, n_surface), axis=1)
+    pairs, pair = number_below(surfaces[:, 0] * n_surface + surfaces[:, 1], n_surface**2)
+    segments, pair = sort_segments(segments, pair, n_point, len(pairs))
+    return segments, np.stack(np.divmod(pairs[pair], n_surface), axis=1)
 
 
 def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
@@ -76,23 +85,18 @@ def pairs_with_areas(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
 
 def canonical(local: np.ndarray, segments: np.ndarray, surfaces: np.ndarray):
     """Points in use, sorted by coordinates; segments and surfaces renumbered and sorted."""
-    used, number = number_keys(segments.reshape(-1))
+    used, number = number_below(segments.reshape(-1), len(local))
     places = local[used]
-    same, count = weld(places)
-    place = np.empty((count, 3))
-    place[same] = places
-    order = _by_coordinates(place)
-    rank = np.empty(count, dtype=np.int64)
-    rank[order] = np.arange(count)
-    segments, surfaces = _once(rank[same[number]].reshape(-1, 2), surfaces, max(count, 1))
-    return place[order], segments, surfaces
+    rank, first = rank_places(places, _by_coordinates(places))
+    segments, surfaces = _once(rank[number].reshape(-1, 2), surfaces, len(first))
+    return places[first], segments, surfaces
 
 
 def _by_coordinates(place: np.ndarray) -> np.ndarray:
-    """Order by easting, northing, elevation; where no eastings tie, one sort in place of three."""
+    """Order by easting, northing, elevation: one sort of numbers in place of three."""
     order = np.argsort(place[:, 0])
-    easting = place[order, 0]
-    return np.lexsort(place.T[::-1]) if (easting[1:] == easting[:-1]).any() else order
+    break_ties(place, order)
+    return order
 
 
 def link(segments: np.ndarray, surfaces: np.ndarray, n_point: int):
@@ -105,7 +109,8 @@ def link(segments: np.ndarray, surfaces: np.ndarray, n_point: int):
         return (), empty, np.empty(0, dtype=bool)
     new = np.append(True, (surfaces[1:] != surfaces[:-1]).any(axis=1))
     pair = np.cumsum(new) - 1
-    nodes, number = number_keys((pair[:, None] * n_point + segments).reshape(-1))
+    keys = (pair[:, None] * n_point + segments).reshape(-1)
+    nodes, number = number_below(keys, (int(pair[-1]) + 1) * n_point)
     rows, offsets = link_segments(number.reshape(-1, 2), len(nodes))
     pair_of_node, point_of_node = np.divmod(nodes, n_point)
     curves = [point_of_node[rows[a:b]] for a, b in pairwise(offsets)]

@@ -26,7 +26,7 @@ file               question                                               source
 `mesh`             welding, edges, patches
 `radial`           sides of triangles -> cells                            Weiler 1985
 `measures`         volume below faces, area and bounds                    Knuth's two-sum
-`chains`           segments -> curves
+`chains`, `linking` segments -> curves
 `patch`            cubics between the nodes of a lattice, their trust
 `pyramid`          where can two smooth surfaces meet?
 `near`             from pairs of blocks to pairs of cells

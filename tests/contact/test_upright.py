@@ -59,7 +59,7 @@ def contacts_by_key(found):
     }
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(pairs_of_grids())
 def test_contacts_are_those_of_voxels(surfaces):
     if not usable(surfaces):
