@@ -14,7 +14,7 @@ from geosurf.contact import tree
 from geosurf.contact.aligned import needed, of_one_map, pairs_of_one_map
 from geosurf.contact.broad import candidate_pairs
 from geosurf.contact.threads import side_by_side
-from geosurf.contact.upright import has_axes, settled_pairs
+from geosurf.contact.upright import are_alike, settled_pairs
 from geosurf.kernels.gather import number_below
 from geosurf.kernels.mesh import weld
 from geosurf.kernels.upright import OPEN
@@ -77,7 +77,7 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
             rows = np.stack(keys, axis=1)
         elif one_map and trees[i].window == trees[j].window:
             return pairs_of_one_map(lattices, (trees[i], trees[j]))
-        elif i != j and None not in lattices and (has_axes(surfaces[i]) or has_axes(surfaces[j])):
+        elif i != j and are_alike((surfaces[i], surfaces[j]), (trees[i], trees[j])):
             both = (surfaces[i], surfaces[j]), (trees[i], trees[j])
             rows, spent = settled_pairs(*both, origin)
         else:

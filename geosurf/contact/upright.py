@@ -11,9 +11,31 @@ from geosurf.model import TriSurface
 _ULP = 2.0**-52
 
 
+_MOST = 64  # cells of the straight grid below one of the other; beyond, trees pass by planes
+
+
 def has_axes(surface: TriSurface) -> bool:
     """Whether a surface is a grid whose cells can be found by its axes."""
     return surface.lattice is not None and surface.lattice.has_rising_axes
+
+
+def are_alike(surfaces: tuple[TriSurface, TriSurface], trees: tuple[Tree, Tree]) -> bool:
+    """Whether two surfaces are grids, one with rising axes, whose cells are of like sizes.
+
+    A huge flat cell lies above half a horizon: trees test its plane against their boxes.
+    """
+    if surfaces[0].lattice is None or surfaces[1].lattice is None:
+        return False
+    if not any(map(has_axes, surfaces)) or min(len(tree.nodes) for tree in trees) == 0:
+        return False
+    one, two = (0, 1) if has_axes(surfaces[0]) else (1, 0)
+    lattice, bounds = surfaces[one].lattice, trees[two].bounds
+    n = 1
+    for axis, k in ((lattice.easting, 0), (lattice.northing, 1)):
+        first, last = np.searchsorted(axis, bounds[[k, 3 + k]])
+        n *= int(last - first) + 1
+    n_row, n_col = surfaces[two].lattice.shape
+    return n <= _MOST * (n_row - 1) * (n_col - 1)
 
 
 def settled_pairs(
@@ -24,7 +46,7 @@ def settled_pairs(
     Parameters
     ----------
     surfaces : (TriSurface, TriSurface)
-        Lattices, at least one of them with rising axes.
+        As `are_alike` wants them.
     trees : (Tree, Tree)
     origin : ndarray, shape (3,)
         Of the local frame [m].
@@ -39,8 +61,6 @@ def settled_pairs(
     """
     swapped = not has_axes(surfaces[0])
     one, two = trees[::-1] if swapped else trees
-    if len(one.nodes) == 0 or len(two.nodes) == 0:
-        return np.empty((0, 3), dtype=np.int64), {"nodes": 0, "pairs": 0}
     bounds = np.stack([tree.bounds.reshape(2, 3) - origin for tree in trees])
     slip = _ULP * float(np.abs(bounds).max())
     sides = [(*of.coordinates, of.places, of.nodes, of.levels) for of in (one, two)]
