@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import GeosurfError, InputError, InvariantError
+from geosurf.errors import GeosurfError, InputError, InvariantError, OpenUnitError
 from geosurf.model import Sheet
 from tests import laws
-from tests.strategies import BOX, grid, sheet
+from tests.strategies import BOX, grid, sheet, soup
 
 AOI = [(0.5, 0.5), (3.5, 0.5), (3.5, 3.0), (2.0, 3.5), (0.5, 3.0)]
 
@@ -87,7 +87,7 @@ def test_a_chain_of_replacements_is_the_scene_made_afresh(seed):
     """After each change; every third one goes back to an earlier scene of the family."""
     rng = np.random.default_rng([81, seed])
     family = [(start(), made(start()))]
-    for step in range(14):
+    for step in range(10):
         inputs, scene = family[rng.integers(len(family)) if step % 3 == 2 else -1]
         key = str(rng.choice(list(CHOICES)))
         value = CHOICES[key][rng.integers(len(CHOICES[key]))]
@@ -101,6 +101,39 @@ def test_a_chain_of_replacements_is_the_scene_made_afresh(seed):
         twin = scene.replace(**{key: value})
         assert result(lambda one: one, twin) == result(made, after), (key, value)
         family.append((after, twin))
+
+
+def busy():
+    """Horizons that cross, a fault that ends inside, is extended, and one that crosses itself."""
+    crossed = np.array([(3, 0.5, 0), (3, 3, 0), (3, 2, 5)], dtype=float)
+    turned = crossed + np.array([(0.5, 0, 0), (-0.5, 0, 0), (-0.5, 0, 0)])
+    faults = {"F1": upright(2, low=2), "F2": upright(1), "F3": soup("F3", [crossed, turned])}
+    return start() | {"faults": faults, "extend": {"F1": "down"}, "self_intersections": True}
+
+
+@pytest.mark.parametrize(
+    "key", ["box", "column", "contacts", "aoi", "extend", "self_intersections"]
+)
+def test_what_is_remembered_knows_each_input(key):
+    """Scenes of one family that differ in one input only, in turn; they do differ."""
+    family, results = made(busy()), []
+    for value in CHOICES[key]:
+        results.append(result(lambda one: one, family.replace(**{key: value})))
+        assert results[-1] == result(made, busy() | {key: value}), value
+        assert key == "self_intersections" or isinstance(results[-1][0], dict), results[-1]
+    assert any(one != results[0] for one in results[1:])
+
+
+def test_a_removed_horizon_takes_its_rule_along():
+    ruled = made(start() | {"column": {"Base": "base"}})
+    assert ruled.replace(horizons={"Base": None}).column == {"Top": "conformable"}
+
+
+def test_a_surface_that_crosses_itself_and_was_not_split_is_told_of():
+    words = r"a surface crosses itself and was not split there.*with self_intersections=True"
+    with pytest.raises(OpenUnitError, match=words) as caught:
+        made(busy() | {"self_intersections": False}).units  # noqa: B018
+    assert caught.value.surfaces == ("Top",)
 
 
 def test_a_sheet_is_not_remembered_with_other_faults():

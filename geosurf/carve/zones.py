@@ -202,7 +202,8 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
     if len(rim) == 0:
         raise OpenUnitError(
             f"{what} {name!r} does not separate what lies above it from what lies below: it "
-            "turns back on itself. Check the orientation of its triangles.",
+            "turns back on itself, or a surface crosses itself and was not split there. Check the "
+            "orientation of its triangles, or rebuild with self_intersections=True.",
             surfaces=(name,),
         )
     a = patches.local[rim // len(patches.local)]

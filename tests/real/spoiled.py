@@ -404,6 +404,7 @@ def main(arguments: list[str]) -> int:
     seconds = float(arguments[1]) if len(arguments) > 1 else float("inf")
     begin = int(arguments[2]) if len(arguments) > 2 else 0
     start, done = time.monotonic(), Counter()
+    what_becomes_of(begin)  # kernels are compiled in no case's time
     warnings.simplefilter("error")  # one that we let through is as foreign as an error
     for seed in range(begin, begin + total):
         if time.monotonic() - start > seconds:
