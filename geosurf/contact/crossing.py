@@ -68,7 +68,7 @@ def _near_pairs(x: np.ndarray, triangles: np.ndarray, n_first: int) -> np.ndarra
     if grid is None:
         return np.empty((0, 2), dtype=np.int64)
     steps = np.floor((boxes[grid.rows_b, 3:] - boxes[grid.rows_b, :3]) / grid.size) + 1.0
-    is_wide = steps.prod(axis=1) > WIDE
+    is_wide = np.minimum(steps, grid.shape).prod(axis=1) > WIDE
     narrow, wide = grid.rows_b[~is_wide], grid.rows_b[is_wide]
     offsets, filled = fill_voxels(boxes, narrow, grid.bounds, grid.size, grid.shape)
     at = (boxes[:, :3] - grid.bounds[:3]) / grid.size

@@ -169,7 +169,6 @@ def _continued(surface, rim: Rim, guides: Guides, side, low, high, until, longes
         raise defect
     area = math.fsum(0.5 * np.linalg.norm(normals_of(points[strip]), axis=1))
     reach = float(length.max()), float(length.min()), area
-    lines = "averaged" if lines == "filled" else lines
     made = Extension(name, side, *reach, len(strip), until, lines)
     return TriSurface(name, surface.role, points, faces), guides.grown(side, arc), made
 

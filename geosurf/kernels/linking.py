@@ -24,6 +24,7 @@ from geosurf.kernels.contact import (
 )
 
 _SHORT = 32  # segments of a bucket that are sorted by insertion
+_MANY = 64  # segments of a face, above which the general way is faster than comparing all
 
 
 @scalar
@@ -65,6 +66,7 @@ def _is_near(x, a, b, p, reach):
 def overlap_free(x, n_face, rows, ids, reach):
     """1 if contacts are segments none of which can hold an end of another one inside, else 0.
 
+    0 also where a face has so many that it is dear to say.
     `reach` is above what rounding moves points by; contacts are sorted by their first faces.
     """
     last = np.full((n_face, 2), -1, dtype=np.int64)
@@ -77,7 +79,11 @@ def overlap_free(x, n_face, rows, ids, reach):
             before[k, side] = last[face, side]
             last[face, side] = k
             i = before[k, side]
+            n_seen = 0
             while i >= 0:
+                n_seen += 1
+                if n_seen > _MANY:
+                    return 0
                 a, b, p, q = ids[k, 0], ids[k, 1], ids[i, 0], ids[i, 1]
                 if _is_near(x, a, b, p, reach) or _is_near(x, a, b, q, reach):
                     return 0

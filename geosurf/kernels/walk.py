@@ -161,11 +161,52 @@ def _rates(f, rate):
 
 
 @scalar
+def _ahead(xa, ya, za, xb, yb, zb, c, work, step, enough, f):
+    """Newton from a step along the parabola into `goal`; how it ended, and whether at a rim."""
+    here, goal, d, turn, rate, bend = work[0], work[1], work[2], work[3], work[4], work[5]
+    for k in range(4):
+        goal[3 + k] = here[3 + k] + step * (rate[k] + 0.5 * step * bend[k])
+    half = 0.5 * step
+    x = here[0] + step * (d[0] + half * turn[0])
+    y = here[1] + step * (d[1] + half * turn[1])
+    z = here[2] + step * (d[2] + half * turn[2])
+    found = meet_to(xa, ya, za, xb, yb, zb, c, 0, goal[3:], x, y, z, d[0], d[1], d[2], enough, f)
+    if found != OUTSIDE:
+        return found, False
+    hold = passed(za, zb, goal[3:])
+    put_on(za, zb, hold, goal[3:])
+    return meet_line(xa, ya, za, xb, yb, zb, c, 0, goal[3:], hold, f), True
+
+
+@scalar
+def _gone(work, step, shortest, f):
+    """How far a step went, with its tangent and turn in rows 7 and 8; -1 if it is not to be kept.
+
+    The tangent turns by 37 degrees at most, and the walk goes on.
+    """
+    here, goal, d = work[0], work[1], work[2]
+    gone, along = 0.0, 0.0
+    for k in range(3):
+        goal[k] = f[F_POINT + k]
+        gone += (goal[k] - here[k]) * d[k]
+        along += f[F_TANGENT + k] * d[k]
+    if abs(along) < 0.8 or gone < 0.0 or gone > 2.0 * step:
+        return -1.0
+    sign = 1.0 if along > 0.0 else -1.0
+    for k in range(3):
+        tangent = sign * f[F_TANGENT + k]
+        work[7, k], work[8, k] = tangent, (tangent - d[k]) / max(gone, shortest)
+        f[F_TANGENT + k] = tangent
+    return gone
+
+
+@scalar
 def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, target, tolerance, enough, cells, order,
           land, out, n, work, f):  # fmt: skip
     """Append the rows from a seed, itself included, to where the walk ends; that end.
 
-    `work` (12, 7): here, goal, direction and turn, parameters and theirs.
+    `work` (10, 7): here, goal, direction and its turn, rates of parameters and theirs, parameters
+    of chords; then what a step finds: tangent, turn, rates.
     """
     here, goal, d, turn, rate, bend, w = (
         work[0], work[1], work[2], work[3], work[4], work[5], work[6],
@@ -197,38 +238,15 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, target, tolerance, enough,
                 out, n = _add(out, n, goal, error, xa, ya, za, xb, yb, zb, f, False)
                 return out, n, CLOSED
             step = min(step, 0.4 * away)
-        for k in range(4):
-            goal[3 + k] = here[3 + k] + step * (rate[k] + 0.5 * step * bend[k])
-        half = 0.5 * step
-        x = here[0] + step * (d[0] + half * turn[0])
-        y = here[1] + step * (d[1] + half * turn[1])
-        z = here[2] + step * (d[2] + half * turn[2])
-        found = meet_to(
-            xa, ya, za, xb, yb, zb, c, 0, goal[3:], x, y, z, d[0], d[1], d[2], enough, f
-        )
-        at_rim = found == OUTSIDE
-        if at_rim:
-            hold = passed(za, zb, goal[3:])
-            put_on(za, zb, hold, goal[3:])
-            found = meet_line(xa, ya, za, xb, yb, zb, c, 0, goal[3:], hold, f)
+        found, at_rim = _ahead(xa, ya, za, xb, yb, zb, c, work, step, enough, f)
         if found != LIFTED:
             step *= 0.5
             continue
-        gone, along = 0.0, 0.0
-        for k in range(3):
-            goal[k] = f[F_POINT + k]
-            gone += (goal[k] - here[k]) * d[k]
-            along += f[F_TANGENT + k] * d[k]
-        # the tangent turns by 37 degrees at most, and the walk goes on
-        if abs(along) < 0.8 or gone < 0.0 or gone > 2.0 * step:
+        gone = _gone(work, step, shortest, f)
+        if gone < 0.0:
             step *= 0.5
             continue
         sine = f[F_SINE]
-        sign = 1.0 if along > 0.0 else -1.0
-        for k in range(3):
-            goal_tangent = sign * f[F_TANGENT + k]
-            work[7, k], work[8, k] = goal_tangent, (goal_tangent - d[k]) / max(gone, shortest)
-            f[F_TANGENT + k] = goal_tangent
         steepest_there = _rates(f, work[9])
         error = _chord(xa, ya, za, xb, yb, zb, c, here, goal, target, loose, w, f)
         if error > target:

@@ -31,9 +31,10 @@ class Extension:
         Triangles that were added.
     until : str
         What it was continued to: ``"the model box"`` or a fault.
-    lines : {"own", "averaged"}
+    lines : {"own", "averaged", "filled"}
         Whether the dip or strike lines of a grid or of sticks went on as they are, or
         directions were averaged along the rim: on other meshes, and where sticks would cross.
+        ``"filled"``: averaged, and notches of the rim were filled with triangles first.
     """
 
     fault: str

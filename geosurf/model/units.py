@@ -104,6 +104,11 @@ class Units(Mapping[str, Unit]):
         Area of the model in map view [m2]; default: that of the box.
     sides : callable, optional
         () -> `sides`; asked when they are first needed.
+
+    Raises
+    ------
+    InputError
+        If two units have one name.
     """
 
     def __init__(
@@ -115,7 +120,10 @@ class Units(Mapping[str, Unit]):
         sides: Callable[[], np.ndarray] | None = None,
     ) -> None:
         self._sides = sides
-        self._units = {unit.name: unit for unit in units}
+        self._units: dict[str, Unit] = {}
+        for unit in units:
+            if self._units.setdefault(unit.name, unit) is not unit:
+                raise InputError(f"two units are called {unit.name!r}; give each its own name.")
         self._by_labels: dict[tuple[str, ...], Unit] = {}
         for unit in self._units.values():
             labels = (unit.zone, unit.block, unit.contact)

@@ -163,7 +163,7 @@ def torn(
     Parameters
     ----------
     kind : str
-        ``"normal"`` (60 degrees, 60 m of throw dying at both tips), ``"gentle"`` (35
+        ``"normal"`` (60 degrees, up to 60 m of throw, dying at both tips), ``"gentle"`` (35
         degrees), ``"vertical"``, ``"ellipse"`` (profile of the throw), ``"through"`` (cuts
         right through), ``"listric"``, ``"reverse"``, ``"thrust"`` (30 degrees, overlap), ``"Y"``,
         ``"X"``, ``"acute Y"`` and ``"acute X"`` (at some 20 degrees), or ``"parallel"`` (two faults
@@ -201,7 +201,7 @@ def torn(
     >>> world = torn("normal", n=41)
     >>> foot, hang = (world.truth["cutoffs"]["F1", wall] for wall in "-+")
     >>> round(float((foot - hang)[:, 2].max()))
-    60
+    56
     """
     side = (n - 1) * _STEP
     if not -200.0 <= level <= 200.0:

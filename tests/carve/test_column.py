@@ -416,3 +416,6 @@ def test_units_are_found_by_zone_block_and_contact():
     assert units["Top/Base", "F1+", "above OWC"] is split
     with pytest.raises(KeyError, match="no unit"):
         units["Top/Base", "F1+"]
+    again = Unit(*words, ("Top",), 1 / 6, 2.0)
+    with pytest.raises(InputError, match=r"two units .* 'Top/Base F1\+'; give"):
+        Units([plain, again], (0, 1, 0, 1, 0, 1))

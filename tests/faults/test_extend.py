@@ -189,20 +189,23 @@ def test_a_mesh_goes_on_from_its_rim_whatever_the_order_of_its_triangles(rng):
 
 
 @pytest.mark.parametrize(
-    "gone",
+    ("gone", "filled"),
     [
-        [0, 1, 2, 3, 12, 13],  # a corner, in two steps
-        [64, 65, 66, 67],  # a notch in a side
-        [0, 1, 12, 13, 58, 59, 70, 71],
+        ([0, 1, 2, 3, 12, 13], True),  # a corner, in two steps
+        ([64, 65, 66, 67], False),  # a notch in a side, shallow enough to go on by itself
+        ([0, 1, 12, 13, 58, 59, 70, 71], False),
     ],
 )
-def test_notches_of_a_rim_with_steps_are_filled(gone, rng):
+def test_notches_of_a_rim_with_steps_are_filled_where_they_have_to(gone, filled, rng):
     torn = np.ones(72, dtype=bool)
     torn[gone] = False
+    told = set()
     for sides in ("up", "down", "start", "end", ("start", "end", "up", "down")):
         given = upright_mesh(rng, torn)
         made = extend_fault(given, BOX, sides=sides)
         assert_leaves(made, given, sides=(sides,) if isinstance(sides, str) else sides)
+        told.update(e.lines for e in made.extensions)
+    assert ("filled" in told) == filled
 
 
 def test_holes_stay_and_pieces_are_refused():
