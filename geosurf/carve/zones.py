@@ -96,7 +96,7 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
 def _not_reached(patches: Patches, surface: int) -> str:
     """Say where a surface is, where the box is, and whether the one holds depths."""
     source = patches.sources[surface]
-    w, e, s, n, b, t = source.bounds
+    b, t = source.bounds[4:]
     (west, south, bottom), (east, north, top) = (box_of(patches) + patches.origin).tolist()
     mirrored = b <= -bottom and t >= -top and (t < bottom or b > top)
     hint = (
@@ -106,19 +106,25 @@ def _not_reached(patches: Patches, surface: int) -> str:
         else f"Enlarge the box, or leave the {source.role} out."
     )
     return (
-        f"{source.role} {source.name!r} (easting {w:.0f} to {e:.0f}, northing {s:.0f} to {n:.0f}, "
-        f"elevation {b:.0f} to {t:.0f}) does not reach the model box ({west:.0f} to {east:.0f}, "
+        f"{_extent_of(source)} does not reach the model box ({west:.0f} to {east:.0f}, "
         f"{south:.0f} to {north:.0f}, {bottom:.0f} to {top:.0f}). {hint}"
+    )
+
+
+def _extent_of(source) -> str:
+    """What a surface is called, and where it is in whole metres."""
+    w, e, s, n, b, t = (round(value) for value in source.bounds)
+    return (
+        f"{source.role} {source.name!r} (easting {w} to {e}, northing {s} to {n}, "
+        f"elevation {b} to {t})"
     )
 
 
 def _beyond(patches: Patches, surface: int) -> str:
     """Say where a surface is that lies in the bounds of the walls, and outside of them."""
     source = patches.sources[surface]
-    w, e, s, n, b, t = source.bounds
     return (
-        f"{source.role} {source.name!r} (easting {w:.0f} to {e:.0f}, northing {s:.0f} to {n:.0f}, "
-        f"elevation {b:.0f} to {t:.0f}) lies beyond the area of interest, in a corner of its "
+        f"{_extent_of(source)} lies beyond the area of interest, in a corner of its "
         f"bounds. Enlarge the area, or leave the {source.role} out."
     )
 
