@@ -62,7 +62,9 @@ def assert_on_parents(patches, tolerance=1e-9) -> None:
             one, two = (
                 oracles.cross(oracles.minus(t[1], t[0]), oracles.minus(t[2], t[0])) for t in (p, q)
             )
-            assert oracles.dot(one, two) > 0, f"{source.name}: turned over"
+            size_on = [abs(component) for component in two]  # seen along the longest one
+            axis = size_on.index(max(size_on))
+            assert one[axis] * two[axis] > 0, f"{source.name}: turned over"
         share = np.bincount(of, np.linalg.norm(turn, axis=1), minlength=source.n_triangle)
         whole = np.linalg.norm(
             np.cross(

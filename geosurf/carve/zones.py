@@ -10,6 +10,7 @@ a rim that is open, is on neither. That is a leak only where the column asks
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -215,10 +216,11 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
     a = patches.local[rim // len(patches.local)]
     b = patches.local[rim % len(patches.local)]
     length = np.linalg.norm(b - a, axis=1)
-    i = int(length.argmax())
-    middle = 0.5 * (a[i] + b[i]) + patches.origin
+    middles = 0.5 * (a + b)[length == length.max()]
+    middle = middles[np.lexsort(middles.T[::-1])[0]] + patches.origin  # whatever the order of edges
+    whole = math.fsum(length)
     raise OpenUnitError(
-        f"units leak around {what} {name!r}: {length.sum():.6g} m of its rim are open inside the "
+        f"units leak around {what} {name!r}: {whole:.6g} m of its rim are open inside the "
         f"model box, for one at {place(middle)}. Shrink the box to "
         f"where the {what} is, or extend or fill the {what}.",
         place=middle,
