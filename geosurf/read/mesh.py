@@ -144,7 +144,9 @@ def _meshio_read(path: Path) -> Any:
             warnings.catch_warnings(),
         ):
             warnings.simplefilter("ignore")
-            return meshio.read(path)
+            # meshio would first try .msh as another kind, whose reader looks for ")" for ever
+            kind = "gmsh" if path.suffix.lower() == ".msh" else None
+            return meshio.read(path, file_format=kind)
     except (meshio.ReadError, *DAMAGE) as error:
         reason = " ".join(said.getvalue().split()) or f"{type(error).__name__}: {error}"
         raise FormatError(
@@ -177,6 +179,19 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
             f"{path}: found no line 'end_header', expected one at the end of the header. "
             "The file is cut short or no PLY file; export it again."
         )
+    if path.suffix.lower() == ".off" and not re.search(rb"\n[ \t\r]*[^\s#]", data):
+        raise FormatError(  # meshio would look for it for ever
+            f"{path}: found nothing after the first line, expected numbers of vertices and faces. "
+            "The file is cut short or no OFF file; export it again."
+        )
+    if path.suffix.lower() == ".msh":
+        names = set(re.findall(rb"^\$(\w+)", data, re.M))
+        ends = {b"End" + name for name in names if not name.startswith(b"End")}
+        if not names or ends ^ {name for name in names if name.startswith(b"End")}:
+            raise FormatError(  # meshio would look for the end of a section for ever
+                f"{path}: its sections are not each a line '$Name' and a line '$EndName'. "
+                "The file is cut short or no Gmsh file; export it again."
+            )
     start = data[:256].lstrip().lower()
     if b"\0" in data or start.startswith(b"<"):
         return  # binary and XML notice by themselves

@@ -43,6 +43,10 @@ def test_depth_and_units_of_a_mesh(tmp_path):
         ("a.vtk", "# vtk DataFile Version 4.2\nx\nASCII\nDATASET POLYDATA\n", r"export.*.vtp"),
         ("a.vtu", "<VTKFile>", r"meshio cannot read it \(.*as vtu"),
         ("a.ply", "", r"empty"),
+        ("a.off", "OFF\n# made by\n\n", r"found nothing after the first line, expected.*export"),
+        ("a.msh", "(1 1)\n(2 3", r"sections are not each a line '\$Name'.*export"),
+        ("b.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n", r"cut short or no Gmsh"),
+        ("b.off", "OFF", r"found nothing after the first line, expected.*export"),
         ("a.ply", "ply\nformat ascii 1.0\n", r"found no line 'end_header', expected.*export"),
     ],
 )
