@@ -18,11 +18,10 @@ import numpy as np
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.exact import NEAR
 from geosurf.kernels.predicates import (
-    ORIENT3D_BOUND,
-    TINY,
     normal_axis,
     orient2d,
     orient3d,
+    plain_side,
     plane_terms,
     side_of,
 )
@@ -161,21 +160,12 @@ def _coplanar(x, t, e, d, m, w, rows, n, a, b):
 @scalar
 def _plain_side(ox, oy, oz, terms, px, py, pz, slip):
     """Side of point p of the plane through o with `terms`; 0 if floats cannot be sure."""
-    cx, cy, cz = px - ox, py - oy, pz - oz
-    det = cx * terms[0] + cy * terms[1] + cz * terms[2]
-    size = abs(cx) * terms[3] + abs(cy) * terms[4] + abs(cz) * terms[5]
-    reach = abs(cx) + abs(cy) + abs(cz)
-    bound = ORIENT3D_BOUND * size + 2.0 * slip * (terms[3] + terms[4] + terms[5] + reach * terms[6])
-    if size > TINY:
-        if det > bound:
-            return 1
-        if -det > bound:
-            return -1
-    return 0
+    n0, n1, n2, s0, s1, s2, span = terms
+    return plain_side(px - ox, py - oy, pz - oz, n0, n1, n2, s0, s1, s2, span, slip)
 
 
 @scalar
-def _lone(s0, s1, s2):
+def lone(s0, s1, s2):
     """The corner whose sign is not that of the two others."""
     if s1 == s2:
         return 0
@@ -217,7 +207,7 @@ def _meet_plainly(x, t, a, b, slip, rows, n):
         return -1
     if b0 == b1 and b1 == b2:
         return 0
-    i, j = _lone(a0, a1, a2), _lone(b0, b1, b2)
+    i, j = lone(a0, a1, a2), lone(b0, b1, b2)
     i2, j2 = (i + 2) % 3, (j + 2) % 3  # edge i leaves the lone corner, edge i2 comes back to it
     p, p1, p2 = t[a, i], t[a, (i + 1) % 3], t[a, i2]
     q, q1, q2 = t[b, j], t[b, (j + 1) % 3], t[b, j2]

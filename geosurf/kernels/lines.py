@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.sheets import to_segment
 
 CHUNK = 32  # pieces of a line that are boxed together, to be crossed
 NEAR = 8  # and to be near to
@@ -139,18 +140,7 @@ def line_crossings(one, two):
 @scalar
 def _to_piece(x, y, ends, k):
     """Squared distance to a piece, signed distance to the left of its line, place on it."""
-    ax, ay = ends[k, 0], ends[k, 1]
-    tx, ty = ends[k, 2] - ax, ends[k, 3] - ay
-    length2 = tx * tx + ty * ty
-    t = 0.0
-    if length2 > 0.0:
-        t = ((x - ax) * tx + (y - ay) * ty) / length2
-    t = min(1.0, max(0.0, t))
-    dx, dy = x - ax - t * tx, y - ay - t * ty
-    left = 0.0
-    if length2 > 0.0:
-        left = (tx * (y - ay) - ty * (x - ax)) / np.sqrt(length2)
-    return dx * dx + dy * dy, left, t
+    return to_segment(x, y, ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3])
 
 
 @scalar

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels._jit import scalar
 
 
 def _to_bernstein():
@@ -99,17 +99,6 @@ def evaluate(x, y, z, u, v, f, o):
     f[o], f[o + 3], f[o + 6] = _tensor(x, i, j, a, b)
     f[o + 1], f[o + 4], f[o + 7] = _tensor(y, i, j, a, b)
     f[o + 2], f[o + 5], f[o + 8] = _tensor(z, i, j, a, b)
-
-
-@entry("d2 d2 d2 d2 -> d2")
-def points_on(x, y, z, w):
-    """Points (n, 3) at parameters (n, 2): u, v."""
-    out = np.empty((w.shape[0], 3))
-    f = np.empty(9)
-    for i in range(w.shape[0]):
-        evaluate(x, y, z, w[i, 0], w[i, 1], f, 0)
-        out[i] = f[:3]
-    return out
 
 
 @scalar

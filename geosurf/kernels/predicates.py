@@ -69,22 +69,35 @@ def plane_terms(x, a, b, c):
 
 
 @scalar
+def plain_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip):
+    """Side of a plane on which a point lies, at c from one on it; 0 if floats cannot be sure.
+
+    `n0` to `span` are `plane_terms`; sure means: whatever moves all coordinates by up to `slip`.
+    """
+    det = cx * n0 + cy * n1 + cz * n2
+    size = abs(cx) * s0 + abs(cy) * s1 + abs(cz) * s2
+    reach = abs(cx) + abs(cy) + abs(cz)
+    bound = ORIENT3D_BOUND * size + 2.0 * slip * (s0 + s1 + s2 + reach * span)
+    if size > TINY:
+        if det > bound:
+            return 1
+        if -det > bound:
+            return -1
+    return 0
+
+
+@scalar
 def side_of(x, m, w, a, b, c, o, terms, slip):
     """Sign of the side on which vertex o lies of the plane of vertices a, b, c.
 
     A sign that could change if all coordinates moved by up to `slip` goes the exact way, and
     is counted as near where it is not zero.
     """
+    n0, n1, n2, s0, s1, s2, span = terms
     cx, cy, cz = x[o, 0] - x[a, 0], x[o, 1] - x[a, 1], x[o, 2] - x[a, 2]
-    det = cx * terms[0] + cy * terms[1] + cz * terms[2]
-    size = abs(cx) * terms[3] + abs(cy) * terms[4] + abs(cz) * terms[5]
-    reach = abs(cx) + abs(cy) + abs(cz)
-    bound = ORIENT3D_BOUND * size + 2.0 * slip * (terms[3] + terms[4] + terms[5] + reach * terms[6])
-    if size > TINY:
-        if det > bound:
-            return 1
-        if -det > bound:
-            return -1
+    side = plain_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip)
+    if side != 0:
+        return side
     for k in range(3):  # a wall of the box, a contact, a row of a grid: no need for long integers
         if x[a, k] == x[o, k] and x[b, k] == x[o, k] and x[c, k] == x[o, k]:
             return 0

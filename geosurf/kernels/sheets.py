@@ -24,7 +24,7 @@ UNIT = 4194304  # 2**22
 
 
 @scalar
-def _to_segment(x, y, ax, ay, bx, by):
+def to_segment(x, y, ax, ay, bx, by):
     """Squared distance to a segment, signed distance to the left of its line, place on it."""
     tx, ty = bx - ax, by - ay
     length2 = tx * tx + ty * ty
@@ -77,7 +77,7 @@ def own_height(points, block, corners, normals, starts, items, reach):
             found, ax, ay, bx, by = _level_segment(corners[f], z)
             if not found:
                 continue
-            d2, left, _ = _to_segment(x, y, ax, ay, bx, by)
+            d2, left, _ = to_segment(x, y, ax, ay, bx, by)
             if d2 > best * (1.0 + 1e-9):
                 continue
             # at a corner of the slice both segments are as near: the one seen squarely decides
@@ -102,7 +102,7 @@ def to_trace(points, block, segments, starts, items, reach):
         best, lead = reach * reach, -1.0
         for at in range(starts[block[k]], starts[block[k] + 1]):
             s = items[at]
-            d2, left, t = _to_segment(
+            d2, left, t = to_segment(
                 points[k, 0],
                 points[k, 1],
                 segments[s, 0],

@@ -122,7 +122,7 @@ def _whole(c, row):
 
 
 @scalar
-def _low_high(values, offset, row_step, col_step):
+def low_high(values, offset, row_step, col_step):
     """Extremes over the four nodes of a cell; a node that is not a number is passed over."""
     u, v = values[offset], values[offset + col_step]
     w, s = values[offset + row_step], values[offset + row_step + col_step]
@@ -153,13 +153,13 @@ def _load_leaf(p, q, r, a, t, order, levels, leaf, near, j, c, boxes, keys):
     first_col = BLOCK * (a[FIRST_COL] + leaf % levels[0, 2])
     for row in range(first_row, min(first_row + BLOCK, a[N_ROW] - 1)):
         for col in range(first_col, min(first_col + BLOCK, a[N_COL] - 1)):
-            low, high = _low_high(r, a[6] + row * a[7] + col * a[8], a[7], a[8])
+            low, high = low_high(r, a[6] + row * a[7] + col * a[8], a[7], a[8])
             if low > near[j, 5] or high < near[j, 2]:
                 continue
-            low, high = _low_high(p, a[0] + row * a[1] + col * a[2], a[1], a[2])
+            low, high = low_high(p, a[0] + row * a[1] + col * a[2], a[1], a[2])
             if low > near[j, 3] or high < near[j, 0]:
                 continue
-            low, high = _low_high(q, a[3] + row * a[4] + col * a[5], a[4], a[5])
+            low, high = low_high(q, a[3] + row * a[4] + col * a[5], a[4], a[5])
             if low > near[j, 4] or high < near[j, 1]:
                 continue
             for half in range(2):

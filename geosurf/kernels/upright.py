@@ -19,9 +19,18 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.contact import FACE
-from geosurf.kernels.predicates import ORIENT3D_BOUND, TINY
-from geosurf.kernels.tree import BLOCK, FIRST_COL, FIRST_ROW, N_COL, N_ROW, RISING, TURNED
+from geosurf.kernels.contact import FACE, lone
+from geosurf.kernels.predicates import plain_side
+from geosurf.kernels.tree import (
+    BLOCK,
+    FIRST_COL,
+    FIRST_ROW,
+    N_COL,
+    N_ROW,
+    RISING,
+    TURNED,
+    low_high,
+)
 
 OPEN = -1  # in place of the codes of a pair: exact signs are needed
 
@@ -89,23 +98,9 @@ def _heights_over(nodes, levels, a, r0, r1, c0, c1):
 
 
 @scalar
-def _low_high(values, offset, up, on):
-    """Extremes over the four nodes of a cell; a node that is not a number is passed over."""
-    u, v, w, s = values[offset], values[offset + on], values[offset + up], values[offset + up + on]
-    low = high = u if u == u else (v if v == v else w)
-    low = v if v < low else low
-    high = v if v > high else high
-    low = w if w < low else low
-    high = w if w > high else high
-    low = s if s < low else low
-    high = s if s > high else high
-    return low, high
-
-
-@scalar
 def _cell_box(values, a, axis, i, j, box):
     up, on = a[3 * axis + 1], a[3 * axis + 2]
-    low, high = _low_high(values, a[3 * axis] + i * up + j * on, up, on)
+    low, high = low_high(values, a[3 * axis] + i * up + j * on, up, on)
     box[axis], box[3 + axis] = low, high
 
 
@@ -150,25 +145,10 @@ def _plane(c, f, tri, v):
 
 
 @scalar
-def _sign(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip):
-    """Sign of a height over a plane; 0 if floats cannot be sure, as `contact._plain_side`."""
-    det = cx * n0 + cy * n1 + cz * n2
-    size = abs(cx) * s0 + abs(cy) * s1 + abs(cz) * s2
-    reach = abs(cx) + abs(cy) + abs(cz)
-    bound = ORIENT3D_BOUND * size + 2.0 * slip * (s0 + s1 + s2 + reach * span)
-    if size > TINY:
-        if det > bound:
-            return 1
-        if -det > bound:
-            return -1
-    return 0
-
-
-@scalar
 def _side(c, f, tri, o, corner, slip):
     """Side of a triangle with a corner o on which another corner lies, or 0."""
     cx, cy, cz = c[corner, 0] - c[o, 0], c[corner, 1] - c[o, 1], c[corner, 2] - c[o, 2]
-    return _sign(
+    return plain_side(
         cx, cy, cz, f[tri, 0], f[tri, 1], f[tri, 2], f[tri, 3], f[tri, 4], f[tri, 5], f[tri, 6],
         slip,
     )  # fmt: skip
@@ -184,18 +164,10 @@ def _order(c, p, p1, q, q1, slip):
     u, v = ax * by, ay * bx
     span = abs(ax) + abs(ay) + abs(az) + abs(bx) + abs(by) + abs(bz)
     cx, cy, cz = c[q1, 0] - c[p, 0], c[q1, 1] - c[p, 1], c[q1, 2] - c[p, 2]
-    return _sign(
+    return plain_side(
         cx, cy, cz, g - h, r - s, u - v, abs(g) + abs(h), abs(r) + abs(s), abs(u) + abs(v), span,
         slip,
     )  # fmt: skip
-
-
-@scalar
-def _lone(s0, s1, s2):
-    """The corner whose sign is not that of the two others."""
-    if s1 == s2:
-        return 0
-    return 1 if s0 == s2 else 2
 
 
 @scalar
@@ -250,7 +222,7 @@ def _decide(c, f, v, one, two, signs, slip, swapped):
         return OPEN
     if b0 == b1 and b1 == b2:
         return 0
-    i, j = _lone(a0, a1, a2), _lone(b0, b1, b2)
+    i, j = lone(a0, a1, a2), lone(b0, b1, b2)
     i2, j2 = (i + 2) % 3, (j + 2) % 3
     p, p1, p2 = v[one, i], v[one, (i + 1) % 3], v[one, i2]
     q, q1, q2 = v[two, j], v[two, (j + 1) % 3], v[two, j2]
@@ -332,7 +304,7 @@ def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, 
                 there = -1  # which triangles of B exist, once they are loaded
                 for row in range(t0, t1):
                     for col in range(s0, s1):
-                        least, most = _low_high(ra, aa[6] + row * up + col * on, up, on)
+                        least, most = low_high(ra, aa[6] + row * up + col * on, up, on)
                         if not (least <= box[5] and box[2] <= most):
                             continue
                         if there < 0:

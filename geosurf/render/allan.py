@@ -24,7 +24,6 @@ from geosurf.render.views import check_size
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
-WALLS = {"+": "hanging wall", "-": "footwall"}
 RELIEF = 0.45  # height over width that reads well
 
 

@@ -8,8 +8,8 @@ import pytest
 from geosurf import Lattice, TriSurface, intersect_surfaces
 from geosurf.intersect import dial
 from geosurf.intersect.sides import find_candidates, side_of
-from geosurf.kernels.patch import points_on
 from geosurf.kernels.pyramid import BLOCK
+from tests.cubics import points_on
 from tests.intersect.smooth_worlds import (
     along,
     distance_from,

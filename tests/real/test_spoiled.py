@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import warnings
 
+import numpy as np
 import pytest
 
+import geosurf as gs
 from tests.real import spoiled
 
 FOUND = {
@@ -22,10 +24,34 @@ def test_spoiled_inputs_are_refused_by_name_or_used_rightly(seed):
     assert word in ("right", "refused"), f"{why}; {FOUND.get(seed, '')}"
 
 
+def assert_written_is_read(name, found):
+    """A file that was written holds what was written, to the digits that its format keeps."""
+    top, f1 = spoiled.horizon(), spoiled.fault()
+    if name.startswith("written_horizon"):
+        np.testing.assert_allclose(found.values, top.values, atol=1e-4)
+        np.testing.assert_array_equal(found.easting, top.easting)
+        np.testing.assert_array_equal(found.northing, top.northing)
+    elif name == "written_fault.nc":
+        for part in ("easting", "northing", "elevation"):
+            np.testing.assert_array_equal(found[part].values, f1[part].values)
+    elif name.startswith("written_fault"):
+        want = gs.triangulate_fault(f1, name="F1")
+        np.testing.assert_array_equal(corners(found), corners(want))
+    elif isinstance(found, gs.TriSurface):  # the plane of `spoiled.texts`
+        assert (found.n_triangle, found.bounds) == (2, (2.0, 4.0, -1.0, 7.0, -9.0, 9.0))
+
+
+def corners(surface):
+    """Corners of all triangles, sorted: whatever the order in which a format keeps them."""
+    return np.sort(surface.vertices[surface.triangles].reshape(-1, 9), axis=0)
+
+
 def test_whole_inputs_are_right(tmp_path, monkeypatch):
     """Nothing that is not spoiled is refused: each file, the scenario, the objects."""
     for path in spoiled.whole_files(tmp_path):
-        spoiled.use(spoiled.read(path))
+        found = spoiled.read(path)
+        assert_written_is_read(path.name, found)
+        spoiled.use(found)
     monkeypatch.setattr(spoiled, "VALUES", ())
 
     class Never:
