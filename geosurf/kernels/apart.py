@@ -8,7 +8,9 @@ or on how contacts of triangles are classified (`contact`); that is asked for pa
 three corners in common   the same triangle
 two                       apart if not in one plane, or if a projection has them on two sides of
                           the edge
-one, none                 apart if the plane half-way between them has them on two sides
+one, none                 apart if the plane half-way between them has them on two sides, or the
+                          plane of one has the other on one side, or a projection has them on two
+                          sides of an edge
 
 Notation
     x, t     corners and triangles
@@ -22,7 +24,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.predicates import TINY
+from geosurf.kernels.predicates import TINY, plain_side, plane_terms
 
 # rounding takes less than 8 units (2**-53) of the sum of magnitudes from sums of three products of
 # differences, and less than 16 from those of six products of three
@@ -104,8 +106,56 @@ def _way(x, p, q, r):
 
 
 @scalar
+def _beside_plane(x, t, a, b, shared):
+    """Whether triangle b, but for a corner shared with a, is surely on one side of a's plane."""
+    o = t[a, 0]
+    n0, n1, n2, s0, s1, s2, span = plane_terms(x, o, t[a, 1], t[a, 2])
+    before = 0
+    for i in range(3):
+        v = t[b, i]
+        if v == shared:
+            continue
+        cx, cy, cz = x[v, 0] - x[o, 0], x[v, 1] - x[o, 1], x[v, 2] - x[o, 2]
+        side = plain_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, 0.0)
+        if side == 0 or side == -before:
+            return False
+        before = side
+    return True
+
+
+@scalar
+def _beside_edge(x, t, a, b, shared, u, v):
+    """Whether an edge of a, on axes u and v, surely parts it from b, but for a shared corner."""
+    for i in range(3):
+        p, q, r = t[a, i], t[a, (i + 1) % 3], t[a, (i + 2) % 3]
+        if r == shared:
+            continue
+        side = _turn(x, p, q, r, u, v)
+        parted = side != 0
+        for j in range(3):
+            c = t[b, j]
+            if parted and c != shared:
+                parted = _turn(x, p, q, c, u, v) == -side
+        if parted:
+            return True
+    return False
+
+
+@scalar
+def _parted(x, t, a, b, shared):
+    """Whether a plane through one of two triangles surely has the other beyond it."""
+    if _beside_plane(x, t, a, b, shared) or _beside_plane(x, t, b, a, shared):
+        return True
+    for k in range(3):
+        u, v = k, (k + 1) % 3
+        if _beside_edge(x, t, a, b, shared, u, v) or _beside_edge(x, t, b, a, shared, u, v):
+            return True
+    return False
+
+
+@scalar
 def _apart_at_corner(x, t, a, b, at):
-    """Whether triangles surely meet in their common corner only."""
+    """Whether a plane half-way surely parts triangles, but for their common corner."""
     o = t[a, at[0, 0]]
     ax, ay, az = _way(x, o, t[a, at[0, 1]], t[a, at[0, 2]])
     bx, by, bz = _way(x, o, t[b, at[1, 1]], t[b, at[1, 2]])
@@ -115,7 +165,7 @@ def _apart_at_corner(x, t, a, b, at):
 
 @scalar
 def _apart(x, t, a, b):
-    """Whether triangles without a common corner surely do not meet."""
+    """Whether a plane half-way surely parts triangles without a common corner."""
     nx = x[t[a, 0], 0] + x[t[a, 1], 0] + x[t[a, 2], 0]
     ny = x[t[a, 0], 1] + x[t[a, 1], 1] + x[t[a, 2], 1]
     nz = x[t[a, 0], 2] + x[t[a, 1], 2] + x[t[a, 2], 2]
@@ -136,12 +186,13 @@ def surely_apart(x, t, a, b, at):
         p, q = t[a, at[0, 0]], t[a, at[0, 1]]
         return _apart_at_edge(x, p, q, t[a, at[0, 2]], t[b, at[1, 2]])
     if n == 1:
-        return _apart_at_corner(x, t, a, b, at)
-    return _apart(x, t, a, b)
+        return _apart_at_corner(x, t, a, b, at) or _parted(x, t, a, b, t[a, at[0, 0]])
+    return _apart(x, t, a, b) or _parted(x, t, a, b, -1)
 
 
 @scalar
-def _boxes_meet(boxes, a, b):
+def boxes_meet(boxes, a, b):
+    """Whether two boxes have a point in common."""
     for k in range(3):
         if boxes[a, k] > boxes[b, 3 + k] or boxes[b, k] > boxes[a, 3 + k]:
             return False
@@ -171,7 +222,7 @@ def open_pairs(x, t, n_first, boxes, shape, offsets, filled, first, pairs):
                     max(first[a, 2], first[b, 2]) != k
                     or max(first[a, 1], first[b, 1]) != j
                     or max(first[a, 0], first[b, 0]) != i
-                    or not _boxes_meet(boxes, a, b)
+                    or not boxes_meet(boxes, a, b)
                     or surely_apart(x, t, a, b, at)
                 ):
                     continue

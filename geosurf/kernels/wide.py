@@ -1,8 +1,8 @@
 """Which triangles are near one that is far wider than the others? Those along its plane.
 
 A wall of a model fills the box of a whole map with its own, although it is a sheet. So voxels that
-its plane misses are passed over, and triangles that lie on one side of it. Floats decide, with a
-bound of their rounding to the safe side: what is left out cannot meet.
+its plane misses are passed over, and triangles that are surely apart from it (`apart`). Floats
+decide, with a bound of their rounding to the safe side: what is left out cannot meet.
 
 Voxels are those of `geosurf.kernels.voxels`, filled with the triangles that are not wide.
 """
@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.apart import boxes_meet, surely_apart
 from geosurf.kernels.voxels import _cell_range
 
 ROUNDING = 1e-14  # of sums of three products of differences, relative: 45 units in the last place
@@ -29,34 +30,6 @@ def _plane(x, t, f, p):
         p[k] = one - two
         p[3 + k] = abs(one) + abs(two)
         p[6 + k] = x[a, k]
-
-
-@scalar
-def _side(p, x, v):
-    """+1 or -1: the side of a plane on which a point lies for certain; 0 if that is not known."""
-    s = bound = 0.0
-    for k in range(3):
-        d = x[v, k] - p[6 + k]
-        s += p[k] * d
-        bound += p[3 + k] * abs(d)
-    if s > ROUNDING * bound:
-        return 1
-    return -1 if s < -ROUNDING * bound else 0
-
-
-@scalar
-def _apart(p, x, t, f):
-    """Whether a triangle lies on one side of a plane."""
-    side = _side(p, x, t[f, 0])
-    return side != 0 and side == _side(p, x, t[f, 1]) and side == _side(p, x, t[f, 2])
-
-
-@scalar
-def _boxes_meet(boxes, a, b):
-    for k in range(3):
-        if boxes[a, k] > boxes[b, 3 + k] or boxes[b, k] > boxes[a, 3 + k]:
-            return False
-    return True
 
 
 @scalar
@@ -82,17 +55,17 @@ def _added(pairs, n, a, b):
 
 @entry("d2 l2 d2 l1 d1 d l1 l1 l1 -> l2")
 def wide_pairs(x, t, boxes, wide, bounds, size, shape, offsets, filled):
-    """Pairs (n, 2) that a wide triangle may be in, the lower row first, each once."""
+    """Pairs (n, 2) of wide triangles and others not surely apart, the lower row first, each once."""
     pairs = np.empty((64, 2), dtype=np.int64)
     n = 0
     seen = np.full(t.shape[0], -1, dtype=np.int64)
     span = np.empty(6, dtype=np.int64)
-    p = np.empty(9)
+    p, common = np.empty(9), np.empty((2, 9), dtype=np.int64)
     for r in range(wide.shape[0]):
         a = wide[r]
         _plane(x, t, a, p)
         for s in range(r):
-            if _boxes_meet(boxes, a, wide[s]) and not _apart(p, x, t, wide[s]):
+            if boxes_meet(boxes, a, wide[s]) and not surely_apart(x, t, a, wide[s], common):
                 pairs = _added(pairs, n, a, wide[s])
                 n += 1
         _cell_range(boxes, a, bounds, size, shape, span)
@@ -107,7 +80,7 @@ def wide_pairs(x, t, boxes, wide, bounds, size, shape, offsets, filled):
                         if seen[b] == a:
                             continue
                         seen[b] = a
-                        if _boxes_meet(boxes, a, b) and not _apart(p, x, t, b):
+                        if boxes_meet(boxes, a, b) and not surely_apart(x, t, a, b, common):
                             pairs = _added(pairs, n, a, b)
                             n += 1
     return pairs[:n].copy()

@@ -101,3 +101,33 @@ def test_neighbours_of_a_bent_grid_are_never_asked_about_exactly():
     assert len(crossing_pairs(x, t)) == 0
     x[n * 12 + 12, 0] += 45.0  # a corner across its neighbours, in one plane with them
     assert len(crossing_pairs(x, t)) > 0
+
+
+def test_thin_triangles_of_one_wall_are_never_asked_about_exactly(monkeypatch):
+    """A wall cut along two curves: fans of thin, wide triangles in one plane, with common corners."""
+    n = 60
+    along = np.linspace(0.0, 6000.0, n)
+    turn = np.radians(31.0)
+    rows = [np.full(n, -900.0), -400 + 9 * np.sin(along / 700.0), -380 + 5 * np.sin(along / 500.0)]
+    x = np.concatenate(
+        [np.stack([along * np.cos(turn), along * np.sin(turn), z], axis=1) for z in rows]
+    )
+    ends = np.array([[x[0, 0], x[0, 1], 0.0], [x[n - 1, 0], x[n - 1, 1], 0.0]])
+    x = np.concatenate([x, ends])
+    k = np.arange(n - 1)
+    t = [np.stack([np.zeros_like(k), n + k + 1, n + k], axis=1)]  # a fan below the first curve
+    t.append(np.stack([n + k, n + k + 1, 2 * n + k], axis=1))
+    t.append(np.stack([n + k + 1, 2 * n + k + 1, 2 * n + k], axis=1))
+    t.append(np.stack([2 * n + k, 2 * n + k + 1, np.full_like(k, 3 * n + 1)], axis=1))
+    t = np.concatenate([*t, [[3 * n, 2 * n, 3 * n + 1]]])
+    asked = []
+
+    def counted(x, triangles, pairs, *rest):
+        asked.append(len(pairs))
+        return meet_pairs(x, triangles, pairs, *rest)
+
+    monkeypatch.setattr("geosurf.contact.crossing.meet_pairs", counted)
+    assert len(crossing_pairs(x, t)) == 0
+    assert asked == [0]
+    x[2 * n + 20, 2] = x[n + 20, 2] - 1.0  # the second curve below the first one
+    assert len(crossing_pairs(x, t)) > 0
