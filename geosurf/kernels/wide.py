@@ -55,7 +55,7 @@ def _added(pairs, n, a, b):
 
 @entry("d2 l2 d2 l1 d1 d l1 l1 l1 -> l2")
 def wide_pairs(x, t, boxes, wide, bounds, size, shape, offsets, filled):
-    """Pairs (n, 2) of wide triangles and others not surely apart, the lower row first, each once."""
+    """Pairs (n, 2) of wide triangles and others, not surely apart; lower row first, each once."""
     pairs = np.empty((64, 2), dtype=np.int64)
     n = 0
     seen = np.full(t.shape[0], -1, dtype=np.int64)

@@ -104,7 +104,7 @@ def test_neighbours_of_a_bent_grid_are_never_asked_about_exactly():
 
 
 def test_thin_triangles_of_one_wall_are_never_asked_about_exactly(monkeypatch):
-    """A wall cut along two curves: fans of thin, wide triangles in one plane, with common corners."""
+    """A wall cut along two curves: fans of thin, wide triangles in one plane."""
     n = 60
     along = np.linspace(0.0, 6000.0, n)
     turn = np.radians(31.0)
