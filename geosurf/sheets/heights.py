@@ -283,7 +283,8 @@ class Rebuild:
             collar = around(unknown, self.shape, self.settings.collar)
             soft = np.setdiff1d(collar[np.isfinite(heights[collar])], unknown)
         every = np.union1d(unknown, soft)
-        band = around(every, self.shape, 3)
+        # a collar's rim is free: held to noisy data beyond it, bit for bit, it would bend
+        band = every if len(soft) else around(every, self.shape, 3)
         graph = lattice_graph(band, self.shape, cuts.bits(self.picks.n_node))
         at = np.searchsorted(band, every)
         value = heights[band]

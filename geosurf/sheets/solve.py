@@ -75,6 +75,8 @@ def smoothest(
     if n == 0:
         return np.empty(0)
     known = value[unknown < 0]
+    if pull is not None and target is not None:
+        known = np.append(known, target[pull > 0])
     level = float(known.mean()) if len(known) else 0.0
     weights = weights_of(stretch, bend, third)
     shifted = np.where(unknown < 0, value - level, 0.0)

@@ -72,6 +72,24 @@ def test_noise_is_noticed_and_smoothed(kind):
     assert found.variation == pytest.approx((1.0, 1.0), abs=0.06)
 
 
+@pytest.mark.parametrize("kind", ["normal", "X"])
+def test_smoothing_does_not_bend_the_rim_of_its_collar(kind):
+    """Fixed to noisy data beyond it, the sheet bulged there by several times their noise."""
+    clean = gs.synthetic.torn(kind, n=N, smear=0).horizons["Top"]
+    world = gs.synthetic.torn(kind, n=N, smear=0, noise=2.0)
+    sheet = gs.tear_horizon(world.horizons["Top"], world.faults)
+    solved = sheet.lattice.elevation != world.horizons["Top"].values
+    nodes = np.stack(np.meshgrid(clean.easting, clean.northing), axis=-1)
+    for cut in sheet.cuts.values():
+        away = nodes[:, :, None] - cut.stations[:, :2]
+        solved &= np.hypot(away[..., 0], away[..., 1]).min(axis=-1) > 4 * CELL
+    error = (sheet.lattice.elevation - clean.values)[solved]
+    assert solved.sum() > 1000
+    assert np.sqrt(np.mean(error**2)) < 0.5
+    assert np.abs(error).max() < 4.0
+    assert sheet.report.kept["max"] < 10.0  # five deviations of the noise
+
+
 def test_a_thrust_is_closed_under_noise():
     """Ghosts over an overlap are drawn by noisy picks, not fixed to them."""
     world = gs.synthetic.torn("thrust", n=N, noise=2.0)
