@@ -1,7 +1,7 @@
 """Patches -> closed units: zone x fault block (x fluid contact), with certified volumes.
 
 ===============  ====================================================================
-sides.py         sides of triangles that see each other across an edge
+sides.py         parts of surfaces, and their sides that see each other across an edge
 cells.py         cells of space, and the faces between them
 floating.py      pieces that touch nothing else
 measures.py      volume below, areas and bounds of faces

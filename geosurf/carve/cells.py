@@ -1,9 +1,9 @@
 """Patches -> cells: which sides of which faces see the same piece of space.
 
-Cells come from topology: sides of triangles are united across edges, in exact radial order
-where more than two meet (`sides`). A free edge unites the two sides of its own triangle, so a fault
-that dies inside a cell does not split it. Pieces that touch nothing else (a fault that floats, an
-inner shell) are put into the cell that holds them (`floating`).
+Cells come from topology: sides of parts of surfaces are united across edges, in exact radial order
+where more than two triangles meet (`sides`). A free edge unites the two sides of its own part, so a
+fault that dies inside a cell does not split it. Pieces that touch nothing else (a fault that
+floats, an inner shell) are put into the cell that holds them (`floating`).
 
 All that one surface has between the same two cells is one face: a model of a million triangles has
 some hundred faces, and all that follows (zones, blocks, volumes) is decided by those.
@@ -25,7 +25,7 @@ from geosurf.carve.outside import (
     owned_by_walls,
     walls_are_a_box,
 )
-from geosurf.carve.sides import connected_pieces, joined_sides, kept_inside, surface_of_elements
+from geosurf.carve.sides import Parts, find_parts, joined_sides
 from geosurf.kernels.gather import number_keys
 from geosurf.model import Patches
 from geosurf.model.pieces import Pieces
@@ -138,41 +138,57 @@ def find_cells(patches: Patches) -> Cells:
         If two different triangles lie in one half-plane of an edge.
     """
     bounds = box_of(patches)
-    pieces = patches.pieces
-    kept = kept_inside(pieces, bounds)
-    piece, fixed = connected_pieces(pieces, kept)
-    floats = not np.isin(piece[kept], fixed).all()
-    if _asks_triangles(pieces, floats):
-        pieces = patches.changed().pieces
-        kept = kept_inside(pieces, bounds)
-        piece, fixed = connected_pieces(pieces, kept)
-    side, parents = joined_sides(patches, pieces, kept)
-    element = np.flatnonzero(kept)
-    sides = side.reshape(-1, 2)[element]
-    if floats:
-        found = place_floating(
-            pieces.x, pieces.triangles[element], piece[element], fixed, sides.ravel()
-        )
-        sides = found.reshape(-1, 2)
-    core = element[: np.searchsorted(element, len(pieces.triangles))]
-    owners, owner = _owners(pieces, element, core, kept)
+    pieces, parts, sides, parents, owners, owner = _joined(patches, bounds)
     is_wall = owned_by_walls(patches, owners)[owner]
-    corners = pieces.x[pieces.triangles[core]]
     if walls_are_a_box(patches, bounds):
-        outside = outside_of_box(patches, is_wall, owners, owner, sides, parents[core], corners)
+        # all that a wall owns are triangles, and parts with triangles come first
+        with_triangle = parts.first[: np.searchsorted(parts.first, len(pieces.triangles))]
+        outside = outside_of_box(
+            patches, is_wall, owners, owner, sides, parents[with_triangle],
+            pieces.x[pieces.triangles[with_triangle]],
+        )  # fmt: skip
     else:
-        outside = outside_of_fence(patches, bounds, is_wall, sides, parents[core], corners)
-    cell, n_cell = _numbered(sides, outside, 2 * len(kept))
+        element = np.flatnonzero(parts.of_element >= 0)
+        core = element[: np.searchsorted(element, len(pieces.triangles))]
+        part = parts.of_element[element]
+        outside = outside_of_fence(
+            patches, bounds, is_wall[part], sides[part], parents[core],
+            pieces.x[pieces.triangles[core]],
+        )  # fmt: skip
+    cell, n_cell = _numbered(sides, outside)
     keys = (owner * (n_cell + 1) + cell[:, 0]) * (n_cell + 1) + cell[:, 1]
     found, face = number_keys(keys)
     found, behind = np.divmod(found, n_cell + 1)
     found, front = np.divmod(found, n_cell + 1)
-    face_of_element = np.full(len(kept), -1, dtype=np.int64)
-    face_of_element[element] = face
+    face_of_element = np.append(face, -1)[parts.of_element]
     first = np.array([of[0] for of in owners], dtype=np.int64)
     also = {i: owners[k][1:] for i, k in enumerate(found.tolist()) if len(owners[k]) > 1}
     between = np.stack([front, behind], axis=1)
     return Cells(first[found], also, between, n_cell, patches, pieces, face_of_element)
+
+
+def _joined(patches: Patches, bounds: np.ndarray):
+    """Pieces, their parts, what these see (n_part, 2), input triangles; sets of surfaces, and the
+    one that owns each part.
+    """
+    pieces, floats = patches.pieces, False
+    while True:
+        parts = find_parts(pieces, bounds)
+        sides, piece, parents = joined_sides(patches, pieces, parts)
+        owners, owner = _owners(pieces, parts)
+        fixed = np.unique(piece[owned_by_walls(patches, owners)[owner]])
+        floats = not np.isin(piece, fixed).all()
+        if not _asks_triangles(pieces, floats):
+            break
+        pieces = patches.changed().pieces
+    if floats:
+        element = np.flatnonzero(parts.of_element >= 0)
+        part = parts.of_element[element]
+        found = place_floating(
+            pieces.x, pieces.triangles[element], piece[part], fixed, sides[part].ravel()
+        )
+        sides = found.reshape(-1, 2)[np.searchsorted(element, parts.first)]
+    return pieces, parts, sides, parents, owners, owner
 
 
 def _asks_triangles(pieces: Pieces, floats: bool) -> bool:
@@ -183,18 +199,18 @@ def _asks_triangles(pieces: Pieces, floats: bool) -> bool:
     )
 
 
-def _owners(
-    pieces: Pieces, element: np.ndarray, core: np.ndarray, kept: np.ndarray
-) -> tuple[list[tuple[int, ...]], np.ndarray]:
+def _owners(pieces: Pieces, parts: Parts) -> tuple[list[tuple[int, ...]], np.ndarray]:
     """Sets of surfaces, the first of each being that of the triangles, and the set that owns each
-    element.
+    part.
+
+    Where surfaces coincide, each triangle is a part: all edges have more than two triangles.
     """
     owners: list[tuple[int, ...]] = [(i,) for i in range(len(pieces.sources))]
-    owner = surface_of_elements(pieces)[element]
+    owner = parts.surface.copy()
     others = np.flatnonzero(pieces.twin != np.arange(len(pieces.twin)))
-    others = others[kept[pieces.twin[others]]]
+    at = parts.of_element[pieces.twin[others]]
+    others, at = others[at >= 0], at[at >= 0]
     listed: dict[int, tuple[int, ...]] = {}
-    at = np.searchsorted(core, pieces.twin[others])
     for i, surface in zip(at.tolist(), pieces.surface[others].tolist(), strict=True):
         listed[i] = (*listed.get(i, owners[owner[i]]), surface)
     number = {of: k for k, of in enumerate(owners)}
@@ -203,9 +219,9 @@ def _owners(
     return list(number), owner
 
 
-def _numbered(sides: np.ndarray, outside: np.ndarray, n: int) -> tuple[np.ndarray, int]:
-    """Cells by their lowest side (below n), from 1; what is outside has 0. And how many cells."""
-    mark = np.zeros(n, dtype=bool)
+def _numbered(sides: np.ndarray, outside: np.ndarray) -> tuple[np.ndarray, int]:
+    """Cells by their lowest side, from 1; what is outside has 0. And how many cells."""
+    mark = np.zeros(2 * len(sides), dtype=bool)
     mark[sides] = True
     mark[outside] = False
     number = np.cumsum(mark)

@@ -1,138 +1,194 @@
-"""Elements -> their sides, joined where they see each other across an edge.
+"""Elements -> parts, and sides of parts, joined where they see each other across an edge.
 
-An element is a triangle, or a run of triangles that no curve touches; it has two sides as one
-triangle has: 2 i in front of it, where its normal points, and 2 i + 1 behind.
+An element is a triangle, or a run of triangles that no curve touches. A part is what hangs together
+over edges inside of one surface, facing one way, so that all of it sees the same: part p sees
+2 p in front of it, where normals point, and 2 p + 1 behind.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
-from geosurf.kernels.mesh import connected
+from geosurf.kernels.parts import DONE, NEEDS_EXACT, join_parts, parts_of
 from geosurf.kernels.predicates import frame_of
-from geosurf.kernels.radial import join_run_sides, join_sides
 from geosurf.kernels.strips import RIM, lowest_keys
 from geosurf.model import Patches
 from geosurf.model.pieces import Pieces
 
 
-def surface_of_elements(pieces: Pieces) -> np.ndarray:
-    """Surface of each triangle and run."""
-    of_run = np.repeat(np.arange(len(pieces.sources)), np.diff(pieces.first_run))
-    return np.concatenate([pieces.surface, of_run])
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Parts inside the model box.
 
-
-def kept_inside(pieces: Pieces, bounds: np.ndarray) -> np.ndarray:
-    """Whether each element is in the box, and the first of those with the same corners.
-
-    The walls cut at the sides of the box: a run lies on one side of each, as any of its triangles.
+    Attributes
+    ----------
+    of_element : ndarray of int64, shape (n_element,)
+        Part of each triangle and run; -1 outside of the box, and for all but the first of the
+        triangles with the same corners.
+    first : ndarray of int64, shape (n_part,)
+        First element of each; rising, so that parts with triangles come before those without.
+    surface : ndarray of int64, shape (n_part,)
+        Surface that each is of.
     """
-    beyond = _beyond(pieces.x, bounds)
-    a, b, c = pieces.triangles.T
-    kept = [~(beyond[a] | beyond[b] | beyond[c]) & (pieces.twin == np.arange(len(pieces.twin)))]
-    for source, strips in zip(pieces.sources, pieces.strips, strict=True):
-        if strips is not None:
-            keys = lowest_keys(strips.places, strips.runs)
-            corners = source.places_of_nodes(source.corners_of_keys(keys).ravel()) - pieces.origin
-            kept.append(~_beyond(corners, bounds).reshape(-1, 3).any(axis=1))
-    return np.concatenate(kept)
+
+    of_element: np.ndarray
+    first: np.ndarray
+    surface: np.ndarray
 
 
-def _beyond(points: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """Whether points (n, 3) lie outside of bounds (2, 3); axis by axis, which is quicker."""
-    out = np.zeros(len(points), dtype=bool)
-    for axis, (low, high) in enumerate(bounds.T):
-        out |= points[:, axis] < low
-        out |= points[:, axis] > high
-    return out
+@dataclass(frozen=True, eq=False)
+class Parents:
+    """Input triangles that triangles are parts of.
+
+    Attributes
+    ----------
+    of_triangle : ndarray of int64, shape (n_triangle,)
+    corners : ndarray of float64, shape (n_parent, 3, 3)
+        Local coordinates.
+    """
+
+    of_triangle: np.ndarray
+    corners: np.ndarray
+
+    def __getitem__(self, triangles: np.ndarray) -> np.ndarray:
+        """Corners (n, 3, 3) of the input triangles of some triangles."""
+        found: np.ndarray = self.corners[self.of_triangle[triangles]]
+        return found
 
 
-def connected_pieces(pieces: Pieces, kept: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Connected piece of each element inside, and the pieces that hold a wall."""
+def find_parts(pieces: Pieces, bounds: np.ndarray) -> Parts:
+    """Find the parts inside bounds (2, 3), local.
+
+    The walls cut at the sides of the box: a part lies on one side of each, as any of its triangles.
+    """
+    n_core, n_run = len(pieces.triangles), int(pieces.first_run[-1])
+    takes = np.ones(n_core + n_run, dtype=bool)
+    takes[:n_core] = pieces.twin == np.arange(n_core)
+    part, first = parts_of(
+        pieces.triangles, pieces.surface, pieces.ring, pieces.link, takes, _pairs(pieces)
+    )
+    surface = _surface_of(pieces, first)
+    low, high = bounds
+    corners = _corners(pieces, first, surface)
+    inside = ((corners >= low) & (corners <= high)).all(axis=(1, 2))
+    number = np.append(np.where(inside, np.cumsum(inside) - 1, -1), -1)
+    return Parts(number[part], first[inside], surface[inside])
+
+
+def _pairs(pieces: Pieces) -> np.ndarray:
+    """Runs that share an edge, as elements."""
     n_core = len(pieces.triangles)
-    linked = np.flatnonzero(pieces.link >= 0)
-    pairs = [np.stack([linked // 3, n_core + pieces.link[linked]], axis=1)]
-    for i, strips in enumerate(pieces.strips):
+    pairs = [np.empty((0, 2), dtype=np.int64)]
+    for first, strips in zip(pieces.first_run, pieces.strips, strict=False):
         if strips is not None:
-            pairs.append(strips.joined + n_core + pieces.first_run[i])
-    piece = connected(pieces.ring, kept, np.concatenate(pairs))
-    wall = np.array([source.role == "wall" for source in pieces.sources])
-    # where a wall coincides with another surface, the first of them stands for both
-    first = np.concatenate([pieces.twin, np.arange(n_core, len(kept))])
-    rows = first[wall[surface_of_elements(pieces)]]
-    return piece, np.unique(piece[rows[kept[rows]]])
+            pairs.append(strips.joined + (n_core + first))
+    return np.concatenate(pairs)
 
 
-def joined_sides(patches: Patches, pieces: Pieces, kept: np.ndarray):
+def _surface_of(pieces: Pieces, elements: np.ndarray) -> np.ndarray:
+    """Surface of some elements, which rise."""
+    n_core = len(pieces.triangles)
+    n = np.searchsorted(elements, n_core)
+    of_run = np.searchsorted(pieces.first_run, elements[n:] - n_core, side="right") - 1
+    return np.concatenate([pieces.surface[elements[:n]], of_run])
+
+
+def _corners(pieces: Pieces, elements: np.ndarray, surface: np.ndarray) -> np.ndarray:
+    """Corners (n, 3, 3) of a triangle of each of some elements, which rise; local."""
+    n_core = len(pieces.triangles)
+    n = np.searchsorted(elements, n_core)
+    corners = [pieces.x[pieces.triangles[elements[:n]]]]
+    for i in np.unique(surface[n:]).tolist():
+        source, strips = pieces.sources[i], pieces.strips[i]
+        rows = elements[n:][surface[n:] == i] - n_core - pieces.first_run[i]
+        keys = lowest_keys(strips.places, strips.runs[rows])
+        nodes = source.corners_of_keys(keys).ravel()
+        corners.append((source.places_of_nodes(nodes) - pieces.origin).reshape(-1, 3, 3))
+    return np.concatenate(corners)
+
+
+def joined_sides(
+    patches: Patches, pieces: Pieces, parts: Parts
+) -> tuple[np.ndarray, np.ndarray, Parents]:
     """
-    Join the sides of elements around every edge.
+    Join the sides of parts around every edge.
 
     Parameters
     ----------
     patches : Patches
     pieces : Pieces
-    kept : ndarray of bool, shape (n,)
-        Elements that take part.
+    parts : Parts
 
     Returns
     -------
-    ndarray of int64, shape (2 n,)
-        One side for all those that see the same, and each of them.
-    ndarray of float64, shape (n_triangle, 3, 3)
-        Corners of the input triangle that each triangle is a part of, local.
+    ndarray of int64, shape (n_part, 2)
+        What is seen from the front and the back of each: one side for all those that see the same.
+    ndarray of int64, shape (n_part,)
+        Connected piece of each: its lowest part.
+    Parents
 
     Raises
     ------
     InvariantError
         If two different triangles lie in one half-plane of an edge.
     """
-    sides = np.arange(2 * len(kept))
-    parent, px = _parents(pieces)
-    m, w = frame_of(px)
+    sides, piece = np.arange(2 * len(parts.first)), np.arange(len(parts.first))
+    torn = _with_rims(pieces, parts)
+    sides[2 * torn + 1] = 2 * torn
+    parents = parents_of(pieces)
+    px = parents.corners.reshape(-1, 3)
     of = np.arange(len(px)).reshape(-1, 3)
-    bad = join_sides(
-        pieces.x, pieces.triangles, pieces.ring, pieces.link, kept, parent, px, of, m, w, sides
-    )
-    if bad >= 0:
-        name = patches.names[pieces.surface[bad // 3]]
-        where = place(pieces.x[pieces.triangles[bad // 3, bad % 3]] + patches.origin)
+    m = w = np.empty(0, dtype=np.int64)
+    while True:
+        found = join_parts(
+            pieces.x, pieces.triangles, pieces.ring, pieces.link, parts.of_element,
+            parents.of_triangle, px, of, m, w, sides, piece,
+        )  # fmt: skip
+        if found != NEEDS_EXACT:
+            break
+        m, w = frame_of(px)
+    if found != DONE:
+        name = patches.names[pieces.surface[found // 3]]
+        where = place(pieces.x[pieces.triangles[found // 3, found % 3]] + patches.origin)
         raise InvariantError(
             f"two triangles of surface {name!r} and another lie in one half-plane at {where}; "
             "please report this with the surfaces."
         )
-    joined = [np.empty((0, 2), dtype=np.int64)]
-    rims = [np.empty(0, dtype=np.int64)]
-    for i, strips in enumerate(pieces.strips):
-        if strips is not None:
-            joined.append(strips.joined + pieces.first_run[i])
-            rims.append(strips.runs[:, RIM])
-    join_run_sides(np.concatenate(joined), np.concatenate(rims), kept, sides)
-    return _roots(sides), px[of[parent]] if len(parent) else np.empty((0, 3, 3))
+    return _roots(sides).reshape(-1, 2), _roots(piece), parents
 
 
-def _parents(pieces: Pieces) -> tuple[np.ndarray, np.ndarray]:
-    """For each triangle its input triangle, and the corners of those, three rows each.
+def _with_rims(pieces: Pieces, parts: Parts) -> np.ndarray:
+    """Parts with a run on the rim of a surface, around which front and back see the same."""
+    rims = [strips.runs[:, RIM] for strips in pieces.strips if strips is not None]
+    if not rims:
+        return np.empty(0, dtype=np.int64)
+    of_run = parts.of_element[len(pieces.triangles) :][np.concatenate(rims) == 1]
+    return np.unique(of_run[of_run >= 0])
 
-    The parts of one follow each other.
-    """
+
+def parents_of(pieces: Pieces) -> Parents:
+    """Find the input triangle of each triangle; pieces of one follow each other."""
     surface, key = pieces.surface, pieces.key
     new = np.ones(len(key), dtype=bool)
     new[1:] = (key[1:] != key[:-1]) | (surface[1:] != surface[:-1])
     number, first = np.cumsum(new) - 1, np.flatnonzero(new)
-    px = np.empty((len(first), 3, 3))
-    for i, source in enumerate(pieces.sources):
-        mine = surface[first] == i
-        corners = source.corners_of_keys(key[first[mine]])
-        px[mine] = source.places_of_nodes(corners.ravel()).reshape(-1, 3, 3) - pieces.origin
-    return number, px.reshape(-1, 3)
+    corners = np.empty((3 * len(first), 3))
+    cut = np.searchsorted(surface[first], np.arange(len(pieces.sources) + 1))
+    for source, low, high in zip(pieces.sources, cut[:-1], cut[1:], strict=True):
+        nodes = source.corners_of_keys(key[first[low:high]]).ravel()
+        places = source.places_of_nodes(nodes)
+        np.subtract(places, pieces.origin, out=corners[3 * low : 3 * high])
+    return Parents(number, corners.reshape(-1, 3, 3))
 
 
-def _roots(sides: np.ndarray) -> np.ndarray:
+def _roots(forest: np.ndarray) -> np.ndarray:
     """The root of each element of a union-find forest, by pointer jumping."""
     while True:
-        onward = sides[sides]
-        if np.array_equal(onward, sides):
-            return sides
-        sides = onward
+        onward = forest[forest]
+        if np.array_equal(onward, forest):
+            return forest
+        forest = onward

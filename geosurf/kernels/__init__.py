@@ -24,7 +24,8 @@ file               question                                               source
 `cut`              all cut faces -> children
 `thin`             pieces so thin that rounding could turn them
 `mesh`             welding, edges, patches
-`radial`           sides of triangles -> cells                            Weiler 1985
+`radial`           in which order are triangles around an edge?           Weiler 1985
+`parts`            what hangs together -> cells
 `measures`         volume below faces, area and bounds                    Knuth's two-sum
 `chains`, `linking` segments -> curves
 `patch`            cubics between the nodes of a lattice, their trust

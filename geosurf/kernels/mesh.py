@@ -145,28 +145,6 @@ def join_pairs(pairs, n):
     return parent
 
 
-@entry("l1 l1 l2 -> l1")
-def connected(ring, keep, pairs):
-    """Set of each element (its lowest) once triangles that are kept are joined over their edges,
-    and pairs of kept elements.
-
-    `keep` is 1 for kept elements: triangles first, then others.
-    """
-    parent = np.arange(keep.shape[0])
-    for i in range(ring.shape[0]):
-        if keep[i // 3] == 1:
-            j = ring[i]
-            while keep[j // 3] == 0:
-                j = ring[j]
-            join(parent, i // 3, j // 3)
-    for i in range(pairs.shape[0]):
-        if keep[pairs[i, 0]] == 1 and keep[pairs[i, 1]] == 1:
-            join(parent, pairs[i, 0], pairs[i, 1])
-    for i in range(parent.shape[0]):
-        parent[i] = find(parent, i)
-    return parent
-
-
 @entry("l2 l1 l1 l1 l1 -> l1 l")
 def patches_of(t, surface, owners, ring, twin):
     """Patch number of each triangle, numbered by first triangle, and how many.

@@ -1,31 +1,85 @@
-"""Sides of triangles -> cells: exact radial order around edges, and union-find.
+"""In which order are triangles around an edge? Exactly, by the triangles they are parts of.
 
 Notation
-    t        triangles, int64 (n, 3); x their rounded vertices
-    keep     1 for triangles that take part
+    x        rounded vertices
+    order    triangles around an edge, and `ways` how they run along it
     parent   row of the input triangle (in pt) that each triangle is a part of
-    px, pt   corners of the input triangles
+    px, pt   corners of the input triangles, three rows of px each
     d        direction of an edge u -> v; n the normal of a triangle
-    forward  +1 where the triangle runs along u -> v, -1 where it runs back
+    way      +1 where the triangle runs along u -> v, -1 where it runs back
     around   a row for each triangle around an edge: normal, magnitudes, parent, half turn
 
-Triangle i has the sides 2 i (front, where the normal points) and 2 i + 1 (back). Around an
-edge, half-planes h = forward n x d are sorted by angle: sin has the sign of (n1 x n2) . d, and as
+Half-planes h = way n x d are sorted by angle: sin has the sign of (n1 x n2) . d, and as
 n1 x n2 is parallel to d, one component decides, with the sign of that component of d;
 cos has the sign of n1 . n2. So only input coordinates enter (degree 4), no constructed point.
+
+Mostly doubles suffice: along the axis on which d is longest, normals become vectors in a plane,
+which turn as the half-planes do, and a number that rises with their angle puts them in order
+where all are farther apart than rounding can move them.
 """
 
 from __future__ import annotations
 
-import numpy as np
-
-from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels._jit import scalar
 from geosurf.kernels.exact import _MISC, LIMBS, _cross, _dot, _vector
 from geosurf.kernels.limbs import clear, mul_add, sign
-from geosurf.kernels.mesh import join
 from geosurf.kernels.predicates import TINY
 
 OF, HALF, N_AROUND = 6, 7, 8  # columns of `around` behind the normal
+# with u = 2**-53: components of normals are off by 4 u times their magnitudes, shares by twice that
+# over the length, and 7 u; so differences of turns from the first by 46 u times the worst ratio
+_TURN_BOUND = 1e-14
+
+
+@scalar
+def main_axis(x, u, v):
+    """The axis on which an edge is longest, and whether it rises (1) or falls (-1) on it."""
+    axis = 0
+    for k in range(1, 3):
+        if abs(x[v, k] - x[u, k]) > abs(x[v, axis] - x[u, axis]):
+            axis = k
+    return axis, 1 if x[v, axis] > x[u, axis] else -1
+
+
+@scalar
+def _turn(p, q):
+    """A number in [0, 4) that rises with the angle of a vector."""
+    share = q / (abs(p) + abs(q))
+    if p < 0.0:
+        return 2.0 - share
+    return share if share >= 0.0 else 4.0 + share
+
+
+@scalar
+def sorted_by_floats(px, parent, axis, heading, order, ways, n, turns):
+    """Sort n triangles around an edge behind the first; False where doubles do not tell."""
+    k, o = (axis + 1) % 3, (axis + 2) % 3
+    doubt = 1.0
+    first = 0.0
+    for a in range(n):
+        i = 3 * parent[order[a]]
+        pk, po, pa = px[i + 1, k] - px[i, k], px[i + 1, o] - px[i, o], px[i + 1, axis] - px[i, axis]
+        qk, qo, qa = px[i + 2, k] - px[i, k], px[i + 2, o] - px[i, o], px[i + 2, axis] - px[i, axis]
+        normal_k, normal_o = po * qa - pa * qo, pa * qk - pk * qa
+        length = abs(normal_k) + abs(normal_o)
+        if not length > TINY:
+            return False
+        size = abs(po * qa) + abs(pa * qo) + abs(pa * qk) + abs(pk * qa)
+        doubt = max(doubt, size / length)
+        turn = _turn(ways[a] * normal_k, ways[a] * heading * normal_o)
+        first = turn if a == 0 else first
+        turns[a] = turn - first if turn >= first else turn - first + 4.0
+    for a in range(2, n):
+        b = a
+        while b > 1 and turns[b] < turns[b - 1]:
+            turns[b - 1], turns[b] = turns[b], turns[b - 1]
+            order[b - 1], order[b] = order[b], order[b - 1]
+            ways[b - 1], ways[b] = ways[b], ways[b - 1]
+            b -= 1
+    least = 4.0 - turns[n - 1]
+    for a in range(1, n):
+        least = min(least, turns[a] - turns[a - 1])
+    return least > _TURN_BOUND * doubt
 
 
 @scalar
@@ -133,26 +187,9 @@ def _swap(order, ways, around, a, b):
 
 
 @scalar
-def _side_after(tri, way):
-    """The side of a triangle met when turning on counter-clockwise around the edge."""
-    return 2 * tri if way > 0 else 2 * tri + 1
-
-
-@scalar
-def _doubled(values):
-    larger = np.empty(2 * values.shape[0], dtype=np.int64)
-    larger[: values.shape[0]] = values
-    return larger
-
-
-@scalar
-def _sort_around(x, u, v, order, ways, around, n, parent, px, pt, m, w):
+def sort_around(x, u, v, order, ways, around, n, parent, px, pt, m, w):
     """Sort n triangles around edge u-v behind the first; False if two share a half-plane."""
-    axis = 0
-    for k in range(1, 3):
-        if abs(x[v, k] - x[u, k]) > abs(x[v, axis] - x[u, axis]):
-            axis = k
-    heading = 1 if x[v, axis] > x[u, axis] else -1
+    axis, heading = main_axis(x, u, v)
     _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading)
     for a in range(2, n):
         b = a
@@ -167,70 +204,3 @@ def _sort_around(x, u, v, order, ways, around, n, parent, px, pt, m, w):
             _swap(order, ways, around, b - 1, b)
             b -= 1
     return True
-
-
-@entry("l2 l1 l1 l1 -> .")
-def join_run_sides(pairs, on_rim, keep, sides):
-    """Unite the sides of runs that share an edge, and both sides of runs on a rim.
-
-    Runs follow the `keep.shape[0] - on_rim.shape[0]` triangles, and face as their lattice does.
-    """
-    first = keep.shape[0] - on_rim.shape[0]
-    for i in range(pairs.shape[0]):
-        a, b = first + pairs[i, 0], first + pairs[i, 1]
-        if keep[a] == 1 and keep[b] == 1:
-            join(sides, 2 * a, 2 * b)
-            join(sides, 2 * a + 1, 2 * b + 1)
-    for i in range(on_rim.shape[0]):
-        if on_rim[i] == 1 and keep[first + i] == 1:
-            join(sides, 2 * (first + i), 2 * (first + i) + 1)
-
-
-@entry("d2 l2 l1 l1 l1 l1 d2 l2 l1 l1 l1 -> l")
-def join_sides(x, t, ring, link, keep, parent, px, pt, m, w, sides):
-    """Unite sides that see each other across edges; returns -1, or a half-edge of a place where
-    two triangles lie in one half-plane.
-
-    Behind a half-edge that is alone lies the run `link` (counted behind the triangles), which
-    faces the same way, or nothing (-1).
-    """
-    order = np.empty(64, dtype=np.int64)
-    ways = np.empty(64, dtype=np.int64)
-    around = np.empty((64, N_AROUND))
-    for start in range(3 * t.shape[0]):
-        if keep[start // 3] == 0:
-            continue
-        n = 0
-        u = t[start // 3, start % 3]
-        j = start
-        while True:
-            if keep[j // 3] != 0:
-                if j < start:
-                    n = 0  # this edge has had its turn
-                    break
-                if n == order.shape[0]:
-                    order, ways = _doubled(order), _doubled(ways)
-                    around = np.empty((order.shape[0], N_AROUND))
-                order[n] = j // 3
-                ways[n] = 1 if t[j // 3, j % 3] == u else -1
-                n += 1
-            j = ring[j]
-            if j == start:
-                break
-        if n == 0:
-            continue
-        run = t.shape[0] + link[start]
-        if link[start] >= 0 and keep[run] == 1:
-            join(sides, 2 * order[0], 2 * run)
-            join(sides, 2 * order[0] + 1, 2 * run + 1)
-            continue
-        if n > 2:
-            v = t[start // 3, (start + 1) % 3]
-            if not _sort_around(x, u, v, order, ways, around, n, parent, px, pt, m, w):
-                return start
-        for k in range(n):
-            other = (k + 1) % n
-            here = _side_after(order[k], ways[k])
-            there = _side_after(order[other], -ways[other])
-            join(sides, here, there)
-    return -1

@@ -1,0 +1,158 @@
+"""Radial order around an edge: doubles, exact numbers and fractions say the same."""
+
+from __future__ import annotations
+
+from functools import cmp_to_key
+
+import numpy as np
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from geosurf.kernels.parts import DONE, NEEDS_EXACT, join_parts, parts_of
+from geosurf.kernels.predicates import frame_of
+from geosurf.kernels.radial import N_AROUND, main_axis, sort_around, sorted_by_floats
+
+small = st.integers(-3, 3).map(float)
+PAIRED, FREE = -2, -1
+
+
+def fan(d: np.ndarray, tips: np.ndarray, back: list[bool]) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles around the edge from 0 to d: points, and corners, some running back."""
+    x = np.concatenate([np.zeros((1, 3)), d[None], tips])
+    rows = [[1, 0, k] if way else [0, 1, k] for k, way in enumerate(back, start=2)]
+    return x, np.array(rows)
+
+
+def ring_of(n: int) -> np.ndarray:
+    """All triangles of a fan share their first edge, and no other."""
+    ring = np.arange(3 * n)
+    ring[0::3] = np.roll(ring[0::3], -1)
+    return ring
+
+
+def whole(values: np.ndarray) -> list[int]:
+    return [int(value) for value in values]
+
+
+def cross(a: list[int], b: list[int]) -> list[int]:
+    return [a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2] for k in range(3)]
+
+
+def dot(a: list[int], b: list[int]) -> int:
+    return sum(p * q for p, q in zip(a, b, strict=True))
+
+
+def slow_order(d: np.ndarray, tips: np.ndarray) -> list[int] | None:
+    """Half-planes by angle around d from the first, in whole numbers; None if two are one."""
+    axis = whole(d)
+    away = [cross(axis, cross(whole(tip), axis)) for tip in tips]  # from the edge, in its plane
+
+    def half(a: list[int]) -> int:
+        turn = dot(cross(away[0], a), axis)
+        return 0 if turn > 0 or (turn == 0 and dot(away[0], a) > 0) else 1
+
+    def compare(i: int, j: int) -> int:
+        if half(away[i]) != half(away[j]):
+            return half(away[i]) - half(away[j])
+        turn = dot(cross(away[i], away[j]), axis)
+        return -1 if turn > 0 else int(turn < 0)
+
+    order = [0, *sorted(range(1, len(tips)), key=cmp_to_key(compare))]
+    for i, j in zip(order, order[1:] + order[:1], strict=True):
+        if len(tips) > 1 and dot(cross(away[i], away[j]), axis) == 0 < dot(away[i], away[j]):
+            return None
+    return order
+
+
+fans = st.integers(2, 6).flatmap(
+    lambda n: st.tuples(
+        arrays(float, 3, elements=small),
+        arrays(float, (n, 3), elements=small),
+        st.lists(st.booleans(), min_size=n, max_size=n),
+    )
+)
+
+
+@given(fans, st.sampled_from([1.0, 2.0**20, 2.0**24]))
+def test_doubles_and_exact_numbers_sort_as_fractions_do(made, stretch):
+    """Stretched along their edge, triangles lie nearly in one plane: doubles must say so."""
+    d, tips, back = made
+    assume(all(any(cross(whole(d), whole(tip))) for tip in tips))
+    tips = tips + stretch * d * np.arange(len(tips))[:, None]
+    expected = slow_order(d, tips)
+    x, t = fan(d, tips, back)
+    n, px = len(t), x[t].reshape(-1, 3)
+    axis, heading = main_axis(x, 0, 1)
+    start = [-1 if way else 1 for way in back]
+    order, ways = np.arange(n), np.array(start)
+    if sorted_by_floats(px, np.arange(n), axis, heading, order, ways, n, np.empty(n)):
+        assert order.tolist() == expected
+        assert ways.tolist() == [start[i] for i in order]
+    order, ways = np.arange(n), np.array(start)
+    m, w = frame_of(px)
+    pt = np.arange(3 * n).reshape(-1, 3)
+    told = sort_around(x, 0, 1, order, ways, np.empty((n, N_AROUND)), n, np.arange(n), px, pt, m, w)
+    if expected is not None:
+        assert told
+        assert order.tolist() == expected
+
+
+@given(fans)
+def test_neighbours_in_angle_see_each_other(made):
+    d, tips, back = made
+    assume(all(any(cross(whole(d), whole(tip))) for tip in tips))
+    expected = slow_order(d, tips)
+    assume(expected is not None and len(tips) > 2)
+    x, t = fan(d, tips, back)
+    n, ring = len(t), ring_of(len(t))
+    link = np.where(ring == np.arange(3 * n), FREE, PAIRED)
+    link[link == FREE] = n  # something else goes on behind all other edges: they are no rims
+    part = np.append(np.arange(n), n)
+    px, pt = x[t].reshape(-1, 3), np.arange(3 * n).reshape(-1, 3)
+    sides, pieces = np.arange(2 * n + 2), np.arange(n + 1)
+    m, w = frame_of(px)
+    found = join_parts(x, t, ring, link - n, part, np.arange(n), px, pt, m, w, sides, pieces)
+    assert found == DONE
+    assert set(pieces[:n]) == {0}
+    for one, other in zip(expected, expected[1:] + expected[:1], strict=True):
+        ahead = 2 * one + (1 if back[one] else 0)
+        behind = 2 * other + (0 if back[other] else 1)
+        roots = {_root(sides, ahead), _root(sides, behind)}
+        assert len(roots) == 1
+    assert len({_root(sides, s) for s in range(2 * n)}) == n
+
+
+def _root(forest: np.ndarray, i: int) -> int:
+    while forest[i] != i:
+        i = forest[i]
+    return int(i)
+
+
+def test_half_planes_too_near_for_doubles_ask_for_exact_numbers():
+    tips = np.array([[0, 1.0, 0], [0, 1.0, 2.0**-60], [0, -1.0, 0]])
+    x, t = fan(np.array([1.0, 0, 0]), tips, [False] * 3)
+    ring, part = ring_of(3), np.arange(3)
+    link = np.where(ring == np.arange(9), FREE, PAIRED)
+    px, pt, none = x[t].reshape(-1, 3), np.arange(9).reshape(-1, 3), np.empty(0, dtype=np.int64)
+    sides, pieces = np.arange(6), np.arange(3)
+    arguments = (x, t, ring, link, part, part, px, pt)
+    assert join_parts(*arguments, none, none, sides, pieces) == NEEDS_EXACT
+    assert join_parts(*arguments, *frame_of(px), sides, pieces) == DONE
+
+
+def test_parts_end_where_surfaces_do_or_turn_over():
+    t = np.array([[0, 1, 2], [2, 1, 3], [2, 3, 4], [3, 5, 4], [4, 6, 5]])
+    ring = np.arange(15)
+    for one, other in ((1, 3), (5, 6), (7, 11), (10, 14)):
+        ring[one], ring[other] = other, one
+    link, takes = np.full(15, PAIRED), np.ones(5, dtype=bool)
+    none = np.empty((0, 2), dtype=np.int64)
+    # the last one runs along 5-4 as its neighbour does; the first two are of another surface
+    part, first = parts_of(t, np.array([0, 0, 1, 1, 1]), ring, link, takes, none)
+    assert part.tolist() == [0, 0, 1, 1, 2]
+    assert first.tolist() == [0, 2, 4]
+    takes[1] = False
+    part, first = parts_of(t, np.zeros(5, dtype=np.int64), ring, link, takes, none)
+    assert part.tolist() == [0, -1, 1, 1, 2]
+    assert first.tolist() == [0, 2, 4]
