@@ -179,23 +179,26 @@ def rising_diagonal(easting: np.ndarray, northing: np.ndarray) -> bool:
     x, y = easting, northing
     if x.ndim == 1:
         return bool((x[-1] > x[0]) == (y[-1] > y[0]))
-    gain, size = _gain_of_diagonals(x, y)
-    if abs(gain) > 1e-3 * size and size < 1e150:  # so clear that no rounding matters
+    gain, reach, size = _gain_of_diagonals(x, y)
+    if abs(gain) - reach > 1e-3 * size and size < 1e150:  # so clear that no rounding matters
         return gain > 0
     return _rising_by_every_cell(x, y)
 
 
-def _gain_of_diagonals(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
-    """Sum over cells of ``dx * dy`` along one diagonal less the other; no less than all squares."""
-    from geosurf.kernels.survey import EDGES, GAIN_XZ, survey_lattice
+def _gain_of_diagonals(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
+    """Sum over cells of ``dx * dy`` along one diagonal less the other; how far it may be off; and
+    no less than all squares.
+    """
+    from geosurf.kernels.clear import EDGES, GAIN, REACH
+    from geosurf.kernels.survey import survey_lattice
 
     n_row, n_col = x.shape
-    places = np.zeros(16, dtype=np.int64)  # the third coordinate is one zero
+    places = np.zeros(16, dtype=np.int64)  # the second coordinate is one zero
     places[[1, 2, 7, 8, 9, 10]] = n_col, 1, n_col, 1, n_row, n_col
     flat = np.ascontiguousarray(x).reshape(-1), np.zeros(1), np.ascontiguousarray(y).reshape(-1)
     _, _, _, sums = survey_lattice(*flat, places, True)
     # squared diagonals of a cell are at most its squared edges (Euler)
-    return float(sums[GAIN_XZ]), float(sums[EDGES])
+    return float(sums[GAIN]), float(sums[REACH]), float(sums[EDGES])
 
 
 def _rising_by_every_cell(x: np.ndarray, y: np.ndarray) -> bool:

@@ -36,6 +36,7 @@ file               question                                               source
 `resample`         as few points as a chord error allows                  Douglas & Peucker 1973
 `cover`, `trace`   loops that triangles do not show                       Sederberg & Meyers 1988
 `survey`           what is a lattice like? boxes, holes, how cells lie
+`clear`            how do cells lie, as far as bounds of their edges tell?
 `listed`           the same for a list of triangles; Morton order         Morton 1966
 `strips`, `expand` what no curve touches of a lattice; as triangles again
 `draped`           where a fault meets a drape                            marching triangles

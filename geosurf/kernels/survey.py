@@ -2,16 +2,15 @@
 
 Whoever reads a grid asks the same few things of all of its nodes: are they numbers, how far do they
 reach, which diagonal fits, has each triangle an area, which way does the surface face. Here all
-of that costs little more than reading the numbers once: blocks of rows stay in the cache
+of that costs little more than reading the numbers once: tiles of a few rows stay in the cache
 while they are asked, and loops run over scratch rows, so that they become vector code.
 
-Sums over cells decide only what is clear from them; where it is not, `geosurf.triangulate` asks
-exactly.
+How the cells of a tile lie is told by bounds of their edges (`clear`), or, where there are holes or
+noise as large as cells, cell by cell. Either decides only what is clear; where it is not,
+`geosurf.triangulate` asks exactly.
 
 Notation, beside that of `tree` (p, q, r, a)
     a b c d  corners of a cell, counter-clockwise: (i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)
-    e g      lower and upper edge of a cell: b - a, c - d
-    u        edges across: d - a at column j, c - b at column j + 1
     tile     TILE columns of one row of blocks
     work     scratch rows of ROW_SIZE numbers, one after the other
 """
@@ -23,192 +22,148 @@ import math
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.clear import (
+    EDGES,
+    FIVE,
+    GAIN,
+    MARGIN,
+    N_SUM,
+    NORMAL,
+    ONLY_FALLING,
+    ONLY_RISING,
+    PART,
+    ROW_SIZE,
+    TILE,
+    add_rim,
+    clear_tile,
+    fill,
+)
+from geosurf.kernels.strips import load
 from geosurf.kernels.tree import BLOCK, N_COL, N_ROW, _build_above, _levels
 
-TILE = 32 * BLOCK
-ROW_SIZE = TILE + BLOCK
-N_SCRATCH = 25
 # places in `marks`: triangles with either diagonal; 1 where one is not a number, or -0.0
 N_RISING, N_FALLING, NAN_X, NAN_Y, NAN_Z, MINUS_ZERO, N_MARK = 0, 1, 2, 3, 4, 5, 6
-# places in `sums`: over whole cells, differences of the products of diagonals, a to c less b to d
-# (x z and y z); normals of both diagonals together (three); squared edges, beside holes those of
-# each triangle; the least of
-# |u|^2 |v|^2 - (u v)^2 over all corners; normals of triangles that only one diagonal has (2 x 3)
-GAIN_XZ, GAIN_YZ, NORMAL, EDGES, MARGIN, ONLY_RISING, ONLY_FALLING, N_SUM = 0, 1, 2, 5, 6, 7, 10, 13
+# two bits for each coordinate
+_NOT_A_NUMBER, _MINUS_ZEROS = 0b010101, 0b101010
 _NEARLY = 1.0 - 1e-10  # a corner of 1e-5 radians or less is left to exact arithmetic
-# scratch rows: nodes of the row below and above; e, g and u, each with its square; sums by column
-_BELOW, _ABOVE, _E, _G, _U, _SUMS = 0, 3, 6, 10, 14, 18
+# scratch rows: extremes of nodes by column
+_LOW, _HIGH = 0, 1
 
 
 @scalar
-def _rows_extremes(values, start, step, n, low, high):
-    """Widen extremes by column with three rows; how many columns have what is not a number."""
-    one = values[start : start + n]
-    two = values[start + step : start + step + n]
-    three = values[start + 2 * step : start + 2 * step + n]
-    n_nan = 0
-    for j in range(n):  # plain selections: they become vector code
-        least, most = low[j], high[j]
-        least = one[j] if one[j] < least else least
-        most = one[j] if one[j] > most else most
-        least = two[j] if two[j] < least else least
-        most = two[j] if two[j] > most else most
-        least = three[j] if three[j] < least else least
-        most = three[j] if three[j] > most else most
-        low[j], high[j] = least, most
-        total = one[j] + two[j] + three[j]  # of infinite ones, too, but boxes tell those
-        n_nan += 1 if total != total else 0
-    return n_nan
+def _is_minus_zero(value):
+    return value == 0.0 and math.copysign(1.0, value) < 0.0
 
 
 @scalar
 def _has_minus_zero(values, a, axis, block, first, n):
     """Whether -0.0 is among the values of a tile."""
-    last = min(block * BLOCK + BLOCK, a[N_ROW] - 1) if a[3 * axis + 1] > 0 else block * BLOCK
-    for i in range(block * BLOCK, last + 1):
-        for j in range(first, first + (n if a[3 * axis + 2] > 0 else 1)):
-            value = values[a[3 * axis] + i * a[3 * axis + 1] + j * a[3 * axis + 2]]
-            if value == 0.0 and math.copysign(1.0, value) < 0.0:
+    for i in range(block * BLOCK, min(block * BLOCK + BLOCK, a[N_ROW] - 1) + 1):
+        for j in range(first, first + n):
+            if _is_minus_zero(load(values, a, axis, i, j)):
                 return True
     return False
 
 
 @scalar
-def _tile_extremes(values, a, axis, block, first, n, low, high, boxes, n_block):
-    """Extremes of one coordinate in the blocks of a tile of n columns.
+def _five_rows(values, start, step, last, n, work):
+    """Widen extremes by column with rows 0 to `last`, at most 4; how many columns have a NaN."""
+    one = values[start : start + n]
+    two = values[start + min(1, last) * step : start + min(1, last) * step + n]
+    three = values[start + min(2, last) * step : start + min(2, last) * step + n]
+    four = values[start + min(3, last) * step : start + min(3, last) * step + n]
+    five = values[start + last * step : start + last * step + n]
+    n_nan = 0
+    for j in range(min(n, ROW_SIZE)):  # plain selections: they become vector code
+        p, q, r, s, t = one[j], two[j], three[j], four[j], five[j]
+        low, high = work[_LOW * ROW_SIZE + j], work[_HIGH * ROW_SIZE + j]
+        low = p if p < low else low
+        high = p if p > high else high
+        low = q if q < low else low
+        high = q if q > high else high
+        low = r if r < low else low
+        high = r if r > high else high
+        low = s if s < low else low
+        high = s if s > high else high
+        work[_LOW * ROW_SIZE + j] = t if t < low else low
+        work[_HIGH * ROW_SIZE + j] = t if t > high else high
+        total = ((p + q) + (r + s)) + t  # of infinite ones, too, but boxes tell those
+        n_nan += 1 if total != total else 0
+    return n_nan
+
+
+@scalar
+def _least(work, j):
+    """The least of nine numbers, which a block with its rim has in a row."""
+    a, b, c, d = work[j], work[j + 1], work[j + 2], work[j + 3]
+    e, f, g, h = work[j + 4], work[j + 5], work[j + 6], work[j + 7]
+    a, b = a if a < b else b, c if c < d else d
+    e, f = e if e < f else f, g if g < h else h
+    a, e = a if a < b else b, e if e < f else f
+    a = a if a < e else e
+    return a if a < work[j + 8] else work[j + 8]
+
+
+@scalar
+def _most(work, j):
+    """The largest of nine numbers."""
+    a, b, c, d = work[j], work[j + 1], work[j + 2], work[j + 3]
+    e, f, g, h = work[j + 4], work[j + 5], work[j + 6], work[j + 7]
+    a, b = a if a > b else b, c if c > d else d
+    e, f = e if e > f else f, g if g > h else h
+    a, e = a if a > b else b, e if e > f else f
+    a = a if a > e else e
+    return a if a > work[j + 8] else work[j + 8]
+
+
+@scalar
+def _tile_extremes(values, a, axis, block, first, work, boxes, n_block):
+    """Extremes of one coordinate, with a number for each node, in the blocks of a tile.
 
     Returns 1 if there is something that is not a number, plus 2 if there is a -0.0.
     """
-    row_step, col_step = a[3 * axis + 1], a[3 * axis + 2]
-    low[:] = np.inf
-    high[:] = -np.inf
-    n_nan = 0
-    # all rows are alike, or all columns
-    n_row = 1 if row_step == 0 else min(BLOCK, a[N_ROW] - 1 - block * BLOCK) + 1
-    n_col = n if col_step == 1 else 1
-    start = a[3 * axis] + block * BLOCK * row_step + first * col_step
-    for i in range(0, n_row, 3):
-        step = row_step if i + 3 <= n_row else 0
-        n_nan += _rows_extremes(values, start + i * row_step, step, n_col, low, high)
-        if step == 0 and i + 2 == n_row:
-            n_nan += _rows_extremes(values, start + (i + 1) * row_step, 0, n_col, low, high)
-    if col_step == 0:
-        low[1:] = low[0]
-        high[1:] = high[0]
+    fill(work, _LOW, _LOW + 1, np.inf)
+    fill(work, _HIGH, _HIGH + 1, -np.inf)
+    step = a[3 * axis + 1]
+    start = a[3 * axis] + block * BLOCK * step + first
+    last = min(BLOCK, a[N_ROW] - 1 - block * BLOCK)
+    n = min(TILE + BLOCK, a[N_COL] - first)  # whole vectors of columns, so that none is left over
+    n_nan = _five_rows(values, start, step, min(last, 4), n, work)
+    if last > 4:
+        n_nan += _five_rows(values, start + 4 * step, step, last - 4, n, work)
     lowest, highest = np.inf, -np.inf
     for b in range(first // BLOCK, min((first + TILE) // BLOCK, n_block)):
-        lower, upper = np.inf, -np.inf
-        for j in range(b * BLOCK - first, min(b * BLOCK - first + BLOCK + 1, n)):
-            lower = low[j] if low[j] < lower else lower
-            upper = high[j] if high[j] > upper else upper
+        lower = _least(work, _LOW * ROW_SIZE + b * BLOCK - first)
+        upper = _most(work, _HIGH * ROW_SIZE + b * BLOCK - first)
         boxes[block * n_block + b, axis] = lower
         boxes[block * n_block + b, 3 + axis] = upper
         lowest, highest = min(lowest, lower), max(highest, upper)
     found = 1 if n_nan > 0 else 0
+    n = min(TILE + 1, a[N_COL] - first)
     if lowest <= 0.0 <= highest and _has_minus_zero(values, a, axis, block, first, n):
         found += 2
     return found
 
 
 @scalar
-def _load_row(values, a, axis, i, first, n, work, slot):
-    """One coordinate of n nodes of a row into a scratch row."""
-    start = a[3 * axis] + i * a[3 * axis + 1] + first * a[3 * axis + 2]
-    target = work[slot * ROW_SIZE : slot * ROW_SIZE + n]
-    source = values[start : start + (n - 1) * a[3 * axis + 2] + 1]
-    if a[3 * axis + 2] == 1:
-        for j in range(n):
-            target[j] = source[j]
-    else:
-        target[:] = source[0]
-
-
-@scalar
-def _across(work, n_node):
-    """Edges from the row below to the row above, which is then the row below."""
-    for j in range(min(n_node, TILE + 1)):
-        x = work[_ABOVE * ROW_SIZE + j]
-        y = work[(_ABOVE + 1) * ROW_SIZE + j]
-        z = work[(_ABOVE + 2) * ROW_SIZE + j]
-        ux = x - work[_BELOW * ROW_SIZE + j]
-        uy = y - work[(_BELOW + 1) * ROW_SIZE + j]
-        uz = z - work[(_BELOW + 2) * ROW_SIZE + j]
-        work[_U * ROW_SIZE + j] = ux
-        work[(_U + 1) * ROW_SIZE + j] = uy
-        work[(_U + 2) * ROW_SIZE + j] = uz
-        work[(_U + 3) * ROW_SIZE + j] = ux * ux + uy * uy + uz * uz
-        work[_BELOW * ROW_SIZE + j] = x
-        work[(_BELOW + 1) * ROW_SIZE + j] = y
-        work[(_BELOW + 2) * ROW_SIZE + j] = z
-
-
-@scalar
-def _along(work, n_cell):
-    """Edges along the row that was loaded last."""
-    for j in range(min(n_cell, TILE)):
-        gx = work[_BELOW * ROW_SIZE + j + 1] - work[_BELOW * ROW_SIZE + j]
-        gy = work[(_BELOW + 1) * ROW_SIZE + j + 1] - work[(_BELOW + 1) * ROW_SIZE + j]
-        gz = work[(_BELOW + 2) * ROW_SIZE + j + 1] - work[(_BELOW + 2) * ROW_SIZE + j]
-        work[_G * ROW_SIZE + j] = gx
-        work[(_G + 1) * ROW_SIZE + j] = gy
-        work[(_G + 2) * ROW_SIZE + j] = gz
-        work[(_G + 3) * ROW_SIZE + j] = gx * gx + gy * gy + gz * gz
-
-
-@scalar
-def _add_cells(work, n_cell):
-    """Add a row of cells to the sums by column; its upper edges become the lower ones."""
-    for j in range(min(n_cell, TILE)):
-        ex, ey = work[_E * ROW_SIZE + j], work[(_E + 1) * ROW_SIZE + j]
-        ez, ee = work[(_E + 2) * ROW_SIZE + j], work[(_E + 3) * ROW_SIZE + j]
-        gx, gy = work[_G * ROW_SIZE + j], work[(_G + 1) * ROW_SIZE + j]
-        gz, gg = work[(_G + 2) * ROW_SIZE + j], work[(_G + 3) * ROW_SIZE + j]
-        ux, uy = work[_U * ROW_SIZE + j], work[(_U + 1) * ROW_SIZE + j]
-        uz, uu = work[(_U + 2) * ROW_SIZE + j], work[(_U + 3) * ROW_SIZE + j]
-        vx, vy = work[_U * ROW_SIZE + j + 1], work[(_U + 1) * ROW_SIZE + j + 1]
-        vz, vv = work[(_U + 2) * ROW_SIZE + j + 1], work[(_U + 3) * ROW_SIZE + j + 1]
-        sx, sy, sz = ex + vx, ey + vy, ez + vz  # diagonal a to c
-        tx, ty, tz = ux - ex, uy - ey, uz - ez  # diagonal b to d
-        work[_SUMS * ROW_SIZE + j] += sx * sz - tx * tz
-        work[(_SUMS + 1) * ROW_SIZE + j] += sy * sz - ty * tz
-        work[(_SUMS + 2) * ROW_SIZE + j] += sy * tz - sz * ty
-        work[(_SUMS + 3) * ROW_SIZE + j] += sz * tx - sx * tz
-        work[(_SUMS + 4) * ROW_SIZE + j] += sx * ty - sy * tx
-        work[(_SUMS + 5) * ROW_SIZE + j] += (ee + gg) + (uu + vv)
-        eu, ev = ex * ux + ey * uy + ez * uz, ex * vx + ey * vy + ez * vz
-        gu, gv = gx * ux + gy * uy + gz * uz, gx * vx + gy * vy + gz * vz
-        f, h = _NEARLY * ee, _NEARLY * gg
-        one, two = f * uu - eu * eu, f * vv - ev * ev
-        three, four = h * uu - gu * gu, h * vv - gv * gv
-        one = one if one < two else two
-        three = three if three < four else four
-        one = one if one < three else three
-        least = work[(_SUMS + 6) * ROW_SIZE + j]
-        work[(_SUMS + 6) * ROW_SIZE + j] = one if one < least else least
-        work[_E * ROW_SIZE + j], work[(_E + 1) * ROW_SIZE + j] = gx, gy
-        work[(_E + 2) * ROW_SIZE + j], work[(_E + 3) * ROW_SIZE + j] = gz, gg
-
-
-@scalar
-def _whole_tile(p, q, r, a, block, first, n_cell, work, sums):
-    """Add the cells of a tile that has no hole."""
-    for k in range(_SUMS, N_SCRATCH):
-        work[k * ROW_SIZE : (k + 1) * ROW_SIZE] = np.inf if k == _SUMS + MARGIN else 0.0
-    for i in range(block * BLOCK, min(block * BLOCK + BLOCK, a[N_ROW] - 1) + 1):
-        _load_row(p, a, 0, i, first, n_cell + 1, work, _ABOVE)
-        _load_row(q, a, 1, i, first, n_cell + 1, work, _ABOVE + 1)
-        _load_row(r, a, 2, i, first, n_cell + 1, work, _ABOVE + 2)
-        _across(work, n_cell + 1)
-        _along(work, n_cell)
-        if i > block * BLOCK:
-            _add_cells(work, n_cell)
-        else:
-            for j in range(4 * ROW_SIZE):
-                work[_E * ROW_SIZE + j] = work[_G * ROW_SIZE + j]
-    for j in range(n_cell):
-        for k in range(MARGIN):
-            sums[k] += work[(_SUMS + k) * ROW_SIZE + j]
-        sums[MARGIN] = min(sums[MARGIN], work[(_SUMS + MARGIN) * ROW_SIZE + j])
+def _axis_extremes(values, a, axis, boxes, n_block):
+    """The same in all blocks, of a coordinate that is alike in all rows, or else in all columns."""
+    along = a[3 * axis + 1] == 0
+    n = a[N_COL] if along else a[N_ROW]
+    step = a[3 * axis + 2] if along else a[3 * axis + 1]
+    n_row = boxes.shape[0] // n_block
+    found = 0
+    for b in range(n_block if along else n_row):
+        low, high = np.inf, -np.inf
+        for k in range(b * BLOCK, min(b * BLOCK + BLOCK + 1, n)):
+            value = values[a[3 * axis] + k * step]
+            low = value if value < low else low
+            high = value if value > high else high
+            found |= (1 if value != value else 0) | (2 if _is_minus_zero(value) else 0)
+        for k in range(n_row if along else n_block):
+            row = k * n_block + b if along else b * n_block + k
+            boxes[row, axis], boxes[row, 3 + axis] = low, high
+    return found
 
 
 @scalar
@@ -239,8 +194,8 @@ def _add_cell(c, missing, sums):
         sums[NORMAL + 1] += ny
         sums[NORMAL + 2] += nz
     sz, tz = c[2, 2] - c[0, 2], c[3, 2] - c[1, 2]
-    sums[GAIN_XZ] += (c[2, 0] - c[0, 0]) * sz - (c[3, 0] - c[1, 0]) * tz
-    sums[GAIN_YZ] += (c[2, 1] - c[0, 1]) * sz - (c[3, 1] - c[1, 1]) * tz
+    sums[GAIN] += (c[2, 0] - c[0, 0]) * sz - (c[3, 0] - c[1, 0]) * tz
+    sums[GAIN + 1] += (c[2, 1] - c[0, 1]) * sz - (c[3, 1] - c[1, 1]) * tz
 
 
 @scalar
@@ -254,8 +209,8 @@ def _load_cell(values, a, axis, i, j, c):
 
 
 @scalar
-def _torn_tile(p, q, r, a, block, first, n_cell, quads, c, marks, sums):
-    """Count the triangles of a tile with holes, and add its cells."""
+def _every_cell(p, q, r, a, block, first, n_cell, quads, c, marks, sums):
+    """Count the triangles of a tile one by one, and add its cells."""
     for i in range(block * BLOCK, min(block * BLOCK + BLOCK, a[N_ROW] - 1)):
         for j in range(first, first + n_cell):
             _load_cell(p, a, 0, i, j, c)
@@ -281,16 +236,65 @@ def _torn_tile(p, q, r, a, block, first, n_cell, quads, c, marks, sums):
 
 
 @scalar
-def _widen(box, boxes):
-    """Widen a box; whether one of those that are new to it is empty or has no end."""
+def _is_far(boxes):
+    """Whether one of some boxes is empty or has no end."""
     far = False
     for i in range(boxes.shape[0]):
         for k in range(3):
             lower, upper = boxes[i, k], boxes[i, 3 + k]
-            box[k] = lower if lower < box[k] else box[k]
-            box[3 + k] = upper if upper > box[3 + k] else box[3 + k]
             far = far or not (lower > -np.inf and upper < np.inf and lower <= upper)
     return far
+
+
+@scalar
+def _box_of(boxes):
+    """The box around some boxes."""
+    box = np.array([np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf])
+    for i in range(boxes.shape[0]):
+        for k in range(3):
+            box[k] = boxes[i, k] if boxes[i, k] < box[k] else box[k]
+            box[3 + k] = boxes[i, 3 + k] if boxes[i, 3 + k] > box[3 + k] else box[3 + k]
+    return box
+
+
+@scalar
+def _extremes(p, q, r, a, block, first, work, boxes, n_block):
+    """Extremes of all coordinates with a number for each node: bits of what is found, by axis."""
+    bits = 0
+    if a[1] != 0 and a[2] != 0:
+        bits |= _tile_extremes(p, a, 0, block, first, work, boxes, n_block)
+    if a[4] != 0 and a[5] != 0:
+        bits |= _tile_extremes(q, a, 1, block, first, work, boxes, n_block) << 2
+    if a[7] != 0 and a[8] != 0:
+        bits |= _tile_extremes(r, a, 2, block, first, work, boxes, n_block) << 4
+    return bits
+
+
+@scalar
+def _axes(p, q, r, a, boxes, n_block):
+    """The same of all coordinates that are alike in all rows or columns."""
+    bits = 0
+    if a[1] == 0 or a[2] == 0:
+        bits |= _axis_extremes(p, a, 0, boxes, n_block)
+    if a[4] == 0 or a[5] == 0:
+        bits |= _axis_extremes(q, a, 1, boxes, n_block) << 2
+    if a[7] == 0 or a[8] == 0:
+        bits |= _axis_extremes(r, a, 2, boxes, n_block) << 4
+    return bits
+
+
+@scalar
+def _add_rims(p, q, r, a, clear, sums):
+    """Add the normals of clear tiles: around all of them if all are clear, else around each."""
+    if clear.all():
+        add_rim(p, q, r, a, 0, a[N_ROW] - 1, 0, a[N_COL] - 1, sums)
+        return
+    for block in range(clear.shape[0]):
+        for tile in range(clear.shape[1]):
+            if clear[block, tile]:
+                i, j = block * BLOCK, tile * TILE
+                last, right = min(i + BLOCK, a[N_ROW] - 1), min(j + TILE, a[N_COL] - 1)
+                add_rim(p, q, r, a, i, last, j, right, sums)
 
 
 @entry("d1 d1 d1 l1 b -> d2 d1 l1 d1")
@@ -298,35 +302,38 @@ def survey_lattice(p, q, r, a, quads):
     """Boxes of all blocks, row by row; that of all; `marks`; and `sums`, if they are asked for."""
     n_row, n_col = max((a[N_ROW] + BLOCK - 2) // BLOCK, 1), max((a[N_COL] + BLOCK - 2) // BLOCK, 1)
     boxes = np.empty((n_row * n_col, 6), dtype=np.float64)
-    box = np.array([np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf])
     marks = np.zeros(N_MARK, dtype=np.int64)
     sums = np.zeros(N_SUM, dtype=np.float64)
     sums[MARGIN] = np.inf
-    low = np.empty(TILE + 1)
-    high = np.empty(TILE + 1)
-    work = np.zeros(N_SCRATCH * ROW_SIZE)
-    c = np.empty((4, 3))
+    work, rows = np.empty(2 * ROW_SIZE), np.empty(FIVE * ROW_SIZE)
+    steps, out, c = np.empty(3 * PART), np.empty(2 * PART), np.empty((4, 3))
+    clear = np.zeros((n_row, (n_col * BLOCK + TILE - 1) // TILE), dtype=np.bool_)
+    axes = _axes(p, q, r, a, boxes, n_col)
+    bits = axes
     for block in range(n_row):
         for first in range(0, n_col * BLOCK, TILE):
-            n = min(TILE + 1, a[N_COL] - first)
-            found = _tile_extremes(p, a, 0, block, first, n, low, high, boxes, n_col)
-            also = _tile_extremes(q, a, 1, block, first, n, low, high, boxes, n_col)
-            last = _tile_extremes(r, a, 2, block, first, n, low, high, boxes, n_col)
-            marks[NAN_X] |= found & 1
-            marks[NAN_Y] |= also & 1
-            marks[NAN_Z] |= last & 1
-            marks[MINUS_ZERO] |= (found | also | last) >> 1
+            found = _extremes(p, q, r, a, block, first, work, boxes, n_col) | axes
+            bits |= found
+            n = min(TILE, a[N_COL] - 1 - first)
+            n_cell = n * max(min(BLOCK, a[N_ROW] - 1 - block * BLOCK), 0)
             start, stop = first // BLOCK, min((first + TILE) // BLOCK, n_col)
-            far = _widen(box, boxes[block * n_col + start : block * n_col + stop])
-            if ((found | also | last) & 1) == 1 or far:
-                _torn_tile(p, q, r, a, block, first, n - 1, quads, c, marks, sums)
-                continue
-            n_cell = (n - 1) * max(min(BLOCK, a[N_ROW] - 1 - block * BLOCK), 0)
-            marks[N_RISING] += 2 * n_cell
-            marks[N_FALLING] += 2 * n_cell
-            if quads and n_cell > 0:
-                _whole_tile(p, q, r, a, block, first, n - 1, work, sums)
-    return boxes, box, marks, sums
+            whole = found & _NOT_A_NUMBER == 0 and not _is_far(
+                boxes[block * n_col + start : block * n_col + stop]
+            )
+            if whole and quads and n_cell > 0:
+                whole = clear_tile(p, q, r, a, block, first, n, rows, steps, out, sums)
+                clear[block, first // TILE] = whole
+            if whole:
+                marks[N_RISING] += 2 * n_cell
+                marks[N_FALLING] += 2 * n_cell
+            else:
+                _every_cell(p, q, r, a, block, first, n, quads, c, marks, sums)
+    if quads:
+        _add_rims(p, q, r, a, clear, sums)
+    for axis in range(3):
+        marks[NAN_X + axis] = (bits >> 2 * axis) & 1
+    marks[MINUS_ZERO] = 1 if bits & _MINUS_ZEROS != 0 else 0
+    return boxes, _box_of(boxes), marks, sums
 
 
 @entry("d2 l l l l l -> d2 l2")

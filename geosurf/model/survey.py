@@ -32,14 +32,15 @@ class Survey:
         Whether all eastings, northings and elevations are numbers, not NaN.
     minus_zero : bool
         Whether a coordinate is -0.0, whose bits differ from those of 0.0.
-    gains : ndarray of float64, shape (2,)
-        x z and y z of the diagonal of each cell that rises, less those of the other [m2]. These
-        and what follows are sums over cells, made for faults only: elsewhere nothing is known.
+    gains, reach : ndarray of float64, shape (2,)
+        x z and y z of the diagonal of each cell that rises, less those of the other [m2], and how
+        far these may be off. They and what follows are sums over cells, made for faults only:
+        elsewhere nothing is known.
     edges : float
-        Squared edges of all cells [m2]; infinite if unknown.
+        Squared edges of all cells, or more [m2]; infinite if unknown.
     margin : float
-        The least of ``|u|^2 |v|^2 - (u . v)^2`` over all corners of cells, less a part in 1e10; 0
-        if unknown.
+        The least of ``|u|^2 |v|^2 - (u . v)^2`` over all corners of cells that were asked one by
+        one, less a part in 1e10; infinite if bounds settled all, 0 if unknown.
     normals : ndarray of float64, shape (2, 3)
         Normals of all triangles (length: area), if diagonals fall and if they rise; NaN if unknown.
     """
@@ -51,6 +52,7 @@ class Survey:
     numbers: tuple[bool, bool, bool]
     minus_zero: bool
     gains: np.ndarray
+    reach: np.ndarray
     edges: float
     margin: float
     normals: np.ndarray
@@ -58,22 +60,23 @@ class Survey:
     @classmethod
     def of(cls, lattice: Lattice, quads: bool) -> Survey:
         """Look at all nodes once; with `quads`, at how each cell lies, too."""
-        from geosurf.kernels import survey as at
+        from geosurf.kernels import clear, survey
         from geosurf.kernels.tree import BLOCK
 
-        boxes, box, marks, sums = at.survey_lattice(*lattice.coordinates, lattice.places, quads)
-        alone = np.stack([sums[k : k + 3] for k in (at.ONLY_FALLING, at.ONLY_RISING)])
-        normals = 0.5 * sums[at.NORMAL : at.NORMAL + 3] + alone
+        boxes, box, marks, sums = survey.survey_lattice(*lattice.coordinates, lattice.places, quads)
+        alone = np.stack([sums[k : k + 3] for k in (clear.ONLY_FALLING, clear.ONLY_RISING)])
+        normals = 0.5 * sums[clear.NORMAL : clear.NORMAL + 3] + alone
         return cls(
             boxes=frozen(boxes, np.float64),
             box=frozen(box, np.float64),
             n_block_col=max(-(-(lattice.shape[1] - 1) // BLOCK), 1),
-            n_triangles=(int(marks[at.N_FALLING]), int(marks[at.N_RISING])),
-            numbers=tuple((marks[at.NAN_X : at.NAN_Z + 1] == 0).tolist()),
-            minus_zero=bool(marks[at.MINUS_ZERO]),
-            gains=sums[[at.GAIN_XZ, at.GAIN_YZ]] if quads else np.full(2, np.nan),
-            edges=float(sums[at.EDGES]) if quads else np.inf,
-            margin=float(sums[at.MARGIN]) if quads else 0.0,
+            n_triangles=(int(marks[survey.N_FALLING]), int(marks[survey.N_RISING])),
+            numbers=tuple((marks[survey.NAN_X : survey.NAN_Z + 1] == 0).tolist()),
+            minus_zero=bool(marks[survey.MINUS_ZERO]),
+            gains=sums[clear.GAIN : clear.GAIN + 2] if quads else np.full(2, np.nan),
+            reach=sums[clear.REACH : clear.REACH + 2] if quads else np.full(2, np.inf),
+            edges=float(sums[clear.EDGES]) if quads else np.inf,
+            margin=float(sums[clear.MARGIN]) if quads else 0.0,
             normals=normals if quads else np.full((2, 3), np.nan),
         )
 

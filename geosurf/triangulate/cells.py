@@ -1,6 +1,6 @@
-"""How the cells of a gridded fault lie: what sums over all of them tell, and what they leave open.
+"""How the cells of a gridded fault lie: what bounds of all of them tell, and what they leave open.
 
-`Lattice.survey` holds those sums, made while the nodes were read. Each question here is answered
+`Lattice.survey` holds those bounds, made while the nodes were read. Each question here is answered
 from them where the answer is clear by far, and otherwise from scratch, with the very numbers that
 the rule speaks of (`Lattice.normals`, `rising_diagonal`).
 """
@@ -12,7 +12,7 @@ import numpy as np
 from geosurf.conventions import rising_diagonal
 from geosurf.model import Lattice
 
-_CLEAR = 1e-3  # of the bound; sums are off by less than a part in a billion
+_CLEAR = 1e-3  # of squared edges; sums are off by less than a part in a billion of them
 _UNDERFLOW = 1e-290
 _OVERFLOW = 1e150
 
@@ -50,8 +50,8 @@ def fault_diagonal(lattice: Lattice) -> bool:
     lead = strike[0] if abs(strike[0]) > 1e-6 * np.abs(strike).max() else strike[1]
     strike /= np.sign(lead) * np.linalg.norm(strike)
     # clear, as in `rising_diagonal`: squared diagonals of a cell are at most its squared edges
-    gain = float(strike @ survey.gains)
-    if abs(gain) > _CLEAR * survey.edges and survey.edges < _OVERFLOW:
+    gain, reach = float(strike @ survey.gains), float(np.abs(strike) @ survey.reach)
+    if abs(gain) - reach > _CLEAR * survey.edges and survey.edges < _OVERFLOW:
         return gain > 0
     east = lattice.easting - np.nanmin(lattice.easting)
     north = lattice.northing - np.nanmin(lattice.northing)
@@ -61,8 +61,8 @@ def fault_diagonal(lattice: Lattice) -> bool:
 def corners_are_open(lattice: Lattice) -> bool:
     """Return whether all triangles have an area, with either diagonal; False: perhaps.
 
-    No angle at any corner of a cell is then within 1e-5 radians of 0 or 180 degrees, which
-    no rounding could hide.
+    Every corner of a cell is then farther from a straight line than any rounding could hide:
+    bounds of the edges around say so, or an angle that is 1e-5 radians off 0 and 180 degrees.
 
     Parameters
     ----------

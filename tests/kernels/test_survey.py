@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from geosurf.conventions import _rising_by_every_cell, rising_diagonal
 from geosurf.errors import SurfaceError
-from geosurf.kernels.survey import TILE, build_tree_of_blocks
+from geosurf.kernels.clear import TILE
+from geosurf.kernels.survey import build_tree_of_blocks
 from geosurf.kernels.tree import BLOCK
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate import triangulate_fault
@@ -128,6 +129,62 @@ def test_more_than_one_tile(holes):
     )
     gain = np.nansum(rising[0] * falling[0] - rising[1] * falling[1])
     assert lattices[0].survey.gains[0] == gain
+
+
+def bent(n_row: int = 2 * BLOCK + 4, scale: float = 1.0) -> tuple[np.ndarray, ...]:
+    """A listric fault of whole numbers, with more columns than a tile has."""
+    i, j = np.mgrid[:n_row, : TILE + BLOCK + 3]
+    x, y, z = 40 * i + i * i + j // 3, 30 * j + i, -50 * i + i * i // 2 + j // 5
+    return x * scale, y * scale, z * scale
+
+
+def lies(lattice: Lattice) -> tuple[np.ndarray, np.ndarray]:
+    """Gains of diagonals, and the sum of normals, cell by cell."""
+    p, q, r = (np.asarray(part) for part in (lattice.easting, lattice.northing, lattice.elevation))
+    s, t = (
+        np.stack([one(part) for part in (p, q, r)])
+        for one in (lambda v: v[1:, 1:] - v[:-1, :-1], lambda v: v[1:, :-1] - v[:-1, 1:])
+    )
+    gains = (s[:2] * s[2] - t[:2] * t[2]).sum(axis=(1, 2))
+    return gains, 0.5 * np.cross(s, t, axis=0).sum(axis=(1, 2))
+
+
+@pytest.mark.parametrize("n_row", [5, BLOCK + 1, 2 * BLOCK + 4, 3 * BLOCK + 1])
+@pytest.mark.parametrize("flip", [(1, 1), (-1, 1), (1, -1)])
+def test_bounds_settle_a_smooth_fault(n_row, flip):
+    x, y, z = (part[:: flip[0], :: flip[1]] for part in bent(n_row))
+    lattice = Lattice(x, y, z, True, False)
+    survey = lattice.survey
+    assert survey.margin == np.inf  # no cell was asked for itself
+    assert corners_are_open(lattice)
+    gains, normal = lies(lattice)
+    assert (np.abs(gains - survey.gains) <= survey.reach).all()
+    assert (survey.reach < 0.2 * np.abs(survey.gains).max()).all()
+    np.testing.assert_array_equal(survey.normals, [normal, normal])
+    along, across = (sum(np.diff(part, axis=k) ** 2 for part in (x, y, z)) for k in (1, 0))
+    edges = along[1:].sum() + along[:-1].sum() + across[:, 1:].sum() + across[:, :-1].sum()
+    assert edges <= survey.edges <= 2.0 * edges
+    assert fault_diagonal(lattice) == slow_diagonal(x, y, z)
+
+
+@pytest.mark.parametrize("row", [0, 7, 8, 2 * BLOCK + 2])
+@pytest.mark.parametrize("col", [0, 12, TILE - 1, TILE, TILE + BLOCK + 1])
+@pytest.mark.parametrize("scale", [1.0, 1e-3])
+def test_one_flat_triangle_in_a_smooth_fault_is_not_passed(row, col, scale):
+    x, y, z = bent(scale=scale)
+    for part in (x, y, z):
+        part[row, col] = part[row + 1, col]
+    lattice = Lattice(x, y, z, True, False)
+    assert not corners_are_open(lattice)
+    assert lattice.survey.margin < np.inf
+    np.testing.assert_allclose(lattice.survey.normals[0], lies(lattice)[1], rtol=1e-12)
+
+
+def test_cells_on_their_side_are_seen_along_another_axis():
+    """Flat, vertical along one axis or the other: each is open in one plane only."""
+    i, j = np.mgrid[: 2 * BLOCK, : 2 * BLOCK].astype(float)
+    for parts in ((i, j, 0.0 * i), (i, 0.0 * i, j), (0.0 * i, i, j)):
+        assert Lattice(*parts, True, False).survey.margin == np.inf
 
 
 @pytest.mark.parametrize("place", [(0, 0), (5, 17), (2 * BLOCK + 3, TILE + BLOCK + 2)])
