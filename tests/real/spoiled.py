@@ -439,6 +439,7 @@ def in_a_child(case: Callable[[], tuple[str, str]], seconds: float = 20.0) -> tu
     """
     with tempfile.TemporaryDirectory() as folder:
         told, stack = Path(folder, "told"), Path(folder, "stack")
+        faulthandler.cancel_dump_traceback_later()  # a child would wait for its thread for ever
         with warnings.catch_warnings(action="ignore"):  # from 3.12 on: of threads, none at work
             child = os.fork()
         if child == 0:

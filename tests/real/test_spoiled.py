@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import signal
 import time
@@ -47,6 +48,7 @@ def test_children_hand_back_what_they_found_and_hangs_are_not_waited_for():
         "wrong", "ZeroDivisionError: one by none"
     )  # fmt: skip
     for case, what in ((hang, "hung"), (crash, "crashed")):
+        faulthandler.dump_traceback_later(60.0)  # as a run does for its other cases
         word, why = spoiled.in_a_child(case, seconds=0.2)
         assert word == "wrong"
         assert why.startswith(f"{what} at test_spoiled.py:")
