@@ -1,0 +1,160 @@
+"""What scenes of one family remember: whatever input differs, each is the scene made afresh."""
+
+from __future__ import annotations
+
+import gc
+import weakref
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import geosurf as gs
+from geosurf import Lattice, Scene, TriSurface, synthetic
+from geosurf.errors import HorizonError
+from geosurf.memory import Memory, fingerprint
+from tests import laws
+from tests.strategies import BOX, sheet
+
+AXIS = np.array([-1.0, 1.0, 3.0, 5.0])
+STEPS = np.array([[1.0, 2, 0, 1], [2, 1, 1, 0], [0, 1, 2, 2], [1, 0, 2, 1]])
+
+
+def array(values=STEPS, **attrs):
+    return xr.DataArray(
+        np.array(values), dims=("northing", "easting"), coords={"northing": AXIS, "easting": AXIS},
+        attrs=attrs,
+    )  # fmt: skip
+
+
+def lattice(rising=True, reverse=False, step=0.0):
+    return TriSurface("Top", "horizon", lattice=Lattice(AXIS, AXIS, STEPS + step, rising, reverse))
+
+
+def wall():
+    return sheet("F1", [(1.5, -1, -5), (1.5, 5, -5), (1.5, 5, 9), (1.5, -1, 9)])
+
+
+# two horizons that differ in one thing only, which is what their names are
+PAIRS = {
+    "heights": (array(), array(STEPS + 1.0)),
+    "unit of the heights": (array(units="m"), array(units="ft")),
+    "what is up": (array(positive="up"), array(positive="down")),
+    "an axis": (array(), array().assign_coords(easting=AXIS + 0.5)),
+    "heights of a lattice": (lattice(), lattice(step=0.5)),
+    "diagonals of a lattice": (lattice(), lattice(rising=False)),
+}  # fmt: skip
+
+
+def seen(scene):
+    """Heights, curves and volumes of a scene."""
+    volumes = {name: unit.volume for name, unit in scene.units.items()}
+    return scene.surface("Top").vertices.tobytes(), laws.curve_bytes(scene.curves), volumes
+
+
+@pytest.mark.parametrize("kind", PAIRS)
+def test_horizons_that_differ_in_one_thing(kind):
+    one, two = PAIRS[kind]
+    words = {"positive": None if kind == "what is up" else "up", "units": "m"}
+    words["units"] = None if kind == "unit of the heights" else "m"
+    family = Scene({"Top": one}, {"F1": wall()}, BOX, **words)
+    found = [seen(family.replace(horizons={"Top": top})) for top in (one, two, one)]
+    assert found[1] == seen(Scene({"Top": two}, {"F1": wall()}, BOX, **words))
+    assert found[0] == found[2] != found[1]
+
+
+def test_units_and_order_of_axes():
+    scene = Scene({"Top": array()}, {"F1": wall()}, BOX, positive="up", units="m")
+    assert scene.surface("Top").bounds[:2] == (-1.0, 5.0)
+    feet = array().easting.assign_attrs(units="ft")
+    found = scene.replace(horizons={"Top": array().assign_coords(easting=feet)}).surface("Top")
+    assert found.bounds[:2] == pytest.approx((-0.3048, 1.524), abs=1e-12)
+    odd = xr.DataArray(STEPS, dims=("easting", "northing"), coords=array().coords)
+    with pytest.raises(HorizonError, match=r"Only the order differs: da\.transpose"):
+        scene.replace(horizons={"Top": odd}).surface("Top")
+
+
+@pytest.mark.parametrize(("word", "values"), [
+    ("positive", ("up", "down")),
+    ("units", ("m", "ft")),
+    ("voxel_size", (None, 0.7)),
+])  # fmt: skip
+def test_words_for_inputs_that_do_not_say(word, values):
+    words = {"positive": "up", "units": "m"}
+    family = Scene({"Top": array()}, {"F1": wall()}, BOX, **words)
+    found = [seen(family.replace(**{word: value})) for value in (*values, values[0])]
+    fresh = Scene({"Top": array()}, {"F1": wall()}, BOX, **(words | {word: values[1]}))
+    assert found[1] == seen(fresh)
+    assert found[0] == found[2]
+    assert (found[0] == found[1]) == (word == "voxel_size")
+
+
+def test_tolerances():
+    """Curves and simplified horizons, in turn, of all nodes and of few."""
+    world = synthetic.waves(n=41)
+    family = Scene(world.horizons, world.faults, world.box)
+    tolerances = (None, 0.5, 8.0, None)
+    found = [seen(family.replace(tolerance=tolerance)) for tolerance in tolerances]
+    for tolerance, one in zip(tolerances[:3], found, strict=False):
+        assert one == seen(Scene(world.horizons, world.faults, world.box, tolerance=tolerance))
+    assert found[3] == found[0]
+    for part in range(3):
+        assert all(found[i][part] != found[j][part] for i, j in ((0, 1), (0, 2), (1, 2)))
+
+
+def test_a_horizon_that_is_exchanged_is_simplified_anew():
+    one, two = (synthetic.waves(n=n) for n in (33, 41))
+    family = Scene(one.horizons, one.faults, one.box, tolerance=8.0)
+    found = [seen(family.replace(horizons=world.horizons)) for world in (one, two)]
+    assert found[0] != found[1]
+    assert found[1] == seen(Scene(two.horizons, one.faults, one.box, tolerance=8.0))
+
+
+def test_a_file_that_was_written_anew_is_read_anew(tmp_path):
+    """By the scenes made after that; the others stand for what they found."""
+    path = tmp_path / "Top.nc"
+    words = {"positive": "up", "units": "m"}
+    gs.write(array(**words), path)
+    first = Scene({"Top": path}, {"F1": wall()}, BOX)
+    before = seen(first)
+    gs.write(array(STEPS + 1.0, **words), path)
+    after = seen(first.replace(horizons={"Top": path}))
+    assert after == seen(Scene({"Top": array(STEPS + 1.0, **words)}, {"F1": wall()}, BOX))
+    assert seen(first) == before != after
+
+
+def test_an_array_that_was_changed_in_place_is_another_one():
+    top = array()
+    first = Scene({"Top": top}, {"F1": wall()}, BOX, positive="up", units="m")
+    before = seen(first)
+    top.values[...] = STEPS + 1.0
+    after = seen(first.replace(horizons={"Top": top}))
+    fresh = Scene({"Top": array(STEPS + 1.0)}, {"F1": wall()}, BOX, positive="up", units="m")
+    assert after == seen(fresh)
+    assert seen(first) == before != after
+
+
+def test_what_counts_by_its_identity_is_held():
+    """Another thing may get the number of one that is gone, and be taken for it."""
+
+    class Stranger:
+        """Nothing that a fingerprint knows."""
+
+    memory, one = Memory(), Stranger()
+    memory.hold([one])
+    alive = weakref.ref(one)
+    del one
+    gc.collect()
+    assert alive() is not None
+    memory.results.clear()
+    gc.collect()
+    assert alive() is None
+
+
+def test_fingerprints_know_shapes_masks_and_turns():
+    square, row = np.zeros((2, 2)), np.zeros((1, 4))
+    assert fingerprint(square) != fingerprint(row) != fingerprint(row.view(np.int64))
+    masks = [np.ma.array(row, mask=row > limit) for limit in (-1, 1)]
+    assert fingerprint(masks[0]) != fingerprint(masks[1]) != fingerprint(row)
+    assert fingerprint(lattice()) != fingerprint(lattice(reverse=True))
+    assert fingerprint(lattice()) == fingerprint(lattice())
