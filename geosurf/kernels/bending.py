@@ -43,21 +43,27 @@ def _block(v, east, north, square):
 
 
 @scalar
-def _add(nodes, weights, n, scale, unknown, value, cell, matrix, column, right):
+def _add(nodes, weights, n, scale, unknown, value, place, matrix, column, right, number):
     """Add one squared difference to the normal equations."""
+    some = False
     for i in range(n):
-        p = unknown[nodes[i]]
+        number[i] = unknown[nodes[i]]
+        some |= number[i] >= 0
+    if not some:
+        return
+    for i in range(n):
+        p = number[i]
         if p < 0:
             continue
         wi = scale * weights[i]
+        first = DIAGONAL - place[nodes[i]]
         for j in range(n):
             w = wi * scale * weights[j]
-            q = unknown[nodes[j]]
+            q = number[j]
             if q < 0:
                 right[p] -= w * value[nodes[j]]
                 continue
-            slot = (cell[nodes[j], 0] - cell[nodes[i], 0] + 3) * 7
-            slot += cell[nodes[j], 1] - cell[nodes[i], 1] + 3
+            slot = first + place[nodes[j]]
             # two sheets may have a node at one place: the next free slot then
             while column[p, slot] >= 0 and column[p, slot] != q:
                 slot = (slot + 1) % SLOTS
@@ -86,7 +92,10 @@ def normal_equations(east, north, square, cell, unknown, value, weights):
     twist = np.array([1.0, -1.0, -1.0, 1.0])
     ramp = np.array([1.0, -2.0, 1.0, -1.0, 2.0, -1.0])
     e, a, c, wx, wy = weights
-    g = np.empty(6, dtype=np.int64)
+    g, number = np.empty(6, dtype=np.int64), np.empty(6, dtype=np.int64)
+    place = np.empty(n, dtype=np.int64)  # of a slot, in the order of rows of seven
+    for v in range(n):
+        place[v] = 7 * cell[v, 0] + cell[v, 1]
     for v in range(n):
         for way in range(2):
             along, across = (east, north) if way == 0 else (north, east)
@@ -97,11 +106,13 @@ def normal_equations(east, north, square, cell, unknown, value, weights):
                 g[length] = along[g[length - 1]]
                 length += 1
             if length > 1:
-                _add(g, first, 2, e * w, unknown, value, cell, matrix, column, right)
+                _add(g, first, 2, e * w, unknown, value, place, matrix, column, right, number)
             if length > 2:
-                _add(g, second, 3, a * w * w, unknown, value, cell, matrix, column, right)
+                _add(g, second, 3, a * w * w, unknown, value, place, matrix, column, right, number)
             if length > 3:
-                _add(g, third, 4, c * w * w * w, unknown, value, cell, matrix, column, right)
+                _add(
+                    g, third, 4, c * w * w * w, unknown, value, place, matrix, column, right, number
+                )
             if (
                 length > 2
                 and _block(v, east, north, square) >= 0
@@ -110,12 +121,12 @@ def normal_equations(east, north, square, cell, unknown, value, weights):
                 for i in range(3):
                     g[3 + i] = across[g[i]]
                 scale = c * np.sqrt(3.0) * w * w * w2
-                _add(g, ramp, 6, scale, unknown, value, cell, matrix, column, right)
+                _add(g, ramp, 6, scale, unknown, value, place, matrix, column, right, number)
         corner = _block(v, east, north, square)
         if corner >= 0:
             g[0], g[1], g[2], g[3] = v, east[v], north[v], corner
             scale = a * np.sqrt(2.0) * wx * wy
-            _add(g, twist, 4, scale, unknown, value, cell, matrix, column, right)
+            _add(g, twist, 4, scale, unknown, value, place, matrix, column, right, number)
     return matrix, column, right
 
 

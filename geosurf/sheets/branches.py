@@ -14,6 +14,7 @@ import numpy as np
 from geosurf.sheets.drape import around, without_absent
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height
+from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.solve import grounded, lattice_graph, smoothest
 from geosurf.sheets.traces import FaultMesh, Trace
 
@@ -68,7 +69,7 @@ def mains_first(branches: dict[int, set[int]]) -> list[int]:
 
 def wall_field(
     drape: np.ndarray,
-    heights: np.ndarray,
+    filled: np.ndarray,
     frame: Frame,
     traces: list[Trace],
     branch: FaultMesh,
@@ -77,13 +78,13 @@ def wall_field(
 ) -> np.ndarray:
     """Heights (n_row, n_col) of the wall that a branch is in, carried on past its main faults.
 
-    `heights` (n_node,) are those of trusted nodes, NaN elsewhere; `number` is that of the branch.
+    `filled` are the nodes without a trusted value, increasing; `number` is that of the branch.
     """
     out = drape.copy()
     none = np.empty(0, dtype=np.int64)
     beside = [NearTrace(frame, trace, WALL).node for trace in traces if trace.fault == number]
-    nodes = np.unique(np.concatenate([none, *beside]))
-    carried, beyond = [nodes[np.isnan(heights[nodes])]], [none]
+    nodes = distinct(none, *beside)
+    carried, beyond = [nodes[is_among(nodes, filled)]], [none]
     for main, mesh in mains:
         side = _side_of(branch, mesh)
         for trace in traces:
@@ -93,7 +94,8 @@ def wall_field(
                 beyond.append(near.node[other])
                 carried.append(near.node[other & (near.distance <= CARRY)])
     out[np.concatenate(beyond)] = np.nan
-    fill = np.intersect1d(np.concatenate(carried), nodes)
+    fill = distinct(*carried)
+    fill = fill[is_among(fill, nodes)]
     # nodes in no gap that the drape may fill stay absent
     fill = fill[np.isfinite(drape[fill])]
     return _carried(out, fill, frame).reshape(frame.shape)
@@ -110,7 +112,7 @@ def _carried(heights: np.ndarray, fill: np.ndarray, frame: Frame) -> np.ndarray:
     """Heights with the nodes of `fill` carried on by the least bending."""
     heights[fill] = np.nan
     band = around(fill, frame.shape, 2)
-    graph = lattice_graph(band, frame.shape, np.zeros(len(heights), dtype=np.uint8))
+    graph = lattice_graph(band, frame.shape)
     value = heights[band]
     number = np.full(len(band), -1)
     at = np.searchsorted(band, fill)

@@ -19,6 +19,7 @@ from geosurf.sheets.heights import Heights
 from geosurf.sheets.links import FALLING, RISING, Cuts, cuts_of, within
 from geosurf.sheets.mesh import Torn, Triangles, tear
 from geosurf.sheets.near import mesh_blocks, side_at_own_height
+from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.traces import mesh_in_frame
 
 ROUNDS = 20  # attempts to close a sheet before it is said where it stays open
@@ -199,7 +200,7 @@ class Builder:
     def _grown_from(self, torn: Torn, ghosts: np.ndarray) -> Torn:
         """Another ring along the outer edges that have one of these ghosts."""
         one, two = torn.corners.ravel(), np.roll(torn.corners, -1, axis=1).ravel()
-        mine = np.isin(one, ghosts) | np.isin(two, ghosts)
+        mine = is_among(one, ghosts) | is_among(two, ghosts)
         pairs = zip(one[mine].tolist(), two[mine].tolist(), strict=True)
         chosen = {(min(a, b), max(a, b)) for a, b in pairs}
         return grow(torn, self.triangles, chosen) if chosen else torn
@@ -310,7 +311,7 @@ def _beyond(picks: Picks, state: Heights, torn: Torn) -> dict[int, float]:
     found: dict[int, list[float]] = {}
     order = np.argsort(torn.node_of_ghost, kind="stable")
     nodes = torn.node_of_ghost[order]
-    for trace in np.unique(state.beyond[:, 1]):
+    for trace in distinct(state.beyond[:, 1]):
         rows = state.beyond[state.beyond[:, 1] == trace]
         near = state.near[trace]
         at = near.look_up(torn.anchor)

@@ -21,6 +21,7 @@ from geosurf.sheets.drape import around
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.leaks import ends_in_copies, false_rims, leaks_of, sides_at_curves
 from geosurf.sheets.mesh import Torn, Triangles, outer_ghosts, renumbered
+from geosurf.sheets.sets import is_among
 
 
 @dataclass(eq=False)
@@ -83,7 +84,7 @@ def band_of(
     is_own: Callable[[np.ndarray], np.ndarray],
 ) -> Band:
     """Copies, and the triangles within `reach` cells of them."""
-    nodes = np.unique(torn.node_of_ghost)
+    nodes = torn.node_of_ghost
     outer = outer_ghosts(torn, triangles)
     near = around(nodes, frame.shape, reach)
     t = np.concatenate([2 * near, 2 * near + 1])
@@ -102,7 +103,7 @@ def band_of(
         "horizon",
         np.column_stack([places, z]),
         faces,
-        vertex_data={"ghost": ~real, "outer": np.isin(used, outer)},
+        vertex_data={"ghost": ~real, "outer": is_among(used, outer)},
     )
     own = np.zeros(len(used), dtype=bool)
     own[real] = is_own(used[real])

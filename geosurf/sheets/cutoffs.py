@@ -14,6 +14,7 @@ from geosurf.kernels.lines import CHUNK, first_met, undirected_lines
 from geosurf.sheets.cut import Cut
 from geosurf.sheets.heights import Heights
 from geosurf.sheets.mesh import Torn
+from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.traces import split_lines
 
 LONGEST = 12.0  # cells from a station within which a cut-off is looked for
@@ -24,7 +25,7 @@ def fault_edges(cut: Cut, surface: int) -> tuple[np.ndarray, np.ndarray]:
     keys, triangle = cut.curve_sides[0]
     mine = cut.keep[triangle]
     keys, triangle = keys[mine], triangle[mine]
-    shared = np.isin(keys, cut.curve_sides[surface][0])
+    shared = is_among(keys, cut.curve_sides[surface][0])
     keys, triangle = keys[shared], triangle[shared]
     return np.stack(np.divmod(keys, len(cut.patches.local)), axis=1), triangle
 
@@ -56,7 +57,7 @@ def cutoff_lines(
     both = times[inverse] > 1  # the sheet is whole there: both walls share the line
     total = side.sum(axis=1)
     for wall, sign in (("+", 1), ("-", -1)):
-        mine = np.unique(key[both | (np.sign(total) == sign)])
+        mine = distinct(key[both | (np.sign(total) == sign)])
         mine = np.stack(np.divmod(mine, len(cut.patches.local)), axis=1)
         found[wall] = [cut.patches.vertices[line] for line in undirected_chains(mine)]
     return found

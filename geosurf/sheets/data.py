@@ -31,16 +31,25 @@ class Picks:
     ----------
     name : str
     frame : Frame
-    node : ndarray of int64, shape (n,)
-        Row times n_col plus column; several picks may share one.
+    given_node : ndarray of int64, shape (n,), or None
+        Row times n_col plus column; several picks may share one. None: pick k is that of node k.
     z : ndarray of float64, shape (n,)
         Elevation [m].
     """
 
     name: str
     frame: Frame
-    node: np.ndarray
+    given_node: np.ndarray | None
     z: np.ndarray
+
+    @cached_property
+    def node(self) -> np.ndarray:
+        """Node of each pick, int64 (n,); asked for some picks, `nodes_of` costs less."""
+        return np.arange(len(self.z)) if self.given_node is None else self.given_node
+
+    def nodes_of(self, rows: np.ndarray) -> np.ndarray:
+        """Nodes of some picks."""
+        return rows if self.one_each else self.node[rows]
 
     @property
     def n_node(self) -> int:
@@ -50,9 +59,9 @@ class Picks:
     @cached_property
     def _rising(self) -> bool:
         """Whether picks come node by node, one each."""
-        return bool((self.node[1:] > self.node[:-1]).all())
+        return self.given_node is None or bool((self.node[1:] > self.node[:-1]).all())
 
-    @property
+    @cached_property
     def one_each(self) -> bool:
         """Whether pick k is that of node k, for all nodes."""
         return self._rising and len(self.node) == self.n_node
@@ -100,21 +109,14 @@ class Picks:
         """Mean of the picks in use, bool (n_pick,), at some increasing nodes; NaN without."""
         rows = self.of_nodes(nodes)
         rows = rows[used[rows]]
-        at = np.searchsorted(nodes, self.node[rows])
+        at = np.searchsorted(nodes, self.nodes_of(rows))
         count = np.bincount(at, minlength=len(nodes))
         with np.errstate(invalid="ignore"):
             return np.bincount(at, self.z[rows], len(nodes)) / count
 
-    def means_without(self, left_out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """`means` of all picks but some, bool (n_pick,); and nodes that lose all of theirs."""
-        heights = self.means.copy()
-        nodes = np.unique(self.node[np.flatnonzero(left_out)])
-        heights[nodes] = np.nan if self.several is None else self.means_at(nodes, ~left_out)
-        return heights, nodes[np.isnan(heights[nodes])]
-
     def columns(self, rows: np.ndarray) -> np.ndarray:
         """Column and row (n, 2) of some picks."""
-        return self.frame.uv_of_node(self.node[rows])
+        return self.frame.uv_of_node(self.nodes_of(rows))
 
     @property
     def on_nodes(self) -> bool:
@@ -128,11 +130,11 @@ class Picks:
 
     def misfit(self, values: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Distance [m] of some picks from heights (n_node,) of a sheet."""
-        return np.abs(values[self.node[rows]] - self.z[rows])
+        return np.abs(values[self.nodes_of(rows)] - self.z[rows])
 
     def places(self, picks: np.ndarray) -> np.ndarray:
         """World coordinates (n, 3) of some picks."""
-        return np.column_stack([self.frame.node_places(self.node[picks]), self.z[picks]])
+        return np.column_stack([self.frame.node_places(self.nodes_of(picks)), self.z[picks]])
 
 
 def picks_of(
@@ -162,7 +164,7 @@ def _from_lattice(surface: TriSurface) -> Picks:
     frame, z = frame_of_lattice(surface.lattice, f"horizon {surface.name!r}")
     there = np.isfinite(z)
     if there.all():
-        return Picks(surface.name, frame, np.arange(z.size), z.ravel())
+        return Picks(surface.name, frame, None, z.ravel())
     node = np.flatnonzero(there)
     return Picks(surface.name, frame, node, z.ravel()[node])
 

@@ -14,6 +14,7 @@ from geosurf.sheets.frame import Frame
 from geosurf.sheets.heights import Heights
 from geosurf.sheets.links import FALLING, RISING
 from geosurf.sheets.mesh import Triangles
+from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.traces import Trace
 
 FAR = 4.0  # cells of extrapolation from which a place is listed
@@ -193,9 +194,9 @@ def _nearest_fault(state: Heights, node: int, names: Sequence[str]) -> str:
 def count_tips(built: Built, triangles: Triangles) -> int:
     """Tips of the mesh: cut links with a divided triangle on one side and a whole one beyond."""
     cuts, torn = built.cuts, built.torn
-    links = np.unique(cuts.node * 4 + cuts.kind)
+    links = distinct(cuts.node * 4 + cuts.kind)
     beside = triangles.beside(links // 4, links % 4)
-    divided = np.isin(beside, torn.divided)
+    divided = is_among(beside, torn.divided)
     there = np.stack([triangles.exists(beside[:, k]) for k in (0, 1)], axis=1)
     mesh = (links % 4 < 2) | (links % 4 == (RISING if triangles.rising else FALLING))
     return int((mesh & (divided.sum(axis=1) == 1) & (there & ~divided).any(axis=1)).sum())

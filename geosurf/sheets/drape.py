@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.nodes import nodes_around
+from geosurf.sheets.sets import distinct
 from geosurf.sheets.solve import Graph, grounded, lattice_graph, smoothest
 
 
 def around(nodes: np.ndarray, shape: tuple[int, int], steps: int) -> np.ndarray:
     """Nodes within some steps, rows and columns, of given ones; increasing."""
-    return nodes_around(np.unique(nodes), *shape, steps)
+    return nodes_around(distinct(nodes), *shape, steps)
 
 
 def narrow_gaps(present: np.ndarray, width: float) -> np.ndarray:
@@ -28,12 +29,10 @@ def narrow_gaps(present: np.ndarray, width: float) -> np.ndarray:
     return closed[r:-r, r:-r] & ~present
 
 
-def drape_over(heights: np.ndarray, fill: np.ndarray, shape, stretch) -> np.ndarray:
-    """Heights (n_node,) with the nodes of `fill` on a membrane through the others."""
-    if len(fill) == 0:
-        return heights
+def draped(heights: np.ndarray, fill: np.ndarray, shape, stretch) -> np.ndarray:
+    """Heights (n,) of the nodes of `fill` on a membrane through the others; NaN where none is."""
     band = around(fill, shape, 1)
-    graph = lattice_graph(band, shape, np.zeros(len(heights), dtype=np.uint8))
+    graph = lattice_graph(band, shape)
     unknown = np.full(len(band), -1)
     at = np.searchsorted(band, fill)
     unknown[at] = np.arange(len(fill))
@@ -43,10 +42,9 @@ def drape_over(heights: np.ndarray, fill: np.ndarray, shape, stretch) -> np.ndar
     keep = np.full(len(band), -1)
     keep[at[tied]] = np.arange(tied.sum())
     graph = without_absent(graph, np.isfinite(value) & (unknown < 0) | (keep >= 0))
-    out = heights.copy()
     value = np.where(np.isfinite(value), value, 0.0)
-    out[fill] = np.nan
-    out[fill[tied]] = smoothest(graph, keep, value, stretch, bend=0.0, third=0.0)
+    out = np.full(len(fill), np.nan)
+    out[tied] = smoothest(graph, keep, value, stretch, bend=0.0, third=0.0)
     return out
 
 

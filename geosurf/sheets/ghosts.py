@@ -69,8 +69,6 @@ def _mesh_graph(torn: Torn, triangles: Triangles, nodes: np.ndarray, cut: np.nda
     shape = (triangles.n_row, triangles.n_col)
     base = lattice_graph(nodes, shape, cut)
     n, n_ghost = len(nodes), len(torn.anchor)
-    slot = np.full(triangles.n_row * triangles.n_col, -1)
-    slot[nodes] = np.arange(n)
     cell = np.stack(np.divmod(torn.node_of_ghost, triangles.n_col), axis=1)
     ways = [np.concatenate([to, np.full(n_ghost, -1)]) for to in (base.east, base.north)]
     real = [to >= 0 for to in ways]
@@ -82,7 +80,7 @@ def _mesh_graph(torn: Torn, triangles: Triangles, nodes: np.ndarray, cut: np.nda
         back = torn.node_of(one) > torn.node_of(two)
         one, two = np.where(back, two, one), np.where(back, one, two)
         some = (one >= torn.n_node) | (two >= torn.n_node)
-        a, b = (_row(v[some], slot, torn.n_node, n) for v in (one, two))
+        a, b = (_row(v[some], nodes, torn.n_node) for v in (one, two))
         known = (a >= 0) & (b >= 0)
         a, b = a[known], b[known]
         free = ~real[way][a]  # a real neighbour goes first: at a tip there are both
@@ -98,9 +96,12 @@ def _mesh_graph(torn: Torn, triangles: Triangles, nodes: np.ndarray, cut: np.nda
     return Graph(east, north, square, np.concatenate([base.cell, cell])), pairs
 
 
-def _row(vertex: np.ndarray, slot: np.ndarray, n_node: int, n: int) -> np.ndarray:
-    ghost = vertex >= n_node
-    return np.where(ghost, n + vertex - n_node, slot[np.where(ghost, 0, vertex)])
+def _row(vertex: np.ndarray, nodes: np.ndarray, n_node: int) -> np.ndarray:
+    """Row of each vertex: real nodes (increasing), then ghosts; -1 where it is neither."""
+    at = np.searchsorted(nodes, vertex)
+    at[at == len(nodes)] = 0
+    found = nodes[at] == vertex if len(nodes) else np.zeros(len(vertex), dtype=bool)
+    return np.where(vertex >= n_node, len(nodes) + vertex - n_node, np.where(found, at, -1))
 
 
 def _apart(torn: Torn, heights: np.ndarray, ghosts: np.ndarray, least: float) -> np.ndarray:

@@ -104,7 +104,7 @@ def throw_horizon(
     """
     surfaces = fault_surfaces(faults)
     picks = picks_of(horizon, name, positive, units)
-    if len(picks.node) > len(np.unique(picks.node)):
+    if picks.several is not None:
         raise HorizonError(
             f"horizon {picks.name!r} has several values at one node, so that it is torn already. "
             "Give it as it was before faulting, or use tear_horizon."

@@ -12,12 +12,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from geosurf.sheets.canvas import Canvas
 from geosurf.sheets.data import Picks
-from geosurf.sheets.drape import around, drape_over, narrow_gaps, without_absent
+from geosurf.sheets.drape import around, draped, narrow_gaps, without_absent
 from geosurf.sheets.links import FALLING, Cuts, cuts_of, within
 from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height, window
 from geosurf.sheets.network import Network
 from geosurf.sheets.noise import NOISY_BEND, noise_of
+from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.solve import BEND, grounded, lattice_graph, smoothest, steps_to_known
 from geosurf.sheets.traces import FaultMesh
 
@@ -89,7 +91,7 @@ class Heights:
     Attributes
     ----------
     values : ndarray (n_node,)
-        NaN where there is no node.
+        NaN where there is no node. The next solve writes to it: see `Canvas`.
     network : Network
     cuts : Cuts
         Links cut in the solve.
@@ -134,6 +136,7 @@ class Rebuild:
         self.shape, self.stretch = picks.frame.shape, picks.frame.stretch
         self.reach = max(settings.trim, settings.first_trim) + 1.0
         self.nearby = [self._near(mesh) for mesh in meshes]
+        self.canvas = Canvas(picks)
         self.present = np.isfinite(picks.means)
         gaps = narrow_gaps(self.present.reshape(self.shape), FILL)
         self.fillable = np.flatnonzero(gaps.ravel())
@@ -166,7 +169,8 @@ class Rebuild:
         doubted = np.zeros(len(self.picks.z), dtype=bool)
         for near in self.nearby:
             doubted[near.rows] = True
-        return self.picks.means_without(doubted)[0].reshape(self.shape)
+        self.canvas.without(doubted)
+        return self.canvas.values.reshape(self.shape)
 
     def hidden(self, trim: float) -> Heights:
         """The first pass alone: what is nearer than `trim` is hidden, whichever side it is on."""
@@ -186,18 +190,14 @@ class Rebuild:
 
     def _retraced(self, state: Heights) -> Heights:
         """The same heights with traces on them: bridged between both walls, no farther."""
-        heights = state.values.copy()
-        bridged = [state.unknown]
+        frame, bridged = self.picks.frame, [state.unknown[:0]]
         for near, walls in zip(state.near, state.walls, strict=True):
             gap = np.maximum(walls.gap(near.place, near.side), 0.0)
             bridged.append(near.node[near.distance < gap + BRIDGE])
-            heights[bridged[-1]] = np.nan
-        lost = np.unique(np.concatenate(bridged))
-        lost = lost[self.present[lost] & np.isnan(heights[lost])]
-        fill = np.union1d(lost, self.fillable)
-        drape = drape_over(heights, fill, self.shape, self.stretch)
-        frame = self.picks.frame
-        network = Network(self.meshes, drape.reshape(self.shape), frame, heights)
+        lost = distinct(*bridged, state.unknown[np.isnan(state.values[state.unknown])])
+        self.canvas.changing(lost)
+        state.values[lost] = np.nan
+        network = self._traced(state.values, lost[self.present[lost]])
         near = [NearTrace(frame, t, MAP_REACH) for t in network.traces]
         cuts = cuts_of(network.traces, frame)
         cuts = cuts.take(np.flatnonzero(within(cuts, *network.solve.T)))
@@ -211,11 +211,11 @@ class Rebuild:
         found = [np.empty(0, dtype=np.int64)]
         for trace, near, walls in zip(state.network.traces, state.near, state.walls, strict=True):
             rows = self.nearby[trace.fault].rows
-            at = near.look_up(self.picks.node[rows])
+            at = near.look_up(self.picks.nodes_of(rows))
             rows, at = rows[at >= 0], at[at >= 0]
             gap = walls.gap(near.place[at], near.side[at])
             found.append(rows[near.distance[at] < gap])
-        return np.unique(np.concatenate(found))
+        return distinct(*found)
 
     def _pass(self, trim: float, before: Heights | None) -> Heights:
         doubted = np.zeros(len(self.picks.z), dtype=bool)
@@ -240,17 +240,23 @@ class Rebuild:
         return self._solve(doubted | wrong, sure, network, near, cuts, beyond, carried)
 
     def _network(self, doubted: np.ndarray) -> Network:
-        heights, lost = self.picks.means_without(doubted)
-        fill = np.union1d(lost, self.fillable)
-        drape = drape_over(heights, fill, self.shape, self.stretch)
-        return Network(self.meshes, drape.reshape(self.shape), self.picks.frame, heights)
+        lost = self.canvas.without(doubted)
+        return self._traced(self.canvas.values, lost)
+
+    def _traced(self, heights: np.ndarray, lost: np.ndarray) -> Network:
+        """Traces on a horizon drawn across the nodes of `lost` and narrow gaps; writes there."""
+        fill = distinct(lost, self.fillable)
+        filled = fill[np.isnan(heights[fill])]
+        self.canvas.changing(fill)
+        heights[fill] = draped(heights, fill, self.shape, self.stretch)
+        return Network(self.meshes, heights.reshape(self.shape), self.picks.frame, filled)
 
     def _doubt_sides(self, doubted, wrong, network, near, before) -> np.ndarray:
         """Mark picks that are on the wrong side; return those of an overlapping sheet."""
         beyond = []
         for number, trace in enumerate(network.traces):
             own = self.nearby[trace.fault]
-            at = near[number].look_up(self.picks.node[own.rows])
+            at = near[number].look_up(self.picks.nodes_of(own.rows))
             rows, side = own.rows[at >= 0], own.side[at >= 0]
             far, at = own.far[at >= 0], at[at >= 0]
             place, here = near[number].place[at], near[number].side[at]
@@ -263,7 +269,7 @@ class Rebuild:
                 # between the cut-offs of a gap there is no horizon: values there were carried
                 empty = near[number].distance[at] < walls.gap(place, here)
                 many = self.picks.several
-                several = False if many is None else many[self.picks.node[rows]]
+                several = False if many is None else many[self.picks.nodes_of(rows)]
                 close = near[number].distance[at] < 1.0 + np.abs(walls.heave(place))
                 wrong[rows[inside & normal & (empty | (several & close))]] = True
                 mine = across & reverse & (far >= self.settings.trim) & ~doubted[rows]
@@ -275,14 +281,14 @@ class Rebuild:
         return np.concatenate([np.empty((0, 3), dtype=np.int64), *beyond])
 
     def _solve(self, doubted, sure, network, near, cuts, beyond, carried=()) -> Heights:
-        heights, lost = self.picks.means_without(doubted)
-        unknown = self._unknown(lost, near)
+        unknown = self._unknown(self.canvas.without(doubted), near)
+        heights = self.canvas.values
         weight = self.settings.noise_weight
         soft = np.empty(0, dtype=np.int64)
         if weight is not None and len(unknown):
             collar = around(unknown, self.shape, self.settings.collar)
-            soft = np.setdiff1d(collar[np.isfinite(heights[collar])], unknown)
-        every = np.union1d(unknown, soft)
+            soft = collar[np.isfinite(heights[collar]) & ~is_among(collar, unknown)]
+        every = distinct(unknown, soft)
         # a collar's rim is free: held to noisy data beyond it, bit for bit, it would bend
         band = every if len(soft) else around(every, self.shape, 3)
         graph = lattice_graph(band, self.shape, cuts.bits(self.picks.n_node))
@@ -311,10 +317,12 @@ class Rebuild:
         number = np.where(solved, np.cumsum(solved) - 1, -1)
         kept = solved[at]
         filled = np.where(np.isfinite(value), value, 0.0)
-        heights[band[solved]] = smoothest(
+        found = smoothest(
             graph, number, filled, self.stretch, self.settings.bend,
             pull=pull[kept], target=data[kept],
         )  # fmt: skip
+        self.canvas.changing(band[solved])
+        heights[band[solved]] = found
         return Heights(
             heights, network, cuts, near, [], unknown, ~doubted, doubted, beyond, stray,
             steps.astype(np.float64), list(carried),
@@ -325,8 +333,8 @@ class Rebuild:
         fill = self.fillable
         if len(fill):
             beside = [t.node[t.distance <= FILL] for t in near]
-            fill = np.intersect1d(fill, np.concatenate([np.empty(0, np.int64), *beside]))
-        return np.union1d(lost, fill)
+            fill = fill[is_among(fill, distinct(np.empty(0, np.int64), *beside))]
+        return distinct(lost, fill)
 
     def _targets(self, heights, every, soft, unknown, steps, sure):
         """What draws each solved node, and how much: noisy data, and in wedges distrusted ones.
@@ -354,11 +362,11 @@ class Rebuild:
         if len(stray) > SLIVER and not self.settings.carry:
             return None
         first, second = cuts.ends(self.shape[1])
-        inside = np.isin(first, stray), np.isin(second, stray)
+        inside = is_among(first, stray), is_among(second, stray)
         border = inside[0] != inside[1]
         if not border.any():
             return None
-        choice = np.unique(cuts.trace[border])
+        choice = distinct(cuts.trace[border])
         throw = [self._throw_of(t, stray, near) for t in choice]
         trace = int(choice[int(np.argmin(throw))])
         gone = (cuts.trace == trace) & (inside[0] | inside[1])

@@ -9,6 +9,7 @@ import numpy as np
 
 from geosurf.model import Patches
 from geosurf.sheets.mesh import Torn, Triangles
+from geosurf.sheets.sets import distinct, is_among
 
 Leak = tuple[int, int, frozenset[int]]
 Sides = list[tuple[np.ndarray, np.ndarray]]
@@ -49,7 +50,7 @@ def leaks_of(
     marked = np.zeros(len(patches.local), dtype=bool)
     marked[t] = name[t] < 0
     one, two, _ = _free_edges(patches, rows, marked)
-    starts = np.unique(np.concatenate([one, two]))
+    starts = distinct(one, two)
     starts = starts[name[starts] >= 0]
     marked[starts] = True
     one, two, row = _free_edges(patches, rows, marked)
@@ -90,15 +91,15 @@ def _free_edges(patches: Patches, rows: np.ndarray, marked: np.ndarray):
 def _faults_at(patches: Patches, vertices: set[int]) -> frozenset[int]:
     """Numbers of the faults that have one of these vertices."""
     rows = np.flatnonzero(np.isin(patches.triangles, list(vertices)).any(axis=1))
-    found = np.unique(patches.surface_of_triangle[rows])
+    found = distinct(patches.surface_of_triangle[rows])
     return frozenset((found[found > 0] - 1).tolist())
 
 
 def ends_in_copies(patches: Patches, among: np.ndarray, sides: Sides) -> np.ndarray:
     """Parents of triangles of torn copies in which a curve with a fault ends."""
     keys, row = sides[0]
-    keys = np.unique(keys[among[row]])
-    on_fault = np.isin(keys, np.concatenate([k for k, _ in sides[1:]]))
+    keys = distinct(keys[among[row]])
+    on_fault = is_among(keys, distinct(*(k for k, _ in sides[1:])))
     degree = np.bincount(
         np.concatenate(np.divmod(keys[on_fault], len(patches.local))), minlength=len(patches.local)
     )
@@ -118,8 +119,8 @@ def false_rims(patches: Patches, keep: np.ndarray, sides: Sides) -> np.ndarray:
     every, inverse, before = np.unique(keys, return_inverse=True, return_counts=True)
     after = np.bincount(inverse, keep[row], len(every))
     false = (before > 1) & (after > 0) & (after != 2)
-    false &= ~np.isin(every, np.concatenate([k for k, _ in sides[1:]]))
-    return np.unique(patches.parent_of_triangle[row[keep[row] & false[inverse]]])
+    false &= ~is_among(every, distinct(*(k for k, _ in sides[1:])))
+    return distinct(patches.parent_of_triangle[row[keep[row] & false[inverse]]])
 
 
 def _is_inner(edge: tuple[int, int], torn: Torn, triangles: Triangles) -> bool:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.sheets.links import EAST, FALLING, NORTH, RISING, Cuts
+from geosurf.sheets.sets import distinct, is_among
 
 
 @dataclass(eq=False)
@@ -125,12 +126,12 @@ def tear(cuts: Cuts, triangles: Triangles) -> Torn:
     """Copies of all triangles that cut links divide."""
     diagonal = RISING if triangles.rising else FALLING
     mine = cuts.take(np.flatnonzero((cuts.kind < 2) | (cuts.kind == diagonal)))
-    cut = np.unique(mine.node * 4 + mine.kind)
-    near = np.unique(triangles.beside(cut // 4, cut % 4))
+    cut = distinct(mine.node * 4 + mine.kind)
+    near = distinct(triangles.beside(cut // 4, cut % 4))
     near = near[triangles.exists(near)]
     corners = triangles.corners(near)
     node, kind = triangles.links(corners)
-    is_cut = np.isin(node * 4 + kind, cut)
+    is_cut = is_among(node * 4 + kind, cut)
     divided = is_cut.sum(axis=1) >= 2
     near, corners, is_cut = near[divided], corners[divided], is_cut[divided]
     # the corner that is alone: between two cut edges; with three cut edges all are
@@ -158,7 +159,7 @@ def _glued(triangle, corners, real, triangles: Triangles) -> Torn:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    n = len(triangle)
+    n, divided = len(triangle), distinct(triangle)
     corner = np.arange(3 * n).reshape(n, 3)
     node, kind = triangles.links(corners)
     one, two = [], []  # corners that are the same; numbers from 3 n on are real nodes
@@ -168,7 +169,7 @@ def _glued(triangle, corners, real, triangles: Triangles) -> Torn:
         both = triangles.beside(node[:, k], kind[:, k])
         across = np.where(both[:, 0] == triangle, both[:, 1], both[:, 0])
         exists = triangles.exists(across)
-        whole = exists & ~np.isin(across, triangle)
+        whole = exists & ~is_among(across, divided)
         for here, there, is_real, other in ((k, e, a_real, b_real), (e, k, b_real, a_real)):
             rows = np.flatnonzero(is_real & ~other & whole)
             one.append(corner[rows, there])
@@ -200,9 +201,7 @@ def _glued(triangle, corners, real, triangles: Triangles) -> Torn:
     where = np.flatnonzero(ghost)[np.sort(first)]
     copy, k = np.divmod(where, 3)
     anchor = corners[copy, real[copy].argmax(axis=1)]
-    return Torn(
-        triangle, vertex.reshape(n, 3), anchor, corners[copy, k], n_node, np.unique(triangle)
-    )
+    return Torn(triangle, vertex.reshape(n, 3), anchor, corners[copy, k], n_node, divided)
 
 
 def _mates(rows, here, across, corners, triangle, real):
@@ -238,4 +237,4 @@ def outer_ghosts(torn: Torn, triangles: Triangles) -> np.ndarray:
     """Ghosts on outer edges, which must lie beyond the faults."""
     copy, k, _ = outer_edges(torn, triangles)
     ends = np.stack([torn.corners[copy, k], torn.corners[copy, (k + 1) % 3]])
-    return np.unique(ends[ends >= torn.n_node])
+    return distinct(ends[ends >= torn.n_node])

@@ -27,6 +27,9 @@ SHORTEST = 1.5  # cells: shorter traces tear nothing
 class Network:
     """Traces, and between which places the solve and the mesh are torn.
 
+    Of the nodes of a drape, those in `filled` (increasing) had no value to trust; with them, faults
+    that end on others are traced on the wall that they are in.
+
     Attributes
     ----------
     traces : list of Trace
@@ -41,7 +44,7 @@ class Network:
         meshes: list[FaultMesh],
         drape: np.ndarray,
         frame: Frame,
-        trusted: np.ndarray | None = None,
+        filled: np.ndarray | None = None,
     ) -> None:
         self.traces: list[Trace] = []
         self.dropped: list[tuple[int, float]] = []
@@ -50,8 +53,8 @@ class Network:
         for number, mesh in enumerate(meshes):
             self._add(number, trace_lines(mesh, drape, stretch, bounds), stretch)
         self.on: list[Contact] = []
-        if trusted is not None:
-            self._trace_branches(meshes, drape, frame, trusted)
+        if filled is not None:
+            self._trace_branches(meshes, drape, frame, filled)
         self.solve = np.array([[0.0, len(t.line) - 1] for t in self.traces]).reshape(-1, 2)
         self.mesh = np.array([[t.start, t.stop] for t in self.traces]).reshape(-1, 2)
         self._at_rims(drape, stretch)
@@ -70,7 +73,7 @@ class Network:
             ends = ["closed", "closed"] if closed else ["tip", "tip"]
             self.traces.append(Trace(number, on_units(longer, stretch), start, stop, ends))
 
-    def _trace_branches(self, meshes, drape: np.ndarray, frame: Frame, trusted) -> None:
+    def _trace_branches(self, meshes, drape: np.ndarray, frame: Frame, filled) -> None:
         """Trace each fault that ends on another on the wall that it is in."""
         found = contacts(self.traces, meshes)
         mains: dict[int, set[int]] = {}
@@ -79,7 +82,7 @@ class Network:
         for fault in mains_first(mains):
             others = [(main, meshes[main]) for main in sorted(mains[fault])]
             field = wall_field(
-                drape.ravel(), trusted, frame, self.traces, meshes[fault], fault, others
+                drape.ravel(), filled, frame, self.traces, meshes[fault], fault, others
             )
             lines = trace_lines(meshes[fault], field, frame.stretch)
             if lines:

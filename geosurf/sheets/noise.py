@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.kernels.thirds import third_differences
+
 ROWS = 400  # rows and columns that are looked at
 STEPS = (1, 2, 4, 8)  # nodes
 SEEN = 3.0  # variance of third differences, in those of noise, from which there is a signal
@@ -19,12 +21,13 @@ NOISY_BEND = 0.1  # share of second differences where data are noisy: they flatt
 
 def noise_of(heights: np.ndarray) -> tuple[float, float]:
     """Standard deviation of noise, and typical third difference of the signal, of a grid [m]."""
-    spread = [_spread(heights, step) for step in STEPS]
-    if not np.isfinite(spread[1]):
+    single, double = (_spread(heights, step) for step in STEPS[:2])
+    if not np.isfinite(double):
         return 0.0, 0.0
-    signal = max((spread[1] - spread[0]) / 63.0, 0.0)
-    noise = max(spread[0] - signal, 0.0)
-    for step, now in zip(STEPS[1:], spread[1:], strict=True):
+    signal = max((double - single) / 63.0, 0.0)
+    noise = max(single - signal, 0.0)
+    for step in STEPS[1:]:
+        now = double if step == STEPS[1] else _spread(heights, step)
         if np.isfinite(now):  # the first step at which the signal stands out tells it best
             signal = max((now - noise) / (step**6 - 1), 0.0)
             if now > SEEN * noise:
@@ -43,22 +46,12 @@ def signal_of(heights: np.ndarray) -> float:
 
 def _spread(heights: np.ndarray, step: int) -> float:
     """Variance of third differences over rows and columns, none of them across a hole."""
-    squares = []
-    for grid in (heights, heights.T):
-        part = grid[:: max(len(grid) // ROWS, 1)]
-        n = part.shape[1] - 3 * step
-        if n <= 0:
-            continue
-        a, b, c, d = (part[:, i * step : i * step + n] for i in range(4))
-        third = (d - a) - 3.0 * (c - b)
-        holes = np.zeros((len(part), part.shape[1] + 1), dtype=np.int64)
-        np.cumsum(np.isnan(part), axis=1, out=holes[:, 1:])
-        whole = holes[:, 3 * step + 1 :] == holes[:, :n]
-        squares.append(third[whole])
-    if not sum(len(s) for s in squares):
+    every = [max(n // ROWS, 1) for n in heights.shape]
+    sizes = third_differences(heights, step, *every)
+    if not len(sizes):
         return np.nan
     # medians, since data beside faults may have outliers: 1.4826 makes them deviations
-    return float((1.4826 * np.median(np.abs(np.concatenate(squares)))) ** 2)
+    return float((1.4826 * np.median(sizes)) ** 2)
 
 
 def weight_of(noise: float, signal: float, cell: float) -> float | None:

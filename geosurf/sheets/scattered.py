@@ -178,8 +178,7 @@ class ScatteredRebuild(Rebuild):
 
     def _drape(self, doubted: np.ndarray, bend: float = 1.0) -> np.ndarray:
         """Heights (n_node,) of the surface through trusted points, not torn anywhere."""
-        none = np.zeros(self.picks.n_node, dtype=np.uint8)
-        graph, nodes = self._graph(none)
+        graph, nodes = self._graph(None)
         rows = ~doubted & (nodes[self.corners] >= 0).all(axis=1)
         found = self._solved(graph, nodes, np.flatnonzero(rows), bend)
         out = np.full(self.picks.n_node, np.nan)
@@ -188,10 +187,10 @@ class ScatteredRebuild(Rebuild):
 
     def _network(self, doubted: np.ndarray) -> Network:
         drape = self._drape(doubted)
-        trusted = np.where(self._touched(~doubted), drape, np.nan)
-        return Network(self.meshes, drape.reshape(self.shape), self.picks.frame, trusted)
+        filled = np.flatnonzero(~self._touched(~doubted))
+        return Network(self.meshes, drape.reshape(self.shape), self.picks.frame, filled)
 
-    def _graph(self, bits: np.ndarray) -> tuple[Graph, np.ndarray]:
+    def _graph(self, bits: np.ndarray | None) -> tuple[Graph, np.ndarray]:
         """Graph of all nodes that there are, and the row (n_node,) of each in it."""
         nodes = np.flatnonzero(self.present)
         slot = np.full(len(self.present), -1)

@@ -38,9 +38,11 @@ class Graph:
     cell: np.ndarray
 
 
-def lattice_graph(nodes: np.ndarray, shape: tuple[int, int], cut: np.ndarray) -> Graph:
-    """The graph of some nodes of a lattice, increasing; `cut` as from `Cuts.bits`."""
-    bits = cut[nodes].astype(np.int64)
+def lattice_graph(
+    nodes: np.ndarray, shape: tuple[int, int], cut: np.ndarray | None = None
+) -> Graph:
+    """The graph of some nodes of a lattice, increasing; `cut` as from `Cuts.bits`, if any is."""
+    bits = np.zeros(len(nodes), dtype=np.int64) if cut is None else cut[nodes].astype(np.int64)
     east, north = links_between(nodes, bits, shape[1])
     return Graph(east, north, bits & 12 == 0, np.stack(np.divmod(nodes, shape[1]), axis=1))
 
