@@ -75,6 +75,10 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
             rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
             keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
             rows = np.stack(keys, axis=1)
+            if i == j and "ghost" in surfaces[i].vertex_data:
+                rows = rows[_with_ghosts(surfaces[i])[rows].any(axis=1)]
+        elif i == j and "ghost" in surfaces[i].vertex_data:
+            return tree.pairs_of_some(surfaces[i], trees[i], _with_ghosts(surfaces[i]))
         elif one_map and trees[i].window == trees[j].window:
             return pairs_of_one_map(lattices, (trees[i], trees[j]))
         elif i != j and are_alike((surfaces[i], surfaces[j]), (trees[i], trees[j])):
@@ -89,17 +93,14 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
     for (i, j), (rows, spent) in zip(wanted, side_by_side(search, wanted), strict=True):
         for key, value in spent.items():
             cost["pairs_tested" if key == "pairs" else key] += value
-        found.append((i, j, _of_ghosts(surfaces[i], rows) if i == j else rows))
+        found.append((i, j, rows))
     return found, cost
 
 
-def _of_ghosts(surface, rows: np.ndarray) -> np.ndarray:
-    """Of a torn sheet's candidates with itself: those with a ghost, as the others are a graph."""
-    ghost = surface.vertex_data.get("ghost")
-    if ghost is None:
-        return rows
-    torn = ghost[surface.triangles].any(axis=1)
-    return rows[torn[rows].any(axis=1)]
+def _with_ghosts(surface) -> np.ndarray:
+    """Triangles of a torn sheet that have a ghost: of the others, which are a graph, none meet."""
+    some: np.ndarray = surface.vertex_data["ghost"][surface.triangles].any(axis=1)
+    return some
 
 
 def _is_graph(surface) -> bool:

@@ -91,12 +91,16 @@ def _list_tree(surface: TriSurface) -> Tree:
     if _LISTED not in surface.__dict__:
         look_at_list(surface)
     boxes, codes = surface.__dict__.pop(_LISTED)
+    return _tree_of_list(surface.vertices, surface.triangles, boxes, codes)
+
+
+def _tree_of_list(vertices: np.ndarray, triangles: np.ndarray, boxes, codes) -> Tree:
     order, nodes, levels = build_list_tree(boxes, codes)
     places = np.zeros(N_PLACE, dtype=np.int64)
     places[:9] = (0, 0, 3, 1, 0, 3, 2, 0, 3)
-    places[[N_ROW, N_COL]] = 1, surface.n_vertex
-    flat = surface.vertices.reshape(-1)
-    return Tree((flat, flat, flat), places, surface.triangles, order, nodes, levels)
+    places[[N_ROW, N_COL]] = 1, len(vertices)
+    flat = vertices.reshape(-1)
+    return Tree((flat, flat, flat), places, triangles, order, nodes, levels)
 
 
 def _window(lattice: Lattice, reach: np.ndarray | None) -> tuple[int, int, int, int]:
@@ -154,6 +158,28 @@ def candidate_pairs(one: Tree, two: Tree, *, same: bool = False):
     if len(one.nodes) == 0 or len(two.nodes) == 0:
         return np.empty((0, 2), dtype=np.int64), {"nodes": 0, "pairs": 0}
     return all_pairs(lambda room: tree.tree_pairs(*one.arguments(), *two.arguments(), same, room))
+
+
+def pairs_of_some(surface: TriSurface, whole: Tree, some: np.ndarray):
+    """Pairs of triangles of one list, of which one at least is marked in `some`, bool.
+
+    Returns
+    -------
+    pairs, cost
+        As `candidate_pairs` with `same`.
+    """
+    rows = np.flatnonzero(some)
+    if len(rows) == 0:
+        return np.empty((0, 2), dtype=np.int64), {"nodes": 0, "pairs": 0}
+    triangles = surface.triangles[rows]
+    boxes, codes, _, _ = survey_list(surface.vertices, triangles)
+    part = _tree_of_list(surface.vertices, triangles, boxes, codes)
+    pairs, cost = candidate_pairs(part, whole)
+    one, two = rows[pairs[:, 0]], pairs[:, 1]
+    once = (one < two) | ((one > two) & ~some[two])  # both may be marked
+    one, two = one[once], two[once]
+    rows = np.stack([np.minimum(one, two), np.maximum(one, two)], axis=1)
+    return rows, {**cost, "pairs": len(rows)}
 
 
 def all_pairs(search, n_column: int = 2):

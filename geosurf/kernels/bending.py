@@ -76,7 +76,7 @@ def normal_equations(east, north, square, cell, unknown, value, weights):
     """Matrix (n_unknown, SLOTS), its columns (-1 none) and right side.
 
     `cell` (n, 2) row and column of each node, `unknown` its number or -1 (then `value` holds);
-    `weights`: e, a, 1, and h/dx, h/dy for cells that are not square.
+    `weights`: e, a, 1 (0: no such differences), and h/dx, h/dy for cells that are not square.
     """
     n = east.shape[0]
     n_unknown = 0
@@ -107,12 +107,13 @@ def normal_equations(east, north, square, cell, unknown, value, weights):
                 length += 1
             if length > 1:
                 _add(g, first, 2, e * w, unknown, value, place, matrix, column, right, number)
-            if length > 2:
+            if length > 2 and a != 0.0:
                 _add(g, second, 3, a * w * w, unknown, value, place, matrix, column, right, number)
+            if c == 0.0:
+                continue
             if length > 3:
-                _add(
-                    g, third, 4, c * w * w * w, unknown, value, place, matrix, column, right, number
-                )
+                scale = c * w * w * w
+                _add(g, third, 4, scale, unknown, value, place, matrix, column, right, number)
             if (
                 length > 2
                 and _block(v, east, north, square) >= 0
@@ -123,7 +124,7 @@ def normal_equations(east, north, square, cell, unknown, value, weights):
                 scale = c * np.sqrt(3.0) * w * w * w2
                 _add(g, ramp, 6, scale, unknown, value, place, matrix, column, right, number)
         corner = _block(v, east, north, square)
-        if corner >= 0:
+        if corner >= 0 and a != 0.0:
             g[0], g[1], g[2], g[3] = v, east[v], north[v], corner
             scale = a * np.sqrt(2.0) * wx * wy
             _add(g, twist, 4, scale, unknown, value, place, matrix, column, right, number)

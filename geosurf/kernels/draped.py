@@ -155,6 +155,19 @@ def _name(f, a, b, whole, edges, forward, names, at):
     names[at + 1] = place
 
 
+@scalar
+def _take_part(part, p, a, m, b, xyz, ij):
+    """Corners of a quarter of a triangle: that at corner 0, 1 or 2, or the middle one."""
+    for c in range(3):
+        kept = part != 3 and c == part
+        # the middle of the edge from this corner to the one that is kept
+        side = c if part == 3 else (part if c == (part + 1) % 3 else c)
+        for d in range(3):
+            xyz[c, d] = p[c, d] if kept else m[side, d]
+        for d in range(2):
+            ij[c, d] = a[c, d] if kept else b[side, d]
+
+
 @entry("d2 d1 d1 l2 d1 d2 l2 l2 b2 l -> l2 d2")
 def zero_pieces(grid, low, high, levels, stretch, points, faces, edges, forward, depth):
     """Pieces of the line: names of where each enters and leaves (n, 5), and the places (n, 6).
@@ -176,17 +189,20 @@ def zero_pieces(grid, low, high, levels, stretch, points, faces, edges, forward,
     b = np.empty((3, 2), dtype=np.int64)
     for f in range(faces.shape[0]):
         for c in range(3):
-            xyz[0, c] = points[faces[f, c]]
-        ij[0, :] = 0
-        ij[0, 0, 0] = ij[0, 1, 1] = whole
+            for d in range(3):
+                xyz[0, c, d] = points[faces[f, c], d]
+            for d in range(2):
+                ij[0, c, d] = whole if c == d else 0
         deep[0] = 0
-        left = 1
-        while left > 0:
+        left = 1 if _meets(grid, low, high, levels, sx, sy, xyz[0, 0], xyz[0, 1], xyz[0, 2]) else 0
+        while left > 0:  # all that are waiting can meet the drape
             left -= 1
-            p[:], a[:] = xyz[left], ij[left]
             level = deep[left]
-            if not _meets(grid, low, high, levels, sx, sy, p[0], p[1], p[2]):
-                continue
+            for c in range(3):
+                for d in range(3):
+                    p[c, d] = xyz[left, c, d]
+                for d in range(2):
+                    a[c, d] = ij[left, c, d]
             if level < depth:
                 for c in range(3):
                     e = (c + 1) % 3
@@ -195,15 +211,11 @@ def zero_pieces(grid, low, high, levels, stretch, points, faces, edges, forward,
                     for d in range(2):
                         b[c, d] = (a[c, d] + a[e, d]) >> 1
                 for part in range(4):  # a corner each, and the middle
-                    for c in range(3):
-                        if part == 3 or c != part:
-                            # the middle of the edge from this corner to the one that is kept
-                            side = c if part == 3 else (part if c == (part + 1) % 3 else c)
-                            xyz[left, c], ij[left, c] = m[side], b[side]
-                        else:
-                            xyz[left, c], ij[left, c] = p[c], a[c]
+                    _take_part(part, p, a, m, b, xyz[left], ij[left])
                     deep[left] = level + 1
-                    left += 1
+                    t = xyz[left]
+                    if _meets(grid, low, high, levels, sx, sy, t[0], t[1], t[2]):
+                        left += 1
                 continue
             rises = falls = -1
             for c in range(3):

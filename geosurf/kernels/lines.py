@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.sheets import to_segment
+from geosurf.kernels.sheets import to_box, to_segment
 
 CHUNK = 32  # pieces of a line that are boxed together, to be crossed
 NEAR = 8  # and to be near to
@@ -143,14 +143,6 @@ def _to_piece(x, y, ends, k):
     return to_segment(x, y, ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3])
 
 
-@scalar
-def _to_box(x, y, box):
-    """Squared distance to a box, 0 inside."""
-    dx = max(box[0] - x, x - box[2], 0.0)
-    dy = max(box[1] - y, y - box[3], 0.0)
-    return dx * dx + dy * dy
-
-
 @entry("d2 d2 d2 d2 d -> d1 d1")
 def first_met(stations, direction, pieces, boxes, reach):
     """Signed distance (n,) along a direction to the nearest of some pieces, and elevation there.
@@ -163,7 +155,7 @@ def first_met(stations, direction, pieces, boxes, reach):
         x, y, dx, dy = stations[k, 0], stations[k, 1], direction[k, 0], direction[k, 1]
         best = np.inf
         for c in range(boxes.shape[0]):
-            if _to_box(x, y, boxes[c]) > reach * reach * (1.0 + 1e-9):
+            if to_box(x, y, boxes[c]) > reach * reach * (1.0 + 1e-9):
                 continue
             for p in range(c * CHUNK, min((c + 1) * CHUNK, pieces.shape[0])):
                 ax, ay, bx, by = pieces[p, 0] - x, pieces[p, 1] - y, pieces[p, 3] - x, 0.0
@@ -195,7 +187,7 @@ def to_line(points, block, ends, boxes, starts, items, reach):
         x, y = points[k, 0], points[k, 1]
         first, limit = -1, reach * reach
         for at in range(starts[block[k]], starts[block[k] + 1]):
-            d2 = _to_box(x, y, boxes[items[at]])
+            d2 = to_box(x, y, boxes[items[at]])
             if d2 < limit:
                 first, limit = items[at], d2
         if first < 0:
@@ -207,7 +199,7 @@ def to_line(points, block, ends, boxes, starts, items, reach):
         best, lead = reach * reach, -1.0
         for at in range(starts[block[k]], starts[block[k] + 1]):
             chunk = items[at]
-            if _to_box(x, y, boxes[chunk]) > limit:
+            if to_box(x, y, boxes[chunk]) > limit:
                 continue
             for s in range(chunk * NEAR, min((chunk + 1) * NEAR, ends.shape[0])):
                 d2, left, t = _to_piece(x, y, ends, s)

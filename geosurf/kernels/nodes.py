@@ -35,6 +35,36 @@ def nodes_of_blocks(starts, cols, rows, n_col):
     return out
 
 
+@entry("l1 l d d -> d2")
+def places_of_nodes(nodes, n_col, wide, tall):
+    """Places (n, 2) of nodes: columns `wide` and rows `tall` apart."""
+    out = np.empty((nodes.shape[0], 2))
+    for k in range(nodes.shape[0]):
+        row = nodes[k] // n_col
+        out[k, 0], out[k, 1] = (nodes[k] - row * n_col) * wide, row * tall
+    return out
+
+
+@entry("d2 d1 l1 l1 d -> l1 l1")
+def in_blocks(points, corner, shape, starts, size):
+    """Rows of the points (n, m) that lie, by their first two, in blocks with items; the blocks.
+
+    Block (x, y) reaches from ``(corner + (x, y)) * size`` on; ``y * shape[0] + x`` is its number.
+    """
+    n = 0
+    rows = np.empty(points.shape[0], dtype=np.int64)
+    blocks = np.empty(points.shape[0], dtype=np.int64)
+    for k in range(points.shape[0]):
+        x = np.floor(points[k, 0] / size) - corner[0]
+        y = np.floor(points[k, 1] / size) - corner[1]
+        if x >= 0.0 and x < shape[0] and y >= 0.0 and y < shape[1]:
+            block = int(y) * shape[0] + int(x)
+            if starts[block + 1] > starts[block]:
+                rows[n], blocks[n] = k, block
+                n += 1
+    return rows[:n].copy(), blocks[:n].copy()
+
+
 @entry("l1 l1 l -> l1 l1")
 def links_between(nodes, cut, n_col):
     """East and north neighbour of each node, as a row of `nodes`; -1 without, or across a cut.

@@ -40,6 +40,14 @@ def to_segment(x, y, ax, ay, bx, by):
 
 
 @scalar
+def to_box(x, y, box):
+    """Squared distance to a box, 0 inside."""
+    dx = max(box[0] - x, x - box[2], 0.0)
+    dy = max(box[1] - y, y - box[3], 0.0)
+    return dx * dx + dy * dy
+
+
+@scalar
 def _level_segment(corners, z):
     """Where a triangle meets a level: found, ax, ay, bx, by; half-open, so that edges agree."""
     n = 0
@@ -60,11 +68,11 @@ def _level_segment(corners, z):
     return n == 2, ax, ay, bx, by
 
 
-@entry("d2 l1 d2 d2 l1 l1 d -> d1 d1")
-def own_height(points, block, corners, normals, starts, items, reach):
+@entry("d2 l1 d2 d2 d2 l1 l1 d -> d1 d1")
+def own_height(points, block, corners, boxes, normals, starts, items, reach):
     """Distance (n,) of points to a fault at their own height, and side (n,): +1, -1, 0 far.
 
-    `corners` (m, 9) and horizontal `normals` (m, 2) of the fault's triangles.
+    `corners` (m, 9), `boxes` in the map and horizontal `normals` (m, 2) of the fault's triangles.
     """
     n = points.shape[0]
     far = np.full(n, reach)
@@ -74,6 +82,8 @@ def own_height(points, block, corners, normals, starts, items, reach):
         best, lead = reach * reach, -1.0
         for at in range(starts[block[k]], starts[block[k] + 1]):
             f = items[at]
+            if to_box(x, y, boxes[f]) > best * (1.0 + 1e-8):
+                continue
             found, ax, ay, bx, by = _level_segment(corners[f], z)
             if not found:
                 continue
@@ -88,37 +98,6 @@ def own_height(points, block, corners, normals, starts, items, reach):
             side[k] = 1.0 if (left >= 0.0) == (turn >= 0.0) else -1.0
         far[k] = np.sqrt(best)
     return far, side
-
-
-@entry("d2 l1 d2 l1 l1 d -> d1 d1 l1 d1")
-def to_trace(points, block, segments, starts, items, reach):
-    """Distance of points to a trace, side (+1 left), nearest segment (-1 far), place on it."""
-    n = points.shape[0]
-    far = np.full(n, reach)
-    side = np.zeros(n)
-    nearest = np.full(n, -1, dtype=np.int64)
-    place = np.zeros(n)
-    for k in range(n):
-        best, lead = reach * reach, -1.0
-        for at in range(starts[block[k]], starts[block[k] + 1]):
-            s = items[at]
-            d2, left, t = to_segment(
-                points[k, 0],
-                points[k, 1],
-                segments[s, 0],
-                segments[s, 1],
-                segments[s, 2],
-                segments[s, 3],
-            )
-            if d2 > best * (1.0 + 1e-9):
-                continue
-            if d2 > best * (1.0 - 1e-9) and abs(left) <= lead:
-                continue
-            best, lead = min(best, d2), abs(left)
-            side[k] = 1.0 if left >= 0.0 else -1.0
-            nearest[k], place[k] = s, t
-        far[k] = np.sqrt(best)
-    return far, side, nearest, place
 
 
 @scalar

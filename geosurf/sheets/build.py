@@ -161,8 +161,7 @@ class Builder:
 
     def _is_own(self, nodes: np.ndarray) -> np.ndarray:
         """Whether nodes are clearly on their own side of all faults, at their solved heights."""
-        uv = self.frame.uv_of_node(nodes) * self.frame.stretch
-        points = np.column_stack([uv, self.state.values[nodes]])
+        points = np.column_stack([self.frame.cells_of_node(nodes), self.state.values[nodes]])
         out = np.ones(len(nodes), dtype=bool)
         reach = float(self.reach)
         sides = [side_at_own_height(m, b, points, reach) for m, b in zip(*self.meshes, strict=True)]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.errors import HorizonError
+from geosurf.kernels.nodes import places_of_nodes
 from geosurf.model import Lattice
 
 SAMPLE = 4000  # nodes that the lattice is fitted to
@@ -63,6 +64,11 @@ class Frame:
         if self.easting.ndim == 1:
             return np.stack([self.easting[col], self.northing[row]], axis=1)
         return np.stack([self.easting[row, col], self.northing[row, col]], axis=1)
+
+    def cells_of_node(self, node: np.ndarray) -> np.ndarray:
+        """Places (n, 2) of nodes in cells: columns and rows, stretched."""
+        wide, tall = self.stretch.tolist()
+        return places_of_nodes(node, self.shape[1], wide, tall)
 
     def uv_of_node(self, node: np.ndarray) -> np.ndarray:
         """Column and row (n, 2) of nodes, float64."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.lines import NEAR, to_line
-from geosurf.kernels.nodes import nodes_of_blocks
+from geosurf.kernels.nodes import in_blocks, nodes_of_blocks
 from geosurf.kernels.sheets import own_height
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.traces import FaultMesh, Trace
@@ -21,6 +21,7 @@ class Blocks:
     """Boxes in the map, listed by the blocks that they come within reach of."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, reach: float) -> None:
+        self.boxes = np.hstack([low, high])
         self.corner = np.floor((low.min(axis=0) - reach) / BLOCK)
         last = np.floor((high.max(axis=0) + reach) / BLOCK)
         self.shape = (last - self.corner + 1).astype(np.int64)
@@ -37,14 +38,8 @@ class Blocks:
         self.starts = np.searchsorted(block[order], np.arange(self.shape.prod() + 1))
 
     def of(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of the points that are in a block with anything, and their blocks."""
-        at = np.floor(xy / BLOCK) - self.corner
-        inside = ((at >= 0) & (at < self.shape)).all(axis=1)
-        rows = np.flatnonzero(inside)
-        at = at[rows].astype(np.int64)
-        block = at[:, 1] * self.shape[0] + at[:, 0]
-        some = self.starts[block + 1] > self.starts[block]
-        return rows[some], block[some]
+        """Rows of the points (n, 2 or more) in a block with anything, and their blocks."""
+        return in_blocks(xy, self.corner, self.shape, self.starts, BLOCK)
 
 
 def window(frame: Frame, blocks: Blocks) -> np.ndarray:
@@ -66,12 +61,13 @@ def mesh_blocks(mesh: FaultMesh, reach: float) -> Blocks:
 def side_at_own_height(mesh: FaultMesh, blocks: Blocks, points: np.ndarray, reach: float):
     """Distance (n,) [cells], at most `reach`, and side (n,): +1 hanging wall, -1, 0 far."""
     far, side = np.full(len(points), reach), np.zeros(len(points))
-    rows, block = blocks.of(points[:, :2])
+    rows, block = blocks.of(points)
     if len(rows):
         corners = mesh.points[mesh.triangles].reshape(-1, 9)
         far[rows], side[rows] = own_height(
-            points[rows], block, corners, mesh.normals[:, :2], blocks.starts, blocks.items, reach
-        )
+            points[rows], block, corners, blocks.boxes, mesh.normals[:, :2], blocks.starts,
+            blocks.items, reach,
+        )  # fmt: skip
     return far, side
 
 
@@ -92,10 +88,10 @@ class NearTrace:
         high = np.maximum.reduceat(np.maximum(pieces[:, :2], pieces[:, 2:]), first)
         blocks = Blocks(low, high, reach)
         node = window(frame, blocks)
-        points = frame.uv_of_node(node) * frame.stretch
+        points = frame.cells_of_node(node)
         rows, block = blocks.of(points)
         far, side, nearest, t = to_line(
-            points[rows], block, pieces, np.hstack([low, high]), blocks.starts, blocks.items, reach
+            points[rows], block, pieces, blocks.boxes, blocks.starts, blocks.items, reach
         )
         near = nearest >= 0
         self.node = node[rows][near]

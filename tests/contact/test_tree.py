@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from geosurf import TriSurface, rebuild_surfaces
 from geosurf.contact.search import find_contacts
-from geosurf.contact.tree import candidate_pairs, tree_of
+from geosurf.contact.tree import candidate_pairs, pairs_of_some, tree_of
 from geosurf.kernels.listed import build_list_tree, survey_list
 from geosurf.kernels.voxels import triangle_boxes
 from geosurf.model import Lattice
@@ -51,6 +52,19 @@ def test_a_surface_with_itself(surfaces):
     found = pairs_of(one, one, same=True)
     assert touching <= found <= near
     assert all(a < b for a, b in found)
+
+
+@settings(max_examples=30, deadline=None)
+@given(soups(most=12), st.integers(0, 2**12 - 1))
+def test_some_triangles_of_a_surface_with_all_of_it(surfaces, bits):
+    one = surfaces[0]
+    some = np.array([bits >> k & 1 == 1 for k in range(one.n_triangle)])
+    touching, near = meeting(one, one, same=True)
+    rows, cost = pairs_of_some(one, tree_of(one), some)
+    found = {tuple(pair) for pair in rows.tolist()}
+    assert cost["pairs"] == len(found) == len(rows)
+    assert {(a, b) for a, b in touching if some[a] or some[b]} <= found <= near
+    assert all(a < b and (some[a] or some[b]) for a, b in found)
 
 
 @settings(max_examples=25, deadline=None)

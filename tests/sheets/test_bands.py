@@ -13,11 +13,15 @@ from hypothesis import strategies as st
 from geosurf import TriSurface
 from geosurf.kernels import envelope, lines, nodes
 from geosurf.kernels.draped import block_bounds
+from geosurf.kernels.sheets import own_height
+from geosurf.kernels.thirds import third_differences
+from geosurf.sheets.canvas import Canvas
 from geosurf.sheets.cutoffs import profile, undirected_chains
 from geosurf.sheets.data import Picks
 from geosurf.sheets.describe import _misfit
 from geosurf.sheets.frame import Frame
-from geosurf.sheets.near import NearTrace
+from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height
+from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.traces import Trace, mesh_in_frame, trace_lines
 
 
@@ -152,7 +156,12 @@ def test_throw_is_read_where_the_nearest_lines_are_met():
 def test_means_without_some_picks_are_means_of_the_others(rows):
     node, z, out = (np.array([r[k] for r in rows]) for k in range(3))
     picks = Picks("Top", frame_of(3, 4), node.astype(np.int64), z.astype(float))
-    heights, lost = picks.means_without(out.astype(bool))
+    canvas = Canvas(picks)
+    canvas.without(~out.astype(bool))  # and what was drawn before is taken back
+    drawn = np.array([0, 3, 7])
+    canvas.changing(drawn)
+    canvas.values[drawn] = 99.5
+    lost, heights = canvas.without(out.astype(bool)), canvas.values
     for n in range(12):
         kept = [v for m, v, gone in rows if m == n and not gone]
         assert np.isnan(heights[n]) if not kept else heights[n] == pytest.approx(np.mean(kept))
@@ -259,3 +268,54 @@ def test_a_trace_passes_where_the_drape_is_and_nowhere_else():
         assert ((line[:, 0] <= 17.0) | (line[:, 0] >= 23.0)).all()
     assert trace_lines(mesh, drape + 100.0, np.ones(2)) == []
     assert trace_lines(mesh, np.full((41, 41), np.nan), np.ones(2)) == []
+
+
+@given(st.lists(st.lists(st.integers(-5, 5), max_size=9), max_size=3), st.sets(st.integers(-5, 5)))
+def test_sets_of_numbers(parts, some):
+    arrays = [np.array(part, dtype=np.int64) for part in parts]
+    every = [number for part in parts for number in part]
+    if arrays:
+        assert distinct(*arrays).tolist() == sorted(set(every))
+    numbers = np.array(every, dtype=np.int64)
+    found = is_among(numbers, np.array(sorted(some), dtype=np.int64))
+    assert found.tolist() == [number in some for number in every]
+
+
+HEIGHT = st.one_of(st.integers(-9, 9).map(float), st.just(np.nan))
+
+
+@given(st.integers(1, 9), st.integers(1, 9), st.integers(1, 2), st.integers(1, 3), st.data())
+def test_third_differences_never_reach_across_a_hole(n_row, n_col, step, every, data):
+    cells = data.draw(st.lists(HEIGHT, min_size=n_row * n_col, max_size=n_row * n_col))
+    grid = np.array(cells).reshape(n_row, n_col)
+    wanted = []
+    for line in (*grid[::every], *grid.T[:: every + 1]):
+        for k in range(len(line) - 3 * step):
+            run = line[k : k + 3 * step + 1]
+            if np.isfinite(run).all():
+                a, b, c, d = run[::step]
+                wanted.append(abs(d - 3 * c + 3 * b - a))
+    assert third_differences(grid, step, every, every + 1).tolist() == wanted
+
+
+def test_distance_at_own_height_is_that_of_all_triangles():
+    """What boxes leave out is never the nearest."""
+    rng = np.random.default_rng(5)
+    s, up = np.meshgrid(np.linspace(0.0, 40.0, 9), np.linspace(-30.0, 30.0, 5))
+    x, y = 20.0 + 0.6 * up + 3.0 * np.sin(s / 5.0), s
+    vertices = np.stack([x, y, up], axis=2).reshape(-1, 3)
+    a = (np.arange(4)[:, None] * 9 + np.arange(8)).ravel()
+    corners = [np.stack([a, a + 1, a + 10], 1), np.stack([a, a + 10, a + 9], 1)]
+    mesh = mesh_in_frame(
+        TriSurface("F", "fault", vertices, np.concatenate(corners)), frame_of(9, 9)
+    )
+    points = rng.uniform([-10, -5, -35], [50, 45, 35], (300, 3))
+    far, side = side_at_own_height(mesh, mesh_blocks(mesh, 4.0), points, 4.0)
+    one, every = np.zeros(300, dtype=np.int64), np.arange(len(mesh.triangles))
+    plain = mesh.points[mesh.triangles].reshape(-1, 9)
+    nowhere = np.tile([-np.inf, -np.inf, np.inf, np.inf], (len(every), 1))
+    starts = np.array([0, len(every)])
+    whole = own_height(points, one, plain, nowhere, mesh.normals[:, :2], starts, every, 4.0)
+    assert (far < 4.0).sum() > 20
+    assert np.array_equal(far, whole[0])
+    assert np.array_equal(side, whole[1])
