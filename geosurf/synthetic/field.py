@@ -1,8 +1,15 @@
-"""A faulted field to look at: domed horizons, three normal faults."""
+"""A faulted field to look at: domed horizons as a gridder leaves them, three normal faults.
+
+Each wall of a fault has a smooth height of its own, and the horizon between its two cut-offs is
+the fault itself: of the heights of footwall, fault and hanging wall, a map shows the middle one.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,31 +22,85 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 _BOX = (0.0, 6000.0, 0.0, 5000.0, -2700.0, -1900.0)
 _DATUM = -2250.0
-# name: centre x, y at the datum; strike, clockwise from north, dip to its right; dip;
-# half length; throw at the centre
-_SMALL_FAULTS = {
-    "F2": (4300.0, 2700.0, 20.0, 65.0, 1300.0, 45.0),
-    "F3": (1150.0, 0.0, 188.0, 62.0, 2300.0, 35.0),
+# height over the sea before faulting, and how much of the relief it has
+_LEVELS = {"Top": (-2150.0, 1.0), "Middle": (-2260.0, 0.95), "Base": (-2390.0, 0.85)}
+_MOST = 150.0  # throw of F1 in its middle [m]
+
+
+@dataclass(frozen=True)
+class _SmallFault:
+    """A plane that dies inside: centre at the datum, strike with the dip to its right."""
+
+    x: float
+    y: float
+    strike: float
+    dip: float
+    half: float
+    throw: float
+
+    def along_across(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates along strike, and across it to the right (down dip)."""
+        a = math.radians(self.strike)
+        dx, dy = x - self.x, y - self.y
+        return dx * math.sin(a) + dy * math.cos(a), dx * math.cos(a) - dy * math.sin(a)
+
+    def elevation(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Of the plane, at places in the map."""
+        return _DATUM - self.along_across(x, y)[1] * math.tan(math.radians(self.dip))
+
+    def moved(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How far the hanging wall has gone down and the footwall up."""
+        s, c = self.along_across(x, y)
+        profile = np.clip(1.0 - (s / self.half) ** 2, 0.0, None) ** 1.5
+        away = np.exp(-((np.maximum(np.abs(c) - 200.0, 0.0) / 700.0) ** 2))
+        half = 0.5 * self.throw * profile * away
+        return half, half
+
+
+class _MainFault:
+    """F1: through the whole field, 63 degrees at the datum, flatter below."""
+
+    def easting(self, y: np.ndarray, z: np.ndarray | float) -> np.ndarray:
+        """Of F1 at a northing and an elevation."""
+        down = _DATUM - z
+        return 2350.0 + 330.0 * np.sin(math.pi * y / 5000.0) + 0.51 * down + 2.5e-4 * down**2
+
+    def elevation(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """The inverse of `easting`; where F1 would turn upright again, its highest point."""
+        past = x - self.easting(y, _DATUM)
+        return _DATUM - (np.sqrt(np.maximum(0.51**2 + 1e-3 * past, 0.0)) - 0.51) / 5e-4
+
+    def moved(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How far the hanging wall has gone down; the footwall stays."""
+        past = np.maximum(x - self.easting(y, _DATUM) - 300.0, 0.0)
+        along = 0.75 + 0.25 * np.sin(math.pi * y / 5000.0)
+        return _MOST * along * np.exp(-((past / 4500.0) ** 2)), np.zeros_like(past)
+
+
+_FAULTS: dict[str, _SmallFault | _MainFault] = {
+    "F2": _SmallFault(4300.0, 2700.0, 20.0, 65.0, 1300.0, 110.0),
+    "F3": _SmallFault(1150.0, 0.0, 188.0, 62.0, 2300.0, 90.0),
+    "F1": _MainFault(),  # the youngest comes last
 }
 
 
 def faulted_reservoir(
-    n: int = 121, *, throw: float = 60.0, drag: float = 70.0, offset: Offset = (0.0, 0.0, 0.0)
+    n: int = 121, *, throw: float = _MOST, smear: int = 1, offset: Offset = (0.0, 0.0, 0.0)
 ) -> World:
     """A faulted field: three domed horizons, one fault right across, two that die inside.
 
     F1 crosses the model with a curved trace and flattens with depth. F2 lies
-    inside the model. F3 enters from the south and dies inside. The horizons are lowered on
-    the hanging walls, smoothly over the width `drag`, as gridding smears them.
+    inside the model. F3 enters from the south and dies inside. Horizons are grids as they are
+    picked: dragged over the faults, one value per node, for `tear_horizon` to mend.
 
     Parameters
     ----------
     n : int
         Nodes per side of each horizon.
     throw : float
-        Throw of F1 in the middle of the model [m], 0 to 60; F2 and F3 have less, in proportion.
-    drag : float
-        Half width over which a horizon bends at a fault [m]; 0: a step between two nodes.
+        Throw of F1 in the middle of the model [m], 0 to 200; F2 and F3 have less, in proportion.
+    smear : int
+        A node is the mean of all that are at most this many nodes away on either axis; 0: none.
     offset : (float, float, float)
         Added to all coordinates [m].
 
@@ -47,12 +108,13 @@ def faulted_reservoir(
     -------
     World
         Horizons ``Top``, ``Middle``, ``Base``; faults ``F1``, ``F2``, ``F3``. `truth` has
-        ``"box_volume"`` and ``"splits"``: whether a fault divides the model by itself.
+        ``"box_volume"``; ``"splits"``: whether a fault divides the model by itself; and
+        ``"wall_at"``: elevation of a wall of F1, before smearing, at places in the map.
 
     Raises
     ------
     InputError
-        If the throw is out of range or the drag negative.
+        If throw or smear are out of range.
 
     Examples
     --------
@@ -60,36 +122,68 @@ def faulted_reservoir(
     >>> list(world.faults), world.truth["splits"]["F2"]
     (['F1', 'F2', 'F3'], False)
     """
-    if not 0 <= throw <= 60:
-        raise InputError(f"throw is {throw} m, expected 0 to 60, so that horizons keep order.")
-    if drag < 0:
-        raise InputError(f"drag is {drag} m, expected 0 or more.")
-    levels = {"Top": (-2150.0, 1.0), "Middle": (-2260.0, 0.95), "Base": (-2390.0, 0.85)}
+    if not 0 <= throw <= 200:
+        raise InputError(f"throw is {throw} m, expected 0 to 200.")
+    if not 0 <= smear <= 5 or smear != int(smear):
+        raise InputError(f"smear is {smear}, expected a whole number of nodes, 0 to 5.")
+    share = throw / _MOST
     horizons = {
-        key: make_horizon(
-            key,
-            _BOX,
-            n,
-            lambda x, y, z=z, part=part: z + part * _relief(x, y) - _lowering(x, y, z, throw, drag),
-            offset,
-        )
-        for key, (z, part) in levels.items()
+        name: make_horizon(name, _BOX, n, _smeared(name, share, int(smear), n), offset)
+        for name in _LEVELS
     }
-    faults = {"F1": _main_fault(max(n // 3, 9), offset)}
-    for key in _SMALL_FAULTS:
-        faults[key] = _small_fault(key, max(n // 5, 7), offset)
     w, e, s, north, b, t = _BOX
     truth = {
         "box_volume": (e - w) * (north - s) * (t - b),
         "splits": {"F1": True, "F2": False, "F3": False},
+        "wall_at": {
+            (name, f"F1{sign}"): partial(_wall, name, share, sign, offset)
+            for name in _LEVELS
+            for sign in "+-"
+        },
     }
     formula = (
         "Three horizons: a broad dome, a smaller one and a gentle tilt, lowered on the hanging "
-        "walls of F1 (throughgoing, dipping east), F2 (inside) and F3 (from the south), each "
-        f"smeared over {drag:g} m. Made to look at; only what `truth` says is known."
+        "walls of F1 (throughgoing, dipping east), F2 (inside) and F3 (from the south). Grids as "
+        "they are picked: between the cut-offs they lie on the fault, and each node is the mean of "
+        f"all within {smear:g}. Made to look at; only what `truth` says is known."
     )
     box = shifted(_BOX, offset)
-    return World("faulted_reservoir", horizons, faults, box, truth, formula)
+    return World("faulted_reservoir", horizons, _faults(n, offset), box, truth, formula)
+
+
+def _smeared(name: str, share: float, smear: int, n: int) -> Callable[..., np.ndarray]:
+    """Heights of a horizon, as the means of its neighbours."""
+    dx, dy = (_BOX[1] - _BOX[0]) / max(n - 1, 1), (_BOX[3] - _BOX[2]) / max(n - 1, 1)
+    steps = range(-smear, smear + 1)
+
+    def height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """The mean; neighbours outside of the box count, too."""
+        around = [_picked(name, share, x + i * dx, y + j * dy) for i in steps for j in steps]
+        return np.mean(around, axis=0)
+
+    return height
+
+
+def _picked(
+    name: str, share: float, x: np.ndarray, y: np.ndarray, faults: tuple[str, ...] = tuple(_FAULTS)
+) -> np.ndarray:
+    """Height of a horizon at places in the map: of both walls and the fault, the middle one."""
+    level, part = _LEVELS[name]
+    z = level + part * _relief(x, y)
+    for fault in (_FAULTS[key] for key in faults):
+        down, up = fault.moved(x, y)
+        z = np.clip(fault.elevation(x, y), z - share * down, z + share * up)
+    return z
+
+
+def _wall(
+    name: str, share: float, sign: str, offset: Offset, easting: np.ndarray, northing: np.ndarray
+) -> np.ndarray:
+    """Elevation of a horizon on one wall of F1, as if that wall went on for ever."""
+    x, y = np.asarray(easting) - offset[0], np.asarray(northing) - offset[1]
+    down, _ = _FAULTS["F1"].moved(x, y)
+    drop = share * down if sign == "+" else 0.0
+    return _picked(name, share, x, y, ("F2", "F3")) - drop + offset[2]
 
 
 def _relief(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -101,53 +195,24 @@ def _relief(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return dome + shoulder + tilt + ripple
 
 
-def _main_trace(y: np.ndarray, z: np.ndarray | float) -> np.ndarray:
-    """Easting of F1 at northing and elevation: 63 degrees at the datum, flatter below."""
-    depth = _DATUM - z
-    return 2350.0 + 330.0 * np.sin(math.pi * y / 5000.0) + 0.51 * depth + 2.5e-4 * depth**2
+def _faults(n: int, offset: Offset) -> dict[str, xarray.Dataset]:
+    """F1, past the box on all sides, and those that die inside."""
+    y = np.linspace(_BOX[2] - 150.0, _BOX[3] + 150.0, max(n // 3, 9))[None, :]
+    z = np.linspace(_BOX[5] + 60.0, _BOX[4] - 60.0, max(n // 6, 5))[:, None]
+    found = {"F1": make_fault("F1", _MainFault().easting(y, z), y, z, offset)}
+    for key, fault in _FAULTS.items():
+        if isinstance(fault, _SmallFault):
+            found[key] = _small_fault(key, fault, max(n // 5, 7), offset)
+    return found
 
 
-def _lowering(x: np.ndarray, y: np.ndarray, z: float, throw: float, drag: float) -> np.ndarray:
-    """How far faults have lowered a horizon near elevation `z` [m]."""
-    past = x - _main_trace(y, z)
-    along = 0.75 + 0.25 * np.sin(math.pi * y / 5000.0)
-    total = throw * along * _step(past, drag) * np.exp(-((np.maximum(past, 0) / 4500.0) ** 2))
-    for cx, cy, strike, dip, half, most in _SMALL_FAULTS.values():
-        s, c = _along_across(x - cx, y - cy, strike)
-        c = c - (_DATUM - z) / math.tan(math.radians(dip))
-        profile = np.clip(1.0 - (s / half) ** 2, 0.0, None) ** 1.5
-        side = _step(c, drag) - 0.5
-        total = total + most * throw / 60.0 * profile * side * np.exp(-((c / 800.0) ** 2))
-    return total
-
-
-def _step(distance: np.ndarray, drag: float) -> np.ndarray:
-    """0 in the footwall, 1 in the hanging wall."""
-    if drag == 0:
-        return np.where(distance > 0, 1.0, 0.0)
-    return 0.5 * (1.0 + np.tanh(distance / drag))
-
-
-def _along_across(dx: np.ndarray, dy: np.ndarray, strike: float) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates along strike, and across it to the right (down dip)."""
-    a = math.radians(strike)
-    return dx * math.sin(a) + dy * math.cos(a), dx * math.cos(a) - dy * math.sin(a)
-
-
-def _main_fault(n: int, offset: Offset) -> xarray.Dataset:
-    """F1, past the box on all sides."""
-    y = np.linspace(_BOX[2] - 150.0, _BOX[3] + 150.0, n)[None, :]
-    z = np.linspace(_BOX[5] + 60.0, _BOX[4] - 60.0, max(n // 2, 5))[:, None]
-    return make_fault("F1", _main_trace(y, z), y, z, offset)
-
-
-def _small_fault(key: str, n: int, offset: Offset) -> xarray.Dataset:
-    """A plane that dies out: less high towards its tips."""
-    cx, cy, strike, dip, half, _ = _SMALL_FAULTS[key]
-    s = np.linspace(-half, half, n)[None, :]
-    z = _DATUM + (1.0 - 0.6 * (s / half) ** 2) * np.linspace(330.0, -330.0, max(n // 2, 5))[:, None]
-    c = (_DATUM - z) / math.tan(math.radians(dip))
-    a = math.radians(strike)
-    x = cx + s * math.sin(a) + c * math.cos(a)
-    y = cy + s * math.cos(a) - c * math.sin(a)
+def _small_fault(key: str, fault: _SmallFault, n: int, offset: Offset) -> xarray.Dataset:
+    """A plane that dies out: less high towards its tips, taller than what it cuts."""
+    s = np.linspace(-fault.half, fault.half, n)[None, :]
+    tall = 1.0 - 0.25 * (s / fault.half) ** 2
+    z = _DATUM + tall * np.linspace(400.0, -400.0, max(n // 2, 5))[:, None]
+    c = (_DATUM - z) / math.tan(math.radians(fault.dip))
+    a = math.radians(fault.strike)
+    x = fault.x + s * math.sin(a) + c * math.cos(a)
+    y = fault.y + s * math.cos(a) - c * math.sin(a)
     return make_fault(key, x, y, z, offset)
