@@ -165,6 +165,7 @@ def report_command(options: argparse.Namespace) -> int:
 
 def curves_command(options: argparse.Namespace) -> int:
     """Find the curves of two surface files."""
+    from geosurf.conventions import counted
     from geosurf.intersect import intersect_surfaces
     from geosurf.write import write
 
@@ -175,7 +176,7 @@ def curves_command(options: argparse.Namespace) -> int:
     curves = intersect_surfaces(surfaces)
     closed = int(curves.closed.sum())
     for path in write(curves, options.out):
-        print(f"{path}: {curves.n_curve} curves, {closed} closed, {curves.length:.3f} m")
+        print(f"{path}: {counted(curves.n_curve, 'curve')}, {closed} closed, {curves.length:.3f} m")
     return 0
 
 

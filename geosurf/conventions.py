@@ -278,6 +278,18 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     return f" Did you mean {close[0]!r}?" if close else ""
 
 
+def counted(n: int, word: str) -> str:
+    """Return how many there are, with the word in the plural where it should be.
+
+    Examples
+    --------
+    >>> counted(1, "curve"), counted(0, "fault"), counted(2, "patch")
+    ('1 curve', '0 faults', '2 patches')
+    """
+    ending = "" if n == 1 else "es" if word.endswith("ch") else "s"
+    return f"{n} {word}{ending}"
+
+
 def is_number(value: Any) -> bool:
     """Return whether a value is one finite real number (no truth value, no text).
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.contact import find_contacts, search_voxels
-from geosurf.conventions import is_number
+from geosurf.conventions import counted, is_number
 from geosurf.errors import InputError
 from geosurf.inputs import boxes_meet
 from geosurf.intersect import curves_of, intersect_surfaces, merge_curves
@@ -115,7 +115,9 @@ class Joined(Measured):
 
         keys = (self._memory.key_of(s) for s in pair)
         key = ("curves", *keys, origin.tobytes(), self._voxel_size, self._tolerance)
-        return self._memory.remembered("curves", subject, key, run, lambda c: f"{c.n_curve} curves")
+        return self._memory.remembered(
+            "curves", subject, key, run, lambda c: counted(c.n_curve, "curve")
+        )
 
     def search(self, first: str, second: str) -> VoxelSearch | None:
         """Return what the voxel search found for two surfaces, for `render_search`."""

@@ -11,7 +11,7 @@ import numpy as np
 from geosurf.carve import carve_units
 from geosurf.carve.certificate import certify, same_bytes
 from geosurf.contact import find_contacts
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import InputError
 from geosurf.inputs import (
     as_mapping,
@@ -317,7 +317,7 @@ class Scene(Joined):
         key = ("patches", *(self._memory.key_of(s) for s in surfaces), shape)
         subject = f"{len(surfaces)} surfaces and the {'box' if ring is None else 'area'}"
         return self._memory.remembered(
-            "rebuild", subject, key, self._rebuild, lambda p: f"{p.n_patch} patches"
+            "rebuild", subject, key, self._rebuild, lambda p: counted(p.n_patch, "patch")
         )
 
     def _rebuild(self) -> Patches:
@@ -334,7 +334,7 @@ class Scene(Joined):
         subject = "the box" if self.aoi is None else "the area"
         return self._memory.remembered(
             "carve", subject, key, lambda: carve_units(patches, self.column, contacts),
-            lambda u: f"{len(u)} units",
+            lambda u: counted(len(u), "unit"),
         )  # fmt: skip
 
     @property

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import counted
 from geosurf.model import Curves, Lattice, Patches, TriSurface, Unit, Units
 from geosurf.render import palette
 from geosurf.render.clip import Prism
@@ -214,8 +215,7 @@ def show_curves(
     layer, lengths = _curve_layer(curves, rows, within, colour=colour, width=width)
     if not len(lengths):
         return Content()
-    plural = "s" if len(lengths) > 1 else ""
-    detail = f"{len(lengths)} curve{plural}, {length_text(float(np.sum(lengths)))}"
+    detail = f"{counted(len(lengths), 'curve')}, {length_text(float(np.sum(lengths)))}"
     return Content((layer,), (Entry("Intersections", colour, detail, "line"),))
 
 
@@ -321,8 +321,7 @@ def show_patches(patches: Patches) -> Content:
             )
             for k, row in enumerate(rows)
         )
-        plural = "es" if len(rows) != 1 else ""
-        entry = Entry(source.name, colour, f"{len(rows)} patch{plural}", opacity=opacity)
+        entry = Entry(source.name, colour, counted(len(rows), "patch"), opacity=opacity)
         content += Content(layers, (entry,))
     if len(patches.curve_edges):
         edges = patches.curve_edges

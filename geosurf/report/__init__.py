@@ -12,6 +12,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from geosurf.conventions import counted
 from geosurf.errors import OutputError
 from geosurf.model import Certificate
 from geosurf.report import page, tables
@@ -110,8 +111,8 @@ def build_page(
     """Return the whole page as text."""
     surfaces, units, curves = tuple(scene.surfaces), scene.units, scene.curves
     facts = (
-        f"{len(surfaces)} surfaces meet along {curves.n_curve} curves "
-        f"({tables.number(curves.length, 1)} m) and bound {len(units)} units."
+        f"{counted(len(surfaces), 'surface')} meet along {counted(curves.n_curve, 'curve')} "
+        f"({tables.number(curves.length, 1)} m) and bound {counted(len(units), 'unit')}."
     )
     west, east, south, north, bottom, top = map(_metres, scene.box)
     box = (

@@ -61,7 +61,7 @@ class Teller:
         now = time.perf_counter()
         seconds, self._clock = now - self._clock if seconds is None else seconds, now
         if self._progress is not None:
-            self._progress(f"{stage:<12}{what:<32}{outcome:<22}{seconds:7.1f} s")
+            self._progress(f"{stage:<11} {what:<38} {outcome:<20}{seconds:7.1f} s")
 
     def steps(self, scene: Scene) -> None:
         """Tell what a scene has run since the last time."""
@@ -224,9 +224,7 @@ def compute(scenario: Scenario, teller: Teller, out: Path | None = None) -> Scen
 
     What cannot be built is drawn into the folder `out`, if it is given.
     """
-    scene = build_scene(scenario)
-    n_horizon, n_fault = len(scene.horizon_names), len(scene.fault_names)
-    teller.say("read", f"{n_horizon} horizons, {n_fault} faults")
+    scene = build_scene(scenario, teller.say)
     for name in (*scene.horizon_names, *scene.fault_names):
         scene.surface(name)
         teller.steps(scene)

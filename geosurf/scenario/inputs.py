@@ -7,15 +7,15 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import read_truncations
 from geosurf.read import read_fault, read_horizon
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.sealed import scene_of_sealed
+from geosurf.scenario.torn import Told, check_sheets, torn_horizons
 from geosurf.scenario.values import Place, read_table
 from geosurf.scene import Scene
-from geosurf.sheets import EllipticThrow, throw_horizon
 from geosurf.triangulate.contacts import ELSEWHERE
 
 
@@ -93,7 +93,7 @@ def _check_names(scenario: Scenario) -> None:
         read_truncations(truncations_of(scenario), [entry.name for entry in scenario.faults])
     except InputError as error:
         place.refuse(str(error))
-    _check_throws(scenario, place)
+    check_sheets(scenario, place)
     for name in scenario.output.search or ():
         if name not in seen:
             known = ", ".join(repr(word) for word in seen)
@@ -105,37 +105,12 @@ def _check_names(scenario: Scenario) -> None:
 
 def _check_model(scenario: Scenario, place: Place) -> None:
     """A sealed model comes alone: it has its surfaces, its box, and its faults as they are."""
-    for word in ("horizons", "faults", "truncations", "throws", "box"):
+    for word in ("horizons", "faults", "truncations", "tear", "throws", "box"):
         if getattr(scenario, word):
             place.refuse(
                 f"there is a [model] and {word}, too; a sealed model has its own. Leave one out."
             )
     _check_places(scenario, place)
-
-
-def _check_throws(scenario: Scenario, place: Place) -> None:
-    """Each throw is given in one way, for a fault and horizons that there are, once."""
-    known = {
-        "fault": [entry.name for entry in scenario.faults],
-        "horizon": [entry.name for entry in scenario.horizons],
-    }
-    given = set()
-    for entry in scenario.throws:
-        label = f"throws of {entry.fault!r}"
-        for kind, names in (("fault", (entry.fault,)), ("horizon", entry.horizons)):
-            for name in names:
-                if name not in known[kind]:
-                    guess = did_you_mean(name, known[kind])
-                    place.refuse(f"{label}: {name!r} is no {kind}; name one of those.{guess}")
-        ways = (entry.throw_m, entry.profile_m, entry.elliptic_m)
-        if sum(way is not None for way in ways) != 1:
-            place.refuse(f"{label}: give one of throw_m, profile_m and elliptic_m.")
-        if entry.elliptic_m is None and (entry.half_length_m or entry.half_height_m):
-            place.refuse(f"{label}: half_length_m and half_height_m go with elliptic_m.")
-        for name in entry.horizons or known["horizon"]:
-            if (entry.fault, name) in given:
-                place.refuse(f"{label} are given twice for horizon {name!r}; delete one.")
-            given.add((entry.fault, name))
 
 
 def truncations_of(scenario: Scenario) -> dict[str, tuple[tuple[str, str, bool], ...]]:
@@ -176,8 +151,11 @@ def _contacts(scenario: Scenario) -> dict[str, dict[str, Any]]:
     return found
 
 
-def build_scene(scenario: Scenario) -> Scene:
-    """Read the surfaces of a scenario; see `Scenario.scene`."""
+def build_scene(scenario: Scenario, told: Told = lambda *_: None) -> Scene:
+    """Read the surfaces of a scenario, and tear what is to be torn; see `Scenario.scene`.
+
+    `told` is called after each step: stage, what, outcome.
+    """
     aoi = None if scenario.aoi is None else scenario.aoi.file or scenario.aoi.corners_m
     shared = {
         "contacts": _contacts(scenario),
@@ -186,7 +164,9 @@ def build_scene(scenario: Scenario) -> Scene:
         "tolerance": scenario.tolerance_m,
     }
     if scenario.model is not None:
-        return scene_of_sealed(scenario, scenario.model, **shared)
+        scene = scene_of_sealed(scenario, scenario.model, **shared)
+        told("read", _numbers(scene), "")
+        return scene
     horizons = {
         entry.name: read_horizon(
             entry.file,
@@ -213,24 +193,11 @@ def build_scene(scenario: Scenario) -> Scene:
         truncations=truncations_of(scenario),
         **shared,
     )
-    return _thrown(scenario, scene, horizons)
+    told("read", _numbers(scene), "")
+    return torn_horizons(scenario, scene, horizons, told)
 
 
-def _thrown(scenario: Scenario, scene: Scene, horizons: dict[str, Any]) -> Scene:
-    """The scene with horizons torn by throw, where any is given."""
-    sheets = {}
-    for name, horizon in horizons.items():
-        mine = [t for t in scenario.throws if name in t.horizons or not t.horizons]
-        if not mine:
-            continue
-        throw = {}
-        for entry in mine:
-            throw[entry.fault] = entry.throw_m if entry.profile_m is None else entry.profile_m
-            if entry.elliptic_m is not None:
-                throw[entry.fault] = EllipticThrow(
-                    entry.elliptic_m, entry.half_length_m, entry.half_height_m
-                )
-        faults = [scene.surface(entry.fault) for entry in mine]
-        reach = {entry.fault: entry.reach_m for entry in mine if entry.reach_m is not None}
-        sheets[name] = throw_horizon(horizon, faults, throw, name=name, reach=reach)
-    return scene.replace(horizons=sheets) if sheets else scene
+def _numbers(scene: Scene) -> str:
+    """How many surfaces there are, in words."""
+    horizons, faults = len(scene.horizon_names), len(scene.fault_names)
+    return f"{counted(horizons, 'horizon')}, {counted(faults, 'fault')}"

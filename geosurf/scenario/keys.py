@@ -131,6 +131,33 @@ class TruncationInput:
 
 
 @dataclass(frozen=True, kw_only=True)
+class TearSettings:
+    """``[tear]``: horizons that were picked or gridded across their faults, torn there; the report
+    says how. Leave the table out for horizons as they are. See [sheets.md](sheets.md).
+    """
+
+    horizons: tuple[str, ...] = key("Which ones. Left empty: all.", values.names, default=())
+    trim_cells: float = key(
+        "Data nearer to a fault than this are not believed: one and a half times as far as they "
+        "are smeared, at least.",
+        values.above_zero,
+        unit="cells of the grid",
+        default=2.0,
+    )
+    noise_m: float | None = key(
+        "Standard deviation of the noise; 0 to meet all other data. Left out: estimated.",
+        values.not_negative,
+        unit="m",
+        default=None,
+    )
+    carry: bool = key(
+        "Whether blocks without data are carried on from a neighbour, and listed.",
+        values.switch,
+        default=False,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class ThrowInput:
     """One ``[[throws]]``: throw of a fault, for horizons that are still continuous. The youngest
     fault comes first. Give one of `throw_m`, `profile_m`, `elliptic_m`; see [sheets.md](sheets.md).
@@ -304,6 +331,7 @@ class Scenario:
     faults : tuple of FaultInput
     model : ModelInput or None
     truncations : tuple of TruncationInput
+    tear : TearSettings or None
     throws : tuple of ThrowInput
         Youngest fault first.
     contacts : tuple of ContactInput
@@ -332,6 +360,9 @@ class Scenario:
     )
     truncations: tuple[TruncationInput, ...] = key(
         "Faults that end at others.", values.tables(TruncationInput), default=()
+    )
+    tear: TearSettings | None = key(
+        "Horizons torn as they were picked.", values.table(TearSettings), default=None
     )
     throws: tuple[ThrowInput, ...] = key(
         "Throw of faults, youngest first.", values.tables(ThrowInput), default=()
@@ -380,6 +411,7 @@ __all__ = [
     "OutputSettings",
     "Scenario",
     "SearchSettings",
+    "TearSettings",
     "ThrowInput",
     "TruncationInput",
 ]

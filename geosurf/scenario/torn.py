@@ -1,0 +1,124 @@
+"""Horizons of a scenario that are torn at its faults: as they were picked, or by throw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from geosurf.conventions import did_you_mean
+from geosurf.model import Sheet
+from geosurf.scenario.keys import Scenario, ThrowInput
+from geosurf.scenario.values import Place
+from geosurf.scene import Scene
+from geosurf.sheets import EllipticThrow, tear_horizon, throw_horizon
+
+Told = Callable[[str, str, str], object]
+
+
+def check_sheets(scenario: Scenario, place: Place) -> None:
+    """Say what of ``[tear]`` and ``[[throws]]`` makes no sense, before anything is read."""
+    known = {
+        "fault": [entry.name for entry in scenario.faults],
+        "horizon": [entry.name for entry in scenario.horizons],
+    }
+    _check_throws(scenario, known, place)
+    if scenario.tear is None:
+        return
+    if not known["fault"]:
+        place.refuse("there is a table [tear], and no fault to tear horizons at. Leave it out.")
+    for name in scenario.tear.horizons:
+        if name not in known["horizon"]:
+            guess = did_you_mean(name, known["horizon"])
+            place.refuse(f"tear.horizons: {name!r} is no horizon; name one of those.{guess}")
+    for entry in scenario.throws:
+        for name in entry.horizons or known["horizon"]:
+            if _is_torn(scenario, name):
+                place.refuse(
+                    f"horizon {name!r} is torn as it was picked, by [tear], and by the throw of "
+                    f"{entry.fault!r}, too. Give one of them: horizons = [...] names which."
+                )
+
+
+def _check_throws(scenario: Scenario, known: Mapping[str, list[str]], place: Place) -> None:
+    """Each throw is given in one way, for a fault and horizons that there are, once."""
+    given = set()
+    for entry in scenario.throws:
+        label = f"throws of {entry.fault!r}"
+        for kind, names in (("fault", (entry.fault,)), ("horizon", entry.horizons)):
+            for name in names:
+                if name not in known[kind]:
+                    guess = did_you_mean(name, known[kind])
+                    place.refuse(f"{label}: {name!r} is no {kind}; name one of those.{guess}")
+        ways = (entry.throw_m, entry.profile_m, entry.elliptic_m)
+        if sum(way is not None for way in ways) != 1:
+            place.refuse(f"{label}: give one of throw_m, profile_m and elliptic_m.")
+        if entry.elliptic_m is None and (entry.half_length_m or entry.half_height_m):
+            place.refuse(f"{label}: half_length_m and half_height_m go with elliptic_m.")
+        for name in entry.horizons or known["horizon"]:
+            if (entry.fault, name) in given:
+                place.refuse(f"{label} are given twice for horizon {name!r}; delete one.")
+            given.add((entry.fault, name))
+
+
+def torn_horizons(
+    scenario: Scenario, scene: Scene, horizons: Mapping[str, Any], told: Told
+) -> Scene:
+    """
+    Return the scene with horizons torn at its faults, as these are after extension and truncation.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    scene : Scene
+        With horizons that are not torn.
+    horizons : mapping of str to xarray.DataArray
+    told : callable
+        Is called after each sheet: stage, horizon, outcome.
+
+    Returns
+    -------
+    Scene
+        The same one where nothing is to be torn.
+    """
+    sheets: dict[str, Sheet] = {}
+    for name, horizon in horizons.items():
+        throws = [t for t in scenario.throws if name in t.horizons or not t.horizons]
+        if _is_torn(scenario, name):
+            sheets[name] = _as_picked(scenario, scene, name, horizon)
+        elif throws:
+            sheets[name] = _by_throw(scene, throws, name, horizon)
+        else:
+            continue
+        told("tear", name, f"at {', '.join(sheets[name].cuts)}")
+    return scene.replace(horizons=sheets) if sheets else scene
+
+
+def _is_torn(scenario: Scenario, name: str) -> bool:
+    """Whether a horizon is torn as it was picked."""
+    tear = scenario.tear
+    return tear is not None and (not tear.horizons or name in tear.horizons)
+
+
+def _as_picked(scenario: Scenario, scene: Scene, name: str, horizon: Any) -> Sheet:
+    """A sheet from data that smear the horizon over its faults."""
+    tear = scenario.tear
+    faults = [scene.surface(fault) for fault in scene.fault_names]
+    words = {"trim": tear.trim_cells, "noise": tear.noise_m, "carry": tear.carry}
+    return tear_horizon(horizon, faults, name=name, **words)
+
+
+def _by_throw(scene: Scene, throws: list[ThrowInput], name: str, horizon: Any) -> Sheet:
+    """A sheet from a continuous horizon and the throws that move it."""
+    throw: dict[str, Any] = {}
+    for entry in throws:
+        throw[entry.fault] = entry.throw_m if entry.profile_m is None else entry.profile_m
+        if entry.elliptic_m is not None:
+            throw[entry.fault] = EllipticThrow(
+                entry.elliptic_m, entry.half_length_m, entry.half_height_m
+            )
+    faults = [scene.surface(entry.fault) for entry in throws]
+    reach = {entry.fault: entry.reach_m for entry in throws if entry.reach_m is not None}
+    return throw_horizon(horizon, faults, throw, name=name, reach=reach)
+
+
+__all__ = ["Told", "check_sheets", "torn_horizons"]
