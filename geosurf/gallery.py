@@ -25,6 +25,7 @@ from geosurf.render import (
     render_thickness,
     render_units,
 )
+from geosurf.render.clip import as_modelled
 
 CELLS = 200  # of a thickness map, along the longer side of the box
 
@@ -118,7 +119,7 @@ def _map(scene: Any, name: str, size: tuple[int, int], clip: bool) -> Picture:
         west, east, south, north = scene.box[:4]
         ring = np.array([(west, south), (east, south), (east, north), (west, north)])
         outline = ring if scene.aoi is None else scene.aoi
-        surface, curves = scene.surface(name), scene.curves
+        surface, curves = as_modelled(scene, scene.surface(name)), scene.curves
         render_map(surface, curves, path=path, size=size, outline=outline if clip else None)
 
     row = scene.horizon_names.index(name)

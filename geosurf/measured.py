@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.memory import Memory, fingerprint
-from geosurf.model import Curves, Patches, Units
+from geosurf.model import Curves, Patches, Sheet, Units
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -25,6 +25,11 @@ class Measured:
     patches: Patches
     units: Units
     curves_between: Callable[[str, str], Curves | None]
+
+    @property
+    def sheets(self) -> dict[str, Sheet]:
+        """Horizons that are torn at their faults, by name, each with its cut-offs and report."""
+        return {name: one for name, one in self._horizons.items() if isinstance(one, Sheet)}
 
     @property
     def faults_inside(self) -> tuple[str, ...]:

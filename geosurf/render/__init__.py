@@ -31,7 +31,7 @@ from geosurf.errors import InputError
 from geosurf.model import Curves, TriSurface, Units, VoxelSearch
 from geosurf.render.allan import render_allan
 from geosurf.render.backend import doctor
-from geosurf.render.clip import Prism
+from geosurf.render.clip import Prism, as_modelled
 from geosurf.render.compose import draw_picture, save_png
 from geosurf.render.isochores import render_thickness
 from geosurf.render.layers import (
@@ -138,7 +138,8 @@ def render_scene(
     outline = getattr(scene, "aoi", None) if clip and box is not None else None
     within = Prism(box, outline) if clip and box is not None else None
     if roles:
-        content += show_surfaces((s for s in scene.surfaces if s.role in roles), within)
+        shown = (as_modelled(scene, s) for s in scene.surfaces if s.role in roles)
+        content += show_surfaces(shown, within)
     if "patches" in show:
         content += show_patches(scene.patches)
     if "units" in show:

@@ -9,8 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+
+from geosurf.model import TriSurface
+
+
+def as_modelled(scene: Any, surface: TriSurface) -> TriSurface:
+    """Return a surface as a model has it: a torn horizon ends on its faults, not beyond them."""
+    return scene.patches.surface(surface.name) if "ghost" in surface.vertex_data else surface
 
 
 class Prism:

@@ -1,7 +1,9 @@
 """Thickness of a zone in map view: colours, contours block by block, fault polygons.
 
 Thickness jumps across faults, so contours are drawn inside each region where the same blocks
-lie, and never from one to the next.
+lie, and never from one to the next. Where a fault cuts through the zone itself, from its polygon at
+the top to that at the base, thickness falls off within a few cells: colours show it, and neither
+contours nor the range of colours follow it.
 """
 
 from __future__ import annotations
@@ -87,11 +89,13 @@ def render_thickness(
     sheet = furniture.Sheet(layout)
     total = np.where(np.isfinite(values).any(axis=0), np.nansum(values, axis=0), np.nan)
     total = np.round(total, 6)  # rounding of the last bits has no contours
-    levels = contour_levels(float(np.nanmin(total)), float(np.nanmax(total)), N_CONTOUR)
+    cut = _cut_by_faults(x, y, polygons or {})
+    whole = np.where(cut, np.nan, total) if np.isfinite(total[~cut]).any() else total
+    levels = contour_levels(float(np.nanmin(whole)), float(np.nanmax(whole)), N_CONTOUR)
     extent = (*_cell_ends(x), *_cell_ends(y))
     axes, metres_per_pixel = map_axes(sheet, extent)
     _colour(axes, x - extent[0], y - extent[2], total, levels)
-    _contour(sheet, axes, (x - extent[0], y - extent[2]), (total, values), levels)
+    _contour(sheet, axes, (x - extent[0], y - extent[2]), (whole, values), levels)
     for rings, dashes in zip((polygons or {}).values(), DASHES, strict=False):
         _outline(sheet, axes, rings, dashes, (extent[0], extent[2]), metres_per_pixel)
     kind, zone = str(thickness.attrs.get("kind", "thickness")), thickness.attrs.get("zone", "")
@@ -128,6 +132,45 @@ def _checked(thickness: xarray.DataArray) -> tuple[np.ndarray, np.ndarray, np.nd
     if x.ndim == 1:
         x, y = np.meshgrid(x, y)
     return values, x, y
+
+
+def _cut_by_faults(x: np.ndarray, y: np.ndarray, polygons: Mapping[str, xarray.Dataset]):
+    """Which nodes (n, m) lie in a fault polygon, or between those of one fault at two horizons."""
+    from matplotlib.path import Path as Outline
+    from scipy.spatial import cKDTree
+
+    nodes = np.column_stack([x.ravel(), y.ravel()])
+    cell = float(np.hypot(np.diff(x[:2, 0]), np.diff(y[:2, 0])).item())
+    cut = np.zeros(len(nodes), dtype=bool)
+    rings: dict[str, list[np.ndarray]] = {}
+    for found in polygons.values():
+        mine: dict[str, list[np.ndarray]] = {}
+        for fault, ring in _rings_of(found):
+            cut |= Outline(ring).contains_points(nodes)
+            mine.setdefault(fault, []).append(_dense(ring, 0.5 * cell))
+        for fault, parts in mine.items():
+            rings.setdefault(fault, []).append(np.concatenate(parts))
+    for lines in rings.values():
+        trees = [cKDTree(line) for line in (lines[0], lines[-1])]
+        far, nearest = trees[0].query(nodes)
+        across = trees[1].query(lines[0])[0][nearest]  # from polygon to polygon, there
+        cut |= far + trees[1].query(nodes)[0] <= across + 2.0 * cell
+    return cut.reshape(x.shape)
+
+
+def _rings_of(rings: xarray.Dataset) -> list[tuple[str, np.ndarray]]:
+    """Fault polygons, closed (n, 2), each with the name of its fault."""
+    points = np.stack([rings.easting.values, rings.northing.values], axis=1)
+    ends = np.cumsum(rings["count"].values)
+    columns = zip(rings.fault.values, ends, rings["count"].values, strict=True)
+    return [(str(fault), points[[*range(end - n, end), end - n]]) for fault, end, n in columns]
+
+
+def _dense(line: np.ndarray, step: float) -> np.ndarray:
+    """Points (n, 2) along a line, at most `step` apart."""
+    length = np.append(0.0, np.hypot(*np.diff(line, axis=0).T).cumsum())
+    at = np.linspace(0.0, length[-1], int(length[-1] / step) + 2)
+    return np.column_stack([np.interp(at, length, axis) for axis in line.T])
 
 
 def _cell_ends(axis: np.ndarray) -> tuple[float, float]:
@@ -176,18 +219,15 @@ def _contour(sheet, axes, place, heights, levels) -> None:
 
 def _outline(sheet, axes, rings: xarray.Dataset, dashes, corner, metres: float) -> None:
     """Fault polygons of one horizon; each fault is named once, where its longest ring is."""
-    points = np.stack([rings.easting.values, rings.northing.values], axis=1) - corner
-    ends = np.cumsum(rings["count"].values)
     width = 1.1 * sheet.layout.unit * 72.0 / furniture.DPI
     longest: dict[str, np.ndarray] = {}
-    labels = zip(rings.fault.values, rings.kind.values, ends, rings["count"].values, strict=True)
-    for fault, kind, end, n in labels:
-        ring = points[[*range(end - n, end), end - n]]
+    for (fault, ring), kind in zip(_rings_of(rings), rings.kind.values, strict=True):
+        ring = ring - corner
         if kind == "line":  # there and back: dashes would fill each other's gaps
-            ring = ring[: n // 2 + 1]
+            ring = ring[: len(ring) // 2 + 1]
         axes.plot(*ring.T, color=palette.ACCENT, linewidth=width, linestyle=dashes)
-        if len(ring) > len(longest.get(str(fault), ())):
-            longest[str(fault)] = ring
+        if len(ring) > len(longest.get(fault, ())):
+            longest[fault] = ring
     if dashes == DASHES[0]:
         for fault, ring in longest.items():
             words = {"ha": "left", "fontweight": "bold"}

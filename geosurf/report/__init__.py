@@ -37,8 +37,8 @@ def report_scene(
     ----------
     scene : Scene
         Or anything with ``surfaces``, ``units``, ``curves``, ``patches``, ``box`` and ``check()``;
-        ``explain(seconds=False)``, ``render_pictures(folder)``, and ``faults_inside`` with what is
-        measured along them are used where they exist.
+        ``explain(seconds=False)``, ``render_pictures(folder)``, ``sheets``, and ``faults_inside``
+        with what is measured along them are used where they exist.
     folder : path-like
         Is created if need be.
     pictures : mapping of str to path-like, optional
@@ -145,6 +145,7 @@ def build_page(
         ("Pictures", page.html_pictures(pictures)),
         ("Across the faults: areas of contact", _across(scene)),
         ("Fault polygons", _polygons(scene)),
+        ("Torn horizons: throw and heave at their faults", _sheets(scene)),
         ("Certificate", page.html_table(tables.check_table(certificate))),
         ("Faults: what was extended and truncated", _fault_work(scene)),
         ("Surfaces, with their bounds [m]", page.html_table(tables.surface_table(surfaces))),
@@ -169,6 +170,14 @@ def _polygons(scene: Any) -> str:
         return ""
     names = scene.horizons_inside
     return page.html_table(tables.polygon_table(scene.fault_polygons(name) for name in names))
+
+
+def _sheets(scene: Any) -> str:
+    """How horizons were torn, where any is: a table, and what was distrusted and missed."""
+    sheets = getattr(scene, "sheets", {})
+    told = "\n\n".join(f"{name}\n{sheet.report}" for name, sheet in sheets.items())
+    table = page.html_table(tables.sheet_table(sheets))
+    return f"{table}\n<pre>{escape(told)}</pre>" if sheets else ""
 
 
 def _fault_work(scene: Any) -> str:

@@ -190,6 +190,22 @@ def polygon_table(found: Iterable[Any]) -> Table:
     return Table(head, tuple(rows), n_label=3)
 
 
+def sheet_table(sheets: Mapping[str, Any]) -> Table:
+    """Return throw and heave of torn horizons at each fault, from sheets by name."""
+    rows = []
+    for name, sheet in sheets.items():
+        for cut in sheet.cuts.values():
+            known = np.isfinite(cut.throw)
+            if not known.any():
+                rows.append((name, cut.fault, ", ".join(cut.ends), *([NOTHING] * 4)))
+                continue
+            throw, heave = cut.throw[known], cut.heave[known]
+            values = (cut.along[known].max(), throw.min(), throw.max(), np.abs(heave).max())
+            rows.append((name, cut.fault, ", ".join(cut.ends), *(number(v, 1) for v in values)))
+    head = ("Horizon", "torn at", "Ends", "Length [m]", "Least throw [m]", "Most throw [m]")
+    return Table((*head, "Most heave [m]"), tuple(rows), n_label=3)
+
+
 def region_table(units: Units, regions: Mapping[str, float]) -> Table:
     """Return volumes that somebody else found, each beside the unit that comes nearest to it.
 

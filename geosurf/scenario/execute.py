@@ -38,8 +38,8 @@ class Outcome:
     out : pathlib.Path
         The folder with all files.
     notes : tuple of str
-        What was asked for and is not there, with the reason; and conformable horizons that
-        cross all the same, as those do that are in the wrong order.
+        What was asked for and is not there, with the reason; what reports of torn horizons say to
+        look at; and conformable horizons that cross, as those do that are in the wrong order.
     """
 
     scene: Scene
@@ -163,7 +163,7 @@ def run(
         drawn, notes = {}, []
         if pictures:
             drawn, notes = _draw(scene, scenario, folder, teller)
-        notes += [*crossings(scene), *contacts_left_out(scene)]
+        notes += model_notes(scene)
         report_scene(
             scene,
             folder / "report",
@@ -206,7 +206,7 @@ def write_report(
         drawn, notes = {}, []
         if pictures:
             drawn, notes = _draw(scene, scenario, Path(scratch), teller)
-        notes += [*crossings(scene), *contacts_left_out(scene)]
+        notes += model_notes(scene)
         path = report_scene(
             scene,
             folder,
@@ -244,6 +244,12 @@ def _regions(scenario: Scenario) -> dict[str, float]:
         return {}
     model = scenario.model
     return read_regions(model.file, positive=model.positive, units=model.units)
+
+
+def model_notes(scene: Scene) -> list[str]:
+    """Return what a user should look at: in torn horizons, in the column, in fluid contacts."""
+    torn = [f"horizon {n!r}: {note}" for n, s in scene.sheets.items() for note in s.report.notes]
+    return [*torn, *crossings(scene), *contacts_left_out(scene)]
 
 
 def crossings(scene: Scene) -> list[str]:
