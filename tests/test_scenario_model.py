@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import geosurf as gs
 from geosurf.errors import FormatError, ScenarioError
-from geosurf.read.model3d import read_regions
+from geosurf.read.model3d import read_region_faces, read_regions
 from geosurf.scenario import read_scenario, run
+from geosurf.scenario.matched import unit_of_body
 from geosurf.scenario.sealed import box_of_walls
 
 OUTPUT = """
@@ -94,6 +96,9 @@ def test_a_small_model_has_its_units_and_the_report_its_regions(tmp_path):
     assert "Regions of the file beside the units" in page
     section = page[page.index("Regions of the file") : page.index("Certificate")]
     assert section.count(">0.0e+00<") == 2
+    # both volumes are 4: only the place tells them apart
+    for region, unit in (("above", "above H"), ("below", "below H")):
+        assert re.search(rf"<td[^>]*>{region}</td>\s*<td[^>]*>{unit}</td>", section)
 
 
 def test_units_of_model_a4_are_the_regions_of_its_file(shared, tmp_path):
@@ -103,6 +108,8 @@ def test_units_of_model_a4_are_the_regions_of_its_file(shared, tmp_path):
     outcome = run(read_scenario(path), tmp_path / "out", pictures=False)
     assert outcome.certificate.ok, str(outcome.certificate)
     regions, units = read_regions(file), outcome.scene.units
+    shells = read_region_faces(file)
+    assert len({unit_of_body(shell, units) for shell in shells.values()}) == 8
     assert len(units) == len(regions) == 8
     volumes = sorted(unit.volume for unit in units.values())
     np.testing.assert_allclose(volumes, sorted(regions.values()), rtol=1e-12)
@@ -150,3 +157,34 @@ def test_regions_that_cannot_be_read(tmp_path):
         read_regions(path)
     write_model(path, regions=False)
     assert read_regions(path) == {}
+
+
+def body(*bounds):
+    """Corners of the triangles around a box, in one piece."""
+    return np.concatenate([w.vertices[w.triangles] for w in gs.build_walls(bounds)])
+
+
+def test_bodies_are_told_by_a_point_inside():
+    world = gs.synthetic.graben(n=5)
+    units = gs.Scene(world.horizons, world.faults, world.box).units
+    for name, unit in units.items():
+        assert unit_of_body(unit.vertices[unit.triangles], units) == name
+        assert unit_of_body(unit.vertices[unit.triangles[::-1, ::-1]], units) == name
+    _, east, *others = world.box
+    assert unit_of_body(body(east + 1, east + 9, *others), units) == ""
+    assert unit_of_body(body(*world.box)[-2:], units) == ""  # a lid alone has no inside
+    assert unit_of_body(np.empty((0, 3, 3)), units) == ""
+
+
+def test_a_body_around_another_is_told_from_it():
+    """The longest way inside: not the middle of the outer one, where the inner one is."""
+    shell = np.concatenate([body(0, 9, 0, 9, 0, 9), body(2, 7, 2, 7, 1, 7)])
+    walls = {"outer": shell, "inner": body(2, 7, 2, 7, 1, 7)}
+    units = {
+        name: SimpleNamespace(
+            vertices=c.reshape(-1, 3), triangles=np.arange(3 * len(c)).reshape(-1, 3)
+        )
+        for name, c in walls.items()
+    }
+    for name, corners in walls.items():
+        assert unit_of_body(corners, units) == name

@@ -126,24 +126,57 @@ def read_regions(
     >>> read_regions(file)
     {'Corner': 36.0}
     """
+    shells = read_region_faces(path, positive=positive, units=units)
+    return {name: volume_inside(corners) for name, corners in shells.items()}
+
+
+def volume_inside(corners: np.ndarray) -> float:
+    """Volume [m3] inside a closed shell of triangles (n, 3, 3), by the divergence theorem."""
+    a, b, c = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
+    return abs(math.fsum(((np.cross(a, b) * c).sum(axis=1) / 6.0).tolist()))
+
+
+def read_region_faces(
+    path: str | Path, *, positive: str | None = None, units: str | None = None
+) -> dict[str, np.ndarray]:
+    """
+    Read the closed shells of the regions of a sealed model.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+    positive, units
+        As for `read_model3d`.
+
+    Returns
+    -------
+    dict of str to ndarray of float64, shape (n, 3, 3)
+        Corners of the triangles around each region, all outward or all inward [m].
+
+    Raises
+    ------
+    FormatError
+        As `read_regions`.
+    """
     path = Path(path)
     lines = read_text(path, final_line_end=False).splitlines()
-    flux = _flux_of_parts(path, lines, positive, units)
-    found: dict[str, float] = {}
+    parts = _corners_of_parts(path, lines, positive, units)
+    found = {}
     for name, signed, line in _region_lists(path, lines):
-        wrong = [k for k in signed if abs(k) > len(flux)]
+        wrong = [k for k in signed if abs(k) > len(parts)]
         if wrong:
             raise FormatError(
                 f"{path}, line {line}: region {name!r} names TFACE {abs(wrong[0])}, and the file "
-                f"has {len(flux)}. Export the model again, with all surfaces."
+                f"has {len(parts)}. Export the model again, with all surfaces."
             )
         if name != "Universe":
-            found[name] = abs(math.fsum(math.copysign(1, k) * flux[abs(k) - 1] for k in signed))
+            turned = [parts[abs(k) - 1][:, :: 1 if k > 0 else -1] for k in signed]
+            found[name] = np.concatenate([np.empty((0, 3, 3)), *turned])
     return found
 
 
-def _flux_of_parts(path: Path, lines: list[str], positive, units) -> list[float]:
-    """A third of the flux of the place vector through each TFACE [m3], in the order of the file."""
+def _corners_of_parts(path: Path, lines: list[str], positive, units) -> list[np.ndarray]:
+    """Corners (n, 3, 3) of the triangles of each TFACE, in the order of the file."""
     surfaces = read_tsurf(path, positive=positive, units=units)
     corners = np.concatenate([surface.vertices[surface.triangles] for surface in surfaces])
     counts: list[int] = []
@@ -158,9 +191,7 @@ def _flux_of_parts(path: Path, lines: list[str], positive, units) -> list[float]
             f"{path}: {len(corners)} triangles, but {sum(counts)} of them below a line TFACE, "
             "which regions are told by. Export the model again."
         )
-    a, b, c = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
-    flux = (np.cross(a, b) * c).sum(axis=1) / 6.0
-    return [math.fsum(part.tolist()) for part in np.split(flux, np.cumsum(counts)[:-1])]
+    return np.split(corners, np.cumsum(counts)[:-1])
 
 
 def _region_lists(path: Path, lines: list[str]) -> Iterator[tuple[str, list[int], int]]:

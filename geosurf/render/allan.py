@@ -3,7 +3,8 @@
 After Allan (1989), AAPG Bulletin 73, 803-811: the fault is drawn over distance along strike and
 elevation, with the cut-offs of its footwall as full lines and those of its hanging wall dashed.
 An area has the colour of the zone in the footwall; stripes in the colour of the zone in the
-hanging wall say that it is another one.
+hanging wall say that it is another one. What lies far above and below all cut-offs faces itself, and
+is cut off the picture.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ from geosurf.render.views import check_size
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
-RELIEF = 0.45  # height over width that reads well
+RELIEF = 0.6  # height over width that reads well
+AROUND = 0.3  # of the height of all cut-offs, shown above and below them
 
 
 def render_allan(
@@ -83,13 +85,13 @@ def render_allan(
     colours = {zone: palette.stratum(i) for i, zone in enumerate(order)}
     lines = _lines_of(diagram)
     sheet = furniture.Sheet(furniture.lay_out(check_size(size)))
-    axes, exaggeration = _axes(sheet, np.concatenate([line for _, line in lines]))
+    axes, exaggeration = _axes(sheet, _shown(lines))
     _fill(axes, lines, colours)
     _draw_cutoffs(sheet, axes, lines)
     furniture.draw_legend(sheet, _legend(pairs, colours), 640.0)
     words = (
         "Footwall cut-offs and their names at the right: full lines; hanging wall, at the left: "
-        f"dashed. Vertical exaggeration {exaggeration:.2g}×."
+        f"dashed. Areas are of the whole fault. Vertical exaggeration {exaggeration:.2g}×."
     )
     strike = float(diagram.attrs["strike"])
     title = title or f"{diagram.attrs['fault']}: Allan diagram, strike {strike:03.0f}°"
@@ -132,10 +134,22 @@ def _lines_of(diagram: xarray.Dataset) -> list[tuple[dict[str, str], np.ndarray]
     ]
 
 
-def _axes(sheet: furniture.Sheet, points: np.ndarray) -> tuple[Any, float]:
+def _shown(lines) -> tuple[float, float, float, float]:
+    """What the diagram shows, (left, right, bottom, top): all cut-offs, and a part around them."""
+    points = np.concatenate([line for _, line in lines])
+    (left, low), (right, high) = points.min(axis=0), points.max(axis=0)
+    levels = [line[:, 1] for words, line in lines if words["kind"] == "cut-off"]
+    if not levels:
+        return left, right, low, high
+    bottom, top = np.concatenate(levels).min(), np.concatenate(levels).max()
+    room = AROUND * max(top - bottom, 0.02 * (right - left))
+    return left, right, max(low, bottom - room), min(high, top + room)
+
+
+def _axes(sheet: furniture.Sheet, shown: tuple[float, ...]) -> tuple[Any, float]:
     """Axes in metres with room for names on both sides; and the vertical exaggeration."""
     layout, unit = sheet.layout, sheet.layout.unit
-    (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
+    left, right, bottom, top = shown
     wide, high = max(right - left, 1.0), max(top - bottom, 1.0)
     margin = 96.0 * unit
     across = layout.view_size[0] - 2.0 * margin

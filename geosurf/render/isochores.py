@@ -110,6 +110,8 @@ def render_thickness(
         words += f", contour interval {length_text(levels[1] - levels[0])}"
     meaning = {"isochore": "vertical thickness", "isopach": "thickness normal to bedding"}
     words += f". {kind.capitalize()}: {meaning[kind]}." if kind in meaning else "."
+    if cut.any():
+        words += " Colours and contours leave out where faults cut through the zone."
     title = f"{zone}: {kind} map" if title is None else title
     furniture.draw_words(sheet, title, words)
     return save_png(sheet.png(), path)

@@ -29,7 +29,7 @@ def report_scene(
     made: str = "",
     certificate: Certificate | None = None,
     min_volume: float = 0.0,
-    regions: Mapping[str, float] | None = None,
+    regions: Mapping[str, tuple[float, str]] | None = None,
 ) -> Path:
     """Write ``index.html``: inputs, volumes, curves, certificate, pictures, cost.
 
@@ -52,8 +52,9 @@ def report_scene(
         What ``scene.check()`` gave, if it is there already. Default: it is asked.
     min_volume : float
         Units smaller than this are listed as remnants, along with numbered ones [m3].
-    regions : mapping of str to float, optional
-        Volumes that somebody else found for the same model [m3], to be set beside the units.
+    regions : mapping of str to (float, str), optional
+        Volumes that somebody else found for the same model [m3], each with the name of the unit
+        that lies there, or ''.
 
     Returns
     -------
@@ -106,7 +107,7 @@ def build_page(
     made: str,
     certificate: Certificate,
     min_volume: float = 0.0,
-    regions: Mapping[str, float] | None = None,
+    regions: Mapping[str, tuple[float, str]] | None = None,
 ) -> str:
     """Return the whole page as text."""
     surfaces, units, curves = tuple(scene.surfaces), scene.units, scene.curves

@@ -206,24 +206,24 @@ def sheet_table(sheets: Mapping[str, Any]) -> Table:
     return Table((*head, "Most heave [m]"), tuple(rows), n_label=3)
 
 
-def region_table(units: Units, regions: Mapping[str, float]) -> Table:
-    """Return volumes that somebody else found, each beside the unit that comes nearest to it.
+def region_table(units: Units, regions: Mapping[str, tuple[float, str]]) -> Table:
+    """Return volumes that somebody else found, each beside the unit that lies there.
 
     Units without a region follow; nothing is said to be equal, the difference is there to be seen.
     """
-    left = {name: unit.volume for name, unit in units.items()}
     rows = []
-    for region, volume in sorted(regions.items(), key=lambda item: -item[1]):
-        if not left:
+    for region, (volume, name) in sorted(regions.items(), key=lambda item: -item[1][0]):
+        if name not in units:
             rows.append((region, NOTHING, number(volume, 3), NOTHING, NOTHING))
             continue
-        name = min(left, key=lambda unit: abs(left[unit] - volume))
-        found = left.pop(name)
+        found = units[name].volume
         off = f"{abs(found - volume) / volume:.1e}" if volume else NOTHING
         rows.append((region, name, number(volume, 3), number(found, 3), off))
+    named = {name for _, name in regions.values()}
     if regions:
-        rows += [(NOTHING, name, NOTHING, number(v, 3), NOTHING) for name, v in left.items()]
-    head = ("Region", "nearest unit", "Region [m³]", "Unit [m³]", "Relative difference")
+        left = [unit for unit in units.values() if unit.name not in named]
+        rows += [(NOTHING, u.name, NOTHING, number(u.volume, 3), NOTHING) for u in left]
+    head = ("Region", "Unit there", "Region [m³]", "Unit [m³]", "Relative difference")
     return Table(head, tuple(rows), n_label=2)
 
 

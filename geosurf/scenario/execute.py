@@ -14,11 +14,12 @@ from geosurf.errors import DependencyError
 from geosurf.gallery import draw_pictures
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
-from geosurf.read.model3d import read_regions
+from geosurf.read.model3d import read_region_faces, volume_inside
 from geosurf.report import report_scene
 from geosurf.scenario.failure import pictured
 from geosurf.scenario.inputs import build_scene, read_scenario
 from geosurf.scenario.keys import FORMATS, Scenario
+from geosurf.scenario.matched import unit_of_body
 from geosurf.scenario.output import new_results, require_writable
 from geosurf.scenario.pictures import wanted_pictures
 from geosurf.scene import Scene
@@ -171,7 +172,7 @@ def run(
             title=scenario.title,
             certificate=certificate,
             min_volume=scenario.output.remnants_below_m3,
-            regions=_regions(scenario),
+            regions=_regions(scenario, scene),
         )
         teller.say("report", scenario.title)
     return Outcome(scene, certificate, Path(out), tuple(notes))
@@ -214,7 +215,7 @@ def write_report(
             title=scenario.title,
             certificate=certificate,
             min_volume=scenario.output.remnants_below_m3,
-            regions=_regions(scenario),
+            regions=_regions(scenario, scene),
         )
     return certificate, path, tuple(notes)
 
@@ -238,12 +239,13 @@ def compute(scenario: Scenario, teller: Teller, out: Path | None = None) -> Scen
     return scene
 
 
-def _regions(scenario: Scenario) -> dict[str, float]:
-    """Volumes of the regions of a sealed model that came from a file."""
+def _regions(scenario: Scenario, scene: Scene) -> dict[str, tuple[float, str]]:
+    """Volumes of the regions of a sealed model that came from a file, and the units there."""
     if scenario.model is None:
         return {}
     model = scenario.model
-    return read_regions(model.file, positive=model.positive, units=model.units)
+    shells = read_region_faces(model.file, positive=model.positive, units=model.units)
+    return {n: (volume_inside(s), unit_of_body(s, scene.units)) for n, s in shells.items()}
 
 
 def model_notes(scene: Scene) -> list[str]:

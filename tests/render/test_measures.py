@@ -10,6 +10,7 @@ import pytest
 from geosurf.errors import InputError
 from geosurf.render import palette, render_allan, render_thickness
 from geosurf.render.allan import _spread
+from geosurf.render.isochores import _checked, _cut_by_faults
 from tests.measure.worlds import faulted
 
 SIZE = (640, 400)
@@ -32,8 +33,9 @@ def share(image, colour):
 
 
 def test_an_allan_diagram_has_colours_of_the_footwall_and_stripes_of_the_hanging_wall(
-    scene, tmp_path
+    scene, tmp_path, monkeypatch
 ):
+    monkeypatch.setattr("geosurf.render.allan.AROUND", 99.0)  # all of the fault
     zones = ["above Top", "Top/Base", "below Base"]
     shown = scene.allan("F1"), scene.juxtaposition("F1")
     image = pixels(render_allan(*shown, tmp_path / "a.png", zones=zones, size=SIZE))
@@ -49,6 +51,17 @@ def test_an_allan_diagram_has_colours_of_the_footwall_and_stripes_of_the_hanging
             * ((areas.zone_plus == zone).astype(int) + (areas.zone_minus == zone).astype(int))
         )
         assert part / frame == pytest.approx(mine.sum() / areas.area.sum(), abs=0.06)
+
+
+def test_a_diagram_shows_what_is_near_the_cutoffs(scene, tmp_path, monkeypatch):
+    shown = scene.allan("F1"), scene.juxtaposition("F1")
+    words = {"zones": ["above Top", "Top/Base", "below Base"], "size": SIZE}
+    near = pixels(render_allan(*shown, tmp_path / "a.png", **words))
+    monkeypatch.setattr("geosurf.render.allan.AROUND", 99.0)
+    whole = pixels(render_allan(*shown, tmp_path / "b.png", **words))
+    middle, outer = palette.stratum(1), palette.stratum(2)
+    assert share(near, middle) > 1.1 * share(whole, middle)
+    assert 0.02 < share(near, outer) < share(whole, outer)
 
 
 def test_the_same_diagram_has_the_same_bytes(scene, tmp_path):
@@ -84,6 +97,18 @@ def test_a_thickness_map_shows_all_of_the_zone_and_its_polygons(scene, tmp_path)
     red = [float((shown[:, :, 0] > shown[:, :, 2] + 0.3).mean()) for shown in (bare, image)]
     assert red[0] == 0.0
     assert red[1] > 5e-4
+
+
+def test_neither_contours_nor_colours_follow_a_fault_through_a_zone(scene):
+    """The fault dips at 45 degrees; Top is cut at its polygon, Base ten metres further down dip."""
+    found = scene.thickness("Top/Base", 0.5)
+    polygons = {name: scene.fault_polygons(name) for name in ("Top", "Base")}
+    _, x, y = _checked(found)
+    cut = _cut_by_faults(x, y, polygons)
+    whole = np.nansum(found.values, axis=0)
+    np.testing.assert_allclose(whole[~cut], 10.0, atol=1e-9)
+    assert 0.0 < (cut & (whole > 9.999)).mean() < 0.15  # a cell or two on either side
+    assert not _cut_by_faults(x, y, {}).any()
 
 
 @pytest.mark.parametrize("throw", [(0.0, 0.0), (-4.0, -4.0)])
