@@ -315,5 +315,8 @@ def test_the_graben_has_the_volumes_of_its_formula():
 def test_the_demo_splits_only_where_a_fault_goes_through():
     scene = read_scenario(ROOT / "data" / "synthetic_horizons" / "faulted_reservoir.toml").scene()
     assert scene.fault_names == ("F1", "F2", "F3")
+    assert set(scene.sheets) == {"Top", "Middle", "Base"}
     assert {unit.block for unit in scene.units.values()} == {"F1+", "F1-"}
-    assert len(scene.units) == 8
+    assert len(scene.units) == 12  # four zones, two blocks, and two contacts in two zones
+    across = scene.juxtaposition("F1").to_dataframe()
+    assert across.area[across.kind == "juxtaposed"].sum() > across.area.sum() / 3

@@ -158,6 +158,47 @@ def test_throws_that_make_no_sense(folder, more, words):
         read_scenario(scenario(folder, more))
 
 
+TEAR = "[tear]\ntrim_cells = 1.5\n"
+
+
+def test_picked_horizons_of_a_scenario_are_torn(folder, tmp_path):
+    """The planes of this world have no throw: torn or not, volumes are nearly the same."""
+    told = []
+    path = scenario(folder, TEAR + 'horizons = ["Top"]')
+    outcome = run(read_scenario(path), tmp_path / "out", pictures=False, progress=told.append)
+    plain = read_scenario(scenario(folder)).scene()
+    assert outcome.certificate.ok
+    assert list(outcome.scene.sheets) == ["Top"]
+    assert outcome.scene.sheets["Top"].report.trim == 1.5
+    for name, unit in plain.units.items():
+        assert outcome.scene.units[name].volume == pytest.approx(unit.volume, rel=1e-3)
+    assert any(re.match(r"tear +Top +at F1 ", line) for line in told)
+    page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
+    section = page[page.index("Torn horizons: throw and heave") : page.index("Certificate")]
+    assert "trim 1.5 cells" in section
+    assert section.count("<td>F1</td>") == 1
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (TEAR + 'horizons = ["Topp"]', "'Topp' is no horizon; name one of those. Did you mean 'T"),
+        (TEAR + THROWS, "horizon 'Top' is torn as it was picked, .* by the throw of 'F1', too. G"),
+        ("[tear]\ntrim_cells = 0", "tear.trim_cells is 0; it must be a number above 0"),
+    ],
+)
+def test_tears_that_make_no_sense(folder, more, words):
+    with pytest.raises(ScenarioError, match=words):
+        read_scenario(scenario(folder, more))
+
+
+def test_tears_without_faults_are_refused(folder):
+    path = folder / "bare.toml"
+    path.write_text('[[horizons]]\nname = "Top"\nfile = "Top.nc"\n[tear]\n')
+    with pytest.raises(ScenarioError, match=r"table \[tear\], and no fault to tear .*Leave it out"):
+        read_scenario(path)
+
+
 def test_horizons_in_the_wrong_order_are_told_on_the_terminal(folder, tmp_path, capfd):
     """The model is whole and certified, and a zone is gone."""
     path = scenario(folder, Top="Middle.nc", Base="Top.nc", Middle="Base.nc")

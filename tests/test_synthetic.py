@@ -11,10 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import RegularGridInterpolator
 
 import geosurf
 from geosurf import synthetic
 from geosurf.errors import InputError
+from geosurf.sheets import tear_horizon
 from geosurf.synthetic.polyhedra import box_polyhedron, chord, clip, section, volume
 from geosurf.synthetic.rough import hashed_noise
 from geosurf.synthetic.world import zone_names
@@ -78,7 +80,11 @@ def test_grids_are_ready_to_use_and_cover_the_box(make):
 def test_an_offset_moves_a_world_and_changes_no_truth(make):
     shift = (456000.25, 6780000.5, -100.0)
     here, there = make(n=17), make(n=17, offset=shift)
+    walls = here.truth.pop("wall_at", {}), there.truth.pop("wall_at", {})
     assert here.truth == there.truth
+    for key, wall in walls[0].items():
+        moved = walls[1][key](2e3 + shift[0], 3e3 + shift[1]) - shift[2]
+        assert moved == pytest.approx(wall(2e3, 3e3), abs=1e-9)
     moved_by = np.subtract(there.box, here.box).reshape(3, 2)
     np.testing.assert_array_equal(moved_by.T, [shift] * 2)
     for name, da in here.horizons.items():
@@ -378,14 +384,44 @@ def test_triangulated_planes_meet_their_zone_volumes_exactly():
 # ---- the field -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("drag", [0.0, 70.0])
-def test_the_field_keeps_its_order_and_throws_its_horizons(drag):
-    world = synthetic.faulted_reservoir(drag=drag)
+def test_the_field_is_on_its_faults_between_its_walls():
+    """Without smear a node is on the hanging wall, on the footwall, or on F1, at its own height."""
+    world = synthetic.faulted_reservoir(n=121, smear=0)
+    top = world.horizons["Top"]
+    x, y = (a.ravel() for a in np.meshgrid(top.easting, top.northing))
+    z, near = top.values.ravel(), np.abs(x - 2500.0) < 400.0
+    hanging, foot = (world.truth["wall_at"]["Top", f"F1{s}"](x, y) for s in "+-")
+    on_wall = np.isclose(z, hanging, atol=1e-9) | np.isclose(z, foot, atol=1e-9)
+    assert (near & ~on_wall).sum() > 50  # in the gap
+    fault = world.faults["F1"]
+    axes = (-fault.elevation.values[:, 0], fault.northing.values[0])
+    there = RegularGridInterpolator(axes, fault.easting.values)
+    gap = near & ~on_wall
+    assert np.abs(there(np.column_stack([-z, y])[gap]) - x[gap]).max() < 3.0
+    assert (hanging < foot).all()
+    assert ((z <= foot + 1e-9) & (z >= hanging - 1e-9))[near].all()
+
+
+@pytest.mark.parametrize(("smear", "least"), [(0, 0.0), (1, 30.0)])
+def test_the_field_keeps_its_order_and_throws_its_horizons(smear, least):
+    """Where throw is larger than a zone is thick, two horizons lie on the fault at one node."""
+    world = synthetic.faulted_reservoir(smear=smear)
     top, middle, base = (da.values for da in world.horizons.values())
-    assert (top - middle).min() > 30
-    assert (middle - base).min() > 30
-    flat = synthetic.faulted_reservoir(throw=0.0).horizons["Top"].values
-    assert 50 < (flat - top).max() < 90
+    assert (top - middle).min() >= least
+    assert (middle - base).min() >= least
+    flat = synthetic.faulted_reservoir(throw=0.0, smear=smear).horizons["Top"].values
+    assert 140 < (flat - top).max() < 220  # F1, and what F2 adds
+
+
+def test_the_field_is_torn_where_it_is_faulted():
+    """The cut-offs of F1 are found again on both walls, to a fiftieth of the throw."""
+    world = synthetic.faulted_reservoir(n=61)
+    sheet = tear_horizon(world.horizons["Middle"], world.faults, name="Middle", trim=3)
+    assert sheet.report.tips == sheet.report.declared_tips == 3
+    for sign in "+-":
+        line = np.concatenate(sheet.cuts["F1"].cutoffs[sign])
+        off = line[:, 2] - world.truth["wall_at"]["Middle", f"F1{sign}"](line[:, 0], line[:, 1])
+        assert np.abs(off).max() < 3.0
 
 
 def test_only_the_main_fault_of_the_field_crosses_the_box():
@@ -472,8 +508,12 @@ def test_files_are_written_alike_twice(make_files, tmp_path):
         (synthetic.egg_box, {"periods": 0}, r"periods is 0, expected 1 or more"),
         (synthetic.listric, {"radius": 100}, r"radius is 100 m, expected 2300 to 3000"),
         (synthetic.listric, {"tilt": 0}, r"tilt is 0 degrees, expected 0\.1 to 4"),
-        (synthetic.faulted_reservoir, {"throw": 99}, r"throw is 99 m, expected 0 to 60"),
-        (synthetic.faulted_reservoir, {"drag": -1}, r"drag is -1 m, expected 0 or more"),
+        (synthetic.faulted_reservoir, {"throw": 299}, r"throw is 299 m, expected 0 to 200"),
+        (
+            synthetic.faulted_reservoir,
+            {"smear": -1},
+            r"smear is -1, expected a whole number of nod",
+        ),
     ],
 )
 def test_impossible_worlds_are_refused(make, arguments, message):

@@ -3,8 +3,8 @@
 After Allan (1989), AAPG Bulletin 73, 803-811: the fault is drawn over distance along strike and
 elevation, with the cut-offs of its footwall as full lines and those of its hanging wall dashed.
 An area has the colour of the zone in the footwall; stripes in the colour of the zone in the
-hanging wall say that it is another one. What lies far above and below all cut-offs faces itself, and
-is cut off the picture.
+hanging wall say that it is another one. What lies far above and below all cut-offs faces itself,
+and is not shown.
 """
 
 from __future__ import annotations

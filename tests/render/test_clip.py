@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from geosurf import Scene, synthetic, tear_horizon
 from geosurf.model import TriSurface
 from geosurf.render import layers
-from geosurf.render.clip import Prism, convex_parts
+from geosurf.render.clip import Prism, as_modelled, convex_parts
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
 STAR = np.array([[0, 0], [4, 1], [8, 0], [7, 4], [8, 8], [4, 7], [0, 8], [1, 4]], dtype=float)
@@ -92,3 +93,17 @@ def test_a_surface_beyond_the_model_is_said_to_be_there():
     content = layers.show_surfaces([fault], Prism((0, 8, 0, 8, -5, 5)))
     assert content.layers == ()
     assert content.legend[0].detail == "fault, outside the model"
+
+
+def test_torn_horizons_are_drawn_as_far_as_their_faults():
+    world = synthetic.torn("normal", n=41)
+    sheet = tear_horizon(world.horizons["Top"], world.faults, name="Top")
+    faults = {fault.name: fault for fault in sheet.faults}
+    scene = Scene({"Top": sheet}, faults, (100, 900, 100, 900, -2050, -1550))
+    shown = as_modelled(scene, scene.surface("Top"))
+    assert shown.name == "Top"
+    ghost = sheet.surface.vertices[sheet.ghost]
+    outer = ghost[sheet.outer]
+    assert not (shown.vertices[:, None] == outer[None]).all(axis=2).any()
+    fault = scene.surface("F1")
+    assert as_modelled(scene, fault) is fault
