@@ -18,7 +18,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import geosurf
-from geosurf.errors import GeosurfError, InputError
+from geosurf.errors import FormatError, GeosurfError, InputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.model import Certificate, Units
@@ -135,6 +135,10 @@ def render_command(options: argparse.Namespace) -> int:
     from geosurf.render import render_scene
     from geosurf.scenario import read_scenario
 
+    def given(option: Any, otherwise: Any) -> Any:
+        """An option, or what the scenario says."""
+        return otherwise if option is None else option
+
     scenario = read_scenario(options.scenario)
     path = render_scene(
         scenario.scene(),
@@ -142,7 +146,8 @@ def render_command(options: argparse.Namespace) -> int:
         view=options.view,
         show=tuple(word.strip() for word in options.show.split(",")),
         size=scenario.output.size_px,
-        exaggeration=options.exaggeration or scenario.output.exaggeration,
+        exaggeration=given(options.exaggeration, scenario.output.exaggeration),
+        clip=given(options.clip, scenario.output.clip),
     )
     print(path)
     return 0
@@ -177,6 +182,12 @@ def curves_command(options: argparse.Namespace) -> int:
     closed = int(curves.closed.sum())
     for path in write(curves, options.out):
         print(f"{path}: {counted(curves.n_curve, 'curve')}, {closed} closed, {curves.length:.3f} m")
+    points = sum(contact.kind == "point" for contact in curves.contacts)
+    if points:
+        print(f"The surfaces touch in {counted(points, 'point')}, too.")
+    if len(curves.contacts) > points:
+        area = sum(contact.area for contact in curves.contacts)
+        print(f"They coincide over {area:.3f} m2; curves go around that area.")
     return 0
 
 
@@ -276,11 +287,19 @@ def _verdict(certificate: Certificate) -> int:
 
 def _surface(path: Path, words: dict[str, str | None]) -> Any:
     """Read one surface; the suffix tells horizons from faults, in NetCDF its dimensions do."""
-    from geosurf.read import HORIZON_FORMATS, read_fault, read_nodes
+    from geosurf.read import FAULT_FORMATS, HORIZON_FORMATS, read_fault, read_nodes
     from geosurf.read.netcdf import holds_fault
     from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
     suffix = path.suffix.lower()
+    formats = (*HORIZON_FORMATS.values(), *FAULT_FORMATS.values())
+    known = {word for _, _, suffixes in formats for word in suffixes}
+    if suffix not in known:
+        missing = "" if path.exists() else " and there is no such file"
+        raise FormatError(
+            f"{path}: no surface has the suffix {path.suffix!r}{missing}; known are "
+            f"{', '.join(sorted(known))}. Rename the file, or save it as one of these."
+        )
     gridded = any(suffix in suffixes for _, _, suffixes in HORIZON_FORMATS.values())
     if suffix in HORIZON_FORMATS["netcdf"][2]:
         gridded = not holds_fault(path)
@@ -364,6 +383,8 @@ def build_parser() -> argparse.ArgumentParser:
         "--show", default="horizons,faults,curves", help="also walls, patches, units"
     )
     render.add_argument("--exaggeration", type=float, help="vertical, default: what reads well")
+    render.add_argument("--clip", action=argparse.BooleanOptionalAction,
+                        help="show only what is inside the model (default: as the scenario says)")  # fmt: skip
 
     curves = add("curves", curves_command, "find the curves where two surface files meet")
     curves.add_argument("first", help="a surface: .gri .zmap .nc .ts .vtp .pol .obj ...")

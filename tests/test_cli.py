@@ -121,8 +121,42 @@ def test_curves_of_two_files(folder, tmp_path, capsys):
     words = ["curves", str(folder / "Top.nc"), str(folder / "F1.nc"), "-o", str(out)]
     assert cli.main(words) == 0
     length = gs.synthetic.tilted_planes(n=5).truth["curve_length"]["Top", "F1"]
-    assert capsys.readouterr().out == f"{out}: 1 curves, 0 closed, {length:.3f} m\n"
+    assert capsys.readouterr().out == f"{out}: 1 curve, 0 closed, {length:.3f} m\n"
     assert out.is_file()
+
+
+def test_curves_of_a_surface_with_itself_say_that_it_coincides(folder, tmp_path, capsys):
+    top = str(folder / "Top.nc")
+    assert cli.main(["curves", top, top, "-o", str(tmp_path / "c.vtp")]) == 0
+    said = capsys.readouterr().out
+    area = float(re.search(r"They coincide over (\d+\.\d+) m2; curves go around", said)[1])
+    points = gs.triangulate_horizon(gs.read_horizon(top), name="Top")
+    a, b, c = np.moveaxis(points.vertices[points.triangles], 1, 0)
+    assert area == pytest.approx(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+
+
+def test_curves_of_files_that_are_no_surfaces(tmp_path, capsys):
+    (tmp_path / "b.md").write_text("")
+    for name, words in (
+        ("a", "and there is no such file; known are"),
+        ("b.md", "'.md'; known are"),
+    ):
+        assert cli.main(["curves", str(tmp_path / name), "F1.ts", "-o", "c.vtp"]) == 2
+        said = capsys.readouterr().err
+        assert words in said
+        assert ".gri" in said
+        assert ".ts" in said
+        assert "Rename the file, or save it" in said
+
+
+def test_render_asks_the_scenario_what_it_was_not_told(folder, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr("geosurf.render.render_scene", lambda *_, **words: drawn.append(words))
+    call = ["render", str(folder / "good.toml"), "-o", str(tmp_path / "a.png")]
+    for words in ([], ["--no-clip"], ["--clip", "--exaggeration", "0"]):
+        assert cli.main([*call, *words]) == 0
+    assert [words["clip"] for words in drawn] == [True, False, True]
+    assert drawn[2]["exaggeration"] == 0.0  # refused where it is drawn, never passed over
 
 
 def test_curves_need_to_know_up_from_down(tmp_path, capsys):
@@ -135,7 +169,7 @@ def test_curves_need_to_know_up_from_down(tmp_path, capsys):
     assert cli.main(words) == 2
     assert "positive='down' (depth)" in capsys.readouterr().err
     assert cli.main([*words, "--positive", "down"]) == 0
-    assert "1 curves, 0 closed, 10.000 m" in capsys.readouterr().out
+    assert "1 curve, 0 closed, 10.000 m" in capsys.readouterr().out
 
 
 def test_doctor_and_warmup(capsys):

@@ -99,6 +99,7 @@ def load_case(path: str | os.PathLike[str]) -> Case:
                 surfaces.append(TriSurface(name, role, lattice=Lattice(**nodes, **lattice)))
             return Case(surfaces=tuple(surfaces), **facts)
     except (OSError, KeyError, ValueError, TypeError, EOFError) as error:
+        reason = getattr(error, "strerror", None) or error
         raise InputError(
-            f"{path}: not a stress case ({error}). Give a .npz that geosurf stress has written."
+            f"{path}: not a stress case ({reason}). Give a .npz that geosurf stress has written."
         ) from error

@@ -74,7 +74,7 @@ def read_netcdf_horizon(
     """
     dataset = _load(path)
     data = _pick(path, dataset, variable)
-    what = f"{path.name}: variable {data.name!r}"
+    what = f"{path}: variable {data.name!r}"
     sign = agreed_sign(data.attrs.get("positive"), positive, what)
     scale = agreed_scale(data.attrs.get("units"), units, None, what)
     easting = _coordinate(path, data, EASTING)
@@ -139,7 +139,7 @@ def read_netcdf_fault(
             )
         found[key] = dataset[words[0]].transpose(*FAULT_DIMS)
     z = found["elevation"]
-    what = f"{path.name}: fault {name!r}"
+    what = f"{path}: fault {name!r}"
     sign = agreed_sign(z.attrs.get("positive"), positive, what)
     scale = agreed_scale(z.attrs.get("units"), units, None, what)
     arrays = {
@@ -289,7 +289,7 @@ def _horizon(
 
 def _metres(path: Path, coordinate: xr.DataArray) -> np.ndarray:
     """Coordinate values in metres, float64, finite."""
-    what = f"{path.name}: coordinate {coordinate.name!r}"
+    what = f"{path}: coordinate {coordinate.name!r}"
     values = coordinate.values.astype(np.float64)
     if not np.isfinite(values).all():
         raise FormatError(
