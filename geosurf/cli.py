@@ -384,7 +384,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     render.add_argument("--exaggeration", type=float, help="vertical, default: what reads well")
     render.add_argument("--clip", action=argparse.BooleanOptionalAction,
-                        help="show only what is inside the model (default: the scenario)")  # fmt: skip
+                        help="only what is inside the model (default: the scenario)")  # fmt: skip
 
     curves = add("curves", curves_command, "find the curves where two surface files meet")
     curves.add_argument("first", help="a surface: .gri .zmap .nc .ts .vtp .pol .obj ...")

@@ -141,7 +141,7 @@ def render_scene(
         shown = (as_modelled(scene, s) for s in scene.surfaces if s.role in roles)
         content += show_surfaces(shown, within)
     if "patches" in show:
-        content += show_patches(scene.patches)
+        content += show_patches(scene.patches, within)
     if "units" in show:
         content += show_units(scene.units, exploded)
     if "curves" in show:

@@ -301,8 +301,11 @@ def _words_of(unit: Unit) -> dict[str, str]:
     return {"label": unit.zone, "detail": f"{end}, {volume}"}
 
 
-def show_patches(patches: Patches) -> Content:
-    """Return the patches of all surfaces, neighbours in different shades, and their curves."""
+def show_patches(patches: Patches, within: Prism | None = None) -> Content:
+    """Return the patches of all surfaces, neighbours in different shades, and their curves.
+
+    With `within`, only what of them lies there.
+    """
     content = Content()
     n_horizon = n_fault = 0
     for i, source in enumerate(patches.sources):
@@ -312,20 +315,23 @@ def show_patches(patches: Patches) -> Content:
         opacity = 0.25 if source.role == "wall" else 0.55 if fault else 1.0
         of_surface = patches.surface_of_triangle == i
         rows = np.unique(patches.patch_of_triangle[of_surface])
-        layers = tuple(
-            triangle_layer(
-                patches.vertices,
-                patches.triangles[of_surface & (patches.patch_of_triangle == row)],
-                colour=palette.shade(colour, k, len(rows)),
-                opacity=opacity,
-            )
-            for k, row in enumerate(rows)
+        layers = []
+        for k, row in enumerate(rows):
+            points = patches.vertices
+            triangles = patches.triangles[of_surface & (patches.patch_of_triangle == row)]
+            if within is not None:
+                points, triangles, _ = within.triangles(points, triangles)
+            if len(triangles):
+                look = {"colour": palette.shade(colour, k, len(rows)), "opacity": opacity}
+                layers.append(triangle_layer(points, triangles, **look))
+        entry = Entry(source.name, colour, counted(len(layers), "patch"), opacity=opacity)
+        content += Content(tuple(layers), (entry,))
+    edges = patches.curve_edges
+    if len(edges):
+        ends = (
+            patches.vertices[edges] if within is None else within.segments(patches.vertices, edges)
         )
-        entry = Entry(source.name, colour, counted(len(rows), "patch"), opacity=opacity)
-        content += Content(layers, (entry,))
-    if len(patches.curve_edges):
-        edges = patches.curve_edges
-        content += Content((Layer(patches.vertices, lines=edges, colour=palette.CURVE, width=2.0),))
+        content += Content((segment_layer(ends, colour=palette.CURVE, width=2.0),))
     return content
 
 
