@@ -168,5 +168,6 @@ def _only_if_unsaid(value: Any, options: Options) -> dict[str, Any]:
     attrs = dict(getattr(value, "attrs", {}))
     if hasattr(value, "data_vars"):  # a fault: its third variable says by its name which way is up
         height = "elevation" if "elevation" in value.variables else "depth"
-        attrs |= {"positive": None, **(value[height].attrs if height in value.variables else {})}
+        # what it says counts, as it does for triangulate_fault; attributes of the whole do not
+        attrs = {"positive": None, **(value[height].attrs if height in value.variables else {})}
     return {key: word for key, word in options.items() if word is not None and key not in attrs}

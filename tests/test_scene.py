@@ -235,8 +235,9 @@ def test_a_gridded_fault_that_says_its_units_keeps_them(said):
     scene = Scene({}, {"F1": fault}, BOX, positive="down", units="ft")
     assert scene.surface("F1").bounds == (1.0, 2.0, 0.0, 9.0, -8.0, 8.0)
     plain = fault.assign(elevation=fault.elevation.drop_attrs())
-    feet = Scene({}, {"F1": plain}, BOX, units="ft").surface("F1").bounds
-    assert feet[4:] == pytest.approx((-2.4384, 2.4384), abs=1e-12)
+    for whole in ({}, {"units": "m"}):  # which once kept the word of the scene away
+        feet = Scene({}, {"F1": plain.assign_attrs(whole)}, BOX, units="ft").surface("F1").bounds
+        assert feet[4:] == pytest.approx((-2.4384, 2.4384), abs=1e-12)
 
 
 def test_replace_adds_and_removes(scene):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from geosurf import Scene, synthetic
 from geosurf.contact.search import find_contacts
 from geosurf.intersect import intersect_surfaces
 from geosurf.intersect.collinear import split_overlaps
@@ -17,7 +18,9 @@ from geosurf.intersect.link import (
     touching_points,
 )
 from geosurf.kernels.linking import break_ties, rank_places, sort_segments
-from tests.strategies import faulted_worlds, sheet, soups
+from tests import laws
+from tests.rebuild.worlds import boxed_world, world
+from tests.strategies import sheet, soups
 
 
 @pytest.mark.parametrize("most", [1, 2, 5, 1000])
@@ -56,17 +59,36 @@ def test_what_is_plain_has_no_overlaps(surfaces):
     np.testing.assert_array_equal(after, segments)
 
 
-@settings(max_examples=15, deadline=None)
-@given(faulted_worlds())
-def test_both_ways_give_the_same_bytes(world):
-    one = intersect_surfaces(world)
+def surfaces_of(name):
+    world = getattr(synthetic, name)(n=17)
+    return Scene(world.horizons, world.faults, world.box).surfaces
+
+
+PLAIN = {
+    surfaces_of: ("waves", "hills", "graben", "faulted", "torn"),
+    world: (12, 31, 41, 46, 51),
+    boxed_world: (0, 16, 18, 21, 41, 49),
+}
+
+
+@pytest.mark.parametrize(
+    ("make", "name"), [(make, name) for make, names in PLAIN.items() for name in names]
+)
+def test_both_ways_give_the_same_bytes(make, name):
+    surfaces, ways = make(name), []
+
+    def watched(*arguments):
+        ways.append(are_plain(*arguments))
+        return ways[-1]
+
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("geosurf.intersect.are_plain", watched)
+        one = intersect_surfaces(surfaces)
         patch.setattr("geosurf.intersect.are_plain", lambda *_: False)
-        two = intersect_surfaces(world)
-    for name in ("local", "segments", "surfaces_of_segment", "surfaces_of_curve", "closed"):
-        assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
-    for a, b in zip(one.curves, two.curves, strict=True):
-        np.testing.assert_array_equal(a, b)
+        two = intersect_surfaces(surfaces)
+    assert ways == [True]
+    assert one.n_curve > 0
+    assert laws.curve_bytes(one) == laws.curve_bytes(two)
 
 
 def test_a_wall_whose_triangles_overlap_in_a_line_is_not_plain():
