@@ -89,6 +89,19 @@ def test_words_for_inputs_that_do_not_say(word, values):
     assert (found[0] == found[1]) == (word == "voxel_size")
 
 
+def test_areas_with_the_same_bounds():
+    """The box around them is one; half of it is in either area."""
+    areas = [(0, 0), (4, 0), (0, 4)], [(4, 0), (4, 4), (0, 4)], None
+    family = Scene({"Top": array()}, {"F1": wall()}, BOX, positive="up", units="m")
+    found = [seen(family.replace(aoi=aoi)) for aoi in areas]
+    for aoi, one in zip(areas, found, strict=True):
+        again = Scene({"Top": array()}, {"F1": wall()}, BOX, aoi=aoi, positive="up", units="m")
+        assert one == seen(again)
+    halves = [sum(volumes.values()) for *_, volumes in found]
+    assert halves == pytest.approx([96.0, 96.0, 192.0])
+    assert found[0][2] != found[1][2]
+
+
 def test_tolerances():
     """Curves and simplified horizons, in turn, of all nodes and of few."""
     world = synthetic.waves(n=41)
