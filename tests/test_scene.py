@@ -346,3 +346,25 @@ def test_a_scene_outlives_what_is_done_to_its_inputs():
         ds["easting"].values[...] -= 99.0
     first, second = ({name: unit.volume for name, unit in s.units.items()} for s in scenes)
     assert first == second
+
+
+def test_a_frame_that_would_round_inputs_is_not_taken():
+    """The box lies beyond 2048 m, but 1000.1 - 2048 has more digits than a double."""
+    axis = np.arange(900.1, 3200.0, 200.0)
+    top = TriSurface("Top", "horizon", lattice=Lattice(axis, axis, np.zeros((12, 12))))
+    box = (2100.0, 2900.0, 2100.0, 2900.0, -300.0, 300.0)
+    patches = Scene({"Top": top}, box=box).patches
+    assert patches.origin.tolist() == [0.0, 0.0, 0.0]
+    assert set(map(tuple, top.vertices.tolist())) <= set(map(tuple, patches.vertices.tolist()))
+    even = TriSurface("Top", "horizon", lattice=Lattice(*[np.floor(axis)] * 2, np.zeros((12, 12))))
+    assert Scene({"Top": even}, box=box).patches.origin.tolist() == [2048.0, 2048.0, 0.0]
+
+
+def test_a_fault_has_its_front_in_the_hanging_wall_however_it_is_wound():
+    dipping = sheet("F1", [(1, -1, 8), (1, 5, 8), (3, 5, -4), (3, -1, -4)])
+    turned = TriSurface("F1", "fault", dipping.vertices, dipping.triangles[:, ::-1])
+    for fault in (dipping, turned):
+        volumes = {u.block: u.volume for u in Scene({}, {"F1": fault}, BOX).units.values()}
+        assert volumes == {"F1+": 96.0, "F1-": 96.0}
+        units = Scene({"Top": level(5)}, {"F1": fault}, BOX).units
+        assert units["above Top F1+"].volume > units["above Top F1-"].volume

@@ -102,6 +102,23 @@ def test_areas_with_the_same_bounds():
     assert found[0][2] != found[1][2]
 
 
+def test_boxes_with_frames_of_their_own():
+    """Points are rounded in the frame of the box; curves of another one are not handed on."""
+    axis = np.arange(900.0, 3200.0, 200.0) + 0.125
+    heights = np.sin(axis / 300.0)[:, None] * np.cos(axis / 200.0) * 70.0
+    top = TriSurface("Top", "horizon", lattice=Lattice(axis, axis, heights))
+    corners = [(2011, 0, -500), (2011, 4000, -500), (2407, 4000, 500), (2407, 0, 500)]
+    fault = sheet("F1", corners)
+    boxes = (1000.0, 2900.0, 1000.0, 2900.0, -300, 300), (2100.0, 2900.0, 2100.0, 2900.0, -300, 300)
+    family = Scene({"Top": top}, {"F1": fault}, boxes[0])
+    curves = [family.replace(box=box).curves for box in boxes]
+    assert [c.origin.tolist() for c in curves] == [[0.0, 0, 0], [2048.0, 2048, 0]]
+    for box, found in zip(boxes, curves, strict=True):
+        fresh = Scene({"Top": top}, {"F1": fault}, box).curves
+        assert laws.curve_bytes(found) == laws.curve_bytes(fresh)
+    assert (curves[0].points != curves[1].points).any()
+
+
 def test_tolerances():
     """Curves and simplified horizons, in turn, of all nodes and of few."""
     world = synthetic.waves(n=41)
@@ -162,6 +179,8 @@ def test_what_counts_by_its_identity_is_held():
     memory.results.clear()
     gc.collect()
     assert alive() is None
+    keys = [memory.key_of(lattice(step=float(k))) for k in range(40)]  # each dies at once, or not
+    assert len(set(keys)) == 40
 
 
 def test_fingerprints_know_shapes_masks_and_turns():
