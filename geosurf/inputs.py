@@ -10,7 +10,7 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, frame_origin, shift_is_exact
 from geosurf.errors import InputError
-from geosurf.model import Sheet, TriSurface
+from geosurf.model import FaultSticks, Sheet, TriSurface
 from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_horizon
 from geosurf.triangulate.outline import check_outline
 
@@ -163,7 +163,7 @@ def _read(path: Any, role: str, options: Options) -> Any:
 
 def _only_if_unsaid(value: Any, options: Options) -> dict[str, Any]:
     """Scene-wide words count only for inputs that do not say theirs themselves."""
-    if hasattr(value, "sticks"):
+    if isinstance(value, FaultSticks):
         return {}  # metres, elevation positive up: a reader has turned what a file held
     attrs = dict(getattr(value, "attrs", {}))
     if hasattr(value, "data_vars"):  # a fault: its third variable says by its name which way is up

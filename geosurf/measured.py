@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.memory import Memory, fingerprint
+from geosurf.conventions import HORIZON_DIMS
+from geosurf.memory import Memory
 from geosurf.model import Curves, Patches, Sheet, Units
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -24,6 +25,7 @@ class Measured:
     _horizons: dict[str, Any]
     patches: Patches
     units: Units
+    _units_key: Hashable
     curves_between: Callable[[str, str], Curves | None]
 
     @property
@@ -71,11 +73,9 @@ class Measured:
         return drawn
 
     def _measured(self, what: str, run: Callable[[], Any], *more: Any) -> Any:
-        units = self.units
         size = lambda found: ", ".join(f"{n} {dim}" for dim, n in found.sizes.items())  # noqa: E731
-        return self._memory.remembered(
-            "measure", what, ("measure", what, id(units), *more), run, size
-        )
+        key = ("measure", what, self._units_key, *more)
+        return self._memory.remembered("measure", what, key, run, size)
 
     def thickness(
         self, zone: str, grid: Any = None, *, kind: str = "isochore", contact: str | None = None
@@ -110,13 +110,16 @@ class Measured:
         """
         from geosurf.measure import thickness_map
 
-        more = (None if grid is None else repr(grid) if np.isscalar(grid) else fingerprint(grid),)
+        nodes = repr(grid)
+        if hasattr(grid, "coords"):  # of a map, only these count; and they may be changed in place
+            axes = [grid.coords[name] for name in HORIZON_DIMS if name in grid.coords]
+            nodes = self._memory.hold(axes)
         return self._measured(
             f"{kind} {zone}",
             lambda: thickness_map(
                 self.units, zone, grid, kind=kind, contact=contact, horizons=tuple(self._horizons)
             ),
-            *more, contact,
+            nodes, contact,
         )  # fmt: skip
 
     def juxtaposition(self, fault: str) -> xarray.Dataset:
@@ -218,7 +221,7 @@ class Measured:
             found = separation(*walls, azimuth % 360.0, start=start)
             return found.assign_attrs(horizon=horizon, fault=fault)
 
-        return self._measured(f"throw {horizon} x {fault}", run)
+        return self._measured(f"throw {horizon} x {fault}", run, horizon, fault)
 
     def orientation(self, name: str) -> xarray.Dataset:
         """Return area, dip and azimuth of a horizon or fault, as a whole and by triangle.

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from geosurf.model import Sheet, TriSurface
+from geosurf.model import FaultSticks, Sheet, TriSurface
 
 
 @dataclass(frozen=True)
@@ -44,16 +45,24 @@ class Memory:
     ['ran', 'from memory']
     """
 
-    def __init__(self, results: dict[Any, Any] | None = None) -> None:
-        self.results = {} if results is None else results
+    def __init__(self) -> None:
+        self.results: dict[Hashable, Any] = {}
+        self._keys: WeakKeyDictionary[TriSurface, Hashable] = WeakKeyDictionary()
         self.steps: list[Step] = []
 
-    def key_of(self, surface: TriSurface) -> str:
-        """Return the fingerprint of a surface; it is taken once."""
-        place = ("key", id(surface))
-        if place not in self.results:
-            self.results[place] = (surface, fingerprint(surface))  # held: its id is not used again
-        return self.results[place][1]
+    def share(self, other: Memory) -> None:
+        """Take the results of another memory as one's own, from now on for both."""
+        self.results, self._keys = other.results, other._keys
+
+    def key_of(self, surface: TriSurface) -> Hashable:
+        """Return what tells a surface: what it was made of, else its fingerprint, taken once."""
+        if surface not in self._keys:
+            self._keys[surface] = fingerprint(surface)
+        return self._keys[surface]
+
+    def made_of(self, surface: TriSurface, key: Hashable) -> None:
+        """Let a surface be told by the key of the step that made it."""
+        self._keys.setdefault(surface, key)
 
     def hold(self, value: Any) -> str:
         """Return the fingerprint of an input, and hold it where only its identity tells it."""
@@ -124,7 +133,8 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         _add(digest, value.surface, strangers)
     elif isinstance(value, str | Path):
         path = Path(value)
-        digest.update(str(path.resolve()).encode())
+        name = str(path.resolve()).encode()
+        digest.update(f"{len(name)} ".encode() + name)
         digest.update(path.read_bytes() if path.is_file() else b"missing")
     elif isinstance(value, TriSurface):
         digest.update(f"{value.name} {value.role}".encode())
@@ -137,7 +147,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         for key, array in sorted(value.vertex_data.items()):
             digest.update(key.encode())
             _add(digest, array, strangers)
-    elif hasattr(value, "sticks"):
+    elif isinstance(value, FaultSticks):
         _add(digest, tuple(value.sticks), strangers)
     elif hasattr(value, "to_dict") and hasattr(value, "coords"):
         arrays = {**getattr(value, "data_vars", {"": value}), **value.coords}

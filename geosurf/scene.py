@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -204,7 +204,7 @@ class Scene(Joined):
             truncations=changes.get("truncations", only_of(self.truncations, inputs["faults"])),
             tolerance=changes.get("tolerance", self._tolerance),
         )
-        twin._memory.results = self._memory.results
+        twin._memory.share(self._memory)
         return twin
 
     # ------------------------------------------------------------------ inputs
@@ -310,19 +310,35 @@ class Scene(Joined):
     @cached_property
     def patches(self) -> Patches:
         """All surfaces and the walls of the box, split along their curves."""
-        surfaces = (*self.surfaces, *self._fluids[0])
-        ring = None if self.aoi is None else self.aoi.tobytes()
-        origin = self._frame((*surfaces, *build_walls(self.box, self.aoi))).tobytes()
-        shape = (self.box, ring, origin, self._voxel_size, self._self)
-        key = ("patches", *(self._memory.key_of(s) for s in surfaces), shape)
-        subject = f"{len(surfaces)} surfaces and the {'box' if ring is None else 'area'}"
+        n, place = len(self._enclosed) - len(self._walls), "box" if self.aoi is None else "area"
         return self._memory.remembered(
-            "rebuild", subject, key, self._rebuild, lambda p: counted(p.n_patch, "patch")
-        )
+            "rebuild", f"{counted(n, 'surface')} and the {place}", self._patches_key, self._rebuild,
+            lambda p: counted(p.n_patch, "patch"),
+        )  # fmt: skip
+
+    @cached_property
+    def _walls(self) -> list[TriSurface]:
+        return build_walls(self.box, self.aoi)
+
+    @cached_property
+    def _enclosed(self) -> tuple[TriSurface, ...]:
+        """All that is split: surfaces, fluid contacts and the walls."""
+        return (*self.surfaces, *self._fluids[0], *self._walls)
+
+    @cached_property
+    def _origin(self) -> np.ndarray:
+        return self._frame(self._enclosed)
+
+    @cached_property
+    def _patches_key(self) -> Hashable:
+        """What patches depend on."""
+        surfaces = self._enclosed[: len(self._enclosed) - len(self._walls)]
+        ring = None if self.aoi is None else self.aoi.tobytes()
+        shape = (self.box, ring, self._origin.tobytes(), self._voxel_size, self._self)
+        return ("patches", *(self._memory.key_of(s) for s in surfaces), shape)
 
     def _rebuild(self) -> Patches:
-        surfaces = (*self.surfaces, *self._fluids[0], *build_walls(self.box, self.aoi))
-        origin = self._frame(surfaces)
+        surfaces, origin = self._enclosed, self._origin
         options = {"voxel_size": self._voxel_size, "self_intersections": self._self}
         return drop_ghosts(patches_from(find_contacts(surfaces, origin=origin, **options)))
 
@@ -330,12 +346,16 @@ class Scene(Joined):
     def units(self) -> Units:
         """Closed units: zone x fault block (x fluid contact)."""
         patches, contacts = self.patches, self._fluids[1]
-        key = ("units", id(patches), tuple(self.column.values()), tuple(contacts))
         subject = "the box" if self.aoi is None else "the area"
         return self._memory.remembered(
-            "carve", subject, key, lambda: carve_units(patches, self.column, contacts),
-            lambda u: counted(len(u), "unit"),
+            "carve", subject, self._units_key,
+            lambda: carve_units(patches, self.column, contacts), lambda u: counted(len(u), "unit"),
         )  # fmt: skip
+
+    @cached_property
+    def _units_key(self) -> Hashable:
+        """What units, and all that is measured of them, depend on."""
+        return ("units", self._patches_key, tuple(self.column.values()), tuple(self._fluids[1]))
 
     @property
     def volumes(self) -> Any:
@@ -404,9 +424,11 @@ class Scene(Joined):
             options = {"positive": self._positive, "units": self._units_word}
             return as_surface(name, role, value, options, self.surface)
 
-        return self._memory.remembered(
+        found: TriSurface = self._memory.remembered(
             "triangulate", name, key, run, lambda s: f"{s.n_triangle} triangles", again=False
         )
+        self._memory.made_of(found, key)
+        return found
 
     def __repr__(self) -> str:
         return f"<Scene: horizons {list(self._horizons)}, faults {list(self._faults)}>"

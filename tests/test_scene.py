@@ -166,8 +166,7 @@ def test_inputs_are_read_once(scene, monkeypatch):
     plain = memory.fingerprint
     monkeypatch.setattr(memory, "fingerprint", lambda *a: taken.append(a) or plain(*a))
     scene.curves, scene.units  # noqa: B018
-    # four inputs, and four surfaces made of them
-    assert len(taken) == 8
+    assert len(taken) == 4
 
 
 def test_a_box_said_aloud_is_the_default_one():
@@ -368,3 +367,53 @@ def test_a_fault_has_its_front_in_the_hanging_wall_however_it_is_wound():
         assert volumes == {"F1+": 96.0, "F1-": 96.0}
         units = Scene({"Top": level(5)}, {"F1": fault}, BOX).units
         assert units["above Top F1+"].volume > units["above Top F1-"].volume
+
+
+def test_an_answer_is_never_that_of_another_question():
+    """Nothing is told by its identity, which a later object may have; nor by words run together."""
+    scene = Scene({"Top": level(3), "Base": level(1)}, {}, BOX)
+
+    class Grid:
+        """Has coordinates as a map needs them, and is no xarray object."""
+
+        def __init__(self, *east: float) -> None:
+            self.coords = {
+                name: xr.DataArray(np.array(at), dims=name)
+                for name, at in (("northing", [1.0, 2.0]), ("easting", east))
+            }
+
+    def eastings(grid: Grid) -> list[float]:
+        return scene.thickness("Top/Base", grid).easting.values.tolist()
+
+    for k in range(20):  # each is gone before the next is made
+        assert eastings(Grid(1.0 + k / 8, 3.75)) == [1.0 + k / 8, 3.75]
+    grid = Grid(1.0, 2.0)
+    assert eastings(grid) == [1.0, 2.0]
+    grid.coords["easting"][:] = [2.5, 3.5]
+    assert eastings(grid) == [2.5, 3.5]
+
+
+def test_names_with_a_cross_in_them_are_not_run_together():
+    faults = {"x C": upright(1), "C": upright(2)}
+    scene = Scene({"A": level(3), "A x": level(1)}, faults, BOX)
+    one, other = scene.throw("A", "x C"), scene.throw("A x", "C")
+    assert (one.horizon, one.fault) == ("A", "x C")
+    assert (other.horizon, other.fault) == ("A x", "C")
+
+
+def test_a_path_and_what_its_file_holds_are_told_apart(tmp_path):
+    one, other = tmp_path / "a", tmp_path / "ab"
+    one.write_bytes(b"bc")
+    other.write_bytes(b"c")
+    assert fingerprint(one) != fingerprint(other)
+
+
+def test_results_do_not_depend_on_identities(scene):
+    """A scene made anew finds nothing, one with equal inputs everything, whatever was dropped."""
+    units = scene.units
+    twin = scene.replace(faults={"F1": upright(2)})
+    assert twin.units is not units
+    del twin
+    again = scene.replace(faults={"F1": upright(1)})
+    assert again.units is units
+    assert ran(again, "carve", "from memory") == ["the box"]

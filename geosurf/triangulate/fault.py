@@ -94,12 +94,12 @@ def triangulate_fault(
                 f"fault {title!r}: a TriSurface is in metres, elevation positive up. "
                 "Pass (vertices, triangles) to convert."
             )
+    elif hasattr(obj, "data_vars"):
+        surface = TriSurface(title, "fault", lattice=_read_lattice(obj, title, positive, units))
     elif hasattr(obj, "sticks"):
         scale = _scale(title, positive or "up", units or "m")
         sticks = [np.asarray(stick, dtype=np.float64) * (1.0, 1.0, scale) for stick in obj.sticks]
         return triangulate_sticks(sticks, name=title)
-    elif hasattr(obj, "data_vars"):
-        surface = TriSurface(title, "fault", lattice=_read_lattice(obj, title, positive, units))
     else:
         surface = _read_mesh(obj, title, _scale(title, positive or "up", units or "m"))
     if surface.n_triangle == 0:
