@@ -434,7 +434,7 @@ def test_the_dial_must_reach_the_error_of_the_plain_curve(monkeypatch):
 def test_targets_are_measured(without_processes, monkeypatch, capsys):
     """The rows with scenes of their own, at a hundredth of their size."""
     monkeypatch.setattr(targets, "installed", lambda: Installed("", "from sources"))
-    names = ["parallel chords", "crossing chords", "cells", "start"]
+    names = ["parallel chords", "crossing chords", "cells", "memory", "start", "start from files"]
     found = bench.run_bench(["targets"], targets=names, size=FULL / 400, quick=True)
     assert found["wrong"] == []
     rows = {row["name"]: row for row in found["tables"]["targets"]["rows"]}
@@ -446,6 +446,23 @@ def test_targets_are_measured(without_processes, monkeypatch, capsys):
     assert rows["cells"]["measured"][0]["answer"]["units"] == 6
     assert "Target" in bench.bench_text(found)
     assert rows["start"]["what"].endswith("curve of two triangles (from sources)")
+    assert rows["start from files"]["measured"][0]["answer"]["bytes"] > 100
+    assert rows["start from files"]["why"] == ""
+    assert rows["memory"]["ratio"] >= 1.0
+
+
+@pytest.mark.parametrize(("extra", "met"), [(4, True), (6, False)])
+def test_memory_is_told_with_the_inputs(monkeypatch, extra, met):
+    def found(jobs, **settings):
+        return [
+            Result(job, [1.0], [0.0], input_bytes=10, extra_bytes=extra, n_triangle=1)
+            for job in jobs
+        ]
+
+    monkeypatch.setattr(measure, "run_jobs", found)
+    [row] = targets.target_table(Measuring(), names=["memory"])["rows"]
+    assert row["ratio"] == 1.0 + extra / 10
+    assert row["met"] is met
 
 
 def test_a_first_start_finds_nothing_from_before(tmp_path):

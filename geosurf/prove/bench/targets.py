@@ -40,7 +40,8 @@ class Target:
         most; ``"alone"``: our time only; ``"exponent"``: of our time over two decades, at
         most; ``"per edge"``: our microseconds for each edge, at most; ``"dial"``: the plain
         curve's time over that of the dial with the same error, at least; ``"start"``: a
-        process, of an installed wheel where one can be built.
+        process, of an installed wheel where one can be built; ``"memory"``: the inputs and the
+        peak beyond them over the inputs, at most.
     within : float or None
         The time that ours may take [s], where that is what is asked.
     """
@@ -175,6 +176,13 @@ TARGETS = (
         asked=10.0,
     ),
     Target(
+        "memory",
+        "Peak of memory of the same curve of 2e7 triangles, inputs included",
+        ("curve", "S1", 2e7),
+        kind="memory",
+        asked=1.5,
+    ),
+    Target(
         "sheets",
         "Sheets of a horizon of 2237 x 2237 nodes, torn at 6 faults",
         ("sheets", "torn", 1e7),
@@ -210,8 +218,22 @@ TARGETS = (
         kind="start",
         within=0.6,
     ),
+    Target(
+        "start from files",
+        "Start of Python to end: two grid files to a file with their curve",
+        ("start from files", "S1", 2e3),
+        kind="start",
+        within=1.5,
+    ),
+    Target(
+        "first start from files",
+        "The same for the first time: no bytecode of geosurf, no kept kernels",
+        ("start from files", "S1", 2e3),
+        kind="start",
+        within=2.0,
+    ),
 )
-_UNSCALED = ("drogon", "drogon sheets", "drogon model", "start", "first start")
+_UNSCALED = ("drogon", "drogon sheets", "drogon model")  # and starts
 
 
 def target_table(
@@ -263,7 +285,8 @@ def select(names: Sequence[str] | None) -> list[Target]:
 
 def _measure(run: Measuring, target: Target, scale: float) -> Row:
     task, scene, size = target.ours
-    scaled = size if target.name in _UNSCALED else max(float(f"{size * scale:.3g}"), 100.0)
+    as_it_is = target.name in _UNSCALED or target.kind == "start"
+    scaled = size if as_it_is else max(float(f"{size * scale:.3g}"), 100.0)
     job = run.job(task, scene, scaled)
     row = {"name": target.name, "what": target.what, "asked": target.asked, "kind": target.kind,
            "ours": "", "theirs": "", "ratio": None, "met": None, "why": ""}  # fmt: skip
@@ -317,9 +340,10 @@ def _faster(run: Measuring, target: Target, job: Job) -> Row:
 def _start(run: Measuring, target: Target, job: Job) -> Row:
     """An installed wheel, or the sources where there is none: the words say which."""
     found = installed()
-    options = {"site": found.site} | ({"first": True} if target.name == "first start" else {})
+    options = {"site": found.site} | ({"first": True} if target.name.startswith("first") else {})
     job = run.job(job.task, job.scene, job.size, **options)
-    return _faster(run, target, job) | {"what": f"{target.what} ({found.words})"}
+    timed = _faster if target.theirs[1] else _alone
+    return timed(run, target, job) | {"what": f"{target.what} ({found.words})"}
 
 
 def _slower(run: Measuring, target: Target, job: Job) -> Row:
@@ -343,6 +367,20 @@ def _per_edge(run: Measuring, target: Target, job: Job) -> Row:
     ours, _, found = _pair(run, target, job)
     if not (ours["error"] or ours["wrong"]):
         found["ratio"] = 1e6 * ours["seconds"] / ours["answer"]["edges"]
+    return found
+
+
+def _memory(run: Measuring, target: Target, job: Job) -> Row:
+    """What is resident at most, over what the call started from: grids that a user has anyway."""
+    [ours] = run.rows([job])
+    found: Row = {
+        "measured": [ours],
+        "why": "; ".join(filter(None, [ours["error"], *ours["wrong"]])),
+    }
+    if not ours["error"]:
+        inputs, extra = ours["input_bytes"], ours["extra_bytes"]
+        found["ours"] = f"{inputs / 1e6:.0f} MB of grids, {extra / 1e6:.0f} MB more at the peak"
+        found["ratio"] = (inputs + extra) / inputs
     return found
 
 
@@ -386,5 +424,6 @@ _HOW: dict[str, Callable[[Measuring, Target, Job], Row]] = {
     "alone": _alone,
     "exponent": _exponent,
     "dial": _dial,
+    "memory": _memory,
     "start": _start,
 }

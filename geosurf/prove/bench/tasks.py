@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import inspect
 import math
+import shutil
 import subprocess
 import sys
 import tempfile
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +25,7 @@ from geosurf.intersect import intersect_surfaces
 from geosurf.model import Curves, Patches, Units
 from geosurf.prove.bench import geology, truth
 from geosurf.prove.bench.distance import hausdorff
-from geosurf.prove.bench.installed import prepare_start
+from geosurf.prove.bench.installed import Start, prepare_start
 from geosurf.prove.bench.scenes import Setting
 from geosurf.rebuild import rebuild_surfaces
 from geosurf.scene import Scene
@@ -37,6 +39,9 @@ _START = (
     "T('B','surface',[[3,-1,-5],[3,9,-5],[3,4,9]],[[0,1,2]])]);"
     "raise SystemExit(c.n_curve!=1)"
 )
+
+
+_FROM_FILES = "import sys; from geosurf.cli import main; raise SystemExit(main(sys.argv[1:]))"
 
 
 @dataclass(frozen=True)
@@ -123,11 +128,35 @@ def _floor(setting: Setting, options: dict) -> float:
     return total
 
 
-def start_process(code: str, environment: dict[str, str] | None = None) -> int:
+def start_process(code: str, environment: dict[str, str] | None = None, *words: str) -> int:
     """Run some Python in a new interpreter, from its start to its end; not from this folder."""
     return subprocess.run(
-        [sys.executable, "-P", "-c", code], check=True, env=environment
-    ).returncode
+        [sys.executable, "-P", "-c", code, *words],
+        check=True, env=environment, stdout=subprocess.DEVNULL,
+    ).returncode  # fmt: skip
+
+
+def _two_files(setting: Setting, options: dict) -> tuple[Start, Path]:
+    """What a start is timed in, and a folder with two grids as Irap files that cross."""
+    from geosurf.synthetic.world import make_horizon
+    from geosurf.write import write
+
+    start, folder = prepare_start(options), Path(tempfile.mkdtemp(prefix="geosurf-files-"))
+    weakref.finalize(start, shutil.rmtree, folder, ignore_errors=True)
+    levels = {"one": lambda x, y: -1800.0 + 0.02 * x, "two": lambda x, y: -1790.0 + 0.01 * y}
+    for name, level in levels.items():
+        grid = make_horizon(name, (0.0, 2000.0, 0.0, 2000.0), 41, level, (0.0, 0.0, 0.0))
+        write(grid, folder / f"{name}.gri")
+    return start, folder
+
+
+def _start_from_files(made: tuple[Start, Path], options: dict) -> int:
+    """The curve of the two files, by the command that users have, as a file; its size."""
+    start, folder = made
+    one, two, out = (str(folder / name) for name in ("one.gri", "two.gri", "curve.vtp"))
+    words = ("curves", one, two, "-o", out, "--positive", "up", "--units", "m")
+    start_process(_FROM_FILES, start.environment, *words)
+    return Path(out).stat().st_size
 
 
 # ---- answers ---------------------------------------------------------------------------
@@ -262,5 +291,6 @@ TASKS = {
     "start": Task(
         lambda s, o: prepare_start(o), lambda s, o: start_process(_START, s.environment), _nothing
     ),
+    "start from files": Task(_two_files, _start_from_files, lambda s, n: {"bytes": n}),
     "truth": Task(_itself, _truth, _truth_answer),
 }
