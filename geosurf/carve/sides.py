@@ -63,14 +63,12 @@ class Parents:
 def find_parts(pieces: Pieces, bounds: np.ndarray) -> Parts:
     """Find the parts inside bounds (2, 3), local.
 
-    The walls cut at the sides of the box: a part lies on one side of each, as any of its triangles.
+    The walls cut at the sides of the box: a run lies on one side of each, as any of its triangles.
     """
-    n_core, n_run = len(pieces.triangles), int(pieces.first_run[-1])
-    takes = np.ones(n_core + n_run, dtype=bool)
-    takes[:n_core] = pieces.twin == np.arange(n_core)
     part, first = parts_of(
-        pieces.triangles, pieces.surface, pieces.ring, pieces.link, takes, _pairs(pieces)
-    )
+        pieces.x, pieces.triangles, pieces.surface, pieces.ring, pieces.link, pieces.twin,
+        int(pieces.first_run[-1]), _pairs(pieces), bounds,
+    )  # fmt: skip
     surface = _surface_of(pieces, first)
     low, high = bounds
     corners = _corners(pieces, first, surface)

@@ -101,9 +101,14 @@ class Candidates:
 
     @cached_property
     def cones(self) -> tuple[np.ndarray, np.ndarray]:
-        """Cones of normals of the patches of both sides."""
-        one, two = self.nets
-        return cones_of(one), cones_of(two)
+        """Cones of normals of the patches of both sides; NaN for those in no pair."""
+        out = []
+        for nets, rows in zip(self.nets, self.pairs.T, strict=True):
+            used = np.unique(rows)
+            cones = np.full((len(nets), 4), np.nan)
+            cones[used] = cones_of(nets[used])
+            out.append(cones)
+        return out[0], out[1]
 
 
 def has_cubics(surface: TriSurface) -> bool:

@@ -24,14 +24,28 @@ DONE, NEEDS_EXACT = -1, -2
 _SEEN, _FULL = 0, -1
 
 
-@entry("l2 l1 l1 l1 b1 l2 -> l1 l1")
-def parts_of(t, surface, ring, link, takes, pairs):
+@scalar
+def _within(x, t, i, bounds):
+    """Whether no corner of a triangle lies outside of bounds (2, 3)."""
+    for c in range(3):
+        for k in range(3):
+            if not bounds[0, k] <= x[t[i, c], k] <= bounds[1, k]:
+                return False
+    return True
+
+
+@entry("d2 l2 l1 l1 l1 l1 l l2 d2 -> l1 l1")
+def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
     """Part of each element, and the first element of each.
 
     Triangles of one surface are joined over edges that two of them alone share, running opposite
-    ways; runs with the triangles that they are linked to, and in `pairs` (elements).
+    ways; runs with the triangles that they are linked to, and in `pairs` (elements). Triangles
+    beyond the bounds, and all but the first (`twin`) of those with the same corners, are left out.
     """
     n = t.shape[0]
+    takes = np.ones(n + n_run, dtype=np.bool_)
+    for i in range(n):
+        takes[i] = twin[i] == i and _within(x, t, i, bounds)
     parent = np.arange(takes.shape[0])
     for i in range(n):
         if not takes[i]:

@@ -146,13 +146,18 @@ def test_parts_end_where_surfaces_do_or_turn_over():
     ring = np.arange(15)
     for one, other in ((1, 3), (5, 6), (7, 11), (10, 14)):
         ring[one], ring[other] = other, one
-    link, takes = np.full(15, PAIRED), np.ones(5, dtype=bool)
-    none = np.empty((0, 2), dtype=np.int64)
+    link, bounds = np.full(15, PAIRED), np.array([[0.0] * 3, [9.0] * 3])
+    x, twin, none = np.ones((7, 3)), np.arange(5), np.empty((0, 2), dtype=np.int64)
     # the last one runs along 5-4 as its neighbour does; the first two are of another surface
-    part, first = parts_of(t, np.array([0, 0, 1, 1, 1]), ring, link, takes, none)
+    surface = np.array([0, 0, 1, 1, 1])
+    part, first = parts_of(x, t, surface, ring, link, twin, 0, none, bounds)
     assert part.tolist() == [0, 0, 1, 1, 2]
     assert first.tolist() == [0, 2, 4]
-    takes[1] = False
-    part, first = parts_of(t, np.zeros(5, dtype=np.int64), ring, link, takes, none)
+    same = np.zeros(5, dtype=np.int64)
+    assert parts_of(x, t, same, ring, link, twin, 0, none, bounds)[0].tolist() == [0, 0, 0, 0, 1]
+    twin[1] = 0  # as if it had the corners of the first one
+    part, first = parts_of(x, t, same, ring, link, twin, 0, none, bounds)
     assert part.tolist() == [0, -1, 1, 1, 2]
     assert first.tolist() == [0, 2, 4]
+    x[0, 2] = 9.5  # beyond
+    assert parts_of(x, t, same, ring, link, twin, 0, none, bounds)[0].tolist() == [-1, -1, 0, 0, 1]

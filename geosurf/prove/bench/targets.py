@@ -16,6 +16,7 @@ from geosurf.prove.bench.tables import NO_DIAL
 from geosurf.prove.bench.tasks import has_tolerance
 
 FULL_SIZE = 2e7
+_COARSER = 100.0  # grids of the dial: the coarsest that meet the error of the plain curve
 Row = dict[str, Any]
 
 
@@ -403,7 +404,7 @@ def _dial(run: Measuring, target: Target, job: Job) -> Row:
     if plain["error"]:
         return {"why": plain["error"], "measured": [plain]}
     error = max(plain["answer"]["strays"], plain["answer"]["misses"])
-    [dial] = run.rows([run.job("curve", job.scene, job.size / 50.0, tolerance=error)])
+    [dial] = run.rows([run.job("curve", job.scene, job.size / _COARSER, tolerance=error)])
     words = f"plain curve, error {metres_text(error)}"
     found: Row = {"ours": figure(dial), "theirs": figure(plain), "peer": words}
     found |= {"measured": [plain, dial], "why": dial["error"]}
