@@ -18,6 +18,7 @@ from geosurf.contact.upright import are_alike, settled_pairs
 from geosurf.kernels.gather import number_below
 from geosurf.kernels.mesh import weld
 from geosurf.kernels.upright import OPEN
+from geosurf.model.base import any_of
 
 
 @dataclass
@@ -76,7 +77,7 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
             keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
             rows = np.stack(keys, axis=1)
             if i == j and "ghost" in surfaces[i].vertex_data:
-                rows = rows[_with_ghosts(surfaces[i])[rows].any(axis=1)]
+                rows = rows[any_of(_with_ghosts(surfaces[i])[rows])]
         elif i == j and "ghost" in surfaces[i].vertex_data:
             return tree.pairs_of_some(surfaces[i], trees[i], _with_ghosts(surfaces[i]))
         elif one_map and trees[i].window == trees[j].window:
@@ -99,8 +100,7 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
 
 def _with_ghosts(surface) -> np.ndarray:
     """Triangles of a torn sheet that have a ghost: of the others, which are a graph, none meet."""
-    some: np.ndarray = surface.vertex_data["ghost"][surface.triangles].any(axis=1)
-    return some
+    return any_of(surface.vertex_data["ghost"][surface.triangles])
 
 
 def _is_graph(surface) -> bool:

@@ -21,6 +21,7 @@ from geosurf.model import Lattice, TriSurface
 _NO_TRIANGLES = np.empty((0, 3), dtype=np.int64)
 _NO_ORDER = np.empty(0, dtype=np.int64)
 _LISTED = "_listed"
+_NEIGHBOURS = 48  # of a triangle in its own surface, seldom more
 _ROOM = 1 << 17  # 2 MB: below what the system hands out in huge pages, filled with zeros
 
 
@@ -145,8 +146,10 @@ def _lattice_tree(lattice: Lattice, window: tuple[int, int, int, int]) -> Tree:
     return Tree(lattice.coordinates, places, _NO_TRIANGLES, _NO_ORDER, nodes, levels, window)
 
 
-def candidate_pairs(one: Tree, two: Tree, *, same: bool = False):
+def candidate_pairs(one: Tree, two: Tree, *, same: bool = False, room: int = _ROOM):
     """Pairs of triangles that may meet, and what the search cost.
+
+    With more of them than there is `room` for, it is searched twice.
 
     Returns
     -------
@@ -157,7 +160,8 @@ def candidate_pairs(one: Tree, two: Tree, *, same: bool = False):
     """
     if len(one.nodes) == 0 or len(two.nodes) == 0:
         return np.empty((0, 2), dtype=np.int64), {"nodes": 0, "pairs": 0}
-    return all_pairs(lambda room: tree.tree_pairs(*one.arguments(), *two.arguments(), same, room))
+    given = *one.arguments(), *two.arguments(), same
+    return all_pairs(lambda pairs: tree.tree_pairs(*given, pairs), room=room)
 
 
 def pairs_of_some(surface: TriSurface, whole: Tree, some: np.ndarray):
@@ -174,7 +178,7 @@ def pairs_of_some(surface: TriSurface, whole: Tree, some: np.ndarray):
     triangles = surface.triangles[rows]
     boxes, codes, _, _ = survey_list(surface.vertices, triangles)
     part = _tree_of_list(surface.vertices, triangles, boxes, codes)
-    pairs, cost = candidate_pairs(part, whole)
+    pairs, cost = candidate_pairs(part, whole, room=max(_ROOM, _NEIGHBOURS * len(rows)))
     one, two = rows[pairs[:, 0]], pairs[:, 1]
     once = (one < two) | ((one > two) & ~some[two])  # both may be marked
     one, two = one[once], two[once]
@@ -182,9 +186,9 @@ def pairs_of_some(surface: TriSurface, whole: Tree, some: np.ndarray):
     return rows, {**cost, "pairs": len(rows)}
 
 
-def all_pairs(search, n_column: int = 2):
+def all_pairs(search, n_column: int = 2, room: int = _ROOM):
     """Pairs that a kernel finds, however many, and what they cost."""
-    pairs = np.empty((_ROOM, n_column), dtype=np.int64)
+    pairs = np.empty((room, n_column), dtype=np.int64)
     while True:
         n, visited = search(pairs)
         if n <= len(pairs):

@@ -15,6 +15,7 @@ import numpy as np
 
 from geosurf.kernels.torn import named_corners
 from geosurf.model import Patches, frozen
+from geosurf.model.base import any_of
 
 
 def drop_ghosts(patches: Patches) -> Patches:
@@ -79,10 +80,10 @@ def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         # a vertex on a fault is on the edge of both parts and tells nothing
         tells = (mine >= 0) & ~on_fault[patches.triangles[rows]]
         is_outer = tells & outer[mine]
-        is_real = (tells & ~ghost[mine]).any(axis=1) | ~ghost[faces].any(axis=1)
+        is_real = any_of(tells & ~ghost[mine]) | ~any_of(ghost[faces])
         beyond = np.zeros(len(joined), dtype=bool)
         held = np.zeros(len(joined), dtype=bool)
-        beyond[label[is_outer.any(axis=1)]] = True
+        beyond[label[any_of(is_outer)]] = True
         held[label[is_real]] = True
         keep[rows] = (held & ~beyond)[label]
     return keep, corner, part

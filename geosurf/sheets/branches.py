@@ -13,7 +13,7 @@ import numpy as np
 
 from geosurf.sheets.drape import around, without_absent
 from geosurf.sheets.frame import Frame
-from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height
+from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height, side_of_few
 from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.solve import grounded, lattice_graph, smoothest
 from geosurf.sheets.traces import FaultMesh, Trace
@@ -30,16 +30,18 @@ Contact = tuple[int, int, int]
 
 def contacts(traces: list[Trace], meshes: list[FaultMesh]) -> list[Contact]:
     """Ends of traces that lie on another fault, at their own height."""
-    found = []
-    blocks = [mesh_blocks(mesh, 1.0) for mesh in meshes]
-    for i, trace in enumerate(traces):
-        ends = real_ends(trace)
-        for j, mesh in enumerate(meshes):
-            if j == trace.fault:
-                continue
-            far, _ = side_at_own_height(mesh, blocks[j], ends, 1.0)
-            found += [(i, k, j) for k in range(2) if far[k] <= ON and trace.ends[k] != "closed"]
-    return found
+    if not traces:
+        return []
+    ends = np.concatenate([real_ends(trace) for trace in traces])
+    far = [side_of_few(mesh, ends, 1.0)[0] for mesh in meshes]
+    return [
+        (i, k, j)
+        for i, trace in enumerate(traces)
+        for j in range(len(meshes))
+        if j != trace.fault
+        for k in range(2)
+        if far[j][2 * i + k] <= ON and trace.ends[k] != "closed"
+    ]
 
 
 def real_ends(trace: Trace) -> np.ndarray:

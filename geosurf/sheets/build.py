@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.contact.threads import side_by_side
 from geosurf.model import TriSurface
 from geosurf.sheets.cut import Cut, band_of, cut_band
 from geosurf.sheets.data import Picks
@@ -89,7 +90,7 @@ class Builder:
         self.in_mesh = np.flatnonzero((every.kind < 2) | (every.kind == diagonal))
         widest = [np.abs([w.left, w.right]).max(initial=0.0) for w in state.walls]
         self.reach = int(np.ceil(max(widest, default=0.0))) + 3
-        self.meshes = meshes, [mesh_blocks(mesh, float(self.reach)) for mesh in meshes]
+        self.meshes = [(mesh, mesh_blocks(mesh, float(self.reach))) for mesh in meshes]
 
     @property
     def reverse(self) -> set[tuple[int, int]]:
@@ -164,7 +165,7 @@ class Builder:
         points = np.column_stack([self.frame.cells_of_node(nodes), self.state.values[nodes]])
         out = np.ones(len(nodes), dtype=bool)
         reach = float(self.reach)
-        sides = [side_at_own_height(m, b, points, reach) for m, b in zip(*self.meshes, strict=True)]
+        sides = side_by_side(side_at_own_height, [(*m, points, reach) for m in self.meshes])
         network = self.state.network
         for trace, limits, near in zip(network.traces, network.mesh, self.state.near, strict=True):
             far, side = sides[trace.fault]

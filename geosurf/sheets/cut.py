@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.model import Patches, TriSurface
+from geosurf.model.base import all_of, any_of
 from geosurf.rebuild import rebuild_surfaces
 from geosurf.rebuild.ghosts import kept_parts
 from geosurf.sheets.drape import around
@@ -117,7 +118,7 @@ def cut_band(band: Band, torn: Torn, triangles: Triangles, faults: Sequence[TriS
     rows = np.flatnonzero(patches.surface_of_triangle == 0)
     parent = band.surface.triangles[patches.parent_of_triangle[rows]]
     # a tip is a corner of copies on both of its sides, so only whole triangles tell
-    whole = band.own[parent].all(axis=1) & ~band.surface.vertex_data["ghost"][parent].any(axis=1)
+    whole = all_of(band.own[parent]) & ~any_of(band.surface.vertex_data["ghost"][parent])
     own = np.zeros(part.max(initial=-1) + 2, dtype=bool)
     own[part[rows[whole]]] = True
     open_part = keep | own[part]  # a real part that is dropped runs into ghosts somewhere

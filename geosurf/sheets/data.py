@@ -64,6 +64,8 @@ class Picks:
     @cached_property
     def one_each(self) -> bool:
         """Whether pick k is that of node k, for all nodes."""
+        if self.given_node is None:
+            return True
         return self._rising and len(self.node) == self.n_node
 
     @cached_property

@@ -12,11 +12,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from geosurf.contact.threads import side_by_side
 from geosurf.sheets.canvas import Canvas
 from geosurf.sheets.data import Picks
 from geosurf.sheets.drape import around, draped, narrow_gaps, without_absent
 from geosurf.sheets.links import FALLING, Cuts, cuts_of, within
-from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height, window
+from geosurf.sheets.near import NearTrace, mesh_blocks, near_traces, side_at_own_height, window
 from geosurf.sheets.network import Network
 from geosurf.sheets.noise import NOISY_BEND, noise_of
 from geosurf.sheets.sets import distinct, is_among
@@ -135,7 +136,7 @@ class Rebuild:
         self.picks, self.meshes, self.settings = picks, meshes, settings
         self.shape, self.stretch = picks.frame.shape, picks.frame.stretch
         self.reach = max(settings.trim, settings.first_trim) + 1.0
-        self.nearby = [self._near(mesh) for mesh in meshes]
+        self.nearby = side_by_side(self._near, [(mesh,) for mesh in meshes])
         self.canvas = Canvas(picks)
         self.present = np.isfinite(picks.means)
         gaps = narrow_gaps(self.present.reshape(self.shape), FILL)
@@ -198,7 +199,7 @@ class Rebuild:
         self.canvas.changing(lost)
         state.values[lost] = np.nan
         network = self._traced(state.values, lost[self.present[lost]])
-        near = [NearTrace(frame, t, MAP_REACH) for t in network.traces]
+        near = near_traces(frame, network.traces, MAP_REACH)
         cuts = cuts_of(network.traces, frame)
         cuts = cuts.take(np.flatnonzero(within(cuts, *network.solve.T)))
         doubted, sure, beyond = self._last
@@ -223,7 +224,7 @@ class Rebuild:
             doubted[near.rows[near.far < trim]] = True
         if before is None:
             network = self._network(doubted)
-            near = [NearTrace(self.picks.frame, t, MAP_REACH) for t in network.traces]
+            near = near_traces(self.picks.frame, network.traces, MAP_REACH)
             cuts = cuts_of(network.traces, self.picks.frame)
             cuts = cuts.take(np.flatnonzero(within(cuts, *network.solve.T)))
         else:

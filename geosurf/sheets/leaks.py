@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.model import Patches
+from geosurf.model.base import any_of
 from geosurf.sheets.mesh import Torn, Triangles
 from geosurf.sheets.sets import distinct, is_among
 
@@ -26,7 +27,8 @@ def sides_at_curves(patches: Patches) -> Sides:
     """By surface: numbers of edges between points of curves, rising, and the triangle of each."""
     on_curve = np.zeros(len(patches.local), dtype=bool)
     on_curve[patches.curve_edges] = True
-    rows = np.flatnonzero(on_curve[patches.triangles].sum(axis=1) > 1)
+    a, b, c = on_curve[patches.triangles].T
+    rows = np.flatnonzero((a & b) | (a & c) | (b & c))
     of = patches.surface_of_triangle[rows]
     found = []
     for surface in range(len(patches.sources)):
@@ -79,7 +81,7 @@ def leaks_of(
 
 def _free_edges(patches: Patches, rows: np.ndarray, marked: np.ndarray):
     """Ends of edges of one triangle only that have a marked point, and the triangle."""
-    near = rows[marked[patches.triangles[rows]].any(axis=1)]
+    near = rows[any_of(marked[patches.triangles[rows]])]
     one, two, key = edges_of(patches, near)
     some = np.flatnonzero(marked[one] | marked[two])
     order = some[np.argsort(key[some], kind="stable")]
@@ -108,9 +110,9 @@ def ends_in_copies(patches: Patches, among: np.ndarray, sides: Sides) -> np.ndar
     one, two, _ = _free_edges(patches, every, ends)
     ends[one] = ends[two] = False  # where it leaves the sheet
     rows = every[among[every]]
-    faces = patches.parent_of_triangle[rows[ends[patches.triangles[rows]].any(axis=1)]]
+    faces = patches.parent_of_triangle[rows[any_of(ends[patches.triangles[rows]])]]
     source = patches.sources[0]
-    return faces[source.vertex_data["ghost"][source.triangles[faces]].any(axis=1)]
+    return faces[any_of(source.vertex_data["ghost"][source.triangles[faces]])]
 
 
 def false_rims(patches: Patches, keep: np.ndarray, sides: Sides) -> np.ndarray:

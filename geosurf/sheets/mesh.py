@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.model.base import all_of
 from geosurf.sheets.links import EAST, FALLING, NORTH, RISING, Cuts
 from geosurf.sheets.sets import distinct, is_among
 
@@ -81,7 +82,7 @@ class Triangles:
         row, col = np.divmod(a, self.n_col)
         inside = (t >= 0) & (row < self.n_row - 1) & (col < self.n_col - 1)
         out = inside.copy()
-        out[inside] = self.present[self.corners(t[inside])].all(axis=1)
+        out[inside] = all_of(self.present[self.corners(t[inside])])
         return out
 
     def beside(self, node: np.ndarray, kind: np.ndarray) -> np.ndarray:

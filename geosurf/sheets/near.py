@@ -6,8 +6,11 @@ a normal fault lies on the fault itself, wherever it is in the heave zone.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from geosurf.contact.threads import side_by_side
 from geosurf.kernels.lines import NEAR, to_line
 from geosurf.kernels.nodes import in_blocks, nodes_of_blocks
 from geosurf.kernels.sheets import own_height
@@ -69,6 +72,26 @@ def side_at_own_height(mesh: FaultMesh, blocks: Blocks, points: np.ndarray, reac
             blocks.items, reach,
         )  # fmt: skip
     return far, side
+
+
+def side_of_few(mesh: FaultMesh, points: np.ndarray, reach: float):
+    """`side_at_own_height` of a few points, for which no blocks are worth making."""
+    corners = mesh.points[mesh.triangles]
+    low, high = corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)
+    x, y = points[:, 0, None], points[:, 1, None]
+    close = (x >= low[:, 0] - reach) & (x <= high[:, 0] + reach)
+    close &= (y >= low[:, 1] - reach) & (y <= high[:, 1] + reach)
+    point, items = np.nonzero(close)
+    starts = np.searchsorted(point, np.arange(len(points) + 1))
+    every, boxes = np.arange(len(points)), np.hstack([low, high])
+    return own_height(
+        points, every, corners.reshape(-1, 9), boxes, mesh.normals[:, :2], starts, items, reach
+    )
+
+
+def near_traces(frame: Frame, traces: Sequence[Trace], reach: float) -> list[NearTrace]:
+    """What is near each of some traces."""
+    return side_by_side(NearTrace, [(frame, trace, reach) for trace in traces], len(traces) > 1)
 
 
 class NearTrace:

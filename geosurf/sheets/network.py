@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.contact.threads import side_by_side
 from geosurf.kernels.draped import block_bounds
 from geosurf.kernels.lines import line_crossings
 from geosurf.kernels.sheets import UNIT
@@ -50,8 +51,9 @@ class Network:
         self.dropped: list[tuple[int, float]] = []
         stretch = frame.stretch
         bounds = block_bounds(drape)
-        for number, mesh in enumerate(meshes):
-            self._add(number, trace_lines(mesh, drape, stretch, bounds), stretch)
+        found = side_by_side(trace_lines, [(mesh, drape, stretch, bounds) for mesh in meshes])
+        for number, lines in enumerate(found):
+            self._add(number, lines, stretch)
         self.on: list[Contact] = []
         if filled is not None:
             self._trace_branches(meshes, drape, frame, filled)

@@ -20,7 +20,7 @@ from geosurf.sheets.heights import MAP_REACH, Heights, walls_of
 from geosurf.sheets.links import Cuts, cuts_of, within
 from geosurf.sheets.mesh import Torn, Triangles
 from geosurf.sheets.moved import Before, refuse_folds, sheet_heights
-from geosurf.sheets.near import NearTrace
+from geosurf.sheets.near import NearTrace, near_traces
 from geosurf.sheets.network import Network
 from geosurf.sheets.slip import Slip
 from geosurf.sheets.traces import Trace, mesh_in_frame
@@ -71,7 +71,7 @@ class Thrown:
         network = self._network()
         self._die_at_tips(network)
         self._where_there_is_throw(network)
-        near = [NearTrace(self.frame, trace, MAP_REACH) for trace in network.traces]
+        near = near_traces(self.frame, network.traces, MAP_REACH)
         self.labels = self._labels(network, near)
         values, self.was = self._moved(np.arange(self.picks.n_node), self.labels)
         every = cuts_of(network.traces, self.frame)

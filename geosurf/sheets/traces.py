@@ -189,12 +189,13 @@ def _evened(points, faces, rows, limit: float):
 
 
 def _numbered(names: np.ndarray) -> np.ndarray:
-    """Numbers (n,) from 0, the same for the same names (n, 2)."""
-    order = np.lexsort((names[:, 1], names[:, 0]))
-    new = np.append(False, (np.diff(names[order], axis=0) != 0).any(axis=1))
-    number = np.empty(len(names), dtype=np.int64)
-    number[order] = np.cumsum(new)
-    return number
+    """Numbers (n,) from 0, in the order of names (n, 2), the same for the same ones."""
+    low, high = names.min(axis=0).tolist(), names.max(axis=0).tolist()
+    wide = high[1] - low[1] + 1
+    if (high[0] - low[0] + 1) * wide >= 2**63:
+        return np.unique(names, axis=0, return_inverse=True)[1].ravel()
+    key = (names[:, 0] - low[0]) * wide + (names[:, 1] - low[1])
+    return np.unique(key, return_inverse=True)[1].ravel()
 
 
 def _thinned(line: np.ndarray) -> np.ndarray:
