@@ -34,6 +34,17 @@ def _step(neighbour, v):
 
 
 @scalar
+def _line(neighbour, v, g):
+    """Up to four nodes in a line, from v on; their number."""
+    g[0] = v
+    n = 1
+    while n < 4 and _step(neighbour, g[n - 1]) >= 0:
+        g[n] = neighbour[g[n - 1]]
+        n += 1
+    return n
+
+
+@scalar
 def _block(v, east, north, square):
     """North-east node of the block at v, if the block is whole; -1 otherwise."""
     if v < 0 or not square[v] or east[v] < 0 or north[v] < 0:
@@ -100,11 +111,7 @@ def normal_equations(east, north, square, cell, unknown, value, weights):
         for way in range(2):
             along, across = (east, north) if way == 0 else (north, east)
             w, w2 = (wx, wy) if way == 0 else (wy, wx)
-            g[0] = v
-            length = 1
-            while length < 4 and _step(along, g[length - 1]) >= 0:
-                g[length] = along[g[length - 1]]
-                length += 1
+            length = _line(along, v, g)
             if length > 1:
                 _add(g, first, 2, e * w, unknown, value, place, matrix, column, right, number)
             if length > 2 and a != 0.0:

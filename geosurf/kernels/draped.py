@@ -156,6 +156,22 @@ def _name(f, a, b, whole, edges, forward, names, at):
 
 
 @scalar
+def _take(xyz, ij, p, a, m, b):
+    """Corners of a triangle, and the middles of its edges, from each corner to the next."""
+    for c in range(3):
+        for d in range(3):
+            p[c, d] = xyz[c, d]
+        for d in range(2):
+            a[c, d] = ij[c, d]
+    for c in range(3):
+        e = (c + 1) % 3
+        for d in range(3):
+            m[c, d] = 0.5 * (p[c, d] + p[e, d])
+        for d in range(2):
+            b[c, d] = (a[c, d] + a[e, d]) >> 1
+
+
+@scalar
 def _take_part(part, p, a, m, b, xyz, ij):
     """Corners of a quarter of a triangle: that at corner 0, 1 or 2, or the middle one."""
     for c in range(3):
@@ -166,6 +182,30 @@ def _take_part(part, p, a, m, b, xyz, ij):
             xyz[c, d] = p[c, d] if kept else m[side, d]
         for d in range(2):
             ij[c, d] = a[c, d] if kept else b[side, d]
+
+
+@scalar
+def _piece(grid, sx, sy, p, a, whole, f, edges, forward, names, places):
+    """Write where the zero line enters and leaves a small triangle; False if it misses it."""
+    h = _above(grid, sx, sy, p[0]), _above(grid, sx, sy, p[1]), _above(grid, sx, sy, p[2])
+    if np.isnan(h[0]) or np.isnan(h[1]) or np.isnan(h[2]):
+        return False
+    rises = falls = -1
+    for c in range(3):
+        e = (c + 1) % 3
+        if h[c] < 0 and h[e] >= 0:
+            rises = c
+        if h[c] >= 0 and h[e] < 0:
+            falls = c
+    if rises < 0:
+        return False
+    for turn in range(2):
+        c = rises if turn == 0 else falls
+        e = (c + 1) % 3
+        _name(f, a[c], a[e], whole, edges, forward, names, 2 * turn)
+        _zero(p[c], p[e], h[c], h[e], places, 3 * turn)
+    names[4] = f
+    return True
 
 
 @entry("d2 d1 d1 l2 d1 d2 l2 l2 b2 l -> l2 d2")
@@ -185,8 +225,8 @@ def zero_pieces(grid, low, high, levels, stretch, points, faces, edges, forward,
     xyz = np.empty((4 * depth + 4, 3, 3))
     ij = np.empty((4 * depth + 4, 3, 2), dtype=np.int64)
     deep = np.empty(4 * depth + 4, dtype=np.int64)
-    p, a, m, h = np.empty((3, 3)), np.empty((3, 2), dtype=np.int64), np.empty((3, 3)), np.empty(3)
-    b = np.empty((3, 2), dtype=np.int64)
+    p, m = np.empty((3, 3)), np.empty((3, 3))
+    a, b = np.empty((3, 2), dtype=np.int64), np.empty((3, 2), dtype=np.int64)
     for f in range(faces.shape[0]):
         for c in range(3):
             for d in range(3):
@@ -198,18 +238,8 @@ def zero_pieces(grid, low, high, levels, stretch, points, faces, edges, forward,
         while left > 0:  # all that are waiting can meet the drape
             left -= 1
             level = deep[left]
-            for c in range(3):
-                for d in range(3):
-                    p[c, d] = xyz[left, c, d]
-                for d in range(2):
-                    a[c, d] = ij[left, c, d]
+            _take(xyz[left], ij[left], p, a, m, b)
             if level < depth:
-                for c in range(3):
-                    e = (c + 1) % 3
-                    for d in range(3):
-                        m[c, d] = 0.5 * (p[c, d] + p[e, d])
-                    for d in range(2):
-                        b[c, d] = (a[c, d] + a[e, d]) >> 1
                 for part in range(4):  # a corner each, and the middle
                     _take_part(part, p, a, m, b, xyz[left], ij[left])
                     deep[left] = level + 1
@@ -217,28 +247,10 @@ def zero_pieces(grid, low, high, levels, stretch, points, faces, edges, forward,
                     if _meets(grid, low, high, levels, sx, sy, t[0], t[1], t[2]):
                         left += 1
                 continue
-            rises = falls = -1
-            for c in range(3):
-                h[c] = _above(grid, sx, sy, p[c])
-            if np.isnan(h[0]) or np.isnan(h[1]) or np.isnan(h[2]):
-                continue
-            for c in range(3):
-                e = (c + 1) % 3
-                if h[c] < 0 and h[e] >= 0:
-                    rises = c
-                if h[c] >= 0 and h[e] < 0:
-                    falls = c
-            if rises < 0:
-                continue
             if n == size:
                 names = np.concatenate((names, np.empty_like(names)))
                 places = np.concatenate((places, np.empty_like(places)))
                 size *= 2
-            for turn in range(2):
-                c = rises if turn == 0 else falls
-                e = (c + 1) % 3
-                _name(f, a[c], a[e], whole, edges, forward, names[n], 2 * turn)
-                _zero(p[c], p[e], h[c], h[e], places[n], 3 * turn)
-            names[n, 4] = f
-            n += 1
+            if _piece(grid, sx, sy, p, a, whole, f, edges, forward, names[n], places[n]):
+                n += 1
     return names[:n].copy(), places[:n].copy()

@@ -22,7 +22,7 @@ from geosurf.sheets.describe import _misfit
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height
 from geosurf.sheets.sets import distinct, is_among
-from geosurf.sheets.traces import Trace, mesh_in_frame, trace_lines
+from geosurf.sheets.traces import Trace, _numbered, mesh_in_frame, trace_lines
 
 
 def frame_of(n_row: int, n_col: int) -> Frame:
@@ -319,3 +319,12 @@ def test_distance_at_own_height_is_that_of_all_triangles():
     assert (far < 4.0).sum() > 20
     assert np.array_equal(far, whole[0])
     assert np.array_equal(side, whole[1])
+
+
+NAME = st.one_of(st.integers(-3, 3), st.sampled_from([-(2**40), 2**40]))
+
+
+@given(st.lists(st.tuples(NAME, NAME), min_size=1, max_size=12))
+def test_names_are_numbered_in_their_order(names):
+    found = _numbered(np.array(names, dtype=np.int64))
+    assert found.tolist() == [sorted(set(names)).index(name) for name in names]
