@@ -46,6 +46,7 @@ _FARTHEST = 2.0  # [cells] of one step
 _MOST = 200_000
 _SHORTEST = 1e-6  # of the first step
 _SAME = 4.0  # [tolerances]: what is nearer to a walk is on it
+_TOLD = 4  # one of so many landings tells how good the cubics are; along walks all is looked at
 
 
 @scalar
@@ -287,22 +288,17 @@ def _worst(xa, ya, za, xb, yb, zb, row, rough, f, six):
     return total / f[F_SINE]
 
 
-@entry("d2 d2 d2 d2 d2 d2 d3 l2 l1 l1 d4 d4 d d d d -> d2 l1 l1 l1")
-def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, step, tolerance,
-             doubted, rough):  # fmt: skip
-    """Curves of two lattices: rows (n, 15), offsets, how each ends, and the pairs not settled.
+@scalar
+def _land_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, enough, rough, f,
+              land, key):  # fmt: skip
+    """Land in all pairs that are transverse: `land`, the cells of a there (-1: none) in `key`.
 
-    `step` is the first step [m], `doubted` the part of the tolerance [m] that the cubics take; if
-    it is negative, the landings tell, with interpolants that differ by `rough` from order to order.
+    Returns how far the cubics may be from what was sampled, at every fourth landing.
     """
-    n_pair = pairs.shape[0]
-    f, six, work = np.empty(N_WORK), np.empty(6), np.zeros((10, 7))
-    enough = math.sqrt(min(1e-6, 1e-3 * tolerance) * min(1.0, step))
+    six = np.empty(6)
     cones_a, cones_b = np.full((len(cell_a), 4), np.nan), np.full((len(cell_b), 4), np.nan)
-    land, clear = np.empty((n_pair, 8)), np.zeros(n_pair, dtype=np.int64)
-    key = np.empty(n_pair, dtype=np.int64)
-    worst = 0.0
-    for k in range(n_pair):
+    worst, landed = 0.0, 0
+    for k in range(pairs.shape[0]):
         a, b = pairs[k]
         if math.isnan(cones_a[a, 3]):
             cones_a[a, 0], cones_a[a, 1], cones_a[a, 2], cones_a[a, 3] = cone(nets_a[a])
@@ -316,11 +312,30 @@ def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, s
             )
         key[k] = -1
         if found == LIFTED:
-            clear[k] = 1
             key[k] = _cell(za, land[k, 0], land[k, 1])
-            worst = max(worst, _worst(xa, ya, za, xb, yb, zb, land[k], rough, f, six))
+            if landed % _TOLD == 0:
+                worst = max(worst, _worst(xa, ya, za, xb, yb, zb, land[k], rough, f, six))
+            landed += 1
         else:
             land[k, 7] = _NOWHERE
+    return worst
+
+
+@entry("d2 d2 d2 d2 d2 d2 d3 l2 l1 l1 d4 d4 d d d d -> d2 l1 l1 l1")
+def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, step, tolerance,
+             doubted, rough):  # fmt: skip
+    """Curves of two lattices: rows (n, 15), offsets, how each ends, and the pairs not settled.
+
+    `step` is the first step [m], `doubted` the part of the tolerance [m] that the cubics take; if
+    it is negative, the landings tell, with interpolants that differ by `rough` from order to order.
+    """
+    n_pair = pairs.shape[0]
+    f, work = np.empty(N_WORK), np.zeros((10, 7))
+    land, key = np.empty((n_pair, 8)), np.empty(n_pair, dtype=np.int64)
+    near = math.sqrt(0.25 * tolerance * min(1.0, step))  # an eighth of the tolerance is left
+    worst = _land_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, near, rough,
+                      f, land, key)  # fmt: skip
+    enough = math.sqrt(min(1e-6, 1e-3 * tolerance) * min(1.0, step))
     if doubted < 0.0:
         doubted = worst
     target = max(tolerance - doubted, 0.25 * tolerance) / SAFETY
@@ -352,4 +367,4 @@ def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, s
         offsets[count] = n
         if end == LOST:
             break
-    return out[:n].copy(), offsets[: count + 1].copy(), ends[:count].copy(), np.where(clear == 0)[0]
+    return out[:n].copy(), offsets[: count + 1].copy(), ends[:count].copy(), np.where(key < 0)[0]
