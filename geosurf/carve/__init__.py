@@ -31,12 +31,12 @@ from geosurf.carve.cells import Cells, find_cells
 from geosurf.carve.clipped import clipped_by
 from geosurf.carve.column import apply_column, zones_of
 from geosurf.carve.fluids import contacts_of_units, level_of, not_reached, split_by_contacts
-from geosurf.carve.links import joined
 from geosurf.carve.measures import AREA
 from geosurf.carve.outside import box_of, footprint_of, walls_are_a_box
 from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of, unit_name
 from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
 from geosurf.errors import InputError
+from geosurf.kernels.mesh import join_pairs
 from geosurf.model import FluidContact, Patches, Unit, Units, check_column
 
 __all__ = ["carve_units"]
@@ -247,7 +247,7 @@ def _merge(patches: Patches, cells: Cells, zone: np.ndarray) -> np.ndarray:
             parting[owned_by(cells, i)] = True
     rows = faces_between(cells)
     pairs = distinct_pairs(cells.cell_of_side[rows[~parting[rows]]], cells.n_cell)
-    root = joined(cells.n_cell + 1, pairs[zone[pairs[:, 0]] == zone[pairs[:, 1]]])
+    root = join_pairs(pairs[zone[pairs[:, 0]] == zone[pairs[:, 1]]], cells.n_cell + 1)
     _, number = np.unique(root[1:], return_inverse=True)
     return np.concatenate([[-1], number])
 

@@ -17,8 +17,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from geosurf.carve.cells import Cells
-from geosurf.carve.links import joined
 from geosurf.carve.zones import distinct_pairs, owned_by
+from geosurf.kernels.mesh import join_pairs
 from geosurf.model import Patches
 
 WHOLE = "whole"
@@ -99,7 +99,7 @@ def sides_of_units(
         passed = np.ones(len(cells.surface_of), dtype=bool)
         passed[mine] = False
         pairs = distinct_pairs(cells.cell_of_side[passed], cells.n_cell)
-        region = joined(cells.n_cell + 1, pairs)
+        region = join_pairs(pairs, cells.n_cell + 1)
         seen = np.zeros((2, cells.n_cell + 1), dtype=bool)  # from its front, from its back
         for side in range(2):
             beside = cells.cell_of_side[mine, side]

@@ -138,7 +138,7 @@ def find_cells(patches: Patches) -> Cells:
         If two different triangles lie in one half-plane of an edge.
     """
     bounds = box_of(patches)
-    pieces, parts, sides, parents, owners, owner = _joined(patches, bounds)
+    pieces, parts, sides, parents, owners, owner = _seen(patches, bounds)
     is_wall = owned_by_walls(patches, owners)[owner]
     if walls_are_a_box(patches, bounds):
         # all that a wall owns are triangles, and parts with triangles come first
@@ -167,11 +167,11 @@ def find_cells(patches: Patches) -> Cells:
     return Cells(first[found], also, between, n_cell, patches, pieces, face_of_element)
 
 
-def _joined(patches: Patches, bounds: np.ndarray):
+def _seen(patches: Patches, bounds: np.ndarray):
     """Pieces, their parts, what these see (n_part, 2), input triangles; sets of surfaces, and the
     one that owns each part.
     """
-    pieces, floats = patches.pieces, False
+    pieces = patches.pieces
     while True:
         parts = find_parts(pieces, bounds)
         sides, piece, parents = joined_sides(patches, pieces, parts)

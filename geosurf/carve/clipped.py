@@ -12,9 +12,9 @@ import numpy as np
 
 from geosurf.carve.cells import Cells
 from geosurf.carve.column import Turn
-from geosurf.carve.links import joined
 from geosurf.carve.volume import volume_of
 from geosurf.carve.zones import ABOVE, BELOW, distinct_pairs, faces_between, upper_sides
+from geosurf.kernels.mesh import join_pairs
 from geosurf.model import Clipped, Patches
 
 
@@ -78,7 +78,7 @@ def _pieces(cells: Cells, lost: np.ndarray) -> np.ndarray:
     """Number 1 .. of the piece that each lost cell belongs to: cells with a face in common."""
     pairs = distinct_pairs(cells.cell_of_side[faces_between(cells)], cells.n_cell)
     pairs = pairs[lost[pairs].all(axis=1)]
-    piece = joined(len(lost), pairs)
+    piece = join_pairs(pairs, len(lost))
     _, number = np.unique(piece[lost], return_inverse=True)
     out = np.zeros(len(lost), dtype=np.int64)
     out[lost] = number + 1

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.carve.links import joined
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, InvariantError, OpenUnitError
+from geosurf.kernels.mesh import join_pairs
 from geosurf.model import Patches
 
 
@@ -127,7 +127,7 @@ def outside_of_fence(
     """
     numbers, at = np.unique(sides, return_inverse=True)
     sides = at.reshape(-1, 2)
-    root = joined(len(numbers), np.unique(sides[~is_wall], axis=0))
+    root = join_pairs(sides[~is_wall], len(numbers))
     a, b, c = (parents[:, k] for k in range(3))
     rise = np.cross(b - a, c - a)[:, 2]
     inner, outer = [], []

@@ -16,10 +16,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from geosurf.carve.cells import Cells
-from geosurf.carve.links import joined
 from geosurf.carve.outside import box_of
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, OpenUnitError
+from geosurf.kernels.mesh import join_pairs
 from geosurf.model import Patches
 
 ABOVE, BELOW, UNKNOWN = 1, -1, 0
@@ -168,7 +168,7 @@ def _agree(values: np.ndarray, links: np.ndarray, across: np.ndarray) -> None:
     Throw parts what is above from what is below, so that faults carry only what nothing else
     tells: to stacks of cells, joined by `links`, that the surface is not in at all.
     """
-    stack = joined(len(values), links)
+    stack = join_pairs(links, len(values))
     while True:
         known = values[across] != 0
         rows = np.flatnonzero(known[:, 0] != known[:, 1])
