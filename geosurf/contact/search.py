@@ -19,7 +19,7 @@ from geosurf.contact.threads import n_threads, side_by_side
 from geosurf.contact.tree import look_at_list
 from geosurf.conventions import frame_origin, is_number, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
-from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
+from geosurf.kernels.contact import COPLANAR, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact import N_EDGE_PLANE, N_NAME, N_POINT
 from geosurf.kernels.gather import order_by_faces, rows_of_codes
 from geosurf.kernels.naming import name_contacts
@@ -214,9 +214,12 @@ def _meet(x, t, pairs, codes):
     slip = ULP * float(np.abs(x).max(initial=0.0))
     settled = codes != OPEN
     waiting = pairs if not settled.any() else pairs[~settled]
-    parts = np.array_split(waiting, max(1, min(n_threads(), len(waiting) // _PAIRS_OF_A_THREAD)))
-    found = side_by_side(_meet_part, [(x, t, part, slip) for part in parts])
-    rows, near = (np.concatenate(part) for part in zip(*found, strict=True))
+    rows, near = np.empty((0, N_COLUMN), dtype=np.int64), waiting[:0]
+    if len(waiting):
+        n_part = max(1, min(n_threads(), len(waiting) // _PAIRS_OF_A_THREAD))
+        parts = [(x, t, part, slip) for part in np.array_split(waiting, n_part)]
+        found = side_by_side(_meet_part, parts)
+        rows, near = (np.concatenate(part) for part in zip(*found, strict=True))
     if len(waiting) < len(pairs):
         known = settled if len(waiting) else slice(None)
         rows = np.concatenate([rows, rows_of_codes(pairs[known], codes[known], N_COLUMN)])
@@ -246,14 +249,10 @@ def _name(surfaces, origin, faces: Faces, pairs, codes) -> Contacts:
         rows[:, :2], near = number[rows[:, :2]], number[near]
     x, t = faces.x, faces.t
     m0, w = frame_of(x, len(t))
-    codes = rows[:, FIRST_CODE:]
-    used = np.arange(6) < rows[:, N_CORNER, None]
-    n_made = int((used & ((codes >> 3 & 7) > 2) & ((codes & 7) > 2)).sum())
-    n_corner, n_coplanar = int(used.sum()), int(rows[:, COPLANAR].sum())
-    n_filed = len(x)
-    room = n_made + 6 * n_coplanar + 64
+    n_corner, n_coplanar = int(rows[:, N_CORNER].sum()), int(rows[:, COPLANAR].sum())
+    room = n_corner + 6 * n_coplanar + 64  # if each were a point of its own
     m = m0.copy()
-    places = np.full(table_size(n_filed + room), -1, dtype=np.int64)
+    places = np.full(table_size(len(x) + room), -1, dtype=np.int64)
     space = np.empty((len(x) + room, 3))
     space[: len(x)] = x
     e = np.zeros((room, 3), dtype=np.int64)

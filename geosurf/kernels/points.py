@@ -175,8 +175,8 @@ def lpi_plainly(x, t, a, b, c):
 
     With heights h of the ends over the plane, each off by at most f, the part ``ha / (ha - hb)``
     of the edge is off by ``max(fa, fb) / |Ha - Hb|``, H being the true ones. What is left out in
-    adding this part to the start is known, so coordinates are the next doubles almost always
-    where edges are short beside them: one point in a hundred needs more digits.
+    adding this part to the start is known, so coordinates are the next doubles mostly where edges
+    are short beside them: in grids, every tenth point needs more digits.
     """
     o = t[c, 0]
     n = plane_terms(x, o, t[c, 1], t[c, 2])
@@ -187,7 +187,7 @@ def lpi_plainly(x, t, a, b, c):
         return False, 0.0, 0.0, 0.0
     part = ha / below
     # 4/3 for H beside h; five roundings of 2**-53 follow
-    relative = 2.0 * (fa + fb) / abs(below) + 2.0**-49
+    relative = 1.34 * max(fa, fb) / abs(below) + 2.0**-50
     s0, p0 = _part_way(x[a, 0], x[b, 0], part, relative)
     s1, p1 = _part_way(x[a, 1], x[b, 1], part, relative)
     s2, p2 = _part_way(x[a, 2], x[b, 2], part, relative)
