@@ -22,6 +22,7 @@ import numpy as np
 from geosurf.errors import FormatError, SurfaceError
 from geosurf.model import TriSurface
 from geosurf.read._common import agreed_scale, agreed_sign, read_bytes
+from geosurf.read.gmsh import refuse_wrong_counts
 
 # what damaged files make meshio raise: it has no root of its own
 DAMAGE = (
@@ -112,7 +113,7 @@ def surface_from_mesh(
     units: str | None,
 ) -> TriSurface:
     """Turn what a mesh file holds into a surface in metres, elevation up."""
-    what = f"{path.name}: surface {name!r}"
+    what = f"{path}: surface {name!r}"
     sign = agreed_sign(None, positive or "up", what)
     scale = agreed_scale(None, units, "m", what)
     if len(triangles) == 0:
@@ -192,6 +193,7 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
                 f"{path}: its sections are not each a line '$Name' and a line '$EndName'. "
                 "The file is cut short or no Gmsh file; export it again."
             )
+        refuse_wrong_counts(path, data)
     start = data[:256].lstrip().lower()
     if b"\0" in data or start.startswith(b"<"):
         return  # binary and XML notice by themselves
