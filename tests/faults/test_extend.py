@@ -9,6 +9,7 @@ import xarray as xr
 from geosurf import TriSurface, extend_fault, triangulate_fault, triangulate_sticks
 from geosurf.contact.crossing import crossing_pairs
 from geosurf.errors import GeometryError, InputError, SurfaceError
+from geosurf.faults.extend import _without_notches as without_notches
 from geosurf.faults.extend import segments_meet_box
 from geosurf.faults.rim import find_rim, find_rims
 from tests.faults.worlds import BOX, triangles_of, turned
@@ -206,6 +207,37 @@ def test_notches_of_a_rim_with_steps_are_filled_where_they_have_to(gone, filled,
         assert_leaves(made, given, sides=(sides,) if isinstance(sides, str) else sides)
         told.update(e.lines for e in made.extensions)
     assert ("filled" in told) == filled
+
+
+# bumps of two metres beside two steps in a corner: whether 1, at each node
+BUMPS = "0000001 0000000 1011011 0010101 0110101 0110111 0010110"
+
+
+def test_where_filled_notches_would_cross_the_fault_it_is_refused(monkeypatch):
+    """The last try is the one with filled notches, and its triangles cross others."""
+    tried = []
+
+    def told(x, arc, way):
+        kept, filled = without_notches(x, arc, way)
+        tried.append((len(arc), len(kept), len(filled)))
+        return kept, filled
+
+    monkeypatch.setattr("geosurf.faults.extend._without_notches", told)
+    torn = np.ones(72, dtype=bool)
+    torn[[0, 1, 2, 3, 12, 13]] = False
+    bumps = np.array([[int(bump) for bump in row] for row in BUMPS.split()])
+    flat = grid("F1", 2.0 * bumps, role="fault", present=torn)
+    x, y, bump = flat.vertices.T
+    used, t = np.unique(flat.triangles, return_inverse=True)
+    vertices = np.stack([3 + bump + 0.25 * y, 1 + x, 7 - y], axis=1)[used]
+    given = TriSurface("F1", "fault", vertices, t.reshape(-1, 3))
+    with pytest.raises(
+        GeometryError, match=r"'F1' would cross itself if its side 'up' .*Extend it"
+    ):
+        extend_fault(given, BOX, sides="up")
+    ((whole, kept, filled),) = tried
+    assert 1 < kept < whole
+    assert filled == whole - kept
 
 
 def test_holes_stay_and_pieces_are_refused():
