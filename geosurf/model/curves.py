@@ -138,6 +138,10 @@ class Curves:
     error_bound: np.ndarray | None = None
     places: tuple[Place, ...] = ()
 
+    def __repr__(self) -> str:
+        surfaces = ", ".join(self.names)
+        return f"<Curves: {self.n_curve} of {surfaces}, {self.length:.6g} m>"
+
     @property
     def n_curve(self) -> int:
         """Number of curves."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions import counted
 from geosurf.errors import InputError
 from geosurf.model.base import frozen, polydata
 from geosurf.model.pieces import FREE, PAIRED, Pieces
@@ -192,6 +193,10 @@ class Patches:
     def _part(self, rows: np.ndarray, name: str, role: str) -> TriSurface:
         used, faces = np.unique(self.triangles[rows], return_inverse=True)
         return TriSurface(name, role, self.vertices[used], faces.reshape(-1, 3))
+
+    def __repr__(self) -> str:
+        surfaces = counted(len(self.sources), "surface")
+        return f"<Patches: {self.n_patch} of {surfaces}, {self.n_triangle} triangles>"
 
     def to_pyvista(self) -> pyvista.PolyData:
         """Return all patches as one `pyvista.PolyData` with labels as cell data."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import InputError
 from geosurf.model.base import frozen, polydata
 from geosurf.model.column import Remnant
@@ -138,8 +138,16 @@ class Units(Mapping[str, Unit]):
             self._by_labels.get(key) if isinstance(key, tuple) else self._units.get(key)
         )
         if found is None:
-            raise KeyError(f"no unit {key!r}; there are {list(self._units)}")
+            guess = did_you_mean(key, self._units) if isinstance(key, str) else ""
+            raise KeyError(f"no unit {key!r}; there are {list(self._units)}.{guess}")
         return found
+
+    def __repr__(self) -> str:
+        zones, blocks = ({getattr(u, of) for u in self.values()} for of in ("zone", "block"))
+        return (
+            f"<Units: {len(self)}, of {counted(len(zones), 'zone')} in "
+            f"{counted(len(blocks), 'block')}, {self.volume:.6g} m3>"
+        )
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._units)

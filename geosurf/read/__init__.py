@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import did_you_mean
-from geosurf.errors import FormatError
+from geosurf.errors import FormatError, InputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import numpy as np
@@ -360,5 +360,7 @@ def _reader(
             f"{did_you_mean(path.suffix.lower(), suffix_of)} "
             f"Or say what it is with format=, one of {', '.join(formats)}."
         )
+    if not path.exists():  # before anything is asked of it
+        raise InputError(f"{path}: cannot be read (No such file or directory). Check the path.")
     module, function, _ = formats[key]
     return path, key, getattr(import_module(f"geosurf.read.{module}"), function)

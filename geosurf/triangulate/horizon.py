@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -131,6 +132,11 @@ def triangulate_horizon(
 
 def _check_array(da: Any, what: str) -> None:
     """Refuse what is no two-dimensional array of numbers."""
+    if isinstance(da, str | PathLike):
+        raise HorizonError(
+            f"{what}: found the path {str(da)!r}, expected what is in that file. Read it with "
+            "geosurf.read_horizon(path)."
+        )
     if not all(hasattr(da, key) for key in ("dims", "coords", "attrs", "values")):
         raise HorizonError(
             f"{what}: found {type(da).__name__}, expected an xarray.DataArray over {HORIZON_DIMS}. "

@@ -50,7 +50,16 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
         ".irap": ("irap", "irap_classic"),
         ".gri": ("irap", "irap_binary"),
     },
-    "Dataset": {".nc": ("netcdf", "netcdf_of_dataset")},
+    "Dataset": {
+        ".nc": ("netcdf", "netcdf_of_dataset"),
+        ".pol": ("polylines", "pol_of_lines"),
+        ".csv": ("polylines", "csv_of_lines"),
+    },
+}
+# what people mean by things that are no file
+INSTEAD = {
+    "Sheet": " Cut at its faults it is scene.patches.surface(name).",
+    "Scene": " Write its scene.units, scene.curves or scene.patches.",
 }
 KINDS = {
     "TriSurface": TriSurface,
@@ -73,7 +82,8 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
         The suffix picks the format. TriSurface: ``.ts .vtp .vtu .vtk .obj .stl .ply``.
         Curves: ``.pl .vtp .pol``. Patches: ``.vtp .vtu``. Unit: ``.vtp .ts .stl .vtu .obj
         .ply``. Units: ``.vtm`` (and a folder of ``.vtp`` beside it), ``.csv``, ``.nc``.
-        FaultSticks: ``.pol``. Horizon: ``.nc .irap`` and ``.gri`` (float32). Dataset: ``.nc``.
+        FaultSticks: ``.pol``. Horizon: ``.nc .irap`` and ``.gri`` (float32). Dataset: ``.nc``;
+        lines, such as fault polygons: ``.pol .csv``, too.
     name : str, optional
         Name to store. Default: the object's own, else the file name without suffix.
 
@@ -109,7 +119,7 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
     if kind is None:
         raise OutputError(
             f"{path}: a {type(obj).__name__} cannot be written; expected one of "
-            f"{', '.join(WRITERS)}."
+            f"{', '.join(WRITERS)}.{INSTEAD.get(type(obj).__name__, '')}"
         )
     suffix, known = path.suffix.lower(), WRITERS[kind]
     if kind == "horizon (DataArray)" and getattr(obj, "ndim", 2) != 2:

@@ -1,11 +1,22 @@
-"""Polylines in text: ``x y z`` per line, each polyline ended by ``999 999 999``."""
+"""Polylines in text.
+
+``.pol`` has ``x y z`` per line, each polyline ended by ``999 999 999``; ``.csv`` a row for each
+point, with the number of its line and all words and numbers of the line.
+"""
 
 from __future__ import annotations
+
+import csv
+import io
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.errors import OutputError
 from geosurf.model import Curves, FaultSticks
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
 
 END_OF_LINE = "999.0 999.0 999.0"
 DIRECTION = "z is elevation in metres, which .pol does not say: read it with positive='up'."
@@ -22,6 +33,40 @@ def pol_of_curves(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
 def pol_of_sticks(fault: FaultSticks, name: str | None) -> tuple[bytes, list[str]]:
     """Return the sticks of a fault."""
     return _text(list(fault.sticks)), [DIRECTION]
+
+
+def pol_of_lines(lines: xarray.Dataset, name: str | None) -> tuple[bytes, list[str]]:
+    """Return fault polygons or other lines of a model; closed ones repeat their first point."""
+    parts = _lines_in_space(lines)
+    lost = "The names of the faults are not in the file; .csv and .nc keep them."
+    return _text([part for _, part in parts]), [DIRECTION, lost]
+
+
+def csv_of_lines(lines: xarray.Dataset, name: str | None) -> tuple[bytes, list[str]]:
+    """Return the same as a table: one row for each point, closed lines with their first again."""
+    words = [str(key) for key in lines.data_vars if lines[key].dims == ("line",) and key != "count"]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["X", "Y", "Z", "POLY_ID", *(word.upper() for word in words)])
+    for row, part in _lines_in_space(lines):
+        labels = [lines[word].values[row].item() for word in words]
+        writer.writerows([*point, row + 1, *labels] for point in part.tolist())
+    return text.getvalue().encode("utf-8"), ["Z is elevation in metres, positive up."]
+
+
+def _lines_in_space(lines: xarray.Dataset) -> list[tuple[int, np.ndarray]]:
+    """Number and points (n, 3) of each line."""
+    axes = ("easting", "northing", "elevation")
+    if not {*axes, "count"} <= set(lines.variables) or not lines.sizes.get("line"):
+        raise OutputError(
+            "this Dataset has no lines in space, as Scene.fault_polygons has them where there are "
+            "faults. Write .nc instead."
+        )
+    points = np.stack([lines[axis].values for axis in axes], axis=1)
+    ends = np.cumsum(lines["count"].values)
+    parts = np.split(points, ends[:-1])
+    closed = bool(lines.attrs.get("closed", False))
+    return list(enumerate(np.concatenate([p, p[:1]]) if closed else p for p in parts))
 
 
 def _text(polylines: list[np.ndarray]) -> bytes:

@@ -1,0 +1,67 @@
+"""Fault polygons and other lines of a model as files for mapping."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import HorizonError, InputError, OutputError
+
+
+@pytest.fixture(scope="module")
+def scene():
+    world = gs.synthetic.graben(n=5)
+    return gs.Scene(world.horizons, world.faults, world.box)
+
+
+def rings_of(lines):
+    points = np.stack([lines[axis].values for axis in ("easting", "northing", "elevation")], axis=1)
+    return np.split(points, np.cumsum(lines["count"].values)[:-1])
+
+
+def test_fault_polygons_come_back_from_pol_and_csv(scene, tmp_path):
+    lines = scene.fault_polygons("Top")
+    for name in ("a.pol", "a.csv"):
+        written = gs.write(lines, tmp_path / name)
+        found = gs.read_polygons(written[0], positive="up")
+        assert len(found) == lines.sizes["line"] == 2
+        for ring, part in zip(found, rings_of(lines), strict=True):
+            np.testing.assert_array_equal(ring, np.concatenate([part, part[:1]]))
+    with (tmp_path / "a.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {(row["POLY_ID"], row["FAULT"]) for row in rows} == {("1", "F1"), ("2", "F2")}
+    assert set(rows[0]) == {"X", "Y", "Z", "POLY_ID", "FAULT", "PART", "MAP_AREA", "KIND"}
+
+
+def test_tables_without_lines_are_refused(scene, tmp_path):
+    with pytest.raises(OutputError, match=r"no lines in space, as Scene.fault_.*Write .nc"):
+        gs.write(scene.juxtaposition("F1"), tmp_path / "a.pol")
+    with pytest.raises(OutputError, match=r"no lines in space"):
+        gs.write(scene.fault_polygons("Top").isel(line=slice(0, 0)), tmp_path / "a.csv")
+
+
+def test_what_is_no_file_says_what_is(scene, tmp_path):
+    with pytest.raises(OutputError, match=r"a Scene cannot be .*Write its scene.units"):
+        gs.write(scene, tmp_path / "a.vtm")
+    world = gs.synthetic.torn("normal", n=21)
+    sheet = gs.tear_horizon(world.horizons["Top"], world.faults, name="Top")
+    with pytest.raises(OutputError, match=r"a Sheet cannot .*is scene.patches.surface\(name\)"):
+        gs.write(sheet, tmp_path / "a.ts")
+
+
+def test_a_path_is_no_horizon_and_a_missing_file_is_told_first(tmp_path):
+    with pytest.raises(HorizonError, match=r"found the path 'Top.nc', .*Read it with geo"):
+        gs.triangulate_horizon("Top.nc", name="Top")
+    with pytest.raises(InputError, match=r"none.gri: cannot be read \(No such file.*Check"):
+        gs.read_horizon(tmp_path / "none.gri")  # rather than that it must say positive=
+
+
+def test_results_are_short_in_print(scene):
+    assert repr(scene.units) == f"<Units: 12, of 4 zones in 3 blocks, {scene.units.volume:.6g} m3>"
+    assert repr(scene.curves).startswith("<Curves: 6 of Top, Middle, Base, F1, F2, ")
+    assert repr(scene.patches).startswith(f"<Patches: {scene.patches.n_patch} of 11 surfaces, ")
+    with pytest.raises(KeyError, match=r"no unit 'above Topp F1-'; .*Did you mean 'above Top F1-'"):
+        scene.units["above Topp F1-"]
