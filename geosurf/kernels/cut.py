@@ -8,9 +8,10 @@ from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.byname import add_line
 from geosurf.kernels.delaunay import insert_point, settle_all
 from geosurf.kernels.exact import N_VERTEX
+from geosurf.kernels.order import ROOM, rank_points
 from geosurf.kernels.points import FULL
 from geosurf.kernels.predicates import normal_axis
-from geosurf.kernels.segments import insert_segment
+from geosurf.kernels.segments import constrain_edge, insert_segment
 from geosurf.kernels.signs import (
     AXIS,
     FACE_ID,
@@ -57,57 +58,6 @@ def _start_face(x, t, e, d, m, q, f, s, h, tri, axis, side):
 
 
 @scalar
-def _along_hilbert(u, v):
-    """Place of a point of the unit square on Hilbert's curve of 20 levels."""
-    i, j = int(u * 1048575.0), int(v * 1048575.0)
-    place = 0
-    side = 524288
-    while side > 0:
-        right, up = (i & side) != 0, (j & side) != 0
-        place = 4 * place + (3 if right and not up else (2 if right else (1 if up else 0)))
-        if not up:
-            if right:
-                i, j = 1048575 - i, 1048575 - j
-            i, j = j, i
-        side >>= 1
-    return place
-
-
-@scalar
-def _order_points(f, k, low, high):
-    """Local points low..high in an order that keeps walks short: rows of k[:, 1].
-
-    Rounds of doubling size (BRIO, Amenta, Choi & Rote 2003), along Hilbert's curve inside a
-    round. Only speed depends on it.
-    """
-    n = high - low
-    u0, u1, v0, v1 = f[low, 0], f[low, 0], f[low, 1], f[low, 1]
-    for i in range(low + 1, high):
-        u0, u1 = min(u0, f[i, 0]), max(u1, f[i, 0])
-        v0, v1 = min(v0, f[i, 1]), max(v1, f[i, 1])
-    size = max(u1 - u0, v1 - v0)
-    scale = 1.0 / size if size > 1e-290 else 0.0
-    for i in range(n):
-        k[i, 2] = i
-    seed = 12345
-    for i in range(n - 1, 0, -1):  # a fixed shuffle
-        seed = (seed * 1103515245 + 12345) & 0x7FFFFFFF
-        j = (seed >> 8) % (i + 1)
-        k[i, 2], k[j, 2] = k[j, 2], k[i, 2]
-    keys = np.empty(n, dtype=np.int64)
-    last, of_round = 64, 0
-    for i in range(n):
-        if i == last:
-            last, of_round = 2 * last, of_round + 1
-        p = low + k[i, 2]
-        place = _along_hilbert((f[p, 0] - u0) * scale, (f[p, 1] - v0) * scale)
-        keys[k[i, 2]] = (of_round << 40) + place
-    order = np.argsort(keys)
-    for i in range(n):
-        k[i, 1] = low + order[i]
-
-
-@scalar
 def _local_of(local, x, t, e, d, m, q, f, s, tri, i):
     """Local number of global id i, filed if new."""
     if local[i] < 0:
@@ -148,7 +98,67 @@ def _cut_once(x, t, e, d, m, w, h, q, f, s, tri, axis, side, i, j):
 
 
 @scalar
-def _cut_face(x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, tri):
+def _insert_points(x, t, e, d, m, w, h, q, f, s, k, room):
+    """Insert all local points but the corners; False if one is not in the face.
+
+    Few points are searched triangle by triangle, and flips come last. Many are ranked along
+    Hilbert's curve and inserted by rounds of doubling size, as in BRIO (Amenta, Choi & Rote 2003)
+    but spread evenly over the ranks: the first one, those half-way, those a quarter of the way.
+    Each walk starts at the inserted point that is nearest in rank.
+    """
+    n = s[POINTS]
+    if n <= _SMALL:
+        for p in range(3, n):
+            if not insert_point(x, t, e, d, m, w, h, q, f, s, k, p, True):
+                return False
+        settle_all(x, t, e, d, m, w, h, q, f, s, k)
+        return True
+    rank_points(f, 3, n, room)
+    n -= 3
+    step = 1
+    while step < n:
+        step *= 2
+    if not insert_point(x, t, e, d, m, w, h, q, f, s, k, room[0], False):
+        return False
+    while step > 1:
+        for c in range(step // 2, n, step):
+            s[START] = q[room[c - step // 2], 2]
+            if not insert_point(x, t, e, d, m, w, h, q, f, s, k, room[c], False):
+                return False
+        step //= 2
+    return True
+
+
+@scalar
+def _insert_segments(
+    x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, room
+):
+    """Insert the segments of a face: 0, FULL, or -1 (broken).
+
+    Those that are edges already need no more than that. The others come in a fixed shuffle, which
+    keeps corridors short on average.
+    """
+    n = 0
+    for r in range(low, high):
+        if records[r, 2] >= 0:
+            a, b = local[records[r, 1]], local[records[r, 2]]
+            if not constrain_edge(h, q, a, b, records[r, 3]):
+                room[n] = r
+                n += 1
+    stride = 7919 if n % 7919 != 0 else 7907
+    for c in range(n):
+        r = room[(c * stride) % n]
+        a, b = local[records[r, 1]], local[records[r, 2]]
+        done = insert_segment(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, records[r, 3])
+        if done < 0:
+            return done
+    if n > 0:
+        settle_all(x, t, e, d, m, w, h, q, f, s, k)
+    return 0
+
+
+@scalar
+def _cut_face(x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, room, tri):
     """Triangulate one face with its records; 0, FULL or BROKEN."""
     axis, side = normal_axis(x, m, w, t[tri, 0], t[tri, 1], t[tri, 2])
     if (
@@ -168,32 +178,12 @@ def _cut_face(x, t, e, d, m, w, names, places, records, low, high, local, h, q, 
             b = _local_of(local, x, t, e, d, m, q, f, s, tri, records[r, 2])
             add_line(q, a, records[r, 3])
             add_line(q, b, records[r, 3])
-    n = s[POINTS]
-    scan = n <= _SMALL
-    if scan:
-        for p in range(3, n):
-            if not insert_point(x, t, e, d, m, w, h, q, f, s, k, p, True):
-                return BROKEN
-        settle_all(x, t, e, d, m, w, h, q, f, s, k)
-    else:
-        _order_points(f, k, 3, n)
-        order = k[: n - 3, 1].copy()
-        for c in range(n - 3):
-            if not insert_point(x, t, e, d, m, w, h, q, f, s, k, order[c], False):
-                return BROKEN
-    shuffled = 7919 if (high - low) % 7919 != 0 else 7907
-    for c in range(high - low):  # a fixed shuffle keeps corridors short on average
-        r = low + (c * shuffled) % (high - low)
-        if records[r, 2] < 0:
-            continue
-        a, b = local[records[r, 1]], local[records[r, 2]]
-        done = insert_segment(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, records[r, 3])
-        if done == FULL:
-            return FULL
-        if done < 0:
-            return BROKEN
-    settle_all(x, t, e, d, m, w, h, q, f, s, k)
-    return 0
+    if not _insert_points(x, t, e, d, m, w, h, q, f, s, k, room):
+        return BROKEN
+    done = _insert_segments(
+        x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, room
+    )
+    return done if done >= 0 or done == FULL else BROKEN
 
 
 @entry("d2 l2 l2 l2 l1 l1 l2 l1 l2 l1 l1 l2 l2 d2 l2 l2 l1 -> l")
@@ -206,6 +196,7 @@ def cut_faces(
     `places` is empty, and ``m[UNFILED]`` points will be entered there if some are made.
     """
     s = np.zeros(8, dtype=np.int64)
+    room = np.empty(2 * q.shape[0] + ROOM, dtype=np.int64)
     out = 0
     for g in range(offsets.shape[0] - 1):
         low, high = offsets[g], offsets[g + 1]
@@ -214,7 +205,7 @@ def cut_faces(
         if need >= q.shape[0] or 6 * need + 6 >= h.shape[0]:
             return FULL
         status = _cut_face(
-            x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, tri
+            x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, room, tri
         )
         if status == FULL:
             return FULL

@@ -22,7 +22,14 @@ talking.
 from __future__ import annotations
 
 from geosurf.kernels._jit import scalar
-from geosurf.kernels.signs import START, TRIANGLES, in_circle, turn
+from geosurf.kernels.signs import (
+    START,
+    TRIANGLES,
+    in_circle_closely,
+    plain_circle,
+    plain_turn,
+    turn_closely,
+)
 
 
 @scalar
@@ -97,7 +104,8 @@ def _settle(x, t, e, d, m, w, h, q, f, s, k, n):
         j = h[i, 1]
         a, b = h[i, 0], h[j, 0]
         c, o = h[preceding(i), 0], h[preceding(j), 0]
-        if in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
+        side = plain_circle(f, a, b, c, o)
+        if side > 0 or (side == 0 and in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o)):
             flip(h, q, i)
             for r in range(4):
                 o = i if r < 2 else j
@@ -180,7 +188,10 @@ def _seek(x, t, e, d, m, w, h, q, f, s, p, scan):
             i = 3 * tri + (r + steps) % 3
             if i == entered:
                 continue
-            side = turn(x, t, e, d, m, w, q, f, s, h[i, 0], h[following(i), 0], p)
+            a, b = h[i, 0], h[following(i), 0]
+            side = plain_turn(f, a, b, p)
+            if side == 0:
+                side = turn_closely(x, t, e, d, m, w, q, f, s, a, b, p)
             if side < 0:
                 out = i
                 break
@@ -256,8 +267,8 @@ def settle_all(x, t, e, d, m, w, h, q, f, s, k):
         this, other = lap % 2, (lap + 1) % 2
         lap += 1
         later = 0
-        for c in range(n):
-            i = k[c, this]
+        for row in range(n):
+            i = k[row, this]
             h[i, 3] = 0
             if h[i, 1] < 0 or h[i, 2] >= 0:
                 continue
@@ -266,7 +277,9 @@ def settle_all(x, t, e, d, m, w, h, q, f, s, k):
                 later = _queue(h, k, i, later, other)
                 continue
             a, b = h[i, 0], h[j, 0]
-            if in_circle(x, t, e, d, m, w, q, f, s, a, b, h[preceding(i), 0], h[preceding(j), 0]):
+            c, o = h[preceding(i), 0], h[preceding(j), 0]
+            side = plain_circle(f, a, b, c, o)
+            if side > 0 or (side == 0 and in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o)):
                 flip(h, q, i)
                 k[i // 3, 2] = k[j // 3, 2] = lap
                 later = _queue(h, k, following(i), later, other)

@@ -100,6 +100,41 @@ def _turned(h, start, i, way):
 
 
 @scalar
+def _edge_around(h, i, a, b):
+    """The half-edge between points a and b in the triangle of i, which starts at a, or -1."""
+    if h[following(i), 0] == b:
+        return i
+    return preceding(i) if h[preceding(i), 0] == b else -1
+
+
+@scalar
+def constrain_edge(h, q, a, b, support):
+    """Whether points a and b are the ends of an edge, which then becomes a constraint.
+
+    Triangles around both are looked at by turns, so that the smaller number of them counts.
+    """
+    i, j = q[a, 2], q[b, 2]
+    one = two = 1
+    while one != 0 and two != 0:
+        edge = _edge_around(h, i, a, b)
+        if edge < 0:
+            edge = _edge_around(h, j, b, a)
+        if edge >= 0:
+            _constrain(h, edge, support)
+            return True
+        i, one = _turned(h, q[a, 2], i, one)
+        j, two = _turned(h, q[b, 2], j, two)
+    return False
+
+
+@scalar
+def _constrain(h, i, support):
+    """Make the edge of half-edge i a constraint, unless it is one or lies on the border."""
+    if h[i, 2] < 0 and h[i, 1] >= 0:
+        link(h, i, h[i, 1], support)
+
+
+@scalar
 def _has_fewer(h, q, a, b):
     """Whether no more triangles meet at point a than at b, by turning around both at once."""
     i, j = q[a, 2], q[b, 2]
@@ -125,8 +160,7 @@ def _advance(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, p, other, sup
         if i < 0:
             return -1
         if far >= 0:
-            if h[i, 2] < 0 and h[i, 1] >= 0:
-                link(h, i, h[i, 1], support)
+            _constrain(h, i, support)
             return far
         reached, wall = dig(x, t, e, d, m, w, h, q, f, s, k, p, i, a, b, goal, support)
         if wall < 0:

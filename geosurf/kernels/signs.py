@@ -50,10 +50,12 @@ def add_local(x, t, e, d, m, q, f, s, i, bits):
 
 
 @scalar
-def turn(x, t, e, d, m, w, q, f, s, a, b, c):
-    """Sign of the turn of local points a, b, c."""
-    if a == b or b == c or a == c:
-        return 0
+def plain_turn(f, a, b, c):
+    """Sign of the turn of local points a, b, c; 0 where doubles cannot tell.
+
+    With this one array it is compiled into its callers. Calls that hand on nine arrays take longer
+    than this sign, so loops that need many ask here first and go on to `turn_closely`.
+    """
     bu, bv = f[b, 0] - f[a, 0], f[b, 1] - f[a, 1]
     cu, cv = f[c, 0] - f[a, 0], f[c, 1] - f[a, 1]
     left = bu * cv
@@ -68,12 +70,23 @@ def turn(x, t, e, d, m, w, q, f, s, a, b, c):
             return 1
         if -det > bound:
             return -1
-    return _turn_closely(x, t, e, d, m, w, q, f, s, a, b, c)
+    return 0
 
 
 @scalar
-def _turn_closely(x, t, e, d, m, w, q, f, s, a, b, c):
+def turn(x, t, e, d, m, w, q, f, s, a, b, c):
+    """Sign of the turn of local points a, b, c."""
+    sign = plain_turn(f, a, b, c)
+    if sign == 0:
+        sign = turn_closely(x, t, e, d, m, w, q, f, s, a, b, c)
+    return sign
+
+
+@scalar
+def turn_closely(x, t, e, d, m, w, q, f, s, a, b, c):
     """Sign of a turn that doubles cannot tell: by names, by double-doubles, by integers."""
+    if a == b or b == c or a == c:
+        return 0
     if q[a, 1] & q[b, 1] & q[c, 1] != 0:
         return 0  # three points of one edge of the face, by name
     if on_one_line(q, a, b, c):
@@ -187,7 +200,16 @@ def same_way(x, t, e, d, m, w, q, f, s, a, b, p, o):
 @scalar
 def in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
     """Whether o is inside the circle of a, b, c; a tie goes to the lowest of the four."""
-    sign = circle(x, t, e, d, m, w, q, f, s, a, b, c, o)
+    sign = plain_circle(f, a, b, c, o)
+    if sign == 0:
+        return in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o)
+    return sign > 0
+
+
+@scalar
+def in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o):
+    """Whether o is inside the circle of a, b, c, where doubles cannot tell."""
+    sign = _circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o)
     if sign != 0:
         return sign > 0
     # the edge to flip is a-b, the other diagonal c-o
@@ -197,8 +219,11 @@ def in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
 
 
 @scalar
-def circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
-    """Sign > 0 where o is inside the circle of counter-clockwise a, b, c, 0 on it."""
+def plain_circle(f, a, b, c, o):
+    """Sign > 0 where o is inside the circle of counter-clockwise a, b, c; 0 if doubles cannot tell.
+
+    With one array, as `plain_turn`.
+    """
     au, av = f[a, 0] - f[o, 0], f[a, 1] - f[o, 1]
     bu, bv = f[b, 0] - f[o, 0], f[b, 1] - f[o, 1]
     cu, cv = f[c, 0] - f[o, 0], f[c, 1] - f[o, 1]
@@ -218,6 +243,12 @@ def circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
             return 1
         if -det > bound:
             return -1
+    return 0
+
+
+@scalar
+def _circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o):
+    """Side of the circle that doubles cannot tell: by names, by double-doubles, by integers."""
     if _rectangle(x, t, e, d, m, w, q, f, s, a, b, c, o):
         return 0
     sign = _incircle_doubled(x, t, e, d, m, q, f, s, a, b, c, o)
@@ -323,6 +354,8 @@ def sign_rows(x, t, e, d, m, w, ids, axis, rows, out):
         out[i, 0] = turn(x, t, e, d, m, w, q, f, s, a, b, c)
         out[i, 1] = out[i, 2] = 0
         if out[i, 0] > 0:
-            out[i, 1] = circle(x, t, e, d, m, w, q, f, s, a, b, c, o)
+            out[i, 1] = plain_circle(f, a, b, c, o)
+            if out[i, 1] == 0:
+                out[i, 1] = _circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o)
             if in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
                 out[i, 2] = 1
