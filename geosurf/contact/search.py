@@ -265,9 +265,9 @@ def _name(surfaces, origin, faces: Faces, pairs, codes) -> Contacts:
     n_point = int(m[N_POINT])
     m[N_NAME] = 0
     return Contacts(
-        surfaces, origin, space[: len(x) + n_point].copy(), len(x), t, faces.surface, faces.key,
-        faces.nodes, rows, near, ids, records[:n_record].copy(), e[: int(m[N_EDGE_PLANE])].copy(),
-        d[:n_point].copy(), m, w,
+        surfaces, origin, space[: len(x) + n_point], len(x), t, faces.surface, faces.key,
+        faces.nodes, rows, near, ids, records[:n_record], e[: int(m[N_EDGE_PLANE])], d[:n_point],
+        m, w,
     )  # fmt: skip
 
 

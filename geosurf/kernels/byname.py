@@ -10,7 +10,7 @@ from __future__ import annotations
 from geosurf.kernels._jit import scalar
 from geosurf.kernels.doubled import plane_is_level
 from geosurf.kernels.exact import N_TRIANGLE, N_VERTEX
-from geosurf.kernels.predicates import normal_axis, orient3d
+from geosurf.kernels.predicates import flat_by_zeros, normal_axis, orient3d
 
 AXIS, LINES = 2, 7  # of the state s
 _FIRST_LINE, _LAST_LINE = 4, 6
@@ -49,9 +49,17 @@ def of_one_plane(x, d, m, w, q, a, b, c):
         if normal_axis(x, m, w, one, two, three)[0] < 0:
             return False
     for o in (d[j, 1], d[j, 2], d[k, 1], d[k, 2]):
-        if o not in (one, two, three) and orient3d(x, m, w, one, two, three, o, 0.0) != 0:
+        if o not in (one, two, three) and not _of_plane(x, m, w, one, two, three, o):
             return False
     return True
+
+
+@scalar
+def _of_plane(x, m, w, one, two, three, o):
+    """Whether vertex o lies in the plane of three others; what is extruded is seen to by zeros."""
+    if flat_by_zeros(x, one, two, three, o):
+        return True
+    return orient3d(x, m, w, one, two, three, o, 0.0) == 0
 
 
 @scalar

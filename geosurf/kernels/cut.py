@@ -16,16 +16,20 @@ from geosurf.kernels.signs import (
     AXIS,
     FACE_ID,
     LINES,
+    N_STATE,
     POINTS,
     SEGMENT,
+    SIDE,
     START,
     TRIANGLES,
     USED,
+    add_corner,
     add_local,
     in_circle,
 )
 
 BROKEN = -8
+_BLOCK = 8  # points that are inserted one after the other, of those along a curve
 _SMALL = 16  # up to so many points a face is searched triangle by triangle
 
 
@@ -43,15 +47,16 @@ def _bits_on_edges(t, d, m, tri, i):
 
 
 @scalar
-def _start_face(x, t, e, d, m, q, f, s, h, tri, axis, side):
+def _start_face(x, t, q, f, s, h):
     """The face itself as first triangle, counter-clockwise on its axis."""
-    s[POINTS], s[TRIANGLES], s[AXIS], s[SEGMENT] = 0, 1, axis, 0
-    s[FACE_ID], s[START], s[USED], s[LINES] = tri, 0, 0, 0
-    second, third = (1, 2) if side > 0 else (2, 1)
+    tri = s[FACE_ID]
+    s[POINTS], s[TRIANGLES], s[SEGMENT] = 0, 1, 0
+    s[START], s[USED], s[LINES] = 0, 0, 0
+    second, third = (1, 2) if s[SIDE] > 0 else (2, 1)
     # bits: edge k joins corners k and k + 1
-    add_local(x, t, e, d, m, q, f, s, t[tri, 0], 1 | 4)
-    add_local(x, t, e, d, m, q, f, s, t[tri, second], 3 if second == 1 else 6)
-    add_local(x, t, e, d, m, q, f, s, t[tri, third], 3 if third == 1 else 6)
+    add_corner(x, q, f, s, t[tri, 0], 1 | 4)
+    add_corner(x, q, f, s, t[tri, second], 3 if second == 1 else 6)
+    add_corner(x, q, f, s, t[tri, third], 3 if third == 1 else 6)
     for k in range(3):
         h[k, 0], h[k, 1], h[k, 2], h[k, 3] = k, -1, -1, 0
         q[k, 2] = k
@@ -66,12 +71,13 @@ def _local_of(local, x, t, e, d, m, q, f, s, tri, i):
 
 
 @scalar
-def _cut_once(x, t, e, d, m, w, h, q, f, s, tri, axis, side, i, j):
+def _cut_once(x, t, e, d, m, w, h, q, f, s, i, j):
     """A face with one segment between two of its edges: three children; False if it is not so.
 
     Half of all cut faces are of this kind, and this takes a fifth of the time: only the
     diagonal of the part with four corners is to be chosen, as Lawson would.
     """
+    tri = s[FACE_ID]
     one, two = _bits_on_edges(t, d, m, tri, i), _bits_on_edges(t, d, m, tri, j)
     if one == 0 or two == 0 or one == two:
         return False
@@ -79,14 +85,14 @@ def _cut_once(x, t, e, d, m, w, h, q, f, s, tri, axis, side, i, j):
     lone = 0 if both == 5 else (1 if both == 3 else 2)
     first = i if one == 1 << lone else j
     second = j if one == 1 << lone else i
-    s[POINTS], s[TRIANGLES], s[AXIS], s[FACE_ID], s[USED], s[LINES] = 0, 3, axis, tri, 0, 0
-    add_local(x, t, e, d, m, q, f, s, t[tri, lone], 0)
+    s[POINTS], s[TRIANGLES], s[USED], s[LINES] = 0, 3, 0, 0
+    add_corner(x, q, f, s, t[tri, lone], 0)
     add_local(x, t, e, d, m, q, f, s, first, 0)
-    add_local(x, t, e, d, m, q, f, s, t[tri, (lone + 1) % 3], 0)
-    add_local(x, t, e, d, m, q, f, s, t[tri, (lone + 2) % 3], 0)
+    add_corner(x, q, f, s, t[tri, (lone + 1) % 3], 0)
+    add_corner(x, q, f, s, t[tri, (lone + 2) % 3], 0)
     add_local(x, t, e, d, m, q, f, s, second, 0)
     # the part with four corners, counter-clockwise on the axis
-    a, b, c, o = (1, 2, 3, 4) if side > 0 else (4, 3, 2, 1)
+    a, b, c, o = (1, 2, 3, 4) if s[SIDE] > 0 else (4, 3, 2, 1)
     h[0, 0], h[1, 0], h[2, 0] = 0, a, o
     if in_circle(x, t, e, d, m, w, q, f, s, a, c, o, b):
         h[3, 0], h[4, 0], h[5, 0] = a, b, o
@@ -104,7 +110,8 @@ def _insert_points(x, t, e, d, m, w, h, q, f, s, k, room):
     Few points are searched triangle by triangle, and flips come last. Many are ranked along
     Hilbert's curve and inserted by rounds of doubling size, as in BRIO (Amenta, Choi & Rote 2003)
     but spread evenly over the ranks: the first one, those half-way, those a quarter of the way.
-    Each walk starts at the inserted point that is nearest in rank.
+    Each walk starts at the inserted point that is nearest in rank. The last rounds are done block
+    by block, so that memory near a block is read once.
     """
     n = s[POINTS]
     if n <= _SMALL:
@@ -120,12 +127,27 @@ def _insert_points(x, t, e, d, m, w, h, q, f, s, k, room):
         step *= 2
     if not insert_point(x, t, e, d, m, w, h, q, f, s, k, room[0], False):
         return False
-    while step > 1:
-        for c in range(step // 2, n, step):
-            s[START] = q[room[c - step // 2], 2]
-            if not insert_point(x, t, e, d, m, w, h, q, f, s, k, room[c], False):
-                return False
+    while step > _BLOCK:  # the first of each block, coarse to fine
+        if not _insert_between(x, t, e, d, m, w, h, q, f, s, k, room, 0, n, step):
+            return False
         step //= 2
+    for low in range(0, n, _BLOCK):
+        step = _BLOCK
+        while step > 1:
+            high = min(low + _BLOCK, n)
+            if not _insert_between(x, t, e, d, m, w, h, q, f, s, k, room, low, high, step):
+                return False
+            step //= 2
+    return True
+
+
+@scalar
+def _insert_between(x, t, e, d, m, w, h, q, f, s, k, room, low, high, step):
+    """Insert the points half-way between those with every step-th rank, from low on below high."""
+    for c in range(low + step // 2, high, step):
+        s[START] = q[room[c - step // 2], 2]
+        if not insert_point(x, t, e, d, m, w, h, q, f, s, k, room[c], False):
+            return False
     return True
 
 
@@ -160,16 +182,15 @@ def _insert_segments(
 @scalar
 def _cut_face(x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, room, tri):
     """Triangulate one face with its records; 0, FULL or BROKEN."""
-    axis, side = normal_axis(x, m, w, t[tri, 0], t[tri, 1], t[tri, 2])
+    s[FACE_ID] = tri
+    s[AXIS], s[SIDE] = normal_axis(x, m, w, t[tri, 0], t[tri, 1], t[tri, 2])
     if (
         high - low == 1
         and records[low, 2] >= 0
-        and _cut_once(
-            x, t, e, d, m, w, h, q, f, s, tri, axis, side, records[low, 1], records[low, 2]
-        )
+        and _cut_once(x, t, e, d, m, w, h, q, f, s, records[low, 1], records[low, 2])
     ):
         return 0
-    _start_face(x, t, e, d, m, q, f, s, h, tri, axis, side)
+    _start_face(x, t, q, f, s, h)
     for c in range(3):
         local[q[c, 0]] = c
     for r in range(low, high):
@@ -195,7 +216,7 @@ def cut_faces(
     ``records[offsets[i]:offsets[i + 1]]`` belong to one face; `local` is -1 for every id;
     `places` is empty, and ``m[UNFILED]`` points will be entered there if some are made.
     """
-    s = np.zeros(8, dtype=np.int64)
+    s = np.zeros(N_STATE, dtype=np.int64)
     room = np.empty(2 * q.shape[0] + ROOM, dtype=np.int64)
     out = 0
     for g in range(offsets.shape[0] - 1):
@@ -213,12 +234,11 @@ def cut_faces(
             return BROKEN - g
         if out + s[TRIANGLES] > children.shape[0]:
             return FULL
-        _, side = normal_axis(x, m, w, t[tri, 0], t[tri, 1], t[tri, 2])
         for c in range(s[TRIANGLES]):
             p0, p1, p2 = q[h[3 * c, 0], 0], q[h[3 * c + 1, 0], 0], q[h[3 * c + 2, 0], 0]
             children[out, 0] = p0
-            children[out, 1] = p1 if side > 0 else p2
-            children[out, 2] = p2 if side > 0 else p1
+            children[out, 1] = p1 if s[SIDE] > 0 else p2
+            children[out, 2] = p2 if s[SIDE] > 0 else p1
             parents[out] = tri
             out += 1
         for c in range(s[POINTS]):

@@ -9,8 +9,8 @@ Notation
     f        local points, float64 (n, 8): rounded coordinates (u, v), the larger of their errors,
              both errors; then what rounding left out of (u, v) and the error of that (-1: unknown)
     k        scratch rows, int64 (n, 4)
-    s        state, int64 (8,): numbers of points and triangles, axis, segment number, face, start,
-             room that is used (`kept`), number of learned lines
+    s        state, int64 (9,): numbers of points and triangles, axis, segment number, face, start,
+             room that is used (`kept`), number of learned lines, sign of the normal on the axis
 
 Points are inserted first, then segments (see `segments`), splitting what they cross; then
 Lawson flips until every free edge is Delaunay. Of four points on one circle the diagonal

@@ -145,33 +145,66 @@ def join_pairs(pairs, n):
     return parent
 
 
-@entry("l2 l1 l1 l1 l1 -> l1 l")
-def patches_of(t, surface, owners, ring, twin):
-    """Patch number of each triangle, numbered by first triangle, and how many.
+@scalar
+def _around(owners, ring, twin, i, seen):
+    """Of the distinct triangles around an edge: number, last two, and whether owners differ.
+
+    `seen` is set for all half-edges of the ring.
+    """
+    count = 0
+    one = other = -1
+    mixed = False
+    j = i
+    while not seen[j]:
+        seen[j] = True
+        if twin[j // 3] == j // 3:
+            count += 1
+            one, other = other, j // 3
+            mixed = mixed or (one >= 0 and owners[one] != owners[other])
+        j = ring[j]
+    return count, one, other, mixed
+
+
+@entry("l2 l1 l1 l1 l1 l -> l1 l2")
+def patches_and_rim(t, surface, owners, ring, twin, n_edge):
+    """Patch of each triangle, numbered by first triangle, and the edges (n, 2) between them.
 
     Triangles are joined over edges that exactly two distinct triangles share, if the same
-    surfaces own both (`owners`: a number for that set). `twin` is the first triangle with the
-    same corners (itself, mostly).
+    surfaces own both (`owners`: a number for that set). Edges where owners differ or more than two
+    triangles meet are the rim. `twin` is the first triangle with the same corners (itself, mostly).
     """
     n = t.shape[0]
     parent = np.arange(n)
+    rim = np.empty((n_edge, 2), dtype=np.int64)
+    n_rim = 0
     seen = np.zeros(3 * n, dtype=np.bool_)
     for i in range(3 * n):
-        if seen[i]:
+        j = ring[i]
+        if j <= i and (j == i or ring[j] == i):
+            continue  # alone, or the second of two
+        one, other = i // 3, j // 3
+        if ring[j] == i and twin[one] == one and twin[other] == other:  # nearly all
+            same = owners[one] == owners[other]
+            count, mixed = 2, not same
+        elif seen[i]:
             continue
-        # distinct triangles around the edge, once for each edge: thousands may share one
-        count = 0
-        one = other = -1
-        j = i
-        while not seen[j]:
-            seen[j] = True
-            if twin[j // 3] == j // 3:
-                count += 1
-                one, other = other, j // 3
-            j = ring[j]
-        if count == 2 and owners[one] == owners[other]:
+        else:  # once for each edge: thousands may share one
+            count, one, other, mixed = _around(owners, ring, twin, i, seen)
+            same = count == 2 and owners[one] == owners[other]
+        if same:
             join(parent, one, other)
-    for i in range(n):  # coinciding triangles: joined as their twins are, surface by surface
+        if mixed or count > 2:
+            a, b = t[i // 3, i % 3], t[i // 3, (i + 1) % 3]
+            rim[n_rim, 0], rim[n_rim, 1] = min(a, b), max(a, b)
+            n_rim += 1
+    _join_coinciding(parent, surface, ring, twin)
+    return _numbered(parent)[0], rim[:n_rim].copy()
+
+
+@scalar
+def _join_coinciding(parent, surface, ring, twin):
+    """Join coinciding triangles as their twins are, surface by surface."""
+    for i in range(twin.shape[0]):
         if twin[i] == i:
             continue
         if surface[twin[i]] == surface[i]:  # a surface that lies on itself: one patch, any order
@@ -182,13 +215,27 @@ def patches_of(t, surface, owners, ring, twin):
                 if surface[j // 3] == surface[i] and _same_patch(parent, twin, i, j // 3):
                     join(parent, i, j // 3)
                 j = ring[j]
-    return _numbered(parent)
 
 
 @scalar
 def _same_patch(parent, twin, i, j):
     """Whether triangles i and j, both coinciding with others, lie in one patch there."""
     return twin[j] != j and find(parent, twin[i]) == find(parent, twin[j])
+
+
+@entry("l1 l1 l -> l1")
+def numbered_in_order(number, order, n):
+    """Numbers below n made anew: as they are met first in an order of the elements."""
+    new = np.full(n, -1, dtype=np.int64)
+    out = np.empty(number.shape[0], dtype=np.int64)
+    count = 0
+    for i in range(order.shape[0]):
+        old = number[order[i]]
+        if new[old] < 0:
+            new[old] = count
+            count += 1
+        out[order[i]] = new[old]
+    return out
 
 
 @entry("l2 l1 -> l1 l")
@@ -201,42 +248,17 @@ def pieces(t, ring):
     return _numbered(parent)
 
 
-@entry("l2 l1 l1 l1 l -> l2")
-def curve_edges(t, owners, ring, twin, n_edge):
-    """Vertices of the edges where different surfaces or more than two sheets meet."""
-    out = np.empty((n_edge, 2), dtype=np.int64)
-    seen = np.zeros(3 * t.shape[0], dtype=np.bool_)
-    n = 0
-    for i in range(3 * t.shape[0]):
-        if seen[i]:
-            continue
-        owner = -1
-        mixed = False
-        count = 0
-        j = i
-        while not seen[j]:
-            seen[j] = True
-            if twin[j // 3] == j // 3:
-                count += 1
-                mixed = mixed or (owner >= 0 and owners[j // 3] != owner)
-                owner = owners[j // 3]
-            j = ring[j]
-        if mixed or count > 2:
-            a, b = t[i // 3, i % 3], t[i // 3, (i + 1) % 3]
-            out[n, 0], out[n, 1] = min(a, b), max(a, b)
-            n += 1
-    return out[:n].copy()
-
-
 @entry("d2 l2 l2 l1 l1 l1 -> l1")
 def turned_over(x, t, parents, parent, m, w):
     """Rows of the triangles that do not face as their parents do, on the same axis."""
     none = np.empty((0, 4), dtype=np.int64)
     rows = np.empty(t.shape[0], dtype=np.int64)
     n = 0
+    axis, side = 0, 0
     for i in range(t.shape[0]):
         p = parent[i]
-        axis, side = normal_axis(x, m, w, parents[p, 0], parents[p, 1], parents[p, 2])
+        if i == 0 or p != parent[i - 1]:
+            axis, side = normal_axis(x, m, w, parents[p, 0], parents[p, 1], parents[p, 2])
         u, v = (axis + 1) % 3, (axis + 2) % 3
         if side * orient2d(x, none, none, none, m, w, t[i, 0], t[i, 1], t[i, 2], u, v) <= 0:
             rows[n] = i

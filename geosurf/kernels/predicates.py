@@ -101,7 +101,7 @@ def side_of(x, m, w, a, b, c, o, terms, slip):
     for k in range(3):  # a wall of the box, a contact, a row of a grid: no need for long integers
         if x[a, k] == x[o, k] and x[b, k] == x[o, k] and x[c, k] == x[o, k]:
             return 0
-    if _flat_by_zeros(x, a, b, c, o):
+    if flat_by_zeros(x, a, b, c, o):
         return 0
     sign = exact_orient3d(x, m, w, a, b, c, o)
     if sign != 0:
@@ -110,7 +110,7 @@ def side_of(x, m, w, a, b, c, o, terms, slip):
 
 
 @scalar
-def _flat_by_zeros(x, a, b, c, o):
+def flat_by_zeros(x, a, b, c, o):
     """Whether four vertices are coplanar since each term of their determinant has a factor zero.
 
     So are the edges of what is extruded along an axis: a quarter of a microsecond saved each. Equal
@@ -165,26 +165,38 @@ def normal_axis(x, m, w, a, b, c):
     return exact_normal_axis(x, m, w, a, b, c)
 
 
+@scalar
+def _lowest_bit(value):
+    """Exponent of the lowest bit of a double that is not zero."""
+    fraction, exponent = math.frexp(value)
+    mantissa = abs(int(fraction * 9007199254740992.0))
+    return exponent - 53 + math.frexp(float(mantissa & -mantissa))[1] - 1
+
+
 @entry("d2 -> l l")
 def scale_of(x):
     """Least k such that all coordinates are multiples of 2**-k, and their bits at that k.
 
-    (k, bits); bits = -1 if a coordinate is not finite.
+    (k, bits); bits = -1 if a coordinate is not finite. Most numbers are seen from their bits to be
+    multiples of what is the lowest one so far.
     """
     low = 4000
     high = -4000
     for i in range(x.shape[0]):
+        bits = x[i].view(np.int64)
         for j in range(x.shape[1]):
-            value = x[i, j]
-            if not math.isfinite(value):
+            exponent = (bits[j] >> 52) & 0x7FF
+            mantissa = bits[j] & 0xFFFFFFFFFFFFF
+            if exponent == 0x7FF:
                 return 0, -1
-            if value == 0.0:
-                continue
-            fraction, exponent = math.frexp(value)
-            mantissa = abs(int(fraction * 9007199254740992.0))
-            lowest = exponent - 53 + math.frexp(float(mantissa & -mantissa))[1] - 1
-            low = min(low, lowest)
-            high = max(high, exponent)
+            if exponent == 0:
+                if mantissa == 0:
+                    continue
+                exponent = math.frexp(x[i, j])[1] + 1022  # below the least normal number
+            high = max(high, exponent - 1022)
+            below = low - exponent + 1075  # digits of the number that are below 2**low
+            if below > 0 and (below > 52 or mantissa & ((1 << below) - 1) != 0):
+                low = min(low, _lowest_bit(x[i, j]))
     if high == -4000:
         return 0, 1
     return -low, high - low

@@ -21,28 +21,35 @@ from geosurf.kernels.exact import N_VERTEX
 from geosurf.kernels.kept import kept_compare, kept_incircle, kept_orient2d
 from geosurf.kernels.predicates import INCIRCLE_BOUND, ORIENT2D_BOUND, TINY
 
-POINTS, TRIANGLES, AXIS, SEGMENT, FACE_ID, START, USED, LINES = 0, 1, 2, 3, 4, 5, 6, 7
+POINTS, TRIANGLES, AXIS, SEGMENT, FACE_ID, START, USED, LINES, SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8
+N_STATE = 9
 _HALF_ULP = 1.12e-16
 _TINY_DOUBLED = 1e-180  # below it rests of products may underflow
 
 
 @scalar
-def add_local(x, t, e, d, m, q, f, s, i, bits):
-    """A new local point for global id i."""
+def add_corner(x, q, f, s, i, bits):
+    """A new local point for id i, known exactly: a vertex."""
     p = s[POINTS]
     s[POINTS] = p + 1
-    u, v = (s[AXIS] + 1) % 3, (s[AXIS] + 2) % 3
     q[p, 0], q[p, 1], q[p, 2], q[p, 3] = i, bits, -1, -1
     q[p, 4], q[p, 5], q[p, 6], q[p, 7] = -1, -1, -1, -1
-    f[p, 0], f[p, 1] = x[i, u], x[i, v]
+    f[p, 0], f[p, 1] = x[i, (s[AXIS] + 1) % 3], x[i, (s[AXIS] + 2) % 3]
     f[p, 2], f[p, 3], f[p, 4] = 0.0, 0.0, 0.0
     f[p, 5], f[p, 6], f[p, 7] = 0.0, 0.0, 0.0
+    return p
+
+
+@scalar
+def add_local(x, t, e, d, m, q, f, s, i, bits):
+    """A new local point for global id i."""
+    p = add_corner(x, q, f, s, i, bits)
     row = i - m[N_VERTEX]
     if row >= 0:
-        if not is_exact(x, t, e, d, m, row, u):
-            f[p, 3] = _HALF_ULP * abs(x[i, u])
-        if not is_exact(x, t, e, d, m, row, v):
-            f[p, 4] = _HALF_ULP * abs(x[i, v])
+        if not is_exact(x, t, e, d, m, row, (s[AXIS] + 1) % 3):
+            f[p, 3] = _HALF_ULP * abs(f[p, 0])
+        if not is_exact(x, t, e, d, m, row, (s[AXIS] + 2) % 3):
+            f[p, 4] = _HALF_ULP * abs(f[p, 1])
         f[p, 2] = max(f[p, 3], f[p, 4])
         if f[p, 2] > 0.0:
             f[p, 7] = -1.0
@@ -345,7 +352,7 @@ def sign_rows(x, t, e, d, m, w, ids, axis, rows, out):
     """
     q = np.empty((ids.shape[0], 8), dtype=np.int64)
     f = np.empty((ids.shape[0], 8), dtype=np.float64)
-    s = np.zeros(8, dtype=np.int64)
+    s = np.zeros(N_STATE, dtype=np.int64)
     s[AXIS] = axis
     for i in range(ids.shape[0]):
         add_local(x, t, e, d, m, q, f, s, ids[i], 0)

@@ -9,8 +9,7 @@ from geosurf.contact.search import Contacts
 from geosurf.errors import InvariantError
 from geosurf.kernels import strips as kernels
 from geosurf.kernels.contact import COPLANAR, N_CORNER
-from geosurf.kernels.gather import first_seen
-from geosurf.kernels.mesh import curve_edges, edges, join_pairs, patches_of, weld
+from geosurf.kernels.mesh import edges, join_pairs, numbered_in_order, patches_and_rim, weld
 from geosurf.kernels.strips import find_runs, join_runs, lowest_keys, runs_of_keys
 from geosurf.model import TriSurface
 from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
@@ -34,9 +33,8 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray
     ring, n_edge = edges(t, len(x))
     link = _links(contacts, children, t, surface, key, face, ring, strips, first_run, number)
     twin, owners = _twins(contacts, t, surface, face)
-    part, _ = patches_of(t, surface, owners, ring, twin)
+    part, rim = patches_and_rim(t, surface, owners, ring, twin, n_edge)
     patch = _numbered_patches(contacts.surfaces, surface, key, part, link, strips, first_run)
-    rim = curve_edges(t, owners, ring, twin, n_edge)
     pieces = Pieces(
         contacts.surfaces, contacts.origin, x, t, surface, key, twin, ring, link, strips,
         first_run, patch,
@@ -263,9 +261,7 @@ def _numbered_patches(surfaces, surface, key, part, link, strips, first_run) -> 
     place = np.concatenate(place)
     root = root[np.concatenate([part, n_part + np.arange(n_run)])]
     order = np.argsort(place, kind="stable")  # pieces of one triangle stay in their order
-    out = np.empty(len(place), dtype=np.int64)
-    out[order] = first_seen(root[order])[1]
-    return out
+    return numbered_in_order(root, order, n_part + n_run)
 
 
 def _key_limit(surface: TriSurface) -> int:
