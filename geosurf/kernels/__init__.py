@@ -19,6 +19,7 @@ file               question                                               source
 `kept`             signs of integers that are made once a face
 `signs`            signs of a face's points: doubles, names, integers     Shewchuk 1997
 `delaunay`         the unique triangulation of a face's points            Lawson 1977
+`order`            a face's points along Hilbert's curve
 `cavity`           what a segment crosses, triangulated on both sides     Toussaint & Avis 1982
 `segments`         segments into it, crossings and all
 `cut`              all cut faces -> children

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.mesh import edges
+from geosurf.kernels.mesh import edges, numbered_in_order, patches_and_rim
 
 
 def assert_rings(t: np.ndarray, n_vertex: int) -> None:
@@ -44,3 +44,44 @@ def test_a_corner_of_many_triangles(hub):
     fan = np.stack([np.full(len(rim) - 1, hub), rim[:-1], rim[1:]], axis=1)
     for t in (fan, np.concatenate([fan, fan[::-1, ::-1]]), np.concatenate([fan, fan[50:90]])):
         assert_rings(np.ascontiguousarray(t), 200)
+
+
+def oracle_of_patches(t, owners):
+    """Patches and rim by a dictionary of edges, for triangles no two of which coincide."""
+    around = defaultdict(list)
+    for i, corners in enumerate(t.tolist()):
+        for c in range(3):
+            around[frozenset((corners[c], corners[(c + 1) % 3]))].append(i)
+    label = list(range(len(t)))
+    rim = set()
+    for edge, of in around.items():
+        if len(of) == 2 and owners[of[0]] == owners[of[1]]:
+            label = [min(label[of[0]], label[of[1]]) if x in (label[of[0]], label[of[1]]) else x
+                     for x in label]  # fmt: skip
+        if len(of) > 2 or len({owners[i] for i in of}) > 1:
+            rim.add(tuple(sorted(edge)))
+    numbers = {}
+    return [numbers.setdefault(x, len(numbers)) for x in label], rim
+
+
+@given(st.sets(st.frozensets(st.integers(0, 6), min_size=3, max_size=3), min_size=1, max_size=30))
+def test_patches_end_where_owners_change_or_sheets_meet(triangles):
+    t = np.array([sorted(corners) for corners in sorted(triangles, key=sorted)], dtype=np.int64)
+    owners = t.sum(axis=1) % 2
+    ring, n_edge = edges(t, 7)
+    part, rim = patches_and_rim(t, owners, owners, ring, np.arange(len(t)), n_edge)
+    expected, edges_of_rim = oracle_of_patches(t, owners)
+    assert part.tolist() == expected
+    assert len(rim) == len(edges_of_rim)
+    assert set(map(tuple, rim.tolist())) == edges_of_rim
+
+
+@given(st.integers(0, 9999), st.integers(1, 40))
+def test_numbers_as_they_are_met_in_an_order(seed, n):
+    rng = np.random.default_rng(seed)
+    number, order = rng.integers(0, 12, n), rng.permutation(n)
+    seen = {}
+    expected = np.empty(n, dtype=np.int64)
+    for i in order.tolist():
+        expected[i] = seen.setdefault(number[i], len(seen))
+    assert np.array_equal(numbered_in_order(number, order, 12), expected)

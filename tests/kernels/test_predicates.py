@@ -7,10 +7,13 @@
 from __future__ import annotations
 
 import os
+from fractions import Fraction
 from itertools import permutations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from geosurf.errors import SurfaceError
 from geosurf.kernels.predicates import flat_triangles, frame_of, scale_of
@@ -103,6 +106,30 @@ def test_scale_of_one_coordinate(value, k, bits):
     assert whole == int(whole)
     assert abs(int(whole)).bit_length() <= found_bits
     assert (found_k, found_bits) == (k, bits)
+
+
+@given(
+    st.lists(
+        st.one_of(
+            st.floats(-(2.0**40), 2.0**40, allow_subnormal=True),
+            st.sampled_from([5e-324, -0.0, 1.5, 3.0 * 2.0**-1070, 2.0**-1022, 2.0**60]),
+            st.builds(lambda m, k: m * 2.0**k, st.integers(-9, 9), st.integers(-80, 50)),
+        ),
+        min_size=2,
+        max_size=12,
+    )
+)
+def test_scale_of_many_is_the_finest_of_all(values):
+    """Against fractions, whose denominators are powers of two."""
+    x = np.array(values[: len(values) // 2 * 2]).reshape(-1, 2)
+    finest, top = [], []
+    for value in x.ravel().tolist():
+        if value != 0.0:
+            over, under = Fraction(value).as_integer_ratio()
+            finest.append(under.bit_length() - 1 - ((over & -over).bit_length() - 1))
+            top.append(abs(over).bit_length() - (under.bit_length() - 1))
+    k = max(finest, default=0)
+    assert scale_of(x) == ((k, max(top) + k) if finest else (0, 1))
 
 
 def test_flat_triangles_are_found_exactly():
