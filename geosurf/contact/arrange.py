@@ -60,9 +60,9 @@ def group_records(records: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         is_end[alone] = np.isin(keys[alone, 0], keys[records[:, 2] >= 0])
         records = records[~is_end]
     # by face, point, point and plane, two to a number: half of the sorts
-    size = records.max(axis=0) + 2
-    start = records[:, 0] * size[1] + records[:, 1]
-    order = np.lexsort(((records[:, 2] + 1) * size[3] + records[:, 3] + 1, start))
+    start = records[:, 0] * (records[:, 1].max() + 1) + records[:, 1]
+    end = (records[:, 2] + 1) * (records[:, 3].max() + 2) + records[:, 3] + 1
+    order = np.lexsort((end, start))
     records, start = records[order], start[order]
     new = np.ones(len(records), dtype=bool)
     new[1:] = (start[1:] != start[:-1]) | (records[1:, 2] != records[:-1, 2])
@@ -91,7 +91,7 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
         d[:n_old] = contacts.d
         m = contacts.m.copy()
         names = np.zeros((table_size(extra), 5), dtype=np.int64)
-        places = np.full(table_size(n + extra + 1), -1, dtype=np.int64)
+        places = np.empty(table_size(n + extra + 1), dtype=np.int64)
         m[UNFILED] = n
         n_local = 2 * largest + extra + 16
         w = roomy_workspace(int(m[LIMBS]), n_local)
@@ -111,15 +111,19 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
             break
         extra *= 4
     if count <= BROKEN:
-        face = cut[BROKEN - count]
-        surface = contacts.surfaces[contacts.surface_of_face[face]]
-        where = place(contacts.x[contacts.t[face, 0]] + contacts.origin)
-        raise InvariantError(
-            f"triangle {contacts.row_of(face)} of surface {surface.name!r} at {where} could "
-            "not be split along its curves; please report this with the surfaces."
-        )
+        raise _broken(contacts, cut[BROKEN - count])
     n_point = int(m[N_POINT])
     return Children(
         x[: contacts.n_vertex + n_point], d[:n_point], children[:count], parents[:count], cut,
         int(m[COLLISIONS]), m,
     )  # fmt: skip
+
+
+def _broken(contacts: Contacts, face: int) -> InvariantError:
+    """A point outside of its own face."""
+    surface = contacts.surfaces[contacts.surface_of_face[face]]
+    where = place(contacts.x[contacts.t[face, 0]] + contacts.origin)
+    return InvariantError(
+        f"triangle {contacts.row_of(face)} of surface {surface.name!r} at {where} could "
+        "not be split along its curves; please report this with the surfaces."
+    )

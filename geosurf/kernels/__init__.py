@@ -17,7 +17,7 @@ file               question                                               source
 `naming`           contacts -> named points, and what cuts each face
 `byname`           what the names of a face's points tell of them
 `kept`             signs of integers that are made once a face
-`signs`            signs of a face's points: doubles, names, integers     Shewchuk 1997
+`signs`, `circle`  signs of a face's points: doubles, names, integers     Shewchuk 1997
 `delaunay`         the unique triangulation of a face's points            Lawson 1977
 `order`            a face's points along Hilbert's curve
 `cavity`           what a segment crosses, triangulated on both sides     Toussaint & Avis 1982

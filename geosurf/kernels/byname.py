@@ -13,6 +13,9 @@ from geosurf.kernels.exact import N_TRIANGLE, N_VERTEX
 from geosurf.kernels.predicates import flat_by_zeros, normal_axis, orient3d
 
 AXIS, LINES = 2, 7  # of the state s
+# a line that was found in a plane of edges: its number (-1: none), the plane that cuts these, and
+# three vertices that span theirs
+KNOWN, _SUPPORT, _ONE, _TWO, _THREE = 9, 10, 11, 12, 13
 _FIRST_LINE, _LAST_LINE = 4, 6
 
 
@@ -30,10 +33,11 @@ def is_exact(x, t, e, d, m, row, axis):
 
 
 @scalar
-def of_one_plane(x, d, m, w, q, a, b, c):
+def of_one_plane(x, d, m, w, q, s, a, b, c):
     """Whether three points are where edges of one plane meet another one: then they are collinear.
 
-    A fault that is flat in parts, or extruded, cuts large triangles in such points.
+    A fault that is flat in parts, or extruded, cuts large triangles in such points. The line they
+    lie on is the known one from now on.
     """
     n = m[N_VERTEX]
     if q[a, 0] < n or q[b, 0] < n or q[c, 0] < n:
@@ -51,6 +55,33 @@ def of_one_plane(x, d, m, w, q, a, b, c):
     for o in (d[j, 1], d[j, 2], d[k, 1], d[k, 2]):
         if o not in (one, two, three) and not _of_plane(x, m, w, one, two, three, o):
             return False
+    s[KNOWN] = learn_line(q, s, a, b, c)
+    s[_SUPPORT], s[_ONE], s[_TWO], s[_THREE] = d[i, 3], one, two, three
+    return True
+
+
+@scalar
+def on_known_line(x, d, m, w, q, s, a, b, c):
+    """Whether one of three points is seen to lie on the known line, as the other two do.
+
+    Points on one line mostly come one after the other; so only the new one is looked at.
+    """
+    line = s[KNOWN]
+    if line == -1:
+        return False
+    on_a, on_b, on_c = _holds(q, a, line), _holds(q, b, line), _holds(q, c, line)
+    if on_a + on_b + on_c != 2:
+        return False
+    p = c if not on_c else (b if not on_b else a)
+    row = q[p, 0] - m[N_VERTEX]
+    if row < 0 or d[row, 0] != 1 or d[row, 3] != s[_SUPPORT]:
+        return False
+    for o in (d[row, 1], d[row, 2]):
+        if o not in (s[_ONE], s[_TWO], s[_THREE]) and not _of_plane(
+            x, m, w, s[_ONE], s[_TWO], s[_THREE], o
+        ):
+            return False
+    add_line(q, p, line)
     return True
 
 
@@ -141,7 +172,10 @@ def on_one_line(q, a, b, c):
 
 @scalar
 def learn_line(q, s, a, b, c):
-    """Three distinct points are collinear: those without the line of the others get it."""
+    """Three distinct points are collinear: those without the line of the others get it.
+
+    Returns the line, or -1 where there is no room for a new one.
+    """
     line = _line_of(q, a, b)
     if line == -1:
         line = _line_of(q, b, c)
@@ -149,9 +183,10 @@ def learn_line(q, s, a, b, c):
         line = _line_of(q, c, a)
     if line == -1:
         if q[a, _LAST_LINE] != -1 or q[b, _LAST_LINE] != -1 or q[c, _LAST_LINE] != -1:
-            return
+            return -1
         line = -2 - s[LINES]
         s[LINES] += 1
     add_line(q, a, line)
     add_line(q, b, line)
     add_line(q, c, line)
+    return line

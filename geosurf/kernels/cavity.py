@@ -10,10 +10,12 @@ is quadratic. Notation as in `delaunay`.
 from __future__ import annotations
 
 from geosurf.kernels._jit import scalar
+from geosurf.kernels.circle import in_circle
 from geosurf.kernels.delaunay import flip, following, link, preceding, put
-from geosurf.kernels.signs import SEGMENT, in_circle, turn
+from geosurf.kernels.signs import SEGMENT, turn
 
 _FEW = 8  # a chain so short is cut in a row
+_DUG, _ADDED = -2, -3  # marks of half-edges: of the corridor, of an ear that was added
 
 
 @scalar
@@ -82,18 +84,18 @@ def _fill(x, t, e, d, m, w, h, q, f, s, k, low, high, free, tri):
 def _settle_ears(x, t, e, d, m, w, h, q, f, s, k, free, n):
     """Add n ears in the opposite order, and flip what is opposite to the tip of each.
 
-    Only edges between ears that were added are flipped; they are marked -3.
+    Only edges between ears that were added are flipped.
     """
     for r in range(n - 1, -1, -1):
         slot = k[free + r, 3]
-        h[3 * slot, 3] = -3
+        h[3 * slot, 3] = _ADDED
         k[0, 0] = 3 * slot + 2
         count = 1
         while count > 0:
             count -= 1
             i = k[count, 0]
             j = h[i, 1]
-            if j < 0 or h[i, 2] >= 0 or h[j - j % 3, 3] != -3:
+            if j < 0 or h[i, 2] >= 0 or h[j - j % 3, 3] != _ADDED:
                 continue
             a, b, c, o = h[i, 0], h[j, 0], h[preceding(i), 0], h[preceding(j), 0]
             if in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
@@ -119,32 +121,35 @@ def _push_link(h, k, n, point, i):
 
 
 @scalar
-def dig(x, t, e, d, m, w, h, q, f, s, k, p, first, a, b, goal, support):
-    """Insert the constraint from p across half-edge `first` on to the next point of the line.
+def _corridor(x, t, e, d, m, w, h, q, f, s, k, first, a, b, goal):
+    """Half-edges that the segment crosses, right end to left end, into k[:, 0].
 
-    Returns (point reached, -1), or (-1, constrained half-edge) where one has to be split first.
+    (number, point reached, -1), or (0, -1, half-edge) where a constraint is in the way.
     """
-    # corridor: crossed half-edges, right end to left end, in k[:, 0]
     n = 0
     i = first
     while True:
         if h[i, 2] >= 0:
-            return -1, i
+            return 0, -1, i
         k[n, 0] = i
         n += 1
         j = h[i, 1]
         apex = h[preceding(j), 0]
         side = 0 if apex == goal else side_of_segment(x, t, e, d, m, w, q, f, s, a, b, apex)
         if side == 0:
-            break
+            return n, apex, -1
         i = preceding(j) if side < 0 else following(j)
-    reached = apex
-    # chains, counter-clockwise: left one from `reached` to p, right one from p to `reached`
-    left = n + 2
-    right = left + n + 3
-    free = right + n + 3
+
+
+@scalar
+def _build_chains(h, k, n, p, left, right, free):
+    """Both borders of a corridor, counter-clockwise, and the slots of its triangles, k[free:, 3].
+
+    The left chain leads to p and ends at row left + n + 1, since it is filled from behind; the
+    right one starts at p. Returns the first row of the left one and the last one of the right one.
+    """
     _push_link(h, k, right, p, preceding(k[0, 0]))
-    k[left + n + 1, 0] = p  # the left chain is filled from behind
+    k[left + n + 1, 0] = p
     nl = n
     _push_link(h, k, left + nl, h[following(k[0, 0]), 0], following(k[0, 0]))
     nr = 1
@@ -163,41 +168,53 @@ def dig(x, t, e, d, m, w, h, q, f, s, k, p, first, a, b, goal, support):
         if onward != z:
             nl -= 1
             _push_link(h, k, left + nl, h[z, 0], z)
-    high_right = right + nr + 1
-    low_left = left + nl
-    k[right + nr, 1], k[right + nr, 2], k[right + nr, 3] = -1, -1, -1
-    k[left + n + 1, 1], k[left + n + 1, 2], k[left + n + 1, 3] = -1, -1, -1
-    for c in range(n + 1):  # a link may lead back into the corridor: mark its triangles
-        slot = k[free + c, 3]
-        h[3 * slot, 3] = h[3 * slot + 1, 3] = h[3 * slot + 2, 3] = -2
-    inner = 0
-    for c in range(low_left, left + n + 1):
-        inner += 1 if k[c, 1] >= 0 and h[k[c, 1], 3] == -2 else 0
-    for c in range(right, high_right - 1):
-        inner += 1 if k[c, 1] >= 0 and h[k[c, 1], 3] == -2 else 0
-    behind = free + n + 2
-    if inner > 0:
-        inner = _note_inner(h, k, low_left, left + n + 1, behind, 0)
-        inner = _note_inner(h, k, right, high_right - 1, behind, inner)
-    one, tri = _fill(x, t, e, d, m, w, h, q, f, s, k, low_left, left + n + 2, free, 0)
-    two, tri = _fill(x, t, e, d, m, w, h, q, f, s, k, right, high_right, free, tri)
-    link(h, one, two, support)
-    for c in range(inner):
-        link(h, h[k[behind + c, 0], 3], h[k[behind + c, 1], 3], k[behind + c, 2])
-    for c in range(n + 1):
-        slot = k[free + c, 3]
-        h[3 * slot, 3] = h[3 * slot + 1, 3] = h[3 * slot + 2, 3] = 0
-    _settle_ears(x, t, e, d, m, w, h, q, f, s, k, free, n + 1)
-    return reached, -1
+    for last in (right + nr, left + n + 1):
+        k[last, 1], k[last, 2], k[last, 3] = -1, -1, -1
+    return left + nl, right + nr
 
 
 @scalar
 def _note_inner(h, k, low, high, behind, n):
     """Links whose other side is a link of the same corridor: cut them, to be joined later."""
     for c in range(low, high):
-        if k[c, 1] >= 0 and h[k[c, 1], 3] == -2:
+        if k[c, 1] >= 0 and h[k[c, 1], 3] == _DUG:
             if k[c, 3] < k[c, 1]:
                 k[behind + n, 0], k[behind + n, 1], k[behind + n, 2] = k[c, 3], k[c, 1], k[c, 2]
                 n += 1
             k[c, 1] = -1
     return n
+
+
+@scalar
+def _mark(h, k, free, n, value):
+    """Mark the half-edges of n triangles."""
+    for c in range(n):
+        i = 3 * k[free + c, 3]
+        h[i, 3] = h[i + 1, 3] = h[i + 2, 3] = value
+
+
+@scalar
+def dig(x, t, e, d, m, w, h, q, f, s, k, p, first, a, b, goal, support):
+    """Insert the constraint from p across half-edge `first` on to the next point of the line.
+
+    Returns (point reached, -1), or (-1, constrained half-edge) where one has to be split first.
+    """
+    n, reached, wall = _corridor(x, t, e, d, m, w, h, q, f, s, k, first, a, b, goal)
+    if wall >= 0:
+        return -1, wall
+    left = n + 2
+    right = left + n + 3
+    free = right + n + 3
+    behind = free + n + 2
+    low, last = _build_chains(h, k, n, p, left, right, free)
+    _mark(h, k, free, n + 1, _DUG)  # a link may lead back into the corridor
+    inner = _note_inner(h, k, low, left + n + 1, behind, 0)
+    inner = _note_inner(h, k, right, last, behind, inner)
+    one, tri = _fill(x, t, e, d, m, w, h, q, f, s, k, low, left + n + 2, free, 0)
+    two, tri = _fill(x, t, e, d, m, w, h, q, f, s, k, right, last + 1, free, tri)
+    link(h, one, two, support)
+    for c in range(inner):
+        link(h, h[k[behind + c, 0], 3], h[k[behind + c, 1], 3], k[behind + c, 2])
+    _mark(h, k, free, n + 1, 0)
+    _settle_ears(x, t, e, d, m, w, h, q, f, s, k, free, n + 1)
+    return reached, -1

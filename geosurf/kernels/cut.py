@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.byname import add_line
+from geosurf.kernels.byname import KNOWN, add_line
+from geosurf.kernels.circle import in_circle
 from geosurf.kernels.delaunay import insert_point, settle_all
 from geosurf.kernels.exact import N_VERTEX
 from geosurf.kernels.order import ROOM, rank_points
@@ -25,7 +26,6 @@ from geosurf.kernels.signs import (
     USED,
     add_corner,
     add_local,
-    in_circle,
 )
 
 BROKEN = -8
@@ -51,7 +51,7 @@ def _start_face(x, t, q, f, s, h):
     """The face itself as first triangle, counter-clockwise on its axis."""
     tri = s[FACE_ID]
     s[POINTS], s[TRIANGLES], s[SEGMENT] = 0, 1, 0
-    s[START], s[USED], s[LINES] = 0, 0, 0
+    s[START], s[USED], s[LINES], s[KNOWN] = 0, 0, 0, -1
     second, third = (1, 2) if s[SIDE] > 0 else (2, 1)
     # bits: edge k joins corners k and k + 1
     add_corner(x, q, f, s, t[tri, 0], 1 | 4)
@@ -85,7 +85,7 @@ def _cut_once(x, t, e, d, m, w, h, q, f, s, i, j):
     lone = 0 if both == 5 else (1 if both == 3 else 2)
     first = i if one == 1 << lone else j
     second = j if one == 1 << lone else i
-    s[POINTS], s[TRIANGLES], s[USED], s[LINES] = 0, 3, 0, 0
+    s[POINTS], s[TRIANGLES], s[USED], s[LINES], s[KNOWN] = 0, 3, 0, 0, -1
     add_corner(x, q, f, s, t[tri, lone], 0)
     add_local(x, t, e, d, m, q, f, s, first, 0)
     add_corner(x, q, f, s, t[tri, (lone + 1) % 3], 0)
@@ -207,6 +207,22 @@ def _cut_face(x, t, e, d, m, w, names, places, records, low, high, local, h, q, 
     return done if done >= 0 or done == FULL else BROKEN
 
 
+@scalar
+def _give_children(q, s, h, local, children, parents, out):
+    """File the triangles of a face, oriented as it is, and clear `local`; how many are filed."""
+    for c in range(s[TRIANGLES]):
+        p0, p1, p2 = q[h[3 * c, 0], 0], q[h[3 * c + 1, 0], 0], q[h[3 * c + 2, 0], 0]
+        children[out, 0] = p0
+        children[out, 1] = p1 if s[SIDE] > 0 else p2
+        children[out, 2] = p2 if s[SIDE] > 0 else p1
+        parents[out] = s[FACE_ID]
+        out += 1
+    for c in range(s[POINTS]):
+        if q[c, 0] < local.shape[0]:
+            local[q[c, 0]] = -1
+    return out
+
+
 @entry("d2 l2 l2 l2 l1 l1 l2 l1 l2 l1 l1 l2 l2 d2 l2 l2 l1 -> l")
 def cut_faces(
     x, t, e, d, m, w, names, places, records, offsets, local, h, q, f, k, children, parents
@@ -214,7 +230,7 @@ def cut_faces(
     """Children of all cut faces; returns their number, FULL, or BROKEN - (face number).
 
     ``records[offsets[i]:offsets[i + 1]]`` belong to one face; `local` is -1 for every id;
-    `places` is empty, and ``m[UNFILED]`` points will be entered there if some are made.
+    `places` need not be set: the ``m[UNFILED]`` points are entered there if some are made.
     """
     s = np.zeros(N_STATE, dtype=np.int64)
     room = np.empty(2 * q.shape[0] + ROOM, dtype=np.int64)
@@ -234,14 +250,5 @@ def cut_faces(
             return BROKEN - g
         if out + s[TRIANGLES] > children.shape[0]:
             return FULL
-        for c in range(s[TRIANGLES]):
-            p0, p1, p2 = q[h[3 * c, 0], 0], q[h[3 * c + 1, 0], 0], q[h[3 * c + 2, 0], 0]
-            children[out, 0] = p0
-            children[out, 1] = p1 if s[SIDE] > 0 else p2
-            children[out, 2] = p2 if s[SIDE] > 0 else p1
-            parents[out] = tri
-            out += 1
-        for c in range(s[POINTS]):
-            if q[c, 0] < local.shape[0]:
-                local[q[c, 0]] = -1
+        out = _give_children(q, s, h, local, children, parents, out)
     return out

@@ -9,8 +9,9 @@ Notation
     f        local points, float64 (n, 8): rounded coordinates (u, v), the larger of their errors,
              both errors; then what rounding left out of (u, v) and the error of that (-1: unknown)
     k        scratch rows, int64 (n, 4)
-    s        state, int64 (9,): numbers of points and triangles, axis, segment number, face, start,
-             room that is used (`kept`), number of learned lines, sign of the normal on the axis
+    s        state, int64 (14,): numbers of points and triangles, axis, segment number, face, start,
+             room that is used (`kept`), number of learned lines, sign of the normal on the axis;
+             the rest: `byname`
 
 Points are inserted first, then segments (see `segments`), splitting what they cross; then
 Lawson flips until every free edge is Delaunay. Of four points on one circle the diagonal
@@ -22,11 +23,10 @@ talking.
 from __future__ import annotations
 
 from geosurf.kernels._jit import scalar
+from geosurf.kernels.circle import in_circle_closely, plain_circle
 from geosurf.kernels.signs import (
     START,
     TRIANGLES,
-    in_circle_closely,
-    plain_circle,
     plain_turn,
     turn_closely,
 )

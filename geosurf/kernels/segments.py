@@ -28,9 +28,13 @@ from geosurf.kernels.signs import (
 def _file_points(x, t, e, d, m, w, places):
     """Enter the points that were there before, all distinct, into the table of places, once.
 
-    Most scenes make no more points, and then need no such table.
+    Most scenes make no more points, and then need no such table: it is emptied here.
     """
+    if m[UNFILED] == 0:
+        return
     collisions = m[COLLISIONS]
+    for slot in range(places.shape[0]):
+        places[slot] = -1
     for i in range(m[UNFILED]):
         id_at_place(x, t, e, d, m, w, places, i)
     m[UNFILED], m[COLLISIONS] = 0, collisions

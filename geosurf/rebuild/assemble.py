@@ -24,8 +24,10 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray
     x, t, surface, key, face, point_of_id = _triangles(contacts, children, touched)
     mark = np.zeros(len(x), dtype=bool)
     mark[t] = True
-    number = np.where(mark, np.cumsum(mark) - 1, -1)
-    x, t, number = x[mark], number[t], number[point_of_id]
+    number = point_of_id
+    if not mark.all():
+        new = np.where(mark, np.cumsum(mark) - 1, -1)
+        x, t, number = x[mark], new[t], new[point_of_id]
     strips = [
         _strips(contacts, i, np.flatnonzero(touched), number) for i in range(len(contacts.surfaces))
     ]
@@ -115,9 +117,11 @@ def _triangles(contacts: Contacts, children: Children, touched: np.ndarray):
         welded = np.empty((count, 3))
         welded[number[::-1]] = x[::-1]
         x, t = welded, number[t]
-    limit = 1 + int(key.max(initial=0))
-    order = np.argsort(surface * limit + key, kind="stable")
-    return x, t[order], surface[order], key[order], face[order], number[: len(children.x)]
+    place = surface * (1 + int(key.max(initial=0))) + key
+    if (place[1:] < place[:-1]).any():
+        order = np.argsort(place, kind="stable")
+        t, surface, key, face = t[order], surface[order], key[order], face[order]
+    return x, t, surface, key, face, number[: len(children.x)]
 
 
 def _untouched(contacts: Contacts, i: int, touched, met, n: int):

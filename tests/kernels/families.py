@@ -114,9 +114,9 @@ def _circle_signs(x: np.ndarray, m: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
     An odd change of order changes the sign of the determinant; it is 0 for four points of a line.
     """
+    from geosurf.kernels.circle import sign_rows
     from geosurf.kernels.exact import LIMBS
     from geosurf.kernels.kept import roomy_workspace
-    from geosurf.kernels.signs import sign_rows
 
     w = roomy_workspace(int(m[LIMBS]), len(x))
     none = np.empty((0, 4), dtype=np.int64)

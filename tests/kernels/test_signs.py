@@ -8,11 +8,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from geosurf.kernels.circle import sign_rows
 from geosurf.kernels.doubled import doubled_rows
 from geosurf.kernels.exact import LIMBS
 from geosurf.kernels.kept import roomy_workspace
 from geosurf.kernels.predicates import frame_of
-from geosurf.kernels.signs import sign_rows
 from tests.oracles import determinant, rational, rounded, sign
 
 SCALES = {
