@@ -74,7 +74,7 @@ def _local_of(local, x, t, e, d, m, q, f, s, tri, i):
 def _cut_once(x, t, e, d, m, w, h, q, f, s, i, j):
     """A face with one segment between two of its edges: three children; False if it is not so.
 
-    Half of all cut faces are of this kind, and this takes a fifth of the time: only the
+    Half of all cut faces are of this kind, and this takes a fraction of the time: only the
     diagonal of the part with four corners is to be chosen, as Lawson would.
     """
     tri = s[FACE_ID]
