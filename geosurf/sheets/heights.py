@@ -145,8 +145,7 @@ class Rebuild:
     def torn_between(self, state: Heights, limits: np.ndarray) -> Heights:
         """The last pass again, torn between other places (n_trace, 2) of the same traces."""
         doubted, sure, beyond = self._last
-        cuts = cuts_of(state.network.traces, self.picks.frame)
-        cuts = cuts.take(np.flatnonzero(within(cuts, *limits.T)))
+        cuts = self._cuts_within(state.network, limits)
         found = self._solve(doubted, sure, state.network, state.near, cuts, beyond)
         found.walls, found.in_gap = state.walls, state.in_gap
         return found
@@ -191,7 +190,7 @@ class Rebuild:
 
     def _retraced(self, state: Heights) -> Heights:
         """The same heights with traces on them: bridged between both walls, no farther."""
-        frame, bridged = self.picks.frame, [state.unknown[:0]]
+        bridged = [state.unknown[:0]]
         for near, walls in zip(state.near, state.walls, strict=True):
             gap = np.maximum(walls.gap(near.place, near.side), 0.0)
             bridged.append(near.node[near.distance < gap + BRIDGE])
@@ -199,9 +198,8 @@ class Rebuild:
         self.canvas.changing(lost)
         state.values[lost] = np.nan
         network = self._traced(state.values, lost[self.present[lost]])
-        near = near_traces(frame, network.traces, MAP_REACH)
-        cuts = cuts_of(network.traces, frame)
-        cuts = cuts.take(np.flatnonzero(within(cuts, *network.solve.T)))
+        near = near_traces(self.picks.frame, network.traces, MAP_REACH)
+        cuts = self._cuts_within(network, network.solve)
         doubted, sure, beyond = self._last
         found = self._solve(doubted, sure, network, near, cuts, beyond)
         found.walls = walls_of(found, self.picks)
@@ -225,8 +223,7 @@ class Rebuild:
         if before is None:
             network = self._network(doubted)
             near = near_traces(self.picks.frame, network.traces, MAP_REACH)
-            cuts = cuts_of(network.traces, self.picks.frame)
-            cuts = cuts.take(np.flatnonzero(within(cuts, *network.solve.T)))
+            cuts = self._cuts_within(network, network.solve)
         else:
             network, near, cuts = before.network, before.near, before.cuts
         wrong = np.zeros_like(doubted)
@@ -239,6 +236,11 @@ class Rebuild:
         self._last = doubted | wrong, sure, beyond
         carried = () if before is None else before.carried
         return self._solve(doubted | wrong, sure, network, near, cuts, beyond, carried)
+
+    def _cuts_within(self, network: Network, limits: np.ndarray) -> Cuts:
+        """Links that traces cut between two places (n_trace, 2) of each."""
+        cuts = cuts_of(network.traces, self.picks.frame)
+        return cuts.take(np.flatnonzero(within(cuts, *limits.T)))
 
     def _network(self, doubted: np.ndarray) -> Network:
         lost = self.canvas.without(doubted)

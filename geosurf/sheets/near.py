@@ -91,7 +91,7 @@ def side_of_few(mesh: FaultMesh, points: np.ndarray, reach: float):
 
 def near_traces(frame: Frame, traces: Sequence[Trace], reach: float) -> list[NearTrace]:
     """What is near each of some traces."""
-    return side_by_side(NearTrace, [(frame, trace, reach) for trace in traces], len(traces) > 1)
+    return side_by_side(NearTrace, [(frame, trace, reach) for trace in traces])
 
 
 class NearTrace:
