@@ -395,6 +395,12 @@ def build_parser() -> argparse.ArgumentParser:
 
     add("doctor", doctor_command, "say what geosurf stands on here, and whether it can draw")
     add("warmup", warmup_command, "compile the kernels, where they are not frozen")
+    _add_proofs(add)
+    return parser
+
+
+def _add_proofs(add: Callable[..., Any]) -> None:
+    """The commands by which geosurf is put to the test."""
     stress = add("stress", stress_command, "feed the engine what breaks engines; 4 if it does")
     stress.add_argument("--cases", type=int, default=70, help="of each family (70: 30 s)")
     stress.add_argument("--seed", type=int, default=0, help="other cases for another number")
@@ -412,7 +418,6 @@ def build_parser() -> argparse.ArgumentParser:
     bench.add_argument("--core", type=int, help="core to measure on (default: the last)")
     bench.add_argument("-o", "--out", help="folder for JSON, pictures and one page")
     bench.add_argument("--quiet", action="store_true", help="no progress")
-    return parser
 
 
 if __name__ == "__main__":

@@ -128,6 +128,20 @@ def build_page(
             page.verdict(certificate.ok),
         ]
     )
+    return page.fill_page(
+        title, header, _sections(scene, pictures, certificate, min_volume, regions or {})
+    )
+
+
+def _sections(
+    scene: Any,
+    pictures: Mapping[str, Path],
+    certificate: Certificate,
+    min_volume: float,
+    regions: Mapping[str, tuple[float, str]],
+) -> list[tuple[str, str]]:
+    """Headings, and what stands below each; what is empty is left out."""
+    units, curves = scene.units, scene.curves
     volumes = page.html_table(tables.volume_table(units))
     balance = [tables.balance(units), *filter(None, [tables.simplified(scene)])]
     lengths = page.html_table(tables.curve_table(curves))
@@ -137,9 +151,9 @@ def build_page(
     costs = tables.cost_table(
         ("intersect", curves.cost), ("rebuild", scene.patches.report), ("carve", carved)
     )
-    sections = [
+    return [
         ("Volumes [million m³]", "\n".join([volumes, *map(page.paragraph, balance)])),
-        *_listed("Regions of the file beside the units", tables.region_table(units, regions or {})),
+        *_listed("Regions of the file beside the units", tables.region_table(units, regions)),
         *_listed("Horizons clipped by the column", tables.clipped_table(clipped)),
         *_listed("Units that a fluid contact leaves out", tables.left_out_table(units)),
         *_listed("Remnants: numbered and small units", tables.remnant_table(remnants)),
@@ -149,12 +163,11 @@ def build_page(
         ("Torn horizons: throw and heave at their faults", _sheets(scene)),
         ("Certificate", page.html_table(tables.check_table(certificate))),
         ("Faults: what was extended and truncated", _fault_work(scene)),
-        ("Surfaces, with their bounds [m]", page.html_table(tables.surface_table(surfaces))),
+        ("Surfaces, with their bounds [m]", page.html_table(tables.surface_table(scene.surfaces))),
         ("Curves", lengths or page.paragraph("No two surfaces meet.")),
         ("What it took", page.html_table(costs) + _explanation(scene)),
         ("Versions", page.html_table(tables.version_table())),
     ]
-    return page.fill_page(title, header, sections)
 
 
 def _across(scene: Any) -> str:
