@@ -15,6 +15,7 @@ from geosurf.carve.certificate import certify
 from geosurf.prove.families import make_case
 from geosurf.rebuild import repair
 from tests import laws, oracles
+from tests.strategies import soup
 
 # of thousands of cases of `geosurf stress`, those in which nothing but a crossing was wrong
 FOUND = [("near-degenerate", number) for number in (27, 31, 51, 61, 975)]
@@ -78,3 +79,27 @@ def test_what_lies_on_the_box_stays_on_it_when_inputs_are_moved(number):
         assert (x == y).all() or given.role != "wall"
     assert stay >= 2
     assert certify(patches).ok
+
+
+def test_distinct_points_that_round_to_one_place_are_one_vertex():
+    """Two pairs of triangles on either side of a slab 5e-19 m wide: each pair ends in it, the one
+    at a third of (1, 1, 1), the other 3e-19 m from there, and no triangle has both points.
+    """
+    d = 2.0**-60
+    pairs = [
+        ("F", [(1, 0, 0), (0, 0.5, 0.5), (0, 0, 0)]),
+        ("H", [(0, 1, 0), (0.5, 0, 0.5), (-1, 0, -1)]),
+        ("G", [(1, d, 0), (d, 0.5, 0.5), (2, 1, 1)]),
+        ("I", [(0, 1, d), (0.5, d, 0.5), (1, 2, 1)]),
+    ]
+    surfaces = [soup(name, [corners]) for name, corners in pairs]
+    for order in (surfaces, surfaces[::-1], [surfaces[k] for k in (2, 0, 3, 1)]):
+        patches = rebuild_surfaces(order)
+        assert patches.report["rounding_collisions"] == 1
+        assert patches.report["moved_vertices"] == 0
+        laws.assert_shares_vertices(patches)
+        (third,) = np.flatnonzero((patches.local == 1 / 3).all(axis=1))
+        of = patches.surface_of_triangle[(patches.triangles == third).any(axis=1)]
+        assert set(of.tolist()) == {0, 1, 2, 3}
+        assert_conforming(patches)
+        assert certify(patches).ok
