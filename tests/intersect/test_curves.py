@@ -186,6 +186,25 @@ def test_an_overlap_beside_a_surface_that_crosses_itself(self_intersections):
     assert length == pytest.approx(7.5 + 7.5 + 2 + math.sqrt(2), rel=1e-12)
 
 
+@pytest.mark.parametrize("along", [(7, 3), (3, 7), (5, -2), (-1, 6), (2, 9)])
+@pytest.mark.parametrize("offset", [0.0, 1000.0])
+def test_upright_triangles_that_overlap_above_a_slope(along, offset):
+    """Their segments begin inside each other, at points that rounding takes off the line."""
+    slope = [(-99, -98, -31), (99, -97, 5), (1, 130, 17)]
+    step = np.array([*along, 0.0])
+    low, high = np.array([0, 0, -60.0]), np.array([0, 0, 70.0])
+    walls = [[k * step + low, (k + 2) * step + low, (k + 1) * step + high] for k in range(3)]
+    walls = np.add(walls, (offset, offset, 0.0))
+    slope = soup("A", [np.add(slope, (offset, offset, 0.0))])
+    curves = intersect_surfaces([slope, soup("B", walls)])
+    assert curves.n_curve == 1
+    (curve,) = curves.curves
+    ends = curves.points[curve[[0, -1]]]
+    assert len(curve) == 6  # three segments begin, three end
+    assert curves.length == pytest.approx(np.linalg.norm(ends[1] - ends[0]), rel=1e-12)
+    assert curves.length > 2.0 * np.hypot(*along)
+
+
 def test_a_surface_that_lies_on_itself_and_crosses_itself():
     """The outline of its overlap once stood for all of its curves."""
     over = [[(0, 0, 0), (4, 0, 0), (0, 4, 0)], [(1, 1, 0), (5, 1, 0), (1, 5, 0)]]
