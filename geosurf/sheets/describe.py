@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.build import Built
@@ -19,6 +20,7 @@ from geosurf.sheets.traces import Trace
 
 FAR = 4.0  # cells of extrapolation from which a place is listed
 OVERLAP = 0.5  # cells of overlap from which a user is told that data do not show it
+LINKS = 3  # side by side that overlap: a single one at a contact may reach over the other fault
 STATION = 1.0  # cells between the stations of a profile
 
 
@@ -102,7 +104,10 @@ def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: flo
     several = np.zeros(picks.n_node, dtype=bool) if picks.several is None else picks.several
     lines = zip(state.network.traces, state.near, state.walls, strict=True)
     for trace, near, walls in lines:
-        overlap = -float((walls.left + walls.right).min(initial=0.0))
+        heave = walls.left + walls.right
+        if len(heave) < LINKS:
+            continue
+        overlap = -float(sliding_window_view(heave, LINKS).max(axis=1).min())
         if overlap > OVERLAP and not several[near.node[near.distance <= overlap]].any():
             name = names[trace.fault]
             found[name] = max(found.get(name, 0.0), overlap)

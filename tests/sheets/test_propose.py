@@ -46,6 +46,13 @@ def test_overlap_that_a_grid_cannot_show_is_said(torn_world):
         assert torn_world(kind, points, n=61)[1].report.notes == []
 
 
+@pytest.mark.parametrize("kind", ["normal", "Y", "acute Y", "X"])
+def test_normal_faults_are_not_called_reverse(torn_world, kind):
+    """At the contact of a branch a link may reach over the main fault: that is no overlap."""
+    assert torn_world(kind, n=81)[1].report.notes == []
+
+
+
 def test_a_block_without_data_is_carried_on_if_asked():
     world = gs.synthetic.torn("parallel", n=41, smear=0)
     top, turn = world.horizons["Top"], np.radians(12.0)
