@@ -71,13 +71,21 @@ def open_edges(triangles: np.ndarray) -> tuple[int, int]:
 def _closed(units: Units) -> Check:
     found = {name: open_edges(unit.triangles) for name, unit in units.items()}
     leaking = [name for name, (edges, _) in found.items() if edges]
-    euler = ", ".join(f"{name} {euler}" for name, (_, euler) in list(found.items())[:12])
-    more = "" if len(found) <= 12 else f" and {len(found) - 12} more"
-    detail = f"{len(found)} units, 0 open edges; Euler numbers: {euler}{more}"
+    euler = _euler_in_words({name: euler for name, (_, euler) in found.items()})
+    detail = f"{len(found)} units, 0 open edges; {euler}"
     if leaking:
         edges = sum(edges for edges, _ in found.values())
         detail = f"{edges} open edges in {', '.join(leaking[:8])}"
     return Check("units are closed and oriented", not leaking, float(len(leaking)), detail)
+
+
+def _euler_in_words(euler: dict[str, int]) -> str:
+    """The Euler number that most units have (2: like a ball), and those that have another."""
+    numbers = list(euler.values())
+    usual = max(sorted(set(numbers), reverse=True), key=numbers.count, default=2)
+    others = [f"{name} {number}" for name, number in euler.items() if number != usual]
+    more = f" and {len(others) - 8} more" if len(others) > 8 else ""
+    return f"Euler number {usual}" + (f", but {', '.join(others[:8])}{more}" if others else "")
 
 
 def _adds_up(units: Units) -> Check:

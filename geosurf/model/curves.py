@@ -177,8 +177,16 @@ class Curves:
         ]
 
     def to_pyvista(self) -> pyvista.PolyData:
-        """Return the curves as polylines, with the surface pair as cell data."""
-        return polydata(self.points, lines=self.curves)
+        """Return the curves as polylines, with the rows of both surfaces as cell data."""
+        labels = {"surfaces": self.surfaces_of_curve}
+        return polydata(self.points, lines=self.curves, cell_data=labels)
+
+    def __repr__(self) -> str:
+        bound = "" if self.error_bound is None else f", {len(self.places)} places to look at"
+        return (
+            f"<Curves: {self.n_curve} between {', '.join(self.names)}; {self.length:.6g} m, "
+            f"{len(self.contacts)} contacts{bound}>"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,3 +214,9 @@ class VoxelSearch:
     occupied: np.ndarray
     faces_a: np.ndarray
     faces_b: np.ndarray
+
+    def __repr__(self) -> str:
+        return (
+            f"<VoxelSearch: {len(self.occupied)} of {int(np.prod(self.n_cell))} voxels of "
+            f"{self.size:.6g} m hold faces of both, {len(self.faces_a)} and {len(self.faces_b)}>"
+        )

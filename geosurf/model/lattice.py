@@ -58,6 +58,10 @@ class Lattice:
                 f"{shape}; expected (n_col,), (n_row,) and (n_row, n_col), or all (n_row, n_col)."
             )
 
+    def __repr__(self) -> str:
+        n_row, n_col = self.shape
+        return f"<Lattice: {n_row} x {n_col} nodes>"
+
     @property
     def shape(self) -> tuple[int, int]:
         """Number of rows and columns of nodes."""

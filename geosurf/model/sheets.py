@@ -43,8 +43,14 @@ class FaultCut:
     heave: np.ndarray
     ends: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        known = self.throw[np.isfinite(self.throw)]
+        throw = f"throw {known.min():.4g} to {known.max():.4g} m" if len(known) else "no throw"
+        ends = f", ends: {', '.join(self.ends)}" if self.ends else ""
+        return f"<FaultCut {self.fault!r}: {len(self.along)} stations, {throw}{ends}>"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class SheetReport:
     """How a sheet was made, in numbers; lengths in metres unless they are said to be cells.
 
@@ -92,7 +98,7 @@ class SheetReport:
     carried: list[dict[str, Any]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         def misfit(values: dict[str, float]) -> str:
             """Figures of a misfit in one line."""
             return ", ".join(f"{key} {value:.3g}" for key, value in values.items()) or "none"
@@ -118,7 +124,7 @@ class SheetReport:
         return "\n".join([*lines, *self.notes])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TrimProposal:
     """How far data are smeared over their faults, and the trim that follows.
 
@@ -138,7 +144,7 @@ class TrimProposal:
     smear: float | None
     misfit: tuple[float, ...]
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         bins = ", ".join(f"{value:.3g}" for value in self.misfit)
         why = "how far data are smeared cannot be told"
         if self.smear is not None:
@@ -149,7 +155,7 @@ class TrimProposal:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ThrowReport:
     """How a sheet was made from a continuous horizon and throw.
 
@@ -181,7 +187,7 @@ class ThrowReport:
     farthest_outside: float = 0.0
     notes: list[str] = field(default_factory=list)
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         lines = [
             f"throw of {name}: up to {t['asked']:.6g} m asked for, {t['found']:.6g} m found"
             for name, t in self.throw.items()

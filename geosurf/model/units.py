@@ -20,6 +20,9 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 
+MOST_ROWS = 40  # of units that are printed
+
+
 @dataclass(frozen=True, eq=False)
 class Unit:
     """A closed piece of the model: one zone in one fault block, above or below a contact.
@@ -155,6 +158,19 @@ class Units(Mapping[str, Unit]):
     def __len__(self) -> int:
         return len(self._units)
 
+    def __repr__(self) -> str:
+        """A table: zone, block and contact of each unit, and its volume."""
+        head = ("zone", "block", "contact")
+        rows = [(u.zone, u.block, u.contact) for u in self._units.values()]
+        shown = range(3 if any(row[2] for row in rows) else 2)
+        width = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+        lines = ["  ".join([*(head[k].ljust(width[k]) for k in shown), "  volume [m3]"])]
+        for row, unit in zip(rows[:MOST_ROWS], self._units.values(), strict=False):
+            words = [row[k].ljust(width[k]) for k in shown]
+            lines.append("  ".join([*words, f"{unit.volume:13.6g}"]))
+        more = f", {len(rows) - MOST_ROWS} more of them" if len(rows) > MOST_ROWS else ""
+        return "\n".join([*lines, f"{len(rows)} units{more}, {self.volume:.6g} m3"])
+
     @cached_property
     def sides(self) -> np.ndarray:
         """Unit in front of and behind each triangle of the patches, int64 (n_triangle, 2).
@@ -284,7 +300,7 @@ class Check:
     detail: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Certificate:
     """What `Scene.check` found, line by line.
 
@@ -300,7 +316,7 @@ class Certificate:
         """Whether every check passed."""
         return all(check.passed for check in self.checks)
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         width = max((len(check.name) for check in self.checks), default=0)
         return "\n".join(
             f"{'pass' if c.passed else 'FAIL'}  {c.name:<{width}}  {c.detail}" for c in self.checks

@@ -149,7 +149,7 @@ def _misfit(values: np.ndarray, met: int = 0) -> dict[str, float]:
         at = of * (n - 1)
         k = np.array([np.floor(at), np.ceil(at)], dtype=np.int64) - met
         low, high = (float(values[i]) if i >= 0 else 0.0 for i in k)
-        return low + (at - np.floor(at)) * (high - low)
+        return float(low + (at - np.floor(at)) * (high - low))
 
     return {
         "mean": float(values.sum()) / n,

@@ -56,6 +56,12 @@ class World:
     truth: dict[str, Any] = field(default_factory=dict)
     formula: str = ""
 
+    def __repr__(self) -> str:
+        return (
+            f"<World {self.name!r}: horizons {list(self.horizons)}, faults {list(self.faults)}, "
+            f"known: {', '.join(self.truth) or 'nothing'}>"
+        )
+
 
 def make_horizon(
     name: str,

@@ -52,7 +52,6 @@ def test_normal_faults_are_not_called_reverse(torn_world, kind):
     assert torn_world(kind, n=81)[1].report.notes == []
 
 
-
 def test_a_block_without_data_is_carried_on_if_asked():
     world = gs.synthetic.torn("parallel", n=41, smear=0)
     top, turn = world.horizons["Top"], np.radians(12.0)

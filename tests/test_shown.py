@@ -1,0 +1,88 @@
+"""What a notebook shows at the end of a cell: every noun in words, none as a heap of arrays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.carve.certificate import certify
+
+
+@pytest.fixture(scope="module")
+def shown():
+    world = gs.synthetic.torn("normal", n=31)
+    sheet = gs.tear_horizon(world.horizons["Top"], world.faults)
+    planes = gs.synthetic.graben(n=9)
+    contacts = {"OWC": planes.box[4] + 0.6 * (planes.box[5] - planes.box[4])}
+    scene = gs.Scene(planes.horizons, planes.faults, planes.box, contacts=contacts)
+    thrown = gs.throw_horizon(planes.horizons["Top"], planes.faults, {"F1": 20.0})
+    return {
+        "world": world,
+        "sheet": sheet,
+        "sheet report": sheet.report,
+        "cut": sheet.cuts["F1"],
+        "lattice": sheet.lattice,
+        "trim": gs.TrimProposal(2.0, 1.0, (8.0, 3.0)),
+        "throw report": thrown.report,
+        "scene": scene,
+        "surface": scene.surface("F1"),
+        "curves": scene.curves,
+        "search": scene.search("Top", "F1"),
+        "patches": scene.patches,
+        "units": scene.units,
+        "unit": next(iter(scene.units.values())),
+        "certificate": scene.check(),
+    }
+
+
+def test_every_noun_is_shown_in_words(shown):
+    for key, noun in shown.items():
+        words = repr(noun)
+        assert "object at 0x" not in words, key
+        assert "array(" not in words, key
+        assert "float64" not in words, key
+        assert len(words.splitlines()) <= 45, key
+        assert max(map(len, words.splitlines())) <= 160, key
+
+
+def test_units_are_a_table_that_adds_up(shown):
+    units = shown["units"]
+    head, *rows, total = repr(units).splitlines()
+    assert head.split() == ["zone", "block", "contact", "volume", "[m3]"]
+    assert len(rows) == len(units)
+    for row, unit in zip(rows, units.values(), strict=True):
+        assert row.startswith(unit.zone)
+        assert unit.block in row
+        assert unit.contact in row
+        assert float(row.split()[-1]) == pytest.approx(unit.volume, rel=1e-5)
+    assert total == f"{len(units)} units, {units.volume:.6g} m3"
+    assert "contact" not in repr(gs.carve_units(gs.rebuild_surfaces(gs.build_walls(units.box))))
+
+
+def test_long_tables_of_units_are_cut_short_and_say_so(shown):
+    one = next(iter(shown["units"].values()))
+    many = [replace(one, name=f"u{i}") for i in range(50)]
+    lines = repr(type(shown["units"])(many, shown["units"].box)).splitlines()
+    assert len(lines) == 42
+    assert lines[-1].startswith("50 units, 10 more of them, ")
+
+
+def test_a_certificate_names_the_units_that_are_no_balls():
+    """A ring around a shaft: Euler number 0, named beside those that have 2."""
+    box, shaft = gs.build_walls((0, 9, 0, 9, -9, 0)), gs.build_walls((3, 6, 3, 6, -9, 0))[:4]
+    walls = [gs.TriSurface(f"F{i}", "fault", s.vertices, s.triangles) for i, s in enumerate(shaft)]
+    patches = gs.rebuild_surfaces([*walls, *box])
+    closed = certify(patches, gs.carve_units(patches)).checks[0]
+    assert closed.passed
+    assert closed.detail.startswith("2 units, 0 open edges; Euler number 2, but ")
+    assert closed.detail.endswith(" 0")
+
+
+def test_curves_tell_pyvista_which_surfaces_meet(shown):
+    pytest.importorskip("pyvista")
+    curves = shown["curves"]
+    found = curves.to_pyvista().cell_data["surfaces"]
+    assert np.array_equal(found, curves.surfaces_of_curve)
