@@ -5,8 +5,9 @@ not exactly (a fault through horizon nodes whose coordinates are rounded thirds)
 thinner than that rounding, and children turn over. Rounding the *output* again can go on
 for ever. Rounding the *input* cannot: vertices of the faces concerned move to multiples of a
 step far coarser than float64, the exact arrangement is made anew, and what was nearly
-degenerate is now either exactly so or thick enough. Steps grow until it holds; the
-largest move is reported, and beyond the last step the call fails by name.
+degenerate is now either exactly so or thick enough; slivers whose corners come together are shut.
+Steps grow until it holds; the largest move is reported, and beyond the last step the call fails by
+name.
 """
 
 from __future__ import annotations
@@ -124,8 +125,12 @@ def _rounded(surface: TriSurface, moved: np.ndarray, step: float, held) -> TriSu
     for axis in range(3):
         free = moved & ~np.isin(vertices[:, axis], held[axis])
         vertices[free, axis] = np.rint(vertices[free, axis] / step) * step + 0.0
-    marks = surface.vertex_data
-    return TriSurface(surface.name, surface.role, vertices, _triangles(surface), vertex_data=marks)
+    triangles = _triangles(surface)
+    corners = vertices[triangles]
+    # slivers whose corners come together close up: their neighbours meet there
+    shut = (corners == np.roll(corners, 1, axis=1)).all(axis=2).any(axis=1)
+    kept = triangles if shut.all() else triangles[~shut]
+    return TriSurface(surface.name, surface.role, vertices, kept, vertex_data=surface.vertex_data)
 
 
 def _triangles(surface: TriSurface) -> np.ndarray:

@@ -344,3 +344,22 @@ def test_a_repair_leaves_the_box_alone():
     assert patches.report["moved_vertices"] > 0
     assert units.box == box
     assert certify(patches, units).ok
+
+
+def test_slivers_that_a_coarser_step_closes_go():
+    """Two corners an ulp apart come together when the inputs move: not an area lost, a sliver shut.
+
+    Truncated faults have them: where they met a diagonal of the box before, and its edge.
+    """
+    below = np.nextafter(-1500.0, -2000.0)
+    across = [[1099.14, 900, -1480], [1106.349557522124, 885.0796460176992, -1500],
+              [1108.14, 900, -1500], [1117.14, 900, -1520]]  # fmt: skip
+    fan = [[2960, 1494, -1520], [3000, 1489, -1520], [3000, 1500, below], [2960, 1505, -1500],
+           [3000, 1500, -1500]]  # fmt: skip
+    one = TriSurface("F1", "fault", across, [[0, 1, 2], [1, 3, 2]])
+    two = TriSurface("F2", "fault", fan, [[0, 1, 2], [0, 2, 3], [3, 2, 4]])
+    patches = rebuild_surfaces([one, two, *build_walls((0, 3000, 0, 2400, -2500, -1500))])
+    assert 0 < patches.report["largest_move"] < 1e-8
+    assert patches.sources[1].n_triangle == 2  # the sliver is gone, and its neighbours meet
+    assert patches.surface("F1").n_triangle >= 2
+    assert certify(patches).ok
