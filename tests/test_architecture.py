@@ -205,6 +205,17 @@ def test_nothing_is_left_to_do_and_nothing_is_swallowed(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_errors_that_say_where_have_the_place_as_data(path: Path) -> None:
+    """What a sentence names for people, `render_place` needs as numbers."""
+    errors = ("GeometryError", "OpenUnitError", "RoundingError")
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in errors:
+            says = any(name == "place" for part in node.args for _, name in calls(part))
+            has = any(keyword.arg == "place" for keyword in node.keywords)
+            assert has or not says, f"{name_of(path)}:{node.lineno}"
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
 def test_files_fit_in_a_head(path: Path) -> None:
     lines = len(path.read_text(encoding="utf-8").splitlines())
     assert lines <= LONGEST_FILE, f"{name_of(path)} has {lines} lines; split it into two rooms"

@@ -19,8 +19,13 @@ def source_of(path: Path) -> str:
     return "\n".join(cell.source for cell in cells if cell.cell_type == "code")
 
 
-def test_there_are_notebooks() -> None:
-    assert [path.stem for path in NOTEBOOKS][:1] == ["01_first_unit"]
+def test_there_are_notebooks_and_readers_are_led_to_them() -> None:
+    listed = (ROOT / "README.md").read_text(encoding="utf-8")
+    listed_in_docs = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    assert len(NOTEBOOKS) >= 4
+    for path in NOTEBOOKS:
+        assert f"(notebooks/{path.name})" in listed, path.name
+        assert f"(../notebooks/{path.name})" in listed_in_docs, path.name
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -77,9 +77,9 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
     for k, surface in enumerate(level):
         sides = upper_sides(patches, cells, surface)[1]
         if len(sides) == 0:
-            raise GeometryError(_not_reached(patches, surface))
+            raise _not_reached(patches, surface)
         if not sides.any():
-            raise GeometryError(_beyond(patches, surface))
+            raise _beyond(patches, surface)
         touched = np.zeros((2, cells.n_cell + 1), dtype=bool)
         touched[0, sides[:, 0]] = touched[1, sides[:, 1]] = True
         touched[:, 0] = False
@@ -94,7 +94,7 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
     return found
 
 
-def _not_reached(patches: Patches, surface: int) -> str:
+def _not_reached(patches: Patches, surface: int) -> GeometryError:
     """Say where a surface is, where the box is, and whether the one holds depths."""
     source = patches.sources[surface]
     b, t = source.bounds[4:]
@@ -106,9 +106,10 @@ def _not_reached(patches: Patches, surface: int) -> str:
         if mirrored
         else f"Enlarge the box, or leave the {source.role} out."
     )
-    return (
+    return GeometryError(
         f"{_extent_of(source)} does not reach the model box ({west:.0f} to {east:.0f}, "
-        f"{south:.0f} to {north:.0f}, {bottom:.0f} to {top:.0f}). {hint}"
+        f"{south:.0f} to {north:.0f}, {bottom:.0f} to {top:.0f}). {hint}",
+        surfaces=(source.name,),
     )
 
 
@@ -121,12 +122,13 @@ def _extent_of(source) -> str:
     )
 
 
-def _beyond(patches: Patches, surface: int) -> str:
+def _beyond(patches: Patches, surface: int) -> GeometryError:
     """Say where a surface is that lies in the bounds of the walls, and outside of them."""
     source = patches.sources[surface]
-    return (
+    return GeometryError(
         f"{_extent_of(source)} lies beyond the area of interest, in a corner of its "
-        f"bounds. Enlarge the area, or leave the {source.role} out."
+        f"bounds. Enlarge the area, or leave the {source.role} out.",
+        surfaces=(source.name,),
     )
 
 

@@ -139,7 +139,9 @@ def _continued(surface, rim: Rim, guides: Guides, side, low, high, until, longes
     if len(arc) < 2:
         raise GeometryError(
             f"fault {name!r} cannot be extended to {until}: its side {side!r} is but the point "
-            f"{place(x[arc[0]])}. Choose another side."
+            f"{place(x[arc[0]])}. Choose another side.",
+            place=x[arc[0]],
+            surfaces=(name,),
         )
     own = bool((guides.of(side)[arc] >= 0).all())
     window, defect, filled = 0.0, None, np.empty((0, 3), dtype=np.int64)
@@ -154,7 +156,9 @@ def _continued(surface, rim: Rim, guides: Guides, side, low, high, until, longes
         if len(lost):
             raise GeometryError(
                 f"fault {name!r} has no tangent plane at {place(x[arc[lost[0]]])}: the triangles "
-                f"there are slivers or folded over. Smooth its side {side!r}, or leave it out."
+                f"there are slivers or folded over. Smooth its side {side!r}, or leave it out.",
+                place=x[arc[lost[0]]],
+                surfaces=(name,),
             )
         length = np.minimum(_lengths(x[arc], way, low, high, name, side, until), longest)
         tip = x[arc] + length[:, None] * way
@@ -242,7 +246,9 @@ def _lengths(start, way, low, high, name, side, until) -> np.ndarray:
     if not np.isfinite(length).any():
         raise GeometryError(
             f"fault {name!r} cannot be extended to {until} from its side {side!r}: none of its "
-            f"lines leads there, for one from {place(start[0])}. Choose another side."
+            f"lines leads there, for one from {place(start[0])}. Choose another side.",
+            place=start[0],
+            surfaces=(name,),
         )
     length = _filled(length)
     for _ in range(_TRIALS):
@@ -254,7 +260,9 @@ def _lengths(start, way, low, high, name, side, until) -> np.ndarray:
     i = int(np.flatnonzero(meets)[0])
     raise GeometryError(
         f"fault {name!r} does not leave {until} on its side {side!r}: neighbouring lines part at "
-        f"{place(start[i])} so that the box stays between them. Smooth the fault there."
+        f"{place(start[i])} so that the box stays between them. Smooth the fault there.",
+        place=start[i],
+        surfaces=(name,),
     )
 
 
@@ -308,11 +316,13 @@ def _defect_of(name: str, side: str, x: np.ndarray, t: np.ndarray, n_new: int) -
     pairs = crossing_pairs(x, new, old)
     if len(pairs) == 0:
         return None
-    where = place(x[np.concatenate([new, old])[pairs[0, 0]]].mean(axis=0))
+    where = x[np.concatenate([new, old])[pairs[0, 0]]].mean(axis=0)
     return GeometryError(
         f"fault {name!r} would cross itself if its side {side!r} were extended: {len(pairs)} "
-        f"pairs of triangles cross, one near {where}. Extend it less (a smaller box), leave "
-        "this side out, or smooth the bend."
+        f"pairs of triangles cross, one near {place(where)}. Extend it less (a smaller box), leave "
+        "this side out, or smooth the bend.",
+        place=where,
+        surfaces=(name,),
     )
 
 

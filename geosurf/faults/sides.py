@@ -143,20 +143,20 @@ def _refuse_sheets(patches, main, tf, half, sheets) -> None:
     if len(half) == 0:
         return
     name = patches.names[int(patches.surface_of_triangle[main[0]])]
-    where = _where(patches, tf, half[0])
+    where = patches.vertices[tf[half[0] // 3, half[0] % 3]]
     if sheets[0] > 2:
         raise GeometryError(
-            f"fault {name!r} has {sheets[0]} sheets at {where}, so that it has no two sides there. "
-            "Cut it into faults of their own."
+            f"fault {name!r} has {sheets[0]} sheets at {place(where)}, so that it has no two sides "
+            "there. Cut it into faults of their own.",
+            place=where,
+            surfaces=(name,),
         )
     raise SurfaceError(
-        f"fault {name!r}: its triangles do not agree about their front at {where}. Pass it through "
-        "triangulate_fault, which turns them."
+        f"fault {name!r}: its triangles do not agree about their front at {place(where)}. Pass it "
+        "through triangulate_fault, which turns them.",
+        place=where,
+        surfaces=(name,),
     )
-
-
-def _where(patches: Patches, t: np.ndarray, half: int) -> str:
-    return place(patches.vertices[t[half // 3, half % 3]])
 
 
 def _coincident(tf: np.ndarray, tm: np.ndarray) -> np.ndarray:

@@ -133,10 +133,12 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> Truncation:
     if not (wanted | unwanted).any():
         raise _not_reached(patches, rule, rows, inside)
     if not wanted.any():
+        at = patches.vertices[beside.edges[0, 0]]
         raise GeometryError(
             f"fault {rule.fault!r} has no part in the {rule.keep} of {rule.main!r}: nothing would "
-            f"be left of it. It meets {rule.main!r} at "
-            f"{place(patches.vertices[beside.edges[0, 0]])}; keep the other part."
+            f"be left of it. It meets {rule.main!r} at {place(at)}; keep the other part.",
+            place=at,
+            surfaces=(rule.fault, rule.main),
         )
     gone = unwanted | (beside.within & held)
     wrong = beside.beside[:, 1 if side > 0 else 0] | beside.within
@@ -202,11 +204,13 @@ def _goes_around(patches: Patches, rule: Rule, beside: Adjacency, mine: np.ndarr
     used, times = np.unique(beside.edges, return_counts=True)
     rim = np.unique(open_edges(patches.triangles[mine], len(patches.local)))
     tips = np.setdiff1d(used[times == 1], rim)
-    at = int(tips[0] if len(tips) else used[0])
+    at = patches.vertices[tips[0] if len(tips) else used[0]]
     return GeometryError(
         f"fault {rule.main!r} does not cut {rule.fault!r} through: {rule.fault!r} goes on around "
-        f"the end of {rule.main!r} at {place(patches.vertices[at])}, so that no part can be "
-        f"dropped. Extend {rule.main!r}."
+        f"the end of {rule.main!r} at {place(at)}, so that no part can be dropped. Extend "
+        f"{rule.main!r}.",
+        place=at,
+        surfaces=(rule.fault, rule.main),
     )
 
 
@@ -216,15 +220,19 @@ def _not_reached(patches: Patches, rule: Rule, rows, inside: np.ndarray) -> Exce
         if not inside[rows[name]].any():
             return GeometryError(
                 f"nothing of fault {name!r} lies in the model box, so that {rule.fault!r} cannot "
-                f"end at {rule.main!r} there. Leave the rule out, or enlarge the box."
+                f"end at {rule.main!r} there. Leave the rule out, or enlarge the box.",
+                surfaces=(rule.fault, rule.main),
             )
     one, two = (patches.triangles[r[inside[r]]] for r in (rows[rule.fault], rows[rule.main]))
     gap = closest_approach(patches.local, one, two)
-    where = f"nearest at {place(gap.at + patches.origin)}"
+    at = gap.at + patches.origin
+    where = f"nearest at {place(at)}"
     if gap.distance == 0:
         return GeometryError(
             f"fault {rule.fault!r} only touches {rule.main!r}, {where}, and cannot end there. "
-            "Leave the rule out, or keep another part of one of them."
+            "Leave the rule out, or keep another part of one of them.",
+            place=at,
+            surfaces=(rule.fault, rule.main),
         )
     remedy = (
         "Leave the rule out: they do not meet in the model box, even extended."
@@ -234,7 +242,9 @@ def _not_reached(patches: Patches, rule: Rule, rows, inside: np.ndarray) -> Exce
     )
     return GeometryError(
         f"fault {rule.fault!r} ends {gap.distance:.6g} m short of {rule.main!r}, {where}, and "
-        f"cannot end there. {remedy}"
+        f"cannot end there. {remedy}",
+        place=at,
+        surfaces=(rule.fault, rule.main),
     )
 
 

@@ -46,6 +46,13 @@ class Extension:
     until: str
     lines: str = "own"
 
+    def __str__(self) -> str:
+        """One sentence, as for a log."""
+        return (
+            f"{self.fault} ({self.side}) was continued by {self.shortest:.4g} to "
+            f"{self.distance:.4g} m until {self.until}: {self.area:.4g} m2, lines: {self.lines}"
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class ExtendedFault:
@@ -101,6 +108,15 @@ class Truncation:
     coinciding_area: float
     apart_area: float
     length: float
+
+    def __str__(self) -> str:
+        """One sentence, as for a log."""
+        more = f", {self.coinciding_area:.4g} of them in it" if self.coinciding_area else ""
+        apart = f", {self.apart_area:.4g} of them apart from it" if self.apart_area else ""
+        return (
+            f"{self.fault} ends at {self.main} along {self.length:.4g} m: {self.dropped_area:.4g} "
+            f"m2 were dropped{more}; {self.kept_area:.4g} m2 in its {self.keep} stay{apart}"
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -103,13 +103,21 @@ def _cut(surface: TriSurface, low: np.ndarray, high: np.ndarray) -> TriSurface:
 def _clip_ring(ring: list[np.ndarray], low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
     """A convex polygon cut to a box, side by side (Sutherland & Hodgman 1974)."""
     for axis, sign in itertools.product(range(3), (1.0, -1.0)):
-        limit = sign * (high if sign > 0 else low)[axis]
+        limit = float((high if sign > 0 else low)[axis])
         kept = []
         for p, q in zip(ring, ring[1:] + ring[:1], strict=True):
-            one, two = sign * p[axis] - limit, sign * q[axis] - limit
+            one, two = sign * (p[axis] - limit), sign * (q[axis] - limit)
             if one <= 0:
                 kept.append(p)
             if one * two < 0:
-                kept.append(p + one / (one - two) * (q - p))
+                kept.append(_crossing(p, q, axis, limit))
         ring = kept
     return ring
+
+
+def _crossing(p: np.ndarray, q: np.ndarray, axis: int, limit: float) -> np.ndarray:
+    """Where an edge leaves the box: bit for bit the same for both of its triangles."""
+    a, b = sorted((p, q), key=tuple)
+    point: np.ndarray = a + (limit - a[axis]) / (b[axis] - a[axis]) * (b - a)
+    point[axis] = limit
+    return point

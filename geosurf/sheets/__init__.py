@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import is_number, place, rising_diagonal
+from geosurf.conventions import is_number, rising_diagonal
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.sheets.build import Builder, carry_picks
@@ -141,7 +141,7 @@ def tear_horizon(
     builder = Builder(picks, state, surfaces, rising, carry_on, rebuild.torn_between)
     built = builder.run()
     state = builder.state
-    refuse_leaks(picks, built)
+    refuse_leaks(picks, state, built)
     cuts = fault_cuts(picks.frame, state, built, surfaces)
     used = sigma if settings.noise_weight is not None else None
     report = make_report(picks, state, built, cuts, builder.triangles, float(trim), used)
@@ -152,7 +152,7 @@ def _refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> 
     """Say where a block between faults has no data of its own."""
     if len(state.stray) == 0:
         return
-    at = np.append(picks.frame.node_places(state.stray[:1])[0], np.nan)
+    at = picks.frame.node_places(state.stray[:1])[0]
     beside = sorted(
         {
             names[trace.fault]
@@ -160,9 +160,11 @@ def _refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> 
             if (near.look_up(state.stray) >= 0).any()
         }
     )
-    where = place(at).rsplit(", elevation", 1)[0] + ")"
+    level = float(np.median(picks.z))  # the block has no height of its own
     raise GeometryError(
         f"horizon {picks.name!r}: {len(state.stray)} nodes beside {', '.join(beside)} have no "
-        f"datum of their own block, the first at {where}. Lower trim there, add data, or say "
-        "carry=True to go on from the neighbour."
+        f"datum of their own block, the first at (easting {at[0]:.3f}, northing {at[1]:.3f}). "
+        "Lower trim there, add data, or say carry=True to go on from the neighbour.",
+        place=(*at, level),
+        surfaces=(picks.name, *beside),
     )

@@ -54,15 +54,17 @@ def sheet_of(picks: Picks, state: Heights, built: Built, faults, rising, cuts, r
     )
 
 
-def refuse_leaks(picks: Picks, built: Built) -> None:
+def refuse_leaks(picks: Picks, state: Heights, built: Built) -> None:
     """Say where a sheet could not be closed against its faults."""
     open_edges = built.cut.leaks or built.cut.dead_ends
     if not open_edges:
         return
     node = built.torn.node_of(np.array(open_edges[0][:1]))
-    at = place(np.append(picks.frame.node_places(node)[0], np.nan)).rsplit(", elevation", 1)[0]
+    at = np.append(picks.frame.node_places(node)[0], state.values[node])
     raise GeometryError(
         f"horizon {picks.name!r} cannot be closed against its faults: {len(open_edges)} edges stay "
-        f"open, the first at {at}). Extend the fault there up, down and along strike, or end it "
-        "on its main fault."
+        f"open, the first at {place(at)}. Extend the fault there up, down and along strike, or end "
+        "it on its main fault.",
+        place=at,
+        surfaces=(picks.name,),
     )

@@ -169,4 +169,5 @@ def _folded(before: Before, where: np.ndarray) -> GeometryError:
         f"horizon {before.name!r}: throw changes so quickly at {place(where)} that beds would "
         "fold over each other. Let it change over a longer distance, or lower it.",
         place=where,
+        surfaces=(before.name,),
     )

@@ -56,3 +56,22 @@ def test_no_place(surfaces, place, tmp_path):
 def test_no_reach(surfaces, tmp_path):
     with pytest.raises(InputError, match=r"reach is -1, expected metres above 0"):
         render_place(surfaces, (0, 0, 0), tmp_path / "place.png", reach=-1)
+
+
+def test_triangles_that_are_cut_still_share_their_corners():
+    """Where neighbours leave the box their corners are one, or rims are drawn inside a surface."""
+    from geosurf.render.place import _cut
+
+    world = synthetic.faulted("Y", n=33)
+    surface = triangulate_fault(world.faults["F1"], name="F1")
+    low, high = np.array([671.3, 73.7, -2861.7]), np.array([1671.3, 1073.7, -1861.7])
+    cut = _cut(surface, low, high)
+    t = np.sort(np.concatenate([cut.triangles[:, [0, 1]], cut.triangles[:, [1, 2]],
+                                cut.triangles[:, [2, 0]]]), axis=1)  # fmt: skip
+    ends, times = np.unique(t, axis=0, return_counts=True)
+    rim = cut.vertices[ends[times == 1]]
+    on_a_side = ((rim == low) | (rim == high)).any(axis=2).all(axis=1)
+    bounds = np.array(surface.bounds).reshape(3, 2)
+    on_the_rim = ((rim == bounds[:, 0]) | (rim == bounds[:, 1])).any(axis=2).all(axis=1)
+    assert len(rim) > 20
+    assert (on_a_side | on_the_rim).all()
