@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from geosurf import synthetic, triangulate_fault
 from geosurf.errors import InputError
 from geosurf.render import palette, render_place
-from geosurf.render.place import show_place
+from geosurf.render.place import _cut, show_place
 from tests.strategies import grid, sheet
 
 
@@ -60,8 +61,6 @@ def test_no_reach(surfaces, tmp_path):
 
 def test_triangles_that_are_cut_still_share_their_corners():
     """Where neighbours leave the box their corners are one, or rims are drawn inside a surface."""
-    from geosurf.render.place import _cut
-
     world = synthetic.faulted("Y", n=33)
     surface = triangulate_fault(world.faults["F1"], name="F1")
     low, high = np.array([671.3, 73.7, -2861.7]), np.array([1671.3, 1073.7, -1861.7])
