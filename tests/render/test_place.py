@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geosurf import synthetic, triangulate_fault
 from geosurf.errors import InputError
 from geosurf.render import palette, render_place
 from geosurf.render.place import _cut, show_place
@@ -61,16 +60,13 @@ def test_no_reach(surfaces, tmp_path):
 
 def test_triangles_that_are_cut_still_share_their_corners():
     """Where neighbours leave the box their corners are one, or rims are drawn inside a surface."""
-    world = synthetic.faulted("Y", n=33)
-    surface = triangulate_fault(world.faults["F1"], name="F1")
-    low, high = np.array([671.3, 73.7, -2861.7]), np.array([1671.3, 1073.7, -1861.7])
+    surface = grid("Top", np.random.default_rng(2).normal(size=(12, 12)))
+    low, high = np.array([2.3, 3.1, -0.7]), np.array([8.7, 9.9, 0.7])
     cut = _cut(surface, low, high)
     t = np.sort(np.concatenate([cut.triangles[:, [0, 1]], cut.triangles[:, [1, 2]],
                                 cut.triangles[:, [2, 0]]]), axis=1)  # fmt: skip
     ends, times = np.unique(t, axis=0, return_counts=True)
     rim = cut.vertices[ends[times == 1]]
     on_a_side = ((rim == low) | (rim == high)).any(axis=2).all(axis=1)
-    bounds = np.array(surface.bounds).reshape(3, 2)
-    on_the_rim = ((rim == bounds[:, 0]) | (rim == bounds[:, 1])).any(axis=2).all(axis=1)
     assert len(rim) > 20
-    assert (on_a_side | on_the_rim).all()
+    assert on_a_side.all()
