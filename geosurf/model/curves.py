@@ -181,13 +181,6 @@ class Curves:
         labels = {"surfaces": self.surfaces_of_curve}
         return polydata(self.points, lines=self.curves, cell_data=labels)
 
-    def __repr__(self) -> str:
-        bound = "" if self.error_bound is None else f", {len(self.places)} places to look at"
-        return (
-            f"<Curves: {self.n_curve} between {', '.join(self.names)}; {self.length:.6g} m, "
-            f"{len(self.contacts)} contacts{bound}>"
-        )
-
 
 @dataclass(frozen=True, eq=False)
 class VoxelSearch:

@@ -206,6 +206,3 @@ class Patches:
             "patch": self.patch_of_triangle,
         }
         return polydata(self.vertices, triangles=self.triangles, cell_data=labels)
-
-    def __repr__(self) -> str:
-        return f"<Patches: {self.n_patch} of {', '.join(self.names)}>"

@@ -158,7 +158,7 @@ class Units(Mapping[str, Unit]):
     def __len__(self) -> int:
         return len(self._units)
 
-    def __repr__(self) -> str:
+    def __str__(self) -> str:
         """A table: zone, block and contact of each unit, and its volume."""
         head = ("zone", "block", "contact")
         rows = [(u.zone, u.block, u.contact) for u in self._units.values()]
