@@ -128,7 +128,7 @@ class TruncatedFaults:
     surfaces : dict of str to TriSurface
         One for each fault; main faults are whole, with the vertices of the contacts in them.
     parents : dict of str to ndarray of int64
-        For each fault the input triangle that each of its triangles is a part of.
+        For each fault the triangle of `Patches.sources` that each of its triangles is a part of.
     truncations : tuple of Truncation
         In the order in which they were made.
     largest_move : float

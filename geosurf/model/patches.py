@@ -27,7 +27,8 @@ class Patches:
     Parameters
     ----------
     sources : sequence of TriSurface
-        The surfaces as they were handed in.
+        The surfaces as they were handed in, or as they were moved where rounding broke a
+        triangle (``report["largest_move"]``); slivers that a move shuts are left out.
     local : array_like of float, shape (n_vertex, 3)
         Vertices in the local frame [m]; `vertices` adds `origin`.
     origin : array_like of float, shape (3,)

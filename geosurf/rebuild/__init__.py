@@ -41,7 +41,7 @@ def rebuild_surfaces(
         that crosses itself is split there only with `self_intersections`. Inputs that are
         degenerate up to rounding are moved to a coarser step where they break;
         ``report["largest_move"]`` says how far [m], 0 mostly, and `Patches.sources` are the
-        surfaces as used.
+        surfaces as used, without slivers that a move shuts.
 
     Raises
     ------

@@ -125,12 +125,17 @@ def _rounded(surface: TriSurface, moved: np.ndarray, step: float, held) -> TriSu
     for axis in range(3):
         free = moved & ~np.isin(vertices[:, axis], held[axis])
         vertices[free, axis] = np.rint(vertices[free, axis] / step) * step + 0.0
-    triangles = _triangles(surface)
+    marks, triangles = surface.vertex_data, _triangles(surface)
+    if not marks:  # torn sheets know their triangles by row
+        triangles = _without_shut(vertices, triangles)
+    return TriSurface(surface.name, surface.role, vertices, triangles, vertex_data=marks)
+
+
+def _without_shut(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Triangles but for those with two corners in one place, whose neighbours then meet there."""
     corners = vertices[triangles]
-    # slivers whose corners come together close up: their neighbours meet there
     shut = (corners == np.roll(corners, 1, axis=1)).all(axis=2).any(axis=1)
-    kept = triangles if shut.all() else triangles[~shut]
-    return TriSurface(surface.name, surface.role, vertices, kept, vertex_data=surface.vertex_data)
+    return triangles if shut.all() else triangles[~shut]
 
 
 def _triangles(surface: TriSurface) -> np.ndarray:
