@@ -276,7 +276,24 @@ def find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray] | None:
     node = (ij[:, 1] - low[1]) * n_col + ij[:, 0] - low[0]
     full[node] = xy  # nodes with picks keep the coordinates that they came with
     full = full.reshape(n_row, n_col, 2)
+    _on_lines(full, node, xy)
     return Frame((n_row, n_col), corner, step, full[..., 0], full[..., 1]), node
+
+
+def _on_lines(full: np.ndarray, node: np.ndarray, xy: np.ndarray) -> None:
+    """Put nodes without a pick exactly on their column and row, where all picks of it are.
+
+    A fitted place may be off by a rounding, and then the rim of the data would lie inside a box
+    that has the same rim.
+    """
+    row, col = np.divmod(node, full.shape[1])
+    for k, line in ((0, col), (1, row)):
+        order = np.argsort(line, kind="stable")
+        some, first = np.unique(line[order], return_index=True)
+        low, high = (f.reduceat(xy[order, k], first) for f in (np.minimum, np.maximum))
+        straight = low == high
+        lines = full[..., k].T if k == 0 else full[..., k]
+        lines[some[straight]] = low[straight][:, None]
 
 
 def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray] | None:

@@ -263,7 +263,8 @@ class Rebuild:
             rows, side = own.rows[at >= 0], own.side[at >= 0]
             far, at = own.far[at >= 0], at[at >= 0]
             place, here = near[number].place[at], near[number].side[at]
-            inside = (place > trace.start) & (place < trace.stop)
+            first, last = network.mesh[number]  # past the rim of the data, where it leaves them
+            inside = (place > first) & (place < last)
             across = inside & (side != here)
             if before is not None:
                 walls = before.walls[number]

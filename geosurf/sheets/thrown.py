@@ -168,8 +168,8 @@ class Thrown:
         out = np.array(
             [self._beyond(k, self.xy, self.drape) > 0 for k in range(len(self.slips))], dtype=float
         ).reshape(len(self.slips), len(self.xy))
-        for trace, close in zip(network.traces, near, strict=True):
-            inner = (close.place > trace.start) & (close.place < trace.stop)
+        for trace, close, (first, last) in zip(network.traces, near, network.mesh, strict=True):
+            inner = (close.place > first) & (close.place < last)
             out[trace.fault, close.node[inner]] = close.side[inner] > 0
         return out
 

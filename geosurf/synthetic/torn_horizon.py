@@ -71,6 +71,8 @@ class Fault:
         half = 0.5 * self.throw
         if self.profile == "constant":
             return sign * half * np.ones_like(s)
+        if self.profile == "scissors":
+            return sign * half * s / 1000.0
         away = (r - np.interp(s, *_trace(self, level))) / self.half
         return sign * half * displacement(self.profile, s / self.half, sign * away)
 
@@ -123,6 +125,7 @@ def _worlds(side: float) -> dict[str, dict[str, Fault]]:
         "ellipse": {"F1": Fault(c, c, profile="ellipse")},
         "through": {"F1": Fault(c, c, **through)},
         "listric": {"F1": Fault(c, c, dip=55.0, flatten=4e-4)},
+        "scissors": {"F1": Fault(c, c, half=np.inf, profile="scissors")},
         "reverse": {"F1": Fault(c, c, dip=45.0, throw=-60.0)},
         "thrust": {"F1": Fault(c, c, dip=30.0, throw=-100.0)},
         "Y": {
