@@ -132,12 +132,12 @@ def tear_horizon(
     rebuild = rebuild_of(picks, meshes, settings)
     sigma, signal = rebuild.noise()
     sigma = sigma if noise is None else float(noise)
-    settings.hold(weight_of(sigma, signal, picks.frame.cell))
+    settings.noise_weight = weight_of(sigma, signal, picks.frame.cell)
     state = rebuild.run()
     names = [surface.name for surface in surfaces]
     _refuse_empty_blocks(picks, state, names)
     rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
-    carry_on = carry_picks(picks, settings.bend, settings.noise_weight)
+    carry_on = carry_picks(picks, settings.noise_weight)
     builder = Builder(picks, state, surfaces, rising, carry_on, rebuild.torn_between)
     built = builder.run()
     state = builder.state

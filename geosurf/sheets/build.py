@@ -15,7 +15,7 @@ from geosurf.contact.threads import side_by_side
 from geosurf.model import TriSurface
 from geosurf.sheets.cut import Cut, band_of, cut_band
 from geosurf.sheets.data import Picks
-from geosurf.sheets.ghosts import ghost_heights, grow
+from geosurf.sheets.ghosts import ghost_heights, grow, joined_heights
 from geosurf.sheets.heights import Heights
 from geosurf.sheets.links import FALLING, RISING, Cuts, cuts_of, within
 from geosurf.sheets.mesh import Torn, Triangles, tear
@@ -292,16 +292,19 @@ class Builder:
         return found
 
 
-def carry_picks(picks: Picks, bend: float, weight: float | None = None):
+def carry_picks(picks: Picks, weight: float | None = None):
     """How ghosts of picked sheets get their heights: by the energy, and by picks beyond a trace."""
 
     def carry_on(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights):
         """Heights of the ghosts of one sheet."""
         fixed = _beyond(picks, state, torn)
         frame = picks.frame
-        return ghost_heights(
-            torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed, bend, weight
-        )
+        if weight is not None and fixed:  # the sheet is one with what it has past the trace
+            data, _ = picks.means_without(~state.used)
+            state.values, fixed = joined_heights(
+                torn, triangles, bits, state.values, frame.stretch, fixed, data, weight
+            )
+        return ghost_heights(torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed)
 
     return carry_on
 

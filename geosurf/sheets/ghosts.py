@@ -11,9 +11,10 @@ import numpy as np
 from geosurf.sheets.drape import around
 from geosurf.sheets.links import EAST, NORTH
 from geosurf.sheets.mesh import Torn, Triangles, outer_edges
-from geosurf.sheets.solve import BEND, STRETCH, Graph, lattice_graph, smoothest
+from geosurf.sheets.solve import STRETCH, Graph, lattice_graph, smoothest
 
 HOLD = 1e-8  # weight that ties each ghost to the height of its anchor
+JOINED = 8  # cells around ghosts with noisy data, in which real nodes are solved for with them
 APART = 1e-6  # cells: a ghost is kept this far from the other vertices of its node
 
 
@@ -25,10 +26,8 @@ def ghost_heights(
     stretch: np.ndarray,
     cell: float,
     fixed: dict[int, float],
-    bend: float = BEND,
-    weight: float | None = None,
 ) -> np.ndarray:
-    """Heights (n_ghost,) of all ghosts; `fixed` has those that data give, `weight` if noisy."""
+    """Heights (n_ghost,) of all ghosts; `fixed` has those that data give."""
     n_ghost = len(torn.anchor)
     if n_ghost == 0:
         return np.empty(0)
@@ -40,9 +39,8 @@ def ghost_heights(
     known = np.zeros(n_ghost, dtype=bool)
     given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
     picked = np.fromiter(fixed.values(), dtype=np.float64, count=len(fixed))
-    if weight is None:
-        known[given] = True
-        value[len(nodes) + given] = picked
+    known[given] = True
+    value[len(nodes) + given] = picked
     number = np.full(len(value), -1)
     free = np.flatnonzero(~known)
     number[len(nodes) + free] = np.arange(len(free))
@@ -51,14 +49,47 @@ def ghost_heights(
     target = HOLD * heights[torn.anchor[free]]
     rows = number[lost[:, 1]]
     lost, rows = lost[rows >= 0], rows[rows >= 0]
-    if weight is not None:
-        pull[given] += weight
-        target[given] += weight * picked
     np.add.at(pull, rows, STRETCH**2)
     np.add.at(target, rows, STRETCH**2 * value[lost[:, 0]])
     out = value[len(nodes) :]
-    out[free] = smoothest(graph, number, value, stretch, bend, pull=pull, target=target / pull)
+    out[free] = smoothest(graph, number, value, stretch, pull=pull, target=target / pull)
     return _apart(torn, heights, out, APART * cell)
+
+
+def joined_heights(
+    torn: Torn,
+    triangles: Triangles,
+    cut: np.ndarray,
+    heights: np.ndarray,
+    stretch: np.ndarray,
+    fixed: dict[int, float],
+    data: np.ndarray,
+    weight: float,
+) -> tuple[np.ndarray, dict[int, float]]:
+    """Where a sheet has noisy data past its trace, it and they are smoothed together.
+
+    `data` (n_node,) are those of the nodes, NaN where there are none. Returns the heights of all
+    nodes, changed around the ghosts of `fixed`, and smooth heights of these ghosts.
+    """
+    shape = (triangles.n_row, triangles.n_col)
+    given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
+    picked = np.fromiter(fixed.values(), dtype=np.float64, count=len(fixed))
+    inner = around(np.unique(torn.node_of_ghost[given]), shape, JOINED)
+    nodes = np.union1d(around(inner, shape, 3), around(torn.node_of_ghost, shape, 3))
+    nodes = nodes[np.isfinite(heights[nodes])]
+    graph, _ = _mesh_graph(torn, triangles, nodes, cut)
+    n, n_ghost = len(nodes), len(torn.anchor)
+    value = np.concatenate([heights[nodes], heights[torn.anchor]])
+    free = np.concatenate([np.isin(nodes, inner), np.ones(n_ghost, dtype=bool)])
+    number = np.where(free, np.cumsum(free) - 1, -1)
+    pull, target = np.full(n + n_ghost, HOLD), value.copy()
+    seen = np.flatnonzero(np.isfinite(data[nodes]))
+    pull[seen], target[seen] = weight, data[nodes[seen]]
+    pull[n + given], target[n + given] = weight, picked
+    value[free] = smoothest(graph, number, value, stretch, pull=pull[free], target=target[free])
+    out = heights.copy()
+    out[nodes] = value[:n]
+    return out, dict(zip(given.tolist(), value[n + given].tolist(), strict=True))
 
 
 def _mesh_graph(torn: Torn, triangles: Triangles, nodes: np.ndarray, cut: np.ndarray):

@@ -19,9 +19,9 @@ from geosurf.sheets.drape import around, draped, narrow_gaps, without_absent
 from geosurf.sheets.links import FALLING, Cuts, cuts_of, within
 from geosurf.sheets.near import NearTrace, mesh_blocks, near_traces, side_at_own_height, window
 from geosurf.sheets.network import Network
-from geosurf.sheets.noise import NOISY_BEND, noise_of
+from geosurf.sheets.noise import noise_of
 from geosurf.sheets.sets import distinct, is_among
-from geosurf.sheets.solve import BEND, grounded, lattice_graph, smoothest, steps_to_known
+from geosurf.sheets.solve import grounded, lattice_graph, smoothest, steps_to_known
 from geosurf.sheets.traces import FaultMesh
 
 FILL = 16.0  # cells: absent nodes beside a trace are filled in gaps up to this width
@@ -40,15 +40,9 @@ class Settings:
 
     trim: float = 2.0
     first_trim: float = 3.0
-    bend: float = BEND
     noise_weight: float | None = None
     collar: int = 16
     carry: bool = False
-
-    def hold(self, weight: float | None) -> None:
-        """Hold the sheet to noisy data by a weight; None to meet them exactly."""
-        self.noise_weight = weight
-        self.bend = BEND if weight is None else NOISY_BEND
 
 
 @dataclass(eq=False)
@@ -322,9 +316,8 @@ class Rebuild:
         kept = solved[at]
         filled = np.where(np.isfinite(value), value, 0.0)
         found = smoothest(
-            graph, number, filled, self.stretch, self.settings.bend,
-            pull=pull[kept], target=data[kept],
-        )  # fmt: skip
+            graph, number, filled, self.stretch, pull=pull[kept], target=data[kept]
+        )
         self.canvas.changing(band[solved])
         heights[band[solved]] = found
         return Heights(

@@ -76,7 +76,7 @@ def propose_trim(
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
     settings = Settings(float(HIDDEN), float(HIDDEN))
     rebuild = Rebuild(picks, meshes, settings)
-    settings.hold(weight_of(*rebuild.noise(), picks.frame.cell))
+    settings.noise_weight = weight_of(*rebuild.noise(), picks.frame.cell)
     state = rebuild.hidden(float(HIDDEN))
     far, misfit = _hidden_misfits(rebuild, state)
     number = np.bincount(far.astype(np.int64), minlength=HIDDEN)

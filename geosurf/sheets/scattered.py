@@ -22,8 +22,8 @@ from geosurf.sheets.frame import Frame
 from geosurf.sheets.heights import FILL, Heights, Rebuild, Settings
 from geosurf.sheets.links import Cuts
 from geosurf.sheets.network import Network
-from geosurf.sheets.noise import LEAST, NOISY_BEND, signal_of, weight_of
-from geosurf.sheets.solve import Graph, grounded, lattice_graph, steps_to_known, weights_of
+from geosurf.sheets.noise import LEAST, signal_of, weight_of
+from geosurf.sheets.solve import BEND, Graph, grounded, lattice_graph, steps_to_known, weights_of
 from geosurf.sheets.traces import FaultMesh
 
 FEWEST = 30  # points
@@ -167,8 +167,8 @@ class ScatteredRebuild(Rebuild):
         noise = _noise_of_points(self.picks, ~doubted)
         if weight_of(noise, 0.0, self.picks.frame.cell) is None:
             return noise, 0.0
-        self.settings.hold(LEAST)  # what is left of the surface then is no noise
-        grid = np.where(self._touched(~doubted), self._drape(doubted, NOISY_BEND), np.nan)
+        self.settings.noise_weight = LEAST  # what is left of the surface then is no noise
+        grid = np.where(self._touched(~doubted), self._drape(doubted, BEND), np.nan)
         return noise, signal_of(grid.reshape(self.shape))
 
     def _touched(self, used: np.ndarray) -> np.ndarray:
@@ -233,13 +233,13 @@ class ScatteredRebuild(Rebuild):
         a, b, d = self.corners[:, 0], self.corners[:, 1], self.corners[:, 2]
         return (bits[a] == 0) & (bits[b] & 2 == 0) & (bits[d] & 1 == 0)
 
-    def _solved(self, graph: Graph, slot, rows, bend: float | None = None) -> np.ndarray:
+    def _solved(self, graph: Graph, slot, rows, bend: float = BEND) -> np.ndarray:
         """Heights of all nodes of a graph: smooth, and near the points of `rows`."""
         from scipy.sparse import csc_array
         from scipy.sparse.linalg import splu
 
         n = len(graph.east)
-        weights = weights_of(self.stretch, self.settings.bend if bend is None else bend)
+        weights = weights_of(self.stretch, bend)
         every, none = np.arange(n), np.zeros(n)
         matrix, column, _ = normal_equations(
             graph.east, graph.north, graph.square, graph.cell, every, none, weights
