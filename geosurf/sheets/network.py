@@ -1,7 +1,7 @@
 """Traces of all faults and how each ends: at a tip, at the rim of the data, or on another fault.
 
 An end that reaches another trace, or passes it by a little, is a branch: its tear ends there. The
-solve tears half a cell past a tip, so that throw can die at it, and some cells past the rim of
+solve tears one cell past a tip, so that throw can die at it, and some cells past the rim of
 the data, so that it does not heal there.
 """
 
@@ -19,7 +19,7 @@ from geosurf.sheets.links import whole_units
 from geosurf.sheets.traces import FaultMesh, Trace, extended, sample, trace_lines
 
 EXTENSION = 3.0  # cells that every end is drawn out by, to see what it runs into
-TIP = 0.5  # cells past a free tip that the solve tears
+TIP = 1.0  # cells past a free tip that the solve tears: less, and the last link may be whole
 REACHES = 1.0  # cells that a branch may stop short of its main fault
 OVERSHOOT = 6.0  # cells that a branch may run past its main fault
 SHORTEST = 1.5  # cells: shorter traces tear nothing
@@ -171,7 +171,7 @@ class Network:
 
 
 def past_tip(trace: Trace, end: int, place: float) -> float:
-    """The place half a cell past a tip at some place: throw dies there, not before."""
+    """The place one cell past a tip at some place: throw dies there, not before."""
     along = trace.along
     real = np.interp(place, np.arange(len(along)), along)
     return float(np.interp(real + (-TIP if end == 0 else TIP), along, np.arange(len(along))))

@@ -13,7 +13,7 @@ N = 81
 IDS = [kind for kind, _, _ in WORLDS]
 # what is asked: cut-off [cells], mean and worst error of throw [%], change of variation
 ASKED = (0.1, 1.0, 5.0, 0.05)
-# what is reached where that is not: throw dies as a root at a tip that lies within a cell, and
+# what is reached where that is not: within the trim of a tip throw that dies as a root is lost, and
 # between two faults that cross at 20 degrees there are no data
 REACHED = {"ellipse": (0.13, 1.5, 16.0, 0.065), "acute X": (0.1, 1.0, 7.0, 0.05)}
 
@@ -36,7 +36,7 @@ def test_cutoffs_and_throw_are_met_as_asked(torn_world, kind, points, options):
 def test_tips_of_the_mesh_are_the_free_ends_of_the_faults(torn_world, kind, points, options):
     _, sheet = torn_world(kind, points, n=N, **options)
     assert sheet.report.tips == sheet.report.declared_tips
-    assert sum(sheet.report.sign_changes.values()) == 0
+    assert sum(sheet.report.sign_changes.values()) == (kind == "scissors")
 
 
 @pytest.mark.parametrize(("kind", "points", "options"), WORLDS, ids=IDS)
@@ -57,19 +57,62 @@ def test_an_acute_wedge_is_told_as_a_place(torn_world, kind):
         assert (near.throw * near.largest / 100.0).max() < 13.0
 
 
-# mean of the throw's error [%]: asked are 2; a fault that ends curves its walls, which noise hides
-NOISY = {"through": 2.0, "Y": 2.0, "normal": 4.0, "reverse": 4.0}
+@pytest.mark.parametrize("kind", ["ellipse", "acute X"])
+def test_what_was_not_smeared_is_met_as_asked_where_smeared_maps_are_not(kind):
+    """So it is what the trim takes away that is missed, not the mesh or the tips."""
+    world = gs.synthetic.torn(kind, n=N)
+    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=0.25)
+    position, mean, worst, variation = ASKED
+    for name in world.faults:
+        found = measure(world, sheet, name)
+        assert found.lost == 0
+        assert found.position.max() < position
+        assert found.throw.mean() < mean
+        assert found.throw.max() < worst
+        assert found.variation == pytest.approx((1.0, 1.0), abs=variation)
 
 
-@pytest.mark.parametrize("kind", NOISY)
+@pytest.mark.parametrize("kind", ["through", "Y", "normal", "scissors", "reverse", "thrust"])
 def test_noise_is_noticed_and_smoothed(kind):
+    """Also where a sheet overlaps its fault: it and what it has past the trace are one."""
     world = gs.synthetic.torn(kind, n=N, noise=2.0)
-    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=1.0)
+    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=0.25)
     assert sheet.report.noise == pytest.approx(2.0, rel=0.1)
+    assert open_edges(world, sheet) == 0
     found = measure(world, sheet, "F1")
-    assert found.position.max() < 0.25
-    assert found.throw.mean() < NOISY[kind]
+    assert found.lost == 0
+    assert found.position.mean() < 0.1
+    assert found.throw.mean() < 2.0
     assert found.variation == pytest.approx((1.0, 1.0), abs=0.06)
+
+
+def test_two_walls_of_a_node_at_the_rim_are_never_averaged():
+    """Its foot on the fault's trace lies past the rim of the data, where the trace was drawn on."""
+    world = gs.synthetic.torn("scissors", n=N, level=60.0)
+    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=0.25)
+    assert measure(world, sheet, "F1").throw.max() < 1.0
+
+
+def test_scissors_are_sealed_and_do_not_cross_themselves():
+    """Throw changes its sign within the model: a gap and an overlap that touch."""
+    world = gs.synthetic.torn("scissors", n=41)
+    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=1.0)
+    assert sheet.report.sign_changes == {"F1": 1}
+    faults = {fault.name: fault for fault in sheet.faults}
+    scene = gs.Scene({"Top": sheet}, faults, box=(50.0, 950.0, 50.0, 950.0, -2050.0, -1550.0))
+    assert len(scene.units) == 4
+    assert scene.check().ok
+    assert sorted(scene.fault_polygons("Top").kind.values) == ["gap", "overlap"]
+
+
+def test_nodes_without_a_pick_are_on_the_rim_of_the_others():
+    """Fitted, they were off by a rounding, and a box along the rim of the data was left open."""
+    world = gs.synthetic.torn("through", n=31)
+    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top")
+    outside = sheet.surface.vertices[:, :2] - np.array([0.0, 750.0])[:, None, None]
+    assert not ((np.abs(outside) < 1e-6) & (outside != 0)).any()
+    scene = gs.Scene({"Top": sheet}, {f.name: f for f in sheet.faults}, box=world.box)
+    assert len(scene.units) == 4
 
 
 @pytest.mark.parametrize("kind", ["normal", "X"])
@@ -95,7 +138,9 @@ def test_a_thrust_is_closed_under_noise():
     world = gs.synthetic.torn("thrust", n=N, noise=2.0)
     sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=2.25)
     assert open_edges(world, sheet) == 0
-    assert measure(world, sheet, "F1").lost == 0
+    found = measure(world, sheet, "F1")
+    assert found.lost == 0
+    assert found.throw.mean() < 5.0
 
 
 @pytest.mark.parametrize("sigma", [0.5, 2.0])

@@ -140,6 +140,20 @@ def test_the_footwall_is_the_horizon_itself_bit_for_bit():
     assert (sheet.lattice.elevation[far > 120.0] != top.values[far > 120.0]).all()
 
 
+@pytest.mark.parametrize("dip", [60.0, 40.0, 90.0])
+def test_scissors_by_throw_are_sealed(dip):
+    """One sheet has a gap, an overlap, and a place between where its walls meet."""
+    throw = {"F1": [[0.0, -40.0], [1800.0, 40.0]]}
+    sheet = gs.throw_horizon(horizon(height=_relief), {"F1": wall(dip)}, throw, name="Top")
+    found = sheet.cuts["F1"].throw
+    assert np.nanmin(found) < -20.0
+    assert np.nanmax(found) > 20.0
+    faults = {fault.name: fault for fault in sheet.faults}
+    scene = gs.Scene({"Top": sheet}, faults, (100.0, 900.0, 100.0, 900.0, -2070.0, -1530.0))
+    assert len(scene.units) == 4
+    assert scene.check().ok
+
+
 def test_no_throw_is_no_change():
     top = horizon()
     sheet = gs.throw_horizon(top, {"F1": wall()}, {"F1": 0.0})
