@@ -426,7 +426,7 @@ def _at_cut(heights, bits, cuts: Cuts, at, shape, side: int) -> np.ndarray:
 
 
 def _median(values: np.ndarray, width: int) -> np.ndarray:
-    """Running median; the window shrinks at the ends."""
+    """Running median; beyond the ends the last value goes on, so that throw may die there."""
     n = len(values)
     if n == 0:
         return values

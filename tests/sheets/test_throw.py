@@ -242,6 +242,19 @@ def test_throw_on_curved_surfaces_is_met_to_order_two(kind):
         assert not sheet.report.shortened
 
 
+def test_a_finite_fault_converges_on_average_though_its_tips_are_slower():
+    """Throw dies as the distance from the tip to 3/2: thirds gain 5.2 there, else 9."""
+    mean = []
+    for n in (21, 61):
+        sheet = gs.throw_horizon(horizon(n), {"F1": wall(half=400.0)}, {"F1": gs.EllipticThrow(50)})
+        cut = sheet.cuts["F1"]
+        s = along(cut.stations, half=400.0)
+        asked = gs.EllipticThrow(50.0, 400.0, centre=(400.0, None)).at(s, np.zeros(len(s)))
+        mean.append(float(np.nanmean(np.abs(cut.throw - asked))))
+        assert np.isfinite(cut.throw).sum() > len(s) - 2
+    assert mean[0] > 7.0 * mean[1]
+
+
 @pytest.mark.parametrize("kind", ["normal", "listric", "reverse", "Y"])
 def test_units_of_curved_worlds_are_sealed(kind):
     world = gs.synthetic.torn(kind, 41)
