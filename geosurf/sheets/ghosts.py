@@ -11,6 +11,7 @@ import numpy as np
 from geosurf.sheets.drape import around
 from geosurf.sheets.links import EAST, NORTH
 from geosurf.sheets.mesh import Torn, Triangles, outer_edges
+from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.solve import STRETCH, Graph, lattice_graph, smoothest
 
 HOLD = 1e-8  # weight that ties each ghost to the height of its anchor
@@ -74,13 +75,13 @@ def joined_heights(
     shape = (triangles.n_row, triangles.n_col)
     given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
     picked = np.fromiter(fixed.values(), dtype=np.float64, count=len(fixed))
-    inner = around(np.unique(torn.node_of_ghost[given]), shape, JOINED)
-    nodes = np.union1d(around(inner, shape, 3), around(torn.node_of_ghost, shape, 3))
+    inner = around(distinct(torn.node_of_ghost[given]), shape, JOINED)
+    nodes = distinct(around(inner, shape, 3), around(torn.node_of_ghost, shape, 3))
     nodes = nodes[np.isfinite(heights[nodes])]
     graph, _ = _mesh_graph(torn, triangles, nodes, cut)
     n, n_ghost = len(nodes), len(torn.anchor)
     value = np.concatenate([heights[nodes], heights[torn.anchor]])
-    free = np.concatenate([np.isin(nodes, inner), np.ones(n_ghost, dtype=bool)])
+    free = np.concatenate([is_among(nodes, inner), np.ones(n_ghost, dtype=bool)])
     number = np.where(free, np.cumsum(free) - 1, -1)
     pull, target = np.full(n + n_ghost, HOLD), value.copy()
     seen = np.flatnonzero(np.isfinite(data[nodes]))

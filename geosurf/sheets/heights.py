@@ -315,9 +315,7 @@ class Rebuild:
         number = np.where(solved, np.cumsum(solved) - 1, -1)
         kept = solved[at]
         filled = np.where(np.isfinite(value), value, 0.0)
-        found = smoothest(
-            graph, number, filled, self.stretch, pull=pull[kept], target=data[kept]
-        )
+        found = smoothest(graph, number, filled, self.stretch, pull=pull[kept], target=data[kept])
         self.canvas.changing(band[solved])
         heights[band[solved]] = found
         return Heights(

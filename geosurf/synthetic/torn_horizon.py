@@ -169,8 +169,8 @@ def torn(
         ``"normal"`` (60 degrees, up to 60 m of throw, dying at both tips), ``"gentle"`` (35
         degrees), ``"vertical"``, ``"ellipse"`` (profile of the throw), ``"through"`` (cuts
         right through), ``"listric"``, ``"reverse"``, ``"thrust"`` (30 degrees, overlap),
-        ``"scissors"`` (throw changes its sign along strike), ``"Y"``, ``"X"``, ``"acute Y"`` and ``"acute X"`` (at some 20 degrees), or ``"parallel"`` (two faults
-        about four cells apart).
+        ``"scissors"`` (throw changes its sign along strike), ``"Y"``, ``"X"``, ``"acute Y"`` and
+        ``"acute X"`` (at some 20 degrees), or ``"parallel"`` (two faults about four cells apart).
     n : int
         Nodes per side, 25 m apart.
     smear : int

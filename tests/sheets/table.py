@@ -6,7 +6,7 @@
 Throw and depth are compared at one place along strike, every 5 m: where the plane across strike
 meets the true and the found cut-off of each wall. Places within two cells of a tip, of another
 fault or of the data's rim are left out. Maps smeared by one node are torn with a trim of 2.25
-cells, points, which are not smeared, with one of a quarter, or of half a cell where scattered. In
+cells, points, which are not smeared, with one of a quarter of a cell, of 1 where scattered. In
 reverse worlds the map is points, too, since a map cannot overlap. With noise, figures are means
 over five draws, and the worst of them all.
 """
@@ -176,7 +176,7 @@ def rows_of(kind: str, points: bool, options: dict, data: str, n: int = 81) -> l
             trim = 0.25
         if data.startswith("scattered"):
             picked = world.truth["scattered"](n * n, noise, seed)
-            trim = 0.5
+            trim = 1.0
         try:
             sheet = gs.tear_horizon(picked, world.faults, name="Top", trim=trim)
         except GeometryError as error:
