@@ -300,10 +300,10 @@ def carry_picks(picks: Picks, weight: float | None = None):
         fixed = _beyond(picks, state, torn)
         frame = picks.frame
         if weight is not None and fixed:  # the sheet is one with what it has past the trace
-            data, _ = picks.means_without(~state.used)
             state.values, fixed = joined_heights(
-                torn, triangles, bits, state.values, frame.stretch, fixed, data, weight
-            )
+                torn, triangles, bits, state.values, frame.stretch, fixed,
+                lambda nodes: picks.means_at(nodes, state.used), weight,
+            )  # fmt: skip
         return ghost_heights(torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed)
 
     return carry_on

@@ -6,6 +6,8 @@ Neighbours are taken in the mesh, so that each sector where faults meet is carri
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from geosurf.sheets.drape import around
@@ -64,13 +66,13 @@ def joined_heights(
     heights: np.ndarray,
     stretch: np.ndarray,
     fixed: dict[int, float],
-    data: np.ndarray,
+    data: Callable[[np.ndarray], np.ndarray],
     weight: float,
 ) -> tuple[np.ndarray, dict[int, float]]:
     """Where a sheet has noisy data past its trace, it and they are smoothed together.
 
-    `data` (n_node,) are those of the nodes, NaN where there are none. Returns the heights of all
-    nodes, changed around the ghosts of `fixed`, and smooth heights of these ghosts.
+    `data` gives those of some nodes, NaN where there are none. Returns the heights of all nodes,
+    changed around the ghosts of `fixed`, and smooth heights of these ghosts.
     """
     shape = (triangles.n_row, triangles.n_col)
     given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
@@ -84,8 +86,9 @@ def joined_heights(
     free = np.concatenate([is_among(nodes, inner), np.ones(n_ghost, dtype=bool)])
     number = np.where(free, np.cumsum(free) - 1, -1)
     pull, target = np.full(n + n_ghost, HOLD), value.copy()
-    seen = np.flatnonzero(np.isfinite(data[nodes]))
-    pull[seen], target[seen] = weight, data[nodes[seen]]
+    known = data(nodes)
+    seen = np.flatnonzero(np.isfinite(known))
+    pull[seen], target[seen] = weight, known[seen]
     pull[n + given], target[n + given] = weight, picked
     value[free] = smoothest(graph, number, value, stretch, pull=pull[free], target=target[free])
     out = heights.copy()
