@@ -251,7 +251,7 @@ def test_a_finite_fault_converges_on_average_though_its_tips_are_slower():
         s = along(cut.stations, half=400.0)
         asked = gs.EllipticThrow(50.0, 400.0, centre=(400.0, None)).at(s, np.zeros(len(s)))
         mean.append(float(np.nanmean(np.abs(cut.throw - asked))))
-        assert np.isfinite(cut.throw).sum() > len(s) - 2
+        assert np.isfinite(cut.throw[1:-1]).all()  # the first and the last are the tips themselves
     assert mean[0] > 7.0 * mean[1]
 
 
