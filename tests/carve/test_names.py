@@ -47,6 +47,41 @@ def test_a_unit_around_the_end_of_a_fault_is_on_neither_side():
     assert found == {"box F1- F2+": 24.0, "box F1+ F2+": 72.0, "box F2-": 96.0}
 
 
+def scissors(y, shift, x=2.0, z=2.0):
+    """A horizon that is torn at x, and moved there by shift: up on its east, down on its west."""
+    n = len(y)
+    rows = np.concatenate(
+        [
+            [(-1.0, at, z) for at in y],
+            [(x, at, z - by) for at, by in zip(y, shift, strict=True)],
+            [(x, at, z + by) for at, by in zip(y, shift, strict=True)],
+            [(5.0, at, z) for at in y],
+        ]
+    )
+    lower = np.arange(n - 1)
+    strips = [
+        np.stack([lower + a, lower + a + n, lower + a + n + 1, lower + a + 1], axis=1)
+        for a in (0, 2 * n)
+    ]
+    quads = np.concatenate(strips)
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    vertices, number = np.unique(rows, axis=0, return_inverse=True)
+    return TriSurface("Top", "horizon", vertices, number[triangles])
+
+
+def test_a_unit_that_sees_both_sides_of_a_fault_is_on_neither():
+    """It goes around the end of F1, and throw of either sign puts other units across from it."""
+    top = scissors([-1.0, 2.0, 2.5, 3.0, 5.0], [1.5, 0.0, -0.25, 0.0, 0.0])
+    across = sheet("F2", [(-1, 1, -5), (5, 1, -5), (5, 1, 9), (-1, 1, 9)])
+    units = carve(top, upright("F1", 2, y=(-1, 3)), across)
+    assert set(units) == {
+        f"{zone} {block}"
+        for zone in ("above Top", "below Top")
+        for block in ("F1+ F2+", "F1- F2+", "F2-")
+    }
+    assert sum(unit.volume for unit in units.values()) == pytest.approx(units.box_volume)
+
+
 @pytest.mark.parametrize("x", [0.5, 3])
 def test_a_slit_of_a_fault_takes_no_side_from_the_unit_that_holds_it(x):
     """A piece of F1 floats in a block that another piece of it bounds."""
