@@ -90,7 +90,7 @@ def read_mesh(
     try:
         points = np.asarray(mesh.points, dtype=np.float64)
         triangles = _triangles(path, mesh.cells)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise FormatError(
             f"{path}: points or cells are incomplete ({error}). "
             "The file is damaged or cut short; export it again."

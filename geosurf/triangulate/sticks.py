@@ -17,7 +17,7 @@ from geosurf.conventions import place
 from geosurf.errors import SurfaceError
 from geosurf.model import TriSurface
 from geosurf.triangulate.degenerate import find_zero_area, refuse_zero_area
-from geosurf.triangulate.orient import orient_fault
+from geosurf.triangulate.orient import orient_fault, refuse_far
 
 # A stick that climbs less than this part of its length is level: its ends say nothing
 # about top and bottom, its neighbours do.
@@ -70,6 +70,7 @@ def triangulate_sticks(sticks: Sequence[Any], *, name: str) -> TriSurface:
             f"fault {name!r}: {len(lines)} stick, expected two or more to span a surface. "
             "Give more sticks, or a trace with a dip."
         )
+    refuse_far(name, np.concatenate(lines))
     _refuse_twins(lines, name)
     lines.sort(key=lambda line: line.ravel().tolist())
     chain = _align([lines[i] for i in _chain(_gaps(lines))])

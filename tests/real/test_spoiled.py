@@ -18,6 +18,8 @@ FOUND = {
     584: "a box of 1e300 m made products overflow",
     823: "so did a fault",
     1723: "the strike of a fault 1e-310 m high underflowed",
+    402800: "squares of sticks 1e308 m long overflowed",
+    409307: "the corner of a triangle was no number of 64 bits",
 }
 
 
