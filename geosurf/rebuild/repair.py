@@ -18,7 +18,7 @@ from geosurf.contact.arrange import Children, cut_contacts
 from geosurf.contact.search import Contacts, find_contacts
 from geosurf.conventions import place
 from geosurf.errors import RoundingError, SurfaceError
-from geosurf.kernels.contact import FIRST_CODE, N_CORNER
+from geosurf.kernels.contact import FACE, FIRST_CODE, N_CORNER
 from geosurf.kernels.mesh import turned_over
 from geosurf.kernels.predicates import frame_of
 from geosurf.model import TriSurface
@@ -78,9 +78,9 @@ def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float
 
 
 def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> None:
-    """Mark the vertices of some faces and of all that they meet, wherever they occur."""
+    """Mark the vertices of some faces and of all that they cross, wherever they occur."""
     faces = np.unique(faces)
-    near = np.isin(contacts.rows[:, :2], faces).any(axis=1) & ~_of_neighbours(contacts)
+    near = np.isin(contacts.rows[:, :2], faces).any(axis=1) & ~_on_rims(contacts)
     faces = np.union1d(faces, contacts.rows[near, :2])
     ids = np.zeros(contacts.n_vertex, dtype=bool)
     ids[contacts.t[faces]] = True
@@ -98,17 +98,16 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
         marked[vertices] = True
 
 
-def _of_neighbours(contacts: Contacts) -> np.ndarray:
-    """Which contacts are those of neighbours in one surface, in their own corners and edges.
+def _on_rims(contacts: Contacts) -> np.ndarray:
+    """Which contacts lie on edges and corners of both triangles.
 
-    Lattices are not asked for them, lists are: what is moved must not depend on that.
+    Searches differ in those: lattices of one survey are not asked for what neighbouring cells have
+    in common, nor for a surface's own neighbours. What is moved must not depend on that.
     """
-    rows = contacts.rows
-    surface = contacts.surface_of_face[rows[:, :2]]
-    codes = rows[:, FIRST_CODE:]
-    used = np.arange(6) < rows[:, N_CORNER, None]
-    corners = ((codes >> 3 & 7) < 3) & ((codes & 7) < 3)
-    return (surface[:, 0] == surface[:, 1]) & (corners | ~used).all(axis=1)
+    codes = contacts.rows[:, FIRST_CODE:]
+    used = np.arange(6) < contacts.rows[:, N_CORNER, None]
+    rims: np.ndarray = (((codes >> 3 & 7) < FACE) & ((codes & 7) < FACE) | ~used).all(axis=1)
+    return rims
 
 
 def _held(surfaces) -> list[np.ndarray]:

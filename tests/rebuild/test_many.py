@@ -9,6 +9,7 @@ from tests.rebuild import many
 FOUND = {
     519: "a repair moved more neighbours of a list than of its lattice",
     8272: "vertices were numbered by which pairs the search called near",
+    621127: "a repair moved what touches in a point, of lists only",
     8972: "patches of a surface on itself and another depended on their order",
 }
 
