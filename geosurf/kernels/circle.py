@@ -12,7 +12,7 @@ from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.byname import KNOWN, made_alike
 from geosurf.kernels.doubled import dd_add, dd_minor, dd_mul
 from geosurf.kernels.kept import kept_compare, kept_incircle
-from geosurf.kernels.predicates import INCIRCLE_BOUND, TINY
+from geosurf.kernels.predicates import INCIRCLE_BOUND, TINY, sure_sign
 from geosurf.kernels.signs import (
     AXIS,
     N_STATE,
@@ -66,12 +66,7 @@ def plain_circle(f, a, b, c, o):
     if slip > 0.0:
         z = max(max(abs(au), abs(av)), max(max(abs(bu), abs(bv)), max(abs(cu), abs(cv))))
         bound += _incircle_slip(z, slip)
-    if size > TINY:
-        if det > bound:
-            return 1
-        if -det > bound:
-            return -1
-    return 0
+    return sure_sign(det, bound) if size > TINY else 0
 
 
 @scalar
@@ -156,12 +151,7 @@ def _incircle_doubled(x, t, e, d, m, q, f, s, a, b, c, o):
     slip = f[a, 7] + f[b, 7] + f[c, 7] + f[o, 7]
     z = max(max(abs(au), abs(av)), max(max(abs(bu), abs(bv)), max(abs(cu), abs(cv))))
     bound = 2.0**-95 * size + _incircle_slip(z, slip)
-    if size > TINY_DOUBLED:
-        if det > bound:
-            return 1
-        if -det > bound:
-            return -1
-    return 0
+    return sure_sign(det, bound) if size > TINY_DOUBLED else 0
 
 
 @entry("d2 l2 l2 l2 l1 l1 l1 l l2 l2 -> .")

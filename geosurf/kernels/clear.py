@@ -46,22 +46,34 @@ def fill(work, first, last, value):
 
 
 @scalar
+def least(low, p, q, r, s, t):
+    """The least of six numbers; of the last five, what is not a number is passed over."""
+    low = p if p < low else low
+    low = q if q < low else low
+    low = r if r < low else low
+    low = s if s < low else low
+    return t if t < low else low
+
+
+@scalar
+def most(high, p, q, r, s, t):
+    """The largest of six numbers, like `least`."""
+    high = p if p > high else high
+    high = q if q > high else high
+    high = r if r > high else high
+    high = s if s > high else high
+    return t if t > high else high
+
+
+@scalar
 def _along(one, two, three, four, five, n, steps):
     """Widen the extremes of edges along five rows, by column."""
     for j in range(min(n, TILE)):
         p, q, r = one[j + 1] - one[j], two[j + 1] - two[j], three[j + 1] - three[j]
         s, t = four[j + 1] - four[j], five[j + 1] - five[j]
         low, high = steps[_E_LOW * ROW_SIZE + j], steps[_E_HIGH * ROW_SIZE + j]
-        low = p if p < low else low
-        high = p if p > high else high
-        low = q if q < low else low
-        high = q if q > high else high
-        low = r if r < low else low
-        high = r if r > high else high
-        low = s if s < low else low
-        high = s if s > high else high
-        steps[_E_LOW * ROW_SIZE + j] = t if t < low else low
-        steps[_E_HIGH * ROW_SIZE + j] = t if t > high else high
+        steps[_E_LOW * ROW_SIZE + j] = least(low, p, q, r, s, t)
+        steps[_E_HIGH * ROW_SIZE + j] = most(high, p, q, r, s, t)
 
 
 @scalar
@@ -70,14 +82,8 @@ def _across(one, two, three, four, five, n, steps):
     for j in range(min(n, TILE + 1)):
         p, q, r, s = two[j] - one[j], three[j] - two[j], four[j] - three[j], five[j] - four[j]
         low, high = steps[_U_LOW * ROW_SIZE + j], steps[_U_HIGH * ROW_SIZE + j]
-        low = p if p < low else low
-        high = p if p > high else high
-        low = q if q < low else low
-        high = q if q > high else high
-        low = r if r < low else low
-        high = r if r > high else high
-        steps[_U_LOW * ROW_SIZE + j] = s if s < low else low
-        steps[_U_HIGH * ROW_SIZE + j] = s if s > high else high
+        steps[_U_LOW * ROW_SIZE + j] = least(low, p, q, r, s, s)
+        steps[_U_HIGH * ROW_SIZE + j] = most(high, p, q, r, s, s)
 
 
 @scalar

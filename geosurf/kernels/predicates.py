@@ -39,18 +39,23 @@ MAX_COORDINATE = 2.0**60
 
 
 @scalar
+def sure_sign(value, bound):
+    """Sign of a number that is off by at most `bound`; 0 where that leaves it open."""
+    if value > bound:
+        return 1
+    return -1 if -value > bound else 0
+
+
+@scalar
 def orient2d(x, t, e, d, m, w, a, b, c, u, v):
     """Sign of the turn of three *vertices* on axes (u, v)."""
     left = (x[b, u] - x[a, u]) * (x[c, v] - x[a, v])
     right = (x[b, v] - x[a, v]) * (x[c, u] - x[a, u])
     det = left - right
     size = abs(left) + abs(right)
-    bound = ORIENT2D_BOUND * size
-    if size > TINY:
-        if det > bound:
-            return 1
-        if -det > bound:
-            return -1
+    sign = sure_sign(det, ORIENT2D_BOUND * size) if size > TINY else 0
+    if sign != 0:
+        return sign
     if (x[a, u] == x[b, u] and x[b, u] == x[c, u]) or (x[a, v] == x[b, v] and x[b, v] == x[c, v]):
         return 0
     return exact_orient2d(x, t, e, d, m, w, a, b, c, u, v)
@@ -78,12 +83,7 @@ def plain_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip):
     size = abs(cx) * s0 + abs(cy) * s1 + abs(cz) * s2
     reach = abs(cx) + abs(cy) + abs(cz)
     bound = ORIENT3D_BOUND * size + 2.0 * slip * (s0 + s1 + s2 + reach * span)
-    if size > TINY:
-        if det > bound:
-            return 1
-        if -det > bound:
-            return -1
-    return 0
+    return sure_sign(det, bound) if size > TINY else 0
 
 
 @scalar

@@ -18,7 +18,7 @@ from geosurf.kernels.byname import (
 from geosurf.kernels.doubled import dd_minor, point_doubled, two_sum
 from geosurf.kernels.exact import N_VERTEX
 from geosurf.kernels.kept import kept_compare, kept_orient2d
-from geosurf.kernels.predicates import ORIENT2D_BOUND, TINY
+from geosurf.kernels.predicates import ORIENT2D_BOUND, TINY, sure_sign
 
 POINTS, TRIANGLES, AXIS, SEGMENT, FACE_ID, START, USED, LINES, SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 N_STATE = 14  # with the known line of `byname`
@@ -71,12 +71,7 @@ def plain_turn(f, a, b, c):
     slip = f[a, 2] + f[b, 2] + f[c, 2]
     span = abs(bu) + abs(bv) + abs(cu) + abs(cv)
     bound = ORIENT2D_BOUND * size + slip * (1.01 * span + 2.1 * slip)
-    if size > TINY:
-        if det > bound:
-            return 1
-        if -det > bound:
-            return -1
-    return 0
+    return sure_sign(det, bound) if size > TINY else 0
 
 
 @scalar
@@ -131,12 +126,7 @@ def _turn_doubled(x, t, e, d, m, q, f, s, a, b, c):
     slip = f[a, 7] + f[b, 7] + f[c, 7]
     span = abs(bu) + abs(bv) + abs(cu) + abs(cv)
     bound = 2.0**-98 * size + slip * (1.01 * span + 2.1 * slip)
-    if size > TINY_DOUBLED:
-        if det > bound:
-            return 1
-        if -det > bound:
-            return -1
-    return 0
+    return sure_sign(det, bound) if size > TINY_DOUBLED else 0
 
 
 @scalar

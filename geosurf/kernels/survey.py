@@ -37,6 +37,8 @@ from geosurf.kernels.clear import (
     add_rim,
     clear_tile,
     fill,
+    least,
+    most,
 )
 from geosurf.kernels.strips import load
 from geosurf.kernels.tree import BLOCK, N_COL, N_ROW, _build_above, _levels
@@ -77,16 +79,8 @@ def _five_rows(values, start, step, last, n, work):
     for j in range(min(n, ROW_SIZE)):  # plain selections: they become vector code
         p, q, r, s, t = one[j], two[j], three[j], four[j], five[j]
         low, high = work[_LOW * ROW_SIZE + j], work[_HIGH * ROW_SIZE + j]
-        low = p if p < low else low
-        high = p if p > high else high
-        low = q if q < low else low
-        high = q if q > high else high
-        low = r if r < low else low
-        high = r if r > high else high
-        low = s if s < low else low
-        high = s if s > high else high
-        work[_LOW * ROW_SIZE + j] = t if t < low else low
-        work[_HIGH * ROW_SIZE + j] = t if t > high else high
+        work[_LOW * ROW_SIZE + j] = least(low, p, q, r, s, t)
+        work[_HIGH * ROW_SIZE + j] = most(high, p, q, r, s, t)
         total = ((p + q) + (r + s)) + t  # of infinite ones, too, but boxes tell those
         n_nan += 1 if total != total else 0
     return n_nan

@@ -99,15 +99,17 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
 
 
 def _on_rims(contacts: Contacts) -> np.ndarray:
-    """Which contacts lie on edges and corners of both triangles.
+    """Which contacts are points and lines on edges and corners of both triangles.
 
     Searches differ in those: lattices of one survey are not asked for what neighbouring cells have
     in common, nor for a surface's own neighbours. What is moved must not depend on that.
     """
-    codes = contacts.rows[:, FIRST_CODE:]
-    used = np.arange(6) < contacts.rows[:, N_CORNER, None]
-    rims: np.ndarray = (((codes >> 3 & 7) < FACE) & ((codes & 7) < FACE) | ~used).all(axis=1)
-    return rims
+    rows = contacts.rows
+    codes = rows[:, FIRST_CODE:]
+    used = np.arange(6) < rows[:, N_CORNER, None]
+    rims = (((codes >> 3 & 7) < FACE) & ((codes & 7) < FACE) | ~used).all(axis=1)
+    no_area: np.ndarray = rows[:, N_CORNER] < 3
+    return rims & no_area
 
 
 def _held(surfaces) -> list[np.ndarray]:
