@@ -84,10 +84,10 @@ def band_of(
     reach: int,
     is_own: Callable[[np.ndarray], np.ndarray],
 ) -> Band:
-    """Copies, and the triangles within `reach` cells of them."""
+    """Copies, and the triangles within `reach` cells of them; one triangle where nothing is torn."""
     nodes = torn.node_of_ghost
     outer = outer_ghosts(torn, triangles)
-    near = around(nodes, frame.shape, reach)
+    near = around(nodes if len(nodes) else triangles.first() // 2, frame.shape, reach)
     t = np.concatenate([2 * near, 2 * near + 1])
     t.sort()
     t = t[triangles.exists(t)]

@@ -85,6 +85,11 @@ class Triangles:
         out[inside] = all_of(self.present[self.corners(t[inside])])
         return out
 
+    def first(self) -> np.ndarray:
+        """The first triangle that exists, (1,); (0,) where there is none."""
+        t = np.arange(2 * self.n_row * self.n_col)
+        return t[self.exists(t)][:1]
+
     def beside(self, node: np.ndarray, kind: np.ndarray) -> np.ndarray:
         """The two triangles (n, 2) of links named as in `Cuts`; they need not exist."""
         row, col = np.divmod(node, self.n_col)

@@ -10,6 +10,8 @@ import numpy as np
 
 def distinct(*parts: np.ndarray) -> np.ndarray:
     """All numbers of some arrays, each once, increasing."""
+    if not parts:
+        return np.empty(0, dtype=np.int64)
     every = np.concatenate([np.ravel(part) for part in parts]) if len(parts) != 1 else parts[0]
     every = np.sort(every, axis=None)
     if len(every) < 2:

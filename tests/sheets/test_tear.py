@@ -215,3 +215,26 @@ def test_a_gap_in_the_data_along_the_fault_is_filled():
     sheet = gs.tear_horizon(grid.where(near > 1.6 * CELL), world.faults, trim=2.0)
     assert np.isfinite(sheet.lattice.elevation).all()
     assert measure(world, sheet, "F1").position.max() < 0.1
+
+
+@pytest.mark.parametrize("depth", [None, -50_000.0])
+def test_a_horizon_that_no_fault_meets_is_as_it_was(torn_world, depth):
+    """Without faults, or with one that lies far below."""
+    world, _ = torn_world("through")
+    plain = gs.triangulate_horizon(world.horizons["Top"])
+    below = []
+    if depth is not None:
+        fault = gs.triangulate_fault(world.faults["F1"])
+        below = [gs.TriSurface("F1", "fault", fault.vertices + [0, 0, depth], fault.triangles)]
+    sheet = gs.tear_horizon(world.horizons["Top"], below)
+    assert np.array_equal(sheet.surface.vertices, plain.vertices)
+    assert np.array_equal(sheet.surface.triangles, plain.triangles)
+    assert [len(cut.throw) for cut in sheet.cuts.values()] == [0] * len(below)
+
+
+def test_scattered_points_without_a_fault_are_one_sheet():
+    rng = np.random.default_rng(5)
+    x, y = rng.uniform(0, 1000, (2, 600))
+    sheet = gs.tear_horizon(np.column_stack([x, y, 0.1 * x - 1000]), {}, spacing=50, noise=0)
+    east, _, up = sheet.surface.vertices.T
+    assert up == pytest.approx(0.1 * east - 1000, abs=0.01)
