@@ -84,7 +84,7 @@ def band_of(
     reach: int,
     is_own: Callable[[np.ndarray], np.ndarray],
 ) -> Band:
-    """Copies, and the triangles within `reach` cells of them; one triangle where nothing is torn."""
+    """Copies, and the triangles within `reach` cells of them; of an untorn sheet, of its first."""
     nodes = torn.node_of_ghost
     outer = outer_ghosts(torn, triangles)
     near = around(nodes if len(nodes) else triangles.first() // 2, frame.shape, reach)

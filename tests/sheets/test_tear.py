@@ -225,7 +225,9 @@ def test_a_horizon_that_no_fault_meets_is_as_it_was(torn_world, depth):
     below = []
     if depth is not None:
         fault = gs.triangulate_fault(world.faults["F1"])
-        below = [gs.TriSurface("F1", "fault", fault.vertices + [0, 0, depth], fault.triangles)]
+        below = [
+            gs.TriSurface("F1", "fault", fault.vertices + np.array([0, 0, depth]), fault.triangles)
+        ]
     sheet = gs.tear_horizon(world.horizons["Top"], below)
     assert np.array_equal(sheet.surface.vertices, plain.vertices)
     assert np.array_equal(sheet.surface.triangles, plain.triangles)
