@@ -252,14 +252,13 @@ def _name(surfaces, origin, faces: Faces, pairs, codes) -> Contacts:
     n_corner, n_coplanar = int(rows[:, N_CORNER].sum()), int(rows[:, COPLANAR].sum())
     room = n_corner + 6 * n_coplanar + 64  # if each were a point of its own
     m = m0.copy()
-    places = np.full(table_size(len(x) + room), -1, dtype=np.int64)
     space = np.empty((len(x) + room, 3))
     space[: len(x)] = x
     e = np.zeros((room, 3), dtype=np.int64)
     d = np.zeros((room, 4), dtype=np.int64)
     ids = np.full((len(rows), 6), -1, dtype=np.int64)
     records = np.empty((2 * n_corner + 12 * n_coplanar + 16, 4), dtype=np.int64)
-    n_record = name_contacts(space, t, e, d, m, w, places, rows, ids, records)
+    n_record = name_contacts(space, t, e, d, m, w, rows, ids, records)
     if n_record == FULL:
         raise InvariantError("the tables of named points are too small; please report this.")
     n_point = int(m[N_POINT])

@@ -1,9 +1,18 @@
 """Contacts of triangles -> named points, and what each triangle has to be cut by.
 
+A point is named by what makes it: a corner, or an edge and a face, or two edges in one plane. Names
+come first, from integers alone; then each point is placed, many side by side (`placing`); then
+points that are one by several names get one number.
+
 A record is (triangle, p, q, support): a segment p-q inside the triangle and a plane that
 holds it, or a single point (q = support = -1). Both triangles of a contact get
 the point or the segment, so neighbours see the same points on a common edge by
 themselves, and the children conform without any exchange between faces.
+
+Letters as in `exact`, contacts as in `contact`, and
+    names    hash table of names (`points`): of edge planes, and of points that no list holds
+    heads    first point of each list, -1 if there is none: lists of faces, then lists of vertices
+    onward   the next point in the list of each
 """
 
 from __future__ import annotations
@@ -21,47 +30,37 @@ from geosurf.kernels.contact import (
     TRIANGLE_B,
 )
 from geosurf.kernels.exact import N_NAME, N_POINT, N_VERTEX
-from geosurf.kernels.points import (
-    FULL,
-    LPI,
-    edge_plane,
-    file_name,
-    hash_of_row,
-    id_beside,
-    lpi_plainly,
-    named_point,
-    place_exactly,
-    slot_at_place,
-    slot_of,
-)
+from geosurf.kernels.merging import merge_points
+from geosurf.kernels.placing import place_points
+from geosurf.kernels.points import FULL, LPI, edge_plane, file_name, slot_of
 from geosurf.kernels.predicates import normal_axis
 
 FEW = 4  # contacts of a face, up to which its points are listed by face, else by vertex
 _LONG = 16  # points in a list, above which names go into a table
-# columns of a listed name: edge, face, what it stands for, the next in the list
-_EDGE_LOW, _EDGE_HIGH, _FACE, _ID, _NEXT = 0, 1, 2, 3, 4
 
 
 @scalar
-def _edge_and_face(t, rows, k, code):
+def _edge_and_face(t, a, b, code):
     """The edge (lower vertex first) and the face that make a corner of a contact."""
     fa, fb = (code >> 3) & 7, code & 7
     if fa < FACE and (code >> 3) < BY_SECOND:
-        of, i, face = rows[k, TRIANGLE_A], fa - 3, rows[k, TRIANGLE_B]
+        of, i, face = a, fa - 3, b
     else:
-        of, i, face = rows[k, TRIANGLE_B], fb - 3, rows[k, TRIANGLE_A]
+        of, i, face = b, fb - 3, a
     p, q = t[of, i], t[of, 0 if i == 2 else i + 1]
     return min(p, q), max(p, q), face
 
 
 @scalar
 def _count_rows(t, rows):
-    """Number of contacts of each face."""
+    """Number of contacts of each face, and of all their corners."""
     count = np.zeros(t.shape[0], dtype=np.int64)
+    n_corner = 0
     for k in range(rows.shape[0]):
         count[rows[k, TRIANGLE_A]] += 1
         count[rows[k, TRIANGLE_B]] += 1
-    return count
+        n_corner += rows[k, N_CORNER]
+    return count, n_corner
 
 
 @scalar
@@ -79,38 +78,47 @@ def _with_room(m, names):
 
 
 @scalar
-def _find_listed(heads, listed, head, p, q, face):
-    """Number of a listed name, or -1; and how many the list has, as far as it was read."""
-    i = heads[head]
-    length = 0
-    while i >= 0 and length < _LONG:
-        if listed[i, _EDGE_LOW] == p and listed[i, _EDGE_HIGH] == q and listed[i, _FACE] == face:
-            return i, length
-        i = listed[i, _NEXT]
-        length += 1
-    return -1, length
-
-
-@scalar
-def _enter(heads, listed, head, n, p, q, face, made):
-    """Put a name in front of a list, as number n."""
-    listed[n, _EDGE_LOW], listed[n, _EDGE_HIGH], listed[n, _FACE] = p, q, face
-    listed[n, _ID], listed[n, _NEXT] = made, heads[head]
-    heads[head] = n
-
-
-@scalar
-def _define(x, t, d, m, p, q, face):
-    """Make the next point that of an edge and a face; whether doubles place it for sure."""
+def _new_point(d, m, p, q, plane):
+    """Define the next point: edge p-q through a plane. Its row in `d`."""
     row = m[N_POINT]
-    i = m[N_VERTEX] + row
-    d[row, 0], d[row, 1], d[row, 2], d[row, 3] = LPI, p, q, face
-    sure, x[i, 0], x[i, 1], x[i, 2] = lpi_plainly(x, t, p, q, face)
-    return sure
+    d[row, 0], d[row, 1], d[row, 2], d[row, 3] = LPI, p, q, plane
+    m[N_POINT] += 1
+    return row
 
 
 @scalar
-def _corner_in_plane(x, t, e, d, m, w, names, places, a, b, axis, code):
+def _in_table(d, m, names, p, q, plane):
+    """Row in `d` of a point by the table of names, made if it is new."""
+    slot = slot_of(names, LPI, p, q, plane)
+    if names[slot, 0] == 0:
+        file_name(m, names, slot, LPI, p, q, plane, _new_point(d, m, p, q, plane))
+    return names[slot, 4]
+
+
+@scalar
+def _in_list(d, m, names, heads, onward, head, p, q, face):
+    """Row in `d` of a point by a list, made if it is new.
+
+    Neighbours name it, too. A short list has them side by side, a table of all names is in no
+    cache; but where a list grows long (a hub, an edge through thousands of faces), a table takes
+    what follows.
+    """
+    first = heads[head]
+    row = first
+    for _ in range(_LONG):
+        if row < 0:
+            row = _new_point(d, m, p, q, face)
+            onward[row] = first
+            heads[head] = row
+            return row
+        if d[row, 1] == p and d[row, 2] == q and d[row, 3] == face:
+            return row
+        row = onward[row]
+    return _in_table(d, m, names, p, q, face)
+
+
+@scalar
+def _corner_in_plane(t, e, d, m, names, a, b, axis, code):
     """Id of the point of two features in one plane."""
     fa = (code >> 3) & 7
     fb = code & 7
@@ -122,7 +130,38 @@ def _corner_in_plane(x, t, e, d, m, w, names, places, a, b, axis, code):
     if support == FULL:
         return FULL
     p, q = t[a, fa - 3], t[a, (fa - 2) % 3]
-    return named_point(x, t, e, d, m, w, names, places, LPI, p, q, support)
+    return m[N_VERTEX] + _in_table(d, m, names, min(p, q), max(p, q), support)
+
+
+@scalar
+def _name_corners(x, t, e, d, m, w, rows, count, ids):
+    """Ids of the corners of all contacts, by names alone; the table of names, empty if full."""
+    heads = np.full(t.shape[0] + m[N_VERTEX], -1, dtype=np.int64)
+    onward = np.empty(d.shape[0], dtype=np.int64)
+    names = np.zeros((64, 5), dtype=np.int64)
+    for k in range(rows.shape[0]):
+        a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+        names = _with_room(m, names)
+        coplanar = rows[k, COPLANAR] == 1
+        axis = 0
+        if coplanar:
+            axis, _ = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
+        for c in range(rows[k, N_CORNER]):
+            code = rows[k, FIRST_CODE + c]
+            if coplanar:
+                ids[k, c] = _corner_in_plane(t, e, d, m, names, a, b, axis, code)
+                if ids[k, c] == FULL:
+                    return names[:0]
+            elif (code >> 3) & 7 < 3:
+                ids[k, c] = t[a, (code >> 3) & 7]
+            elif code & 7 < 3:
+                ids[k, c] = t[b, code & 7]
+            else:
+                p, q, face = _edge_and_face(t, a, b, code)
+                head = face if count[face] <= FEW else t.shape[0] + p
+                row = _in_list(d, m, names, heads, onward, head, p, q, face)
+                ids[k, c] = m[N_VERTEX] + row
+    return names
 
 
 @scalar
@@ -170,20 +209,6 @@ def _edge_records(rows, k, ids, t, e, m, names, tri, of, shift, axis, records, n
 
 
 @scalar
-def _file_corners(x, t, n_vertex, places, rows):
-    """Enter the corners of all faces in contact, no two of them alike, into the table of places."""
-    filed = np.zeros(n_vertex, dtype=np.bool_)
-    for k in range(rows.shape[0]):
-        for side in range(2):
-            for c in range(3):
-                i = t[rows[k, side], c]
-                if not filed[i]:
-                    filed[i] = True
-                    slot = slot_at_place(x, places, i, hash_of_row(x, i) & (places.shape[0] - 1))
-                    places[slot] = i
-
-
-@scalar
 def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
     """Corners and edges of two faces of one plane for each other; -1 if a table is full."""
     a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
@@ -196,65 +221,15 @@ def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
     return n
 
 
-@entry("d2 l2 l2 l2 l1 l1 l1 l2 l2 l2 -> l")
-def name_contacts(x, t, e, d, m, w, places, rows, ids, records):
-    """Ids of all points of contact (rows of `ids`), and records; returns their number or FULL.
-
-    `x` has room behind the vertices, `records` room for eight a contact.
-    """
-    _file_corners(x, t, m[N_VERTEX], places, rows)
-    count = _count_rows(t, rows)
-    names = np.zeros((64, 5), dtype=np.int64)
-    heads = np.full(t.shape[0] + m[N_VERTEX], -1, dtype=np.int64)
-    listed = np.empty((x.shape[0] - m[N_VERTEX], 5), dtype=np.int64)
-    n_listed = 0
+@scalar
+def _file_records(x, t, e, m, w, names, rows, ids, records):
+    """Write what cuts which face; the number of records, or FULL."""
     n = 0
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
-        coplanar = rows[k, COPLANAR] == 1
-        names = _with_room(m, names)
-        axis = 0
-        if coplanar:
+        if rows[k, COPLANAR] == 1:
+            names = _with_room(m, names)
             axis, _ = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
-        for c in range(rows[k, N_CORNER]):
-            code = rows[k, FIRST_CODE + c]
-            if coplanar:
-                i = _corner_in_plane(x, t, e, d, m, w, names, places, a, b, axis, code)
-            elif (code >> 3) & 7 < 3:
-                i = t[a, (code >> 3) & 7]
-            elif code & 7 < 3:
-                i = t[b, code & 7]
-            else:
-                # Neighbours name it, too: a short list of the face, if few meet it, or else of the
-                # edge's lower vertex has them side by side, a table of all names in no cache.
-                p, q, face = _edge_and_face(t, rows, k, code)
-                head = face if count[face] <= FEW else t.shape[0] + p
-                number, length = _find_listed(heads, listed, head, p, q, face)
-                if number >= 0:
-                    i = listed[number, _ID]
-                elif length == _LONG:
-                    i = named_point(x, t, e, d, m, w, names, places, LPI, p, q, face)
-                else:
-                    i = m[N_VERTEX] + m[N_POINT]
-                    if i >= x.shape[0]:
-                        return FULL
-                    if not _define(x, t, d, m, p, q, face):
-                        place_exactly(x, t, e, d, m, w, i)
-                    slot = hash_of_row(x, i) & (places.shape[0] - 1)
-                    slot = slot_at_place(x, places, i, slot)
-                    if places[slot] < 0:
-                        places[slot] = i
-                        m[N_POINT] += 1
-                    else:
-                        made = id_beside(x, t, e, d, m, w, places, i, slot)
-                        m[N_POINT] += 1 if made == i else 0
-                        i = made
-                    _enter(heads, listed, head, n_listed, p, q, face, i)
-                    n_listed += 1
-            if i == FULL:
-                return FULL
-            ids[k, c] = i
-        if coplanar:
             n = _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n)
             if n < 0:
                 return FULL
@@ -265,3 +240,31 @@ def name_contacts(x, t, e, d, m, w, places, rows, ids, records):
             n = _record(records, n, t, a, ids[k, 0], -1, -1)
             n = _record(records, n, t, b, ids[k, 0], -1, -1)
     return n
+
+
+@scalar
+def _renumber(number, n_vertex, rows, ids):
+    """Give points in `ids` the numbers that they have after merging."""
+    for k in range(rows.shape[0]):
+        for c in range(rows[k, N_CORNER]):
+            if ids[k, c] >= n_vertex:
+                ids[k, c] = number[ids[k, c] - n_vertex]
+
+
+@entry("d2 l2 l2 l2 l1 l1 l2 l2 l2 -> l")
+def name_contacts(x, t, e, d, m, w, rows, ids, records):
+    """Ids of all points of contact (rows of `ids`), and records; returns their number or FULL.
+
+    `x` and `d` have room for a point a corner behind the vertices, `records` for eight a contact.
+    """
+    count, n_corner = _count_rows(t, rows)
+    if min(d.shape[0], x.shape[0] - m[N_VERTEX]) < n_corner:
+        return FULL
+    names = _name_corners(x, t, e, d, m, w, rows, count, ids)
+    if names.shape[0] == 0:
+        return FULL
+    place_points(x, t, e, d, m, w)
+    number = merge_points(x, t, e, d, m, w, count)
+    if number.shape[0] > 0:
+        _renumber(number, m[N_VERTEX], rows, ids)
+    return _file_records(x, t, e, m, w, names, rows, ids, records)

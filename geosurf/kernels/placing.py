@@ -1,0 +1,195 @@
+"""Constructed points in double-double arithmetic, sixty-four at a time.
+
+What `doubled.lpi_doubled` does for one point, the same operations with the same bounds, as loops
+without a branch over the lanes of a block: machine code works on several lanes at once, and a point
+costs a fifth. Where an edge passes a triangle, plain doubles are sure of one coordinate in
+thirty where edges are short beside coordinates, and of none where they are long.
+
+Letters as in `exact`, and
+    f      a block: rows of `LANES` doubles, one after the other, at the places below
+A pair (two rows) is a double-double. All rows lie in one array at known places, so that a compiler
+sees that they do not overlap.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels._jit import scalar
+from geosurf.kernels.doubled import dd_add, dd_minor, dd_mul, rounds, two_sum
+from geosurf.kernels.exact import N_POINT, N_TRIANGLE, N_VERTEX
+from geosurf.kernels.points import lpi_plainly, place_exactly
+
+LANES = 64
+# the ends of the edge, the corners of the triangle: three coordinates each
+_A0, _A1, _A2 = 0, LANES, 2 * LANES
+_B0, _B1, _B2 = 3 * LANES, 4 * LANES, 5 * LANES
+_O0, _O1, _O2 = 6 * LANES, 7 * LANES, 8 * LANES
+_P0, _P1, _P2 = 9 * LANES, 10 * LANES, 11 * LANES
+_Q0, _Q1, _Q2 = 12 * LANES, 13 * LANES, 14 * LANES
+# the normal, pairs; the sizes of its terms
+_N0, _N1, _N2 = 15 * LANES, 17 * LANES, 19 * LANES
+_S0, _S1, _S2 = 21 * LANES, 22 * LANES, 23 * LANES
+# heights of the ends over the plane, pairs, and the sum of the sizes of their terms
+_HA, _HB, _SIZE = 24 * LANES, 26 * LANES, 28 * LANES
+# the part of the edge, a pair; how far it can be wrong; 1.0 while all is known
+_PART, _LOOSE, _SURE = 29 * LANES, 31 * LANES, 32 * LANES
+_ROWS = 33
+
+
+@scalar
+def _load(x, t, d, todo, first, f):
+    """Coordinates of the points `todo[first]` and on; a block that is not full repeats the last."""
+    for i in range(LANES):
+        row = todo[min(first + i, todo.shape[0] - 1)]
+        a, b, plane = d[row, 1], d[row, 2], d[row, 3]
+        o, p, q = t[plane, 0], t[plane, 1], t[plane, 2]
+        f[_A0 + i], f[_A1 + i], f[_A2 + i] = x[a, 0], x[a, 1], x[a, 2]
+        f[_B0 + i], f[_B1 + i], f[_B2 + i] = x[b, 0], x[b, 1], x[b, 2]
+        f[_O0 + i], f[_O1 + i], f[_O2 + i] = x[o, 0], x[o, 1], x[o, 2]
+        f[_P0 + i], f[_P1 + i], f[_P2 + i] = x[p, 0], x[p, 1], x[p, 2]
+        f[_Q0 + i], f[_Q1 + i], f[_Q2 + i] = x[q, 0], x[q, 1], x[q, 2]
+
+
+@scalar
+def _normals(f):
+    """Normals of the planes, and the sizes of their terms."""
+    for i in range(LANES):
+        g0, g1 = two_sum(f[_P0 + i], -f[_O0 + i])
+        g2, g3 = two_sum(f[_P1 + i], -f[_O1 + i])
+        g4, g5 = two_sum(f[_P2 + i], -f[_O2 + i])
+        h0, h1 = two_sum(f[_Q0 + i], -f[_O0 + i])
+        h2, h3 = two_sum(f[_Q1 + i], -f[_O1 + i])
+        h4, h5 = two_sum(f[_Q2 + i], -f[_O2 + i])
+        f[_N0 + i], f[_N0 + LANES + i] = dd_minor(g2, g3, h4, h5, g4, g5, h2, h3)
+        f[_N1 + i], f[_N1 + LANES + i] = dd_minor(g4, g5, h0, h1, g0, g1, h4, h5)
+        f[_N2 + i], f[_N2 + LANES + i] = dd_minor(g0, g1, h2, h3, g2, g3, h0, h1)
+        f[_S0 + i] = abs(g2 * h4) + abs(g4 * h2)
+        f[_S1 + i] = abs(g4 * h0) + abs(g0 * h4)
+        f[_S2 + i] = abs(g0 * h2) + abs(g2 * h0)
+
+
+@scalar
+def _step(hi, lo, end, start, nh, nl):
+    """hi + lo, and one term more of a height; and how far the end is from the start."""
+    dh, dl = two_sum(end, -start)
+    ph, pl = dd_mul(nh, nl, dh, dl)
+    hi, lo = dd_add(hi, lo, ph, pl)
+    return hi, lo, abs(dh)
+
+
+@scalar
+def _heights(f):
+    """Heights of both ends over the planes, and the sizes of all terms."""
+    for i in range(LANES):
+        n0, r0 = f[_N0 + i], f[_N0 + LANES + i]
+        n1, r1 = f[_N1 + i], f[_N1 + LANES + i]
+        n2, r2 = f[_N2 + i], f[_N2 + LANES + i]
+        hi, lo, d0 = _step(0.0, 0.0, f[_A0 + i], f[_O0 + i], n0, r0)
+        hi, lo, d1 = _step(hi, lo, f[_A1 + i], f[_O1 + i], n1, r1)
+        f[_HA + i], f[_HA + LANES + i], d2 = _step(hi, lo, f[_A2 + i], f[_O2 + i], n2, r2)
+        size = f[_S0 + i] * d0 + f[_S1 + i] * d1 + f[_S2 + i] * d2
+        hi, lo, d0 = _step(0.0, 0.0, f[_B0 + i], f[_O0 + i], n0, r0)
+        hi, lo, d1 = _step(hi, lo, f[_B1 + i], f[_O1 + i], n1, r1)
+        f[_HB + i], f[_HB + LANES + i], d2 = _step(hi, lo, f[_B2 + i], f[_O2 + i], n2, r2)
+        f[_SIZE + i] = size + f[_S0 + i] * d0 + f[_S1 + i] * d1 + f[_S2 + i] * d2
+
+
+@scalar
+def _parts(f):
+    """Which part of the edge lies before the plane: a quotient and one Newton step."""
+    for i in range(LANES):
+        ha, la = f[_HA + i], f[_HA + LANES + i]
+        dh, dl = dd_add(ha, la, -f[_HB + i], -f[_HB + LANES + i])
+        size = f[_SIZE + i]
+        known = (size > 1e-200) & (abs(dh) > 1e-24 * size) & (abs(ha) <= 2.0 * abs(dh))
+        f[_SURE + i] = 1.0 if known else 0.0
+        below = dh if known else 1.0
+        part = ha / below
+        ph, pl = dd_mul(dh, dl, part, 0.0)
+        rh, rl = dd_add(ha, la, -ph, -pl)
+        f[_PART + i], f[_PART + LANES + i] = two_sum(part, (rh + rl) / below)
+        f[_LOOSE + i] = 2.0**-94 * (size / abs(below))
+
+
+@scalar
+def _along(start, end, o, p, q, th, tl, loose):
+    """One coordinate, and whether it is the next double for certain; exact where all are level."""
+    dh, dl = two_sum(end, -start)
+    ph, pl = dd_mul(dh, dl, th, tl)
+    s, r = dd_add(start, 0.0, ph, pl)
+    slack = loose * abs(dh) + 2.0**-98 * (abs(start) + abs(end))
+    s = s + 0.0
+    flat = (p == o) & (q == o)
+    level = start == end
+    sure = rounds(s, r, slack) | flat | level
+    s = start if level else s
+    return (o if flat else s) + 0.0, 1.0 if sure else 0.0
+
+
+@scalar
+def _places(f):
+    """Coordinates of the points, written over those of the first end."""
+    for i in range(LANES):
+        th, tl, loose = f[_PART + i], f[_PART + LANES + i], f[_LOOSE + i]
+        f[_A0 + i], s0 = _along(
+            f[_A0 + i], f[_B0 + i], f[_O0 + i], f[_P0 + i], f[_Q0 + i], th, tl, loose
+        )
+        f[_A1 + i], s1 = _along(
+            f[_A1 + i], f[_B1 + i], f[_O1 + i], f[_P1 + i], f[_Q1 + i], th, tl, loose
+        )
+        f[_A2 + i], s2 = _along(
+            f[_A2 + i], f[_B2 + i], f[_O2 + i], f[_P2 + i], f[_Q2 + i], th, tl, loose
+        )
+        f[_SURE + i] = f[_SURE + i] * s0 * s1 * s2
+
+
+@scalar
+def _place_plainly(x, t, d, m):
+    """Points where edges pass triangles, by plain doubles; the rows of those left open."""
+    todo = np.empty(m[N_POINT], dtype=np.int64)
+    n = 0
+    for row in range(m[N_POINT]):
+        sure = False
+        if d[row, 3] < m[N_TRIANGLE]:
+            i = m[N_VERTEX] + row
+            sure, x[i, 0], x[i, 1], x[i, 2] = lpi_plainly(x, t, d[row, 1], d[row, 2], d[row, 3])
+        if not sure:
+            todo[n] = row
+            n += 1
+    return todo[:n]
+
+
+@scalar
+def _place_alone(x, t, e, d, m, w, i):
+    """Coordinates of a point that has no way through a block, or comes out of it open."""
+    place_exactly(x, t, e, d, m, w, i)
+    for axis in range(3):
+        x[i, axis] += 0.0  # never -0.0, which one order of surfaces would give and another not
+
+
+@scalar
+def place_points(x, t, e, d, m, w):
+    """Correctly rounded coordinates of all constructed points, each of an edge and a plane."""
+    waiting = _place_plainly(x, t, d, m)
+    n = 0
+    for k in range(waiting.shape[0]):
+        row = waiting[k]
+        if d[row, 3] >= m[N_TRIANGLE]:
+            _place_alone(x, t, e, d, m, w, m[N_VERTEX] + row)
+        else:
+            waiting[n] = row
+            n += 1
+    waiting = waiting[:n]
+    f = np.empty(_ROWS * LANES)
+    for first in range(0, n, LANES):
+        _load(x, t, d, waiting, first, f)
+        _normals(f)
+        _heights(f)
+        _parts(f)
+        _places(f)
+        for lane in range(min(LANES, n - first)):
+            i = m[N_VERTEX] + waiting[first + lane]
+            x[i, 0], x[i, 1], x[i, 2] = f[_A0 + lane], f[_A1 + lane], f[_A2 + lane]
+            if f[_SURE + lane] == 0.0:
+                _place_alone(x, t, e, d, m, w, i)

@@ -1,0 +1,133 @@
+"""Points of contacts: placed where they are, each with one id, whatever makes them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from geosurf import TriSurface
+from geosurf.contact.search import find_contacts
+from geosurf.kernels.contact import N_CORNER
+from geosurf.kernels.doubled import doubled_rows
+from geosurf.kernels.naming import name_contacts
+from geosurf.kernels.placing import LANES
+from geosurf.kernels.points import FULL
+from tests.kernels.test_signs import SCALES, dot, minus, plane, position
+from tests.oracles import rational, rounded
+from tests.strategies import soups
+
+
+def exact_points(contacts):
+    """All points of contacts as fractions."""
+    x, t, e = rational(contacts.x[: contacts.n_vertex]), contacts.t.tolist(), contacts.e.tolist()
+    return [*map(tuple, x), *(position(x, t, e, row) for row in contacts.d.tolist())]
+
+
+def check(contacts):
+    """Each point of a contact lies in both planes, is rounded once, and has one id."""
+    exact = exact_points(contacts)
+    x, t = rational(contacts.x[: contacts.n_vertex]), contacts.t.tolist()
+    made = contacts.x[contacts.n_vertex :].tolist()
+    assert [rounded(point) for point in exact[contacts.n_vertex :]] == list(map(tuple, made))
+    used = np.unique(contacts.t[contacts.rows[:, :2]])
+    constructed = range(contacts.n_vertex, len(exact))
+    mine = [exact[i] for i in (*used.tolist(), *constructed)]
+    assert len(set(mine)) == len(mine)
+    for row, ids in zip(contacts.rows, contacts.ids, strict=True):
+        n = row[N_CORNER]
+        assert len(set(ids[:n].tolist())) == n
+        assert set(ids[n:].tolist()) <= {-1}
+        for face in row[:2].tolist():
+            o, normal = plane(x, t, [], face)
+            assert not any(dot(normal, minus(exact[i], o)) for i in ids[:n].tolist())
+
+
+def scaled(surfaces, kind):
+    return [
+        TriSurface(s.name, s.role, SCALES[kind](np.asarray(s.vertices)) + 0.0, s.triangles)
+        for s in surfaces
+    ]
+
+
+@pytest.mark.parametrize("kind", ["lattice", "thirds", "tiny"])
+@settings(max_examples=25, deadline=None)
+@given(surfaces=soups(most=8))
+def test_points_of_soups(kind, surfaces):
+    check(find_contacts(scaled(surfaces, kind), self_intersections=True))
+
+
+def fan(n, height):
+    """A hub below a plane, and `n` triangles from it to corners above."""
+    angle = np.linspace(0.0, 6.0, n)
+    rim = np.column_stack([np.cos(angle), np.sin(angle), np.full(n, height)]) * 7.0
+    corners = np.concatenate([[[0.0, 0.0, -5.0]], rim])
+    ring = np.arange(1, n)
+    return TriSurface("F1", "fault", corners, np.stack([0 * ring, ring, ring + 1], axis=1))
+
+
+@pytest.mark.parametrize("n", [3, 17, 18, 40, 3 * LANES + 5])
+def test_a_hub_names_more_points_than_a_list_holds(n):
+    floor = TriSurface(
+        "Top", "horizon", [[-99, -98, 0.25], [97, -99, 0.5], [0, 99, 0.125]], [[0, 1, 2]]
+    )
+    contacts = find_contacts([floor, fan(n, 1.0)])
+    assert len(contacts.rows) == n - 1
+    assert len(contacts.d) == n  # each edge once, though two triangles have it
+    check(contacts)
+
+
+@pytest.mark.parametrize("n", [17, 40])
+def test_an_edge_through_many_faces(n):
+    z = np.arange(n)[:, None]
+    corners = np.array([[-9.0, -9.0], [9.0, -8.0], [0.0, 9.0]])
+    sheets = np.concatenate(
+        [np.insert(corners * (1.0 + k / 64), 2, k + 0.5, axis=1) for k in range(n)]
+    )
+    stack = TriSurface("Tops", "horizon", sheets, 3 * z + [[0, 1, 2]])
+    post = [[0.1, 0.2, -1.0], [0.3, -0.1, n + 1.0], [5.0, 0.7, n / 2], [-5.0, 0.3, n / 2]]
+    wall = TriSurface("F1", "fault", post, [[0, 1, 2], [1, 0, 3]])
+    contacts = find_contacts([stack, wall])
+    shared = contacts.d[(contacts.d[:, 1:3] == contacts.d[0, 1:3]).all(axis=1)]
+    assert len(shared) == n
+    check(contacts)
+
+
+def test_points_on_planes_that_are_level_are_never_minus_zero():
+    flat = np.array([[-4.0, -4, -0.0], [4, -4, -0.0], [0, 5, -0.0]])
+    wall = np.array([[0.3, -3.0, -1], [0.7, 3, -1], [0.1, 0.7, 2]])
+    for axes in ([0, 1, 2], [1, 2, 0], [2, 0, 1]):
+        surfaces = [
+            TriSurface("Top", "horizon", flat[:, axes], [[0, 1, 2]]),
+            TriSurface("F1", "fault", wall[:, axes], [[0, 1, 2]]),
+        ]
+        contacts = find_contacts(surfaces)
+        made = contacts.x[contacts.n_vertex :]
+        assert len(made) == 2
+        assert not np.signbit(made[made == 0.0]).any()
+
+
+def test_rows_of_blocks_are_those_of_single_points(rng):
+    """Far apart, long edges: plain doubles are sure of no point, double-doubles of all."""
+    n = 2 * LANES + 3
+    corners = rng.normal(size=(n, 3, 3)) * [1.0, 1.0, 0.01] + [0.3, 0.7, 0.0]
+    corners[:, 0, 2] = -1.0 - rng.random(n)
+    corners[:, 1:, 2] = 1.0 + rng.random((n, 2))
+    floor = TriSurface("Top", "horizon", [[-99, -98, 0.1], [97, -99, 0], [0, 99, 0]], [[0, 1, 2]])
+    comb = TriSurface("F1", "fault", corners.reshape(-1, 3), np.arange(3 * n).reshape(n, 3))
+    contacts = find_contacts([floor, comb])
+    assert len(contacts.d) == 2 * n
+    out = np.empty((2 * n, 10))
+    doubled_rows(contacts.x, contacts.t, contacts.e, contacts.m, contacts.d, out)
+    np.testing.assert_array_equal(out[:, 1:4], contacts.x[contacts.n_vertex :])
+
+
+def test_too_little_room_is_told():
+    floor = TriSurface("Top", "horizon", [[-9, -8, 0], [7, -9, 0], [0, 9, 0]], [[0, 1, 2]])
+    contacts = find_contacts([floor, fan(9, 1.0)])
+    x, t, e, d = contacts.x, contacts.t, contacts.e, contacts.d
+    m = contacts.m.copy()
+    m[4] = 0
+    ids, records = np.full((len(contacts.rows), 6), -1), np.empty((99, 4), dtype=np.int64)
+    given = (t, e, d, m, contacts.w, contacts.rows, ids, records)
+    assert name_contacts(x[:-1].copy(), *given) == FULL
