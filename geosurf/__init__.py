@@ -51,6 +51,7 @@ _HOME = {
     "drop_ghosts": "geosurf.rebuild",
     "carve_units": "geosurf.carve",
     # nouns
+    "Contact": "geosurf.model",
     "TriSurface": "geosurf.model",
     "Lattice": "geosurf.model",
     "FaultSticks": "geosurf.model",

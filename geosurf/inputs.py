@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, frame_origin, shift_is_exact
 from geosurf.errors import InputError
-from geosurf.model import FaultSticks, Sheet, TriSurface
+from geosurf.model import Contact, FaultSticks, Sheet, TriSurface
 from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_horizon
 from geosurf.triangulate.outline import check_outline
 
@@ -76,7 +77,11 @@ def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, 
     """Return fluid contacts, paths and grids as surfaces, for `build_contacts`."""
 
     def opened(name: str, value: Any) -> Any:
-        """A contact with its paths read; a mapping has one for each block."""
+        """A contact with its paths read; a mapping has one for each block, a list several."""
+        if isinstance(value, Contact):
+            return replace(value, at=opened(name, value.at))
+        if isinstance(value, list | tuple):
+            return [opened(name, one) for one in value]
         if isinstance(value, str | Path) or hasattr(value, "dims"):
             return as_surface(name, "horizon", value, options)
         if isinstance(value, Mapping) and not hasattr(value, "data_vars"):

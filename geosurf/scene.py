@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.carve import carve_units
+from geosurf.carve import carve_units, names_of_zones
 from geosurf.carve.certificate import certify, same_bytes
+from geosurf.carve.fluids import check_zones
 from geosurf.contact import find_contacts
 from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import InputError
@@ -66,7 +67,7 @@ class Scene(Joined):
         that cross, the older one ends on the younger. ``units.report["clipped"]`` lists it all.
     contacts : mapping of str to contact, optional
         Fluid contacts from the top down, which split units: ``{"OWC": -1705.0}``, also by
-        block; see `build_contacts`. A path is a gridded horizon.
+        block and zone; see `build_contacts` and `Contact`. A path is a gridded horizon.
     aoi : array_like of float, shape (n, 2), or path, optional
         Area of interest: easting and northing around a polygon, which the model then fills.
     positive : {"up", "down"}, optional
@@ -302,9 +303,11 @@ class Scene(Joined):
 
     @cached_property
     def _fluids(self) -> tuple[list[TriSurface], list[FluidContact]]:
-        """Surfaces of fluid contacts, and the blocks in which they count."""
+        """Surfaces of fluid contacts, and the zones and blocks in which they count."""
         options = {"positive": self._positive, "units": self._units_word}
-        return build_contacts(opened_contacts(self._contacts, options), self.box)
+        surfaces, contacts = build_contacts(opened_contacts(self._contacts, options), self.box)
+        check_zones(contacts, names_of_zones(self.horizon_names))  # before anything is cut
+        return surfaces, contacts
 
     # ----------------------------------------------------------------- results
     @cached_property

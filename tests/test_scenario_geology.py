@@ -9,7 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.cli import main
-from geosurf.errors import OpenUnitError, ScenarioError
+from geosurf.errors import InputError, OpenUnitError, ScenarioError
 from geosurf.scenario import read_scenario, run
 from tests.planes import INPUTS, write_grids
 
@@ -75,6 +75,11 @@ corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
         ('[[contacts]]\nname = "OWC"', r"contacts\['OWC'\]: give elevation_m or file, one of them"),
         ('[[contacts]]\nname = "OWC"\nelevation_m = -1\nfile = "Top.nc"', "elevation_m or file"),
         (2 * '[[contacts]]\nname = "OWC"\nelevation_m = -1\n', "is given without a block twice"),
+        (
+            2 * '[[contacts]]\nname = "OWC"\nelevation_m = -1\nblock = "F1+"\nzones = ["A/B"]\n',
+            r"is given for block 'F1\+' of A/B twice; delete one",
+        ),
+        ('[[contacts]]\nname = "OWC"\nelevation_m = -1\nzones = "A/B"', "must be a list of names"),
         ("[aoi]", "aoi: give file or corners_m, one of them"),
         ("[aoi]\ncorners_m = [[0, 1], [2]]", r"corners_m is .* must be three or more corners"),
         ("remnants_below_m3 = -1", "it must be a number, 0 or above"),
@@ -84,6 +89,20 @@ corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
 def test_refusals(folder, more, words):
     with pytest.raises(ScenarioError, match=words):
         read_scenario(scenario(folder, more))
+
+
+def test_contacts_of_some_zones(folder):
+    """Two tables of one name for two zones; a zone that there is not is told before any cut."""
+    one = '[[contacts]]\nname = "OWC"\nelevation_m = -2050.0\nzones = ["Top/Base"]\n'
+    two = '[[contacts]]\nname = "OWC"\nelevation_m = -2150.0\nzones = ["below Base"]\n'
+    units = read_scenario(scenario(folder, one)).scene().units
+    assert {u.zone for u in units.values() if u.contact} == {"Top/Base"}
+    units = read_scenario(scenario(folder, one + two)).scene().units
+    assert {u.zone for u in units.values() if u.contact} == {"Top/Base", "below Base"}
+    scene = read_scenario(scenario(folder, one.replace("Base", "Bas"))).scene()
+    with pytest.raises(InputError, match=r"zone 'Top/Bas', which is none of \['above Top'"):
+        scene.patches  # noqa: B018
+    assert [step.stage for step in scene.steps if step.stage == "rebuild"] == []
 
 
 def test_a_wrong_rule_is_told(folder):

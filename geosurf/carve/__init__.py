@@ -30,7 +30,13 @@ from geosurf.carve.blocks import block_order, fault_sides, name_blocks, sides_of
 from geosurf.carve.cells import Cells, find_cells
 from geosurf.carve.clipped import clipped_by
 from geosurf.carve.column import apply_column, zones_of
-from geosurf.carve.fluids import contacts_of_units, level_of, not_reached, split_by_contacts
+from geosurf.carve.fluids import (
+    check_zones,
+    contacts_of_units,
+    level_of,
+    not_reached,
+    split_by_contacts,
+)
 from geosurf.carve.measures import AREA
 from geosurf.carve.outside import box_of, footprint_of, walls_are_a_box
 from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of, unit_name
@@ -61,7 +67,7 @@ def carve_units(
         lies above laps onto it and is removed below it) or ``"discontinuous"`` (both), by horizon.
         Default: all are conformable.
     contacts : sequence of FluidContact, optional
-        Which contact counts in which block, from the top down; see `build_contacts`.
+        Which contact counts in which zones and block, from the top down; see `build_contacts`.
 
     Returns
     -------
@@ -76,7 +82,7 @@ def carve_units(
     Raises
     ------
     InputError
-        For an unknown rule, horizon or block, or a name that two surfaces (walls aside) or
+        For an unknown rule, horizon, zone or block, or a name that two surfaces (walls aside) or
         two zones have.
     GeometryError
         If there are no walls, a horizon is not in the box, or contacts cross.
@@ -106,7 +112,8 @@ def carve_units(
     horizons, faults = (_with_role(patches, role) for role in ("horizon", "fault"))
     _refuse_namesakes(patches)
     rules = check_column([patches.names[i] for i in horizons], column)
-    zone_names = _zone_names([patches.names[i] for i in horizons])
+    zone_names = names_of_zones([patches.names[i] for i in horizons])
+    check_zones(contacts, zone_names)
     levels = [level_of(patches, contact) for contact in contacts]
     cells = find_cells(patches)
     signature = signatures(patches, cells, [*horizons, *levels])
@@ -124,8 +131,9 @@ def carve_units(
     left: dict[str, tuple[str, ...]] = {}
     if contacts:
         names = [patches.names[i] for i in faults]
-        counted = contacts_of_units(contacts, words, lies_on(), names)
-        left = _left_out(named, not_reached(contacts, counted), zone_names)
+        zones = [zone_names[k] for k in zone_of_unit.tolist()]
+        counted = contacts_of_units(contacts, zones, words, lies_on(), names)
+        left = _left_out(named, not_reached(contacts, counted, zones), zone_names)
         sides_of_level = signature[len(horizons) :]
         part, of, labels = split_by_contacts(
             patches, cells, sides_of_level, contacts, counted, whole
@@ -224,8 +232,20 @@ def _units(
     ]
 
 
-def _zone_names(horizons: list[str]) -> list[str]:
-    """``above Top``, ``Top/Base``, ``below Base``."""
+def names_of_zones(horizons: Sequence[str]) -> list[str]:
+    """
+    Names of the zones between horizons, youngest first.
+
+    Raises
+    ------
+    InputError
+        If two would have one name.
+
+    Examples
+    --------
+    >>> names_of_zones(["Top", "Base"])
+    ['above Top', 'Top/Base', 'below Base']
+    """
     if not horizons:
         return ["box"]
     between = [f"{a}/{b}" for a, b in pairwise(horizons)]

@@ -1,7 +1,8 @@
 """Fluid contacts: what of a unit lies above, between and below them.
 
 Contacts are surfaces of the arrangement like any other, so that the parts of a unit add up
-to it exactly. A contact counts in the blocks that it is given for, and leaves no trace elsewhere.
+to it exactly. A contact counts in the zones and blocks that it is given for, and leaves no trace
+elsewhere.
 """
 
 from __future__ import annotations
@@ -56,8 +57,32 @@ def level_of(patches: Patches, contact: FluidContact) -> int:
     )
 
 
+def check_zones(contacts: Sequence[FluidContact], zones: Sequence[str]) -> None:
+    """
+    Refuse a contact for a zone that there is not.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> check_zones([FluidContact("OWC", "OWC", zones=("A/C",))], ["above A", "A/B"])
+    Traceback (most recent call last):
+    geosurf.errors.InputError: fluid contact 'OWC' is given for zone 'A/C', which is none of ['above A', 'A/B']. Did you mean 'A/B'?
+    """  # noqa: E501 - a message
+    for contact in contacts:
+        for zone in contact.zones:
+            if zone not in zones:
+                raise InputError(
+                    f"fluid contact {contact.name!r} is given for zone {zone!r}, which is none of "
+                    f"{list(zones)}.{did_you_mean(zone, zones)}"
+                )
+
+
 def contacts_of_units(
     contacts: Sequence[FluidContact],
+    zones: Sequence[str],
     words: Sequence[tuple[str, ...]],
     lies_on: Sequence[tuple[str, ...]],
     faults: Sequence[str],
@@ -65,13 +90,16 @@ def contacts_of_units(
     """
     Rows of the contacts that count in each unit, from the top down.
 
-    Of the entries of one name whose sides a unit lies on, the one with most sides in the name of
-    the unit counts; of several such, the one with most sides.
+    Of the entries of one name that fit a unit, the one counts that says most of its zone and of
+    its block: that names the zone, and has most sides in the name of the unit; of several such,
+    the one with most sides.
 
     Parameters
     ----------
     contacts : sequence of FluidContact
-        From the top down; entries of one name stand for different blocks.
+        From the top down; entries of one name stand for different zones and blocks.
+    zones : sequence of str
+        Zone of each unit.
     words, lies_on : sequence of tuple of str
         Sides of faults that name the block of each unit, and those that it lies on.
     faults : sequence of str
@@ -84,7 +112,8 @@ def contacts_of_units(
     Raises
     ------
     InputError
-        If a block is no unit's, or two entries of one contact fit a unit equally well.
+        If a block is no unit's, or of the entries of one contact that fit a unit none says more
+        than all others.
     """
     wanted = []
     for contact in contacts:
@@ -96,45 +125,86 @@ def contacts_of_units(
                 f"fluid contact {contact.name!r} is given for block {contact.block!r}, which no "
                 f"unit is in; blocks and sides are {known}.{did_you_mean(contact.block, known)}"
             )
+        if not any(_fits(contact, sides, z, on) for z, on in zip(zones, lies_on, strict=True)):
+            raise InputError(
+                f"fluid contact {contact.name!r} is given for block {contact.block or WHOLE!r} of "
+                f"{', '.join(contact.zones)}, where there is no unit. Leave the zones out, or give "
+                "a block that has them."
+            )
         wanted.append(sides)
     names = list(dict.fromkeys(contact.name for contact in contacts))
     found: list[list[int]] = []
-    for word, on in zip(words, lies_on, strict=True):
+    for zone, word, on in zip(zones, words, lies_on, strict=True):
         rows = []
         for name in names:
             fits = {
-                row: (len(wanted[row] & set(word)), len(wanted[row]))
+                row: (bool(contact.zones), (len(wanted[row] & set(word)), len(wanted[row])))
                 for row, contact in enumerate(contacts)
-                if contact.name == name and wanted[row] <= set(on)
+                if contact.name == name and _fits(contact, wanted[row], zone, on)
             }
-            best = [row for row, weight in fits.items() if weight == max(fits.values())]
-            if len(best) > 1:
-                blocks = " and ".join(repr(contacts[row].block) for row in best)
-                raise InputError(
-                    f"fluid contact {name!r} is given for the blocks {blocks}, and block "
-                    f"{' '.join(on)!r} is in both; give it for that block, too."
-                )
+            most = tuple(max(part) for part in zip(*fits.values(), strict=True))
+            best = [row for row, weight in fits.items() if weight == most]
+            if fits and len(best) != 1:
+                rivals = best or [
+                    next(row for row, weight in fits.items() if weight[k] == most[k])
+                    for k in range(2)
+                ]
+                raise _undecided(name, [contacts[row] for row in rivals], zone, on)
             rows += best
         found.append(rows)
     return found
 
 
+def _fits(contact: FluidContact, sides: frozenset[str], zone: str, on: Sequence[str]) -> bool:
+    """Whether an entry for some sides of faults is for a unit that lies on others."""
+    return sides <= set(on) and (not contact.zones or zone in contact.zones)
+
+
+def _undecided(
+    name: str, rivals: Sequence[FluidContact], zone: str, on: Sequence[str]
+) -> InputError:
+    """Say which entries are for one unit, and neither for less than the other."""
+    block = " ".join(on) or WHOLE
+    if any(contact.zones for contact in rivals):
+        given = " and for ".join(
+            f"block {contact.block or WHOLE!r} of {', '.join(contact.zones) or 'all zones'}"
+            for contact in rivals
+        )
+        return InputError(
+            f"fluid contact {name!r} is given for {given}, and block {block!r} of {zone} is in "
+            "both; give it for that block and zone, too."
+        )
+    blocks = " and ".join(repr(contact.block) for contact in rivals)
+    return InputError(
+        f"fluid contact {name!r} is given for the blocks {blocks}, and block {block!r} is in both; "
+        "give it for that block, too."
+    )
+
+
 def not_reached(
-    contacts: Sequence[FluidContact], rows_of_unit: Sequence[Sequence[int]]
+    contacts: Sequence[FluidContact],
+    rows_of_unit: Sequence[Sequence[int]],
+    zones: Sequence[str],
 ) -> dict[str, list[int]]:
     """
     Units that no entry of a contact fits, by the name of the contact; only where there are some.
 
+    Zones that a contact is not given for are left out: that was said, and is no oversight.
+
     Examples
     --------
     >>> entries = [FluidContact("GOC", "GOC"), FluidContact("OWC", "OWC in F1+", "F1+")]
-    >>> not_reached(entries, [[0, 1], [0]])
+    >>> not_reached(entries, [[0, 1], [0]], ["Top/Base", "Top/Base"])
     {'OWC': [1]}
+    >>> not_reached([FluidContact("OWC", "OWC", zones=("A/B",))], [[0], []], ["A/B", "B/C"])
+    {}
     """
     left: dict[str, list[int]] = {}
     for name in dict.fromkeys(contact.name for contact in contacts):
+        mine = [contact.zones for contact in contacts if contact.name == name]
         for u, rows in enumerate(rows_of_unit):
-            if not any(contacts[row].name == name for row in rows):
+            meant = any(not of or zones[u] in of for of in mine)
+            if meant and not any(contacts[row].name == name for row in rows):
                 left.setdefault(name, []).append(u)
     return left
 

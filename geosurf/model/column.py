@@ -123,9 +123,60 @@ class Remnant:
         return f"{self.name}: {self.volume:.6g} m3 at {place(self.place)}"
 
 
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """
+    Where a fluid contact is, and in which zones and block it counts.
+
+    Parameters
+    ----------
+    at : float, xarray.DataArray, TriSurface or path
+        Elevation [m, positive up], or a gridded horizon, or a surface.
+    zones : str or sequence of str
+        ``"Top/Base"``, ``"above Top"`` ...: units of other zones are not split by it. Empty: all.
+    block : str
+        Sides of faults, ``"F1+ F2-"``: units that do not lie on them are not split by it. Empty:
+        all, but where another one of the same name says more.
+
+    Raises
+    ------
+    InputError
+        If zones or block are no names.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=9)
+    >>> (_, _, _, _, bottom, top) = world.box
+    >>> level = Contact(0.5 * (bottom + top), zones="Top/Base")
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": level})
+    >>> sorted({unit.zone for unit in scene.units.values() if unit.contact})
+    ['Top/Base']
+    """
+
+    at: Any
+    zones: tuple[str, ...] = ()
+    block: str = ""
+
+    def __post_init__(self) -> None:
+        given = (self.zones,) if isinstance(self.zones, str) else self.zones
+        listed = given if isinstance(given, list | tuple) else (None,)
+        if not all(isinstance(zone, str) and zone.strip() for zone in listed):
+            raise InputError(
+                f"zones of a fluid contact are {self.zones!r}; give names of zones, as in "
+                "zones=['Top/Base']."
+            )
+        if not isinstance(self.block, str):
+            raise InputError(
+                f"block of a fluid contact is {self.block!r}; give sides of faults, as in "
+                "block='F1+ F2-'."
+            )
+        object.__setattr__(self, "zones", tuple(dict.fromkeys(listed)))
+
+
 @dataclass(frozen=True)
 class FluidContact:
-    """A fluid contact, in all blocks or in some.
+    """A fluid contact, in all blocks and zones or in some.
 
     Attributes
     ----------
@@ -136,8 +187,11 @@ class FluidContact:
     block : str
         Sides of faults, ``F1+ F2-``, on which it counts; the unit's block may have more.
         Empty: everywhere, but where another entry of this name says more.
+    zones : tuple of str
+        In which it counts. Empty: in all, but where another entry of this name says more.
     """
 
     name: str
     surface: str
     block: str = ""
+    zones: tuple[str, ...] = ()

@@ -10,6 +10,7 @@ from typing import Any
 from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import read_truncations
+from geosurf.model import Contact
 from geosurf.read import read_fault, read_horizon
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.sealed import scene_of_sealed
@@ -129,25 +130,28 @@ def _check_places(scenario: Scenario, place: Place) -> None:
         label = f"contacts[{entry.name!r}]"
         if (entry.elevation_m is None) == (entry.file is None):
             place.refuse(f"{label}: give elevation_m or file, one of them.")
-        if (entry.name, entry.block) in given:
+        where = entry.name, entry.block, tuple(sorted(entry.zones))
+        if where in given:
             block = "without a block" if entry.block is None else f"for block {entry.block!r}"
-            place.refuse(f"{label} is given {block} twice; delete one.")
-        given.add((entry.name, entry.block))
+            zones = f" of {', '.join(entry.zones)}" if entry.zones else ""
+            place.refuse(f"{label} is given {block}{zones} twice; delete one.")
+        given.add(where)
     aoi = scenario.aoi
     if aoi is not None and (aoi.file is None) == (aoi.corners_m is None):
         place.refuse("aoi: give file or corners_m, one of them.")
 
 
-def _contacts(scenario: Scenario) -> dict[str, dict[str, Any]]:
-    """Fluid contacts by name and block, from the top down."""
-    found: dict[str, dict[str, Any]] = {}
+def _contacts(scenario: Scenario) -> dict[str, list[Contact]]:
+    """Fluid contacts by name, from the top down, each with its zones and block."""
+    found: dict[str, list[Contact]] = {}
     for entry in scenario.contacts:
         value: Any = entry.elevation_m
         if entry.file is not None:
             value = read_horizon(
                 entry.file, name=entry.name, positive=entry.positive, units=entry.units
             )
-        found.setdefault(entry.name, {})[entry.block or ELSEWHERE] = value
+        block = "" if entry.block in (None, ELSEWHERE) else str(entry.block)
+        found.setdefault(entry.name, []).append(Contact(value, entry.zones, block))
     return found
 
 

@@ -208,7 +208,9 @@ class ThrowInput:
 class ContactInput:
     """One ``[[contacts]]``: fluid contacts, from the top down. They split units."""
 
-    name: str = key("`OWC`, `GOC` ... Several tables of one name are for blocks.", values.text)
+    name: str = key(
+        "`OWC`, `GOC` ... Several tables of one name are for blocks or zones.", values.text
+    )
     elevation_m: float | None = key(
         "Of a level contact, positive up. Give this or `file`.",
         values.number,
@@ -221,6 +223,12 @@ class ContactInput:
         "this name says more.",
         values.text,
         default=None,
+    )
+    zones: tuple[str, ...] = key(
+        "Zones in which it counts, as in `Top/Base`; others are not split by it. Left empty: all, "
+        "but where another table of this name says more.",
+        values.names,
+        default=(),
     )
     positive: str | None = _positive()
     units: str | None = _units()

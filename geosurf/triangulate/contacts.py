@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from geosurf.errors import InputError
-from geosurf.model import FluidContact, TriSurface
+from geosurf.model import Contact, FluidContact, TriSurface
 from geosurf.triangulate.horizon import triangulate_horizon
 
 ELSEWHERE = "elsewhere"
-_HOW = "Give an elevation [m], a gridded horizon, a surface, or {block: one of these}."
+_HOW = (
+    "Give an elevation [m], a gridded horizon, a surface, a Contact, {block: one of these}, or a "
+    "list of Contacts."
+)
 
 
 def build_contacts(
     contacts: Mapping[str, Any], box: Sequence[float]
 ) -> tuple[list[TriSurface], list[FluidContact]]:
     """
-    Return the surfaces of fluid contacts, and in which blocks they count.
+    Return the surfaces of fluid contacts, and in which zones and blocks they count.
 
     Parameters
     ----------
@@ -30,6 +34,8 @@ def build_contacts(
         A block is given by sides of faults that units lie on (`Unit.lies_on`); of several that
         fit, the one with most sides in the name of the unit's block counts, then most sides. Units
         that no entry fits are not split, and are listed in ``units.report["without_contact"]``.
+        A `Contact`, or a list of them, says in which zones it counts, too:
+        ``[Contact(-1705.0, zones="Top/Middle"), Contact(-1720.0, zones="Middle/Base")]``.
     box : (west, east, south, north, bottom, top)
         Of the model [m].
 
@@ -42,7 +48,8 @@ def build_contacts(
     Raises
     ------
     InputError
-        If a contact is none of these, or an elevation is not inside the box.
+        If a contact is none of these, an elevation is not inside the box, or one block and its
+        zones are given twice.
 
     Examples
     --------
@@ -57,19 +64,53 @@ def build_contacts(
         )
     surfaces, found = [], []
     for name, value in contacts.items():
-        entries = value if _is_plain_mapping(value) else {ELSEWHERE: value}
+        entries = _entries(str(name), value)
         if not entries:
             raise InputError(f"fluid contact {name!r} is given for no block. {_HOW}")
-        for block, one in entries.items():
-            everywhere = block == ELSEWHERE
-            title = str(name) if everywhere else f"{name} in {block}"
-            surfaces.append(_surface(title, one, box))
-            found.append(FluidContact(str(name), title, "" if everywhere else str(block)))
+        for entry in entries:
+            title = _title(str(name), entry)
+            if any(title == surface.name for surface in surfaces):
+                raise InputError(
+                    f"fluid contact {title!r} is given twice; leave one of them out, or give each "
+                    "its own zones or block."
+                )
+            surfaces.append(_surface(title, entry.at, box))
+            found.append(FluidContact(str(name), title, entry.block, entry.zones))
     return surfaces, found
 
 
-def _is_plain_mapping(value: Any) -> bool:
-    return isinstance(value, Mapping) and not hasattr(value, "data_vars")
+def _entries(name: str, value: Any) -> list[Contact]:
+    """What is given for one contact, each with its zones and block."""
+    if isinstance(value, Contact):
+        return [value]
+    if isinstance(value, list | tuple):
+        odd = [one for one in value if not isinstance(one, Contact)]
+        if odd:
+            raise InputError(f"fluid contact {name!r} is a list with {odd[0]!r} in it. {_HOW}")
+        return list(value)
+    if not isinstance(value, Mapping) or hasattr(value, "data_vars"):
+        return [Contact(value)]
+    return [one for key, part in value.items() for one in _of_block(name, str(key), part)]
+
+
+def _of_block(name: str, key: str, value: Any) -> list[Contact]:
+    """What is given for one block of a contact."""
+    block = "" if key == ELSEWHERE else key
+    parts = list(value) if isinstance(value, list | tuple) else [value]
+    entries = [one if isinstance(one, Contact) else Contact(one) for one in parts]
+    for one in entries:
+        if one.block not in ("", block):
+            raise InputError(
+                f"fluid contact {name!r} is given for block {key!r} and, in it, for block "
+                f"{one.block!r}; say one of them."
+            )
+    return [replace(one, block=block) for one in entries]
+
+
+def _title(name: str, entry: Contact) -> str:
+    """Name of the surface of an entry."""
+    where = [part for part in (entry.block, ", ".join(entry.zones)) if part]
+    return f"{name} in {' of '.join(where)}" if where else name
 
 
 def _surface(name: str, value: Any, box: Sequence[float]) -> TriSurface:

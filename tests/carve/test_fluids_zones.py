@@ -1,0 +1,177 @@
+"""Fluid contacts limited to zones: they split these, leave others whole, and nothing gets lost."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import Contact, Scene, carve_units, rebuild_surfaces
+from geosurf.carve.certificate import certify
+from geosurf.errors import InputError, OpenUnitError
+from geosurf.scenario.execute import contacts_left_out
+from geosurf.triangulate import build_contacts
+from tests import laws
+from tests.carve.test_fluids import BASE, BOX, TOP, UPRIGHT, level, tilted, volumes
+from tests.strategies import faulted_worlds, sheet
+
+MIDDLE = level("Middle", 2)
+
+
+def scene_of(contacts, faults=(UPRIGHT,)):
+    horizons = {"Top": TOP, "Middle": MIDDLE, "Base": BASE}
+    scene = Scene(horizons, {f.name: f for f in faults}, BOX, contacts=contacts)
+    laws.assert_volumes_add_up(scene.units, BOX)
+    return scene
+
+
+def split(scene):
+    """Zones and blocks that a contact splits."""
+    return {(u.zone, u.block) for u in scene.units.values() if u.contact}
+
+
+def test_a_zone_that_is_not_named_is_not_split():
+    """The level cuts through both zones; what is above and below it adds up to the zone's unit."""
+    plain = scene_of({})
+    slope = tilted("level", 1.5, 3.5)
+    scene = scene_of({"OWC": Contact(slope, zones="Middle/Base")})
+    assert split(scene) == {("Middle/Base", "F1+"), ("Middle/Base", "F1-")}
+    for zone in ("above Top", "Top/Middle", "below Base"):
+        assert volumes(scene, zone) == pytest.approx(volumes(plain, zone), rel=1e-12)
+    for block in ("F1+", "F1-"):
+        parts = {c: v for (b, c), v in volumes(scene, "Middle/Base").items() if b == block}
+        assert set(parts) <= {"above OWC", "below OWC"}
+        assert sum(parts.values()) == pytest.approx(volumes(plain, "Middle/Base")[block, ""])
+    # the contact is at 1.5 + x / 2, so above the zone's top from x = 1 on
+    above = volumes(scene, "Middle/Base")["F1-", "above OWC"]
+    assert above == pytest.approx(4 * 0.25, rel=1e-12)
+    assert ("F1+", "above OWC") not in volumes(scene, "Middle/Base")
+    assert all("OWC" not in str(unit.bounded_by) for unit in scene.units.values()
+               if unit.zone in ("above Top", "Top/Middle"))  # fmt: skip
+    assert scene.check().ok
+
+
+def test_each_zone_has_its_own_level_and_each_block_in_it():
+    contacts = {
+        "OWC": [
+            Contact(2.5, zones=["Top/Middle"]),
+            Contact(1.25, zones=["Middle/Base"]),
+            Contact(1.75, zones=["Middle/Base"], block="F1+"),
+        ]
+    }
+    scene = scene_of(contacts)
+    assert volumes(scene, "Top/Middle")["F1+", "below OWC"] == pytest.approx(12 * 0.5)
+    assert volumes(scene, "Top/Middle")["F1-", "below OWC"] == pytest.approx(4 * 0.5)
+    assert volumes(scene, "Middle/Base")["F1+", "below OWC"] == pytest.approx(12 * 0.75)
+    assert volumes(scene, "Middle/Base")["F1-", "below OWC"] == pytest.approx(4 * 0.25)
+    names = {s.name for s in scene.patches.sources if s.role == "contact"}
+    assert names == {"OWC in Top/Middle", "OWC in Middle/Base", "OWC in F1+ of Middle/Base"}
+    # deeper in one zone than the other contact in the other: out of order nowhere
+    swapped = {"GOC": Contact(1.25, zones="Middle/Base"), "OWC": Contact(2.5, zones="Top/Middle")}
+    assert {u.contact for u in scene_of(swapped).units.values()} == {
+        "", "above GOC", "below GOC", "above OWC", "below OWC"
+    }  # fmt: skip
+
+
+def test_a_zone_may_be_said_within_a_block():
+    one = scene_of({"OWC": {"F1+": Contact(1.5, zones="Middle/Base"), "elsewhere": 1.25}})
+    two = scene_of({"OWC": [Contact(1.5, zones="Middle/Base", block="F1+"), Contact(1.25)]})
+    assert [(u.name, u.volume) for u in one.units.values()] == [
+        (u.name, u.volume) for u in two.units.values()
+    ]
+    assert volumes(one, "Middle/Base")["F1+", "below OWC"] == pytest.approx(12 * 0.5)
+    assert volumes(one, "Middle/Base")["F1-", "below OWC"] == pytest.approx(4 * 0.25)
+    parted = {"OWC": {"F1+": [Contact(2.5, zones="Top/Middle"), Contact(1.5, zones="Middle/Base")]}}
+    assert split(scene_of(parted)) == {("Top/Middle", "F1+"), ("Middle/Base", "F1+")}
+
+
+def test_what_is_left_out_on_purpose_is_no_oversight():
+    """Units of zones that are not named are not listed; blocks of named zones are."""
+    assert contacts_left_out(scene_of({"OWC": Contact(1.5, zones="Middle/Base")})) == []
+    scene = scene_of({"OWC": Contact(1.5, zones="Middle/Base", block="F1+")})
+    assert scene.units.report["without_contact"] == {"OWC": ("Middle/Base F1-",)}
+    (note,) = contacts_left_out(scene)
+    assert "is given for no block of Middle/Base F1-: they are not split" in note
+
+
+def test_a_grid_need_not_reach_zones_that_are_not_named():
+    """A grid that ends inside a zone leaks where it counts, and nowhere else."""
+    part = tilted("level", 2, 3)
+    low = part.vertices.copy()
+    low[:, 0] = np.where(low[:, 0] > 0, 2.0, low[:, 0])  # ends at x = 2, at z = 3.25: in Top/Middle
+    short = type(part)("level", "surface", low, part.triangles)
+    whole = scene_of({"OWC": Contact(short, zones="below Base")})
+    assert split(whole) == {("below Base", "F1+"), ("below Base", "F1-")}
+    with pytest.raises(OpenUnitError, match="leak around contact 'OWC in Top/Middle'"):
+        scene_of({"OWC": Contact(short, zones="Top/Middle")})
+
+
+@pytest.mark.parametrize(
+    ("contacts", "words"),
+    [
+        (
+            {"OWC": Contact(1.5, zones="Midle/Base")},
+            r"given for zone 'Midle/Base', which is none of \['above Top', .* mean 'Middle/Base'\?",
+        ),
+        (
+            {"OWC": [Contact(1.5, zones="Middle/Base"), Contact(1.25, block="F1+")]},
+            r"block 'whole' of Middle/Base and for block 'F1\+' of all zones, and .* is in both; give",
+        ),
+        (
+            {"OWC": [Contact(1.5, zones=["Middle/Base"]), Contact(1.2, zones=["Middle/Base"])]},
+            "contact 'OWC in Middle/Base' is given twice; leave one of them out",
+        ),
+        ({"OWC": [1.5]}, r"contact 'OWC' is a list with 1\.5 in it\. Give an elevation"),
+        (
+            {"OWC": {"F1+": Contact(1.5, block="F1-")}},
+            r"for block 'F1\+' and, in it, for block 'F1-'; say one of them",
+        ),
+        ({"OWC": Contact("none.gri")}, r"none\.gri"),
+        ({"OWC": Contact(99.0, zones="Top/Middle")}, "at elevation 99 m, outside the model box"),
+    ],
+)
+def test_refusals(contacts, words):
+    with pytest.raises(InputError, match=words):
+        scene_of(contacts).units  # noqa: B018
+
+
+def test_a_block_that_has_nothing_of_a_zone_is_refused():
+    """F1 ends just above Base, so that the zones above have no sides of it."""
+    short = sheet("F1", [(1, -1, -5), (1, 5, -5), (1, 5, 1.5), (1, -1, 1.5)])
+    with pytest.raises(
+        InputError, match=r"for block 'F1\+' of Top/Middle, where there is no unit. Leave the zones"
+    ):
+        scene_of({"OWC": Contact(0.0, zones="Top/Middle", block="F1+")}, (short,))
+
+
+def test_refusals_of_a_contact_itself():
+    for zones in (3, [3], [""], {"Top/Base": 1}):
+        with pytest.raises(InputError, match=r"zones of a fluid contact are .*; give names of zon"):
+            Contact(1.5, zones=zones)
+    with pytest.raises(InputError, match="block of a fluid contact is 3; give sides of faults"):
+        Contact(1.5, block=3)
+
+
+@settings(max_examples=12)
+@given(faulted_worlds(), st.integers(-3, 6), st.integers(0, 2))
+def test_parts_add_up_in_named_zones_and_others_stay(surfaces, z, k):
+    """Whole levels hit corners, edges and level pieces of horizons."""
+    names = [s.name for s in surfaces if s.role == "horizon"]
+    zones = [f"above {names[0]}", *(f"{a}/{b}" for a, b in pairwise(names)), f"below {names[-1]}"]
+    named = zones[k % len(zones)]
+    whole = carve_units(rebuild_surfaces(surfaces))
+    if not any(unit.zone == named for unit in whole.values()):
+        return
+    extra, contacts = build_contacts({"OWC": Contact(float(z), zones=named)}, BOX)
+    patches = rebuild_surfaces([*surfaces, *extra])
+    units = carve_units(patches, contacts=contacts)
+    certificate = certify(patches, units)
+    assert certificate.ok, str(certificate)
+    for unit in whole.values():
+        parts = [u for u in units.values() if (u.zone, u.block) == (unit.zone, unit.block)]
+        assert sum(u.volume for u in parts) == pytest.approx(unit.volume, rel=1e-12)
+        assert len(parts) == 1 or unit.zone == named
+        assert all(bool(u.contact) == (unit.zone == named) for u in parts)
