@@ -141,7 +141,7 @@ class Measured:
         )
 
     def allan(self, fault: str) -> xarray.Dataset:
-        """Return the Allan diagram of a fault: zones and cut-offs of both walls, on the fault.
+        """Return the Allan diagram of a fault: zones, cut-offs and contacts of both walls, on it.
 
         Parameters
         ----------

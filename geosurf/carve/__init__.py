@@ -127,7 +127,7 @@ def carve_units(
     blocks = name_blocks(words, zone_of_unit, shells.volumes, shells.corner)
     lies_on = cache(lambda: sides_of_units(cells, whole, faults, words))
     every = list(range(len(blocks)))
-    named = _Named(zone_of_unit, blocks, [""] * len(blocks), every, every)
+    named = _Named(zone_of_unit, blocks, [""] * len(blocks), [()] * len(blocks), every, every)
     left: dict[str, tuple[str, ...]] = {}
     if contacts:
         names = [patches.names[i] for i in faults]
@@ -135,13 +135,12 @@ def carve_units(
         counted = contacts_of_units(contacts, zones, words, lies_on(), names)
         left = _left_out(named, not_reached(contacts, counted, zones), zone_names)
         sides_of_level = signature[len(horizons) :]
-        part, of, labels = split_by_contacts(
+        part, of, labels, beneath = split_by_contacts(
             patches, cells, sides_of_level, contacts, counted, whole
         )
         shells = shells_of(cells, part)
         named = _Named(
-            zone_of_unit[of], [blocks[u] for u in of], labels, list(range(len(of))),
-            of,
+            zone_of_unit[of], [blocks[u] for u in of], labels, beneath, list(range(len(of))), of,
         )  # fmt: skip
     order = _order(named)
     units = _units(patches, shells, named, order, zone_names, lies_on)
@@ -167,6 +166,7 @@ class _Named:
     zone: np.ndarray
     block: list[str]
     contact: list[str]
+    beneath: list[tuple[str, ...]]
     rank: list[int]
     whole: list[int]
 
@@ -226,6 +226,7 @@ def _units(
             zone_index=int(named.zone[u]),
             block=named.block[u],
             contact=named.contact[u],
+            beneath=named.beneath[u],
             sides=lambda whole=named.whole[u]: lies_on()[whole],
         )
         for u in order

@@ -216,7 +216,7 @@ def split_by_contacts(
     contacts: Sequence[FluidContact],
     rows_of_unit: list[list[int]],
     unit_of_cell: np.ndarray,
-) -> tuple[np.ndarray, list[int], list[str]]:
+) -> tuple[np.ndarray, list[int], list[str], list[tuple[str, ...]]]:
     """
     Split units at their contacts.
 
@@ -235,6 +235,8 @@ def split_by_contacts(
     unit_of_part : list of int
     words : list of str
         ``above GOC``, ``GOC/OWC``, ``below OWC``; empty where no contact counts.
+    beneath : list of tuple of str
+        Contacts that count and lie above each part, from the top down.
 
     Raises
     ------
@@ -258,10 +260,12 @@ def split_by_contacts(
     n_level = len(contacts) + 1
     keys, part = np.unique(unit_of_cell[1:] * n_level + level[1:], return_inverse=True)
     unit_of_part = (keys // n_level).tolist()
-    words = []
+    words, beneath = [], []
     for u, k in zip(unit_of_part, (keys % n_level).tolist(), strict=True):
-        words.append(_interval([contacts[row].name for row in rows_of_unit[u]], k))
-    return np.concatenate([[-1], part]), unit_of_part, words
+        names = [contacts[row].name for row in rows_of_unit[u]]
+        words.append(_interval(names, k))
+        beneath.append(tuple(names[:k]))
+    return np.concatenate([[-1], part]), unit_of_part, words, beneath
 
 
 def _interval(names: list[str], level: int) -> str:

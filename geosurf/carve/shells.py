@@ -205,6 +205,7 @@ def build_unit(
     zone_index: int,
     block: str,
     contact: str,
+    beneath: tuple[str, ...],
     sides: Callable[[], tuple[str, ...]],
 ) -> Unit:
     """Return one unit with its volume."""
@@ -222,6 +223,7 @@ def build_unit(
         zone_index=zone_index,
         block=block,
         contact=contact,
+        beneath=beneath,
         origin=patches.origin,
         surface_names=patches.names,
         volume=volume,

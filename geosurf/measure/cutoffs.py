@@ -2,6 +2,7 @@
 
 A cut-off line is where the zone beside the fault changes: on each wall by itself, so that torn
 horizons have two lines, untorn ones the same line twice, and one that is clipped away there none.
+In the same way a fluid contact has a line where what lies above and below it meets the fault.
 Which edges are meant follows from the units on the sides of the fault's triangles.
 """
 
@@ -60,6 +61,45 @@ def cutoff_chains(
     met = np.isin(key, _edge_keys(mine[on[mine].sum(axis=1) > 1], n))
     found = key[met & (upper <= level) & (lower > level)]
     return chains_of(np.stack(np.divmod(found, n), axis=1), fault.x)
+
+
+def contact_chains(fault: Faces, side: int) -> dict[str, list[np.ndarray]]:
+    """
+    Vertices along the lines of the fluid contacts on one wall of a fault, by name.
+
+    Of a contact, those are the edges of the fault with one unit above it on this wall and, of the
+    same zone and block, one below it.
+
+    Parameters
+    ----------
+    fault : Faces
+    side : int
+        0 for the wall into which the fault's normal points, 1 for the other.
+
+    Returns
+    -------
+    dict of str to list of ndarray of int64
+        Rows of `Faces.x`, see `chains_of`; from the top down where several contacts count.
+    """
+    n = len(fault.x)
+    told = np.flatnonzero(fault.sides[:, side] >= 0)
+    unit = np.repeat(fault.sides[told, side], 3)
+    key, edge = np.unique(_edge_keys(fault.triangles[told], n), return_inverse=True)
+    one, two = np.full(len(key), len(fault.listed)), np.full(len(key), -1)
+    np.minimum.at(one, edge, unit)
+    np.maximum.at(two, edge, unit)
+    found: dict[str, list[np.ndarray]] = {}
+    for a, b in np.unique(np.stack([one, two], axis=1)[one != two], axis=0).tolist():
+        upper, lower = fault.listed[a], fault.listed[b]
+        if (upper.zone, upper.block) == (lower.zone, lower.block):
+            for name in set(upper.beneath) ^ set(lower.beneath):
+                found.setdefault(name, []).append(key[(one == a) & (two == b)])
+    order = dict.fromkeys(name for unit in fault.listed for name in unit.beneath)
+    names = sorted(found, key=list(order).index)
+    return {
+        name: chains_of(np.stack(np.divmod(np.concatenate(found[name]), n), axis=1), fault.x)
+        for name in names
+    }
 
 
 def _edge_keys(triangles: np.ndarray, n: int) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.measure.cutoffs import cutoff_chains
+from geosurf.measure.cutoffs import contact_chains, cutoff_chains
 from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of
 from geosurf.measure.lines import ragged, rings_of
 from geosurf.model import Patches, Units
@@ -108,7 +108,7 @@ def _kind(listed, a: int, b: int) -> str:
 
 def allan_diagram(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
     """
-    Allan diagram of a fault: zones and cut-offs of both walls, seen on the fault.
+    Allan diagram of a fault: zones, cut-offs and fluid contacts of both walls, seen on the fault.
 
     Parameters
     ----------
@@ -120,8 +120,9 @@ def allan_diagram(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
     xarray.Dataset
         Lines, point after point (``line_of_point``, ``count``): ``along_strike`` and ``elevation``
         [m], and the place in the world. Over ``line``: ``kind`` is ``"zone"`` (a ring around
-        a unit on side + or -), ``"juxtaposition"`` (a ring around the contact of two units) or
-        ``"cut-off"`` (a line of a horizon); ``side``, ``label`` (unit, ``A | B``, or horizon),
+        a unit on side + or -), ``"juxtaposition"`` (a ring around the contact of two units),
+        ``"cut-off"`` (a line of a horizon) or ``"contact"`` (a line of a fluid contact, on the side
+        where it counts); ``side``, ``label`` (unit, ``A | B``, horizon, or fluid contact),
         ``zone``, ``closed``. Rings run counter-clockwise around what they hold, and clockwise
         around its holes, seen from side +; their first point is not repeated.
 
@@ -159,6 +160,9 @@ def allan_diagram(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
             for side, sign in ((PLUS, "+"), (MINUS, "-")):
                 for line in cutoff_chains(patches, units, source.name, faces, side):
                     rows.append((line, "cut-off", sign, source.name, "", 0))
+    for side, sign in ((PLUS, "+"), (MINUS, "-")):
+        for name, chains in contact_chains(faces, side).items():
+            rows += [(line, "contact", sign, name, "", 0) for line in chains]
     lines = []
     for line, *_ in rows:
         p = faces.x[line]
@@ -166,9 +170,9 @@ def allan_diagram(patches: Patches, units: Units, fault: str) -> xarray.Dataset:
         lines.append(np.column_stack([faces.along(p), world[:, 2], world[:, :2]]))
     words = ("kind", "side", "label", "zone", "closed")
     told = {
-        "kind": "what the line is: zone, juxtaposition or cut-off",
+        "kind": "what the line is: zone, juxtaposition, cut-off or contact",
         "side": "side of the fault",
-        "label": "unit, pair of units, or horizon",
+        "label": "unit, pair of units, horizon, or fluid contact",
         "zone": "zone, or pair of zones",
         "closed": "whether the line is a ring",
     }

@@ -51,6 +51,8 @@ class Unit:
         [m3], [m2].
     contact : str
         ``above OWC``, ``GOC/OWC``, ``below OWC``; empty where no fluid contact counts.
+    beneath : tuple of str
+        Names of the fluid contacts that count in it and lie above it, from the top down.
     lies_on : tuple of str
         Sides of faults that it lies on: those in `block`, and those of faults that part the model
         elsewhere. From a unit on ``F1+`` no way leads to the back of F1 but through F1.
@@ -68,6 +70,7 @@ class Unit:
     volume: float
     area: float
     contact: str = ""
+    beneath: tuple[str, ...] = ()
     lies_on: tuple[str, ...] = ()
 
     @cached_property

@@ -3,8 +3,9 @@
 After Allan (1989), AAPG Bulletin 73, 803-811: the fault is drawn over distance along strike and
 elevation, with the cut-offs of its footwall as full lines and those of its hanging wall dashed.
 An area has the colour of the zone in the footwall; stripes in the colour of the zone in the
-hanging wall say that it is another one. What lies far above and below all cut-offs faces itself,
-and is not shown.
+hanging wall say that it is another one. Fluid contacts are blue lines in the same two styles,
+each wall with its own. What lies far above and below all these lines faces itself, and is not
+shown.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 RELIEF = 0.6  # height over width that reads well
 AROUND = 0.3  # of the height of all cut-offs, shown above and below them
+LINES = {"cut-off": palette.INK, "contact": palette.CONTACT}  # kinds that are drawn as lines
+HALO = 1.9  # width of the paper around a contact over its own, so that it is seen on any zone
 
 
 def render_allan(
@@ -89,9 +92,10 @@ def render_allan(
     _fill(axes, lines, colours)
     _draw_cutoffs(sheet, axes, lines)
     furniture.draw_legend(sheet, _legend(pairs, colours), 640.0)
+    blue = " Fluid contacts are blue." if (diagram.kind == "contact").any() else ""
     words = (
         "Footwall cut-offs and their names at the right: full lines; hanging wall, at the left: "
-        f"dashed. Areas are of the whole fault. Vertical exaggeration {exaggeration:.2g}×."
+        f"dashed.{blue} Areas are of the whole fault. Vertical exaggeration {exaggeration:.2g}×."
     )
     strike = float(diagram.attrs["strike"])
     title = title or f"{diagram.attrs['fault']}: Allan diagram, strike {strike:03.0f}°"
@@ -135,10 +139,10 @@ def _lines_of(diagram: xarray.Dataset) -> list[tuple[dict[str, str], np.ndarray]
 
 
 def _shown(lines) -> tuple[float, float, float, float]:
-    """What the diagram shows, (left, right, bottom, top): all cut-offs, and a part around them."""
+    """What the diagram shows, (left, right, bottom, top): all lines, and a part around them."""
     points = np.concatenate([line for _, line in lines])
     (left, low), (right, high) = points.min(axis=0), points.max(axis=0)
-    levels = [line[:, 1] for words, line in lines if words["kind"] == "cut-off"]
+    levels = [line[:, 1] for words, line in lines if words["kind"] in LINES]
     if not levels:
         return left, right, low, high
     bottom, top = np.concatenate(levels).min(), np.concatenate(levels).max()
@@ -206,34 +210,34 @@ def _fill(axes, lines, colours: dict[str, palette.RGB]) -> None:
 
 
 def _draw_cutoffs(sheet, axes, lines) -> None:
-    """Cut-offs of both walls, and the names of horizons at their ends."""
+    """Cut-offs and contacts of both walls, and their names at their ends."""
     unit = sheet.layout.unit
     width = 1.9 * unit * 72.0 / furniture.DPI
-    ends: dict[str, dict[str, float]] = {"+": {}, "-": {}}
-    far = {"+": np.inf, "-": -np.inf}
-    reach: dict[tuple[str, str], float] = {}
+    ends: dict[str, dict[tuple[str, str], float]] = {"+": {}, "-": {}}
+    reach: dict[tuple[str, str, str], float] = {}
     for words, line in lines:
-        if words["kind"] != "cut-off":
+        kind, side, name = words["kind"], words["side"], words["label"]
+        if kind not in LINES:
             continue
-        side, name = words["side"], words["label"]
         look = {"linestyle": (0, (4.0, 1.8))} if side == "+" else {}
-        axes.plot(*line.T, color=palette.INK, linewidth=width, **look)
+        over = 2 if kind == "contact" else 3  # cut-offs run on over the halo of a contact
+        if kind == "contact":
+            axes.plot(*line.T, color=palette.PAPER, linewidth=HALO * width, zorder=over)
+        axes.plot(*line.T, color=LINES[kind], linewidth=width, zorder=over, **look)
         s, z = line[np.argmin(line[:, 0]) if side == "+" else np.argmax(line[:, 0])]
-        beyond = s < reach.get((side, name), far["+"]) if side == "+" else (
-            s > reach.get((side, name), far["-"])
-        )  # fmt: skip
-        if beyond:
-            reach[side, name], ends[side][name] = float(s), float(z)
+        outward = -s if side == "+" else s
+        if outward > reach.get((side, kind, name), -np.inf):
+            reach[side, kind, name], ends[side][kind, name] = outward, float(z)
     height = np.diff(axes.get_ylim()).item() / axes.get_window_extent().height  # metres per pixel
     (left, right) = axes.get_xlim()
     for side, x, offset, ha in (("+", left, -8.0, "right"), ("-", right, 8.0, "left")):
         names = sorted(ends[side], key=ends[side].__getitem__)
         levels = _spread([ends[side][name] for name in names], 14.0 * unit * height)
-        for name, z in zip(names, levels, strict=True):
+        for (kind, name), z in zip(names, levels, strict=True):
             axes.annotate(
                 furniture.shortened(name, 12), (x, z), (offset * unit, 0), annotation_clip=False,
                 textcoords="offset pixels", ha=ha, va="center", family=furniture.FONT,
-                fontsize=11.0 * unit * 72.0 / furniture.DPI, color=palette.INK,
+                fontsize=11.0 * unit * 72.0 / furniture.DPI, color=LINES[kind],
             )  # fmt: skip
 
 

@@ -118,7 +118,7 @@ def test_a_grid_need_not_reach_zones_that_are_not_named():
         ),
         (
             {"OWC": [Contact(1.5, zones="Middle/Base"), Contact(1.25, block="F1+")]},
-            r"block 'whole' of Middle/Base and for block 'F1\+' of all zones, and .* is in both; give",
+            r"block 'whole' of Middle/Base and for block 'F1\+' of all zones, and .* is in both",
         ),
         (
             {"OWC": [Contact(1.5, zones=["Middle/Base"]), Contact(1.2, zones=["Middle/Base"])]},

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from geosurf import (
+    Contact,
     Scene,
     TriSurface,
     build_walls,
@@ -152,6 +153,36 @@ def test_cutoffs_of_the_allan_diagram_lie_where_they_should():
         ("Base", "-"): [-20.0],
         ("Base", "+"): [-24.0],
     }
+
+
+def test_each_wall_of_the_allan_diagram_has_its_own_contacts():
+    """Two contacts in the hanging wall, another level in the footwall; one zone left out."""
+    contacts = {
+        "GOC": Contact(-17.0, zones="Top/Base", block="F1+"),
+        "OWC": [
+            Contact(-19.0, zones="Top/Base", block="F1+"),
+            Contact(-15.0, zones="Top/Base", block="F1-"),
+        ],
+    }
+    found = faulted().replace(contacts=contacts).allan("F1")
+    assert found.attrs == faulted().allan("F1").attrs
+    rows, seen = lines_of(found), {}
+    for i in np.flatnonzero(found.kind.values == "contact"):
+        s, z = found.along_strike.values[rows[i]], found.elevation.values[rows[i]]
+        assert (s.min(), s.max(), found.closed.values[i]) == (0.0, 30.0, 0)
+        seen[found.label.values[i], found.side.values[i]] = np.unique(z).tolist()
+    assert seen == {("GOC", "+"): [-17.0], ("OWC", "+"): [-19.0], ("OWC", "-"): [-15.0]}
+    through = faulted().replace(contacts={"OWC": -12.0}).allan("F1")  # above Top on one wall
+    lines = [(s, z) for s, z in zip(through.side.values, through.kind.values, strict=True)]
+    assert [s for s, kind in lines if kind == "contact"] == ["+", "-"]
+    assert "contact" not in faulted().allan("F1").kind.values
+
+
+def test_contacts_that_meet_at_a_fault_are_both_there():
+    """Two contacts at one level: above the one goes straight to below the other."""
+    plain = faulted().replace(contacts={"GOC": -16.0, "OWC": -16.0}).allan("F1")
+    names = plain.label.values[plain.kind.values == "contact"].tolist()
+    assert sorted(names) == ["GOC", "GOC", "OWC", "OWC"]
 
 
 def test_a_ring_around_a_hole():
