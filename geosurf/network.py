@@ -143,7 +143,9 @@ class FaultStage:
         key = ("truncate", *map(self._key, surfaces), box, area, *said.items())
         return self._remember(
             "truncate", ", ".join(sorted(group)), key,
-            lambda: truncate_faults(_split([*surfaces, *build_walls(box, aoi)]), said),
+            lambda: truncate_faults(
+                _split([*surfaces, *build_walls(box, aoi)]), said, whole=_split(surfaces)
+            ),
             _describe_truncation, again=False,
         )  # fmt: skip
 
@@ -181,7 +183,8 @@ def _describe_truncation(made: TruncatedFaults) -> str:
         for t in made.truncations
     ]
     moved = f"; vertices moved by up to {made.largest_move:.1e} m" if made.largest_move else ""
-    return "; ".join(words) + moved
+    ends = "; cut at the model box, where one of them has to end" if made.cut_by_walls else ""
+    return "; ".join(words) + ends + moved
 
 
 __all__ = ["FaultStage"]

@@ -8,6 +8,7 @@ add up. Main faults come first, and others end at what is left of them.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,9 @@ FENCE = "aoi"  # the wall around an area of interest, as `build_walls` calls it
 _VERTICAL = 1e-6
 
 
-def truncate_faults(patches: Patches, truncations: Any) -> TruncatedFaults:
+def truncate_faults(
+    patches: Patches, truncations: Any, *, whole: Patches | None = None
+) -> TruncatedFaults:
     """Let faults end at other faults.
 
     Parameters
@@ -40,6 +43,9 @@ def truncate_faults(patches: Patches, truncations: Any) -> TruncatedFaults:
         As for `Scene`: ``{"F2": ("F1", "hanging wall")}`` lets F2 end at F1 and keeps what lies in
         the hanging wall of F1. A fault may end at several: a tuple of such pairs. Faults
         are extended before they are split; a third word True only says that this was done.
+    whole : Patches, optional
+        The same faults split without the walls. What stays then has no cuts along the walls;
+        only where a fault has to end at the box, all of them keep these cuts.
 
     Returns
     -------
@@ -51,8 +57,8 @@ def truncate_faults(patches: Patches, truncations: Any) -> TruncatedFaults:
     Raises
     ------
     InputError
-        For an unknown name or word, a circle of truncations, or the hanging wall of a
-        vertical fault.
+        For an unknown name or word, a circle of truncations, the hanging wall of a
+        vertical fault, or other faults in `whole`.
     GeometryError
         If the main fault is not reached (with the gap and its place), does not cut the fault
         through (with the place where it ends), or nothing would be left.
@@ -72,6 +78,8 @@ def truncate_faults(patches: Patches, truncations: Any) -> TruncatedFaults:
     (16.0, 32.0)
     >>> cut.surfaces["F2"].bounds
     (2.0, 8.0, 4.0, 4.0, -6.0, -2.0)
+    >>> sorted(set(cut.parents["F2"].tolist()))  # both triangles of F2 as it was given
+    [0, 1]
     """
     if not isinstance(patches, Patches):
         raise InputError(
@@ -81,12 +89,19 @@ def truncate_faults(patches: Patches, truncations: Any) -> TruncatedFaults:
     faults = [s.name for s in patches.sources if s.role == "fault"]
     rules = read_truncations(truncations, faults)
     alive = np.ones(patches.n_triangle, dtype=bool)
-    found = [_truncate(patches, alive, rule) for rule in rules]
+    steps = [_truncate(patches, alive, rule) for rule in rules]
+    found = [step for step, _ in steps]
+    walled = any(source.role == "wall" for source in patches.sources)
+    if whole is not None:
+        _refuse_others(patches, whole, faults)
+        uncut = _without_walls(patches, whole, rules, steps)
+        if uncut is not None:
+            patches, (alive, found), walled = whole, uncut, False
     surfaces, parents = {}, {}
     for name in sorted(faults):
         surfaces[name], parents[name] = _part(patches, name, alive)
     move = float(patches.report.get("largest_move", 0.0))
-    return TruncatedFaults(surfaces, parents, tuple(found), move)
+    return TruncatedFaults(surfaces, parents, tuple(found), move, walled)
 
 
 def main_side(surface: TriSurface, keep: str) -> int:
@@ -113,12 +128,17 @@ def main_side(surface: TriSurface, keep: str) -> int:
     return front if keep in ("hanging wall", "right") else -front
 
 
-def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> Truncation:
-    """Drop what one rule drops from `alive`, and say what it was."""
-    rows = {
+def _rows(patches: Patches, alive: np.ndarray, rule: Rule) -> dict[str, np.ndarray]:
+    """What is left of the two faults of a rule, by name."""
+    return {
         name: np.flatnonzero(alive & (patches.surface_of_triangle == patches.names.index(name)))
         for name in (rule.fault, rule.main)
     }
+
+
+def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> tuple[Truncation, np.ndarray]:
+    """Drop what one rule drops from `alive`; say what it was, and what does not meet the main."""
+    rows = _rows(patches, alive, rule)
     main = patches.sources[patches.names.index(rule.main)]
     side = main_side(main, rule.keep)
     mine = rows[rule.fault]
@@ -145,21 +165,65 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> Truncation:
     gone |= ~held & (wrong | ~_hangs_on(gone, held, beside.across_walls))
     dropped = gone[beside.piece]
     apart = ~(wanted | gone)[beside.piece] & inside[mine]
+    alive[mine[dropped]] = False
+    sizes = _sizes(patches, mine, beside, dropped)
+    off = math.fsum(_areas(patches, mine[apart]))
+    words = rule.fault, rule.main, rule.keep, "+" if side > 0 else "-"
+    return Truncation(*words, apart_area=off, **sizes), mine[apart]
+
+
+def _sizes(
+    patches: Patches, mine: np.ndarray, beside: Adjacency, dropped: np.ndarray
+) -> dict[str, float]:
+    """Areas kept and dropped of a fault's rows, and the length of the line that it ends on."""
     area = _areas(patches, mine)
     kept_edges = np.unique(beside.edge_of_half[~dropped[beside.half_edges // 3]])
     ends = patches.local[beside.edges[kept_edges]]
-    alive[mine[dropped]] = False
-    return Truncation(
-        rule.fault,
-        rule.main,
-        rule.keep,
-        "+" if side > 0 else "-",
-        kept_area=math.fsum(area[~dropped]),
-        dropped_area=math.fsum(area[dropped]),
-        coinciding_area=math.fsum(area[beside.within[beside.piece]]),
-        apart_area=math.fsum(area[apart]),
-        length=math.fsum(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)),
-    )
+    return {
+        "kept_area": math.fsum(area[~dropped]),
+        "dropped_area": math.fsum(area[dropped]),
+        "coinciding_area": math.fsum(area[beside.within[beside.piece]]),
+        "length": math.fsum(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)),
+    }
+
+
+def _without_walls(
+    patches: Patches, whole: Patches, rules: list[Rule], steps: list[tuple[Truncation, np.ndarray]]
+) -> tuple[np.ndarray, list[Truncation]] | None:
+    """Drop the same from faults that no wall has cut; None where a fault has to end at the box.
+
+    A piece of a fault without walls is one or more pieces with them. All of it is on one side
+    of its main fault, or it goes around it beyond the box; and what stays in the box because
+    nothing of it meets the main fault there must not be dropped for what it meets outside.
+    """
+    alive, found = np.ones(whole.n_triangle, dtype=bool), []
+    for rule, (said, apart) in zip(rules, steps, strict=True):
+        rows = _rows(whole, alive, rule)
+        mine = rows[rule.fault]
+        beside = adjacency(whole, mine, rows[rule.main], strict=False)
+        right, wrong = beside.beside.T if said.side == "+" else beside.beside[:, ::-1].T
+        dropped = (wrong | beside.within)[beside.piece]
+        stays = np.isin(whole.parent_of_triangle[mine], patches.parent_of_triangle[apart])
+        if (right & wrong).any() or (dropped & stays).any():
+            return None
+        alive[mine[dropped]] = False
+        found.append(replace(said, **_sizes(whole, mine, beside, dropped)))
+    return alive, found
+
+
+def _refuse_others(patches: Patches, whole: Patches, faults: list[str]) -> None:
+    """Refuse an arrangement of other faults than those that are truncated.
+
+    Vertices may have moved where rounding broke one of the arrangements; rows have not.
+    """
+    given = {source.name: source for source in whole.sources if source.role == "fault"}
+    for name in faults:
+        one, two = patches.sources[patches.names.index(name)], given.get(name)
+        if two is None or not np.array_equal(one.triangles, two.triangles):
+            raise InputError(
+                f"whole has {'another' if two else 'no'} fault {name!r}; give rebuild_surfaces of "
+                "the same faults, without the walls."
+            )
 
 
 def _inside(patches: Patches) -> tuple[np.ndarray, np.ndarray]:

@@ -128,17 +128,23 @@ class TruncatedFaults:
     surfaces : dict of str to TriSurface
         One for each fault; main faults are whole, with the vertices of the contacts in them.
     parents : dict of str to ndarray of int64
-        For each fault the triangle of `Patches.sources` that each of its triangles is a part of.
+        For each triangle of a fault the row of the triangle that it is a part of, among those of
+        the fault as it was handed to `rebuild_surfaces`. Triangles as given come first in an
+        extended fault, so that rows below `ExtendedFault.n_given` are those of its input.
     truncations : tuple of Truncation
         In the order in which they were made.
     largest_move : float
         By which vertices moved where rounding broke the arrangement [m]; 0 mostly.
+    cut_by_walls : bool
+        Whether the faults have cuts along the walls of the model box: where none of them has to
+        end there, and they are known without walls, they have none.
     """
 
     surfaces: dict[str, TriSurface]
     parents: dict[str, np.ndarray]
     truncations: tuple[Truncation, ...]
     largest_move: float = 0.0
+    cut_by_walls: bool = False
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geosurf import FaultNetwork, Scene, propose_network, rebuild_surfaces
+from geosurf import (
+    FaultNetwork,
+    Scene,
+    build_walls,
+    propose_network,
+    rebuild_surfaces,
+    truncate_faults,
+)
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import Extension, NetworkRow, Truncation
 from geosurf.report import tables
@@ -16,6 +23,7 @@ from tests.faults.worlds import (
     antithetic,
     bytes_of,
     dipping,
+    triangles_of,
     turned,
     upright,
     volumes,
@@ -115,6 +123,7 @@ def test_what_happens_outside_the_box_does_not_matter():
     made = scene(main, far, truncations=rules)
     np.testing.assert_allclose(volumes(made.units), [128, 128, 256], rtol=1e-12)
     (cut,) = made.fault_actions
+    assert "; cut at the model box" in made.explain()
     whole = 17.0 * 17.0 * np.sqrt(2)
     assert cut.kept_area + cut.dropped_area == pytest.approx(whole, rel=1e-12)
     away = sheet("F2", [(20, 0, 0), (21, 0, 0), (21, 9, 9), (20, 9, 9)])
@@ -127,6 +136,63 @@ def test_what_happens_outside_the_box_does_not_matter():
     inside = sheet("F1", [(0, 0.5, 8), (8, 0.5, 0), (8, 8, 0), (0, 8, 8)])
     with pytest.raises(GeometryError, match=r"around the end of 'F1' at .*northing 0\.500"):
         _ = scene(inside, far, truncations=rules).units
+
+
+@pytest.mark.parametrize(
+    ("faults", "rules"),
+    [
+        ((dipping(), antithetic()), {"F2": ("F1", "hanging wall")}),
+        ((dipping(n=(3, 3)), upright(6, n=(2, 5))), {"F2": ("F1", "-")}),
+        (
+            (dipping(), antithetic(), across(4)),
+            {"F2": ("F1", "+"), "F3": (("F1", "+"), ("F2", "hanging wall"))},
+        ),
+    ],
+)
+@pytest.mark.parametrize("aoi", [None, [(0.3, 0.1), (7.6, 0.4), (7.9, 7.5), (0.7, 7.8)]])
+def test_truncated_faults_have_no_cuts_along_the_box(faults, rules, aoi):
+    """So nothing of the box is in them, and the model is that of faults cut by its walls."""
+    made = scene(*faults, truncations=rules, aoi=aoi)
+    walls = build_walls(BOX, aoi)
+    with_walls, without = rebuild_surfaces([*faults, *walls]), rebuild_surfaces(faults)
+    cut = truncate_faults(with_walls, rules)
+    assert cut.cut_by_walls
+    mine = truncate_faults(with_walls, rules, whole=without)
+    assert not mine.cut_by_walls
+    places = set(map(tuple, without.vertices.tolist()))
+    for name, surface in mine.surfaces.items():
+        assert triangles_of(surface) == triangles_of(made.surface(name))
+        assert set(map(tuple, surface.vertices.tolist())) <= places
+        assert surface.n_triangle < cut.surfaces[name].n_triangle
+        given = next(f for f in faults if f.name == name)
+        assert mine.parents[name].max() < given.n_triangle
+    assert made.patches.report["moved_vertices"] == 0
+    if aoi is None:  # cut by oblique walls, and once more by the same, they cannot be held
+        again = Scene({}, cut.surfaces, BOX)
+        np.testing.assert_allclose(volumes(made.units), volumes(again.units), rtol=1e-12)
+    for one, two in zip(cut.truncations, mine.truncations, strict=True):
+        assert one.kept_area + one.dropped_area == pytest.approx(two.kept_area + two.dropped_area)
+
+
+def test_where_a_fault_has_to_end_at_the_box_all_have_its_cuts():
+    """F1 stands in one arm of the area; what F2 is in the other meets nothing there, and stays."""
+    ring = [(0, 0), (8, 0), (8, 8), (5, 8), (5, 3), (3, 3), (3, 8), (0, 8)]
+    made = scene(upright(2, "F1"), across(5, "F2"), truncations={"F2": ("F1", "left")}, aoi=ring)
+    (cut,) = made.fault_actions
+    assert cut.apart_area == pytest.approx(3 * 8)
+    assert "; cut at the model box, where one of them has to end" in made.explain()
+    np.testing.assert_allclose(volumes(made.units), [48, 72, 80, 232], rtol=1e-12)
+
+
+def test_whole_faults_of_another_arrangement_are_refused():
+    rules, walls = {"F2": ("F1", "hanging wall")}, build_walls(BOX)
+    patches = rebuild_surfaces([dipping(), antithetic(), *walls])
+    for others, words in (
+        ([dipping(), antithetic(n=(2, 2))], "whole has another fault 'F2'; give rebuild_surfaces"),
+        ([dipping()], "whole has no fault 'F2'; give rebuild_surfaces of the same faults, without"),
+    ):
+        with pytest.raises(InputError, match=words):
+            truncate_faults(patches, rules, whole=rebuild_surfaces(others))
 
 
 def test_a_change_of_one_fault_leaves_the_others_alone():
