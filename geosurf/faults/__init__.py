@@ -10,6 +10,7 @@ sides.py        on which side of a fault another one leaves their common curve
 truncate.py     truncation: parts of a fault kept and dropped
 distance.py     the closest approach of an open end to another fault
 propose.py      contacts, near misses and dangling ends, each with a proposal
+dangling.py     ends in the model box that are left once a network is as proposed
 ==============  =================================================================
 """
 

@@ -16,34 +16,18 @@ import numpy as np
 from geosurf.conventions import is_number
 from geosurf.errors import InputError
 from geosurf.faults.bridge import side_gaps
+from geosurf.faults.dangling import Fault, Gone, dangling_ends
 from geosurf.faults.distance import Approach, nearest_of
-from geosurf.faults.extend import clip_steps, exits, rim_in_box
 from geosurf.faults.lines import directions, guides_of
-from geosurf.faults.rim import Rim, find_rims, normals_of, unit_rows
+from geosurf.faults.rim import Rim, find_rims, normals_of
 from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.faults.truncate import main_side
-from geosurf.model import Patches, TriSurface
+from geosurf.model import Patches
 from geosurf.model.faults import SIDES, FaultNetwork, NetworkRow
 
 STUB = 0.2  # a part of a fault beyond another one up to this share of its area is cut off
 REACH = 0.2  # default reach of near misses, of the square root of the area of the smaller fault
 AHEAD = 0.5  # cosine of the angle within which an end must point at the fault that it misses
-SHORT = {"start": 0.25, "end": 0.25, "up": 1.0, "down": 1.0}  # of a fault's own length that way
-
-
-@dataclass
-class _Fault:
-    """One fault with its rows in the arrangement, its rim and its size."""
-
-    surface: TriSurface
-    rows: np.ndarray
-    rims: list[Rim]
-    area: float
-
-    @property
-    def name(self) -> str:
-        """Name of the fault."""
-        return self.surface.name
 
 
 def propose_network(
@@ -80,7 +64,8 @@ def propose_network(
     at most a fifth of its area; otherwise they cross (X). An end that stops short of a fault
     which lies ahead of it (within 60 degrees) is to be extended and truncated. An end inside the
     model box is to be extended where a quarter of the fault's own length is missing along strike,
-    or its own width along dip; otherwise it is left to die out.
+    or its own width along dip; otherwise it is left to die out. What these truncations drop, and
+    what lies on another fault, is no end.
 
     Examples
     --------
@@ -100,22 +85,50 @@ def propose_network(
     faults = [_fault(patches, i) for i, s in enumerate(patches.sources) if s.role == "fault"]
     faults.sort(key=lambda f: f.name)
     contacts, misses = [], []
-    used: set[tuple[str, str]] = set()
+    met: dict[tuple[str, str], list[_Cut]] = {}
     for one, two in combinations(faults, 2):
-        row = _contact(patches, one, two, used)
-        if row is not None:
-            contacts.append(row)
+        cuts = [_cut(patches, one, two), _cut(patches, two, one)]
+        if len(cuts[0].beside.edges):
+            contacts.append(_contact(patches, cuts))
+            met[one.name, two.name] = cuts
             continue
         limit = REACH * math.sqrt(min(one.area, two.area)) if reach is None else reach
         row = _near_miss(one, two, limit)
         if row is not None:
             misses.append(row)
-            used.add((row.fault, row.side))
-    ends = [] if box is None else _dangling(faults, np.asarray(box, dtype=float), used)
     contacts.sort(key=lambda row: (-row.length, row.fault, row.other))
-    for rows in (misses, ends):
-        rows.sort(key=lambda row: (row.distance, row.fault, row.other, row.side))
-    return FaultNetwork((*_without_circles([*contacts, *misses]), *ends))
+    misses.sort(key=_by_distance)
+    rows = _without_circles([*contacts, *misses])
+    ends = []
+    if box is not None:
+        gone = _what_goes(patches, faults, rows, met)
+        near = {(row.fault, row.side) for row in misses}
+        ends = dangling_ends(patches, faults, gone, near, np.asarray(box, dtype=float))
+    return FaultNetwork((*rows, *sorted(ends, key=_by_distance)))
+
+
+def _by_distance(row: NetworkRow) -> tuple[float, str, str, str]:
+    return row.distance, row.fault, row.other, row.side
+
+
+def _what_goes(
+    patches: Patches,
+    faults: list[Fault],
+    rows: list[NetworkRow],
+    met: dict[tuple[str, str], list[_Cut]],
+) -> dict[str, Gone]:
+    """For each fault what the proposals drop of it, and where it lies on another fault."""
+    n = len(patches.local)
+    drops = {(row.fault, row.other) for row in rows if row.proposal == "truncate"}
+    gone = {f.name: Gone(np.zeros(len(f.rows), dtype=bool), np.empty(0, np.int64)) for f in faults}
+    for cut in (cut for cuts in met.values() for cut in cuts):
+        mine = gone[cut.fault.name]
+        low, high = cut.beside.edges.T
+        mine.edges = np.union1d(mine.edges, low * n + high)
+        if (cut.fault.name, cut.main.name) in drops:
+            beyond = cut.beside.beside[:, 1 if cut.front else 0] | cut.beside.within
+            mine.triangles |= beyond[cut.beside.piece]
+    return gone
 
 
 def _without_circles(rows: list[NetworkRow]) -> list[NetworkRow]:
@@ -138,11 +151,11 @@ def _without_circles(rows: list[NetworkRow]) -> list[NetworkRow]:
     return out
 
 
-def _fault(patches: Patches, i: int) -> _Fault:
+def _fault(patches: Patches, i: int) -> Fault:
     surface = patches.sources[i]
     rows = np.flatnonzero(patches.surface_of_triangle == i)
     areas = 0.5 * np.linalg.norm(normals_of(surface.vertices[surface.triangles]), axis=1)
-    return _Fault(surface, rows, find_rims(surface), math.fsum(areas))
+    return Fault(surface, rows, find_rims(surface), math.fsum(areas))
 
 
 # ---------------------------------------------------------------------- contacts
@@ -150,8 +163,8 @@ def _fault(patches: Patches, i: int) -> _Fault:
 class _Cut:
     """What one fault does to another one where they meet."""
 
-    fault: _Fault
-    main: _Fault
+    fault: Fault
+    main: Fault
     beside: Adjacency
     through: bool
     parts: tuple[float, float]
@@ -167,7 +180,7 @@ class _Cut:
         return self.parts[0] >= self.parts[1]
 
 
-def _cut(patches: Patches, fault: _Fault, main: _Fault) -> _Cut:
+def _cut(patches: Patches, fault: Fault, main: Fault) -> _Cut:
     beside = adjacency(patches, fault.rows, main.rows, strict=False)
     areas = 0.5 * np.linalg.norm(normals_of(patches.local[patches.triangles[fault.rows]]), axis=1)
     per_piece = np.bincount(beside.piece, areas, minlength=len(beside.within))
@@ -177,13 +190,9 @@ def _cut(patches: Patches, fault: _Fault, main: _Fault) -> _Cut:
     return _Cut(fault, main, beside, through, parts)
 
 
-def _contact(patches: Patches, one: _Fault, two: _Fault, used: set) -> NetworkRow | None:
+def _contact(patches: Patches, cuts: list[_Cut]) -> NetworkRow:
     """The row of two faults that meet along a curve."""
-    cuts = [_cut(patches, one, two), _cut(patches, two, one)]
-    edges = cuts[0].beside.edges
-    if len(edges) == 0:
-        return None
-    ends = patches.vertices[edges]
+    ends = patches.vertices[cuts[0].beside.edges]
     steps = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     middle = ends.mean(axis=1)
     weight = middle.T @ steps / steps.sum()
@@ -192,9 +201,6 @@ def _contact(patches: Patches, one: _Fault, two: _Fault, used: set) -> NetworkRo
     proposal, reason = _judge(cut, cuts)
     angle = _angle(patches, cuts)
     keep = _word(cut.main, cut.front) if proposal == "truncate" else ""
-    if cut.share <= STUB:
-        gone = cut.beside.beside[:, 1 if cut.front else 0]
-        used |= {(cut.fault.name, side) for side in _sides_gone(patches, cut, gone)}
     return NetworkRow(
         "contact", cut.fault.name, cut.main.name, "", float(steps.sum()), 0.0,
         tuple(at.tolist()), proposal, keep, f"{reason}; {angle:.0f} degrees apart",
@@ -217,21 +223,6 @@ def _judge(cut: _Cut, cuts: list[_Cut]) -> tuple[str, str]:
     return "cross", f"{words}, and {fault} ends inside {main}"
 
 
-def _sides_gone(patches: Patches, cut: _Cut, gone: np.ndarray) -> list[str]:
-    """Sides of a fault that lie mostly in a part to be dropped, or on the main fault."""
-    t = patches.triangles[cut.fault.rows]
-    lost = np.zeros(len(patches.local), dtype=bool)
-    lost[t[gone[cut.beside.piece]]] = True
-    lost[cut.beside.edges] = True
-    places = {tuple(p) for p in patches.vertices[lost].tolist()}
-    x = cut.fault.surface.vertices
-    return [
-        side
-        for side, arc in cut.fault.rims[0].arcs.items()
-        if 2 * sum(tuple(p) in places for p in x[arc].tolist()) > len(arc)
-    ]
-
-
 def _angle(patches: Patches, cuts: list[_Cut]) -> float:
     """Mean angle between two faults along their curve, 0 to 90 degrees."""
     sides = []
@@ -250,7 +241,7 @@ def _unit(vector: np.ndarray) -> np.ndarray:
     return vector / np.linalg.norm(vector)
 
 
-def _word(main: _Fault, front: bool) -> str:
+def _word(main: Fault, front: bool) -> str:
     """The word for one side of a main fault."""
     for yes, no in (("hanging wall", "footwall"), ("right", "left")):
         try:
@@ -261,7 +252,7 @@ def _word(main: _Fault, front: bool) -> str:
 
 
 # ------------------------------------------------------------------- near misses
-def _near_miss(one: _Fault, two: _Fault, limit: float) -> NetworkRow | None:
+def _near_miss(one: Fault, two: Fault, limit: float) -> NetworkRow | None:
     """The row of two faults that do not meet, if an end of one points at the other."""
     found = []
     for fault, main in ((one, two), (two, one)):
@@ -290,7 +281,7 @@ def _near_miss(one: _Fault, two: _Fault, limit: float) -> NetworkRow | None:
     )  # fmt: skip
 
 
-def _facing_gap(fault: _Fault, main: _Fault, rim: Rim, side: str, limit: float) -> Approach | None:
+def _facing_gap(fault: Fault, main: Fault, rim: Rim, side: str, limit: float) -> Approach | None:
     """The closest approach of one side to another fault, if that is near and lies ahead."""
     x, arc = fault.surface.vertices, rim.arcs[side]
     if len(arc) < 2:
@@ -309,7 +300,7 @@ def _facing_gap(fault: _Fault, main: _Fault, rim: Rim, side: str, limit: float) 
     return gap
 
 
-def _lies_in_front(fault: _Fault, main: _Fault, gap: Approach) -> tuple[bool, float]:
+def _lies_in_front(fault: Fault, main: Fault, gap: Approach) -> tuple[bool, float]:
     """Whether a fault lies in front of another one it nearly meets, and their angle there."""
     corners = main.surface.vertices[main.surface.triangles]
     off = np.linalg.norm(corners.mean(axis=1) - gap.there, axis=1)
@@ -320,58 +311,3 @@ def _lies_in_front(fault: _Fault, main: _Fault, gap: Approach) -> tuple[bool, fl
     middle = own.mean(axis=(0, 1))
     angle = math.degrees(math.acos(min(1.0, abs(float(mine @ normal)))))
     return bool((middle - gap.there) @ normal >= 0), angle
-
-
-# ----------------------------------------------------------------- dangling ends
-def _dangling(faults: list[_Fault], box: np.ndarray, used: set) -> list[NetworkRow]:
-    """The rows of ends inside the model box that neither meet nor nearly meet a fault."""
-    rows = []
-    for fault in faults:
-        for k, rim in enumerate(fault.rims):
-            for side in SIDES:
-                if k > 0 or (fault.name, side) not in used:
-                    row = _open_end(fault, rim, side, box[::2], box[1::2])
-                    rows += [row] if row is not None else []
-    return rows
-
-
-def _open_end(fault: _Fault, rim: Rim, side: str, low, high) -> NetworkRow | None:
-    """The row of one side, if it lies in the model box."""
-    x, t, arc = fault.surface.vertices, fault.surface.triangles, rim.arcs[side]
-    if len(arc) < 2 or not rim_in_box(rim, x, side, low, high):
-        return None
-    way = directions(x, t, arc, side, rim.axes, guides_of(fault.surface))
-    start, way = _within(x[arc], way, low, high)
-    inside = exits(start, way, low, high)
-    known = np.flatnonzero(np.isfinite(inside))
-    if len(known) == 0:
-        return None
-    far, own = float(inside[known].max()), _own_length(fault, rim, side)
-    short = far <= SHORT[side] * own and len(fault.rims) == 1
-    reason = f"{far:.0f} m to the side of the model box, its own length is {own:.0f} m"
-    if len(fault.rims) > 1:
-        reason += f"; one of {len(fault.rims)} pieces"
-    at = tuple(start[known[len(known) // 2]].tolist())
-    proposal = "extend" if short else "leave"
-    return NetworkRow("dangling end", fault.name, "", side, 0.0, far, at, proposal, "", reason)
-
-
-def _within(line: np.ndarray, way: np.ndarray, low, high) -> tuple[np.ndarray, np.ndarray]:
-    """The part of a line (n, 3) in a box, and directions along it: ends and middles of its steps.
-
-    Vertices may all lie outside: those of a fault of two triangles are above and below the box.
-    """
-    a, b = clip_steps(line, low, high)
-    step = np.flatnonzero(a <= b)
-    share = np.stack([a[step], 0.5 * (a[step] + b[step]), b[step]], axis=1).ravel()
-    at, share = np.repeat(step, 3), share[:, None]
-    points = np.clip(line[at] + share * (line[at + 1] - line[at]), low, high)
-    return points, unit_rows(way[at] + share * (way[at + 1] - way[at]))
-
-
-def _own_length(fault: _Fault, rim: Rim, side: str) -> float:
-    """Mean length of a fault along strike, or its mean width along dip [m]."""
-    x = fault.surface.vertices
-    one, two = ("up", "down") if side in ("start", "end") else ("start", "end")
-    lines = [np.diff(x[rim.arcs[arc]], axis=0) for arc in (one, two)]
-    return 0.5 * sum(float(np.linalg.norm(line, axis=1).sum()) for line in lines)

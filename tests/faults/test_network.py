@@ -278,6 +278,47 @@ def test_proposals_can_be_applied_and_leave_nothing_to_truncate():
         before.propose_fault_network().without(7)
 
 
+def ends_of(network):
+    return {(r.fault, r.side): r.distance for r in network.rows if r.kind == "dangling end"}
+
+
+def slanting(name, *section):
+    """A fault that strikes north, through two points (easting, elevation) of its section."""
+    (a, b), (c, d) = section
+    return sheet(name, [(a, -1, b), (c, -1, d), (c, 9, d), (a, 9, b)])
+
+
+WEST_END = sheet("F3", [(1, 4, 1), (7, 4, 1), (7, 4, 7), (1, 4, 7)])
+LOWER = slanting("F1", (0.5, 5.5), (2.5, -0.5))  # cuts off the west end of F3 below 4
+UPPER = slanting("F2", (0.5, 2.5), (2.5, 8.5))  # and above
+
+
+def test_an_end_that_truncations_drop_is_no_dangling_end():
+    """Each of two main faults takes a half of it, which is not most of it: together all."""
+    sides = {"up", "down", "start", "end"}
+    for mains, left in (((), sides), ((LOWER,), sides), ((LOWER, UPPER), sides - {"end"})):
+        before = scene(WEST_END, *mains)
+        network = before.propose_fault_network()
+        assert {s for f, s in ends_of(network) if f == "F3"} == left
+        rules = {f: rule for f, rule in network.truncations.items() if f == "F3"}
+        after = before.replace(truncations=rules).propose_fault_network()
+        assert ends_of(after).keys() == ends_of(network).keys()
+        assert all(row.reason.startswith("F3 ends at") for row in after.rows if row.fault == "F3"
+                   and row.kind == "contact")  # fmt: skip
+
+
+def test_of_an_end_that_is_dropped_in_part_only_the_rest_counts():
+    """The lower half of the west end sticks out by six, and is dropped; the rest is one inside."""
+    out = sheet("F3", [(2.5, 4, 1), (7, 4, 1), (7, 4, 7), (1, 4, 7)])
+    alone = ends_of(scene(out).propose_fault_network())
+    assert alone["F3", "end"] > 2.0
+    cut = slanting("F1", (0.5, 6.5), (4.0, -0.5))  # x = 3.75 - z / 2: beyond it is below 4.3 or so
+    network = scene(out, cut).propose_fault_network()
+    (contact,) = [row for row in network.rows if row.kind == "contact"]
+    assert (contact.fault, contact.proposal) == ("F3", "truncate")
+    assert ends_of(network)["F3", "end"] < alone["F3", "end"]
+
+
 def test_rules_that_stand_are_kept_when_proposals_are_applied():
     row = NetworkRow("contact", "F2", "F1", "", 1.0, 0.0, (0, 0, 0), "truncate", "footwall", "")
     end = NetworkRow("dangling end", "F1", "", "up", 0.0, 1.0, (0, 0, 0), "extend", "", "")
@@ -306,9 +347,10 @@ def test_proposals_never_go_round_in_a_circle():
         )
     ]
     network = scene(*faults).propose_fault_network()
-    assert (
-        sum(row.proposal == "leave" and "by rows above" in row.reason for row in network.rows) == 1
-    )
+    (left,) = [
+        row for row in network.rows if row.proposal == "leave" and "by rows above" in row.reason
+    ]
+    assert [fault for fault, _ in ends_of(network)] == [left.fault]  # its stub is not dropped
     assert len(network.truncations) == 2
     assert len(network.apply(scene(*faults)).surfaces) == 3
 

@@ -1,0 +1,172 @@
+"""Ends of faults inside the model box: what is left of them once a network is as proposed.
+
+The rim of a fault is walked in the arrangement, where other faults have cut it: a step of it is
+no end if its triangle is to be dropped, or if it lies on another fault.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from geosurf.faults.extend import clip_steps, exits, rim_in_box
+from geosurf.faults.lines import directions, guides_of
+from geosurf.faults.rim import Rim, unit_rows
+from geosurf.kernels.mesh import edges
+from geosurf.model import Patches, TriSurface
+from geosurf.model.faults import SIDES, NetworkRow
+
+SHORT = {"start": 0.25, "end": 0.25, "up": 1.0, "down": 1.0}  # of a fault's own length that way
+
+
+@dataclass
+class Fault:
+    """One fault with its rows in the arrangement, its rims and its area [m2]."""
+
+    surface: TriSurface
+    rows: np.ndarray
+    rims: list[Rim]
+    area: float
+
+    @property
+    def name(self) -> str:
+        """Name of the fault."""
+        return self.surface.name
+
+
+@dataclass
+class Gone:
+    """What is no open end of a fault: triangles to be dropped (bool), and edges on other faults.
+
+    Edges are numbers, lower vertex times number of vertices plus higher vertex.
+    """
+
+    triangles: np.ndarray
+    edges: np.ndarray
+
+
+def dangling_ends(
+    patches: Patches,
+    faults: Sequence[Fault],
+    gone: Mapping[str, Gone],
+    near: set[tuple[str, str]],
+    box: np.ndarray,
+) -> list[NetworkRow]:
+    """
+    Rows of the ends inside the model box that neither meet nor nearly meet a fault.
+
+    Parameters
+    ----------
+    patches : Patches
+        Of all faults.
+    faults : sequence of Fault
+    gone : mapping of str to Gone
+        By fault.
+    near : set of (str, str)
+        Faults and their sides that nearly meet a fault, and have rows already.
+    box : ndarray of float64, shape (6,)
+        West, east, south, north, bottom, top [m].
+
+    Returns
+    -------
+    list of NetworkRow
+    """
+    rows = []
+    for fault in faults:
+        walk = _Walk(patches, fault, gone[fault.name])
+        for k, rim in enumerate(fault.rims):
+            for side in SIDES:
+                if k > 0 or (fault.name, side) not in near:
+                    row = _open_end(fault, rim, side, walk, box)
+                    rows += [row] if row is not None else []
+    return rows
+
+
+class _Walk:
+    """The rim of a fault in the arrangement, step by step."""
+
+    def __init__(self, patches: Patches, fault: Fault, gone: Gone) -> None:
+        self.x, n = patches.vertices, len(patches.local)
+        t = patches.triangles[fault.rows]
+        ring, _ = edges(t, n)
+        half = np.flatnonzero(ring == np.arange(len(ring)))
+        start, end = t[half // 3, half % 3], t[half // 3, (half + 1) % 3]
+        keys = np.minimum(start, end) * n + np.maximum(start, end)
+        lost = gone.triangles[half // 3] | np.isin(keys, gone.edges)
+        self.onward = dict(
+            zip(start.tolist(), zip(end.tolist(), lost.tolist(), strict=True), strict=True)
+        )
+        places = map(tuple, self.x[start].tolist())
+        self.at = dict(zip(places, start.tolist(), strict=True))
+
+    def along(self, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Points (n, 3) along an arc of rim vertices, where they are on it, which steps stay.
+
+        Places on the arc are counted in its vertices: 1.5 is half way from the second on.
+        """
+        at = self.at[tuple(arc[0].tolist())]
+        points, places, stays = [arc[0]], [0.0], []
+        for i, (a, b) in enumerate(pairwise(arc)):
+            length = float(np.linalg.norm(b - a))
+            last = self.at[tuple(b.tolist())]
+            while True:
+                at, lost = self.onward[at]
+                stays.append(not lost)
+                points.append(self.x[at])
+                if at == last:
+                    break
+                places.append(i + min(1.0, float(np.linalg.norm(self.x[at] - a)) / length))
+            places.append(i + 1.0)
+        return np.array(points), np.array(places), np.array(stays)
+
+
+def _open_end(fault: Fault, rim: Rim, side: str, walk: _Walk, box: np.ndarray) -> NetworkRow | None:
+    """The row of one side, if something of it ends in the model box."""
+    x, t, arc = fault.surface.vertices, fault.surface.triangles, rim.arcs[side]
+    low, high = box[::2], box[1::2]
+    if len(arc) < 2 or not rim_in_box(rim, x, side, low, high):
+        return None
+    points, places, stays = walk.along(x[arc])
+    way = directions(x, t, arc, side, rim.axes, guides_of(fault.surface))
+    of_point = np.stack(
+        [np.interp(places, np.arange(len(arc)), column) for column in way.T], axis=1
+    )
+    start, way = _within(points, unit_rows(of_point), stays, low, high)
+    inside = exits(start, way, low, high)
+    known = np.flatnonzero(np.isfinite(inside))
+    if len(known) == 0:
+        return None
+    far, own = float(inside[known].max()), _own_length(fault, rim, side)
+    short = far <= SHORT[side] * own and len(fault.rims) == 1
+    reason = f"{far:.0f} m to the side of the model box, its own length is {own:.0f} m"
+    if len(fault.rims) > 1:
+        reason += f"; one of {len(fault.rims)} pieces"
+    at = tuple(start[known[len(known) // 2]].tolist())
+    proposal = "extend" if short else "leave"
+    return NetworkRow("dangling end", fault.name, "", side, 0.0, far, at, proposal, "", reason)
+
+
+def _within(
+    line: np.ndarray, way: np.ndarray, stays: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The part of a line (n, 3) in a box, and directions along it: ends and middles of its steps.
+
+    Vertices may all lie outside: those of a fault of two triangles are above and below the box.
+    """
+    a, b = clip_steps(line, low, high)
+    step = np.flatnonzero((a <= b) & stays)
+    share = np.stack([a[step], 0.5 * (a[step] + b[step]), b[step]], axis=1).ravel()
+    at, share = np.repeat(step, 3), share[:, None]
+    points = np.clip(line[at] + share * (line[at + 1] - line[at]), low, high)
+    return points, unit_rows(way[at] + share * (way[at + 1] - way[at]))
+
+
+def _own_length(fault: Fault, rim: Rim, side: str) -> float:
+    """Mean length of a fault along strike, or its mean width along dip [m]."""
+    x = fault.surface.vertices
+    one, two = ("up", "down") if side in ("start", "end") else ("start", "end")
+    lines = [np.diff(x[rim.arcs[arc]], axis=0) for arc in (one, two)]
+    return 0.5 * sum(float(np.linalg.norm(line, axis=1).sum()) for line in lines)
