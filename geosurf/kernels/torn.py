@@ -1,10 +1,13 @@
-"""Which corners of the pieces of a torn sheet are vertices of the sheet itself?"""
+"""Which corners of the pieces of a torn sheet are vertices of the sheet itself, and which of its
+triangles lie over one another in the map?
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from geosurf.kernels._jit import entry
+from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.predicates import orient2d
 
 
 @entry("d2 l2 l1 l2 d2 d1 -> l2")
@@ -27,4 +30,45 @@ def named_corners(local, triangles, rows, faces, vertices, origin):
                 if same:
                     out[k, c] = v
                     break
+    return out
+
+
+@scalar
+def _turn(x, none, m, w, a, b, c):
+    return orient2d(x, none, none, none, m, w, a, b, c, 0, 1)
+
+
+@scalar
+def _beside(x, t, none, m, w, f, own, g):
+    """Whether an edge of triangle f, which turns `own`, has g on its other side, or on it."""
+    for k in range(3):
+        a, b = t[f, k], t[f, (k + 1) % 3]
+        parted = True
+        for i in range(3):
+            p = t[g, i]
+            if p != a and p != b and own == _turn(x, none, m, w, a, b, p):
+                parted = False
+                break
+        if parted:
+            return True
+    return False
+
+
+@entry("d2 l2 l2 l1 l1 -> b1")
+def over_one_another(x, t, pairs, m, w):
+    """Whether two triangles (rows of `t`) have more in common in the map than an edge or a corner.
+
+    Exact: two triangles of the plane are parted by a line along an edge of one of them, if at all.
+    True for those that stand upright.
+    """
+    none = np.empty((0, 4), dtype=np.int64)
+    out = np.ones(pairs.shape[0], dtype=np.bool_)
+    for k in range(pairs.shape[0]):
+        f, g = pairs[k, 0], pairs[k, 1]
+        one = _turn(x, none, m, w, t[f, 0], t[f, 1], t[f, 2])
+        two = _turn(x, none, m, w, t[g, 0], t[g, 1], t[g, 2])
+        if one != 0 and two != 0:
+            out[k] = not (
+                _beside(x, t, none, m, w, f, one, g) or _beside(x, t, none, m, w, g, two, f)
+            )
     return out

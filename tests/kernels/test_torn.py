@@ -1,0 +1,53 @@
+"""Triangles of a torn sheet over one another in the map, against clipping in rational arithmetic."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from geosurf.kernels.predicates import frame_of
+from geosurf.kernels.torn import over_one_another
+from tests import oracles
+from tests.strategies import UTM, triangles
+
+BOTH = np.array([[0, 1]])
+
+
+def lie_over_one_another(P, Q) -> bool:
+    """Ask the kernel; equal corners are one vertex."""
+    x = np.concatenate([P, Q])
+    first = np.array([np.flatnonzero((x == point).all(axis=1))[0] for point in x])
+    found = over_one_another(x, first.reshape(2, 3), BOTH, *frame_of(x))
+    return bool(found[0])
+
+
+@settings(max_examples=400, deadline=None)
+@given(triangles(), triangles(), st.booleans())
+def test_over_one_another_in_the_map(P, Q, far):
+    P, Q = (np.array(corners, dtype=float) for corners in (P, Q))
+    flat = P * (1, 1, 0), Q * (1, 1, 0)
+    upright = any(oracles.flat(corners) for corners in flat)
+    shift = np.array(UTM) if far else 0.0
+    found = lie_over_one_another(P + shift, Q + shift)
+    assert found == (upright or len(oracles.meet_triangles(*flat)) > 2)
+
+
+@settings(max_examples=200, deadline=None)
+@given(triangles(), triangles(), st.integers(0, 2))
+def test_triangles_with_a_corner_in_common_in_the_map(P, Q, k):
+    P, Q = (np.array(corners, dtype=float) for corners in (P, Q))
+    Q += (*(P[0] - Q[k])[:2], 0.0)
+    flat = P * (1, 1, 0), Q * (1, 1, 0)
+    assume(not any(oracles.flat(corners) for corners in flat))
+    assert lie_over_one_another(P, Q) == (len(oracles.meet_triangles(*flat)) > 2)
+
+
+def test_neighbours_on_a_turned_lattice_are_beside_one_another():
+    step = np.array([[31.7, 12.3], [-12.3, 31.7]])
+    uv = np.stack(np.meshgrid(np.arange(4), np.arange(4)), axis=-1).reshape(-1, 2)
+    x = np.column_stack([uv @ step + UTM[:2], np.arange(16.0) % 5])
+    lower_left = (np.arange(3)[:, None] * 4 + np.arange(3)).ravel()
+    t = np.concatenate([lower_left[:, None] + (0, 1, 4), lower_left[:, None] + (1, 5, 4)])
+    i, j = np.triu_indices(len(t), 1)
+    assert not over_one_another(x, t, np.stack([i, j], axis=1), *frame_of(x)).any()
