@@ -1,4 +1,4 @@
-"""Triangles of a torn sheet over one another in the map, against clipping in rational arithmetic."""
+"""Triangles of a torn sheet over one another in the map, against clipping in rationals."""
 
 from __future__ import annotations
 
