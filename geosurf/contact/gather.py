@@ -14,13 +14,11 @@ from geosurf.contact import tree
 from geosurf.contact.aligned import needed, of_one_map, pairs_of_one_map
 from geosurf.contact.broad import candidate_pairs
 from geosurf.contact.threads import side_by_side
+from geosurf.contact.torn import is_torn, over_itself, pairs_with_itself
 from geosurf.contact.upright import are_alike, settled_pairs
 from geosurf.kernels.gather import number_below
 from geosurf.kernels.mesh import weld
-from geosurf.kernels.predicates import frame_of
-from geosurf.kernels.torn import over_one_another
 from geosurf.kernels.upright import OPEN
-from geosurf.model.base import any_of
 
 
 @dataclass
@@ -78,13 +76,10 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
             rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
             keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
             rows = np.stack(keys, axis=1)
-            if i == j and "ghost" in surfaces[i].vertex_data:
-                rows = rows[any_of(_with_ghosts(surfaces[i])[rows])]
-                rows = rows[_over_one_another(surfaces[i], rows, origin)]
-        elif i == j and "ghost" in surfaces[i].vertex_data:
-            some = _with_ghosts(surfaces[i])
-            rows, spent = tree.pairs_of_some(surfaces[i], trees[i], some)
-            rows = rows[_over_one_another(surfaces[i], rows, origin)]
+            if i == j and is_torn(surfaces[i]):
+                rows = rows[over_itself(surfaces[i], rows, origin)]
+        elif i == j and is_torn(surfaces[i]):
+            return pairs_with_itself(surfaces[i], trees[i], origin)
         elif one_map and trees[i].window == trees[j].window:
             return pairs_of_one_map(lattices, (trees[i], trees[j]))
         elif i != j and are_alike((surfaces[i], surfaces[j]), (trees[i], trees[j])):
@@ -101,26 +96,6 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
             cost["pairs_tested" if key == "pairs" else key] += value
         found.append((i, j, rows))
     return found, cost
-
-
-def _with_ghosts(surface) -> np.ndarray:
-    """Triangles of a torn sheet that have a ghost: of the others, which are a graph, none meet."""
-    return any_of(surface.vertex_data["ghost"][surface.triangles])
-
-
-def _over_one_another(surface, pairs: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """Which pairs of triangles of a torn sheet lie over one another in the map.
-
-    A torn sheet is a graph over a lattice, in several copies beside its faults: what it has in
-    common with itself elsewhere is edges and corners of the mesh.
-    """
-    if len(pairs) == 0:
-        return np.empty(0, dtype=bool)
-    triangles, number = number_below(pairs.reshape(-1), surface.n_triangle)
-    corners = surface.triangles[triangles]
-    nodes, corner = number_below(corners.reshape(-1), surface.n_vertex)
-    x = surface.vertices[nodes] - origin
-    return over_one_another(x, corner.reshape(-1, 3), number.reshape(-1, 2), *frame_of(x))
 
 
 def _is_graph(surface) -> bool:

@@ -126,7 +126,8 @@ def _rounded(surface: TriSurface, moved: np.ndarray, step: float, held) -> TriSu
     for axis in range(3):
         free = moved & ~np.isin(vertices[:, axis], held[axis])
         vertices[free, axis] = np.rint(vertices[free, axis] / step) * step + 0.0
-    marks, triangles = surface.vertex_data, _triangles(surface)
+    marks, triangles = dict(surface.vertex_data), _triangles(surface)
+    marks.pop("node", None)  # what was moved lies over a node no more
     if not marks:  # torn sheets know their triangles by row
         triangles = _without_shut(vertices, triangles)
     return TriSurface(surface.name, surface.role, vertices, triangles, vertex_data=marks)

@@ -155,8 +155,8 @@ class Builder:
         bits = cuts.bits(self.picks.n_node)
         ghosts = self.carry_on(torn, self.triangles, bits, self.state)
         heights = self.state.values
-        band = band_of(torn, self.triangles, self.frame, heights, ghosts, self.reach, self._is_own)
-        cut = cut_band(band, torn, self.triangles, self.faults)
+        band = band_of(torn, self.triangles, self.frame, heights, ghosts, self.reach)
+        cut = cut_band(band, torn, self.triangles, self.faults, self._is_own)
         corners = band.vertex[band.surface.triangles]
         return Built(torn, ghosts, cut, cuts, band.outer, corners, dict(shortened), 0)
 

@@ -20,9 +20,15 @@ from geosurf.rebuild import rebuild_surfaces
 from geosurf.rebuild.ghosts import kept_parts
 from geosurf.sheets.drape import around
 from geosurf.sheets.frame import Frame
-from geosurf.sheets.leaks import ends_in_copies, false_rims, leaks_of, sides_at_curves
+from geosurf.sheets.leaks import (
+    ends_in_copies,
+    false_rims,
+    free_edges,
+    leaks_of,
+    sides_at_curves,
+)
 from geosurf.sheets.mesh import Torn, Triangles, outer_ghosts, renumbered
-from geosurf.sheets.sets import is_among
+from geosurf.sheets.sets import distinct, is_among
 
 
 @dataclass(eq=False)
@@ -35,15 +41,12 @@ class Band:
         With ``vertex_data["ghost"]``.
     vertex : ndarray of int64 (n_vertex,)
         Vertex in the numbering of `Torn`.
-    own : ndarray of bool (n_vertex,)
-        Nodes that are clearly on their own side of all faults, at their own height.
     outer : ndarray of int64
         Outermost ghosts, in the numbering of `Torn`.
     """
 
     surface: TriSurface
     vertex: np.ndarray
-    own: np.ndarray
     outer: np.ndarray
 
 
@@ -82,7 +85,6 @@ def band_of(
     heights: np.ndarray,
     ghosts: np.ndarray,
     reach: int,
-    is_own: Callable[[np.ndarray], np.ndarray],
 ) -> Band:
     """Copies, and the triangles within `reach` cells of them; of an untorn sheet, of its first."""
     nodes = torn.node_of_ghost
@@ -98,37 +100,57 @@ def band_of(
     used, faces = renumbered(faces, torn.n_node + len(ghosts))
     real = used < torn.n_node
     z = np.concatenate([heights[used[real]], ghosts[used[~real] - torn.n_node]])
-    places = frame.node_places(torn.node_of(used))
+    nodes = torn.node_of(used)
     surface = TriSurface(
         "sheet",
         "horizon",
-        np.column_stack([places, z]),
+        np.column_stack([frame.node_places(nodes), z]),
         faces,
-        vertex_data={"ghost": ~real, "outer": is_among(used, outer)},
+        vertex_data={"ghost": ~real, "outer": is_among(used, outer), "node": nodes},
     )
-    own = np.zeros(len(used), dtype=bool)
-    own[real] = is_own(used[real])
-    return Band(surface, used, own, outer)
+    return Band(surface, used, outer)
 
 
-def cut_band(band: Band, torn: Torn, triangles: Triangles, faults: Sequence[TriSurface]) -> Cut:
-    """Cut a band by its faults, exactly, and look for leaks."""
+def cut_band(
+    band: Band,
+    torn: Torn,
+    triangles: Triangles,
+    faults: Sequence[TriSurface],
+    is_own: Callable[[np.ndarray], np.ndarray],
+) -> Cut:
+    """Cut a band by its faults, exactly, and look for leaks.
+
+    `is_own` tells which nodes are clearly on their own side of all faults, at their own height.
+    """
     patches = rebuild_surfaces([band.surface, *faults])
     keep, corner, part = kept_parts(patches)
-    rows = np.flatnonzero(patches.surface_of_triangle == 0)
-    parent = band.surface.triangles[patches.parent_of_triangle[rows]]
-    # a tip is a corner of copies on both of its sides, so only whole triangles tell
-    whole = all_of(band.own[parent]) & ~any_of(band.surface.vertex_data["ghost"][parent])
-    own = np.zeros(part.max(initial=-1) + 2, dtype=bool)
-    own[part[rows[whole]]] = True
-    open_part = keep | own[part]  # a real part that is dropped runs into ghosts somewhere
+    open_part = keep | _dropped_with_own(band, patches, keep, part, is_own)
     corner = np.where(corner >= 0, band.vertex[corner], -1)
     sides = sides_at_curves(patches)
-    leaks = leaks_of(patches, open_part, corner, torn, triangles)
+    rim = free_edges(patches, sides)
+    leaks = leaks_of(patches, rim, open_part, corner, torn, triangles)
     dead_ends = _named(band, false_rims(patches, keep, sides))
-    if not keep[own[part]].all():
-        dead_ends += _named(band, ends_in_copies(patches, open_part, sides))
+    if not keep[open_part].all():
+        dead_ends += _named(band, ends_in_copies(patches, rim, open_part, sides))
     return Cut(patches, keep, corner, leaks, dead_ends, sides)
+
+
+def _dropped_with_own(band: Band, patches: Patches, keep, part, is_own) -> np.ndarray:
+    """Triangles of parts that are dropped though they have real triangles far from the faults.
+
+    Such a part runs into ghosts somewhere.
+    """
+    rows = np.flatnonzero((patches.surface_of_triangle == 0) & ~keep)
+    corners = band.surface.triangles[patches.parent_of_triangle[rows]]
+    # a tip is a corner of copies on both of its sides, so only whole triangles tell
+    whole = ~any_of(band.surface.vertex_data["ghost"][corners])
+    rows, corners = rows[whole], corners[whole]
+    nodes = distinct(corners)
+    own = is_own(band.vertex[nodes])
+    rows = rows[all_of(own[np.searchsorted(nodes, corners)])] if len(rows) else rows
+    found = np.zeros(part.max(initial=-1) + 2, dtype=bool)
+    found[part[rows]] = True
+    return found[part]
 
 
 def _named(band: Band, faces: np.ndarray) -> list[tuple[int, int]]:

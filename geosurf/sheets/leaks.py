@@ -14,6 +14,7 @@ from geosurf.sheets.sets import distinct, is_among
 
 Leak = tuple[int, int, frozenset[int]]
 Sides = list[tuple[np.ndarray, np.ndarray]]
+Rim = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def edges_of(patches: Patches, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -40,8 +41,29 @@ def sides_at_curves(patches: Patches) -> Sides:
     return found
 
 
+def free_edges(patches: Patches, sides: Sides) -> Rim:
+    """Ends of edges of one triangle of the sheet only, and that triangle, in order of edges."""
+    n = int(np.searchsorted(patches.surface_of_triangle, 1))
+    ring = patches.pieces.ring[: 3 * n]  # of all surfaces: alone there is alone here
+    alone = np.flatnonzero(ring == np.arange(3 * n))
+    row, corner = np.divmod(alone, 3)
+    one, two = patches.triangles[row, corner], patches.triangles[row, (corner + 1) % 3]
+    key = np.minimum(one, two) * len(patches.local) + np.maximum(one, two)
+    keys, of = sides[0]  # at a curve other surfaces may be there, too
+    new = np.concatenate([[True], keys[1:] != keys[:-1], [True]])
+    single = new[:-1] & new[1:]
+    key, first = np.unique(np.concatenate([key, keys[single]]), return_index=True)
+    one, two = np.divmod(key, len(patches.local))
+    return one, two, np.concatenate([row, of[single]])[first]
+
+
 def leaks_of(
-    patches: Patches, keep: np.ndarray, corner: np.ndarray, torn: Torn, triangles: Triangles
+    patches: Patches,
+    rim: Rim,
+    keep: np.ndarray,
+    corner: np.ndarray,
+    torn: Torn,
+    triangles: Triangles,
 ) -> list[Leak]:
     """Outer edges with a ghost end, cut by a fault, of which a part is in `keep`."""
     rows = np.flatnonzero(patches.surface_of_triangle == 0)
@@ -49,13 +71,13 @@ def leaks_of(
     name = np.full(len(patches.local), -1)
     name[t[mine >= 0]] = mine[mine >= 0]
     # free edges with a point that was made, then all of those that go on from their ends
-    marked = np.zeros(len(patches.local), dtype=bool)
-    marked[t] = name[t] < 0
-    one, two, _ = _free_edges(patches, rows, marked)
+    made = np.zeros(len(patches.local), dtype=bool)
+    made[t] = name[t] < 0
+    one, two, _ = _with_marked(rim, made)
     starts = distinct(one, two)
     starts = starts[name[starts] >= 0]
-    marked[starts] = True
-    one, two, row = _free_edges(patches, rows, marked)
+    made[starts] = True
+    one, two, row = _with_marked(rim, made)
     onward: dict[int, list[tuple[int, bool]]] = {}
     for a, b, kept in zip(one.tolist(), two.tolist(), keep[row].tolist(), strict=True):
         onward.setdefault(a, []).append((b, kept))
@@ -79,15 +101,11 @@ def leaks_of(
     return [(*edge, _faults_at(patches, found[edge])) for edge in inner]
 
 
-def _free_edges(patches: Patches, rows: np.ndarray, marked: np.ndarray):
-    """Ends of edges of one triangle only that have a marked point, and the triangle."""
-    near = rows[any_of(marked[patches.triangles[rows]])]
-    one, two, key = edges_of(patches, near)
-    some = np.flatnonzero(marked[one] | marked[two])
-    order = some[np.argsort(key[some], kind="stable")]
-    _, first, times = np.unique(key[order], return_index=True, return_counts=True)
-    free = order[first[times == 1]]
-    return one[free], two[free], near[free // 3]
+def _with_marked(rim: Rim, marked: np.ndarray) -> Rim:
+    """Free edges with a marked end."""
+    one, two, row = rim
+    some = marked[one] | marked[two]
+    return one[some], two[some], row[some]
 
 
 def _faults_at(patches: Patches, vertices: set[int]) -> frozenset[int]:
@@ -97,7 +115,7 @@ def _faults_at(patches: Patches, vertices: set[int]) -> frozenset[int]:
     return frozenset((found[found > 0] - 1).tolist())
 
 
-def ends_in_copies(patches: Patches, among: np.ndarray, sides: Sides) -> np.ndarray:
+def ends_in_copies(patches: Patches, rim: Rim, among: np.ndarray, sides: Sides) -> np.ndarray:
     """Parents of triangles of torn copies in which a curve with a fault ends."""
     keys, row = sides[0]
     keys = distinct(keys[among[row]])
@@ -106,10 +124,9 @@ def ends_in_copies(patches: Patches, among: np.ndarray, sides: Sides) -> np.ndar
         np.concatenate(np.divmod(keys[on_fault], len(patches.local))), minlength=len(patches.local)
     )
     ends = degree == 1
-    every = np.flatnonzero(patches.surface_of_triangle == 0)
-    one, two, _ = _free_edges(patches, every, ends)
+    one, two, _ = _with_marked(rim, ends)
     ends[one] = ends[two] = False  # where it leaves the sheet
-    rows = every[among[every]]
+    rows = np.flatnonzero((patches.surface_of_triangle == 0) & among)
     faces = patches.parent_of_triangle[rows[any_of(ends[patches.triangles[rows]])]]
     source = patches.sources[0]
     return faces[any_of(source.vertex_data["ghost"][source.triangles[faces]])]
