@@ -85,7 +85,7 @@ def test_all_crossings_of_a_sheet_with_itself_are_found(sheet):
     expected = crossing(*sheet)
     plain, noded = surface_of(*sheet, "ghost"), surface_of(*sheet, "ghost", "node")
     for surface in (plain, noded):
-        rows, cost = pairs_with_itself(surface, tree_of(surface), ORIGIN)
+        rows, _ = pairs_with_itself(surface, tree_of(surface), ORIGIN)
         found = {tuple(pair) for pair in rows.tolist()}
         assert len(found) == len(rows)
         assert expected <= found
