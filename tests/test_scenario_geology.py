@@ -218,6 +218,16 @@ def test_tears_without_faults_are_refused(folder):
         read_scenario(path)
 
 
+@pytest.mark.parametrize(("table", "more"), [("tear", TEAR), ("[throws]", THROWS)])
+def test_a_tolerance_does_not_go_with_torn_horizons(folder, table, more):
+    """It would move cut-offs."""
+    path = scenario(folder, more)
+    path.write_text("tolerance_m = 5.0\n" + path.read_text())
+    words = rf"tolerance_m is 5, and \[{re.escape(table)}\] tears .*Leave tolerance_m out, or \["
+    with pytest.raises(ScenarioError, match=words):
+        read_scenario(path)
+
+
 def test_horizons_in_the_wrong_order_are_told_on_the_terminal(folder, tmp_path, capfd):
     """The model is whole and certified, and a zone is gone."""
     path = scenario(folder, Top="Middle.nc", Base="Top.nc", Middle="Base.nc")

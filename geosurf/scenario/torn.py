@@ -22,6 +22,12 @@ def check_sheets(scenario: Scenario, place: Place) -> None:
         "horizon": [entry.name for entry in scenario.horizons],
     }
     _check_throws(scenario, known, place)
+    if scenario.tolerance_m is not None and (scenario.tear is not None or scenario.throws):
+        table = "[tear]" if scenario.tear is not None else "[[throws]]"
+        place.refuse(
+            f"tolerance_m is {scenario.tolerance_m:g}, and {table} tears horizons, whose cut-offs "
+            f"it would move. Leave tolerance_m out, or {table}."
+        )
     if scenario.tear is None:
         return
     if not known["fault"]:

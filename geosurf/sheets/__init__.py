@@ -10,6 +10,7 @@ branches       faults that end on others, traced on the wall that they are in
 links          which links of the lattice are cut
 drape, solve   the smoothest heights, across no cut link
 heights        the two passes: which data are trusted, heights of all nodes
+walls          how wide the gap or the overlap is along a trace
 mesh, ghosts   the torn mesh, and each sheet carried on past its fault
 cut, build     the exact cut by the faults; rings and ends until nothing leaks
 cutoffs        cut-off lines, throw and heave
@@ -137,7 +138,7 @@ def tear_horizon(
     names = [surface.name for surface in surfaces]
     _refuse_empty_blocks(picks, state, names)
     rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
-    carry_on = carry_picks(picks, settings.noise_weight)
+    carry_on = carry_picks(picks, settings.noise_weight, rebuild.canvas.changing)
     builder = Builder(picks, state, surfaces, rising, carry_on, rebuild.torn_between)
     built = builder.run()
     state = builder.state

@@ -292,18 +292,24 @@ class Builder:
         return found
 
 
-def carry_picks(picks: Picks, weight: float | None = None):
-    """How ghosts of picked sheets get their heights: by the energy, and by picks beyond a trace."""
+def carry_picks(
+    picks: Picks, weight: float | None, changing: Callable[[np.ndarray], None]
+) -> Callable[[Torn, Triangles, np.ndarray, Heights], np.ndarray]:
+    """How ghosts of picked sheets get their heights: by the energy, and by picks beyond a trace.
+
+    Where data are noisy the sheet changes with them; `changing` is told its nodes.
+    """
 
     def carry_on(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights):
         """Heights of the ghosts of one sheet."""
         fixed = _beyond(picks, state, torn)
         frame = picks.frame
         if weight is not None and fixed:  # the sheet is one with what it has past the trace
-            state.values, fixed = joined_heights(
+            nodes, fixed = joined_heights(
                 torn, triangles, bits, state.values, frame.stretch, fixed,
                 lambda nodes: picks.means_at(nodes, state.used), weight,
             )  # fmt: skip
+            changing(nodes)
         return ghost_heights(torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed)
 
     return carry_on

@@ -26,6 +26,13 @@ def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[Tr
             "surfaces."
         )
     else:
+        for k, fault in enumerate(faults):
+            if isinstance(fault, str):
+                raise InputError(
+                    f"faults[{k}] is the name {fault!r}, not a fault. Give the surfaces "
+                    "themselves: a list of what triangulate_fault returns, or a mapping "
+                    "{name: fault}."
+                )
         made = tuple(triangulate_fault(fault) for fault in faults)
     names = [fault.name for fault in made]
     for fault in names:

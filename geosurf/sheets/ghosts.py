@@ -71,8 +71,8 @@ def joined_heights(
 ) -> tuple[np.ndarray, dict[int, float]]:
     """Where a sheet has noisy data past its trace, it and they are smoothed together.
 
-    `data` gives those of some nodes, NaN where there are none. Returns the heights of all nodes,
-    changed around the ghosts of `fixed`, and smooth heights of these ghosts.
+    `data` gives those of some nodes, NaN where there are none. Writes new `heights` around the
+    ghosts of `fixed`, and returns these nodes and smooth heights of the ghosts.
     """
     shape = (triangles.n_row, triangles.n_col)
     given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
@@ -91,9 +91,8 @@ def joined_heights(
     pull[seen], target[seen] = weight, known[seen]
     pull[n + given], target[n + given] = weight, picked
     value[free] = smoothest(graph, number, value, stretch, pull=pull[free], target=target[free])
-    out = heights.copy()
-    out[nodes] = value[:n]
-    return out, dict(zip(given.tolist(), value[n + given].tolist(), strict=True))
+    heights[nodes] = value[:n]
+    return nodes, dict(zip(given.tolist(), value[n + given].tolist(), strict=True))
 
 
 def _mesh_graph(torn: Torn, triangles: Triangles, nodes: np.ndarray, cut: np.ndarray):

@@ -16,13 +16,15 @@ from geosurf.contact.threads import side_by_side
 from geosurf.sheets.canvas import Canvas
 from geosurf.sheets.data import Picks
 from geosurf.sheets.drape import around, draped, narrow_gaps, without_absent
-from geosurf.sheets.links import FALLING, Cuts, cuts_of, within
+from geosurf.sheets.frame import Frame
+from geosurf.sheets.links import Cuts, cuts_of, within
 from geosurf.sheets.near import NearTrace, mesh_blocks, near_traces, side_at_own_height, window
 from geosurf.sheets.network import Network
 from geosurf.sheets.noise import noise_of
 from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.solve import grounded, lattice_graph, smoothest, steps_to_known
 from geosurf.sheets.traces import FaultMesh
+from geosurf.sheets.walls import Walls, walls_of
 
 FILL = 16.0  # cells: absent nodes beside a trace are filled in gaps up to this width
 MAP_REACH = 12.0  # cells: how far from a trace sides are looked at in the map
@@ -52,31 +54,6 @@ class Near:
     rows: np.ndarray
     far: np.ndarray
     side: np.ndarray
-
-
-@dataclass(eq=False)
-class Walls:
-    """Along one trace: how far each wall's cut-off lies from it, into its own side [cells].
-
-    `place` (vertex numbers); `left` and `right`, positive where the horizon has a gap on that
-    side, negative where it overlaps the trace; `throw` [m], left side down positive.
-    """
-
-    place: np.ndarray
-    left: np.ndarray
-    right: np.ndarray
-    throw: np.ndarray
-
-    def gap(self, place: np.ndarray, side: np.ndarray) -> np.ndarray:
-        """Signed gap at places on one side or the other."""
-        if len(self.place) == 0:
-            return np.zeros(len(place))
-        left = np.interp(place, self.place, self.left)
-        return np.where(side > 0, left, np.interp(place, self.place, self.right))
-
-    def heave(self, place: np.ndarray) -> np.ndarray:
-        """Gap of both sides together: negative where the horizon overlaps."""
-        return self.gap(place, np.ones(len(place))) + self.gap(place, -np.ones(len(place)))
 
 
 @dataclass(eq=False)
@@ -121,6 +98,10 @@ class Heights:
     extrapolation: np.ndarray
     carried: list[dict] = field(default_factory=list)
     in_gap: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+
+    def find_walls(self, frame: Frame) -> None:
+        """Read `walls` off the heights beside the traces."""
+        self.walls = walls_of(self.values, self.cuts, self.network.traces, frame)
 
 
 class Rebuild:
@@ -175,10 +156,10 @@ class Rebuild:
         first = self._pass(self.settings.first_trim, None)
         if len(first.stray):  # the generous trim left nothing between two faults
             first = self._pass(self.settings.trim, None)
-        first.walls = walls_of(first, self.picks)
+        first.find_walls(self.picks.frame)
         first = self._retraced(first)
         second = self._pass(self.settings.trim, first)
-        second.walls = walls_of(second, self.picks)
+        second.find_walls(self.picks.frame)
         second.in_gap = self.in_gap(second)
         return second
 
@@ -196,7 +177,7 @@ class Rebuild:
         cuts = self._cuts_within(network, network.solve)
         doubted, sure, beyond = self._last
         found = self._solve(doubted, sure, network, near, cuts, beyond)
-        found.walls = walls_of(found, self.picks)
+        found.find_walls(self.picks.frame)
         return found
 
     def in_gap(self, state: Heights) -> np.ndarray:
@@ -385,49 +366,3 @@ class Rebuild:
         if not len(sides[0]) or not len(sides[1]):
             return np.inf
         return float(abs(np.median(sides[0]) - np.median(sides[1])))
-
-
-def walls_of(state: Heights, picks: Picks) -> list[Walls]:
-    """Where the two walls' cut-offs lie, from the heights of each side at the cut links."""
-    shape, stretch, cell = picks.frame.shape, picks.frame.stretch, picks.frame.cell
-    bits = state.cuts.bits(picks.n_node)
-    found = []
-    for number, trace in enumerate(state.network.traces):
-        rows = np.flatnonzero((state.cuts.trace == number) & (state.cuts.kind < FALLING - 1))
-        cuts = state.cuts.take(rows[np.argsort(state.cuts.place[rows], kind="stable")])
-        vertex = np.arange(len(trace.line))
-        x, y, middle, nx, ny, nz = (np.interp(cuts.place, vertex, c) for c in trace.line.T)
-        at = np.stack([x, y], axis=1) / stretch
-        left, right = (_at_cut(state.values, bits, cuts, at, shape, side) for side in (1, -1))
-        known = np.isfinite(left) & np.isfinite(right)
-        left, right = _median(left[known], 15), _median(right[known], 15)
-        slope = (nz / np.maximum(np.hypot(nx, ny), 1e-9) / cell)[known]
-        left_gap, right_gap = (middle[known] - left) * slope, (right - middle[known]) * slope
-        found.append(Walls(cuts.place[known], left_gap, right_gap, right - left))
-    return found
-
-
-def _at_cut(heights, bits, cuts: Cuts, at, shape, side: int) -> np.ndarray:
-    """Height of one side's sheet where a trace cuts each link, extrapolated along the link."""
-    n_col = shape[1]
-    first, second = cuts.ends(n_col)
-    here = np.where(cuts.left == side, first, second)
-    there = np.where(cuts.left == side, second, first)
-    behind = 2 * here - there
-    row, col = np.divmod(here, n_col)
-    row2, col2 = np.divmod(np.clip(behind, 0, len(heights) - 1), n_col)
-    whole = (behind >= 0) & (behind < len(heights)) & (abs(row2 - row) + abs(col2 - col) == 1)
-    behind = np.where(whole, behind, here)
-    whole &= bits[np.minimum(here, behind)] & (1 << cuts.kind) == 0
-    away = np.hypot(*(at - np.stack([col, row], axis=1)).T)
-    return np.where(whole, heights[here] + away * (heights[here] - heights[behind]), np.nan)
-
-
-def _median(values: np.ndarray, width: int) -> np.ndarray:
-    """Running median; beyond the ends the last value goes on, so that throw may die there."""
-    n = len(values)
-    if n == 0:
-        return values
-    half = min(width // 2, (n - 1) // 2)
-    padded = np.pad(values, half, mode="edge")
-    return np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1), axis=1)

@@ -16,7 +16,7 @@ from geosurf.errors import GeometryError
 from geosurf.model import TrimProposal, TriSurface
 from geosurf.sheets.data import picks_of
 from geosurf.sheets.finish import fault_surfaces
-from geosurf.sheets.heights import Heights, Rebuild, Settings, walls_of
+from geosurf.sheets.heights import Heights, Rebuild, Settings
 from geosurf.sheets.noise import weight_of
 from geosurf.sheets.traces import mesh_in_frame
 
@@ -107,6 +107,6 @@ def _hidden_misfits(rebuild: Rebuild, state: Heights) -> tuple[np.ndarray, np.nd
     misfit = np.abs(state.values[picks.node] - picks.z)
     single = np.bincount(picks.node, minlength=picks.n_node)[picks.node] == 1
     hidden = state.distrusted & single & np.isfinite(misfit) & (far < HIDDEN)
-    state.walls = walls_of(state, picks)
+    state.find_walls(picks.frame)
     hidden[rebuild.in_gap(state)] = False
     return far[hidden], misfit[hidden]

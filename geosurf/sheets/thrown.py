@@ -16,7 +16,7 @@ from geosurf.model import TriSurface
 from geosurf.sheets.data import Picks
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.ghosts import ghost_heights
-from geosurf.sheets.heights import MAP_REACH, Heights, walls_of
+from geosurf.sheets.heights import MAP_REACH, Heights
 from geosurf.sheets.links import Cuts, cuts_of, within
 from geosurf.sheets.mesh import Torn, Triangles
 from geosurf.sheets.moved import Before, refuse_folds, sheet_heights
@@ -83,7 +83,7 @@ class Thrown:
             values, network, cuts, near, [], none, everywhere, ~everywhere,
             np.empty((0, 3), dtype=np.int64), none, np.empty(0),
         )  # fmt: skip
-        state.walls = walls_of(state, self.picks)
+        state.find_walls(self.picks.frame)
         return state
 
     def _network(self) -> Network:

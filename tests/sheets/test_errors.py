@@ -32,6 +32,9 @@ def test_faults_need_names_of_their_own(world):
         gs.tear_horizon(world.horizons["Top"], [fault, fault])
     with pytest.raises(InputError, match=r"faults is a TriSurface; give a mapping"):
         gs.tear_horizon(world.horizons["Top"], fault)
+    for call in (gs.tear_horizon, lambda top, faults: gs.throw_horizon(top, faults, {"F1": 9})):
+        with pytest.raises(InputError, match=r"faults\[1\] is the name 'F1', .*what tri"):
+            call(world.horizons["Top"], [fault, "F1"])
 
 
 def test_data_that_cannot_be_torn(world):
