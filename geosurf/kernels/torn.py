@@ -39,27 +39,53 @@ def _turn(x, none, m, w, a, b, c):
 
 
 @scalar
+def _goes_on(x, a, b, p, q):
+    """Whether pq, on the line of ab, has nothing but a corner of the mesh in common with it."""
+    if (p == a or p == b) and (q == a or q == b):
+        return True
+    if q == a or q == b:
+        p, q = q, p
+    if p != a and p != b:
+        return False
+    end = b if p == a else a
+    axis = 0 if x[a, 0] != x[b, 0] else 1
+    return (x[q, axis] > x[p, axis]) != (x[end, axis] > x[p, axis])
+
+
+@scalar
 def _beside(x, t, none, m, w, f, own, g):
-    """Whether an edge of triangle f, which turns `own`, has g on its other side, or on it."""
+    """Whether an edge of triangle f, which turns `own`, has g on its other side.
+
+    There g may have a corner in common with that edge, or the edge itself, but not another
+    edge over the same line.
+    """
     for k in range(3):
         a, b = t[f, k], t[f, (k + 1) % 3]
-        parted = True
+        parted, on = True, 0
+        p = q = -1
         for i in range(3):
-            p = t[g, i]
-            if p != a and p != b and own == _turn(x, none, m, w, a, b, p):
+            c = t[g, i]
+            turn = 0
+            if c != a and c != b:
+                turn = _turn(x, none, m, w, a, b, c)
+            if turn == own:
                 parted = False
                 break
-        if parted:
+            if turn == 0:
+                p, q = q, c
+                on += 1
+        if parted and (on < 2 or _goes_on(x, a, b, p, q)):
             return True
     return False
 
 
 @entry("d2 l2 l2 l1 l1 -> b1")
 def over_one_another(x, t, pairs, m, w):
-    """Whether two triangles (rows of `t`) have more in common in the map than an edge or a corner.
+    """Whether two triangles (rows of `t`) may meet but in a corner or an edge of the mesh.
 
-    Exact: two triangles of the plane are parted by a line along an edge of one of them, if at all.
-    True for those that stand upright.
+    In the map they have an area in common, or part of an edge that is not one of the mesh. Exact:
+    two triangles of the plane are parted by a line along an edge of one of them, if at all.
+    True where one stands upright.
     """
     none = np.empty((0, 4), dtype=np.int64)
     out = np.ones(pairs.shape[0], dtype=np.bool_)

@@ -54,17 +54,16 @@ def surface_of(vertices, triangles, marks, *names) -> TriSurface:
 
 
 def crossing(vertices, triangles, marks) -> set[tuple[int, int]]:
-    """Pairs with a ghost that have more in common than points of their edges."""
+    """Pairs with a ghost that have more in common than corners of both and what is between."""
     found = set()
     for i, j in combinations(range(len(triangles)), 2):
         if not marks["ghost"][triangles[[i, j]]].any():
             continue
         P, Q = vertices[triangles[i]], vertices[triangles[j]]
-        corners = oracles.meet_triangles(P, Q)
-        if corners:
-            middle = tuple(sum(c[k] for c in corners) / len(corners) for k in range(3))
-            if "face" in (oracles.feature(P, middle), oracles.feature(Q, middle)):
-                found.add((i, j))
+        both = set(map(tuple, P.tolist())) & set(map(tuple, Q.tolist()))
+        corners = {tuple(map(float, corner)) for corner in oracles.meet_triangles(P, Q)}
+        if not corners <= both:
+            found.add((i, j))
     return found
 
 
