@@ -50,7 +50,8 @@ def free_edges(patches: Patches, sides: Sides) -> Rim:
     one, two = patches.triangles[row, corner], patches.triangles[row, (corner + 1) % 3]
     key = np.minimum(one, two) * len(patches.local) + np.maximum(one, two)
     keys, of = sides[0]  # at a curve other surfaces may be there, too
-    new = np.concatenate([[True], keys[1:] != keys[:-1], [True]])
+    new = np.ones(len(keys) + 1, dtype=bool)
+    new[1:-1] = keys[1:] != keys[:-1]
     single = new[:-1] & new[1:]
     key, first = np.unique(np.concatenate([key, keys[single]]), return_index=True)
     one, two = np.divmod(key, len(patches.local))
