@@ -158,7 +158,7 @@ def _bent(surface: TriSurface) -> np.ndarray | None:
 def _plain_line(plain: Curves, k: int, bound: float) -> Line:
     """A curve of two surfaces without cubics."""
     points = plain.local[plain.curves[k]]
-    return Line(points, np.empty((0, 4)), np.empty(0, dtype=np.int64), bool(plain.closed[k]), bound)
+    return Line(points, bool(plain.closed[k]), bound)
 
 
 def merge_smooth(
@@ -191,9 +191,7 @@ def merge_smooth(
             ]
             points = part.local[curve] + shift
             bound = 0.0 if part.error_bound is None else float(part.error_bound[k])
-            line = Line(points, np.empty((0, 4)), np.empty(0, dtype=np.int64),
-                        bool(part.closed[k]), bound, said)  # fmt: skip
-            found.append((pair, line))
+            found.append((pair, Line(points, bool(part.closed[k]), bound, said)))
         places += [
             (pair, p.reason, p.points - origin, p.error_bound) for p in part.places if p.curve < 0
         ]

@@ -15,6 +15,7 @@ import numpy as np
 from geosurf.contact.search import Contacts
 from geosurf.intersect.sides import Piece, Side
 from geosurf.kernels.contact import N_CORNER
+from geosurf.kernels.doubt import doubts_along
 from geosurf.kernels.lift import (
     ASTRAY,
     HOLD_SUM,
@@ -34,8 +35,6 @@ from geosurf.model import Curves
 
 REASONS = {ASTRAY: "tangency", HOLE: "hole", OUTSIDE: "rim"}
 NOISE, DROPPED, OVERLAP = 10, 11, 12
-ROUGH = 0.3  # differences of interpolants that do not shrink to this part are noise
-WINDOW = 8  # points to each side over which they are compared
 _ON_RIM = 1e-9
 
 
@@ -44,8 +43,6 @@ class Line:
     """One curve of a pair of sides, local frame; `bound` inf where a part is not known."""
 
     points: np.ndarray
-    params: np.ndarray
-    tri: np.ndarray
     closed: bool
     bound: float
     places: list[tuple[str, np.ndarray, float]] = field(default_factory=list)
@@ -191,36 +188,16 @@ def lift_strand(
 
 
 def doubt_along(doubts, sine, status, tolerance) -> np.ndarray:
-    """Estimated distance [m] of the cubics' curve from the true one; marks noise in `status`.
+    """Estimated distance [m] of the cubics' curve from the true one (`geosurf.kernels.doubt`).
 
-    Interpolants of 4, 6 and 8 points are compared along the curve. Their differences are summed
-    like a geometric series, ``d / (1 - q)``, with q the ratio of the second to the first over a
-    window, at most ROUGH. The noise that would make the second difference is added, since noise
-    passes through all of them. Where q is more than ROUGH, interpolants do not converge: there it
-    is noise. Errors of both surfaces add up, over the sine of the angle between them.
+    Marks noise in `status`: more than half the tolerance.
     """
-    lifted = status == LIFTED
-    total, rough = np.zeros(len(status)), np.zeros(len(status))
-    if not lifted.any():
-        return total
-    for fine, finer, noise in (doubts[lifted, :3].T, doubts[lifted, 3:].T):
-        d, after, noise = _window_rms(fine), _window_rms(finer), _window_rms(noise)
-        q = np.divide(after, d, out=np.zeros_like(d), where=d > 0)
-        total[lifted] += fine / (1 - np.minimum(q, ROUGH)) + noise
-        rough[lifted] += np.where(q > ROUGH, noise, 0.0)
-    total[lifted] /= sine[lifted]
-    rough[lifted] /= sine[lifted]
-    status[rough > 0.5 * tolerance] = NOISE
+    lifted = np.flatnonzero(status == LIFTED)
+    total = np.zeros(len(status))
+    rows = np.column_stack([doubts[lifted], sine[lifted]])
+    total[lifted], rough = doubts_along(rows)
+    status[lifted[rough > 0.5 * tolerance]] = NOISE
     return total
-
-
-def _window_rms(values: np.ndarray) -> np.ndarray:
-    """Root mean square over WINDOW values to each side."""
-    sums = np.append(0.0, np.cumsum(values**2))
-    n = len(values)
-    low = np.maximum(np.arange(n) - WINDOW, 0)
-    high = np.minimum(np.arange(n) + WINDOW + 1, n)
-    return np.sqrt(np.maximum(sums[high] - sums[low], 0.0) / (high - low))
 
 
 def _lines(strand, sides, arrays, p, w, status, error, tolerance) -> list[Line]:
@@ -326,4 +303,4 @@ def _joined(pieces, bound, places) -> Line:
     keep = np.append(True, (np.diff(rows[:, :3], axis=0) != 0).any(axis=1))
     rows = rows[keep]
     closed = len(rows) > 2 and bool((rows[0, :3] == rows[-1, :3]).all())
-    return Line(rows[:, :3], rows[:, 3:7], rows[:, 8].astype(np.int64), closed, bound, places)
+    return Line(rows[:, :3], closed, bound, places)

@@ -118,8 +118,7 @@ def _trace(arrays, beside, seed, step, tolerance) -> Line | float:
         endings.append(ending)
         rows = np.concatenate([back[:0:-1], rows])
     if len(rows) < 2:
-        return Line(start[None, :3], start[None, 3:], np.array([tri]), False, np.inf,
-                    [("tangency", start[None, :3], np.inf)])  # fmt: skip
+        return Line(start[None, :3], False, np.inf, [("tangency", start[None, :3], np.inf)])
     status, doubt = _doubts(arrays, rows, tolerance)
     if (status == NOISE).any():
         return float(doubt.max())
@@ -131,7 +130,7 @@ def _trace(arrays, beside, seed, step, tolerance) -> Line | float:
     elif doubt.max() > tolerance:
         places.append(("interpolation", rows[:, :3], float(doubt.max())))
     closed = endings[0] == CLOSED
-    return Line(rows[:, :3], rows[:, 3:7], rows[:, 8].astype(np.int64), closed, bound, places)
+    return Line(rows[:, :3], closed, bound, places)
 
 
 def _doubts(arrays, rows, tolerance) -> tuple[np.ndarray, np.ndarray]:

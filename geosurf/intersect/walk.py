@@ -6,13 +6,15 @@ here: the plain curve is taken then, and lifted where it can be (`geosurf.inters
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
-from geosurf.intersect.lift import LIFTED, NOISE, ROUGH, Line, doubt_along
+from geosurf.intersect.lift import Line
 from geosurf.intersect.loops import cell_size, find_lost, pair_keys
 from geosurf.intersect.sides import Candidates, Side
-from geosurf.kernels.trace import CLOSED, LOST
-from geosurf.kernels.walk import W_CHORD, W_DOUBT, W_SINE, walk_all
+from geosurf.kernels.trace import AT_RIM, CLOSED
+from geosurf.kernels.walk import walk_all
 
 _COARSEST = 0.25  # [cells]: for more, the plain curve has more points than are needed
 _FIRST_STEP = 0.25  # [cells]
@@ -41,39 +43,19 @@ def walk_curves(sides: tuple[Side, Side], near: Candidates, tolerance: float) ->
     size = cell_size(near)
     if tolerance > _COARSEST * size:
         return None
-    arrays = (one.x, one.y, one.z, two.x, two.y, two.z, two.c)
-    doubted = -1.0  # not known yet: the kernel looks at where it lands
-    for _ in range(2):
-        rows, offsets, ends, unsettled = walk_all(
-            *arrays, near.pairs, *near.cells, *near.nets, _FIRST_STEP * size, tolerance, doubted,
-            ROUGH,
-        )  # fmt: skip
-        lines = None if (ends == LOST).any() else _lines(rows, offsets, ends, tolerance)
-        if lines is None:
-            return None
-        most = max((line.bound for line, _ in lines), default=0.0)
-        doubted = 1.05 * max((line.bound - chord for line, chord in lines), default=0.0)
-        if most <= tolerance or doubted > 0.75 * tolerance:  # or no shorter chord helps
-            break
-    found = [line for line, _ in lines]
+    rows, offsets, ends, figures, unsettled = walk_all(
+        one.x, one.y, one.z, two.x, two.y, two.z, two.c,
+        near.pairs, *near.cells, *near.nets, _FIRST_STEP * size, tolerance,
+    )  # fmt: skip
+    if not np.isin(ends, (CLOSED, AT_RIM)).all():
+        return None
+    found = []
+    for k, (a, b) in enumerate(pairwise(offsets.tolist())):
+        bound, doubt = figures[k].tolist()
+        points = rows[a:b, :3]
+        places = [("interpolation", points, doubt)] if bound > tolerance else []
+        found.append(Line(points, bool(ends[k] == CLOSED), bound, places))
     return None if _more_beside(sides, near, unsettled, found, rows, tolerance) else found
-
-
-def _lines(rows, offsets, ends, tolerance) -> list[tuple[Line, float]] | None:
-    """Walks as lines with the chord error of each; None where the data are noise."""
-    out = []
-    for a, b, end in zip(offsets[:-1], offsets[1:], ends, strict=True):
-        part = rows[a:b]
-        status = np.full(len(part), LIFTED)
-        doubt = doubt_along(part[:, W_DOUBT:W_SINE], part[:, W_SINE], status, tolerance)
-        if not np.isfinite(doubt).all() or (status == NOISE).any():
-            return None
-        worst, chord = float(doubt.max()), float(part[:, W_CHORD].max())
-        places = [("interpolation", part[:, :3], worst)] if worst > tolerance else []
-        tri = np.zeros(len(part), dtype=np.int64)
-        line = Line(part[:, :3], part[:, 3:7], tri, end == CLOSED, chord + worst, places)
-        out.append((line, chord))
-    return out
 
 
 def _more_beside(sides, near: Candidates, unsettled, lines, rows, tolerance) -> bool:
