@@ -1,11 +1,10 @@
 """From pairs of blocks whose boxes meet to pairs of patches that are not apart.
 
-A block of 8 x 8 cells, and each quarter of it, lies in its box and in a slab across its own
-diagonals; blocks, then quarters, are compared by boxes and by both normals, then cells by
-the other quarter's slab. Control nets are made only for cells that are near, once each.
+A block of 8 x 8 cells, each quarter of it and each cell lies in its box and in a slab across its own
+diagonals. Blocks are compared by slabs, quarters by boxes and slabs, then cells: by the other quarter, then
+with each other. Control nets are made only for cells that are near, once each.
 
-Letters as in `pyramid`; s rows (11,) of a block or quarter: box, normal, least
-and largest along it.
+Letters as in `pyramid`; s facts (11,) of a block, quarter or net: box, normal, least and largest along it.
 """
 
 from __future__ import annotations
@@ -16,23 +15,14 @@ import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.patch import cell_net
-from geosurf.kernels.pyramid import BLOCK, SLACK, apart, separated, span_along
+from geosurf.kernels.pyramid import BLOCK, SLACK, box_of, net_normal, shadow, span_along
 
 _HALF = BLOCK // 2
 _PARTS = 5  # a block and its quarters
+_FACTS = 11
 
 
-@scalar
-def _span(x, y, z, c, block, part, p, q, r):
-    """Bounds of p x + q y + r z over a part of a block, or a triangle."""
-    if z.shape[0] == 1:
-        low, high = np.inf, -np.inf
-        for k in range(3):
-            value = p * c[block, k, 0] + q * c[block, k, 1] + r * c[block, k, 2]
-            low, high = min(low, value - SLACK), max(high, value + SLACK)
-        return low, high
-    r0, r1, c0, c1 = _cells_of(z, block, part)
-    return span_along(x, y, z, r0, r1, c0, c1, p, q, r)
+# ---- blocks and quarters -----------------------------------------------------------------
 
 
 @scalar
@@ -49,45 +39,56 @@ def _cells_of(z, block, part):
 
 
 @scalar
+def _span(x, y, z, c, block, part, p, q, r):
+    """Bounds of p x + q y + r z over a part of a block, or a triangle."""
+    if z.shape[0] > 1:
+        r0, r1, c0, c1 = _cells_of(z, block, part)
+        return span_along(x, y, z, r0, r1, c0, c1, p, q, r)
+    low, high = np.inf, -np.inf
+    for k in range(3):
+        value = p * c[block, k, 0] + q * c[block, k, 1] + r * c[block, k, 2]
+        low, high = min(low, value - SLACK), max(high, value + SLACK)
+    return low, high
+
+
+@scalar
 def _normal_of(x, y, z, c, block, part):
-    """Across the diagonals of a part, or across a triangle; not of unit length."""
+    """Unit vector across the diagonals of a part, or across a triangle; NaN if there is none."""
     if z.shape[0] == 1:
         t = c[block]
         ux, uy, uz = t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2]
         vx, vy, vz = t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2]
     else:
         r0, r1, c0, c1 = _cells_of(z, block, part)
-        k = 0 if x.shape[0] == 1 else r0
-        m = 0 if x.shape[0] == 1 else r1
-        ux, vx = x[m, c1] - x[k, c0], x[m, c0] - x[k, c1]
-        k = 0 if y.shape[1] == 1 else c0
-        m = 0 if y.shape[1] == 1 else c1
-        uy, vy = y[r1, m] - y[r0, k], y[r1, k] - y[r0, m]
+        k, m = (0 if x.shape[0] == 1 else 1), (0 if y.shape[1] == 1 else 1)
+        ux, vx = x[k * r1, c1] - x[k * r0, c0], x[k * r1, c0] - x[k * r0, c1]
+        uy, vy = y[r1, m * c1] - y[r0, m * c0], y[r1, m * c0] - y[r0, m * c1]
         uz, vz = z[r1, c1] - z[r0, c0], z[r1, c0] - z[r0, c1]
-    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    p, q, r = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    size = math.sqrt(p * p + q * q + r * r)
+    return p / size, q / size, r / size
 
 
 @scalar
 def _describe(x, y, z, c, block, part, s):
-    """Fill s of a part; the box of a part without cells is empty."""
+    """Facts of a part; the box of a part without cells is empty, that of a whole block not asked for."""
     for k in range(3):
         s[k], s[3 + k], s[6 + k] = np.inf, -np.inf, np.nan
-    s[9], s[10] = -np.inf, np.inf
     if z.shape[0] == 1:
         if part > 1:
             return
+        if part == 1:
+            for k in range(3):
+                s[k] = min(c[block, 0, k], c[block, 1, k], c[block, 2, k]) - SLACK
+                s[3 + k] = max(c[block, 0, k], c[block, 1, k], c[block, 2, k]) + SLACK
     else:
         r0, r1, c0, c1 = _cells_of(z, block, part)
         if r0 >= r1 or c0 >= c1:
             return
-    if part > 0:  # boxes of whole blocks have been compared
-        s[0], s[3] = _span(x, y, z, c, block, part, 1.0, 0.0, 0.0)
-        s[1], s[4] = _span(x, y, z, c, block, part, 0.0, 1.0, 0.0)
-        s[2], s[5] = _span(x, y, z, c, block, part, 0.0, 0.0, 1.0)
-    p, q, r = _normal_of(x, y, z, c, block, part)
-    size = math.sqrt(p * p + q * q + r * r)
-    if size > 0.0:
-        s[6], s[7], s[8] = p / size, q / size, r / size
+        if part > 0:
+            box_of(x, y, z, r0, r1, c0, c1, s)
+    s[6], s[7], s[8] = _normal_of(x, y, z, c, block, part)
+    if math.isfinite(s[6]):
         s[9], s[10] = _span(x, y, z, c, block, part, s[6], s[7], s[8])
 
 
@@ -109,16 +110,30 @@ def _beyond(x, y, z, c, block, part, slab):
 
 
 @scalar
-def _number(of_block, block, count):
-    """Place of a block among those in use, and how many are."""
-    if of_block[block] < 0:
-        of_block[block] = count
-        return count, count + 1
-    return of_block[block], count
+def _clear(s, t):
+    """Whether two boxes are apart; an empty or undefined one is apart from all."""
+    return not (
+        s[0] <= t[3] and t[0] <= s[3]
+        and s[1] <= t[4] and t[1] <= s[4]
+        and s[2] <= t[5] and t[2] <= s[5]
+    )  # fmt: skip
+
+
+# ---- nets --------------------------------------------------------------------------------
 
 
 @scalar
-def _net_box(net, box):
+def _outside(net, slab):
+    """Whether a net is outside of a slab."""
+    if not math.isfinite(slab[6]):
+        return False
+    low, high = shadow(net, slab[6], slab[7], slab[8])
+    return low > slab[10] + SLACK or slab[9] > high + SLACK
+
+
+@scalar
+def _net_facts(net, s):
+    """Box of a net, and its slab."""
     for axis in range(3):
         low, high = np.inf, -np.inf
         for k in range(4):
@@ -128,71 +143,129 @@ def _net_box(net, box):
                     low = value
                 if value > high:
                     high = value
-        box[axis], box[3 + axis] = low - SLACK, high + SLACK
+        s[axis], s[3 + axis] = low - SLACK, high + SLACK
+    s[6], s[7], s[8] = net_normal(net)
+    s[9], s[10] = shadow(net, s[6], s[7], s[8])
 
 
 @scalar
-def _cells_in(x, y, z, c, block, part, slab, first, rows, nets, boxes, whole, cells, n, out, half):
-    """Rows of the cells of a part that are near a slab, into `out`; counts of them and of nets.
+def _triangle_net(t, net):
+    """A triangle as the patch (s, t) = (p (1 - q), p q)."""
+    for k in range(4):
+        for col in range(4):
+            p, q = col / 3.0, k / 3.0
+            for axis in range(3):
+                net[k, col, axis] = (
+                    t[0, axis]
+                    + p * (t[1, axis] - t[0, axis])
+                    + p * q * (t[2, axis] - t[1, axis])
+                )
 
-    `rows`: of each cell of each block in use, from `first` on; nets are made where there are none.
+
+@scalar
+def _make_net(x, y, z, c, block, i, j, net, s, mark, half):
+    """Net and facts of cell (i, j), or of a triangle; `mark`: its number, and whether it is whole."""
+    if z.shape[0] > 1:
+        mark[0] = i * (z.shape[1] - 1) + j
+        mark[1] = cell_net(x, y, z, i, j, net, half)
+    else:
+        _triangle_net(c[block], net)
+        mark[0], mark[1] = block, 1
+    _net_facts(net, s)
+
+
+@scalar
+def _nets_in(x, y, z, c, block, part, slab, rows, nets, facts, marks, n, out, half):
+    """Rows of the cells of a part that are near another part, into `out`; counts of them and of nets.
+
+    `rows` (64,) of the cells of the block; nets are made where there are none.
     """
     count = 0
-    if z.shape[0] == 1:
-        if rows[first] < 0:
-            t = c[block]
-            for k in range(4):
-                for col in range(4):
-                    p, q = col / 3.0, k / 3.0
-                    for axis in range(3):
-                        nets[n, k, col, axis] = (
-                            t[0, axis]
-                            + p * (t[1, axis] - t[0, axis])
-                            + p * q * (t[2, axis] - t[1, axis])
-                        )
-            whole[n], cells[n], rows[first] = 1, block, n
-            _net_box(nets[n], boxes[n])
-            n += 1
-        out[0] = rows[first]
-        return 1, n
-    r0, r1, c0, c1 = _cells_of(z, block, part)
+    r0, r1, c0, c1 = 0, 1, 0, 1
+    lattice = z.shape[0] > 1
+    if lattice:
+        r0, r1, c0, c1 = _cells_of(z, block, part)
     for i in range(r0, r1):
         for j in range(c0, c1):
-            at = first + i % BLOCK * BLOCK + j % BLOCK
-            if math.isfinite(slab[6]):
-                low, high = span_along(x, y, z, i, i + 1, j, j + 1, slab[6], slab[7], slab[8])
-                if low > slab[10] or high < slab[9]:
-                    continue
+            at = i % BLOCK * BLOCK + j % BLOCK if lattice else 0
             if rows[at] < 0:
-                whole[n] = cell_net(x, y, z, i, j, nets[n], half)
-                cells[n], rows[at] = i * (z.shape[1] - 1) + j, n
-                _net_box(nets[n], boxes[n])
+                if lattice and math.isfinite(slab[6]):
+                    low, high = span_along(x, y, z, i, i + 1, j, j + 1, slab[6], slab[7], slab[8])
+                    if low > slab[10] or high < slab[9]:
+                        continue
+                _make_net(x, y, z, c, block, i, j, nets[n], facts[n], marks[n], half)
+                rows[at] = n
                 n += 1
-            out[count] = rows[at]
-            count += 1
+            k = rows[at]
+            if not _clear(facts[k], slab) and not _outside(nets[k], slab):
+                out[count] = k
+                count += 1
     return count, n
 
 
 @scalar
-def _used(rows, nets, whole, cells, pairs, side, n):
-    """Renumber one column of pairs by first use; the patches in use."""
-    place = np.full(n, -1, dtype=np.int64)
-    count = 0
+def _meet_nets(here, n_here, nets_a, facts_a, there, n_there, nets_b, facts_b, out, n):
+    """Append the pairs of some nets of a with some of b that are not apart."""
+    for e in range(n_here):
+        a = here[e]
+        for g in range(n_there):
+            b = there[g]
+            if (
+                _clear(facts_a[a], facts_b[b])
+                or _outside(nets_a[a], facts_b[b])
+                or _outside(nets_b[b], facts_a[a])
+            ):
+                continue
+            if n == out.shape[0]:
+                more = np.empty((2 * n, 2), dtype=np.int64)
+                more[:n] = out
+                out = more
+            out[n, 0], out[n, 1] = a, b
+            n += 1
+    return out, n
+
+
+# ---- all pairs ---------------------------------------------------------------------------
+
+
+@scalar
+def _numbered(pairs, side, n_block):
+    """Place of each block among those in use (-1: none), and how many are."""
+    places, count = np.full(n_block, -1, dtype=np.int64), 0
+    for k in range(pairs.shape[0]):
+        if places[pairs[k, side]] < 0:
+            places[pairs[k, side]] = count
+            count += 1
+    return places, count
+
+
+@scalar
+def _used(nets, marks, pairs, side, n):
+    """Renumber one column of pairs by first use; cells, nets and `whole` of the patches in use."""
+    place, rows, count = np.full(n, -1, dtype=np.int64), np.empty(n, dtype=np.int64), 0
     for k in range(pairs.shape[0]):
         row = pairs[k, side]
         if place[row] < 0:
-            place[row] = count
-            rows[count] = row
+            place[row], rows[count] = count, row
             count += 1
         pairs[k, side] = place[row]
-    kept, flags, names = (
-        np.empty((count, 4, 4, 3)),
-        np.empty(count, dtype=np.int64),
-        np.empty(count, dtype=np.int64),
-    )
+    names, kept = np.empty(count, dtype=np.int64), np.empty((count, 4, 4, 3))
+    flags = np.empty(count, dtype=np.int64)
     for k in range(count):
-        kept[k], flags[k], names[k] = nets[rows[k]], whole[rows[k]], cells[rows[k]]
+        kept[k], names[k], flags[k] = nets[rows[k]], marks[rows[k], 0], marks[rows[k], 1]
     return names, kept, flags
+
+
+@scalar
+def _near_blocks(xa, ya, za, xb, yb, zb, c, g, h, known_a, known_b, sa, sb, u, v):
+    """Whether no slab of two blocks parts them; their quarters are described then."""
+    known_a[u] = _describe_to(xa, ya, za, c, g, known_a[u], 1, sa, u)
+    known_b[v] = _describe_to(xb, yb, zb, c, h, known_b[v], 1, sb, v)
+    if _beyond(xa, ya, za, c, g, 0, sb[v * _PARTS]) or _beyond(xb, yb, zb, c, h, 0, sa[u * _PARTS]):
+        return False
+    known_a[u] = _describe_to(xa, ya, za, c, g, known_a[u], _PARTS, sa, u)
+    known_b[v] = _describe_to(xb, yb, zb, c, h, known_b[v], _PARTS, sb, v)
+    return True
 
 
 @entry("d2 d2 d2 d2 d2 d2 d3 l2 l l -> l1 l1 d4 d4 l1 l1 l2")
@@ -202,72 +275,48 @@ def near_patches(xa, ya, za, xb, yb, zb, c, pairs, n_block_a, n_block_b):
     Returns cells, nets (n, 4, 4, 3) and `whole` (1: cubic or triangle; 0: lacks nodes) of both
     sides, and pairs of rows of them. A block of b is a triangle where zb has one row.
     """
-    of_a = np.full(n_block_a, -1, dtype=np.int64)
-    of_b = np.full(n_block_b, -1, dtype=np.int64)
-    na, nb = 0, 0
-    for k in range(pairs.shape[0]):
-        _, na = _number(of_a, pairs[k, 0], na)
-        _, nb = _number(of_b, pairs[k, 1], nb)
+    of_a, na = _numbered(pairs, 0, n_block_a)
+    of_b, nb = _numbered(pairs, 1, n_block_b)
     room_b = BLOCK * BLOCK if zb.shape[0] > 1 else 1
-    sa, sb = np.empty((na * _PARTS, 11)), np.empty((nb * _PARTS, 11))
+    sa, sb = np.empty((na * _PARTS, _FACTS)), np.empty((nb * _PARTS, _FACTS))
     known_a, known_b = np.zeros(na, dtype=np.int64), np.zeros(nb, dtype=np.int64)
-    rows_a = np.full(na * BLOCK * BLOCK, -1, dtype=np.int64)
-    rows_b = np.full(nb * room_b, -1, dtype=np.int64)
+    rows_a = np.full((na, BLOCK * BLOCK), -1, dtype=np.int64)
+    rows_b = np.full((nb, room_b), -1, dtype=np.int64)
     # as large as can be: memory that is never touched costs nothing
-    nets_a, boxes_a = np.empty((len(rows_a), 4, 4, 3)), np.empty((len(rows_a), 6))
-    nets_b, boxes_b = np.empty((len(rows_b), 4, 4, 3)), np.empty((len(rows_b), 6))
-    whole_a, cells_a = np.empty_like(rows_a), np.empty_like(rows_a)
-    whole_b, cells_b = np.empty_like(rows_b), np.empty_like(rows_b)
+    nets_a, facts_a = np.empty((rows_a.size, 4, 4, 3)), np.empty((rows_a.size, _FACTS))
+    nets_b, facts_b = np.empty((rows_b.size, 4, 4, 3)), np.empty((rows_b.size, _FACTS))
+    marks_a = np.empty((rows_a.size, 2), dtype=np.int64)
+    marks_b = np.empty((rows_b.size, 2), dtype=np.int64)
     here, there = np.empty(_HALF * _HALF, dtype=np.int64), np.empty(_HALF * _HALF, dtype=np.int64)
-    half = np.empty((4, 4))
-    none = np.zeros(4)
-    out = np.empty((256, 2), dtype=np.int64)
+    half, out = np.empty((4, 4)), np.empty((256, 2), dtype=np.int64)
     n, count_a, count_b = 0, 0, 0
     for k in range(pairs.shape[0]):
-        g, h = pairs[k]
+        g, h = pairs[k, 0], pairs[k, 1]
         u, v = of_a[g], of_b[h]
-        known_a[u] = _describe_to(xa, ya, za, c, g, known_a[u], 1, sa, u)
-        known_b[v] = _describe_to(xb, yb, zb, c, h, known_b[v], 1, sb, v)
-        p, q = u * _PARTS, v * _PARTS
-        if _beyond(xa, ya, za, c, g, 0, sb[q]):
+        if not _near_blocks(
+            xa, ya, za, xb, yb, zb, c, g, h, known_a, known_b, sa, sb, u, v
+        ):
             continue
-        if _beyond(xb, yb, zb, c, h, 0, sa[p]):
-            continue
-        known_a[u] = _describe_to(xa, ya, za, c, g, known_a[u], _PARTS, sa, u)
-        known_b[v] = _describe_to(xb, yb, zb, c, h, known_b[v], _PARTS, sb, v)
-        for i in range(1, _PARTS):
-            p = u * _PARTS + i
-            for j in range(1, _PARTS):
-                q = v * _PARTS + j
-                if (
-                    apart(sa[p], sb[q], none)
-                    or _beyond(xa, ya, za, c, g, i, sb[q])
-                    or _beyond(xb, yb, zb, c, h, j, sa[p])
-                ):
-                    continue
-                in_a, count_a = _cells_in(
-                    xa, ya, za, c, g, i, sb[q], u * BLOCK * BLOCK, rows_a, nets_a, boxes_a, whole_a,
-                    cells_a, count_a, here, half,
-                )  # fmt: skip
-                in_b, count_b = _cells_in(
-                    xb, yb, zb, c, h, j, sa[p], v * room_b, rows_b, nets_b, boxes_b, whole_b,
-                    cells_b, count_b, there, half,
-                )  # fmt: skip
-                for e in range(in_a):
-                    a = here[e]
-                    if apart(boxes_a[a], sb[q], none):
-                        continue
-                    for f in range(in_b):
-                        b = there[f]
-                        if apart(boxes_a[a], boxes_b[b], none) or separated(nets_a[a], nets_b[b]):
-                            continue
-                        if n == out.shape[0]:
-                            more = np.empty((2 * n, 2), dtype=np.int64)
-                            more[:n] = out
-                            out = more
-                        out[n] = a, b
-                        n += 1
+        for parts in range(1 * _PARTS, _PARTS * _PARTS):
+            i, j = parts // _PARTS, parts % _PARTS
+            s, t = sa[u * _PARTS + i], sb[v * _PARTS + j]
+            if (
+                j == 0
+                or _clear(s, t)
+                or _beyond(xa, ya, za, c, g, i, t)
+                or _beyond(xb, yb, zb, c, h, j, s)
+            ):
+                continue
+            n_here, count_a = _nets_in(
+                xa, ya, za, c, g, i, t, rows_a[u], nets_a, facts_a, marks_a, count_a, here, half
+            )
+            n_there, count_b = _nets_in(
+                xb, yb, zb, c, h, j, s, rows_b[v], nets_b, facts_b, marks_b, count_b, there, half
+            )
+            out, n = _meet_nets(
+                here, n_here, nets_a, facts_a, there, n_there, nets_b, facts_b, out, n
+            )
     out = out[:n].copy()
-    names_a, kept_a, flags_a = _used(rows_a, nets_a, whole_a, cells_a, out, 0, count_a)
-    names_b, kept_b, flags_b = _used(rows_b, nets_b, whole_b, cells_b, out, 1, count_b)
+    names_a, kept_a, flags_a = _used(nets_a, marks_a, out, 0, count_a)
+    names_b, kept_b, flags_b = _used(nets_b, marks_b, out, 1, count_b)
     return names_a, names_b, kept_a, kept_b, flags_a, flags_b, out

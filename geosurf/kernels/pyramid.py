@@ -28,59 +28,93 @@ SLACK = 1e-9  # [m], above the rounding of coefficients
 
 
 @scalar
-def node_along(x, y, z, i, j, p, q, r):
-    """p x + q y + r z of a node; what has factor 0 is not looked at."""
-    value = 0.0
-    if p != 0.0:
-        value += p * x[0 if x.shape[0] == 1 else i, j]
-    if q != 0.0:
-        value += q * y[i, 0 if y.shape[1] == 1 else j]
-    return value + r * z[i, j] if r != 0.0 else value
+def _stencils(n, first, last):
+    """Nodes first to last of the stencils of cells first to last in a row of n nodes; whether shifted.
+
+    A shifted stencil reaches one node farther in.
+    """
+    shifted = first == 0 or last == n - 1
+    return max(min(first - 1, n - 4), 0), min(max(last + 2, 4), n), shifted
 
 
 @scalar
-def span_along(x, y, z, r0, r1, c0, c1, p, q, r):
-    """Bounds of p x + q y + r z over the cubics of cells, rows r0 to r1 and columns c0 to c1.
-
-    Infinite and the wrong way round if there is no node.
-    """
-    n_row, n_col = z.shape[0] - 1, z.shape[1] - 1
-    i0, i1, j0, j1 = r0 - 1, r1 + 2, c0 - 1, c1 + 2
-    rim = i0 < 0 or j0 < 0 or i1 > n_row + 1 or j1 > n_col + 1
-    part = _AT_RIM if rim else _INSIDE
-    # a shifted stencil reaches one node farther in
-    i0, i1 = max(min(i0, n_row - 3), 0), min(max(i1, 4), n_row + 1)
-    j0, j1 = max(min(j0, n_col - 3), 0), min(max(j1, 4), n_col + 1)
-    base = node_along(x, y, z, r0, c0, p, q, r)
-    corner = node_along(x, y, z, r1, c1, p, q, r)
-    du = node_along(x, y, z, r0, c1, p, q, r)
-    dv = node_along(x, y, z, r1, c0, p, q, r)
-    du, dv = (
-        0.5 * (du - base + corner - dv) / (c1 - c0),
-        0.5 * (dv - base + corner - du) / (r1 - r0),
+def _bounds(low, high, shifted, du, dv, across, along):
+    """Bounds of cubics from those of the nodes less a slope; the wrong way round if there is no node."""
+    if high < low:
+        return low, high
+    more = (_AT_RIM if shifted else _INSIDE) * (high - low) + SLACK
+    du, dv = du * across, dv * along
+    return (
+        low + min(du, 0.0) + min(dv, 0.0) - more,
+        high + max(du, 0.0) + max(dv, 0.0) + more,
     )
-    if not math.isfinite(du + dv):  # a corner is absent: no slope is taken off
-        base, du, dv = 0.0, 0.0, 0.0
+
+
+@scalar
+def _slopes(a, b, c, d, across, along):
+    """What the first of four corners is, and mean slopes; zeros if a corner is absent."""
+    du, dv = 0.5 * (b - a + d - c) / across, 0.5 * (c - a + d - b) / along
+    if not math.isfinite(du + dv):
+        return 0.0, 0.0
+    return du, dv
+
+
+@scalar
+def span_of(q, n_row, n_col, r0, r1, c0, c1):
+    """Bounds of one coordinate over the cubics of cells, rows r0 to r1 and columns c0 to c1."""
+    k, m = (0 if q.shape[0] == 1 else 1), (0 if q.shape[1] == 1 else 1)
+    i0, i1, down = _stencils(n_row, r0, r1)
+    j0, j1, beside = _stencils(n_col, c0, c1)
+    du, dv = _slopes(q[k * r0, m * c0], q[k * r0, m * c1], q[k * r1, m * c0], q[k * r1, m * c1],
+                     c1 - c0, r1 - r0)  # fmt: skip
+    if k == 0:  # all rows are alike
+        i0, i1 = r0, r0 + 1
+    if m == 0:
+        j0, j1 = c0, c0 + 1
     low, high = np.inf, -np.inf
-    if r == 0.0 and q == 0.0 and x.shape[0] == 1:  # all rows are alike
-        i1 = i0 + 1
-    if r == 0.0 and p == 0.0 and y.shape[1] == 1:
-        j1 = j0 + 1
     for i in range(i0, i1):
         for j in range(j0, j1):
-            value = node_along(x, y, z, i, j, p, q, r) - dv * (i - r0) - du * (j - c0)
+            value = q[k * i, m * j] - dv * (i - r0) - du * (j - c0)
             # written so that a node that is absent changes nothing
             if value < low:
                 low = value
             if value > high:
                 high = value
-    if high < low:
-        return low, high
-    more = part * (high - low) + SLACK
-    across, along = du * (c1 - c0), dv * (r1 - r0)
-    low += min(across, 0.0) + min(along, 0.0) - more
-    high += max(across, 0.0) + max(along, 0.0) + more
-    return low, high
+    return _bounds(low, high, down or beside, du, dv, c1 - c0, r1 - r0)
+
+
+@scalar
+def span_along(x, y, z, r0, r1, c0, c1, p, q, r):
+    """Bounds of p x + q y + r z over the cubics of cells, rows r0 to r1 and columns c0 to c1."""
+    k, m = (0 if x.shape[0] == 1 else 1), (0 if y.shape[1] == 1 else 1)
+    i0, i1, down = _stencils(z.shape[0], r0, r1)
+    j0, j1, beside = _stencils(z.shape[1], c0, c1)
+    du, dv = _slopes(
+        p * x[k * r0, c0] + q * y[r0, m * c0] + r * z[r0, c0],
+        p * x[k * r0, c1] + q * y[r0, m * c1] + r * z[r0, c1],
+        p * x[k * r1, c0] + q * y[r1, m * c0] + r * z[r1, c0],
+        p * x[k * r1, c1] + q * y[r1, m * c1] + r * z[r1, c1],
+        c1 - c0, r1 - r0,
+    )  # fmt: skip
+    low, high = np.inf, -np.inf
+    for i in range(i0, i1):
+        for j in range(j0, j1):
+            value = p * x[k * i, j] + q * y[i, m * j] + r * z[i, j]
+            value = value - dv * (i - r0) - du * (j - c0)
+            if value < low:
+                low = value
+            if value > high:
+                high = value
+    return _bounds(low, high, down or beside, du, dv, c1 - c0, r1 - r0)
+
+
+@scalar
+def box_of(x, y, z, r0, r1, c0, c1, box):
+    """Box around the cubics of cells into the first six of `box`."""
+    n_row, n_col = z.shape
+    box[0], box[3] = span_of(x, n_row, n_col, r0, r1, c0, c1)
+    box[1], box[4] = span_of(y, n_row, n_col, r0, r1, c0, c1)
+    box[2], box[5] = span_of(z, n_row, n_col, r0, r1, c0, c1)
 
 
 @entry("d2 d2 d2 -> d2 l2")
@@ -101,10 +135,7 @@ def lattice_pyramid(x, y, z):
         for j in range(shape[0, 2]):
             r0, r1 = i * BLOCK, min(i * BLOCK + BLOCK, n_row)
             c0, c1 = j * BLOCK, min(j * BLOCK + BLOCK, n_col)
-            box = boxes[i * shape[0, 2] + j]
-            box[0], box[3] = span_along(x, y, z, r0, r1, c0, c1, 1.0, 0.0, 0.0)
-            box[1], box[4] = span_along(x, y, z, r0, r1, c0, c1, 0.0, 1.0, 0.0)
-            box[2], box[5] = span_along(x, y, z, r0, r1, c0, c1, 0.0, 0.0, 1.0)
+            box_of(x, y, z, r0, r1, c0, c1, boxes[i * shape[0, 2] + j])
     for level in range(1, n_level):
         before, _, below = shape[level - 1]
         for i in range(shape[level, 1]):
@@ -168,7 +199,8 @@ def block_pairs(boxes, shape, items, planes):
 
 
 @scalar
-def _cast_shadow(net, p, q, r):
+def shadow(net, p, q, r):
+    """Bounds of p x + q y + r z over a net."""
     low, high = np.inf, -np.inf
     for k in range(4):
         for col in range(4):
@@ -208,8 +240,8 @@ def separated(one, two):
             p, q, r = net_normal(one) if axis == 3 else net_normal(two)
             if not np.isfinite(p + q + r):
                 continue
-        low, high = _cast_shadow(one, p, q, r)
-        floor, ceiling = _cast_shadow(two, p, q, r)
+        low, high = shadow(one, p, q, r)
+        floor, ceiling = shadow(two, p, q, r)
         if low > ceiling + SLACK or floor > high + SLACK:
             return True
     return False
