@@ -1,14 +1,16 @@
 """Cubic arcs between knots of a curve: places on them, distances from them, chords along them.
 
-An arc is the cubic with given ends and slopes (Hermite). It misses a smooth curve by O(s^4) where a chord
-misses it by O(s^2), s its length; so Newton's method is needed at few knots, and chords are cut from arcs.
-A chord misses its part of an arc by |B''| h^2 / 8 at most, with B'' the second derivative by the arc's own
-parameter, h the part of it: B'' is linear, so its larger end bounds it.
+An arc is the cubic with given ends and slopes (Hermite). It misses a smooth curve by O(s^4) where
+a chord misses it by O(s^2), s its length; so Newton's method is needed at few knots, and chords
+are cut from arcs. A chord misses its part of an arc by |B''| h^2 / 8 at most, with B'' the second
+derivative by the arc's own parameter, h the part of it: B'' is linear, so its larger end bounds
+it.
 
 Letters
     B         the cubic; t from 0 to 1
-    k         knots (N_KNOT,): point and parameters as in `lift` (7,), the same per metre along the curve (7,),
-              length of the arc that ends here, how far the curve was found from it, six doubts, sine
+    k         knots (N_KNOT,): point and parameters as in `lift` (7,), the same per metre along the
+              curve (7,), length of the arc that ends here, how far the curve was found from it,
+              six doubts, sine
 """
 
 from __future__ import annotations
@@ -44,7 +46,7 @@ def along_arc(one, two, t):
 
 @scalar
 def set_length(one, two):
-    """Length of the arc between two knots from its chord and the turn of its tangents, to O(s^5)."""
+    """Length of the arc between two knots, from its chord and the turn of tangents, to O(s^5)."""
     chord, turn = 0.0, 0.0
     for k in range(3):
         chord += (two[k] - one[k]) ** 2

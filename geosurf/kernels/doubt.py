@@ -1,10 +1,10 @@
 """How far the curve of the cubics may be from the true one, from what interpolants say along it.
 
-Interpolants of 4, 6 and 8 points are compared (`patch.trust`). Their differences are summed like a geometric
-series, ``d / (1 - q)``, with q the ratio of the second to the first over a window, at most ROUGH. The noise
-that would make the second difference is added, since noise passes through all of them. Where q is more than
-ROUGH, interpolants do not converge: there it is noise. Errors of both surfaces add up, over the sine of the
-angle between them.
+Interpolants of 4, 6 and 8 points are compared (`patch.trust`). Their differences are summed like a
+geometric series, ``d / (1 - q)``, with q the ratio of the second to the first over a window, at
+most ROUGH. The noise that would make the second difference is added, since noise passes through
+all of them. Where q is more than ROUGH, interpolants do not converge: there it is noise. Errors of
+both surfaces add up, over the sine of the angle between them.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Landings: from the middle of a pair of cells onto a curve of two lattices, or nowhere.
 
-Newton's method starts in the middle of every pair of cells that bounds leave over (`near`) and that is
-transverse (`cover`: no closed curve lies inside). Landings are kept in the order of the cells of the first
-lattice, so that a walk finds those beside it.
+Newton's method starts in the middle of every pair of cells that bounds leave over (`near`) and
+that is transverse (`cover`: no closed curve lies inside). Landings are kept in the order of the
+cells of the first lattice, so that a walk finds those beside it.
 
-Letters as in `lift`; k rows (8,) of landings: parameters, point, and whether a walk has passed (1), or nothing
-is there (2).
+Letters as in `lift`; k rows (8,) of landings: parameters, point, and whether a walk has passed
+(1), or nothing is there (2).
 """
 
 from __future__ import annotations

@@ -2,11 +2,12 @@
 
 One step intersects three planes: the tangent planes of the two surfaces at the present
 parameters, and a third that holds the place along the curve. Parameters follow by projecting
-the step on the tangents. Steps shrink quadratically: a step e leaves e^2 / 2 R, with R the radius of curvature of
-the surfaces, taken to be more than a metre, or e^2 (e / d^2), as the step d before it shows. It is over when
-either is below what a step `enough` leaves with R = 1 m (the second tenfold); for 1e-6 m that is far below
-what float64 holds at a UTM northing. At the rim of a surface the curve ends, so there the third
-plane is replaced by the rim: the line on which one parameter is held.
+the step on the tangents. Steps shrink quadratically: a step e leaves e^2 / 2 R, with R the radius
+of curvature of the surfaces, taken to be more than a metre, or e^2 (e / d^2), as the step d before
+it shows. It is over when either is below what a step `enough` leaves with R = 1 m (the second
+tenfold); for 1e-6 m that is far below what float64 holds at a UTM northing. At the rim of a surface
+the curve ends, so there the third plane is replaced by the rim: the line on which one parameter is
+held.
 
 Letters as in `patch`, and
     a, b    as suffix: of the first surface (a lattice), of the second (a lattice or triangles)
@@ -57,8 +58,8 @@ def normal(f, o):
 
 
 @scalar
-def _follow(f, o, dx, dy, dz, w, k):
-    """Move parameters w[k], w[k + 1] so that the point moves by (dx, dy, dz); two cells at most."""
+def parameters_of(f, o, dx, dy, dz):
+    """Changes of both parameters of a surface for a step along it (its part across is left out)."""
     ux, uy, uz = f[o + 3], f[o + 4], f[o + 5]
     vx, vy, vz = f[o + 6], f[o + 7], f[o + 8]
     uu, uv, vv = (
@@ -68,8 +69,15 @@ def _follow(f, o, dx, dy, dz, w, k):
     )
     du, dv = ux * dx + uy * dy + uz * dz, vx * dx + vy * dy + vz * dz
     size = uu * vv - uv * uv
-    w[k] += min(max((du * vv - dv * uv) / size, -2.0), 2.0)
-    w[k + 1] += min(max((dv * uu - du * uv) / size, -2.0), 2.0)
+    return (du * vv - dv * uv) / size, (dv * uu - du * uv) / size
+
+
+@scalar
+def _follow(f, o, dx, dy, dz, w, k):
+    """Move parameters w[k], w[k + 1] so that the point moves by (dx, dy, dz); two cells at most."""
+    du, dv = parameters_of(f, o, dx, dy, dz)
+    w[k] += min(max(du, -2.0), 2.0)
+    w[k + 1] += min(max(dv, -2.0), 2.0)
 
 
 @scalar

@@ -1,10 +1,11 @@
 """From pairs of blocks whose boxes meet to pairs of patches that are not apart.
 
-A block of 8 x 8 cells, each quarter of it and each cell lies in its box and in a slab across its own
-diagonals. Blocks are compared by slabs, quarters by boxes and slabs, then cells: by the other quarter, then
-with each other. Control nets are made only for cells that are near, once each.
+A block of 8 x 8 cells, each quarter of it and each cell lies in its box and in a slab across its
+own diagonals. Blocks are compared by slabs, quarters by boxes and slabs, then cells: by the other
+quarter, then with each other. Control nets are made only for cells that are near, once each.
 
-Letters as in `pyramid`; s facts (11,) of a block, quarter or net: box, normal, least and largest along it.
+Letters as in `pyramid`; s facts (11,) of a block, quarter or net: box, normal, least and largest
+along it.
 """
 
 from __future__ import annotations
@@ -15,108 +16,10 @@ import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.patch import cell_net
-from geosurf.kernels.pyramid import BLOCK, SLACK, box_of, net_normal, shadow, span_along
+from geosurf.kernels.pyramid import BLOCK, SLACK, net_normal, shadow, span_along
+from geosurf.kernels.quarters import HALF, N_FACT, PARTS, beyond, cells_of, clear, describe_to
 
-_HALF = BLOCK // 2
-_PARTS = 5  # a block and its quarters
-_FACTS = 11
-
-
-# ---- blocks and quarters -----------------------------------------------------------------
-
-
-@scalar
-def _cells_of(z, block, part):
-    """First and last row and column of the cells of a block (part 0) or a quarter; maybe none."""
-    n_row, n_col = z.shape[0] - 1, z.shape[1] - 1
-    across = (n_col + BLOCK - 1) // BLOCK
-    r0, c0, size = block // across * BLOCK, block % across * BLOCK, BLOCK
-    if part > 0:
-        size = _HALF
-        r0 += (part - 1) // 2 * _HALF
-        c0 += (part - 1) % 2 * _HALF
-    return r0, min(r0 + size, n_row), c0, min(c0 + size, n_col)
-
-
-@scalar
-def _span(x, y, z, c, block, part, p, q, r):
-    """Bounds of p x + q y + r z over a part of a block, or a triangle."""
-    if z.shape[0] > 1:
-        r0, r1, c0, c1 = _cells_of(z, block, part)
-        return span_along(x, y, z, r0, r1, c0, c1, p, q, r)
-    low, high = np.inf, -np.inf
-    for k in range(3):
-        value = p * c[block, k, 0] + q * c[block, k, 1] + r * c[block, k, 2]
-        low, high = min(low, value - SLACK), max(high, value + SLACK)
-    return low, high
-
-
-@scalar
-def _normal_of(x, y, z, c, block, part):
-    """Unit vector across the diagonals of a part, or across a triangle; NaN if there is none."""
-    if z.shape[0] == 1:
-        t = c[block]
-        ux, uy, uz = t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2]
-        vx, vy, vz = t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2]
-    else:
-        r0, r1, c0, c1 = _cells_of(z, block, part)
-        k, m = (0 if x.shape[0] == 1 else 1), (0 if y.shape[1] == 1 else 1)
-        ux, vx = x[k * r1, c1] - x[k * r0, c0], x[k * r1, c0] - x[k * r0, c1]
-        uy, vy = y[r1, m * c1] - y[r0, m * c0], y[r1, m * c0] - y[r0, m * c1]
-        uz, vz = z[r1, c1] - z[r0, c0], z[r1, c0] - z[r0, c1]
-    p, q, r = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    size = math.sqrt(p * p + q * q + r * r)
-    return p / size, q / size, r / size
-
-
-@scalar
-def _describe(x, y, z, c, block, part, s):
-    """Facts of a part; the box of a part without cells is empty, that of a whole block not asked for."""
-    for k in range(3):
-        s[k], s[3 + k], s[6 + k] = np.inf, -np.inf, np.nan
-    if z.shape[0] == 1:
-        if part > 1:
-            return
-        if part == 1:
-            for k in range(3):
-                s[k] = min(c[block, 0, k], c[block, 1, k], c[block, 2, k]) - SLACK
-                s[3 + k] = max(c[block, 0, k], c[block, 1, k], c[block, 2, k]) + SLACK
-    else:
-        r0, r1, c0, c1 = _cells_of(z, block, part)
-        if r0 >= r1 or c0 >= c1:
-            return
-        if part > 0:
-            box_of(x, y, z, r0, r1, c0, c1, s)
-    s[6], s[7], s[8] = _normal_of(x, y, z, c, block, part)
-    if math.isfinite(s[6]):
-        s[9], s[10] = _span(x, y, z, c, block, part, s[6], s[7], s[8])
-
-
-@scalar
-def _describe_to(x, y, z, c, block, known, wanted, s, place):
-    """Describe the first parts of a block that are not known yet; how many are known now."""
-    for part in range(known, wanted):
-        _describe(x, y, z, c, block, part, s[place * _PARTS + part])
-    return max(known, wanted)
-
-
-@scalar
-def _beyond(x, y, z, c, block, part, slab):
-    """Whether a part is outside of another one's slab."""
-    if not math.isfinite(slab[6]):
-        return False
-    low, high = _span(x, y, z, c, block, part, slab[6], slab[7], slab[8])
-    return low > slab[10] or high < slab[9]
-
-
-@scalar
-def _clear(s, t):
-    """Whether two boxes are apart; an empty or undefined one is apart from all."""
-    return not (
-        s[0] <= t[3] and t[0] <= s[3]
-        and s[1] <= t[4] and t[1] <= s[4]
-        and s[2] <= t[5] and t[2] <= s[5]
-    )  # fmt: skip
+_PAIRS = np.array([(i, j) for i in range(1, PARTS) for j in range(1, PARTS)])  # of quarters
 
 
 # ---- nets --------------------------------------------------------------------------------
@@ -156,15 +59,13 @@ def _triangle_net(t, net):
             p, q = col / 3.0, k / 3.0
             for axis in range(3):
                 net[k, col, axis] = (
-                    t[0, axis]
-                    + p * (t[1, axis] - t[0, axis])
-                    + p * q * (t[2, axis] - t[1, axis])
+                    t[0, axis] + p * (t[1, axis] - t[0, axis]) + p * q * (t[2, axis] - t[1, axis])
                 )
 
 
 @scalar
 def _make_net(x, y, z, c, block, i, j, net, s, mark, half):
-    """Net and facts of cell (i, j), or of a triangle; `mark`: its number, and whether it is whole."""
+    """Net and facts of cell (i, j), or of a triangle; `mark`: its number, whether it is whole."""
     if z.shape[0] > 1:
         mark[0] = i * (z.shape[1] - 1) + j
         mark[1] = cell_net(x, y, z, i, j, net, half)
@@ -176,7 +77,7 @@ def _make_net(x, y, z, c, block, i, j, net, s, mark, half):
 
 @scalar
 def _nets_in(x, y, z, c, block, part, slab, rows, nets, facts, marks, n, out, half):
-    """Rows of the cells of a part that are near another part, into `out`; counts of them and of nets.
+    """Rows of the cells of a part that are near another part, into `out`; how many, and nets.
 
     `rows` (64,) of the cells of the block; nets are made where there are none.
     """
@@ -184,7 +85,7 @@ def _nets_in(x, y, z, c, block, part, slab, rows, nets, facts, marks, n, out, ha
     r0, r1, c0, c1 = 0, 1, 0, 1
     lattice = z.shape[0] > 1
     if lattice:
-        r0, r1, c0, c1 = _cells_of(z, block, part)
+        r0, r1, c0, c1 = cells_of(z, block, part)
     for i in range(r0, r1):
         for j in range(c0, c1):
             at = i % BLOCK * BLOCK + j % BLOCK if lattice else 0
@@ -197,7 +98,7 @@ def _nets_in(x, y, z, c, block, part, slab, rows, nets, facts, marks, n, out, ha
                 rows[at] = n
                 n += 1
             k = rows[at]
-            if not _clear(facts[k], slab) and not _outside(nets[k], slab):
+            if not clear(facts[k], slab) and not _outside(nets[k], slab):
                 out[count] = k
                 count += 1
     return count, n
@@ -211,7 +112,7 @@ def _meet_nets(here, n_here, nets_a, facts_a, there, n_there, nets_b, facts_b, o
         for g in range(n_there):
             b = there[g]
             if (
-                _clear(facts_a[a], facts_b[b])
+                clear(facts_a[a], facts_b[b])
                 or _outside(nets_a[a], facts_b[b])
                 or _outside(nets_b[b], facts_a[a])
             ):
@@ -259,12 +160,12 @@ def _used(nets, marks, pairs, side, n):
 @scalar
 def _near_blocks(xa, ya, za, xb, yb, zb, c, g, h, known_a, known_b, sa, sb, u, v):
     """Whether no slab of two blocks parts them; their quarters are described then."""
-    known_a[u] = _describe_to(xa, ya, za, c, g, known_a[u], 1, sa, u)
-    known_b[v] = _describe_to(xb, yb, zb, c, h, known_b[v], 1, sb, v)
-    if _beyond(xa, ya, za, c, g, 0, sb[v * _PARTS]) or _beyond(xb, yb, zb, c, h, 0, sa[u * _PARTS]):
+    known_a[u] = describe_to(xa, ya, za, c, g, known_a[u], 1, sa, u)
+    known_b[v] = describe_to(xb, yb, zb, c, h, known_b[v], 1, sb, v)
+    if beyond(xa, ya, za, c, g, 0, sb[v * PARTS]) or beyond(xb, yb, zb, c, h, 0, sa[u * PARTS]):
         return False
-    known_a[u] = _describe_to(xa, ya, za, c, g, known_a[u], _PARTS, sa, u)
-    known_b[v] = _describe_to(xb, yb, zb, c, h, known_b[v], _PARTS, sb, v)
+    known_a[u] = describe_to(xa, ya, za, c, g, known_a[u], PARTS, sa, u)
+    known_b[v] = describe_to(xb, yb, zb, c, h, known_b[v], PARTS, sb, v)
     return True
 
 
@@ -278,34 +179,26 @@ def near_patches(xa, ya, za, xb, yb, zb, c, pairs, n_block_a, n_block_b):
     of_a, na = _numbered(pairs, 0, n_block_a)
     of_b, nb = _numbered(pairs, 1, n_block_b)
     room_b = BLOCK * BLOCK if zb.shape[0] > 1 else 1
-    sa, sb = np.empty((na * _PARTS, _FACTS)), np.empty((nb * _PARTS, _FACTS))
+    sa, sb = np.empty((na * PARTS, N_FACT)), np.empty((nb * PARTS, N_FACT))
     known_a, known_b = np.zeros(na, dtype=np.int64), np.zeros(nb, dtype=np.int64)
     rows_a = np.full((na, BLOCK * BLOCK), -1, dtype=np.int64)
     rows_b = np.full((nb, room_b), -1, dtype=np.int64)
     # as large as can be: memory that is never touched costs nothing
-    nets_a, facts_a = np.empty((rows_a.size, 4, 4, 3)), np.empty((rows_a.size, _FACTS))
-    nets_b, facts_b = np.empty((rows_b.size, 4, 4, 3)), np.empty((rows_b.size, _FACTS))
+    nets_a, facts_a = np.empty((rows_a.size, 4, 4, 3)), np.empty((rows_a.size, N_FACT))
+    nets_b, facts_b = np.empty((rows_b.size, 4, 4, 3)), np.empty((rows_b.size, N_FACT))
     marks_a = np.empty((rows_a.size, 2), dtype=np.int64)
     marks_b = np.empty((rows_b.size, 2), dtype=np.int64)
-    here, there = np.empty(_HALF * _HALF, dtype=np.int64), np.empty(_HALF * _HALF, dtype=np.int64)
+    here, there = np.empty(HALF * HALF, dtype=np.int64), np.empty(HALF * HALF, dtype=np.int64)
     half, out = np.empty((4, 4)), np.empty((256, 2), dtype=np.int64)
     n, count_a, count_b = 0, 0, 0
     for k in range(pairs.shape[0]):
         g, h = pairs[k, 0], pairs[k, 1]
         u, v = of_a[g], of_b[h]
-        if not _near_blocks(
-            xa, ya, za, xb, yb, zb, c, g, h, known_a, known_b, sa, sb, u, v
-        ):
+        if not _near_blocks(xa, ya, za, xb, yb, zb, c, g, h, known_a, known_b, sa, sb, u, v):
             continue
-        for parts in range(1 * _PARTS, _PARTS * _PARTS):
-            i, j = parts // _PARTS, parts % _PARTS
-            s, t = sa[u * _PARTS + i], sb[v * _PARTS + j]
-            if (
-                j == 0
-                or _clear(s, t)
-                or _beyond(xa, ya, za, c, g, i, t)
-                or _beyond(xb, yb, zb, c, h, j, s)
-            ):
+        for i, j in _PAIRS:
+            s, t = sa[u * PARTS + i], sb[v * PARTS + j]
+            if clear(s, t) or beyond(xa, ya, za, c, g, i, t) or beyond(xb, yb, zb, c, h, j, s):
                 continue
             n_here, count_a = _nets_in(
                 xa, ya, za, c, g, i, t, rows_a[u], nets_a, facts_a, marks_a, count_a, here, half

@@ -29,7 +29,7 @@ SLACK = 1e-9  # [m], above the rounding of coefficients
 
 @scalar
 def _stencils(n, first, last):
-    """Nodes first to last of the stencils of cells first to last in a row of n nodes; whether shifted.
+    """Nodes that stencils of some cells in a row of n nodes reach, and whether one is shifted.
 
     A shifted stencil reaches one node farther in.
     """
@@ -39,7 +39,7 @@ def _stencils(n, first, last):
 
 @scalar
 def _bounds(low, high, shifted, du, dv, across, along):
-    """Bounds of cubics from those of the nodes less a slope; the wrong way round if there is no node."""
+    """Bounds of cubics from those of nodes less a slope; the wrong way round if there is none."""
     if high < low:
         return low, high
     more = (_AT_RIM if shifted else _INSIDE) * (high - low) + SLACK

@@ -1,13 +1,14 @@
 """All curves of two smooth lattices at once: a landing in each pair of cells, a walk from each.
 
-From a landing (`land`) that no walk has passed yet, the curve is walked both ways until it closes or leaves a
-surface, from knot to knot. A step goes on along the cubic of the last arc and comes back by Newton's method
-in the plane across. It is kept if the cubic arc between the two knots (`arcs`), measured at its quarters as in
-`resample`, is near enough to the curve; its length follows the fourth root of that distance. Chords are
-cut from the arcs at the end, by what the estimate along the whole curve (`doubt`) leaves of the tolerance.
+From a landing (`land`) that no walk has passed yet, the curve is walked both ways until it closes
+or leaves a surface, from knot to knot. A step goes on along the cubic of the last arc and comes
+back by Newton's method in the plane across. It is kept if the cubic arc between the two knots
+(`arcs`), measured at its quarters as in `resample`, is near enough to the curve; its length
+follows the fourth root of that distance. Chords are cut from the arcs at the end, by what the
+estimate along the whole curve (`doubt`) leaves of the tolerance.
 
-A pair of cells is settled if its surfaces are transverse and its landing lies beside a walk. All other
-pairs are handed back, to be split.
+A pair of cells is settled if its surfaces are transverse and its landing lies beside a walk. All
+other pairs are handed back, to be split.
 
 Letters as in `lift` and `arcs`.
 """
@@ -27,79 +28,30 @@ from geosurf.kernels.arcs import (
     K_SLOPE,
     N_KNOT,
     along_arc,
-    chords,
     on_arc,
     set_length,
 )
-from geosurf.kernels.doubt import doubt_at
-from geosurf.kernels.land import OPEN, PASSED, cell_of, land_all, pass_by
+from geosurf.kernels.knots import cut_chords, doubt_knot, set_knot, turn_round, with_room
+from geosurf.kernels.land import OPEN, PASSED, land_all, pass_by
 from geosurf.kernels.lift import (
     F_POINT,
-    F_SINE,
     F_TANGENT,
     LIFTED,
     N_WORK,
     OUTSIDE,
-    doubt,
     meet_line,
     meet_to,
 )
-from geosurf.kernels.resample import SAFETY
 from geosurf.kernels.trace import AT_RIM, CLOSED, LOST, passed, put_on
 
-NOISY = 4  # beside AT_RIM, CLOSED, LOST
+NOISY = 4  # or a hole within three cells; beside AT_RIM, CLOSED, LOST
 _FARTHEST = 2.0  # [cells] of one step
 _MOST = 200_000
 _SHORTEST = 1e-6  # of the first step
 _SAME = 4.0  # [tolerances]: what is nearer to a walk is on it
-# how far an arc may be from the curve: a part of the tolerance, and no farther than the cubics may be from the
-# surfaces, or a smaller part, so that points stay as good as the nodes allow
+# how far an arc may be from the curve: a part of the tolerance, and no farther than the cubics may
+# be from the surfaces, or a smaller part, so that points stay as good as the nodes allow
 _ARC, _FINEST = 0.05, 0.002
-_LEAST = 0.05  # of the tolerance: if less is left for a chord
-_BEYOND = 0.25  # it gets this part, since the tolerance cannot be met
-
-
-@scalar
-def _set_knot(way, f, knot):
-    """Point, tangent that goes `way`, parameters per metre along it and sine, of what Newton found.
-
-    `knot` has its parameters already. Returns the largest rate.
-    """
-    for k in range(3):
-        knot[k] = f[F_POINT + k]
-        knot[K_SLOPE + k] = way * f[F_TANGENT + k]
-    knot[K_SINE] = f[F_SINE]
-    largest = 0.0
-    p, q, r = knot[K_SLOPE], knot[K_SLOPE + 1], knot[K_SLOPE + 2]
-    for k in range(2):
-        ux, uy, uz = f[9 * k + 3], f[9 * k + 4], f[9 * k + 5]
-        vx, vy, vz = f[9 * k + 6], f[9 * k + 7], f[9 * k + 8]
-        uu, uv, vv = (
-            ux * ux + uy * uy + uz * uz,
-            ux * vx + uy * vy + uz * vz,
-            vx * vx + vy * vy + vz * vz,
-        )
-        du, dv = ux * p + uy * q + uz * r, vx * p + vy * q + vz * r
-        size = uu * vv - uv * uv
-        du, dv = (du * vv - dv * uv) / size, (dv * uu - du * uv) / size
-        knot[K_SLOPE + 3 + 2 * k], knot[K_SLOPE + 4 + 2 * k] = du, dv
-        largest = max(largest, abs(du), abs(dv))
-    return largest
-
-
-@scalar
-def _doubt_knot(xa, ya, za, xb, yb, zb, f, before, knot):
-    """How far the cells of a knot are to be trusted; looked up where cells change."""
-    same = (
-        before[K_LENGTH] >= 0.0
-        and cell_of(za, knot[3], knot[4]) == cell_of(za, before[3], before[4])
-        and cell_of(zb, knot[5], knot[6]) == cell_of(zb, before[5], before[6])
-    )
-    if same:
-        for k in range(K_DOUBT, K_SINE):
-            knot[k] = before[k]
-    else:
-        doubt(xa, ya, za, xb, yb, zb, knot[3:7], f, knot[K_DOUBT:K_SINE])
 
 
 @scalar
@@ -142,9 +94,7 @@ def _ahead(xa, ya, za, xb, yb, zb, c, knots, first, n, step, enough, row, f):
             row[k] = here[k] + step * here[K_SLOPE + k]
     p, q, r = here[K_SLOPE], here[K_SLOPE + 1], here[K_SLOPE + 2]
     w = row[3:7]
-    found = meet_to(
-        xa, ya, za, xb, yb, zb, c, 0, w, row[0], row[1], row[2], p, q, r, enough, f
-    )
+    found = meet_to(xa, ya, za, xb, yb, zb, c, 0, w, row[0], row[1], row[2], p, q, r, enough, f)
     if found != OUTSIDE:
         return found, False
     hold = passed(za, zb, w)
@@ -168,34 +118,22 @@ def _way_on(here, step, f):
 
 
 @scalar
-def _room(knots, n):
-    """Knots with room for one more."""
-    if n < knots.shape[0]:
-        return knots
-    more = np.empty((2 * n, N_KNOT))
-    more[:n] = knots
-    return more
-
-
-@scalar
 def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, cells, order, land, knots,
           first, row, f):  # fmt: skip
     """Append knots from a seed (7,), itself included, to where the walk ends; that end."""
     n, loose = first, math.sqrt(1e-3 * tolerance * min(1.0, step))
-    knots = _room(knots, n)
+    knots = with_room(knots, n)
     knots[n, :7], knots[n, K_LENGTH], knots[n, K_AWAY] = seed, -1.0, 0.0
     x, y, z = seed[0], seed[1], seed[2]
-    found = meet_to(
-        xa, ya, za, xb, yb, zb, c, 0, knots[n, 3:7], x, y, z, 0.0, 0.0, 0.0, enough, f
-    )
+    found = meet_to(xa, ya, za, xb, yb, zb, c, 0, knots[n, 3:7], x, y, z, 0.0, 0.0, 0.0, enough, f)
     if found != LIFTED:
         return knots, n, LOST
-    steepest = _set_knot(way, f, knots[n])
-    _doubt_knot(xa, ya, za, xb, yb, zb, f, knots[n], knots[n])
+    steepest = set_knot(way, f, knots[n])
+    doubt_knot(xa, ya, za, xb, yb, zb, f, knots[n], knots[n])
     shortest, reach = _SHORTEST * step, _SAME * tolerance
     n += 1
     while n - first < _MOST and step > shortest:
-        knots = _room(knots, n)
+        knots = with_room(knots, n)
         start, here, goal = knots[first], knots[n - 1], knots[n]
         step, target = min(step, _FARTHEST / steepest), _allowed(here, tolerance)
         ax, ay, az = start[0] - here[0], start[1] - here[1], start[2] - here[2]
@@ -209,17 +147,15 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, cells, 
                 pass_by(za, here, goal, reach, f, cells, order, land)
                 return knots, n + 1, CLOSED
             step = min(step, 0.4 * left)
-        found, at_rim = _ahead(
-            xa, ya, za, xb, yb, zb, c, knots, first, n, step, enough, row, f
-        )
+        found, at_rim = _ahead(xa, ya, za, xb, yb, zb, c, knots, first, n, step, enough, row, f)
         turn = _way_on(here, step, f) if found == LIFTED else 0.0
         if turn == 0.0:
             step *= 0.5
             continue
         goal[3:7] = row[3:7]
-        rate = _set_knot(turn, f, goal)
+        rate = set_knot(turn, f, goal)
         set_length(here, goal)
-        _doubt_knot(xa, ya, za, xb, yb, zb, f, here, goal)
+        doubt_knot(xa, ya, za, xb, yb, zb, f, here, goal)
         away = _away(xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, f)
         if away > target:
             step *= max(0.3, 0.9 * math.sqrt(math.sqrt(target / away)))
@@ -235,22 +171,6 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, cells, 
 
 
 @scalar
-def _turn_round(knots, a, b):
-    """Reverse knots a to b, and the way through them; an arc goes with the knot that is now its end."""
-    low, high = a, b - 1
-    while low < high:
-        for k in range(N_KNOT):
-            knots[low, k], knots[high, k] = knots[high, k], knots[low, k]
-        low += 1
-        high -= 1
-    for i in range(b - 1, a - 1, -1):
-        for k in range(K_SLOPE, K_LENGTH):
-            knots[i, k] = -knots[i, k]
-        knots[i, K_LENGTH] = knots[i - 1, K_LENGTH] if i > a else -1.0
-        knots[i, K_AWAY] = knots[i - 1, K_AWAY] if i > a else 0.0
-
-
-@scalar
 def _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, cells, order, land,
                     knots, first, row, f):  # fmt: skip
     """The whole curve through a seed: knots, how many there are now, how it ends."""
@@ -258,46 +178,13 @@ def _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, ce
                           order, land, knots, first, row, f)  # fmt: skip
     if end != AT_RIM:
         return knots, n, end
-    _turn_round(knots, first, n)
+    turn_round(knots, first, n)
     middle = n - 1  # the seed comes once more
     length, away = knots[middle, K_LENGTH], knots[middle, K_AWAY]
-    knots, n, end = _walk(xa, ya, za, xb, yb, zb, c, seed, 1.0, step, tolerance, enough, cells, order,
-                          land, knots, middle, row, f)  # fmt: skip
+    knots, n, end = _walk(xa, ya, za, xb, yb, zb, c, seed, 1.0, step, tolerance, enough, cells,
+                          order, land, knots, middle, row, f)  # fmt: skip
     knots[middle, K_LENGTH], knots[middle, K_AWAY] = length, away
     return knots, n, AT_RIM if end == AT_RIM else LOST
-
-
-@scalar
-def _cut(knots, a, b, tolerance, rows, n):
-    """Append points and parameters (7,) along knots a to b; the bound, the doubt in it, whether noise.
-
-    Chords get what is left of the tolerance at both ends of their arc and at the knots beside those.
-    """
-    doubts = np.empty(b - a)
-    noisy = False
-    for k in range(a, b):
-        doubts[k - a], rough = doubt_at(knots, K_DOUBT, k, a, b)
-        noisy = noisy or not rough <= 0.5 * tolerance
-    worst, bound = doubts.max(), 0.0
-    for k in range(a, b):
-        if k == a:
-            count = 1
-        else:
-            fault = SAFETY * knots[k, K_AWAY]
-            taken = doubts[max(k - a - 2, 0) : k - a + 2].max() + fault
-            left = tolerance - taken
-            left = left if left > _LEAST * tolerance else _BEYOND * tolerance
-            count, error = chords(knots[k - 1], knots[k], left)
-            bound = max(bound, taken + error)
-        if n + count > rows.shape[0]:
-            more = np.empty((2 * (n + count), 7))
-            more[:n] = rows[:n]
-            rows = more
-        for i in range(1, count):
-            on_arc(knots[k - 1], knots[k], i / count, rows[n + i - 1])
-        n += count
-        rows[n - 1] = knots[k, :7]
-    return rows, n, bound, worst, noisy
 
 
 @entry("d2 d2 d2 d2 d2 d2 d3 l2 l1 l1 d4 d4 d d -> d2 l1 l1 d2 l1")
@@ -326,7 +213,7 @@ def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, s
         knots, m, end = _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough,
                                         cells, order, land, knots, 0, row, f)  # fmt: skip
         if end != LOST:
-            rows, n, figures[count, 0], figures[count, 1], noisy = _cut(
+            rows, n, figures[count, 0], figures[count, 1], noisy = cut_chords(
                 knots, 0, m, tolerance, rows, n
             )
             end = NOISY if noisy else end

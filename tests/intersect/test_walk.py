@@ -14,6 +14,7 @@ from tests.intersect.smooth_worlds import (
     along,
     distance_from,
     horizon,
+    level,
     listric_fault,
     wavy_horizon,
 )
@@ -107,6 +108,22 @@ def test_what_is_not_whole_and_smooth_is_left_to_the_plain_curve(spoil, walks, r
     curves = intersect_surfaces([horizon(height, 81), other], tolerance=0.01)
     assert walks == [False]
     assert {place.reason for place in curves.places} & {spoil}
+
+
+@pytest.mark.parametrize("away", [3, 4])
+def test_a_hole_that_only_the_estimate_reaches_is_left_to_the_plain_curve(away, walks):
+    """The curve runs between columns 40 and 41; eight nodes around it are looked at."""
+
+    def height(x, y):
+        z = 0.05 * (x - 2025) + 1e-5 * (x - 2025) * (y - 2000)
+        z[30, 41 + away] = np.nan
+        return z
+
+    curves = intersect_surfaces([horizon(height, 81), level(0.0)], tolerance=0.01)
+    holes = [place for place in curves.places if place.reason == "hole"]
+    assert walks == [away > 3]
+    assert bool(holes) == (away == 3)
+    assert curves.n_curve == 1
 
 
 def test_a_bound_beyond_reach_is_told_and_the_curve_still_walked(walks):

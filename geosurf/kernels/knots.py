@@ -1,0 +1,123 @@
+"""Knots of a walk: what Newton's method found there, and at the end the chords between them.
+
+Letters as in `lift` and `arcs`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.kernels._jit import scalar
+from geosurf.kernels.arcs import (
+    K_AWAY,
+    K_DOUBT,
+    K_LENGTH,
+    K_SINE,
+    K_SLOPE,
+    N_KNOT,
+    chords,
+    on_arc,
+)
+from geosurf.kernels.doubt import doubt_at
+from geosurf.kernels.land import cell_of
+from geosurf.kernels.lift import F_POINT, F_SINE, F_TANGENT, doubt, parameters_of
+from geosurf.kernels.resample import SAFETY
+
+_LEAST = 0.05  # of the tolerance: if less is left for a chord
+_BEYOND = 0.25  # it gets this part, since the tolerance cannot be met
+
+
+@scalar
+def set_knot(way, f, knot):
+    """Point, tangent that goes `way`, parameters per metre along it and sine, of what Newton found.
+
+    `knot` has its parameters already. Returns the largest rate.
+    """
+    for k in range(3):
+        knot[k] = f[F_POINT + k]
+        knot[K_SLOPE + k] = way * f[F_TANGENT + k]
+    knot[K_SINE] = f[F_SINE]
+    p, q, r = knot[K_SLOPE], knot[K_SLOPE + 1], knot[K_SLOPE + 2]
+    largest = 0.0
+    for k in range(2):
+        du, dv = parameters_of(f, 9 * k, p, q, r)
+        knot[K_SLOPE + 3 + 2 * k], knot[K_SLOPE + 4 + 2 * k] = du, dv
+        largest = max(largest, abs(du), abs(dv))
+    return largest
+
+
+@scalar
+def doubt_knot(xa, ya, za, xb, yb, zb, f, before, knot):
+    """How far the cells of a knot are to be trusted; looked up where cells change."""
+    same = (
+        before[K_LENGTH] >= 0.0
+        and cell_of(za, knot[3], knot[4]) == cell_of(za, before[3], before[4])
+        and cell_of(zb, knot[5], knot[6]) == cell_of(zb, before[5], before[6])
+    )
+    if same:
+        for k in range(K_DOUBT, K_SINE):
+            knot[k] = before[k]
+    else:
+        doubt(xa, ya, za, xb, yb, zb, knot[3:7], f, knot[K_DOUBT:K_SINE])
+
+
+@scalar
+def with_room(knots, n):
+    """Knots with room for one more."""
+    if n < knots.shape[0]:
+        return knots
+    more = np.empty((2 * n, N_KNOT))
+    more[:n] = knots
+    return more
+
+
+@scalar
+def turn_round(knots, a, b):
+    """Reverse knots a to b and the way through them; an arc goes with what is now its end."""
+    low, high = a, b - 1
+    while low < high:
+        for k in range(N_KNOT):
+            knots[low, k], knots[high, k] = knots[high, k], knots[low, k]
+        low += 1
+        high -= 1
+    for i in range(b - 1, a - 1, -1):
+        for k in range(K_SLOPE, K_LENGTH):
+            knots[i, k] = -knots[i, k]
+        knots[i, K_LENGTH] = knots[i - 1, K_LENGTH] if i > a else -1.0
+        knots[i, K_AWAY] = knots[i - 1, K_AWAY] if i > a else 0.0
+
+
+@scalar
+def cut_chords(knots, a, b, tolerance, rows, n):
+    """Append points and parameters (7,) along knots a to b; the bound, the estimate in it, and
+    whether that is noise or not known.
+
+    Chords get what is left of the tolerance at both ends of their arc and at the knots beside.
+    """
+    doubts = np.empty(b - a)
+    noisy = False
+    for k in range(a, b):
+        doubts[k - a], rough = doubt_at(knots, K_DOUBT, k, a, b)
+        noisy = noisy or not (rough <= 0.5 * tolerance and math.isfinite(doubts[k - a]))
+    worst, bound = doubts.max(), 0.0
+    for k in range(a, b):
+        if k == a:
+            count = 1
+        else:
+            fault = SAFETY * knots[k, K_AWAY]
+            taken = doubts[max(k - a - 2, 0) : k - a + 2].max() + fault
+            left = tolerance - taken
+            left = left if left > _LEAST * tolerance else _BEYOND * tolerance
+            count, error = chords(knots[k - 1], knots[k], left)
+            bound = max(bound, taken + error)
+        if n + count > rows.shape[0]:
+            more = np.empty((2 * (n + count), 7))
+            more[:n] = rows[:n]
+            rows = more
+        for i in range(1, count):
+            on_arc(knots[k - 1], knots[k], i / count, rows[n + i - 1])
+        n += count
+        rows[n - 1] = knots[k, :7]
+    return rows, n, bound, worst, noisy
