@@ -1,17 +1,14 @@
 """Where a grid with straight axes meets another grid: pairs of triangles, decided where floats can.
 
 In the map, cells of a grid with rising axes are found by bisection. So each cell of the other grid
-asks only the cells below or above it, and of these only those at its height; blocks of it that
-the pyramid of the first grid (`tree`) shows to be above or below are passed over as a whole. The
-corners of both triangles are at hand then, and signs that floats are sure of settle nearly all
-pairs at once, the way `contact` does it.
+asks only the cells below or above it, a patch of them at its height; blocks of it that
+the pyramid of the first grid (`tree`) shows to be above or below are passed over as a whole. Which
+triangles of the patch meet those of the cell is seen from the sides of its nodes (`sided`).
 
-Notation, beside that of `tree`: side A has the axes, side B any coordinates
-    c    corners in the local frame, float64 (8, 3): of a cell of A, then of one of B
-    v    corners (rows of c) of triangles, int64 (4, 3): 0 and 1 of A, 2 and 3 of B
-    f    plane of each triangle, float64 (4, 7): see `predicates.plane_terms`
-    signs  sides of a triangle of B on which corners of a cell of A lie, 0 where floats doubt
+Notation, beside that of `tree` and `sided`: side A has the axes, side B any coordinates
     box  float64 (6,): of a block, then of a cell of B
+    at   a cell of B, int64 (6,): its row and column, and first and last (one more) row and column
+         of the cells of A below or above it
 """
 
 from __future__ import annotations
@@ -19,20 +16,22 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.contact import FACE, lone
-from geosurf.kernels.predicates import plain_side
-from geosurf.kernels.tree import (
-    BLOCK,
-    FIRST_COL,
-    FIRST_ROW,
-    N_COL,
-    N_ROW,
-    RISING,
-    TURNED,
-    low_high,
+from geosurf.kernels.sided import (
+    DOUBT,
+    N_TERM,
+    OPEN,
+    ask,
+    corners_of_cell,
+    decide,
+    heights_of_cell,
+    insides_of_cell,
+    meet_by_heights,
 )
+from geosurf.kernels.tree import BLOCK, FIRST_COL, FIRST_ROW, N_COL, N_ROW, low_high
 
-OPEN = -1  # in place of the codes of a pair: exact signs are needed
+__all__ = ["OPEN", "upright_pairs"]
+
+_FINE = 7  # nodes of a pyramid in a row, less one, that are asked for a block
 
 
 @scalar
@@ -78,14 +77,17 @@ def _range_on(axis, n, pace, low, high):
 
 
 @scalar
-def _heights_over(nodes, levels, a, r0, r1, c0, c1):
-    """Lowest and highest node over a rectangle of cells, from few nodes of a pyramid."""
+def _heights_over(nodes, levels, a, r0, r1, c0, c1, most):
+    """Lowest and highest node over a rectangle of cells, from few nodes of a pyramid.
+
+    At most `most` and one of them in a row or column.
+    """
     r0, r1 = r0 // BLOCK - a[FIRST_ROW], (r1 - 1) // BLOCK - a[FIRST_ROW]
     c0, c1 = c0 // BLOCK - a[FIRST_COL], (c1 - 1) // BLOCK - a[FIRST_COL]
     r0, c0 = max(r0, 0), max(c0, 0)
     r1, c1 = min(r1, levels[0, 1] - 1), min(c1, levels[0, 2] - 1)
     level = 0
-    while r1 - r0 > 1 or c1 - c0 > 1:
+    while r1 - r0 > most or c1 - c0 > most:
         r0, r1, c0, c1 = r0 >> 1, r1 >> 1, c0 >> 1, c1 >> 1
         level += 1
     low, high = np.inf, -np.inf
@@ -116,139 +118,19 @@ def _load_axis(values, a, axis, i, j, origin, c, first):
 
 
 @scalar
-def _corners(a, v, first):
-    """Rows of corners of both triangles of a cell into two rows of v: see `strips.corner_of`."""
-    rising = a[RISING] == 1
-    for half in range(2):
-        tri = half if first == 0 else 2 + half
-        v[tri, 0] = first + (1 if half == 1 and not rising else 0)
-        two = first + (2 if half == 1 else 1)
-        three = first + (2 if half == 0 and rising else 3)
-        v[tri, 1] = three if a[TURNED] == 1 else two
-        v[tri, 2] = two if a[TURNED] == 1 else three
+def _load_cell(p, q, r, a, i, j, origin, c, first):
+    """Corners of a cell into four rows of c."""
+    _load_axis(p, a, 0, i, j, origin[0], c, first)
+    _load_axis(q, a, 1, i, j, origin[1], c, first)
+    _load_axis(r, a, 2, i, j, origin[2], c, first)
 
 
 @scalar
-def _plane(c, f, tri, v):
-    """Plane terms of a triangle; whether all its corners are there."""
-    o, p, q = v[tri, 0], v[tri, 1], v[tri, 2]
-    ax, ay, az = c[p, 0] - c[o, 0], c[p, 1] - c[o, 1], c[p, 2] - c[o, 2]
-    bx, by, bz = c[q, 0] - c[o, 0], c[q, 1] - c[o, 1], c[q, 2] - c[o, 2]
-    p0, q0 = ay * bz, az * by
-    p1, q1 = az * bx, ax * bz
-    p2, q2 = ax * by, ay * bx
-    f[tri, 0], f[tri, 1], f[tri, 2] = p0 - q0, p1 - q1, p2 - q2
-    f[tri, 3], f[tri, 4], f[tri, 5] = abs(p0) + abs(q0), abs(p1) + abs(q1), abs(p2) + abs(q2)
-    f[tri, 6] = abs(ax) + abs(ay) + abs(az) + abs(bx) + abs(by) + abs(bz)
-    total = ax + ay + az + bx + by + bz
-    return total == total
-
-
-@scalar
-def _side(c, f, tri, o, corner, slip):
-    """Side of a triangle with a corner o on which another corner lies, or 0."""
-    cx, cy, cz = c[corner, 0] - c[o, 0], c[corner, 1] - c[o, 1], c[corner, 2] - c[o, 2]
-    return plain_side(
-        cx, cy, cz, f[tri, 0], f[tri, 1], f[tri, 2], f[tri, 3], f[tri, 4], f[tri, 5], f[tri, 6],
-        slip,
-    )  # fmt: skip
-
-
-@scalar
-def _order(c, p, p1, q, q1, slip):
-    """Sign that orders, on the common line, the points of edges p-p1 and q-q1, or 0."""
-    ax, ay, az = c[p1, 0] - c[p, 0], c[p1, 1] - c[p, 1], c[p1, 2] - c[p, 2]
-    bx, by, bz = c[q, 0] - c[p, 0], c[q, 1] - c[p, 1], c[q, 2] - c[p, 2]
-    g, h = ay * bz, az * by
-    r, s = az * bx, ax * bz
-    u, v = ax * by, ay * bx
-    span = abs(ax) + abs(ay) + abs(az) + abs(bx) + abs(by) + abs(bz)
-    cx, cy, cz = c[q1, 0] - c[p, 0], c[q1, 1] - c[p, 1], c[q1, 2] - c[p, 2]
-    return plain_side(
-        cx, cy, cz, g - h, r - s, u - v, abs(g) + abs(h), abs(r) + abs(s), abs(u) + abs(v), span,
-        slip,
-    )  # fmt: skip
-
-
-@scalar
-def _apart_on(c, axis, o, p, q, r, s, t):
-    """Whether triangles o p q and r s t are apart on one axis."""
-    low = min(c[o, axis], min(c[p, axis], c[q, axis]))
-    high = max(c[o, axis], max(c[p, axis], c[q, axis]))
-    least = min(c[r, axis], min(c[s, axis], c[t, axis]))
-    most = max(c[r, axis], max(c[s, axis], c[t, axis]))
-    return low > most or least > high
-
-
-@scalar
-def _apart(c, v, one, two):
-    """Whether the boxes of two triangles do not meet."""
-    o, p, q = v[one, 0], v[one, 1], v[one, 2]
-    r, s, t = v[two, 0], v[two, 1], v[two, 2]
-    return (
-        _apart_on(c, 2, o, p, q, r, s, t)
-        or _apart_on(c, 0, o, p, q, r, s, t)
-        or _apart_on(c, 1, o, p, q, r, s, t)
-    )
-
-
-@scalar
-def _add_codes(codes, i, i2, on_first, on_last, second):
-    """Codes of a triangle's edges i and i2 through the face of the other, behind other codes."""
-    for k in range(3):
-        if (k == i and on_first) or (k == i2 and on_last):
-            codes = 64 * codes + (8 * FACE + 3 + k if second else 8 * (3 + k) + FACE)
-    return codes
-
-
-@scalar
-def _decide(c, f, v, one, two, signs, slip, swapped):
-    """How two triangles meet: 0 not at all, OPEN, or the two codes of `contact` in one.
-
-    The same questions in the same order as in `contact._meet_plainly`; `signs` has the sides of
-    `two` on which the corners of the first cell lie. With `swapped`, codes are those of the second
-    and the first triangle.
-    """
-    a0, a1, a2 = signs[v[one, 0]], signs[v[one, 1]], signs[v[one, 2]]
-    if a0 * a1 * a2 == 0:
-        return OPEN
-    if a0 == a1 and a1 == a2:
-        return 0
-    o = v[one, 0]
-    b0 = _side(c, f, one, o, v[two, 0], slip)
-    b1 = _side(c, f, one, o, v[two, 1], slip)
-    b2 = _side(c, f, one, o, v[two, 2], slip)
-    if b0 * b1 * b2 == 0:
-        return OPEN
-    if b0 == b1 and b1 == b2:
-        return 0
-    i, j = lone(a0, a1, a2), lone(b0, b1, b2)
-    i2, j2 = (i + 2) % 3, (j + 2) % 3
-    p, p1, p2 = v[one, i], v[one, (i + 1) % 3], v[one, i2]
-    q, q1, q2 = v[two, j], v[two, (j + 1) % 3], v[two, j2]
-    s11, s12 = _order(c, p, p1, q, q1, slip), _order(c, p, p1, q, q2, slip)
-    s21, s22 = _order(c, p, p2, q, q1, slip), _order(c, p, p2, q, q2, slip)
-    if s11 * s12 * s21 * s22 == 0:
-        return OPEN
-    if s11 == s12 and s21 == s22 and s11 == s21:
-        return 0
-    if swapped:
-        codes = _add_codes(0, j, j2, s11 != s21, s12 != s22, False)
-        return _add_codes(codes, i, i2, s11 != s12, s21 != s22, True)
-    codes = _add_codes(0, i, i2, s11 != s12, s21 != s22, False)
-    return _add_codes(codes, j, j2, s11 != s21, s12 != s22, True)
-
-
-@scalar
-def _signs_of_cell(c, f, v, tri, slip, signs):
-    """Sides of triangle `tri` of B on which the corners of a cell of A lie; whether all are one."""
-    o = v[tri, 0]
-    signs[0] = _side(c, f, tri, o, 0, slip)
-    signs[1] = _side(c, f, tri, o, 1, slip)
-    signs[2] = _side(c, f, tri, o, 2, slip)
-    signs[3] = _side(c, f, tri, o, 3, slip)
-    one = signs[0]
-    return one != 0 and one == signs[1] and one == signs[2] and one == signs[3]
+def _set_reach(x, y, at, floor, roof, box, slip, reach):
+    """How far nodes of a patch may be from corners of a cell with a box, by axis."""
+    reach[0] = max(x[at[5]], box[3]) - min(x[at[4]], box[0]) + 8.0 * slip
+    reach[1] = max(y[at[3]], box[4]) - min(y[at[2]], box[1]) + 8.0 * slip
+    reach[2] = max(roof, box[5]) - min(floor, box[2]) + 8.0 * slip
 
 
 @scalar
@@ -260,6 +142,70 @@ def _fill(pairs, n, key_a, key_b, codes, swapped):
     return n + 1
 
 
+@scalar
+def _pairs_of_cells(c, f, v, h, w, there, key_a, key_b, slip, swapped, pairs, n):
+    """Pairs of triangles of two cells whose corners are loaded."""
+    for other in range(2):
+        if there & (1 + other) == 0 or not heights_of_cell(c, h[other], w):
+            continue
+        insides_of_cell(c, h[other], w)
+        for half in range(2):
+            codes = meet_by_heights(w, v, half, h[other], swapped)
+            if codes == DOUBT:
+                codes = decide(c, f, v, half, 2 + other, slip, swapped)
+            if codes != 0:
+                n = _fill(pairs, n, key_a + half, key_b + other, codes, swapped)
+    return n
+
+
+@scalar
+def _pairs_of_cell(
+    pa, qa, ra, aa, pb, qb, rb, ab, at, box, reach, origin, slip, swapped, c, f, v, h, w, pairs, n
+):
+    """Pairs of triangles of a cell of B and the cells of A below or above it, `at`."""
+    up, on = aa[7], aa[8]
+    key_b = 2 * (at[0] * (ab[N_COL] - 1) + at[1])
+    there = -1  # which triangles of B have three nodes, once they are loaded
+    for i in range(at[2], at[3]):
+        for j in range(at[4], at[5]):
+            least, most = low_high(ra, aa[6] + i * up + j * on, up, on)
+            if not (least <= box[5] and box[2] <= most):
+                continue
+            if there < 0:
+                _load_cell(pb, qb, rb, ab, at[0], at[1], origin, c, 4)
+                there = ask(c, f, v, 2, reach, slip, h[0])
+                there += 2 * ask(c, f, v, 3, reach, slip, h[1])
+            _load_cell(pa, qa, ra, aa, i, j, origin, c, 0)
+            key_a = 2 * (i * (aa[N_COL] - 1) + j)
+            n = _pairs_of_cells(c, f, v, h, w, there, key_a, key_b, slip, swapped, pairs, n)
+    return n
+
+
+@scalar
+def _near_heights(pa, qa, aa, na, la, nb, block, pace_x, pace_y):
+    """Lowest and highest node of A near a block of B, from few; none (inf, -inf) if it is beyond.
+
+    First from the fewest, which tell of most blocks that they are far from A.
+    """
+    c0, c1 = _range_on(pa, aa[N_COL] - 1, pace_x, nb[block, 0], nb[block, 3])
+    r0, r1 = _range_on(qa, aa[N_ROW] - 1, pace_y, nb[block, 1], nb[block, 4])
+    if not (c0 < c1 and r0 < r1 and nb[block, 2] <= nb[block, 5]):
+        return np.inf, -np.inf
+    for most in (1, _FINE):
+        low, high = _heights_over(na, la, aa, r0, r1, c0, c1, most)
+        if not (low <= nb[block, 5] and nb[block, 2] <= high):
+            return np.inf, -np.inf
+    return low, high
+
+
+@scalar
+def _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at):
+    """Cells of A below or above a box, into `at`; lowest and highest node there."""
+    at[2], at[3] = _range_on(qa, aa[N_ROW] - 1, pace_y, box[1], box[4])
+    at[4], at[5] = _range_on(pa, aa[N_COL] - 1, pace_x, box[0], box[3])
+    return _heights_over(na, la, aa, at[2], at[3], at[4], at[5], 1)
+
+
 @entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d b l2 -> l l")
 def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, swapped, pairs):
     """Pairs (key of A, key of B, codes or OPEN) that meet or may, and how many cells were asked.
@@ -267,24 +213,18 @@ def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, 
     Tells how many there are; `pairs` takes as many as it has room for. `codes` are those of the
     two corners of a contact, ``64 * first + second``. With `swapped`, B comes first in all of it.
     """
-    c, f, box = np.empty((8, 3)), np.empty((4, 7)), np.empty(6)
-    v, signs = np.empty((4, 3), dtype=np.int64), np.empty(4, dtype=np.int64)
-    _corners(aa, v, 0)
-    _corners(ab, v, 4)
-    n_col, n_row = aa[N_COL] - 1, aa[N_ROW] - 1
-    up, on = aa[7], aa[8]
-    pace_x, pace_y = n_col / (pa[n_col] - pa[0]), n_row / (qa[n_row] - qa[0])
+    c, f, v = np.empty((8, 3)), np.empty((4, 7)), np.empty((4, 3), dtype=np.int64)
+    box, reach, h, w = np.empty(6), np.empty(3), np.empty((2, N_TERM)), np.empty((4, 4))
+    at = np.empty(6, dtype=np.int64)
+    corners_of_cell(aa, v, 0)
+    corners_of_cell(ab, v, 4)
+    pace_x = (aa[N_COL] - 1) / (pa[aa[N_COL] - 1] - pa[0])
+    pace_y = (aa[N_ROW] - 1) / (qa[aa[N_ROW] - 1] - qa[0])
     n = 0
     asked = 0
     for block in range(lb[0, 1] * lb[0, 2]):
-        if not (nb[block, 0] <= nb[block, 3] and nb[block, 2] <= nb[block, 5]):
-            continue
-        c0, c1 = _range_on(pa, n_col, pace_x, nb[block, 0], nb[block, 3])
-        r0, r1 = _range_on(qa, n_row, pace_y, nb[block, 1], nb[block, 4])
-        if c0 >= c1 or r0 >= r1:
-            continue
-        low, high = _heights_over(na, la, aa, r0, r1, c0, c1)
-        if not (low <= nb[block, 5] and nb[block, 2] <= high):
+        low, high = _near_heights(pa, qa, aa, na, la, nb, block, pace_x, pace_y)
+        if not low <= high:
             continue
         row0 = BLOCK * (ab[FIRST_ROW] + block // lb[0, 2])
         col0 = BLOCK * (ab[FIRST_COL] + block % lb[0, 2])
@@ -296,41 +236,12 @@ def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, 
                 asked += 1
                 _cell_box(pb, ab, 0, i, j, box)
                 _cell_box(qb, ab, 1, i, j, box)
-                s0, s1 = _range_on(pa, n_col, pace_x, box[0], box[3])
-                t0, t1 = _range_on(qa, n_row, pace_y, box[1], box[4])
-                floor, roof = _heights_over(na, la, aa, t0, t1, s0, s1)
-                if not (floor <= box[5] and box[2] <= roof):
-                    continue
-                there = -1  # which triangles of B exist, once they are loaded
-                for row in range(t0, t1):
-                    for col in range(s0, s1):
-                        least, most = low_high(ra, aa[6] + row * up + col * on, up, on)
-                        if not (least <= box[5] and box[2] <= most):
-                            continue
-                        if there < 0:
-                            _load_axis(pb, ab, 0, i, j, origin[0], c, 4)
-                            _load_axis(qb, ab, 1, i, j, origin[1], c, 4)
-                            _load_axis(rb, ab, 2, i, j, origin[2], c, 4)
-                            there = 1 if _plane(c, f, 2, v) else 0
-                            there += 2 if _plane(c, f, 3, v) else 0
-                        _load_axis(pa, aa, 0, row, col, origin[0], c, 0)
-                        _load_axis(qa, aa, 1, row, col, origin[1], c, 0)
-                        _load_axis(ra, aa, 2, row, col, origin[2], c, 0)
-                        planes = -1
-                        for other in range(2):
-                            if there & (1 + other) == 0:
-                                continue
-                            if _signs_of_cell(c, f, v, 2 + other, slip, signs):
-                                continue
-                            if planes < 0:
-                                planes = 1 if _plane(c, f, 0, v) else 0
-                                planes += 2 if _plane(c, f, 1, v) else 0
-                            for half in range(2):
-                                if planes & (1 + half) == 0 or _apart(c, v, half, 2 + other):
-                                    continue
-                                codes = _decide(c, f, v, half, 2 + other, signs, slip, swapped)
-                                if codes != 0:
-                                    key_a = 2 * (row * n_col + col) + half
-                                    key_b = 2 * (i * (ab[N_COL] - 1) + j) + other
-                                    n = _fill(pairs, n, key_a, key_b, codes, swapped)
+                floor, roof = _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at)
+                if floor <= box[5] and box[2] <= roof:
+                    at[0], at[1] = i, j
+                    _set_reach(pa, qa, at, floor, roof, box, slip, reach)
+                    n = _pairs_of_cell(
+                        pa, qa, ra, aa, pb, qb, rb, ab, at, box, reach, origin, slip, swapped,
+                        c, f, v, h, w, pairs, n,
+                    )  # fmt: skip
     return n, asked

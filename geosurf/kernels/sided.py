@@ -1,0 +1,282 @@
+"""How triangles of one cell meet those of a patch of another grid: heights of corners, few signs.
+
+The height of a corner over a triangle's plane and how far it is inside each of its edges, as one
+looks along an axis, are linear. So where an edge of another triangle passes the plane is known from
+the heights of its ends, and whether that is inside from two products; and all bounds of rounding
+hold for the whole patch. Mostly both edges that pass the plane pass the face, or one passes beyond
+one edge, which then ends the contact (`meet_by_heights`). Where both pass outside, by a corner, or
+a sign is in doubt, `decide` asks what `contact` asks.
+
+Notation
+    c      corners in the local frame, float64 (8, 3): of a cell of the patch, then of the one cell
+    v      corners (rows of c) of triangles, int64 (4, 3): 0 and 1 of the patch, 2 and 3 of the cell
+    f      plane of each triangle, float64 (4, 7): see `predicates.plane_terms`
+    reach  how far corners of the patch may be from those of the one cell, by axis
+    h      what is asked of corners for triangles 2 and 3, plane and edges: float64 (2, N_TERM)
+    w      answers for corners 0 to 3: heights, then how far inside each edge, float64 (4, 4)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels._jit import scalar
+from geosurf.kernels.contact import FACE, lone
+from geosurf.kernels.predicates import ORIENT2D_BOUND, ORIENT3D_BOUND, TINY, plain_side
+from geosurf.kernels.tree import RISING, TURNED
+
+OPEN = -1  # in place of the codes of a pair: exact signs are needed
+DOUBT = -2  # what heights leave open
+# places in h: a corner, normal, bound; axis seen; for each edge a corner, steps, and the bound of
+# what two heights tell
+_CORNER, _NORMAL, _BOUND, _AXIS, _EDGE, N_TERM = 0, 3, 6, 7, 8, 23
+_SLACK = 1.0 + 1e-9  # above what bounds lose by rounding
+_EPS = 2.0**-53
+
+
+@scalar
+def corners_of_cell(a, v, first):
+    """Rows of corners of both triangles of a cell into two rows of v: see `strips.corner_of`."""
+    rising = a[RISING] == 1
+    for half in range(2):
+        tri = half if first == 0 else 2 + half
+        v[tri, 0] = first + (1 if half == 1 and not rising else 0)
+        two = first + (2 if half == 1 else 1)
+        three = first + (2 if half == 0 and rising else 3)
+        v[tri, 1] = three if a[TURNED] == 1 else two
+        v[tri, 2] = two if a[TURNED] == 1 else three
+
+
+@scalar
+def plane_of(c, f, tri, v):
+    """Plane terms of a triangle; whether all its corners are there."""
+    o, p, q = v[tri, 0], v[tri, 1], v[tri, 2]
+    ax, ay, az = c[p, 0] - c[o, 0], c[p, 1] - c[o, 1], c[p, 2] - c[o, 2]
+    bx, by, bz = c[q, 0] - c[o, 0], c[q, 1] - c[o, 1], c[q, 2] - c[o, 2]
+    p0, q0 = ay * bz, az * by
+    p1, q1 = az * bx, ax * bz
+    p2, q2 = ax * by, ay * bx
+    f[tri, 0], f[tri, 1], f[tri, 2] = p0 - q0, p1 - q1, p2 - q2
+    f[tri, 3], f[tri, 4], f[tri, 5] = abs(p0) + abs(q0), abs(p1) + abs(q1), abs(p2) + abs(q2)
+    f[tri, 6] = abs(ax) + abs(ay) + abs(az) + abs(bx) + abs(by) + abs(bz)
+    total = ax + ay + az + bx + by + bz
+    return total == total
+
+
+@scalar
+def _main_axis(f, tri, slip):
+    """Axis of the largest component of a normal, and its sign; 0 if that is not sure."""
+    axis = 0
+    for k in range(1, 3):
+        axis = k if abs(f[tri, k]) > abs(f[tri, axis]) else axis
+    bound = _SLACK * (ORIENT2D_BOUND * f[tri, 3 + axis] + 2.0 * slip * f[tri, 6]) + TINY
+    if not abs(f[tri, axis]) > bound:
+        return axis, 0
+    return axis, (1 if f[tri, axis] > 0.0 else -1)
+
+
+@scalar
+def ask(c, f, v, tri, reach, slip, h):
+    """What to ask of corners for a triangle: its plane, its edges seen along an axis, bounds.
+
+    An answer holds whatever moves all coordinates by up to `slip`. Returns 1, or 0 where the
+    triangle lacks a corner.
+    """
+    if not plane_of(c, f, tri, v):
+        return 0
+    far = reach[0] + reach[1] + reach[2]
+    own = f[tri, 3] + f[tri, 4] + f[tri, 5]
+    height = reach[0] * f[tri, 3] + reach[1] * f[tri, 4] + reach[2] * f[tri, 5]
+    off = _SLACK * (ORIENT3D_BOUND * height + 2.0 * slip * (own + far * f[tri, 6])) + TINY
+    h[_BOUND] = off
+    for k in range(3):
+        h[_CORNER + k], h[_NORMAL + k] = c[v[tri, 0], k], f[tri, k]
+    axis, turn = _main_axis(f, tri, slip)
+    h[_AXIS] = axis
+    u, w = (axis + 1) % 3, (axis + 2) % 3
+    for k in range(3):
+        p, q = v[tri, k], v[tri, (k + 1) % 3]
+        at = _EDGE + 5 * k
+        on, up = turn * (c[q, u] - c[p, u]), turn * (c[q, w] - c[p, w])
+        h[at], h[at + 1], h[at + 2], h[at + 3] = c[p, u], c[p, w], on, up
+        inside = abs(on) * reach[w] + abs(up) * reach[u]
+        far = abs(on) + abs(up) + reach[u] + reach[w] + 4.0 * slip
+        error = _SLACK * (ORIENT2D_BOUND * inside + 2.0 * slip * far) + TINY
+        # of a difference of two products of a height and a distance
+        both = height * error + off * (inside + error) + 4.0 * _EPS * height * inside
+        h[at + 4] = np.inf if turn == 0 else 2.0 * _SLACK * both + TINY
+    return 1
+
+
+@scalar
+def _height(c, corner, h):
+    x, y, z = c[corner, 0] - h[0], c[corner, 1] - h[1], c[corner, 2] - h[2]
+    return x * h[3] + y * h[4] + z * h[5]
+
+
+@scalar
+def heights_of_cell(c, h, w):
+    """Heights of corners 0 to 3 over a triangle; whether they may be on both sides of it."""
+    one, two, three, four = _height(c, 0, h), _height(c, 1, h), _height(c, 2, h), _height(c, 3, h)
+    w[0, 0], w[0, 1], w[0, 2], w[0, 3] = one, two, three, four
+    far = h[_BOUND]
+    above = (one > far) & (two > far) & (three > far) & (four > far)
+    below = (one < -far) & (two < -far) & (three < -far) & (four < -far)
+    return not (above | below)
+
+
+@scalar
+def insides_of_cell(c, h, w):
+    """How far corners 0 to 3 are inside each edge of a triangle, as one looks along an axis."""
+    axis = int(h[_AXIS])
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    for k in range(3):
+        at = _EDGE + 5 * k
+        p, q, on, up = h[at], h[at + 1], h[at + 2], h[at + 3]
+        for corner in range(4):
+            w[1 + k, corner] = on * (c[corner, v] - q) - up * (c[corner, u] - p)
+
+
+@scalar
+def _side(c, f, tri, o, corner, slip):
+    """Side of a triangle with a corner o on which another corner lies, or 0."""
+    cx, cy, cz = c[corner, 0] - c[o, 0], c[corner, 1] - c[o, 1], c[corner, 2] - c[o, 2]
+    return plain_side(
+        cx, cy, cz, f[tri, 0], f[tri, 1], f[tri, 2], f[tri, 3], f[tri, 4], f[tri, 5], f[tri, 6],
+        slip,
+    )  # fmt: skip
+
+
+@scalar
+def _order(c, p, p1, q, q1, slip):
+    """Sign that orders, on the common line, the points of edges p-p1 and q-q1, or 0."""
+    ax, ay, az = c[p1, 0] - c[p, 0], c[p1, 1] - c[p, 1], c[p1, 2] - c[p, 2]
+    bx, by, bz = c[q, 0] - c[p, 0], c[q, 1] - c[p, 1], c[q, 2] - c[p, 2]
+    g, h = ay * bz, az * by
+    r, s = az * bx, ax * bz
+    u, v = ax * by, ay * bx
+    span = abs(ax) + abs(ay) + abs(az) + abs(bx) + abs(by) + abs(bz)
+    cx, cy, cz = c[q1, 0] - c[p, 0], c[q1, 1] - c[p, 1], c[q1, 2] - c[p, 2]
+    return plain_side(
+        cx, cy, cz, g - h, r - s, u - v, abs(g) + abs(h), abs(r) + abs(s), abs(u) + abs(v), span,
+        slip,
+    )  # fmt: skip
+
+
+@scalar
+def _code(edge, of_first):
+    """Code of a corner of a contact: an edge of one triangle, the face of the other."""
+    return 8 * (3 + edge) + FACE if of_first else 8 * FACE + 3 + edge
+
+
+@scalar
+def _outside(w, p, q, turn, h):
+    """Edges of a triangle, as bits, beyond which another one's edge p-q passes; -1 in doubt."""
+    out = 0
+    for k in range(3):
+        inside = turn * (w[0, p] * w[1 + k, q] - w[0, q] * w[1 + k, p])
+        if not abs(inside) > h[_EDGE + 5 * k + 4]:
+            return -1
+        out += 1 << k if inside < 0.0 else 0
+    return out
+
+
+@scalar
+def meet_by_heights(w, v, one, h, swapped):
+    """How a triangle `one` meets that of h: 0 not at all, DOUBT, or two codes of `contact` in one.
+
+    With `swapped`, codes are those of the second and the first triangle.
+    """
+    a, b, c = w[0, v[one, 0]], w[0, v[one, 1]], w[0, v[one, 2]]
+    if not (abs(a) > h[_BOUND] and abs(b) > h[_BOUND] and abs(c) > h[_BOUND]):
+        return DOUBT
+    if (a > 0.0) == (b > 0.0) and (b > 0.0) == (c > 0.0):
+        return 0
+    i = lone(a > 0.0, b > 0.0, c > 0.0)
+    i2 = (i + 2) % 3
+    p = v[one, i]
+    turn = 1.0 if w[0, p] > 0.0 else -1.0
+    first = _outside(w, p, v[one, (i + 1) % 3], turn, h)
+    last = _outside(w, p, v[one, i2], turn, h)
+    if first < 0 or last < 0:
+        return DOUBT
+    if first & last != 0:
+        return 0
+    out = first + last
+    if out == 0:
+        return 64 * _code(min(i, i2), not swapped) + _code(max(i, i2), not swapped)
+    if (first != 0 and last != 0) or out & (out - 1) != 0:
+        return DOUBT
+    own, other = _code(i if last != 0 else i2, not swapped), _code(out >> 1, swapped)
+    return 64 * other + own if swapped else 64 * own + other
+
+
+@scalar
+def _apart_on(c, axis, o, p, q, r, s, t):
+    """Whether triangles o p q and r s t are apart on one axis."""
+    low = min(c[o, axis], min(c[p, axis], c[q, axis]))
+    high = max(c[o, axis], max(c[p, axis], c[q, axis]))
+    least = min(c[r, axis], min(c[s, axis], c[t, axis]))
+    most = max(c[r, axis], max(c[s, axis], c[t, axis]))
+    return low > most or least > high
+
+
+@scalar
+def _apart(c, v, one, two):
+    """Whether the boxes of two triangles do not meet."""
+    o, p, q = v[one, 0], v[one, 1], v[one, 2]
+    r, s, t = v[two, 0], v[two, 1], v[two, 2]
+    return (
+        _apart_on(c, 2, o, p, q, r, s, t)
+        or _apart_on(c, 0, o, p, q, r, s, t)
+        or _apart_on(c, 1, o, p, q, r, s, t)
+    )
+
+
+@scalar
+def _add_codes(codes, i, i2, on_first, on_last, of_first):
+    """Codes of a triangle's edges i and i2 through the face of the other, behind other codes."""
+    for k in range(3):
+        if (k == i and on_first) or (k == i2 and on_last):
+            codes = 64 * codes + _code(k, of_first)
+    return codes
+
+
+@scalar
+def decide(c, f, v, one, two, slip, swapped):
+    """How two triangles meet: 0 not at all, OPEN, or the two codes of `contact` in one.
+
+    The same questions in the same order as in `contact._meet_plainly`.
+    """
+    if _apart(c, v, one, two) or not plane_of(c, f, one, v):
+        return 0
+    o, p = v[two, 0], v[one, 0]
+    a0 = _side(c, f, two, o, v[one, 0], slip)
+    a1 = _side(c, f, two, o, v[one, 1], slip)
+    a2 = _side(c, f, two, o, v[one, 2], slip)
+    if a0 * a1 * a2 == 0:
+        return OPEN
+    if a0 == a1 and a1 == a2:
+        return 0
+    b0 = _side(c, f, one, p, v[two, 0], slip)
+    b1 = _side(c, f, one, p, v[two, 1], slip)
+    b2 = _side(c, f, one, p, v[two, 2], slip)
+    if b0 * b1 * b2 == 0:
+        return OPEN
+    if b0 == b1 and b1 == b2:
+        return 0
+    i, j = lone(a0, a1, a2), lone(b0, b1, b2)
+    i2, j2 = (i + 2) % 3, (j + 2) % 3
+    p, p1, p2 = v[one, i], v[one, (i + 1) % 3], v[one, i2]
+    q, q1, q2 = v[two, j], v[two, (j + 1) % 3], v[two, j2]
+    s11, s12 = _order(c, p, p1, q, q1, slip), _order(c, p, p1, q, q2, slip)
+    s21, s22 = _order(c, p, p2, q, q1, slip), _order(c, p, p2, q, q2, slip)
+    if s11 * s12 * s21 * s22 == 0:
+        return OPEN
+    if s11 == s12 and s21 == s22 and s11 == s21:
+        return 0
+    if swapped:
+        codes = _add_codes(0, j, j2, s11 != s21, s12 != s22, True)
+        return _add_codes(codes, i, i2, s11 != s12, s21 != s22, False)
+    codes = _add_codes(0, i, i2, s11 != s12, s21 != s22, True)
+    return _add_codes(codes, j, j2, s11 != s21, s12 != s22, False)
