@@ -58,9 +58,10 @@ class Contacts:
         Contacts, see `geosurf.kernels.contact`.
     near : ndarray of int64, shape (n_near, 2)
         Pairs of faces whose signs hold, but could change if coordinates moved by a unit in the
-        last place: what has to be looked at again once points are rounded. Of pairs that no
-        rounding can make cross, since they are apart by their boxes or by more than that beside
-        a plane, one search lists some that another one never tests; nothing else depends on it.
+        last place: what has to be looked at again once points are rounded. Of pairs whose contact
+        no rounding can change, since they are apart by their boxes or by more than that beside a
+        plane, or edges pass a face by more than that, one search lists some that another one
+        does not; nothing else depends on it.
     ids : ndarray of int64, shape (n_contact, 6)
         Points of each contact, rows of `x`.
     records : ndarray of int64, shape (n_record, 4)

@@ -10,7 +10,8 @@ file               question                                               source
 `points`           one id per point, whatever it is called                Levy 2024
 `voxels`, `tree`   which triangles are near?                              Lo & Wang 2004
 `aligned`          the same for horizons with one map
-`upright`          the same, and the signs that floats settle, for grids with straight axes
+`upright`          the same for grids with straight axes, and what floats settle of it
+`sided`            how do triangles of two cells meet? (heights of corners)
 `wide`             the same beside triangles that are far wider than others
 `apart`            which neighbours surely meet in common corners only?   a plane between them
 `contact`          how do two triangles meet?                             Guigue & Devillers 2003

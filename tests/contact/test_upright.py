@@ -84,6 +84,41 @@ def test_nearly_all_pairs_are_settled_by_floats(rng, turned, monkeypatch):
     assert (seen[0][:, 2] != OPEN).all()
 
 
+@pytest.mark.parametrize("cells", [(3, 2), (9, 6), (40, 30)])
+@pytest.mark.parametrize("offset", [0.0, 6.5e6])
+def test_rough_grids_of_all_sizes_of_cells(rng, cells, offset):
+    """Edges inside, through one edge, past corners: what heights tell is what exact signs say."""
+    axis = offset + np.linspace(0.0, 30.0, 25)
+    top = Lattice(axis, axis + rng.uniform(0, 0.3, 25), rng.normal(0, 0.6, (25, 25)))
+    v, u = np.meshgrid(np.linspace(-3, 3, cells[1] + 1), np.linspace(1, 29, cells[0] + 1))
+    bent = rng.normal(0, 3.0 / cells[0], (3, *u.shape))
+    wall = Lattice(offset + 15 + v + bent[0], offset + u + bent[1], 1.5 * v + bent[2], True, False)
+    surfaces = [TriSurface("A", "horizon", lattice=top), TriSurface("B", "fault", lattice=wall)]
+    by_axes = find_contacts(surfaces)
+    by_voxels = find_contacts(surfaces, method="voxels")
+    assert len(by_axes.rows) > 25
+    assert contacts_by_key(by_axes) == contacts_by_key(by_voxels)
+    np.testing.assert_array_equal(by_axes.x[by_axes.n_vertex :], by_voxels.x[by_voxels.n_vertex :])
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32), st.sampled_from([1.0, 1e3, 1e6]))
+def test_nodes_within_an_ulp_of_planes_and_edges(seed, offset):
+    """Whole numbers moved by the last place or not: floats say nothing that is not so."""
+    rng = np.random.default_rng(seed)
+    axes = [offset + np.arange(5.0), offset + np.arange(4.0)]
+    top = Lattice(*axes, rng.integers(-1, 2, (4, 5)) * 1.0)
+    v, u = np.meshgrid(np.arange(-1.0, 2.0), np.arange(4.0))
+    places = np.stack([offset + 2 + v, offset + u, rng.integers(-2, 3, u.shape) * 1.0])
+    last = 2.0**-52 * (offset + 8.0)
+    moved = places + rng.choice([-last, last], places.shape)
+    wall = Lattice(*np.where(rng.random(places.shape) < 0.4, moved, places), True, False)
+    surfaces = [TriSurface("A", "horizon", lattice=top), TriSurface("B", "fault", lattice=wall)]
+    if usable(surfaces):
+        by_voxels = find_contacts(surfaces, method="voxels")
+        assert contacts_by_key(find_contacts(surfaces)) == contacts_by_key(by_voxels)
+
+
 def watched(function, seen):
     def call(*arguments):
         pairs, cost = function(*arguments)
