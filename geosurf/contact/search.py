@@ -20,9 +20,9 @@ from geosurf.contact.tree import look_at_list
 from geosurf.conventions import frame_origin, is_number, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contact import COPLANAR, N_COLUMN, N_CORNER, meet_pairs
-from geosurf.kernels.exact import N_EDGE_PLANE, N_NAME, N_POINT
+from geosurf.kernels.exact import N_EDGE_PLANE
 from geosurf.kernels.gather import order_by_faces, rows_of_codes
-from geosurf.kernels.naming import name_contacts
+from geosurf.kernels.naming import file_records, name_contacts
 from geosurf.kernels.points import FULL
 from geosurf.kernels.predicates import MAX_BITS, MAX_COORDINATE, flat_triangles, frame_of
 from geosurf.kernels.upright import OPEN
@@ -64,8 +64,6 @@ class Contacts:
         does not; nothing else depends on it.
     ids : ndarray of int64, shape (n_contact, 6)
         Points of each contact, rows of `x`.
-    records : ndarray of int64, shape (n_record, 4)
-        What cuts which face, see `geosurf.kernels.naming`.
     """
 
     surfaces: tuple[TriSurface, ...]
@@ -79,13 +77,24 @@ class Contacts:
     rows: np.ndarray
     near: np.ndarray
     ids: np.ndarray
-    records: np.ndarray
     e: np.ndarray
     d: np.ndarray
     m: np.ndarray
     w: np.ndarray
+    filed: np.ndarray | None = None
     cost: dict[str, int] = field(default_factory=dict)
     options: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def records(self) -> np.ndarray:
+        """What cuts which face, int64 (n_record, 4): see `geosurf.kernels.naming`.
+
+        Curves do without, so it is made when it is asked for.
+        """
+        if self.filed is None:
+            given = self.x, self.t, self.e, self.m, self.w, self.rows, self.ids
+            self.filed = _records(*given, n_coplanar=0)
+        return self.filed
 
     def row_of(self, face: int) -> int:
         """Row of a face among the triangles of its surface."""
@@ -249,26 +258,35 @@ def _name(surfaces, origin, faces: Faces, pairs, codes) -> Contacts:
         faces, number = faces.only(np.flatnonzero(used))
         rows[:, :2], near = number[rows[:, :2]], number[near]
     x, t = faces.x, faces.t
-    m0, w = frame_of(x, len(t))
+    m, w = frame_of(x, len(t))
     n_corner, n_coplanar = int(rows[:, N_CORNER].sum()), int(rows[:, COPLANAR].sum())
-    room = n_corner + 6 * n_coplanar + 64  # if each were a point of its own
-    m = m0.copy()
-    space = np.empty((len(x) + room, 3))
+    space = np.empty((len(x) + n_corner, 3))  # if each were a point of its own
     space[: len(x)] = x
-    e = np.zeros((room, 3), dtype=np.int64)
-    d = np.zeros((room, 4), dtype=np.int64)
+    e = np.zeros((6 * n_coplanar, 3), dtype=np.int64)
+    d = np.empty((n_corner, 4), dtype=np.int64)
     ids = np.full((len(rows), 6), -1, dtype=np.int64)
-    records = np.empty((2 * n_corner + 12 * n_coplanar + 16, 4), dtype=np.int64)
-    n_record = name_contacts(space, t, e, d, m, w, rows, ids, records)
-    if n_record == FULL:
-        raise InvariantError("the tables of named points are too small; please report this.")
-    n_point = int(m[N_POINT])
-    m[N_NAME] = 0
+    n_point = name_contacts(space, t, e, d, m, w, rows, ids)
+    _refuse_full(n_point)
+    space = space[: len(x) + n_point]
+    # without coplanar faces, records need no more planes and are made when they are asked for
+    records = _records(space, t, e, m, w, rows, ids, n_coplanar) if n_coplanar else None
     return Contacts(
-        surfaces, origin, space[: len(x) + n_point], len(x), t, faces.surface, faces.key,
-        faces.nodes, rows, near, ids, records[:n_record], e[: int(m[N_EDGE_PLANE])], d[:n_point],
-        m, w,
+        surfaces, origin, space, len(x), t, faces.surface, faces.key, faces.nodes, rows, near, ids,
+        e[: int(m[N_EDGE_PLANE])], d[:n_point], m, w, records,
     )  # fmt: skip
+
+
+def _records(x, t, e, m, w, rows, ids, n_coplanar: int) -> np.ndarray:
+    """What cuts which face; edge planes that are new are added to `e`."""
+    records = np.empty((2 * len(rows) + 18 * n_coplanar, 4), dtype=np.int64)
+    n = file_records(x, t, e, m, w, rows, ids, records)
+    _refuse_full(n)
+    return records[:n]
+
+
+def _refuse_full(n: int) -> None:
+    if n == FULL:
+        raise InvariantError("the tables of named points are too small; please report this.")
 
 
 def search_voxels(

@@ -114,8 +114,8 @@ def _points(x, t, m, w, rows) -> np.ndarray:
     """Coordinates of the points of one contact."""
     space = np.concatenate([x, np.empty((12, 3))])
     e, d = np.zeros((12, 3), dtype=np.int64), np.zeros((12, 4), dtype=np.int64)
-    ids, records = np.empty((1, 6), dtype=np.int64), np.empty((64, 4), dtype=np.int64)
-    name_contacts(space, t, e, d, m, w, rows, ids, records)
+    ids = np.empty((1, 6), dtype=np.int64)
+    name_contacts(space, t, e, d, m, w, rows, ids)
     return space[ids[0, : rows[0, N_CORNER]]]
 
 

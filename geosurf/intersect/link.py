@@ -61,7 +61,7 @@ def _once(segments, surfaces, n_point):
     n_surface = int(surfaces.max(initial=0)) + 1
     pairs, pair = number_below(surfaces[:, 0] * n_surface + surfaces[:, 1], n_surface**2)
     segments, pair = sort_segments(segments, pair, n_point, len(pairs))
-    return segments, np.stack(np.divmod(pairs[pair], n_surface), axis=1)
+    return segments, np.stack(np.divmod(pairs, n_surface), axis=1)[pair]
 
 
 def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
@@ -107,15 +107,9 @@ def link(segments: np.ndarray, surfaces: np.ndarray, n_point: int):
     if len(segments) == 0:
         empty = np.empty((0, 2), dtype=np.int64)
         return (), empty, np.empty(0, dtype=bool)
-    new = np.append(True, (surfaces[1:] != surfaces[:-1]).any(axis=1))
-    pair = np.cumsum(new) - 1
-    keys = (pair[:, None] * n_point + segments).reshape(-1)
-    nodes, number = number_below(keys, (int(pair[-1]) + 1) * n_point)
-    rows, offsets = link_segments(number.reshape(-1, 2), len(nodes))
-    pair_of_node, point_of_node = np.divmod(nodes, n_point)
-    curves = [point_of_node[rows[a:b]] for a, b in pairwise(offsets)]
-    owner = pair_of_node[rows[offsets[:-1]]]
-    order = np.argsort(owner, kind="stable")
-    curves = tuple(curves[i] for i in order)
-    closed = np.array([curve[0] == curve[-1] for curve in curves], dtype=bool)
-    return curves, surfaces[new][owner[order]], closed
+    new = (surfaces[1:, 0] != surfaces[:-1, 0]) | (surfaces[1:, 1] != surfaces[:-1, 1])
+    first = np.concatenate([[0], np.flatnonzero(new) + 1, [len(segments)]])
+    points, offsets, pair = link_segments(segments, first, n_point)
+    curves = tuple(points[a:b] for a, b in pairwise(offsets.tolist()))
+    closed = points[offsets[:-1]] == points[offsets[1:] - 1]
+    return curves, surfaces[first[pair]], closed

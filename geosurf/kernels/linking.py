@@ -17,6 +17,7 @@ import numpy as np
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.contact import (
     COPLANAR,
+    FACE,
     FIRST_CODE,
     N_CORNER,
     TRIANGLE_A,
@@ -34,17 +35,23 @@ def _on_edge(feature, edge):
 
 
 @scalar
+def _on_one_edge(one, two):
+    """Whether two features of a triangle lie on one of its edges."""
+    if one == FACE or two == FACE:  # nearly all
+        return False
+    for edge in range(3):
+        if _on_edge(one, edge) and _on_edge(two, edge):
+            return True
+    return False
+
+
+@scalar
 def _crosses_faces(rows, k):
     """Whether a contact is a segment that runs along no edge."""
     if rows[k, N_CORNER] != 2 or rows[k, COPLANAR] == 1:
         return False
     one, two = rows[k, FIRST_CODE], rows[k, FIRST_CODE + 1]
-    for edge in range(3):
-        if _on_edge((one >> 3) & 7, edge) and _on_edge((two >> 3) & 7, edge):
-            return False
-        if _on_edge(one & 7, edge) and _on_edge(two & 7, edge):
-            return False
-    return True
+    return not (_on_one_edge((one >> 3) & 7, (two >> 3) & 7) or _on_one_edge(one & 7, two & 7))
 
 
 @scalar
@@ -62,6 +69,50 @@ def _is_near(x, a, b, p, reach):
     return wx * wx + wy * wy + wz * wz <= reach * reach * (ux * ux + uy * uy + uz * uz)
 
 
+@scalar
+def _turns_away(x, p, a, q, reach):
+    """Whether p and q lie on two sides of a, for sure: no segment from a to one holds the other.
+
+    Where the true points lie on one ray from a, the product of their ways from a is above 0, and
+    it is off by less than `reach` times both ways: `reach` is more than ten times what roundings
+    move points by, and far above the errors of these products.
+    """
+    ux, uy, uz = x[p, 0] - x[a, 0], x[p, 1] - x[a, 1], x[p, 2] - x[a, 2]
+    vx, vy, vz = x[q, 0] - x[a, 0], x[q, 1] - x[a, 1], x[q, 2] - x[a, 2]
+    ways = abs(ux) + abs(uy) + abs(uz) + abs(vx) + abs(vy) + abs(vz)
+    return ux * vx + uy * vy + uz * vz < -reach * ways
+
+
+@scalar
+def _are_apart(x, a, b, p, q, reach):
+    """Whether the boxes of segments a-b and p-q are farther apart than reach."""
+    for axis in range(3):
+        low, high = min(x[a, axis], x[b, axis]) - reach, max(x[a, axis], x[b, axis]) + reach
+        if max(x[p, axis], x[q, axis]) < low or min(x[p, axis], x[q, axis]) > high:
+            return True
+    return False
+
+
+@scalar
+def _may_overlap(x, a, b, p, q, reach):
+    """Whether an end of one of two segments could lie inside the other one."""
+    if a == p or a == q:
+        a, b = b, a
+    if b == q:
+        p, q = q, p
+    if b == p and a != q:  # they go on from each other, as nearly all of one face do
+        if _turns_away(x, a, b, q, reach):
+            return False
+    elif _are_apart(x, a, b, p, q, reach):
+        return False
+    return (
+        _is_near(x, a, b, p, reach)
+        or _is_near(x, a, b, q, reach)
+        or _is_near(x, p, q, a, reach)
+        or _is_near(x, p, q, b, reach)
+    )
+
+
 @entry("d2 l l2 l2 d -> l")
 def overlap_free(x, n_face, rows, ids, reach):
     """1 if contacts are segments none of which can hold an end of another one inside, else 0.
@@ -69,27 +120,28 @@ def overlap_free(x, n_face, rows, ids, reach):
     0 also where a face has so many that it is dear to say.
     `reach` is above what rounding moves points by; contacts are sorted by their first faces.
     """
-    last = np.full((n_face, 2), -1, dtype=np.int64)
-    before = np.empty((rows.shape[0], 2), dtype=np.int64)
+    last = np.full(n_face, -1, dtype=np.int64)  # of those with it as their second face
+    before = np.empty(rows.shape[0], dtype=np.int64)
+    first = 0
     for k in range(rows.shape[0]):
         if not _crosses_faces(rows, k):
             return 0
-        for side in range(2):
-            face = rows[k, TRIANGLE_A if side == 0 else TRIANGLE_B]
-            before[k, side] = last[face, side]
-            last[face, side] = k
-            i = before[k, side]
-            n_seen = 0
-            while i >= 0:
-                n_seen += 1
-                if n_seen > _MANY:
-                    return 0
-                a, b, p, q = ids[k, 0], ids[k, 1], ids[i, 0], ids[i, 1]
-                if _is_near(x, a, b, p, reach) or _is_near(x, a, b, q, reach):
-                    return 0
-                if _is_near(x, p, q, a, reach) or _is_near(x, p, q, b, reach):
-                    return 0
-                i = before[i, side]
+        if rows[k, TRIANGLE_A] != rows[first, TRIANGLE_A]:
+            first = k
+        if k - first > _MANY:
+            return 0
+        a, b = ids[k, 0], ids[k, 1]
+        for i in range(first, k):
+            if _may_overlap(x, a, b, ids[i, 0], ids[i, 1], reach):
+                return 0
+        before[k] = i = last[rows[k, TRIANGLE_B]]
+        last[rows[k, TRIANGLE_B]] = k
+        n_seen = 0
+        while i >= 0:
+            n_seen += 1
+            if n_seen > _MANY or _may_overlap(x, a, b, ids[i, 0], ids[i, 1], reach):
+                return 0
+            i = before[i]
     return 1
 
 

@@ -29,10 +29,10 @@ from geosurf.kernels.contact import (
     TRIANGLE_A,
     TRIANGLE_B,
 )
-from geosurf.kernels.exact import N_NAME, N_POINT, N_VERTEX
+from geosurf.kernels.exact import N_EDGE_PLANE, N_NAME, N_POINT, N_TRIANGLE, N_VERTEX
 from geosurf.kernels.merging import merge_points
 from geosurf.kernels.placing import place_points
-from geosurf.kernels.points import FULL, LPI, edge_plane, file_name, slot_of
+from geosurf.kernels.points import EDGE_PLANE, FULL, LPI, edge_plane, file_name, slot_of
 from geosurf.kernels.predicates import normal_axis
 
 FEW = 4  # contacts of a face, up to which its points are listed by face, else by vertex
@@ -135,7 +135,7 @@ def _corner_in_plane(t, e, d, m, names, a, b, axis, code):
 
 @scalar
 def _name_corners(x, t, e, d, m, w, rows, count, ids):
-    """Ids of the corners of all contacts, by names alone; the table of names, empty if full."""
+    """Ids of the corners of all contacts, by names alone; whether there was room."""
     heads = np.full(t.shape[0] + m[N_VERTEX], -1, dtype=np.int64)
     onward = np.empty(d.shape[0], dtype=np.int64)
     names = np.zeros((64, 5), dtype=np.int64)
@@ -151,7 +151,7 @@ def _name_corners(x, t, e, d, m, w, rows, count, ids):
             if coplanar:
                 ids[k, c] = _corner_in_plane(t, e, d, m, names, a, b, axis, code)
                 if ids[k, c] == FULL:
-                    return names[:0]
+                    return False
             elif (code >> 3) & 7 < 3:
                 ids[k, c] = t[a, (code >> 3) & 7]
             elif code & 7 < 3:
@@ -161,7 +161,7 @@ def _name_corners(x, t, e, d, m, w, rows, count, ids):
                 head = face if count[face] <= FEW else t.shape[0] + p
                 row = _in_list(d, m, names, heads, onward, head, p, q, face)
                 ids[k, c] = m[N_VERTEX] + row
-    return names
+    return True
 
 
 @scalar
@@ -222,8 +222,53 @@ def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
 
 
 @scalar
-def _file_records(x, t, e, m, w, names, rows, ids, records):
-    """Write what cuts which face; the number of records, or FULL."""
+def _renumber(number, n_vertex, rows, ids):
+    """Give points in `ids` the numbers that they have after merging."""
+    for k in range(rows.shape[0]):
+        for c in range(rows[k, N_CORNER]):
+            if ids[k, c] >= n_vertex:
+                ids[k, c] = number[ids[k, c] - n_vertex]
+
+
+@entry("d2 l2 l2 l2 l1 l1 l2 l2 -> l")
+def name_contacts(x, t, e, d, m, w, rows, ids):
+    """Ids of all points of contact (rows of `ids`); their number or FULL.
+
+    `x` and `d` have room for a point a corner behind the vertices.
+    """
+    count, n_corner = _count_rows(t, rows)
+    if min(d.shape[0], x.shape[0] - m[N_VERTEX]) < n_corner:
+        return FULL
+    if not _name_corners(x, t, e, d, m, w, rows, count, ids):
+        return FULL
+    place_points(x, t, e, d, m, w)
+    number = merge_points(x, t, e, d, m, w, count)
+    if number.shape[0] > 0:
+        _renumber(number, m[N_VERTEX], rows, ids)
+    m[N_NAME] = 0  # the table is gone
+    return m[N_POINT]
+
+
+@scalar
+def _edge_planes(e, m):
+    """A table of the names of all edge planes."""
+    m[N_NAME] = 0
+    names = np.zeros((64, 5), dtype=np.int64)
+    for row in range(m[N_EDGE_PLANE]):
+        names = _with_room(m, names)
+        a, b, axis = e[row, 0], e[row, 1], e[row, 2]
+        slot = slot_of(names, EDGE_PLANE, a, b, axis)
+        file_name(m, names, slot, EDGE_PLANE, a, b, axis, m[N_TRIANGLE] + row)
+    return names
+
+
+@entry("d2 l2 l2 l1 l1 l2 l2 l2 -> l")
+def file_records(x, t, e, m, w, rows, ids, records):
+    """Write what cuts which face; the number of records, or FULL.
+
+    `records` has room for two a contact and twelve more for one in a plane, `e` for six of these.
+    """
+    names = _edge_planes(e, m)
     n = 0
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
@@ -239,32 +284,5 @@ def _file_records(x, t, e, m, w, names, rows, ids, records):
         else:
             n = _record(records, n, t, a, ids[k, 0], -1, -1)
             n = _record(records, n, t, b, ids[k, 0], -1, -1)
+    m[N_NAME] = 0
     return n
-
-
-@scalar
-def _renumber(number, n_vertex, rows, ids):
-    """Give points in `ids` the numbers that they have after merging."""
-    for k in range(rows.shape[0]):
-        for c in range(rows[k, N_CORNER]):
-            if ids[k, c] >= n_vertex:
-                ids[k, c] = number[ids[k, c] - n_vertex]
-
-
-@entry("d2 l2 l2 l2 l1 l1 l2 l2 l2 -> l")
-def name_contacts(x, t, e, d, m, w, rows, ids, records):
-    """Ids of all points of contact (rows of `ids`), and records; returns their number or FULL.
-
-    `x` and `d` have room for a point a corner behind the vertices, `records` for eight a contact.
-    """
-    count, n_corner = _count_rows(t, rows)
-    if min(d.shape[0], x.shape[0] - m[N_VERTEX]) < n_corner:
-        return FULL
-    names = _name_corners(x, t, e, d, m, w, rows, count, ids)
-    if names.shape[0] == 0:
-        return FULL
-    place_points(x, t, e, d, m, w)
-    number = merge_points(x, t, e, d, m, w, count)
-    if number.shape[0] > 0:
-        _renumber(number, m[N_VERTEX], rows, ids)
-    return _file_records(x, t, e, m, w, names, rows, ids, records)

@@ -128,6 +128,6 @@ def test_too_little_room_is_told():
     x, t, e, d = contacts.x, contacts.t, contacts.e, contacts.d
     m = contacts.m.copy()
     m[4] = 0
-    ids, records = np.full((len(contacts.rows), 6), -1), np.empty((99, 4), dtype=np.int64)
-    given = (t, e, d, m, contacts.w, contacts.rows, ids, records)
+    ids = np.full((len(contacts.rows), 6), -1)
+    given = (t, e, d, m, contacts.w, contacts.rows, ids)
     assert name_contacts(x[:-1].copy(), *given) == FULL
