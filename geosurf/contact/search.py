@@ -62,8 +62,8 @@ class Contacts:
         no rounding can change, since they are apart by their boxes or by more than that beside a
         plane, or edges pass a face by more than that, one search lists some that another one
         does not; nothing else depends on it.
-    ids : ndarray of int64, shape (n_contact, 6)
-        Points of each contact, rows of `x`.
+    ids : ndarray of int64, shape (n_contact, 2 or 6)
+        Points of each contact, rows of `x`; six where some faces are coplanar.
     """
 
     surfaces: tuple[TriSurface, ...]
@@ -264,7 +264,7 @@ def _name(surfaces, origin, faces: Faces, pairs, codes) -> Contacts:
     space[: len(x)] = x
     e = np.zeros((6 * n_coplanar, 3), dtype=np.int64)
     d = np.empty((n_corner, 4), dtype=np.int64)
-    ids = np.full((len(rows), 6), -1, dtype=np.int64)
+    ids = np.full((len(rows), 6 if n_coplanar else 2), -1, dtype=np.int64)
     n_point = name_contacts(space, t, e, d, m, w, rows, ids)
     _refuse_full(n_point)
     space = space[: len(x) + n_point]
