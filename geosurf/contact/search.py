@@ -64,6 +64,10 @@ class Contacts:
         does not; nothing else depends on it.
     ids : ndarray of int64, shape (n_contact, 2 or 6)
         Points of each contact, rows of `x`; six where some faces are coplanar.
+    e, d, m, w : ndarray of int64
+        Edge planes, definitions of points, and the frame: see `geosurf.kernels.exact`.
+    filed : ndarray of int64, shape (n_record, 4), or None
+        `records`, once they are made.
     """
 
     surfaces: tuple[TriSurface, ...]
