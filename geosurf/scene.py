@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.carve import carve_units, names_of_zones
+from geosurf.carve import carve_units
 from geosurf.carve.certificate import certify, same_bytes
+from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import check_zones
 from geosurf.contact import find_contacts
 from geosurf.conventions import counted, did_you_mean

@@ -13,6 +13,7 @@ fluids.py        units split at their fluid contacts
 outside.py       which cells lie beyond the walls
 shells.py        closed shells with volumes
 certificate.py   promises, checked anew on the result
+consistent.py    of these: units against the patches and their names
 ===============  ====================================================================
 """
 
@@ -22,14 +23,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 
 from geosurf.carve.blocks import block_order, fault_sides, name_blocks, sides_of_units
 from geosurf.carve.cells import Cells, find_cells
 from geosurf.carve.clipped import clipped_by
-from geosurf.carve.column import apply_column, zones_of
+from geosurf.carve.column import apply_column, names_of_zones, zones_of
 from geosurf.carve.fluids import (
     check_zones,
     contacts_of_units,
@@ -231,33 +231,6 @@ def _units(
         )
         for u in order
     ]
-
-
-def names_of_zones(horizons: Sequence[str]) -> list[str]:
-    """
-    Names of the zones between horizons, youngest first.
-
-    Raises
-    ------
-    InputError
-        If two would have one name.
-
-    Examples
-    --------
-    >>> names_of_zones(["Top", "Base"])
-    ['above Top', 'Top/Base', 'below Base']
-    """
-    if not horizons:
-        return ["box"]
-    between = [f"{a}/{b}" for a, b in pairwise(horizons)]
-    names = [f"above {horizons[0]}", *between, f"below {horizons[-1]}"]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(
-                f"two zones would be called {name!r}: names of horizons with '/' in them meet "
-                "there. Rename one of the horizons."
-            )
-    return names
 
 
 def _merge(patches: Patches, cells: Cells, zone: np.ndarray) -> np.ndarray:

@@ -7,12 +7,14 @@ import math
 
 import numpy as np
 
+from geosurf.carve.consistent import matched, named, numbered, partition
+from geosurf.carve.outside import box_of
 from geosurf.carve.volume import normals, volume_of
 from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place
-from geosurf.kernels.mesh import turned_over, weld
+from geosurf.kernels.mesh import turned_over
 from geosurf.kernels.predicates import frame_of
-from geosurf.model import Certificate, Check, Patches, Units
+from geosurf.model import Certificate, Check, Patches, Unit, Units
 
 VOLUME_TOLERANCE = 1e-12
 EPS = 2.0**-53
@@ -32,9 +34,10 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
     -------
     Certificate
         One line per promise: units closed and oriented; volumes add up to the box; units and
-        surfaces share their vertices; nothing crosses between curves (exact, on the
-        rounded mesh); each triangle lies on the input triangle that it names and faces
-        the same way (exact); areas add up.
+        surfaces share their vertices; each triangle of a surface inside has one unit on each
+        side; names of units are what the surfaces around them tell; nothing crosses between
+        curves (exact, on the rounded mesh); each triangle lies on the input triangle that it
+        names and faces the same way (exact); areas add up.
 
     Examples
     --------
@@ -46,7 +49,11 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
     """
     checks = []
     if units is not None:
-        checks += [_closed(units), _adds_up(units), _shared_vertices(patches, units)]
+        x, number = numbered(patches, units)
+        found = matched(patches, units, number)
+        checks += [_closed(units), _adds_up(patches, units)]
+        checks.append(_shared_vertices(patches, units, x, number))
+        checks += [partition(patches, units, found), named(patches, units, found)]
     new = _new_triangles(patches)
     checks += [_nothing_crosses(patches), _on_parents(patches, *new), _oriented(patches, *new)]
     checks.append(_areas(patches))
@@ -88,24 +95,42 @@ def _euler_in_words(euler: dict[str, int]) -> str:
     return f"Euler number {usual}" + (f", but {', '.join(others[:8])}{more}" if others else "")
 
 
-def _adds_up(units: Units) -> Check:
-    """Volumes, taken anew from the shells, against those stated and against the box."""
+def _adds_up(patches: Patches, units: Units) -> Check:
+    """Volumes, taken anew from the shells, against those stated and against the box.
+
+    A volume that is stated may differ by what rounding does to prisms as high as the model.
+    """
     anew = {name: volume_of(unit.local, unit.triangles) for name, unit in units.items()}
+    lower, upper = box_of(patches)
     total, box = math.fsum(anew.values()), units.box_volume
     error = (total - box) / box
-    stated = max((abs(anew[name] - unit.volume) for name, unit in units.items()), default=0.0)
-    passed = max(abs(error), stated / box) <= VOLUME_TOLERANCE
+    off = []
+    for name, unit in units.items():
+        area, slack = _shell_area(unit)
+        bound = VOLUME_TOLERANCE * anew[name] + 16 * EPS * area * float(upper[2] - lower[2])
+        if abs(anew[name] - unit.volume) > bound or abs(area - unit.area) > slack:
+            off.append(name)
+    world = np.stack([lower, upper], axis=1) + patches.origin[:, None]
+    moved = units.box != tuple(world.ravel().tolist())
+    passed = abs(error) <= VOLUME_TOLERANCE and not off and not moved
     detail = f"sum {total:.15g} m3, box {box:.15g} m3, relative {error:.1e}"
-    if stated > VOLUME_TOLERANCE * box:
-        detail += f"; a stated volume is {stated:.3g} m3 off its shell"
+    if off:
+        detail += f"; volume or area stated of {', '.join(off[:8])} is not that of its shell"
+    if moved:
+        detail += "; the box stated is not that of the walls"
     return Check("volumes add up to the box", passed, float(error), detail)
 
 
-def _shared_vertices(patches: Patches, units: Units) -> Check:
+def _shell_area(unit: Unit) -> tuple[float, float]:
+    """Area of a shell, and the most by which rounding may change it."""
+    a, b, c = (unit.local[unit.triangles[:, k]] for k in range(3))
+    sizes = np.abs(b - a).sum(axis=1) * np.abs(c - a).sum(axis=1)
+    return math.fsum(_area(a, b, c)), 16 * EPS * float(sizes.sum())
+
+
+def _shared_vertices(patches: Patches, units: Units, x: np.ndarray, number: np.ndarray) -> Check:
     """Every corner of a shell is a vertex of the patches, bit for bit."""
     parts = [unit.local for unit in units.values()]
-    x = np.concatenate([patches.local, *parts])
-    number, _ = weld(x)  # in the order in which places come
     n_local = len(patches.local)
     first = np.empty(int(number.max(initial=-1)) + 1, dtype=np.int64)
     first[number[::-1]] = np.arange(len(x))[::-1]
@@ -233,7 +258,10 @@ def same_bytes(one: Patches, two: Patches) -> Check:
     >>> same_bytes(rebuild_surfaces([flat]), rebuild_surfaces([flat])).passed
     True
     """
-    names = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
+    names = (
+        "local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle",
+        "curve_edges",
+    )  # fmt: skip
     differ = [n for n in names if getattr(one, n).tobytes() != getattr(two, n).tobytes()]
     detail = f"{', '.join(differ)} differ" if differ else f"{len(names)} arrays equal, byte by byte"
     return Check("two runs give the same bytes", not differ, float(len(differ)), detail)

@@ -15,11 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from geosurf.carve.cells import Cells
 from geosurf.carve.zones import ABOVE, UNKNOWN, raise_leak
+from geosurf.errors import InputError
 from geosurf.model import Patches
 from geosurf.model.column import BASE as LAPPED
 from geosurf.model.column import CONFORMABLE, ERODES, EROSIONAL, IS_LAPPED
@@ -112,3 +114,30 @@ def zones_of(patches: Patches, cells: Cells, side: np.ndarray, horizons: list[in
     zone = np.concatenate([side == ABOVE, lowest]).argmax(axis=0)
     zone[0] = -1
     return zone
+
+
+def names_of_zones(horizons: Sequence[str]) -> list[str]:
+    """
+    Names of the zones between horizons, youngest first.
+
+    Raises
+    ------
+    InputError
+        If two would have one name.
+
+    Examples
+    --------
+    >>> names_of_zones(["Top", "Base"])
+    ['above Top', 'Top/Base', 'below Base']
+    """
+    if not horizons:
+        return ["box"]
+    between = [f"{a}/{b}" for a, b in pairwise(horizons)]
+    names = [f"above {horizons[0]}", *between, f"below {horizons[-1]}"]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(
+                f"two zones would be called {name!r}: names of horizons with '/' in them meet "
+                "there. Rename one of the horizons."
+            )
+    return names

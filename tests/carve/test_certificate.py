@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from geosurf import build_walls, carve_units, rebuild_surfaces
+from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify, crossing_pairs, same_bytes
 from geosurf.model import Units
 from tests.strategies import BOX, grid, sheet
@@ -16,6 +17,7 @@ CLOSED, VOLUMES = "units are closed and oriented", "volumes add up to the box"
 CROSSES, PARENTS = "nothing crosses between curves", "triangles lie on their parents"
 AREAS, FACING = "areas add up", "triangles face as their parents do"
 SHARED = "units share the surfaces' vertices"
+DIVIDE, NAMED = "units divide the box", "units are where their names say"
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +73,7 @@ def without(patches, row):
 def test_a_sound_model_passes(patches, units):
     certificate = certify(patches, units)
     assert failed(certificate) == set()
-    names = [CLOSED, VOLUMES, SHARED, CROSSES, PARENTS, FACING, AREAS]
+    names = [CLOSED, VOLUMES, SHARED, DIVIDE, NAMED, CROSSES, PARENTS, FACING, AREAS]
     assert [c.name for c in certificate.checks] == names
     assert same_bytes(patches, patches).passed
 
@@ -108,7 +110,7 @@ def test_a_dropped_triangle_opens_a_unit(patches, units):
     torn = replace(unit, triangles=unit.triangles[1:])
     damaged = Units([torn, *(u for n, u in units.items() if n != name)], units.box)
     certificate = certify(patches, damaged)
-    assert failed(certificate) == {CLOSED, VOLUMES}
+    assert failed(certificate) == {CLOSED, VOLUMES, DIVIDE}
     assert f"3 open edges in {name}" in str(certificate)
 
 
@@ -123,7 +125,7 @@ def test_a_stretched_shell(patches, units):
     name, unit = next(iter(units.items()))
     stretched = replace(unit, local=unit.local * [1.0, 1.0, 1.5])
     damaged = Units([stretched, *(u for n, u in units.items() if n != name)], units.box)
-    assert failed(certify(patches, damaged)) == {VOLUMES, SHARED}
+    assert failed(certify(patches, damaged)) == {VOLUMES, SHARED, DIVIDE}
 
 
 def test_a_turned_triangle_in_a_unit(patches, units):
@@ -132,19 +134,136 @@ def test_a_turned_triangle_in_a_unit(patches, units):
     faces[0] = faces[0, ::-1]
     turned = replace(unit, triangles=faces)
     damaged = Units([turned, *(u for n, u in units.items() if n != name)], units.box)
-    assert failed(certify(patches, damaged)) == {CLOSED, VOLUMES}
+    assert failed(certify(patches, damaged)) == {CLOSED, VOLUMES, DIVIDE, NAMED}
+
+
+def exchanged(units, **of_unit):
+    """Units, some of them with other attributes: name of the unit -> attributes."""
+    return Units([replace(u, **of_unit.get(n, {})) for n, u in units.items()], units.box)
+
+
+def labels(unit):
+    names = ("name", "zone", "zone_index", "block", "contact", "lies_on")
+    return {name: getattr(unit, name) for name in names}
 
 
 def test_a_missing_unit(patches, units):
     damaged = Units(list(units.values())[1:], units.box)
-    assert failed(certify(patches, damaged)) == {VOLUMES}
+    assert failed(certify(patches, damaged)) == {VOLUMES, DIVIDE}
 
 
 def test_a_wrong_volume(patches, units):
     name, unit = next(iter(units.items()))
-    wrong = replace(unit, volume=unit.volume * (1 + 1e-10))
-    damaged = Units([wrong, *(u for n, u in units.items() if n != name)], units.box)
+    for wrong in (1 - 1e-10, 1 + 1e-10, 2.0):
+        damaged = exchanged(units, **{name: {"volume": unit.volume * wrong}})
+        assert failed(certify(patches, damaged)) == {VOLUMES}
+
+
+def test_a_wrong_volume_of_a_unit_that_is_tiny_beside_the_box():
+    """Of the box it is a part in 1e14: whether it is right is a matter of its own size."""
+    flat, low = (
+        sheet(name, [(x, y, z) for x, y in ((-1, -1), (5, -1), (5, 5), (-1, 5))], role="horizon")
+        for name, z in (("Top", 0.0), ("Base", -(2.0**-43)))
+    )
+    patches = rebuild_surfaces([flat, low, *build_walls(BOX)])
+    units = carve_units(patches)
+    assert failed(certify(patches, units)) == set()
+    thin = units["Top/Base"]
+    assert thin.volume == pytest.approx(16 * 2.0**-43, rel=0.01)
+    damaged = exchanged(units, **{thin.name: {"volume": 2 * thin.volume}})
     assert failed(certify(patches, damaged)) == {VOLUMES}
+
+
+def test_a_wrong_area_of_a_shell_and_another_box(patches, units):
+    name, unit = next(iter(units.items()))
+    damaged = exchanged(units, **{name: {"area": unit.area * (1 + 1e-9)}})
+    certificate = certify(patches, damaged)
+    assert failed(certificate) == {VOLUMES}
+    assert f"volume or area stated of {name} is not that of its shell" in str(certificate)
+    west, east, *rest = units.box
+    certificate = certify(patches, Units(units.values(), (west + 1, east + 1, *rest)))
+    assert failed(certificate) == {VOLUMES}
+    assert "the box stated is not that of the walls" in str(certificate)
+
+
+@pytest.mark.parametrize("pair", [(0, 1), (0, 2), (1, 2), (0, 3)])
+def test_units_that_have_each_others_names(patches, units, pair):
+    one, two = (list(units.values())[i] for i in pair)
+    damaged = exchanged(units, **{one.name: labels(two), two.name: labels(one)})
+    certificate = certify(patches, damaged)
+    assert failed(certificate) == {NAMED}
+    assert one.name in str(certificate)
+    only = exchanged(units, **{one.name: {"name": two.name}, two.name: {"name": one.name}})
+    assert failed(certify(patches, only)) == {NAMED}
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"zone_index": 1}, {"zone": "Top/Base"}, {"block": "F2+"}, {"lies_on": ()}]
+)
+def test_a_label_that_nothing_bears_out(patches, units, wrong):
+    name = next(iter(units))
+    assert failed(certify(patches, exchanged(units, **{name: wrong}))) == {NAMED}
+
+
+def test_fluids_that_have_each_others_names():
+    flat = sheet("Top", [(-1, -1, 3), (5, -1, 3), (5, 5, 3), (-1, 5, 3)], role="horizon")
+    box = (0, 4, 0, 4, -4, 8)
+    scene = Scene({"Top": flat}, box=box, contacts={"GOC": 1.0, "OWC": -1.0})
+    assert failed(certify(scene.patches, scene.units)) == set()
+    parts = ["below Top above GOC", "below Top GOC/OWC", "below Top below OWC"]
+    for one, two in itertools.combinations((scene.units[name] for name in parts), 2):
+        damaged = exchanged(scene.units, **{one.name: labels(two), two.name: labels(one)})
+        assert failed(certify(scene.patches, damaged)) == {NAMED}
+
+
+def test_a_shell_with_a_triangle_of_another_surface(patches, units):
+    name, unit = next(iter(units.items()))
+    other = unit.surface_of_triangle.copy()
+    other[0] = (other[0] + 1) % len(unit.surface_names)
+    certificate = certify(patches, exchanged(units, **{name: {"surface_of_triangle": other}}))
+    assert failed(certificate) == {DIVIDE}
+    assert f"1 triangles: the first, of {name} at (" in str(certificate)
+    assert "is no triangle of the surface it names" in str(certificate)
+
+
+def test_a_gap_as_large_as_an_overlap():
+    """Closed shells whose volumes add up, and yet one place is in two units and one in none."""
+    floors = [
+        sheet(f"H{k}", [(-1, -1, z), (5, -1, z), (5, 5, z), (-1, 5, z)], role="horizon")
+        for k, z in enumerate((6, 4, 2, 0))
+    ]
+    patches = rebuild_surfaces([*floors, *build_walls(BOX)])
+    units = carve_units(patches)
+    one, two = units["H0/H1"], units["H2/H3"]
+    assert one.volume == two.volume
+    shell = {name: getattr(two, name) for name in ("local", "triangles", "surface_of_triangle")}
+    certificate = certify(patches, exchanged(units, **{one.name: shell}))
+    assert failed(certificate) == {DIVIDE, NAMED}
+    assert "has two units on one side" in str(certificate)
+
+
+def test_an_edge_of_a_shell_that_runs_the_other_way(patches, units):
+    """Two triangles of a wall with the other diagonal: the same space, and no triangles of it."""
+    name, unit = next(iter(units.items()))
+    corners = unit.local[unit.triangles]
+    flush = (corners[:, :, 0] == corners[:, :1, 0]).all(axis=1)
+    rows = np.flatnonzero(flush)
+    for i, j in itertools.combinations(rows.tolist(), 2):
+        common = [v for v in unit.triangles[i].tolist() if v in unit.triangles[j]]
+        if len(common) == 2 and corners[i, 0, 0] == corners[j, 0, 0]:
+            break
+    else:
+        raise AssertionError("no two neighbours in a wall")
+    k = next(k for k in range(3) if unit.triangles[i, k] not in common)
+    a, b, c = np.roll(unit.triangles[i], -k).tolist()
+    (d,) = (v for v in unit.triangles[j].tolist() if v not in common)
+    faces = unit.triangles.copy()
+    faces[i], faces[j] = (a, b, d), (a, d, c)
+    assert failed(certify(patches, exchanged(units, **{name: {"triangles": faces}}))) == {DIVIDE}
+
+
+def test_curve_edges_are_among_the_bytes_that_are_compared(patches):
+    assert not same_bytes(patches, patches.changed(curve_edges=patches.curve_edges[1:])).passed
 
 
 def test_a_wrong_parent(patches):

@@ -1,0 +1,214 @@
+"""Units against the patches that they were carved from: they divide the box, and names fit.
+
+Closed shells whose volumes add up to the box might still leave a gap as large as an overlap, or
+have each other's names. So triangles of shells are looked up among those of the patches. Crossing
+one that is no wall leaves one unit and enters another: then the number of units around a place is
+the same all over the inside of the walls, and since volumes add up to the box, it is one.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.carve.blocks import WHOLE
+from geosurf.carve.column import names_of_zones
+from geosurf.carve.fluids import parse_sides
+from geosurf.carve.outside import box_of
+from geosurf.carve.shells import unit_name
+from geosurf.conventions import place
+from geosurf.kernels.mesh import weld
+from geosurf.model import Check, Patches, Unit, Units
+
+
+@dataclass(frozen=True)
+class Matched:
+    """Triangles of all shells among those of the patches.
+
+    Attributes
+    ----------
+    unit, surface : ndarray of int64, shape (n,)
+        Unit that each triangle of a shell bounds, and the surface that it names.
+    key : ndarray of int64, shape (n,)
+        Equal for triangles with the same corners, of shells and of patches.
+    row : ndarray of int64, shape (n,)
+        The triangle of the patches with these corners on that surface; -1 if there is none.
+    behind : ndarray of bool, shape (n,)
+        Whether the unit lies behind it.
+    turn : ndarray of bool, shape (n,)
+        Which way the corners go round: two shells on both sides of a triangle differ.
+    of_patches : ndarray of int64, shape (n_triangle,)
+        Key of each triangle of the patches, and `turn_of_patches` which way its corners go round.
+    n_key : int
+    """
+
+    unit: np.ndarray
+    surface: np.ndarray
+    key: np.ndarray
+    row: np.ndarray
+    behind: np.ndarray
+    turn: np.ndarray
+    of_patches: np.ndarray
+    turn_of_patches: np.ndarray
+    n_key: int
+
+
+def numbered(patches: Patches, units: Units) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices of the patches and of all shells, and a number of each place, in their order."""
+    x = np.concatenate([patches.local, *(unit.local for unit in units.values())])
+    return x, weld(x)[0]
+
+
+def matched(patches: Patches, units: Units, number: np.ndarray) -> Matched:
+    """
+    Look up the triangles of shells among those of the patches.
+
+    Parameters
+    ----------
+    patches : Patches
+    units : Units
+    number : ndarray of int64
+        See `numbered`.
+    """
+    parts = list(units.values())
+    first = len(patches.local) + np.cumsum([0, *(len(part.local) for part in parts)])
+    shells = [part.triangles + start for part, start in zip(parts, first.tolist(), strict=False)]
+    t = number[np.concatenate([patches.triangles, *shells])]
+    turn = np.sum([t[:, k] < t[:, (k + 1) % 3] for k in range(3)], axis=0) == 2
+    key, n_key = weld(np.sort(t, axis=1).astype(np.float64))
+    unit = np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts])
+    surface = np.concatenate([np.empty(0, np.int64), *map(_surfaces, parts)])
+    n, n_surface = patches.n_triangle, len(patches.sources)
+    known = key[:n] * n_surface + patches.surface_of_triangle
+    order = np.argsort(known, kind="stable")
+    wanted = key[n:] * n_surface + surface
+    at = np.minimum(np.searchsorted(known, wanted, sorter=order), n - 1)
+    row = np.where(known[order[at]] == wanted, order[at], -1)
+    behind = turn[n:] == turn[:n][row]
+    return Matched(unit, surface, key[n:], row, behind, turn[n:], key[:n], turn[:n], n_key)
+
+
+def _surfaces(unit: Unit) -> np.ndarray:
+    """Surface of each triangle of a shell; -1 where that is not one for each."""
+    n = len(unit.triangles)
+    return unit.surface_of_triangle if len(unit.surface_of_triangle) == n else np.full(n, -1)
+
+
+def partition(patches: Patches, units: Units, found: Matched) -> Check:
+    """Each triangle of a shell is one of the surface it names, with one unit on each side of it."""
+    times = np.bincount(2 * found.key + found.turn, minlength=2 * found.n_key).reshape(-1, 2)
+    alone = times.sum(axis=1) == 1
+    is_wall = np.isin(patches.surface_of_triangle, _rows(patches, "wall"))
+    alone[found.of_patches[is_wall]] = False
+    foreign = found.row < 0
+    twice = times[found.key, found.turn.astype(np.int64)] > 1
+    gap = alone[found.key]
+    detail = f"{len(found.key)} triangles of shells, each on one side of one of a surface"
+    for bad, what in (
+        (foreign, "is no triangle of the surface it names"),
+        (twice, "has two units on one side"),
+        (gap, "has a unit on one side only, and is no wall"),
+    ):
+        if bad.any():
+            i = int(np.flatnonzero(bad)[0])
+            unit = list(units.values())[found.unit[i]]
+            j = i - int(np.searchsorted(found.unit, found.unit[i]))
+            where = place(unit.vertices[unit.triangles[j]].mean(axis=0))
+            detail = f"{int(bad.sum())} triangles: the first, of {unit.name} at {where}, {what}"
+            break
+    n_bad = int((foreign | twice | gap).sum())
+    return Check("units divide the box", n_bad == 0, float(n_bad), detail)
+
+
+def named(patches: Patches, units: Units, found: Matched) -> Check:
+    """Zones, blocks and contacts in names are those that the surfaces around each unit tell."""
+    parts = list(units.values())
+    wrong = [unit.name for unit in parts if not _spelt(patches, unit)]
+    upward = _upward(patches)
+    wrong += [parts[u].name for u in _in_other_zones(patches, parts, found, upward)]
+    codes = (found.surface * len(parts) + found.unit) * 2 + found.behind
+    for code in np.unique(codes[found.row >= 0]).tolist():
+        (surface, u), behind = divmod(code // 2, len(parts)), code % 2 == 1
+        if patches.names[surface] + ("+" if behind else "-") in parts[u].lies_on:
+            wrong.append(parts[u].name)
+    wrong += _contacts_apart(patches, parts, found, upward)
+    wrong = list(dict.fromkeys(wrong))
+    detail = f"{len(parts)} units lie in the zones and on the sides of faults that name them"
+    if wrong:
+        detail = f"surfaces around {', '.join(wrong[:8])} tell another zone, block or contact"
+    return Check("units are where their names say", not wrong, float(len(wrong)), detail)
+
+
+def _rows(patches: Patches, role: str) -> list[int]:
+    return [i for i, source in enumerate(patches.sources) if source.role == role]
+
+
+def _spelt(patches: Patches, unit: Unit) -> bool:
+    """Whether a name is made of zone, block and contact, and these of names that there are."""
+    horizons, faults = ([patches.names[i] for i in _rows(patches, r)] for r in ("horizon", "fault"))
+    zones = names_of_zones(horizons)
+    sides = parse_sides(re.sub(r" #\d+$", "", unit.block), faults)
+    if re.sub(r" #\d+$", "", unit.block) == WHOLE:
+        sides = frozenset()
+    return (
+        unit.name == unit_name(unit.zone, unit.block, unit.contact)
+        and 0 <= unit.zone_index < len(zones)
+        and unit.zone == zones[unit.zone_index]
+        and sides is not None
+        and sides <= set(unit.lies_on)
+    )
+
+
+def _upward(patches: Patches) -> np.ndarray:
+    """Whether the front of each surface looks up, in the bounds of the walls."""
+    lower, upper = box_of(patches)
+    a, b, c = (patches.local[patches.triangles[:, k]] for k in range(3))
+    inside = np.all([((p >= lower) & (p <= upper)).all(axis=1) for p in (a, b, c)], axis=0)
+    rise = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    of = patches.surface_of_triangle
+    return np.bincount(of[inside], rise[inside], minlength=len(patches.sources)) >= 0.0
+
+
+def _in_other_zones(
+    patches: Patches, parts: list[Unit], found: Matched, upward: np.ndarray
+) -> list[int]:
+    """Units above a horizon in a zone below it, or the other way round.
+
+    Where horizons coincide, the column may have taken away all but one.
+    """
+    horizons = _rows(patches, "horizon")
+    zone = np.array([unit.zone_index for unit in parts])[found.unit]
+    open_ = np.flatnonzero(np.isin(found.surface, horizons) & (found.row >= 0))
+    for rank, i in enumerate(horizons):
+        rows = np.flatnonzero(patches.surface_of_triangle == i)
+        turn = np.zeros(found.n_key, dtype=np.int64)
+        turn[found.of_patches[rows]] = 1 + found.turn_of_patches[rows]
+        turn = turn[found.key[open_]]
+        below = (turn == 1 + found.turn[open_]) == upward[i]
+        open_ = open_[(turn == 0) | (below != (zone[open_] > rank))]
+    return np.unique(found.unit[open_]).tolist()
+
+
+def _contacts_apart(
+    patches: Patches, parts: list[Unit], found: Matched, upward: np.ndarray
+) -> Iterable[str]:
+    """Names of units that a fluid contact parts, where these do not say so."""
+    mine = np.flatnonzero(np.isin(found.surface, _rows(patches, "contact")) & (found.row >= 0))
+    below = found.behind[mine] == upward[found.surface[mine]]
+    order = np.lexsort((below, found.key[mine]))  # above, then below
+    mine, below = mine[order], below[order]
+    two = np.flatnonzero(found.key[mine[1:]] == found.key[mine[:-1]])
+    pairs = np.stack([found.unit[mine[two]], found.unit[mine[two + 1]]], axis=1)
+    for u, v in np.unique(pairs, axis=0).tolist():  # above, below
+        high, low = parts[u], parts[v]
+        same = (high.zone, high.block) == (low.zone, low.block) and high.contact != low.contact
+        if not same or _begins(high, "below ") or _begins(low, "above "):
+            yield from (high.name, low.name)
+
+
+def _begins(unit: Unit, word: str) -> bool:
+    """Whether a unit is the lowest or uppermost of its block; names may hold the word, too."""
+    return unit.contact.startswith(word) and "/" not in unit.contact
