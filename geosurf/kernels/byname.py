@@ -70,7 +70,7 @@ def on_known_line(x, d, m, w, q, s, a, b, c):
     if line == -1:
         return False
     on_a, on_b, on_c = _holds(q, a, line), _holds(q, b, line), _holds(q, c, line)
-    if on_a + on_b + on_c != 2:
+    if int(on_a) + int(on_b) + int(on_c) != 2:
         return False
     p = c if not on_c else (b if not on_b else a)
     row = q[p, 0] - m[N_VERTEX]

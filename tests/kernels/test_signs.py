@@ -10,7 +10,7 @@ import pytest
 
 from geosurf.kernels.circle import sign_rows
 from geosurf.kernels.doubled import doubled_rows
-from geosurf.kernels.exact import LIMBS
+from geosurf.kernels.exact import EXACT_ORIENT2D, LIMBS
 from geosurf.kernels.kept import roomy_workspace
 from geosurf.kernels.predicates import frame_of
 from tests.oracles import determinant, rational, rounded, sign
@@ -125,35 +125,158 @@ def nearly_on_circles(flat, random) -> np.ndarray:
     return rows[order[:100]]
 
 
-@pytest.mark.parametrize("kind", SCALES)
+def assert_signs(x, t, e, d, places, axis, rows, n_row=1) -> tuple[int, int, int]:
+    """Turns and circles of rows of four points, against fractions.
+
+    Returns how many do not turn, how many are on a circle, and how many turns took integers.
+    """
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    flat = [(at[u], at[v]) for at in places]
+    m, _ = frame_of(x, len(t))
+    w = roomy_workspace(int(m[LIMBS]), n_row)
+    out = np.empty((len(rows), 3), dtype=np.int64)
+    every = np.concatenate([x, [rounded(at) for at in places]])
+    ids = np.arange(len(x), len(every))
+    sign_rows(every, t, e, d, m, w, ids, axis, rows, out)
+    zeros = ties = 0
+    for (a, b, c, o), (turned, side, inside) in zip(rows.tolist(), out.tolist(), strict=True):
+        p, q, r, z = flat[a], flat[b], flat[c], flat[o]
+        expected = sign(determinant([[*p, 1], [*q, 1], [*r, 1]]))
+        assert turned == expected, (a, b, c)
+        zeros += expected == 0
+        if expected <= 0 or o in (a, b, c):
+            continue
+        lifted = [[i, j, i * i + j * j, 1] for i, j in (p, q, r, z)]
+        circle = sign(determinant(lifted))
+        ties += circle == 0
+        assert side == circle, (a, b, c, o)
+        assert inside == (circle > 0 or (circle == 0 and min(r, z) < min(p, q))), (a, b, c, o)
+    return zeros, ties, int(m[EXACT_ORIENT2D])
+
+
+# products of such numbers underflow: neither doubles nor double-doubles say anything
+MINUTE = 2.0**-480
+
+
+@pytest.mark.parametrize("kind", [*SCALES, "minute"])
 def test_signs_of_constructed_points(kind):
     """Turns and circles of points that are mostly on common lines, or nearly so."""
     zeros = ties = 0
     for seed in range(4):
-        world = World(kind, seed)
+        world = World("lattice" if kind == "minute" else kind, seed)
         random = np.random.default_rng(seed)
         u, v = (world.axis + 1) % 3, (world.axis + 2) % 3
         flat = [(at[u], at[v]) for at in world.places]
-        n = len(flat)
-        rows = np.concatenate([random_rows(random, n, 300), nearly_on_circles(flat, random)])
-        n_vertex = len(world.x)
-        m, _ = frame_of(world.x, len(world.t))
-        x = np.concatenate([world.x, [rounded(at) for at in world.places]])
-        w = roomy_workspace(int(m[LIMBS]), 1)  # too small for all: rows are forgotten and made anew
-        out = np.empty((len(rows), 3), dtype=np.int64)
-        ids = np.arange(n_vertex, n_vertex + n)
-        sign_rows(x, world.t, world.e, world.d, m, w, ids, world.axis, rows, out)
-        for (a, b, c, o), (turned, side, inside) in zip(rows.tolist(), out.tolist(), strict=True):
-            p, q, r, z = flat[a], flat[b], flat[c], flat[o]
-            expected = sign(determinant([[*p, 1], [*q, 1], [*r, 1]]))
-            assert turned == expected
-            zeros += expected == 0
-            if expected <= 0:
-                continue
-            lifted = [[i, j, i * i + j * j, 1] for i, j in (p, q, r, z)]
-            circle = sign(determinant(lifted))
-            ties += circle == 0
-            assert side == circle
-            assert inside == (circle > 0 or (circle == 0 and min(r, z) < min(p, q)))
+        rows = np.concatenate(
+            [random_rows(random, len(flat), 300), nearly_on_circles(flat, random)]
+        )
+        x, places = world.x, world.places
+        if kind == "minute":
+            x, places = x * MINUTE, [tuple(c * Fraction(MINUTE) for c in at) for at in places]
+        # the workspace is too small for all: rows are forgotten and made anew
+        found = assert_signs(x, world.t, world.e, world.d, places, world.axis, rows)
+        zeros, ties = zeros + found[0], ties + found[1]
     assert zeros > 10
-    assert ties > 5 or kind != "lattice"
+    assert ties > 5 or kind not in ("lattice", "minute")
+
+
+class Extruded:
+    """Edges of planes through one face and its neighbour, as an extruded fault makes them.
+
+    Corners of each plane are those of a lattice in it, and one that is slightly off; the first two
+    planes stand upright, so that they are seen to be planes by zeros, the third one is oblique.
+    """
+
+    def __init__(self, seed: int, scale: float) -> None:
+        random = np.random.default_rng(seed)
+        face = [[-40.0, -41, 3], [53, -39, -7], [2, 60, 5]]
+        a, b, c = face
+        beside = [b[k] + c[k] - a[k] + (2.0**-40 if k == 2 else 0.0) for k in range(3)]
+        turns = [((0, 5, 0), (0, 0, 7)), ((3, 5, 0), (0, 0, 9)), ((4, 1, 3), (-1, 5, 6))]
+        corners = [np.array([*face, beside])]
+        for along, up in turns:
+            at = random.integers(-6, 7, 3)
+            steps = random.permutation(list(itertools.product(range(-2, 3), (-3, -2, 2, 3))))[:7]
+            corners.append(at + steps @ np.array([along, up]) + 0.0)
+            corners[-1][6] += 2.0**-42
+        self.x = np.concatenate(corners) * scale
+        self.t = np.array([[0, 1, 2], [3, 2, 1]])
+        self.plane, self.places, rows = [], [], []
+        exact, t = rational(self.x), self.t.tolist()
+        for k in range(len(turns)):
+            own = range(4 + 7 * k, 11 + 7 * k)
+            for a, b in itertools.combinations(own, 2):
+                row = [1, a, b, int(random.integers(4) == 0)]  # mostly the face itself
+                at = position(exact, t, [], row)
+                if at is not None and at not in self.places:
+                    self.places.append(at)
+                    self.plane.append(k)
+                    rows.append(row)
+        self.d = np.array(rows)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.0 / 3.0, MINUTE])
+def test_points_of_edges_of_one_plane_are_seen_to_be_collinear_and_no_others(scale):
+    """What names tell of lines (`byname`), in any order of questions."""
+    collinear = 0
+    for seed in range(4):
+        world = Extruded(seed, scale)
+        random = np.random.default_rng(seed)
+        groups = [np.flatnonzero(np.array(world.plane) == k) for k in range(3)]
+        rows = []
+        for _ in range(200):
+            row = random.permutation(groups[random.integers(3)])[:3]
+            if random.integers(3) == 0:
+                row[random.integers(3)] = random.integers(len(world.places))
+            if len(set(row.tolist())) == 3:
+                rows.append([*row, row[0]])
+        none = np.empty((0, 3), dtype=np.int64)
+        zeros, _, proofs = assert_signs(
+            world.x, world.t, none, world.d, world.places, 2, np.array(rows), len(world.places)
+        )
+        collinear += zeros
+        assert proofs < len(rows) - zeros / 2 or scale != MINUTE  # others are known by name
+    assert collinear > (20 if scale == 1.0 / 3.0 else 150)  # thirds are rounded, off their planes
+
+
+class Level:
+    """Lines between lattice points of one plane, through level planes: model grids have those."""
+
+    def __init__(self, seed: int) -> None:
+        random = np.random.default_rng(seed)
+        flat = list(itertools.product(range(-2, 3), repeat=2))
+        chosen = [flat[i] for i in random.choice(len(flat), 9, replace=False)]
+        self.x = [[4.0 * i, 4.0 * j, 4.0 * i + 8.0 * j] for i, j in chosen]
+        self.t = []
+        for axis, height in itertools.product(range(3), (-3.0, 1.0, 4.0)):
+            for corner in ((0, 0), (5, 0), (1, 7)):
+                self.x.append(list(np.insert(np.array(corner, dtype=float), axis, height)))
+            self.t.append([len(self.x) - 3, len(self.x) - 2, len(self.x) - 1])
+        self.places, rows = [], []
+        exact = rational(self.x)
+        for (a, b), p in itertools.product(itertools.combinations(range(9), 2), range(len(self.t))):
+            at = position(exact, self.t, [], [1, a, b, p])
+            if at is not None and at not in self.places:
+                self.places.append(at)
+                rows.append([1, a, b, p])
+        self.x, self.t, self.d = np.array(self.x), np.array(self.t), np.array(rows)
+
+
+@pytest.mark.parametrize("scale", [1.0, MINUTE])
+def test_points_on_level_planes_that_are_made_alike(scale):
+    """Equal coordinates that names tell (`made_alike`), among them those of rectangles."""
+    ties = 0
+    for seed in range(3):
+        world, random = Level(seed), np.random.default_rng(seed)
+        places = [tuple(c * Fraction(scale) for c in at) for at in world.places]
+        number = {at[:2]: i for i, at in enumerate(world.places)}
+        rows = random_rows(random, len(places), 250).tolist()
+        for p, q in random.integers(0, len(places), (4000, 2)).tolist():
+            (u, v), (i, j) = world.places[p][:2], world.places[q][:2]
+            if u < i and v < j and (u, j) in number and (i, v) in number:
+                around = [p, number[i, v], q, number[u, j]]
+                rows.append([around[k] for k in ((0, 1, 2, 3), (1, 2, 3, 0))[random.integers(2)]])
+        none = np.empty((0, 3), dtype=np.int64)
+        found = assert_signs(world.x * scale, world.t, none, world.d, places, 2, np.array(rows))
+        ties += found[1]
+    assert ties > 40
