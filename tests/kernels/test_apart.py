@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -63,6 +64,24 @@ def test_crossing_pairs_are_those_of_all_pairs(mesh, scale, jitter, n_other):
     assert {tuple(pair) for pair in found.tolist()} == exact_pairs(x, t, n_first)
     order = [tuple(pair) for pair in found.tolist()]
     assert order == sorted(set(order))
+
+
+TURN = np.linalg.qr(np.array([[1.0, 2, 3], [4, 5, 6], [7, 8, 10]]))[0]
+
+
+@pytest.mark.parametrize("shift", [0.0, 7e3, 7e6])
+def test_what_was_in_one_plane_before_rounding_is_not_sure(shift):
+    """Triangles over a lattice that was turned: many thousands miss or meet by an ulp."""
+    lattice = np.array(list(itertools.product(range(3), repeat=3)), dtype=float)
+    every = np.array(list(itertools.combinations(range(27), 3)))
+    a, b, c = (lattice[every[:, k]] for k in range(3))
+    every = every[np.cross(b - a, c - a).any(axis=1)]
+    t = every[np.random.default_rng(5).choice(len(every), 130, replace=False)]
+    x = lattice @ TURN + shift
+    found = {tuple(pair) for pair in crossing_pairs(x, t).tolist()}
+    expected = exact_pairs(x, t, len(t))
+    assert len(expected) > 1000
+    assert found == expected
 
 
 @settings(max_examples=80)

@@ -8,11 +8,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from geosurf.kernels.byname import made_alike
 from geosurf.kernels.circle import sign_rows
 from geosurf.kernels.doubled import doubled_rows
 from geosurf.kernels.exact import EXACT_ORIENT2D, LIMBS
 from geosurf.kernels.kept import roomy_workspace
 from geosurf.kernels.predicates import frame_of
+from geosurf.kernels.signs import AXIS, N_STATE
 from tests.oracles import determinant, rational, rounded, sign
 
 SCALES = {
@@ -246,7 +248,8 @@ class Level:
         random = np.random.default_rng(seed)
         flat = list(itertools.product(range(-2, 3), repeat=2))
         chosen = [flat[i] for i in random.choice(len(flat), 9, replace=False)]
-        self.x = [[4.0 * i, 4.0 * j, 4.0 * i + 8.0 * j] for i, j in chosen]
+        slope = 0.0 if seed % 2 == 0 else 12.0  # without it, lines look the same from the south
+        self.x = [[4.0 * i, 4.0 * j, 12.0 * i + slope * j] for i, j in chosen]
         self.t = []
         for axis, height in itertools.product(range(3), (-3.0, 1.0, 4.0)):
             for corner in ((0, 0), (5, 0), (1, 7)):
@@ -280,3 +283,23 @@ def test_points_on_level_planes_that_are_made_alike(scale):
         found = assert_signs(world.x * scale, world.t, none, world.d, places, 2, np.array(rows))
         ties += found[1]
     assert ties > 40
+
+
+def test_points_that_are_made_alike_have_equal_coordinates():
+    """Asked by itself: elsewhere it is asked only where rounded coordinates are equal already."""
+    alike = 0
+    for seed in range(3):
+        world = Level(seed)
+        n_vertex, n = len(world.x), len(world.places)
+        m, _ = frame_of(world.x, len(world.t))
+        q = np.zeros((n, 8), dtype=np.int64)
+        q[:, 0] = np.arange(n_vertex, n_vertex + n)
+        s = np.zeros(N_STATE, dtype=np.int64)
+        s[AXIS] = 2
+        none = np.empty((0, 3), dtype=np.int64)
+        for a, b in itertools.combinations(range(n), 2):
+            for second in range(2):
+                told = made_alike(world.x, world.t, none, world.d, m, q, s, a, b, second)
+                assert not told or world.places[a][second] == world.places[b][second]
+                alike += bool(told)
+    assert alike > 100
