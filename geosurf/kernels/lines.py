@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.sheets import to_box, to_segment
+from geosurf.kernels.sheets import left_of, near_segment, to_box
 
 CHUNK = 32  # pieces of a line that are boxed together, to be crossed
 NEAR = 8  # and to be near to
@@ -139,8 +139,17 @@ def line_crossings(one, two):
 
 @scalar
 def _to_piece(x, y, ends, k):
-    """Squared distance to a piece, signed distance to the left of its line, place on it."""
-    return to_segment(x, y, ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3])
+    """Squared distance to a piece, place on it, and its squared length."""
+    return near_segment(x, y, ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3])
+
+
+@scalar
+def _least(x, y, ends, first):
+    """Squared distance to NEAR pieces from one on."""
+    least = np.inf
+    for s in range(first, min(first + NEAR, ends.shape[0])):
+        least = min(least, _to_piece(x, y, ends, s)[0])
+    return least
 
 
 @entry("d2 d2 d2 d2 d -> d1 d1")
@@ -183,18 +192,22 @@ def to_line(points, block, ends, boxes, starts, items, reach):
     side = np.zeros(n)
     nearest = np.full(n, -1, dtype=np.int64)
     place = np.zeros(n)
+    before = -1
     for k in range(n):
         x, y = points[k, 0], points[k, 1]
-        first, limit = -1, reach * reach
-        for at in range(starts[block[k]], starts[block[k] + 1]):
-            d2 = to_box(x, y, boxes[items[at]])
-            if d2 < limit:
-                first, limit = items[at], d2
-        if first < 0:
-            continue
+        # nothing is farther than what the point before is nearest to: mostly its neighbour
         limit = reach * reach
-        for s in range(first * NEAR, min((first + 1) * NEAR, ends.shape[0])):
-            limit = min(limit, _to_piece(x, y, ends, s)[0])
+        if before >= 0:
+            limit = min(limit, _least(x, y, ends, before))
+        if before < 0 or limit >= reach * reach:
+            first = -1
+            for at in range(starts[block[k]], starts[block[k] + 1]):
+                d2 = to_box(x, y, boxes[items[at]])
+                if d2 < limit:
+                    first, limit = items[at] * NEAR, d2
+            if first < 0:
+                continue
+            limit = min(reach * reach, _least(x, y, ends, first))
         limit *= 1.0 + 1e-6
         best, lead = reach * reach, -1.0
         for at in range(starts[block[k]], starts[block[k] + 1]):
@@ -202,14 +215,18 @@ def to_line(points, block, ends, boxes, starts, items, reach):
             if to_box(x, y, boxes[chunk]) > limit:
                 continue
             for s in range(chunk * NEAR, min((chunk + 1) * NEAR, ends.shape[0])):
-                d2, left, t = _to_piece(x, y, ends, s)
+                d2, t, length2 = _to_piece(x, y, ends, s)
                 if d2 > best * (1.0 + 1e-9):
                     continue
                 # at a corner both pieces are as near: the one seen squarely decides
+                left = left_of(x, y, ends[s, 0], ends[s, 1], ends[s, 2], ends[s, 3], length2)
                 if d2 > best * (1.0 - 1e-9) and abs(left) <= lead:
                     continue
                 best, lead = min(best, d2), abs(left)
                 side[k] = 1.0 if left >= 0.0 else -1.0
                 nearest[k], place[k] = s, t
+                limit = min(limit, best * (1.0 + 1e-6))
+        if nearest[k] >= 0:
+            before = nearest[k] // NEAR * NEAR
         far[k] = np.sqrt(best)
     return far, side, nearest, place

@@ -24,8 +24,8 @@ UNIT = 4194304  # 2**22
 
 
 @scalar
-def to_segment(x, y, ax, ay, bx, by):
-    """Squared distance to a segment, signed distance to the left of its line, place on it."""
+def near_segment(x, y, ax, ay, bx, by):
+    """Squared distance to a segment, place on it, and its squared length."""
     tx, ty = bx - ax, by - ay
     length2 = tx * tx + ty * ty
     t = 0.0
@@ -33,10 +33,15 @@ def to_segment(x, y, ax, ay, bx, by):
         t = ((x - ax) * tx + (y - ay) * ty) / length2
     t = min(1.0, max(0.0, t))
     dx, dy = x - ax - t * tx, y - ay - t * ty
-    left = 0.0
+    return dx * dx + dy * dy, t, length2
+
+
+@scalar
+def left_of(x, y, ax, ay, bx, by, length2):
+    """Signed distance to the left of the line of a segment; 0 if that is a point."""
     if length2 > 0.0:
-        left = (tx * (y - ay) - ty * (x - ax)) / np.sqrt(length2)
-    return dx * dx + dy * dy, left, t
+        return ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / np.sqrt(length2)
+    return 0.0
 
 
 @scalar
@@ -77,19 +82,26 @@ def own_height(points, block, corners, boxes, normals, starts, items, reach):
     n = points.shape[0]
     far = np.full(n, reach)
     side = np.zeros(n)
+    low, high = np.empty(corners.shape[0]), np.empty(corners.shape[0])
+    for f in range(corners.shape[0]):
+        low[f] = min(corners[f, 2], corners[f, 5], corners[f, 8])
+        high[f] = max(corners[f, 2], corners[f, 5], corners[f, 8])
     for k in range(n):
         x, y, z = points[k, 0], points[k, 1], points[k, 2]
         best, lead = reach * reach, -1.0
         for at in range(starts[block[k]], starts[block[k] + 1]):
             f = items[at]
+            if z < low[f] or z >= high[f]:  # half-open, as `_level_segment` is
+                continue
             if to_box(x, y, boxes[f]) > best * (1.0 + 1e-8):
                 continue
             found, ax, ay, bx, by = _level_segment(corners[f], z)
             if not found:
                 continue
-            d2, left, _ = to_segment(x, y, ax, ay, bx, by)
+            d2, _, length2 = near_segment(x, y, ax, ay, bx, by)
             if d2 > best * (1.0 + 1e-9):
                 continue
+            left = left_of(x, y, ax, ay, bx, by, length2)
             # at a corner of the slice both segments are as near: the one seen squarely decides
             if d2 > best * (1.0 - 1e-9) and abs(left) <= lead:
                 continue

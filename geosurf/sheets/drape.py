@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.nodes import nodes_around
+from geosurf.kernels.reach import links_among
 from geosurf.sheets.sets import distinct
 from geosurf.sheets.solve import Graph, grounded, lattice_graph, smoothest
 
@@ -50,11 +51,5 @@ def draped(heights: np.ndarray, fill: np.ndarray, shape, stretch) -> np.ndarray:
 
 def without_absent(graph: Graph, present: np.ndarray) -> Graph:
     """The graph without nodes that do not exist."""
-
-    def linked(to: np.ndarray) -> np.ndarray:
-        """Links between nodes that are both there; -1 elsewhere."""
-        there = (to >= 0) & present
-        there[there] = present[to[there]]
-        return np.where(there, to, -1)
-
-    return Graph(linked(graph.east), linked(graph.north), graph.square & present, graph.cell)
+    east, north = links_among(graph.east, graph.north, present)
+    return Graph(east, north, graph.square & present, graph.cell)

@@ -14,6 +14,7 @@ from geosurf.errors import InvariantError
 from geosurf.kernels.bending import DIAGONAL, factorise, normal_equations, substitute
 from geosurf.kernels.envelope import envelope_of, rows_of_slots
 from geosurf.kernels.nodes import links_between
+from geosurf.kernels.reach import steps_from
 
 BEND, STRETCH = 0.3, 0.01  # shares of second and first differences, against third ones
 
@@ -119,34 +120,14 @@ def _cholesky(matrix: np.ndarray, column: np.ndarray, right: np.ndarray) -> np.n
 
 def grounded(graph: Graph, unknown: np.ndarray) -> np.ndarray:
     """Whether each unknown is tied to a known node by uncut links, bool (n_unknown,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    n = len(unknown)
-    ends = [np.stack([np.flatnonzero(to >= 0), to[to >= 0]]) for to in (graph.east, graph.north)]
-    a, b = np.concatenate(ends, axis=1)
-    inner = (unknown[a] >= 0) | (unknown[b] >= 0)
-    a, b = a[inner], b[inner]
-    links = coo_array((np.ones(len(a)), (a, b)), shape=(n, n))
-    number = connected_components(links, directed=False)[1]
-    tied = np.zeros(n, dtype=bool)
-    tied[number[unknown < 0]] = True
+    far = len(unknown) + 1
+    steps = steps_from(graph.east, graph.north, unknown < 0, far)
     out = np.zeros(int(unknown.max(initial=-1)) + 1, dtype=bool)
     mine = np.flatnonzero(unknown >= 0)
-    out[unknown[mine]] = tied[number[mine]]
+    out[unknown[mine]] = steps[mine] < far
     return out
 
 
 def steps_to_known(graph: Graph, unknown: np.ndarray, longest: int = 64) -> np.ndarray:
     """Number of uncut links from each node to the nearest known one, at most `longest`."""
-    steps = np.where(unknown < 0, 0, longest)
-    for _ in range(longest):
-        before = steps.copy()
-        for to in (graph.east, graph.north):
-            a = np.flatnonzero(to >= 0)
-            b = to[a]
-            np.minimum.at(steps, a, before[b] + 1)
-            np.minimum.at(steps, b, before[a] + 1)
-        if np.array_equal(before, steps):
-            break
-    return steps
+    return steps_from(graph.east, graph.north, unknown < 0, longest)

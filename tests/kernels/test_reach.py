@@ -1,0 +1,51 @@
+"""Steps along the links of a lattice graph, against rounds of asking all neighbours."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf.kernels.reach import links_among, steps_from
+
+N = 5
+
+
+@st.composite
+def graphs(draw):
+    """Neighbours of the nodes of a lattice, some links of which are cut; and some nodes."""
+    node = np.arange(N * N).reshape(N, N)
+    east, north = np.full((N, N), -1), np.full((N, N), -1)
+    east[:, :-1], north[:-1] = node[:, 1:], node[1:]
+    cut = np.array(draw(st.lists(st.booleans(), min_size=2 * N * N, max_size=2 * N * N)))
+    east[cut[: N * N].reshape(N, N)] = -1
+    north[cut[N * N :].reshape(N, N)] = -1
+    some = np.array(draw(st.lists(st.integers(0, 5), min_size=N * N, max_size=N * N))) == 0
+    return east.ravel(), north.ravel(), some
+
+
+def rounds(east, north, start, longest):
+    """Steps of all nodes, the slow way."""
+    steps = np.where(start, 0, longest)
+    for _ in range(N * N):
+        for to in (east, north):
+            for a, b in enumerate(to):
+                if b >= 0:
+                    steps[a], steps[b] = min(steps[a], steps[b] + 1), min(steps[b], steps[a] + 1)
+    return steps
+
+
+@settings(max_examples=50, deadline=None)
+@given(graphs(), st.sampled_from([2, 4, N * N + 1]))
+def test_steps_are_those_of_asking_in_rounds(graph, longest):
+    east, north, start = graph
+    assert (steps_from(east, north, start, longest) == rounds(east, north, start, longest)).all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(graphs())
+def test_links_among_nodes_that_are_there(graph):
+    east, north, there = graph
+    for to, found in zip((east, north), links_among(east, north, there), strict=True):
+        kept = [b if b >= 0 and there[a] and there[b] else -1 for a, b in enumerate(to)]
+        assert found.tolist() == kept
