@@ -185,9 +185,11 @@ def _take_part(part, p, a, m, b, xyz, ij):
 
 
 @scalar
-def _piece(grid, sx, sy, p, a, whole, f, edges, forward, names, places):
-    """Write where the zero line enters and leaves a small triangle; False if it misses it."""
-    h = _above(grid, sx, sy, p[0]), _above(grid, sx, sy, p[1]), _above(grid, sx, sy, p[2])
+def _piece(h, p, a, whole, f, edges, forward, names, places):
+    """Write where the zero line enters and leaves a small triangle; False if it misses it.
+
+    `h` are the heights of its corners `p` above the drape.
+    """
     if np.isnan(h[0]) or np.isnan(h[1]) or np.isnan(h[2]):
         return False
     rises = falls = -1
@@ -206,6 +208,16 @@ def _piece(grid, sx, sy, p, a, whole, f, edges, forward, names, places):
         _zero(p[c], p[e], h[c], h[e], places, 3 * turn)
     names[4] = f
     return True
+
+
+@scalar
+def _height_of(part, c, h, k):
+    """Height of a corner of a quarter, of those of the corners `h` and of the middles `k`."""
+    if part == 3:
+        return k[c]
+    if c == part:
+        return h[c]
+    return k[part if c == (part + 1) % 3 else c]
 
 
 @entry("d2 d1 d1 l2 d1 d2 l2 l2 b2 l -> l2 d2")
@@ -227,6 +239,7 @@ def zero_pieces(grid, low, high, levels, stretch, points, faces, edges, forward,
     deep = np.empty(4 * depth + 4, dtype=np.int64)
     p, m = np.empty((3, 3)), np.empty((3, 3))
     a, b = np.empty((3, 2), dtype=np.int64), np.empty((3, 2), dtype=np.int64)
+    h, k, g = np.empty(3), np.empty(3), np.empty(3)
     for f in range(faces.shape[0]):
         for c in range(3):
             for d in range(3):
@@ -239,7 +252,7 @@ def zero_pieces(grid, low, high, levels, stretch, points, faces, edges, forward,
             left -= 1
             level = deep[left]
             _take(xyz[left], ij[left], p, a, m, b)
-            if level < depth:
+            if level + 1 < depth:
                 for part in range(4):  # a corner each, and the middle
                     _take_part(part, p, a, m, b, xyz[left], ij[left])
                     deep[left] = level + 1
@@ -247,10 +260,22 @@ def zero_pieces(grid, low, high, levels, stretch, points, faces, edges, forward,
                     if _meets(grid, low, high, levels, sx, sy, t[0], t[1], t[2]):
                         left += 1
                 continue
-            if n == size:
+            if n + 4 > size:
                 names = np.concatenate((names, np.empty_like(names)))
                 places = np.concatenate((places, np.empty_like(places)))
                 size *= 2
-            if _piece(grid, sx, sy, p, a, whole, f, edges, forward, names[n], places[n]):
-                n += 1
+            for c in range(3):
+                h[c] = _above(grid, sx, sy, p[c])
+            if level == depth:
+                if _piece(h, p, a, whole, f, edges, forward, names[n], places[n]):
+                    n += 1
+                continue
+            for c in range(3):
+                k[c] = _above(grid, sx, sy, m[c])
+            for part in range(3, -1, -1):  # as they would leave the stack
+                for c in range(3):
+                    g[c] = _height_of(part, c, h, k)
+                _take_part(part, p, a, m, b, xyz[left], ij[left])
+                if _piece(g, xyz[left], ij[left], whole, f, edges, forward, names[n], places[n]):
+                    n += 1
     return names[:n].copy(), places[:n].copy()
