@@ -57,8 +57,13 @@ def window(frame: Frame, blocks: Blocks) -> np.ndarray:
 
 def mesh_blocks(mesh: FaultMesh, reach: float) -> Blocks:
     """Blocks of the triangles of a fault."""
-    corners = mesh.points[mesh.triangles][..., :2]
-    return Blocks(corners.min(axis=1), corners.max(axis=1), reach)
+    return Blocks(*_boxes(mesh), reach)
+
+
+def _boxes(mesh: FaultMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corner (n, 2) in the map of the triangles of a fault."""
+    a, b, c = (mesh.points[mesh.triangles[:, k], :2] for k in range(3))
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
 
 def side_at_own_height(mesh: FaultMesh, blocks: Blocks, points: np.ndarray, reach: float):
@@ -77,7 +82,7 @@ def side_at_own_height(mesh: FaultMesh, blocks: Blocks, points: np.ndarray, reac
 def side_of_few(mesh: FaultMesh, points: np.ndarray, reach: float):
     """`side_at_own_height` of a few points, for which no blocks are worth making."""
     corners = mesh.points[mesh.triangles]
-    low, high = corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)
+    low, high = _boxes(mesh)
     x, y = points[:, 0, None], points[:, 1, None]
     close = (x >= low[:, 0] - reach) & (x <= high[:, 0] + reach)
     close &= (y >= low[:, 1] - reach) & (y <= high[:, 1] + reach)
