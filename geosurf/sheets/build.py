@@ -17,7 +17,7 @@ from geosurf.sheets.cut import Cut, band_of, cut_band
 from geosurf.sheets.data import Picks
 from geosurf.sheets.ghosts import ghost_heights, grow, joined_heights
 from geosurf.sheets.heights import Heights
-from geosurf.sheets.links import FALLING, RISING, Cuts, cuts_of, within
+from geosurf.sheets.links import FALLING, RISING, Cuts, within
 from geosurf.sheets.mesh import Torn, Triangles, tear
 from geosurf.sheets.near import mesh_blocks, side_at_own_height
 from geosurf.sheets.sets import distinct, is_among
@@ -84,7 +84,7 @@ class Builder:
         self.carry_on, self.solve_again = carry_on, solve_again
         self.joined = {(i, k) for i, k, _ in state.network.on}
         self.solved_for: dict[tuple[int, int], int] = {}
-        every = cuts_of(state.network.traces, self.frame)
+        every = state.network.cuts
         diagonal = RISING if rising else FALLING
         self.every = every
         self.in_mesh = np.flatnonzero((every.kind < 2) | (every.kind == diagonal))

@@ -173,13 +173,19 @@ def grow(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None =
 
 def _seeds(torn, triangles, chosen):
     """(triangle beyond, {node: vertex}) of the outer edges, or of chosen ones."""
-    nodes = torn.node_of(torn.corners.ravel()).reshape(-1, 3)
-    seeds = []
-    for c, e, t in zip(*outer_edges(torn, triangles), strict=True):
-        a, b = int(torn.corners[c, e]), int(torn.corners[c, (e + 1) % 3])
-        if chosen is None or (min(a, b), max(a, b)) in chosen:
-            seeds.append((int(t), {int(nodes[c, e]): a, int(nodes[c, (e + 1) % 3]): b}))
-    return seeds
+    copy, edge, beyond = outer_edges(torn, triangles)
+    one, two = torn.corners[copy, edge], torn.corners[copy, (edge + 1) % 3]
+    if chosen is not None:
+        some = distinct(*(np.array(ends) for ends in zip(*chosen, strict=True)))
+        rows = np.flatnonzero(is_among(one, some) & is_among(two, some))
+        one, two, beyond = one[rows], two[rows], beyond[rows]
+    at_one, at_two = torn.node_of(one).tolist(), torn.node_of(two).tolist()
+    edges = zip(beyond.tolist(), one.tolist(), two.tolist(), at_one, at_two, strict=True)
+    return [
+        (t, {m: a, n: b})
+        for t, a, b, m, n in edges
+        if chosen is None or (min(a, b), max(a, b)) in chosen
+    ]
 
 
 def _with_pieces(torn, triangles, pieces) -> Torn:

@@ -17,7 +17,7 @@ from geosurf.sheets.canvas import Canvas
 from geosurf.sheets.data import Picks
 from geosurf.sheets.drape import around, draped, narrow_gaps, without_absent
 from geosurf.sheets.frame import Frame
-from geosurf.sheets.links import Cuts, cuts_of, within
+from geosurf.sheets.links import Cuts, within
 from geosurf.sheets.near import NearTrace, mesh_blocks, near_traces, side_at_own_height, window
 from geosurf.sheets.network import Network
 from geosurf.sheets.noise import noise_of
@@ -214,8 +214,7 @@ class Rebuild:
 
     def _cuts_within(self, network: Network, limits: np.ndarray) -> Cuts:
         """Links that traces cut between two places (n_trace, 2) of each."""
-        cuts = cuts_of(network.traces, self.picks.frame)
-        return cuts.take(np.flatnonzero(within(cuts, *limits.T)))
+        return network.cuts.take(np.flatnonzero(within(network.cuts, *limits.T)))
 
     def _network(self, doubted: np.ndarray) -> Network:
         lost = self.canvas.without(doubted)

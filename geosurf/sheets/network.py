@@ -7,6 +7,8 @@ the data, so that it does not heal there.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from geosurf.contact.threads import side_by_side
@@ -15,7 +17,7 @@ from geosurf.kernels.lines import line_crossings
 from geosurf.kernels.sheets import UNIT
 from geosurf.sheets.branches import Contact, contacts, led_to, mains_first, wall_field
 from geosurf.sheets.frame import Frame
-from geosurf.sheets.links import whole_units
+from geosurf.sheets.links import Cuts, cuts_of, whole_units
 from geosurf.sheets.traces import FaultMesh, Trace, extended, sample, trace_lines
 
 EXTENSION = 3.0  # cells that every end is drawn out by, to see what it runs into
@@ -47,6 +49,7 @@ class Network:
         frame: Frame,
         filled: np.ndarray | None = None,
     ) -> None:
+        self.frame = frame
         self.traces: list[Trace] = []
         self.dropped: list[tuple[int, float]] = []
         stretch = frame.stretch
@@ -163,6 +166,11 @@ class Network:
             for k in range(2):
                 if trace.ends[k] == "tip":
                     self.solve[i, k] = past_tip(trace, k, (trace.start, trace.stop)[k])
+
+    @cached_property
+    def cuts(self) -> Cuts:
+        """All links that the traces cut, drawn out as they are."""
+        return cuts_of(self.traces, self.frame)
 
     @property
     def declared_tips(self) -> int:

@@ -17,7 +17,7 @@ from geosurf.sheets.data import Picks
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.ghosts import ghost_heights
 from geosurf.sheets.heights import MAP_REACH, Heights
-from geosurf.sheets.links import Cuts, cuts_of, within
+from geosurf.sheets.links import Cuts, within
 from geosurf.sheets.mesh import Torn, Triangles
 from geosurf.sheets.moved import Before, refuse_folds, sheet_heights
 from geosurf.sheets.near import NearTrace, near_traces
@@ -74,7 +74,7 @@ class Thrown:
         near = near_traces(self.frame, network.traces, MAP_REACH)
         self.labels = self._labels(network, near)
         values, self.was = self._moved(np.arange(self.picks.n_node), self.labels)
-        every = cuts_of(network.traces, self.frame)
+        every = network.cuts
         self._torn_only_at_faults(every.take(np.flatnonzero(within(every, *network.mesh.T))))
         cuts = every.take(np.flatnonzero(within(every, *network.solve.T)))
         none = np.empty(0, dtype=np.int64)
