@@ -173,6 +173,8 @@ def grow(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None =
 
 def _seeds(torn, triangles, chosen):
     """(triangle beyond, {node: vertex}) of the outer edges, or of chosen ones."""
+    if chosen is not None and not chosen:
+        return []
     copy, edge, beyond = outer_edges(torn, triangles)
     one, two = torn.corners[copy, edge], torn.corners[copy, (edge + 1) % 3]
     if chosen is not None:
