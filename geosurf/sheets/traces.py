@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from geosurf.kernels.draped import block_bounds, may_meet, zero_pieces
-from geosurf.kernels.gather import first_seen
+from geosurf.kernels.gather import number_keys
 from geosurf.kernels.lines import directed_lines
 from geosurf.model import TriSurface
 from geosurf.sheets.frame import Frame
@@ -190,13 +190,13 @@ def _evened(points, faces, rows, limit: float):
 
 
 def _numbered(names: np.ndarray) -> np.ndarray:
-    """Numbers (n,) from 0, the same for the same names (n, 2)."""
+    """Numbers (n,) from 0, in the order of names (n, 2), the same for the same ones."""
     low, high = names.min(axis=0).tolist(), names.max(axis=0).tolist()
     wide = high[1] - low[1] + 1
     if (high[0] - low[0] + 1) * wide >= 2**63:
         return np.unique(names, axis=0, return_inverse=True)[1].ravel()
     key = (names[:, 0] - low[0]) * wide + (names[:, 1] - low[1])
-    return first_seen(key)[1]
+    return number_keys(key)[1]
 
 
 def _thinned(line: np.ndarray) -> np.ndarray:
