@@ -16,6 +16,8 @@ file               question                                               source
 `apart`            which neighbours surely meet in common corners only?   a plane between them
 `contact`          how do two triangles meet?                             Guigue & Devillers 2003
 `naming`           contacts -> named points, and what cuts each face
+`placing`          where are they? sixty-four at a time                   Dekker 1971
+`merging`          which of them are one?
 `byname`           what the names of a face's points tell of them
 `kept`             signs of integers that are made once a face
 `signs`, `circle`  signs of a face's points: doubles, names, integers     Shewchuk 1997
