@@ -67,6 +67,7 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
         boxes = [tree.boxes_of(s) for s in surfaces]
     else:
         trees = tree.trees_for(surfaces, pairs)
+        apart = tree.apart(trees)
 
     def search(i: int, j: int):
         """Candidates of one pair of surfaces, and what finding them cost."""
@@ -82,6 +83,8 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
             return pairs_with_itself(surfaces[i], trees[i], origin)
         elif one_map and trees[i].window == trees[j].window:
             return pairs_of_one_map(lattices, (trees[i], trees[j]))
+        elif apart[i, j]:
+            return np.empty((0, 2), dtype=np.int64), {"nodes": 1, "pairs": 0}
         elif i != j and are_alike((surfaces[i], surfaces[j]), (trees[i], trees[j])):
             both = (surfaces[i], surfaces[j]), (trees[i], trees[j])
             rows, spent = settled_pairs(*both, origin)
@@ -111,29 +114,34 @@ def gather(surfaces, found, origin: np.ndarray) -> tuple[Faces, np.ndarray, np.n
     limits = [_key_limits(surface) for surface in surfaces]
     first_key = np.cumsum([0] + [n for n, _ in limits])
     first_node = np.cumsum([0] + [n for _, n in limits])
-    none = np.empty((0, 2), dtype=np.int64)
-    shifted = [rows[:, :2] + np.array([first_key[i], first_key[j]]) for i, j, rows in found]
-    codes = [rows[:, 2] if rows.shape[1] > 2 else np.full(len(rows), OPEN) for _, _, rows in found]
-    keys, number = number_below(np.concatenate([none, *shifted]).reshape(-1), int(first_key[-1]))
+    start = np.cumsum([0] + [len(rows) for _, _, rows in found])
+    pairs, codes = np.empty((start[-1], 2), dtype=np.int64), np.full(start[-1], OPEN)
+    for (i, j, rows), a, b in zip(found, start[:-1], start[1:], strict=True):
+        np.add(rows[:, :2], (first_key[i], first_key[j]), out=pairs[a:b])
+        if rows.shape[1] > 2:
+            codes[a:b] = rows[:, 2]
+    keys, number = number_below(pairs.reshape(-1), int(first_key[-1]))
     cut = np.searchsorted(keys, first_key)
     surface = np.repeat(np.arange(len(surfaces)), np.diff(cut))
     key = keys - first_key[surface]
-    corners = [
-        s.corners_of_keys(key[a:b]) + first_node[i]
-        for i, (s, a, b) in enumerate(zip(surfaces, cut[:-1], cut[1:], strict=True))
-    ]
-    nodes, corner = number_below(np.concatenate(corners).reshape(-1), int(first_node[-1]))
+    corners = np.empty((len(keys), 3), dtype=np.int64)
+    for i, (s, a, b) in enumerate(zip(surfaces, cut[:-1], cut[1:], strict=True)):
+        np.add(s.corners_of_keys(key[a:b]), first_node[i], out=corners[a:b])
+    nodes, corner = number_below(corners.reshape(-1), int(first_node[-1]))
     cut = np.searchsorted(nodes, first_node)
-    nodes = [nodes[cut[i] : cut[i + 1]] - first_node[i] for i in range(len(surfaces))]
-    places = np.concatenate(
-        [s.places_of_nodes(of) - origin for s, of in zip(surfaces, nodes, strict=True)]
-    )
+    places = np.empty((len(nodes), 3))
+    of_surface = []
+    for i, (s, a, b) in enumerate(zip(surfaces, cut[:-1], cut[1:], strict=True)):
+        of_surface.append(nodes[a:b] - first_node[i])
+        np.subtract(s.places_of_nodes(of_surface[i]), origin, out=places[a:b])
     point, count = weld(places)
-    x = np.empty((count, 3))
-    x[point] = places
+    x, t = places, corner
+    if count < len(places):
+        x, t = np.empty((count, 3)), point[corner]
+        x[point] = places
     ids = np.split(point, cut[1:-1])
-    faces = Faces(x, point[corner].reshape(-1, 3), surface, key, list(zip(nodes, ids, strict=True)))
-    return faces, number.reshape(-1, 2), np.concatenate([none[:, 0], *codes])
+    faces = Faces(x, t.reshape(-1, 3), surface, key, list(zip(of_surface, ids, strict=True)))
+    return faces, number.reshape(-1, 2), codes
 
 
 def _key_limits(surface) -> tuple[int, int]:

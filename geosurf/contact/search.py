@@ -21,7 +21,7 @@ from geosurf.conventions import frame_origin, is_number, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contact import COPLANAR, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact import N_EDGE_PLANE
-from geosurf.kernels.gather import order_by_faces, rows_of_codes
+from geosurf.kernels.gather import order_by_faces, rows_in_order
 from geosurf.kernels.naming import file_records, name_contacts
 from geosurf.kernels.points import FULL
 from geosurf.kernels.predicates import MAX_BITS, MAX_COORDINATE, flat_triangles, frame_of
@@ -227,18 +227,17 @@ def _meet(x, t, pairs, codes):
     """Contacts of candidate pairs, sorted by faces, and the near pairs."""
     slip = ULP * float(np.abs(x).max(initial=0.0))
     settled = codes != OPEN
-    waiting = pairs if not settled.any() else pairs[~settled]
+    waiting, known = pairs[~settled], pairs if settled.all() else pairs[settled]
     rows, near = np.empty((0, N_COLUMN), dtype=np.int64), waiting[:0]
     if len(waiting):
         n_part = max(1, min(n_threads(), len(waiting) // _PAIRS_OF_A_THREAD))
         parts = [(x, t, part, slip) for part in np.array_split(waiting, n_part)]
         found = side_by_side(_meet_part, parts)
         rows, near = (np.concatenate(part) for part in zip(*found, strict=True))
-    if len(waiting) < len(pairs):
-        known = settled if len(waiting) else slice(None)
-        rows = np.concatenate([rows, rows_of_codes(pairs[known], codes[known], N_COLUMN)])
     # by face, not as the search came across them: numbers are the same for any search
-    return rows[order_by_faces(rows, len(t))], near[order_by_faces(near, len(t))]
+    faces = np.concatenate([rows[:, :2], known]) if len(rows) else known
+    rows = rows_in_order(rows, known, codes[settled], order_by_faces(faces, len(t)))
+    return rows, near[order_by_faces(near, len(t))]
 
 
 def _meet_part(x, t, pairs, slip):

@@ -164,6 +164,15 @@ def candidate_pairs(one: Tree, two: Tree, *, same: bool = False, room: int = _RO
     return all_pairs(lambda pairs: tree.tree_pairs(*given, pairs), room=room)
 
 
+def apart(trees: list[Tree]) -> np.ndarray:
+    """Which trees' boxes do not meet, bool (n, n): a call for each pair of many costs more."""
+    none = np.array([np.inf] * 3 + [-np.inf] * 3)
+    boxes = np.array([tree.bounds if len(tree.nodes) else none for tree in trees])
+    low, high = boxes[:, None, :3], boxes[None, :, 3:]
+    beyond: np.ndarray = ~(low <= high).all(axis=2)  # what is not a number reaches nothing
+    return beyond | beyond.T
+
+
 def pairs_of_some(surface: TriSurface, whole: Tree, some: np.ndarray):
     """Pairs of triangles of one list, of which one at least is marked in `some`, bool.
 

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.contact import CROSSING, FIRST_CODE, N_CORNER, TRIANGLE_A, TRIANGLE_B
+from geosurf.kernels.contact import (
+    CROSSING,
+    FIRST_CODE,
+    N_COLUMN,
+    N_CORNER,
+    TRIANGLE_A,
+    TRIANGLE_B,
+)
 
 
 def number_keys(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -122,15 +129,23 @@ def number_by_bits(keys, limit):
     return found, number
 
 
-@entry("l2 l1 l -> l2")
-def rows_of_codes(pairs, codes, n_column):
-    """Contacts (`contact`) of pairs of faces in two points each, whose codes are known."""
-    rows = np.zeros((pairs.shape[0], n_column), dtype=np.int64)
-    for i in range(pairs.shape[0]):
-        rows[i, TRIANGLE_A], rows[i, TRIANGLE_B] = pairs[i, 0], pairs[i, 1]
-        rows[i, CROSSING], rows[i, N_CORNER] = 1, 2
-        rows[i, FIRST_CODE], rows[i, FIRST_CODE + 1] = codes[i] >> 6, codes[i] & 63
-    return rows
+@entry("l2 l2 l1 l1 -> l2")
+def rows_in_order(rows, pairs, codes, order):
+    """Contacts (`contact`), some as rows, some in two points as pairs of faces with known codes.
+
+    `order` has places among the rows, followed by the pairs.
+    """
+    found = np.zeros((order.shape[0], N_COLUMN), dtype=np.int64)
+    for i in range(order.shape[0]):
+        k = order[i] - rows.shape[0]
+        if k < 0:
+            for column in range(N_COLUMN):
+                found[i, column] = rows[order[i], column]
+            continue
+        found[i, TRIANGLE_A], found[i, TRIANGLE_B] = pairs[k, 0], pairs[k, 1]
+        found[i, CROSSING], found[i, N_CORNER] = 1, 2
+        found[i, FIRST_CODE], found[i, FIRST_CODE + 1] = codes[k] >> 6, codes[k] & 63
+    return found
 
 
 @entry("l2 l -> l1")

@@ -89,9 +89,12 @@ def lattice_nodes(p, q, r, a, nodes):
     """World coordinates of nodes, counted row by row."""
     out = np.empty((nodes.shape[0], 3))
     n_col = a[N_COL]
+    i = 0
     for k in range(nodes.shape[0]):
-        i = nodes[k] // n_col
         j = nodes[k] - i * n_col
+        if not 0 <= j < n_col:  # most are in the row of the one before: divisions are dear
+            i = nodes[k] // n_col
+            j = nodes[k] - i * n_col
         out[k, 0] = load(p, a, 0, i, j)
         out[k, 1] = load(q, a, 1, i, j)
         out[k, 2] = load(r, a, 2, i, j)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from geosurf import TriSurface
 from geosurf.contact import gather
 from geosurf.contact.search import find_contacts
+from geosurf.contact.tree import Tree, apart
 from geosurf.kernels.gather import number_below, number_by_bits, order_by_faces
 from geosurf.kernels.points import lpi_plainly
 from geosurf.kernels.upright import OPEN
@@ -173,3 +174,23 @@ def test_points_that_doubles_place_are_the_next_doubles(rng):
             assert place == right
             sure += 1
     assert sure > 30
+
+
+def test_trees_whose_boxes_do_not_meet_are_apart(rng):
+    """Touching boxes meet; a surface without triangles is apart from all, itself included."""
+    corners = rng.integers(0, 4, (12, 3)) * 1.0
+    boxes = np.hstack([corners, corners + rng.integers(0, 3, (12, 3))])
+    none = np.empty(0)
+    trees = [
+        Tree((none, none, none), none, none, none, nodes, none)
+        for nodes in [*boxes[:, None, :], np.empty((0, 6))]
+    ]
+    far = apart(trees)
+    for i, j in np.ndindex(12, 12):
+        meet = all(
+            boxes[i, k] <= boxes[j, 3 + k] and boxes[j, k] <= boxes[i, 3 + k] for k in range(3)
+        )
+        assert far[i, j] != meet
+    assert far[12].all()
+    assert far[:, 12].all()
+    assert 0 < far.sum() < far.size
