@@ -17,6 +17,8 @@ cutoffs        cut-off lines, throw and heave
 describe       the report
 propose        how far data are smeared, and the trim that follows
 section, slip  by throw: a fault along its strike, and how its walls move
+diplines       by throw: lines down the dip of a fault
+found          by throw: what is measured between the cut-offs, and lost at tips
 moved, thrown  by throw: heights of the moved sheets; which wall a node belongs to
 given          by throw: `throw_horizon`
 finish         the noun from its parts

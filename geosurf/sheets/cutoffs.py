@@ -85,13 +85,13 @@ def profile(
     stations: np.ndarray, direction: np.ndarray, walls: dict[str, list[np.ndarray]], reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Throw and heave (n,) [m] at stations (n, 2), along their dip directions; NaN where none."""
-    at = {wall: _met(stations, direction, lines, reach) for wall, lines in walls.items()}
+    at = {wall: met(stations, direction, lines, reach) for wall, lines in walls.items()}
     (t_plus, z_plus), (t_minus, z_minus) = at["+"], at["-"]
     return z_minus - z_plus, t_plus - t_minus
 
 
-def _met(stations, direction, lines, reach) -> tuple[np.ndarray, np.ndarray]:
-    """Distance along the direction and elevation where the nearest line is met."""
+def met(stations, direction, lines, reach) -> tuple[np.ndarray, np.ndarray]:
+    """Distance along the direction and third coordinate (n,) where the nearest line is met."""
     n = len(stations)
     pieces = [np.hstack([line[:-1], line[1:]]) for line in lines if len(line) > 1]
     if not pieces or n == 0:

@@ -17,18 +17,19 @@ from geosurf.conventions import did_you_mean
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import FaultCut, Lattice, Sheet, ThrowReport, TriSurface, frozen
 from geosurf.sheets.build import SPARE, Builder, Built
-from geosurf.sheets.cutoffs import LONGEST, profile
 from geosurf.sheets.data import picks_of
 from geosurf.sheets.describe import count_tips, fault_cuts
 from geosurf.sheets.finish import fault_surfaces, refuse_leaks, sheet_of
+from geosurf.sheets.found import down_dip
 from geosurf.sheets.heights import Heights
 from geosurf.sheets.mesh import Triangles
 from geosurf.sheets.section import section_of
-from geosurf.sheets.slip import Slip, slips_of
+from geosurf.sheets.slip import slips_of
 from geosurf.sheets.thrown import Thrown
 
 LEANS = (0.5, 0.3, 0.7)  # shares of the movement at which traces are tried
 SPARES = (1.0, 0.5, 1.5, 0.0)  # cells beyond an overlap that rings are tried to cover
+DIRECTIONS = ("local", "mean")
 FAR = 1e-6  # cells outside of the data from which a particle is told of
 
 
@@ -40,6 +41,7 @@ def throw_horizon(
     name: str | None = None,
     reach: float | Mapping[str, float] | None = None,
     hanging_wall: float = 1.0,
+    direction: str = "local",
     positive: str | None = None,
     units: str | None = None,
 ) -> Sheet:
@@ -47,7 +49,7 @@ def throw_horizon(
     Tear a horizon that is still continuous, by the throw of its faults.
 
     The hanging wall moves along each fault, also a curved or listric one, so that both cut-offs lie
-    on it, one throw apart in each section across its mean strike.
+    on it, one throw apart down its dip at each place.
 
     Parameters
     ----------
@@ -68,6 +70,9 @@ def throw_horizon(
         square: reverse drag. Default: never.
     hanging_wall : float
         Part of the throw that the hanging wall takes, 0 to 1; the footwall rises by the rest.
+    direction : {"local", "mean"}
+        Whether walls move down the dip that a fault has at each place, or all across its mean
+        strike, as a block does that slides along the grooves of a corrugated fault.
     positive, units : str, optional
         As for `triangulate_horizon`.
 
@@ -102,6 +107,8 @@ def throw_horizon(
     >>> [bool(np.allclose(sheet.cuts[f].throw, t)) for f, t in (("F1", 60.0), ("F2", 40.0))]
     [True, True]
     """
+    if direction not in DIRECTIONS:
+        raise InputError(f"direction is {direction!r}, expected one of {DIRECTIONS}.")
     surfaces = fault_surfaces(faults)
     picks = picks_of(horizon, name, positive, units)
     if picks.several is not None:
@@ -122,7 +129,8 @@ def throw_horizon(
     }
     slips = slips_of(throw, sections, frame.corner, reach, hanging_wall)
     torn_by = {surface.name: surface for surface in surfaces}
-    thrown = Thrown(picks, [torn_by[slip.section.name] for slip in slips], slips)
+    mine = [torn_by[slip.section.name] for slip in slips]
+    thrown = Thrown(picks, mine, slips, turning=direction == "local")
     return _sheet(thrown)
 
 
@@ -133,7 +141,7 @@ def _sheet(thrown: Thrown) -> Sheet:
         return _untorn(thrown, state)
     found = fault_cuts(thrown.frame, state, built, thrown.faults)
     cuts = {
-        slip.section.name: _across_strike(found[slip.section.name], slip, thrown.frame.cell)
+        slip.section.name: down_dip(found[slip.section.name], slip, thrown.frame)
         for slip in thrown.slips
     }
     shortened: dict[str, int] = {}
@@ -200,14 +208,6 @@ def _closed(thrown: Thrown) -> tuple[Heights, Built | None, Triangles | None]:
     _, state, built, triangles = best
     refuse_leaks(thrown.picks, state, built)
     return state, built, triangles
-
-
-def _across_strike(cut: FaultCut, slip: Slip, cell: float) -> FaultCut:
-    """Throw and heave in sections across the mean strike, as they were asked for."""
-    direction = np.broadcast_to(slip.section.axes[1], (len(cut.stations), 2))
-    walls = {wall: list(lines) for wall, lines in cut.cutoffs.items()}
-    throw, heave = profile(cut.stations[:, :2], direction, walls, LONGEST * cell)
-    return replace(cut, throw=throw, heave=heave)
 
 
 def _report(thrown: Thrown, state: Heights, cuts: Mapping[str, FaultCut]) -> ThrowReport:

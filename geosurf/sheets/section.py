@@ -1,8 +1,9 @@
 """A fault seen along its strike: how far across it is, for a distance along and an elevation.
 
-A wall that moves along its fault keeps its distance along strike; it goes down by its throw, and
-across strike as the fault does between the two elevations. So a fault is read as a function
-r(s, z). It may be vertical or overturned, listric or curved, but must not turn back on itself.
+A wall that moves along its fault goes down by its throw, along strike as the line down its dip
+does (`diplines`), and across strike as the fault does between the two places. So a fault is read
+as a function r(s, z). It may be vertical or overturned, listric or curved, but must not turn back
+on itself.
 
 Legend
     s      distance along the mean strike, from the fault's first end by the right-hand rule [m]
@@ -78,14 +79,24 @@ class Section:
         within = np.clip(z, low, high)
         u = np.clip(s / self.length, 0.0, 1.0) * (n_s - 1)
         v = (within - low) / (high - low) * (n_z - 1)
-        i = np.minimum(u.astype(np.int64), n_s - 2)
-        j = np.minimum(v.astype(np.int64), n_z - 2)
-        f, g = u - i, v - j
-        t = self.table
-        lower = t[i, j] * (1.0 - f) + t[i + 1, j] * f
-        upper = t[i, j + 1] * (1.0 - f) + t[i + 1, j + 1] * f
-        found: np.ndarray = lower * (1.0 - g) + upper * g + self.slope * (z - within)
-        return found
+        return bilinear(self.table, u, v) + self.slope * (z - within)
+
+
+def bilinear(table: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Values (n,) of a table at rows u and columns v, which may be broken and lie within it.
+
+    Examples
+    --------
+    >>> bilinear(np.array([[0.0, 1.0], [2.0, 5.0]]), np.array([0.5, 1.0]), np.array([0.5, 0.0]))
+    array([2., 2.])
+    """
+    i = np.minimum(u.astype(np.int64), table.shape[0] - 2)
+    j = np.minimum(v.astype(np.int64), table.shape[1] - 2)
+    f, g = u - i, v - j
+    lower = table[i, j] * (1.0 - f) + table[i + 1, j] * f
+    upper = table[i, j + 1] * (1.0 - f) + table[i + 1, j + 1] * f
+    found: np.ndarray = lower * (1.0 - g) + upper * g
+    return found
 
 
 def section_of(fault: TriSurface, corner: np.ndarray, step: float) -> Section:

@@ -1,9 +1,9 @@
 """How much throw a fault has, and how its walls move along it.
 
-A particle of the hanging wall goes down by its throw and across strike as the fault does between
-the elevation that it leaves and the one that it comes to. On a plane that is a translation; on
-any fault, what lay on it stays on it, so that a block neither detaches nor sinks in, and the throw
-between both cut-offs, in one section across the mean strike, is the throw that was asked for.
+A particle of the hanging wall goes down by its throw, and in the map as the line down the dip of
+the fault does between the elevation that it leaves and the one that it comes to. On a plane that is
+a translation; on any fault, what lay on it stays on it, so that a block neither detaches nor sinks
+in, and the throw between both cut-offs, along such a line, is the throw that was asked for.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 
 from geosurf.conventions import is_number, metres_per_unit
 from geosurf.errors import InputError
+from geosurf.sheets.diplines import STEPS, DipLines
 from geosurf.sheets.section import Section
 
 # throw [m] at distances along strike, elevations, and places (easting, northing)
@@ -106,12 +107,15 @@ class Slip:
         Distance across strike over which movement dies away from the fault [m]; may be infinite.
     share : float
         Part of the throw that the hanging wall takes; the footwall rises by the rest.
+    lines : DipLines or None
+        Ways down its dip, along which its walls move; None: across its mean strike.
     """
 
     section: Section
     amount: Amount
     reach: float = np.inf
     share: float = 1.0
+    lines: DipLines | None = None
 
     def move(
         self, xy: np.ndarray, z: np.ndarray, part: np.ndarray
@@ -131,7 +135,12 @@ class Slip:
             # smooth on past the fault, where ghosts are
             down = down * np.clip(1.0 - away / self.reach, 0.0, None) ** 2
         lower = z - down
-        return section.places(s, r + section.across(s, lower) - here), lower
+        to = self.along(s, z, lower)
+        return section.places(to, r + section.across(to, lower) - here), lower
+
+    def along(self, s: np.ndarray, z: np.ndarray, to: np.ndarray, steps: int = STEPS) -> np.ndarray:
+        """Where the lines down dip through places (s, z) are along strike at elevations `to`."""
+        return s if self.lines is None else self.lines.moved(s, z, to, steps)
 
     def extremes(self, low: float, high: float) -> tuple[float, float]:
         """Largest throw and largest heave, by size, between two elevations [m]."""

@@ -7,6 +7,7 @@ wall, a fault acts by its part of the throw; beyond the fault that it ends on, a
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from geosurf.conventions import place, rising_diagonal
 from geosurf.errors import GeometryError
 from geosurf.model import TriSurface
 from geosurf.sheets.data import Picks
+from geosurf.sheets.diplines import dip_lines
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.ghosts import ghost_heights
 from geosurf.sheets.heights import MAP_REACH, Heights
@@ -45,8 +47,10 @@ class Thrown:
     notes : list of str
     """
 
-    def __init__(self, picks: Picks, faults: list[TriSurface], slips: list[Slip]) -> None:
-        self.picks, self.faults, self.slips = picks, faults, slips
+    def __init__(
+        self, picks: Picks, faults: list[TriSurface], slips: list[Slip], turning: bool = True
+    ) -> None:
+        self.picks, self.faults = picks, faults
         self.frame: Frame = picks.frame
         values = np.full(picks.n_node, np.nan)
         values[picks.node] = picks.z
@@ -57,6 +61,12 @@ class Thrown:
         low, high = float(picks.z.min()), float(picks.z.max())
         sizes = [slip.extremes(low, high) for slip in slips]
         self.largest = [throw for throw, _ in sizes]
+        self.slips = [
+            replace(
+                slip, lines=dip_lines(slip.section, throw, self.frame.cell) if turning else None
+            )
+            for slip, throw in zip(slips, self.largest, strict=True)
+        ]
         self.blend = [max(2.0 * heave, self.frame.cell) for _, heave in sizes]
         self.mains = self._touching()
         self.acts = [True] * len(slips)
