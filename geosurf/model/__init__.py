@@ -20,7 +20,7 @@ from geosurf.model.faults import (
 )
 from geosurf.model.lattice import Lattice
 from geosurf.model.patches import Patches
-from geosurf.model.sheets import FaultCut, Sheet, SheetReport, ThrowReport, TrimProposal
+from geosurf.model.sheets import FaultCut, LostThrow, Sheet, SheetReport, ThrowReport, TrimProposal
 from geosurf.model.surfaces import ROLES, FaultSticks, TriSurface
 from geosurf.model.units import Certificate, Check, Unit, Units
 
@@ -39,6 +39,7 @@ __all__ = [
     "FaultSticks",
     "FluidContact",
     "Lattice",
+    "LostThrow",
     "NetworkRow",
     "Patches",
     "Place",

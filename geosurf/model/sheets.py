@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import place
 from geosurf.errors import InputError
 from geosurf.model.lattice import Lattice
 from geosurf.model.surfaces import TriSurface
@@ -155,6 +156,39 @@ class TrimProposal:
         )
 
 
+@dataclass(frozen=True)
+class LostThrow:
+    """Throw that cells are too coarse for, next to the tip of a fault.
+
+    Attributes
+    ----------
+    fault : str
+    place : (easting, northing, elevation)
+        Where most is lost [m].
+    asked, found : float
+        Throw there [m].
+    cell : float
+        Of the horizon [m].
+    finer : float
+        Cells on which 2 % of the largest throw would be lost [m].
+    """
+
+    fault: str
+    place: tuple[float, float, float]
+    asked: float
+    found: float
+    cell: float
+    finer: float
+
+    def __str__(self) -> str:
+        return (
+            f"fault {self.fault!r} shows {self.found:.3g} m of {self.asked:.3g} m of throw at "
+            f"{place(self.place)}, next to its tip: cells of {self.cell:.3g} m are too coarse for "
+            f"it. Give the horizon on cells of {self.finer:.2g} m or less, and 2 % of the largest "
+            "throw or less are lost."
+        )
+
+
 @dataclass(frozen=True, repr=False)
 class ThrowReport:
     """How a sheet was made from a continuous horizon and throw.
@@ -170,6 +204,8 @@ class ThrowReport:
         As in `SheetReport`.
     shortened : dict of str to int
         Links by which tears end earlier than their faults, by fault; throw is lost there.
+    lost : tuple of LostThrow
+        Tips beside which more than 2 % of the largest throw of a fault are missing.
     n_outside : int
         Nodes whose rock was outside of the data before it moved: the horizon is carried on there.
     farthest_outside : float
@@ -183,6 +219,7 @@ class ThrowReport:
     tips: int = 0
     declared_tips: int = 0
     shortened: dict[str, int] = field(default_factory=dict)
+    lost: tuple[LostThrow, ...] = ()
     n_outside: int = 0
     farthest_outside: float = 0.0
     notes: list[str] = field(default_factory=list)

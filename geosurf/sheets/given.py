@@ -20,7 +20,7 @@ from geosurf.sheets.build import SPARE, Builder, Built
 from geosurf.sheets.data import picks_of
 from geosurf.sheets.describe import count_tips, fault_cuts
 from geosurf.sheets.finish import fault_surfaces, refuse_leaks, sheet_of
-from geosurf.sheets.found import down_dip
+from geosurf.sheets.found import down_dip, lost_at_tips
 from geosurf.sheets.heights import Heights
 from geosurf.sheets.mesh import Triangles
 from geosurf.sheets.section import section_of
@@ -140,10 +140,11 @@ def _sheet(thrown: Thrown) -> Sheet:
     if built is None or triangles is None:
         return _untorn(thrown, state)
     found = fault_cuts(thrown.frame, state, built, thrown.faults)
-    cuts = {
-        slip.section.name: down_dip(found[slip.section.name], slip, thrown.frame)
-        for slip in thrown.slips
-    }
+    cuts, lost = {}, []
+    for slip, largest in zip(thrown.slips, thrown.largest, strict=True):
+        name = slip.section.name
+        cuts[name], asked = down_dip(found[name], slip, thrown.frame)
+        lost += lost_at_tips(cuts[name], asked, largest, thrown.frame.cell)
     shortened: dict[str, int] = {}
     for (trace, _), n in built.shortened.items():
         name = thrown.faults[state.network.traces[trace].fault].name
@@ -153,7 +154,12 @@ def _sheet(thrown: Thrown) -> Sheet:
         tips=count_tips(built, triangles),
         declared_tips=state.network.declared_tips,
         shortened=shortened,
-        notes=[*thrown.notes, *thrown.left_at(built.cuts, state, built.shortened)],
+        lost=tuple(lost),
+        notes=[
+            *thrown.notes,
+            *thrown.left_at(built.cuts, state, built.shortened),
+            *map(str, lost),
+        ],
     )
     return sheet_of(thrown.picks, state, built, thrown.faults, thrown.rising, cuts, report)
 

@@ -85,7 +85,9 @@ class EllipticThrow:
             raise InputError(
                 "this elliptic throw takes its size from a fault. Give half_length and centre."
             )
-        q2 = ((s - middle) / half) ** 2
+        off = np.abs(s - middle)
+        # where the fault has no length, as above its upper tip, throw has died
+        q2 = np.divide(off, half, out=np.ones_like(off), where=off < half) ** 2
         if self.half_height is not None:
             q2 = q2 + ((z - level) / self.half_height) ** 2
         q = np.sqrt(np.minimum(q2, 1.0))

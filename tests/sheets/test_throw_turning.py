@@ -1,0 +1,201 @@
+"""By throw on faults that turn in the map: throw is met down the dip they have at each place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import InputError
+from geosurf.sheets.diplines import dip_lines
+from geosurf.sheets.section import section_of
+from geosurf.synthetic.world import make_fault, make_horizon
+from tests.sheets.test_throw import BOX, along, horizon, wall
+
+AXIS = np.array([-400.0, 500.0])  # of the cones
+COT = 1.0 / np.tan(np.radians(60.0))
+RADIUS = 900.0  # of the cone at -1800 m
+
+
+def cone(turn=1.0, n=9, m=61, half=700.0):
+    """A fault that dips at 60 degrees away from a vertical axis, or (`turn` -1) towards it."""
+    z = np.linspace(-1450.0, -2150.0, n)[:, None]
+    phi = np.linspace(-half, half, m)[None, :] / RADIUS
+    r = RADIUS + turn * COT * (-1800.0 - z)
+    x, y = AXIS[0] + r * np.cos(phi), AXIS[1] + r * np.sin(phi)
+    return make_fault("F1", x, y, z + 0.0 * phi, (0.0, 0.0, 0.0))
+
+
+def slope(x, y):
+    """A plane that dips steeply along the strike of the cone."""
+    return -1800.0 + 0.04 * (x - 500.0) - 0.2 * (y - 500.0)
+
+
+def down_true_dip(cut, n=101):
+    """Throw in vertical planes through the axis, in which the cone dips: by other means."""
+    at, z = np.linspace(-0.45, 0.45, n), {}
+    for side, lines in cut.cutoffs.items():
+        points = np.concatenate(lines)
+        east, north = (points[:, :2] - AXIS).T
+        phi = np.arctan2(north, east)
+        order = np.argsort(phi)
+        z[side] = np.interp(at, phi[order], points[order, 2])
+    return z["-"] - z["+"]
+
+
+@pytest.mark.parametrize(
+    ("turn", "throw", "share"), [(1.0, 60.0, 1.0), (-1.0, 45.0, 0.4), (1.0, -40.0, 1.0)]
+)
+def test_throw_down_the_true_dip_of_a_cone_is_met_to_order_two(turn, throw, share):
+    worst = []
+    for n in (21, 41):
+        fault = cone(turn, m=2 * n + 1)
+        sheet = gs.throw_horizon(
+            horizon(n, slope), {"F1": fault}, {"F1": throw}, hanging_wall=share
+        )
+        cut = sheet.cuts["F1"]
+        worst.append(np.abs(down_true_dip(cut) - throw).max())
+        assert np.nanmax(np.abs(cut.throw - throw)) < 3e-4 * abs(throw)
+        assert np.nanmax(np.abs(cut.heave - throw * COT)) < 3e-3 * abs(throw)
+        assert sheet.report.tips == sheet.report.declared_tips == 0
+    assert worst[1] < 2e-4 * abs(throw)
+    assert worst[0] > 1.8 * worst[1]
+    across = gs.throw_horizon(
+        horizon(41, slope), {"F1": fault}, {"F1": throw}, hanging_wall=share, direction="mean"
+    )
+    assert np.abs(down_true_dip(across.cuts["F1"]) - throw).max() > 0.03 * abs(throw)
+    assert np.nanmax(np.abs(across.cuts["F1"].throw - throw)) < 3e-4 * abs(throw)
+
+
+@pytest.mark.parametrize("dip", [60.0, 35.0, 90.0])
+@pytest.mark.parametrize("azimuth", [100.0, 33.0, 250.0])
+def test_on_a_plane_both_directions_are_one(dip, azimuth):
+    """Also on one that a grid of many facets makes, with the rounding of its corners."""
+    fault = wall(dip, azimuth, n=7, m=11)
+    one, two = (
+        gs.throw_horizon(horizon(31, slope), {"F1": fault}, {"F1": 40.0}, direction=d)
+        for d in ("local", "mean")
+    )
+    assert np.abs(one.lattice.elevation - two.lattice.elevation).max() < 1e-9
+    for side in "+-":
+        for a, b in zip(one.cuts["F1"].cutoffs[side], two.cuts["F1"].cutoffs[side], strict=True):
+            np.testing.assert_allclose(a, b, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(one.cuts["F1"].throw, two.cuts["F1"].throw, rtol=0, atol=1e-9)
+    # cut-offs have pieces of 1e-8 m, on which throw is read to fewer places
+    assert np.nanmax(np.abs(one.cuts["F1"].throw - 40.0)) < 1e-5
+
+
+def test_a_listric_fault_that_runs_straight_has_no_lines_that_turn():
+    fault = gs.triangulate_fault(wall(60.0, bend=6e-4, n=40, m=20), name="F1")
+    assert dip_lines(section_of(fault, np.zeros(2), 12.5), 60.0, 25.0) is None
+
+
+def test_lines_of_a_cone_run_through_its_axis():
+    fault = gs.triangulate_fault(cone(m=121), name="F1")
+    section = section_of(fault, np.zeros(2), 10.0)
+    lines = dip_lines(section, 60.0, 10.0)
+    (axis,), _ = section.of(AXIS[None])
+    s, z = axis + np.linspace(-500.0, 500.0, 41), np.full(41, -1750.0)
+    for to in (-1820.0, -1700.0, -1750.0):
+        grown = (RADIUS + COT * (-1800.0 - to)) / (RADIUS + COT * (-1800.0 + 1750.0))
+        there = lines.moved(s, z, np.full(41, to))
+        np.testing.assert_allclose(there - axis, (s - axis) * grown, rtol=0, atol=0.03)
+        np.testing.assert_allclose(lines.moved(there, np.full(41, to), z), s, rtol=0, atol=1e-5)
+
+
+def test_at_a_crease_rock_is_not_torn_along_strike():
+    """Two planes that meet at an angle: strike is a mean over as far as beds need to bend."""
+    z = np.array([-1450.0, -2150.0])[:, None]
+    s = np.array([-900.0, 0.0, 900.0])[None, :]
+    down = COT * (-1800.0 - z)
+    for bend in (0.5, -0.5):
+        fault = make_fault(
+            "F1", 500.0 + down + bend * np.abs(s), 500.0 + s + 0 * z, z + 0 * s, (0.0, 0.0, 0.0)
+        )
+        section = section_of(gs.triangulate_fault(fault, name="F1"), np.zeros(2), 12.5)
+        lines = dip_lines(section, 60.0, 25.0)
+        spacing = section.length / (len(lines.table) - 1)
+        assert 60.0 * np.abs(np.diff(lines.table, axis=0)).max() / spacing <= 0.5
+        sheet = gs.throw_horizon(horizon(41, slope), {"F1": fault}, {"F1": 60.0})
+        assert np.nanmax(np.abs(sheet.cuts["F1"].throw - 60.0)) < 0.3
+        assert sheet.report.tips == 0
+
+
+def test_units_between_sheets_on_a_cone_are_closed_and_fill_the_box():
+    n = 31
+    beds = {
+        "Top": horizon(n, slope),
+        "Base": horizon(n, lambda x, y: slope(x, y) - 80.0, name="Base"),
+    }
+    faults = {"F1": cone(half=800.0)}
+    sheets = {k: gs.throw_horizon(h, faults, {"F1": 50.0}, name=k) for k, h in beds.items()}
+    box = (*BOX[:4], -2140.0, -1460.0)
+    scene = gs.Scene(sheets, {f.name: f for f in sheets["Top"].faults}, box)
+    certificate = scene.check()
+    assert certificate.ok, str(certificate)
+    assert set(scene.units) == {
+        f"{zone} F1{side}" for zone in ("above Top", "Top/Base", "below Base") for side in "+-"
+    }
+    assert scene.units.volume == pytest.approx(scene.units.box_volume, rel=1e-12)
+    for name in sheets:
+        found = sheets[name].cuts["F1"].throw
+        assert np.nanmax(np.abs(found - 50.0)) < 0.02
+
+
+def test_a_direction_that_is_none_is_refused():
+    with pytest.raises(
+        InputError, match=r"direction is 'strike', expected one of \('local', 'mean'"
+    ):
+        gs.throw_horizon(horizon(), {"F1": wall()}, {"F1": 10.0}, direction="strike")
+
+
+# ------------------------------------------------------------------------- at tips
+def test_throw_that_cells_are_too_coarse_for_is_told_with_its_place():
+    tips, asked = wall(half=400.0), gs.EllipticThrow(50.0)
+    lost = gs.throw_horizon(horizon(21), {"F1": tips}, {"F1": asked}).report.lost
+    assert len(lost) == 2
+    for one in lost:
+        s = along(np.array([one.place]), half=400.0)[0]
+        assert min(s, 800.0 - s) < 101.0  # two cells of 50 m
+        truth = gs.EllipticThrow(50.0, 400.0, centre=(400.0, None)).at(np.array([s]), np.zeros(1))
+        assert one.asked == pytest.approx(truth[0], abs=1e-6)
+        assert one.asked - one.found > 0.02 * 50.0
+        assert 20.0 < one.finer < one.cell == pytest.approx(50.0)
+    finer = gs.throw_horizon(horizon(41), {"F1": tips}, {"F1": asked}).report
+    assert finer.lost == ()
+    assert not [note for note in finer.notes if "too coarse" in note]
+
+
+def test_throw_that_dies_within_a_cell_is_told_what_to_do():
+    """A zone at the tips of 10 m on cells of 50 m."""
+    tips = wall(half=400.0)
+    steep = [[0.0, 0.0], [10.0, 40.0], [790.0, 40.0], [800.0, 0.0]]
+    report = gs.throw_horizon(horizon(21), {"F1": tips}, {"F1": steep}).report
+    assert report.lost
+    (note, *_) = [note for note in report.notes if "too coarse" in note]
+    assert note in str(report)
+    assert note.startswith("fault 'F1' shows ")
+    assert "of throw at (easting" in note
+    assert "next to its tip: cells of 50 m are too coarse for it. Give the horizon on" in note
+
+
+def test_a_fault_without_length_at_the_horizon_has_no_throw_there():
+    """Its mesh ends in a corner, at the level of which it has no length to share out throw over."""
+    field = gs.EllipticThrow(30.0)
+    corner = gs.TriSurface(
+        "F1", "fault", [[500, 200, -2000], [400, 500, -1600], [500, 800, -2000]], [[0, 1, 2]]
+    )
+    section = section_of(corner, np.zeros(2), 10.0)
+    s = np.array([100.0, 300.0, 500.0])
+    assert field.at(s, np.full(3, section.z[1]), section).tolist() == [0.0, 0.0, 0.0]
+    assert field.at(np.array([300.0]), np.array([-1990.0]), section) == pytest.approx(30.0)
+
+
+def test_flat_beds_do_not_mind_the_direction():
+    """Where beds are level, moving along strike changes nothing."""
+    level = make_horizon("Top", BOX, 31, lambda x, y: -1800.0 + 0.0 * x, (0.0, 0.0, 0.0))
+    one, two = (
+        gs.throw_horizon(level, {"F1": cone()}, {"F1": 30.0}, direction=d)
+        for d in ("local", "mean")
+    )
+    assert np.abs(one.lattice.elevation - two.lattice.elevation).max() < 1e-9
