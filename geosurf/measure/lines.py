@@ -42,7 +42,9 @@ def chains_of(edges: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
     used = used[np.lexsort(x[used].T[::-1])]  # numbered by place
     rank = np.empty(len(x), dtype=np.int64)
     rank[used] = np.arange(len(used))
-    nodes, offsets = link_segments(rank[edges], len(used))
+    segments = np.sort(rank[edges], axis=1)
+    segments = segments[np.lexsort(segments.T[::-1])]
+    nodes, offsets, _ = link_segments(segments, np.array([0, len(segments)]), len(used))
     lines = [nodes[a:b] for a, b in pairwise(offsets.tolist())]
     lines = [line[::-1] if line[-1] < line[0] else line for line in lines]
     return [used[line] for line in sorted(lines, key=lambda line: line.tolist())]
