@@ -69,7 +69,7 @@ def propose_network(
 
     Examples
     --------
-    >>> from geosurf import rebuild_surfaces
+    >>> from geosurf import TriSurface, rebuild_surfaces
     >>> main = [[0, 0, 0], [0, 80, 0], [80, 80, -80], [80, 0, -80]]
     >>> other = [[10, 40, -60], [80, 40, -60], [80, 40, -20], [10, 40, -20]]
     >>> faults = [
