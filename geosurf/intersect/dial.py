@@ -214,7 +214,8 @@ def _assemble(names, origin, found, places, touches, cost) -> Curves:
     curves = [number[a:b] for a, b in pairwise(stop)]
     for k, (pair, line) in enumerate(zip(owners, lines, strict=True)):
         said += [Place(why, pair, frozen(x, np.float64), size, k) for why, x, size in line.places]
-    segments = [np.sort(np.stack([curve[:-1], curve[1:]], axis=1)) for curve in curves]
+    ends = [(curve[:-1], curve[1:]) for curve in curves]
+    segments = [np.stack([np.minimum(*pair), np.maximum(*pair)], axis=1) for pair in ends]
     pairs = np.array(owners, dtype=np.int64).reshape(-1, 2)
     sizes = [len(part) for part in segments]
     said = [

@@ -20,8 +20,8 @@ from geosurf.kernels.arcs import (
     chords,
     on_arc,
 )
+from geosurf.kernels.cover import key_of
 from geosurf.kernels.doubt import doubt_at
-from geosurf.kernels.land import cell_of
 from geosurf.kernels.lift import F_POINT, F_SINE, F_TANGENT, doubt, parameters_of
 from geosurf.kernels.resample import SAFETY
 
@@ -51,12 +51,8 @@ def set_knot(way, f, knot):
 @scalar
 def doubt_knot(xa, ya, za, xb, yb, zb, f, before, knot):
     """How far the cells of a knot are to be trusted; looked up where cells change."""
-    same = (
-        before[K_LENGTH] >= 0.0
-        and cell_of(za, knot[3], knot[4]) == cell_of(za, before[3], before[4])
-        and cell_of(zb, knot[5], knot[6]) == cell_of(zb, before[5], before[6])
-    )
-    if same:
+    same = before[K_LENGTH] >= 0.0
+    if same and key_of(za, zb, knot[3:7], 0) == key_of(za, zb, before[3:7], 0):
         for k in range(K_DOUBT, K_SINE):
             knot[k] = before[k]
     else:

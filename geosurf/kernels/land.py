@@ -1,11 +1,10 @@
 """Landings: from the middle of a pair of cells onto a curve of two lattices, or nowhere.
 
-Newton's method starts in the middle of every pair of cells that bounds leave over (`near`) and
-that is transverse (`cover`: no closed curve lies inside). Landings are kept in the order of the
-cells of the first lattice, so that a walk finds those beside it.
+Newton's method starts in the middle of a pair of cells that bounds leave over (`near`), that is
+transverse (`cover`: no closed curve lies inside), and that no walk runs through. In a transverse
+pair a plane across meets the surfaces once at most, so a curve beside a walk has pairs of its own.
 
-Letters as in `lift`; k rows (8,) of landings: parameters, point, and whether a walk has passed
-(1), or nothing is there (2).
+Letters as in `lift` and `arcs`; keys of pairs of cells as in `cover`.
 """
 
 from __future__ import annotations
@@ -15,36 +14,12 @@ import math
 import numpy as np
 
 from geosurf.kernels._jit import scalar
-from geosurf.kernels.arcs import from_arc
-from geosurf.kernels.cover import are_transverse, round_cone
-from geosurf.kernels.lift import ASTRAY, F_POINT, LIFTED, meet_to
+from geosurf.kernels.arcs import K_LENGTH, from_arc, on_arc
+from geosurf.kernels.cover import are_transverse, key_of, round_cone
+from geosurf.kernels.lift import F_POINT, meet_to
 
-OPEN, PASSED, NOWHERE = 0.0, 1.0, 2.0
-_BULGE = 0.25  # [cells]: how far an arc leaves the range of its ends
-
-
-@scalar
-def cell_of(z, u, v):
-    """Number of the cell that holds parameters."""
-    n_col = z.shape[1] - 1
-    j = min(max(math.floor(u), 0), n_col - 1)
-    return min(max(math.floor(v), 0), z.shape[0] - 2) * n_col + j
-
-
-@scalar
-def _land(xa, ya, za, xb, yb, zb, c, net, cell_a, cell_b, enough, f, land):
-    """Newton from the middle of a pair of cells."""
-    w = land[:4]
-    n_col = za.shape[1] - 1
-    w[0], w[1] = cell_a % n_col + 0.5, cell_a // n_col + 0.5
-    n_col = zb.shape[1] - 1
-    w[2], w[3] = cell_b % n_col + 0.5, cell_b // n_col + 0.5
-    x = 0.25 * (net[0, 0, 0] + net[3, 0, 0] + net[0, 3, 0] + net[3, 3, 0])
-    y = 0.25 * (net[0, 0, 1] + net[3, 0, 1] + net[0, 3, 1] + net[3, 3, 1])
-    z = 0.25 * (net[0, 0, 2] + net[3, 0, 2] + net[0, 3, 2] + net[3, 3, 2])
-    found = meet_to(xa, ya, za, xb, yb, zb, c, 0, w, x, y, z, 0.0, 0.0, 0.0, enough, f)
-    land[4], land[5], land[6] = f[F_POINT], f[F_POINT + 1], f[F_POINT + 2]
-    return found
+NOT_PASSED, LEFT = -1, -2  # in place of the knot where a walk has passed; LEFT: to be split
+_PLACES = 6  # of an arc, at which is looked which pair of cells it runs through
 
 
 @scalar
@@ -55,39 +30,70 @@ def _cone_once(cones, nets, k):
 
 
 @scalar
-def land_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, enough, f):
-    """Land in all pairs: rows, cells of a where they are (-1: no landing)."""
+def open_pairs(pairs, cell_a, cell_b, nets_a, nets_b):
+    """Sorted keys of pairs, their order; NOT_PASSED for each pair, LEFT if not transverse."""
     n_pair = pairs.shape[0]
-    land, cells = np.empty((n_pair, 8)), np.empty(n_pair, dtype=np.int64)
+    keys, knot_of = np.empty(n_pair, dtype=np.int64), np.empty(n_pair, dtype=np.int64)
     cones_a, cones_b = np.full((len(cell_a), 4), np.nan), np.full((len(cell_b), 4), np.nan)
     for k in range(n_pair):
-        a, b = pairs[k]
+        a, b = pairs[k, 0], pairs[k, 1]
         _cone_once(cones_a, nets_a, a)
         _cone_once(cones_b, nets_b, b)
-        found = ASTRAY
-        if are_transverse(nets_a[a], cones_a[a], nets_b[b], cones_b[b]):
-            found = _land(
-                xa, ya, za, xb, yb, zb, c, nets_a[a], cell_a[a], cell_b[b], enough, f, land[k]
-            )
-        cells[k] = cell_of(za, land[k, 0], land[k, 1]) if found == LIFTED else -1
-        land[k, 7] = OPEN if found == LIFTED else NOWHERE
-    return land, cells
+        clear = are_transverse(nets_a[a], cones_a[a], nets_b[b], cones_b[b])
+        knot_of[k] = NOT_PASSED if clear else LEFT
+        keys[k] = cell_a[a] * (1 << 31) + cell_b[b]
+    order = np.argsort(keys)
+    return keys[order], order, knot_of
 
 
 @scalar
-def pass_by(za, one, two, reach, f, cells, order, land):
-    """Mark the landings that lie within reach [m] of an arc of a walk."""
-    n_row, n_col = za.shape[0] - 1, za.shape[1] - 1
-    more = _BULGE + reach / math.sqrt(f[3] * f[3] + f[4] * f[4] + f[5] * f[5])
-    j0 = max(math.floor(min(one[3], two[3]) - more), 0)
-    j1 = min(math.floor(max(one[3], two[3]) + more), n_col - 1)
-    more = _BULGE + reach / math.sqrt(f[6] * f[6] + f[7] * f[7] + f[8] * f[8])
-    i0 = max(math.floor(min(one[4], two[4]) - more), 0)
-    i1 = min(math.floor(max(one[4], two[4]) + more), n_row - 1)
-    for i in range(i0, i1 + 1):
-        k = np.searchsorted(cells, i * n_col + j0)
-        while k < cells.shape[0] and cells[k] <= i * n_col + j1:
-            q = land[order[k]]
-            if q[7] == OPEN and from_arc(one, two, q[4], q[5], q[6]) <= reach * reach:
-                q[7] = PASSED
-            k += 1
+def land(xa, ya, za, xb, yb, zb, c, net, cell_a, cell_b, enough, seed, f):
+    """Newton from the middle of a pair of cells: point and parameters into `seed` (7,)."""
+    n_col = za.shape[1] - 1
+    seed[3], seed[4] = cell_a % n_col + 0.5, cell_a // n_col + 0.5
+    n_col = zb.shape[1] - 1
+    seed[5], seed[6] = cell_b % n_col + 0.5, cell_b // n_col + 0.5
+    for k in range(3):
+        seed[k] = 0.25 * (net[0, 0, k] + net[3, 0, k] + net[0, 3, k] + net[3, 3, k])
+    x, y, z = seed[0], seed[1], seed[2]
+    found = meet_to(xa, ya, za, xb, yb, zb, c, 0, seed[3:7], x, y, z, 0.0, 0.0, 0.0, enough, f)
+    for k in range(3):
+        seed[k] = f[F_POINT + k]
+    return found
+
+
+@scalar
+def _place_of(keys, order, key):
+    """Row of the pair with a key; -1: none."""
+    k = np.searchsorted(keys, key)
+    return order[k] if k < keys.shape[0] and keys[k] == key else -1
+
+
+@scalar
+def pass_through(za, zb, knots, first, n, keys, order, knot_of, row):
+    """Tell the pairs of cells that knots first to n run through at which knot an arc does."""
+    for i in range(first + 1, n):
+        for place in range(_PLACES):
+            on_arc(knots[i - 1], knots[i], place / _PLACES, row)
+            k = _place_of(keys, order, key_of(za, zb, row[3:7], 0))
+            if k >= 0 and knot_of[k] == NOT_PASSED:
+                knot_of[k] = i
+
+
+@scalar
+def is_beside(za, zb, knots, n, seed, reach, keys, order, knot_of):
+    """Whether a landing lies within reach [m] of an arc: that in its own pair of cells, or any."""
+    x, y, z = seed[0], seed[1], seed[2]
+    k = _place_of(keys, order, key_of(za, zb, seed[3:7], 0))
+    if k >= 0 and knot_of[k] >= 0:
+        i = knot_of[k]
+        if from_arc(knots[i - 1], knots[i], x, y, z) <= reach * reach:
+            return True
+    for i in range(1, n):
+        size = knots[i, K_LENGTH] + reach
+        dx, dy, dz = x - knots[i, 0], y - knots[i, 1], z - knots[i, 2]
+        if knots[i, K_LENGTH] < 0.0 or dx * dx + dy * dy + dz * dz > size * size:
+            continue
+        if from_arc(knots[i - 1], knots[i], x, y, z) <= reach * reach:
+            return True
+    return False

@@ -1,14 +1,14 @@
-"""All curves of two smooth lattices at once: a landing in each pair of cells, a walk from each.
+"""All curves of two smooth lattices at once: landings in pairs of cells, a walk from each new one.
 
-From a landing (`land`) that no walk has passed yet, the curve is walked both ways until it closes
+From a landing (`land`) that lies beside no walk, the curve is walked both ways until it closes
 or leaves a surface, from knot to knot. A step goes on along the cubic of the last arc and comes
 back by Newton's method in the plane across. It is kept if the cubic arc between the two knots
 (`arcs`), measured at its quarters as in `resample`, is near enough to the curve; its length
 follows the fourth root of that distance. Chords are cut from the arcs at the end, by what the
 estimate along the whole curve (`doubt`) leaves of the tolerance.
 
-A pair of cells is settled if its surfaces are transverse and its landing lies beside a walk. All
-other pairs are handed back, to be split.
+A pair of cells is settled if its surfaces are transverse, and a walk runs through it or beside its
+landing. All other pairs are handed back, to be split.
 
 Letters as in `lift` and `arcs`.
 """
@@ -32,7 +32,7 @@ from geosurf.kernels.arcs import (
     set_length,
 )
 from geosurf.kernels.knots import cut_chords, doubt_knot, set_knot, turn_round, with_room
-from geosurf.kernels.land import OPEN, PASSED, land_all, pass_by
+from geosurf.kernels.land import LEFT, NOT_PASSED, is_beside, land, open_pairs, pass_through
 from geosurf.kernels.lift import (
     F_POINT,
     F_TANGENT,
@@ -118,8 +118,7 @@ def _way_on(here, step, f):
 
 
 @scalar
-def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, cells, order, land, knots,
-          first, row, f):  # fmt: skip
+def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, knots, first, row, f):
     """Append knots from a seed (7,), itself included, to where the walk ends; that end."""
     n, loose = first, math.sqrt(1e-3 * tolerance * min(1.0, step))
     knots = with_room(knots, n)
@@ -130,7 +129,7 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, cells, 
         return knots, n, LOST
     steepest = set_knot(way, f, knots[n])
     doubt_knot(xa, ya, za, xb, yb, zb, f, knots[n], knots[n])
-    shortest, reach = _SHORTEST * step, _SAME * tolerance
+    shortest = _SHORTEST * step
     n += 1
     while n - first < _MOST and step > shortest:
         knots = with_room(knots, n)
@@ -144,7 +143,6 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, cells, 
             set_length(here, goal)
             goal[K_AWAY] = _away(xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, f)
             if goal[K_AWAY] <= target:
-                pass_by(za, here, goal, reach, f, cells, order, land)
                 return knots, n + 1, CLOSED
             step = min(step, 0.4 * left)
         found, at_rim = _ahead(xa, ya, za, xb, yb, zb, c, knots, first, n, step, enough, row, f)
@@ -161,7 +159,6 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, cells, 
             step *= max(0.3, 0.9 * math.sqrt(math.sqrt(target / away)))
             continue
         goal[K_AWAY] = away
-        pass_by(za, here, goal, reach, f, cells, order, land)
         n += 1
         if at_rim:
             return knots, n, AT_RIM
@@ -171,18 +168,19 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, cells, 
 
 
 @scalar
-def _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, cells, order, land,
-                    knots, first, row, f):  # fmt: skip
+def _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, knots, first, row, f):
     """The whole curve through a seed: knots, how many there are now, how it ends."""
-    knots, n, end = _walk(xa, ya, za, xb, yb, zb, c, seed, -1.0, step, tolerance, enough, cells,
-                          order, land, knots, first, row, f)  # fmt: skip
+    knots, n, end = _walk(
+        xa, ya, za, xb, yb, zb, c, seed, -1.0, step, tolerance, enough, knots, first, row, f
+    )
     if end != AT_RIM:
         return knots, n, end
     turn_round(knots, first, n)
     middle = n - 1  # the seed comes once more
     length, away = knots[middle, K_LENGTH], knots[middle, K_AWAY]
-    knots, n, end = _walk(xa, ya, za, xb, yb, zb, c, seed, 1.0, step, tolerance, enough, cells,
-                          order, land, knots, middle, row, f)  # fmt: skip
+    knots, n, end = _walk(
+        xa, ya, za, xb, yb, zb, c, seed, 1.0, step, tolerance, enough, knots, middle, row, f
+    )
     knots[middle, K_LENGTH], knots[middle, K_AWAY] = length, away
     return knots, n, AT_RIM if end == AT_RIM else LOST
 
@@ -192,29 +190,33 @@ def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, s
     """Curves of two lattices: points and parameters (n, 7), offsets, how each ends, its bound and
     the estimate of the cubics in it, and the pairs not settled. `step`: the first [m].
     """
-    n_pair = pairs.shape[0]
-    row, f = np.empty(7), np.empty(N_WORK)
+    row, seed, f = np.empty(7), np.empty(7), np.empty(N_WORK)
     small = min(1.0, step)
-    land, key = land_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b,
-                         math.sqrt(0.25 * tolerance * small), f)  # fmt: skip
-    order = np.argsort(key)
-    cells = key[order]
-    enough = math.sqrt(min(1e-6, 1e-3 * tolerance) * small)
-    knots, rows, n = np.empty((256, N_KNOT)), np.empty((1024, 7)), 0
-    offsets, ends = np.zeros(n_pair + 1, dtype=np.int64), np.zeros(n_pair, dtype=np.int64)
+    near, enough = math.sqrt(0.25 * tolerance * small), min(1e-6, 1e-3 * tolerance)
+    enough, reach = math.sqrt(enough * small), _SAME * tolerance
+    keys, order, knot_of = open_pairs(pairs, cell_a, cell_b, nets_a, nets_b)
+    knots, rows, m, n, count = np.empty((256, N_KNOT)), np.empty((1024, 7)), 0, 0, 0
+    n_pair = pairs.shape[0]
+    offsets, ends = np.zeros(n_pair + 1, dtype=np.int64), np.empty(n_pair, dtype=np.int64)
     figures = np.empty((n_pair, 2))
-    count = 0
-    seed = np.empty(7)
     for k in range(n_pair):
-        if land[k, 7] != OPEN:
+        if knot_of[k] != NOT_PASSED:
             continue
-        land[k, 7] = PASSED
-        seed[:3], seed[3:] = land[k, 4:7], land[k, :4]
-        knots, m, end = _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough,
-                                        cells, order, land, knots, 0, row, f)  # fmt: skip
+        a, b = pairs[k, 0], pairs[k, 1]
+        found = land(xa, ya, za, xb, yb, zb, c, nets_a[a], cell_a[a], cell_b[b], near, seed, f)
+        if found != LIFTED:
+            knot_of[k] = LEFT
+            continue
+        if is_beside(za, zb, knots, m, seed, reach, keys, order, knot_of):
+            continue
+        first = m
+        knots, m, end = _walk_both_ways(
+            xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, knots, first, row, f
+        )
         if end != LOST:
+            pass_through(za, zb, knots, first, m, keys, order, knot_of, row)
             rows, n, figures[count, 0], figures[count, 1], noisy = cut_chords(
-                knots, 0, m, tolerance, rows, n
+                knots, first, m, tolerance, rows, n
             )
             end = NOISY if noisy else end
         ends[count] = end
@@ -224,5 +226,5 @@ def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, s
             break
     return (
         rows[:n].copy(), offsets[: count + 1].copy(), ends[:count].copy(), figures[:count].copy(),
-        np.where(key < 0)[0],
+        np.where(knot_of == LEFT)[0],
     )  # fmt: skip
