@@ -34,8 +34,10 @@ file               question                                               source
 `chains`, `linking` segments -> curves
 `patch`            cubics between the nodes of a lattice, their trust
 `pyramid`          where can two smooth surfaces meet?
-`near`             from pairs of blocks to pairs of cells
-`walk`             all curves of two smooth lattices, without triangles   Newton
+`near`, `quarters` from pairs of blocks to pairs of cells
+`land`, `walk`     all curves of two smooth lattices, without triangles   Newton
+`arcs`, `knots`    cubics between points of a curve, chords along them    Hermite
+`doubt`            how far curves of cubics may be from the true ones
 `lift`             plain points -> points on both cubics                  Newton
 `resample`         as few points as a chord error allows                  Douglas & Peucker 1973
 `cover`, `trace`   loops that triangles do not show                       Sederberg & Meyers 1988
