@@ -50,6 +50,10 @@ class Memory:
         self._keys: WeakKeyDictionary[TriSurface, Hashable] = WeakKeyDictionary()
         self.steps: list[Step] = []
 
+    def __reduce__(self) -> tuple[type[Memory], tuple[()]]:
+        """Copies and other processes begin with an empty memory: results are made anew there."""
+        return Memory, ()
+
     def share(self, other: Memory) -> None:
         """Take the results of another memory as one's own, from now on for both."""
         self.results, self._keys = other.results, other._keys

@@ -144,9 +144,13 @@ class Scene(Joined):
         self.truncations = dict(as_mapping("truncations", truncations or {}))
         self._network = FaultStage(
             tuple(self._faults), self.truncations, extend, given=self._given_fault,
-            limits=lambda: (self.box, self.aoi), memory=self._memory,
+            limits=self._limits, memory=self._memory,
         )  # fmt: skip
         self.extend = dict(self._network.sides)
+
+    def _limits(self) -> tuple[Any, Any]:
+        """Box and area, for what asks when they are first needed."""
+        return self.box, self.aoi
 
     def replace(self, **changes: Any) -> Scene:
         """Return a new scene with some inputs changed, which shares all results that still hold.

@@ -20,9 +20,9 @@ consistent.py    of these: units against the patches and their names
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -125,14 +125,14 @@ def carve_units(
     zone_of_unit[whole[1:]] = zone[1:]
     words = fault_sides(patches, cells, shells.sides, zone_of_unit, faults)
     blocks = name_blocks(words, zone_of_unit, shells.volumes, shells.corner)
-    lies_on = cache(lambda: sides_of_units(cells, whole, faults, words))
+    lies_on = _LiesOn(cells, whole, faults, words)
     every = list(range(len(blocks)))
     named = _Named(zone_of_unit, blocks, [""] * len(blocks), [()] * len(blocks), every, every)
     left: dict[str, tuple[str, ...]] = {}
     if contacts:
         names = [patches.names[i] for i in faults]
         zones = [zone_names[k] for k in zone_of_unit.tolist()]
-        counted = contacts_of_units(contacts, zones, words, lies_on(), names)
+        counted = contacts_of_units(contacts, zones, words, lies_on.found, names)
         left = _left_out(named, not_reached(contacts, counted, zones), zone_names)
         sides_of_level = signature[len(horizons) :]
         part, of, labels, beneath = split_by_contacts(
@@ -156,7 +156,26 @@ def carve_units(
     fenced = not walls_are_a_box(patches, bounds)
     footprint = footprint_of(patches, bounds) if fenced else None
     number = np.argsort(order)
-    return Units(units, box, report, footprint, sides=lambda: beside_triangles(shells, number))
+    return Units(units, box, report, footprint, sides=partial(beside_triangles, shells, number))
+
+
+@dataclass(frozen=True, eq=False)
+class _LiesOn:
+    """Sides of faults that units lie on, found when they are first asked for; can be pickled."""
+
+    cells: Cells
+    unit_of_cell: np.ndarray
+    faults: list[int]
+    words: list[tuple[str, ...]]
+
+    @cached_property
+    def found(self) -> list[tuple[str, ...]]:
+        """Of each unit, see `sides_of_units`."""
+        return sides_of_units(self.cells, self.unit_of_cell, self.faults, self.words)
+
+    def of(self, u: int) -> tuple[str, ...]:
+        """Of one unit."""
+        return self.found[u]
 
 
 @dataclass(frozen=True)
@@ -214,7 +233,7 @@ def _units(
     named: _Named,
     order: list[int],
     zone_names: list[str],
-    lies_on: Callable[[], list[tuple[str, ...]]],
+    lies_on: _LiesOn,
 ) -> list[Unit]:
     """All units in order."""
     return [
@@ -227,7 +246,7 @@ def _units(
             block=named.block[u],
             contact=named.contact[u],
             beneath=named.beneath[u],
-            sides=lambda whole=named.whole[u]: lies_on()[whole],
+            sides=partial(lies_on.of, named.whole[u]),
         )
         for u in order
     ]

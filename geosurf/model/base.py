@@ -21,6 +21,19 @@ def frozen(array: Any, dtype: Any, shape: tuple[int, ...] | None = None) -> np.n
     return view
 
 
+class Noun:
+    """What is handed out: arrays stay read-only in copies, and on the way to other processes."""
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take what a copy or a pickle holds; numpy forgets there that arrays are read-only."""
+        for value in state.values():
+            parts = value if isinstance(value, list | tuple) else (value,)
+            for part in parts:
+                if isinstance(part, np.ndarray):
+                    part.flags.writeable = False
+        self.__dict__.update(state)
+
+
 def polydata(
     points: np.ndarray,
     triangles: np.ndarray | None = None,

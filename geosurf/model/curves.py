@@ -10,14 +10,14 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import InputError
-from geosurf.model.base import frozen, polydata
+from geosurf.model.base import Noun, frozen, polydata
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
 
 
 @dataclass(frozen=True, eq=False)
-class TriangleContact:
+class TriangleContact(Noun):
     """How two triangles meet.
 
     Attributes
@@ -44,7 +44,7 @@ class TriangleContact:
 
 
 @dataclass(frozen=True, eq=False)
-class Touch:
+class Touch(Noun):
     """A contact that is no curve: a touching point or an overlap area.
 
     Attributes
@@ -96,7 +96,7 @@ class Place:
 
 
 @dataclass(frozen=True, eq=False)
-class Curves:
+class Curves(Noun):
     """The curves along which surfaces meet.
 
     Attributes

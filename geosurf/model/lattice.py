@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import SurfaceError
-from geosurf.model.base import frozen
+from geosurf.model.base import Noun, frozen
 from geosurf.model.survey import Survey
 
 
 @dataclass(frozen=True, eq=False)
-class Lattice:
+class Lattice(Noun):
     """Nodes of a gridded surface, before anyone asks for triangles.
 
     Attributes

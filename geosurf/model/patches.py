@@ -10,7 +10,7 @@ import numpy as np
 
 from geosurf.conventions import counted
 from geosurf.errors import InputError
-from geosurf.model.base import frozen, polydata
+from geosurf.model.base import Noun, frozen, polydata
 from geosurf.model.pieces import FREE, PAIRED, Pieces
 from geosurf.model.surfaces import TriSurface
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
 
 
-class Patches:
+class Patches(Noun):
     """Surfaces split along their common curves, sharing one vertex per point.
 
     Large arrays are made when they are first asked for: until then, what no curve touches of a

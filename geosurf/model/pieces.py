@@ -8,14 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.model.base import frozen
+from geosurf.model.base import Noun, frozen
 from geosurf.model.surfaces import TriSurface
 
 FREE, PAIRED = -1, -2
 
 
 @dataclass(frozen=True, eq=False)
-class Strips:
+class Strips(Noun):
     """The triangles of a lattice that no curve touches; see `geosurf.kernels.strips`.
 
     Attributes
@@ -38,7 +38,7 @@ class Strips:
 
 
 @dataclass(frozen=True, eq=False)
-class Pieces:
+class Pieces(Noun):
     """All parts of some surfaces: triangles first, then runs; each is an element.
 
     Attributes
@@ -82,7 +82,7 @@ class Pieces:
 
 
 @dataclass(frozen=True, eq=False)
-class Expanded:
+class Expanded(Noun):
     """Pieces as plain arrays: one row for each triangle, surface by surface, row by row.
 
     Points of the triangles come first, then nodes of the lattices. Each array is made when it

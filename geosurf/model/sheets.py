@@ -11,12 +11,13 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import InputError
+from geosurf.model.base import Noun
 from geosurf.model.lattice import Lattice
 from geosurf.model.surfaces import TriSurface
 
 
 @dataclass(frozen=True, eq=False)
-class FaultCut:
+class FaultCut(Noun):
     """Where one fault cuts a sheet.
 
     Attributes
@@ -241,7 +242,7 @@ class ThrowReport:
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
+class Sheet(Noun):
     """A horizon that is torn at its faults: one sheet per wall.
 
     Attributes

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.errors import SurfaceError
-from geosurf.model.base import frozen, polydata
+from geosurf.model.base import Noun, frozen, polydata
 from geosurf.model.lattice import Lattice
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 ROLES = ("horizon", "fault", "wall", "contact", "surface")
 
 
-class TriSurface:
+class TriSurface(Noun):
     """A triangulated surface.
 
     Parameters
@@ -209,7 +209,7 @@ def _checked_triangles(name: str, triangles: Any, n_vertex: int) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class FaultSticks:
+class FaultSticks(Noun):
     """A fault as interpreters pick it: lines down the fault, side by side.
 
     Attributes

@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import InputError
-from geosurf.model.base import frozen, polydata
+from geosurf.model.base import Noun, frozen, polydata
 from geosurf.model.column import Remnant
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -24,7 +24,7 @@ MOST_ROWS = 40  # of units that are printed
 
 
 @dataclass(frozen=True, eq=False)
-class Unit:
+class Unit(Noun):
     """A closed piece of the model: one zone in one fault block, above or below a contact.
 
     Attributes
@@ -92,7 +92,7 @@ class Unit:
         return f"<Unit {self.name!r}: {self.volume:.6g} m3, {len(self.triangles)} triangles>"
 
 
-class Units(Mapping[str, Unit]):
+class Units(Noun, Mapping[str, Unit]):
     """Units by name, or by ``(zone, block)``, in order: zone by zone, youngest first.
 
     Where fluid contacts split them, by ``(zone, block, contact)``.

@@ -1,0 +1,88 @@
+"""Copies, pickles and threads: what is handed out can be handed on."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from tests import laws
+
+WAYS = {"pickled": lambda one: pickle.loads(pickle.dumps(one)), "copied": copy.deepcopy}
+
+
+def made():
+    world = gs.synthetic.graben(n=9)
+    height = world.box[4] + 0.6 * (world.box[5] - world.box[4])
+    return gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": height})
+
+
+def told(scene):
+    """Volumes, curves and the sides of faults of a scene."""
+    units = {name: (unit.volume, unit.area, unit.lies_on) for name, unit in scene.units.items()}
+    return units, laws.curve_bytes(scene.curves), scene.units.sides.tobytes()
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return made()
+
+
+@pytest.fixture(params=WAYS)
+def again(request):
+    return WAYS[request.param]
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_scenes(again, asked, scene):
+    """Also one that nobody has asked anything: its copies work by themselves."""
+    other = again(scene if asked else made())
+    assert other.explain() == ""
+    assert told(other) == told(scene)
+    assert told(other.replace(faults={"F1": None})) == told(scene.replace(faults={"F1": None}))
+
+
+def test_units(again):
+    fresh = made()
+    units = again(fresh.units)
+    for name, unit in fresh.units.items():
+        one = units[name]
+        assert (one.volume, one.area, one.lies_on) == (unit.volume, unit.area, unit.lies_on)
+        np.testing.assert_array_equal(one.vertices, unit.vertices)
+        np.testing.assert_array_equal(one.triangles, unit.triangles)
+        alone = again(unit)
+        np.testing.assert_array_equal(alone.triangles, unit.triangles)
+        assert alone.lies_on == unit.lies_on
+    np.testing.assert_array_equal(units.sides, fresh.units.sides)
+    assert units.table.identical(fresh.units.table)
+
+
+def test_patches_are_carved_as_they_were(again, scene):
+    units = gs.carve_units(again(scene.patches))
+    plain = gs.carve_units(scene.patches)
+    assert {n: u.volume for n, u in units.items()} == {n: u.volume for n, u in plain.items()}
+
+
+def test_arrays_stay_read_only(again, scene):
+    top, fault, unit = scene.surface("Top"), scene.surface("F1"), next(iter(scene.units.values()))
+    arrays = ("vertices", "triangles"), ("points", "segments"), ("surface_of_triangle",)
+    asked = [(top, 0), (fault, 0), (scene.curves, 1), (scene.patches, 0), (scene.patches, 2)]
+    asked += [(unit, 0), (unit, 2)]
+    for noun, which in asked:
+        other = again(noun)
+        for name in arrays[which]:
+            np.testing.assert_array_equal(getattr(other, name), getattr(noun, name))
+            assert not getattr(other, name).flags.writeable, (noun, name)
+    assert not any(curve.flags.writeable for curve in again(scene.curves).curves)
+
+
+def test_scenes_in_threads_and_one_scene_in_threads(scene):
+    with ThreadPoolExecutor(4) as pool:
+        apart = list(pool.map(lambda _: told(made()), range(4)))
+        shared = made()
+        common = list(pool.map(told, [shared] * 4))
+    assert apart == common == [told(scene)] * 4
