@@ -8,6 +8,7 @@ end with their exit code: 2 input, 3 geometry, 4 our own fault.
 from __future__ import annotations
 
 import argparse
+import errno
 import os
 import sys
 import time
@@ -26,6 +27,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 BROKEN_PROMISE = 3
 OUR_FAULT = 4
 INTERRUPTED = 130
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 EXIT_CODES = """exit codes: 0 done, 2 the input cannot be used, 3 the geometry is impossible or a
 promise is not kept, 4 a fault of geosurf, 130 interrupted"""
 
@@ -52,7 +54,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     ending = Ending(options.debug)
     with ending:
         ending.code = options.run(options)
-        sys.stdout.flush()
+        if sys.stdout is not None:  # closed from the beginning
+            sys.stdout.flush()
     return ending.code
 
 
@@ -88,6 +91,11 @@ class Ending:
             self.code = error.exit_code
             for line in (error, *getattr(error, "__notes__", ())):
                 print(f"geosurf: {line}", file=sys.stderr)
+        elif isinstance(error, OSError) and error.errno in NO_ROOM:
+            self.code = InputError.exit_code
+            what = error.filename or "what was asked for"
+            print(f"geosurf: {what} cannot be written: {error.strerror}. Make room, or write "
+                  "elsewhere.", file=sys.stderr)  # fmt: skip
         else:
             self.code = OUR_FAULT
             print(_apology(error), file=sys.stderr)

@@ -236,6 +236,7 @@ def test_a_folder_that_cannot_be_written(folder, tmp_path, capsys):
     [
         (KeyboardInterrupt(), 130, ""),
         (InvariantError("volumes do not add up. Please report it."), 4, "volumes do not add up"),
+        (OSError(28, "No space left", "a.vtp"), 2, "a.vtp cannot be written: No space left. Make"),
         (RuntimeError("odd"), 4, "unexpected RuntimeError: odd. This is a fault of geosurf"),
     ],
 )
@@ -253,6 +254,18 @@ def test_how_other_errors_end(folder, capsys, monkeypatch, error, code, sentence
         assert "Traceback" in capsys.readouterr().err
         assert cli.main(["--debug", "check", str(folder / "good.toml")]) == code
         assert "Traceback" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a device that is always full")
+def test_outputs_that_are_closed_or_full(folder, capfd):
+    """What is printed goes nowhere, and nobody is told that geosurf is at fault."""
+    words = [sys.executable, "-m", "geosurf.cli", "check", str(folder / "good.toml")]
+    closed = subprocess.run(f'"{words[0]}" -m geosurf.cli check "{words[-1]}" >&-', shell=True,
+                            check=False)  # fmt: skip
+    assert (closed.returncode, capfd.readouterr().err) == (0, "")
+    with Path("/dev/full").open("w") as full:
+        assert subprocess.run(words, stdout=full, check=False).returncode == 2
+    assert "cannot be written: No space left on device. Make room" in capfd.readouterr().err
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes end otherwise here")
