@@ -13,6 +13,7 @@ file               question                                               source
 `upright`          the same for grids with straight axes, and what floats settle of it
 `sided`            how do triangles of two cells meet? (heights of corners)
 `wide`             the same beside triangles that are far wider than others
+`sure`             which pairs could meet otherwise once points are rounded?
 `apart`            which neighbours surely meet in common corners only?   a plane between them
 `contact`          how do two triangles meet?                             Guigue & Devillers 2003
 `naming`           contacts -> named points, and what cuts each face

@@ -93,27 +93,23 @@ def flip(h, q, i):
 
 
 @scalar
-def _settle(x, t, e, d, m, w, h, q, f, s, k, n):
-    """Lawson: flip the n half-edges on the stack k[:, 0] (marked 1) and what they disturb."""
+def _settle(x, t, e, d, m, w, h, q, f, s, k, p, n):
+    """Lawson around a new point p: flip the n edges opposite to it in k[:, 0], and what follows.
+
+    A flip makes an edge at p, which is right, and two opposite to it, which are looked at next.
+    """
     while n > 0:
         n -= 1
         i = k[n, 0]
-        h[i, 3] = 0
-        if h[i, 1] < 0 or h[i, 2] >= 0:
-            continue
         j = h[i, 1]
-        a, b = h[i, 0], h[j, 0]
-        c, o = h[preceding(i), 0], h[preceding(j), 0]
-        side = plain_circle(f, a, b, c, o)
-        if side > 0 or (side == 0 and in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o)):
+        if j < 0 or h[i, 2] >= 0:
+            continue
+        a, b, o = h[i, 0], h[j, 0], h[preceding(j), 0]
+        side = plain_circle(f, a, b, p, o)
+        if side > 0 or (side == 0 and in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, p, o)):
             flip(h, q, i)
-            for r in range(4):
-                o = i if r < 2 else j
-                o = following(o) if r % 2 == 0 else preceding(o)
-                if h[o, 3] == 0:
-                    h[o, 3] = 1
-                    k[n, 0] = o
-                    n += 1
+            k[n, 0], k[n + 1, 0] = following(i), preceding(j)
+            n += 2
 
 
 @scalar
@@ -218,29 +214,20 @@ def insert_point(x, t, e, d, m, w, h, q, f, s, k, p, scan):
     tri, on = _seek(x, t, e, d, m, w, h, q, f, s, p, scan)
     if tri < 0:
         return False
+    new = 3 * s[TRIANGLES]
+    n = 3
     if on < 0:
         _split_triangle(h, q, s, tri, p)
+        k[0, 0], k[1, 0], k[2, 0] = 3 * tri, new, new + 3
     else:
         split_edge(h, q, s, on, p)
+        k[0, 0], k[1, 0] = new + 1, preceding(on)
+        n = 2
+        if h[new, 1] >= 0:
+            k[2, 0], k[3, 0] = new + 4, preceding(h[new, 1])
+            n = 4
     if not scan:
-        n = 0
-        start = q[p, 2]
-        i = start
-        while True:  # the edges opposite to p, around it
-            k[n, 0] = following(i)
-            n += 1
-            i = h[preceding(i), 1]
-            if i < 0 or i == start:
-                break
-        i = h[start, 1] if i < 0 else -1
-        while i >= 0:  # p is on the border: the rest, the other way round
-            i = following(i)
-            k[n, 0] = following(i)
-            n += 1
-            i = h[i, 1]
-        for c in range(n):
-            h[k[c, 0], 3] = 1
-        _settle(x, t, e, d, m, w, h, q, f, s, k, n)
+        _settle(x, t, e, d, m, w, h, q, f, s, k, p, n)
     s[START] = q[p, 2]
     return True
 

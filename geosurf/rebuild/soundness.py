@@ -4,8 +4,11 @@ Constructed points move by half a unit in the last place, e; nothing else moves.
 of faces that meet at an angle can cross away from what they share only within about e / sin of
 their common line; so one of them, or a neighbour, is thinner than that. Pieces of faces that do
 not meet can cross only if the signs that keep them apart could change by such a move, and
-those pairs were noted when the signs were taken (`Contacts.near`). Thin pieces and near pairs are
-few (none in most scenes) and are compared with all around them.
+those pairs were noted when the signs were taken (`Contacts.near`). Which signs are taken depends
+on how candidates are searched and contacts are found; so the pairs that were noted are judged again
+by their corners alone (`kernels.sure`). What remains is the same for any search, and so is what a
+repair moves. Thin pieces and near pairs are few (none in most scenes) and are compared with all
+around them.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from geosurf.contact.crossing import crossing_pairs
 from geosurf.contact.search import ULP, Contacts
 from geosurf.kernels.contact import COPLANAR
 from geosurf.kernels.mesh import weld
+from geosurf.kernels.sure import unsure_pairs
 from geosurf.kernels.thin import thin_children
 from geosurf.kernels.voxels import triangle_boxes
 
@@ -51,20 +55,32 @@ def _thin(contacts: Contacts, children: Children, pieces, face) -> np.ndarray:
     """Children thinner than what rounding can do, given the flattest contact of their face."""
     x, n = children.x, len(children.triangles)
     pairs = contacts.rows[contacts.rows[:, COPLANAR] == 0, :2]
-    reach = _SAFETY * ULP * float(np.abs(x).max(initial=0.0))
+    # constructed points lie in faces that are cut; which others are kept depends on the search
+    corners = contacts.x[contacts.t[children.cut]]
+    reach = _SAFETY * ULP * float(np.abs(corners).max(initial=0.0))
     thin = np.zeros(len(pieces), dtype=bool)
     thin[:n] = thin_children(contacts.x, contacts.t, pairs, x, pieces[:n], face[:n], reach)
     return thin
 
 
+def near_pairs(contacts: Contacts) -> np.ndarray:
+    """Near pairs (n, 2) of faces that rounding could change: the same for any search."""
+    pairs = np.unique(np.sort(contacts.near, axis=1), axis=0)
+    n = len(contacts.t)
+    met = np.sort(contacts.rows[:, :2], axis=1)
+    meet = np.isin(pairs[:, 0] * n + pairs[:, 1], met[:, 0] * n + met[:, 1])
+    m, w = contacts.m.copy(), contacts.w
+    return pairs[unsure_pairs(contacts.x, contacts.t, m, w, pairs, meet, ULP)]
+
+
 def _of_near_pairs(contacts: Contacts, x, pieces, face) -> np.ndarray:
     """Pieces of faces in near pairs whose boxes reach the other face."""
     suspect = np.zeros(len(pieces), dtype=bool)
-    if len(contacts.near) == 0:
+    pairs = near_pairs(contacts)
+    if len(pairs) == 0:
         return suspect
     order = np.argsort(face, kind="stable")
     start = np.searchsorted(face[order], np.arange(len(contacts.t) + 1))
-    pairs = np.unique(contacts.near, axis=0)
     one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
     count = start[one + 1] - start[one]
     first = np.cumsum(count) - count

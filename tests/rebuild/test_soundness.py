@@ -1,0 +1,175 @@
+"""What rounding makes cross is found, all of it, and the same by any search."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geosurf import TriSurface, intersect_triangles
+from geosurf.contact.arrange import cut_contacts
+from geosurf.contact.crossing import crossing_pairs
+from geosurf.contact.search import find_contacts
+from geosurf.kernels.mesh import turned_over, weld
+from geosurf.kernels.predicates import frame_of
+from geosurf.kernels.sure import unsure_pairs
+from geosurf.rebuild.soundness import crossing_faces, near_pairs
+from tests.strategies import soup
+
+
+def turned(rng):
+    """A rotation."""
+    return np.linalg.qr(rng.normal(size=(3, 3)))[0]
+
+
+def degenerate(seed):
+    """Two soups on a lattice, in thirds, rotated, or nearly flat: degenerate up to rounding."""
+    rng = np.random.default_rng(seed)
+    n, rotation, kind = int(rng.integers(2, 7)), turned(rng), seed % 5
+    out = []
+    for name in ("s0", "s1"):
+        v = rng.integers(0, 4, (n, 3, 3)).astype(float)
+        if kind == 0:
+            v = v / 3
+        elif kind < 3:
+            v = (v if kind == 1 else v / 7) @ rotation.T
+        elif kind == 3:
+            v = v * np.array([1, 1, 2.0 ** -int(rng.integers(10, 50))]) @ rotation.T
+        else:
+            v = (v @ rotation.T) * np.array([1, 1, 10.0 ** -int(rng.integers(3, 14))])
+        area = np.abs(np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])).sum(axis=1)
+        out.append(soup(name, v[area > 1e-16]))
+    return out
+
+
+def through_one_point(seed):
+    """Two triangles that cross, and an edge of a third one through their line, up to rounding.
+
+    No corner is near a plane, so only what is thin can tell.
+    """
+    rng = np.random.default_rng(seed)
+    normals = rng.normal(size=(2, 3))
+    line = np.cross(*normals)
+    line /= np.linalg.norm(line)
+    at = rng.normal(size=3) * 3
+    out = []
+    for k, normal in enumerate(normals):
+        across = np.cross(normal, line)
+        across /= np.linalg.norm(across)
+        a = np.array([[-1.0, -1], [1.2, -0.8], [0.1, 1.5]]) + rng.uniform(-0.2, 0.2, (3, 2))
+        out.append(soup(f"s{k}", [at + a[:, :1] * line + a[:, 1:] * across]))
+    p, d = at + rng.uniform(-0.2, 0.2) * line, rng.normal(size=3)
+    aside = rng.normal(size=3)
+    return [*out, soup("c", [[p + d, p - d * rng.uniform(0.5, 1.5), p + aside]])]
+
+
+def pieces_of(contacts, children):
+    """All pieces once, with their faces."""
+    t = children.triangles
+    if children.collisions:
+        number, _ = weld(children.x)
+        t = np.unique(number, return_index=True)[1][number][t]
+    uncut = np.setdiff1d(np.arange(len(contacts.t)), children.cut)
+    pieces = np.concatenate([t, contacts.t[uncut]])
+    face = np.concatenate([children.parent, uncut])
+    _, first = np.unique(np.sort(pieces, axis=1), axis=0, return_index=True)
+    return pieces[first], face[first]
+
+
+def found_and_there(surfaces):
+    """Faces with crossing pieces: those that are found, and all; None where children turn over."""
+    contacts = find_contacts(surfaces, self_intersections=True)
+    children = cut_contacts(contacts)
+    m, w = frame_of(children.x)
+    given = children.x, children.triangles, contacts.t, children.parent, m, w
+    if len(children.triangles) == 0 or len(turned_over(*given)):
+        return None
+    pieces, face = pieces_of(contacts, children)
+    there = face[crossing_pairs(children.x, pieces).ravel()]
+    return set(crossing_faces(contacts, children).tolist()), set(there.tolist())
+
+
+# each of the first would be missed without one of: thin pieces, their neighbours, near pairs
+@pytest.mark.parametrize("seed", [86, 97, 186, 258, 814, 951, *range(12)])
+def test_all_crossings_at_a_point_are_found(seed):
+    answer = found_and_there(through_one_point(seed))
+    if answer is None:
+        assert seed < 86
+    else:
+        assert answer[0] == answer[1]
+        assert answer[1] or seed < 86
+
+
+@pytest.mark.parametrize("seed", [176, 225, 266, 275, 1654, 1725, *range(25)])
+def test_all_crossings_of_soups_are_found(seed):
+    answer = found_and_there(degenerate(seed))
+    if answer is None:
+        assert seed < 25
+    else:
+        assert answer[0] == answer[1]
+        assert answer[1] or seed < 25
+
+
+def named(contacts, pairs):
+    """Pairs of faces as sets of surface and row."""
+    of = [
+        (contacts.surfaces[i].name, int(key))
+        for i, key in zip(contacts.surface_of_face, contacts.key_of_face, strict=True)
+    ]
+    return {frozenset((of[a], of[b])) for a, b in pairs.tolist()}
+
+
+def test_near_pairs_do_not_depend_on_search_or_order():
+    """What is noted on the way does: this is why it is judged again."""
+    rng, noted = np.random.default_rng(5), 0
+    for seed in range(24):
+        given = degenerate(seed)
+        one = find_contacts(given, self_intersections=True, method="tree")
+        rolled = [
+            TriSurface(
+                s.name, s.role, s.vertices, [np.roll(t, rng.integers(3)) for t in s.triangles]
+            )
+            for s in given
+        ]
+        for surfaces in (given[::-1], rolled):
+            for method in ("tree", "voxels"):
+                two = find_contacts(surfaces, self_intersections=True, method=method)
+                assert named(two, near_pairs(two)) == named(one, near_pairs(one)), seed
+                noted += named(two, two.near) != named(one, one.near)
+    assert noted > 0
+
+
+def test_what_stays_apart_does(rng):
+    """Triangles with gaps of all sizes: where it is said, moves within the slip change nothing."""
+    part, said = 2.0**-20, 0
+    for _ in range(150):
+        x = rng.integers(0, 3, (6, 3)).astype(float)
+        x[3:] += rng.normal(size=3) * 2.0 ** -rng.integers(0, 24)
+        t = np.array([[0, 1, 2], [3, 4, 5]])
+        a, b = np.cross(x[1] - x[0], x[2] - x[0]), np.cross(x[4] - x[3], x[5] - x[3])
+        if not (a.any() and b.any()) or intersect_triangles(x[:3], x[3:]).kind != "disjoint":
+            continue
+        m, w = frame_of(x, 2)
+        if unsure_pairs(x, t, m, w, np.array([[0, 1]]), np.array([False]), part)[0]:
+            continue
+        said += 1
+        slip = part * np.abs(x).max()
+        low, high = x[:3].min(axis=0), x[:3].max(axis=0)
+        for _ in range(12):
+            y = x + rng.choice([-slip, 0.0, slip], x.shape)
+            y[:3] = np.clip(y[:3], low, high)  # points stay in the box of their triangle
+            y[3:] = np.clip(y[3:], x[3:].min(axis=0), x[3:].max(axis=0))
+            normals = [np.cross(y[k + 1] - y[k], y[k + 2] - y[k]) for k in (0, 3)]
+            if all(n.any() for n in normals):
+                assert intersect_triangles(y[:3], y[3:]).kind == "disjoint"
+    assert said > 30
+
+
+def test_near_is_off_the_plane_but_not_surely():
+    """A corner 2**-60 over a plane is near, one on it or 2**-20 over it is not."""
+    t, meet = np.array([[0, 1, 2], [3, 4, 5]]), np.array([True])
+    for height, near in ((2.0**-60, True), (0.0, False), (2.0**-20, False)):
+        x = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [1, 1, height], [2, 2, 3], [1, 2, -3.0]])
+        m, w = frame_of(x, 2)
+        for pair in ([0, 1], [1, 0]):
+            found = unsure_pairs(x, t, m, w, np.array([pair]), meet, 2.0**-52)
+            assert found.tolist() == [near], (height, pair)
