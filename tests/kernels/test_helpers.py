@@ -126,3 +126,23 @@ def test_the_passes_are_numba_s():
         (a, b) for (a, _), (b, _) in zip(passes.passes, numba_s.passes, strict=True) if a is not b
     ]
     assert [(a.__name__, b.__name__) for a, b in other] == [("_EntryLowering", "NativeLowering")]
+
+
+def test_what_is_left_of_helpers_is_internal():
+    """Else LLVM keeps every word of every array that they are handed."""
+    from geosurf.kernels import signs
+
+    def turns(x, t, e, d, m, w, q, f, s):
+        return signs.turn_closely(x, t, e, d, m, w, q, f, s, 0, 1, 2)
+
+    integers = numba.int64[:, ::1], numba.int64[::1]
+    floats = numba.float64[:, ::1]
+    entry = entry_dispatcher(turns)
+    entry.compile(
+        (floats, *[integers[0]] * 3, *[integers[1]] * 2, integers[0], floats, integers[1])
+    )
+    (result,) = entry.overloads.values()
+    left = {f.name: f.linkage for f in result.library._final_module.functions}
+    mine = [left[name] for name in left if "geosurf" in name and "turns" not in name]
+    assert len(mine) > 3
+    assert set(mine) == {_helpers.llvm.Linkage.internal}
