@@ -80,6 +80,8 @@ def separation(
     axes = np.stack([strike, down])
     hanging = [_section("hanging wall", line, axes) for line in hanging_wall]
     foot = [_section("footwall", line, axes) for line in footwall]
+    for lines in (hanging, foot):
+        lines.sort(key=lambda line: tuple(line[0]))  # pairs follow each other along the strike
     parts, pairs, at = [], [], []
     for h in hanging:
         for f in foot:
