@@ -9,6 +9,7 @@ network        how traces end: at tips, at rims, on other faults
 branches       faults that end on others, traced on the wall that they are in
 links          which links of the lattice are cut
 drape, solve   the smoothest heights, across no cut link
+tips, rest     how throw dies at a tip, and the smoothest rest without that
 heights        the two passes: which data are trusted, heights of all nodes
 walls          how wide the gap or the overlap is along a trace
 mesh, ghosts   the torn mesh, and each sheet carried on past its fault
@@ -135,6 +136,7 @@ def tear_horizon(
     rebuild = rebuild_of(picks, meshes, settings)
     sigma, signal = rebuild.noise()
     sigma = sigma if noise is None else float(noise)
+    settings.noise = sigma
     settings.noise_weight = weight_of(sigma, signal, picks.frame.cell)
     state = rebuild.run()
     names = [surface.name for surface in surfaces]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -304,15 +305,27 @@ def carry_picks(
         """Heights of the ghosts of one sheet."""
         fixed = _beyond(picks, state, torn)
         frame = picks.frame
+        bent = None if state.bent is None else partial(state.bent.of, frame)
         if weight is not None and fixed:  # the sheet is one with what it has past the trace
             nodes, fixed = joined_heights(
                 torn, triangles, bits, state.values, frame.stretch, fixed,
-                lambda nodes: picks.means_at(nodes, state.used), weight,
+                lambda nodes: picks.means_at(nodes, state.used), weight, bent,
             )  # fmt: skip
             changing(nodes)
-        return ghost_heights(torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed)
+        past = None
+        if state.bent is not None:
+            past = partial(state.bent.only(_overlapping(state)).of, frame)
+        return ghost_heights(
+            torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed, past
+        )
 
     return carry_on
+
+
+def _overlapping(state: Heights) -> list[int]:
+    """Traces past which the sheets go on: there ghosts are part of them, and bend as they do."""
+    heaves = [walls.left + walls.right for walls in state.walls]
+    return [i for i, heave in enumerate(heaves) if len(heave) and np.median(heave) < 0.0]
 
 
 def _beyond(picks: Picks, state: Heights, torn: Torn) -> dict[int, float]:

@@ -29,8 +29,12 @@ def ghost_heights(
     stretch: np.ndarray,
     cell: float,
     fixed: dict[int, float],
+    bent: Callable[..., np.ndarray] | None = None,
 ) -> np.ndarray:
-    """Heights (n_ghost,) of all ghosts; `fixed` has those that data give."""
+    """Heights (n_ghost,) of all ghosts; `fixed` has those that data give.
+
+    `bent(nodes, anchors)` is what they and the sheet are bent by at tips: only the rest is smooth.
+    """
     n_ghost = len(torn.anchor)
     if n_ghost == 0:
         return np.empty(0)
@@ -38,25 +42,36 @@ def ghost_heights(
     nodes = around(torn.node_of_ghost, shape, 3)
     nodes = nodes[np.isfinite(heights[nodes])]
     graph, lost = _mesh_graph(torn, triangles, nodes, cut)
-    value = np.concatenate([heights[nodes], np.zeros(n_ghost)])
+    bend = _bends(bent, torn, nodes)
+    value = np.concatenate([heights[nodes], np.zeros(n_ghost)]) - bend
     known = np.zeros(n_ghost, dtype=bool)
     given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
     picked = np.fromiter(fixed.values(), dtype=np.float64, count=len(fixed))
     known[given] = True
-    value[len(nodes) + given] = picked
+    value[len(nodes) + given] += picked
     number = np.full(len(value), -1)
     free = np.flatnonzero(~known)
     number[len(nodes) + free] = np.arange(len(free))
     # each is drawn a very little to its anchor, and at tips to neighbours that have another
     pull = np.full(len(free), HOLD)
-    target = HOLD * heights[torn.anchor[free]]
+    anchor = torn.anchor[free]
+    target = HOLD * (heights[anchor] - (0.0 if bent is None else bent(anchor)))
     rows = number[lost[:, 1]]
     lost, rows = lost[rows >= 0], rows[rows >= 0]
     np.add.at(pull, rows, STRETCH**2)
     np.add.at(target, rows, STRETCH**2 * value[lost[:, 0]])
     out = value[len(nodes) :]
     out[free] = smoothest(graph, number, value, stretch, pull=pull, target=target / pull)
+    out += bend[len(nodes) :]
+    out[given] = picked
     return _apart(torn, heights, out, APART * cell)
+
+
+def _bends(bent: Callable[..., np.ndarray] | None, torn: Torn, nodes: np.ndarray) -> np.ndarray:
+    """By how much nodes, then all ghosts, are bent at tips [m]."""
+    if bent is None:
+        return np.zeros(len(nodes) + len(torn.anchor))
+    return np.concatenate([bent(nodes), bent(torn.node_of_ghost, torn.anchor)])
 
 
 def joined_heights(
@@ -68,11 +83,13 @@ def joined_heights(
     fixed: dict[int, float],
     data: Callable[[np.ndarray], np.ndarray],
     weight: float,
+    bent: Callable[..., np.ndarray] | None = None,
 ) -> tuple[np.ndarray, dict[int, float]]:
     """Where a sheet has noisy data past its trace, it and they are smoothed together.
 
-    `data` gives those of some nodes, NaN where there are none. Writes new `heights` around the
-    ghosts of `fixed`, and returns these nodes and smooth heights of the ghosts.
+    `data` gives those of some nodes, NaN where there are none; `bent(nodes, anchors)` is what they
+    are bent by at tips, which is not smoothed. Writes new `heights` around the ghosts of `fixed`,
+    and returns these nodes and smooth heights of the ghosts.
     """
     shape = (triangles.n_row, triangles.n_col)
     given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
@@ -82,17 +99,21 @@ def joined_heights(
     nodes = nodes[np.isfinite(heights[nodes])]
     graph, _ = _mesh_graph(torn, triangles, nodes, cut)
     n, n_ghost = len(nodes), len(torn.anchor)
-    value = np.concatenate([heights[nodes], heights[torn.anchor]])
+    bend = _bends(bent, torn, nodes)
+    start = heights[torn.anchor] - (0.0 if bent is None else bent(torn.anchor))
+    value = np.concatenate([heights[nodes] - bend[:n], start])
     free = np.concatenate([is_among(nodes, inner), np.ones(n_ghost, dtype=bool)])
     number = np.where(free, np.cumsum(free) - 1, -1)
     pull, target = np.full(n + n_ghost, HOLD), value.copy()
     known = data(nodes)
     seen = np.flatnonzero(np.isfinite(known))
-    pull[seen], target[seen] = weight, known[seen]
-    pull[n + given], target[n + given] = weight, picked
+    pull[seen], target[seen] = weight, known[seen] - bend[seen]
+    pull[n + given], target[n + given] = weight, picked - bend[n + given]
     value[free] = smoothest(graph, number, value, stretch, pull=pull[free], target=target[free])
-    heights[nodes] = value[:n]
-    return nodes, dict(zip(given.tolist(), value[n + given].tolist(), strict=True))
+    value += bend
+    moved = free[:n]
+    heights[nodes[moved]] = value[:n][moved]
+    return nodes[moved], dict(zip(given.tolist(), value[n + given].tolist(), strict=True))
 
 
 def _mesh_graph(torn: Torn, triangles: Triangles, nodes: np.ndarray, cut: np.ndarray):

@@ -21,8 +21,10 @@ from geosurf.sheets.links import Cuts, within
 from geosurf.sheets.near import NearTrace, mesh_blocks, near_traces, side_at_own_height, window
 from geosurf.sheets.network import Network
 from geosurf.sheets.noise import noise_of
+from geosurf.sheets.rest import Bent, close_to, likely_shares, shapes_of, smoothest_rest
 from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.solve import grounded, lattice_graph, smoothest, steps_to_known
+from geosurf.sheets.tips import tips_of
 from geosurf.sheets.traces import FaultMesh
 from geosurf.sheets.walls import Walls, walls_of
 
@@ -32,6 +34,7 @@ WEDGE = 1.5  # trims, and at least
 FEWEST = 4.0  # steps of extrapolation, from which distrusted data are listened to
 WEDGE_PULL = 0.1  # and how much: see docs/sheets.md
 SLIVER = 12  # nodes: blocks without data up to this size are carried on without asking
+BESIDE = 1.5  # cells from a trace within which noise is smoothed whatever was distrusted
 BRIDGE = 0.75  # cells beside the cut-offs that are bridged to find the trace between them
 SENSE = 0.25  # cells of heave below which gap and overlap are not told apart
 
@@ -43,8 +46,14 @@ class Settings:
     trim: float = 2.0
     first_trim: float = 3.0
     noise_weight: float | None = None
+    noise: float = 0.0
     collar: int = 16
     carry: bool = False
+
+    @property
+    def doubt(self) -> float:
+        """Energy of one deviation of noise, 0 for data that are met exactly."""
+        return 0.0 if self.noise_weight is None else self.noise_weight * self.noise**2
 
 
 @dataclass(eq=False)
@@ -83,6 +92,8 @@ class Heights:
         Blocks without data, and over which fault they were carried on.
     in_gap : ndarray of int64
         Picks between the cut-offs of a fault that leaves a gap: they belong to nobody.
+    bent : Bent or None
+        How much of it bends around tips.
     """
 
     values: np.ndarray
@@ -98,6 +109,7 @@ class Heights:
     extrapolation: np.ndarray
     carried: list[dict] = field(default_factory=list)
     in_gap: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    bent: Bent | None = None
 
     def find_walls(self, frame: Frame) -> None:
         """Read `walls` off the heights beside the traces."""
@@ -112,6 +124,7 @@ class Rebuild:
         self.shape, self.stretch = picks.frame.shape, picks.frame.stretch
         self.reach = max(settings.trim, settings.first_trim) + 1.0
         self.nearby = side_by_side(self._near, [(mesh,) for mesh in meshes])
+        self.throws: list[float] | None = None  # largest of each trace: not known yet
         self.canvas = Canvas(picks)
         self.present = np.isfinite(picks.means)
         gaps = narrow_gaps(self.present.reshape(self.shape), FILL)
@@ -158,6 +171,7 @@ class Rebuild:
             first = self._pass(self.settings.trim, None)
         first.find_walls(self.picks.frame)
         first = self._retraced(first)
+        self.throws = [float(np.abs(w.throw).max(initial=0.0)) for w in first.walls]
         second = self._pass(self.settings.trim, first)
         second.find_walls(self.picks.frame)
         second.in_gap = self.in_gap(second)
@@ -263,8 +277,9 @@ class Rebuild:
         heights = self.canvas.values
         weight = self.settings.noise_weight
         soft = np.empty(0, dtype=np.int64)
-        if weight is not None and len(unknown):
-            collar = around(unknown, self.shape, self.settings.collar)
+        if weight is not None:  # also where every node beside a trace has a datum of its side
+            beside = [t.node[t.distance <= BESIDE] for t in near]
+            collar = around(distinct(unknown, *beside), self.shape, self.settings.collar)
             soft = collar[np.isfinite(heights[collar]) & ~is_among(collar, unknown)]
         every = distinct(unknown, soft)
         # a collar's rim is free: held to noisy data beyond it, bit for bit, it would bend
@@ -298,10 +313,44 @@ class Rebuild:
         found = smoothest(graph, number, filled, self.stretch, pull=pull[kept], target=data[kept])
         self.canvas.changing(band[solved])
         heights[band[solved]] = found
+        bent = self._bent_at_tips(
+            heights, band[solved], network, near, cuts, data[kept], pull[kept]
+        )
         return Heights(
             heights, network, cuts, near, [], unknown, ~doubted, doubted, beyond, stray,
-            steps.astype(np.float64), list(carried),
+            steps.astype(np.float64), list(carried), bent=bent,
         )  # fmt: skip
+
+    def _bent_at_tips(self, heights, band, network, near, cuts, data, pull) -> Bent | None:
+        """Solve again around the tips of faults, with the shapes of a throw that dies there."""
+        if self.throws is None:
+            return None
+        frame, solved = self.picks.frame, band
+        tips = tips_of(network.traces, near, cuts)
+        close = [close_to(tip, frame, solved) for tip in tips]
+        inner = solved[np.any(close, axis=0)] if tips else solved[:0]
+        if not len(inner):
+            return None
+        band = around(inner, self.shape, 3)
+        if self.settings.noise_weight is not None:  # as there, noisy data do not hold a rim
+            band = band[is_among(band, solved)]
+        graph = lattice_graph(band, self.shape, cuts.bits(self.picks.n_node))
+        value = heights[band]
+        graph = without_absent(graph, np.isfinite(value))
+        number = np.full(len(band), -1)
+        number[np.searchsorted(band, inner)] = np.arange(len(inner))
+        last = np.cumsum([tip.n_shape for tip in tips])
+        groups = [
+            (np.arange(end - tip.n_shape, end), close_to(tip, frame, band))
+            for tip, end in zip(tips, last, strict=True)
+        ]
+        rows = np.searchsorted(solved, inner)
+        heights[inner], share = smoothest_rest(
+            graph, number, np.where(np.isfinite(value), value, 0.0), self.stretch,
+            shapes_of(tips, frame, band), groups,
+            likely_shares(tips, self.throws), self.settings.doubt, pull[rows], data[rows],
+        )  # fmt: skip
+        return Bent(tips, share) if share.any() else None
 
     def _unknown(self, lost: np.ndarray, near: list[NearTrace]) -> np.ndarray:
         """Nodes without a trusted value, and absent ones in gaps beside a trace."""

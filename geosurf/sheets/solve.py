@@ -6,6 +6,7 @@ side is built from its own side only, bends freely at the fault, and heals past 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,11 +78,17 @@ def smoothest(
     n = int(unknown.max(initial=-1)) + 1
     if n == 0:
         return np.empty(0)
+    weights = weights_of(stretch, bend, third)
+    matrix, column, right, level = equations(graph, unknown, value, weights, pull, target)
+    return solved(matrix, column, [right])[0] + level
+
+
+def equations(graph: Graph, unknown, value, weights, pull=None, target=None):
+    """Matrix by slots, its columns, right side, and the level that heights are counted from."""
     known = value[unknown < 0]
     if pull is not None and target is not None:
         known = np.append(known, target[pull > 0])
     level = float(known.mean()) if len(known) else 0.0
-    weights = weights_of(stretch, bend, third)
     shifted = np.where(unknown < 0, value - level, 0.0)
     matrix, column, right = normal_equations(
         graph.east, graph.north, graph.square, graph.cell, unknown, shifted, weights
@@ -89,7 +96,20 @@ def smoothest(
     if pull is not None and target is not None:
         matrix[:, DIAGONAL] += pull
         right += pull * np.where(pull > 0, target - level, 0.0)
-    return _cholesky(matrix, column, right) + level
+    return matrix, column, right, level
+
+
+def stiffness(graph: Graph, weights: np.ndarray):
+    """Sparse matrix (n, n) of the energy of all nodes of a graph."""
+    from scipy.sparse import csr_array
+
+    n = len(graph.east)
+    every, none = np.arange(n), np.zeros(n)
+    matrix, column, _ = normal_equations(
+        graph.east, graph.north, graph.square, graph.cell, every, none, weights
+    )
+    start, columns, values = rows_of_slots(matrix, column)
+    return csr_array((values, columns, start), shape=(n, n))
 
 
 def weights_of(stretch: np.ndarray, bend: float, third: float = 1.0) -> np.ndarray:
@@ -97,12 +117,14 @@ def weights_of(stretch: np.ndarray, bend: float, third: float = 1.0) -> np.ndarr
     return np.array([STRETCH, bend, third, *(1.0 / stretch)])
 
 
-def _cholesky(matrix: np.ndarray, column: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solve a symmetric system given by slots, reordered to a narrow envelope."""
+def solved(
+    matrix: np.ndarray, column: np.ndarray, rights: Sequence[np.ndarray]
+) -> list[np.ndarray]:
+    """Solve a symmetric system given by slots, reordered to a narrow envelope, for some sides."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-    n = len(right)
+    n = len(matrix)
     start, columns, values = rows_of_slots(matrix, column)
     full = csr_array((values, columns, start), shape=(n, n))
     order = reverse_cuthill_mckee(full, symmetric_mode=True).astype(np.int64)
@@ -115,7 +137,7 @@ def _cholesky(matrix: np.ndarray, column: np.ndarray, right: np.ndarray) -> np.n
             f"the sheet's equations are singular at unknown {int(order[stuck])} of {n}; please "
             "report this with the horizon and its faults."
         )
-    return substitute(first, envelope, offset, right[order])[place]
+    return [substitute(first, envelope, offset, right[order])[place] for right in rights]
 
 
 def grounded(graph: Graph, unknown: np.ndarray) -> np.ndarray:

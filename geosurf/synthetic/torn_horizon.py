@@ -11,8 +11,8 @@ Around a fault that ends, walls move as they do around a crack in an elastic bod
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
@@ -34,8 +34,9 @@ class Fault:
     """One fault of a torn world: places in m, angles in degrees.
 
     `strike` with the dip to its right; `half` its half length (inf: through-going); `throw` at
-    its centre, negative for reverse; `flatten` bends it with depth [1/m]; `branch`: the main
-    fault and the side of it on which this one is.
+    its centre, negative for reverse; `profile`: of the throw along strike, "parabola", "ellipse",
+    "bell" (not that of a crack), "constant" or "scissors"; `flatten` bends it with depth [1/m];
+    `branch`: the main fault and the side of it on which this one is.
     """
 
     x: float
@@ -74,6 +75,9 @@ class Fault:
         if self.profile == "scissors":
             return sign * half * s / 1000.0
         away = (r - np.interp(s, *_trace(self, level))) / self.half
+        if self.profile == "bell":  # no crack: both walls die away as they do along strike
+            dies = np.maximum(1.0 - (s / self.half) ** 2, 0.0) ** 2
+            return sign * half * dies * np.exp(-2.0 * away**2)
         return sign * half * displacement(self.profile, s / self.half, sign * away)
 
 
@@ -152,9 +156,10 @@ def _worlds(side: float) -> dict[str, dict[str, Fault]]:
 
 
 def torn(
-    kind: str = "normal",
+    kind: str | Mapping[str, Fault] = "normal",
     n: int = 81,
     *,
+    step: float = _STEP,
     smear: int = 1,
     noise: float = 0.0,
     level: float = 0.0,
@@ -165,14 +170,17 @@ def torn(
 
     Parameters
     ----------
-    kind : str
+    kind : str or mapping of str to Fault
+        Faults of your own (`torn_horizon.Fault`), placed in a square from (0, 0), or
         ``"normal"`` (60 degrees, up to 60 m of throw, dying at both tips), ``"gentle"`` (35
         degrees), ``"vertical"``, ``"ellipse"`` (profile of the throw), ``"through"`` (cuts
         right through), ``"listric"``, ``"reverse"``, ``"thrust"`` (30 degrees, overlap),
         ``"scissors"`` (throw changes its sign along strike), ``"Y"``, ``"X"``, ``"acute Y"`` and
         ``"acute X"`` (at some 20 degrees), or ``"parallel"`` (two faults about four cells apart).
     n : int
-        Nodes per side, 25 m apart.
+        Nodes per side.
+    step : float
+        Distance of nodes [m].
     smear : int
         Half width of the square mean that smears the map where faults are [nodes].
     noise : float
@@ -206,16 +214,10 @@ def torn(
     >>> round(float((foot - hang)[:, 2].max()))
     56
     """
-    side = (n - 1) * _STEP
+    side = (n - 1) * step
     if not -200.0 <= level <= 200.0:
         raise InputError(f"level is {level} m, expected -200 to 200, within the faults.")
-    kinds = _worlds(side)
-    if kind not in kinds:
-        raise InputError(f"no torn world is called {kind!r}.{did_you_mean(kind, kinds)}")
-    faults = kinds[kind]
-    if side < 1500.0:  # a small map, a short fault
-        small = side / 2000.0
-        faults = {k: Fault(**{**f.__dict__, "half": f.half * small}) for k, f in faults.items()}
+    faults = _faults_of(kind, side)
     axis = np.linspace(0.0, side, n)
     x, y = np.meshgrid(axis, axis)
     sheets = {signs: _sheet(faults, signs, level) for signs in _sectors(faults)}
@@ -239,12 +241,24 @@ def torn(
         },
     }
     top = make_horizon("Top", box, n, lambda *_: values, offset)
-    meshes = {name: _mesh(name, faults, side, offset) for name, fault in faults.items()}
+    meshes = {name: _mesh(name, faults, side, step, offset) for name, fault in faults.items()}
     formula = (
         f"Relief of 60 m at 4 km and 15 m at 1.2 km wavelength, torn by {', '.join(faults)}: half "
         f"of the throw on either side. Smeared over {smear} nodes, noise {noise:g} m."
     )
-    return World(f"torn_{kind}", {"Top": top}, meshes, shifted(box, offset), truth, formula)
+    title = kind if isinstance(kind, str) else "_".join(faults)
+    return World(f"torn_{title}", {"Top": top}, meshes, shifted(box, offset), truth, formula)
+
+
+def _faults_of(kind: str | Mapping[str, Fault], side: float) -> dict[str, Fault]:
+    """Faults of a kind of world, shorter in a small map; or those that are given."""
+    if not isinstance(kind, str):
+        return dict(kind)
+    kinds = _worlds(side)
+    if kind not in kinds:
+        raise InputError(f"no torn world is called {kind!r}.{did_you_mean(kind, kinds)}")
+    small = side / 2000.0 if side < 1500.0 else 1.0
+    return {k: replace(f, half=f.half * small) for k, f in kinds[kind].items()}
 
 
 def _scattered(faults, sheets, side: float, number: int, noise: float = 0.0, seed: int = 5):
@@ -362,7 +376,9 @@ def _cutoff(faults, name, wall, sheets, side) -> np.ndarray:
     return np.concatenate(lines)
 
 
-def _mesh(name: str, faults: dict[str, Fault], side: float, offset: Offset) -> xarray.Dataset:
+def _mesh(
+    name: str, faults: dict[str, Fault], side: float, step: float, offset: Offset
+) -> xarray.Dataset:
     """A fault as a grid, finer than the horizon along strike."""
     fault = faults[name]
     half = min(fault.half, 0.75 * side)
@@ -377,7 +393,7 @@ def _mesh(name: str, faults: dict[str, Fault], side: float, offset: Offset) -> x
             on = _side(main, *fault.place(s, fault.across(s, z)), z) == sign
             a, b = np.where(on, s, a), np.where(on, b, s)
         # half a cell too long, as interpreters draw them
-        ends[1] = s + 0.5 * _STEP
+        ends[1] = s + 0.5 * step
     s = ends[0] + (ends[1] - ends[0]) * np.linspace(0.0, 1.0, n)[None, :]
     x, y = fault.place(s, fault.across(s, z))
     return make_fault(name, x, y, z, offset)

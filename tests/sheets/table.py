@@ -74,7 +74,7 @@ class Measured:
     variation: tuple[float, float]
 
 
-def measure(world, sheet, name: str, margin: float = 2.0) -> Measured:
+def measure(world, sheet, name: str, margin: float = 2.0, cell: float = CELL) -> Measured:
     """Compare a fault's cut-offs with the truth, beyond some cells from all that ends it."""
     fault, true = world.truth["faults"][name], {}
     for wall in "+-":
@@ -84,15 +84,15 @@ def measure(world, sheet, name: str, margin: float = 2.0) -> Measured:
     both = sorted(set(true["+"]) & set(true["-"]))
     at = {wall: np.array([true[wall][k] for k in both]) for wall in "+-"}
     s = 5.0 * np.array(both)
-    keep = np.abs(s) < fault.half - margin * CELL
+    keep = np.abs(s) < fault.half - margin * cell
     for wall in "+-":
-        keep &= _inner(world, name, at[wall], margin)
+        keep &= _inner(world, name, at[wall], margin * cell)
     s, at = s[keep], {wall: points[keep] for wall, points in at.items()}
     z = {wall: _depth(s, at[wall], sheet.cuts[name].cutoffs[wall], fault) for wall in "+-"}
     throw = at["-"][:, 2] - at["+"][:, 2]
     largest = float(np.abs([true["-"][k][2] - true["+"][k][2] for k in both]).max())
     error = np.abs(z["-"] - z["+"] - throw) / largest * 100.0
-    position = [distances(at[wall], sheet.cuts[name].cutoffs[wall]) / CELL for wall in "+-"]
+    position = [distances(at[wall], sheet.cuts[name].cutoffs[wall]) / cell for wall in "+-"]
     near = np.diff(s) < 5.5
     varies = [
         float(np.nansum(np.abs(np.diff(z[w]))[near]) / np.abs(np.diff(at[w][:, 2]))[near].sum())
@@ -103,15 +103,15 @@ def measure(world, sheet, name: str, margin: float = 2.0) -> Measured:
 
 
 def _inner(world, name: str, points: np.ndarray, margin: float) -> np.ndarray:
-    """Points beyond some cells from the rim of the data and from other faults."""
+    """Points beyond a distance [m] from the rim of the data and from other faults."""
     w, e, s, n = world.box[:4]
     x, y = points[:, 0], points[:, 1]
-    keep = np.min([x - w, e - x, y - s, n - y], axis=0) > margin * CELL
+    keep = np.min([x - w, e - x, y - s, n - y], axis=0) > margin
     for other in world.faults:
         if other != name:
             lines = np.concatenate([world.truth["cutoffs"][other, wall] for wall in "+-"])
             gap = np.hypot(*(points[:, None, :2] - lines[None, ::2, :2]).transpose(2, 0, 1))
-            keep &= gap.min(axis=1) > margin * CELL
+            keep &= gap.min(axis=1) > margin
     return keep
 
 
@@ -184,10 +184,10 @@ def rows_of(kind: str, points: bool, options: dict, data: str, n: int = 81) -> l
         leaks += 0 if data.startswith("scattered") else open_edges(world, sheet)
         for name in world.faults:
             found.setdefault(name, []).append(measure(world, sheet, name))
-    return [_row(kind, data, name, draws, leaks) for name, draws in found.items()]
+    return [row_of(kind, data, name, draws, leaks) for name, draws in found.items()]
 
 
-def _row(kind: str, data: str, name: str, draws: list[Measured], leaks: int) -> str:
+def row_of(kind: str, data: str, name: str, draws: list[Measured], leaks: int) -> str:
     position = [m.position for m in draws]
     throw = [m.throw for m in draws]
     varies = max((v - 1 for m in draws for v in m.variation), key=abs)

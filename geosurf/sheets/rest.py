@@ -1,0 +1,146 @@
+"""The smoothest rest: a sheet around the tips of its faults, less the shapes that bend it there.
+
+With heights u = v + B a, v what is smooth, B the shapes of `geosurf.sheets.tips` and a their
+shares, the energy is v' K v, and data draw u. So unknown heights obey K u - K B a = data, and
+shares B' K (B a - u) + hold a = 0; both come from one factor of K. Shares are
+thought to be about as large as half the throw (`likely`); a fault has its shapes only if the
+sheet is likelier with them than without, in the sense of Bayes (MacKay 1992, Neural Comput. 4,
+415-447): gain > log det(1 + S likely^2), both in units of noise, or, where there is none, of the
+energy that a node has without them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.sheets.frame import Frame
+from geosurf.sheets.solve import BEND, Graph, equations, solved, stiffness, weights_of
+from geosurf.sheets.tips import Tips
+
+AROUND = 16.0  # cells from a tip within which the sheet is solved with its shapes
+
+
+@dataclass(frozen=True, eq=False)
+class Bent:
+    """How much of each shape a sheet has.
+
+    Attributes
+    ----------
+    tips : list of Tips
+    share : ndarray (k,)
+        Of the shapes of all tips, one after another [m].
+    """
+
+    tips: list[Tips]
+    share: np.ndarray
+
+    def of(self, frame: Frame, nodes: np.ndarray, anchors: np.ndarray | None = None) -> np.ndarray:
+        """By how much nodes (n,) are bent [m], on the wall of each or on that of its anchor."""
+        return shapes_of(self.tips, frame, nodes, anchors) @ self.share
+
+    def only(self, traces: Sequence[int]) -> Bent:
+        """Of some traces only."""
+        mine = [np.full(tip.n_shape, tip.trace in traces) for tip in self.tips]
+        return Bent(self.tips, np.where(np.concatenate(mine), self.share, 0.0))
+
+
+def shapes_of(
+    tips: Sequence[Tips], frame: Frame, nodes: np.ndarray, anchors: np.ndarray | None = None
+) -> np.ndarray:
+    """Shapes (n, k) of all tips at nodes, on the wall of each or on that of its anchor."""
+    places = frame.cells_of_node(nodes)
+    found = [np.empty((len(nodes), 0))]
+    for tip in tips:
+        wall = None
+        if anchors is not None:
+            side, beside = tip.side(anchors, frame.cells_of_node(anchors))
+            wall = np.where(beside, side, 0.0)
+        found.append(tip.shapes(nodes, places, wall))
+    return np.concatenate(found, axis=1)
+
+
+def close_to(tip: Tips, frame: Frame, nodes: np.ndarray) -> np.ndarray:
+    """Which nodes are within reach of a tip, bool (n,)."""
+    places = frame.cells_of_node(nodes)
+    far = [np.hypot(*(places - at).T) for at in tip.tips]
+    return np.min(far, axis=0) < AROUND
+
+
+def likely_shares(tips: Sequence[Tips], throw: Sequence[float]) -> np.ndarray:
+    """How large the shares of all shapes may well be (k,) [m]; `throw`: the largest of each trace.
+
+    Half the throw is one wall's; later terms of a smooth profile are smaller.
+    """
+    found = [0.5 * throw[tip.trace] / np.arange(1, tip.n_shape + 1) for tip in tips]
+    return np.concatenate([np.empty(0), *found])
+
+
+def smoothest_rest(
+    graph: Graph,
+    unknown: np.ndarray,
+    value: np.ndarray,
+    stretch: np.ndarray,
+    shapes: np.ndarray,
+    groups: Sequence[tuple[np.ndarray, np.ndarray]],
+    likely: np.ndarray,
+    doubt: float,
+    pull: np.ndarray,
+    target: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Solve for unknown nodes, and for the shapes that leave the smoothest rest.
+
+    Parameters
+    ----------
+    graph, unknown, value, stretch, pull, target
+        As for `smoothest`.
+    shapes : ndarray (n, k)
+    groups : sequence of (ndarray of int64, ndarray of bool (n,))
+        Columns of the shapes of each fault, and the nodes around its tips.
+    likely : ndarray (k,)
+        How large shares may well be [m].
+    doubt : float
+        Energy of one deviation of noise; 0 for data without.
+
+    Returns
+    -------
+    ndarray (n_unknown,), ndarray (k,)
+        Heights, and the share of each shape in them: 0 where it does not pay.
+    """
+    weights = weights_of(stretch, BEND)
+    matrix, column, right, level = equations(graph, unknown, value, weights, pull, target)
+    energy = stiffness(graph, weights)
+    drawn = energy @ shapes
+    free = unknown >= 0
+    at = np.empty(len(right), dtype=np.int64)
+    at[unknown[free]] = np.flatnonzero(free)
+    plain, *moves = solved(matrix, column, [right, *drawn[at].T.copy()])
+    moved = np.stack(moves, axis=1)
+    heights = np.where(free, 0.0, value - level)
+    heights[at] = plain
+    own = shapes.T @ drawn - drawn[at].T @ moved
+    wanted = drawn.T @ heights
+    cost = heights * (energy @ heights)
+    cost[at] += pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
+    paying = np.zeros(shapes.shape[1], dtype=bool)
+    for columns, around in groups:
+        unit = doubt or cost[around].sum() / max((around & free).sum(), 1)
+        some = np.ix_(columns, columns)
+        paying[columns] = _pays(own[some], wanted[columns], likely[columns], unit)
+    share = np.zeros(shapes.shape[1])
+    some = np.flatnonzero(paying)
+    held = own[np.ix_(some, some)] + np.diag(doubt / likely[some] ** 2)
+    share[some] = np.linalg.lstsq(held, wanted[some], rcond=None)[0]
+    return plain + moved @ share + level, share
+
+
+def _pays(own: np.ndarray, wanted: np.ndarray, likely: np.ndarray, unit: float) -> bool:
+    """Whether shares that are likely up to some size make the sheet likelier; energies in units."""
+    if not (unit > 0.0 and (likely > 0.0).all()):
+        return False
+    scaled = own * np.outer(likely, likely) / unit
+    side = wanted * likely / unit
+    whole = np.eye(len(likely)) + scaled
+    return bool(side @ np.linalg.solve(whole, side) > np.linalg.slogdet(whole)[1])
