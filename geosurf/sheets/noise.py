@@ -14,7 +14,7 @@ ROWS = 400  # rows and columns that are looked at
 STEPS = (1, 2, 4, 8)  # nodes
 SEEN = 3.0  # variance of third differences, in those of noise, from which there is a signal
 LOUD = 0.01  # cells: noise below this does not move a cut-off, data are then met exactly
-GAIN = 40.0  # of the weight: the least error of throw over worlds that are known
+GAIN = 170.0  # of the weight: the least error of throw over worlds that are known
 LEAST = 5e-3  # weight: means over some three cells
 
 
