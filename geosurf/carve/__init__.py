@@ -123,7 +123,7 @@ def carve_units(
     shells = shells_of(cells, whole)
     zone_of_unit = np.zeros(len(shells.volumes), dtype=np.int64)
     zone_of_unit[whole[1:]] = zone[1:]
-    words = fault_sides(patches, cells, shells.sides, zone_of_unit, faults)
+    words = fault_sides(patches, cells, whole, zone_of_unit, faults)
     blocks = name_blocks(words, zone_of_unit, shells.volumes, shells.corner)
     lies_on = _LiesOn(cells, whole, faults, words)
     every = list(range(len(blocks)))
@@ -270,7 +270,8 @@ def _slits(patches: Patches, cells: Cells, shells: Shells, faults: list[int]) ->
     slit = (shells.sides[:, 0] == shells.sides[:, 1]) & (shells.sides[:, 0] >= 0)
     found = {}
     for i in faults:
-        mine = np.flatnonzero(slit & (cells.surface_of == i))
+        mine = owned_by(cells, i)
+        mine = mine[slit[mine]]
         if len(mine):  # areas are added up for those that there are
             found[patches.names[i]] = math.fsum(cells.extent[mine, AREA].ravel().tolist())
     return found

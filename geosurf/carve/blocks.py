@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from geosurf.carve.cells import Cells
-from geosurf.carve.zones import distinct_pairs, owned_by
+from geosurf.carve.zones import distinct_pairs, own_sides
 from geosurf.kernels.mesh import join_pairs
 from geosurf.model import Patches
 
@@ -26,13 +26,13 @@ WHOLE = "whole"
 DIGITS = 9
 
 
-def _touched(cells: Cells, sides: np.ndarray, fault: int, n_unit: int) -> np.ndarray:
+def _touched(cells: Cells, unit_of_cell: np.ndarray, fault: int, n_unit: int) -> np.ndarray:
     """Whether each unit touches front and back of a fault, bool (n_unit, 2); slits apart."""
-    rows = owned_by(cells, fault)
-    rows = rows[sides[rows, 0] != sides[rows, 1]]
+    sides = unit_of_cell[own_sides(cells, fault)[2]]
+    sides = sides[sides[:, 0] != sides[:, 1]]
     touched = np.zeros((n_unit, 2), dtype=bool)
     for side in range(2):
-        units = sides[rows, side]
+        units = sides[:, side]
         touched[units[units >= 0], side] = True
     return touched
 
@@ -53,12 +53,16 @@ def in_words(name: str) -> list[tuple[int, int, str]]:
 
 
 def fault_sides(
-    patches: Patches, cells: Cells, sides: np.ndarray, zone: np.ndarray, faults: Sequence[int]
+    patches: Patches,
+    cells: Cells,
+    unit_of_cell: np.ndarray,
+    zone: np.ndarray,
+    faults: Sequence[int],
 ) -> list[tuple[str, ...]]:
     """Sides of faults that set each unit apart in its zone: ``("F1+", "F2-")``, by name."""
     words: list[list[str]] = [[] for _ in zone]
     for fault in sorted(faults, key=lambda fault: in_words(patches.names[fault])):
-        touched = _touched(cells, sides, fault, len(zone))
+        touched = _touched(cells, unit_of_cell, fault, len(zone))
         front = touched[:, 0] & ~touched[:, 1]
         back = touched[:, 1] & ~touched[:, 0]
         for k in np.unique(zone):
@@ -95,14 +99,14 @@ def sides_of_units(
     names = cells.patches.names
     found = [set(word) for word in words]
     for fault in faults:
-        mine = owned_by(cells, fault)
+        mine, _, sides = own_sides(cells, fault)
         passed = np.ones(len(cells.surface_of), dtype=bool)
         passed[mine] = False
         pairs = distinct_pairs(cells.cell_of_side[passed], cells.n_cell)
         region = join_pairs(pairs, cells.n_cell + 1)
         seen = np.zeros((2, cells.n_cell + 1), dtype=bool)  # from its front, from its back
         for side in range(2):
-            beside = cells.cell_of_side[mine, side]
+            beside = sides[:, side]
             seen[side, region[beside[beside > 0]]] = True
         for side, sign in enumerate("+-"):
             alone = seen[side] & ~seen[1 - side]

@@ -30,6 +30,8 @@ from geosurf.kernels.gather import number_keys
 from geosurf.model import Patches
 from geosurf.model.pieces import Pieces
 
+# surfaces that own a part, and how each is turned: 1 as the part's triangles are, -1 against them
+Owners = tuple[tuple[int, int], ...]
 OUTSIDE = 0
 
 
@@ -41,8 +43,10 @@ class Cells:
     ----------
     surface_of : ndarray of int64, shape (n,)
         Surface of each face.
-    also : dict of int to tuple of int
-        Further surfaces that own a face, where surfaces coincide.
+    also : dict of int to tuple of (int, int)
+        Further surfaces that own a face, where surfaces coincide, and how each is turned there:
+        1 if its front is that of the face, -1 if it is the back. A surface that is folded onto
+        itself may be among its own.
     cell_of_side : ndarray of int64, shape (n, 2)
         Cell in front of and behind each face; 0 is the space outside.
     n_cell : int
@@ -55,7 +59,7 @@ class Cells:
     """
 
     surface_of: np.ndarray
-    also: dict[int, tuple[int, ...]]
+    also: dict[int, tuple[tuple[int, int], ...]]
     cell_of_side: np.ndarray
     n_cell: int
     patches: Patches
@@ -161,7 +165,7 @@ def find_cells(patches: Patches) -> Cells:
     found, behind = np.divmod(found, n_cell + 1)
     found, front = np.divmod(found, n_cell + 1)
     face_of_element = np.append(face, -1)[parts.of_element]
-    first = np.array([of[0] for of in owners], dtype=np.int64)
+    first = np.array([of[0][0] for of in owners], dtype=np.int64)
     also = {i: owners[k][1:] for i, k in enumerate(found.tolist()) if len(owners[k]) > 1}
     between = np.stack([front, behind], axis=1)
     return Cells(first[found], also, between, n_cell, patches, pieces, face_of_element)
@@ -199,24 +203,43 @@ def _asks_triangles(pieces: Pieces, floats: bool) -> bool:
     )
 
 
-def _owners(pieces: Pieces, parts: Parts) -> tuple[list[tuple[int, ...]], np.ndarray]:
-    """Sets of surfaces, the first of each being that of the triangles, and the set that owns each
-    part.
+def _owners(pieces: Pieces, parts: Parts) -> tuple[list[Owners], np.ndarray]:
+    """Sets of surfaces with how they are turned, the first of each being that of the triangles,
+    and the set that owns each part.
 
     Where surfaces coincide, each triangle is a part: all edges have more than two triangles.
     """
-    owners: list[tuple[int, ...]] = [(i,) for i in range(len(pieces.sources))]
+    owners: list[Owners] = [((i, 1),) for i in range(len(pieces.sources))]
     owner = parts.surface.copy()
     others = np.flatnonzero(pieces.twin != np.arange(len(pieces.twin)))
     at = parts.of_element[pieces.twin[others]]
     others, at = others[at >= 0], at[at >= 0]
-    listed: dict[int, tuple[int, ...]] = {}
-    for i, surface in zip(at.tolist(), pieces.surface[others].tolist(), strict=True):
-        listed[i] = (*listed.get(i, owners[owner[i]]), surface)
+    alike = same_turn(pieces.triangles[others], pieces.triangles[pieces.twin[others]])
+    turned = zip(pieces.surface[others].tolist(), np.where(alike, 1, -1).tolist(), strict=True)
+    listed: dict[int, Owners] = {}
+    for i, one in zip(at.tolist(), turned, strict=True):
+        of = listed.get(i, owners[owner[i]])
+        listed[i] = of if one in of else (*of, one)
     number = {of: k for k, of in enumerate(owners)}
     for i, of in listed.items():
         owner[i] = number.setdefault(of, len(number))
     return list(number), owner
+
+
+def same_turn(triangles: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Whether triangles (n, 3) go round as others (n, 3) with the same three corners do.
+
+    Examples
+    --------
+    >>> same_turn(np.array([[4, 5, 6], [4, 5, 6]]), np.array([[6, 4, 5], [5, 4, 6]])).tolist()
+    [True, False]
+    """
+    rising = [
+        np.sum([t[:, k] < t[:, (k + 1) % 3] for k in range(3)], axis=0) == 2
+        for t in (triangles, others)
+    ]
+    alike: np.ndarray = rising[0] == rising[1]
+    return alike
 
 
 def _numbered(sides: np.ndarray, outside: np.ndarray) -> tuple[np.ndarray, int]:

@@ -53,7 +53,8 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
         found = matched(patches, units, number)
         checks += [_closed(units), _adds_up(patches, units)]
         checks.append(_shared_vertices(patches, units, x, number))
-        checks += [partition(patches, units, found), named(patches, units, found)]
+        checks.append(partition(patches, units, found))
+        checks.append(named(patches, units, found, checks[-1].passed))
     new = _new_triangles(patches)
     checks += [_nothing_crosses(patches), _on_parents(patches, *new), _oriented(patches, *new)]
     checks.append(_areas(patches))

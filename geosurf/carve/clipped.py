@@ -31,7 +31,7 @@ def clipped_by(
     for turn in sorted(turns, key=lambda turn: (turn.winner, turn.loser)):
         horizon = horizons[turn.loser]
         rows, sides = upper_sides(patches, cells, horizon)
-        gone = rows[_settled(turn.after, sides) & ~_settled(turn.before, sides)]
+        gone = np.unique(rows[_settled(turn.after, sides) & ~_settled(turn.before, sides)])
         lost = turn.before * turn.after == ABOVE * BELOW
         shells = _shells(cells, _pieces(cells, lost))
         volumes = [volume_of(patches.local, t) for t in shells]

@@ -123,23 +123,91 @@ def partition(patches: Patches, units: Units, found: Matched) -> Check:
     return Check("units divide the box", n_bad == 0, float(n_bad), detail)
 
 
-def named(patches: Patches, units: Units, found: Matched) -> Check:
-    """Zones, blocks and contacts in names are those that the surfaces around each unit tell."""
+def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Check:
+    """Zones, blocks and contacts in names are those that the surfaces around each unit tell.
+
+    What sets blocks apart is told by all units of a zone: only where these are `divided`, see
+    `partition`.
+    """
     parts = list(units.values())
     wrong = [unit.name for unit in parts if not _spelt(patches, unit)]
     upward = _upward(patches)
     wrong += [parts[u].name for u in _in_other_zones(patches, parts, found, upward)]
-    codes = (found.surface * len(parts) + found.unit) * 2 + found.behind
-    for code in np.unique(codes[found.row >= 0]).tolist():
-        (surface, u), behind = divmod(code // 2, len(parts)), code % 2 == 1
-        if patches.names[surface] + ("+" if behind else "-") in parts[u].lies_on:
+    shell, surface, behind = _on_surfaces(patches, found)
+    codes = (surface * len(parts) + found.unit[shell]) * 2 + behind
+    for code in np.unique(codes).tolist():
+        (one, u), back = divmod(code // 2, len(parts)), code % 2 == 1
+        if patches.names[one] + ("+" if back else "-") in parts[u].lies_on:
             wrong.append(parts[u].name)
+    if divided:
+        wrong += _in_other_blocks(patches, parts, found, (shell, surface, behind))
     wrong += _contacts_apart(patches, parts, found, upward)
     wrong = list(dict.fromkeys(wrong))
     detail = f"{len(parts)} units lie in the zones and on the sides of faults that name them"
     if wrong:
         detail = f"surfaces around {', '.join(wrong[:8])} tell another zone, block or contact"
     return Check("units are where their names say", not wrong, float(len(wrong)), detail)
+
+
+def _on_surfaces(patches: Patches, found: Matched) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Each triangle of a shell, each surface that it lies on, whether the unit is behind that.
+
+    Where surfaces coincide a shell names one of them, and each is turned its own way.
+    """
+    times = np.bincount(found.of_patches, minlength=found.n_key)
+    once = np.flatnonzero((found.row >= 0) & (times[found.key] <= 1))
+    several = np.flatnonzero(times[found.key] > 1)
+    rows = np.flatnonzero(times[found.of_patches] > 1)
+    rows = rows[np.argsort(found.of_patches[rows], kind="stable")]
+    start = np.searchsorted(found.of_patches[rows], found.key[several])
+    count = times[found.key[several]]
+    nth = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    row = np.concatenate([found.row[once], rows[np.repeat(start, count) + nth]])
+    shell = np.concatenate([once, np.repeat(several, count)])
+    behind = found.turn[shell] == found.turn_of_patches[row]
+    return shell, patches.surface_of_triangle[row], behind
+
+
+def _in_other_blocks(
+    patches: Patches,
+    parts: list[Unit],
+    found: Matched,
+    on: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> Iterable[str]:
+    """Units whose block has other sides of faults than those that set it apart in its zone.
+
+    These are told anew by all triangles of shells: a fault sets apart what touches only its front
+    from what touches only its back. Fluid contacts part no blocks.
+    """
+    blocks = list(dict.fromkeys((unit.zone, unit.block) for unit in parts))
+    of_unit = np.array([blocks.index((unit.zone, unit.block)) for unit in parts], dtype=np.int64)
+    zone = np.array([[of for of, _ in blocks].index(of) for of, _ in blocks], dtype=np.int64)
+    beside = np.full((found.n_key, 2), -1)
+    beside[found.key, found.turn.astype(np.int64)] = of_unit[found.unit]
+    shell, surface, behind = on
+    inside = beside[found.key[shell]]
+    apart = inside[:, 0] != inside[:, 1]  # others are slits
+    told: list[set[str]] = [set() for _ in blocks]
+    faults = _rows(patches, "fault")
+    for fault in faults:
+        rows = np.flatnonzero((surface == fault) & apart)
+        touched = np.zeros((len(blocks), 2), dtype=bool)
+        touched[of_unit[found.unit[shell[rows]]], behind[rows].astype(np.int64)] = True
+        alone = touched & ~touched[:, ::-1]
+        both = np.isin(zone, zone[alone[:, 0]]) & np.isin(zone, zone[alone[:, 1]])
+        for block, side in np.argwhere(alone & both[:, None]).tolist():
+            told[block].add(patches.names[fault] + "+-"[side])
+    names = [patches.names[i] for i in faults]
+    said = [_sides_said(block, names) for _, block in blocks]
+    for unit, k in zip(parts, of_unit.tolist(), strict=True):
+        if said[k] != told[k]:
+            yield unit.name
+
+
+def _sides_said(block: str, faults: list[str]) -> frozenset[str] | None:
+    """Sides of faults in the name of a block; None if it is made of something else."""
+    name = re.sub(r" #\d+$", "", block)
+    return frozenset() if name == WHOLE else parse_sides(name, faults)
 
 
 def _rows(patches: Patches, role: str) -> list[int]:
@@ -150,9 +218,7 @@ def _spelt(patches: Patches, unit: Unit) -> bool:
     """Whether a name is made of zone, block and contact, and these of names that there are."""
     horizons, faults = ([patches.names[i] for i in _rows(patches, r)] for r in ("horizon", "fault"))
     zones = names_of_zones(horizons)
-    sides = parse_sides(re.sub(r" #\d+$", "", unit.block), faults)
-    if re.sub(r" #\d+$", "", unit.block) == WHOLE:
-        sides = frozenset()
+    sides = _sides_said(unit.block, faults)
     return (
         unit.name == unit_name(unit.zone, unit.block, unit.contact)
         and 0 <= unit.zone_index < len(zones)

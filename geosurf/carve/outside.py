@@ -6,6 +6,8 @@ other surfaces, and the caps, which lie in the planes of the bounds, tell which 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from geosurf.conventions import place
@@ -36,16 +38,16 @@ def walls_are_a_box(patches: Patches, bounds: np.ndarray) -> bool:
     return True
 
 
-def owned_by_walls(patches: Patches, owners: list[tuple[int, ...]]) -> np.ndarray:
+def owned_by_walls(patches: Patches, owners: Sequence[tuple[tuple[int, int], ...]]) -> np.ndarray:
     """Whether a wall is among the surfaces of each set."""
     wall = [source.role == "wall" for source in patches.sources]
-    return np.array([any(wall[i] for i in of) for of in owners])
+    return np.array([any(wall[i] for i, _ in of) for of in owners])
 
 
 def outside_of_box(
     patches: Patches,
     is_wall: np.ndarray,
-    owners: list[tuple[int, ...]],
+    owners: Sequence[tuple[tuple[int, int], ...]],
     owner: np.ndarray,
     sides: np.ndarray,
     parents: np.ndarray,
@@ -59,8 +61,8 @@ def outside_of_box(
     patches : Patches
     is_wall : ndarray of bool, shape (n,)
         Elements that a wall owns, perhaps among others; all of them are triangles.
-    owners : list of tuple of int
-        Sets of surfaces.
+    owners : sequence of tuple of (int, int)
+        Sets of surfaces, with how they are turned.
     owner : ndarray of int64, shape (n,)
         The set that owns each element.
     sides : ndarray of int64, shape (n, 2)
@@ -85,7 +87,7 @@ def outside_of_box(
     leaks = rows[np.isin(sides[rows, 1 - inward], outside)]
     if len(leaks):
         of = owners[owner[leaks[0]]]
-        name = next(patches.names[i] for i in of if patches.sources[i].role == "wall")
+        name = next(patches.names[i] for i, _ in of if patches.sources[i].role == "wall")
         where = corners[leaks[0]].mean(axis=0) + patches.origin
         raise OpenUnitError(
             f"the model box is open: wall {name!r} has the outside on both of its sides at "

@@ -32,16 +32,46 @@ def faces_between(cells: Cells) -> np.ndarray:
 
 def upper_sides(patches: Patches, cells: Cells, surface: int) -> tuple[np.ndarray, np.ndarray]:
     """Faces of a horizon, and (cell above, cell below) of each, int64 (n, 2)."""
-    mine = owned_by(cells, surface)
-    sides = cells.cell_of_side[mine]
-    return mine, sides if cells.flat[mine].sum() >= 0 else sides[:, ::-1]
+    mine, way, sides = own_sides(cells, surface)
+    return mine, sides if (way * cells.flat[mine]).sum() >= 0 else sides[:, ::-1]
 
 
 def owned_by(cells: Cells, surface: int) -> np.ndarray:
-    """Faces of a surface, those that it shares with others included."""
-    mine = cells.surface_of == surface
-    mine[[i for i, listed in cells.also.items() if surface in listed]] = True
-    return np.flatnonzero(mine)
+    """Faces of a surface, those that it shares with others included; each once."""
+    return np.unique(own_sides(cells, surface)[0])
+
+
+def own_sides(cells: Cells, surface: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """
+    Faces of a surface, those that it shares with others included, as it is turned itself.
+
+    Parameters
+    ----------
+    cells : Cells
+    surface : int
+
+    Returns
+    -------
+    mine, way : ndarray of int64, shape (n,)
+        Faces, rising, and 1 where the surface has its front on that of the face, -1 where it was
+        given the other way round. A face that a surface is folded onto twice is there both ways.
+    sides : ndarray of int64, shape (n, 2)
+        Cell in front of the surface and behind it.
+    """
+    first = np.flatnonzero(cells.surface_of == surface)
+    shared = [
+        (face, way)
+        for face, listed in cells.also.items()
+        for other, way in listed
+        if other == surface
+    ]
+    faces, ways = np.array(shared, dtype=np.int64).reshape(-1, 2).T
+    mine = np.concatenate([first, faces])
+    way = np.concatenate([np.ones(len(first), dtype=np.int64), ways])
+    order = np.lexsort((way, mine))
+    mine, way = mine[order], way[order]
+    sides = cells.cell_of_side[mine]
+    return mine, way, np.where(way[:, None] > 0, sides, sides[:, ::-1])
 
 
 def distinct_pairs(pairs: np.ndarray, n_cell: int) -> np.ndarray:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.blocks import name_blocks
+from geosurf.carve.certificate import certify
+from geosurf.model import FluidContact, Units
 from tests.carve.test_units import level, upright, volumes
-from tests.strategies import BOX, sheet
+from tests.strategies import BOX, grid, sheet
 
 
 def carve(*surfaces):
@@ -103,3 +108,100 @@ def test_rounding_of_volumes_ranks_nothing(larger):
     clear = [volume[0], volume[1] * (1.001 if larger else 0.999)]
     found = name_blocks([("F1+",)] * 2, zone, clear, lambda u: corners[u])
     assert found == (["F1+ #2", "F1+"] if larger else ["F1+", "F1+ #2"])
+
+
+# ------------------------------------------------------------- faults that coincide
+def wall(name, south, north, turned=False):
+    """Part of the plane x = 1: its front looks east."""
+    found = sheet(name, [(1, south, -5), (1, north, -5), (1, north, 9), (1, south, 9)])
+    return turned_over(found) if turned else found
+
+
+def other_side(name, fault):
+    """A name with + for - and - for + after one fault."""
+    sign = {f"{fault}+": f"{fault}-", f"{fault}-": f"{fault}+"}
+    return " ".join(sign.get(word, word) for word in name.split(" "))
+
+
+def sound(surfaces):
+    """Volume and sides of faults of each unit, certified."""
+    patches = rebuild_surfaces([*surfaces, *build_walls(BOX)])
+    units = carve_units(patches)
+    assert certify(patches, units).ok
+    return {name: (round(unit.volume, 9), unit.lies_on) for name, unit in units.items()}
+
+
+ALL, SOUTH, NORTH = (-1, 5), (-1, 3), (2, 5)
+COINCIDING = [(ALL, ALL), (SOUTH, NORTH), (ALL, NORTH), (SOUTH, ALL)]
+
+
+@pytest.mark.parametrize(("one", "two"), COINCIDING)
+@pytest.mark.parametrize("turned", [(False, False), (True, False), (False, True), (True, True)])
+def test_faults_that_coincide_have_a_side_each(one, two, turned):
+    a, b = ("-" if way else "+" for way in turned)
+    c, d = ("+" if way else "-" for way in turned)
+    faults = [wall("F1", *one, turned[0]), wall("F2", *two, turned[1])]
+    east, west = (f"F1{a}", f"F2{b}"), (f"F1{c}", f"F2{d}")
+    expected = {f"box {' '.join(east)}": (144.0, east), f"box {' '.join(west)}": (48.0, west)}
+    assert sound(faults) == expected
+    assert sound(faults[::-1]) == expected
+
+
+@pytest.mark.parametrize("fault", ["F1", "F2", "F3"])
+def test_turning_one_of_the_faults_that_coincide_exchanges_its_own_sides(fault):
+    faults = [wall("F1", *SOUTH), wall("F2", *ALL), wall("F3", *NORTH, turned=True)]
+    faults += [upright("F4", 2.0), level("Top", 2)]
+    before = sound(faults)
+    after = sound([turned_over(f) if f.name == fault else f for f in faults])
+    assert after == {
+        other_side(name, fault): (volume, tuple(other_side(side, fault) for side in on))
+        for name, (volume, on) in before.items()
+    }
+    assert all(fault in name for name in before if "F1" in name)
+
+
+def test_faults_that_coincide_leave_a_slit_each():
+    """Both end inside; what F2 has beyond F1 is its own."""
+    faults = [wall("F1", -1, 2), wall("F2", -1, 3, turned=True)]
+    for surfaces in (faults, faults[::-1]):
+        units = carve(*surfaces)
+        assert {name: unit.lies_on for name, unit in units.items()} == {"box": ()}
+        assert units.report["slits"] == pytest.approx({"F1": 24.0, "F2": 36.0})
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_side_that_a_name_leaves_out_or_exchanges_is_seen(turned):
+    patches = rebuild_surfaces([wall("F1", *SOUTH), wall("F2", *NORTH, turned), *build_walls(BOX)])
+    units = carve_units(patches)
+    for change in (lambda side: "", lambda side: other_side(side, "F2")):
+        wrong = []
+        for unit in units.values():
+            words = [change(w) if w.startswith("F2") else w for w in unit.lies_on]
+            block = " ".join(word for word in words if word)
+            sides = tuple(word for word in words if word)
+            wrong.append(replace(unit, name=f"box {block}", block=block, lies_on=sides))
+        found = certify(patches, Units(wrong, units.box))
+        assert [check.name for check in found.checks if not check.passed] == [
+            "units are where their names say"
+        ]
+
+
+def test_levels_that_coincide_may_be_wound_either_way():
+    """Base meets Top in the west; a fluid contact meets Base all over the east."""
+    top = grid("Top", np.tile([2.0, 2.0, 2.0, 2.0], (4, 1)), spacing=2.0, corner=(-1.0, -1.0))
+    base = grid("Base", np.tile([2.0, 2.0, 0.0, 0.0], (4, 1)), spacing=2.0, corner=(-1.0, -1.0))
+    water = level("OWC", 0, role="contact")
+    entry = FluidContact("OWC", "OWC")
+    expected = None
+    for ways in itertools.product((False, True), repeat=3):
+        levels = [
+            turned_over(s) if way else s for s, way in zip((top, base, water), ways, strict=True)
+        ]
+        patches = rebuild_surfaces([*levels, *build_walls(BOX)])
+        units = carve_units(patches, contacts=[entry])
+        assert certify(patches, units).ok
+        found = volumes(units)
+        expected = expected or found
+        assert found == pytest.approx(expected)
+    assert sum(expected.values()) == pytest.approx(192.0)
+    assert {name for name in expected if name.startswith("Top/Base")} == {"Top/Base above OWC"}
