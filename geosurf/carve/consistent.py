@@ -179,21 +179,23 @@ def _in_other_blocks(
     These are told anew by all triangles of shells: a fault sets apart what touches only its front
     from what touches only its back. Fluid contacts part no blocks.
     """
-    blocks = list(dict.fromkeys((unit.zone, unit.block) for unit in parts))
-    of_unit = np.array([blocks.index((unit.zone, unit.block)) for unit in parts], dtype=np.int64)
-    zone = np.array([[of for of, _ in blocks].index(of) for of, _ in blocks], dtype=np.int64)
+    blocks = dict.fromkeys((unit.zone, unit.block) for unit in parts)
+    number = {block: k for k, block in enumerate(blocks)}
+    of_unit = np.array([number[unit.zone, unit.block] for unit in parts], dtype=np.int64)
+    zones = list(dict.fromkeys(unit.zone for unit in parts))
+    zone = np.array([zones.index(of) for of, _ in blocks], dtype=np.int64)
     beside = np.full((found.n_key, 2), -1)
     beside[found.key, found.turn.astype(np.int64)] = of_unit[found.unit]
     shell, surface, behind = on
     inside = beside[found.key[shell]]
     apart = inside[:, 0] != inside[:, 1]  # others are slits
+    touched = np.zeros((len(patches.sources), len(blocks), 2), dtype=bool)
+    of = of_unit[found.unit[shell[apart]]]
+    touched[surface[apart], of, behind[apart].astype(np.int64)] = True
     told: list[set[str]] = [set() for _ in blocks]
     faults = _rows(patches, "fault")
     for fault in faults:
-        rows = np.flatnonzero((surface == fault) & apart)
-        touched = np.zeros((len(blocks), 2), dtype=bool)
-        touched[of_unit[found.unit[shell[rows]]], behind[rows].astype(np.int64)] = True
-        alone = touched & ~touched[:, ::-1]
+        alone = touched[fault] & ~touched[fault][:, ::-1]
         both = np.isin(zone, zone[alone[:, 0]]) & np.isin(zone, zone[alone[:, 1]])
         for block, side in np.argwhere(alone & both[:, None]).tolist():
             told[block].add(patches.names[fault] + "+-"[side])

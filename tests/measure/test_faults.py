@@ -19,7 +19,8 @@ from geosurf import (
     tear_horizon,
 )
 from geosurf.errors import GeometryError, InputError
-from geosurf.measure import juxtaposition_table, separation
+from geosurf.measure import allan_diagram, juxtaposition_table, separation
+from geosurf.measure.cutoffs import wall_lines
 from geosurf.model import Units
 from tests.measure.worlds import BOX, NORTH, SOUTH, faulted, level, slope
 
@@ -103,6 +104,38 @@ def test_surfaces_that_coincide_have_their_own_sides():
     assert len(there) == 5
     for pair, area in there.items():
         assert area == pytest.approx(back[pair], rel=1e-14)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_hanging_wall_of_each_of_two_faults_that_coincide_in_part(turned, order):
+    """F1 in the south and F2 in the north, ten metres of them one; Top is at -10 and at -14."""
+    faults = [slope("F1", SOUTH, 20), slope("F2", 10, NORTH)]
+    if turned:
+        faults[1] = turned_over(faults[1], "F2")
+    horizons = [s for s in faulted().surfaces if s.role == "horizon"]
+    patches = rebuild_surfaces([*horizons, *faults[::order], *build_walls(BOX)])
+    units = carve_units(patches)
+    for name, way in (("F1", 1), ("F2", -1 if turned else 1)):
+        for side, z in zip((0, 1)[::way], (-14.0, -10.0), strict=True):
+            (line,) = wall_lines(patches, units, "Top", name, side)
+            assert set(line[:, 2]) == {z}
+            assert np.ptp(line[:, 1]) == 20.0
+        table = juxtaposition_table(patches, units, name).to_dataframe()
+        area = {
+            (r.zone_plus, r.zone_minus)[::way]: r.area
+            for r in table.itertuples()
+            if "Top/Base" in (r.zone_plus, r.zone_minus)
+        }
+        expected = {("above Top", "Top/Base"): 4, ("Top/Base", "Top/Base"): 6,
+                    ("Top/Base", "below Base"): 4}  # fmt: skip
+        assert area == pytest.approx({k: h * 20 * ROOT2 for k, h in expected.items()}, rel=1e-13)
+        for side in ("plus", "minus"):
+            sign = {"plus": "+", "minus": "-"}[side]
+            assert all(f"{name}{sign}" in block for block in table[f"block_{side}"])
+        found = allan_diagram(patches, units, name)
+        for label, side in zip(found.label.values, found.side.values, strict=True):
+            assert label not in units or f"{name}{side}" in units[label].lies_on
 
 
 def test_order_of_surfaces_does_not_matter():
