@@ -8,16 +8,18 @@ it. An entry links each helper below it once, and LLVM optimises that one module
 first, as a C compiler does with one file.
 
 This is the one place where options of numba are chosen. ``fastmath`` stays off everywhere: exact
-arithmetic dies of it. ``boundscheck`` is off when compiled; run with NUMBA_DISABLE_JIT=1 to have
-Python check every index.
+arithmetic dies of it. Nothing is counted from the end of an array (`_indices_as_they_are`).
+``boundscheck`` is off when compiled: NUMBA_BOUNDSCHECK=1, with a GEOSURF_CACHE_DIR of its own,
+compiles kernels that check every index, and NUMBA_DISABLE_JIT=1 runs them as plain Python.
 
-It leans on private parts of numba (the code library and the lowering pass), as the cache and
-the freezer do.
+It leans on private parts of numba (the code library, the lowering pass and the index of an
+array), as the cache and the freezer do.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -27,6 +29,7 @@ from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.typed_passes import NativeLowering
+from numba.np import arrayobj
 
 _OPTIONS = {"nopython": True, "nogil": True, "error_model": "numpy"}
 # what makes arrays or lists inside a kernel; a maker that is missing here does not compile
@@ -156,6 +159,32 @@ class _Handle:
     """Stands for a helper where numba keeps the machine code of a function."""
 
 
+@contextmanager
+def _indices_as_they_are(module: str) -> Iterator[None]:
+    """While a function of ours is lowered, an index below 0 is not counted from the end.
+
+    Kernels have none, and to ask at each index took a fifth of their time and of compiling them.
+    Functions of numba's own that are compiled meanwhile, each in a module of its own, keep it.
+
+    Parameters
+    ----------
+    module : str
+        Of the function that is lowered.
+    """
+    from_end = arrayobj.fix_integer_index
+
+    def index(context: Any, builder: Any, kind: Any, value: Any, size: Any) -> Any:
+        if builder.module.name != module or not kind.signed:
+            return from_end(context, builder, kind, value, size)
+        return context.cast(builder, value, kind, types.intp)
+
+    arrayobj.fix_integer_index = index
+    try:
+        yield
+    finally:
+        arrayobj.fix_integer_index = from_end
+
+
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _HelperLowering(NativeLowering):
     """Lower a helper, and tell numba where callers find it; nothing is compiled."""
@@ -166,7 +195,8 @@ class _HelperLowering(NativeLowering):
         """Lower without machine code."""
         state.flags.no_compile = True
         state.library = _library(state, HelperLibrary)
-        super().run_pass(state)
+        with _indices_as_they_are(state.func_id.unique_name):
+            super().run_pass(state)
         lowered = state["cr"]
         state["cr"] = lowered._replace(cfunc=_Handle())
         state.library.finalize()
@@ -184,7 +214,8 @@ class _EntryLowering(NativeLowering):
         """Lower, link, optimise and compile."""
         state.library = _library(state, EntryLibrary)
         state.library.enable_object_caching()
-        return super().run_pass(state)
+        with _indices_as_they_are(state.func_id.unique_name):
+            return super().run_pass(state)
 
 
 def _library(state: Any, kind: type[JITCodeLibrary]) -> JITCodeLibrary:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import ast
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -126,6 +129,46 @@ def test_the_passes_are_numba_s():
         (a, b) for (a, _), (b, _) in zip(passes.passes, numba_s.passes, strict=True) if a is not b
     ]
     assert [(a.__name__, b.__name__) for a, b in other] == [("_EntryLowering", "NativeLowering")]
+
+
+def at(x, i):
+    return x[i]
+
+
+at = Helper(at)
+
+
+def in_order(x):
+    return np.sort(x)[0] + at(x, 0)
+
+
+def test_an_index_is_used_as_it_is_by_kernels_only():
+    entry = entry_dispatcher(in_order)
+    assert entry(X) == -6.0  # numba's sort, compiled meanwhile, is its own
+    (helper,) = at.overloads.values()
+    if not numba.config.BOUNDSCHECK:  # which compares, too
+        assert "icmp slt" not in str(helper.library._final_module)
+    assert numba.njit(lambda x: x[-1])(X) == 1.5
+
+
+def kernel_functions():
+    for path in sorted(Path(_helpers.__file__).parent.glob("[!_]*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef) and node.decorator_list:
+                yield path.name, node
+
+
+def test_no_kernel_counts_from_the_end():
+    """Where an index is computed, NUMBA_BOUNDSCHECK=1 tells (docs/contributing.md)."""
+    found = list(kernel_functions())
+    assert len(found) > 300
+    for name, function in found:
+        for node in ast.walk(function):
+            if isinstance(node, ast.Subscript):
+                index = node.slice
+                for part in index.elts if isinstance(index, ast.Tuple) else [index]:
+                    negative = isinstance(part, ast.UnaryOp) and isinstance(part.op, ast.USub)
+                    assert not negative, f"{name}:{node.lineno}"
 
 
 def test_what_is_left_of_helpers_is_internal():
