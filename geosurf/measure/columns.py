@@ -99,7 +99,8 @@ def _signs(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
     open_rows = np.flatnonzero(~sure)
     if len(open_rows):
         used, mine = np.unique(rows[open_rows], return_inverse=True)
-        points = np.ascontiguousarray(x[used])
+        points = np.zeros((len(used), 3))
+        points[:, :2] = x[used, :2]
         m, w = frame_of(points)
         out = np.empty(len(open_rows), dtype=np.int64)
         orient2d_rows(points, mine.reshape(-1, 3), m, w, out)

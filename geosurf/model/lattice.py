@@ -39,7 +39,7 @@ class Lattice(Noun):
     Raises
     ------
     SurfaceError
-        If arrays are no numbers, or their shapes do not fit together.
+        If arrays are no numbers, empty, or their shapes do not fit together.
     """
 
     easting: np.ndarray
@@ -57,6 +57,8 @@ class Lattice(Noun):
                 f"a lattice has easting of shape {found[0]}, northing {found[1]} and elevation "
                 f"{shape}; expected (n_col,), (n_row,) and (n_row, n_col), or all (n_row, n_col)."
             )
+        if 0 in shape:
+            raise SurfaceError(f"a lattice has {shape[0]} x {shape[1]} nodes; leave it out.")
 
     def __repr__(self) -> str:
         n_row, n_col = self.shape

@@ -146,13 +146,15 @@ def triangulate_ring(ring: np.ndarray) -> np.ndarray:
     >>> triangulate_ring(np.array([[0.0, 0], [9, 0], [9, 9], [0, 9]])).tolist()
     [[3, 0, 1], [1, 2, 3]]
     """
-    m, w = frame_of(np.ascontiguousarray(ring))
+    corners = np.zeros((len(ring), 3))
+    corners[:, :2] = ring
+    m, w = frame_of(corners)
 
     def turns(rows: Any) -> np.ndarray:
         """Exact sign of the turn at each row of three corners."""
         rows = np.array(rows, dtype=np.int64).reshape(-1, 3)
         out = np.zeros(len(rows), dtype=np.int64)
-        orient2d_rows(np.ascontiguousarray(ring), rows, m, w, out)
+        orient2d_rows(corners, rows, m, w, out)
         return out
 
     left = list(range(len(ring)))
