@@ -6,8 +6,9 @@ thinner than that rounding, and children turn over. Rounding the *output* again 
 for ever. Rounding the *input* cannot: vertices of the faces concerned move to multiples of a
 step far coarser than float64, the exact arrangement is made anew, and what was nearly
 degenerate is now either exactly so or thick enough; slivers whose corners come together are shut.
-Steps grow until it holds; the largest move is reported, and beyond the last step the call fails by
-name.
+Steps grow until it holds. Inputs on round numbers lie on all steps and do not move; if nothing else
+helped, each vertex moves by up to a step more, as its own coordinates tell. The largest move is
+reported, and if that does not help, the call fails by name.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from geosurf.rebuild.assemble import first_of_equals
 from geosurf.rebuild.soundness import crossing_faces
 
 STEPS = tuple(2.0**-k for k in (28, 24, 20, 16, 13))  # metres; the last moves by 0.1 mm at most
+SHIFT = 2.0**-15  # metres; with rounding to it, at most three quarters of what the last step moves
 
 
 def unsound(contacts: Contacts, children: Children) -> np.ndarray:
@@ -53,7 +55,7 @@ def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float
     Raises
     ------
     RoundingError
-        If the coarsest step does not help: names the surface and the place.
+        If neither the coarsest step nor a shift helps: names the surface and the place.
     """
     children = cut_contacts(contacts)
     bad = unsound(contacts, children)
@@ -62,10 +64,10 @@ def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float
     given = contacts.surfaces
     moved = [np.zeros(surface.n_vertex, dtype=bool) for surface in given]
     first, held = (contacts, bad), _held(given)
-    for step in STEPS:
+    for move, step in (*((_rounded, step) for step in STEPS), (_shifted, SHIFT)):
         for _ in range(3):
             _mark(contacts, bad, moved)
-            surfaces = [_rounded(s, m, step, held) for s, m in zip(given, moved, strict=True)]
+            surfaces = [_moved(s, m, move, step, held) for s, m in zip(given, moved, strict=True)]
             try:
                 contacts = find_contacts(surfaces, **contacts.options)
             except SurfaceError:
@@ -118,14 +120,31 @@ def _held(surfaces) -> list[np.ndarray]:
     return [np.unique(np.concatenate([w[:, axis] for w in walls] or [[]])) for axis in range(3)]
 
 
-def _rounded(surface: TriSurface, moved: np.ndarray, step: float, held) -> TriSurface:
-    """The surface with some vertices on multiples of a step (of world coordinates)."""
+def _rounded(places: np.ndarray, step: float) -> np.ndarray:
+    """Multiples of a step (of world coordinates)."""
+    rounded: np.ndarray = np.rint(places / step) * step + 0.0
+    return rounded
+
+
+def _shifted(places: np.ndarray, step: float) -> np.ndarray:
+    """Multiples of a step, up to one step off on each axis: equal places move alike."""
+    bits = np.ascontiguousarray(places + 0.0).view(np.uint64)
+    mixed = bits * np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
+    mixed ^= mixed >> np.uint64(29)
+    one = mixed.sum(axis=1, dtype=np.uint64) * np.uint64(0xBF58476D1CE4E5B9)
+    thirds = [(one >> np.uint64(k)) % np.uint64(3) for k in (17, 31, 45)]
+    return _rounded(places, step) + step * (np.stack(thirds, axis=1).astype(np.float64) - 1.0)
+
+
+def _moved(surface: TriSurface, moved: np.ndarray, move, step: float, held) -> TriSurface:
+    """The surface with some vertices rounded or shifted to multiples of a step."""
     if not moved.any():
         return surface
     vertices = surface.vertices.copy()
+    there = move(vertices[moved], step)
     for axis in range(3):
-        free = moved & ~np.isin(vertices[:, axis], held[axis])
-        vertices[free, axis] = np.rint(vertices[free, axis] / step) * step + 0.0
+        stays = np.isin(vertices[moved, axis], held[axis])
+        vertices[moved, axis] = np.where(stays, vertices[moved, axis], there[:, axis])
     marks, triangles = dict(surface.vertex_data), _triangles(surface)
     marks.pop("node", None)  # what was moved lies over a node no more
     if not marks:  # torn sheets know their triangles by row
