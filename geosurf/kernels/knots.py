@@ -86,6 +86,16 @@ def turn_round(knots, a, b):
 
 
 @scalar
+def _largest(values, first, last):
+    """The largest of some of values, or NaN; what numba makes of `max` cannot be frozen."""
+    largest = values[first]
+    for k in range(first + 1, last):
+        if values[k] > largest or math.isnan(values[k]):
+            largest = values[k]
+    return largest
+
+
+@scalar
 def cut_chords(knots, a, b, tolerance, rows, n):
     """Append points and parameters (7,) along knots a to b; the bound, the estimate in it, and
     whether that is noise or not known.
@@ -97,13 +107,13 @@ def cut_chords(knots, a, b, tolerance, rows, n):
     for k in range(a, b):
         doubts[k - a], rough = doubt_at(knots, K_DOUBT, k, a, b)
         noisy = noisy or not (rough <= 0.5 * tolerance and math.isfinite(doubts[k - a]))
-    worst, bound = doubts.max(), 0.0
+    worst, bound = _largest(doubts, 0, b - a), 0.0
     for k in range(a, b):
         if k == a:
             count = 1
         else:
             fault = SAFETY * knots[k, K_AWAY]
-            taken = doubts[max(k - a - 2, 0) : k - a + 2].max() + fault
+            taken = _largest(doubts, max(k - a - 2, 0), min(k - a + 2, b - a)) + fault
             left = tolerance - taken
             left = left if left > _LEAST * tolerance else _BEYOND * tolerance
             count, error = chords(knots[k - 1], knots[k], left)
