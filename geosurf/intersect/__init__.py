@@ -128,7 +128,7 @@ def curves_of(contacts: Contacts) -> Curves:
     Curves
     """
     pairs = pairs_of_rows(contacts)
-    if are_plain(contacts, pairs):
+    if are_plain(contacts):
         places, segments, surfaces = canonical(contacts.x, contacts.ids[:, :2], pairs)
         names = tuple(s.name for s in contacts.surfaces)
         return _linked(names, contacts.origin, places, segments, surfaces, [], contacts.cost)

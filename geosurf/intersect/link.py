@@ -10,13 +10,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.contact.search import ULP, Contacts
+from geosurf.contact.search import Contacts
 from geosurf.kernels.chains import link_segments
 from geosurf.kernels.contact import COPLANAR, N_CORNER
 from geosurf.kernels.gather import number_below
-from geosurf.kernels.linking import break_ties, overlap_free, rank_places, sort_segments
-
-_REACH = 64 * ULP  # of the largest coordinate; rounding moves points by less than two
+from geosurf.kernels.linking import overlap_free
+from geosurf.kernels.ranking import sort_places_and_segments, sort_segments
 
 
 def pairs_of_rows(contacts: Contacts) -> np.ndarray:
@@ -25,15 +24,14 @@ def pairs_of_rows(contacts: Contacts) -> np.ndarray:
     return np.stack([np.minimum(one, two), np.maximum(one, two)], axis=1)
 
 
-def are_plain(contacts: Contacts, pairs: np.ndarray) -> bool:
+def are_plain(contacts: Contacts) -> bool:
     """Whether contacts are segments of two surfaces each that cannot overlap.
 
     So nothing has to be split, and no segment is there twice: see `geosurf.kernels.linking`.
     """
-    if (pairs[:, 0] == pairs[:, 1]).any():
-        return False
-    reach = _REACH * float(np.abs(contacts.x).max(initial=0.0)) + 1e-300
-    return overlap_free(contacts.x, len(contacts.t), contacts.rows, contacts.ids, reach) == 1
+    graphs = np.array([s.lattice is not None and s.lattice.is_graph for s in contacts.surfaces])
+    of_face = contacts.surface_of_face
+    return overlap_free(contacts.x, of_face, graphs, contacts.rows, contacts.ids) == 1
 
 
 def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -58,10 +56,16 @@ def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np
 
 def _once(segments, surfaces, n_point):
     """Each segment of each pair once, lower point first, sorted by surfaces and then points."""
+    pairs, pair = _numbered(surfaces)
+    segments, first = sort_segments(segments, pair, n_point, len(pairs))
+    return segments, np.repeat(pairs, np.diff(first), axis=0)
+
+
+def _numbered(surfaces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct pairs of surfaces, sorted, and the number of each pair among them."""
     n_surface = int(surfaces.max(initial=0)) + 1
-    pairs, pair = number_below(surfaces[:, 0] * n_surface + surfaces[:, 1], n_surface**2)
-    segments, pair = sort_segments(segments, pair, n_point, len(pairs))
-    return segments, np.stack(np.divmod(pairs, n_surface), axis=1).take(pair, axis=0)
+    keys, number = number_below(surfaces[:, 0] * n_surface + surfaces[:, 1], n_surface**2)
+    return np.stack(np.divmod(keys, n_surface), axis=1), number
 
 
 def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
@@ -85,18 +89,9 @@ def pairs_with_areas(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
 
 def canonical(local: np.ndarray, segments: np.ndarray, surfaces: np.ndarray):
     """Points in use, sorted by coordinates; segments and surfaces renumbered and sorted."""
-    used, number = number_below(segments.reshape(-1), len(local))
-    places = local.take(used, axis=0)  # rows: a quarter of what indexing takes
-    rank, first = rank_places(places, _by_coordinates(places))
-    segments, surfaces = _once(rank.take(number).reshape(-1, 2), surfaces, len(first))
-    return places.take(first, axis=0), segments, surfaces
-
-
-def _by_coordinates(place: np.ndarray) -> np.ndarray:
-    """Order by easting, northing, elevation: one sort of numbers in place of three."""
-    order = np.argsort(place[:, 0])
-    break_ties(place, order)
-    return order
+    pairs, pair = _numbered(surfaces)
+    places, segments, first = sort_places_and_segments(local, segments, pair, len(pairs))
+    return places, segments, np.repeat(pairs, np.diff(first), axis=0)
 
 
 def link(segments: np.ndarray, surfaces: np.ndarray, n_point: int):

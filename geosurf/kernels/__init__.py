@@ -32,7 +32,9 @@ file               question                                               source
 `radial`           in which order are triangles around an edge?           Weiler 1985
 `parts`            what hangs together -> cells
 `measures`         volume below faces, area and bounds                    Knuth's two-sum
-`chains`, `linking` segments -> curves
+`ranking`          places and segments in one order
+`linking`          segments that cannot overlap
+`chains`           segments -> curves
 `patch`            cubics between the nodes of a lattice, their trust
 `pyramid`          where can two smooth surfaces meet?
 `near`, `quarters` from pairs of blocks to pairs of cells

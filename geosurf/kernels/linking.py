@@ -1,4 +1,4 @@
-"""Segments of curves: which cannot overlap, and all of them in one order.
+"""Segments of curves that cannot overlap.
 
 Where triangles meet in segments that cross their faces, no segment can hold a point of another one
 inside, unless both lie in one face. For let p, an end of the segment of faces a' and b',
@@ -6,6 +6,10 @@ lie inside that of a and b. Then p is in a and in b', which therefore meet, too:
 ends at p, and lies in a beside the first; or p is inside that segment. Likewise for a' and
 b. But p is on the rim of a' or of b', and a segment with a point of the rim inside runs along it.
 So it is enough to look at the segments of each face, and at none where some run along edges.
+
+All of this is asked of two surfaces at a time. Where one of them has one point at most for each
+place in the map, two segments in a face of the other one need not be compared: they lie inside two
+triangles of the first, and no point inside one of these lies in another.
 
 Letters as in `exact`; contacts as in `contact`.
 """
@@ -24,8 +28,8 @@ from geosurf.kernels.contact import (
     TRIANGLE_B,
 )
 
-_SHORT = 32  # segments of a bucket that are sorted by insertion
 _MANY = 64  # segments of a face, above which the general way is faster than comparing all
+_REACH = 64 * 2.0**-52  # of the largest coordinate; rounding moves points by less than two
 
 
 @scalar
@@ -94,13 +98,29 @@ def _are_apart(x, a, b, p, q, reach):
 
 
 @scalar
-def _may_overlap(x, a, b, p, q, reach):
-    """Whether an end of one of two segments could lie inside the other one."""
+def _reach(x, a, b, p, q):
+    """More than rounding moves any of four points by."""
+    size = 0.0
+    for axis in range(3):
+        size = max(size, max(abs(x[a, axis]), abs(x[b, axis])))
+        size = max(size, max(abs(x[p, axis]), abs(x[q, axis])))
+    return _REACH * size + 1e-300
+
+
+@scalar
+def _may_overlap(x, ids, i, k):
+    """Whether an end of one of two contacts' segments could lie inside the other one, or they are
+    one segment twice.
+    """
+    a, b, p, q = ids[i, 0], ids[i, 1], ids[k, 0], ids[k, 1]
+    reach = _reach(x, a, b, p, q)
     if a == p or a == q:
         a, b = b, a
     if b == q:
         p, q = q, p
-    if b == p and a != q:  # they go on from each other, as nearly all of one face do
+    if b == p:  # they go on from each other, as nearly all of one face do
+        if a == q:
+            return True
         if _turns_away(x, a, b, q, reach):
             return False
     elif _are_apart(x, a, b, p, q, reach):
@@ -113,175 +133,38 @@ def _may_overlap(x, a, b, p, q, reach):
     )
 
 
-@entry("d2 l l2 l2 d -> l")
-def overlap_free(x, n_face, rows, ids, reach):
-    """1 if contacts are segments none of which can hold an end of another one inside, else 0.
+@entry("d2 l1 b1 l2 l2 -> l")
+def overlap_free(x, surface, graph, rows, ids):
+    """1 if contacts are segments, each once, that can hold no end of another one inside, else 0.
 
-    0 also where a face has so many that it is dear to say.
-    `reach` is above what rounding moves points by; contacts are sorted by their first faces.
+    Of another one of its two surfaces, that is. 0 also where a surface meets itself, and where a
+    face has so many segments that it is dear to say. `surface` is that of each face, `graph` tells
+    which of them have one point at most for each place in the map; contacts are sorted by their
+    faces, and these by surfaces.
     """
-    last = np.full(n_face, -1, dtype=np.int64)  # of those with it as their second face
+    last = np.full(surface.shape[0], -1, dtype=np.int64)  # of those with it as their second face
     before = np.empty(rows.shape[0], dtype=np.int64)
-    first = 0
+    run = 0  # the first one with this first face and this second surface
     for k in range(rows.shape[0]):
-        if not _crosses_faces(rows, k):
+        a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+        one, two = surface[a], surface[b]
+        if one == two or not _crosses_faces(rows, k):
             return 0
-        if rows[k, TRIANGLE_A] != rows[first, TRIANGLE_A]:
-            first = k
-        if k - first > _MANY:
-            return 0
-        a, b = ids[k, 0], ids[k, 1]
-        for i in range(first, k):
-            if _may_overlap(x, a, b, ids[i, 0], ids[i, 1], reach):
+        if a != rows[run, TRIANGLE_A] or two != surface[rows[run, TRIANGLE_B]]:
+            run = k
+        if not graph[two]:
+            if k - run > _MANY:
                 return 0
-        before[k] = i = last[rows[k, TRIANGLE_B]]
-        last[rows[k, TRIANGLE_B]] = k
-        n_seen = 0
-        while i >= 0:
-            n_seen += 1
-            if n_seen > _MANY or _may_overlap(x, a, b, ids[i, 0], ids[i, 1], reach):
-                return 0
-            i = before[i]
+            for i in range(run, k):
+                if _may_overlap(x, ids, i, k):
+                    return 0
+        if not graph[one]:
+            before[k] = i = last[b]
+            last[b] = k
+            n_seen = 0
+            while i >= 0 and surface[rows[i, TRIANGLE_A]] == one:
+                n_seen += 1
+                if n_seen > _MANY or _may_overlap(x, ids, i, k):
+                    return 0
+                i = before[i]
     return 1
-
-
-@scalar
-def _place_after(x, i, j):
-    """Whether place i comes after place j of the same easting."""
-    if x[i, 1] != x[j, 1]:
-        return x[i, 1] > x[j, 1]
-    return x[i, 2] > x[j, 2]
-
-
-@scalar
-def _insert(x, order, low, high):
-    """Sort a short part of an order by northing and elevation."""
-    for k in range(low + 1, high):
-        i = order[k]
-        j = k - 1
-        while j >= low and _place_after(x, order[j], i):
-            order[j + 1] = order[j]
-            j -= 1
-        order[j + 1] = i
-
-
-@scalar
-def _sort_by(x, axis, order, low, high):
-    """Sort a long part of an order by one coordinate."""
-    part = order[low:high].copy()
-    values = np.empty(high - low)
-    for k in range(high - low):
-        values[k] = x[part[k], axis]
-    places = np.argsort(values)
-    for k in range(high - low):
-        order[low + k] = part[places[k]]
-
-
-@entry("d2 l1 -> .")
-def break_ties(x, order):
-    """Order places by northing, then elevation, where an order by easting has equal ones."""
-    n = order.shape[0]
-    low = 0
-    while low < n:
-        high = low + 1
-        while high < n and x[order[high], 0] == x[order[low], 0]:
-            high += 1
-        if high - low <= _SHORT:
-            _insert(x, order, low, high)
-        else:
-            _sort_by(x, 1, order, low, high)
-            start = low
-            while start < high:
-                end = start + 1
-                while end < high and x[order[end], 1] == x[order[start], 1]:
-                    end += 1
-                if end - start <= _SHORT:
-                    _insert(x, order, start, end)
-                else:
-                    _sort_by(x, 2, order, start, end)
-                start = end
-        low = high
-
-
-@entry("d2 l1 -> l1 l1")
-def rank_places(x, order):
-    """Rank of each place among the distinct ones, and the first row of each, from their order."""
-    rank = np.empty(order.shape[0], dtype=np.int64)
-    first = np.empty(order.shape[0], dtype=np.int64)
-    n = 0
-    for k in range(order.shape[0]):
-        i = order[k]
-        j = order[k - 1] if k > 0 else i
-        if k == 0 or x[i, 0] != x[j, 0] or x[i, 1] != x[j, 1] or x[i, 2] != x[j, 2]:
-            first[n] = i
-            n += 1
-        rank[i] = n - 1
-    return rank, first[:n].copy()
-
-
-@scalar
-def _comes_after(segments, i, j):
-    """Whether segment i has a higher upper point than j."""
-    return max(segments[i, 0], segments[i, 1]) > max(segments[j, 0], segments[j, 1])
-
-
-@scalar
-def _by_upper_point(segments, order, low, high):
-    """Sort a part of an order."""
-    if high - low > _SHORT:
-        upper = np.empty(high - low, dtype=np.int64)
-        for k in range(low, high):
-            upper[k - low] = max(segments[order[k], 0], segments[order[k], 1])
-        part = order[low:high].copy()
-        places = np.argsort(upper)
-        for k in range(low, high):
-            order[k] = part[places[k - low]]
-        return
-    for k in range(low + 1, high):
-        row = order[k]
-        j = k - 1
-        while j >= low and _comes_after(segments, order[j], row):
-            order[j + 1] = order[j]
-            j -= 1
-        order[j + 1] = row
-
-
-@scalar
-def _buckets(keys, rows, n):
-    """Rows in the order of their keys below n; those of one key stay as they were."""
-    start = np.zeros(n + 1, dtype=np.int64)
-    for k in range(keys.shape[0]):
-        start[keys[k] + 1] += 1
-    for k in range(n):
-        start[k + 1] += start[k]
-    fill = start.copy()
-    order = np.empty(rows.shape[0], dtype=np.int64)
-    for k in range(rows.shape[0]):
-        key = keys[rows[k]]
-        order[fill[key]] = rows[k]
-        fill[key] += 1
-    return order, start
-
-
-@entry("l2 l1 l l -> l2 l1")
-def sort_segments(segments, pair, n_point, n_pair):
-    """Each segment of each pair once, lower point first, by pair, then points; and its pair."""
-    n = segments.shape[0]
-    lower = np.empty(n, dtype=np.int64)
-    for k in range(n):
-        lower[k] = min(segments[k, 0], segments[k, 1])
-    order, start = _buckets(lower, np.arange(n), n_point)
-    for point in range(n_point):
-        if start[point + 1] - start[point] > 1:
-            _by_upper_point(segments, order, start[point], start[point + 1])
-    order, _ = _buckets(pair, order, n_pair)
-    out, of = np.empty((n, 2), dtype=np.int64), np.empty(n, dtype=np.int64)
-    m = 0
-    for k in range(n):
-        i = order[k]
-        low, high = lower[i], max(segments[i, 0], segments[i, 1])
-        if m > 0 and of[m - 1] == pair[i] and out[m - 1, 0] == low and out[m - 1, 1] == high:
-            continue
-        out[m, 0], out[m, 1], of[m] = low, high, pair[i]
-        m += 1
-    return out[:m].copy(), of[:m].copy()
