@@ -126,7 +126,7 @@ def test_a_wall_whose_triangles_overlap_in_a_line_is_not_plain():
 
 def test_two_faces_that_meet_a_third_in_the_same_segment_are_not_plain():
     flat = sheet("Top", [(0, 0, 0), (9, 0, 0), (9, 9, 0), (0, 9, 0)])
-    corners = [(1, 4, -1), (5, 4, -1), (3, 4, 1), (1, 2, -1), (5, 2, -1), (3, 6, 1)]
+    corners = [(4, 3, -1), (8, 3, -1), (6, 3, 1), (4, 1, -1), (8, 1, -1), (6, 5, 1)]
     wall = type(flat)("F1", "fault", corners, [[0, 1, 2], [3, 4, 5]])
     for surfaces in ([flat, wall], [wall, flat]):
         contacts = find_contacts(surfaces)
