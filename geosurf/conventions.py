@@ -301,6 +301,43 @@ def is_number(value: Any) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
 
 
+def real_numbers(values: Any) -> np.ndarray:
+    """
+    Return values as float64; what numpy would turn into some number, though it is none, is refused.
+
+    Parameters
+    ----------
+    values : array_like
+
+    Returns
+    -------
+    ndarray of float64
+        The array itself if it is one; values under a mask are not-a-number.
+
+    Raises
+    ------
+    TypeError
+        For complex numbers, dates and spans of time.
+    ValueError
+        For words, and rows of several lengths.
+
+    Examples
+    --------
+    >>> real_numbers([1, 2])
+    array([1., 2.])
+    >>> real_numbers(np.array(["2001-01-01"], dtype="datetime64[D]"))
+    Traceback (most recent call last):
+    TypeError: datetime64[D]
+    """
+    array = np.asarray(values)
+    if array.dtype.kind in "cmM":
+        raise TypeError(array.dtype)
+    if np.ma.isMaskedArray(values):
+        array = np.ma.filled(values.astype(np.float64), np.nan)
+    found: np.ndarray = np.asarray(array, dtype=np.float64)
+    return found
+
+
 def place(point: Iterable[float]) -> str:
     """Return coordinates as people read them, for messages.
 

@@ -78,6 +78,12 @@ def cross(p: Point, q: Point) -> Point:
     )
 
 
+def normal_of(triangle: Sequence[Point]) -> Point:
+    """Where a triangle's front looks."""
+    a, b, c = triangle
+    return cross(minus(b, a), minus(c, a))
+
+
 def clip(points: set[Point], normal: Point, through: Point) -> set[Point]:
     """Corners (and perhaps more points) of a convex set's part where the normal points."""
     height = {p: dot(normal, minus(p, through)) for p in points}
@@ -144,8 +150,7 @@ def feature(triangle, p: Point) -> str | None:
 
 
 def flat(triangle) -> bool:
-    a, b, c = rational(triangle)
-    return not any(cross(minus(b, a), minus(c, a)))
+    return not any(normal_of(rational(triangle)))
 
 
 def coplanar(P, Q) -> bool:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.kernels.contact import CROSSING, FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.mesh import weld
@@ -86,7 +87,7 @@ def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
 def _checked(letter: str, triangle: Any) -> np.ndarray:
     """Float64 (3, 3), finite, or a SurfaceError."""
     try:
-        corners = np.asarray(triangle, dtype=np.float64)
+        corners = real_numbers(triangle)
     except (TypeError, ValueError) as error:
         raise SurfaceError(f"triangle {letter} is not made of numbers: {error}.") from error
     if corners.shape != (3, 3):

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model.base import Noun, frozen
 from geosurf.model.survey import Survey
@@ -302,11 +303,7 @@ def _steps(array: np.ndarray) -> tuple[int, int, int]:
 def _numbers(key: str, values: Any) -> Any:
     """Values as float64, masked ones not-a-number, or a SurfaceError."""
     try:
-        if np.iscomplexobj(values):
-            raise TypeError("complex")
-        if np.ma.isMaskedArray(values):
-            values = np.ma.filled(values.astype(np.float64), np.nan)
-        return np.asarray(values, dtype=np.float64)
+        return real_numbers(values)
     except (TypeError, ValueError) as error:
         raise SurfaceError(
             f"{key} of a lattice is not made of numbers ({error}). Give an array of metres."

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model.base import Noun, frozen, polydata
 from geosurf.model.lattice import Lattice
@@ -166,9 +167,7 @@ class TriSurface(Noun):
 def _checked_vertices(name: str, vertices: Any) -> np.ndarray:
     """Float64 (n, 3), finite, or a SurfaceError."""
     try:
-        if np.iscomplexobj(vertices):
-            raise TypeError("complex")
-        array = np.asarray(vertices, dtype=np.float64)
+        array = real_numbers(vertices)
     except (TypeError, ValueError) as error:
         raise SurfaceError(
             f"surface {name!r}: vertices are not numbers ({error}). "

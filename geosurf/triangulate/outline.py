@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import place
+from geosurf.conventions import place, real_numbers
 from geosurf.errors import InputError, InvariantError
 from geosurf.kernels.predicates import frame_of, orient2d_rows
 
@@ -70,7 +70,7 @@ def _as_ring(outline: Any) -> np.ndarray:
             )
         outline = outline[0]
     try:
-        ring = np.asarray(outline, dtype=np.float64)
+        ring = real_numbers(outline)
     except (TypeError, ValueError) as error:
         raise InputError(f"aoi: {type(outline).__name__} does not hold numbers. {how}") from error
     if ring.ndim != 2 or ring.shape[1] not in (2, 3):

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import place
+from geosurf.conventions import place, real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model import TriSurface
 from geosurf.triangulate.degenerate import find_zero_area, refuse_zero_area
@@ -114,7 +114,7 @@ def _checked(stick: Any, i: int, name: str) -> np.ndarray:
 def _points(stick: Any, i: int, name: str) -> np.ndarray:
     """Float64 (n_point, 3), two or more, finite; or a SurfaceError."""
     try:
-        line = np.asarray(stick, dtype=np.float64)
+        line = real_numbers(stick)
     except (TypeError, ValueError) as error:
         raise SurfaceError(
             f"fault {name!r}: stick {i} is not an array of numbers ({error}). "

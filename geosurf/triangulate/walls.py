@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import real_numbers
 from geosurf.errors import InputError
 from geosurf.kernels.predicates import MAX_COORDINATE
 from geosurf.model import TriSurface
@@ -98,7 +99,7 @@ def _fence(ring: np.ndarray, limits: np.ndarray) -> list[TriSurface]:
 def _checked_box(box: Sequence[float]) -> np.ndarray:
     """Float64 (6,), finite and in order, or an InputError."""
     try:
-        limits = np.asarray(box, dtype=np.float64)
+        limits = real_numbers(box)
     except (TypeError, ValueError) as error:
         raise InputError(f"box: {box!r} is not six numbers. Give {_BOX} in metres.") from error
     if limits.shape != (6,):

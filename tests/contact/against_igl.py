@@ -1,10 +1,10 @@
-"""Compare with libigl: ``python -m tests.contact.against_igl [scenes] [seconds] [folder of igl]``.
+"""Compare with libigl: ``python -m tests.contact.against_igl [scenes] [seconds] [folder] [first]``.
 
 Two surfaces of triangles with corners in 0..3 and, every third time, a closed box inside; walls
 around them. The pairs of triangles in contact, the length of the common curve (where they share
 no area), and the number of cells, from our triangles and from its own, are those of
 `igl.copyleft.cgal`; the number of cells is that of a rank, too (`oracles.n_cell`). libigl is no
-dependency: name the site-packages where it lies. Ends with 1 if an answer differs.
+dependency: name the folder of site-packages where it lies. Ends with 1 if an answer differs.
 """
 
 from __future__ import annotations
@@ -137,8 +137,8 @@ def compare(seed: int, kit, done: Counter) -> None:
     walls = build_walls(box)
     try:
         patches = rebuild_surfaces([*surfaces, *walls], self_intersections=True)
-    except GeosurfError:
-        done["refused"] += 1
+    except GeosurfError as error:
+        judge(seed, "refused", False, done, 1, str(error))
         return
     own = carve_units(patches).report["cells"]
     rank = oracles.n_cell(patches.triangles)
@@ -168,7 +168,8 @@ def main(arguments: list[str]) -> int:
     sys.path.extend(arguments[2:3])
     kit = import_module("igl.copyleft.cgal")
     start, done = time.monotonic(), Counter()
-    for seed in range(total):
+    first = int(arguments[3]) if len(arguments) > 3 else 0
+    for seed in range(first, first + total):
         if time.monotonic() - start > seconds:
             break
         compare(seed, kit, done)

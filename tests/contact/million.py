@@ -1,4 +1,4 @@
-"""Count wrong contacts of pairs: ``python -m tests.contact.million [pairs] [seconds]``.
+"""Count wrong contacts of pairs: ``python -m tests.contact.million [pairs] [seconds] [first]``.
 
 What `meet_pairs` says (every named point, coplanar, crossing) against whole-number arithmetic over
 arrays: int64 where coordinates are 0..3 (and the same pairs moved, which changes no sign), Python
@@ -271,12 +271,13 @@ def double_chunk(name, rng, n, sample=SAMPLE):
 def main(arguments: list[str]) -> int:
     total = int(arguments[0]) if arguments else 1_000_000
     seconds = float(arguments[1]) if len(arguments) > 1 else float("inf")
+    first = int(arguments[2]) if len(arguments) > 2 else 0
     start, done = time.monotonic(), {}
-    for step in range(-(-total // (CHUNK * (3 + len(FAMILIES))))):
-        for name in ("lattice", *FAMILIES):
+    for step in range(first, first - (-total // (CHUNK * (3 + len(FAMILIES))))):
+        for family, name in enumerate(("lattice", *FAMILIES)):
             if time.monotonic() - start > seconds:
                 break
-            rng = np.random.default_rng([step, len(name)])
+            rng = np.random.default_rng([step, family])
             known = name == "lattice"
             chunk = lattice_chunk(rng, CHUNK) if known else double_chunk(name, rng, CHUNK)
             n, meeting, P, Q, wrong = chunk

@@ -1,9 +1,10 @@
-"""Count what is wrong over damaged inputs: ``python -m tests.real.damages [cases] [seconds]``.
+"""Count wrong answers to damage: ``python -m tests.real.damages [cases] [seconds] [first]``.
 
 Meshes with one or two of the damages of `test_fuzz`, and lattices with those below, meet a whole
-mesh: an error of ours, or a result that its certificate calls right. A case that takes half a
-minute ends the run with a traceback, as a crash does; it stops after so many seconds, if they
-are given, and ends with 1 if a case is wrong.
+mesh: an error of ours, or a result that its certificate calls right. What is not harmed must not be
+refused, and what is beyond use must be. A case that takes half a minute ends the run with a
+traceback, as a crash does; it stops after so many seconds, if they are given, and ends with 1 if a
+case is wrong.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 import geosurf as gs
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeosurfError, InvariantError
+from tests import oracles
 from tests.real.test_fuzz import DAMAGES, put, read_only, whole, whole_way
 
 
@@ -100,16 +102,35 @@ LATTICE_DAMAGES = {
 }  # fmt: skip
 
 
+HARMLESS = {
+    "nothing", "falling axes", "a node undefined", "negative zeros", "float32", "lists", "objects",
+    "whole numbers", "Fortran order", "read-only, with strides", "int8", "uint64", "UTM",
+    "every vertex twice", "every triangle twice", "tiny steps",
+}  # fmt: skip
+HOPELESS = {
+    "one node", "no nodes", "no rows", "nothing defined", "every second node", "no place defined",
+    "infinite", "infinitely far", "undefined as a number", "beyond all bounds", "axes too long",
+    "all in one place", "heights in a line", "heights in layers", "a number", "none", "ragged",
+    "words", "complex", "dates", "nan", "two columns", "one row of numbers", "edges for triangles",
+    "indices with fractions", "a negative index", "an index too large", "a huge index",
+    "a corner twice", "no triangles", "nothing at all",
+}  # fmt: skip
+
+
 def damaged_mesh(rng):
-    """Vertices and triangles with one damage, or with a second where it can still be done."""
+    """Vertices and triangles with one damage, or with a second where it can still be done; and
+    what was done.
+    """
     mesh = whole(int(rng.integers(4)), rng)
+    done = [flat_or_not(mesh, "flat")]
     for name in rng.choice(list(DAMAGES), rng.integers(1, 3)):
         try:
             with warnings.catch_warnings(action="ignore"):
                 mesh = DAMAGES[name](*(np.asarray(part) for part in mesh))
         except (IndexError, OverflowError, TypeError, ValueError):
             break
-    return mesh
+        done.append(str(name))
+    return mesh, done
 
 
 def damaged_lattice(kind: str, rng):
@@ -122,6 +143,12 @@ def damaged_lattice(kind: str, rng):
     return gs.TriSurface("A", "fault", lattice=lattice)
 
 
+def flat_or_not(mesh, word: str) -> str:
+    """What a whole mesh may have of its own: a triangle without an area."""
+    x, t = mesh
+    return word if any(oracles.flat(x[corners]) for corners in t) else "nothing"
+
+
 def meets(surface, second):
     """The certificate of a surface with another, and its curves in either order."""
     pair = [surface, gs.TriSurface("B", "fault", *second)]
@@ -130,38 +157,50 @@ def meets(surface, second):
     return certify(gs.rebuild_surfaces(pair, self_intersections=True))
 
 
-def answer_of(seed: int):
-    """A certificate, or an error of ours is raised."""
+def case_of(seed: int):
+    """What is damaged, by name, and how to get its certificate."""
     rng = np.random.default_rng([21, seed])
     if seed % 2:
         kind = list(LATTICE_DAMAGES)[(seed // 2) % len(LATTICE_DAMAGES)]
-        return meets(damaged_lattice(kind, rng), whole(int(rng.integers(4)), rng))
-    mesh = damaged_mesh(rng)
+        second = whole(int(rng.integers(4)), rng)
+        return [kind, flat_or_not(second, "flat for good")], lambda: meets(
+            damaged_lattice(kind, rng), second
+        )
+    mesh, done = damaged_mesh(rng)
+    second = whole(int(rng.integers(4)), rng)
+    done.append(flat_or_not(second, "flat for good"))
     if seed % 16 == 0:
-        return whole_way(mesh, whole(int(rng.integers(4)), rng))
-    return meets(gs.TriSurface("A", "fault", *mesh), whole(int(rng.integers(4)), rng))
+        return done, lambda: whole_way(mesh, second)
+    return done, lambda: meets(gs.TriSurface("A", "fault", *mesh), second)
 
 
 def what_becomes_of(seed: int) -> tuple[str, str]:
     """One of "right", "refused" and "wrong", and why it is wrong."""
+    done, answer_of = case_of(seed)
     try:
-        answer = answer_of(seed)
+        answer = answer_of()
     except GeosurfError as error:
         if isinstance(error, InvariantError):
             return "wrong", f"{type(error).__name__}: {error}"
+        if set(done) <= HARMLESS:
+            return "wrong", f"{done} is no reason to refuse: {error}"
         return "refused", ""
     except Exception as error:  # what is not ours is wrong
         return "wrong", f"{type(error).__name__}: {error}"
+    real = set(done) - {"nothing"}
+    if "flat for good" in real or (len(real) == 1 and real <= HOPELESS):
+        return "wrong", f"{done} is used as if it were whole"
     return ("right", "") if answer.ok else ("wrong", str(answer))
 
 
 def main(arguments: list[str]) -> int:
     total = int(arguments[0]) if arguments else 10_000
     seconds = float(arguments[1]) if len(arguments) > 1 else float("inf")
+    first = int(arguments[2]) if len(arguments) > 2 else 0
     start, done = time.monotonic(), Counter()
     what_becomes_of(0)  # kernels are compiled in no case's time
     warnings.simplefilter("error")  # one that we let through is as foreign as an error
-    for seed in range(total):
+    for seed in range(first, first + total):
         if time.monotonic() - start > seconds:
             break
         faulthandler.dump_traceback_later(30, exit=True)

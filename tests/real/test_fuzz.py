@@ -7,7 +7,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.carve.certificate import certify
-from geosurf.errors import GeosurfError, InvariantError, SurfaceError
+from geosurf.errors import GeosurfError, InputError, InvariantError, SurfaceError
 
 WALLS = gs.build_walls((0.5, 3.5, 0.25, 3.25, -5.0, 5.0))
 
@@ -134,6 +134,7 @@ X, Y, Z = np.arange(4.0), np.arange(3.0), np.zeros((3, 4))
         ((X, Y, Z.ravel()), r"and elevation \(12,\)"),
         ((list("abcd"), Y, Z), r"easting of a lattice is not made of numbers"),
         ((X, Y + 1j, Z), r"northing .*complex.*Give an array of metres"),
+        ((X, Y, Z.astype("timedelta64[ms]")), r"elevation .*\(timedelta64\[ms\]\).*of metres"),
     ],
 )
 def test_lattices_that_do_not_fit_are_refused(parts, words):
@@ -145,3 +146,27 @@ def test_masked_nodes_are_absent():
     z = np.ma.masked_array(np.zeros((3, 3)), mask=np.eye(3))
     lattice = gs.Lattice(np.arange(3.0), np.arange(3.0), z)
     assert lattice.present.sum() == 6
+
+
+DATES = np.zeros((3, 3), dtype="datetime64[D]")
+TRIANGLE = np.array([[0.0, 0, 0], [9, 0, 0], [0, 9, 0]])
+
+
+@pytest.mark.parametrize("wrong", [DATES, DATES - DATES, TRIANGLE + 1j], ids=str)
+def test_what_numpy_would_make_numbers_of_is_refused(wrong):
+    """Dates would be days since 1970, and complex numbers lose a part."""
+    for take, words in (
+        (lambda x: gs.TriSurface("A", "fault", x, [[0, 1, 2]]), r"'A': vertices are not numbers"),
+        (lambda x: gs.intersect_triangles(x, TRIANGLE), "triangle P is not made of numbers"),
+        (lambda x: gs.triangulate_sticks([x, TRIANGLE], name="F1"), "stick 0 is not an array of"),
+        (lambda x: gs.build_walls((0, 9, 0, 9, 0, 9), x[:, :2]), "aoi: ndarray does not hold num"),
+        (lambda x: gs.build_walls(x[:2].ravel()), "is not six numbers"),
+    ):
+        with pytest.raises(InputError, match=words):
+            take(wrong)
+
+
+def test_what_lies_under_a_mask_is_not_used():
+    hidden = np.ma.masked_array(TRIANGLE, mask=TRIANGLE == 9)
+    with pytest.raises(SurfaceError, match=r"2 vertices are not finite, the first is vertex 1"):
+        gs.TriSurface("A", "fault", hidden, [[0, 1, 2]])
