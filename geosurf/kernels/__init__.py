@@ -50,7 +50,7 @@ file               question                                               source
 `strips`, `expand` what no curve touches of a lattice; as triangles again
 `draped`           where a fault meets a drape                            marching triangles
 `lines`, `nodes`   lines of links and what is near them; bands of a lattice
-`envelope`         slots of the smoothest surface's matrix -> an envelope
+`bending`, `envelope` the smoothest surface: its equations, in a narrow band   Cuthill & McKee 1969
 `torn`             corners of the pieces of a torn sheet
 `coarsen`          fewer triangles within a tolerance                     Evans et al. 2001
 =================  =====================================================  =========================

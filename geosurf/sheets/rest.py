@@ -16,8 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.kernels.bending import bent_by
 from geosurf.sheets.frame import Frame
-from geosurf.sheets.solve import BEND, Graph, equations, solved, stiffness, weights_of
+from geosurf.sheets.solve import BEND, Graph, equations, weights_of
 from geosurf.sheets.tips import Tips
 
 AROUND = 16.0  # cells from a tip within which the sheet is solved with its shapes
@@ -110,19 +111,19 @@ def smoothest_rest(
         Heights, and the share of each shape in them: 0 where it does not pay.
     """
     weights = weights_of(stretch, BEND)
-    matrix, column, right, level = equations(graph, unknown, value, weights, pull, target)
-    energy = stiffness(graph, weights)
-    drawn = energy @ shapes
+    system, right, level = equations(graph, unknown, value, weights, pull, target)
+    drawn = bent_by(graph.east, graph.north, graph.square, shapes, weights)
     free = unknown >= 0
     at = np.empty(len(right), dtype=np.int64)
     at[unknown[free]] = np.flatnonzero(free)
-    plain, *moves = solved(matrix, column, [right, *drawn[at].T.copy()])
+    plain, *moves = system.solved([right, *drawn[at].T])
     moved = np.stack(moves, axis=1)
     heights = np.where(free, 0.0, value - level)
     heights[at] = plain
     own = shapes.T @ drawn - drawn[at].T @ moved
     wanted = drawn.T @ heights
-    cost = heights * (energy @ heights)
+    bent = bent_by(graph.east, graph.north, graph.square, heights[:, None], weights)
+    cost = heights * bent[:, 0]
     cost[at] += pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
     paying = np.zeros(shapes.shape[1], dtype=bool)
     for columns, around in groups:

@@ -240,9 +240,9 @@ class ScatteredRebuild(Rebuild):
 
         n = len(graph.east)
         weights = weights_of(self.stretch, bend)
-        every, none = np.arange(n), np.zeros(n)
-        matrix, column, _ = normal_equations(
-            graph.east, graph.north, graph.square, graph.cell, every, none, weights
+        every = np.arange(n)
+        matrix, column = normal_equations(
+            graph.east, graph.north, graph.square, graph.cell, every, weights
         )
         kept = column >= 0
         where = np.repeat(every, kept.sum(axis=1)), column[kept]

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.errors import InvariantError
-from geosurf.kernels.bending import DIAGONAL, factorise, normal_equations, substitute
-from geosurf.kernels.envelope import envelope_of, rows_of_slots
+from geosurf.kernels.envelope import factorise, fill_envelope, places_in_order, substitute
 from geosurf.kernels.nodes import links_between
 from geosurf.kernels.reach import steps_from
 
@@ -79,65 +78,65 @@ def smoothest(
     if n == 0:
         return np.empty(0)
     weights = weights_of(stretch, bend, third)
-    matrix, column, right, level = equations(graph, unknown, value, weights, pull, target)
-    return solved(matrix, column, [right])[0] + level
+    system, right, level = equations(graph, unknown, value, weights, pull, target)
+    return system.solved([right])[0] + level
 
 
-def equations(graph: Graph, unknown, value, weights, pull=None, target=None):
-    """Matrix by slots, its columns, right side, and the level that heights are counted from."""
+@dataclass(frozen=True, eq=False)
+class System:
+    """A symmetric matrix in its envelope; see `geosurf.kernels.envelope`.
+
+    Attributes
+    ----------
+    place : ndarray of int64 (n_unknown,)
+        Of each unknown, in the order in which it is solved for.
+    first, start : ndarray of int64
+    lower : ndarray
+    """
+
+    place: np.ndarray
+    first: np.ndarray
+    lower: np.ndarray
+    start: np.ndarray
+
+    def solved(self, rights: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Solve for some right sides (n_unknown,); once, since the matrix becomes its factor."""
+        stuck = factorise(self.first, self.lower, self.start)
+        if stuck >= 0:
+            number = int(np.flatnonzero(self.place == stuck)[0])
+            raise InvariantError(
+                f"the sheet's equations are singular at unknown {number} of {len(self.place)}; "
+                "please report this with the horizon and its faults."
+            )
+        found, placed = [], np.empty(len(self.place))
+        for right in rights:
+            placed[self.place] = right
+            found.append(substitute(self.first, self.lower, self.start, placed)[self.place])
+        return found
+
+
+def equations(
+    graph: Graph, unknown, value, weights, pull=None, target=None
+) -> tuple[System, np.ndarray, float]:
+    """Matrix, right side, and the level that heights are counted from; see `smoothest`."""
     known = value[unknown < 0]
     if pull is not None and target is not None:
         known = np.append(known, target[pull > 0])
     level = float(known.mean()) if len(known) else 0.0
-    shifted = np.where(unknown < 0, value - level, 0.0)
-    matrix, column, right = normal_equations(
-        graph.east, graph.north, graph.square, graph.cell, unknown, shifted, weights
+    place = places_in_order(graph.east, graph.north, unknown)
+    first, lower, start, right = fill_envelope(
+        graph.east, graph.north, graph.square, unknown, value - level, weights, place
     )
+    right = right[place]
     if pull is not None and target is not None:
-        matrix[:, DIAGONAL] += pull
+        lower[start[place + 1] - 1] += pull
         right += pull * np.where(pull > 0, target - level, 0.0)
-    return matrix, column, right, level
-
-
-def stiffness(graph: Graph, weights: np.ndarray):
-    """Sparse matrix (n, n) of the energy of all nodes of a graph."""
-    from scipy.sparse import csr_array
-
-    n = len(graph.east)
-    every, none = np.arange(n), np.zeros(n)
-    matrix, column, _ = normal_equations(
-        graph.east, graph.north, graph.square, graph.cell, every, none, weights
-    )
-    start, columns, values = rows_of_slots(matrix, column)
-    return csr_array((values, columns, start), shape=(n, n))
+    return System(place, first, lower, start), right, level
 
 
 def weights_of(stretch: np.ndarray, bend: float, third: float = 1.0) -> np.ndarray:
     """Weights of first, second and third differences, and of the two ways of a cell."""
     return np.array([STRETCH, bend, third, *(1.0 / stretch)])
-
-
-def solved(
-    matrix: np.ndarray, column: np.ndarray, rights: Sequence[np.ndarray]
-) -> list[np.ndarray]:
-    """Solve a symmetric system given by slots, reordered to a narrow envelope, for some sides."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import reverse_cuthill_mckee
-
-    n = len(matrix)
-    start, columns, values = rows_of_slots(matrix, column)
-    full = csr_array((values, columns, start), shape=(n, n))
-    order = reverse_cuthill_mckee(full, symmetric_mode=True).astype(np.int64)
-    place = np.empty(n, dtype=np.int64)
-    place[order] = np.arange(n)
-    first, envelope, offset = envelope_of(start, columns, values, place)
-    stuck = factorise(first, envelope, offset)
-    if stuck >= 0:
-        raise InvariantError(
-            f"the sheet's equations are singular at unknown {int(order[stuck])} of {n}; please "
-            "report this with the horizon and its faults."
-        )
-    return [substitute(first, envelope, offset, right[order])[place] for right in rights]
 
 
 def grounded(graph: Graph, unknown: np.ndarray) -> np.ndarray:

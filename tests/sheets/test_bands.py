@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import TriSurface
-from geosurf.kernels import envelope, lines, nodes
+from geosurf.kernels import lines, nodes
 from geosurf.kernels.draped import block_bounds
 from geosurf.kernels.sheets import own_height
 from geosurf.kernels.thirds import third_differences
@@ -181,24 +181,6 @@ def test_misfits_that_are_only_counted_are_zeros(values, met):
     assert found["median"] == pytest.approx(np.median(every))
     assert found["p95"] == pytest.approx(np.percentile(every, 95))
     assert found["max"] == every.max()
-
-
-@given(st.integers(1, 7), st.data())
-def test_an_envelope_holds_the_lower_half_of_a_matrix(n, data):
-    links = data.draw(st.sets(st.tuples(st.integers(0, n - 1), st.integers(0, n - 1))))
-    full = np.diag(np.arange(1.0, n + 1))
-    for k, (i, j) in enumerate(sorted(links)):
-        full[i, j] = full[j, i] = k + 10.0
-    column = np.where(full != 0, np.arange(n), -1)[:, data.draw(st.permutations(range(n)))]
-    matrix = np.take_along_axis(full, column, axis=1)
-    start, columns, values = envelope.rows_of_slots(matrix, column)
-    place = np.array(data.draw(st.permutations(range(n))), dtype=np.int64)
-    first, lower, offset = envelope.envelope_of(start, columns, values, place)
-    wanted = np.zeros((n, n))
-    wanted[np.ix_(place, place)] = full
-    for i in range(n):
-        assert first[i] == np.flatnonzero(wanted[i])[0]
-        assert lower[offset[i] : offset[i + 1]].tolist() == wanted[i, first[i] : i + 1].tolist()
 
 
 @pytest.mark.parametrize(("n_row", "n_col"), [(2, 2), (8, 9), (17, 40)])
