@@ -11,6 +11,7 @@ file               question                                               source
 `voxels`, `tree`   which triangles are near?                              Lo & Wang 2004
 `aligned`          the same for horizons with one map
 `upright`          the same for grids with straight axes, and what floats settle of it
+`under`            which cells of a patch may meet a cell? (heights of nodes)
 `sided`            how do triangles of two cells meet? (heights of corners)
 `wide`             the same beside triangles that are far wider than others
 `sure`             which pairs could meet otherwise once points are rounded?

@@ -27,9 +27,10 @@ from geosurf.kernels.tree import RISING, TURNED
 
 OPEN = -1  # in place of the codes of a pair: exact signs are needed
 DOUBT = -2  # what heights leave open
-# places in h: a corner, normal, bound; axis seen; for each edge a corner, steps, and the bound of
-# what two heights tell
-_CORNER, _NORMAL, _BOUND, _AXIS, _EDGE, N_TERM = 0, 3, 6, 7, 8, 23
+# places in h: a corner, normal, bound; axis seen; for each edge a corner, steps, and the bounds of
+# what one corner and what two heights tell
+CORNER, NORMAL, BOUND, _AXIS, _EDGE, N_TERM = 0, 3, 6, 7, 8, 26
+_OFF, _BOTH, _STEP = 4, 5, 6
 _SLACK = 1.0 + 1e-9  # above what bounds lose by rounding
 _EPS = 2.0**-53
 
@@ -76,27 +77,38 @@ def _main_axis(f, tri, slip):
 
 
 @scalar
-def ask(c, f, v, tri, reach, slip, h):
-    """What to ask of corners for a triangle: its plane, its edges seen along an axis, bounds.
+def ask_plane(c, f, v, tri, reach, slip, h):
+    """What to ask of corners for the plane of a triangle, and what bounds the rounding of answers.
 
-    An answer holds whatever moves all coordinates by up to `slip`. Returns 1, or 0 where the
-    triangle lacks a corner.
+    An answer holds whatever moves all coordinates by up to `slip`. False where a corner is missing.
     """
     if not plane_of(c, f, tri, v):
-        return 0
+        return False
     far = reach[0] + reach[1] + reach[2]
     own = f[tri, 3] + f[tri, 4] + f[tri, 5]
-    height = reach[0] * f[tri, 3] + reach[1] * f[tri, 4] + reach[2] * f[tri, 5]
-    off = _SLACK * (ORIENT3D_BOUND * height + 2.0 * slip * (own + far * f[tri, 6])) + TINY
-    h[_BOUND] = off
+    height = _largest_height(f, tri, reach)
+    h[BOUND] = _SLACK * (ORIENT3D_BOUND * height + 2.0 * slip * (own + far * f[tri, 6])) + TINY
     for k in range(3):
-        h[_CORNER + k], h[_NORMAL + k] = c[v[tri, 0], k], f[tri, k]
+        h[CORNER + k], h[NORMAL + k] = c[v[tri, 0], k], f[tri, k]
+    return True
+
+
+@scalar
+def _largest_height(f, tri, reach):
+    """What terms of a height over a triangle add up to at most."""
+    return reach[0] * f[tri, 3] + reach[1] * f[tri, 4] + reach[2] * f[tri, 5]
+
+
+@scalar
+def ask_edges(c, f, v, tri, reach, slip, h):
+    """What to ask of corners for the edges of a triangle, seen along an axis: after `ask_plane`."""
+    height, off = _largest_height(f, tri, reach), h[BOUND]
     axis, turn = _main_axis(f, tri, slip)
     h[_AXIS] = axis
     u, w = (axis + 1) % 3, (axis + 2) % 3
     for k in range(3):
         p, q = v[tri, k], v[tri, (k + 1) % 3]
-        at = _EDGE + 5 * k
+        at = _EDGE + _STEP * k
         on, up = turn * (c[q, u] - c[p, u]), turn * (c[q, w] - c[p, w])
         h[at], h[at + 1], h[at + 2], h[at + 3] = c[p, u], c[p, w], on, up
         inside = abs(on) * reach[w] + abs(up) * reach[u]
@@ -104,37 +116,36 @@ def ask(c, f, v, tri, reach, slip, h):
         error = _SLACK * (ORIENT2D_BOUND * inside + 2.0 * slip * far) + TINY
         # of a difference of two products of a height and a distance
         both = height * error + off * (inside + error) + 4.0 * _EPS * height * inside
-        h[at + 4] = np.inf if turn == 0 else 2.0 * _SLACK * both + TINY
-    return 1
-
-
-@scalar
-def _height(c, corner, h):
-    x, y, z = c[corner, 0] - h[0], c[corner, 1] - h[1], c[corner, 2] - h[2]
-    return x * h[3] + y * h[4] + z * h[5]
-
-
-@scalar
-def heights_of_cell(c, h, w):
-    """Heights of corners 0 to 3 over a triangle; whether they may be on both sides of it."""
-    one, two, three, four = _height(c, 0, h), _height(c, 1, h), _height(c, 2, h), _height(c, 3, h)
-    w[0, 0], w[0, 1], w[0, 2], w[0, 3] = one, two, three, four
-    far = h[_BOUND]
-    above = (one > far) & (two > far) & (three > far) & (four > far)
-    below = (one < -far) & (two < -far) & (three < -far) & (four < -far)
-    return not (above | below)
+        h[at + _OFF] = np.inf if turn == 0 else error
+        h[at + _BOTH] = np.inf if turn == 0 else 2.0 * _SLACK * both + TINY
 
 
 @scalar
 def insides_of_cell(c, h, w):
-    """How far corners 0 to 3 are inside each edge of a triangle, as one looks along an axis."""
-    axis = int(h[_AXIS])
-    u, v = (axis + 1) % 3, (axis + 2) % 3
+    """How far corners 0 to 3 are inside each edge of a triangle, as one looks along an axis.
+
+    False if all of them are beyond one edge, for sure.
+    """
+    if h[_AXIS] == 0.0:
+        return _insides(c, 1, 2, h, w)
+    if h[_AXIS] == 1.0:
+        return _insides(c, 2, 0, h, w)
+    return _insides(c, 0, 1, h, w)
+
+
+@scalar
+def _insides(c, u, v, h, w):
     for k in range(3):
-        at = _EDGE + 5 * k
-        p, q, on, up = h[at], h[at + 1], h[at + 2], h[at + 3]
-        for corner in range(4):
-            w[1 + k, corner] = on * (c[corner, v] - q) - up * (c[corner, u] - p)
+        at = _EDGE + _STEP * k
+        p, q, on, up, off = h[at], h[at + 1], h[at + 2], h[at + 3], h[at + _OFF]
+        one = on * (c[0, v] - q) - up * (c[0, u] - p)
+        two = on * (c[1, v] - q) - up * (c[1, u] - p)
+        three = on * (c[2, v] - q) - up * (c[2, u] - p)
+        four = on * (c[3, v] - q) - up * (c[3, u] - p)
+        if (one < -off) & (two < -off) & (three < -off) & (four < -off):
+            return False
+        w[1 + k, 0], w[1 + k, 1], w[1 + k, 2], w[1 + k, 3] = one, two, three, four
+    return True
 
 
 @scalar
@@ -175,7 +186,7 @@ def _outside(w, p, q, turn, h):
     out = 0
     for k in range(3):
         inside = turn * (w[0, p] * w[1 + k, q] - w[0, q] * w[1 + k, p])
-        if not abs(inside) > h[_EDGE + 5 * k + 4]:
+        if not abs(inside) > h[_EDGE + _STEP * k + _BOTH]:
             return -1
         out += 1 << k if inside < 0.0 else 0
     return out
@@ -188,7 +199,7 @@ def meet_by_heights(w, v, one, h, swapped):
     With `swapped`, codes are those of the second and the first triangle.
     """
     a, b, c = w[0, v[one, 0]], w[0, v[one, 1]], w[0, v[one, 2]]
-    if not (abs(a) > h[_BOUND] and abs(b) > h[_BOUND] and abs(c) > h[_BOUND]):
+    if not (abs(a) > h[BOUND] and abs(b) > h[BOUND] and abs(c) > h[BOUND]):
         return DOUBT
     if (a > 0.0) == (b > 0.0) and (b > 0.0) == (c > 0.0):
         return 0

@@ -1,14 +1,13 @@
 """Where a grid with straight axes meets another grid: pairs of triangles, decided where floats can.
 
 In the map, cells of a grid with rising axes are found by bisection. So each cell of the other grid
-asks only the cells below or above it, a patch of them at its height; blocks of it that
-the pyramid of the first grid (`tree`) shows to be above or below are passed over as a whole. Which
-triangles of the patch meet those of the cell is seen from the sides of its nodes (`sided`).
+asks only the cells below or above it, a patch of them at its height; whatever part of its pyramid
+(`tree`) that of the first grid shows to be above or below is passed over as a whole. Which
+triangles of the patch meet those of the cell is seen from the sides of nodes (`under`, `sided`).
 
 Notation, beside that of `tree` and `sided`: side A has the axes, side B any coordinates
     box  float64 (6,): of a block, then of a cell of B
-    at   a cell of B, int64 (6,): its row and column, and first and last (one more) row and column
-         of the cells of A below or above it
+    at   cells of A below or above a cell of B, int64 (4,): first and last (one more) row, column
 """
 
 from __future__ import annotations
@@ -16,18 +15,9 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.sided import (
-    DOUBT,
-    N_TERM,
-    OPEN,
-    ask,
-    corners_of_cell,
-    decide,
-    heights_of_cell,
-    insides_of_cell,
-    meet_by_heights,
-)
+from geosurf.kernels.sided import N_TERM, OPEN, corners_of_cell
 from geosurf.kernels.tree import BLOCK, FIRST_COL, FIRST_ROW, N_COL, N_ROW, low_high
+from geosurf.kernels.under import pairs_under
 
 __all__ = ["OPEN", "upright_pairs"]
 
@@ -107,103 +97,75 @@ def _cell_box(values, a, axis, i, j, box):
 
 
 @scalar
-def _load_axis(values, a, axis, i, j, origin, c, first):
+def _load_axis(values, a, axis, i, j, origin, c):
     """One coordinate of the four corners of a cell, counter-clockwise, in the local frame."""
     up, on = a[3 * axis + 1], a[3 * axis + 2]
     at = a[3 * axis] + i * up + j * on
-    c[first, axis] = values[at] - origin
-    c[first + 1, axis] = values[at + on] - origin
-    c[first + 2, axis] = values[at + up + on] - origin
-    c[first + 3, axis] = values[at + up] - origin
+    c[4, axis] = values[at] - origin
+    c[5, axis] = values[at + on] - origin
+    c[6, axis] = values[at + up + on] - origin
+    c[7, axis] = values[at + up] - origin
 
 
 @scalar
-def _load_cell(p, q, r, a, i, j, origin, c, first):
-    """Corners of a cell into four rows of c."""
-    _load_axis(p, a, 0, i, j, origin[0], c, first)
-    _load_axis(q, a, 1, i, j, origin[1], c, first)
-    _load_axis(r, a, 2, i, j, origin[2], c, first)
+def _load_cell(p, q, r, a, i, j, origin, c):
+    """Corners of a cell of B into the last four rows of c."""
+    _load_axis(p, a, 0, i, j, origin[0], c)
+    _load_axis(q, a, 1, i, j, origin[1], c)
+    _load_axis(r, a, 2, i, j, origin[2], c)
 
 
 @scalar
 def _set_reach(x, y, at, floor, roof, box, slip, reach):
     """How far nodes of a patch may be from corners of a cell with a box, by axis."""
-    reach[0] = max(x[at[5]], box[3]) - min(x[at[4]], box[0]) + 8.0 * slip
-    reach[1] = max(y[at[3]], box[4]) - min(y[at[2]], box[1]) + 8.0 * slip
+    reach[0] = max(x[at[3]], box[3]) - min(x[at[2]], box[0]) + 8.0 * slip
+    reach[1] = max(y[at[1]], box[4]) - min(y[at[0]], box[1]) + 8.0 * slip
     reach[2] = max(roof, box[5]) - min(floor, box[2]) + 8.0 * slip
 
 
 @scalar
-def _fill(pairs, n, key_a, key_b, codes, swapped):
-    if n < pairs.shape[0]:
-        pairs[n, 0] = key_b if swapped else key_a
-        pairs[n, 1] = key_a if swapped else key_b
-        pairs[n, 2] = codes
-    return n + 1
+def _near_heights(pa, qa, aa, na, la, nb, block, pace_x, pace_y, fine):
+    """Lowest and highest node of A near a node of B, from few; none (inf, -inf) if it is beyond.
 
-
-@scalar
-def _pairs_of_cells(c, f, v, h, w, there, key_a, key_b, slip, swapped, pairs, n):
-    """Pairs of triangles of two cells whose corners are loaded."""
-    for other in range(2):
-        if there & (1 + other) == 0 or not heights_of_cell(c, h[other], w):
-            continue
-        insides_of_cell(c, h[other], w)
-        for half in range(2):
-            codes = meet_by_heights(w, v, half, h[other], swapped)
-            if codes == DOUBT:
-                codes = decide(c, f, v, half, 2 + other, slip, swapped)
-            if codes != 0:
-                n = _fill(pairs, n, key_a + half, key_b + other, codes, swapped)
-    return n
-
-
-@scalar
-def _pairs_of_cell(
-    pa, qa, ra, aa, pb, qb, rb, ab, at, box, reach, origin, slip, swapped, c, f, v, h, w, pairs, n
-):
-    """Pairs of triangles of a cell of B and the cells of A below or above it, `at`."""
-    up, on = aa[7], aa[8]
-    key_b = 2 * (at[0] * (ab[N_COL] - 1) + at[1])
-    there = -1  # which triangles of B have three nodes, once they are loaded
-    for i in range(at[2], at[3]):
-        for j in range(at[4], at[5]):
-            least, most = low_high(ra, aa[6] + i * up + j * on, up, on)
-            if not (least <= box[5] and box[2] <= most):
-                continue
-            if there < 0:
-                _load_cell(pb, qb, rb, ab, at[0], at[1], origin, c, 4)
-                there = ask(c, f, v, 2, reach, slip, h[0])
-                there += 2 * ask(c, f, v, 3, reach, slip, h[1])
-            _load_cell(pa, qa, ra, aa, i, j, origin, c, 0)
-            key_a = 2 * (i * (aa[N_COL] - 1) + j)
-            n = _pairs_of_cells(c, f, v, h, w, there, key_a, key_b, slip, swapped, pairs, n)
-    return n
-
-
-@scalar
-def _near_heights(pa, qa, aa, na, la, nb, block, pace_x, pace_y):
-    """Lowest and highest node of A near a block of B, from few; none (inf, -inf) if it is beyond.
-
-    First from the fewest, which tell of most blocks that they are far from A.
+    First from the fewest, which tell of most that they are far; then, with `fine`, from more.
     """
     c0, c1 = _range_on(pa, aa[N_COL] - 1, pace_x, nb[block, 0], nb[block, 3])
     r0, r1 = _range_on(qa, aa[N_ROW] - 1, pace_y, nb[block, 1], nb[block, 4])
     if not (c0 < c1 and r0 < r1 and nb[block, 2] <= nb[block, 5]):
         return np.inf, -np.inf
-    for most in (1, _FINE):
-        low, high = _heights_over(na, la, aa, r0, r1, c0, c1, most)
-        if not (low <= nb[block, 5] and nb[block, 2] <= high):
-            return np.inf, -np.inf
-    return low, high
+    low, high = _heights_over(na, la, aa, r0, r1, c0, c1, 1)
+    if fine and low <= nb[block, 5] and nb[block, 2] <= high:
+        low, high = _heights_over(na, la, aa, r0, r1, c0, c1, _FINE)
+    if low <= nb[block, 5] and nb[block, 2] <= high:
+        return low, high
+    return np.inf, -np.inf
 
 
 @scalar
 def _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at):
     """Cells of A below or above a box, into `at`; lowest and highest node there."""
-    at[2], at[3] = _range_on(qa, aa[N_ROW] - 1, pace_y, box[1], box[4])
-    at[4], at[5] = _range_on(pa, aa[N_COL] - 1, pace_x, box[0], box[3])
-    return _heights_over(na, la, aa, at[2], at[3], at[4], at[5], 1)
+    at[0], at[1] = _range_on(qa, aa[N_ROW] - 1, pace_y, box[1], box[4])
+    at[2], at[3] = _range_on(pa, aa[N_COL] - 1, pace_x, box[0], box[3])
+    return _heights_over(na, la, aa, at[0], at[1], at[2], at[3], 1)
+
+
+@scalar
+def _pair(values, a, i, j):
+    """Lowest and highest of the elevations of a node and the next one in its column."""
+    u, v = values[a[6] + i * a[7] + j * a[8]], values[a[6] + (i + 1) * a[7] + j * a[8]]
+    low = u if u < np.inf else np.inf  # not a number: passed over
+    high = u if u > -np.inf else -np.inf
+    return v if v < low else low, v if v > high else high
+
+
+@scalar
+def _below(levels, level, i, j, stack, top):
+    """Put the nodes below a node of a pyramid on a stack."""
+    for row in range(2 * i, min(2 * i + 2, levels[level - 1, 1])):
+        for col in range(2 * j, min(2 * j + 2, levels[level - 1, 2])):
+            stack[top, 0], stack[top, 1], stack[top, 2] = level - 1, row, col
+            top += 1
+    return top
 
 
 @entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d b l2 -> l l")
@@ -215,22 +177,35 @@ def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, 
     """
     c, f, v = np.empty((8, 3)), np.empty((4, 7)), np.empty((4, 3), dtype=np.int64)
     box, reach, h, w = np.empty(6), np.empty(3), np.empty((2, N_TERM)), np.empty((4, 4))
-    at = np.empty(6, dtype=np.int64)
+    at = np.empty(4, dtype=np.int64)
+    rows = np.empty((2, aa[N_ROW]))  # a cell of B may be above all of A
+    heights, marks = np.empty((4, aa[N_COL])), np.empty((2, aa[N_COL]), dtype=np.int64)
     corners_of_cell(aa, v, 0)
     corners_of_cell(ab, v, 4)
     pace_x = (aa[N_COL] - 1) / (pa[aa[N_COL] - 1] - pa[0])
     pace_y = (aa[N_ROW] - 1) / (qa[aa[N_ROW] - 1] - qa[0])
+    stack = np.empty((4 * lb.shape[0] + 4, 3), dtype=np.int64)
+    stack[0, 0], stack[0, 1], stack[0, 2] = lb.shape[0] - 1, 0, 0
+    top = 1
     n = 0
     asked = 0
-    for block in range(lb[0, 1] * lb[0, 2]):
-        low, high = _near_heights(pa, qa, aa, na, la, nb, block, pace_x, pace_y)
+    while top > 0:
+        top -= 1
+        level, row, col = stack[top, 0], stack[top, 1], stack[top, 2]
+        node = lb[level, 0] + row * lb[level, 2] + col
+        low, high = _near_heights(pa, qa, aa, na, la, nb, node, pace_x, pace_y, level == 0)
         if not low <= high:
             continue
-        row0 = BLOCK * (ab[FIRST_ROW] + block // lb[0, 2])
-        col0 = BLOCK * (ab[FIRST_COL] + block % lb[0, 2])
+        if level > 0:
+            top = _below(lb, level, row, col, stack, top)
+            continue
+        row0, col0 = BLOCK * (ab[FIRST_ROW] + row), BLOCK * (ab[FIRST_COL] + col)
         for i in range(row0, min(row0 + BLOCK, ab[N_ROW] - 1)):
+            one, two = _pair(rb, ab, i, col0)
             for j in range(col0, min(col0 + BLOCK, ab[N_COL] - 1)):
-                _cell_box(rb, ab, 2, i, j, box)
+                low_b, high_b = one, two
+                one, two = _pair(rb, ab, i, j + 1)
+                box[2], box[5] = min(low_b, one), max(high_b, two)
                 if not (low <= box[5] and box[2] <= high):
                     continue
                 asked += 1
@@ -238,10 +213,10 @@ def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, 
                 _cell_box(qb, ab, 1, i, j, box)
                 floor, roof = _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at)
                 if floor <= box[5] and box[2] <= roof:
-                    at[0], at[1] = i, j
+                    _load_cell(pb, qb, rb, ab, i, j, origin, c)
                     _set_reach(pa, qa, at, floor, roof, box, slip, reach)
-                    n = _pairs_of_cell(
-                        pa, qa, ra, aa, pb, qb, rb, ab, at, box, reach, origin, slip, swapped,
-                        c, f, v, h, w, pairs, n,
+                    n = pairs_under(
+                        pa, qa, ra, aa, at, 2 * (i * (ab[N_COL] - 1) + j), box, reach, origin,
+                        slip, swapped, c, f, v, h, w, heights, marks, rows, pairs, n,
                     )  # fmt: skip
     return n, asked
