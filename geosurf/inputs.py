@@ -22,7 +22,14 @@ def as_mapping(what: str, inputs: Any) -> dict[str, Any]:
     """Return named inputs, or an InputError that says how to name them."""
     if not isinstance(inputs, Mapping):
         raise InputError(f"{what} is a {type(inputs).__name__}; give a mapping {{name: ...}}.")
-    return {str(name): value for name, value in inputs.items()}
+    named: dict[str, Any] = {}
+    for key, value in inputs.items():
+        name = str(key)
+        if not name.strip() or name in named:
+            fault = f"{name!r} twice, as text and as a number" if name.strip() else "an empty name"
+            raise InputError(f"{what} has {fault}; give each a name of its own.")
+        named[name] = value
+    return named
 
 
 def refuse_namesakes(**kinds: Mapping[str, Any]) -> None:
@@ -154,9 +161,8 @@ def box_in_words(
     )
 
 
-def boxes_meet(a: TriSurface, b: TriSurface) -> bool:
-    """Return whether the bounds of two surfaces have a point in common."""
-    p, q = a.bounds, b.bounds
+def boxes_meet(p: Sequence[float], q: Sequence[float]) -> bool:
+    """Return whether two boxes, (west, east, south, north, bottom, top), have a point in common."""
     return all(p[2 * k] <= q[2 * k + 1] and q[2 * k] <= p[2 * k + 1] for k in range(3))
 
 

@@ -95,7 +95,7 @@ class Joined(Measured):
         subject = f"{first} x {second}"
         if any(map(is_torn, pair)):  # it ends on its faults
             return shared_curves(self.patches, first, second)
-        if not boxes_meet(pair[0], pair[-1]):
+        if not boxes_meet(pair[0].bounds, pair[-1].bounds):
             self._memory.note("curves", subject, "skipped", "boxes do not meet")
             return None
 

@@ -19,6 +19,7 @@ from geosurf.inputs import (
     as_mapping,
     as_surface,
     box_in_words,
+    boxes_meet,
     exchanged,
     only_of,
     opened_contacts,
@@ -355,6 +356,10 @@ class Scene(Joined):
         """Closed units: zone x fault block (x fluid contact)."""
         patches, contacts = self.patches, self._fluids[1]
         subject = "the box" if self.aoi is None else "the area"
+        for fault in patches.sources:
+            if fault.role == "fault" and not boxes_meet(fault.bounds, self.box):
+                words = "does not reach the model box, and parts nothing"
+                self._memory.note("carve", fault.name, "skipped", words)
         return self._memory.remembered(
             "carve", subject, self._units_key,
             lambda: carve_units(patches, self.column, contacts), lambda u: counted(len(u), "unit"),

@@ -235,6 +235,21 @@ def _placeless():
     return curvilinear(FLAT, easting, northing)
 
 
+@pytest.mark.parametrize("way", ["northing", "easting"])
+def test_axes_that_decrease_change_nothing(way):
+    """A raster has its northernmost row first."""
+    rng = np.random.default_rng(3)
+    values = np.where(rng.random((4, 5)) < 0.2, np.nan, rng.integers(-9, 9, (4, 5)))
+    given = horizon(values)
+    turned = given.isel({way: slice(None, None, -1)})
+    one, two = triangulate_horizon(given), triangulate_horizon(turned)
+    for key in ("easting", "northing", "elevation"):
+        assert getattr(one.lattice, key).tobytes() == getattr(two.lattice, key).tobytes()
+    assert one.vertices.tobytes() == two.vertices.tobytes()
+    assert one.triangles.tobytes() == two.triangles.tobytes()
+    assert not np.array_equal(turned.values, given.values)
+
+
 WRONG_HORIZONS = {
     "dims": (
         lambda: horizon(FLAT).rename(northing="y"),
@@ -253,8 +268,12 @@ WRONG_HORIZONS = {
         r"\['easting'\] are missing.*assign_coords\(easting",
     ),
     "decreasing": (
-        lambda: horizon(FLAT).isel(northing=slice(None, None, -1)),
-        r"northing decreases at index 1: 100 is followed by 50.*sortby\('northing'\)",
+        lambda: horizon(FLAT).isel(northing=[1, 0, 2]),
+        r"northing decreases at index 1: 50 is followed by 0, expected .*sortby\('northing'\)",
+    ),
+    "increasing": (
+        lambda: horizon(FLAT).isel(easting=[2, 0, 1]),
+        r"easting increases at index 2: 0 is followed by 25, expected .*only decrease. Sort it",
     ),
     "repeated": (
         lambda: _swap(horizon(FLAT), "easting", 2, 25.0),

@@ -17,12 +17,13 @@ import numpy as np
 
 from geosurf.carve.cells import Cells
 from geosurf.carve.outside import box_of
-from geosurf.conventions import place
+from geosurf.conventions import METRES_PER_UNIT, place
 from geosurf.errors import GeometryError, OpenUnitError
 from geosurf.kernels.mesh import join_pairs
 from geosurf.model import Patches
 
 ABOVE, BELOW, UNKNOWN = 1, -1, 0
+FOOT = METRES_PER_UNIT["ft"]
 
 
 def faces_between(cells: Cells) -> np.ndarray:
@@ -129,13 +130,18 @@ def _not_reached(patches: Patches, surface: int) -> GeometryError:
     source = patches.sources[surface]
     b, t = source.bounds[4:]
     (west, south, bottom), (east, north, top) = (box_of(patches) + patches.origin).tolist()
-    mirrored = b <= -bottom and t >= -top and (t < bottom or b > top)
-    hint = (
-        "Elevation is positive up: depths are negative, in the box too, and surfaces that hold "
-        "them say positive='down'."
-        if mirrored
-        else f"Enlarge the box, or leave the {source.role} out."
-    )
+    hint = f"Enlarge the box, or leave the {source.role} out."
+    if t < bottom or b > top:
+        if b <= -bottom and t >= -top:
+            hint = (
+                "Elevation is positive up: depths are negative, in the box too, and surfaces that "
+                "hold them say positive='down'."
+            )
+        elif bottom <= FOOT * b and FOOT * t <= top:
+            hint = (
+                f"In feet its elevations would lie inside ({FOOT * b:.0f} to {FOOT * t:.0f} m): "
+                f"say units='ft' if they are. Else enlarge the box, or leave the {source.role} out."
+            )
     return GeometryError(
         f"{_extent_of(source)} does not reach the model box ({west:.0f} to {east:.0f}, "
         f"{south:.0f} to {north:.0f}, {bottom:.0f} to {top:.0f}). {hint}",

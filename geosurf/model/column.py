@@ -13,6 +13,7 @@ CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS = "conformable", "erosional", "base"
 RULES = (CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS)
 ERODES = (EROSIONAL, DISCONTINUOUS)
 IS_LAPPED = (BASE, DISCONTINUOUS)
+ELSEWHERE = "elsewhere"  # the block of a fluid contact that stands for all that no other names
 
 
 def check_column(horizons: Sequence[str], column: Mapping[str, Any] | None) -> tuple[str, ...]:
@@ -135,8 +136,8 @@ class Contact:
     zones : str or sequence of str
         ``"Top/Base"``, ``"above Top"`` ...: units of other zones are not split by it. Empty: all.
     block : str
-        Sides of faults, ``"F1+ F2-"``: units that do not lie on them are not split by it. Empty:
-        all, but where another one of the same name says more.
+        Sides of faults, ``"F1+ F2-"``: units that do not lie on them are not split by it. Empty or
+        ``"elsewhere"``: all, but where another one of the same name says more.
 
     Raises
     ------
@@ -172,6 +173,7 @@ class Contact:
                 "block='F1+ F2-'."
             )
         object.__setattr__(self, "zones", tuple(dict.fromkeys(listed)))
+        object.__setattr__(self, "block", "" if self.block == ELSEWHERE else self.block)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ from geosurf.scenario.sealed import scene_of_sealed
 from geosurf.scenario.torn import Told, check_sheets, torn_horizons
 from geosurf.scenario.values import Place, read_table
 from geosurf.scene import Scene
-from geosurf.triangulate.contacts import ELSEWHERE
 
 
 def read_scenario(path: str | os.PathLike[str]) -> Scenario:
@@ -150,8 +149,7 @@ def _contacts(scenario: Scenario) -> dict[str, list[Contact]]:
             value = read_horizon(
                 entry.file, name=entry.name, positive=entry.positive, units=entry.units
             )
-        block = "" if entry.block in (None, ELSEWHERE) else str(entry.block)
-        found.setdefault(entry.name, []).append(Contact(value, entry.zones, block))
+        found.setdefault(entry.name, []).append(Contact(value, entry.zones, entry.block or ""))
     return found
 
 

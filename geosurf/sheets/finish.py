@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -19,26 +20,33 @@ from geosurf.triangulate import triangulate_fault
 def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[TriSurface, ...]:
     """Faults in any form, as surfaces with normals into their hanging walls."""
     if isinstance(faults, Mapping):
+        _refuse_names({f"faults[{key!r}]": fault for key, fault in faults.items()})
         made = tuple(triangulate_fault(fault, name=str(key)) for key, fault in faults.items())
-    elif isinstance(faults, TriSurface) or not isinstance(faults, Sequence):
+    elif isinstance(faults, TriSurface | str | PathLike) or not isinstance(faults, Sequence):
+        _refuse_names({"faults": faults})
         raise InputError(
             f"faults is a {type(faults).__name__}; give a mapping {{name: fault}} or a list of "
             "surfaces."
         )
     else:
-        for k, fault in enumerate(faults):
-            if isinstance(fault, str):
-                raise InputError(
-                    f"faults[{k}] is the name {fault!r}, not a fault. Give the surfaces "
-                    "themselves: a list of what triangulate_fault returns, or a mapping "
-                    "{name: fault}."
-                )
+        _refuse_names({f"faults[{k}]": fault for k, fault in enumerate(faults)})
         made = tuple(triangulate_fault(fault) for fault in faults)
     names = [fault.name for fault in made]
     for fault in names:
         if names.count(fault) > 1:
             raise InputError(f"{names.count(fault)} faults are called {fault!r}; rename them.")
     return made
+
+
+def _refuse_names(given: Mapping[str, Any]) -> None:
+    """Refuse names and paths where faults themselves are expected."""
+    for where, fault in given.items():
+        if isinstance(fault, str | PathLike):
+            raise InputError(
+                f"{where} is the text {str(fault)!r}, not a fault. Give the surfaces themselves: a "
+                "mapping {name: fault}, or a list of what geosurf.read_fault(path) or "
+                "triangulate_fault returns."
+            )
 
 
 def sheet_of(picks: Picks, state: Heights, built: Built, faults, rising, cuts, report) -> Sheet:

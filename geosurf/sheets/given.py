@@ -117,13 +117,7 @@ def throw_horizon(
             "Give it as it was before faulting, or use tear_horizon."
         )
     frame = picks.frame
-    known = [surface.name for surface in surfaces]
-    for key in throw:
-        if key not in known:
-            raise InputError(
-                f"throw is given for {key!r}, which is no fault; there are "
-                f"{', '.join(map(repr, known))}.{did_you_mean(str(key), known)}"
-            )
+    _check_names(throw, reach, [surface.name for surface in surfaces])
     sections = {
         s.name: section_of(s, frame.corner, 0.5 * frame.cell) for s in surfaces if s.name in throw
     }
@@ -132,6 +126,27 @@ def throw_horizon(
     mine = [torn_by[slip.section.name] for slip in slips]
     thrown = Thrown(picks, mine, slips, turning=direction == "local")
     return _sheet(thrown)
+
+
+def _check_names(throw: Any, reach: Any, known: list[str]) -> None:
+    """Throw and reach are given for faults that there are."""
+    if not isinstance(throw, Mapping):
+        raise InputError(
+            f"throw is a {type(throw).__name__}; give a mapping {{fault: throw}}, as in "
+            '{"F1": 60.0}.'
+        )
+    for key in throw:
+        if key not in known:
+            raise InputError(
+                f"throw is given for {key!r}, which is no fault; there are "
+                f"{', '.join(map(repr, known))}.{did_you_mean(str(key), known)}"
+            )
+    for key in reach if isinstance(reach, Mapping) else ():
+        if key not in throw:
+            raise InputError(
+                f"reach is given for {key!r}, for which no throw is; throw is given for "
+                f"{', '.join(map(repr, throw))}.{did_you_mean(str(key), throw)}"
+            )
 
 
 def _sheet(thrown: Thrown) -> Sheet:

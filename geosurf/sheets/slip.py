@@ -184,10 +184,12 @@ def amount_of(given: Any, section: Section, corner: np.ndarray) -> Amount:
         if {"northing", "easting"} <= set(given.dims):
             return _of_map(given, corner, what)
         return _of_profile(*_profile_of(given, what), what)
-    try:
-        values = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        values = np.empty((0, 0, 0))
+    values = np.empty((0, 0, 0))
+    if not isinstance(given, str):  # numpy would read numbers from text
+        try:
+            values = np.asarray(given, dtype=np.float64)
+        except (TypeError, ValueError):
+            pass
     if values.ndim == 0 and np.isfinite(values) and not isinstance(given, bool):
         return lambda s, z, xy: np.full(s.shape, float(values))
     if values.ndim == 2 and values.shape[1] == 2 and len(values):

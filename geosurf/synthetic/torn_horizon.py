@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError
 from geosurf.synthetic.world import Offset, World, make_fault, make_horizon, shifted
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 DATUM = -1800.0
 _STEP = 25.0
+PROFILES = ("parabola", "ellipse", "bell", "constant", "scissors")
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,13 @@ class Fault:
     flatten: float = 0.0
     wave: float = 20.0
     branch: tuple[str, int] | None = None
+
+    def __post_init__(self) -> None:
+        if self.profile not in PROFILES:
+            raise InputError(
+                f"profile of a torn world's fault is {self.profile!r}; it must be one of "
+                f"{', '.join(PROFILES)}.{did_you_mean(str(self.profile), PROFILES)}"
+            )
 
     def along_across(self, x: Any, y: Any) -> tuple[Any, Any]:
         """Coordinates along strike and across it, down dip."""
@@ -205,7 +213,7 @@ def torn(
     Raises
     ------
     InputError
-        If the kind is unknown or the level out of range.
+        If the kind is unknown or a size out of range.
 
     Examples
     --------
@@ -214,9 +222,15 @@ def torn(
     >>> round(float((foot - hang)[:, 2].max()))
     56
     """
-    side = (n - 1) * step
     if not -200.0 <= level <= 200.0:
         raise InputError(f"level is {level} m, expected -200 to 200, within the faults.")
+    for word, value, least in (("n", n, 2), ("smear", smear, 0)):
+        if not isinstance(value, int | np.integer) or value < least:
+            raise InputError(f"{word} is {value!r}; give a whole number, {least} or more.")
+    for word, value, fits in (("step", step, "above 0"), ("noise", noise, "0 or more")):
+        if not (is_number(value) and (value > 0 or (value == 0 and fits == "0 or more"))):
+            raise InputError(f"{word} is {value!r}; give metres, {fits}.")
+    side = (n - 1) * step
     faults = _faults_of(kind, side)
     axis = np.linspace(0.0, side, n)
     x, y = np.meshgrid(axis, axis)
@@ -252,11 +266,21 @@ def torn(
 
 def _faults_of(kind: str | Mapping[str, Fault], side: float) -> dict[str, Fault]:
     """Faults of a kind of world, shorter in a small map; or those that are given."""
-    if not isinstance(kind, str):
-        return dict(kind)
     kinds = _worlds(side)
-    if kind not in kinds:
-        raise InputError(f"no torn world is called {kind!r}.{did_you_mean(kind, kinds)}")
+    if isinstance(kind, Mapping):
+        odd = [name for name, fault in kind.items() if not isinstance(fault, Fault)]
+        if odd or not kind:
+            what = f"{odd[0]!r}, a {type(kind[odd[0]]).__name__}," if odd else "no fault"
+            raise InputError(
+                f"the faults of a torn world have {what} among them; give "
+                "{name: torn_horizon.Fault(x, y, ...)}."
+            )
+        return dict(kind)
+    if not isinstance(kind, str) or kind not in kinds:
+        raise InputError(
+            f"no torn world is called {kind!r}; there are {', '.join(kinds)}, or give faults of "
+            f"your own.{did_you_mean(str(kind), kinds)}"
+        )
     small = side / 2000.0 if side < 1500.0 else 1.0
     return {k: replace(f, half=f.half * small) for k, f in kinds[kind].items()}
 

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import is_number
 from geosurf.errors import InputError
 from geosurf.model import Contact, FluidContact, TriSurface
+from geosurf.model.column import ELSEWHERE
 from geosurf.triangulate.horizon import triangulate_horizon
 
-ELSEWHERE = "elsewhere"
 _HOW = (
     "Give an elevation [m], a gridded horizon, a surface, a Contact, {block: one of these}, or a "
     "list of Contacts."
@@ -120,6 +121,8 @@ def _surface(name: str, value: Any, box: Sequence[float]) -> TriSurface:
         return triangulate_horizon(value, name=name).renamed(name, "contact")
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         raise InputError(f"fluid contact {name!r} is a {type(value).__name__}. {_HOW}")
+    if not is_number(value):
+        raise InputError(f"the elevation of fluid contact {name!r} is {value}; give a number [m].")
     west, east, south, north, bottom, top = (float(side) for side in box)
     if not bottom < value < top:
         raise InputError(

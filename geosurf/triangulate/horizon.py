@@ -46,8 +46,8 @@ def triangulate_horizon(
     Parameters
     ----------
     da : xarray.DataArray
-        Either dims ``("northing", "easting")`` with increasing 1-D coordinates,
-        or any two dims with 2-D coordinates ``easting`` and ``northing`` (rotated
+        Either dims ``("northing", "easting")`` with 1-D coordinates that increase, or
+        decrease as in rasters (rows or columns are then turned round), or any two dims with 2-D coordinates ``easting`` and ``northing`` (rotated
         and curvilinear grids). NaN marks absent nodes. Horizontal coordinates are
         metres unless their own ``attrs["units"]`` say otherwise.
     name : str, optional
@@ -66,8 +66,8 @@ def triangulate_horizon(
     -------
     TriSurface
         Role "horizon", normals up; metres, elevation positive up. With its `Lattice`, unless
-        a tolerance was given. Arrays of float64 in metres, positive up, are not copied: leave
-        them as they are afterwards.
+        a tolerance was given. Arrays of float64 in metres, positive up, from south-west to
+        north-east, are not copied: leave them as they are afterwards.
 
     Raises
     ------
@@ -117,6 +117,8 @@ def triangulate_horizon(
         raise HorizonError(str(error)) from error
     easting, northing = _coordinates(da, what)
     elevation = np.asarray(da.values, dtype=np.float64)
+    if easting.ndim == 1:
+        easting, northing, elevation = _rising(easting, northing, elevation)
     if scale != 1.0:
         elevation = elevation * scale
     lattice = Lattice(easting, northing, elevation)
@@ -166,7 +168,7 @@ def _check_array(da: Any, what: str) -> None:
 
 
 def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
-    """Easting and northing [m], both 1-D and increasing, or both 2-D."""
+    """Easting and northing [m], each 1-D and monotonic, or both 2-D."""
     missing = [key for key in ("easting", "northing") if key not in da.coords]
     flat = not missing and da.coords["easting"].ndim == da.coords["northing"].ndim == 2
     if not flat and tuple(da.dims) != HORIZON_DIMS:
@@ -193,6 +195,17 @@ def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
     return easting, northing
 
 
+def _rising(
+    easting: np.ndarray, northing: np.ndarray, elevation: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same nodes, from the south-west: rasters have their northernmost row first."""
+    if easting[0] > easting[-1]:
+        easting, elevation = easting[::-1].copy(), elevation[:, ::-1].copy()
+    if northing[0] > northing[-1]:
+        northing, elevation = northing[::-1].copy(), elevation[::-1].copy()
+    return easting, northing, elevation
+
+
 def _metres(coord: Any, what: str) -> np.ndarray:
     """Values of one coordinate in metres."""
     if coord.dtype.kind not in "fiu":
@@ -211,22 +224,24 @@ def _metres(coord: Any, what: str) -> np.ndarray:
 
 
 def _check_axis(key: str, axis: np.ndarray, what: str) -> None:
-    """Refuse a 1-D coordinate that is not finite and increasing."""
+    """Refuse a 1-D coordinate that is not finite, or neither increases nor decreases."""
     bad = np.flatnonzero(~np.isfinite(axis))
     if len(bad):
         raise HorizonError(
             f"{what}: {key}[{bad[0]}] is {axis[bad[0]]}. Coordinates of nodes must be finite; "
             f"drop the row or column with da.isel({key}=...)."
         )
-    bad = np.flatnonzero(np.diff(axis) <= 0)
+    way = 1.0 if axis[-1] >= axis[0] else -1.0
+    bad = np.flatnonzero(way * np.diff(axis) <= 0)
     if len(bad):
         i = int(bad[0])
-        verb, remedy = "decreases", f"Sort it with da.sortby({key!r})."
+        verb = "decreases" if way > 0 else "increases"
+        remedy = f"Sort it with da.sortby({key!r})."
         if axis[i + 1] == axis[i]:
             verb, remedy = "repeats", f"Keep one with da.drop_duplicates({key!r})."
         raise HorizonError(
             f"{what}: {key} {verb} at index {i + 1}: {axis[i]:g} is followed by "
-            f"{axis[i + 1]:g}, expected increasing values. {remedy}"
+            f"{axis[i + 1]:g}, expected values that only increase, or only decrease. {remedy}"
         )
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
+from geosurf.synthetic.torn_horizon import Fault
 
 
 @pytest.fixture(scope="module")
@@ -33,8 +36,30 @@ def test_faults_need_names_of_their_own(world):
     with pytest.raises(InputError, match=r"faults is a TriSurface; give a mapping"):
         gs.tear_horizon(world.horizons["Top"], fault)
     for call in (gs.tear_horizon, lambda top, faults: gs.throw_horizon(top, faults, {"F1": 9})):
-        with pytest.raises(InputError, match=r"faults\[1\] is the name 'F1', .*what tri"):
+        with pytest.raises(InputError, match=r"faults\[1\] is the text 'F1', .*triangulate"):
             call(world.horizons["Top"], [fault, "F1"])
+        with pytest.raises(InputError, match=r"faults is the text 'F1', not a fault.*read_fault"):
+            call(world.horizons["Top"], "F1")
+        with pytest.raises(InputError, match=r"faults\['F1'\] is the text 'F1.ts', .*read_fault"):
+            call(world.horizons["Top"], {"F1": Path("F1.ts")})
+
+
+def test_throw_and_reach_are_given_for_faults_that_there_are(world):
+    top, faults = world.horizons["Top"], world.faults
+    with pytest.raises(InputError, match=r"throw is a int; give a mapping \{fault: throw\}, as in"):
+        gs.throw_horizon(top, faults, 60)
+    with pytest.raises(
+        InputError, match=r"throw is given for 'F2', which is no fault; there are 'F1'"
+    ):
+        gs.throw_horizon(top, faults, {"F2": 60.0})
+    for other in (faults, {**faults, "F1b": faults["F1"]}):
+        words = (
+            r"reach is given for 'F1b', for which no throw is; throw is .* 'F1'. Did you mean 'F1'"
+        )
+        with pytest.raises(InputError, match=words):
+            gs.throw_horizon(top, other, {"F1": 60.0}, reach={"F1b": 500.0})
+    with pytest.raises(InputError, match=r"throw of 'F1' is '60'; give metres, an array"):
+        gs.throw_horizon(top, faults, {"F1": "60"})
 
 
 def test_data_that_cannot_be_torn(world):
@@ -71,7 +96,28 @@ def test_a_block_without_data_is_refused_by_name():
 
 
 def test_worlds_that_are_not_there():
-    with pytest.raises(InputError, match=r"no torn world is called 'normel'. Did you mean 'nor"):
+    with pytest.raises(
+        InputError, match=r"no torn world is called 'normel'; there are .* 'normal'"
+    ):
         gs.synthetic.torn("normel")
+    with pytest.raises(InputError, match=r"no torn world is called None; there are normal, .*own"):
+        gs.synthetic.torn(None)
+    with pytest.raises(
+        InputError, match=r"have 'F1', a int, among them; give \{name: torn_horizon"
+    ):
+        gs.synthetic.torn({"F1": 3})
+    with pytest.raises(InputError, match=r"have no fault among them; give \{name"):
+        gs.synthetic.torn({})
+    with pytest.raises(InputError, match=r"profile of .* is 'elipse'; .* Did you mean 'ellipse'"):
+        Fault(0.0, 0.0, profile="elipse")
+    for word, value, words in (
+        ("n", 1, "a whole number, 2 or more"),
+        ("n", 2.5, "a whole number, 2 or more"),
+        ("smear", -1, "a whole number, 0 or more"),
+        ("step", 0, "metres, above 0"),
+        ("noise", -1.0, "metres, 0 or more"),
+    ):
+        with pytest.raises(InputError, match=rf"^{word} is {value}; give {words}\.$"):
+            gs.synthetic.torn(**{word: value})
     with pytest.raises(InputError, match=r"level is 900 m, expected -200 to 200"):
         gs.synthetic.torn(level=900)

@@ -1,0 +1,127 @@
+"""Inputs as people have them: made when they are asked for, in feet, outside of the box, unnamed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import geosurf as gs
+from geosurf.errors import GeometryError, InputError
+
+
+class Lazy:
+    """An array that is made when somebody asks for its values, as those of dask are."""
+
+    __array_priority__ = 20
+
+    def __init__(self, values):
+        self.hidden, self.asked = values, 0
+        self.shape, self.dtype, self.ndim = values.shape, values.dtype, values.ndim
+
+    def __array__(self, dtype=None, copy=None):
+        self.asked += 1
+        return np.array(self.hidden, dtype=dtype)
+
+    def __array_function__(self, function, types, args, kwargs):
+        raise TypeError(f"{function.__name__} is not for arrays that are not there yet")
+
+    def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
+        raise TypeError(f"{ufunc.__name__} is not for arrays that are not there yet")
+
+
+@pytest.fixture(scope="module")
+def world():
+    return gs.synthetic.graben(n=9)
+
+
+def scene(world, **more):
+    return gs.Scene(world.horizons, world.faults, world.box, **more)
+
+
+def lazily(da):
+    return xr.DataArray(Lazy(da.values), da.coords, da.dims, da.name, da.attrs)
+
+
+def test_arrays_that_are_made_when_asked_for_give_the_same_bytes(world):
+    lazy = {name: lazily(da) for name, da in world.horizons.items()}
+    twin = gs.Scene(lazy, world.faults, world.box)
+    assert all(da.data.asked == 0 for da in lazy.values())
+    assert twin.patches.local.tobytes() == scene(world).patches.local.tobytes()
+    assert list(twin.units) == list(scene(world).units)
+    for name, da in lazy.items():
+        alone = gs.triangulate_horizon(da, name=name)
+        assert alone.vertices.tobytes() == twin.surface(name).vertices.tobytes()
+
+
+def test_lazy_arrays_can_be_torn_and_thrown():
+    torn = gs.synthetic.torn("through", n=21)
+    top = torn.horizons["Top"]
+    for make in (
+        lambda da: gs.tear_horizon(da, torn.faults),
+        lambda da: gs.throw_horizon(da, torn.faults, {"F1": 20.0}),
+    ):
+        assert make(top).surface.vertices.tobytes() == make(lazily(top)).surface.vertices.tobytes()
+
+
+def test_a_horizon_in_feet_that_nobody_said_is_told(world):
+    top = (world.horizons["Top"] / 0.3048).assign_attrs(units="m", positive="up")
+    with pytest.raises(
+        GeometryError,
+        match=r"'Top' .*elevation -6974 to -6674\) does not reach the model box .* In feet its "
+        r"elevations would lie inside \(-2126 to -2034 m\): say units='ft' if they are\. Else",
+    ):
+        _ = gs.Scene({"Top": top}, world.faults, world.box).units
+    top = top.assign_attrs(units="ft")
+    assert len(gs.Scene({"Top": top}, world.faults, world.box).units) == 6
+
+
+def test_a_fault_that_is_not_in_the_model_is_said_to_be_left_out(world):
+    corners = [[9000, 0, -3000], [9000, 4000, -3000], [9100, 2000, -1000]]
+    far = gs.TriSurface("Far", "fault", corners, [[0, 1, 2]])
+    model = gs.Scene(world.horizons, {**world.faults, "Far": far}, world.box)
+    assert list(model.units) == list(scene(world).units)
+    (step,) = [step for step in model.steps if step.outcome == "skipped"]
+    assert (step.stage, step.subject) == ("carve", "Far")
+    assert step.detail == "does not reach the model box, and parts nothing"
+    near = model.replace(faults={"Far": None})
+    assert len(near.units) == len(model.units)
+    assert not [step for step in near.steps if step.outcome == "skipped"]
+    with pytest.raises(GeometryError, match=r"'Far' does not reach into the model, so that"):
+        model.allan("Far")
+
+
+def test_names_are_there_and_differ(world):
+    top = world.horizons["Top"]
+    with pytest.raises(InputError, match=r"horizons has an empty name; give each a name of its"):
+        gs.Scene({" ": top})
+    with pytest.raises(InputError, match=r"horizons has '3' twice, as text and as a number; give"):
+        gs.Scene({3: top, "3": top})
+
+
+def test_contacts_of_zones_and_blocks_that_there_are_not(world):
+    def refused(contacts, words):
+        with pytest.raises(InputError, match=words):
+            _ = scene(world, contacts=contacts).units
+
+    refused(
+        {"OWC": gs.Contact(-2100.0, zones="Top/Bse")},
+        r"'OWC' is given for zone 'Top/Bse', which is none of \['above Top', ",
+    )
+    refused(
+        {"OWC": gs.Contact(-2100.0, block="F9+")},
+        r"'OWC' is given for block 'F9\+', which no unit is in; blocks and sides are \['F1\+', ",
+    )
+    refused({"OWC": float("nan")}, r"the elevation of fluid contact 'OWC' is nan; give a number")
+    refused({"OWC": -2.1}, r"'OWC' is at elevation -2\.1 m, outside the model box .*enlarge")
+
+
+def test_elsewhere_is_a_word_for_all_other_blocks_in_every_way_to_say_it(world):
+    ways = (
+        {"F1-": -2100.0, "elsewhere": -2150.0},
+        [gs.Contact(-2100.0, block="F1-"), gs.Contact(-2150.0, block="elsewhere")],
+        [gs.Contact(-2100.0, block="F1-"), gs.Contact(-2150.0)],
+    )
+    one, *others = (scene(world, contacts={"OWC": way}).volumes for way in ways)
+    assert len(set(one.contact.values.tolist())) == 2
+    assert all(one.identical(other) for other in others)
