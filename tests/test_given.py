@@ -1,4 +1,4 @@
-"""Inputs as people have them: made when they are asked for, in feet, outside of the box, unnamed."""
+"""Inputs as people have them: made when they are asked for, in feet, outside, without names."""
 
 from __future__ import annotations
 

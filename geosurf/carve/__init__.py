@@ -13,7 +13,8 @@ fluids.py        units split at their fluid contacts
 outside.py       which cells lie beyond the walls
 shells.py        closed shells with volumes
 certificate.py   promises, checked anew on the result
-consistent.py    of these: units against the patches and their names
+consistent.py    of these: units against the patches
+told.py          of these: names of units against the surfaces around them
 ===============  ====================================================================
 """
 

@@ -7,8 +7,9 @@ import math
 
 import numpy as np
 
-from geosurf.carve.consistent import matched, named, numbered, partition
+from geosurf.carve.consistent import matched, numbered, partition
 from geosurf.carve.outside import box_of
+from geosurf.carve.told import named
 from geosurf.carve.volume import normals, volume_of
 from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place

@@ -184,12 +184,10 @@ def amount_of(given: Any, section: Section, corner: np.ndarray) -> Amount:
         if {"northing", "easting"} <= set(given.dims):
             return _of_map(given, corner, what)
         return _of_profile(*_profile_of(given, what), what)
-    values = np.empty((0, 0, 0))
-    if not isinstance(given, str):  # numpy would read numbers from text
-        try:
-            values = np.asarray(given, dtype=np.float64)
-        except (TypeError, ValueError):
-            pass
+    try:  # numpy would read a number from text
+        values = np.asarray(None if isinstance(given, str) else given, dtype=np.float64)
+    except (TypeError, ValueError):
+        values = np.empty((0, 0, 0))
     if values.ndim == 0 and np.isfinite(values) and not isinstance(given, bool):
         return lambda s, z, xy: np.full(s.shape, float(values))
     if values.ndim == 2 and values.shape[1] == 2 and len(values):

@@ -47,9 +47,10 @@ def triangulate_horizon(
     ----------
     da : xarray.DataArray
         Either dims ``("northing", "easting")`` with 1-D coordinates that increase, or
-        decrease as in rasters (rows or columns are then turned round), or any two dims with 2-D coordinates ``easting`` and ``northing`` (rotated
-        and curvilinear grids). NaN marks absent nodes. Horizontal coordinates are
-        metres unless their own ``attrs["units"]`` say otherwise.
+        decrease as in rasters (rows or columns are then turned round), or any two dims
+        with 2-D coordinates ``easting`` and ``northing`` (rotated and curvilinear grids).
+        NaN marks absent nodes. Horizontal coordinates are metres unless their own
+        ``attrs["units"]`` say otherwise.
     name : str, optional
         Default: the name of the array, or ``"horizon"``.
     positive : {"up", "down"}, optional

@@ -7,11 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 
 from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify, crossing_pairs, same_bytes
+from geosurf.carve.column import names_of_zones
+from geosurf.carve.consistent import matched, numbered, partition
+from geosurf.carve.shells import unit_name
+from geosurf.carve.told import named
 from geosurf.model import Units
-from tests.strategies import BOX, grid, sheet
+from tests.strategies import BOX, faulted_worlds, grid, sheet
 
 CLOSED, VOLUMES = "units are closed and oriented", "volumes add up to the box"
 CROSSES, PARENTS = "nothing crosses between curves", "triangles lie on their parents"
@@ -203,6 +208,34 @@ def test_units_that_have_each_others_names(patches, units, pair):
 def test_a_label_that_nothing_bears_out(patches, units, wrong):
     name = next(iter(units))
     assert failed(certify(patches, exchanged(units, **{name: wrong}))) == {NAMED}
+
+
+@settings(max_examples=12)
+@given(faulted_worlds())
+def test_every_wrong_side_of_a_fault_and_every_wrong_zone_is_noticed(surfaces):
+    """A side more or less for each unit, and each other zone in its name."""
+    patches = rebuild_surfaces(surfaces)
+    units = carve_units(patches)
+    zones = names_of_zones([s.name for s in patches.sources if s.role == "horizon"])
+    sides = [s.name + sign for s in patches.sources if s.role == "fault" for sign in "+-"]
+
+    def fits(units):
+        _, number = numbered(patches, units)
+        found = matched(patches, units, number)
+        return named(patches, units, found, partition(patches, units, found).passed).passed
+
+    assert fits(units)
+    for name, unit in units.items():
+        damages = [
+            {"lies_on": tuple(side for side in sides if (side in unit.lies_on) != (side == other))}
+            for other in sides
+        ]
+        for k, zone in enumerate(zones):
+            words = {"zone": zone, "zone_index": k, "name": unit_name(zone, unit.block, "")}
+            if words["name"] not in units:
+                damages.append(words)
+        for damage in damages:
+            assert not fits(exchanged(units, **{name: damage})), (name, damage)
 
 
 def test_fluids_that_have_each_others_names():

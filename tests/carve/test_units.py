@@ -263,7 +263,7 @@ def test_a_horizon_outside_the_box_is_told():
         GeometryError,
         match=r"horizon 'Top' \(easting .*\) does not reach the model box \(.*\)\. Enlarge",
     ):
-        carve([level("Top", 20), level("Base", 0)])
+        carve([level("Top", 200), level("Base", 0)])
 
 
 def test_crossing_horizons_are_clipped_and_told():

@@ -1,0 +1,218 @@
+"""Names of units against the surfaces around them: zones, blocks, sides of faults, contacts.
+
+All of it is told anew from triangles of shells, by all surfaces that each of them lies on (see
+`geosurf.carve.consistent`), and not from the cells that the units were made of.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+import numpy as np
+
+from geosurf.carve.blocks import WHOLE
+from geosurf.carve.column import names_of_zones
+from geosurf.carve.consistent import Matched, rows_of
+from geosurf.carve.fluids import parse_sides
+from geosurf.carve.outside import box_of
+from geosurf.carve.shells import unit_name
+from geosurf.kernels.mesh import join_pairs
+from geosurf.model import Check, Patches, Unit, Units
+
+
+def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Check:
+    """Zones, blocks and contacts in names are those that the surfaces around each unit tell.
+
+    What sets blocks apart is told by all units of a zone, and the sides of faults that a unit lies
+    on by all units: only where these are `divided`, see `partition`.
+    """
+    parts = list(units.values())
+    wrong = [unit.name for unit in parts if not _spelt(patches, unit)]
+    upward = _upward(patches)
+    wrong += [parts[u].name for u in _in_other_zones(patches, parts, found, upward)]
+    shell, surface, behind = _on_surfaces(patches, found)
+    codes = (surface * len(parts) + found.unit[shell]) * 2 + behind
+    for code in np.unique(codes).tolist():
+        (one, u), back = divmod(code // 2, len(parts)), code % 2 == 1
+        if patches.names[one] + ("+" if back else "-") in parts[u].lies_on:
+            wrong.append(parts[u].name)
+    if divided:
+        wrong += _in_other_blocks(patches, parts, found, (shell, surface, behind))
+        wrong += _on_other_sides(patches, parts, found, (shell, surface, behind))
+    wrong += _contacts_apart(patches, parts, found, upward)
+    wrong = list(dict.fromkeys(wrong))
+    detail = f"{len(parts)} units lie in the zones and on the sides of faults that name them"
+    if wrong:
+        detail = f"surfaces around {', '.join(wrong[:8])} tell another zone, block or contact"
+    return Check("units are where their names say", not wrong, float(len(wrong)), detail)
+
+
+def _on_surfaces(patches: Patches, found: Matched) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Each triangle of a shell, each surface that it lies on, whether the unit is behind that.
+
+    Where surfaces coincide a shell names one of them, and each is turned its own way.
+    """
+    times = np.bincount(found.of_patches, minlength=found.n_key)
+    once = np.flatnonzero((found.row >= 0) & (times[found.key] <= 1))
+    several = np.flatnonzero(times[found.key] > 1)
+    rows = np.flatnonzero(times[found.of_patches] > 1)
+    rows = rows[np.argsort(found.of_patches[rows], kind="stable")]
+    start = np.searchsorted(found.of_patches[rows], found.key[several])
+    count = times[found.key[several]]
+    nth = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    row = np.concatenate([found.row[once], rows[np.repeat(start, count) + nth]])
+    shell = np.concatenate([once, np.repeat(several, count)])
+    behind = found.turn[shell] == found.turn_of_patches[row]
+    return shell, patches.surface_of_triangle[row], behind
+
+
+def _in_other_blocks(
+    patches: Patches,
+    parts: list[Unit],
+    found: Matched,
+    on: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> Iterable[str]:
+    """Units whose block has other sides of faults than those that set it apart in its zone.
+
+    These are told anew by all triangles of shells: a fault sets apart what touches only its front
+    from what touches only its back. Fluid contacts part no blocks.
+    """
+    blocks = dict.fromkeys((unit.zone, unit.block) for unit in parts)
+    number = {block: k for k, block in enumerate(blocks)}
+    of_unit = np.array([number[unit.zone, unit.block] for unit in parts], dtype=np.int64)
+    zones = list(dict.fromkeys(unit.zone for unit in parts))
+    zone = np.array([zones.index(of) for of, _ in blocks], dtype=np.int64)
+    beside = np.full((found.n_key, 2), -1)
+    beside[found.key, found.turn.astype(np.int64)] = of_unit[found.unit]
+    shell, surface, behind = on
+    inside = beside[found.key[shell]]
+    apart = inside[:, 0] != inside[:, 1]  # others are slits
+    touched = np.zeros((len(patches.sources), len(blocks), 2), dtype=bool)
+    of = of_unit[found.unit[shell[apart]]]
+    touched[surface[apart], of, behind[apart].astype(np.int64)] = True
+    told: list[set[str]] = [set() for _ in blocks]
+    faults = rows_of(patches, "fault")
+    for fault in faults:
+        alone = touched[fault] & ~touched[fault][:, ::-1]
+        both = np.isin(zone, zone[alone[:, 0]]) & np.isin(zone, zone[alone[:, 1]])
+        for block, side in np.argwhere(alone & both[:, None]).tolist():
+            told[block].add(patches.names[fault] + "+-"[side])
+    names = [patches.names[i] for i in faults]
+    said = [_sides_said(block, names) for _, block in blocks]
+    for unit, k in zip(parts, of_unit.tolist(), strict=True):
+        if said[k] != told[k]:
+            yield unit.name
+
+
+def _on_other_sides(
+    patches: Patches,
+    parts: list[Unit],
+    found: Matched,
+    on: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> Iterable[str]:
+    """Units that lie on other sides of faults than those in their block and those told anew.
+
+    What can be reached from a unit through all but one fault touches only its front, only its
+    back, or both and neither: then the fault is no border there.
+    """
+    shell, surface, behind = on
+    beside = np.full((found.n_key, 2), -1)
+    beside[found.key, found.turn.astype(np.int64)] = found.unit
+    inner = np.flatnonzero((beside >= 0).all(axis=1))
+    low, high = beside[inner].min(axis=1), beside[inner].max(axis=1)
+    links, code = np.unique(low * len(parts) + high, return_inverse=True)
+    link = np.full(found.n_key, len(links))
+    link[inner] = code
+    times = np.bincount(link, minlength=len(links) + 1)
+    faults = rows_of(patches, "fault")
+    names = [patches.names[i] for i in faults]
+    told = [set(_sides_said(unit.block, names) or ()) for unit in parts]
+    for fault, name in zip(faults, names, strict=True):
+        mine = surface == fault
+        crossed = np.bincount(link[np.unique(found.key[shell[mine]])], minlength=len(times))
+        open_ = links[(times > crossed)[:-1]]
+        region = join_pairs(np.stack(np.divmod(open_, len(parts)), axis=1), len(parts))
+        seen = np.zeros((len(parts), 2), dtype=bool)  # front, back
+        seen[region[found.unit[shell[mine]]], behind[mine].astype(np.int64)] = True
+        alone = (seen & ~seen[:, ::-1])[region]
+        for u, side in np.argwhere(alone).tolist():
+            told[u].add(name + "+-"[side])
+    for unit, sides in zip(parts, told, strict=True):
+        if set(unit.lies_on) != sides or len(unit.lies_on) != len(sides):
+            yield unit.name
+
+
+def _sides_said(block: str, faults: list[str]) -> frozenset[str] | None:
+    """Sides of faults in the name of a block; None if it is made of something else."""
+    name = re.sub(r" #\d+$", "", block)
+    return frozenset() if name == WHOLE else parse_sides(name, faults)
+
+
+def _spelt(patches: Patches, unit: Unit) -> bool:
+    """Whether a name is made of zone, block and contact, and these of names that there are."""
+    horizons, faults = (
+        [patches.names[i] for i in rows_of(patches, r)] for r in ("horizon", "fault")
+    )
+    zones = names_of_zones(horizons)
+    sides = _sides_said(unit.block, faults)
+    return (
+        unit.name == unit_name(unit.zone, unit.block, unit.contact)
+        and 0 <= unit.zone_index < len(zones)
+        and unit.zone == zones[unit.zone_index]
+        and sides is not None
+        and sides <= set(unit.lies_on)
+    )
+
+
+def _upward(patches: Patches) -> np.ndarray:
+    """Whether the front of each surface looks up, in the bounds of the walls."""
+    lower, upper = box_of(patches)
+    a, b, c = (patches.local[patches.triangles[:, k]] for k in range(3))
+    inside = np.all([((p >= lower) & (p <= upper)).all(axis=1) for p in (a, b, c)], axis=0)
+    rise = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    of = patches.surface_of_triangle
+    return np.bincount(of[inside], rise[inside], minlength=len(patches.sources)) >= 0.0
+
+
+def _in_other_zones(
+    patches: Patches, parts: list[Unit], found: Matched, upward: np.ndarray
+) -> list[int]:
+    """Units above a horizon in a zone below it, or the other way round.
+
+    Where horizons coincide, the column may have taken away all but one. A unit that no horizon
+    bounds above, or below, is not told how far up, or down, its zone may be.
+    """
+    horizons = rows_of(patches, "horizon")
+    zone = np.array([unit.zone_index for unit in parts])[found.unit]
+    open_ = np.flatnonzero(np.isin(found.surface, horizons) & (found.row >= 0))
+    for rank, i in enumerate(horizons):
+        rows = np.flatnonzero(patches.surface_of_triangle == i)
+        turn = np.zeros(found.n_key, dtype=np.int64)
+        turn[found.of_patches[rows]] = 1 + found.turn_of_patches[rows]
+        turn = turn[found.key[open_]]
+        below = (turn == 1 + found.turn[open_]) == upward[i]
+        open_ = open_[(turn == 0) | (below != (zone[open_] > rank))]
+    return np.unique(found.unit[open_]).tolist()
+
+
+def _contacts_apart(
+    patches: Patches, parts: list[Unit], found: Matched, upward: np.ndarray
+) -> Iterable[str]:
+    """Names of units that a fluid contact parts, where these do not say so."""
+    mine = np.flatnonzero(np.isin(found.surface, rows_of(patches, "contact")) & (found.row >= 0))
+    below = found.behind[mine] == upward[found.surface[mine]]
+    order = np.lexsort((below, found.key[mine]))  # above, then below
+    mine, below = mine[order], below[order]
+    two = np.flatnonzero(found.key[mine[1:]] == found.key[mine[:-1]])
+    pairs = np.stack([found.unit[mine[two]], found.unit[mine[two + 1]]], axis=1)
+    for u, v in np.unique(pairs, axis=0).tolist():  # above, below
+        high, low = parts[u], parts[v]
+        same = (high.zone, high.block) == (low.zone, low.block) and high.contact != low.contact
+        if not same or _begins(high, "below ") or _begins(low, "above "):
+            yield from (high.name, low.name)
+
+
+def _begins(unit: Unit, word: str) -> bool:
+    """Whether a unit is the lowest or uppermost of its block; names may hold the word, too."""
+    return unit.contact.startswith(word) and "/" not in unit.contact
