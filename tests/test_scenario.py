@@ -317,6 +317,8 @@ def test_the_demo_splits_only_where_a_fault_goes_through():
     assert scene.fault_names == ("F1", "F2", "F3")
     assert set(scene.sheets) == {"Top", "Middle", "Base"}
     assert {unit.block for unit in scene.units.values()} == {"F1+", "F1-"}
-    assert len(scene.units) == 12  # four zones, two blocks, and two contacts in two zones
+    split = [name for name, unit in scene.units.items() if unit.contact]
+    assert split == [f"Top/Middle F1{s} {w} OWC" for s in "+-" for w in ("above", "below")]
+    assert len(scene.units) == 10  # four zones in two blocks, and the reservoir in two parts
     across = scene.juxtaposition("F1").to_dataframe()
     assert across.area[across.kind == "juxtaposed"].sum() > across.area.sum() / 3

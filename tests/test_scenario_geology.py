@@ -149,6 +149,7 @@ fault = "F1"
 horizons = ["Top"]
 profile_m = [[0, 10], [9000, 40]]
 reach_m = 5000
+direction = "mean"
 [[throws]]
 fault = "F1"
 horizons = ["Base"]
@@ -170,6 +171,10 @@ half_length_m = 9000
         ('[[throws]]\nfault = "F1"\nthrow_m = 3\nhalf_length_m = 9', "go with elliptic_m"),
         (THROWS + THROWS, "throws of 'F1' are given twice for horizon 'Top'; delete one"),
         ('[[throws]]\nfault = "F1"\nprofile_m = [[1]]', "one row or more"),
+        (
+            '[[throws]]\nfault = "F1"\nthrow_m = 3\ndirection = "men"',
+            "direction is 'men'; it must be one of 'local', 'mean'. Did you mean 'mean'",
+        ),
     ],
 )
 def test_throws_that_make_no_sense(folder, more, words):

@@ -193,10 +193,14 @@ def _load(path: Path) -> xr.Dataset:
 
 
 def _open_with_h5py(path: Path) -> None:
-    """Let a damaged file fail here: h5netcdf, failing, prints from its destructor."""
+    """Let a damaged file fail here: h5netcdf, failing as it opens one, prints from its destructor.
+
+    That happens up to the first attribute that it asks for, which is this one.
+    """
     import h5py
 
-    h5py.File(path, "r").close()
+    with h5py.File(path, "r") as file:
+        file.attrs.get("_nc3_strict")
 
 
 def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray:

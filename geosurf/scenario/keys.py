@@ -17,6 +17,7 @@ from geosurf.faults.rules import KEEP
 from geosurf.model import RULES
 from geosurf.model.faults import SIDES
 from geosurf.scenario import values
+from geosurf.sheets.given import DIRECTIONS
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.scene import Scene
@@ -195,6 +196,12 @@ class ThrowInput:
         values.above_zero,
         unit="m",
         default=None,
+    )
+    direction: str = key(
+        "Whether walls move down the dip that the fault has at each place, or all across its mean "
+        "strike.",
+        values.one_of(*DIRECTIONS),
+        default="local",
     )
     reach_m: float | None = key(
         "Distance across strike over which the movement dies away. Left out: never.",

@@ -124,7 +124,8 @@ def _by_throw(scene: Scene, throws: list[ThrowInput], name: str, horizon: Any) -
             )
     faults = [scene.surface(entry.fault) for entry in throws]
     reach = {entry.fault: entry.reach_m for entry in throws if entry.reach_m is not None}
-    return throw_horizon(horizon, faults, throw, name=name, reach=reach)
+    across = {entry.fault: entry.direction for entry in throws}
+    return throw_horizon(horizon, faults, throw, name=name, reach=reach, direction=across)
 
 
 __all__ = ["Told", "check_sheets", "torn_horizons"]

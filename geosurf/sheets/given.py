@@ -41,7 +41,7 @@ def throw_horizon(
     name: str | None = None,
     reach: float | Mapping[str, float] | None = None,
     hanging_wall: float = 1.0,
-    direction: str = "local",
+    direction: str | Mapping[str, str] = "local",
     positive: str | None = None,
     units: str | None = None,
 ) -> Sheet:
@@ -70,9 +70,10 @@ def throw_horizon(
         square: reverse drag. Default: never.
     hanging_wall : float
         Part of the throw that the hanging wall takes, 0 to 1; the footwall rises by the rest.
-    direction : {"local", "mean"}
+    direction : {"local", "mean"} or mapping of str to these
         Whether walls move down the dip that a fault has at each place, or all across its mean
-        strike, as a block does that slides along the grooves of a corrugated fault.
+        strike, as a block does that slides along the grooves of a corrugated fault; by fault, those
+        left out are "local".
     positive, units : str, optional
         As for `triangulate_horizon`.
 
@@ -107,8 +108,6 @@ def throw_horizon(
     >>> [bool(np.allclose(sheet.cuts[f].throw, t)) for f, t in (("F1", 60.0), ("F2", 40.0))]
     [True, True]
     """
-    if direction not in DIRECTIONS:
-        raise InputError(f"direction is {direction!r}, expected one of {DIRECTIONS}.")
     surfaces = fault_surfaces(faults)
     picks = picks_of(horizon, name, positive, units)
     if picks.several is not None:
@@ -117,19 +116,21 @@ def throw_horizon(
             "Give it as it was before faulting, or use tear_horizon."
         )
     frame = picks.frame
-    _check_names(throw, reach, [surface.name for surface in surfaces])
+    _check_names(throw, reach, direction, [surface.name for surface in surfaces])
     sections = {
         s.name: section_of(s, frame.corner, 0.5 * frame.cell) for s in surfaces if s.name in throw
     }
     slips = slips_of(throw, sections, frame.corner, reach, hanging_wall)
     torn_by = {surface.name: surface for surface in surfaces}
     mine = [torn_by[slip.section.name] for slip in slips]
-    thrown = Thrown(picks, mine, slips, turning=direction == "local")
+    across = dict.fromkeys(throw, direction) if isinstance(direction, str) else direction
+    turning = [across.get(fault.name, "local") == "local" for fault in mine]
+    thrown = Thrown(picks, mine, slips, turning)
     return _sheet(thrown)
 
 
-def _check_names(throw: Any, reach: Any, known: list[str]) -> None:
-    """Throw and reach are given for faults that there are."""
+def _check_names(throw: Any, reach: Any, direction: Any, known: list[str]) -> None:
+    """Throw is given for faults that there are; reach and direction for some of these."""
     if not isinstance(throw, Mapping):
         raise InputError(
             f"throw is a {type(throw).__name__}; give a mapping {{fault: throw}}, as in "
@@ -141,12 +142,16 @@ def _check_names(throw: Any, reach: Any, known: list[str]) -> None:
                 f"throw is given for {key!r}, which is no fault; there are "
                 f"{', '.join(map(repr, known))}.{did_you_mean(str(key), known)}"
             )
-    for key in reach if isinstance(reach, Mapping) else ():
-        if key not in throw:
-            raise InputError(
-                f"reach is given for {key!r}, for which no throw is; throw is given for "
-                f"{', '.join(map(repr, throw))}.{did_you_mean(str(key), throw)}"
-            )
+    for word, given in (("reach", reach), ("direction", direction)):
+        for key in given if isinstance(given, Mapping) else ():
+            if key not in throw:
+                raise InputError(
+                    f"{word} is given for {key!r}, for which no throw is; throw is given for "
+                    f"{', '.join(map(repr, throw))}.{did_you_mean(str(key), throw)}"
+                )
+    for one in direction.values() if isinstance(direction, Mapping) else (direction,):
+        if one not in DIRECTIONS:
+            raise InputError(f"direction is {one!r}, expected one of {DIRECTIONS}.")
 
 
 def _sheet(thrown: Thrown) -> Sheet:

@@ -48,7 +48,7 @@ class Thrown:
     """
 
     def __init__(
-        self, picks: Picks, faults: list[TriSurface], slips: list[Slip], turning: bool = True
+        self, picks: Picks, faults: list[TriSurface], slips: list[Slip], turning: list[bool]
     ) -> None:
         self.picks, self.faults = picks, faults
         self.frame: Frame = picks.frame
@@ -62,10 +62,8 @@ class Thrown:
         sizes = [slip.extremes(low, high) for slip in slips]
         self.largest = [throw for throw, _ in sizes]
         self.slips = [
-            replace(
-                slip, lines=dip_lines(slip.section, throw, self.frame.cell) if turning else None
-            )
-            for slip, throw in zip(slips, self.largest, strict=True)
+            replace(slip, lines=dip_lines(slip.section, throw, self.frame.cell) if turns else None)
+            for slip, throw, turns in zip(slips, self.largest, turning, strict=True)
         ]
         self.blend = [max(2.0 * heave, self.frame.cell) for _, heave in sizes]
         self.mains = self._touching()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
 import struct
+import sys
 
 import numpy as np
 import pytest
@@ -284,6 +286,25 @@ def test_netcdf_infinite_value(tmp_path):
     data[0, 1] = np.inf
     with pytest.raises(FormatError, match=r"infinite at node \[0, 1\].*_FillValue"):
         gs.read_horizon(stored(tmp_path, data))
+
+
+def test_a_damaged_netcdf_is_told_and_prints_nothing(tmp_path, monkeypatch):
+    """Bytes where the head of the root group is: h5netcdf, failing there, prints at its end."""
+    printed = []
+    monkeypatch.setattr(sys, "unraisablehook", printed.append)
+    gs.write(gs.synthetic.tilted_planes(n=3).horizons["Top"], tmp_path / "top.nc")
+    whole, told = (tmp_path / "top.nc").read_bytes(), 0
+    for k in range(150, 400, 25):
+        damaged = bytearray(whole)
+        damaged[k] ^= 0xFF
+        (tmp_path / "top.nc").write_bytes(bytes(damaged))
+        try:
+            gs.read_horizon(tmp_path / "top.nc")
+        except FormatError as error:
+            told += "The file is damaged or cut short; export it again." in str(error)
+    gc.collect()
+    assert told > 5
+    assert printed == []
 
 
 def test_no_netcdf_at_all(tmp_path):

@@ -58,6 +58,11 @@ def test_throw_and_reach_are_given_for_faults_that_there_are(world):
         )
         with pytest.raises(InputError, match=words):
             gs.throw_horizon(top, other, {"F1": 60.0}, reach={"F1b": 500.0})
+        words = r"direction is given for 'F1b', for which no throw is; throw is given for 'F1'"
+        with pytest.raises(InputError, match=words):
+            gs.throw_horizon(top, other, {"F1": 60.0}, direction={"F1b": "mean"})
+    with pytest.raises(InputError, match=r"direction is 'down', expected one of \('local', 'mean'"):
+        gs.throw_horizon(top, faults, {"F1": 60.0}, direction={"F1": "down"})
     with pytest.raises(InputError, match=r"throw of 'F1' is '60'; give metres, an array"):
         gs.throw_horizon(top, faults, {"F1": "60"})
 
