@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import HORIZON_DIMS
+from geosurf.errors import GeometryError, InputError
 from geosurf.memory import Memory
 from geosurf.model import Curves, Patches, Sheet, Units
 
@@ -198,30 +199,65 @@ class Measured:
             f"fault polygons {horizon}", lambda: fault_polygons(self.patches, self.units, horizon)
         )
 
-    def throw(self, horizon: str, fault: str) -> xarray.Dataset:
+    def throw(self, horizon: str, fault: str, *, direction: str = "local") -> xarray.Dataset:
         """Return throw, heave and dip separation of a horizon along a fault.
 
         Parameters
         ----------
         horizon, fault : str
+        direction : {"local", "mean"}
+            Whether cut-offs are compared down the dip that the fault has at each place, as
+            `throw_horizon` moves walls, or all across its mean strike. One and the same on a fault
+            that does not turn in the map.
 
         Returns
         -------
         xarray.Dataset
             Over ``point`` with ``along_strike``; see `geosurf.measure.separation`.
+
+        Raises
+        ------
+        InputError
+            For another direction.
+        GeometryError
+            If a fault is flat on average, or it or a cut-off turns back along the strike.
         """
         from geosurf.measure import faces_of, separation
+        from geosurf.sheets.diplines import DIRECTIONS
+
+        if direction not in DIRECTIONS:
+            raise InputError(f"direction is {direction!r}, expected one of {DIRECTIONS}.")
 
         def run() -> xarray.Dataset:
             """Compute it; called unless it is remembered."""
             faces = faces_of(self.patches, self.units, fault, "fault")
-            walls = [self.cutoffs(horizon, fault, side) for side in ("+", "-")]
-            azimuth = math.degrees(math.atan2(*faces.strike[1].tolist()))
+            hanging, foot = (self.cutoffs(horizon, fault, side) for side in ("+", "-"))
+            azimuth = math.degrees(math.atan2(*faces.strike[1].tolist())) % 360.0
             start = -float(faces.along(-faces.origin[None])[0])
-            found = separation(*walls, azimuth % 360.0, start=start)
-            return found.assign_attrs(horizon=horizon, fault=fault)
+            found = separation(hanging, foot, azimuth, start=start)
+            if direction == "local" and found.sizes["point"]:
+                level = self._down_dip(horizon, fault, found)
+                if level is not None:
+                    found = separation(hanging, foot, azimuth, start=start, level=level)
+            return found.assign_attrs(horizon=horizon, fault=fault, direction=direction)
 
-        return self._measured(f"throw {horizon} x {fault}", run, horizon, fault)
+        return self._measured(f"throw {horizon} x {fault}", run, horizon, fault, direction)
+
+    def _down_dip(
+        self, horizon: str, fault: str, found: xarray.Dataset
+    ) -> Callable[[np.ndarray], np.ndarray] | None:
+        """How lines down the dip of a fault lead to the mean level of cut-offs; None: straight."""
+        from geosurf.sheets.diplines import cell_of, to_level
+
+        sources = {source.name: source for source in self.patches.sources}
+        cell = cell_of(self.sheets.get(horizon, sources[horizon]))
+        walls = found.hanging_wall_elevation, found.footwall_elevation
+        level = 0.5 * sum(float(wall.mean()) for wall in walls)
+        try:
+            return to_level(sources[fault], float(abs(found.throw).max()), cell, level)
+        except GeometryError as error:
+            error.add_note("With direction='mean' throw is read across the mean strike.")
+            raise
 
     def orientation(self, name: str) -> xarray.Dataset:
         """Return area, dip and azimuth of a horizon or fault, as a whole and by triangle.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,8 +17,8 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 SAME = 1e-3  # vertices of a line that are nearer than this are read as one [m]
 _COLUMNS = {
     "throw": ("m", "vertical separation, above 0 where the hanging wall is down (normal)"),
-    "heave": ("m", "horizontal separation across strike, above 0 for a gap in the map"),
-    "dip_separation": ("m", "separation in the plane across strike, with the sign of the throw"),
+    "heave": ("m", "horizontal separation down dip, above 0 for a gap in the map"),
+    "dip_separation": ("m", "separation down the dip, with the sign of the throw"),
     "apparent_dip": ("degree", "dip of the line between both cut-offs, nan where they are one"),
     "hanging_wall_elevation": ("m", "elevation of the hanging-wall cut-off"),
     "footwall_elevation": ("m", "elevation of the footwall cut-off"),
@@ -33,6 +33,7 @@ def separation(
     dip_azimuth: float,
     *,
     start: float | None = None,
+    level: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> xarray.Dataset:
     """
     Profile of throw, heave and dip separation between cut-off lines.
@@ -44,18 +45,22 @@ def separation(
     dip_azimuth : float
         Dip direction of the fault, clockwise from north [degrees]; strike is 90 less (right-hand
         rule). One direction for the whole fault: on a curved one, separations are those across
-        its mean strike.
+        its mean strike, unless `level` says more.
     start : float, optional
         Coordinate along the strike that counts as 0 [m]; default: where the first line starts.
+    level : callable, optional
+        Gives for points (n, 3) the places (n, 2) at which the lines down the dip through them come
+        to one level: what is on one such line is compared. Default: what is on one plane across
+        the strike.
 
     Returns
     -------
     xarray.Dataset
         Over ``point``, with coordinate ``along_strike``: throw, heave, dip separation, at every
         vertex of either line where there is a line on each wall; ``pair`` numbers the pairs of
-        lines. Both walls are read on the same plane across strike, between vertices linearly,
-        so that the profile is exact at its points. Vertices of a line within a millimetre of
-        the one before, as exact cuts make them, are read as one.
+        lines. Both walls are read on the same plane across strike, or the same line down the dip,
+        between vertices linearly; on planes the profile is exact at its points. Vertices of a line
+        within a millimetre of the one before, as exact cuts make them, are read as one.
 
     Raises
     ------
@@ -78,8 +83,8 @@ def separation(
     down = np.array([math.sin(azimuth), math.cos(azimuth)])
     strike = np.array([-down[1], down[0]])
     axes = np.stack([strike, down])
-    hanging = [_section("hanging wall", line, axes) for line in hanging_wall]
-    foot = [_section("footwall", line, axes) for line in footwall]
+    hanging = [_section("hanging wall", line, axes, level) for line in hanging_wall]
+    foot = [_section("footwall", line, axes, level) for line in footwall]
     for lines in (hanging, foot):
         lines.sort(key=lambda line: tuple(line[0]))  # pairs follow each other along the strike
     parts, pairs, at = [], [], []
@@ -108,8 +113,15 @@ def separation(
     return xr.Dataset(data, coords=coords, attrs=attrs)
 
 
-def _section(wall: str, line: Any, axes: np.ndarray) -> np.ndarray:
-    """Along strike, down dip, elevation of a cut-off line, in the direction of strike."""
+def _section(
+    wall: str,
+    line: Any,
+    axes: np.ndarray,
+    level: Callable[[np.ndarray], np.ndarray] | None,
+) -> np.ndarray:
+    """Columns of a cut-off line, in the direction of strike: along strike where it is compared,
+    down dip, elevation, and along strike where it is.
+    """
     points = np.asarray(line, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
         raise InputError(
@@ -121,7 +133,9 @@ def _section(wall: str, line: Any, axes: np.ndarray) -> np.ndarray:
             f"a cut-off line of the {wall} has values that are not finite; leave such points out."
         )
     points = _thinned(points)
-    section = np.column_stack([points[:, :2] @ axes.T, points[:, 2]])
+    along, across = axes @ points[:, :2].T
+    at = along if level is None else level(points) @ axes[0]
+    section = np.column_stack([at, across, points[:, 2], along])
     if section[-1, 0] < section[0, 0]:
         section, points = section[::-1], points[::-1]
     back = np.flatnonzero(np.diff(section[:, 0]) <= 0)
@@ -148,11 +162,13 @@ def _thinned(points: np.ndarray) -> np.ndarray:
 
 def _profile(s: np.ndarray, h: np.ndarray, f: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """Columns of the profile at places along the strike."""
-    (dh, zh), (df, zf) = ([np.interp(s, line[:, 0], line[:, k]) for k in (1, 2)] for line in (h, f))
-    throw, heave = zf - zh, dh - df
+    (dh, zh, sh), (df, zf, sf) = (
+        [np.interp(s, line[:, 0], line[:, k]) for k in (1, 2, 3)] for line in (h, f)
+    )
+    throw, heave = zf - zh, np.copysign(np.hypot(dh - df, sh - sf), dh - df)
     size = np.hypot(throw, heave)
     dip = np.degrees(np.arctan2(np.abs(throw), np.abs(heave)))
-    middle = s[:, None] * axes[0] + (0.5 * (dh + df))[:, None] * axes[1]
+    middle = (0.5 * (sh + sf))[:, None] * axes[0] + (0.5 * (dh + df))[:, None] * axes[1]
     return np.column_stack(
         [
             throw, heave, np.where(throw < 0, -size, size), np.where(size > 0, dip, np.nan),

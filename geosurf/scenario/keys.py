@@ -17,7 +17,7 @@ from geosurf.faults.rules import KEEP
 from geosurf.model import RULES
 from geosurf.model.faults import SIDES
 from geosurf.scenario import values
-from geosurf.sheets.given import DIRECTIONS
+from geosurf.sheets.diplines import DIRECTIONS
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.scene import Scene

@@ -12,12 +12,15 @@ Legend
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.sheets.section import Section, bilinear
+from geosurf.model import Sheet, TriSurface
+from geosurf.sheets.section import Section, bilinear, section_of
 
+DIRECTIONS = ("local", "mean")  # in which walls move and throw is read
 MOST_STRETCH = 0.5  # of rock along strike by its movement, between neighbouring lines
 STRAIGHT = 1e-12  # q below this is rounding: a fault that does not turn
 STEPS = 2  # of Runge and Kutta's fourth order, for one movement
@@ -92,6 +95,69 @@ def dip_lines(section: Section, throw: float, cell: float) -> DipLines | None:
     if np.abs(table).max() <= STRAIGHT:
         return None
     return DipLines(table, section.length, section.z)
+
+
+def cell_of(horizon: TriSurface | Sheet) -> float:
+    """Mean step of the grid of a horizon, or mean size of its triangles in the map [m].
+
+    Examples
+    --------
+    >>> cell_of(TriSurface("Top", "horizon", [[0, 0, 0], [50, 0, 0], [0, 50, 9]], [[0, 1, 2]]))
+    50.0
+    """
+    grid = horizon.lattice
+    if grid is None:  # a sheet has one
+        a, b, c = horizon.vertices[horizon.triangles.T][:, :, :2]
+        area = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+        return float(np.sqrt(area.mean()))
+    x, y = grid.easting, grid.northing
+    if x.ndim == 1:
+        return 0.5 * float(np.ptp(x) / (len(x) - 1) + np.ptp(y) / (len(y) - 1))
+    steps = [np.nanmean(np.hypot(np.diff(x, axis=k), np.diff(y, axis=k))) for k in (0, 1)]
+    return 0.5 * float(steps[0] + steps[1])
+
+
+def to_level(
+    fault: TriSurface, throw: float, cell: float, level: float
+) -> Callable[[np.ndarray], np.ndarray] | None:
+    """
+    How lines down the dip of a fault lead from places on it to one level.
+
+    Parameters
+    ----------
+    fault : TriSurface
+        Normals into its hanging wall.
+    throw, cell : float
+        See `dip_lines` [m].
+    level : float
+        Elevation [m].
+
+    Returns
+    -------
+    callable or None
+        Takes points (n, 3) and gives the places (n, 2) at which their lines are at that level,
+        easting and northing; None where all lines run across the mean strike.
+
+    Raises
+    ------
+    GeometryError
+        See `section_of`.
+    """
+    corner = np.floor(fault.vertices[:, :2].min(axis=0))
+    section = section_of(fault, corner, 0.5 * cell)
+    lines = dip_lines(section, throw, cell)
+    if lines is None:
+        return None
+
+    def found(points: np.ndarray) -> np.ndarray:
+        """Places (n, 2) of points (n, 3)."""
+        s, _ = section.of(points[:, :2] - corner)
+        there = np.full(len(points), level)
+        s = lines.moved(s, points[:, 2], there, FAR_STEPS)
+        places: np.ndarray = section.places(s, section.across(s, there)) + corner
+        return places
+
+    return found
 
 
 def _slopes(section: Section, ends: np.ndarray, spacing: float, reach: float) -> np.ndarray:

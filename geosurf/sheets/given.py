@@ -19,6 +19,7 @@ from geosurf.model import FaultCut, Lattice, Sheet, ThrowReport, TriSurface, fro
 from geosurf.sheets.build import SPARE, Builder, Built
 from geosurf.sheets.data import picks_of
 from geosurf.sheets.describe import count_tips, fault_cuts
+from geosurf.sheets.diplines import DIRECTIONS
 from geosurf.sheets.finish import fault_surfaces, refuse_leaks, sheet_of
 from geosurf.sheets.found import down_dip, lost_at_tips
 from geosurf.sheets.heights import Heights
@@ -29,7 +30,6 @@ from geosurf.sheets.thrown import Thrown
 
 LEANS = (0.5, 0.3, 0.7)  # shares of the movement at which traces are tried
 SPARES = (1.0, 0.5, 1.5, 0.0)  # cells beyond an overlap that rings are tried to cover
-DIRECTIONS = ("local", "mean")
 FAR = 1e-6  # cells outside of the data from which a particle is told of
 
 

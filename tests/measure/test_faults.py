@@ -367,7 +367,7 @@ def test_throw_of_a_torn_sheet_is_that_of_its_truth(kind):
     sheet = tear_horizon(world.truth["points"], world.faults, name="Top")
     faults = {fault.name: fault for fault in sheet.faults}
     scene = Scene({"Top": sheet}, faults, (100.0, 900.0, 100.0, 900.0, -2070.0, -1530.0))
-    found = scene.throw("Top", "F1")
+    found = scene.throw("Top", "F1", direction="mean")
     azimuth = found.attrs["dip_azimuth"]
     walls = ([world.truth["cutoffs"]["F1", wall]] for wall in "+-")
     truth = separation(*walls, azimuth, start=0.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import InputError
+from geosurf.errors import GeometryError, InputError
 from geosurf.sheets.diplines import dip_lines
 from geosurf.sheets.section import section_of
 from geosurf.synthetic.world import make_fault, make_horizon
@@ -140,6 +140,29 @@ def test_units_between_sheets_on_a_cone_are_closed_and_fill_the_box():
     for name in sheets:
         found = sheets[name].cuts["F1"].throw
         assert np.nanmax(np.abs(found - 50.0)) < 0.02
+        # the model says the same, by the same lines; across the mean strike it is something else
+        model = scene.throw(name, "F1")
+        assert model.sizes["point"] > n
+        assert np.abs(model.throw - 50.0).max() < 0.02
+        assert np.abs(model.heave - 50.0 * COT).max() < 0.2
+        mean = scene.throw(name, "F1", direction="mean")
+        assert np.abs(mean.throw - 50.0).max() > 1.0
+        assert (model.attrs["direction"], mean.attrs["direction"]) == ("local", "mean")
+
+
+def test_a_fault_that_turns_back_has_no_lines_down_its_dip_and_says_what_to_do():
+    """A wall that is folded up at its foot, where no horizon meets it."""
+    corners = [[500, 0, -1400], [500, 1000, -1400], [500, 1000, -2100], [500, 0, -2100]]
+    wing = [480, 500, -2050]
+    folded = gs.TriSurface(
+        "F1", "fault", np.array([*corners, wing], float), [[0, 1, 2], [0, 2, 3], [3, 2, 4]]
+    )
+    scene = gs.Scene({"Top": horizon(11, slope)}, {"F1": folded}, (*BOX[:4], -2140.0, -1460.0))
+    assert scene.throw("Top", "F1", direction="mean").throw.values == pytest.approx(0.0, abs=1e-9)
+    with pytest.raises(GeometryError, match="'F1' turns back against its mean dip") as caught:
+        scene.throw("Top", "F1")
+    (note,) = caught.value.__notes__
+    assert note == "With direction='mean' throw is read across the mean strike."
 
 
 def test_a_direction_that_is_none_is_refused():
@@ -147,6 +170,10 @@ def test_a_direction_that_is_none_is_refused():
         InputError, match=r"direction is 'strike', expected one of \('local', 'mean'"
     ):
         gs.throw_horizon(horizon(), {"F1": wall()}, {"F1": 10.0}, direction="strike")
+    world = gs.synthetic.graben(n=9)
+    scene = gs.Scene(world.horizons, world.faults, world.box)
+    with pytest.raises(InputError, match=r"direction is 'strike', expected one of \('local', 'm"):
+        scene.throw("Top", "F1", direction="strike")
 
 
 # ------------------------------------------------------------------------- at tips
