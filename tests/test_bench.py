@@ -340,7 +340,7 @@ def test_versions_of_peers_are_known_without_an_import():
 # ---- targets -------------------------------------------------------------------------------
 
 
-def fixed(seconds_of):
+def fixed(seconds_of, bound_of=lambda job: 2e-3):
     """`run_jobs` that measures nothing."""
 
     def run(jobs, **settings):
@@ -352,7 +352,7 @@ def fixed(seconds_of):
                 [0.0],
                 n_triangle=int(job.size),
                 input_bytes=5,
-                answer=dict(answer),
+                answer=answer | {"bound": bound_of(job)},
             )
             for job in jobs
         ]
@@ -360,8 +360,8 @@ def fixed(seconds_of):
     return run
 
 
-def measured(monkeypatch, seconds_of, target, scale=1.0):
-    monkeypatch.setattr(measure, "run_jobs", fixed(seconds_of))
+def measured(monkeypatch, seconds_of, target, scale=1.0, bound_of=lambda job: 2e-3):
+    monkeypatch.setattr(measure, "run_jobs", fixed(seconds_of, bound_of))
     monkeypatch.setattr(measure, "known_truth", lambda *scene: {"length": 1.0, "segments": 2})
     monkeypatch.setattr(peers, "find_spec", lambda name: name)
     monkeypatch.setattr(targets, "TARGETS", (target,))
@@ -429,6 +429,25 @@ def test_the_dial_must_reach_the_error_of_the_plain_curve(monkeypatch):
     assert row["met"] is True
     assert row["ratio"] == pytest.approx(10.0)
     assert row["peer"] == "plain curve, error 2 mm"
+
+
+@pytest.mark.parametrize(("last", "took"), [(95_000.0, 0.5), (47_500.0, 0.25), (1.0, 0.125)])
+def test_the_dial_has_the_coarsest_grids_whose_bound_meets_the_error(monkeypatch, last, took):
+    """Grids of fewer than `last` triangles are too coarse."""
+
+    def seconds(job):
+        return job.size / 9.5e6 * 50.0 if job.options else 1.0
+
+    def bound(job):
+        return 0.002 if job.size >= last else 0.0021
+
+    target = replace(targets.select(["dial"])[0], asked=3.0)
+    row = measured(monkeypatch, seconds, target, bound_of=bound)
+    assert row["ratio"] == pytest.approx(1.0 / took)
+    assert row["why"] == ""
+    row = measured(monkeypatch, seconds, target, bound_of=lambda job: 0.0021)
+    assert row["ratio"] is None
+    assert row["why"] == "bound 2.1 mm, asked 2 mm"
 
 
 def test_targets_are_measured(without_processes, monkeypatch, capsys):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -205,34 +204,36 @@ def _assemble(names, origin, found, places, touches, cost) -> Curves:
     """Put lines together to `Curves`; points with equal coordinates become one."""
     lines = [line for _, line in found if len(line.points) > 1]
     owners = [pair for pair, line in found if len(line.points) > 1]
-    said = [Place(why, pair, frozen(x + 0.0, np.float64), size) for pair, why, x, size in places]
     stacked = np.concatenate([np.empty((0, 3)), *(line.points for line in lines)])
     number, count = weld(stacked)
     local = np.empty((count, 3))
     local[number] = stacked
-    stop = np.cumsum([0, *(len(line.points) for line in lines)])
-    curves = [number[a:b] for a, b in pairwise(stop)]
-    for k, (pair, line) in enumerate(zip(owners, lines, strict=True)):
-        said += [Place(why, pair, frozen(x, np.float64), size, k) for why, x, size in line.places]
-    ends = [(curve[:-1], curve[1:]) for curve in curves]
-    segments = [np.stack([np.minimum(*pair), np.maximum(*pair)], axis=1) for pair in ends]
+    sizes = np.array([len(line.points) for line in lines], dtype=np.int64)
+    stop = np.cumsum(sizes)
+    curves = [number[a:b] for a, b in zip((stop - sizes).tolist(), stop.tolist(), strict=True)]
+    onward = np.ones(len(number), dtype=bool)
+    onward[stop - 1] = False  # from the last point of a curve no segment starts
+    start = np.flatnonzero(onward)
+    one, two = number[start], number[start + 1]
+    segments = np.stack([np.minimum(one, two), np.maximum(one, two)], axis=1)
     pairs = np.array(owners, dtype=np.int64).reshape(-1, 2)
-    sizes = [len(part) for part in segments]
-    said = [
-        Place(p.reason, p.surfaces, frozen(p.points + origin, np.float64), p.error_bound, p.curve)
-        for p in said
-    ]
+    said = [(why, pair, x, size, -1) for pair, why, x, size in places]
+    for k, (pair, line) in enumerate(zip(owners, lines, strict=True)):
+        said += [(why, pair, x, size, k) for why, x, size in line.places]
     return Curves(
         names=names,
         local=frozen(local, np.float64),
         origin=frozen(origin, np.float64),
-        segments=frozen(np.concatenate([np.empty((0, 2), int), *segments]), np.int64),
-        surfaces_of_segment=frozen(np.repeat(pairs, sizes, axis=0), np.int64),
+        segments=frozen(segments, np.int64),
+        surfaces_of_segment=frozen(np.repeat(pairs, sizes - 1, axis=0), np.int64),
         curves=tuple(frozen(curve, np.int64) for curve in curves),
         surfaces_of_curve=frozen(pairs, np.int64),
         closed=frozen([curve[0] == curve[-1] for curve in curves], np.bool_),
         contacts=tuple(touches),
         cost=cost,
         error_bound=frozen([line.bound for line in lines], np.float64),
-        places=tuple(said),
+        places=tuple(
+            Place(why, pair, frozen(x + origin, np.float64), size, k)
+            for why, pair, x, size, k in said
+        ),
     )

@@ -52,7 +52,7 @@ def find_lost(
     )
     if len(rows) == 0:
         return [], []
-    reach = cell_size(near)
+    reach = near.size
     ends = _segments(lines)
     away = distances(rows[:, 6:9], *ends)
     seeds = rows[np.isin(rows[:, 0], (SEED, NEAR_SEED)) & (away > 4 * tolerance)]
@@ -69,12 +69,6 @@ def find_lost(
         if len(points):
             places.append((reason, points, np.inf if kind else reach / 32))
     return found, places
-
-
-def cell_size(near: Candidates) -> float:
-    """Largest diagonal of the patches of the lattice that are looked at [m]."""
-    nets = near.nets[0]
-    return float(np.linalg.norm(nets[:, 3, 3] - nets[:, 0, 0], axis=1).max())
 
 
 def _segments(lines: list[Line]) -> tuple[np.ndarray, np.ndarray]:

@@ -14,13 +14,15 @@ import numpy as np
 from geosurf.contact.search import check_surfaces
 from geosurf.errors import SurfaceError
 from geosurf.kernels.cover import cones_of
-from geosurf.kernels.near import near_patches
-from geosurf.kernels.pyramid import block_pairs, lattice_pyramid
+from geosurf.kernels.near import M_CORNER, N_PATCH, near_patches
+from geosurf.kernels.nets import nets_of
+from geosurf.kernels.pyramid import lattice_pyramid
 from geosurf.model import TriSurface
 
 LEAST = 8  # nodes per side from which on cubics can be compared with higher orders
 _NONE = np.zeros((1, 1))
 _NO_TRIANGLES = np.zeros((1, 3, 3))
+_NO_BENDS = np.zeros((1, 4))
 
 
 @dataclass(eq=False)
@@ -50,21 +52,28 @@ class Side:
         return len(self.z) > 1
 
     @cached_property
-    def pyramid(self) -> tuple[np.ndarray, np.ndarray]:
-        """Boxes of blocks of cells, and the shape of their levels; remembered on the surface."""
+    def pyramid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Boxes of blocks of cells, the shape of their levels, and how far blocks bend; remembered
+        on the surface.
+        """
         memory = self.surface.__dict__.setdefault("_cubic_pyramids", {})
         key = self.origin.tobytes()
         if key not in memory:
-            memory[key] = lattice_pyramid(self.x, self.y, self.z)
+            memory[key] = lattice_pyramid(self.x, self.y, self.z, self.surface.lattice.whole)
         return memory[key]
 
     @cached_property
     def blocks(self) -> np.ndarray:
         """Boxes of the finest blocks, or of triangles."""
         if self.smooth:
-            boxes, shape = self.pyramid
-            return boxes[: shape[0, 1] * shape[0, 2]]
+            boxes, _, bends = self.pyramid
+            return boxes[: len(bends)]
         return np.hstack([self.c.min(axis=1), self.c.max(axis=1)])
+
+    @property
+    def bends(self) -> np.ndarray:
+        """How far the finest blocks bend, as in `geosurf.kernels.pyramid`; zeros for triangles."""
+        return self.pyramid[2] if self.smooth else _NO_BENDS
 
     @cached_property
     def planes(self) -> np.ndarray:
@@ -84,20 +93,39 @@ class Candidates:
 
     Attributes
     ----------
+    sides : (Side, Side)
     cells : (ndarray, ndarray)
         Cells (or triangles) of the first and of the second side, int64.
-    nets : (ndarray, ndarray)
-        Their Bernstein nets, (n, 4, 4, 3).
+    patches : (ndarray, ndarray)
+        What is known of each, as in `geosurf.kernels.near`.
     whole : (ndarray, ndarray)
         1 where a patch is a cubic or a triangle, 0 where nodes of its stencil are absent.
     pairs : ndarray of int64, shape (n_pair, 2)
         Rows of the patches of both sides that are not apart.
     """
 
+    sides: tuple[Side, Side]
     cells: tuple[np.ndarray, np.ndarray]
-    nets: tuple[np.ndarray, np.ndarray]
+    patches: tuple[np.ndarray, np.ndarray]
     whole: tuple[np.ndarray, np.ndarray]
     pairs: np.ndarray
+
+    @cached_property
+    def size(self) -> float:
+        """Largest diagonal of the cells of the first side that have both its ends [m]."""
+        corners = self.patches[0][:, M_CORNER:N_PATCH]
+        across = corners[:, 9:12] - corners[:, 0:3]
+        squared = (across * across).sum(axis=1)
+        return float(np.sqrt(np.fmax.reduce(squared, initial=0.0)))
+
+    @cached_property
+    def nets(self) -> tuple[np.ndarray, np.ndarray]:
+        """Bernstein nets of the patches of both sides, (n, 4, 4, 3)."""
+        one, two = (
+            nets_of(side.x, side.y, side.z, side.c, cells)
+            for side, cells in zip(self.sides, self.cells, strict=True)
+        )
+        return one, two
 
     @cached_property
     def cones(self) -> tuple[np.ndarray, np.ndarray]:
@@ -135,12 +163,12 @@ def side_of(surface: TriSurface, origin: np.ndarray) -> Side:
 
 def find_candidates(one: Side, two: Side) -> Candidates:
     """Patches of two sides (the first a lattice) that the bounds of cubics do not exclude."""
-    boxes, shape = one.pyramid
-    blocks = block_pairs(boxes, shape, two.blocks, two.planes)
+    boxes, shape, bends = one.pyramid
     found = near_patches(
-        one.x, one.y, one.z, two.x, two.y, two.z, two.c, blocks, len(one.blocks), len(two.blocks)
-    )
-    return Candidates(found[0:2], found[2:4], found[4:6], found[6])
+        one.x, one.y, one.z, two.x, two.y, two.z, two.c,
+        boxes, shape, bends, two.blocks, two.planes, two.bends,
+    )  # fmt: skip
+    return Candidates((one, two), found[0:2], found[2:4], found[4:6], found[6])
 
 
 @dataclass(eq=False)

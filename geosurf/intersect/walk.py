@@ -6,12 +6,13 @@ here: the plain curve is taken then, and lifted where it can be (`geosurf.inters
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from geosurf.intersect.lift import Line
-from geosurf.intersect.loops import cell_size, find_lost, pair_keys
+from geosurf.intersect.loops import find_lost, pair_keys
 from geosurf.intersect.sides import Candidates, Side
 from geosurf.kernels.trace import AT_RIM, CLOSED
 from geosurf.kernels.walk import walk_all
@@ -40,14 +41,14 @@ def walk_curves(sides: tuple[Side, Side], near: Candidates, tolerance: float) ->
         return None
     if not len(near.pairs):
         return []
-    size = cell_size(near)
+    size = near.size
     if tolerance > _COARSEST * size:
         return None
     rows, offsets, ends, figures, unsettled = walk_all(
         one.x, one.y, one.z, two.x, two.y, two.z, two.c,
-        near.pairs, *near.cells, *near.nets, _FIRST_STEP * size, tolerance,
+        near.pairs, *near.cells, *near.patches, _FIRST_STEP * size, tolerance,
     )  # fmt: skip
-    if not np.isin(ends, (CLOSED, AT_RIM)).all():
+    if not ((ends == CLOSED) | (ends == AT_RIM)).all():
         return None
     found = []
     for k, (a, b) in enumerate(pairwise(offsets.tolist())):
@@ -63,5 +64,5 @@ def _more_beside(sides, near: Candidates, unsettled, lines, rows, tolerance) -> 
     if not len(unsettled):
         return False
     keys = pair_keys(sides, rows[:, 3:7], np.zeros(len(rows), dtype=np.int64))
-    rest = Candidates(near.cells, near.nets, near.whole, near.pairs[unsettled])
+    rest = replace(near, pairs=near.pairs[unsettled])
     return any(find_lost(sides, rest, lines, keys, tolerance))

@@ -23,7 +23,7 @@ import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.lift import ASTRAY, F_POINT, LIFTED, N_WORK, OUTSIDE, meet
-from geosurf.kernels.pyramid import net_normal, separated
+from geosurf.kernels.nets import net_normal, separated
 
 SEED, NEAR_SEED, TOUCH, TOO_CLOSE = 0, 1, 2, 3
 _SMALLEST = 1.0 / 32.0  # [cells]
@@ -62,51 +62,6 @@ def cones_of(nets):
     for n in range(nets.shape[0]):
         out[n, 0], out[n, 1], out[n, 2], out[n, 3] = cone(nets[n])
     return out
-
-
-@scalar
-def round_cone(net):
-    """A wider cone, or the same, at a tenth of the cost: tangents lie in balls around their means.
-
-    |u x v - u0 x v0| <= |u0| rv + |v0| ru + ru rv, with ru, rv the radii of the balls.
-    """
-    ux, uy, uz, vx, vy, vz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(4):
-        ux += (net[k, 3, 0] - net[k, 0, 0]) / 12.0
-        uy += (net[k, 3, 1] - net[k, 0, 1]) / 12.0
-        uz += (net[k, 3, 2] - net[k, 0, 2]) / 12.0
-        vx += (net[3, k, 0] - net[0, k, 0]) / 12.0
-        vy += (net[3, k, 1] - net[0, k, 1]) / 12.0
-        vz += (net[3, k, 2] - net[0, k, 2]) / 12.0
-    ru, rv = 0.0, 0.0
-    for k in range(4):
-        for i in range(3):
-            x = net[k, i + 1, 0] - net[k, i, 0] - ux
-            y = net[k, i + 1, 1] - net[k, i, 1] - uy
-            z = net[k, i + 1, 2] - net[k, i, 2] - uz
-            ru = max(ru, x * x + y * y + z * z)
-            x = net[i + 1, k, 0] - net[i, k, 0] - vx
-            y = net[i + 1, k, 1] - net[i, k, 1] - vy
-            z = net[i + 1, k, 2] - net[i, k, 2] - vz
-            rv = max(rv, x * x + y * y + z * z)
-    ru, rv = math.sqrt(ru), math.sqrt(rv)
-    p, q, r = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    size = math.sqrt(p * p + q * q + r * r)
-    away = math.sqrt(ux * ux + uy * uy + uz * uz) * rv
-    away += math.sqrt(vx * vx + vy * vy + vz * vz) * ru + ru * rv
-    if not away < size:
-        return 0.0, 0.0, 0.0, math.pi
-    return p / size, q / size, r / size, math.asin(away / size)
-
-
-@scalar
-def are_transverse(g, p, h, q):
-    """Whether two nets are, by their round cones p, q; by close ones where those do not tell."""
-    if transverse(p[0], p[1], p[2], p[3], q[0], q[1], q[2], q[3]):
-        return True
-    ap, aq, ar, aw = cone(g)
-    bp, bq, br, bw = cone(h)
-    return transverse(ap, aq, ar, aw, bp, bq, br, bw)
 
 
 @scalar

@@ -2,10 +2,11 @@
 
 A block of 8 x 8 cells, each quarter of it and each cell lies in its box and in a slab across its
 own diagonals. Blocks are compared by slabs, quarters by boxes and slabs, then cells: by the other
-quarter, then with each other. Control nets are made only for cells that are near, once each.
+quarter, then with each other. A cell is looked up once, as the row of a table: a patch.
 
-Letters as in `pyramid`; s facts (11,) of a block, quarter or net: box, normal, least and largest
-along it.
+Letters as in `pyramid`; s facts (11,) of a block, quarter or patch: box, normal, least and largest
+along it; m a patch (N_PATCH,): these facts, how far its cubic may leave the bilinear patch of its
+corners (x, y, z), and those four corners, column by column, then row by row.
 """
 
 from __future__ import annotations
@@ -15,113 +16,178 @@ import math
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.patch import cell_net
-from geosurf.kernels.pyramid import BLOCK, SLACK, net_normal, shadow, span_along
-from geosurf.kernels.quarters import HALF, N_FACT, PARTS, beyond, cells_of, clear, describe_to
+from geosurf.kernels.pyramid import BLOCK, SLACK, block_pairs, bulge, is_present, node
+from geosurf.kernels.quarters import (
+    HALF,
+    N_FACT,
+    PARTS,
+    across,
+    beyond,
+    cells_of,
+    clear,
+    describe_to,
+)
 
+M_BULGE = N_FACT
+M_CORNER = M_BULGE + 3
+N_PATCH = M_CORNER + 12
 _PAIRS = np.array([(i, j) for i in range(1, PARTS) for j in range(1, PARTS)])  # of quarters
 
 
-# ---- nets --------------------------------------------------------------------------------
+# ---- patches -----------------------------------------------------------------------------
 
 
 @scalar
-def _outside(net, slab):
-    """Whether a net is outside of a slab."""
+def _shadow(m, p, q, r):
+    """Bounds of p x + q y + r z over a patch; the wrong way round if it has no corner."""
+    low, high = np.inf, -np.inf
+    for k in range(M_CORNER, N_PATCH, 3):
+        value = p * m[k] + q * m[k + 1] + r * m[k + 2]
+        # written so that a corner that is absent changes nothing
+        if value < low:
+            low = value
+        if value > high:
+            high = value
+    more = abs(p) * m[M_BULGE] + abs(q) * m[M_BULGE + 1] + abs(r) * m[M_BULGE + 2] + SLACK
+    return low - more, high + more
+
+
+@scalar
+def _outside(m, slab):
+    """Whether a patch is outside of a slab."""
     if not math.isfinite(slab[6]):
         return False
-    low, high = shadow(net, slab[6], slab[7], slab[8])
-    return low > slab[10] + SLACK or slab[9] > high + SLACK
+    low, high = _shadow(m, slab[6], slab[7], slab[8])
+    return low > slab[10] or slab[9] > high
 
 
 @scalar
-def _net_facts(net, s):
-    """Box of a net, and its slab."""
+def _describe(m):
+    """Box and slab of a patch with corners."""
     for axis in range(3):
         low, high = np.inf, -np.inf
-        for k in range(4):
-            for col in range(4):
-                value = net[k, col, axis]
-                if value < low:
-                    low = value
-                if value > high:
-                    high = value
-        s[axis], s[3 + axis] = low - SLACK, high + SLACK
-    s[6], s[7], s[8] = net_normal(net)
-    s[9], s[10] = shadow(net, s[6], s[7], s[8])
+        for k in range(M_CORNER + axis, N_PATCH, 3):
+            if m[k] < low:
+                low = m[k]
+            if m[k] > high:
+                high = m[k]
+        more = m[M_BULGE + axis] + SLACK
+        m[axis], m[3 + axis] = low - more, high + more
+    a, b, c, d = M_CORNER, M_CORNER + 3, M_CORNER + 6, M_CORNER + 9
+    m[6], m[7], m[8] = across(
+        m[d] - m[a], m[d + 1] - m[a + 1], m[d + 2] - m[a + 2],
+        m[c] - m[b], m[c + 1] - m[b + 1], m[c + 2] - m[b + 2],
+    )  # fmt: skip
+    m[9], m[10] = _shadow(m, m[6], m[7], m[8])
 
 
 @scalar
-def _triangle_net(t, net):
-    """A triangle as the patch (s, t) = (p (1 - q), p q)."""
-    for k in range(4):
-        for col in range(4):
-            p, q = col / 3.0, k / 3.0
+def _make_patch(x, y, z, c, bends, block, i, j, m):
+    """Cell (i, j) of a block, or a triangle, as a patch; its number."""
+    if z.shape[0] == 1:
+        for k in range(4):  # the last corner twice
             for axis in range(3):
-                net[k, col, axis] = (
-                    t[0, axis] + p * (t[1, axis] - t[0, axis]) + p * q * (t[2, axis] - t[1, axis])
-                )
+                m[M_CORNER + 3 * k + axis] = c[block, min(k, 2), axis]
+                m[M_BULGE + axis] = 0.0
+        _describe(m)
+        return block
+    for k in range(4):
+        row, col, at = i + k // 2, j + k % 2, M_CORNER + 3 * k
+        m[at], m[at + 1], m[at + 2] = node(x, row, col), node(y, row, col), z[row, col]
+        if not math.isfinite(m[at] + m[at + 1] + m[at + 2]):
+            m[at], m[at + 1], m[at + 2] = np.nan, np.nan, np.nan
+    more = bulge(z, i, i + 1, j, j + 1)
+    for axis in range(3):
+        m[M_BULGE + axis] = more * bends[block, axis]
+    _describe(m)
+    return i * (z.shape[1] - 1) + j
 
 
 @scalar
-def _make_net(x, y, z, c, block, i, j, net, s, mark, half):
-    """Net and facts of cell (i, j), or of a triangle; `mark`: its number, whether it is whole."""
-    if z.shape[0] > 1:
-        mark[0] = i * (z.shape[1] - 1) + j
-        mark[1] = cell_net(x, y, z, i, j, net, half)
-    else:
-        _triangle_net(c[block], net)
-        mark[0], mark[1] = block, 1
-    _net_facts(net, s)
+def _is_whole(x, y, z, cell):
+    """1 if the stencil of a cell has 16 nodes, or for a triangle; else 0."""
+    if z.shape[0] == 1:
+        return 1
+    i, j = cell // (z.shape[1] - 1), cell % (z.shape[1] - 1)
+    i, j = min(max(i - 1, 0), z.shape[0] - 4), min(max(j - 1, 0), z.shape[1] - 4)
+    for row in range(i, i + 4):
+        for col in range(j, j + 4):
+            if not is_present(x, y, z, row, col):
+                return 0
+    return 1
 
 
 @scalar
-def _nets_in(x, y, z, c, block, part, slab, rows, nets, facts, marks, n, out, half):
-    """Rows of the cells of a part that are near another part, into `out`; how many, and nets.
+def _heights(x, y, z, r0, r1, c0, c1, s, heights):
+    """How far nodes of a quarter are along the normal of a slab s, into `heights`."""
+    for i in range(r0, r1 + 1):
+        for j in range(c0, c1 + 1):
+            value = s[6] * node(x, i, j) + s[7] * node(y, i, j) + s[8] * z[i, j]
+            heights[i - r0, j - c0] = value
 
-    `rows` (64,) of the cells of the block; nets are made where there are none.
+
+@scalar
+def _passed_by(heights, i, j, more, s):
+    """Whether cell (i, j) of a quarter, thicker by `more`, is outside of a slab s."""
+    low, high = np.inf, -np.inf
+    for k in range(2):
+        for col in range(2):
+            value = heights[i + k, j + col]
+            if value < low:
+                low = value
+            if value > high:
+                high = value
+    return low - more > s[10] or high + more < s[9]
+
+
+@scalar
+def _patches_in(x, y, z, c, bends, block, part, s, rows, patches, marks, n, out, heights):
+    """Rows of the cells of a part that are near another part s, into `out`; how many, and patches.
+
+    `rows` (64,) of the cells of the block; patches are made where there are none.
     """
     count = 0
     r0, r1, c0, c1 = 0, 1, 0, 1
     lattice = z.shape[0] > 1
+    sloping, bend = lattice and math.isfinite(s[6]), 0.0
     if lattice:
         r0, r1, c0, c1 = cells_of(z, block, part)
+    if sloping:
+        _heights(x, y, z, r0, r1, c0, c1, s, heights)
+        for axis in range(3):
+            bend += abs(s[6 + axis]) * bends[block, axis]
     for i in range(r0, r1):
         for j in range(c0, c1):
             at = i % BLOCK * BLOCK + j % BLOCK if lattice else 0
             if rows[at] < 0:
-                if lattice and math.isfinite(slab[6]):
-                    low, high = span_along(x, y, z, i, i + 1, j, j + 1, slab[6], slab[7], slab[8])
-                    if low > slab[10] or high < slab[9]:
+                if sloping:
+                    more = bulge(z, i, i + 1, j, j + 1) * bend + SLACK
+                    if _passed_by(heights, i - r0, j - c0, more, s):
                         continue
-                _make_net(x, y, z, c, block, i, j, nets[n], facts[n], marks[n], half)
+                marks[n] = _make_patch(x, y, z, c, bends, block, i, j, patches[n])
                 rows[at] = n
                 n += 1
             k = rows[at]
-            if not clear(facts[k], slab) and not _outside(nets[k], slab):
+            if not clear(patches[k], s) and not _outside(patches[k], s):
                 out[count] = k
                 count += 1
     return count, n
 
 
 @scalar
-def _meet_nets(here, n_here, nets_a, facts_a, there, n_there, nets_b, facts_b, out, n):
-    """Append the pairs of some nets of a with some of b that are not apart."""
+def _meet_patches(here, n_here, patches_a, there, n_there, patches_b, out, n):
+    """Append the pairs of some patches of a with some of b that are not apart."""
     for e in range(n_here):
-        a = here[e]
+        a = patches_a[here[e]]
         for g in range(n_there):
-            b = there[g]
-            if (
-                clear(facts_a[a], facts_b[b])
-                or _outside(nets_a[a], facts_b[b])
-                or _outside(nets_b[b], facts_a[a])
-            ):
+            b = patches_b[there[g]]
+            if clear(a, b) or _outside(a, b) or _outside(b, a):
                 continue
             if n == out.shape[0]:
                 more = np.empty((2 * n, 2), dtype=np.int64)
                 more[:n] = out
                 out = more
-            out[n, 0], out[n, 1] = a, b
+            out[n, 0], out[n, 1] = here[e], there[g]
             n += 1
     return out, n
 
@@ -141,8 +207,8 @@ def _numbered(pairs, side, n_block):
 
 
 @scalar
-def _used(nets, marks, pairs, side, n):
-    """Renumber one column of pairs by first use; cells, nets and `whole` of the patches in use."""
+def _used(x, y, z, patches, marks, pairs, side, n):
+    """Renumber one column of pairs by first use; cells, patches and `whole` of those in use."""
     place, rows, count = np.full(n, -1, dtype=np.int64), np.empty(n, dtype=np.int64), 0
     for k in range(pairs.shape[0]):
         row = pairs[k, side]
@@ -150,66 +216,97 @@ def _used(nets, marks, pairs, side, n):
             place[row], rows[count] = count, row
             count += 1
         pairs[k, side] = place[row]
-    names, kept = np.empty(count, dtype=np.int64), np.empty((count, 4, 4, 3))
+    names, kept = np.empty(count, dtype=np.int64), np.empty((count, N_PATCH))
     flags = np.empty(count, dtype=np.int64)
     for k in range(count):
-        kept[k], names[k], flags[k] = nets[rows[k]], marks[rows[k], 0], marks[rows[k], 1]
+        kept[k], names[k] = patches[rows[k]], marks[rows[k]]
+        flags[k] = _is_whole(x, y, z, names[k])
     return names, kept, flags
 
 
 @scalar
-def _near_blocks(xa, ya, za, xb, yb, zb, c, g, h, known_a, known_b, sa, sb, u, v):
-    """Whether no slab of two blocks parts them; their quarters are described then."""
-    known_a[u] = describe_to(xa, ya, za, c, g, known_a[u], 1, sa, u)
-    known_b[v] = describe_to(xb, yb, zb, c, h, known_b[v], 1, sb, v)
-    if beyond(xa, ya, za, c, g, 0, sb[v * PARTS]) or beyond(xb, yb, zb, c, h, 0, sa[u * PARTS]):
+def _near_blocks(xa, ya, za, xb, yb, zb, c, bends_a, bends_b, g, h, known_a, known_b, sa, sb, u, v):
+    """Whether two blocks are not told apart by their slabs; their quarters are described then."""
+    known_a[u] = describe_to(xa, ya, za, c, bends_a, g, known_a[u], 1, sa, u)
+    known_b[v] = describe_to(xb, yb, zb, c, bends_b, h, known_b[v], 1, sb, v)
+    s, t = sa[u * PARTS], sb[v * PARTS]
+    if beyond(xa, ya, za, c, bends_a, g, 0, t) or beyond(xb, yb, zb, c, bends_b, h, 0, s):
         return False
-    known_a[u] = describe_to(xa, ya, za, c, g, known_a[u], PARTS, sa, u)
-    known_b[v] = describe_to(xb, yb, zb, c, h, known_b[v], PARTS, sb, v)
+    known_a[u] = describe_to(xa, ya, za, c, bends_a, g, known_a[u], PARTS, sa, u)
+    known_b[v] = describe_to(xb, yb, zb, c, bends_b, h, known_b[v], PARTS, sb, v)
     return True
 
 
-@entry("d2 d2 d2 d2 d2 d2 d3 l2 l l -> l1 l1 d4 d4 l1 l1 l2")
-def near_patches(xa, ya, za, xb, yb, zb, c, pairs, n_block_a, n_block_b):
-    """Patches of two sides that are not apart, for pairs (n, 2) of blocks whose boxes meet.
+@entry("d2 d2 d2 d2 d2 d2 d3 d2 l2 d2 d2 d2 d2 -> l1 l1 d2 d2 l1 l1 l2")
+def near_patches(xa, ya, za, xb, yb, zb, c, boxes, shape, bends_a, items, planes, bends_b):
+    """Patches of two sides that are not apart: from the pyramid of a (`boxes`, `shape`) and the
+    boxes and planes of the blocks of b (`block_pairs`).
 
-    Returns cells, nets (n, 4, 4, 3) and `whole` (1: cubic or triangle; 0: lacks nodes) of both
+    Returns cells, patches (n, N_PATCH) and `whole` (1: cubic or triangle; 0: lacks nodes) of both
     sides, and pairs of rows of them. A block of b is a triangle where zb has one row.
     """
-    of_a, na = _numbered(pairs, 0, n_block_a)
-    of_b, nb = _numbered(pairs, 1, n_block_b)
+    pairs = block_pairs(boxes, shape, items, planes)
+    of_a, na = _numbered(pairs, 0, shape[0, 1] * shape[0, 2])
+    of_b, nb = _numbered(pairs, 1, items.shape[0])
     room_b = BLOCK * BLOCK if zb.shape[0] > 1 else 1
     sa, sb = np.empty((na * PARTS, N_FACT)), np.empty((nb * PARTS, N_FACT))
     known_a, known_b = np.zeros(na, dtype=np.int64), np.zeros(nb, dtype=np.int64)
     rows_a = np.full((na, BLOCK * BLOCK), -1, dtype=np.int64)
     rows_b = np.full((nb, room_b), -1, dtype=np.int64)
     # as large as can be: memory that is never touched costs nothing
-    nets_a, facts_a = np.empty((rows_a.size, 4, 4, 3)), np.empty((rows_a.size, N_FACT))
-    nets_b, facts_b = np.empty((rows_b.size, 4, 4, 3)), np.empty((rows_b.size, N_FACT))
-    marks_a = np.empty((rows_a.size, 2), dtype=np.int64)
-    marks_b = np.empty((rows_b.size, 2), dtype=np.int64)
+    patches_a, marks_a = np.empty((rows_a.size, N_PATCH)), np.empty(rows_a.size, dtype=np.int64)
+    patches_b, marks_b = np.empty((rows_b.size, N_PATCH)), np.empty(rows_b.size, dtype=np.int64)
     here, there = np.empty(HALF * HALF, dtype=np.int64), np.empty(HALF * HALF, dtype=np.int64)
-    half, out = np.empty((4, 4)), np.empty((256, 2), dtype=np.int64)
+    heights, out = np.empty((HALF + 1, HALF + 1)), np.empty((256, 2), dtype=np.int64)
     n, count_a, count_b = 0, 0, 0
     for k in range(pairs.shape[0]):
         g, h = pairs[k, 0], pairs[k, 1]
         u, v = of_a[g], of_b[h]
-        if not _near_blocks(xa, ya, za, xb, yb, zb, c, g, h, known_a, known_b, sa, sb, u, v):
+        if not _near_blocks(xa, ya, za, xb, yb, zb, c, bends_a, bends_b, g, h, known_a, known_b,
+                            sa, sb, u, v):  # fmt: skip
             continue
         for i, j in _PAIRS:
             s, t = sa[u * PARTS + i], sb[v * PARTS + j]
-            if clear(s, t) or beyond(xa, ya, za, c, g, i, t) or beyond(xb, yb, zb, c, h, j, s):
+            if (
+                clear(s, t)
+                or beyond(xa, ya, za, c, bends_a, g, i, t)
+                or beyond(xb, yb, zb, c, bends_b, h, j, s)
+            ):
                 continue
-            n_here, count_a = _nets_in(
-                xa, ya, za, c, g, i, t, rows_a[u], nets_a, facts_a, marks_a, count_a, here, half
+            n_here, count_a = _patches_in(
+                xa,
+                ya,
+                za,
+                c,
+                bends_a,
+                g,
+                i,
+                t,
+                rows_a[u],
+                patches_a,
+                marks_a,
+                count_a,
+                here,
+                heights,
             )
-            n_there, count_b = _nets_in(
-                xb, yb, zb, c, h, j, s, rows_b[v], nets_b, facts_b, marks_b, count_b, there, half
+            n_there, count_b = _patches_in(
+                xb,
+                yb,
+                zb,
+                c,
+                bends_b,
+                h,
+                j,
+                s,
+                rows_b[v],
+                patches_b,
+                marks_b,
+                count_b,
+                there,
+                heights,
             )
-            out, n = _meet_nets(
-                here, n_here, nets_a, facts_a, there, n_there, nets_b, facts_b, out, n
-            )
+            out, n = _meet_patches(here, n_here, patches_a, there, n_there, patches_b, out, n)
     out = out[:n].copy()
-    names_a, kept_a, flags_a = _used(nets_a, marks_a, out, 0, count_a)
-    names_b, kept_b, flags_b = _used(nets_b, marks_b, out, 1, count_b)
+    names_a, kept_a, flags_a = _used(xa, ya, za, patches_a, marks_a, out, 0, count_a)
+    names_b, kept_b, flags_b = _used(xb, yb, zb, patches_b, marks_b, out, 1, count_b)
     return names_a, names_b, kept_a, kept_b, flags_a, flags_b, out

@@ -1,16 +1,23 @@
-"""Where can two surfaces meet? Bounds of local cubics over blocks of cells, then cell by cell.
+"""Where can two surfaces meet? Bounds of local cubics over blocks of cells.
 
-A cubic between nodes leaves their range by a known part of it: 4-point weights add up to 1, and
-their absolute values to 1.25 at most in the middle and 1.632 at the rim, so that a tensor product
-stays within ``range * (1.25**2 - 1) / 2``, and at the rim ``range * (1.632**2 - 1) / 2``, of
-the lowest and the highest node of its stencil. Taken are the nodes less their mean slope over the
-block, which cubics reproduce: what is left is small where a surface is smooth. The same holds for
-coordinates along any direction, since a sum of cubics is a cubic. Over blocks this is what the
-pyramid keeps; over single cells, Bernstein coefficients bound the cubic and hold its corners, so
-that triangles of the plain surface are inside as well. What is excluded here holds neither a
-contact of the cubics nor one of the triangles.
+They come from second differences of nodes, which are small where a surface is smooth. Let D be the
+largest along rows, plus the largest along columns, of all nodes that the stencils of some cells
+reach. Then
 
-Letters as in `patch`; boxes (n, 6) lower, upper; nets (n, 4, 4, 3) Bernstein coefficients.
+- nodes of s x s cells leave the bilinear patch between the four outermost by ``h D`` at most, with
+  ``h = s^2 / 8``, rounded down to ``k (s - k) / 2`` for ``k = s // 2``;
+- the cubic of a cell leaves the bilinear patch between its own four nodes by ``1.25 / 8 D`` at
+  most: on nodes -1, 0, 1, 2 it is the chord plus ``t (t - 1) / 2`` times a mean of the second
+  differences at 0 and 1, and 4-point weights across have absolute values that add up to 1.25. At a
+  rim the stencil is shifted: 7/3 of a mean, and 1.632.
+
+So four nodes and D bound all cubics of a block, of a part of it, of a cell, along any direction.
+Where a block lacks a node, or bends as noise does, all its nodes are looked at instead of four.
+A cell without a whole stencil counts as its triangles, which lie between its nodes. What is
+excluded here holds neither a contact of the cubics nor one of the triangles.
+
+Letters as in `patch`; boxes (n, 6) lower, upper; bend (4,) of a block: D of x, y, z, and whether
+four nodes tell of all.
 """
 
 from __future__ import annotations
@@ -22,133 +29,217 @@ import numpy as np
 from geosurf.kernels._jit import entry, scalar
 
 BLOCK = 8
-_INSIDE = (1.25**2 - 1) / 2
-_AT_RIM = (1.632**2 - 1) / 2
-SLACK = 1e-9  # [m], above the rounding of coefficients
+SLACK = 1e-9  # [m], above the rounding of coordinates
+_INSIDE = 1.25 / 8.0
+_AT_RIM = 1.632 * 7.0 / 24.0
+_ROUGH = 0.1  # blocks that may bend by more than this part of their diagonal: all nodes
+
+
+# ---- second differences ------------------------------------------------------------------
 
 
 @scalar
-def _stencils(n, first, last):
-    """Nodes that stencils of some cells in a row of n nodes reach, and whether one is shifted.
-
-    A shifted stencil reaches one node farther in.
-    """
-    shifted = first == 0 or last == n - 1
-    return max(min(first - 1, n - 4), 0), min(max(last + 2, 4), n), shifted
-
-
-@scalar
-def _bounds(low, high, shifted, du, dv, across, along):
-    """Bounds of cubics from those of nodes less a slope; the wrong way round if there is none."""
-    if high < low:
-        return low, high
-    more = (_AT_RIM if shifted else _INSIDE) * (high - low) + SLACK
-    du, dv = du * across, dv * along
-    return (
-        low + min(du, 0.0) + min(dv, 0.0) - more,
-        high + max(du, 0.0) + max(dv, 0.0) + more,
-    )
-
-
-@scalar
-def _slopes(a, b, c, d, across, along):
-    """What the first of four corners is, and mean slopes; zeros if a corner is absent."""
-    du, dv = 0.5 * (b - a + d - c) / across, 0.5 * (c - a + d - b) / along
-    if not math.isfinite(du + dv):
-        return 0.0, 0.0
-    return du, dv
-
-
-@scalar
-def span_of(q, n_row, n_col, r0, r1, c0, c1):
-    """Bounds of one coordinate over the cubics of cells, rows r0 to r1 and columns c0 to c1."""
-    k, m = (0 if q.shape[0] == 1 else 1), (0 if q.shape[1] == 1 else 1)
-    i0, i1, down = _stencils(n_row, r0, r1)
-    j0, j1, beside = _stencils(n_col, c0, c1)
-    du, dv = _slopes(q[k * r0, m * c0], q[k * r0, m * c1], q[k * r1, m * c0], q[k * r1, m * c1],
-                     c1 - c0, r1 - r0)  # fmt: skip
-    if k == 0:  # all rows are alike
-        i0, i1 = r0, r0 + 1
-    if m == 0:
-        j0, j1 = c0, c0 + 1
-    low, high = np.inf, -np.inf
+def _along_rows(q, i0, i1, out):
+    """Largest second difference along rows i0 to i1, at the middle of three columns, less one."""
+    n = q.shape[1]
+    out[:] = 0.0
     for i in range(i0, i1):
-        for j in range(j0, j1):
-            value = q[k * i, m * j] - dv * (i - r0) - du * (j - c0)
+        a, b, c = q[i, : n - 2], q[i, 1 : n - 1], q[i, 2:]
+        for j in range(n - 2):
+            size = abs(a[j] - 2.0 * b[j] + c[j])
+            out[j] = size if size > out[j] else out[j]  # one that is absent changes nothing
+
+
+@scalar
+def _along_columns(q, i0, i1, out):
+    """Largest second difference along columns, at the middle of three rows, i0 to i1."""
+    out[:] = 0.0
+    for i in range(i0, i1):
+        a, b, c = q[i - 1], q[i], q[i + 1]
+        for j in range(q.shape[1]):
+            size = abs(a[j] - 2.0 * b[j] + c[j])
+            out[j] = size if size > out[j] else out[j]
+
+
+@scalar
+def _largest(values, first, last):
+    """The largest of some of values, none of them NaN."""
+    largest = 0.0
+    for k in range(first, last):
+        if values[k] > largest:
+            largest = values[k]
+    return largest
+
+
+@scalar
+def _centres(n, first, last):
+    """Middles of all second differences that cubics of some cells in a row of n nodes rest on."""
+    return max(1, min(first, n - 3)), min(n - 2, max(last, 2)) + 1
+
+
+@scalar
+def _bend_row(q, n_row, n_col, r0, r1, axis, beside, above, bends):
+    """D of one coordinate for a row of blocks, whose cells have rows r0 to r1."""
+    if q.shape[1] > 1:
+        rows = q.shape[0] > 1
+        i0, i1 = max(min(r0 - 1, n_row - 4), 0), min(max(r1 + 2, 4), n_row)
+        _along_rows(q, i0 if rows else 0, i1 if rows else 1, beside)
+    if q.shape[0] > 1:
+        i0, i1 = _centres(n_row, r0, r1)
+        _along_columns(q, i0, i1, above[: q.shape[1]])
+    for block in range(bends.shape[0]):
+        c0, c1 = block * BLOCK, min(block * BLOCK + BLOCK, n_col - 1)
+        bend = 0.0
+        if q.shape[1] > 1:
+            j0, j1 = _centres(n_col, c0, c1)
+            bend += _largest(beside, j0 - 1, j1 - 1)
+        if q.shape[0] > 1:
+            bend += _largest(above, c0, c1 + 1) if q.shape[1] > 1 else above[0]
+        bends[block, axis] = bend
+
+
+@scalar
+def node(q, i, j):
+    """One coordinate of a node; the row or column of an upright lattice is there once."""
+    return q[0 if q.shape[0] == 1 else i, 0 if q.shape[1] == 1 else j]
+
+
+@scalar
+def is_present(x, y, z, i, j):
+    """Whether a node has all coordinates."""
+    return math.isfinite(node(x, i, j) + node(y, i, j) + node(z, i, j))
+
+
+@scalar
+def _four_tell(x, y, z, whole, r0, r1, c0, c1, bend):
+    """Whether bounds from the four outermost nodes of a block are good ones."""
+    if not whole:
+        for i in range(r0, r1 + 1):
+            for j in range(c0, c1 + 1):
+                if not is_present(x, y, z, i, j):
+                    return False
+    size, most = 0.0, 0.0
+    for axis in range(3):
+        q = x if axis == 0 else (y if axis == 1 else z)
+        one, two = node(q, r0, c0), node(q, r0, c1)
+        far, up = node(q, r1, c1) - one, node(q, r1, c0) - two
+        size += max(far * far, up * up)
+        most += bend[axis] * bend[axis]
+    return math.sqrt(most) * (BLOCK * BLOCK / 8.0) <= _ROUGH * math.sqrt(size)
+
+
+# ---- bounds ------------------------------------------------------------------------------
+
+
+@scalar
+def bulge(z, r0, r1, c0, c1):
+    """How far cubics of cells leave their bilinear patches, in D."""
+    shifted = r0 == 0 or c0 == 0 or r1 == z.shape[0] - 1 or c1 == z.shape[1] - 1
+    return _AT_RIM if shifted else _INSIDE
+
+
+@scalar
+def _walk_through(z, bend, r0, r1, c0, c1):
+    """Steps from node to node that have to be looked at, down and across; the rest, in D."""
+    more = bulge(z, r0, r1, c0, c1)
+    if bend[3] == 0.0:
+        return 1, 1, more
+    size = max(r1 - r0, c1 - c0)
+    return r1 - r0, c1 - c0, more + 0.5 * (size // 2) * (size - size // 2)
+
+
+@scalar
+def span_along(x, y, z, bend, r0, r1, c0, c1, p, q, r):
+    """Bounds of p x + q y + r z over the cubics of cells of a block, rows r0 to r1, columns c0 to
+    c1; the wrong way round if no node is there.
+    """
+    down, over, more = _walk_through(z, bend, r0, r1, c0, c1)
+    more = more * (abs(p) * bend[0] + abs(q) * bend[1] + abs(r) * bend[2]) + SLACK
+    low, high = np.inf, -np.inf
+    for i in range(r0, r1 + 1, down):
+        for j in range(c0, c1 + 1, over):
+            value = p * node(x, i, j) + q * node(y, i, j) + r * node(z, i, j)
             # written so that a node that is absent changes nothing
             if value < low:
                 low = value
             if value > high:
                 high = value
-    return _bounds(low, high, down or beside, du, dv, c1 - c0, r1 - r0)
+    return low - more, high + more
 
 
 @scalar
-def span_along(x, y, z, r0, r1, c0, c1, p, q, r):
-    """Bounds of p x + q y + r z over the cubics of cells, rows r0 to r1 and columns c0 to c1."""
-    k, m = (0 if x.shape[0] == 1 else 1), (0 if y.shape[1] == 1 else 1)
-    i0, i1, down = _stencils(z.shape[0], r0, r1)
-    j0, j1, beside = _stencils(z.shape[1], c0, c1)
-    du, dv = _slopes(
-        p * x[k * r0, c0] + q * y[r0, m * c0] + r * z[r0, c0],
-        p * x[k * r0, c1] + q * y[r0, m * c1] + r * z[r0, c1],
-        p * x[k * r1, c0] + q * y[r1, m * c0] + r * z[r1, c0],
-        p * x[k * r1, c1] + q * y[r1, m * c1] + r * z[r1, c1],
-        c1 - c0, r1 - r0,
-    )  # fmt: skip
-    low, high = np.inf, -np.inf
-    for i in range(i0, i1):
-        for j in range(j0, j1):
-            value = p * x[k * i, j] + q * y[i, m * j] + r * z[i, j]
-            value = value - dv * (i - r0) - du * (j - c0)
-            if value < low:
-                low = value
-            if value > high:
-                high = value
-    return _bounds(low, high, down or beside, du, dv, c1 - c0, r1 - r0)
+def box_of(x, y, z, bend, r0, r1, c0, c1, box):
+    """Box around the cubics of cells of a block into the first six of `box`."""
+    down, over, more = _walk_through(z, bend, r0, r1, c0, c1)
+    for axis in range(3):
+        q = x if axis == 0 else (y if axis == 1 else z)
+        low, high = np.inf, -np.inf
+        for i in range(r0, r1 + 1, down):
+            for j in range(c0, c1 + 1, over):
+                value = node(q, i, j)
+                if value < low:
+                    low = value
+                if value > high:
+                    high = value
+        box[axis], box[3 + axis] = low - more * bend[axis] - SLACK, high + more * bend[axis] + SLACK
+
+
+# ---- the pyramid -------------------------------------------------------------------------
 
 
 @scalar
-def box_of(x, y, z, r0, r1, c0, c1, box):
-    """Box around the cubics of cells into the first six of `box`."""
-    n_row, n_col = z.shape
-    box[0], box[3] = span_of(x, n_row, n_col, r0, r1, c0, c1)
-    box[1], box[4] = span_of(y, n_row, n_col, r0, r1, c0, c1)
-    box[2], box[5] = span_of(z, n_row, n_col, r0, r1, c0, c1)
-
-
-@entry("d2 d2 d2 -> d2 l2")
-def lattice_pyramid(x, y, z):
-    """Boxes of all levels, the finest first, and (offset, n_row, n_col) of each level."""
-    n_row, n_col = z.shape[0] - 1, z.shape[1] - 1
+def _shape_of(n_row, n_col):
+    """(offset, n_row, n_col) of each level of blocks, the finest first, and how many boxes."""
     shape = np.empty((40, 3), dtype=np.int64)
     r, c, total, n_level = (n_row + BLOCK - 1) // BLOCK, (n_col + BLOCK - 1) // BLOCK, 0, 0
     while True:
-        shape[n_level] = total, r, c
+        shape[n_level, 0], shape[n_level, 1], shape[n_level, 2] = total, r, c
         n_level += 1
         total += r * c
         if r * c == 1:
-            break
+            return shape[:n_level].copy(), total
         r, c = (r + 1) // 2, (c + 1) // 2
-    boxes = np.empty((total, 6))
+
+
+@scalar
+def _join_boxes(boxes, shape, level):
+    """Boxes of one level around those of the level below."""
+    before, _, below = shape[level - 1]
+    for i in range(shape[level, 1]):
+        for j in range(shape[level, 2]):
+            box = boxes[shape[level, 0] + i * shape[level, 2] + j]
+            box[:3], box[3:] = np.inf, -np.inf
+            for k in range(2 * i, min(2 * i + 2, shape[level - 1, 1])):
+                for col in range(2 * j, min(2 * j + 2, below)):
+                    for axis in range(3):
+                        child = boxes[before + k * below + col]
+                        box[axis] = min(box[axis], child[axis])
+                        box[3 + axis] = max(box[3 + axis], child[3 + axis])
+
+
+@entry("d2 d2 d2 b -> d2 l2 d2")
+def lattice_pyramid(x, y, z, whole):
+    """Boxes of all levels, the finest first, (offset, n_row, n_col) of each level, and bends of
+    the finest blocks. `whole`: whether all nodes are known to be there.
+    """
+    n_row, n_col = z.shape
+    shape, total = _shape_of(n_row - 1, n_col - 1)
+    across = shape[0, 2]
+    boxes, bends = np.empty((total, 6)), np.empty((shape[0, 1] * across, 4))
+    beside, above = np.empty(n_col), np.empty(n_col)
     for i in range(shape[0, 1]):
-        for j in range(shape[0, 2]):
-            r0, r1 = i * BLOCK, min(i * BLOCK + BLOCK, n_row)
-            c0, c1 = j * BLOCK, min(j * BLOCK + BLOCK, n_col)
-            box_of(x, y, z, r0, r1, c0, c1, boxes[i * shape[0, 2] + j])
-    for level in range(1, n_level):
-        before, _, below = shape[level - 1]
-        for i in range(shape[level, 1]):
-            for j in range(shape[level, 2]):
-                box = boxes[shape[level, 0] + i * shape[level, 2] + j]
-                box[:3], box[3:] = np.inf, -np.inf
-                for k in range(2 * i, min(2 * i + 2, shape[level - 1, 1])):
-                    for col in range(2 * j, min(2 * j + 2, below)):
-                        for axis in range(3):
-                            child = boxes[before + k * below + col]
-                            box[axis] = min(box[axis], child[axis])
-                            box[3 + axis] = max(box[3 + axis], child[3 + axis])
-    return boxes, shape[:n_level].copy()
+        r0, r1 = i * BLOCK, min(i * BLOCK + BLOCK, n_row - 1)
+        mine = bends[i * across : i * across + across]
+        for axis in range(3):
+            q = x if axis == 0 else (y if axis == 1 else z)
+            _bend_row(q, n_row, n_col, r0, r1, axis, beside, above, mine)
+        for j in range(across):
+            c0, c1 = j * BLOCK, min(j * BLOCK + BLOCK, n_col - 1)
+            mine[j, 3] = 1.0 if _four_tell(x, y, z, whole, r0, r1, c0, c1, mine[j]) else 0.0
+            box_of(x, y, z, mine[j], r0, r1, c0, c1, boxes[i * across + j])
+    for level in range(1, shape.shape[0]):
+        _join_boxes(boxes, shape, level)
+    return boxes, shape, bends
 
 
 @scalar
@@ -165,7 +256,7 @@ def apart(p, q, plane):
     return abs(middle) > reach
 
 
-@entry("d2 l2 d2 d2 -> l2")
+@scalar
 def block_pairs(boxes, shape, items, planes):
     """Pairs (finest block, item) whose boxes meet, item by item.
 
@@ -175,11 +266,11 @@ def block_pairs(boxes, shape, items, planes):
     n = 0
     stack = np.empty((256, 3), dtype=np.int64)
     for item in range(items.shape[0]):
-        stack[0] = shape.shape[0] - 1, 0, 0
+        stack[0, 0], stack[0, 1], stack[0, 2] = shape.shape[0] - 1, 0, 0
         top = 1
         while top > 0:
             top -= 1
-            level, i, j = stack[top]
+            level, i, j = stack[top, 0], stack[top, 1], stack[top, 2]
             row = shape[level, 0] + i * shape[level, 2] + j
             if apart(boxes[row], items[item], planes[item]):
                 continue
@@ -188,60 +279,11 @@ def block_pairs(boxes, shape, items, planes):
                     more = np.empty((2 * n, 2), dtype=np.int64)
                     more[:n] = out
                     out = more
-                out[n] = row, item
+                out[n, 0], out[n, 1] = row, item
                 n += 1
                 continue
             for k in range(2 * i, min(2 * i + 2, shape[level - 1, 1])):
                 for col in range(2 * j, min(2 * j + 2, shape[level - 1, 2])):
-                    stack[top] = level - 1, k, col
+                    stack[top, 0], stack[top, 1], stack[top, 2] = level - 1, k, col
                     top += 1
-    return out[:n].copy()
-
-
-@scalar
-def shadow(net, p, q, r):
-    """Bounds of p x + q y + r z over a net."""
-    low, high = np.inf, -np.inf
-    for k in range(4):
-        for col in range(4):
-            value = p * net[k, col, 0] + q * net[k, col, 1] + r * net[k, col, 2]
-            if value < low:
-                low = value
-            if value > high:
-                high = value
-    return low, high
-
-
-@scalar
-def net_normal(net):
-    """Unit vector across a net, from its diagonals; NaN if they are parallel or absent."""
-    ax, ay, az = (
-        net[3, 3, 0] - net[0, 0, 0],
-        net[3, 3, 1] - net[0, 0, 1],
-        net[3, 3, 2] - net[0, 0, 2],
-    )
-    bx, by, bz = (
-        net[3, 0, 0] - net[0, 3, 0],
-        net[3, 0, 1] - net[0, 3, 1],
-        net[3, 0, 2] - net[0, 3, 2],
-    )
-    p, q, r = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-    size = np.sqrt(p * p + q * q + r * r)
-    return p / size, q / size, r / size
-
-
-@scalar
-def separated(one, two):
-    """Whether two nets are apart along an axis or along one of their own normals."""
-    for axis in range(5):
-        if axis < 3:
-            p, q, r = 1.0 * (axis == 0), 1.0 * (axis == 1), 1.0 * (axis == 2)
-        else:
-            p, q, r = net_normal(one) if axis == 3 else net_normal(two)
-            if not np.isfinite(p + q + r):
-                continue
-        low, high = shadow(one, p, q, r)
-        floor, ceiling = shadow(two, p, q, r)
-        if low > ceiling + SLACK or floor > high + SLACK:
-            return True
-    return False
+    return out[:n]

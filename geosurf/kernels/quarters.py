@@ -1,6 +1,6 @@
 """Blocks of cells and their quarters, or triangles: in which box and in which slab they lie.
 
-Letters as in `pyramid`; s facts (11,) of a block, quarter or net: box, normal, least and largest
+Letters as in `pyramid`; s facts (11,) of a block, quarter or cell: box, normal, least and largest
 along it.
 """
 
@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from geosurf.kernels._jit import scalar
-from geosurf.kernels.pyramid import BLOCK, SLACK, box_of, span_along
+from geosurf.kernels.pyramid import BLOCK, SLACK, box_of, node, span_along
 
 HALF = BLOCK // 2
 PARTS = 5  # a block and its quarters
@@ -32,11 +32,11 @@ def cells_of(z, block, part):
 
 
 @scalar
-def _span(x, y, z, c, block, part, p, q, r):
+def _span(x, y, z, c, bends, block, part, p, q, r):
     """Bounds of p x + q y + r z over a part of a block, or a triangle."""
     if z.shape[0] > 1:
         r0, r1, c0, c1 = cells_of(z, block, part)
-        return span_along(x, y, z, r0, r1, c0, c1, p, q, r)
+        return span_along(x, y, z, bends[block], r0, r1, c0, c1, p, q, r)
     low, high = np.inf, -np.inf
     for k in range(3):
         value = p * c[block, k, 0] + q * c[block, k, 1] + r * c[block, k, 2]
@@ -45,25 +45,31 @@ def _span(x, y, z, c, block, part, p, q, r):
 
 
 @scalar
-def _normal_of(x, y, z, c, block, part):
-    """Unit vector across the diagonals of a part, or across a triangle; NaN if there is none."""
-    if z.shape[0] == 1:
-        t = c[block]
-        ux, uy, uz = t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2]
-        vx, vy, vz = t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2]
-    else:
-        r0, r1, c0, c1 = cells_of(z, block, part)
-        k, m = (0 if x.shape[0] == 1 else 1), (0 if y.shape[1] == 1 else 1)
-        ux, vx = x[k * r1, c1] - x[k * r0, c0], x[k * r1, c0] - x[k * r0, c1]
-        uy, vy = y[r1, m * c1] - y[r0, m * c0], y[r1, m * c0] - y[r0, m * c1]
-        uz, vz = z[r1, c1] - z[r0, c0], z[r1, c0] - z[r0, c1]
+def across(ux, uy, uz, vx, vy, vz):
+    """Unit vector across two; NaN if they are parallel or absent."""
     p, q, r = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     size = math.sqrt(p * p + q * q + r * r)
     return p / size, q / size, r / size
 
 
 @scalar
-def _describe(x, y, z, c, block, part, s):
+def _normal_of(x, y, z, c, block, part):
+    """Unit vector across the diagonals of a part, or across a triangle; NaN if there is none."""
+    if z.shape[0] == 1:
+        t = c[block]
+        return across(
+            t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2],
+            t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2],
+        )  # fmt: skip
+    r0, r1, c0, c1 = cells_of(z, block, part)
+    return across(
+        node(x, r1, c1) - node(x, r0, c0), node(y, r1, c1) - node(y, r0, c0), z[r1, c1] - z[r0, c0],
+        node(x, r1, c0) - node(x, r0, c1), node(y, r1, c0) - node(y, r0, c1), z[r1, c0] - z[r0, c1],
+    )  # fmt: skip
+
+
+@scalar
+def _describe(x, y, z, c, bends, block, part, s):
     """Facts of a part; its box is empty if it has no cells, or is a whole block."""
     for k in range(3):
         s[k], s[3 + k], s[6 + k] = np.inf, -np.inf, np.nan
@@ -79,26 +85,26 @@ def _describe(x, y, z, c, block, part, s):
         if r0 >= r1 or c0 >= c1:
             return
         if part > 0:
-            box_of(x, y, z, r0, r1, c0, c1, s)
+            box_of(x, y, z, bends[block], r0, r1, c0, c1, s)
     s[6], s[7], s[8] = _normal_of(x, y, z, c, block, part)
     if math.isfinite(s[6]):
-        s[9], s[10] = _span(x, y, z, c, block, part, s[6], s[7], s[8])
+        s[9], s[10] = _span(x, y, z, c, bends, block, part, s[6], s[7], s[8])
 
 
 @scalar
-def describe_to(x, y, z, c, block, known, wanted, s, place):
+def describe_to(x, y, z, c, bends, block, known, wanted, s, place):
     """Describe the first parts of a block that are not known yet; how many are known now."""
     for part in range(known, wanted):
-        _describe(x, y, z, c, block, part, s[place * PARTS + part])
+        _describe(x, y, z, c, bends, block, part, s[place * PARTS + part])
     return max(known, wanted)
 
 
 @scalar
-def beyond(x, y, z, c, block, part, slab):
+def beyond(x, y, z, c, bends, block, part, slab):
     """Whether a part is outside of another one's slab."""
     if not math.isfinite(slab[6]):
         return False
-    low, high = _span(x, y, z, c, block, part, slab[6], slab[7], slab[8])
+    low, high = _span(x, y, z, c, bends, block, part, slab[6], slab[7], slab[8])
     return low > slab[10] or high < slab[9]
 
 

@@ -32,7 +32,15 @@ from geosurf.kernels.arcs import (
     set_length,
 )
 from geosurf.kernels.knots import cut_chords, doubt_knot, set_knot, turn_round, with_room
-from geosurf.kernels.land import LEFT, NOT_PASSED, is_beside, land, open_pairs, pass_through
+from geosurf.kernels.land import (
+    LEFT,
+    NOT_PASSED,
+    holds_nothing,
+    is_beside,
+    land,
+    open_pairs,
+    pass_through,
+)
 from geosurf.kernels.lift import (
     F_POINT,
     F_TANGENT,
@@ -185,8 +193,9 @@ def _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, kn
     return knots, n, AT_RIM if end == AT_RIM else LOST
 
 
-@entry("d2 d2 d2 d2 d2 d2 d3 l2 l1 l1 d4 d4 d d -> d2 l1 l1 d2 l1")
-def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, step, tolerance):
+@entry("d2 d2 d2 d2 d2 d2 d3 l2 l1 l1 d2 d2 d d -> d2 l1 l1 d2 l1")
+def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, patches_a, patches_b, step,
+             tolerance):  # fmt: skip
     """Curves of two lattices: points and parameters (n, 7), offsets, how each ends, its bound and
     the estimate of the cubics in it, and the pairs not settled. `step`: the first [m].
     """
@@ -194,7 +203,9 @@ def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, s
     small = min(1.0, step)
     near, enough = math.sqrt(0.25 * tolerance * small), min(1e-6, 1e-3 * tolerance)
     enough, reach = math.sqrt(enough * small), _SAME * tolerance
-    keys, order, knot_of = open_pairs(pairs, cell_a, cell_b, nets_a, nets_b)
+    keys, order, knot_of = open_pairs(
+        xa, ya, za, xb, yb, zb, pairs, cell_a, cell_b, patches_a, patches_b
+    )
     knots, rows, m, n, count = np.empty((256, N_KNOT)), np.empty((1024, 7)), 0, 0, 0
     n_pair = pairs.shape[0]
     offsets, ends = np.zeros(n_pair + 1, dtype=np.int64), np.empty(n_pair, dtype=np.int64)
@@ -203,12 +214,14 @@ def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, s
         if knot_of[k] != NOT_PASSED:
             continue
         a, b = pairs[k, 0], pairs[k, 1]
-        found = land(xa, ya, za, xb, yb, zb, c, nets_a[a], cell_a[a], cell_b[b], near, seed, f)
+        found = land(xa, ya, za, xb, yb, zb, c, patches_a[a], cell_a[a], cell_b[b], near, seed, f)
         if found != LIFTED:
             knot_of[k] = LEFT
             continue
         if is_beside(za, zb, knots, m, seed, reach, keys, order, knot_of):
             continue
+        if holds_nothing(xa, ya, za, xb, yb, zb, cell_a[a], cell_b[b], seed):
+            continue  # a walk starts where the cells that it runs through are looked at
         first = m
         knots, m, end = _walk_both_ways(
             xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, knots, first, row, f

@@ -5,7 +5,7 @@ Kernels are imported where they are called: a reader has no use for them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +15,10 @@ from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model.base import Noun, frozen
 from geosurf.model.survey import Survey
+
+# what does not ask how cells are split and turned
+_OF_NODES = ("easting", "northing", "elevation", "coordinates", "survey", "whole", "extent",
+             "present", "vertex_of_node")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +105,12 @@ class Lattice(Noun):
 
     def turned_as(self, rising: bool, reverse: bool | None) -> Lattice:
         """Return the lattice with another diagonal and sense; what is known of nodes is shared."""
-        twin = replace(self, rising=rising, reverse=reverse)
-        shared = ("coordinates", "survey", "whole", "extent", "present", "vertex_of_node")
-        twin.__dict__.update({key: self.__dict__[key] for key in shared if key in self.__dict__})
+        if rising == self.rising and reverse is self.reverse:
+            return self
+        twin = object.__new__(type(self))
+        mine = self.__dict__
+        twin.__dict__.update({key: mine[key] for key in _OF_NODES if key in mine})
+        twin.__dict__.update(rising=rising, reverse=reverse)
         return twin
 
     @cached_property

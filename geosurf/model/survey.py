@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.model.base import frozen
-
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.model.lattice import Lattice
+
+# sums over cells, of a lattice that nobody asked for them
+_UNKNOWN = np.full(2, np.nan), np.full(2, np.inf), math.inf, 0.0, np.full((2, 3), np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,24 +66,31 @@ class Survey:
         from geosurf.kernels.tree import BLOCK
 
         boxes, box, marks, sums = survey.survey_lattice(*lattice.coordinates, lattice.places, quads)
-        alone = np.stack([sums[k : k + 3] for k in (clear.ONLY_FALLING, clear.ONLY_RISING)])
-        normals = 0.5 * sums[clear.NORMAL : clear.NORMAL + 3] + alone
+        counts = marks.tolist()
+        gains, reach, edges, margin, normals = _UNKNOWN
+        if quads:
+            alone = np.array([sums[k : k + 3] for k in (clear.ONLY_FALLING, clear.ONLY_RISING)])
+            normals = 0.5 * sums[clear.NORMAL : clear.NORMAL + 3] + alone
+            gains, reach = sums[clear.GAIN : clear.GAIN + 2], sums[clear.REACH : clear.REACH + 2]
+            edges, margin = float(sums[clear.EDGES]), float(sums[clear.MARGIN])
+        for part in (boxes, box, gains, reach, normals):
+            part.flags.writeable = False
         return cls(
-            boxes=frozen(boxes, np.float64),
-            box=frozen(box, np.float64),
+            boxes=boxes,
+            box=box,
             n_block_col=max(-(-(lattice.shape[1] - 1) // BLOCK), 1),
-            n_triangles=(int(marks[survey.N_FALLING]), int(marks[survey.N_RISING])),
-            numbers=tuple((marks[survey.NAN_X : survey.NAN_Z + 1] == 0).tolist()),
-            minus_zero=bool(marks[survey.MINUS_ZERO]),
-            gains=sums[clear.GAIN : clear.GAIN + 2] if quads else np.full(2, np.nan),
-            reach=sums[clear.REACH : clear.REACH + 2] if quads else np.full(2, np.inf),
-            edges=float(sums[clear.EDGES]) if quads else np.inf,
-            margin=float(sums[clear.MARGIN]) if quads else 0.0,
-            normals=normals if quads else np.full((2, 3), np.nan),
+            n_triangles=(counts[survey.N_FALLING], counts[survey.N_RISING]),
+            numbers=tuple(count == 0 for count in counts[survey.NAN_X : survey.NAN_Z + 1]),
+            minus_zero=bool(counts[survey.MINUS_ZERO]),
+            gains=gains,
+            reach=reach,
+            edges=edges,
+            margin=margin,
+            normals=normals,
         )
 
     @property
     def finite(self) -> bool:
         """Whether no coordinate is infinite."""
-        low, high = self.box[:3], self.box[3:]
-        return bool((low > -np.inf).all() and (high < np.inf).all())
+        box = self.box.tolist()
+        return bool(min(box[:3]) > -math.inf and max(box[3:]) < math.inf)

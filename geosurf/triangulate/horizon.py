@@ -170,8 +170,10 @@ def _check_array(da: Any, what: str) -> None:
 
 def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
     """Easting and northing [m], each 1-D and monotonic, or both 2-D."""
-    missing = [key for key in ("easting", "northing") if key not in da.coords]
-    flat = not missing and da.coords["easting"].ndim == da.coords["northing"].ndim == 2
+    # of xarray the arrays alone: labels cost more than what they label
+    coords = getattr(da.coords, "variables", da.coords)
+    missing = [key for key in ("easting", "northing") if key not in coords]
+    flat = not missing and coords["easting"].ndim == coords["northing"].ndim == 2
     if not flat and tuple(da.dims) != HORIZON_DIMS:
         if set(da.dims) == set(HORIZON_DIMS):
             remedy = "Only the order differs: da.transpose('northing', 'easting')."
@@ -187,7 +189,7 @@ def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
             f"Add them in metres with da.assign_coords({missing[0]}=...)."
         )
     easting, northing = (
-        _metres(da.coords[key].transpose(*da.dims) if flat else da.coords[key], f"{key} of {what}")
+        _metres(coords[key].transpose(*da.dims) if flat else coords[key], f"{key} of {what}")
         for key in ("easting", "northing")
     )
     if not flat:
@@ -226,6 +228,8 @@ def _metres(coord: Any, what: str) -> np.ndarray:
 
 def _check_axis(key: str, axis: np.ndarray, what: str) -> None:
     """Refuse a 1-D coordinate that is not finite, or neither increases nor decreases."""
+    if (axis[1:] > axis[:-1]).all() and -np.inf < axis[0] and axis[-1] < np.inf:
+        return
     bad = np.flatnonzero(~np.isfinite(axis))
     if len(bad):
         raise HorizonError(

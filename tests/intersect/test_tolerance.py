@@ -188,6 +188,20 @@ def test_touching_is_told_and_nearness_is_not():
     assert (near.n_curve, near.places) == (0, ())
 
 
+def test_touching_is_told_where_a_hole_lies_elsewhere():
+    """The size of cells, with which nearness is compared, is that of cells with all corners."""
+
+    def height(x, y):
+        z = np.where(x < 2600, -((x - 2050) ** 2 + (y - 1950) ** 2) / DOME, 0.02 * (x - 3000))
+        z[20, 30] = np.nan
+        return z
+
+    curves = intersect_surfaces([horizon(height), level(0.0)], tolerance=0.01)
+    (place,) = [place for place in curves.places if place.reason == "touching"]
+    assert np.hypot(*(place.points[:, :2] - [2050, 1950]).T).min() < 12
+    assert "hole" in reasons(curves)
+
+
 def test_surfaces_far_apart_cost_nothing():
     curves = intersect_surfaces([dome(), level(500.0)], tolerance=0.01)
     assert (curves.n_curve, curves.places, curves.cost) == (0, (), {})

@@ -8,6 +8,7 @@ import pytest
 from geosurf import Lattice, TriSurface, intersect_surfaces
 from geosurf.intersect import dial
 from geosurf.intersect.sides import find_candidates, side_of
+from geosurf.kernels.land import patch_cone
 from geosurf.kernels.pyramid import BLOCK
 from tests.cubics import points_on
 from tests.intersect.smooth_worlds import (
@@ -178,3 +179,60 @@ def test_no_pair_of_cells_that_share_a_place_is_left_out(seed):
                 assert (cell, cell) in found
                 changes += 1
     assert changes > 20
+
+
+def crossing_pair(rough, absent, rng):
+    """A curvilinear lattice of any heights, and one across it so that most cells meet."""
+    u, v = np.meshgrid(np.arange(13.0), np.arange(11.0))
+    z = rough * rng.integers(-2, 3, size=u.shape)
+    z[rng.random(z.shape) < absent] = np.nan
+    x, y = u + 0.1 * rough * rng.random(u.shape), v + 0.2 * u
+    one = TriSurface("A", "horizon", lattice=Lattice(x, y, z))
+    two = TriSurface("B", "fault", lattice=Lattice(u, 0.3 * u + v, 2.0 * v - 9.0, False))
+    return [side_of(surface, np.zeros(3)) for surface in (one, two)]
+
+
+@pytest.mark.parametrize("rough", [0.0, 0.02, 1.0])
+@pytest.mark.parametrize("absent", [0.0, 0.05])
+def test_patches_hold_their_cubics_and_cones_their_normals(rough, absent, rng):
+    """At 21 x 21 places of each cell; rims, where stencils are shifted, are among them."""
+    sides = crossing_pair(rough, absent, rng)
+    near = find_candidates(*sides)
+    at = np.stack(np.meshgrid(*[np.linspace(0, 1, 21)] * 2), -1).reshape(-1, 2) * (1 - 1e-9)
+    cones = 0
+    for side, cells, patches, whole in zip(
+        sides, near.cells, near.patches, near.whole, strict=True
+    ):
+        assert len(cells) > 10
+        for cell, m in zip(cells[whole == 1], patches[whole == 1], strict=True):
+            corner = np.array(divmod(cell, side.z.shape[1] - 1))[::-1]
+            points = points_on(side.x, side.y, side.z, at + corner)
+            assert (m[:3] <= points).all()
+            assert (points <= m[3:6]).all()
+            along = points @ m[6:9]
+            assert (m[9] <= along).all()
+            assert (along <= m[10]).all()
+            p, q, r, angle = patch_cone(m)
+            if angle < np.pi:
+                grid = points.reshape(21, 21, 3)
+                du, dv = np.diff(grid, axis=1)[:-1], np.diff(grid, axis=0)[:, :-1]
+                normals = np.cross(du, dv)
+                normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+                assert (normals @ (p, q, r) >= np.cos(angle) - 1e-6).all()
+                cones += 1
+    assert cones > (10 if rough < 1.0 else 0)
+
+
+def test_bends_are_the_largest_second_differences(rng):
+    """Of all nodes that stencils of a block reach: one farther than its own, two at a rim."""
+    z = rng.integers(-9, 10, size=(21, 30)).astype(float)
+    x, y = np.arange(30.0) ** 2, np.arange(21.0)
+    side = side_of(TriSurface("A", "horizon", lattice=Lattice(x, y, z)), np.zeros(3))
+    along, across = np.abs(np.diff(z, 2, axis=1)), np.abs(np.diff(z, 2, axis=0))
+    for block, bend in enumerate(side.bends):
+        i, j = block // 4 * BLOCK, block % 4 * BLOCK
+        rows = slice(max(i - 1, 0), i + BLOCK + 2)
+        columns = slice(max(j - 1, 0), j + BLOCK)
+        one = along[rows, columns].max()
+        two = across[max(i - 1, 0) : i + BLOCK, j : j + BLOCK + 1].max()
+        assert bend.tolist() == [2.0, 0.0, one + two, 0.0]

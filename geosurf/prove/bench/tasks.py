@@ -174,6 +174,8 @@ def segments_answer(setting: Setting, segments: np.ndarray) -> dict[str, Any]:
 
 def _curves_answer(setting: Setting, curves: Curves) -> dict[str, Any]:
     found = segments_answer(setting, curves.points[curves.segments])
+    if curves.error_bound is not None:
+        found["bound"] = float(curves.error_bound.max(initial=0.0))
     return found | {"curves": curves.n_curve}
 
 
