@@ -87,7 +87,7 @@ def test_a_chain_of_replacements_is_the_scene_made_afresh(seed):
     """After each change; every third one goes back to an earlier scene of the family."""
     rng = np.random.default_rng([81, seed])
     family = [(start(), made(start()))]
-    for step in range(10):
+    for step in range(14):
         inputs, scene = family[rng.integers(len(family)) if step % 3 == 2 else -1]
         key = str(rng.choice(list(CHOICES)))
         value = CHOICES[key][rng.integers(len(CHOICES[key]))]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -150,8 +152,20 @@ def test_a_grid_of_one_block_need_not_reach_the_others():
 def test_parts_add_up_to_the_units_of_small_worlds(surfaces, one, two):
     """Whole levels hit corners, edges and level pieces of horizons."""
     levels = dict(zip(("GOC", "OWC"), sorted({one, two}, reverse=True), strict=False))
-    extra, contacts = build_contacts(levels, BOX)
     whole = carve_units(rebuild_surfaces(surfaces))
+    for unit, parts in parts_of(whole, surfaces, levels):
+        bounds = [9, *levels.values(), -9]
+        spans = [(low, high) for high, low in pairwise(bounds) if crosses(unit, low, high)]
+        assert len(parts) == len(spans)
+        for part, (low, high) in zip(parts, spans, strict=True):
+            z = part.local[:, 2]
+            assert low <= z.min()
+            assert z.max() <= high
+
+
+def parts_of(whole, surfaces, levels):
+    """Each unit of a world and its parts, from the top down, where fluid contacts cut it."""
+    extra, contacts = build_contacts(levels, BOX)
     patches = rebuild_surfaces([*surfaces, *extra])
     units = carve_units(patches, contacts=contacts)
     certificate = certify(patches, units)
@@ -159,11 +173,13 @@ def test_parts_add_up_to_the_units_of_small_worlds(surfaces, one, two):
     for unit in whole.values():
         parts = [u for u in units.values() if (u.zone, u.block) == (unit.zone, unit.block)]
         assert sum(u.volume for u in parts) == pytest.approx(unit.volume, rel=1e-12)
-        for part in parts:
-            word, name = part.contact.split(" ") if " " in part.contact else ("", "")
-            if word:
-                z = part.local[:, 2]
-                assert (z >= levels[name]).all() if word == "above" else (z <= levels[name]).all()
+        yield unit, parts
+
+
+def crosses(unit, low, high):
+    """Whether some of a unit lies between two levels."""
+    z = unit.local[:, 2]
+    return z.min() < high and low < z.max()
 
 
 def test_names_of_blocks_are_taken_apart():
