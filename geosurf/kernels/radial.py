@@ -162,7 +162,10 @@ def _dot_sign(x, t, m, w, around, a, b):
 
 @scalar
 def _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading):
-    """Fill `around`: normals, and the half turn behind the first that each half-plane is in."""
+    """Fill `around`: normals, and the half turn behind the first that each half-plane is in.
+
+    False if one is the first half-plane itself.
+    """
     for a in range(n):
         i = parent[order[a]]
         normal = _normal(px, pt, i)
@@ -173,9 +176,12 @@ def _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading)
         if a > 0:
             way = ways[0] * ways[a]
             s = way * heading * _cross_sign(px, pt, m, w, around, 0, a, axis)
-            if s < 0 or (s == 0 and way * _dot_sign(px, pt, m, w, around, 0, a) < 0):
+            if s == 0 and way * _dot_sign(px, pt, m, w, around, 0, a) > 0:
+                return False
+            if s <= 0:
                 half = 1
         around[a, HALF] = half
+    return True
 
 
 @scalar
@@ -190,7 +196,8 @@ def _swap(order, ways, around, a, b):
 def sort_around(x, u, v, order, ways, around, n, parent, px, pt, m, w):
     """Sort n triangles around edge u-v behind the first; False if two share a half-plane."""
     axis, heading = main_axis(x, u, v)
-    _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading)
+    if not _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading):
+        return False
     for a in range(2, n):
         b = a
         while b > 1 and around[b, HALF] <= around[b - 1, HALF]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 from functools import cmp_to_key
 
 import numpy as np
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -96,6 +98,53 @@ def test_doubles_and_exact_numbers_sort_as_fractions_do(made, stretch):
     if expected is not None:
         assert told
         assert order.tolist() == expected
+
+
+@pytest.mark.parametrize("spread", [1, 2**30])
+def test_half_planes_around_the_first_are_in_order_or_not_told(rng, spread):
+    """Behind the first or ahead by less than rounding: tips far off along the edge, as slivers."""
+    told = 0
+    for _ in range(100):
+        d, first, other = rng.integers(-(2**40), 2**40, (3, 3))
+        first = first + rng.integers(-(2**11), 2**11) * d
+        near = first + rng.integers(-3, 4) * d + rng.integers(-spread, spread + 1, 3)
+        tips = np.array([first, near, other], dtype=float)
+        d = d.astype(float)
+        expected = slow_order(d, tips)
+        if expected is None:
+            continue
+        x, t = fan(d, tips, rng.integers(0, 2, 3).astype(bool).tolist())
+        px, start = x[t].reshape(-1, 3), np.where(t[:, 0] == 1, -1, 1)
+        order, ways = np.arange(3), start.copy()
+        axis, heading = main_axis(x, 0, 1)
+        if sorted_by_floats(px, np.arange(3), axis, heading, order, ways, 3, np.empty(3)):
+            told += 1
+            assert order.tolist() == expected
+        order, ways, pt = np.arange(3), start.copy(), np.arange(9).reshape(-1, 3)
+        m, w = frame_of(px)
+        around = np.empty((3, N_AROUND))
+        assert sort_around(x, 0, 1, order, ways, around, 3, np.arange(3), px, pt, m, w)
+        assert order.tolist() == expected
+    assert told < 10 if spread == 1 else told > 90
+
+
+def test_half_planes_that_are_one_have_no_order(rng):
+    for pair in itertools.combinations(range(4), 2):
+        tips = rng.integers(-9, 10, (4, 3)).astype(float)
+        d = np.array([3.0, -5.0, 7.0])
+        tips[pair[1]] = 2 * tips[pair[0]] + d
+        assert slow_order(d, tips) is None
+        x, t = fan(d, tips, [True, False, True, False])
+        px, pt = x[t].reshape(-1, 3), np.arange(12).reshape(-1, 3)
+        order, ways = np.arange(4), np.array([-1, 1, -1, 1])
+        axis, heading = main_axis(x, 0, 1)
+        assert not sorted_by_floats(px, np.arange(4), axis, heading, order, ways, 4, np.empty(4)), (
+            pair
+        )
+        order, ways = np.arange(4), np.array([-1, 1, -1, 1])
+        m, w = frame_of(px)
+        around = np.empty((4, N_AROUND))
+        assert not sort_around(x, 0, 1, order, ways, around, 4, np.arange(4), px, pt, m, w), pair
 
 
 @given(fans)

@@ -14,7 +14,7 @@ from geosurf.kernels.doubled import doubled_rows
 from geosurf.kernels.exact import EXACT_ORIENT2D, LIMBS
 from geosurf.kernels.kept import roomy_workspace
 from geosurf.kernels.predicates import frame_of
-from geosurf.kernels.signs import AXIS, N_STATE
+from geosurf.kernels.signs import AXIS, N_STATE, add_local, lower
 from tests.oracles import determinant, rational, rounded, sign
 
 SCALES = {
@@ -109,6 +109,57 @@ def test_points_in_double_double_are_within_their_bounds(kind):
         extent = np.abs(world.x).max()
         assert np.median(out[out[:, 0] == 1.0, 7:]) < 2.0**-80 * extent
     assert known > 150
+
+
+def test_edges_that_lie_in_planes_but_for_rounding_are_within_their_bounds(rng):
+    """Heights of their ends are all rounding: the bound has to grow as they shrink."""
+    n = 40
+    corners = rng.uniform(-9, 9, (n, 3, 3))
+    shares = rng.dirichlet((1, 1, 1), (n, 2))
+    x = np.concatenate([corners.reshape(-1, 3), (shares @ corners).reshape(-1, 3)])
+    t, none = np.arange(3 * n).reshape(n, 3), np.empty((0, 3), dtype=np.int64)
+    k = np.arange(n)
+    d = np.stack([0 * k + 1, 3 * n + 2 * k, 3 * n + 2 * k + 1, k], axis=1)
+    m, _ = frame_of(x, n)
+    out = np.empty((n, 10))
+    doubled_rows(x, t, none, m, d, out)
+    exact, known = rational(x), 0
+    for row, at in zip(out, d.tolist(), strict=True):
+        place = position(exact, t.tolist(), [], at)
+        if place is not None and row[0] == 1.0:
+            known += 1
+            for i in range(3):
+                wrong = abs(place[i] - Fraction(row[1 + i]) - Fraction(row[4 + i]))
+                assert wrong <= Fraction(row[7 + i]) < 2.0**-20
+    assert known > 10
+
+
+def test_points_nearer_to_each_other_than_double_doubles_are_put_in_order():
+    """Neighbours among fractions: a/b and c/d with a d - b c = 1, and b and d of 53 bits."""
+    level = [[-9.0, -9, 1], [9, -9, 1], [0, 9, 1]]
+    for b, c in itertools.product((2**53 - 1, 2**53 - 111, 2**53 - 123), range(1, 4)):
+        d = b - 2 * c  # odd as b is, so that they have no common factor unless c has
+        if np.gcd(b, d) != 1:
+            continue
+        a = (pow(d, -1, b)) % b  # a d = 1 modulo b
+        one, two = Fraction(a, b), Fraction((a * d - 1) // b, d)
+        assert one - two == Fraction(1, b * d)
+        x = np.array([*level, [0, 0, 0], [a, 5, b], [0, 3, 0], [(a * d - 1) // b, 4, d]], float)
+        x[4, 1], x[6, 1] = b, d  # both points at y = 1 and y = 3 + (d - 3) / d
+        t, none = np.array([[0, 1, 2]]), np.empty((0, 3), dtype=np.int64)
+        defined = np.array([[1, 3, 4, 0], [1, 5, 6, 0]])
+        places = [position(rational(x), t.tolist(), [], row) for row in defined.tolist()]
+        assert [place[0] for place in places] == [one, two]
+        m, _ = frame_of(x, 1)
+        w = roomy_workspace(int(m[LIMBS]), 2)
+        every = np.concatenate([x, [rounded(place) for place in places]])
+        q, f = np.empty((2, 8), dtype=np.int64), np.empty((2, 8))
+        s = np.zeros(N_STATE, dtype=np.int64)
+        s[AXIS] = 2
+        for i in (7, 8):
+            add_local(every, t, none, defined, m, q, f, s, i, 0)
+        told = (lower(every, t, none, defined, m, w, q, f, s, i, 1 - i) for i in (0, 1))
+        assert tuple(told) == (False, True)
 
 
 def random_rows(random, n: int, count: int) -> np.ndarray:

@@ -72,6 +72,23 @@ def test_a_chord_between_two_arcs(kind):
     assert assert_delaunay(patches, kind) > 300
 
 
+@pytest.mark.parametrize("height", [40, 700])
+@pytest.mark.parametrize("n", [1, 3, 24])
+def test_a_chord_below_spikes(n, height):
+    """Both triangles beside each of them are crossed: they lead back into what is dug."""
+    x = 96 * (np.arange(n) - n // 2)
+    spikes = np.stack([x, 0 * x + 1, x, 0 * x + height], axis=1)
+    pegs = np.stack([x + 48, 0 * x - 3, x + 48, 0 * x - 5], axis=1)
+    long = [[-1400, 0, 1400, -0.5]]
+    patches = rebuild_surfaces(
+        [FACE, upright("Short", np.concatenate([spikes, pegs])), upright("Long", long)]
+    )
+    laws.assert_on_parents(patches)
+    level = (patches.local[patches.curve_edges][:, :, 2] == 0).all(axis=1)
+    assert level.sum() == 2 * n + 1  # faults cross each other elsewhere
+    assert assert_delaunay(patches, (n, height)) > 4 * n
+
+
 def test_many_chords_between_two_columns():
     """Rectangles side by side: every diagonal is a tie, and the lowest corner has it."""
     y = np.arange(-20, 21) * 4
