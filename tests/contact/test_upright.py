@@ -15,7 +15,7 @@ from geosurf.contact.search import find_contacts
 from geosurf.contact.tree import Tree, apart
 from geosurf.kernels.gather import number_below, number_by_bits, order_by_faces
 from geosurf.kernels.points import lpi_plainly
-from geosurf.kernels.upright import OPEN
+from geosurf.kernels.upright import OPEN, _range_on
 from geosurf.model import Lattice
 
 
@@ -194,3 +194,17 @@ def test_trees_whose_boxes_do_not_meet_are_apart(rng):
     assert far[12].all()
     assert far[:, 12].all()
     assert 0 < far.sum() < far.size
+
+
+@given(
+    st.lists(st.integers(1, 40), min_size=1, max_size=9), st.integers(-9, 90), st.integers(0, 50)
+)
+def test_cells_that_reach_an_interval_are_those_of_asking_each(steps, low, size):
+    """Whole numbers, so that intervals end on nodes; guesses by a mean step are often far off."""
+    axis = np.concatenate([[0.0], np.cumsum(steps)])
+    n, high = len(steps), low + size
+    ends = [i for i in range(n) if axis[i + 1] >= low]
+    begins = [i for i in range(n) if axis[i] <= high]
+    expected = (ends[0] if ends else n, begins[-1] + 1 if begins else 0)
+    for pace in (n / axis[-1], 1.0 / steps[0], 0.0, 7.0):
+        assert _range_on(axis, n, pace, float(low), float(high)) == expected

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf.errors import SurfaceError
-from geosurf.kernels.predicates import flat_triangles, frame_of, scale_of
+from geosurf.kernels.predicates import flat_triangles, frame_of, normal_axis, scale_of
 from tests import oracles
 from tests.kernels.families import FAMILIES, PREDICATES, kernel_signs, share, true_signs, tuples
 
@@ -145,3 +145,26 @@ def test_numbers_that_cannot_be_used_are_refused():
         frame_of(np.array([[0.0, np.nan, 1.0]]))
     with pytest.raises(SurfaceError, match=r"span \d+ binary digits.*set numbers that mean zero"):
         frame_of(np.array([[1e-200, 1e200, 1.0]]))
+
+
+@pytest.mark.parametrize("jitter", [0.0, 2.0**-50, 2.0**-20])
+def test_the_longest_axis_of_a_normal_where_two_are_as_long_but_for_rounding(rng, jitter):
+    """Seen alike from two sides, and the third as long, half as long, or none."""
+    ties = 0
+    for number in range(120):
+        u, v = rng.uniform(-9, 9, (2, 3))
+        turn = np.roll(np.arange(3), number % 3)
+        third = (1.0, 0.5, 0.0)[number // 3 % 3]
+        along = np.array([1.0, -1.0, 0.0])[turn]
+        across = np.array([third, third, -2.0])[turn] / 2
+        corners = np.stack([0 * u, u[0] * along + u[1] * across, v[0] * along + v[1] * across])
+        corners = corners + rng.integers(-1, 2, (3, 3)) * jitter + u[2]
+        a, b, c = oracles.rational(corners)
+        normal = oracles.cross(oracles.minus(b, a), oracles.minus(c, a))
+        lengths = [abs(value) for value in normal]
+        axis = lengths.index(max(lengths))
+        m, w = frame_of(corners)
+        assert normal_axis(corners, m, w, 0, 1, 2) == (axis, oracles.sign(normal[axis]))
+        first, second, _ = sorted(lengths)[::-1]
+        ties += float((first - second) / first) < 2.0**-40
+    assert ties > 60 if jitter < 2.0**-40 else ties < 60
