@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from fractions import Fraction
 
 import numpy as np
@@ -135,17 +136,18 @@ def test_edges_that_lie_in_planes_but_for_rounding_are_within_their_bounds(rng):
 
 
 def test_points_nearer_to_each_other_than_double_doubles_are_put_in_order():
-    """Neighbours among fractions: a/b and c/d with a d - b c = 1, and b and d of 53 bits."""
-    level = [[-9.0, -9, 1], [9, -9, 1], [0, 9, 1]]
-    for b, c in itertools.product((2**53 - 1, 2**53 - 111, 2**53 - 123), range(1, 4)):
-        d = b - 2 * c  # odd as b is, so that they have no common factor unless c has
-        if np.gcd(b, d) != 1:
+    """Neighbours among fractions, a / b and c / d with a d - b c = 1, beyond some whole numbers."""
+    level, asked = [[-9.0, -9, 1], [9, -9, 1], [0, 9, 1]], 0
+    for far, less, k in itertools.product((0, 2**20 + 1, 2**40 + 1), (1, 111, 123), range(1, 5)):
+        b, d = 2**52 - less, 2**52 - less - 2 * k
+        if math.gcd(b, d) != 1:
             continue
-        a = (pow(d, -1, b)) % b  # a d = 1 modulo b
-        one, two = Fraction(a, b), Fraction((a * d - 1) // b, d)
+        a = pow(d, -1, b)  # a d = 1 modulo b
+        c = (a * d - 1) // b
+        one, two = far + Fraction(a, b), far + Fraction(c, d)
         assert one - two == Fraction(1, b * d)
-        x = np.array([*level, [0, 0, 0], [a, 5, b], [0, 3, 0], [(a * d - 1) // b, 4, d]], float)
-        x[4, 1], x[6, 1] = b, d  # both points at y = 1 and y = 3 + (d - 3) / d
+        ends = [[far, 0, 0], [far + a, b, b], [far, 3, 0], [far + c, d, d]]
+        x = np.array([*level, *ends], dtype=float)
         t, none = np.array([[0, 1, 2]]), np.empty((0, 3), dtype=np.int64)
         defined = np.array([[1, 3, 4, 0], [1, 5, 6, 0]])
         places = [position(rational(x), t.tolist(), [], row) for row in defined.tolist()]
@@ -159,7 +161,9 @@ def test_points_nearer_to_each_other_than_double_doubles_are_put_in_order():
         for i in (7, 8):
             add_local(every, t, none, defined, m, q, f, s, i, 0)
         told = (lower(every, t, none, defined, m, w, q, f, s, i, 1 - i) for i in (0, 1))
-        assert tuple(told) == (False, True)
+        assert tuple(told) == (False, True), (far, b, d)
+        asked += 1
+    assert asked > 20
 
 
 def random_rows(random, n: int, count: int) -> np.ndarray:
