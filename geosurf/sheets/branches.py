@@ -84,7 +84,10 @@ def wall_field(
     """
     out = drape.copy()
     none = np.empty(0, dtype=np.int64)
-    beside = [NearTrace(frame, trace, WALL).node for trace in traces if trace.fault == number]
+    beside = [
+        near.nodes_within(WALL)
+        for near in (NearTrace(frame, trace, WALL) for trace in traces if trace.fault == number)
+    ]
     nodes = distinct(none, *beside)
     carried, beyond = [nodes[is_among(nodes, filled)]], [none]
     for main, mesh in mains:
@@ -92,9 +95,10 @@ def wall_field(
         for trace in traces:
             if trace.fault == main:
                 near = NearTrace(frame, trace, WALL)
-                other = near.side != side
+                at = near.within(WALL)
+                other = at[near.side[at] != side]
                 beyond.append(near.node[other])
-                carried.append(near.node[other & (near.distance <= CARRY)])
+                carried.append(near.node[other[near.distance[other] <= CARRY]])
     out[np.concatenate(beyond)] = np.nan
     fill = distinct(*carried)
     fill = fill[is_among(fill, nodes)]

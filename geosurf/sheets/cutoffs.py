@@ -49,8 +49,8 @@ def cutoff_lines(
         near = state.near[number]
         at = near.look_up(real.ravel()).reshape(real.shape)
         close = (at >= 0) & (near.distance[at] < nearest)
-        side = np.where(close, near.side[at] if len(near.side) else 0.0, side)
-        nearest = np.where(close, near.distance[at] if len(near.side) else np.inf, nearest)
+        side = np.where(close, near.side[at], side)
+        nearest = np.where(close, near.distance[at], nearest)
     found: dict[str, list[np.ndarray]] = {}
     key = edges[:, 0] * len(cut.patches.local) + edges[:, 1]
     _, inverse, times = np.unique(key, return_inverse=True, return_counts=True)

@@ -108,7 +108,7 @@ def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: flo
         if len(heave) < LINKS:
             continue
         overlap = -float(sliding_window_view(heave, LINKS).max(axis=1).min())
-        if overlap > OVERLAP and not several[near.node[near.distance <= overlap]].any():
+        if overlap > OVERLAP and not several[near.nodes_within(overlap)].any():
             name = names[trace.fault]
             found[name] = max(found.get(name, 0.0), overlap)
     cell = picks.frame.cell

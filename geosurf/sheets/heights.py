@@ -18,7 +18,14 @@ from geosurf.sheets.data import Picks
 from geosurf.sheets.drape import around, draped, narrow_gaps, without_absent
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.links import Cuts, within
-from geosurf.sheets.near import NearTrace, mesh_blocks, near_traces, side_at_own_height, window
+from geosurf.sheets.near import (
+    NearTrace,
+    mesh_blocks,
+    near_traces,
+    rows_near,
+    side_at_own_height,
+    window,
+)
 from geosurf.sheets.network import Network
 from geosurf.sheets.noise import noise_of
 from geosurf.sheets.rest import Bent, close_to, likely_shares, shapes_of, smoothest_rest
@@ -181,8 +188,10 @@ class Rebuild:
         """The same heights with traces on them: bridged between both walls, no farther."""
         bridged = [state.unknown[:0]]
         for near, walls in zip(state.near, state.walls, strict=True):
-            gap = np.maximum(walls.gap(near.place, near.side), 0.0)
-            bridged.append(near.node[near.distance < gap + BRIDGE])
+            widest = max(walls.left.max(initial=0.0), walls.right.max(initial=0.0))
+            at = near.within(widest + BRIDGE)
+            gap = np.maximum(walls.gap(near.place[at], near.side[at]), 0.0)
+            bridged.append(near.node[at[near.distance[at] < gap + BRIDGE]])
         lost = distinct(*bridged, state.unknown[np.isnan(state.values[state.unknown])])
         self.canvas.changing(lost)
         state.values[lost] = np.nan
@@ -245,9 +254,9 @@ class Rebuild:
     def _doubt_sides(self, doubted, wrong, network, near, before) -> np.ndarray:
         """Mark picks that are on the wrong side; return those of an overlapping sheet."""
         beyond = []
-        for number, trace in enumerate(network.traces):
-            own = self.nearby[trace.fault]
-            at = near[number].look_up(self.picks.nodes_of(own.rows))
+        nodes = [self.picks.nodes_of(self.nearby[t.fault].rows) for t in network.traces]
+        for number, at in enumerate(rows_near(near, nodes)):
+            own = self.nearby[network.traces[number].fault]
             rows, side = own.rows[at >= 0], own.side[at >= 0]
             far, at = own.far[at >= 0], at[at >= 0]
             place, here = near[number].place[at], near[number].side[at]
@@ -278,7 +287,7 @@ class Rebuild:
         weight = self.settings.noise_weight
         soft = np.empty(0, dtype=np.int64)
         if weight is not None:  # also where every node beside a trace has a datum of its side
-            beside = [t.node[t.distance <= BESIDE] for t in near]
+            beside = [t.nodes_within(BESIDE) for t in near]
             collar = around(distinct(unknown, *beside), self.shape, self.settings.collar)
             soft = collar[np.isfinite(heights[collar]) & ~is_among(collar, unknown)]
         every = distinct(unknown, soft)
@@ -356,7 +365,7 @@ class Rebuild:
         """Nodes without a trusted value, and absent ones in gaps beside a trace."""
         fill = self.fillable
         if len(fill):
-            beside = [t.node[t.distance <= FILL] for t in near]
+            beside = [t.nodes_within(FILL) for t in near]
             fill = fill[is_among(fill, distinct(np.empty(0, np.int64), *beside))]
         return distinct(lost, fill)
 
@@ -408,9 +417,10 @@ class Rebuild:
         if len(places) == 0:
             return np.inf
         low, high = places.min() - 20.0, places.max() + 20.0
-        here = (mine.place >= low) & (mine.place <= high) & (mine.distance < 6.0)
-        z = heights[mine.node]
-        sides = [z[here & (mine.side == side) & np.isfinite(z)] for side in (1.0, -1.0)]
+        beside = mine.within(6.0)
+        beside = beside[(mine.place[beside] >= low) & (mine.place[beside] <= high)]
+        beside = beside[np.isfinite(heights[mine.node[beside]])]
+        sides = [heights[mine.node[beside[mine.side[beside] == side]]] for side in (1.0, -1.0)]
         if not len(sides[0]) or not len(sides[1]):
             return np.inf
         return float(abs(np.median(sides[0]) - np.median(sides[1])))

@@ -15,21 +15,24 @@ from geosurf.kernels.lines import NEAR, to_line
 from geosurf.kernels.nodes import in_blocks, nodes_of_blocks
 from geosurf.kernels.sheets import own_height
 from geosurf.sheets.frame import Frame
+from geosurf.sheets.sets import distinct
 from geosurf.sheets.traces import FaultMesh, Trace
 
 BLOCK = 8.0  # cells: what can be near is listed by blocks of this size
 
 
 class Blocks:
-    """Boxes in the map, listed by the blocks that they come within reach of."""
+    """Boxes in the map, listed by the blocks of some size that they come within reach of."""
 
-    def __init__(self, low: np.ndarray, high: np.ndarray, reach: float) -> None:
-        self.boxes = np.hstack([low, high])
-        self.corner = np.floor((low.min(axis=0) - reach) / BLOCK)
-        last = np.floor((high.max(axis=0) + reach) / BLOCK)
+    def __init__(
+        self, low: np.ndarray, high: np.ndarray, reach: float, size: float = BLOCK
+    ) -> None:
+        self.boxes, self.size = np.hstack([low, high]), size
+        self.corner = np.floor((low.min(axis=0) - reach) / size)
+        last = np.floor((high.max(axis=0) + reach) / size)
         self.shape = (last - self.corner + 1).astype(np.int64)
-        a = (np.floor((low - reach) / BLOCK) - self.corner).astype(np.int64)
-        b = (np.floor((high + reach) / BLOCK) - self.corner).astype(np.int64)
+        a = (np.floor((low - reach) / size) - self.corner).astype(np.int64)
+        b = (np.floor((high + reach) / size) - self.corner).astype(np.int64)
         n = b - a + 1
         total = n.prod(axis=1)
         item = np.repeat(np.arange(len(low)), total)
@@ -42,7 +45,7 @@ class Blocks:
 
     def of(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows of the points (n, 2 or more) in a block with anything, and their blocks."""
-        return in_blocks(xy, self.corner, self.shape, self.starts, BLOCK)
+        return in_blocks(xy, self.corner, self.shape, self.starts, self.size)
 
 
 def window(frame: Frame, blocks: Blocks) -> np.ndarray:
@@ -50,7 +53,7 @@ def window(frame: Frame, blocks: Blocks) -> np.ndarray:
     n_row, n_col = frame.shape
     limits = []
     for k, most in enumerate((n_col, n_row)):
-        edge = (blocks.corner[k] + np.arange(blocks.shape[k] + 1)) * BLOCK / frame.stretch[k]
+        edge = (blocks.corner[k] + np.arange(blocks.shape[k] + 1)) * blocks.size / frame.stretch[k]
         limits.append(np.clip(np.ceil(edge).astype(np.int64), 0, most))
     return nodes_of_blocks(blocks.starts, limits[0], limits[1], n_col)
 
@@ -96,40 +99,89 @@ def side_of_few(mesh: FaultMesh, points: np.ndarray, reach: float):
 
 def near_traces(frame: Frame, traces: Sequence[Trace], reach: float) -> list[NearTrace]:
     """What is near each of some traces."""
-    return side_by_side(NearTrace, [(frame, trace, reach) for trace in traces])
+    return [NearTrace(frame, trace, reach) for trace in traces]
+
+
+def rows_near(near: Sequence[NearTrace], nodes: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Rows of nodes near each of some traces, as from `NearTrace.look_up`."""
+    return side_by_side(NearTrace.look_up, list(zip(near, nodes, strict=True)))
 
 
 class NearTrace:
     """Nodes within reach of a trace, with distance, side and place along it.
 
+    Nodes are measured when they are first asked for, and get the next rows; rows stay what they
+    are.
+
     Attributes
     ----------
-    node : ndarray of int64 (n,), increasing
+    node : ndarray of int64 (n,)
     distance, side, place : ndarray (n,)
-        [cells]; +1 left (the fault's front); vertex number along the line.
+        [cells]; +1 left (the fault's front); vertex number along the line. Row 0 is no node's.
     """
 
     def __init__(self, frame: Frame, trace: Trace, reach: float) -> None:
-        pieces = trace.segments
-        first = np.arange(0, len(pieces), NEAR)
-        low = np.minimum.reduceat(np.minimum(pieces[:, :2], pieces[:, 2:]), first)
-        high = np.maximum.reduceat(np.maximum(pieces[:, :2], pieces[:, 2:]), first)
-        blocks = Blocks(low, high, reach)
-        node = window(frame, blocks)
-        points = frame.cells_of_node(node)
-        rows, block = blocks.of(points)
-        far, side, nearest, t = to_line(
-            points[rows], block, pieces, blocks.boxes, blocks.starts, blocks.items, reach
-        )
-        near = nearest >= 0
-        self.node = node[rows][near]
-        self.distance, self.side = far[near], side[near]
-        self.place = nearest[near] + t[near]
+        self.frame, self.reach, self.pieces = frame, reach, trace.segments
+        first = np.arange(0, len(self.pieces), NEAR)
+        one, two = self.pieces[:, :2], self.pieces[:, 2:]
+        self._low = np.minimum.reduceat(np.minimum(one, two), first)
+        self._high = np.maximum.reduceat(np.maximum(one, two), first)
+        self._blocks = Blocks(self._low, self._high, reach)
+        self.node = np.array([-1])
+        self.distance, self.side, self.place = np.array([[np.inf], [0.0], [np.nan]])
+        # nodes that were asked for, increasing, and their rows, -1 for those that are far
+        self._asked, self._row = np.empty((2, 0), dtype=np.int64)
 
     def look_up(self, node: np.ndarray) -> np.ndarray:
-        """Row of each node here, -1 where it is not near."""
-        at = np.searchsorted(self.node, node)
-        at[at == len(self.node)] = 0
-        if len(self.node) == 0:
-            return np.full(len(node), -1)
-        return np.where(self.node[at] == node, at, -1)
+        """Row of each node here, -1 where it is not near, or no node."""
+        at, known = self._known(node)
+        if not known.all():
+            new = distinct(node[~known])
+            self._measure(new, self._blocks, self.reach)
+            at, _ = self._known(node)
+        return self._row[at]
+
+    def nodes_within(self, far: float) -> np.ndarray:
+        """All nodes that are no farther than `far` cells, and than reach; increasing."""
+        rows = self.within(far)
+        return self.node[rows]
+
+    def within(self, far: float) -> np.ndarray:
+        """Rows of `nodes_within`."""
+        far = min(far, self.reach)
+        blocks = Blocks(self._low, self._high, far, 0.5 * BLOCK)
+        new = window(self.frame, blocks)
+        new = new[~self._known(new)[1]]
+        self._measure(new, blocks, far)
+        rows = self._row[self._row >= 0]
+        return rows[self.distance[rows] <= far]
+
+    def _known(self, node: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where nodes are, or would be, among those asked for; whether they were."""
+        at = np.searchsorted(self._asked, node)
+        if len(self._asked) == 0:
+            return at, np.zeros(len(node), dtype=bool)
+        at[at == len(self._asked)] = 0
+        return at, self._asked[at] == node
+
+    def _measure(self, node: np.ndarray, blocks: Blocks, far: float) -> None:
+        """Append nodes, increasing, that were not asked for yet."""
+        points = self.frame.cells_of_node(node)
+        some, block = blocks.of(points)
+        distance, side, nearest, t = to_line(
+            points[some], block, self.pieces, blocks.boxes, blocks.starts, blocks.items, far
+        )
+        near = (nearest >= 0) & (node[some] >= 0)
+        some, nearest = some[near], nearest[near]
+        row = np.full(len(node), -1)
+        row[some] = len(self.node) + np.arange(len(some))
+        if far < self.reach:  # the others may yet be near
+            node, row = node[some], row[some]
+            some = np.arange(len(some))
+        self.node = np.concatenate([self.node, node[some]])
+        self.distance = np.concatenate([self.distance, distance[near]])
+        self.side = np.concatenate([self.side, side[near]])
+        self.place = np.concatenate([self.place, nearest + t[near]])
+        asked = np.concatenate([self._asked, node])
+        order = np.argsort(asked, kind="stable")
+        self._asked, self._row = asked[order], np.concatenate([self._row, row])[order]

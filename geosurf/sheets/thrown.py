@@ -177,8 +177,9 @@ class Thrown:
             [self._beyond(k, self.xy, self.drape) > 0 for k in range(len(self.slips))], dtype=float
         ).reshape(len(self.slips), len(self.xy))
         for trace, close, (first, last) in zip(network.traces, near, network.mesh, strict=True):
-            inner = (close.place > first) & (close.place < last)
-            out[trace.fault, close.node[inner]] = close.side[inner] > 0
+            at = close.within(MAP_REACH)
+            at = at[(close.place[at] > first) & (close.place[at] < last)]
+            out[trace.fault, close.node[at]] = close.side[at] > 0
         return out
 
     def _moved(self, node: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

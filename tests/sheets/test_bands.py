@@ -127,11 +127,21 @@ def test_distances_from_a_trace_are_those_from_all_of_its_pieces(corners):
         x = np.stack([col, row], axis=1) - a
         f = np.clip(x @ t / max(float(t @ t), 1e-30), 0.0, 1.0)
         best = np.minimum(best, np.hypot(*(x - f[:, None] * t).T))
-    assert near.node.tolist() == np.flatnonzero(best < reach).tolist()
-    assert near.distance == pytest.approx(best[near.node], abs=1e-12)
-    at = np.stack([np.interp(near.place, np.arange(len(line)), c) for c in line.T[:2]], axis=1)
-    there = np.stack([near.node % 41, near.node // 41], axis=1)
-    assert np.hypot(*(at - there).T) == pytest.approx(near.distance, abs=1e-9)
+    # some are asked for, some more are found, and the rest: each is measured once
+    some = np.array([-1, 40 * 41 + 3, 7, 7, 811, 0])
+    rows = near.look_up(some)
+    assert (rows >= 0).tolist() == [n >= 0 and bool(best[n] < reach) for n in some.tolist()]
+    assert near.node[rows[rows >= 0]].tolist() == some[rows >= 0].tolist()
+    assert near.nodes_within(2.47).tolist() == np.flatnonzero(best < 2.47).tolist()
+    assert near.nodes_within(9.0).tolist() == np.flatnonzero(best < reach).tolist()
+    assert near.look_up(some).tolist() == rows.tolist()
+    assert sorted(near.node[1:].tolist()) == np.flatnonzero(best < reach).tolist()
+    rows = near.within(reach)
+    assert near.distance[rows] == pytest.approx(best[near.node[rows]], abs=1e-12)
+    place = near.place[rows]
+    at = np.stack([np.interp(place, np.arange(len(line)), c) for c in line.T[:2]], axis=1)
+    there = np.stack([near.node[rows] % 41, near.node[rows] // 41], axis=1)
+    assert np.hypot(*(at - there).T) == pytest.approx(near.distance[rows], abs=1e-9)
 
 
 def test_throw_is_read_where_the_nearest_lines_are_met():
