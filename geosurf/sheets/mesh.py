@@ -123,9 +123,9 @@ def renumbered(vertices: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     mark = np.zeros(n, dtype=bool)
     mark[vertices] = True
     used = np.flatnonzero(mark)
-    row = np.empty(n, dtype=np.int64)  # memory that is not touched costs nothing
-    row[used] = np.arange(len(used))
-    return used, row[vertices]
+    row = np.empty(n, dtype=np.int32)  # as little memory as can be: each page of it costs
+    row[used] = np.arange(len(used), dtype=np.int32)
+    return used, row[vertices].astype(np.int64)
 
 
 def tear(cuts: Cuts, triangles: Triangles) -> Torn:

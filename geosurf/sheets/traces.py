@@ -130,15 +130,19 @@ def trace_lines(
         needed = _depth(wide[names[:, 4]])
     if len(names) == 0:
         return []
-    number = _numbered(np.concatenate([names[:, :2], names[:, 2:4]]))
+    number = _numbered(*(np.concatenate([names[:, k], names[:, k + 2]]) for k in (0, 1)))
     tail, head = number[: len(names)], number[len(names) :]
-    normal = mesh.normals[rows[names[:, 4]]]
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    where = np.empty((number.max() + 1, 6))
-    where[tail, :3], where[head, :3] = places[:, :3], places[:, 3:]
-    where[head, 3:] = normal
-    where[tail, 3:] = normal
-    return [_thinned(where[line]) for line in split_lines(directed_lines(tail, head, len(where)))]
+    where, face = np.empty((number.max() + 1, 3)), np.empty(number.max() + 1, dtype=np.int64)
+    where[tail], where[head] = places[:, :3], places[:, 3:]
+    face[head] = names[:, 4]
+    face[tail] = names[:, 4]
+    normals = mesh.normals[rows]
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    found = []
+    for line in split_lines(directed_lines(tail, head, len(where))):
+        kept = line[_kept(where[line, 0], where[line, 1])]
+        found.append(np.hstack([where[kept], normals[face[kept]]]))
+    return found
 
 
 def split_lines(found: tuple[np.ndarray, np.ndarray]) -> list[np.ndarray]:
@@ -189,23 +193,22 @@ def _evened(points, faces, rows, limit: float):
     return points, faces, rows
 
 
-def _numbered(names: np.ndarray) -> np.ndarray:
-    """Numbers (n,) from 0, in the order of names (n, 2), the same for the same ones."""
-    low, high = names.min(axis=0).tolist(), names.max(axis=0).tolist()
-    wide = high[1] - low[1] + 1
-    if (high[0] - low[0] + 1) * wide >= 2**63:
-        return np.unique(names, axis=0, return_inverse=True)[1].ravel()
-    key = (names[:, 0] - low[0]) * wide + (names[:, 1] - low[1])
-    return number_keys(key)[1]
+def _numbered(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+    """Numbers (n,) from 0, in the order of names (one, two), the same for the same ones."""
+    least, low = int(one.min()), int(two.min())
+    wide = int(two.max()) - low + 1
+    if (int(one.max()) - least + 1) * wide >= 2**63:
+        return np.unique(np.stack([one, two], axis=1), axis=0, return_inverse=True)[1].ravel()
+    return number_keys((one - least) * wide + (two - low))[1]
 
 
-def _thinned(line: np.ndarray) -> np.ndarray:
-    """Leave out points that repeat the one before within a fifth of a cell."""
-    step = np.hypot(*np.diff(line[:, :2], axis=0).T)
-    place = np.concatenate([[0.0], np.cumsum(step)])
-    keep = np.concatenate([[True], np.diff(np.floor(place / 0.2)) > 0])
-    keep[-1] = True
-    return line[keep]
+def _kept(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Which points of a line stay: those that do not repeat the one before by a fifth of a cell."""
+    place = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    keep = np.ones(len(x), dtype=bool)
+    fifth = np.floor(place / 0.2)
+    keep[1:-1] = fifth[1:-1] > fifth[:-2]
+    return keep
 
 
 def extended(line: np.ndarray, first: float, last: float) -> tuple[np.ndarray, float, float]:

@@ -318,5 +318,5 @@ NAME = st.one_of(st.integers(-3, 3), st.sampled_from([-(2**40), 2**40]))
 
 @given(st.lists(st.tuples(NAME, NAME), min_size=1, max_size=12))
 def test_names_are_numbered_in_their_order(names):
-    found = _numbered(np.array(names, dtype=np.int64))
+    found = _numbered(*np.array(names, dtype=np.int64).T)
     assert found.tolist() == [sorted(set(names)).index(name) for name in names]
