@@ -20,7 +20,7 @@ from geosurf.sheets.frame import Frame
 from geosurf.sheets.links import Cuts, within
 from geosurf.sheets.near import (
     NearTrace,
-    mesh_blocks,
+    blocks_between,
     near_traces,
     rows_near,
     side_at_own_height,
@@ -130,6 +130,7 @@ class Rebuild:
         self.picks, self.meshes, self.settings = picks, meshes, settings
         self.shape, self.stretch = picks.frame.shape, picks.frame.stretch
         self.reach = max(settings.trim, settings.first_trim) + 1.0
+        self.levels = float(picks.z.min()), float(picks.z.max())
         self.nearby = side_by_side(self._near, [(mesh,) for mesh in meshes])
         self.throws: list[float] | None = None  # largest of each trace: not known yet
         self.canvas = Canvas(picks)
@@ -146,7 +147,9 @@ class Rebuild:
         return found
 
     def _near(self, mesh: FaultMesh) -> Near:
-        blocks = mesh_blocks(mesh, self.reach)
+        mesh, blocks = blocks_between(mesh, self.reach, *self.levels)
+        if blocks is None:
+            return Near(np.empty(0, dtype=np.int64), np.empty(0), np.empty(0))
         near = self.picks.of_nodes(window(self.picks.frame, blocks))
         uv = self.picks.columns(near) * self.stretch
         rows, _ = blocks.of(uv)

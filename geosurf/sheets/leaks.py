@@ -111,7 +111,9 @@ def _with_marked(rim: Rim, marked: np.ndarray) -> Rim:
 
 def _faults_at(patches: Patches, vertices: set[int]) -> frozenset[int]:
     """Numbers of the faults that have one of these vertices."""
-    rows = np.flatnonzero(np.isin(patches.triangles, list(vertices)).any(axis=1))
+    mine = np.zeros(len(patches.local), dtype=bool)
+    mine[list(vertices)] = True
+    rows = np.flatnonzero(any_of(mine[patches.triangles]))
     found = distinct(patches.surface_of_triangle[rows])
     return frozenset((found[found > 0] - 1).tolist())
 

@@ -7,6 +7,7 @@ a normal fault lies on the fault itself, wherever it is in the heave zone.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from geosurf.sheets.sets import distinct
 from geosurf.sheets.traces import FaultMesh, Trace
 
 BLOCK = 8.0  # cells: what can be near is listed by blocks of this size
+ROUNDED = 1e-6  # cells and shares of edges by which boxes are wider than what was computed
 
 
 class Blocks:
@@ -67,6 +69,35 @@ def _boxes(mesh: FaultMesh) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper corner (n, 2) in the map of the triangles of a fault."""
     a, b, c = (mesh.points[mesh.triangles[:, k], :2] for k in range(3))
     return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+
+
+def blocks_between(
+    mesh: FaultMesh, reach: float, low: float, high: float
+) -> tuple[FaultMesh, Blocks | None]:
+    """The triangles of a fault that have something between two levels, and blocks of that part."""
+    z = mesh.points[mesh.triangles, 2]
+    rows = np.flatnonzero((z.min(axis=1) <= high) & (z.max(axis=1) >= low))
+    part = replace(mesh, triangles=mesh.triangles[rows], normals=mesh.normals[rows])
+    if not len(rows):
+        return part, None
+    least, most = zip(*(_between(part, k, low, high) for k in range(3)), strict=True)
+    boxes = np.fmin.reduce(least) - ROUNDED, np.fmax.reduce(most) + ROUNDED
+    return part, Blocks(*boxes, reach)
+
+
+def _between(mesh: FaultMesh, k: int, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    """Boxes in the map of what edge k of each triangle has between two levels; NaN without."""
+    p, q = (mesh.points[mesh.triangles[:, i % 3]] for i in (k, k + 1))
+    rise = q[:, 2] - p[:, 2]
+    level = rise == 0.0
+    ends = np.sort((np.array([[low], [high]]) - p[:, 2]) / np.where(level, 1.0, rise), axis=0)
+    first, last = np.where(level, [[0.0], [1.0]], ends)
+    out = (first > 1.0 + ROUNDED) | (last < -ROUNDED)
+    out |= level & ((p[:, 2] < low) | (p[:, 2] > high))
+    away = (q - p)[:, :2]
+    one, two = (p[:, :2] + np.clip(t, 0.0, 1.0)[:, None] * away for t in (first, last))
+    one[out] = two[out] = np.nan
+    return np.fmin(one, two), np.fmax(one, two)
 
 
 def side_at_own_height(mesh: FaultMesh, blocks: Blocks, points: np.ndarray, reach: float):
@@ -129,6 +160,7 @@ class NearTrace:
         self._blocks = Blocks(self._low, self._high, reach)
         self.node = np.array([-1])
         self.distance, self.side, self.place = np.array([[np.inf], [0.0], [np.nan]])
+        self._searched = -1.0  # cells: all nodes up to here are measured
         # nodes that were asked for, increasing, and their rows, -1 for those that are far
         self._asked, self._row = np.empty((2, 0), dtype=np.int64)
 
@@ -149,10 +181,11 @@ class NearTrace:
     def within(self, far: float) -> np.ndarray:
         """Rows of `nodes_within`."""
         far = min(far, self.reach)
-        blocks = Blocks(self._low, self._high, far, 0.5 * BLOCK)
-        new = window(self.frame, blocks)
-        new = new[~self._known(new)[1]]
-        self._measure(new, blocks, far)
+        if far > self._searched:
+            blocks = Blocks(self._low, self._high, far, 0.5 * BLOCK)
+            new = window(self.frame, blocks)
+            self._measure(new[~self._known(new)[1]], blocks, far)
+            self._searched = far
         rows = self._row[self._row >= 0]
         return rows[self.distance[rows] <= far]
 

@@ -81,6 +81,8 @@ class Network:
     def _trace_branches(self, meshes, drape: np.ndarray, frame: Frame, filled) -> None:
         """Trace each fault that ends on another on the wall that it is in."""
         found = contacts(self.traces, meshes)
+        if not found:
+            return
         mains: dict[int, set[int]] = {}
         for i, _, main in found:
             mains.setdefault(self.traces[i].fault, set()).add(main)

@@ -40,7 +40,11 @@ class Bent:
 
     def of(self, frame: Frame, nodes: np.ndarray, anchors: np.ndarray | None = None) -> np.ndarray:
         """By how much nodes (n,) are bent [m], on the wall of each or on that of its anchor."""
-        return shapes_of(self.tips, frame, nodes, anchors) @ self.share
+        parts = np.split(self.share, np.cumsum([tip.n_shape for tip in self.tips])[:-1])
+        bent = [(tip, part) for tip, part in zip(self.tips, parts, strict=True) if part.any()]
+        shapes = shapes_of([tip for tip, _ in bent], frame, nodes, anchors)
+        found: np.ndarray = shapes @ np.concatenate([np.empty(0), *(part for _, part in bent)])
+        return found
 
     def only(self, traces: Sequence[int]) -> Bent:
         """Of some traces only."""

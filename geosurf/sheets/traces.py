@@ -9,6 +9,7 @@ mesh is split until its triangles are smaller than half a cell, near that line o
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -73,7 +74,7 @@ class Trace:
         """Pieces (n, 4) of the line in the map."""
         return np.hstack([self.line[:-1, :2], self.line[1:, :2]])
 
-    @property
+    @cached_property
     def along(self) -> np.ndarray:
         """Length along the line, in cells, at each vertex."""
         step = np.hypot(*np.diff(self.line[:, :2], axis=0).T)

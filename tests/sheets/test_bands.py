@@ -20,9 +20,9 @@ from geosurf.sheets.cutoffs import profile, undirected_chains
 from geosurf.sheets.data import Picks
 from geosurf.sheets.describe import _misfit
 from geosurf.sheets.frame import Frame
-from geosurf.sheets.near import NearTrace, mesh_blocks, side_at_own_height
+from geosurf.sheets.near import NearTrace, blocks_between, mesh_blocks, side_at_own_height
 from geosurf.sheets.sets import distinct, is_among
-from geosurf.sheets.traces import Trace, _numbered, mesh_in_frame, trace_lines
+from geosurf.sheets.traces import FaultMesh, Trace, _numbered, mesh_in_frame, trace_lines
 
 
 def frame_of(n_row: int, n_col: int) -> Frame:
@@ -287,20 +287,46 @@ def test_third_differences_never_reach_across_a_hole(n_row, n_col, step, every, 
             if np.isfinite(run).all():
                 a, b, c, d = run[::step]
                 wanted.append(abs(d - 3 * c + 3 * b - a))
-    assert third_differences(grid, step, every, every + 1).tolist() == wanted
+    found = third_differences(grid, step, every, every + 1)
+    assert sorted(found.tolist()) == sorted(wanted)  # row by row, along columns too
 
 
-def test_distance_at_own_height_is_that_of_all_triangles():
-    """What boxes leave out is never the nearest."""
-    rng = np.random.default_rng(5)
+def bent_fault() -> FaultMesh:
+    """A fault that turns and leans, 60 m tall, with rows of vertices every 15 m."""
     s, up = np.meshgrid(np.linspace(0.0, 40.0, 9), np.linspace(-30.0, 30.0, 5))
     x, y = 20.0 + 0.6 * up + 3.0 * np.sin(s / 5.0), s
     vertices = np.stack([x, y, up], axis=2).reshape(-1, 3)
     a = (np.arange(4)[:, None] * 9 + np.arange(8)).ravel()
     corners = [np.stack([a, a + 1, a + 10], 1), np.stack([a, a + 10, a + 9], 1)]
-    mesh = mesh_in_frame(
+    return mesh_in_frame(
         TriSurface("F", "fault", vertices, np.concatenate(corners)), frame_of(9, 9)
     )
+
+
+@pytest.mark.parametrize("levels", [(-7.0, 3.5), (-15.0, 0.0), (4.0, 4.0), (-99.0, 99.0)])
+def test_what_lies_between_two_levels_is_all_that_picks_there_can_be_near(levels):
+    """Levels of rows of vertices too, where a slice runs along edges."""
+    rng, mesh, (low, high) = np.random.default_rng(6), bent_fault(), levels
+    points = rng.uniform([-10, -5, max(low, -35)], [50, 45, min(high, 35)], (500, 3))
+    points[:50, 2], points[50:100, 2] = max(low, -30.0), min(high, 30.0)
+    whole = side_at_own_height(mesh, mesh_blocks(mesh, 4.0), points, 4.0)
+    part, blocks = blocks_between(mesh, 4.0, low, high)
+    assert (levels == (-99.0, 99.0)) == (len(part.triangles) == len(mesh.triangles))
+    found = side_at_own_height(part, blocks, points, 4.0)
+    assert np.array_equal(found[0], whole[0])
+    assert np.array_equal(found[1], whole[1])
+    assert (whole[1] != 0).sum() > 20
+
+
+def test_a_fault_above_all_picks_has_nothing_between_their_levels():
+    part, blocks = blocks_between(bent_fault(), 4.0, -90.0, -31.0)
+    assert blocks is None
+    assert len(part.triangles) == 0
+
+
+def test_distance_at_own_height_is_that_of_all_triangles():
+    """What boxes leave out is never the nearest."""
+    rng, mesh = np.random.default_rng(5), bent_fault()
     points = rng.uniform([-10, -5, -35], [50, 45, 35], (300, 3))
     far, side = side_at_own_height(mesh, mesh_blocks(mesh, 4.0), points, 4.0)
     one, every = np.zeros(300, dtype=np.int64), np.arange(len(mesh.triangles))
