@@ -31,7 +31,7 @@ from geosurf.joined import Joined, check_scene_tolerance
 from geosurf.memory import Memory, Step
 from geosurf.model import (
     Certificate,
-    FluidContact,
+    Contact,
     Patches,
     Sheet,
     TriSurface,
@@ -308,7 +308,7 @@ class Scene(Joined):
         return dict(zip(self._horizons, rules, strict=True))
 
     @cached_property
-    def _fluids(self) -> tuple[list[TriSurface], list[FluidContact]]:
+    def _fluids(self) -> tuple[list[TriSurface], list[Contact]]:
         """Surfaces of fluid contacts, and the zones and blocks in which they count."""
         options = {"positive": self._positive, "units": self._units_word}
         surfaces, contacts = build_contacts(opened_contacts(self._contacts, options), self.box)
@@ -368,7 +368,8 @@ class Scene(Joined):
     @cached_property
     def _units_key(self) -> Hashable:
         """What units, and all that is measured of them, depend on."""
-        return ("units", self._patches_key, tuple(self.column.values()), tuple(self._fluids[1]))
+        fluids = tuple((one.name, one.block, one.zones) for one in self._fluids[1])
+        return ("units", self._patches_key, tuple(self.column.values()), fluids)
 
     @property
     def volumes(self) -> Any:

@@ -113,6 +113,8 @@ def test_contacts_of_zones_and_blocks_that_there_are_not(world):
         r"'OWC' is given for block 'F9\+', which no unit is in; blocks and sides are \['F1\+', ",
     )
     refused({"OWC": float("nan")}, r"the elevation of fluid contact 'OWC' is nan; give a number")
+    called = gs.Contact(-2100.0, name="GOC")
+    refused({"OWC": called}, r"'OWC' is given a Contact that is called 'GOC'; say one of them")
     refused({"OWC": -2.1}, r"'OWC' is at elevation -2\.1 m, outside the model box .*enlarge")
 
 

@@ -44,7 +44,7 @@ from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of
 from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
 from geosurf.errors import InputError
 from geosurf.kernels.mesh import join_pairs
-from geosurf.model import FluidContact, Patches, Unit, Units, check_column
+from geosurf.model import Contact, Patches, Unit, Units, check_column
 
 __all__ = ["carve_units"]
 
@@ -52,7 +52,7 @@ __all__ = ["carve_units"]
 def carve_units(
     patches: Patches,
     column: Mapping[str, str] | None = None,
-    contacts: Sequence[FluidContact] = (),
+    contacts: Sequence[Contact] = (),
 ) -> Units:
     """
     Carve the model box into closed units, named by zone and fault block.
@@ -67,7 +67,7 @@ def carve_units(
         ``"conformable"``, ``"erosional"`` (removes what lies below), ``"base"`` (what
         lies above laps onto it and is removed below it) or ``"discontinuous"`` (both), by horizon.
         Default: all are conformable.
-    contacts : sequence of FluidContact, optional
+    contacts : sequence of Contact, optional
         Which contact counts in which zones and block, from the top down; see `build_contacts`.
 
     Returns

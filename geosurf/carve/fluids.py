@@ -16,7 +16,7 @@ from geosurf.carve.cells import Cells
 from geosurf.carve.zones import ABOVE, UNKNOWN, raise_leak
 from geosurf.conventions import did_you_mean, place
 from geosurf.errors import GeometryError, InputError
-from geosurf.model import FluidContact, Patches
+from geosurf.model import Contact, Patches
 
 
 def parse_sides(block: str, faults: Sequence[str]) -> frozenset[str] | None:
@@ -45,7 +45,7 @@ def parse_sides(block: str, faults: Sequence[str]) -> frozenset[str] | None:
     return frozenset(found)
 
 
-def level_of(patches: Patches, contact: FluidContact) -> int:
+def level_of(patches: Patches, contact: Contact) -> int:
     """Row of the surface of a contact; horizons and walls may have its name, too."""
     for i, source in enumerate(patches.sources):
         if source.role == "contact" and source.name == contact.surface:
@@ -57,7 +57,7 @@ def level_of(patches: Patches, contact: FluidContact) -> int:
     )
 
 
-def check_zones(contacts: Sequence[FluidContact], zones: Sequence[str]) -> None:
+def check_zones(contacts: Sequence[Contact], zones: Sequence[str]) -> None:
     """
     Refuse a contact for a zone that there is not.
 
@@ -67,7 +67,7 @@ def check_zones(contacts: Sequence[FluidContact], zones: Sequence[str]) -> None:
 
     Examples
     --------
-    >>> check_zones([FluidContact("OWC", "OWC", zones=("A/C",))], ["above A", "A/B"])
+    >>> check_zones([Contact(-9.0, "A/C", name="OWC")], ["above A", "A/B"])
     Traceback (most recent call last):
     geosurf.errors.InputError: fluid contact 'OWC' is given for zone 'A/C', which is none of ['above A', 'A/B']. Did you mean 'A/B'?
     """  # noqa: E501 - a message
@@ -81,7 +81,7 @@ def check_zones(contacts: Sequence[FluidContact], zones: Sequence[str]) -> None:
 
 
 def contacts_of_units(
-    contacts: Sequence[FluidContact],
+    contacts: Sequence[Contact],
     zones: Sequence[str],
     words: Sequence[tuple[str, ...]],
     lies_on: Sequence[tuple[str, ...]],
@@ -96,7 +96,7 @@ def contacts_of_units(
 
     Parameters
     ----------
-    contacts : sequence of FluidContact
+    contacts : sequence of Contact
         From the top down; entries of one name stand for different zones and blocks.
     zones : sequence of str
         Zone of each unit.
@@ -155,14 +155,12 @@ def contacts_of_units(
     return found
 
 
-def _fits(contact: FluidContact, sides: frozenset[str], zone: str, on: Sequence[str]) -> bool:
+def _fits(contact: Contact, sides: frozenset[str], zone: str, on: Sequence[str]) -> bool:
     """Whether an entry for some sides of faults is for a unit that lies on others."""
     return sides <= set(on) and (not contact.zones or zone in contact.zones)
 
 
-def _undecided(
-    name: str, rivals: Sequence[FluidContact], zone: str, on: Sequence[str]
-) -> InputError:
+def _undecided(name: str, rivals: Sequence[Contact], zone: str, on: Sequence[str]) -> InputError:
     """Say which entries are for one unit, and neither for less than the other."""
     block = " ".join(on) or WHOLE
     if any(contact.zones for contact in rivals):
@@ -182,7 +180,7 @@ def _undecided(
 
 
 def not_reached(
-    contacts: Sequence[FluidContact],
+    contacts: Sequence[Contact],
     rows_of_unit: Sequence[Sequence[int]],
     zones: Sequence[str],
 ) -> dict[str, list[int]]:
@@ -193,10 +191,10 @@ def not_reached(
 
     Examples
     --------
-    >>> entries = [FluidContact("GOC", "GOC"), FluidContact("OWC", "OWC in F1+", "F1+")]
+    >>> entries = [Contact(-5.0, name="GOC"), Contact(-9.0, block="F1+", name="OWC")]
     >>> not_reached(entries, [[0, 1], [0]], ["Top/Base", "Top/Base"])
     {'OWC': [1]}
-    >>> not_reached([FluidContact("OWC", "OWC", zones=("A/B",))], [[0], []], ["A/B", "B/C"])
+    >>> not_reached([Contact(-9.0, "A/B", name="OWC")], [[0], []], ["A/B", "B/C"])
     {}
     """
     left: dict[str, list[int]] = {}
@@ -213,7 +211,7 @@ def split_by_contacts(
     patches: Patches,
     cells: Cells,
     side: np.ndarray,
-    contacts: Sequence[FluidContact],
+    contacts: Sequence[Contact],
     rows_of_unit: list[list[int]],
     unit_of_cell: np.ndarray,
 ) -> tuple[np.ndarray, list[int], list[str], list[tuple[str, ...]]]:
@@ -224,7 +222,7 @@ def split_by_contacts(
     ----------
     side : ndarray of int64, shape (n_contact, n_cell + 1)
         Side of each contact that each cell is on.
-    contacts : sequence of FluidContact
+    contacts : sequence of Contact
     rows_of_unit : list of list of int
         See `contacts_of_units`.
     unit_of_cell : ndarray of int64, shape (n_cell + 1,)

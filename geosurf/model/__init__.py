@@ -8,7 +8,7 @@ metres; results keep local coordinates (`local`, exact to the frame) and an
 from __future__ import annotations
 
 from geosurf.model.base import frozen
-from geosurf.model.column import RULES, Clipped, Contact, FluidContact, Remnant, check_column
+from geosurf.model.column import RULES, Clipped, Contact, Remnant, check_column
 from geosurf.model.curves import Curves, Place, Touch, TriangleContact, VoxelSearch
 from geosurf.model.faults import (
     ExtendedFault,
@@ -37,7 +37,6 @@ __all__ = [
     "FaultCut",
     "FaultNetwork",
     "FaultSticks",
-    "FluidContact",
     "Lattice",
     "LostThrow",
     "NetworkRow",

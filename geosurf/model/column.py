@@ -138,6 +138,8 @@ class Contact:
     block : str
         Sides of faults, ``"F1+ F2-"``: units that do not lie on them are not split by it. Empty or
         ``"elsewhere"``: all, but where another one of the same name says more.
+    name : str
+        ``"OWC"`` ...: `build_contacts` fills in what it is called among the contacts of a model.
 
     Raises
     ------
@@ -158,6 +160,13 @@ class Contact:
     at: Any
     zones: tuple[str, ...] = ()
     block: str = ""
+    name: str = ""
+
+    @property
+    def surface(self) -> str:
+        """What its surface is called among the patches, where it has the role ``"contact"``."""
+        where = [part for part in (self.block, ", ".join(self.zones)) if part]
+        return f"{self.name} in {' of '.join(where)}" if where else self.name
 
     def __post_init__(self) -> None:
         given = (self.zones,) if isinstance(self.zones, str) else self.zones
@@ -174,26 +183,3 @@ class Contact:
             )
         object.__setattr__(self, "zones", tuple(dict.fromkeys(listed)))
         object.__setattr__(self, "block", "" if self.block == ELSEWHERE else self.block)
-
-
-@dataclass(frozen=True)
-class FluidContact:
-    """A fluid contact, in all blocks and zones or in some.
-
-    Attributes
-    ----------
-    name : str
-        ``OWC``, ``GOC`` ...
-    surface : str
-        Name of the surface among the patches, role ``"contact"``.
-    block : str
-        Sides of faults, ``F1+ F2-``, on which it counts; the unit's block may have more.
-        Empty: everywhere, but where another entry of this name says more.
-    zones : tuple of str
-        In which it counts. Empty: in all, but where another entry of this name says more.
-    """
-
-    name: str
-    surface: str
-    block: str = ""
-    zones: tuple[str, ...] = ()

@@ -10,7 +10,7 @@ import numpy as np
 
 from geosurf.conventions import is_number
 from geosurf.errors import InputError
-from geosurf.model import Contact, FluidContact, TriSurface
+from geosurf.model import Contact, TriSurface
 from geosurf.model.column import ELSEWHERE
 from geosurf.triangulate.horizon import triangulate_horizon
 
@@ -22,7 +22,7 @@ _HOW = (
 
 def build_contacts(
     contacts: Mapping[str, Any], box: Sequence[float]
-) -> tuple[list[TriSurface], list[FluidContact]]:
+) -> tuple[list[TriSurface], list[Contact]]:
     """
     Return the surfaces of fluid contacts, and in which zones and blocks they count.
 
@@ -44,7 +44,8 @@ def build_contacts(
     -------
     surfaces : list of TriSurface
         Role ``"contact"``.
-    contacts : list of FluidContact
+    contacts : list of Contact
+        One for each surface, with its name.
 
     Raises
     ------
@@ -69,14 +70,19 @@ def build_contacts(
         if not entries:
             raise InputError(f"fluid contact {name!r} is given for no block. {_HOW}")
         for entry in entries:
-            title = _title(str(name), entry)
-            if any(title == surface.name for surface in surfaces):
+            if entry.name not in ("", str(name)):
                 raise InputError(
-                    f"fluid contact {title!r} is given twice; leave one of them out, or give each "
-                    "its own zones or block."
+                    f"fluid contact {name!r} is given a Contact that is called {entry.name!r}; say "
+                    "one of them."
                 )
-            surfaces.append(_surface(title, entry.at, box))
-            found.append(FluidContact(str(name), title, entry.block, entry.zones))
+            one = replace(entry, name=str(name))
+            if any(one.surface == surface.name for surface in surfaces):
+                raise InputError(
+                    f"fluid contact {one.surface!r} is given twice; leave one of them out, or give "
+                    "each its own zones or block."
+                )
+            surfaces.append(_surface(one.surface, one.at, box))
+            found.append(one)
     return surfaces, found
 
 
@@ -106,12 +112,6 @@ def _of_block(name: str, key: str, value: Any) -> list[Contact]:
                 f"{one.block!r}; say one of them."
             )
     return [replace(one, block=block) for one in entries]
-
-
-def _title(name: str, entry: Contact) -> str:
-    """Name of the surface of an entry."""
-    where = [part for part in (entry.block, ", ".join(entry.zones)) if part]
-    return f"{name} in {' of '.join(where)}" if where else name
 
 
 def _surface(name: str, value: Any, box: Sequence[float]) -> TriSurface:

@@ -11,7 +11,7 @@ import pytest
 from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.blocks import name_blocks
 from geosurf.carve.certificate import certify
-from geosurf.model import FluidContact, Units
+from geosurf.model import Contact, Units
 from tests.carve.test_units import level, upright, volumes
 from tests.strategies import BOX, grid, sheet
 
@@ -191,7 +191,7 @@ def test_levels_that_coincide_may_be_wound_either_way():
     top = grid("Top", np.tile([2.0, 2.0, 2.0, 2.0], (4, 1)), spacing=2.0, corner=(-1.0, -1.0))
     base = grid("Base", np.tile([2.0, 2.0, 0.0, 0.0], (4, 1)), spacing=2.0, corner=(-1.0, -1.0))
     water = level("OWC", 0, role="contact")
-    entry = FluidContact("OWC", "OWC")
+    entry = Contact(0.0, name="OWC")
     expected = None
     for ways in itertools.product((False, True), repeat=3):
         levels = [
