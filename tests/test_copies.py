@@ -86,3 +86,41 @@ def test_scenes_in_threads_and_one_scene_in_threads(scene):
         shared = made()
         common = list(pool.map(told, [shared] * 4))
     assert apart == common == [told(scene)] * 4
+
+
+def arrays_of(one, path="", seen=None):
+    """Arrays that can be reached by public names, by path."""
+    seen = set() if seen is None else seen
+    if id(one) in seen:
+        return
+    seen.add(id(one))
+    if isinstance(one, np.ndarray):
+        yield path, one
+    elif isinstance(one, list | tuple | dict):
+        for key, part in one.items() if isinstance(one, dict) else enumerate(one):
+            yield from arrays_of(part, f"{path}[{key}]", seen)
+    elif type(one).__module__.startswith("geosurf.model"):
+        for key, part in vars(one).items():
+            if not key.startswith("_") and key not in ("survey", "pieces"):
+                yield from arrays_of(part, f"{path}.{key}", seen)
+
+
+def test_what_is_handed_out_cannot_be_changed(again):
+    """Also what a sheet knows of its faults, masks of vertices and of nodes."""
+    world = gs.synthetic.graben(n=21)
+    sheet = gs.throw_horizon(world.horizons["Top"], world.faults, {"F1": 30.0})
+    faults = {fault.name: fault for fault in sheet.faults}
+    own = np.zeros(4)
+    plain = gs.TriSurface(
+        "A", "surface", np.eye(4, 3), [[0, 1, 2], [0, 1, 3]], vertex_data={"own": own}
+    )
+    own[:] = 1.0
+    assert not plain.vertex_data["own"].any()
+    scene = gs.Scene({"Top": sheet}, faults, world.box)
+    assert sheet.lattice.present.all()
+    assert sheet.ghost.any()
+    for one in (sheet, scene.patches, scene.curves, plain):
+        for twin in (one, again(one)):
+            found = dict(arrays_of(twin))
+            assert len(found) > 2
+            assert [path for path, array in found.items() if array.flags.writeable] == []

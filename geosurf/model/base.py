@@ -26,12 +26,17 @@ class Noun:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Take what a copy or a pickle holds; numpy forgets there that arrays are read-only."""
-        for value in state.values():
-            parts = value if isinstance(value, list | tuple) else (value,)
-            for part in parts:
-                if isinstance(part, np.ndarray):
-                    part.flags.writeable = False
+        _lock(list(state.values()))
         self.__dict__.update(state)
+
+
+def _lock(value: Any) -> None:
+    """Make arrays read-only, in lists and mappings, too."""
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, dict | list | tuple):
+        for part in value.values() if isinstance(value, dict) else value:
+            _lock(part)
 
 
 def polydata(

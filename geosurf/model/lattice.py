@@ -222,6 +222,7 @@ class Lattice(Noun):
         mask: np.ndarray = (
             np.isfinite(self.elevation) & np.isfinite(easting) & np.isfinite(northing)
         )
+        mask.flags.writeable = False
         return mask
 
     @cached_property

@@ -11,7 +11,7 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import InputError
-from geosurf.model.base import Noun
+from geosurf.model.base import Noun, frozen
 from geosurf.model.lattice import Lattice
 from geosurf.model.surfaces import TriSurface
 
@@ -44,6 +44,15 @@ class FaultCut(Noun):
     throw: np.ndarray
     heave: np.ndarray
     ends: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        for key in ("stations", "along", "throw", "heave"):
+            object.__setattr__(self, key, frozen(getattr(self, key), np.float64))
+        lines = {
+            wall: tuple(frozen(line, np.float64) for line in of)
+            for wall, of in self.cutoffs.items()
+        }
+        object.__setattr__(self, "cutoffs", lines)
 
     def __repr__(self) -> str:
         known = self.throw[np.isfinite(self.throw)]

@@ -85,7 +85,7 @@ class TriSurface(Noun):
                     f"surface {name!r}: vertex_data[{key!r}] has shape {array.shape}, "
                     f"expected ({len(self.vertices)}, ...): one value per vertex."
                 )
-            self.vertex_data[key] = array
+            self.vertex_data[key] = frozen(np.array(array), array.dtype)
 
     @cached_property
     def vertices(self) -> np.ndarray:
