@@ -71,6 +71,8 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
 
     def search(i: int, j: int):
         """Candidates of one pair of surfaces, and what finding them cost."""
+        if not voxels and i != j and apart[i, j]:
+            return np.empty((0, 2), dtype=np.int64), {"nodes": 1, "pairs": 0}
         one_map = i != j and of_one_map(surfaces[i], surfaces[j])
         lattices = surfaces[i].lattice, surfaces[j].lattice
         if voxels:
@@ -83,8 +85,6 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
             return pairs_with_itself(surfaces[i], trees[i], origin)
         elif one_map and trees[i].window == trees[j].window:
             return pairs_of_one_map(lattices, (trees[i], trees[j]))
-        elif apart[i, j]:
-            return np.empty((0, 2), dtype=np.int64), {"nodes": 1, "pairs": 0}
         elif i != j and are_alike((surfaces[i], surfaces[j]), (trees[i], trees[j])):
             both = (surfaces[i], surfaces[j]), (trees[i], trees[j])
             rows, spent = settled_pairs(*both, origin)

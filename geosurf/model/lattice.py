@@ -86,17 +86,11 @@ class Lattice(Noun):
     @cached_property
     def places(self) -> np.ndarray:
         """Where what is in `coordinates`, for kernels: see `geosurf.kernels.tree`."""
-        from geosurf.kernels.tree import N_PLACE
-
-        n_row, n_col = self.shape
-        places = np.zeros(N_PLACE, dtype=np.int64)
-        if self.easting.ndim == 1:
-            places[:6] = 0, 0, 1, 0, 1, 0
-        else:
-            places[:6] = *_steps(self.easting), *_steps(self.northing)
-        places[6:9] = _steps(self.elevation)
-        places[9:N_PLACE] = n_row, n_col, self.rising, self.turned, 0, 0, 1
-        return frozen(places, np.int64)
+        flat = (0, 0, 1, 0, 1, 0)
+        if self.easting.ndim == 2:
+            flat = *_steps(self.easting), *_steps(self.northing)
+        rest = *self.shape, self.rising, self.turned, 0, 0, 1
+        return frozen(np.array([*flat, *_steps(self.elevation), *rest], dtype=np.int64), np.int64)
 
     @cached_property
     def survey(self) -> Survey:
@@ -160,10 +154,14 @@ class Lattice(Noun):
 
     def shares_map(self, other: Lattice) -> bool:
         """Whether two graphs have the same nodes in the map, one by one."""
-        if self.shape != other.shape or not (self.is_graph and other.is_graph):
+        if self.shape != other.shape:
             return False
-        mine, theirs = (self.easting, self.northing), (other.easting, other.northing)
-        return all(a is b or np.array_equal(a, b) for a, b in zip(mine, theirs, strict=True))
+        both = (self.easting, other.easting), (self.northing, other.northing)
+        if not all(a is b or a.flat[0] == b.flat[0] for a, b in both):  # most differ at once
+            return False
+        if not (self.is_graph and other.is_graph):
+            return False
+        return all(a is b or np.array_equal(a, b) for a, b in both)
 
     @cached_property
     def has_rising_axes(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -89,7 +90,7 @@ class Survey:
             normals=normals,
         )
 
-    @property
+    @cached_property
     def finite(self) -> bool:
         """Whether no coordinate is infinite."""
         box = self.box.tolist()

@@ -7,8 +7,6 @@ east-west, so that "F1+" names the same block on every run.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from geosurf.conventions import place
@@ -53,11 +51,10 @@ def orient_fault(surface: TriSurface) -> TriSurface:
     """
     if surface.n_triangle == 0:
         return surface
-    lattice = surface.lattice
-    known = lattice is not None and lattice.whole
-    refuse_far(surface.name, lattice.survey.box if known else np.array(surface.bounds))
-    if lattice is not None:
-        return _orient_lattice(surface, lattice)
+    if surface.lattice is not None:
+        refuse_far(surface.name, surface.lattice.survey.box)
+        return _orient_lattice(surface, surface.lattice)
+    refuse_far(surface.name, np.array(surface.bounds))
     turned, sheet = _agree(surface)
     corners = surface.vertices[surface.triangles]
     normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -89,8 +86,9 @@ can be used. Is an undefined value left in it? Mark absent nodes with NaN.
     """
     from geosurf.kernels.predicates import MAX_COORDINATE
 
-    sizes = (abs(value) for value in values.ravel().tolist())
-    large = max((size for size in sizes if size < math.inf), default=0.0)  # of nothing: infinite
+    if values.min() >= -MAX_COORDINATE and values.max() <= MAX_COORDINATE:
+        return
+    large = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))  # of nothing: infinite
     if large > MAX_COORDINATE:
         raise SurfaceError(
             f"fault {name!r} has a coordinate of {large:g} m; at most {MAX_COORDINATE:g} can be "
