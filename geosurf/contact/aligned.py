@@ -27,7 +27,7 @@ def of_one_map(one: TriSurface, two: TriSurface) -> bool:
 def pairs_of_one_map(lattices: tuple[Lattice, Lattice], trees: tuple[Tree, Tree]):
     """Pairs of keys that may meet, and what they cost, as `tree.candidate_pairs` returns them.
 
-    The lattices share their map, the trees their window.
+    The lattices share their map.
     """
     one, two = lattices
     slip = _SLIP * float(max(np.abs(of.bounds).max() for of in trees))

@@ -66,7 +66,7 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
     if voxels:
         boxes = [tree.boxes_of(s) for s in surfaces]
     else:
-        trees = tree.trees_for(surfaces, pairs)
+        trees = [tree.tree_of(s) for s in surfaces]
         apart = tree.apart(trees)
 
     def search(i: int, j: int):
@@ -83,7 +83,7 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
                 rows = rows[over_itself(surfaces[i], rows, origin)]
         elif i == j and is_torn(surfaces[i]):
             return pairs_with_itself(surfaces[i], trees[i], origin)
-        elif one_map and trees[i].window == trees[j].window:
+        elif one_map:
             return pairs_of_one_map(lattices, (trees[i], trees[j]))
         elif i != j and are_alike((surfaces[i], surfaces[j]), (trees[i], trees[j])):
             both = (surfaces[i], surfaces[j]), (trees[i], trees[j])

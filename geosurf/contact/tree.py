@@ -1,8 +1,7 @@
 """Broad phase by trees of boxes: built once for a surface, walked for every pair.
 
-A lattice is never made a list: the leaves of its tree are blocks of cells, and where only a part
-of it can meet the other surface, only that part is looked at. Trees hold world coordinates, so
-that they serve every frame.
+A lattice is never made a list: the leaves of its tree are blocks of cells. Trees hold world
+coordinates, so that they serve every frame.
 """
 
 from __future__ import annotations
@@ -13,8 +12,7 @@ import numpy as np
 
 from geosurf.kernels import tree
 from geosurf.kernels.listed import LARGEST, SMALLEST, build_list_tree, survey_list
-from geosurf.kernels.survey import build_tree_of_blocks
-from geosurf.kernels.tree import BLOCK, FIRST_COL, FIRST_ROW, N_COL, N_PLACE, N_ROW
+from geosurf.kernels.tree import N_COL, N_PLACE, N_ROW
 from geosurf.kernels.voxels import triangle_boxes
 from geosurf.model import Lattice, TriSurface
 
@@ -35,7 +33,6 @@ class Tree:
     order: np.ndarray
     nodes: np.ndarray
     levels: np.ndarray
-    window: tuple[int, int, int, int] | None = None
 
     @property
     def bounds(self) -> np.ndarray:
@@ -49,26 +46,13 @@ class Tree:
         )  # fmt: skip
 
 
-def tree_of(surface: TriSurface, reach: np.ndarray | None = None) -> Tree:
-    """The tree of a surface, remembered on it.
-
-    Parameters
-    ----------
-    surface : TriSurface
-    reach : ndarray of float64, shape (6,), optional
-        Box that matters; a lattice is looked at only there. A second question
-        beyond it builds the whole tree.
-    """
-    kept = surface.__dict__.get("_tree")
-    if surface.lattice is None:
-        if kept is None:
-            kept = surface.__dict__["_tree"] = _list_tree(surface)
-        return kept
-    wanted = _window(surface.lattice, None if kept is not None else reach)
-    if kept is not None and _covers(kept.window, _window(surface.lattice, reach)):
-        return kept
-    built = surface.__dict__["_tree"] = _lattice_tree(surface.lattice, wanted)
-    return built
+def tree_of(surface: TriSurface) -> Tree:
+    """The tree of a surface, remembered on it; that of a lattice was made while it was surveyed."""
+    kept: Tree | None = surface.__dict__.get("_tree")
+    if kept is None:
+        kept = _list_tree(surface) if surface.lattice is None else _lattice_tree(surface.lattice)
+        surface.__dict__["_tree"] = kept
+    return kept
 
 
 def look_at_list(surface: TriSurface) -> tuple[np.ndarray, float, float]:
@@ -104,46 +88,10 @@ def _tree_of_list(vertices: np.ndarray, triangles: np.ndarray, boxes, codes) -> 
     return Tree((flat, flat, flat), places, triangles, order, nodes, levels)
 
 
-def _window(lattice: Lattice, reach: np.ndarray | None) -> tuple[int, int, int, int]:
-    """First and last row and column of blocks that can reach a box (the last ones excluded)."""
-    n_row, n_col = (max(n - 1, 0) for n in lattice.shape)
-    rows, cols = (0, n_row), (0, n_col)
-    if reach is not None and lattice.easting.ndim == 1:
-        cols = _cells_between(lattice.easting, reach[0], reach[3])
-        rows = _cells_between(lattice.northing, reach[1], reach[4])
-    return (rows[0] // BLOCK, -(-rows[1] // BLOCK), cols[0] // BLOCK, -(-cols[1] // BLOCK))
-
-
-def _cells_between(axis: np.ndarray, low: float, high: float) -> tuple[int, int]:
-    """Cells of a rising or falling axis that reach an interval: first, and last + 1."""
-    if len(axis) < 2:
-        return 0, 0
-    lower, upper = np.minimum(axis[1:], axis[:-1]), np.maximum(axis[1:], axis[:-1])
-    inside = np.flatnonzero((upper >= low) & (lower <= high))
-    return (int(inside[0]), int(inside[-1]) + 1) if len(inside) else (0, 0)
-
-
-def _covers(outer: tuple[int, int, int, int], inner: tuple[int, int, int, int]) -> bool:
-    """Whether one window holds another."""
-    if inner[0] >= inner[1] or inner[2] >= inner[3]:
-        return True
-    return (
-        outer[0] <= inner[0]
-        and inner[1] <= outer[1]
-        and outer[2] <= inner[2]
-        and inner[3] <= outer[3]
-    )
-
-
-def _lattice_tree(lattice: Lattice, window: tuple[int, int, int, int]) -> Tree:
-    places = lattice.places.copy()
-    places[[FIRST_ROW, FIRST_COL]] = window[0], window[2]
+def _lattice_tree(lattice: Lattice) -> Tree:
     survey = lattice.survey
-    first_row, last_row, first_col, last_col = window
-    nodes, levels = build_tree_of_blocks(
-        survey.boxes, survey.n_block_col, first_row, last_row, first_col, last_col
-    )
-    return Tree(lattice.coordinates, places, _NO_TRIANGLES, _NO_ORDER, nodes, levels, window)
+    given = lattice.coordinates, lattice.places, _NO_TRIANGLES, _NO_ORDER
+    return Tree(*given, survey.nodes, survey.levels)
 
 
 def candidate_pairs(one: Tree, two: Tree, *, same: bool = False, room: int = _ROOM):
@@ -204,22 +152,3 @@ def all_pairs(search, n_column: int = 2, room: int = _ROOM):
             break
         pairs = np.empty((n, n_column), dtype=np.int64)
     return pairs[:n].copy(), {"nodes": visited, "pairs": n}
-
-
-def trees_for(surfaces, pairs) -> list[Tree]:
-    """A tree for each surface; of one pair, the second to be built is looked at only where it
-    can meet the first.
-    """
-    if len(pairs) != 1 or pairs[0][0] == pairs[0][1]:
-        return [tree_of(surface) for surface in surfaces]
-    i, j = pairs[0]
-    upright = [s.lattice is not None and s.lattice.easting.ndim == 1 for s in surfaces]
-    if upright[i] and not upright[j]:
-        i, j = j, i
-    trees: list[Tree] = [None] * len(surfaces)  # type: ignore[list-item]
-    trees[i] = tree_of(surfaces[i])
-    trees[j] = tree_of(surfaces[j], trees[i].bounds)
-    for k, surface in enumerate(surfaces):
-        if k not in (i, j):
-            trees[k] = tree_of(surface)
-    return trees

@@ -241,17 +241,6 @@ def _is_far(boxes):
 
 
 @scalar
-def _box_of(boxes):
-    """The box around some boxes."""
-    box = np.array([np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf])
-    for i in range(boxes.shape[0]):
-        for k in range(3):
-            box[k] = boxes[i, k] if boxes[i, k] < box[k] else box[k]
-            box[3 + k] = boxes[i, 3 + k] if boxes[i, 3 + k] > box[3 + k] else box[3 + k]
-    return box
-
-
-@scalar
 def _extremes(p, q, r, a, block, first, work, boxes, n_block):
     """Extremes of all coordinates with a number for each node: bits of what is found, by axis."""
     bits = 0
@@ -291,11 +280,15 @@ def _add_rims(p, q, r, a, clear, sums):
                 add_rim(p, q, r, a, i, last, j, right, sums)
 
 
-@entry("d1 d1 d1 l1 b -> d2 d1 l1 d1")
+@entry("d1 d1 d1 l1 b -> d2 l2 l1 d1")
 def survey_lattice(p, q, r, a, quads):
-    """Boxes of all blocks, row by row; that of all; `marks`; and `sums`, if they are asked for."""
+    """Boxes of blocks and of all nodes above them, and levels: see `tree`; `marks`; and `sums`, if
+    they are asked for.
+    """
     n_row, n_col = max((a[N_ROW] + BLOCK - 2) // BLOCK, 1), max((a[N_COL] + BLOCK - 2) // BLOCK, 1)
-    boxes = np.empty((n_row * n_col, 6), dtype=np.float64)
+    levels, n_node = _levels(n_row, n_col, 2, 2)
+    nodes = np.empty((n_node, 6), dtype=np.float64)
+    boxes = nodes[: n_row * n_col]
     marks = np.zeros(N_MARK, dtype=np.int64)
     sums = np.zeros(N_SUM, dtype=np.float64)
     sums[MARGIN] = np.inf
@@ -327,17 +320,5 @@ def survey_lattice(p, q, r, a, quads):
     for axis in range(3):
         marks[NAN_X + axis] = (bits >> 2 * axis) & 1
     marks[MINUS_ZERO] = 1 if bits & _MINUS_ZEROS != 0 else 0
-    return boxes, _box_of(boxes), marks, sums
-
-
-@entry("d2 l l l l l -> d2 l2")
-def build_tree_of_blocks(boxes, n_block, first_row, last_row, first_col, last_col):
-    """Boxes of all tree nodes over some rows and columns of blocks, and the levels: see `tree`."""
-    levels, n_node = _levels(last_row - first_row, last_col - first_col, 2, 2)
-    nodes = np.empty((n_node, 6), dtype=np.float64)
-    n_col = last_col - first_col
-    for i in range(last_row - first_row):
-        start = (first_row + i) * n_block + first_col
-        nodes[i * n_col : (i + 1) * n_col] = boxes[start : start + n_col]
     _build_above(nodes, levels, 2, 2)
-    return nodes, levels
+    return nodes, levels, marks, sums

@@ -22,13 +22,11 @@ class Survey:
 
     Attributes
     ----------
-    boxes : ndarray of float64, shape (n_block_row * n_block_col, 6)
-        Lower, then upper corner around each block of nodes [m], row by row; an absent number is
-        passed over.
-    box : ndarray of float64, shape (6,)
-        The same around all nodes; inf and -inf where no node has a coordinate.
-    n_block_col : int
-        Blocks in a row.
+    nodes : ndarray of float64, shape (n_node, 6)
+        Lower, then upper corner around each block of nodes [m], row by row, and around all that is
+        below each node of the pyramid above them; an absent number is passed over.
+    levels : ndarray of int64, shape (n_level, 3)
+        First node, rows and columns of each level: see `geosurf.kernels.tree`.
     n_triangles : tuple of int
         Triangles with three nodes, if diagonals fall and if they rise.
     numbers : tuple of bool
@@ -48,9 +46,8 @@ class Survey:
         Normals of all triangles (length: area), if diagonals fall and if they rise; NaN if unknown.
     """
 
-    boxes: np.ndarray
-    box: np.ndarray
-    n_block_col: int
+    nodes: np.ndarray
+    levels: np.ndarray
     n_triangles: tuple[int, int]
     numbers: tuple[bool, bool, bool]
     minus_zero: bool
@@ -64,9 +61,9 @@ class Survey:
     def of(cls, lattice: Lattice, quads: bool) -> Survey:
         """Look at all nodes once; with `quads`, at how each cell lies, too."""
         from geosurf.kernels import clear, survey
-        from geosurf.kernels.tree import BLOCK
 
-        boxes, box, marks, sums = survey.survey_lattice(*lattice.coordinates, lattice.places, quads)
+        given = *lattice.coordinates, lattice.places, quads
+        nodes, levels, marks, sums = survey.survey_lattice(*given)
         counts = marks.tolist()
         gains, reach, edges, margin, normals = _UNKNOWN
         if quads:
@@ -74,12 +71,11 @@ class Survey:
             normals = 0.5 * sums[clear.NORMAL : clear.NORMAL + 3] + alone
             gains, reach = sums[clear.GAIN : clear.GAIN + 2], sums[clear.REACH : clear.REACH + 2]
             edges, margin = float(sums[clear.EDGES]), float(sums[clear.MARGIN])
-        for part in (boxes, box, gains, reach, normals):
+        for part in (nodes, levels, gains, reach, normals):
             part.flags.writeable = False
         return cls(
-            boxes=boxes,
-            box=box,
-            n_block_col=max(-(-(lattice.shape[1] - 1) // BLOCK), 1),
+            nodes=nodes,
+            levels=levels,
             n_triangles=(counts[survey.N_FALLING], counts[survey.N_RISING]),
             numbers=tuple(count == 0 for count in counts[survey.NAN_X : survey.NAN_Z + 1]),
             minus_zero=bool(counts[survey.MINUS_ZERO]),
@@ -89,6 +85,11 @@ class Survey:
             margin=margin,
             normals=normals,
         )
+
+    @property
+    def box(self) -> np.ndarray:
+        """Lower and upper corner around all nodes [m], float64 (6,); inf and -inf around none."""
+        return self.nodes[-1]
 
     @cached_property
     def finite(self) -> bool:

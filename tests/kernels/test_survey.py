@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from geosurf.conventions import _rising_by_every_cell, rising_diagonal
 from geosurf.errors import SurfaceError
 from geosurf.kernels.clear import TILE
-from geosurf.kernels.survey import build_tree_of_blocks
 from geosurf.kernels.tree import BLOCK
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate import triangulate_fault
@@ -68,16 +67,16 @@ def check_boxes(lattice: Lattice) -> None:
     nodes = np.stack([*lattice.horizontal(), lattice.elevation])
     survey = lattice.survey
     n_row, n_col = (max(-(-(n - 1) // BLOCK), 1) for n in lattice.shape)
-    assert survey.boxes.shape == (n_row * n_col, 6)
-    assert survey.n_block_col == n_col
-    for (i, j), box in zip(product(range(n_row), range(n_col)), survey.boxes, strict=True):
+    assert survey.levels[0].tolist() == [0, n_row, n_col]
+    boxes = survey.nodes[: n_row * n_col]
+    for (i, j), box in zip(product(range(n_row), range(n_col)), boxes, strict=True):
         rows, cols = (slice(k * BLOCK, k * BLOCK + BLOCK + 1) for k in (i, j))
         part = nodes[:, rows, cols].reshape(3, -1)
         low = np.where(np.isnan(part), np.inf, part).min(axis=1)
         high = np.where(np.isnan(part), -np.inf, part).max(axis=1)
         np.testing.assert_array_equal(box, [*low, *high])
-    np.testing.assert_array_equal(survey.box[:3], survey.boxes[:, :3].min(axis=0))
-    np.testing.assert_array_equal(survey.box[3:], survey.boxes[:, 3:].max(axis=0))
+    np.testing.assert_array_equal(survey.box[:3], boxes[:, :3].min(axis=0))
+    np.testing.assert_array_equal(survey.box[3:], boxes[:, 3:].max(axis=0))
     assert survey.numbers == tuple((~np.isnan(part).any()).item() for part in nodes)
 
 
@@ -245,7 +244,7 @@ def test_law_what_is_broadcast_is_not_expanded_and_nothing_else_changes(parts, h
     if z.size > 1:
         assert np.shares_memory(lattice.easting, given_x)
     for other in (lattice, kept):
-        np.testing.assert_array_equal(other.survey.boxes, plain.survey.boxes)
+        np.testing.assert_array_equal(other.survey.nodes, plain.survey.nodes)
         np.testing.assert_array_equal(other.survey.normals, plain.survey.normals)
         np.testing.assert_array_equal(other.build_vertices(), plain.build_vertices())
         np.testing.assert_array_equal(other.build_triangles(), plain.build_triangles())
@@ -274,16 +273,23 @@ def sides(surface: TriSurface) -> set:
     return {frozenset(map(tuple, three)) for three in edges.tolist()}
 
 
-def test_a_tree_over_some_blocks_is_the_part_of_the_tree_over_all():
-    lattice = Lattice(*wide(0.1))
-    survey = lattice.survey
-    n_row, n_col = 3, survey.n_block_col
-    nodes, levels = build_tree_of_blocks(survey.boxes, n_col, 1, n_row, 2, n_col - 1)
-    assert levels[0].tolist() == [0, n_row - 1, n_col - 3]
-    leaves = survey.boxes.reshape(n_row, n_col, 6)[1:, 2 : n_col - 1].reshape(-1, 6)
-    np.testing.assert_array_equal(nodes[: len(leaves)], leaves)
-    np.testing.assert_array_equal(nodes[-1, :3], leaves[:, :3].min(axis=0))
-    np.testing.assert_array_equal(nodes[-1, 3:], leaves[:, 3:].max(axis=0))
+@pytest.mark.parametrize("shape", [(2, 2), (9, 10), (18, 70), (3, 300), (150, 41)])
+def test_law_each_node_of_a_pyramid_is_around_four_below(rng, shape):
+    z = rng.normal(size=shape)
+    z[rng.random(shape) < 0.1] = np.nan
+    survey = Lattice(np.arange(shape[1]) * 1.0, np.arange(shape[0]) * 1.0, z).survey
+    levels = [
+        survey.nodes[first : first + n_row * n_col].reshape(n_row, n_col, 6)
+        for first, n_row, n_col in survey.levels.tolist()
+    ]
+    assert sum(level.shape[0] * level.shape[1] for level in levels) == len(survey.nodes)
+    assert levels[-1].shape == (1, 1, 6)
+    for below, above in pairwise(levels):
+        assert above.shape[:2] == tuple(-(-n // 2) for n in below.shape[:2])
+        for i, j in np.ndindex(above.shape[:2]):
+            part = below[2 * i : 2 * i + 2, 2 * j : 2 * j + 2].reshape(-1, 6)
+            np.testing.assert_array_equal(above[i, j, :3], part[:, :3].min(axis=0))
+            np.testing.assert_array_equal(above[i, j, 3:], part[:, 3:].max(axis=0))
 
 
 def test_a_horizon_tells_nothing_of_its_cells():
