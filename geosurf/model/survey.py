@@ -89,7 +89,8 @@ class Survey:
     @property
     def box(self) -> np.ndarray:
         """Lower and upper corner around all nodes [m], float64 (6,); inf and -inf around none."""
-        return self.nodes[-1]
+        around: np.ndarray = self.nodes[-1]
+        return around
 
     @cached_property
     def finite(self) -> bool:
