@@ -209,6 +209,14 @@ def test_orientation_forgets_how_triangles_were_turned(seed, dip, direction):
         assert orient_fault(oriented) is oriented
 
 
+def test_a_grid_with_holes_becomes_a_fault_without_a_list_of_triangles():
+    ds = fault_grid(n_row=20, n_col=20)
+    ds["elevation"][7, 3] = np.nan
+    fault = triangulate_fault(ds, name="F1")
+    assert not {"vertices", "triangles"} & set(fault.__dict__)
+    assert fault.n_triangle == 2 * 19 * 19 - 6
+
+
 def test_sheets_that_share_an_edge_of_three_triangles_are_turned_one_by_one():
     vertices = [[0, 0, 0], [0, 9, 0], [9, 0, 1], [-9, 0, 1], [1, 0, 9]]
     fins = TriSurface("F1", "fault", vertices, [[0, 1, 2], [0, 1, 3], [1, 0, 4]])

@@ -88,6 +88,16 @@ def test_no_pair_is_lost_where_products_underflow(power):
         assert touching <= pairs_of(one, two)
 
 
+def test_the_tree_of_a_grid_is_that_of_its_survey(rng):
+    """Whatever asks, and however often: no copy, and none for another diagonal."""
+    lattice = Lattice(np.arange(50.0), np.arange(40.0), rng.normal(size=(40, 50)))
+    nodes = lattice.survey.nodes
+    top = TriSurface("Top", "horizon", lattice=lattice)
+    twin = TriSurface("Top", "horizon", lattice=lattice.turned_as(not lattice.rising, None))
+    assert tree_of(top) is tree_of(top)
+    assert tree_of(top).nodes is tree_of(twin).nodes is nodes
+
+
 def test_a_huge_flat_face_reaches_only_what_its_plane_passes(rng):
     top = grid("Top", rng.uniform(0, 1, (65, 65)))
     fault = sheet("F1", [(10.3, -1, -40), (10.3, 65, -40), (55.1, 65, 40), (55.1, -1, 40)])
