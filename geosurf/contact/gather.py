@@ -16,7 +16,8 @@ from geosurf.contact.broad import candidate_pairs
 from geosurf.contact.threads import side_by_side
 from geosurf.contact.torn import is_torn, over_itself, pairs_with_itself
 from geosurf.contact.upright import are_alike, settled_pairs
-from geosurf.kernels.gather import number_below
+from geosurf.kernels.gather import number_in_place
+from geosurf.kernels.merging import may_coincide
 from geosurf.kernels.mesh import weld
 from geosurf.kernels.upright import OPEN
 
@@ -109,39 +110,51 @@ def _keys_of_rows(surface, rows: np.ndarray) -> np.ndarray:
     return rows if surface.lattice is None else surface.lattice.keys_of_rows(rows)
 
 
-def gather(surfaces, found, origin: np.ndarray) -> tuple[Faces, np.ndarray, np.ndarray]:
-    """Faces in candidate pairs, the pairs as rows of them, and their codes or OPEN."""
+def gather(surfaces, found, origin: np.ndarray) -> tuple[Faces, np.ndarray]:
+    """Faces in candidate pairs, and the pairs: rows of two faces, and codes or OPEN."""
     limits = [_key_limits(surface) for surface in surfaces]
     first_key = np.cumsum([0] + [n for n, _ in limits])
     first_node = np.cumsum([0] + [n for _, n in limits])
-    start = np.cumsum([0] + [len(rows) for _, _, rows in found])
-    pairs, codes = np.empty((start[-1], 2), dtype=np.int64), np.full(start[-1], OPEN)
-    for (i, j, rows), a, b in zip(found, start[:-1], start[1:], strict=True):
-        np.add(rows[:, :2], (first_key[i], first_key[j]), out=pairs[a:b])
-        if rows.shape[1] > 2:
-            codes[a:b] = rows[:, 2]
-    keys, number = number_below(pairs.reshape(-1), int(first_key[-1]))
-    cut = np.searchsorted(keys, first_key)
+    pairs = _one_table(found, first_key)
+    key = number_in_place(pairs, 2, int(first_key[-1]))
+    cut = np.searchsorted(key, first_key)
     surface = np.repeat(np.arange(len(surfaces)), np.diff(cut))
-    key = keys - first_key[surface]
-    corners = np.empty((len(keys), 3), dtype=np.int64)
+    corners = np.empty((len(key), 3), dtype=np.int64)
     for i, (s, a, b) in enumerate(zip(surfaces, cut[:-1], cut[1:], strict=True)):
+        key[a:b] -= first_key[i]
         np.add(s.corners_of_keys(key[a:b]), first_node[i], out=corners[a:b])
-    nodes, corner = number_below(corners.reshape(-1), int(first_node[-1]))
+    nodes = number_in_place(corners, 3, int(first_node[-1]))
     cut = np.searchsorted(nodes, first_node)
     places = np.empty((len(nodes), 3))
     of_surface = []
     for i, (s, a, b) in enumerate(zip(surfaces, cut[:-1], cut[1:], strict=True)):
         of_surface.append(nodes[a:b] - first_node[i])
         np.subtract(s.places_of_nodes(of_surface[i]), origin, out=places[a:b])
-    point, count = weld(places)
-    x, t = places, corner
-    if count < len(places):
-        x, t = np.empty((count, 3)), point[corner]
-        x[point] = places
+    x, t, point = _welded(places, corners)
     ids = np.split(point, cut[1:-1])
-    faces = Faces(x, t.reshape(-1, 3), surface, key, list(zip(of_surface, ids, strict=True)))
-    return faces, number.reshape(-1, 2), codes
+    return Faces(x, t, surface, key, list(zip(of_surface, ids, strict=True))), pairs
+
+
+def _one_table(found, first_key: np.ndarray) -> np.ndarray:
+    """All candidates in one table, their keys counted on from surface to surface."""
+    start = np.cumsum([0] + [len(rows) for _, _, rows in found])
+    pairs = np.empty((start[-1], 3), dtype=np.int64)
+    for (i, j, rows), a, b in zip(found, start[:-1], start[1:], strict=True):
+        np.add(rows[:, 0], first_key[i], out=pairs[a:b, 0])
+        np.add(rows[:, 1], first_key[j], out=pairs[a:b, 1])
+        pairs[a:b, 2] = rows[:, 2] if rows.shape[1] > 2 else OPEN
+    return pairs
+
+
+def _welded(places: np.ndarray, corners: np.ndarray):
+    """Places that differ, the corners as rows of them, and the row of each place."""
+    some = places.take(may_coincide(places), axis=0)
+    if weld(some)[1] == len(some):
+        return places, corners, np.arange(len(places))
+    point, count = weld(places)
+    x = np.empty((count, 3))
+    x[point] = places
+    return x, point[corners], point
 
 
 def _key_limits(surface) -> tuple[int, int]:

@@ -19,10 +19,10 @@ from geosurf.contact.threads import n_threads, side_by_side
 from geosurf.contact.tree import look_at_list
 from geosurf.conventions import frame_origin, is_number, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
-from geosurf.kernels.contact import COPLANAR, N_COLUMN, N_CORNER, meet_pairs
+from geosurf.kernels.contact import N_COLUMN, meet_pairs
 from geosurf.kernels.exact import N_EDGE_PLANE
-from geosurf.kernels.gather import order_by_faces, rows_in_order
 from geosurf.kernels.naming import file_records, name_contacts
+from geosurf.kernels.packed import HOW, in_plane, n_corners, pack_settled, packed, sorted_by_faces
 from geosurf.kernels.points import FULL
 from geosurf.kernels.predicates import MAX_BITS, MAX_COORDINATE, flat_triangles, frame_of
 from geosurf.kernels.upright import OPEN
@@ -54,8 +54,8 @@ class Contacts:
         Where each face comes from; keys are rows of triangles, or `Lattice.corners_of_keys`.
     nodes : list of (ndarray, ndarray)
         For each surface its nodes in use, rising, and the rows of `x` where they are.
-    rows : ndarray of int64, shape (n_contact, 11)
-        Contacts, see `geosurf.kernels.contact`.
+    rows : ndarray of int64, shape (n_contact, 3)
+        Contacts by faces, see `geosurf.kernels.packed`.
     near : ndarray of int64, shape (n_near, 2)
         Pairs of faces whose signs hold, but could change if coordinates moved by a unit in the
         last place: what has to be looked at again once points are rounded. Of pairs whose contact
@@ -208,9 +208,9 @@ def find_contacts(
         pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or own[i]]
     voxels = method == "voxels" or (method == "auto" and voxel_size is not None)
     found, cost = find_candidates(surfaces, pairs, voxels, voxel_size, origin)
-    faces, tested, codes = gather(surfaces, found, origin)
+    faces, candidates = gather(surfaces, found, origin)
     cost["candidate_faces"] = len(faces.t)
-    contacts = _name(surfaces, origin, faces, tested, codes)
+    contacts = _name(surfaces, origin, faces, candidates)
     contacts.cost = {**cost, "pairs_meeting": len(contacts.rows)}
     contacts.options = {
         "method": method, "voxel_size": voxel_size, "pairs": pairs, "origin": origin
@@ -223,21 +223,24 @@ def table_size(n: int) -> int:
     return 1 << max(4, int(2 * n + 2).bit_length())
 
 
-def _meet(x, t, pairs, codes):
-    """Contacts of candidate pairs, sorted by faces, and the near pairs."""
+def _meet(x, t, pairs):
+    """Contacts of candidate pairs, and the near pairs, by faces.
+
+    Not as the search came across them: numbers are the same for any search.
+    """
+    is_open = pairs[:, HOW] == OPEN
+    if not is_open.any():
+        pack_settled(pairs)
+        return sorted_by_faces(pairs, len(t)), pairs[:0, :2]
+    known, waiting = pairs[~is_open], pairs[is_open, :2]
+    pack_settled(known)
     slip = ULP * float(np.abs(x).max(initial=0.0))
-    settled = codes != OPEN
-    waiting, known = pairs[~settled], pairs if settled.all() else pairs[settled]
-    rows, near = np.empty((0, N_COLUMN), dtype=np.int64), waiting[:0]
-    if len(waiting):
-        n_part = max(1, min(n_threads(), len(waiting) // _PAIRS_OF_A_THREAD))
-        parts = [(x, t, part, slip) for part in np.array_split(waiting, n_part)]
-        found = side_by_side(_meet_part, parts)
-        rows, near = (np.concatenate(part) for part in zip(*found, strict=True))
-    # by face, not as the search came across them: numbers are the same for any search
-    faces = np.concatenate([rows[:, :2], known]) if len(rows) else known
-    rows = rows_in_order(rows, known, codes[settled], order_by_faces(faces, len(t)))
-    return rows, near[order_by_faces(near, len(t))]
+    n_part = max(1, min(n_threads(), len(waiting) // _PAIRS_OF_A_THREAD))
+    parts = [(x, t, part, slip) for part in np.array_split(waiting, n_part)]
+    found = side_by_side(_meet_part, parts)
+    rows, near = (np.concatenate(part) for part in zip(*found, strict=True))
+    rows = sorted_by_faces(np.concatenate([rows, known]), len(t))
+    return rows, sorted_by_faces(near, len(t))
 
 
 def _meet_part(x, t, pairs, slip):
@@ -249,20 +252,20 @@ def _meet_part(x, t, pairs, slip):
     if n_near > len(near):
         near = np.empty(n_near, dtype=np.int64)
         n, n_near = meet_pairs(x, t, pairs, m, w, slip, rows, near)
-    return rows[:n], pairs[near[:n_near]]
+    return packed(rows[:n]), pairs[near[:n_near]]
 
 
-def _name(surfaces, origin, faces: Faces, pairs, codes) -> Contacts:
+def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
     """Signs, then names, for the faces in contact (and near) only."""
-    rows, near = _meet(faces.x, faces.t, pairs, codes)
-    used = np.zeros(len(faces.t), dtype=bool)
-    used[rows[:, :2]] = used[near] = True
-    if not used.all():
+    rows, near = _meet(faces.x, faces.t, pairs)
+    if len(rows) < len(pairs):
+        used = np.zeros(len(faces.t), dtype=bool)
+        used[rows[:, :2]] = used[near] = True
         faces, number = faces.only(np.flatnonzero(used))
         rows[:, :2], near = number[rows[:, :2]], number[near]
     x, t = faces.x, faces.t
     m, w = frame_of(x, len(t))
-    n_corner, n_coplanar = int(rows[:, N_CORNER].sum()), int(rows[:, COPLANAR].sum())
+    n_corner, n_coplanar = int(n_corners(rows).sum()), int(in_plane(rows).sum())
     space = np.empty((len(x) + n_corner, 3))  # if each were a point of its own
     space[: len(x)] = x
     e = np.zeros((6 * n_coplanar, 3), dtype=np.int64)

@@ -11,6 +11,7 @@ from geosurf.errors import SurfaceError
 from geosurf.kernels.contact import CROSSING, FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.mesh import weld
 from geosurf.kernels.naming import name_contacts
+from geosurf.kernels.packed import packed
 from geosurf.kernels.predicates import MAX_COORDINATE, flat_triangles, frame_of, orient3d_rows
 from geosurf.model import TriangleContact, frozen
 
@@ -116,7 +117,7 @@ def _points(x, t, m, w, rows) -> np.ndarray:
     space = np.concatenate([x, np.empty((12, 3))])
     e, d = np.zeros((12, 3), dtype=np.int64), np.zeros((12, 4), dtype=np.int64)
     ids = np.empty((1, 6), dtype=np.int64)
-    name_contacts(space, t, e, d, m, w, rows, ids)
+    name_contacts(space, t, e, d, m, w, packed(rows), ids)
     return space[ids[0, : rows[0, N_CORNER]]]
 
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from geosurf.contact.search import Contacts
 from geosurf.intersect.sides import Piece, Side
-from geosurf.kernels.contact import N_CORNER
 from geosurf.kernels.doubt import doubts_along
 from geosurf.kernels.lift import (
     ASTRAY,
@@ -30,6 +29,7 @@ from geosurf.kernels.lift import (
     lift_points,
 )
 from geosurf.kernels.mesh import weld
+from geosurf.kernels.packed import n_corners
 from geosurf.kernels.resample import SAFETY, resample_runs
 from geosurf.model import Curves
 
@@ -119,8 +119,8 @@ def _faces_of_segments(plain, contacts, rows, offsets) -> np.ndarray:
 
     The last point of a curve takes the faces of the segment before it.
     """
-    lines = contacts.rows[contacts.rows[:, N_CORNER] == 2]
-    ids = contacts.ids[contacts.rows[:, N_CORNER] == 2, :2]
+    two = n_corners(contacts.rows) == 2
+    lines, ids = contacts.rows[two], contacts.ids[two, :2]
     number, count = weld(np.concatenate([plain.local, contacts.x]))
     of_point, of_id = number[: len(plain.local)], number[len(plain.local) :]
     ends = np.sort(of_id[ids], axis=1)

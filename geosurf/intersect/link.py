@@ -12,9 +12,9 @@ import numpy as np
 
 from geosurf.contact.search import Contacts
 from geosurf.kernels.chains import link_segments
-from geosurf.kernels.contact import COPLANAR, N_CORNER
 from geosurf.kernels.gather import number_below
 from geosurf.kernels.linking import overlap_free
+from geosurf.kernels.packed import in_plane, n_corners
 from geosurf.kernels.ranking import sort_places_and_segments, sort_segments
 
 
@@ -39,7 +39,7 @@ def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np
 
     A surface's own edges and corners are no contacts with itself.
     """
-    two = np.flatnonzero(contacts.rows[:, N_CORNER] == 2)
+    two = np.flatnonzero(n_corners(contacts.rows) == 2)
     segments, surfaces = contacts.ids[two, :2], pairs[two]
     own = np.flatnonzero(surfaces[:, 0] == surfaces[:, 1])
     if len(own):
@@ -70,7 +70,7 @@ def _numbered(surfaces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
     """Rows (surface, surface, point) of contacts in a single point, once each."""
-    one = np.flatnonzero(contacts.rows[:, N_CORNER] == 1)
+    one = np.flatnonzero(n_corners(contacts.rows) == 1)
     if len(one) == 0:
         return np.empty((0, 3), dtype=np.int64)
     points, surfaces = contacts.ids[one, :1], pairs[one]
@@ -83,7 +83,7 @@ def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
 
 def pairs_with_areas(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
     """Pairs of surfaces that coincide somewhere over an area."""
-    area = (contacts.rows[:, COPLANAR] == 1) & (contacts.rows[:, N_CORNER] >= 3)
+    area = in_plane(contacts.rows) & (n_corners(contacts.rows) >= 3)
     return np.unique(pairs[area], axis=0) if area.any() else pairs[:0]
 
 

@@ -18,8 +18,8 @@ from geosurf.contact.search import Contacts, find_contacts
 from geosurf.errors import InvariantError
 from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import line_contacts, pairs_of_rows
-from geosurf.kernels.contact import COPLANAR, N_CORNER
 from geosurf.kernels.mesh import edges, pieces
+from geosurf.kernels.packed import in_plane, n_corners
 from geosurf.model import Touch
 
 
@@ -98,7 +98,7 @@ def _arranged(pair):
     piece_one, piece_two = np.split(number.ravel(), [len(one)])
     both = np.intersect1d(piece_one, piece_two)
     rows = contacts.rows
-    area = (rows[:, COPLANAR] == 1) & (rows[:, N_CORNER] >= 3)
+    area = in_plane(rows) & (n_corners(rows) >= 3)
     area &= contacts.surface_of_face[rows[:, 0]] != contacts.surface_of_face[rows[:, 1]]
     mine, others = _pieces(of_one, piece_one), _pieces(of_two, piece_two)
     complete = all(mine[f] & others[g] for f, g in rows[area, :2].tolist())

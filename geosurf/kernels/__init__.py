@@ -17,6 +17,7 @@ file               question                                               source
 `sure`             which pairs could meet otherwise once points are rounded?
 `apart`            which neighbours surely meet in common corners only?   a plane between them
 `contact`          how do two triangles meet?                             Guigue & Devillers 2003
+`packed`           contacts in three numbers
 `naming`           contacts -> named points, and what cuts each face
 `placing`          where are they? sixty-four at a time                   Dekker 1971
 `merging`          which of them are one?

@@ -11,7 +11,7 @@ All of this is asked of two surfaces at a time. Where one of them has one point 
 place in the map, two segments in a face of the other one need not be compared: they lie inside two
 triangles of the first, and no point inside one of these lies in another.
 
-Letters as in `exact`; contacts as in `contact`.
+Letters as in `exact`; contacts as in `packed`.
 """
 
 from __future__ import annotations
@@ -19,13 +19,14 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.contact import (
-    COPLANAR,
-    FACE,
-    FIRST_CODE,
-    N_CORNER,
+from geosurf.kernels.contact import FACE
+from geosurf.kernels.packed import (
+    HOW,
     TRIANGLE_A,
     TRIANGLE_B,
+    code_of,
+    lies_in_plane,
+    n_corner_of,
 )
 
 _MANY = 64  # segments of a face, above which the general way is faster than comparing all
@@ -52,9 +53,10 @@ def _on_one_edge(one, two):
 @scalar
 def _crosses_faces(rows, k):
     """Whether a contact is a segment that runs along no edge."""
-    if rows[k, N_CORNER] != 2 or rows[k, COPLANAR] == 1:
+    how = rows[k, HOW]
+    if n_corner_of(how) != 2 or lies_in_plane(how):
         return False
-    one, two = rows[k, FIRST_CODE], rows[k, FIRST_CODE + 1]
+    one, two = code_of(how, 0), code_of(how, 1)
     return not (_on_one_edge((one >> 3) & 7, (two >> 3) & 7) or _on_one_edge(one & 7, two & 7))
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.kernels._jit import scalar
+from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.exact import N_POINT, N_VERTEX
 from geosurf.kernels.points import hash_of_row, id_beside, slot_at_place
 
@@ -36,6 +36,29 @@ def _short_hash(x, i):
     if x[i, 2] != 0.0:
         h += ((bits[2] ^ (bits[2] >> 32)) & _FOLDED) * 0x0AC564B5
     return h ^ (h >> 31)
+
+
+@entry("d2 -> l1")
+def may_coincide(x):
+    """Rows of places that may be those of another row; nearly all others are left out."""
+    n = x.shape[0]
+    size = 1024
+    while size < _BITS_OF_A_POINT * n:
+        size *= 2
+    once = np.zeros(size // _WORD, dtype=np.uint32)
+    twice = np.zeros(size // _WORD, dtype=np.uint32)
+    place = np.empty(n, dtype=np.int64)
+    for k in range(n):
+        place[k] = (_short_hash(x, k) >> 8) & (size - 1)
+        word, bit = place[k] // _WORD, np.uint32(1 << (place[k] % _WORD))
+        twice[word] |= once[word] & bit
+        once[word] |= bit
+    m = 0
+    for k in range(n):
+        if twice[place[k] // _WORD] & np.uint32(1 << (place[k] % _WORD)) != 0:
+            place[m] = k  # at or before row k
+            m += 1
+    return place[:m].copy()
 
 
 @scalar

@@ -9,7 +9,7 @@ holds it, or a single point (q = support = -1). Both triangles of a contact get
 the point or the segment, so neighbours see the same points on a common edge by
 themselves, and the children conform without any exchange between faces.
 
-Letters as in `exact`, contacts as in `contact`, and
+Letters as in `exact`, contacts as in `packed`, and
     names    hash table of names (`points`): of edge planes, and of points that no list holds
     heads    first point of each list, -1 if there is none: lists of faces, then lists of vertices
     onward   the next point in the list of each
@@ -20,17 +20,17 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.contact import (
-    BY_SECOND,
-    COPLANAR,
-    FACE,
-    FIRST_CODE,
-    N_CORNER,
-    TRIANGLE_A,
-    TRIANGLE_B,
-)
+from geosurf.kernels.contact import BY_SECOND, FACE
 from geosurf.kernels.exact import N_EDGE_PLANE, N_NAME, N_POINT, N_TRIANGLE, N_VERTEX
 from geosurf.kernels.merging import merge_points
+from geosurf.kernels.packed import (
+    HOW,
+    TRIANGLE_A,
+    TRIANGLE_B,
+    code_of,
+    lies_in_plane,
+    n_corner_of,
+)
 from geosurf.kernels.placing import place_points
 from geosurf.kernels.points import EDGE_PLANE, FULL, LPI, edge_plane, file_name, slot_of
 from geosurf.kernels.predicates import normal_axis
@@ -59,7 +59,7 @@ def _count_rows(t, rows):
     for k in range(rows.shape[0]):
         count[rows[k, TRIANGLE_A]] += 1
         count[rows[k, TRIANGLE_B]] += 1
-        n_corner += rows[k, N_CORNER]
+        n_corner += n_corner_of(rows[k, HOW])
     return count, n_corner
 
 
@@ -142,12 +142,12 @@ def _name_corners(x, t, e, d, m, w, rows, count, ids):
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
         names = _with_room(m, names)
-        coplanar = rows[k, COPLANAR] == 1
+        coplanar = lies_in_plane(rows[k, HOW])
         axis = 0
         if coplanar:
             axis, _ = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
-        for c in range(rows[k, N_CORNER]):
-            code = rows[k, FIRST_CODE + c]
+        for c in range(n_corner_of(rows[k, HOW])):
+            code = code_of(rows[k, HOW], c)
             if coplanar:
                 ids[k, c] = _corner_in_plane(t, e, d, m, names, a, b, axis, code)
                 if ids[k, c] == FULL:
@@ -193,8 +193,8 @@ def _edge_records(rows, k, ids, t, e, m, names, tri, of, shift, axis, records, n
     for i in range(3):
         first = -1
         second = -1
-        for c in range(rows[k, N_CORNER]):
-            feature = (rows[k, FIRST_CODE + c] >> shift) & 7
+        for c in range(n_corner_of(rows[k, HOW])):
+            feature = (code_of(rows[k, HOW], c) >> shift) & 7
             if feature == i or feature == (i + 1) % 3 or feature == 3 + i:
                 if first < 0:
                     first = ids[k, c]
@@ -212,7 +212,7 @@ def _edge_records(rows, k, ids, t, e, m, names, tri, of, shift, axis, records, n
 def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
     """Corners and edges of two faces of one plane for each other; -1 if a table is full."""
     a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
-    for c in range(rows[k, N_CORNER]):
+    for c in range(n_corner_of(rows[k, HOW])):
         n = _record(records, n, t, a, ids[k, c], -1, -1)
         n = _record(records, n, t, b, ids[k, c], -1, -1)
     n = _edge_records(rows, k, ids, t, e, m, names, a, b, 0, axis, records, n)
@@ -225,7 +225,7 @@ def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
 def _renumber(number, n_vertex, rows, ids):
     """Give points in `ids` the numbers that they have after merging."""
     for k in range(rows.shape[0]):
-        for c in range(rows[k, N_CORNER]):
+        for c in range(n_corner_of(rows[k, HOW])):
             if ids[k, c] >= n_vertex:
                 ids[k, c] = number[ids[k, c] - n_vertex]
 
@@ -272,13 +272,13 @@ def file_records(x, t, e, m, w, rows, ids, records):
     n = 0
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
-        if rows[k, COPLANAR] == 1:
+        if lies_in_plane(rows[k, HOW]):
             names = _with_room(m, names)
             axis, _ = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
             n = _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n)
             if n < 0:
                 return FULL
-        elif rows[k, N_CORNER] == 2:
+        elif n_corner_of(rows[k, HOW]) == 2:
             n = _record(records, n, t, a, ids[k, 0], ids[k, 1], b)
             n = _record(records, n, t, b, ids[k, 0], ids[k, 1], a)
         else:

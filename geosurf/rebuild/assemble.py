@@ -8,8 +8,8 @@ from geosurf.contact.arrange import Children
 from geosurf.contact.search import Contacts
 from geosurf.errors import InvariantError
 from geosurf.kernels import strips as kernels
-from geosurf.kernels.contact import COPLANAR, N_CORNER
 from geosurf.kernels.mesh import edges, join_pairs, numbered_in_order, patches_and_rim, weld
+from geosurf.kernels.packed import in_plane, n_corners
 from geosurf.kernels.strips import find_runs, join_runs, lowest_keys, runs_of_keys
 from geosurf.model import TriSurface
 from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
@@ -228,7 +228,7 @@ def _twins(contacts: Contacts, t, surface, face) -> tuple[np.ndarray, np.ndarray
     """
     twin, owners = np.arange(len(t)), surface.copy()
     rows = contacts.rows
-    area = rows[(rows[:, COPLANAR] == 1) & (rows[:, N_CORNER] >= 3), :2]
+    area = rows[in_plane(rows) & (n_corners(rows) >= 3), :2]
     if len(area) == 0:
         return twin, owners
     marked = np.zeros(len(contacts.t) + 1, dtype=bool)  # the last one for face -1

@@ -19,8 +19,9 @@ from geosurf.contact.arrange import Children, cut_contacts
 from geosurf.contact.search import Contacts, find_contacts
 from geosurf.conventions import place
 from geosurf.errors import RoundingError, SurfaceError
-from geosurf.kernels.contact import FACE, FIRST_CODE, N_CORNER
+from geosurf.kernels.contact import FACE
 from geosurf.kernels.mesh import turned_over
+from geosurf.kernels.packed import codes, n_corners
 from geosurf.kernels.predicates import frame_of
 from geosurf.model import TriSurface
 from geosurf.rebuild.assemble import first_of_equals
@@ -107,10 +108,9 @@ def _on_rims(contacts: Contacts) -> np.ndarray:
     in common, nor for a surface's own neighbours. What is moved must not depend on that.
     """
     rows = contacts.rows
-    codes = rows[:, FIRST_CODE:]
-    used = np.arange(6) < rows[:, N_CORNER, None]
-    rims = (((codes >> 3 & 7) < FACE) & ((codes & 7) < FACE) | ~used).all(axis=1)
-    no_area: np.ndarray = rows[:, N_CORNER] < 3
+    found = codes(rows)
+    rims = (((found >> 3 & 7) < FACE) & ((found & 7) < FACE) | (found < 0)).all(axis=1)
+    no_area: np.ndarray = n_corners(rows) < 3
     return rims & no_area
 
 

@@ -18,8 +18,8 @@ import numpy as np
 from geosurf.contact.arrange import Children
 from geosurf.contact.crossing import crossing_pairs
 from geosurf.contact.search import ULP, Contacts
-from geosurf.kernels.contact import COPLANAR
 from geosurf.kernels.mesh import weld
+from geosurf.kernels.packed import in_plane
 from geosurf.kernels.sure import unsure_pairs
 from geosurf.kernels.thin import thin_children
 from geosurf.kernels.voxels import triangle_boxes
@@ -54,7 +54,7 @@ def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
 def _thin(contacts: Contacts, children: Children, pieces, face) -> np.ndarray:
     """Children thinner than what rounding can do, given the flattest contact of their face."""
     x, n = children.x, len(children.triangles)
-    pairs = contacts.rows[contacts.rows[:, COPLANAR] == 0, :2]
+    pairs = contacts.rows[~in_plane(contacts.rows), :2]
     # constructed points lie in faces that are cut; which others are kept depends on the search
     corners = contacts.x[contacts.t[children.cut]]
     reach = _SAFETY * ULP * float(np.abs(corners).max(initial=0.0))

@@ -20,7 +20,7 @@ import numpy as np
 from geosurf import build_walls, carve_units, intersect_surfaces, rebuild_surfaces
 from geosurf.contact.search import find_contacts
 from geosurf.errors import GeosurfError
-from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_CORNER
+from geosurf.kernels.packed import codes, in_plane, n_corners
 from tests import oracles
 from tests.strategies import soup
 
@@ -50,9 +50,9 @@ def our_pairs(surfaces):
     first = np.cumsum([0] + [s.n_triangle for s in surfaces])
     faces = first[found.surface_of_face] + found.key_of_face
     rows = np.sort(faces[found.rows[:, :2]], axis=1)
-    codes, used = found.rows[:, FIRST_CODE:], np.arange(6) < found.rows[:, N_CORNER, None]
-    corners = (((codes >> 3 & 7) < 3) & ((codes & 7) < 3) | ~used).all(axis=1)
-    area = (found.rows[:, COPLANAR] == 1) & (found.rows[:, N_CORNER] > 2)
+    code = codes(found.rows)
+    corners = (((code >> 3 & 7) < 3) & ((code & 7) < 3) | (code < 0)).all(axis=1)
+    area = in_plane(found.rows) & (n_corners(found.rows) > 2)
     own = np.diff(found.surface_of_face[found.rows[:, :2]], axis=1)[:, 0] == 0
     plain = not (area & ~own).any()
     return {tuple(row) for row in rows[~corners].tolist()}, plain

@@ -13,7 +13,15 @@ from geosurf import TriSurface
 from geosurf.contact import gather
 from geosurf.contact.search import find_contacts
 from geosurf.contact.tree import Tree, apart
-from geosurf.kernels.gather import number_below, number_by_bits, order_by_faces
+from geosurf.kernels.gather import number_below, number_in_place
+from geosurf.kernels.packed import (
+    codes,
+    in_plane,
+    n_corners,
+    pack_settled,
+    packed,
+    sorted_by_faces,
+)
 from geosurf.kernels.points import lpi_plainly
 from geosurf.kernels.upright import OPEN, _range_on
 from geosurf.model import Lattice
@@ -134,9 +142,17 @@ def watched(function, seen):
 def test_numbers_of_keys_are_their_ranks(keys):
     keys = np.array(keys, dtype=np.int64)
     expected = np.unique(keys, return_inverse=True)
-    for number in (number_by_bits, number_below):
-        for found, right in zip(number(keys, 201), expected, strict=True):
-            np.testing.assert_array_equal(found, right.reshape(-1))
+    for found, right in zip(number_below(keys, 201), expected, strict=True):
+        np.testing.assert_array_equal(found, right.reshape(-1))
+
+
+@pytest.mark.parametrize("limit", [2000, 10**14])
+def test_keys_in_some_columns_of_a_table_become_their_ranks(rng, limit):
+    table = rng.integers(0, limit, (300, 3))
+    keys, number = np.unique(table[:, :2], return_inverse=True)
+    last = table[:, 2].copy()
+    np.testing.assert_array_equal(number_in_place(table, 2, limit), keys)
+    np.testing.assert_array_equal(table, np.column_stack([number.reshape(-1, 2), last]))
 
 
 def test_few_keys_of_many_are_sorted():
@@ -147,8 +163,26 @@ def test_few_keys_of_many_are_sorted():
 @pytest.mark.parametrize("n_face", [1, 3, 40])
 def test_rows_are_ordered_by_both_faces(rng, n_face):
     rows = rng.permutation(np.stack(np.divmod(np.arange(n_face * 50), 50), axis=1))[: 25 * n_face]
-    order = order_by_faces(rows, n_face)
-    np.testing.assert_array_equal(order, np.lexsort((rows[:, 1], rows[:, 0])))
+    rows = np.column_stack([rows, rng.integers(0, 9, len(rows))])
+    for width in (2, 3):
+        some = np.ascontiguousarray(rows[:, :width])
+        expected = some[np.lexsort((rows[:, 1], rows[:, 0]))]
+        np.testing.assert_array_equal(sorted_by_faces(some, n_face), expected)
+
+
+def test_contacts_are_packed_and_unpacked(rng):
+    n = rng.integers(0, 7, 200)
+    code = np.where(np.arange(6) < n[:, None], rng.integers(0, 128, (200, 6)), -1)
+    rows = np.column_stack([rng.integers(0, 99, (200, 2)), rng.integers(0, 2, (200, 2)), n, code])
+    found = packed(rows)
+    np.testing.assert_array_equal(found[:, :2], rows[:, :2])
+    np.testing.assert_array_equal(in_plane(found), rows[:, 2] == 1)
+    np.testing.assert_array_equal(n_corners(found), n)
+    np.testing.assert_array_equal(codes(found), code)
+    two = rows[(n == 2) & (rows[:, 2] == 0) & (code[:, :2].max(axis=1) < 64)]
+    settled = np.column_stack([two[:, :2], 64 * two[:, 5] + two[:, 6]])
+    pack_settled(settled)
+    np.testing.assert_array_equal(settled, packed(two))
 
 
 def test_points_that_doubles_place_are_the_next_doubles(rng):

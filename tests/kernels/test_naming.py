@@ -8,9 +8,9 @@ from hypothesis import given, settings
 
 from geosurf import TriSurface
 from geosurf.contact.search import find_contacts
-from geosurf.kernels.contact import N_CORNER
 from geosurf.kernels.doubled import doubled_rows
 from geosurf.kernels.naming import name_contacts
+from geosurf.kernels.packed import n_corners
 from geosurf.kernels.placing import LANES
 from geosurf.kernels.points import FULL
 from tests.kernels.test_signs import SCALES, dot, minus, plane, position
@@ -35,7 +35,7 @@ def check(contacts):
     mine = [exact[i] for i in (*used.tolist(), *constructed)]
     assert len(set(mine)) == len(mine)
     for row, ids in zip(contacts.rows, contacts.ids, strict=True):
-        n = row[N_CORNER]
+        n = n_corners(row[None])[0]
         assert len(set(ids[:n].tolist())) == n
         assert set(ids[n:].tolist()) <= {-1}
         for face in row[:2].tolist():

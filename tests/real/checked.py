@@ -24,7 +24,7 @@ import numpy as np
 from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
 from geosurf.contact.search import find_contacts
 from geosurf.errors import GeosurfError, InvariantError
-from geosurf.kernels.contact import COPLANAR, N_CORNER
+from geosurf.kernels.packed import in_plane, n_corners
 from tests import oracles
 
 KINDS = ("random", "lattice", "lattice triple", "catalogue", "structured", "random triple")
@@ -85,9 +85,10 @@ def kinds_of(first: TriSurface, second: TriSurface) -> set[tuple[int, int, str]]
     turned = found.surface_of_face[faces[:, 0]] == 1
     faces = np.where(turned[:, None], faces[:, ::-1], faces)
     out = set()
-    for (a, b), row in zip(found.key_of_face[faces].tolist(), rows, strict=True):
-        word = ("point", "segment", "area")[min(int(row[N_CORNER]), 3) - 1]
-        out.add((a, b, f"coplanar {word}" if row[COPLANAR] else word))
+    each = found.key_of_face[faces].tolist(), n_corners(rows), in_plane(rows)
+    for (a, b), n, flat in zip(*each, strict=True):
+        word = ("point", "segment", "area")[min(int(n), 3) - 1]
+        out.add((a, b, f"coplanar {word}" if flat else word))
     return out
 
 
