@@ -60,8 +60,7 @@ def first_seen(keys):
     return found[:count].copy(), number
 
 
-WORD = 32  # keys of a word of bits
-GROUP = 4  # words that are counted together: a table of counts for each would be as large as they
+WORD = 32  # keys whose bits are in one number, below the count of those before
 
 
 @scalar
@@ -130,36 +129,25 @@ def number_in_place(table: np.ndarray, n_column: int, limit: int) -> np.ndarray:
     return found
 
 
-@scalar
-def _ones_before(bits, before, key):
-    """How many keys are there below one."""
-    word = key // WORD
-    count = _ones(np.int64(bits[word]) & ((1 << (key % WORD)) - 1))
-    for i in range(word // GROUP * GROUP, word):
-        count += _ones(np.int64(bits[i]))
-    return before[word // GROUP] + count
-
-
 @entry("l2 l l -> l1")
 def number_by_bits(table, n_column, limit):
     """`number_in_place` by a bit for each possible key."""
-    n_group = limit // (WORD * GROUP) + 1
-    bits = np.zeros(n_group * GROUP, dtype=np.uint32)
+    words = np.zeros(limit // WORD + 1, dtype=np.int64)
     for k in range(table.shape[0]):
         for column in range(n_column):
             key = table[k, column]
-            bits[key // WORD] |= np.uint32(1 << (key % WORD))
-    before = np.empty(n_group, dtype=np.int64)
+            words[key // WORD] |= 1 << (key % WORD)
     count = 0
-    for group in range(n_group):
-        before[group] = count
-        for word in range(group * GROUP, (group + 1) * GROUP):
-            count += _ones(np.int64(bits[word]))
+    for i in range(words.shape[0]):  # how many there are before goes beside the bits
+        bits = words[i]
+        words[i] = (count << WORD) + bits
+        count += _ones(bits)
     found = np.empty(count, dtype=np.int64)
     for k in range(table.shape[0]):
         for column in range(n_column):
             key = table[k, column]
-            number = _ones_before(bits, before, key)
+            word = words[key // WORD]
+            number = (word >> WORD) + _ones(word & ((1 << (key % WORD)) - 1))
             found[number] = key
             table[k, column] = number
     return found
