@@ -142,9 +142,10 @@ def _one_table(found, first_key: np.ndarray) -> np.ndarray:
     start = np.cumsum([0] + [len(rows) for _, _, rows in found])
     pairs = np.empty((start[-1], 3), dtype=np.int64)
     for (i, j, rows), a, b in zip(found, start[:-1], start[1:], strict=True):
-        np.add(rows[:, 0], first_key[i], out=pairs[a:b, 0])
-        np.add(rows[:, 1], first_key[j], out=pairs[a:b, 1])
-        pairs[a:b, 2] = rows[:, 2] if rows.shape[1] > 2 else OPEN
+        pairs[a:b, : rows.shape[1]] = rows
+        pairs[a:b, rows.shape[1] :] = OPEN
+        pairs[a:b, 0] += first_key[i]
+        pairs[a:b, 1] += first_key[j]
     return pairs
 
 

@@ -5,8 +5,8 @@ for six corners, are eleven numbers; three are read from memory in a quarter of 
 
 Notation
     rows   contacts, int64 (n, 3), columns below
-    how    number of corners (3 bits), whether the faces lie in one plane (1 bit), and for each
-           corner its code (7 bits), the first one lowest
+    how    number of corners (3 bits), whether the faces lie in one plane and whether they cross
+           (1 bit each), and for each corner its code (7 bits), the first one lowest
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_CORNER
+from geosurf.kernels.contact import COPLANAR, CROSSING, FIRST_CODE, N_CORNER
 
 TRIANGLE_A, TRIANGLE_B, HOW = 0, 1, 2
-_CORNERS, _IN_PLANE = 7, 8  # masks
-_FIRST, _CODE = 4, 7  # bits before the codes, and of each
+_CORNERS, _IN_PLANE, _CROSSING = 7, 8, 16  # masks
+_FIRST, _CODE = 5, 7  # bits before the codes, and of each
 _FEW = 32  # contacts of a face that are sorted by insertion
 
 
@@ -69,7 +69,9 @@ def packed(rows):
     """Contacts of `contact` in three numbers."""
     out = np.empty((rows.shape[0], 3), dtype=np.int64)
     for k in range(rows.shape[0]):
-        how = rows[k, N_CORNER] + (_IN_PLANE if rows[k, COPLANAR] == 1 else 0)
+        how = rows[k, N_CORNER]
+        how += _IN_PLANE if rows[k, COPLANAR] == 1 else 0
+        how += _CROSSING if rows[k, CROSSING] == 1 else 0
         for corner in range(rows[k, N_CORNER]):
             how += rows[k, FIRST_CODE + corner] << (_FIRST + _CODE * corner)
         out[k, TRIANGLE_A], out[k, TRIANGLE_B], out[k, HOW] = rows[k, 0], rows[k, 1], how
@@ -78,10 +80,10 @@ def packed(rows):
 
 @entry("l2 -> .")
 def pack_settled(rows):
-    """Pack how faces meet in two points, where rows have ``64 * first + second`` of the codes."""
+    """Pack how faces cross in two points, where rows have ``64 * first + second`` of the codes."""
     for k in range(rows.shape[0]):
         one, two = rows[k, HOW] >> 6, rows[k, HOW] & 63
-        rows[k, HOW] = 2 + (one << _FIRST) + (two << (_FIRST + _CODE))
+        rows[k, HOW] = 2 + _CROSSING + (one << _FIRST) + (two << (_FIRST + _CODE))
 
 
 @scalar

@@ -25,17 +25,29 @@ _LEAST = 1e-290  # so that nothing is divided by less
 
 @scalar
 def _comes_after(x, i, j):
-    """Whether place i comes after place j: by easting, then northing, then elevation."""
-    if x[i, 0] != x[j, 0]:
-        return x[i, 0] > x[j, 0]
+    """Whether place i comes after place j of the same easting: by northing, then elevation."""
     if x[i, 1] != x[j, 1]:
         return x[i, 1] > x[j, 1]
     return x[i, 2] > x[j, 2]
 
 
 @scalar
-def _insert(x, order, low, high):
-    """Sort a short part of an order."""
+def _insert(x, easting, order, low, high):
+    """Sort a short part of an order; eastings go along, for places lie all over the memory."""
+    for k in range(low + 1, high):
+        i, east = order[k], easting[k]
+        j = k - 1
+        while j >= low and (
+            easting[j] > east or (easting[j] == east and _comes_after(x, order[j], i))
+        ):
+            order[j + 1], easting[j + 1] = order[j], easting[j]
+            j -= 1
+        order[j + 1], easting[j + 1] = i, east
+
+
+@scalar
+def _insert_alike(x, order, low, high):
+    """Sort a short part of an order, of places of one easting."""
     for k in range(low + 1, high):
         i = order[k]
         j = k - 1
@@ -73,14 +85,14 @@ def _sort_crowd(x, order, low, high):
     while low < high:
         end = _end_of_ties(x, 0, order, low, high)
         if end - low <= _SHORT:
-            _insert(x, order, low, end)
+            _insert_alike(x, order, low, end)
             low = end
             continue
         _sort_by(x, 1, order, low, end)
         while low < end:
             stop = _end_of_ties(x, 1, order, low, end)
             if stop - low <= _SHORT:
-                _insert(x, order, low, stop)
+                _insert_alike(x, order, low, stop)
             else:
                 _sort_by(x, 2, order, low, stop)
             low = stop
@@ -115,18 +127,20 @@ def _ordered_points(x, segments):
         start[min(int((x[points[k], 0] - low) * pace), n - 1) + 1] += 1
     for bucket in range(n):
         start[bucket + 1] += start[bucket]
-    order = np.empty(n, dtype=np.int32)
+    order, easting = np.empty(n, dtype=np.int32), np.empty(n)
     for k in range(n):  # each start moves to where the next bucket begins
-        bucket = min(int((x[points[k], 0] - low) * pace), n - 1)
-        order[start[bucket]] = points[k]
-        start[bucket] += 1
+        east = x[points[k], 0]
+        bucket = min(int((east - low) * pace), n - 1)
+        at = start[bucket]
+        order[at], easting[at] = points[k], east
+        start[bucket] = at + 1
     begin = 0
     for bucket in range(n):
         end = start[bucket]
         if end - begin > _SHORT:
             _sort_crowd(x, order, begin, end)
         elif end - begin > 1:
-            _insert(x, order, begin, end)
+            _insert(x, easting, order, begin, end)
         begin = end
     return order
 
