@@ -12,8 +12,10 @@ from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import (
     are_plain,
     canonical,
+    canonical_by_keys,
     line_contacts,
     link,
+    pair_keys,
     pairs_of_rows,
     pairs_with_areas,
     touching_points,
@@ -127,11 +129,12 @@ def curves_of(contacts: Contacts) -> Curves:
     -------
     Curves
     """
-    pairs = pairs_of_rows(contacts)
+    names = tuple(s.name for s in contacts.surfaces)
     if are_plain(contacts):
-        places, segments, surfaces = canonical(contacts.x, contacts.ids[:, :2], pairs)
-        names = tuple(s.name for s in contacts.surfaces)
-        return _linked(names, contacts.origin, places, segments, surfaces, [], contacts.cost)
+        keys = pair_keys(contacts), len(names)
+        sorted_all = canonical_by_keys(contacts.x, contacts.ids[:, :2], *keys)
+        return _linked(names, contacts.origin, *sorted_all, [], contacts.cost)
+    pairs = pairs_of_rows(contacts)
     segments, surfaces = line_contacts(contacts, pairs)
     touching = touching_points(contacts, pairs)
     segments, surfaces = split_overlaps(contacts, segments, surfaces, touching)
@@ -149,7 +152,6 @@ def curves_of(contacts: Contacts) -> Curves:
         local.append(overlap.local)
     points, segments, surfaces = canonical(np.concatenate(local), segments, surfaces)
     touches += _isolated(contacts, touching, points, segments, surfaces, inside)
-    names = tuple(s.name for s in contacts.surfaces)
     return _linked(names, contacts.origin, points, segments, surfaces, touches, contacts.cost)
 
 

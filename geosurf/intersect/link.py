@@ -13,15 +13,21 @@ import numpy as np
 from geosurf.contact.search import Contacts
 from geosurf.kernels.chains import link_segments
 from geosurf.kernels.gather import number_below
-from geosurf.kernels.linking import overlap_free
+from geosurf.kernels.linking import overlap_free, pairs_of_surfaces
 from geosurf.kernels.packed import in_plane, n_corners
 from geosurf.kernels.ranking import sort_places_and_segments, sort_segments
 
 
 def pairs_of_rows(contacts: Contacts) -> np.ndarray:
     """Surface rows (lower first) of each contact, int64 (n_contact, 2)."""
-    one, two = (contacts.surface_of_face[contacts.rows[:, side]] for side in range(2))
-    return np.stack([np.minimum(one, two), np.maximum(one, two)], axis=1)
+    return np.stack(np.divmod(pair_keys(contacts), len(contacts.surfaces)), axis=1)
+
+
+def pair_keys(contacts: Contacts) -> np.ndarray:
+    """Pair of surfaces of each contact as one number, ``n_surface * lower + upper``."""
+    n_surface = len(contacts.surfaces)
+    keys: np.ndarray = pairs_of_surfaces(contacts.surface_of_face, contacts.rows, n_surface)
+    return keys
 
 
 def are_plain(contacts: Contacts) -> bool:
@@ -56,16 +62,21 @@ def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np
 
 def _once(segments, surfaces, n_point):
     """Each segment of each pair once, lower point first, sorted by surfaces and then points."""
-    pairs, pair = _numbered(surfaces)
+    pairs, pair = _numbered(*_keys(surfaces))
     segments, first = sort_segments(segments, pair, n_point, len(pairs))
     return segments, np.repeat(pairs, np.diff(first), axis=0)
 
 
-def _numbered(surfaces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distinct pairs of surfaces, sorted, and the number of each pair among them."""
+def _keys(surfaces: np.ndarray) -> tuple[np.ndarray, int]:
+    """Pairs of surfaces as numbers, ``n_surface * lower + upper``, and `n_surface`."""
     n_surface = int(surfaces.max(initial=0)) + 1
-    keys, number = number_below(surfaces[:, 0] * n_surface + surfaces[:, 1], n_surface**2)
-    return np.stack(np.divmod(keys, n_surface), axis=1), number
+    return surfaces[:, 0] * n_surface + surfaces[:, 1], n_surface
+
+
+def _numbered(keys: np.ndarray, n_surface: int) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct pairs of surfaces, sorted, and the number of each pair among them."""
+    found, number = number_below(keys, n_surface**2)
+    return np.stack(np.divmod(found, n_surface), axis=1), number
 
 
 def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
@@ -89,7 +100,12 @@ def pairs_with_areas(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
 
 def canonical(local: np.ndarray, segments: np.ndarray, surfaces: np.ndarray):
     """Points in use, sorted by coordinates; segments and surfaces renumbered and sorted."""
-    pairs, pair = _numbered(surfaces)
+    return canonical_by_keys(local, segments, *_keys(surfaces))
+
+
+def canonical_by_keys(local: np.ndarray, segments: np.ndarray, keys: np.ndarray, n_surface: int):
+    """`canonical` for pairs of surfaces as numbers, see `pair_keys`."""
+    pairs, pair = _numbered(keys, n_surface)
     places, segments, first = sort_places_and_segments(local, segments, pair, len(pairs))
     return places, segments, np.repeat(pairs, np.diff(first), axis=0)
 

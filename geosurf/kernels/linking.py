@@ -135,6 +135,16 @@ def _may_overlap(x, ids, i, k):
     )
 
 
+@entry("l1 l2 l -> l1")
+def pairs_of_surfaces(surface, rows, n_surface):
+    """Number of the pair of surfaces of each contact: ``n_surface * lower + upper``."""
+    out = np.empty(rows.shape[0], dtype=np.int64)
+    for k in range(rows.shape[0]):
+        one, two = surface[rows[k, TRIANGLE_A]], surface[rows[k, TRIANGLE_B]]
+        out[k] = n_surface * min(one, two) + max(one, two)
+    return out
+
+
 @entry("d2 l1 b1 l2 l2 -> l")
 def overlap_free(x, surface, graph, rows, ids):
     """1 if contacts are segments, each once, that can hold no end of another one inside, else 0.
