@@ -8,6 +8,7 @@ Notation
     nodes      points of one pair, rising; `number` is the place of a point among them, or -1
     offsets    first link of each node, and one behind the last
     links      node at the other end of each link; partner: the same link seen from there
+Numbers of nodes and links are kept in 32 bits, since tables of 64 leave the nearer cache.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ def _nodes_of(segments, number):
     n = segments.shape[0]
     for s in range(n):
         number[segments[s, 0]] = _LOWER
-    upper = np.empty(n, dtype=np.int64)
+    upper = np.empty(n, dtype=np.int32)
     n_upper = 0
     for s in range(n):
         if number[segments[s, 1]] == -1:
@@ -33,7 +34,7 @@ def _nodes_of(segments, number):
             upper[n_upper] = segments[s, 1]
             n_upper += 1
     upper = np.sort(upper[:n_upper])  # mostly few: others are lower points, which rise already
-    nodes = np.empty(n + n_upper, dtype=np.int64)
+    nodes = np.empty(n + n_upper, dtype=np.int32)
     count, k = 0, 0
     for s in range(n):
         point = segments[s, 0]
@@ -55,15 +56,15 @@ def _nodes_of(segments, number):
 def _links_of(segments, number, n_node):
     """Links of the nodes of one pair: offsets, links, partner."""
     n = segments.shape[0]
-    offsets = np.zeros(n_node + 1, dtype=np.int64)
+    offsets = np.zeros(n_node + 1, dtype=np.int32)
     for s in range(n):
         offsets[number[segments[s, 0]] + 1] += 1
         offsets[number[segments[s, 1]] + 1] += 1
     for i in range(n_node):
         offsets[i + 1] += offsets[i]
     fill = offsets[:-1].copy()
-    links = np.empty(2 * n, dtype=np.int64)
-    partner = np.empty(2 * n, dtype=np.int64)
+    links = np.empty(2 * n, dtype=np.int32)
+    partner = np.empty(2 * n, dtype=np.int32)
     for s in range(n):
         a, b = number[segments[s, 0]], number[segments[s, 1]]
         p = fill[a]
@@ -82,8 +83,8 @@ def _walk(start, first, offsets, links, partner, used, out, n):
     n += 1
     link = first
     while True:
-        used[link] = 1
-        used[partner[link]] = 1
+        used[link] = True
+        used[partner[link]] = True
         node = links[link]
         out[n] = node
         n += 1
@@ -98,7 +99,7 @@ def _walk(start, first, offsets, links, partner, used, out, n):
 @scalar
 def _chains_of(offsets, links, partner, out, starts):
     """Chains of one pair as nodes, written to `out` and `starts`; their number and length."""
-    used = np.zeros(links.shape[0], dtype=np.int64)
+    used = np.zeros(links.shape[0], dtype=np.bool_)
     count, size = 0, 0
     for plain in range(2):
         for node in range(offsets.shape[0] - 1):
@@ -108,7 +109,7 @@ def _chains_of(offsets, links, partner, out, starts):
             while True:
                 best = -1
                 for link in range(offsets[node], offsets[node + 1]):
-                    if used[link] == 0 and (best < 0 or links[link] < links[best]):
+                    if not used[link] and (best < 0 or links[link] < links[best]):
                         best = link
                 if best < 0:
                     break
@@ -128,7 +129,7 @@ def link_segments(segments, first, n_point):
     lowest point towards its lower neighbour.
     """
     n = segments.shape[0]
-    number = np.full(n_point, -1, dtype=np.int64)
+    number = np.full(n_point, -1, dtype=np.int32)
     out = np.empty(2 * n, dtype=np.int64)
     offsets = np.empty(n + 1, dtype=np.int64)
     pair_of_chain = np.empty(n, dtype=np.int64)

@@ -81,18 +81,18 @@ def _suspects(x, t, m, count):
         once[word] |= bit
     found = np.empty(n_vertex + n_point, dtype=np.int64)
     n = 0
-    seen = np.zeros(n_vertex, dtype=np.bool_)
+    asked = np.zeros(n_vertex, dtype=np.bool_)
     for face in range(t.shape[0]):
-        for c in range(3 if count[face] > 0 else 0):
-            i = t[face, c]
-            if not seen[i]:
-                seen[i] = True
-                h = (_short_hash(x, i) >> 8) & (size - 1)
-                word, bit = h // _WORD, np.uint32(1 << (h % _WORD))
-                if once[word] & bit != 0:
-                    twice[word] |= bit
-                    found[n] = i
-                    n += 1
+        if count[face] > 0:
+            asked[t[face, 0]] = asked[t[face, 1]] = asked[t[face, 2]] = True
+    for i in range(n_vertex):
+        if asked[i]:
+            h = (_short_hash(x, i) >> 8) & (size - 1)
+            word, bit = h // _WORD, np.uint32(1 << (h % _WORD))
+            if once[word] & bit != 0:
+                twice[word] |= bit
+                found[n] = i
+                n += 1
     n_corner = n
     for k in range(n_point):
         if twice[place[k] // _WORD] & np.uint32(1 << (place[k] % _WORD)) != 0:
