@@ -92,7 +92,7 @@ def number_below(keys: np.ndarray, limit: int) -> tuple[np.ndarray, np.ndarray]:
     >>> number_below(np.array([7, 3, 7]), 8)
     (array([3, 7]), array([1, 0, 1]))
     """
-    number = np.array(keys, dtype=np.int64).reshape(-1, 1)
+    number = np.reshape(np.array(keys, dtype=np.int64), (-1, 1))
     return number_in_place(number, 1, limit), number[:, 0]
 
 
@@ -124,8 +124,8 @@ def number_in_place(table: np.ndarray, n_column: int, limit: int) -> np.ndarray:
     if limit <= 512 * n_column * len(table) + (1 << 20):
         found: np.ndarray = number_by_bits(table, n_column, limit)
         return found
-    found, number = number_keys(table[:, :n_column].reshape(-1))
-    table[:, :n_column] = number.reshape(-1, n_column)
+    found, number = number_keys(np.reshape(table[:, :n_column], -1))
+    table[:, :n_column] = np.reshape(number, (-1, n_column))
     return found
 
 
