@@ -80,6 +80,14 @@ corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
             r"is given for block 'F1\+' of A/B twice; delete one",
         ),
         ('[[contacts]]\nname = "OWC"\nelevation_m = -1\nzones = "A/B"', "must be a list of names"),
+        (
+            '[[contacts]]\nname = "OWC"\nelevation_m = -1\nzones = ["Top/Bas"]',
+            r"toml: contacts\['OWC'\]: 'Top/Bas' is no zone; there are 'above Top'.* mean 'Top/B",
+        ),
+        (
+            '[[contacts]]\nname = "OWC"\nelevation_m = -1\nblock = "F7+"',
+            r"block 'F7\+' is not made of sides of faults; there are 'F1\+', 'F1-'\. Did you mean",
+        ),
         ("[aoi]", "aoi: give file or corners_m, one of them"),
         ("[aoi]\ncorners_m = [[0, 1], [2]]", r"corners_m is .* must be three or more corners"),
         ("remnants_below_m3 = -1", "it must be a number, 0 or above"),
@@ -99,7 +107,8 @@ def test_contacts_of_some_zones(folder):
     assert {u.zone for u in units.values() if u.contact} == {"Top/Base"}
     units = read_scenario(scenario(folder, one + two)).scene().units
     assert {u.zone for u in units.values() if u.contact} == {"Top/Base", "below Base"}
-    scene = read_scenario(scenario(folder, one.replace("Base", "Bas"))).scene()
+    scene = read_scenario(scenario(folder, one)).scene()
+    scene = scene.replace(contacts={"OWC": gs.Contact(-2050.0, "Top/Bas")})
     with pytest.raises(InputError, match=r"zone 'Top/Bas', which is none of \['above Top'"):
         scene.patches  # noqa: B018
     assert [step.stage for step in scene.steps if step.stage == "rebuild"] == []

@@ -7,10 +7,13 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from geosurf.carve.column import names_of_zones
+from geosurf.carve.fluids import parse_sides
 from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import read_truncations
 from geosurf.model import Contact
+from geosurf.model.column import ELSEWHERE
 from geosurf.read import read_fault, read_horizon
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.sealed import scene_of_sealed
@@ -89,6 +92,7 @@ def _check_names(scenario: Scenario) -> None:
                     "rename one."
                 )
             seen[entry.name] = kind
+    _check_contacts(scenario, place)
     try:
         read_truncations(truncations_of(scenario), [entry.name for entry in scenario.faults])
     except InputError as error:
@@ -138,6 +142,31 @@ def _check_places(scenario: Scenario, place: Place) -> None:
     aoi = scenario.aoi
     if aoi is not None and (aoi.file is None) == (aoi.corners_m is None):
         place.refuse("aoi: give file or corners_m, one of them.")
+
+
+def _check_contacts(scenario: Scenario, place: Place) -> None:
+    """Zones and sides of faults that contacts are given for exist, before anything is read."""
+    if not scenario.contacts:
+        return
+    try:
+        zones = names_of_zones([entry.name for entry in scenario.horizons])
+    except InputError as error:
+        place.refuse(str(error))
+    faults = [entry.name for entry in scenario.faults]
+    sides = [name + sign for name in faults for sign in "+-"]
+    for entry in scenario.contacts:
+        label = f"contacts[{entry.name!r}]"
+        for zone in entry.zones:
+            if zone not in zones:
+                known = ", ".join(map(repr, zones))
+                guess = did_you_mean(zone, zones)
+                place.refuse(f"{label}: {zone!r} is no zone; there are {known}.{guess}")
+        if entry.block not in (None, ELSEWHERE) and parse_sides(entry.block, faults) is None:
+            known = ", ".join(map(repr, sides)) or "none"
+            place.refuse(
+                f"{label}: block {entry.block!r} is not made of sides of faults; there are {known}."
+                f"{did_you_mean(entry.block, sides)}"
+            )
 
 
 def _contacts(scenario: Scenario) -> dict[str, list[Contact]]:
