@@ -21,6 +21,7 @@ from geosurf.sheets.heights import Heights
 from geosurf.sheets.links import FALLING, RISING, Cuts, within
 from geosurf.sheets.mesh import Torn, Triangles, tear
 from geosurf.sheets.near import mesh_blocks, side_at_own_height
+from geosurf.sheets.noise import scale_of
 from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.traces import mesh_in_frame
 
@@ -316,8 +317,9 @@ def carry_picks(
         if state.bent is not None:
             past = partial(state.bent.only(_overlapping(state)).of, frame)
         return ghost_heights(
-            torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed, past
-        )
+            torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed, past,
+            scale_of(weight),
+        )  # fmt: skip
 
     return carry_on
 

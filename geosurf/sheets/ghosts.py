@@ -13,6 +13,7 @@ import numpy as np
 from geosurf.sheets.drape import around
 from geosurf.sheets.links import EAST, NORTH
 from geosurf.sheets.mesh import Torn, Triangles, outer_edges
+from geosurf.sheets.noise import scale_of
 from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.solve import STRETCH, Graph, lattice_graph, smoothest
 
@@ -30,10 +31,12 @@ def ghost_heights(
     cell: float,
     fixed: dict[int, float],
     bent: Callable[..., np.ndarray] | None = None,
+    scale: float = 1.0,
 ) -> np.ndarray:
     """Heights (n_ghost,) of all ghosts; `fixed` has those that data give.
 
-    `bent(nodes, anchors)` is what they and the sheet are bent by at tips: only the rest is smooth.
+    `bent(nodes, anchors)` is what they and the sheet are bent by at tips: only the rest is smooth;
+    `scale` is that of the sheet.
     """
     n_ghost = len(torn.anchor)
     if n_ghost == 0:
@@ -58,10 +61,13 @@ def ghost_heights(
     target = HOLD * (heights[anchor] - (0.0 if bent is None else bent(anchor)))
     rows = number[lost[:, 1]]
     lost, rows = lost[rows >= 0], rows[rows >= 0]
-    np.add.at(pull, rows, STRETCH**2)
-    np.add.at(target, rows, STRETCH**2 * value[lost[:, 0]])
+    drawn = (STRETCH / scale**2) ** 2
+    np.add.at(pull, rows, drawn)
+    np.add.at(target, rows, drawn * value[lost[:, 0]])
     out = value[len(nodes) :]
-    out[free] = smoothest(graph, number, value, stretch, pull=pull, target=target / pull)
+    out[free] = smoothest(
+        graph, number, value, stretch, pull=pull, target=target / pull, scale=scale
+    )
     out += bend[len(nodes) :]
     out[given] = picked
     return _apart(torn, heights, out, APART * cell)
@@ -109,7 +115,9 @@ def joined_heights(
     seen = np.flatnonzero(np.isfinite(known))
     pull[seen], target[seen] = weight, known[seen] - bend[seen]
     pull[n + given], target[n + given] = weight, picked - bend[n + given]
-    value[free] = smoothest(graph, number, value, stretch, pull=pull[free], target=target[free])
+    value[free] = smoothest(
+        graph, number, value, stretch, pull=pull[free], target=target[free], scale=scale_of(weight)
+    )
     value += bend
     moved = free[:n]
     heights[nodes[moved]] = value[:n][moved]

@@ -27,7 +27,7 @@ from geosurf.sheets.near import (
     window,
 )
 from geosurf.sheets.network import Network
-from geosurf.sheets.noise import noise_of
+from geosurf.sheets.noise import noise_of, scale_of
 from geosurf.sheets.rest import Bent, close_to, likely_shares, shapes_of, smoothest_rest
 from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.solve import grounded, lattice_graph, smoothest, steps_to_known
@@ -61,6 +61,11 @@ class Settings:
     def doubt(self) -> float:
         """Energy of one deviation of noise, 0 for data that are met exactly."""
         return 0.0 if self.noise_weight is None else self.noise_weight * self.noise**2
+
+    @property
+    def scale(self) -> float:
+        """Over how many cells noisy data are meant, 1 for data that are met exactly."""
+        return scale_of(self.noise_weight)
 
 
 @dataclass(eq=False)
@@ -322,7 +327,10 @@ class Rebuild:
         number = np.where(solved, np.cumsum(solved) - 1, -1)
         kept = solved[at]
         filled = np.where(np.isfinite(value), value, 0.0)
-        found = smoothest(graph, number, filled, self.stretch, pull=pull[kept], target=data[kept])
+        found = smoothest(
+            graph, number, filled, self.stretch, pull=pull[kept], target=data[kept],
+            scale=self.settings.scale,
+        )  # fmt: skip
         self.canvas.changing(band[solved])
         heights[band[solved]] = found
         bent = self._bent_at_tips(
@@ -339,13 +347,14 @@ class Rebuild:
             return None
         frame, solved = self.picks.frame, band
         tips = tips_of(network.traces, near, cuts)
+        noisy = self.settings.noise_weight is not None
         close = [close_to(tip, frame, solved) for tip in tips]
         inner = solved[np.any(close, axis=0)] if tips else solved[:0]
         if not len(inner):
             return None
-        band = around(inner, self.shape, 3)
-        if self.settings.noise_weight is not None:  # as there, noisy data do not hold a rim
-            band = band[is_among(band, solved)]
+        if noisy:  # heights that were smoothed without the shapes do not hold a rim
+            inner = solved
+        band = inner if noisy else around(inner, self.shape, 3)
         graph = lattice_graph(band, self.shape, cuts.bits(self.picks.n_node))
         value = heights[band]
         graph = without_absent(graph, np.isfinite(value))
@@ -361,6 +370,7 @@ class Rebuild:
             graph, number, np.where(np.isfinite(value), value, 0.0), self.stretch,
             shapes_of(tips, frame, band), groups,
             likely_shares(tips, self.throws), self.settings.doubt, pull[rows], data[rows],
+            self.settings.scale, [tip.throw_towards() for tip in tips],
         )  # fmt: skip
         return Bent(tips, share) if share.any() else None
 

@@ -14,8 +14,8 @@ ROWS = 400  # rows and columns that are looked at
 STEPS = (1, 2, 4, 8)  # nodes
 SEEN = 3.0  # variance of third differences, in those of noise, from which there is a signal
 LOUD = 0.01  # cells: noise below this does not move a cut-off, data are then met exactly
-GAIN = 170.0  # of the weight: the least error of throw over worlds that are known
-LEAST = 5e-3  # weight: means over some three cells
+GAIN = 10.0  # of the weight: see docs/sheets.md for what 5 to 40 do over worlds that are known
+LEAST = 1e-4  # weight: means over five cells, a third of the collar in which noise is smoothed
 
 
 def noise_of(heights: np.ndarray) -> tuple[float, float]:
@@ -62,3 +62,8 @@ def weight_of(noise: float, signal: float, cell: float) -> float | None:
     if noise <= LOUD * cell:
         return None
     return float(np.clip(GAIN * (signal / noise) ** 1.5, LEAST, 1.0))
+
+
+def scale_of(weight: float | None) -> float:
+    """Over how many cells data of a weight are meant: 1 where they are met exactly."""
+    return 1.0 if weight is None else weight ** (-1.0 / 6.0)

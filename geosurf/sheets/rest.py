@@ -94,12 +94,14 @@ def smoothest_rest(
     doubt: float,
     pull: np.ndarray,
     target: np.ndarray,
+    scale: float = 1.0,
+    towards: Sequence[np.ndarray] = (),
 ) -> tuple[np.ndarray, np.ndarray]:
     """Solve for unknown nodes, and for the shapes that leave the smoothest rest.
 
     Parameters
     ----------
-    graph, unknown, value, stretch, pull, target
+    graph, unknown, value, stretch, pull, target, scale
         As for `smoothest`.
     shapes : ndarray (n, k)
     groups : sequence of (ndarray of int64, ndarray of bool (n,))
@@ -108,13 +110,15 @@ def smoothest_rest(
         How large shares may well be [m].
     doubt : float
         Energy of one deviation of noise; 0 for data without.
+    towards : sequence of ndarray (n_tip, 2, k)
+        Of each group: see `Tips.throw_towards`.
 
     Returns
     -------
     ndarray (n_unknown,), ndarray (k,)
         Heights, and the share of each shape in them: 0 where it does not pay.
     """
-    weights = weights_of(stretch, BEND)
+    weights = weights_of(stretch, BEND, scale=scale)
     system, right, level = equations(graph, unknown, value, weights, pull, target)
     drawn = bent_by(graph.east, graph.north, graph.square, shapes, weights)
     free = unknown >= 0
@@ -129,16 +133,64 @@ def smoothest_rest(
     bent = bent_by(graph.east, graph.north, graph.square, heights[:, None], weights)
     cost = heights * bent[:, 0]
     cost[at] += pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
-    paying = np.zeros(shapes.shape[1], dtype=bool)
-    for columns, around in groups:
-        unit = doubt or cost[around].sum() / max((around & free).sum(), 1)
+    units = [doubt or cost[a].sum() / max((a & free).sum(), 1) for _, a in groups]
+    columns = [columns for columns, _ in groups]
+    share = paying_shares(own, wanted, columns, likely, doubt, units, towards)
+    return plain + moved @ share + level, share
+
+
+def paying_shares(
+    own: np.ndarray,
+    wanted: np.ndarray,
+    groups: Sequence[np.ndarray],
+    likely: np.ndarray,
+    doubt: float,
+    units: Sequence[float],
+    towards: Sequence[np.ndarray] = (),
+) -> np.ndarray:
+    """Shares (k,) of shapes that leave the smoothest rest, 0 of those that do not pay.
+
+    Parameters
+    ----------
+    own, wanted : ndarray (k, k), ndarray (k,)
+        Energy of the shapes and how much the sheet has of it, both less what it could take itself.
+    groups : sequence of ndarray of int64
+        Columns of the shapes of each fault.
+    likely, doubt
+        As for `smoothest_rest`.
+    units : sequence of float
+        Energy in which what each group gains is counted: that of one deviation of noise, or, where
+        there is none, of a node.
+    """
+    paying = np.zeros(len(likely), dtype=bool)
+    for columns, unit in zip(groups, units, strict=True):
         some = np.ix_(columns, columns)
         paying[columns] = _pays(own[some], wanted[columns], likely[columns], unit)
-    share = np.zeros(shapes.shape[1])
+    share = np.zeros(len(likely))
     some = np.flatnonzero(paying)
     held = own[np.ix_(some, some)] + np.diag(doubt / likely[some] ** 2)
     share[some] = np.linalg.lstsq(held, wanted[some], rcond=None)[0]
-    return plain + moved @ share + level, share
+    rows = _turning_over(share, groups, towards)[:, some]
+    if len(rows):
+        inverse = np.linalg.pinv(held)
+        share[some] -= (
+            inverse
+            @ rows.T
+            @ np.linalg.lstsq(rows @ inverse @ rows.T, rows @ share[some], rcond=None)[0]
+        )
+    return share
+
+
+def _turning_over(share, groups, towards) -> np.ndarray:
+    """Throw (n, k) of all shapes close to the tips where it would turn over before it dies."""
+    rows = [np.empty((0, len(share)))]
+    for columns, ends in zip(groups, towards, strict=False):
+        for close, further in ends:
+            if (close @ share[columns]) * (further @ share[columns]) < 0.0:
+                row = np.zeros((1, len(share)))
+                row[0, columns] = close
+                rows.append(row)
+    return np.concatenate(rows)
 
 
 def _pays(own: np.ndarray, wanted: np.ndarray, likely: np.ndarray, unit: float) -> bool:

@@ -3,11 +3,13 @@
 A point says what the sheet is between the four nodes of its cell, by bilinear interpolation, if
 no link of the cell is cut: then all four are on one wall. The sheet is the one with the smallest
 third differences that meets all points as well as their noise lets it, after Briggs (1974),
-Geophysics 39, 39-48; it is solved for on the whole lattice, since no node is known.
+Geophysics 39, 39-48; it is solved for on the whole lattice, since no node is known. Shapes of
+tips are taken out of it as `geosurf.sheets.rest` does on grids.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,8 +24,10 @@ from geosurf.sheets.frame import Frame
 from geosurf.sheets.heights import FILL, Heights, Rebuild, Settings
 from geosurf.sheets.links import Cuts
 from geosurf.sheets.network import Network
-from geosurf.sheets.noise import LEAST, signal_of, weight_of
+from geosurf.sheets.noise import signal_of, weight_of
+from geosurf.sheets.rest import Bent, close_to, likely_shares, paying_shares, shapes_of
 from geosurf.sheets.solve import BEND, Graph, grounded, lattice_graph, steps_to_known, weights_of
+from geosurf.sheets.tips import Tips, tips_of
 from geosurf.sheets.traces import FaultMesh
 
 FEWEST = 30  # points
@@ -31,6 +35,13 @@ LEAN = 1e-3  # width of the points, in their length, below which they are on one
 MOST = 1_000_000  # nodes
 NEIGHBOURS = 24  # points to which a piece of parabola is fitted, to see their noise
 EXACT = 1.0  # weight of points without noise: bilinear cells cannot meet them better
+# SuperLU in the order of a symmetric matrix: pivots off the diagonal would fill it seven times over
+CHOLESKY = {
+    "permc_spec": "MMD_AT_PLUS_A",
+    "diag_pivot_thresh": 0.0,
+    "options": {"SymmetricMode": True},
+}
+SMOOTH = 5e-3  # weight by which points are smoothed to see the surface below their noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +178,7 @@ class ScatteredRebuild(Rebuild):
         noise = _noise_of_points(self.picks, ~doubted)
         if weight_of(noise, 0.0, self.picks.frame.cell) is None:
             return noise, 0.0
-        self.settings.noise_weight = LEAST  # what is left of the surface then is no noise
+        self.settings.noise_weight = SMOOTH  # what is left of the surface then is no noise
         grid = np.where(self._touched(~doubted), self._drape(doubted, BEND), np.nan)
         return noise, signal_of(grid.reshape(self.shape))
 
@@ -180,7 +191,7 @@ class ScatteredRebuild(Rebuild):
         """Heights (n_node,) of the surface through trusted points, not torn anywhere."""
         graph, nodes = self._graph(None)
         rows = ~doubted & (nodes[self.corners] >= 0).all(axis=1)
-        found = self._solved(graph, nodes, np.flatnonzero(rows), bend)
+        found, _ = self._solved(graph, nodes, np.flatnonzero(rows), bend)
         out = np.full(self.picks.n_node, np.nan)
         out[nodes >= 0] = found
         return out
@@ -218,13 +229,15 @@ class ScatteredRebuild(Rebuild):
         keep = np.where(tied, np.cumsum(tied) - 1, -1)
         used = _rows_of(graph, tied, keep)
         slot[nodes] = keep
-        values[nodes[tied]] = self._solved(used, slot, rows)
+        tips = [] if self.throws is None else tips_of(network.traces, near, cuts)
+        values[nodes[tied]], bent = self._solved(used, slot, rows, tips=tips)
         steps = steps_to_known(graph, np.where(far, 0, -1))[far]
         hidden = np.ones(len(doubted), dtype=bool)
         hidden[rows] = False
         return Heights(
             values, network, cuts, near, [], nodes[far], ~hidden, hidden,
             np.empty((0, 3), dtype=np.int64), stray, steps.astype(np.float64), list(carried),
+            bent=bent,
         )  # fmt: skip
 
     def _whole(self, cuts: Cuts) -> np.ndarray:
@@ -233,29 +246,52 @@ class ScatteredRebuild(Rebuild):
         a, b, d = self.corners[:, 0], self.corners[:, 1], self.corners[:, 2]
         return (bits[a] == 0) & (bits[b] & 2 == 0) & (bits[d] & 1 == 0)
 
-    def _solved(self, graph: Graph, slot, rows, bend: float = BEND) -> np.ndarray:
-        """Heights of all nodes of a graph: smooth, and near the points of `rows`."""
+    def _solved(
+        self, graph: Graph, slot, rows, bend: float = BEND, tips: Sequence[Tips] = ()
+    ) -> tuple[np.ndarray, Bent | None]:
+        """Heights of all nodes of a graph, smooth but at tips, and near the points of `rows`."""
         from scipy.sparse import csc_array
         from scipy.sparse.linalg import splu
 
         n = len(graph.east)
-        weights = weights_of(self.stretch, bend)
-        every = np.arange(n)
-        matrix, column = normal_equations(
-            graph.east, graph.north, graph.square, graph.cell, every, weights
-        )
-        kept = column >= 0
-        where = np.repeat(every, kept.sum(axis=1)), column[kept]
-        smooth = csc_array((matrix[kept], where), shape=(n, n))
+        energy = _energy_of(graph, weights_of(self.stretch, bend, scale=self.settings.scale))
         weight = self.settings.noise_weight or EXACT
         each = np.repeat(np.arange(len(rows)), 4), slot[self.corners[rows]].ravel()
         points = csc_array((self.share[rows].ravel(), each), shape=(len(rows), n))
-        z = self.picks.z[rows]
-        level = float(z.mean())
-        whole = csc_array(smooth + weight * (points.T @ points))
-        factor = splu(whole, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-        found: np.ndarray = factor.solve(weight * (points.T @ (z - level))) + level
-        return found
+        level = float(self.picks.z[rows].mean())
+        z = self.picks.z[rows] - level
+        whole = csc_array(energy + weight * (points.T @ points))
+        factor = splu(whole, **CHOLESKY)
+        found: np.ndarray = factor.solve(weight * (points.T @ z))
+        if self.throws is None or not tips:
+            return found + level, None
+        frame, nodes = self.picks.frame, np.flatnonzero(slot >= 0)
+        shapes = shapes_of(tips, frame, nodes)
+        drawn = energy @ shapes
+        moved = factor.solve(drawn)
+        likely, doubt = likely_shares(tips, self.throws), self.settings.doubt
+        cost = found * (energy @ found) + weight * (points.T @ (z - points @ found) ** 2)
+        units = [doubt or cost[close_to(tip, frame, nodes)].mean() for tip in tips]
+        last = np.cumsum([tip.n_shape for tip in tips])
+        groups = [np.arange(e - t.n_shape, e) for t, e in zip(tips, last, strict=True)]
+        own = shapes.T @ drawn - drawn.T @ moved
+        towards = [tip.throw_towards() for tip in tips]
+        share = paying_shares(own, drawn.T @ found, groups, likely, doubt, units, towards)
+        return found + moved @ share + level, Bent(list(tips), share) if share.any() else None
+
+
+def _energy_of(graph: Graph, weights: np.ndarray):
+    """Sparse matrix (n, n) of the energy of all nodes of a graph."""
+    from scipy.sparse import csc_array
+
+    n = len(graph.east)
+    every = np.arange(n)
+    matrix, column = normal_equations(
+        graph.east, graph.north, graph.square, graph.cell, every, weights
+    )
+    kept = column >= 0
+    where = np.repeat(every, kept.sum(axis=1)), column[kept]
+    return csc_array((matrix[kept], where), shape=(n, n))
 
 
 def _rows_of(graph: Graph, keep: np.ndarray, number: np.ndarray) -> Graph:

@@ -57,6 +57,7 @@ def smoothest(
     third: float = 1.0,
     pull: np.ndarray | None = None,
     target: np.ndarray | None = None,
+    scale: float = 1.0,
 ) -> np.ndarray:
     """Solve for the unknown nodes.
 
@@ -69,6 +70,8 @@ def smoothest(
         Heights of the known nodes.
     pull, target : ndarray (n_unknown,), optional
         Weight and height of data that an unknown is drawn to, for noisy ones.
+    scale : float
+        Over how many cells such data are meant.
 
     Returns
     -------
@@ -77,7 +80,7 @@ def smoothest(
     n = int(unknown.max(initial=-1)) + 1
     if n == 0:
         return np.empty(0)
-    weights = weights_of(stretch, bend, third)
+    weights = weights_of(stretch, bend, third, scale)
     system, right, level = equations(graph, unknown, value, weights, pull, target)
     return system.solved([right])[0] + level
 
@@ -134,9 +137,15 @@ def equations(
     return System(place, first, lower, start), right, level
 
 
-def weights_of(stretch: np.ndarray, bend: float, third: float = 1.0) -> np.ndarray:
-    """Weights of first, second and third differences, and of the two ways of a cell."""
-    return np.array([STRETCH, bend, third, *(1.0 / stretch)])
+def weights_of(
+    stretch: np.ndarray, bend: float, third: float = 1.0, scale: float = 1.0
+) -> np.ndarray:
+    """Weights of first, second and third differences, and of the two ways of a cell.
+
+    Noise that is meant over `scale` cells leaves a sheet as on a lattice with cells so wide: there
+    a second difference weighs, against a third one, as `scale` times less does here.
+    """
+    return np.array([STRETCH / scale**2, bend / scale, third, *(1.0 / stretch)])
 
 
 def grounded(graph: Graph, unknown: np.ndarray) -> np.ndarray:

@@ -83,6 +83,19 @@ class Tips:
         """Number of shapes."""
         return TERMS if len(self.tips) == 2 else len(POWERS)
 
+    def throw_towards(self) -> np.ndarray:
+        """Throw (n_tip, 2, k) of each shape close to each tip, and further in, up to factors > 0.
+
+        A sum of shapes whose two throws differ in sign would turn over before it dies.
+        """
+        if len(self.tips) == 2:
+            k = np.arange(1, TERMS + 1)
+            there = np.stack([k, np.sin(0.25 * np.pi * k)])
+            return np.stack([there * (-1.0) ** (k + 1), there])  # the first tip is at s = -1
+        p = np.array(POWERS)
+        turned = np.sin(np.pi * p)
+        return np.stack([np.where(p == p.min(), turned, 0.0), 0.25**p * turned])[None]
+
     def shapes(
         self, nodes: np.ndarray, places: np.ndarray, wall: np.ndarray | None = None
     ) -> np.ndarray:
