@@ -16,6 +16,8 @@ from geosurf.sheets.data import Picks
 from geosurf.sheets.heights import Heights
 from geosurf.triangulate import triangulate_fault
 
+FAR_OVER = 2.0  # cells of overlap from which it is what keeps scattered points from being closed
+
 
 def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[TriSurface, ...]:
     """Faults in any form, as surfaces with normals into their hanging walls."""
@@ -76,10 +78,16 @@ def refuse_leaks(picks: Picks, state: Heights, built: Built) -> None:
         return
     node = built.torn.node_of(np.array(open_edges[0][:1]))
     at = np.append(picks.frame.node_places(node)[0], state.values[node])
+    widest = max((-w.heave(w.place).min(initial=0.0) for w in state.walls), default=0.0)
+    way_out = "Extend the fault there up, down and along strike, or end it on its main fault."
+    if not picks.on_nodes and widest > FAR_OVER:
+        way_out = (
+            f"It overlaps itself by up to {widest:.1f} cells, farther than scattered points carry "
+            "a sheet past its fault. Give points on a lattice, one per wall, or a wider spacing."
+        )
     raise GeometryError(
         f"horizon {picks.name!r} cannot be closed against its faults: {len(open_edges)} edges stay "
-        f"open, the first at {place(at)}. Extend the fault there up, down and along strike, or end "
-        "it on its main fault.",
+        f"open, the first at {place(at)}. {way_out}",
         place=at,
         surfaces=(picks.name,),
     )

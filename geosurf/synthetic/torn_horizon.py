@@ -27,7 +27,8 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 DATUM = -1800.0
 _STEP = 25.0
-PROFILES = ("parabola", "ellipse", "bell", "constant", "scissors")
+DYING = ("parabola", "ellipse", "bell")
+PROFILES = (*DYING, "constant", "scissors")
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,11 @@ class Fault:
             raise InputError(
                 f"profile of a torn world's fault is {self.profile!r}; it must be one of "
                 f"{', '.join(PROFILES)}.{did_you_mean(str(self.profile), PROFILES)}"
+            )
+        if self.profile in DYING and not np.isfinite(self.half):
+            raise InputError(
+                f"a torn world's fault has no end (half = {self.half}), but its throw, of profile "
+                f"{self.profile!r}, dies there. Give half in metres, or another profile."
             )
 
     def along_across(self, x: Any, y: Any) -> tuple[Any, Any]:
@@ -368,7 +374,7 @@ def _smeared(values: np.ndarray, there: dict, width: int) -> np.ndarray:
     """The mean over a square where sheets meet in it, the value itself elsewhere."""
     if width == 0:
         return values
-    code = sum(k * mask for k, mask in zip((1, 2, 4, 8), there.values(), strict=False))
+    code = sum((1 << k) * mask for k, mask in enumerate(there.values()))
     k = 2 * width + 1
     shape = (k, k)
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, width, mode="edge"), shape)

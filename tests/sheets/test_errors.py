@@ -9,6 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
+from geosurf.sheets import build
 from geosurf.synthetic.torn_horizon import Fault
 
 
@@ -126,3 +127,24 @@ def test_worlds_that_are_not_there():
             gs.synthetic.torn(**{word: value})
     with pytest.raises(InputError, match=r"level is 900 m, expected -200 to 200"):
         gs.synthetic.torn(level=900)
+    with pytest.raises(InputError, match=r"no end \(half = inf\), .* 'bell', dies .*Give half in"):
+        Fault(500.0, 500.0, half=np.inf, profile="bell")
+
+
+def test_all_faults_of_a_world_are_smeared():
+    """Also where there are more than four sectors: the others were left sharp."""
+    through = {"dip": 80.0, "half": np.inf, "profile": "constant"}
+    faults = {f"F{k}": Fault(1000.0 - 250.0 * k, 500.0, strike=5.0, **through) for k in (1, 2, 3)}
+    sharp, smeared = (gs.synthetic.torn(faults, 41, smear=k).horizons["Top"] for k in (0, 1))
+    x, y = np.meshgrid(sharp.easting, sharp.northing)
+    for fault in faults.values():
+        beside = abs(fault.along_across(x, y)[1] - fault.across(0.0, -1800.0)) < 40.0
+        assert np.abs((smeared - sharp).values[beside]).max() > 10.0
+
+
+def test_an_overlap_that_scattered_points_cannot_close_is_told_with_its_width(monkeypatch):
+    monkeypatch.setattr(build, "ROUNDS", 1)  # it stays so, however many rings it gets
+    world = gs.synthetic.torn("thrust", n=41)
+    points = world.truth["scattered"](3000)
+    with pytest.raises(GeometryError, match=r"open, .* up to 6\.9 cells, .* or a wider spacing\."):
+        gs.tear_horizon(points, world.faults, name="Top", trim=0.5, spacing=25.0)

@@ -7,15 +7,15 @@ import pytest
 
 import geosurf as gs
 from geosurf.sheets.noise import noise_of, weight_of
+from tests.sheets import held_out
 from tests.sheets.table import CELL, WORLDS, measure, open_edges
 
 N = 81
 IDS = [kind for kind, _, _ in WORLDS]
 # what is asked: cut-off [cells], mean and worst error of throw [%], change of variation
 ASKED = (0.1, 1.0, 5.0, 0.05)
-# what is reached where that is not: within the trim of a tip throw that dies as a root is lost, and
-# between two faults that cross at 20 degrees there are no data
-REACHED = {"ellipse": (0.13, 1.5, 16.0, 0.065), "acute X": (0.1, 1.0, 7.0, 0.05)}
+# what is reached where that is not: between two faults that cross at 20 degrees are no data
+REACHED = {"acute X": (0.1, 1.0, 7.0, 0.05)}
 
 
 @pytest.mark.parametrize(("kind", "points", "options"), WORLDS, ids=IDS)
@@ -96,11 +96,28 @@ def test_noise_is_noticed_and_smoothed(kind):
     assert open_edges(world, sheet) == 0
     found = measure(world, sheet, "F1")
     assert found.lost == 0
-    # asked are 0.25 cells, which a thrust of 30 degrees misses in some draws: docs/sheets.md
-    assert found.position.max() < (0.3 if kind == "thrust" else 0.25)
-    # asked are 2 %; smoothing costs the reverse fault more at one of its tips: docs/sheets.md
-    assert found.throw.mean() < (2.2 if kind == "reverse" else 2.0)
-    assert found.variation == pytest.approx((1.0, 1.0), abs=0.06)
+    assert found.position.max() < 0.25
+    assert found.throw.mean() < 2.0
+    # asked are 5 %, which a thrust of 30 degrees misses: docs/sheets.md
+    assert found.variation == pytest.approx((1.0, 1.0), abs=0.06 if kind == "thrust" else 0.05)
+
+
+# "bell" was taken for a crack whose throw turns over at its tips, and left open there
+@pytest.mark.parametrize("name", ["west", "bell", "relay", "push"])
+def test_throw_of_held_out_worlds_is_met_under_noise(name):
+    """On average over two draws of it."""
+    faults, n, step, _ = held_out.WORLDS[name]
+    draws: dict[str, list[float]] = {fault: [] for fault in faults}
+    for seed in (40, 41):
+        world = gs.synthetic.torn(faults, n, step=step, noise=2.0, seed=seed)
+        sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=0.25)
+        assert sheet.report.tips == sheet.report.declared_tips
+        for fault in faults:
+            found = measure(world, sheet, fault, cell=step)
+            assert found.lost == 0
+            assert found.position.max() < 0.25
+            draws[fault].append(found.throw.mean())
+    assert max(np.mean(draw) for draw in draws.values()) < 2.0
 
 
 def test_two_walls_of_a_node_at_the_rim_are_never_averaged():

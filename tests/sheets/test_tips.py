@@ -10,7 +10,8 @@ from geosurf.kernels.bending import bent_by
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.links import Cuts
 from geosurf.sheets.near import NearTrace
-from geosurf.sheets.rest import _pays, smoothest_rest
+from geosurf.sheets.noise import scale_of
+from geosurf.sheets.rest import _pays, paying_shares, smoothest_rest
 from geosurf.sheets.solve import BEND, lattice_graph, smoothest, weights_of
 from geosurf.sheets.tips import TERMS, tips_of
 from geosurf.sheets.traces import Trace
@@ -109,6 +110,60 @@ def test_shapes_have_to_pay():
     for size, pays in ((1.0, False), (30.0, True)):
         assert _pays(own, size * np.array([1.0, -1.0]), likely, 1.0) is pays
     assert not _pays(own, np.array([9.0, 9.0]), np.zeros(2), 1.0)
+
+
+@pytest.mark.parametrize("ends", [["tip", "tip"], ["tip", "rim"], ["rim", "tip"]])
+def test_throw_close_to_a_tip_and_further_in_is_that_of_the_shapes(ends):
+    frame, trace, cuts = straight(ends)
+    (tips,) = tips_of([trace], [NearTrace(frame, trace, 12.0)], cuts)
+    for tip, (close, further) in zip(tips.tips, tips.throw_towards(), strict=True):
+        inwards = np.sign(20.0 - tip[0])
+        share = 1.0 - np.sqrt(0.5) if len(tips.tips) == 2 else 0.25
+        for wanted, far in ((close, 1e-7), (further, share * tips.size)):
+            x, y = tip + np.array([inwards * far, 0.0])
+            none = np.array([-1])
+            up, down = (tips.shapes(none, np.array([[x, y + r]])) for r in (1e-9, -1e-9))
+            jump = (up - down)[0]
+            ratio = jump / jump[np.abs(jump).argmax()]
+            assert ratio == pytest.approx(wanted / wanted[np.abs(jump).argmax()], abs=1e-3)
+
+
+def test_shares_never_make_throw_turn_over_before_it_dies():
+    """Those of the least energy among all that do not: against many that are tried."""
+    rng = np.random.default_rng(8)
+    towards = np.array([[[1.0, -2.0, 3.0], [1.0, -0.7, 0.5]], [[1.0, 2.0, 3.0], [1.0, 0.7, 0.5]]])
+    own, likely = np.diag([4.0, 3.0, 5.0]) + 0.5, np.full(3, 40.0)
+    wanted = own @ np.array([-10.0, 1.0, 5.5])
+    found = paying_shares(own, wanted, [np.arange(3)], likely, 1.0, [1.0], [towards])
+    assert (towards[:, 0] @ found) * (towards[:, 1] @ found) == pytest.approx(0.0, abs=1e-9)
+    held = own + np.diag(1.0 / likely**2)
+
+    def energy(share):
+        return share @ held @ share - 2.0 * wanted @ share
+
+    tried = found + rng.normal(0.0, 3.0, (20000, 3))
+    turns = ((tried @ towards[:, 0].T) * (tried @ towards[:, 1].T) < 0.0).any(axis=1)
+    assert 1000 < turns.sum() < 19000
+    same = np.sign(tried @ towards[0, 1]) == np.sign(found @ towards[0, 1])
+    assert min(energy(share) for share in tried[~turns & same]) > energy(found)
+    free = paying_shares(own, wanted, [np.arange(3)], likely, 1.0, [1.0])
+    assert energy(free) < energy(found)
+
+
+def test_noise_is_smoothed_alike_on_cells_of_any_width():
+    """A saddle, of which third differences see nothing, on cells half as wide: meant over twice
+    as many of them it is flattened as much, and over as many four times as much."""
+    found = []
+    for n, weight, scale in ((25, 2.0**-6, 2.0), (49, 4.0**-6, 4.0), (49, 4.0**-6, 2.0)):
+        x = np.linspace(-12.0, 12.0, n)
+        z = (0.1 * (x[:, None] ** 2 - x**2)).ravel()
+        every, pull = np.arange(n * n), np.full(n * n, weight)
+        graph = lattice_graph(every, (n, n))
+        sheet = smoothest(graph, every, z, np.ones(2), pull=pull, target=z, scale=scale)
+        found.append(np.abs(sheet - z).max())
+    assert scale_of(weight) == pytest.approx(4.0)
+    assert found[1] == pytest.approx(found[0], rel=0.3)  # differences are taken within the rim
+    assert found[2] > 3.0 * found[1]
 
 
 # mean and worst error of the throw [%]: without shapes cracks have 10 to 24 at worst
