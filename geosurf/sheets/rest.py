@@ -156,7 +156,7 @@ def paying_shares(
         Energy of the shapes and how much the sheet has of it, both less what it could take itself.
     groups : sequence of ndarray of int64
         Columns of the shapes of each fault.
-    likely, doubt
+    likely, doubt, towards
         As for `smoothest_rest`.
     units : sequence of float
         Energy in which what each group gains is counted: that of one deviation of noise, or, where
@@ -170,27 +170,30 @@ def paying_shares(
     some = np.flatnonzero(paying)
     held = own[np.ix_(some, some)] + np.diag(doubt / likely[some] ** 2)
     share[some] = np.linalg.lstsq(held, wanted[some], rcond=None)[0]
-    rows = _turning_over(share, groups, towards)[:, some]
-    if len(rows):
+    rows: list[np.ndarray] = []
+    while len(new := _turning_over(share, groups, towards, rows)):
+        rows += new
+        none = np.stack(rows)[:, some]
         inverse = np.linalg.pinv(held)
-        share[some] -= (
-            inverse
-            @ rows.T
-            @ np.linalg.lstsq(rows @ inverse @ rows.T, rows @ share[some], rcond=None)[0]
-        )
+        much = np.linalg.lstsq(none @ inverse @ none.T, none @ share[some], rcond=None)[0]
+        share[some] -= inverse @ none.T @ much
     return share
 
 
-def _turning_over(share, groups, towards) -> np.ndarray:
-    """Throw (n, k) of all shapes close to the tips where it would turn over before it dies."""
-    rows = [np.empty((0, len(share)))]
-    for columns, ends in zip(groups, towards, strict=False):
+def _turning_over(share, groups, towards, known: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Throw (k,) of all shapes close to each tip at which it would turn over before it dies.
+
+    Without those of the tips that are `known` already.
+    """
+    found = []
+    for columns, ends in zip(groups, towards, strict=len(towards) > 0):
         for close, further in ends:
-            if (close @ share[columns]) * (further @ share[columns]) < 0.0:
-                row = np.zeros((1, len(share)))
-                row[0, columns] = close
-                rows.append(row)
-    return np.concatenate(rows)
+            row = np.zeros(len(share))
+            row[columns] = close
+            turns = (close @ share[columns]) * (further @ share[columns]) < 0.0
+            if turns and not any((row == one).all() for one in known):
+                found.append(row)
+    return found
 
 
 def _pays(own: np.ndarray, wanted: np.ndarray, likely: np.ndarray, unit: float) -> bool:
