@@ -114,7 +114,8 @@ def _on_other_sides(
     """Units that lie on other sides of faults than those in their block and those told anew.
 
     What can be reached from a unit through all but one fault touches only its front, only its
-    back, or both and neither: then the fault is no border there.
+    back, or both and neither: then the fault is no border there. A unit that a fault hangs in
+    touches both; shells do not tell which unit it is, so that it may lie on a side or not.
     """
     shell, surface, behind = on
     beside = np.full((found.n_key, 2), -1)
@@ -128,6 +129,8 @@ def _on_other_sides(
     faults = rows_of(patches, "fault")
     names = [patches.names[i] for i in faults]
     told = [set(_sides_said(unit.block, names) or ()) for unit in parts]
+    either: list[set[str]] = [set() for _ in parts]
+    hangs = _hanging(patches, found)
     for fault, name in zip(faults, names, strict=True):
         mine = surface == fault
         crossed = np.bincount(link[np.unique(found.key[shell[mine]])], minlength=len(times))
@@ -137,10 +140,26 @@ def _on_other_sides(
         seen[region[found.unit[shell[mine]]], behind[mine].astype(np.int64)] = True
         alone = (seen & ~seen[:, ::-1])[region]
         for u, side in np.argwhere(alone).tolist():
-            told[u].add(name + "+-"[side])
-    for unit, sides in zip(parts, told, strict=True):
-        if set(unit.lies_on) != sides or len(unit.lies_on) != len(sides):
+            (either if fault in hangs else told)[u].add(name + "+-"[side])
+    for unit, sides, more in zip(parts, told, either, strict=True):
+        said = set(unit.lies_on)
+        if not sides <= said <= sides | more or len(unit.lies_on) != len(said):
             yield unit.name
+
+
+def _hanging(patches: Patches, found: Matched) -> set[int]:
+    """Surfaces with triangles in the bounds of the walls that no shell has."""
+    bare = np.ones(found.n_key, dtype=bool)
+    bare[found.key] = False
+    rows = np.flatnonzero(bare[found.of_patches] & _within_bounds(patches))
+    return set(patches.surface_of_triangle[rows].tolist())
+
+
+def _within_bounds(patches: Patches) -> np.ndarray:
+    """Which triangles have no corner outside of the bounds of the walls."""
+    lower, upper = box_of(patches)
+    inside: np.ndarray = ((patches.local >= lower) & (patches.local <= upper)).all(axis=1)
+    return inside[patches.triangles].all(axis=1)
 
 
 def _sides_said(block: str, faults: list[str]) -> frozenset[str] | None:
@@ -167,9 +186,8 @@ def _spelt(patches: Patches, unit: Unit) -> bool:
 
 def _upward(patches: Patches) -> np.ndarray:
     """Whether the front of each surface looks up, in the bounds of the walls."""
-    lower, upper = box_of(patches)
     a, b, c = (patches.local[patches.triangles[:, k]] for k in range(3))
-    inside = np.all([((p >= lower) & (p <= upper)).all(axis=1) for p in (a, b, c)], axis=0)
+    inside = _within_bounds(patches)
     rise = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     of = patches.surface_of_triangle
     return np.bincount(of[inside], rise[inside], minlength=len(patches.sources)) >= 0.0

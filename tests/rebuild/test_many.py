@@ -20,6 +20,7 @@ FOUND = {
     8272: "vertices were numbered by which pairs the search called near",
     621127: "a repair moved what touches in a point, of lists only",
     8972: "patches of a surface on itself and another depended on their order",
+    910103: "a fault on a wall that hangs in a unit, too, was told to bound it",
 }
 
 
