@@ -217,7 +217,8 @@ def place_exactly(x, t, e, d, m, w, i):
     ):
         point(x, t, e, d, m, w, 0, i)
         for axis in range(3):
-            x[i, axis] = exact_position(x, t, e, d, m, w, i, axis)
+            # what is nearest to 0 from below is 0, too, as on the other ways here
+            x[i, axis] = exact_position(x, t, e, d, m, w, i, axis) + 0.0
 
 
 @scalar

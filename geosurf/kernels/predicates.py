@@ -36,6 +36,7 @@ INCIRCLE_BOUND = (10.0 + 96.0 * _EPS) * _EPS
 TINY = 1e-270  # below it products may underflow, so that bounds say nothing
 MAX_BITS = 980
 MAX_COORDINATE = 2.0**60
+_BLOCK = 256  # coordinates that are looked at together
 
 
 @scalar
@@ -173,30 +174,49 @@ def _lowest_bit(value):
     return exponent - 53 + math.frexp(float(mantissa & -mantissa))[1] - 1
 
 
-@entry("d2 -> l l")
+@scalar
+def _all_multiples(x, first, last, unit, limit):
+    """Whether x[first:last] are below a limit and multiples of 1 / unit, a power of two from 1.
+
+    Short and without branches, so that it is compiled for several numbers at a time.
+    """
+    bad = 0
+    for i in range(first, last):
+        bad += int(not (abs(x[i]) < limit and x[i] * unit == np.floor(x[i] * unit)))
+    return bad == 0
+
+
+@entry("d1 -> l l")
 def scale_of(x):
     """Least k such that all coordinates are multiples of 2**-k, and their bits at that k.
 
-    (k, bits); bits = -1 if a coordinate is not finite. Most numbers are seen from their bits to be
-    multiples of what is the lowest one so far.
+    (k, bits); bits = -1 if a coordinate is not finite. Once a few are known, most blocks hold
+    nothing that is larger or has a lower bit.
     """
     low = 4000
     high = -4000
-    for i in range(x.shape[0]):
-        bits = x[i].view(np.int64)
-        for j in range(x.shape[1]):
-            exponent = (bits[j] >> 52) & 0x7FF
-            mantissa = bits[j] & 0xFFFFFFFFFFFFF
+    bits = x.view(np.int64)
+    powers = np.zeros(2, dtype=np.float64)  # 2**-low and 2**high, where they are normal numbers
+    exponents = powers.view(np.int64)
+    for first in range(0, x.shape[0], _BLOCK):
+        last = min(first + _BLOCK, x.shape[0])
+        if -1000 < low <= 0 and high < 1000:
+            exponents[0], exponents[1] = (1023 - low) << 52, (1023 + high) << 52
+            if _all_multiples(x, first, last, powers[0], powers[1]):
+                continue
+        for i in range(first, last):
+            exponent = (bits[i] >> 52) & 0x7FF
+            mantissa = bits[i] & 0xFFFFFFFFFFFFF
             if exponent == 0x7FF:
                 return 0, -1
             if exponent == 0:
                 if mantissa == 0:
                     continue
-                exponent = math.frexp(x[i, j])[1] + 1022  # below the least normal number
+                exponent = math.frexp(x[i])[1] + 1022  # below the least normal number
             high = max(high, exponent - 1022)
             below = low - exponent + 1075  # digits of the number that are below 2**low
             if below > 0 and (below > 52 or mantissa & ((1 << below) - 1) != 0):
-                low = min(low, _lowest_bit(x[i, j]))
+                low = min(low, _lowest_bit(x[i]))
     if high == -4000:
         return 0, 1
     return -low, high - low
@@ -217,7 +237,7 @@ def flat_triangles(x, t, m, w):
 
 def frame_of(x: np.ndarray, n_triangle: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """The rulers `m` and the limb workspace `w` for coordinates (n, d)."""
-    k, bits = scale_of(x)
+    k, bits = scale_of(np.ravel(x))
     if bits < 0:
         raise SurfaceError("a coordinate is not finite; leave out nodes that are undefined.")
     if bits > MAX_BITS:

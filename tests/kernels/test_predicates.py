@@ -101,7 +101,7 @@ def test_conventions():
     ],
 )
 def test_scale_of_one_coordinate(value, k, bits):
-    found_k, found_bits = scale_of(np.array([[value, 0.0, -value]]))
+    found_k, found_bits = scale_of(np.array([value, 0.0, -value]))
     whole = value * 2.0**found_k
     assert whole == int(whole)
     assert abs(int(whole)).bit_length() <= found_bits
@@ -120,16 +120,28 @@ def test_scale_of_one_coordinate(value, k, bits):
     )
 )
 def test_scale_of_many_is_the_finest_of_all(values):
-    """Against fractions, whose denominators are powers of two."""
-    x = np.array(values[: len(values) // 2 * 2]).reshape(-1, 2)
+    assert scale_of(np.array(values)) == scale_by_fractions(values)
+    # what comes behind blocks of numbers that say less
+    many = [values[0], *([1.0, -3.0, 0.0] * 200), *values]
+    assert scale_of(np.array(many)) == scale_by_fractions(many)
+
+
+def scale_by_fractions(values):
+    """Denominators are powers of two."""
     finest, top = [], []
-    for value in x.ravel().tolist():
+    for value in values:
         if value != 0.0:
             over, under = Fraction(value).as_integer_ratio()
             finest.append(under.bit_length() - 1 - ((over & -over).bit_length() - 1))
             top.append(abs(over).bit_length() - (under.bit_length() - 1))
     k = max(finest, default=0)
-    assert scale_of(x) == ((k, max(top) + k) if finest else (0, 1))
+    return (k, max(top) + k) if finest else (0, 1)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_scale_of_what_is_not_finite(bad):
+    for values in ([bad], [1.0, bad], [*([1.5, 4.0] * 400), bad, 2.0]):
+        assert scale_of(np.array(values))[1] == -1
 
 
 def test_flat_triangles_are_found_exactly():
