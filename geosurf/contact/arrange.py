@@ -14,6 +14,8 @@ from geosurf.kernels.exact import COLLISIONS, LIMBS, N_POINT, UNFILED
 from geosurf.kernels.kept import roomy_workspace
 from geosurf.kernels.points import FULL
 
+_MOST_CROSSINGS = 1 << 14  # room for points that may be made; it grows where that is too little
+
 
 @dataclass
 class Children:
@@ -31,6 +33,8 @@ class Children:
         Face of the contacts (row of `Contacts.t`).
     cut : ndarray of int64, shape (n_cut,)
         The faces that were cut.
+    doubtful : ndarray of int64, shape (n_doubtful,)
+        Rows of `triangles` that doubles do not show to face as their parents once rounded.
     collisions : int
         Distinct points that rounding put in one place.
     """
@@ -40,6 +44,7 @@ class Children:
     triangles: np.ndarray
     parent: np.ndarray
     cut: np.ndarray
+    doubtful: np.ndarray
     collisions: int
     m: np.ndarray
 
@@ -83,29 +88,24 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
     cut = records[offsets[:-1], 0] if len(records) else np.empty(0, dtype=np.int64)
     n, n_old = len(contacts.x), len(contacts.d)
     largest = int(np.diff(offsets).max(initial=0))
-    extra = len(records) + 64
+    # where segments of one face cross, they make so many points at most if they are of two sheets
+    extra = len(records) + 64 + min(largest * largest // 4, _MOST_CROSSINGS)
     while True:
         x = np.empty((n + extra, 3))
         x[:n] = contacts.x
-        d = np.zeros((n_old + extra, 4), dtype=np.int64)
+        d = np.empty((n_old + extra, 4), dtype=np.int64)
         d[:n_old] = contacts.d
         m = contacts.m.copy()
-        names = np.zeros((table_size(extra), 5), dtype=np.int64)
+        names = np.empty((table_size(extra), 5), dtype=np.int64)
         places = np.empty(table_size(n + extra + 1), dtype=np.int64)
         m[UNFILED] = n
         n_local = 2 * largest + extra + 16
         w = roomy_workspace(int(m[LIMBS]), n_local)
-        half = 6 * n_local + 64
-        h = np.empty((half, 4), dtype=np.int64)
-        q = np.empty((n_local, 8), dtype=np.int64)
-        f = np.empty((n_local, 8))
-        k = np.empty((3 * half + 256, 4), dtype=np.int64)
-        local = np.full(n + extra, -1, dtype=np.int64)
         children = np.empty((6 * len(records) + 4 * extra + 64, 3), dtype=np.int64)
         parents = np.empty(len(children), dtype=np.int64)
-        count = cut_faces(
-            x, contacts.t, contacts.e, d, m, w, names, places, records, offsets, local,
-            h, q, f, k, children, parents,
+        count, doubtful = cut_faces(
+            x, contacts.t, contacts.e, d, m, w, names, places, records, offsets, n_local,
+            children, parents,
         )  # fmt: skip
         if count != FULL:
             break
@@ -115,7 +115,7 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
     n_point = int(m[N_POINT])
     return Children(
         x[: contacts.n_vertex + n_point], d[:n_point], children[:count], parents[:count], cut,
-        int(m[COLLISIONS]), m,
+        doubtful, int(m[COLLISIONS]), m,
     )  # fmt: skip
 
 

@@ -12,11 +12,14 @@ from geosurf.kernels.doubled import plane_is_level
 from geosurf.kernels.exact import N_TRIANGLE, N_VERTEX
 from geosurf.kernels.predicates import flat_by_zeros, normal_axis, orient3d
 
-AXIS, LINES = 2, 7  # of the state s
+POINTS, AXIS, LINES = 0, 2, 7  # of the state s
 # a line that was found in a plane of edges: its number (-1: none), the plane that cuts these, and
 # three vertices that span theirs
 KNOWN, _SUPPORT, _ONE, _TWO, _THREE = 9, 10, 11, 12, 13
-_FIRST_LINE, _LAST_LINE = 4, 6
+SOUGHT = 14  # how many lines all points of the face were asked for
+_FIRST_LINE, _LAST_LINE = 4, 7
+_MANY = 64  # points of a face, above which all are asked for the first lines that are found
+_FEW = 4  # such lines
 
 
 @scalar
@@ -57,6 +60,11 @@ def of_one_plane(x, d, m, w, q, s, a, b, c):
             return False
     s[KNOWN] = learn_line(q, s, a, b, c)
     s[_SUPPORT], s[_ONE], s[_TWO], s[_THREE] = d[i, 3], one, two, three
+    if s[KNOWN] != -1 and s[POINTS] > _MANY and s[SOUGHT] < _FEW:
+        # one after the other, as they lie in memory; one by one costs a miss of the cache for each
+        s[SOUGHT] += 1
+        for p in range(s[POINTS]):
+            _put_on_known_line(x, d, m, w, q, s, p)
     return True
 
 
@@ -72,7 +80,12 @@ def on_known_line(x, d, m, w, q, s, a, b, c):
     on_a, on_b, on_c = _holds(q, a, line), _holds(q, b, line), _holds(q, c, line)
     if int(on_a) + int(on_b) + int(on_c) != 2:
         return False
-    p = c if not on_c else (b if not on_b else a)
+    return _put_on_known_line(x, d, m, w, q, s, c if not on_c else (b if not on_b else a))
+
+
+@scalar
+def _put_on_known_line(x, d, m, w, q, s, p):
+    """Whether a point is where an edge of the plane of the known line meets the other plane."""
     row = q[p, 0] - m[N_VERTEX]
     if row < 0 or d[row, 0] != 1 or d[row, 3] != s[_SUPPORT]:
         return False
@@ -81,7 +94,7 @@ def on_known_line(x, d, m, w, q, s, a, b, c):
             x, m, w, s[_ONE], s[_TWO], s[_THREE], o
         ):
             return False
-    add_line(q, p, line)
+    add_line(q, p, s[KNOWN])
     return True
 
 

@@ -27,11 +27,11 @@ def side_of_segment(x, t, e, d, m, w, q, f, s, a, b, p):
 
 
 @scalar
-def _cut_ear(h, q, k, free, tri, a, b, point):
+def _cut_ear(h, v, k, free, tri, a, b, point):
     """The triangle of the rows a and b of k and a point; row a then leads to that point."""
     slot = k[free + tri, 3]
     i = 3 * slot
-    put(h, q, slot, k[a, 0], k[b, 0], point)
+    put(h, v, slot, k[a, 0], k[b, 0], point)
     _join(h, i, k[a, 1], k[a, 2], k[a, 3])
     _join(h, i + 1, k[b, 1], k[b, 2], k[b, 3])
     k[a, 1], k[a, 2], k[a, 3] = i + 2, -1, -1
@@ -44,7 +44,7 @@ def _move_row(k, to, c):
 
 
 @scalar
-def _fill(x, t, e, d, m, w, h, q, f, s, k, low, high, free, tri):
+def _fill(x, t, e, d, m, w, h, v, q, f, s, k, low, high, free, tri):
     """Triangulate the chain k[low:high] seen from its base: (base half-edge, next triangle).
 
     Rows of k: point, twin and support of the link to the next row, old half-edge of
@@ -57,7 +57,7 @@ def _fill(x, t, e, d, m, w, h, q, f, s, k, low, high, free, tri):
         c = low + 1
         while c < high - 1:
             if turn(x, t, e, d, m, w, q, f, s, k[top, 0], k[c, 0], k[c + 1, 0]) > 0:
-                _cut_ear(h, q, k, free, tri, top, c, k[c + 1, 0])
+                _cut_ear(h, v, k, free, tri, top, c, k[c + 1, 0])
                 tri += 1
                 c += 1
             top += 1
@@ -72,7 +72,7 @@ def _fill(x, t, e, d, m, w, h, q, f, s, k, low, high, free, tri):
     for c in range(low + 1, high):  # the rest in a row: Graham's scan, the stack at `low`
         point, twin, support, old = k[c, 0], k[c, 1], k[c, 2], k[c, 3]
         while top > low and turn(x, t, e, d, m, w, q, f, s, k[top - 1, 0], k[top, 0], point) > 0:
-            _cut_ear(h, q, k, free, tri, top - 1, top, point)
+            _cut_ear(h, v, k, free, tri, top - 1, top, point)
             tri += 1
             top -= 1
         top += 1
@@ -81,7 +81,7 @@ def _fill(x, t, e, d, m, w, h, q, f, s, k, low, high, free, tri):
 
 
 @scalar
-def _settle_ears(x, t, e, d, m, w, h, q, f, s, k, free, n):
+def _settle_ears(x, t, e, d, m, w, h, v, q, f, s, k, free, n):
     """Add n ears in the opposite order, and flip what is opposite to the tip of each.
 
     Only edges between ears that were added are flipped.
@@ -99,7 +99,7 @@ def _settle_ears(x, t, e, d, m, w, h, q, f, s, k, free, n):
                 continue
             a, b, c, o = h[i, 0], h[j, 0], h[preceding(i), 0], h[preceding(j), 0]
             if in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
-                flip(h, q, i)
+                flip(h, v, i)
                 k[count, 0], k[count + 1, 0] = following(i), preceding(j)
                 count += 2
     for r in range(n):
@@ -194,7 +194,7 @@ def _mark(h, k, free, n, value):
 
 
 @scalar
-def dig(x, t, e, d, m, w, h, q, f, s, k, p, first, a, b, goal, support):
+def dig(x, t, e, d, m, w, h, v, q, f, s, k, p, first, a, b, goal, support):
     """Insert the constraint from p across half-edge `first` on to the next point of the line.
 
     Returns (point reached, -1), or (-1, constrained half-edge) where one has to be split first.
@@ -210,11 +210,11 @@ def dig(x, t, e, d, m, w, h, q, f, s, k, p, first, a, b, goal, support):
     _mark(h, k, free, n + 1, _DUG)  # a link may lead back into the corridor
     inner = _note_inner(h, k, low, left + n + 1, behind, 0)
     inner = _note_inner(h, k, right, last, behind, inner)
-    one, tri = _fill(x, t, e, d, m, w, h, q, f, s, k, low, left + n + 2, free, 0)
-    two, tri = _fill(x, t, e, d, m, w, h, q, f, s, k, right, last + 1, free, tri)
+    one, tri = _fill(x, t, e, d, m, w, h, v, q, f, s, k, low, left + n + 2, free, 0)
+    two, tri = _fill(x, t, e, d, m, w, h, v, q, f, s, k, right, last + 1, free, tri)
     link(h, one, two, support)
     for c in range(inner):
         link(h, h[k[behind + c, 0], 3], h[k[behind + c, 1], 3], k[behind + c, 2])
     _mark(h, k, free, n + 1, 0)
-    _settle_ears(x, t, e, d, m, w, h, q, f, s, k, free, n + 1)
+    _settle_ears(x, t, e, d, m, w, h, v, q, f, s, k, free, n + 1)
     return reached, -1

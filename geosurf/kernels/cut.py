@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.byname import KNOWN, add_line
+from geosurf.kernels.byname import KNOWN, SOUGHT, add_line
 from geosurf.kernels.circle import in_circle
 from geosurf.kernels.delaunay import insert_point, settle_all
 from geosurf.kernels.exact import N_VERTEX
 from geosurf.kernels.order import ROOM, rank_points
 from geosurf.kernels.points import FULL
-from geosurf.kernels.predicates import normal_axis
+from geosurf.kernels.predicates import ORIENT2D_BOUND, TINY, normal_axis
 from geosurf.kernels.segments import constrain_edge, insert_segment
 from geosurf.kernels.signs import (
     AXIS,
@@ -47,11 +47,11 @@ def _bits_on_edges(t, d, m, tri, i):
 
 
 @scalar
-def _start_face(x, t, q, f, s, h):
+def _start_face(x, t, q, f, s, h, v):
     """The face itself as first triangle, counter-clockwise on its axis."""
     tri = s[FACE_ID]
     s[POINTS], s[TRIANGLES], s[SEGMENT] = 0, 1, 0
-    s[START], s[USED], s[LINES], s[KNOWN] = 0, 0, 0, -1
+    s[START], s[USED], s[LINES], s[KNOWN], s[SOUGHT] = 0, 0, 0, -1, 0
     second, third = (1, 2) if s[SIDE] > 0 else (2, 1)
     # bits: edge k joins corners k and k + 1
     add_corner(x, q, f, s, t[tri, 0], 1 | 4)
@@ -59,7 +59,7 @@ def _start_face(x, t, q, f, s, h):
     add_corner(x, q, f, s, t[tri, third], 3 if third == 1 else 6)
     for k in range(3):
         h[k, 0], h[k, 1], h[k, 2], h[k, 3] = k, -1, -1, 0
-        q[k, 2] = k
+        v[k] = k
 
 
 @scalar
@@ -104,7 +104,7 @@ def _cut_once(x, t, e, d, m, w, h, q, f, s, i, j):
 
 
 @scalar
-def _insert_points(x, t, e, d, m, w, h, q, f, s, k, room):
+def _insert_points(x, t, e, d, m, w, h, v, q, f, s, k, room):
     """Insert all local points but the corners; False if one is not in the face.
 
     Few points are searched triangle by triangle, and flips come last. Many are ranked along
@@ -116,44 +116,44 @@ def _insert_points(x, t, e, d, m, w, h, q, f, s, k, room):
     n = s[POINTS]
     if n <= _SMALL:
         for p in range(3, n):
-            if not insert_point(x, t, e, d, m, w, h, q, f, s, k, p, True):
+            if not insert_point(x, t, e, d, m, w, h, v, q, f, s, k, p, True):
                 return False
-        settle_all(x, t, e, d, m, w, h, q, f, s, k)
+        settle_all(x, t, e, d, m, w, h, v, q, f, s, k)
         return True
     rank_points(f, 3, n, room)
     n -= 3
     step = 1
     while step < n:
         step *= 2
-    if not insert_point(x, t, e, d, m, w, h, q, f, s, k, room[0], False):
+    if not insert_point(x, t, e, d, m, w, h, v, q, f, s, k, room[0], False):
         return False
     while step > _BLOCK:  # the first of each block, coarse to fine
-        if not _insert_between(x, t, e, d, m, w, h, q, f, s, k, room, 0, n, step):
+        if not _insert_between(x, t, e, d, m, w, h, v, q, f, s, k, room, 0, n, step):
             return False
         step //= 2
     for low in range(0, n, _BLOCK):
         step = _BLOCK
         while step > 1:
             high = min(low + _BLOCK, n)
-            if not _insert_between(x, t, e, d, m, w, h, q, f, s, k, room, low, high, step):
+            if not _insert_between(x, t, e, d, m, w, h, v, q, f, s, k, room, low, high, step):
                 return False
             step //= 2
     return True
 
 
 @scalar
-def _insert_between(x, t, e, d, m, w, h, q, f, s, k, room, low, high, step):
+def _insert_between(x, t, e, d, m, w, h, v, q, f, s, k, room, low, high, step):
     """Insert the points half-way between those with every step-th rank, from low on below high."""
     for c in range(low + step // 2, high, step):
-        s[START] = q[room[c - step // 2], 2]
-        if not insert_point(x, t, e, d, m, w, h, q, f, s, k, room[c], False):
+        s[START] = v[room[c - step // 2]]
+        if not insert_point(x, t, e, d, m, w, h, v, q, f, s, k, room[c], False):
             return False
     return True
 
 
 @scalar
 def _insert_segments(
-    x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, room
+    x, t, e, d, m, w, names, places, records, low, high, local, h, v, q, f, s, k, room
 ):
     """Insert the segments of a face: 0, FULL, or -1 (broken).
 
@@ -164,23 +164,27 @@ def _insert_segments(
     for r in range(low, high):
         if records[r, 2] >= 0:
             a, b = local[records[r, 1]], local[records[r, 2]]
-            if not constrain_edge(h, q, a, b, records[r, 3]):
+            if not constrain_edge(h, v, a, b, records[r, 3]):
                 room[n] = r
                 n += 1
     stride = 7919 if n % 7919 != 0 else 7907
     for c in range(n):
         r = room[(c * stride) % n]
         a, b = local[records[r, 1]], local[records[r, 2]]
-        done = insert_segment(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, records[r, 3])
+        done = insert_segment(
+            x, t, e, d, m, w, names, places, h, v, q, f, s, k, a, b, records[r, 3]
+        )
         if done < 0:
             return done
     if n > 0:
-        settle_all(x, t, e, d, m, w, h, q, f, s, k)
+        settle_all(x, t, e, d, m, w, h, v, q, f, s, k)
     return 0
 
 
 @scalar
-def _cut_face(x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, room, tri):
+def _cut_face(
+    x, t, e, d, m, w, names, places, records, low, high, local, h, v, q, f, s, k, room, tri
+):
     """Triangulate one face with its records; 0, FULL or BROKEN."""
     s[FACE_ID] = tri
     s[AXIS], s[SIDE] = normal_axis(x, m, w, t[tri, 0], t[tri, 1], t[tri, 2])
@@ -190,7 +194,7 @@ def _cut_face(x, t, e, d, m, w, names, places, records, low, high, local, h, q, 
         and _cut_once(x, t, e, d, m, w, h, q, f, s, records[low, 1], records[low, 2])
     ):
         return 0
-    _start_face(x, t, q, f, s, h)
+    _start_face(x, t, q, f, s, h, v)
     for c in range(3):
         local[q[c, 0]] = c
     for r in range(low, high):
@@ -199,56 +203,77 @@ def _cut_face(x, t, e, d, m, w, names, places, records, low, high, local, h, q, 
             b = _local_of(local, x, t, e, d, m, q, f, s, tri, records[r, 2])
             add_line(q, a, records[r, 3])
             add_line(q, b, records[r, 3])
-    if not _insert_points(x, t, e, d, m, w, h, q, f, s, k, room):
+    if not _insert_points(x, t, e, d, m, w, h, v, q, f, s, k, room):
         return BROKEN
     done = _insert_segments(
-        x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, room
+        x, t, e, d, m, w, names, places, records, low, high, local, h, v, q, f, s, k, room
     )
     return done if done >= 0 or done == FULL else BROKEN
 
 
 @scalar
-def _give_children(q, s, h, local, children, parents, out):
-    """File the triangles of a face, oriented as it is, and clear `local`; how many are filed."""
+def _turns_left(f, a, b, c):
+    """Whether a triangle surely turns left once its corners are rounded."""
+    left = (f[b, 0] - f[a, 0]) * (f[c, 1] - f[a, 1])
+    right = (f[b, 1] - f[a, 1]) * (f[c, 0] - f[a, 0])
+    size = abs(left) + abs(right)
+    return size > TINY and left - right > ORIENT2D_BOUND * size
+
+
+@scalar
+def _give_children(q, s, h, f, local, children, parents, out, doubt, n_doubt):
+    """File the triangles of a face, oriented as it is, and clear `local`.
+
+    Returns how many are filed, and how many of these may be turned over by rounding.
+    """
     for c in range(s[TRIANGLES]):
-        p0, p1, p2 = q[h[3 * c, 0], 0], q[h[3 * c + 1, 0], 0], q[h[3 * c + 2, 0], 0]
-        children[out, 0] = p0
-        children[out, 1] = p1 if s[SIDE] > 0 else p2
-        children[out, 2] = p2 if s[SIDE] > 0 else p1
+        p0, p1, p2 = h[3 * c, 0], h[3 * c + 1, 0], h[3 * c + 2, 0]
+        if not _turns_left(f, p0, p1, p2):
+            doubt[n_doubt] = out
+            n_doubt += 1
+        children[out, 0] = q[p0, 0]
+        children[out, 1] = q[p1 if s[SIDE] > 0 else p2, 0]
+        children[out, 2] = q[p2 if s[SIDE] > 0 else p1, 0]
         parents[out] = s[FACE_ID]
         out += 1
     for c in range(s[POINTS]):
         if q[c, 0] < local.shape[0]:
             local[q[c, 0]] = -1
-    return out
+    return out, n_doubt
 
 
-@entry("d2 l2 l2 l2 l1 l1 l2 l1 l2 l1 l1 l2 l2 d2 l2 l2 l1 -> l")
-def cut_faces(
-    x, t, e, d, m, w, names, places, records, offsets, local, h, q, f, k, children, parents
-):
-    """Children of all cut faces; returns their number, FULL, or BROKEN - (face number).
+@entry("d2 l2 l2 l2 l1 l1 l2 l1 l2 l1 l l2 l1 -> l l1")
+def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, children, parents):
+    """Children of all cut faces: their number, FULL, or BROKEN - (face number); and rows in doubt.
 
-    ``records[offsets[i]:offsets[i + 1]]`` belong to one face; `local` is -1 for every id;
-    `places` need not be set: the ``m[UNFILED]`` points are entered there if some are made.
+    ``records[offsets[i]:offsets[i + 1]]`` belong to one face, which has room for `n_local` points.
+    `names` and `places` need not be set: both are emptied, and the ``m[UNFILED]`` points
+    entered, if points are made. In doubt are children that doubles do not show to face as their
+    parents do.
     """
     s = np.zeros(N_STATE, dtype=np.int64)
-    room = np.empty(2 * q.shape[0] + ROOM, dtype=np.int64)
-    out = 0
+    half = 6 * n_local + 64
+    h = np.empty((half, 4), dtype=np.int32)  # half as much memory to go through as int64
+    v = np.empty(n_local, dtype=np.int32)
+    k = np.empty((3 * half + 256, 4), dtype=np.int32)
+    q = np.empty((n_local, 8), dtype=np.int64)
+    f = np.empty((n_local, 8), dtype=np.float64)
+    local = np.full(x.shape[0], -1, dtype=np.int32)  # number in the face of each id
+    room = np.empty(2 * n_local + ROOM, dtype=np.int64)
+    doubt = np.empty(children.shape[0], dtype=np.int64)
+    out, n_doubt = 0, 0
     for g in range(offsets.shape[0] - 1):
         low, high = offsets[g], offsets[g + 1]
         tri = records[low, 0]
         need = 3 + 2 * (high - low)
-        if need >= q.shape[0] or 6 * need + 6 >= h.shape[0]:
-            return FULL
+        if need >= n_local or 6 * need + 6 >= half:
+            return FULL, doubt[:0].copy()
         status = _cut_face(
-            x, t, e, d, m, w, names, places, records, low, high, local, h, q, f, s, k, room, tri
+            x, t, e, d, m, w, names, places, records, low, high, local, h, v, q, f, s, k, room, tri
         )
-        if status == FULL:
-            return FULL
+        if status == FULL or out + s[TRIANGLES] > children.shape[0]:
+            return FULL, doubt[:0].copy()
         if status == BROKEN:
-            return BROKEN - g
-        if out + s[TRIANGLES] > children.shape[0]:
-            return FULL
-        out = _give_children(q, s, h, local, children, parents, out)
-    return out
+            return BROKEN - g, doubt[:0].copy()
+        out, n_doubt = _give_children(q, s, h, f, local, children, parents, out, doubt, n_doubt)
+    return out, doubt[:n_doubt].copy()

@@ -1,15 +1,16 @@
 """The unique constrained Delaunay triangulation of one cut face: points and flips.
 
 Notation
-    h        half-edges, int64 (n, 4): origin (local point), twin (-1 at the border), support
+    h        half-edges, int32 (n, 4): origin (local point), twin (-1 at the border), support
              plane of a constraint (-1: none), mark; half-edge i belongs to triangle i // 3
+    v        a half-edge that starts at each local point, int32 (n,)
     q        local points, int64 (n, 8): global id, bits of the face's edges that hold it,
-             a half-edge that starts there, number of the segment that it is known to lie on,
-             three lines that it is known to lie on (-1: none), its row of integers (`kept`)
+             its row of integers (`kept`), number of the segment that it is known to lie on,
+             four lines that it is known to lie on (-1: none)
     f        local points, float64 (n, 8): rounded coordinates (u, v), the larger of their errors,
              both errors; then what rounding left out of (u, v) and the error of that (-1: unknown)
-    k        scratch rows, int64 (n, 4)
-    s        state, int64 (14,): numbers of points and triangles, axis, segment number, face, start,
+    k        scratch rows, int32 (n, 4)
+    s        state, int64 (15,): numbers of points and triangles, axis, segment number, face, start,
              room that is used (`kept`), number of learned lines, sign of the normal on the axis;
              the rest: `byname`
 
@@ -55,23 +56,28 @@ def link(h, a, b, support):
 
 
 @scalar
-def put(h, q, tri, a, b, c):
+def put(h, v, tri, a, b, c):
     """Write the corners of a triangle."""
     i = 3 * tri
     h[i, 0], h[i + 1, 0], h[i + 2, 0] = a, b, c
-    q[a, 2], q[b, 2], q[c, 2] = i, i + 1, i + 2
+    v[a], v[b], v[c] = i, i + 1, i + 2
 
 
 @scalar
-def _new(h, q, tri, a, b, c):
-    """Write a triangle that was not there before."""
-    for i in range(3 * tri, 3 * tri + 3):
-        h[i, 1], h[i, 2], h[i, 3] = -1, -1, 0
-    put(h, q, tri, a, b, c)
+def _write(h, i, origin, twin, support):
+    """Write a half-edge that is not marked."""
+    h[i, 0], h[i, 1], h[i, 2], h[i, 3] = origin, twin, support, 0
 
 
 @scalar
-def flip(h, q, i):
+def _lead_back(h, twin, i):
+    """Half-edge i is the twin of another one now (of none where that is -1)."""
+    if twin >= 0:
+        h[twin, 1] = i
+
+
+@scalar
+def flip(h, v, i):
     """Replace the edge of half-edge i by the other diagonal."""
     j = h[i, 1]
     i1, i2 = following(i), preceding(i)
@@ -82,18 +88,20 @@ def flip(h, q, i):
     tj1, cj1 = h[j1, 1], h[j1, 2]
     tj2, cj2 = h[j2, 1], h[j2, 2]
     # triangle of i: c, o, b; triangle of j: o, c, a
-    h[i, 0], h[i1, 0], h[i2, 0] = c, o, b
-    h[j, 0], h[j1, 0], h[j2, 0] = o, c, a
-    link(h, i, j, -1)
-    link(h, i1, tj2, cj2)
-    link(h, i2, ti1, ci1)
-    link(h, j1, ti2, ci2)
-    link(h, j2, tj1, cj1)
-    q[c, 2], q[o, 2], q[b, 2], q[a, 2] = i, i1, i2, j2
+    h[i, 0], h[j, 0] = c, o
+    h[i1, 0], h[i1, 1], h[i1, 2] = o, tj2, cj2
+    h[i2, 0], h[i2, 1], h[i2, 2] = b, ti1, ci1
+    h[j1, 0], h[j1, 1], h[j1, 2] = c, ti2, ci2
+    h[j2, 0], h[j2, 1], h[j2, 2] = a, tj1, cj1
+    _lead_back(h, tj2, i1)
+    _lead_back(h, ti1, i2)
+    _lead_back(h, ti2, j1)
+    _lead_back(h, tj1, j2)
+    v[c], v[o], v[b], v[a] = i, i1, i2, j2
 
 
 @scalar
-def _settle(x, t, e, d, m, w, h, q, f, s, k, p, n):
+def _settle(x, t, e, d, m, w, h, v, q, f, s, k, p, n):
     """Lawson around a new point p: flip the n edges opposite to it in k[:, 0], and what follows.
 
     A flip makes an edge at p, which is right, and two opposite to it, which are looked at next.
@@ -107,13 +115,13 @@ def _settle(x, t, e, d, m, w, h, q, f, s, k, p, n):
         a, b, o = h[i, 0], h[j, 0], h[preceding(j), 0]
         side = plain_circle(f, a, b, p, o)
         if side > 0 or (side == 0 and in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, p, o)):
-            flip(h, q, i)
+            flip(h, v, i)
             k[n, 0], k[n + 1, 0] = following(i), preceding(j)
             n += 2
 
 
 @scalar
-def _split_triangle(h, q, s, tri, p):
+def _split_triangle(h, v, s, tri, p):
     """Insert p inside a triangle: 1 -> 3."""
     i = 3 * tri
     a, b, c = h[i, 0], h[i + 1, 0], h[i + 2, 0]
@@ -121,95 +129,103 @@ def _split_triangle(h, q, s, tri, p):
     tc, cc = h[i + 2, 1], h[i + 2, 2]
     n = s[TRIANGLES]
     s[TRIANGLES] = n + 2
-    y, z = 3 * n, 3 * n + 3
-    _new(h, q, n, b, c, p)
-    _new(h, q, n + 1, c, a, p)
-    put(h, q, tri, a, b, p)
-    link(h, y, tb, cb)
-    link(h, z, tc, cc)
-    link(h, i + 1, y + 2, -1)
-    link(h, y + 1, z + 2, -1)
-    link(h, z + 1, i + 2, -1)
+    y, z = 3 * n, 3 * n + 3  # of b, c, p and of c, a, p; a, b, p stays here
+    _write(h, y, b, tb, cb)
+    _write(h, y + 1, c, z + 2, -1)
+    _write(h, y + 2, p, i + 1, -1)
+    _write(h, z, c, tc, cc)
+    _write(h, z + 1, a, i + 2, -1)
+    _write(h, z + 2, p, y + 1, -1)
+    _write(h, i + 1, b, y + 2, -1)
+    _write(h, i + 2, p, z + 1, -1)
+    _lead_back(h, tb, y)
+    _lead_back(h, tc, z)
+    v[a], v[b], v[c], v[p] = i, i + 1, z, i + 2
 
 
 @scalar
-def split_edge(h, q, s, i, p):
-    """Insert p on the edge of half-edge i: 2 -> 4, or 1 -> 2 at the border.
+def _split_half(h, v, s, i, p, twin):
+    """The triangle on one side of an edge that is split at p: what lies behind p is a new one.
 
-    Afterwards half-edge i runs from its origin to p.
+    `twin` is that of the new half-edge from p to where half-edge i led; returns that half-edge.
     """
-    j = h[i, 1]
-    support = h[i, 2]
     i1, i2 = following(i), preceding(i)
     b, c = h[i1, 0], h[i2, 0]
     t1, c1 = h[i1, 1], h[i1, 2]
-    n = s[TRIANGLES]
-    new = 3 * n
-    _new(h, q, n, p, b, c)
-    h[i1, 0] = p
-    link(h, new + 1, t1, c1)
-    link(h, i1, new + 2, -1)
-    if j < 0:
-        s[TRIANGLES] = n + 1
-        link(h, new, -1, support)
-        q[p, 2] = new
-        return
-    s[TRIANGLES] = n + 2
-    j1, j2 = following(j), preceding(j)
-    a, o = h[j1, 0], h[j2, 0]
-    t2, c2 = h[j1, 1], h[j1, 2]
-    other = 3 * n + 3
-    _new(h, q, n + 1, p, a, o)
-    h[j1, 0] = p
-    link(h, other + 1, t2, c2)
-    link(h, j1, other + 2, -1)
-    link(h, i, other, support)
-    link(h, j, new, support)
-    q[p, 2] = new
-    q[b, 2] = j
-    q[a, 2] = i
+    new = 3 * s[TRIANGLES]
+    s[TRIANGLES] += 1
+    _write(h, new, p, twin, h[i, 2])
+    _write(h, new + 1, b, t1, c1)
+    _write(h, new + 2, c, i1, -1)
+    _write(h, i1, p, new + 2, -1)
+    _lead_back(h, t1, new + 1)
+    v[p], v[b], v[c] = new, new + 1, new + 2
+    return new
+
+
+@scalar
+def split_edge(h, v, s, i, p):
+    """Insert p on the edge of half-edge i: 2 -> 4, or 1 -> 2 at the border.
+
+    Afterwards half-edge i runs from its origin to p, and so does its twin.
+    """
+    j = h[i, 1]
+    new = _split_half(h, v, s, i, p, j)
+    if j >= 0:
+        other = _split_half(h, v, s, j, p, i)
+        h[i, 1], h[j, 1] = other, new
+        v[p], v[h[j, 0]], v[h[i, 0]] = new, j, i
 
 
 @scalar
 def _seek(x, t, e, d, m, w, h, q, f, s, p, scan):
-    """Triangle that holds point p, and the half-edge it lies on (-1: inside); tri -1: lost."""
+    """Triangle that holds point p, and the half-edge it lies on (-1: inside); tri -1: lost.
+
+    What doubles leave open is asked only where they see p behind none of the edges: along a line of
+    points, most steps are sure.
+    """
     tri = 0 if scan else s[START] // 3
     entered = -1  # the half-edge that was crossed last: p is on its left
-    steps = 0
-    while steps <= 4 * s[TRIANGLES] + 8:
-        on = -1
-        out = -1
-        for r in range(3):
-            # start at another edge each step, so that a walk among ties cannot run in a circle
-            i = 3 * tri + (r + steps) % 3
+    first = 0  # another edge at each step, so that a walk among ties cannot run in a circle
+    for _ in range(4 * s[TRIANGLES] + 9):
+        on, out, is_open = -1, -1, 0
+        for r in range(first, first + 3):
+            i = 3 * tri + (r if r < 3 else r - 3)
             if i == entered:
                 continue
-            a, b = h[i, 0], h[following(i), 0]
-            side = plain_turn(f, a, b, p)
-            if side == 0:
-                side = turn_closely(x, t, e, d, m, w, q, f, s, a, b, p)
+            side = plain_turn(f, h[i, 0], h[following(i), 0], p)
             if side < 0:
                 out = i
                 break
-            if side == 0:
-                on = i
+            is_open |= int(side == 0) << (i - 3 * tri)
+        if out < 0 and is_open != 0:
+            for i in range(3 * tri, 3 * tri + 3):
+                if (is_open >> (i - 3 * tri)) & 1 == 0:
+                    continue
+                a, b = h[i, 0], h[following(i), 0]
+                side = turn_closely(x, t, e, d, m, w, q, f, s, a, b, p)
+                if side < 0:
+                    out = i
+                    break
+                if side == 0:
+                    on = i
         if out < 0:
             return tri, on
-        steps += 1
+        first = 0 if first == 2 else first + 1
         if scan:
             tri += 1
             if tri >= s[TRIANGLES]:
-                return -1, -1
+                break
         else:
             entered = h[out, 1]
             if entered < 0:
-                return -1, -1
+                break
             tri = entered // 3
     return -1, -1
 
 
 @scalar
-def insert_point(x, t, e, d, m, w, h, q, f, s, k, p, scan):
+def insert_point(x, t, e, d, m, w, h, v, q, f, s, k, p, scan):
     """Insert local point p; False if it is not in the face (which breaks a promise)."""
     tri, on = _seek(x, t, e, d, m, w, h, q, f, s, p, scan)
     if tri < 0:
@@ -217,23 +233,23 @@ def insert_point(x, t, e, d, m, w, h, q, f, s, k, p, scan):
     new = 3 * s[TRIANGLES]
     n = 3
     if on < 0:
-        _split_triangle(h, q, s, tri, p)
+        _split_triangle(h, v, s, tri, p)
         k[0, 0], k[1, 0], k[2, 0] = 3 * tri, new, new + 3
     else:
-        split_edge(h, q, s, on, p)
+        split_edge(h, v, s, on, p)
         k[0, 0], k[1, 0] = new + 1, preceding(on)
         n = 2
         if h[new, 1] >= 0:
             k[2, 0], k[3, 0] = new + 4, preceding(h[new, 1])
             n = 4
     if not scan:
-        _settle(x, t, e, d, m, w, h, q, f, s, k, p, n)
-    s[START] = q[p, 2]
+        _settle(x, t, e, d, m, w, h, v, q, f, s, k, p, n)
+    s[START] = v[p]
     return True
 
 
 @scalar
-def settle_all(x, t, e, d, m, w, h, q, f, s, k):
+def settle_all(x, t, e, d, m, w, h, v, q, f, s, k):
     """Flip until every free edge is Delaunay, in rounds that flip each triangle once at most.
 
     What a cavity leaves is often a fan. From fan to fan, edge by edge, flipping is quadratic; where
@@ -267,7 +283,7 @@ def settle_all(x, t, e, d, m, w, h, q, f, s, k):
             c, o = h[preceding(i), 0], h[preceding(j), 0]
             side = plain_circle(f, a, b, c, o)
             if side > 0 or (side == 0 and in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o)):
-                flip(h, q, i)
+                flip(h, v, i)
                 k[i // 3, 2] = k[j // 3, 2] = lap
                 later = _queue(h, k, following(i), later, other)
                 later = _queue(h, k, preceding(i), later, other)

@@ -28,7 +28,7 @@ from geosurf.kernels.exact import (
 from geosurf.kernels.limbs import BITS, clear, mul_add, sign
 
 POINTS, AXIS, USED = 0, 2, 6  # of the state s
-KEPT = 7  # column of q: where the row of a point begins, -1: not made
+KEPT = 2  # column of q: where the row of a point begins, -1: not made
 _HEAD = 4
 _SCRATCH = 240  # units of w from here on are free between two signs
 _MOST = 1 << 20

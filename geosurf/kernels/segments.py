@@ -12,7 +12,7 @@ from geosurf.kernels._jit import scalar
 from geosurf.kernels.byname import add_line
 from geosurf.kernels.cavity import dig, side_of_segment
 from geosurf.kernels.delaunay import following, link, preceding, split_edge
-from geosurf.kernels.exact import COLLISIONS, N_TRIANGLE, UNFILED
+from geosurf.kernels.exact import COLLISIONS, N_NAME, N_TRIANGLE, UNFILED
 from geosurf.kernels.points import FULL, LPI, TPI, id_at_place, named_point
 from geosurf.kernels.signs import (
     FACE_ID,
@@ -25,14 +25,17 @@ from geosurf.kernels.signs import (
 
 
 @scalar
-def _file_points(x, t, e, d, m, w, places):
+def _file_points(x, t, e, d, m, w, names, places):
     """Enter the points that were there before, all distinct, into the table of places, once.
 
-    Most scenes make no more points, and then need no such table: it is emptied here.
+    Most scenes make no more points, and then need no tables: both are emptied here.
     """
     if m[UNFILED] == 0:
         return
     collisions = m[COLLISIONS]
+    m[N_NAME] = 0
+    for slot in range(names.shape[0]):
+        names[slot, 0] = 0
     for slot in range(places.shape[0]):
         places[slot] = -1
     for i in range(m[UNFILED]):
@@ -43,7 +46,7 @@ def _file_points(x, t, e, d, m, w, places):
 @scalar
 def _crossing(x, t, e, d, m, w, names, places, s, one, two):
     """Id of the point of the face where constraints with two support planes cross."""
-    _file_points(x, t, e, d, m, w, places)
+    _file_points(x, t, e, d, m, w, names, places)
     face = s[FACE_ID]
     n = m[N_TRIANGLE]
     if one >= n:  # an edge in the face: the line is the edge itself
@@ -54,9 +57,9 @@ def _crossing(x, t, e, d, m, w, names, places, s, one, two):
 
 
 @scalar
-def _first_crossed(x, t, e, d, m, w, h, q, f, s, a, b, p, goal):
+def _first_crossed(x, t, e, d, m, w, h, v, q, f, s, a, b, p, goal):
     """From p towards goal: (half-edge crossed, -1), or (half-edge along the line, its far end)."""
-    start = q[p, 2]
+    start = v[p]
     i = start
     forward = True
     while True:
@@ -112,12 +115,12 @@ def _edge_around(h, i, a, b):
 
 
 @scalar
-def constrain_edge(h, q, a, b, support):
+def constrain_edge(h, v, a, b, support):
     """Whether points a and b are the ends of an edge, which then becomes a constraint.
 
     Triangles around both are looked at by turns, so that the smaller number of them counts.
     """
-    i, j = q[a, 2], q[b, 2]
+    i, j = v[a], v[b]
     one = two = 1
     while one != 0 and two != 0:
         edge = _edge_around(h, i, a, b)
@@ -126,8 +129,8 @@ def constrain_edge(h, q, a, b, support):
         if edge >= 0:
             _constrain(h, edge, support)
             return True
-        i, one = _turned(h, q[a, 2], i, one)
-        j, two = _turned(h, q[b, 2], j, two)
+        i, one = _turned(h, v[a], i, one)
+        j, two = _turned(h, v[b], j, two)
     return False
 
 
@@ -139,34 +142,34 @@ def _constrain(h, i, support):
 
 
 @scalar
-def _has_fewer(h, q, a, b):
+def _has_fewer(h, v, a, b):
     """Whether no more triangles meet at point a than at b, by turning around both at once."""
-    i, j = q[a, 2], q[b, 2]
+    i, j = v[a], v[b]
     one = two = 1
     while True:
-        i, one = _turned(h, q[a, 2], i, one)
+        i, one = _turned(h, v[a], i, one)
         if one == 0:
             return True
-        j, two = _turned(h, q[b, 2], j, two)
+        j, two = _turned(h, v[b], j, two)
         if two == 0:
             return False
 
 
 @scalar
-def _advance(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, p, other, support):
+def _advance(x, t, e, d, m, w, names, places, h, v, q, f, s, k, a, b, p, other, support):
     """Constrain the line from a to b, from its point p to the next one towards `other`.
 
     Returns that point; -1 if there is none, which breaks a promise; FULL.
     """
     goal = other
     while True:
-        i, far = _first_crossed(x, t, e, d, m, w, h, q, f, s, a, b, p, goal)
+        i, far = _first_crossed(x, t, e, d, m, w, h, v, q, f, s, a, b, p, goal)
         if i < 0:
             return -1
         if far >= 0:
             _constrain(h, i, support)
             return far
-        reached, wall = dig(x, t, e, d, m, w, h, q, f, s, k, p, i, a, b, goal, support)
+        reached, wall = dig(x, t, e, d, m, w, h, v, q, f, s, k, p, i, a, b, goal, support)
         if wall < 0:
             return reached
         if s[POINTS] >= q.shape[0] or 3 * (s[TRIANGLES] + 2) > h.shape[0]:
@@ -178,11 +181,11 @@ def _advance(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, p, other, sup
         add_line(q, goal, support)
         add_line(q, goal, h[wall, 2])
         q[goal, 3] = s[SEGMENT]
-        split_edge(h, q, s, wall, goal)
+        split_edge(h, v, s, wall, goal)
 
 
 @scalar
-def insert_segment(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, support):
+def insert_segment(x, t, e, d, m, w, names, places, h, v, q, f, s, k, a, b, support):
     """Make the segment of local points a, b a chain of constraints; FULL, -1 (broken) or 0.
 
     From both ends, always where fewer triangles meet: thousands of segments with one end in common,
@@ -192,10 +195,10 @@ def insert_segment(x, t, e, d, m, w, names, places, h, q, f, s, k, a, b, support
     q[a, 3] = q[b, 3] = s[SEGMENT]
     low, high = a, b
     while low != high:
-        upward = _has_fewer(h, q, low, high)
+        upward = _has_fewer(h, v, low, high)
         p, other = (low, high) if upward else (high, low)
         one, two = (a, b) if upward else (b, a)
-        p = _advance(x, t, e, d, m, w, names, places, h, q, f, s, k, one, two, p, other, support)
+        p = _advance(x, t, e, d, m, w, names, places, h, v, q, f, s, k, one, two, p, other, support)
         if p < 0:
             return p
         q[p, 3] = s[SEGMENT]

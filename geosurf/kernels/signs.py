@@ -21,7 +21,7 @@ from geosurf.kernels.kept import kept_compare, kept_orient2d
 from geosurf.kernels.predicates import ORIENT2D_BOUND, TINY, sure_sign
 
 POINTS, TRIANGLES, AXIS, SEGMENT, FACE_ID, START, USED, LINES, SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8
-N_STATE = 14  # with the known line of `byname`
+N_STATE = 15  # with the known line of `byname`
 _HALF_ULP = 1.12e-16
 TINY_DOUBLED = 1e-180  # below it rests of products may underflow
 
