@@ -35,11 +35,13 @@ def unsound(contacts: Contacts, children: Children) -> np.ndarray:
     """Faces whose children turn over or cross another triangle once rounded (exact tests)."""
     if len(children.triangles) == 0:
         return np.empty(0, dtype=np.int64)
-    x = children.x
-    m, w = frame_of(x)
-    bad = turned_over(x, children.triangles, contacts.t, children.parent, m, w)
-    if len(bad):
-        return children.parent[bad]
+    rows = children.doubtful
+    if len(rows):
+        m, w = frame_of(children.x)
+        t, parent = children.triangles[rows], children.parent[rows]
+        bad = turned_over(children.x, t, contacts.t, parent, m, w)
+        if len(bad):
+            return parent[bad]
     return crossing_faces(contacts, children)
 
 

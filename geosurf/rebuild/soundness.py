@@ -19,7 +19,6 @@ from geosurf.contact.arrange import Children
 from geosurf.contact.crossing import crossing_pairs
 from geosurf.contact.search import ULP, Contacts
 from geosurf.kernels.mesh import weld
-from geosurf.kernels.packed import in_plane
 from geosurf.kernels.sure import unsure_pairs
 from geosurf.kernels.thin import thin_children
 from geosurf.kernels.voxels import triangle_boxes
@@ -29,6 +28,9 @@ _SAFETY = 1024.0
 
 def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
     """Faces (rows of `Contacts.t`) with pieces that cross another triangle once rounded."""
+    thin, near = _thin(contacts, children), near_pairs(contacts)
+    if len(thin) == 0 and len(near) == 0:
+        return thin
     t = children.triangles
     if children.collisions:  # distinct points in one place are one vertex of the result
         number, _ = weld(children.x)
@@ -38,10 +40,10 @@ def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
     uncut = np.flatnonzero(uncut)
     pieces = np.concatenate([t, contacts.t[uncut]])
     face = np.concatenate([children.parent, uncut])
-    suspect = _thin(contacts, children, pieces, face)
-    suspect |= _of_near_pairs(contacts, children.x, pieces, face)
+    suspect = _of_near_pairs(contacts, near, children.x, pieces, face)
+    suspect[thin] = True
     if not suspect.any():
-        return np.empty(0, dtype=np.int64)
+        return thin
     touched = np.zeros(len(children.x), dtype=bool)
     touched[pieces[suspect]] = True
     suspect[: len(t)] |= touched[t].any(axis=1)
@@ -51,20 +53,22 @@ def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
     return face[np.concatenate([mine, others])[pairs.ravel()]]
 
 
-def _thin(contacts: Contacts, children: Children, pieces, face) -> np.ndarray:
-    """Children thinner than what rounding can do, given the flattest contact of their face."""
-    x, n = children.x, len(children.triangles)
-    pairs = contacts.rows[~in_plane(contacts.rows), :2]
-    # constructed points lie in faces that are cut; which others are kept depends on the search
-    corners = contacts.x[contacts.t[children.cut]]
-    reach = _SAFETY * ULP * float(np.abs(corners).max(initial=0.0))
-    thin = np.zeros(len(pieces), dtype=bool)
-    thin[:n] = thin_children(contacts.x, contacts.t, pairs, x, pieces[:n], face[:n], reach)
+def _thin(contacts: Contacts, children: Children) -> np.ndarray:
+    """Children (rows) thinner than what rounding can do, given the flattest contact of their face.
+
+    Constructed points lie in faces that are cut, so the largest coordinate is that of those; which
+    others are kept depends on the search.
+    """
+    faces = contacts.x, contacts.t, contacts.m.copy(), contacts.w, contacts.rows
+    of = children.x, children.triangles, children.parent
+    thin: np.ndarray = thin_children(*faces, *of, _SAFETY * ULP)
     return thin
 
 
 def near_pairs(contacts: Contacts) -> np.ndarray:
     """Near pairs (n, 2) of faces that rounding could change: the same for any search."""
+    if len(contacts.near) == 0:
+        return contacts.near
     pairs = np.unique(np.sort(contacts.near, axis=1), axis=0)
     n = len(contacts.t)
     met = np.sort(contacts.rows[:, :2], axis=1)
@@ -73,10 +77,9 @@ def near_pairs(contacts: Contacts) -> np.ndarray:
     return pairs[unsure_pairs(contacts.x, contacts.t, m, w, pairs, meet, ULP)]
 
 
-def _of_near_pairs(contacts: Contacts, x, pieces, face) -> np.ndarray:
-    """Pieces of faces in near pairs whose boxes reach the other face."""
+def _of_near_pairs(contacts: Contacts, pairs: np.ndarray, x, pieces, face) -> np.ndarray:
+    """Whether pieces are of faces in near pairs, and their boxes reach the other face."""
     suspect = np.zeros(len(pieces), dtype=bool)
-    pairs = near_pairs(contacts)
     if len(pairs) == 0:
         return suspect
     order = np.argsort(face, kind="stable")

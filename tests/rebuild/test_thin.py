@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from geosurf import TriSurface
+from geosurf.contact.arrange import cut_contacts
+from geosurf.contact.search import find_contacts
+from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER
+from geosurf.kernels.predicates import frame_of
 from geosurf.kernels.thin import thin_children
+from geosurf.model import Lattice
 
 
 def slowly(x, t, pairs, y, children, parent, reach):
@@ -24,6 +30,27 @@ def slowly(x, t, pairs, y, children, parent, reach):
     return height * flattest[parent] / reach
 
 
+INSIDE = [8 * 3 + 6, 8 * 6 + 4]  # an edge of each through the face of the other
+
+
+def contacts(pairs, codes=(), coplanar=0):
+    """Rows of contacts in two points."""
+    rows = np.zeros((len(pairs), N_COLUMN), dtype=np.int64)
+    rows[:, :2], rows[:, COPLANAR], rows[:, N_CORNER] = pairs, coplanar, 2
+    rows[:, FIRST_CODE : FIRST_CODE + 2] = codes or INSIDE
+    return rows
+
+
+def thin(x, t, rows, y, children, parent, reach):
+    """Whether children are thin, by the kernel."""
+    m, w = frame_of(x, len(t))
+    part = reach / np.abs(x[t[parent]]).max()
+    found = thin_children(x, t, m, w, rows, y, children, parent, part)
+    mask = np.zeros(len(children), dtype=bool)
+    mask[found] = True
+    return mask
+
+
 @pytest.mark.parametrize("reach", [0.02, 0.1, 0.4])
 def test_as_in_numpy(rng, reach):
     x, y = rng.random((40, 3)), rng.random((90, 3))
@@ -34,16 +61,68 @@ def test_as_in_numpy(rng, reach):
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]
     ratio = slowly(x, t, pairs, y, children, parent, reach)
     clear = np.abs(ratio - 1.0) > 1e-9
-    found = thin_children(x, t, pairs, y, children, parent, reach)
+    found = thin(x, t, contacts(pairs), y, children, parent, reach)
     assert found.any()
     assert not found.all()
     assert (found == (ratio <= 1.0))[clear].all()
+    none = contacts(pairs, coplanar=1)
+    alone = slowly(x, t, pairs[:0], y, children, parent, reach)
+    assert (thin(x, t, none, y, children, parent, reach) == (alone <= 1.0)).all()
 
 
 def test_what_has_no_height_is_thin():
     x = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0]])
-    t, none = np.array([[0, 1, 2]]), np.empty((0, 2), dtype=np.int64)
+    t, none = np.array([[0, 1, 2]]), contacts(np.empty((0, 2), dtype=np.int64))
     children = np.array([[0, 1, 3], [0, 0, 0], [0, 1, 2]])
-    assert thin_children(x, t, none, x, children, np.zeros(3, np.int64), 0.0).tolist() == [
+    assert thin(x, t, none, x, children, np.zeros(3, np.int64), 0.0).tolist() == [
         True, True, False,
     ]  # fmt: skip
+
+
+def counted(third, fourth, codes):
+    """Whether a contact of two faces over the edge from (0, 0, 0) to (1, 0, 0) counts."""
+    x = np.array([[0.0, 0, 0], [1, 0, 0], third, fourth])
+    t, rows = np.array([[0, 1, 2], [0, 1, 3]]), contacts([[0, 1]], codes)
+    child, parent = np.array([[0, 1, 2]]), np.zeros(1, np.int64)
+    high = np.linalg.norm(np.cross(x[1], x[2]))
+    return thin(x, t, rows, x, child, parent, 0.5 * high)[0]
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_faces_side_by_side_do_not_count_on_their_rims(turned):
+    """Folded ones do, whatever they have in common, and so do steep ones, and what is inside."""
+    edge = [8 * 0 + 0, 8 * 1 + 1]
+    faces = {
+        "flat": ([0.5, 1, 0.1], [0.5, -1, 0.1], False),
+        "folded": ([0.5, 1, 0.1], [0.5, 1, 0.2], True),
+        "steep": ([0.5, 1e-3, 1], [0.5, -1e-3, 1], True),
+    }
+    for third, fourth, both in faces.values():
+        given = (fourth, third) if turned else (third, fourth)
+        assert counted(*given, edge) == both
+        assert counted(*given, INSIDE)
+        assert counted(*given, [8 * 3 + 3, 8 * 0 + 6])  # one of the points is inside
+
+
+def test_thin_is_the_same_by_any_search():
+    """Horizons of one survey as lattices, and as lists, whose rims are all listed."""
+    z, axis = np.random.default_rng(3).integers(0, 9, (2, 6, 6)) / 4.0, np.arange(6.0)
+    z[1, 0, 3] = z[0, 0, 3]  # one point of both
+    lattices = [
+        TriSurface(name, "horizon", lattice=Lattice(axis, axis, heights))
+        for name, heights in zip("ab", z, strict=True)
+    ]
+    lists = [TriSurface(s.name, s.role, s.vertices, s.triangles) for s in lattices]
+    found, listed = [], []
+    for surfaces in (lattices, lists):
+        of = find_contacts(surfaces, self_intersections=True)
+        children = cut_contacts(of)
+        frame = of.x, of.t, of.m.copy(), of.w, of.rows
+        rows = thin_children(*frame, children.x, children.triangles, children.parent, 0.03)
+        corners = np.sort(children.x[children.triangles[rows]].view("f8,f8,f8")[..., 0], axis=1)
+        found.append({(int(of.surface_of_face[p]), c.tobytes())
+                      for p, c in zip(children.parent[rows], corners, strict=True)})  # fmt: skip
+        listed.append(len(of.rows))
+    assert found[0] == found[1]
+    assert 0 < len(found[0]) < len(children.triangles)
+    assert listed[0] < listed[1]
