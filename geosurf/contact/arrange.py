@@ -68,12 +68,15 @@ def group_records(records: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     start = records[:, 0] * (records[:, 1].max() + 1) + records[:, 1]
     end = (records[:, 2] + 1) * (records[:, 3].max() + 2) + records[:, 3] + 1
     order = np.lexsort((end, start))
-    records, start = records[order], start[order]
+    # `take` is many times as fast as an index in brackets where rows are short
+    records, start = records.take(order, axis=0), start.take(order)
     new = np.ones(len(records), dtype=bool)
     new[1:] = (start[1:] != start[:-1]) | (records[1:, 2] != records[:-1, 2])
-    records = records[new]
-    starts = np.flatnonzero(np.diff(records[:, 0], prepend=-1))
-    return records, np.append(starts, len(records))
+    if not new.all():
+        records = records.take(np.flatnonzero(new), axis=0)
+    face = records[:, 0]
+    starts = np.flatnonzero(face[1:] != face[:-1]) + 1
+    return records, np.concatenate([[0], starts, [len(records)]])
 
 
 def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Children:
