@@ -90,9 +90,9 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
     records, offsets = group_records(contacts.records if records is None else records)
     cut = records[offsets[:-1], 0] if len(records) else np.empty(0, dtype=np.int64)
     n, n_old = len(contacts.x), len(contacts.d)
-    largest = int(np.diff(offsets).max(initial=0))
-    # where segments of one face cross, they make so many points at most if they are of two sheets
-    extra = len(records) + 64 + min(largest * largest // 4, _MOST_CROSSINGS)
+    # k segments of one face cross in k * k / 4 points at most if they are of two sheets
+    sizes = np.diff(offsets)
+    extra = 64 + min(int((sizes * sizes // 4).sum()), _MOST_CROSSINGS + len(records) // 4)
     while True:
         x = np.empty((n + extra, 3))
         x[:n] = contacts.x
@@ -102,7 +102,7 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
         names = np.empty((table_size(extra), 5), dtype=np.int64)
         places = np.empty(table_size(n + extra + 1), dtype=np.int64)
         m[UNFILED] = n
-        n_local = 2 * largest + extra + 16
+        n_local = 2 * int(sizes.max(initial=0)) + extra + 16
         w = roomy_workspace(int(m[LIMBS]), n_local)
         children = np.empty((6 * len(records) + 4 * extra + 64, 3), dtype=np.int64)
         parents = np.empty(len(children), dtype=np.int64)

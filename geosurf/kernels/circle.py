@@ -161,7 +161,7 @@ def sign_rows(x, t, e, d, m, w, ids, axis, rows, out):
 
     The points lie in one plane that is not upright on the axis. For tests.
     """
-    q = np.empty((ids.shape[0], 8), dtype=np.int64)
+    q = np.empty((ids.shape[0], 8), dtype=np.int32)
     f = np.empty((ids.shape[0], 8), dtype=np.float64)
     s = np.zeros(N_STATE, dtype=np.int64)
     s[AXIS], s[KNOWN] = axis, -1

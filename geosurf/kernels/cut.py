@@ -255,8 +255,8 @@ def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, childr
     half = 6 * n_local + 64
     h = np.empty((half, 4), dtype=np.int32)  # half as much memory to go through as int64
     v = np.empty(n_local, dtype=np.int32)
-    k = np.empty((3 * half + 256, 4), dtype=np.int32)
-    q = np.empty((n_local, 8), dtype=np.int64)
+    k = np.empty((2 * half + 256, 4), dtype=np.int32)  # of a corridor: five for each triangle
+    q = np.empty((n_local, 8), dtype=np.int32)
     f = np.empty((n_local, 8), dtype=np.float64)
     local = np.full(x.shape[0], -1, dtype=np.int32)  # number in the face of each id
     room = np.empty(2 * n_local + ROOM, dtype=np.int64)

@@ -4,7 +4,7 @@ Notation
     h        half-edges, int32 (n, 4): origin (local point), twin (-1 at the border), support
              plane of a constraint (-1: none), mark; half-edge i belongs to triangle i // 3
     v        a half-edge that starts at each local point, int32 (n,)
-    q        local points, int64 (n, 8): global id, bits of the face's edges that hold it,
+    q        local points, int32 (n, 8): global id, bits of the face's edges that hold it,
              its row of integers (`kept`), number of the segment that it is known to lie on,
              four lines that it is known to lie on (-1: none)
     f        local points, float64 (n, 8): rounded coordinates (u, v), the larger of their errors,
@@ -181,8 +181,7 @@ def split_edge(h, v, s, i, p):
 def _seek(x, t, e, d, m, w, h, q, f, s, p, scan):
     """Triangle that holds point p, and the half-edge it lies on (-1: inside); tri -1: lost.
 
-    What doubles leave open is asked only where they see p behind none of the edges: along a line of
-    points, most steps are sure.
+    What doubles leave open is asked only where they see p behind none of the edges.
     """
     tri = 0 if scan else s[START] // 3
     entered = -1  # the half-edge that was crossed last: p is on its left
@@ -190,17 +189,19 @@ def _seek(x, t, e, d, m, w, h, q, f, s, p, scan):
     for _ in range(4 * s[TRIANGLES] + 9):
         on, out, is_open = -1, -1, 0
         for r in range(first, first + 3):
-            i = 3 * tri + (r if r < 3 else r - 3)
+            c = r if r < 3 else r - 3
+            i = 3 * tri + c
             if i == entered:
                 continue
-            side = plain_turn(f, h[i, 0], h[following(i), 0], p)
+            side = plain_turn(f, h[i, 0], h[i + 1 if c < 2 else i - 2, 0], p)
             if side < 0:
                 out = i
                 break
-            is_open |= int(side == 0) << (i - 3 * tri)
+            is_open |= int(side == 0) << c
         if out < 0 and is_open != 0:
-            for i in range(3 * tri, 3 * tri + 3):
-                if (is_open >> (i - 3 * tri)) & 1 == 0:
+            for c in range(3):
+                i = 3 * tri + c
+                if (is_open >> c) & 1 == 0:
                     continue
                 a, b = h[i, 0], h[following(i), 0]
                 side = turn_closely(x, t, e, d, m, w, q, f, s, a, b, p)

@@ -8,6 +8,8 @@ in `delaunay`; a, b are the ends of the segment under way.
 
 from __future__ import annotations
 
+import numpy as np
+
 from geosurf.kernels._jit import scalar
 from geosurf.kernels.byname import add_line
 from geosurf.kernels.cavity import dig, side_of_segment
@@ -174,7 +176,7 @@ def _advance(x, t, e, d, m, w, names, places, h, v, q, f, s, k, a, b, p, other, 
             return reached
         if s[POINTS] >= q.shape[0] or 3 * (s[TRIANGLES] + 2) > h.shape[0]:
             return FULL
-        number = _crossing(x, t, e, d, m, w, names, places, s, support, h[wall, 2])
+        number = _crossing(x, t, e, d, m, w, names, places, s, support, np.int64(h[wall, 2]))
         if number == FULL:
             return FULL
         goal = add_local(x, t, e, d, m, q, f, s, number, 0)
