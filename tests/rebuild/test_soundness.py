@@ -108,6 +108,35 @@ def test_all_crossings_of_soups_are_found(seed):
     assert_found(degenerate(seed), known=seed >= 25)
 
 
+def hinged(seed):
+    """Triangles with a common edge or corner, folded or side by side, nearly in one plane, and two
+    more that cut them, one of them near what they share.
+    """
+    rng = np.random.default_rng(seed)
+    rotation, at, small = turned(rng), rng.normal(size=3) * 300, 10.0 ** -rng.integers(6, 13)
+    other = [
+        [[0, 0, 0], [9, 0, 0], [5, 7, 7 * small]],
+        [[0, 0, 0], [9, 0, 0], [5, -7, 7 * small]],
+        [[0, 0, 0], [8, 1, small], [2, 7, -3 * small]],
+    ][seed % 3]
+    y = 10.0 ** -rng.integers(1, 8)
+    sides = y * rng.uniform(0.5, 2, 2)
+    low = [[-3, sides[0], -5], [12, sides[1], -5], [4, y + rng.normal() * 1e-2, 6]]
+    across = [[rng.uniform(1, 5), -3, -5], [rng.uniform(1, 5), 9, -5], [3, 2, 6]]
+    faces = ([[0, 0, 0], [9, 0, 0], [4, 8, 0]], other, low, across)
+    return [soup(f"s{i}", [np.array(f) @ rotation.T + at]) for i, f in enumerate(faces)]
+
+
+@pytest.mark.parametrize("seed", [31, 60, 86, 101, 103, 127, 132, *range(15)])
+def test_all_crossings_beside_a_hinge_are_found(seed):
+    answer = found_and_there(hinged(seed))
+    if answer is None:
+        assert seed < 15
+    else:
+        assert answer[0] == answer[1]
+        assert answer[1] or seed < 15
+
+
 def named(contacts, pairs):
     """Pairs of faces as sets of surface and row."""
     of = [
