@@ -3,7 +3,7 @@
 A piece is thin if its height, times the sine of the flattest contact of its face, is less than a
 reach. Contacts of faces that lie side by side in the map and have in common what lies on edges and
 corners of both do not count: the vertical plane between them meets both at an angle, and
-searches differ in which of them they list. Letters as in `exact`, contacts as in `contact`.
+searches differ in which of them they list. Letters as in `exact`, contacts as in `packed`.
 """
 
 from __future__ import annotations
@@ -11,13 +11,14 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.contact import (
-    COPLANAR,
-    FACE,
-    FIRST_CODE,
-    N_CORNER,
+from geosurf.kernels.contact import FACE
+from geosurf.kernels.packed import (
+    HOW,
     TRIANGLE_A,
     TRIANGLE_B,
+    code_of,
+    lies_in_plane,
+    n_corner_of,
 )
 from geosurf.kernels.predicates import orient2d
 
@@ -52,12 +53,13 @@ def _write_normals(x, t, normal):
 
 
 @scalar
-def _on_rims(rows, k):
+def _on_rims(how):
     """Whether a contact is a point or a line on edges and corners of both faces."""
-    if rows[k, N_CORNER] >= 3:
+    if n_corner_of(how) >= 3:
         return False
-    for c in range(FIRST_CODE, FIRST_CODE + rows[k, N_CORNER]):
-        if (rows[k, c] >> 3) & 7 >= FACE or rows[k, c] & 7 >= FACE:
+    for corner in range(n_corner_of(how)):
+        code = code_of(how, corner)
+        if (code >> 3) & 7 >= FACE or code & 7 >= FACE:
             return False
     return True
 
@@ -83,9 +85,9 @@ def _beyond_an_edge(x, t, none, m, w, i, j):
 def _counts(x, t, none, m, w, rows, k, normal):
     """Whether a contact can bring pieces of its faces together."""
     i, j = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
-    if rows[k, COPLANAR] == 1:
+    if lies_in_plane(rows[k, HOW]):
         return False
-    if min(abs(normal[i, 2]), abs(normal[j, 2])) < _UPRIGHT or not _on_rims(rows, k):
+    if min(abs(normal[i, 2]), abs(normal[j, 2])) < _UPRIGHT or not _on_rims(rows[k, HOW]):
         return True
     return not (_beyond_an_edge(x, t, none, m, w, i, j) or _beyond_an_edge(x, t, none, m, w, j, i))
 

@@ -9,6 +9,7 @@ from geosurf import TriSurface
 from geosurf.contact.arrange import cut_contacts
 from geosurf.contact.search import find_contacts
 from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER
+from geosurf.kernels.packed import packed
 from geosurf.kernels.predicates import frame_of
 from geosurf.kernels.thin import thin_children
 from geosurf.model import Lattice
@@ -38,7 +39,7 @@ def contacts(pairs, codes=(), coplanar=0):
     rows = np.zeros((len(pairs), N_COLUMN), dtype=np.int64)
     rows[:, :2], rows[:, COPLANAR], rows[:, N_CORNER] = pairs, coplanar, 2
     rows[:, FIRST_CODE : FIRST_CODE + 2] = codes or INSIDE
-    return rows
+    return packed(rows)
 
 
 def thin(x, t, rows, y, children, parent, reach):
