@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import sys
 from collections.abc import Iterable
 from numbers import Real
 from typing import Any
@@ -332,7 +333,7 @@ def real_numbers(values: Any) -> np.ndarray:
     array = np.asarray(values)
     if array.dtype.kind in "cmM":
         raise TypeError(array.dtype)
-    if np.ma.isMaskedArray(values):
+    if "numpy.ma" in sys.modules and np.ma.isMaskedArray(values):  # takes long to import
         array = np.ma.filled(values.astype(np.float64), np.nan)
     found: np.ndarray = np.asarray(array, dtype=np.float64)
     return found
