@@ -206,8 +206,10 @@ def _assemble(names, origin, found, places, touches, cost) -> Curves:
     owners = [pair for pair, line in found if len(line.points) > 1]
     stacked = np.concatenate([np.empty((0, 3)), *(line.points for line in lines)])
     number, count = weld(stacked)
-    local = np.empty((count, 3))
-    local[number] = stacked
+    local = stacked
+    if count < len(stacked):
+        local = np.empty((count, 3))
+        local[number] = stacked
     sizes = np.array([len(line.points) for line in lines], dtype=np.int64)
     stop = np.cumsum(sizes)
     curves = [number[a:b] for a, b in zip((stop - sizes).tolist(), stop.tolist(), strict=True)]

@@ -7,6 +7,8 @@ the rule speaks of (`Lattice.normals`, `rising_diagonal`).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from geosurf.conventions import rising_diagonal
@@ -42,20 +44,20 @@ def fault_diagonal(lattice: Lattice) -> bool:
     """
     survey = lattice.survey
     # with either diagonal, so that it is the same from whatever corner the grid is read
-    normal = survey.normals.sum(axis=0)
-    strike = np.array([-normal[1], normal[0]])
-    if np.abs(strike).max() <= 1e-6 * np.abs(normal[2]):
+    east, north, up = survey.normals.sum(axis=0).tolist()
+    largest = max(abs(east), abs(north))
+    if largest <= 1e-6 * abs(up):
         return rising_diagonal(lattice.easting, lattice.northing)
-    strike /= np.abs(strike).max()  # squares of tiny ones underflow
-    lead = strike[0] if abs(strike[0]) > 1e-6 * np.abs(strike).max() else strike[1]
-    strike /= np.sign(lead) * np.linalg.norm(strike)
+    x, y = -north / largest, east / largest  # along strike; squares of tiny ones underflow
+    lead = x if abs(x) > 1e-6 else y
+    strike = np.array([x, y]) / math.copysign(math.hypot(x, y), lead)
     # clear, as in `rising_diagonal`: squared diagonals of a cell are at most its squared edges
     gain, reach = float(strike @ survey.gains), float(np.abs(strike) @ survey.reach)
     if abs(gain) - reach > _CLEAR * survey.edges and survey.edges < _OVERFLOW:
         return gain > 0
-    east = lattice.easting - np.nanmin(lattice.easting)
-    north = lattice.northing - np.nanmin(lattice.northing)
-    return rising_diagonal(east * strike[0] + north * strike[1], lattice.elevation)
+    x = lattice.easting - np.nanmin(lattice.easting)
+    y = lattice.northing - np.nanmin(lattice.northing)
+    return rising_diagonal(x * strike[0] + y * strike[1], lattice.elevation)
 
 
 def corners_are_open(lattice: Lattice) -> bool:

@@ -288,7 +288,12 @@ def _check_cells(lattice: Lattice, what: str) -> None:
             f"{what}: no triangle has its three nodes; {n_node} of {n.size} nodes are present, "
             "none beside two others. Grid scattered nodes first, or check the NaN mask."
         )
-    if lattice.is_graph or _clearly_unfolded(lattice, _half_cells(lattice)):
+    # axes were found to rise strictly; only curvilinear grids can fold
+    if (
+        lattice.easting.ndim == 1
+        or lattice.is_graph
+        or _clearly_unfolded(lattice, _half_cells(lattice))
+    ):
         return
     corners = lattice.build_vertices()[lattice.build_triangles()]
     turns = map_turns(corners)
