@@ -63,3 +63,7 @@ constructed points, ``m`` the frame's integers, ``w`` the limb workspace; one bu
 would read better, but a tuple of arrays costs 145 ns a call instead of 10 (measured). The
 triangulation of a face adds ``h``, ``q``, ``f``, ``s``, ``k``: see `delaunay`.
 """
+
+from geosurf.kernels._pages import keep_pages
+
+keep_pages()
