@@ -82,7 +82,7 @@ def read_vtp(
     points, triangles, columns = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], []
     n_point = 0
     for piece in file.tree.iterfind("PolyData/Piece"):
-        piece_points = _array(file, piece.find("Points/DataArray"), "Points").reshape(-1, 3)
+        piece_points = _points(file, piece)
         triangles.append(_polys(file, piece, len(piece_points)) + n_point)
         columns.append(_point_data(file, piece, len(piece_points)))
         points.append(piece_points.astype(np.float64))
@@ -190,6 +190,28 @@ def _unbase64(text: bytes) -> bytes:
     return b"".join(base64.b64decode(run, validate=True) for run in runs)
 
 
+def _points(file: _File, piece: ElementTree.Element) -> np.ndarray:
+    """Points (n, 3) of a piece."""
+    values = _array(file, piece.find("Points/DataArray"), "Points")
+    if len(values) % 3:
+        raise FormatError(
+            f"{file.path}: found {len(values)} numbers for Points, expected three for each. "
+            "The file is damaged or cut short; export it again."
+        )
+    return values.reshape(-1, 3)
+
+
+def _whole_number(file: _File, node: ElementTree.Element, key: str, default: int) -> int:
+    """An attribute that counts something."""
+    text = node.get(key) or str(default)
+    if not (text.isascii() and text.isdecimal()):
+        raise FormatError(
+            f"{file.path}: {key} of a <{node.tag}> is {text!r}, expected a whole number. "
+            "The file is damaged; export it again."
+        )
+    return int(text)
+
+
 def _polys(file: _File, piece: ElementTree.Element, n_point: int) -> np.ndarray:
     """Triangles (n, 3) of a piece; quads are split."""
     if piece.get("NumberOfPoints") != str(n_point):
@@ -197,7 +219,7 @@ def _polys(file: _File, piece: ElementTree.Element, n_point: int) -> np.ndarray:
             f"{file.path}: found {n_point} points, expected {piece.get('NumberOfPoints')}. "
             "The file is damaged; export it again."
         )
-    if int(piece.get("NumberOfStrips") or 0):
+    if _whole_number(file, piece, "NumberOfStrips", 0):
         raise FormatError(
             f"{file.path}: found triangle strips, expected triangles. "
             "Triangulate the surface before saving it."
@@ -243,7 +265,7 @@ def _point_data(file: _File, piece: ElementTree.Element, n_point: int) -> dict[s
     for node in piece.iterfind("PointData/DataArray"):
         key = node.get("Name") or ""
         values = _array(file, node, repr(key))
-        width = int(node.get("NumberOfComponents") or 1)
+        width = _whole_number(file, node, "NumberOfComponents", 1)
         if len(values) != n_point * width:
             raise FormatError(
                 f"{file.path}: point data {key!r} have {len(values)} values, expected "

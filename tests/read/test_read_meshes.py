@@ -131,6 +131,7 @@ def vtp(tmp_path, *change):
         ),
         (('NumberOfPoints="3"', 'NumberOfPoints="4"'), r"found 3 points, expected 4"),
         (('NumberOfStrips="0"', 'NumberOfStrips="1"'), r"triangle strips.*Triangulate"),
+        (('NumberOfStrips="0"', 'NumberOfStrips="#"'), r"NumberOfStrips of a <Piece> is '#'"),
         (('NumberOfPolys="1"', 'NumberOfPolys="2"'), r"found 1 cells with 3 corners, expected 2"),
         (('NumberOfPolys="1"', 'NumberOfPolys="0"'), r"found no triangles"),
         (('Name="connectivity"', 'Name="x"'), r"found no array for connectivity"),
@@ -142,6 +143,26 @@ def vtp(tmp_path, *change):
 def test_wrong_vtp(tmp_path, change, message):
     with pytest.raises(FormatError, match=message):
         gs.read_fault(vtp(tmp_path, *change))
+
+
+@pytest.mark.parametrize(
+    ("points", "width", "message"),
+    [
+        ("1 2 3 4", "1", r"found 4 numbers for Points.*export"),
+        ("1 2 3", "two", r"NumberOfComponents of a <DataArray> is 'two', expected a whole number"),
+        ("", "-1", r"NumberOfComponents of a <DataArray> is '-1'"),
+    ],
+)
+def test_numbers_that_do_not_fit_a_vtp(tmp_path, points, width, message):
+    path = tmp_path / "F1.vtp"
+    path.write_text(
+        f'<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="{len(points) // 5}"><Points>'
+        f'<DataArray type="Float64" format="ascii">{points}</DataArray></Points><PointData>'
+        f'<DataArray type="Int8" NumberOfComponents="{width}" format="ascii"/></PointData>'
+        "</Piece></PolyData></VTKFile>"
+    )
+    with pytest.raises(FormatError, match=message):
+        gs.read_fault(path)
 
 
 def horizon_2_by_2(folder):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import faulthandler
-import os
 import signal
 import time
 import warnings
@@ -20,6 +19,7 @@ FOUND = {
     1723: "the strike of a fault 1e-310 m high underflowed",
     402800: "squares of sticks 1e308 m long overflowed",
     409307: "the corner of a triangle was no number of 64 bits",
+    949237: "points of a .vtp did not come in threes",
 }
 
 
@@ -36,7 +36,7 @@ def hang():
 
 
 def crash():
-    os.kill(os.getpid(), signal.SIGSEGV)
+    signal.raise_signal(signal.SIGSEGV)  # of this thread: the watch's may not block it yet
     return "right", ""
 
 
