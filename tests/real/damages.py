@@ -103,8 +103,8 @@ LATTICE_DAMAGES = {
 
 
 HARMLESS = {
-    "nothing", "falling axes", "a node undefined", "negative zeros", "float32", "lists", "objects",
-    "whole numbers", "Fortran order", "read-only, with strides", "int8", "uint64", "UTM",
+    "nothing", "falling axes", "a node undefined", "masked", "negative zeros", "float32", "lists",
+    "objects", "whole numbers", "Fortran order", "read-only, with strides", "int8", "uint64", "UTM",
     "every vertex twice", "every triangle twice", "tiny steps",
 }  # fmt: skip
 HOPELESS = {
@@ -136,7 +136,7 @@ def damaged_mesh(rng):
 def damaged_lattice(kind: str, done: list[str], rng):
     """A surface from a damaged grid, one time in three turned over or along the other diagonal."""
     whole_grid = nodes(rng)
-    if kind == "a node undefined" and whole_grid[2].size == 4:
+    if kind in ("a node undefined", "masked") and whole_grid[2].size == 4:
         done.append("no triangle, if its diagonal ends there")
     lattice = gs.Lattice(
         *LATTICE_DAMAGES[kind](*whole_grid),
