@@ -67,6 +67,13 @@ def _on_surfaces(patches: Patches, found: Matched) -> tuple[np.ndarray, np.ndarr
     return shell, patches.surface_of_triangle[row], behind
 
 
+def _on_each_side(found: Matched, of: np.ndarray) -> np.ndarray:
+    """What `of` says of the shells on either side of each triangle, -1 where there is none."""
+    beside = np.full((found.n_key, 2), -1)
+    beside[found.key, found.turn.astype(np.int64)] = of
+    return beside
+
+
 def _in_other_blocks(
     patches: Patches,
     parts: list[Unit],
@@ -83,8 +90,7 @@ def _in_other_blocks(
     of_unit = np.array([number[unit.zone, unit.block] for unit in parts], dtype=np.int64)
     zones = list(dict.fromkeys(unit.zone for unit in parts))
     zone = np.array([zones.index(of) for of, _ in blocks], dtype=np.int64)
-    beside = np.full((found.n_key, 2), -1)
-    beside[found.key, found.turn.astype(np.int64)] = of_unit[found.unit]
+    beside = _on_each_side(found, of_unit[found.unit])
     shell, surface, behind = on
     inside = beside[found.key[shell]]
     apart = inside[:, 0] != inside[:, 1]  # others are slits
@@ -118,8 +124,7 @@ def _on_other_sides(
     touches both; shells do not tell which unit it is, so that it may lie on a side or not.
     """
     shell, surface, behind = on
-    beside = np.full((found.n_key, 2), -1)
-    beside[found.key, found.turn.astype(np.int64)] = found.unit
+    beside = _on_each_side(found, found.unit)
     inner = np.flatnonzero((beside >= 0).all(axis=1))
     low, high = beside[inner].min(axis=1), beside[inner].max(axis=1)
     links, code = np.unique(low * len(parts) + high, return_inverse=True)

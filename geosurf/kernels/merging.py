@@ -38,10 +38,15 @@ def _short_hash(x, i):
     return h ^ (h >> 31)
 
 
-@entry("d2 -> l1")
-def may_coincide(x):
-    """Rows of places that may be those of another row; nearly all others are left out."""
-    n = x.shape[0]
+@scalar
+def _bit_of(x, i, size):
+    """Place of point i in a filter of `size` bits, a power of two."""
+    return (_short_hash(x, i) >> 8) & (size - 1)
+
+
+@scalar
+def _filter(x, first, n):
+    """Bits that n points from `first` on set, those set more than once, and the bit of each."""
     size = 1024
     while size < _BITS_OF_A_POINT * n:
         size *= 2
@@ -49,10 +54,18 @@ def may_coincide(x):
     twice = np.zeros(size // _WORD, dtype=np.uint32)
     place = np.empty(n, dtype=np.int64)
     for k in range(n):
-        place[k] = (_short_hash(x, k) >> 8) & (size - 1)
+        place[k] = _bit_of(x, first + k, size)
         word, bit = place[k] // _WORD, np.uint32(1 << (place[k] % _WORD))
         twice[word] |= once[word] & bit
         once[word] |= bit
+    return once, twice, place
+
+
+@entry("d2 -> l1")
+def may_coincide(x):
+    """Rows of places that may be those of another row; nearly all others are left out."""
+    n = x.shape[0]
+    _, twice, place = _filter(x, 0, n)
     m = 0
     for k in range(n):
         if twice[place[k] // _WORD] & np.uint32(1 << (place[k] % _WORD)) != 0:
@@ -68,17 +81,8 @@ def _suspects(x, t, m, count):
     `count` is 0 for faces without a contact: their corners are left alone.
     """
     n_vertex, n_point = m[N_VERTEX], m[N_POINT]
-    size = 1024
-    while size < _BITS_OF_A_POINT * n_point:
-        size *= 2
-    once = np.zeros(size // _WORD, dtype=np.uint32)
-    twice = np.zeros(size // _WORD, dtype=np.uint32)
-    place = np.empty(n_point, dtype=np.int64)
-    for k in range(n_point):
-        place[k] = (_short_hash(x, n_vertex + k) >> 8) & (size - 1)
-        word, bit = place[k] // _WORD, np.uint32(1 << (place[k] % _WORD))
-        twice[word] |= once[word] & bit
-        once[word] |= bit
+    once, twice, place = _filter(x, n_vertex, n_point)
+    size = once.shape[0] * _WORD
     found = np.empty(n_vertex + n_point, dtype=np.int64)
     n = 0
     asked = np.zeros(n_vertex, dtype=np.bool_)
@@ -87,7 +91,7 @@ def _suspects(x, t, m, count):
             asked[t[face, 0]] = asked[t[face, 1]] = asked[t[face, 2]] = True
     for i in range(n_vertex):
         if asked[i]:
-            h = (_short_hash(x, i) >> 8) & (size - 1)
+            h = _bit_of(x, i, size)
             word, bit = h // _WORD, np.uint32(1 << (h % _WORD))
             if once[word] & bit != 0:
                 twice[word] |= bit
