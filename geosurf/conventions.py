@@ -192,9 +192,10 @@ def _gain_of_diagonals(x: np.ndarray, y: np.ndarray) -> tuple[float, float, floa
     """
     from geosurf.kernels.clear import EDGES, GAIN, REACH
     from geosurf.kernels.survey import survey_lattice
+    from geosurf.kernels.tree import N_PLACE
 
     n_row, n_col = x.shape
-    places = np.zeros(16, dtype=np.int64)  # the second coordinate is one zero
+    places = np.zeros(N_PLACE, dtype=np.int64)  # the second coordinate is one zero
     places[[1, 2, 7, 8, 9, 10]] = n_col, 1, n_col, 1, n_row, n_col
     flat = np.ascontiguousarray(x).reshape(-1), np.zeros(1), np.ascontiguousarray(y).reshape(-1)
     _, _, _, sums = survey_lattice(*flat, places, True)

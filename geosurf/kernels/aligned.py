@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.tree import BLOCK, FIRST_COL, FIRST_ROW, N_COL, N_ROW, RISING
+from geosurf.kernels.tree import BLOCK, N_COL, N_ROW, RISING
 
 _LEAST_STEP = 0.5  # of the mean step along a row or column,
 _MOST_ASIDE = 0.2  # and how far a step may stray to the side
@@ -178,7 +178,7 @@ def aligned_pairs(z, a, na, s, b, nb, levels, whole, slip, steepness, pairs):
             near = slip * (1.0 + steepness * ((high - low) + (upper - lower)))
             if not (low <= upper + near and lower <= high + near):
                 continue
-            first_row, first_col = BLOCK * (a[FIRST_ROW] + i), BLOCK * (a[FIRST_COL] + j)
+            first_row, first_col = BLOCK * i, BLOCK * j
             if not whole:
                 _note_full(z, a, s, b, first_row, first_col, full)
             for row in range(first_row, min(first_row + BLOCK, a[N_ROW] - 1)):

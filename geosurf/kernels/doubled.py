@@ -148,14 +148,15 @@ def _along(x, t, e, m, a, b, c, axis, th, tl, relative):
     """One coordinate of the point at th + tl between a and b: rounded, rest, bound.
 
     A plane that is level on this axis (a contact, a wall of the box) gives it exactly; without
-    this, every point on the level 0 would go the exact way.
+    this, every point on the level 0 would go the exact way. It is never -0.0, which one order of
+    surfaces would give and another not.
     """
     if plane_is_level(x, t, e, m, c, axis):
         o = t[c, 0] if c < m[N_TRIANGLE] else e[c - m[N_TRIANGLE], 0]
-        return x[o, axis], 0.0, 0.0
+        return x[o, axis] + 0.0, 0.0, 0.0
     start, end = x[a, axis], x[b, axis]
     if start == end:
-        return start, 0.0, 0.0
+        return start + 0.0, 0.0, 0.0
     dh, dl = two_sum(end, -start)
     ph, pl = dd_mul(dh, dl, th, tl)
     s, r = dd_add(start, 0.0, ph, pl)

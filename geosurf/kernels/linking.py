@@ -20,14 +20,7 @@ import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.contact import FACE
-from geosurf.kernels.packed import (
-    HOW,
-    TRIANGLE_A,
-    TRIANGLE_B,
-    code_of,
-    lies_in_plane,
-    n_corner_of,
-)
+from geosurf.kernels.packed import HOW, TRIANGLE_A, TRIANGLE_B, code_of, lies_in_plane, n_corner_of
 
 _MANY = 64  # segments of a face, above which the general way is faster than comparing all
 _REACH = 64 * 2.0**-52  # of the largest coordinate; rounding moves points by less than two

@@ -17,7 +17,7 @@ import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.lattice import in_doubt
-from geosurf.kernels.tree import FAN, LEAF, _build_above, _clear, _levels
+from geosurf.kernels.tree import FAN, LEAF, build_above, clear_boxes, levels_of
 
 _MOST_BITS = 8  # of a code, for each axis
 _BATCH = 256  # triangles whose corners are fetched together
@@ -129,9 +129,9 @@ def build_list_tree(boxes, codes):
         start[codes[i] + 1] += 1
     for c in range(1, start.shape[0]):
         start[c] += start[c - 1]
-    levels, n_node = _levels(1, (n + LEAF - 1) // LEAF, 1, FAN)
+    levels, n_node = levels_of(1, (n + LEAF - 1) // LEAF, 1, FAN)
     nodes = np.empty((n_node, 6), dtype=np.float64)
-    _clear(nodes, 0, levels[0, 2])
+    clear_boxes(nodes, 0, levels[0, 2])
     order = np.empty(n, dtype=np.int64)
     for i in range(n):
         place = start[codes[i]]
@@ -142,5 +142,5 @@ def build_list_tree(boxes, codes):
             low, high = boxes[i, k], boxes[i, 3 + k]
             nodes[leaf, k] = low if low < nodes[leaf, k] else nodes[leaf, k]
             nodes[leaf, 3 + k] = high if high > nodes[leaf, 3 + k] else nodes[leaf, 3 + k]
-    _build_above(nodes, levels, 1, FAN)
+    build_above(nodes, levels, 1, FAN)
     return order, nodes, levels

@@ -23,14 +23,7 @@ from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.contact import BY_SECOND, FACE
 from geosurf.kernels.exact import N_EDGE_PLANE, N_NAME, N_POINT, N_TRIANGLE, N_VERTEX
 from geosurf.kernels.merging import merge_points
-from geosurf.kernels.packed import (
-    HOW,
-    TRIANGLE_A,
-    TRIANGLE_B,
-    code_of,
-    lies_in_plane,
-    n_corner_of,
-)
+from geosurf.kernels.packed import HOW, TRIANGLE_A, TRIANGLE_B, code_of, lies_in_plane, n_corner_of
 from geosurf.kernels.placing import place_points
 from geosurf.kernels.points import EDGE_PLANE, FULL, LPI, edge_plane, file_name, slot_of
 from geosurf.kernels.predicates import normal_axis

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.contact import COPLANAR, CROSSING, FIRST_CODE, N_CORNER
+from geosurf.kernels.contact import COPLANAR, CROSSING, FACE, FIRST_CODE, N_CORNER
 
 TRIANGLE_A, TRIANGLE_B, HOW = 0, 1, 2
 _CORNERS, _IN_PLANE, _CROSSING = 7, 8, 16  # masks
@@ -40,6 +40,18 @@ def code_of(how, corner):
     return (how >> (_FIRST + _CODE * corner)) & ((1 << _CODE) - 1)
 
 
+@scalar
+def lies_on_rims(how):
+    """Whether a contact is a point or a line on edges and corners of both faces."""
+    if n_corner_of(how) >= 3:
+        return False
+    for corner in range(n_corner_of(how)):
+        code = code_of(how, corner)
+        if (code >> 3) & 7 >= FACE or code & 7 >= FACE:
+            return False
+    return True
+
+
 def n_corners(rows: np.ndarray) -> np.ndarray:
     """Number of corners of each contact, int64 (n,)."""
     return rows[:, HOW] & _CORNERS
@@ -50,18 +62,13 @@ def in_plane(rows: np.ndarray) -> np.ndarray:
     return rows[:, HOW] & _IN_PLANE != 0
 
 
-def codes(rows: np.ndarray) -> np.ndarray:
-    """Codes of the corners of each contact, int64 (n, 6); -1 where there are no more.
-
-    Examples
-    --------
-    >>> contact = np.array([[0, 1, 0, 1, 2, 30, 51, 0, 0, 0, 0]])  # of `contact`
-    >>> codes(packed(contact)).tolist()
-    [[30, 51, -1, -1, -1, -1]]
-    """
-    corner = np.arange(6)
-    found = rows[:, HOW, None] >> (_FIRST + _CODE * corner) & ((1 << _CODE) - 1)
-    return np.where(corner < n_corners(rows)[:, None], found, -1)
+@entry("l2 -> b1")
+def on_rims(rows):
+    """Which contacts are points and lines on edges and corners of both faces, bool (n,)."""
+    out = np.empty(rows.shape[0], dtype=np.bool_)
+    for k in range(rows.shape[0]):
+        out[k] = lies_on_rims(rows[k, HOW])
+    return out
 
 
 @entry("l2 -> l2")

@@ -195,14 +195,6 @@ def _places(f):
 
 
 @scalar
-def _place_alone(x, t, e, d, m, w, i):
-    """Coordinates of a point that has no way through a block, or comes out of it open."""
-    place_exactly(x, t, e, d, m, w, i)
-    for axis in range(3):
-        x[i, axis] += 0.0  # never -0.0, which one order of surfaces would give and another not
-
-
-@scalar
 def _store(x, m, row, lane, f):
     """Take a point out of a block; False if it is open there."""
     i = m[N_VERTEX] + row
@@ -227,7 +219,7 @@ def _place_plainly(x, t, e, d, m, w, f):
         _plain_places(f)
         for row in range(first, min(first + LANES, n_point)):
             if d[row, 3] >= m[N_TRIANGLE]:
-                _place_alone(x, t, e, d, m, w, m[N_VERTEX] + row)
+                place_exactly(x, t, e, d, m, w, m[N_VERTEX] + row)
             elif not _store(x, m, row, row - first, f):
                 waiting[n] = row
                 n += 1
@@ -249,4 +241,4 @@ def place_points(x, t, e, d, m, w):
         _places(f)
         for k in range(first, min(first + LANES, n)):
             if not _store(x, m, waiting[k], k - first, f):
-                _place_alone(x, t, e, d, m, w, m[N_VERTEX] + waiting[k])
+                place_exactly(x, t, e, d, m, w, m[N_VERTEX] + waiting[k])

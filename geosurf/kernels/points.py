@@ -205,7 +205,10 @@ def _part_way(start, end, part, relative):
 
 @scalar
 def place_exactly(x, t, e, d, m, w, i):
-    """Coordinates of constructed point i, by more digits, and all of them where that is open."""
+    """Coordinates of constructed point i, by more digits, and all of them where that is open.
+
+    None is -0.0, see `doubled`.
+    """
     row = i - m[N_VERTEX]
     known, p, rest, slack = point_doubled(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
     x[i, 0], x[i, 1], x[i, 2] = p[0], p[1], p[2]

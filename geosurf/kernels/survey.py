@@ -41,10 +41,11 @@ from geosurf.kernels.clear import (
     most,
 )
 from geosurf.kernels.strips import load
-from geosurf.kernels.tree import BLOCK, N_COL, N_ROW, _build_above, _levels
+from geosurf.kernels.tree import BLOCK, N_COL, N_ROW, build_above, levels_of
 
-# places in `marks`: triangles with either diagonal; 1 where one is not a number, or -0.0
-N_RISING, N_FALLING, NAN_X, NAN_Y, NAN_Z, MINUS_ZERO, N_MARK = 0, 1, 2, 3, 4, 5, 6
+# places in `marks`: triangles with either diagonal; 1 where a coordinate (three of them) is not a
+# number, or where one is -0.0
+N_RISING, N_FALLING, NOT_A_NUMBER, MINUS_ZERO, N_MARK = 0, 1, 2, 5, 6
 # two bits for each coordinate
 _NOT_A_NUMBER, _MINUS_ZEROS = 0b010101, 0b101010
 _NEARLY = 1.0 - 1e-10  # a corner of 1e-5 radians or less is left to exact arithmetic
@@ -286,7 +287,7 @@ def survey_lattice(p, q, r, a, quads):
     they are asked for.
     """
     n_row, n_col = max((a[N_ROW] + BLOCK - 2) // BLOCK, 1), max((a[N_COL] + BLOCK - 2) // BLOCK, 1)
-    levels, n_node = _levels(n_row, n_col, 2, 2)
+    levels, n_node = levels_of(n_row, n_col, 2, 2)
     nodes = np.empty((n_node, 6), dtype=np.float64)
     boxes = nodes[: n_row * n_col]
     marks = np.zeros(N_MARK, dtype=np.int64)
@@ -318,7 +319,7 @@ def survey_lattice(p, q, r, a, quads):
     if quads:
         _add_rims(p, q, r, a, clear, sums)
     for axis in range(3):
-        marks[NAN_X + axis] = (bits >> 2 * axis) & 1
+        marks[NOT_A_NUMBER + axis] = (bits >> 2 * axis) & 1
     marks[MINUS_ZERO] = 1 if bits & _MINUS_ZEROS != 0 else 0
-    _build_above(nodes, levels, 2, 2)
+    build_above(nodes, levels, 2, 2)
     return nodes, levels, marks, sums

@@ -11,15 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
-from geosurf.kernels.contact import FACE
-from geosurf.kernels.packed import (
-    HOW,
-    TRIANGLE_A,
-    TRIANGLE_B,
-    code_of,
-    lies_in_plane,
-    n_corner_of,
-)
+from geosurf.kernels.packed import HOW, TRIANGLE_A, TRIANGLE_B, lies_in_plane, lies_on_rims
 from geosurf.kernels.predicates import orient2d
 
 _LEAST = 1e-300  # so that nothing is divided by 0
@@ -53,18 +45,6 @@ def _write_normals(x, t, normal):
 
 
 @scalar
-def _on_rims(how):
-    """Whether a contact is a point or a line on edges and corners of both faces."""
-    if n_corner_of(how) >= 3:
-        return False
-    for corner in range(n_corner_of(how)):
-        code = code_of(how, corner)
-        if (code >> 3) & 7 >= FACE or code & 7 >= FACE:
-            return False
-    return True
-
-
-@scalar
 def _beyond_an_edge(x, t, none, m, w, i, j):
     """Whether in the map all of face j lies beyond an edge of face i, or on its line."""
     turn = orient2d(x, none, none, none, m, w, t[i, 0], t[i, 1], t[i, 2], 0, 1)
@@ -87,7 +67,7 @@ def _counts(x, t, none, m, w, rows, k, normal):
     i, j = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
     if lies_in_plane(rows[k, HOW]):
         return False
-    if min(abs(normal[i, 2]), abs(normal[j, 2])) < _UPRIGHT or not _on_rims(rows[k, HOW]):
+    if min(abs(normal[i, 2]), abs(normal[j, 2])) < _UPRIGHT or not lies_on_rims(rows[k, HOW]):
         return True
     return not (_beyond_an_edge(x, t, none, m, w, i, j) or _beyond_an_edge(x, t, none, m, w, j, i))
 

@@ -30,16 +30,7 @@ LEAF = 8
 FAN = 8
 BLOCK = 8
 # places in `a`, after three times offset and strides of rows and columns
-N_ROW, N_COL, RISING, TURNED, FIRST_ROW, FIRST_COL, IS_LATTICE, N_PLACE = (
-    9,
-    10,
-    11,
-    12,
-    13,
-    14,
-    15,
-    16,
-)
+N_ROW, N_COL, RISING, TURNED, IS_LATTICE, N_PLACE = 9, 10, 11, 12, 13, 14
 _ROOM = 2 * BLOCK * BLOCK
 
 
@@ -51,7 +42,8 @@ def _grow(nodes, i, j):
 
 
 @scalar
-def _clear(nodes, first, last):
+def clear_boxes(nodes, first, last):
+    """Make some boxes empty."""
     for i in range(first, last):
         for k in range(3):
             nodes[i, k] = np.inf
@@ -59,7 +51,7 @@ def _clear(nodes, first, last):
 
 
 @scalar
-def _levels(n_row, n_col, fan_row, fan_col):
+def levels_of(n_row, n_col, fan_row, fan_col):
     """First node, rows and columns of each level, and the number of nodes."""
     levels = np.zeros((64, 3), dtype=np.int64)
     n = 0
@@ -76,9 +68,9 @@ def _levels(n_row, n_col, fan_row, fan_col):
 
 
 @scalar
-def _build_above(nodes, levels, fan_row, fan_col):
+def build_above(nodes, levels, fan_row, fan_col):
     """Boxes of all nodes above the leaves."""
-    _clear(nodes, levels[0, 1] * levels[0, 2], nodes.shape[0])
+    clear_boxes(nodes, levels[0, 1] * levels[0, 2], nodes.shape[0])
     for level in range(1, levels.shape[0]):
         below, above = levels[level - 1], levels[level]
         for i in range(below[1]):
@@ -149,8 +141,8 @@ def _load_leaf(p, q, r, a, t, order, levels, leaf, near, j, c, boxes, keys):
             if not _apart(boxes, n, near, j):
                 n += 1
         return n
-    first_row = BLOCK * (a[FIRST_ROW] + leaf // levels[0, 2])
-    first_col = BLOCK * (a[FIRST_COL] + leaf % levels[0, 2])
+    first_row = BLOCK * (leaf // levels[0, 2])
+    first_col = BLOCK * (leaf % levels[0, 2])
     for row in range(first_row, min(first_row + BLOCK, a[N_ROW] - 1)):
         for col in range(first_col, min(first_col + BLOCK, a[N_COL] - 1)):
             low, high = low_high(r, a[6] + row * a[7] + col * a[8], a[7], a[8])
@@ -213,8 +205,8 @@ def _beside(c, row, boxes, j):
 def _leaf_beside(p, q, r, a, t, order, levels, leaf, c, boxes, keys, nodes, j):
     """Whether a tree node is beside the planes of all triangles of a leaf that has few of them."""
     if a[IS_LATTICE] == 1:
-        n_row = min(BLOCK, a[N_ROW] - 1 - BLOCK * (a[FIRST_ROW] + leaf // levels[0, 2]))
-        n_col = min(BLOCK, a[N_COL] - 1 - BLOCK * (a[FIRST_COL] + leaf % levels[0, 2]))
+        n_row = min(BLOCK, a[N_ROW] - 1 - BLOCK * (leaf // levels[0, 2]))
+        n_col = min(BLOCK, a[N_COL] - 1 - BLOCK * (leaf % levels[0, 2]))
         if 2 * n_row * n_col > LEAF:
             return False
     for k in range(_load_leaf(p, q, r, a, t, order, levels, leaf, nodes, j, c, boxes, keys)):
@@ -297,7 +289,7 @@ def tree_pairs(pa, qa, ra, aa, ta, oa, na, la, pb, qb, rb, ab, tb, ob, nb, lb, s
             count_a = _load_leaf(pa, qa, ra, aa, ta, oa, la, i, nb, j, ca, ba, ka)
             if count_a == 0:
                 continue
-            _clear(hull, 0, 1)
+            clear_boxes(hull, 0, 1)
             for k in range(count_a):
                 for axis in range(3):
                     hull[0, axis] = min(hull[0, axis], ba[k, axis])

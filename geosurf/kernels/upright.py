@@ -16,7 +16,7 @@ import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
 from geosurf.kernels.sided import N_TERM, OPEN, corners_of_cell
-from geosurf.kernels.tree import BLOCK, FIRST_COL, FIRST_ROW, N_COL, N_ROW, low_high
+from geosurf.kernels.tree import BLOCK, N_COL, N_ROW, low_high
 from geosurf.kernels.under import pairs_under
 
 __all__ = ["OPEN", "upright_pairs"]
@@ -67,15 +67,12 @@ def _range_on(axis, n, pace, low, high):
 
 
 @scalar
-def _heights_over(nodes, levels, a, r0, r1, c0, c1, most):
+def _heights_over(nodes, levels, r0, r1, c0, c1, most):
     """Lowest and highest node over a rectangle of cells, from few nodes of a pyramid.
 
     At most `most` and one of them in a row or column.
     """
-    r0, r1 = r0 // BLOCK - a[FIRST_ROW], (r1 - 1) // BLOCK - a[FIRST_ROW]
-    c0, c1 = c0 // BLOCK - a[FIRST_COL], (c1 - 1) // BLOCK - a[FIRST_COL]
-    r0, c0 = max(r0, 0), max(c0, 0)
-    r1, c1 = min(r1, levels[0, 1] - 1), min(c1, levels[0, 2] - 1)
+    r0, r1, c0, c1 = r0 // BLOCK, (r1 - 1) // BLOCK, c0 // BLOCK, (c1 - 1) // BLOCK
     level = 0
     while r1 - r0 > most or c1 - c0 > most:
         r0, r1, c0, c1 = r0 >> 1, r1 >> 1, c0 >> 1, c1 >> 1
@@ -133,9 +130,9 @@ def _near_heights(pa, qa, aa, na, la, nb, block, pace_x, pace_y, fine):
     r0, r1 = _range_on(qa, aa[N_ROW] - 1, pace_y, nb[block, 1], nb[block, 4])
     if not (c0 < c1 and r0 < r1 and nb[block, 2] <= nb[block, 5]):
         return np.inf, -np.inf
-    low, high = _heights_over(na, la, aa, r0, r1, c0, c1, 1)
+    low, high = _heights_over(na, la, r0, r1, c0, c1, 1)
     if fine and low <= nb[block, 5] and nb[block, 2] <= high:
-        low, high = _heights_over(na, la, aa, r0, r1, c0, c1, _FINE)
+        low, high = _heights_over(na, la, r0, r1, c0, c1, _FINE)
     if low <= nb[block, 5] and nb[block, 2] <= high:
         return low, high
     return np.inf, -np.inf
@@ -146,7 +143,7 @@ def _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at):
     """Cells of A below or above a box, into `at`; lowest and highest node there."""
     at[0], at[1] = _range_on(qa, aa[N_ROW] - 1, pace_y, box[1], box[4])
     at[2], at[3] = _range_on(pa, aa[N_COL] - 1, pace_x, box[0], box[3])
-    return _heights_over(na, la, aa, at[0], at[1], at[2], at[3], 1)
+    return _heights_over(na, la, at[0], at[1], at[2], at[3], 1)
 
 
 @scalar
@@ -199,7 +196,7 @@ def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, 
         if level > 0:
             top = _below(lb, level, row, col, stack, top)
             continue
-        row0, col0 = BLOCK * (ab[FIRST_ROW] + row), BLOCK * (ab[FIRST_COL] + col)
+        row0, col0 = BLOCK * row, BLOCK * col
         for i in range(row0, min(row0 + BLOCK, ab[N_ROW] - 1)):
             one, two = _pair(rb, ab, i, col0)
             for j in range(col0, min(col0 + BLOCK, ab[N_COL] - 1)):

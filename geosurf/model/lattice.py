@@ -89,7 +89,7 @@ class Lattice(Noun):
         flat = (0, 0, 1, 0, 1, 0)
         if self.easting.ndim == 2:
             flat = *_steps(self.easting), *_steps(self.northing)
-        rest = *self.shape, self.rising, self.turned, 0, 0, 1
+        rest = *self.shape, self.rising, self.turned, 1
         return frozen(np.array([*flat, *_steps(self.elevation), *rest], dtype=np.int64), np.int64)
 
     @cached_property

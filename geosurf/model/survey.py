@@ -77,7 +77,7 @@ class Survey:
             nodes=nodes,
             levels=levels,
             n_triangles=(counts[survey.N_FALLING], counts[survey.N_RISING]),
-            numbers=tuple(count == 0 for count in counts[survey.NAN_X : survey.NAN_Z + 1]),
+            numbers=tuple(count == 0 for count in counts[survey.NOT_A_NUMBER :][:3]),
             minus_zero=bool(counts[survey.MINUS_ZERO]),
             gains=gains,
             reach=reach,

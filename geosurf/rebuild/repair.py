@@ -19,9 +19,8 @@ from geosurf.contact.arrange import Children, cut_contacts
 from geosurf.contact.search import Contacts, find_contacts
 from geosurf.conventions import place
 from geosurf.errors import RoundingError, SurfaceError
-from geosurf.kernels.contact import FACE
 from geosurf.kernels.mesh import turned_over
-from geosurf.kernels.packed import codes, n_corners
+from geosurf.kernels.packed import on_rims
 from geosurf.kernels.predicates import frame_of
 from geosurf.model import TriSurface
 from geosurf.rebuild.assemble import first_of_equals
@@ -83,9 +82,14 @@ def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float
 
 
 def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> None:
-    """Mark the vertices of some faces and of all that they cross, wherever they occur."""
+    """Mark the vertices of some faces and of all that they cross, wherever they occur.
+
+    Searches differ in contacts on edges and corners of both triangles: lattices of one survey are
+    not asked for what neighbouring cells have in common, nor for a surface's own neighbours. What
+    is moved must not depend on that.
+    """
     faces = np.unique(faces)
-    near = np.isin(contacts.rows[:, :2], faces).any(axis=1) & ~_on_rims(contacts)
+    near = np.isin(contacts.rows[:, :2], faces).any(axis=1) & ~on_rims(contacts.rows)
     faces = np.union1d(faces, contacts.rows[near, :2])
     ids = np.zeros(contacts.n_vertex, dtype=bool)
     ids[contacts.t[faces]] = True
@@ -101,19 +105,6 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
         if first is not None:
             vertices = first[vertices]
         marked[vertices] = True
-
-
-def _on_rims(contacts: Contacts) -> np.ndarray:
-    """Which contacts are points and lines on edges and corners of both triangles.
-
-    Searches differ in those: lattices of one survey are not asked for what neighbouring cells have
-    in common, nor for a surface's own neighbours. What is moved must not depend on that.
-    """
-    rows = contacts.rows
-    found = codes(rows)
-    rims = (((found >> 3 & 7) < FACE) & ((found & 7) < FACE) | (found < 0)).all(axis=1)
-    no_area: np.ndarray = n_corners(rows) < 3
-    return rims & no_area
 
 
 def _held(surfaces) -> list[np.ndarray]:

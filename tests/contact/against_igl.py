@@ -20,8 +20,9 @@ import numpy as np
 from geosurf import build_walls, carve_units, intersect_surfaces, rebuild_surfaces
 from geosurf.contact.search import find_contacts
 from geosurf.errors import GeosurfError
-from geosurf.kernels.packed import codes, in_plane, n_corners
+from geosurf.kernels.packed import in_plane, n_corners
 from tests import oracles
+from tests.contact.test_upright import codes
 from tests.strategies import soup
 
 

@@ -13,11 +13,13 @@ from geosurf import TriSurface
 from geosurf.contact import gather
 from geosurf.contact.search import find_contacts
 from geosurf.contact.tree import Tree, apart
+from geosurf.kernels.contact import FACE
 from geosurf.kernels.gather import number_below, number_in_place
 from geosurf.kernels.packed import (
-    codes,
+    code_of,
     in_plane,
     n_corners,
+    on_rims,
     pack_settled,
     packed,
     sorted_by_faces,
@@ -167,6 +169,12 @@ def test_rows_are_ordered_by_both_faces(rng, n_face):
         np.testing.assert_array_equal(sorted_by_faces(some, n_face), expected)
 
 
+def codes(rows):
+    """Codes of the corners of packed contacts, int64 (n, 6); -1 where there are no more."""
+    each = zip(rows[:, 2].tolist(), n_corners(rows).tolist(), strict=True)
+    return np.array([[code_of(how, k) if k < n else -1 for k in range(6)] for how, n in each])
+
+
 def test_contacts_are_packed_and_unpacked(rng):
     n = rng.integers(0, 7, 200)
     code = np.where(np.arange(6) < n[:, None], rng.integers(0, 128, (200, 6)), -1)
@@ -176,6 +184,9 @@ def test_contacts_are_packed_and_unpacked(rng):
     np.testing.assert_array_equal(in_plane(found), rows[:, 2] == 1)
     np.testing.assert_array_equal(n_corners(found), n)
     np.testing.assert_array_equal(codes(found), code)
+    inside = ((code >= 0) & (((code >> 3 & 7) >= FACE) | ((code & 7) >= FACE))).any(axis=1)
+    np.testing.assert_array_equal(on_rims(found), (n < 3) & ~inside)
+    assert 10 < on_rims(found).sum() < (n < 3).sum()
     two = (n == 2) & (rows[:, 2] == 0) & (rows[:, 3] == 1) & (code[:, :2].max(axis=1) < 64)
     two = np.concatenate([rows[two], [[4, 7, 0, 1, 2, 30, 63, -1, -1, -1, -1]]])
     settled = np.column_stack([two[:, :2], 64 * two[:, 5] + two[:, 6]])
