@@ -15,6 +15,7 @@ shells.py        closed shells with volumes
 certificate.py   promises, checked anew on the result
 consistent.py    of these: units against the patches
 told.py          of these: names of units against the surfaces around them
+around.py        what lies between units, told anew
 ===============  ====================================================================
 """
 

@@ -56,7 +56,7 @@ def place_floating(
     """
     sides = shell.copy()
     floating = np.setdiff1d(piece, fixed)
-    shots = {p: _shot(x, t, np.flatnonzero(piece == p), piece == p) for p in floating}
+    shots = {p: shoot(x, t, np.flatnonzero(piece == p), piece == p) for p in floating}
     for p, (outer, holding) in shots.items():
         while True:
             label = sides[outer]
@@ -65,16 +65,16 @@ def place_floating(
                 break
             # pieces that float side by side may see each other only: ask beyond all of them
             if len(group) > 1:
-                _, holding = _shot(x, t, np.flatnonzero(piece == p), np.isin(piece, group))
+                _, holding = shoot(x, t, np.flatnonzero(piece == p), np.isin(piece, group))
             if holding == NOTHING:
                 # the topmost side of the walls sees the outside as well
                 walls = np.isin(piece, fixed)
-                holding, _ = _shot(x, t, np.flatnonzero(walls), walls)
+                holding, _ = shoot(x, t, np.flatnonzero(walls), walls)
             sides[sides == label] = sides[holding]
     return sides
 
 
-def _shot(x, t, mine, member):
+def shoot(x, t, mine, member):
     """Sides (outer, holding) met by a ray through a piece, and beyond all members.
 
     `holding` is `NOTHING` where the ray meets no more.

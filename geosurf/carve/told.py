@@ -11,35 +11,36 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from geosurf.carve.around import ABOVE, BELOW, Around, within_bounds
 from geosurf.carve.blocks import WHOLE
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.consistent import Matched, rows_of
 from geosurf.carve.fluids import parse_sides
-from geosurf.carve.outside import box_of
 from geosurf.carve.shells import unit_name
-from geosurf.kernels.mesh import join_pairs
 from geosurf.model import Check, Patches, Unit, Units
 
 
 def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Check:
     """Zones, blocks and contacts in names are those that the surfaces around each unit tell.
 
-    What sets blocks apart is told by all units of a zone, and the sides of faults that a unit lies
-    on by all units: only where these are `divided`, see `partition`.
+    What sets blocks apart is told by all units of a zone, and the sides of faults and horizons that
+    a unit lies on by all units: only where these are `divided`, see `partition`.
     """
     parts = list(units.values())
     wrong = [unit.name for unit in parts if not _spelt(patches, unit)]
     upward = _upward(patches)
     wrong += [parts[u].name for u in _in_other_zones(patches, parts, found, upward)]
-    shell, surface, behind = _on_surfaces(patches, found)
+    around = Around(patches, found, len(parts))
+    shell, surface, behind = around.on
     codes = (surface * len(parts) + found.unit[shell]) * 2 + behind
     for code in np.unique(codes).tolist():
         (one, u), back = divmod(code // 2, len(parts)), code % 2 == 1
         if patches.names[one] + ("+" if back else "-") in parts[u].lies_on:
             wrong.append(parts[u].name)
     if divided:
-        wrong += _in_other_blocks(patches, parts, found, (shell, surface, behind))
-        wrong += _on_other_sides(patches, parts, found, (shell, surface, behind))
+        wrong += [parts[u].name for u in _beyond_horizons(patches, parts, around, upward)]
+        wrong += _in_other_blocks(patches, parts, around)
+        wrong += _on_other_sides(patches, parts, around)
     wrong += _contacts_apart(patches, parts, found, upward)
     wrong = list(dict.fromkeys(wrong))
     detail = f"{len(parts)} units lie in the zones and on the sides of faults that name them"
@@ -48,38 +49,7 @@ def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Chec
     return Check("units are where their names say", not wrong, float(len(wrong)), detail)
 
 
-def _on_surfaces(patches: Patches, found: Matched) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Each triangle of a shell, each surface that it lies on, whether the unit is behind that.
-
-    Where surfaces coincide a shell names one of them, and each is turned its own way.
-    """
-    times = np.bincount(found.of_patches, minlength=found.n_key)
-    once = np.flatnonzero((found.row >= 0) & (times[found.key] <= 1))
-    several = np.flatnonzero(times[found.key] > 1)
-    rows = np.flatnonzero(times[found.of_patches] > 1)
-    rows = rows[np.argsort(found.of_patches[rows], kind="stable")]
-    start = np.searchsorted(found.of_patches[rows], found.key[several])
-    count = times[found.key[several]]
-    nth = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    row = np.concatenate([found.row[once], rows[np.repeat(start, count) + nth]])
-    shell = np.concatenate([once, np.repeat(several, count)])
-    behind = found.turn[shell] == found.turn_of_patches[row]
-    return shell, patches.surface_of_triangle[row], behind
-
-
-def _on_each_side(found: Matched, of: np.ndarray) -> np.ndarray:
-    """What `of` says of the shells on either side of each triangle, -1 where there is none."""
-    beside = np.full((found.n_key, 2), -1)
-    beside[found.key, found.turn.astype(np.int64)] = of
-    return beside
-
-
-def _in_other_blocks(
-    patches: Patches,
-    parts: list[Unit],
-    found: Matched,
-    on: tuple[np.ndarray, np.ndarray, np.ndarray],
-) -> Iterable[str]:
+def _in_other_blocks(patches: Patches, parts: list[Unit], around: Around) -> Iterable[str]:
     """Units whose block has other sides of faults than those that set it apart in its zone.
 
     These are told anew by all triangles of shells: a fault sets apart what touches only its front
@@ -90,9 +60,8 @@ def _in_other_blocks(
     of_unit = np.array([number[unit.zone, unit.block] for unit in parts], dtype=np.int64)
     zones = list(dict.fromkeys(unit.zone for unit in parts))
     zone = np.array([zones.index(of) for of, _ in blocks], dtype=np.int64)
-    beside = _on_each_side(found, of_unit[found.unit])
-    shell, surface, behind = on
-    inside = beside[found.key[shell]]
+    found, (shell, surface, behind) = around.found, around.on
+    inside = around.on_each_side(of_unit[found.unit])[found.key[shell]]
     apart = inside[:, 0] != inside[:, 1]  # others are slits
     touched = np.zeros((len(patches.sources), len(blocks), 2), dtype=bool)
     of = of_unit[found.unit[shell[apart]]]
@@ -111,60 +80,39 @@ def _in_other_blocks(
             yield unit.name
 
 
-def _on_other_sides(
-    patches: Patches,
-    parts: list[Unit],
-    found: Matched,
-    on: tuple[np.ndarray, np.ndarray, np.ndarray],
-) -> Iterable[str]:
+def _on_other_sides(patches: Patches, parts: list[Unit], around: Around) -> Iterable[str]:
     """Units that lie on other sides of faults than those in their block and those told anew.
 
     What can be reached from a unit through all but one fault touches only its front, only its
-    back, or both and neither: then the fault is no border there. A unit that a fault hangs in
-    touches both; shells do not tell which unit it is, so that it may lie on a side or not.
+    back, or both and neither: then the fault is no border there.
     """
-    shell, surface, behind = on
-    beside = _on_each_side(found, found.unit)
-    inner = np.flatnonzero((beside >= 0).all(axis=1))
-    low, high = beside[inner].min(axis=1), beside[inner].max(axis=1)
-    links, code = np.unique(low * len(parts) + high, return_inverse=True)
-    link = np.full(found.n_key, len(links))
-    link[inner] = code
-    times = np.bincount(link, minlength=len(links) + 1)
     faults = rows_of(patches, "fault")
     names = [patches.names[i] for i in faults]
     told = [set(_sides_said(unit.block, names) or ()) for unit in parts]
-    either: list[set[str]] = [set() for _ in parts]
-    hangs = _hanging(patches, found)
     for fault, name in zip(faults, names, strict=True):
-        mine = surface == fault
-        crossed = np.bincount(link[np.unique(found.key[shell[mine]])], minlength=len(times))
-        open_ = links[(times > crossed)[:-1]]
-        region = join_pairs(np.stack(np.divmod(open_, len(parts)), axis=1), len(parts))
-        seen = np.zeros((len(parts), 2), dtype=bool)  # front, back
-        seen[region[found.unit[shell[mine]]], behind[mine].astype(np.int64)] = True
-        alone = (seen & ~seen[:, ::-1])[region]
-        for u, side in np.argwhere(alone).tolist():
-            (either if fault in hangs else told)[u].add(name + "+-"[side])
-    for unit, sides, more in zip(parts, told, either, strict=True):
-        said = set(unit.lies_on)
-        if not sides <= said <= sides | more or len(unit.lies_on) != len(said):
+        seen = around.seen(fault)
+        for u, side in np.argwhere(seen & ~seen[:, ::-1]).tolist():
+            told[u].add(name + "+-"[side])
+    for unit, sides in zip(parts, told, strict=True):
+        if set(unit.lies_on) != sides or len(unit.lies_on) != len(sides):
             yield unit.name
 
 
-def _hanging(patches: Patches, found: Matched) -> set[int]:
-    """Surfaces with triangles in the bounds of the walls that no shell has."""
-    bare = np.ones(found.n_key, dtype=bool)
-    bare[found.key] = False
-    rows = np.flatnonzero(bare[found.of_patches] & _within_bounds(patches))
-    return set(patches.surface_of_triangle[rows].tolist())
+def _beyond_horizons(
+    patches: Patches, parts: list[Unit], around: Around, upward: np.ndarray
+) -> list[int]:
+    """Units told to lie above the horizon at the top of their zone, or below that at its base.
 
-
-def _within_bounds(patches: Patches) -> np.ndarray:
-    """Which triangles have no corner outside of the bounds of the walls."""
-    lower, upper = box_of(patches)
-    inside: np.ndarray = ((patches.local >= lower) & (patches.local <= upper)).all(axis=1)
-    return inside[patches.triangles].all(axis=1)
+    A horizon that the column took away in some unit does not tell of others: rules of the column,
+    which are not known here, might carry it on.
+    """
+    zone = np.array([unit.zone_index for unit in parts])
+    wrong = np.zeros(len(parts), dtype=bool)
+    for rank, i in enumerate(rows_of(patches, "horizon")):
+        if len(around.holding(i)) == 0:
+            side = around.told(i, ABOVE if upward[i] else BELOW)
+            wrong |= (zone == rank + 1) & (side == ABOVE) | (zone == rank) & (side == BELOW)
+    return np.flatnonzero(wrong).tolist()
 
 
 def _sides_said(block: str, faults: list[str]) -> frozenset[str] | None:
@@ -192,7 +140,7 @@ def _spelt(patches: Patches, unit: Unit) -> bool:
 def _upward(patches: Patches) -> np.ndarray:
     """Whether the front of each surface looks up, in the bounds of the walls."""
     a, b, c = (patches.local[patches.triangles[:, k]] for k in range(3))
-    inside = _within_bounds(patches)
+    inside = within_bounds(patches)
     rise = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     of = patches.surface_of_triangle
     return np.bincount(of[inside], rise[inside], minlength=len(patches.sources)) >= 0.0
@@ -203,8 +151,7 @@ def _in_other_zones(
 ) -> list[int]:
     """Units above a horizon in a zone below it, or the other way round.
 
-    Where horizons coincide, the column may have taken away all but one. A unit that no horizon
-    bounds above, or below, is not told how far up, or down, its zone may be.
+    Where horizons coincide, the column may have taken away all but one.
     """
     horizons = rows_of(patches, "horizon")
     zone = np.array([unit.zone_index for unit in parts])[found.unit]

@@ -16,6 +16,7 @@ from geosurf.carve.consistent import matched, numbered, partition
 from geosurf.carve.shells import unit_name
 from geosurf.carve.told import named
 from geosurf.model import Units
+from tests.rebuild.worlds import boxed_world
 from tests.strategies import BOX, faulted_worlds, grid, sheet
 
 CLOSED, VOLUMES = "units are closed and oriented", "volumes add up to the box"
@@ -210,21 +211,34 @@ def test_a_label_that_nothing_bears_out(patches, units, wrong):
     assert failed(certify(patches, exchanged(units, **{name: wrong}))) == {NAMED}
 
 
+def fits(patches, units):
+    """Whether names of units are found to be right; shells are whole."""
+    _, number = numbered(patches, units)
+    found = matched(patches, units, number)
+    divided = partition(patches, units, found).passed
+    assert divided
+    return named(patches, units, found, divided).passed
+
+
 @settings(max_examples=12)
 @given(faulted_worlds())
 def test_every_wrong_side_of_a_fault_and_every_wrong_zone_is_noticed(surfaces):
+    assert_noticed(surfaces)
+
+
+# faults that hang in a unit, in two, in none, and bound others; also on walls and on each other
+@pytest.mark.parametrize("seed", [258, 322, 340, 352, 368, 333])
+def test_every_wrong_side_of_a_fault_that_hangs_in_a_unit_is_noticed(seed):
+    assert_noticed([*boxed_world(seed), *build_walls(BOX)])
+
+
+def assert_noticed(surfaces):
     """A side more or less for each unit, and each other zone in its name."""
-    patches = rebuild_surfaces(surfaces)
+    patches = rebuild_surfaces(surfaces, self_intersections=True)
     units = carve_units(patches)
     zones = names_of_zones([s.name for s in patches.sources if s.role == "horizon"])
     sides = [s.name + sign for s in patches.sources if s.role == "fault" for sign in "+-"]
-
-    def fits(units):
-        _, number = numbered(patches, units)
-        found = matched(patches, units, number)
-        return named(patches, units, found, partition(patches, units, found).passed).passed
-
-    assert fits(units)
+    assert fits(patches, units)
     for name, unit in units.items():
         damages = [
             {"lies_on": tuple(side for side in sides if (side in unit.lies_on) != (side == other))}
@@ -235,7 +249,48 @@ def test_every_wrong_side_of_a_fault_and_every_wrong_zone_is_noticed(surfaces):
             if words["name"] not in units:
                 damages.append(words)
         for damage in damages:
-            assert not fits(exchanged(units, **{name: damage})), (name, damage)
+            assert not fits(patches, exchanged(units, **{name: damage})), (name, damage)
+
+
+def wedge(way):
+    """Two faults that meet between two horizons, and close a wedge up (1) or down (-1); a lid on
+    its tip.
+    """
+    levels = [(name, z, "horizon") for name, z in (("Top", 5.0), ("Base", -1.0))]
+    surfaces = [
+        sheet(name, [(x, y, z) for x, y in ((-1, -1), (5, -1), (5, 5), (-1, 5))], role=role)
+        for name, z, role in levels
+    ]
+    for name, x in (("F1", -0.25), ("F2", 4.25)):
+        end = 2 + 9 * way
+        surfaces.append(sheet(name, [(2, -1, 2), (2, 5, 2), (x, 5, end), (x, -1, end)]))
+    lid = [(x, y, 2 + 2 * way) for x, y in ((1.5, -1), (2.5, -1), (2.5, 5), (1.5, 5))]
+    return [*surfaces, sheet("Lid", lid), *build_walls(BOX)]
+
+
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize("lidded", [False, True])
+def test_a_zone_that_no_horizon_around_a_unit_tells_is_told_by_its_neighbours(way, lidded):
+    """A unit that touches no Base, or no Top, named as if it lay beyond it, and blocks to match."""
+    patches = rebuild_surfaces([s for s in wedge(way) if lidded or s.name != "Lid"])
+    units = carve_units(patches)
+    assert fits(patches, units)
+    inner = [u for u in units.values() if u.zone == "Top/Base"]
+    zone, index, far = ("below Base", 2, "Base") if way > 0 else ("above Top", 0, "Top")
+    moved = [u for u in inner if patches.names.index(far) not in u.surface_of_triangle]
+    assert len(moved) == 1 + lidded
+    for unit in moved:
+        words = {"zone": zone, "zone_index": index, "block": "whole #2", "lies_on": ()}
+        damage = {unit.name: {**words, "name": unit_name(zone, "whole #2")}}
+        others = [u for u in inner if u is not unit]
+        left = {side for u in others for side in u.lies_on}
+        for other in others:
+            opposite = {side: side[:-1] + "-+"[side[-1] == "-"] for side in other.lies_on}
+            sides = tuple(side for side in other.lies_on if opposite[side] in left)
+            block = " ".join(sides) or "whole"
+            named_anew = {"block": block, "lies_on": sides, "name": unit_name(other.zone, block)}
+            damage[other.name] = named_anew
+        assert not fits(patches, exchanged(units, **damage)), damage
 
 
 def test_fluids_that_have_each_others_names():
