@@ -76,30 +76,32 @@ class Around:
         link[inner] = code
         return np.stack(np.divmod(codes, self.n_unit), axis=1), link
 
-    def _times(self, keys: np.ndarray) -> np.ndarray:
-        """Number of some triangles between each pair of neighbours."""
+    def _times(self, surfaces: list[int]) -> np.ndarray:
+        """Number of triangles that some surfaces have between each pair of neighbours."""
+        shell, surface, _ = self.on
+        wanted = np.zeros(len(self.patches.sources), dtype=bool)
+        wanted[surfaces] = True
+        keys = np.zeros(self.found.n_key, dtype=bool)
+        keys[self.found.key[shell[wanted[surface]]]] = True
         pairs, link = self._links
         return np.bincount(link[keys], minlength=len(pairs) + 1)[:-1]
 
     @cached_property
     def _all(self) -> np.ndarray:
-        return self._times(np.arange(self.found.n_key))
+        return self._times(list(range(len(self.patches.sources))))
 
     @cached_property
     def _level(self) -> np.ndarray:
         """Number of triangles of horizons and contacts between each pair of neighbours."""
-        shell, surface, _ = self.on
-        rows = [*rows_of(self.patches, "horizon"), *rows_of(self.patches, "contact")]
-        return self._times(np.unique(self.found.key[shell[np.isin(surface, rows)]]))
+        level = [*rows_of(self.patches, "horizon"), *rows_of(self.patches, "contact")]
+        return self._times(level)
 
     def neighbours_but_over(self, one: int, *, level: bool = False) -> np.ndarray:
         """Pairs of neighbours over a triangle that a surface is not on: over any other surface, or
         over horizons and contacts.
         """
-        shell, surface, _ = self.on
-        mine = np.unique(self.found.key[shell[surface == one]])
         some = self._level if level else self._all
-        return self._links[0][some > self._times(mine)]
+        return self._links[0][some > self._times([one])]
 
     def touched(self, one: int) -> np.ndarray:
         """Whether each unit lies on the front and on the back of a surface, bool (n_unit, 2)."""
@@ -150,10 +152,8 @@ class Around:
 
     def holding(self, one: int) -> np.ndarray:
         """Units that some of a surface hangs in, which no shell has."""
-        bare = np.ones(self.found.n_key, dtype=bool)
-        bare[self.found.key] = False
-        mine = bare[self.found.of_patches] & (self.patches.surface_of_triangle == one)
-        rows = np.flatnonzero(mine & within_bounds(self.patches))
+        mine = self._bare[self.found.of_patches] & (self.patches.surface_of_triangle == one)
+        rows = np.flatnonzero(mine & self._within)
         if len(rows) == 0:
             return np.empty(0, dtype=np.int64)
         piece = self._pieces(rows)
@@ -161,13 +161,24 @@ class Around:
         return np.array(sorted(units - {-1}), dtype=np.int64)
 
     @cached_property
+    def _bare(self) -> np.ndarray:
+        """Whether no shell has a triangle."""
+        bare = np.ones(self.found.n_key, dtype=bool)
+        bare[self.found.key] = False
+        return bare
+
+    @cached_property
+    def _within(self) -> np.ndarray:
+        return within_bounds(self.patches)
+
+    @cached_property
     def _shell_rows(self) -> np.ndarray:
         """Triangles of the patches that shells have, one of those with the same corners."""
         first = np.full(self.found.n_key, -1)
         n = len(self.found.of_patches)
         first[self.found.of_patches[::-1]] = np.arange(n)[::-1]
-        rows = first[np.unique(self.found.key)]
-        return rows[rows >= 0]
+        first[self._bare] = -1
+        return first[first >= 0]
 
     def _pieces(self, rows: np.ndarray) -> np.ndarray:
         """Number of the piece of each of some triangles: joined by edges that no shell has."""
