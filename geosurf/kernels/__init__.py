@@ -53,6 +53,7 @@ file               question                                               source
 `draped`           where a fault meets a drape                            marching triangles
 `lines`, `nodes`   lines of links and what is near them; bands of a lattice
 `bending`, `envelope` the smoothest surface: its equations, in a narrow band   Cuthill & McKee 1969
+`products`         sums of products of a few columns
 `torn`             corners of the pieces of a torn sheet
 `coarsen`          fewer triangles within a tolerance                     Evans et al. 2001
 =================  =====================================================  =========================

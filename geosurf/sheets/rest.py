@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.kernels.bending import bent_by
+from geosurf.kernels.products import products_of_columns, sums_of_columns
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.solve import BEND, Graph, equations, weights_of
 from geosurf.sheets.tips import Tips
@@ -43,7 +44,8 @@ class Bent:
         parts = np.split(self.share, np.cumsum([tip.n_shape for tip in self.tips])[:-1])
         bent = [(tip, part) for tip, part in zip(self.tips, parts, strict=True) if part.any()]
         shapes = shapes_of([tip for tip, _ in bent], frame, nodes, anchors)
-        found: np.ndarray = shapes @ np.concatenate([np.empty(0), *(part for _, part in bent)])
+        share = np.concatenate([np.empty(0), *(part for _, part in bent)])
+        found: np.ndarray = sums_of_columns(shapes, share)
         return found
 
     def only(self, traces: Sequence[int]) -> Bent:
@@ -128,15 +130,15 @@ def smoothest_rest(
     moved = np.stack(moves, axis=1)
     heights = np.where(free, 0.0, value - level)
     heights[at] = plain
-    own = shapes.T @ drawn - drawn[at].T @ moved
-    wanted = drawn.T @ heights
+    own = products_of_columns(shapes, drawn) - products_of_columns(drawn[at], moved)
+    wanted = products_of_columns(drawn, heights[:, None])[:, 0]
     bent = bent_by(graph.east, graph.north, graph.square, heights[:, None], weights)
     cost = heights * bent[:, 0]
     cost[at] += pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
     units = [doubt or cost[a].sum() / max((a & free).sum(), 1) for _, a in groups]
     columns = [columns for columns, _ in groups]
     share = paying_shares(own, wanted, columns, likely, doubt, units, towards)
-    return plain + moved @ share + level, share
+    return plain + sums_of_columns(moved, share) + level, share
 
 
 def paying_shares(
