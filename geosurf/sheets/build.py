@@ -12,7 +12,6 @@ from functools import partial
 
 import numpy as np
 
-from geosurf.contact.threads import side_by_side
 from geosurf.model import TriSurface
 from geosurf.sheets.cut import Cut, band_of, cut_band
 from geosurf.sheets.data import Picks
@@ -50,8 +49,6 @@ class Built:
         Links cut in the mesh.
     outer : ndarray of int64
         Outermost ghosts, as vertices of `torn`.
-    band_corners : ndarray of int64 (n, 3)
-        Corners of the triangles of the band that was cut, as vertices of `torn`.
     rounds : int
         Exact cuts that were made.
     """
@@ -61,7 +58,6 @@ class Built:
     cut: Cut
     cuts: Cuts
     outer: np.ndarray
-    band_corners: np.ndarray
     shortened: dict[tuple[int, int], int]
     rounds: int
 
@@ -158,18 +154,20 @@ class Builder:
         ghosts = self.carry_on(torn, self.triangles, bits, self.state)
         heights = self.state.values
         band = band_of(torn, self.triangles, self.frame, heights, ghosts, self.reach)
-        cut = cut_band(band, torn, self.triangles, self.faults, self._is_own)
-        corners = band.vertex[band.surface.triangles]
-        return Built(torn, ghosts, cut, cuts, band.outer, corners, dict(shortened), 0)
+        blocks = [blocks for _, blocks in self.meshes]
+        cut = cut_band(band, torn, self.triangles, self.faults, self.frame, blocks, self._is_own)
+        return Built(torn, ghosts, cut, cuts, band.outer, dict(shortened), 0)
 
-    def _is_own(self, nodes: np.ndarray) -> np.ndarray:
-        """Whether nodes are clearly on their own side of all faults, at their solved heights."""
+    def _is_own(self, nodes: np.ndarray, faults: Sequence[int]) -> np.ndarray:
+        """Whether nodes are clearly on their own side of some faults, at their solved heights."""
         points = np.column_stack([self.frame.cells_of_node(nodes), self.state.values[nodes]])
         out = np.ones(len(nodes), dtype=bool)
         reach = float(self.reach)
-        sides = side_by_side(side_at_own_height, [(*m, points, reach) for m in self.meshes])
+        sides = {k: side_at_own_height(*self.meshes[k], points, reach) for k in faults}
         network = self.state.network
         for trace, limits, near in zip(network.traces, network.mesh, self.state.near, strict=True):
+            if trace.fault not in sides:
+                continue
             far, side = sides[trace.fault]
             at = near.look_up(nodes)
             inside = (at >= 0) & (side != 0)

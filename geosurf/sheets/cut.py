@@ -1,26 +1,32 @@
 """The exact cut of a torn sheet by its faults, near the faults: cut-offs, and leaks if there are
 any.
 
-Only triangles near the tears take part, all others are met by no fault. A leak is an outer edge
-of the ghosts, cut by a fault, of which a part stays in the sheet, or through which real parts far
-from the fault and ghosts are one; or a copy inside which a fault ends, so that they are one round
-it.
+Only triangles near the tears take part, all others are met by no fault; islands that no fault
+joins are cut side by side. A leak is an outer edge of the ghosts, cut by a fault, of which a part
+stays in the sheet, or through which real parts far from the fault and ghosts are one; or a copy
+inside which a fault ends, so that they are one round it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from geosurf.contact.search import find_contacts
+from geosurf.contact.threads import side_by_side
+from geosurf.conventions import frame_origin
 from geosurf.model import Patches, TriSurface
 from geosurf.model.base import all_of, any_of
-from geosurf.rebuild import rebuild_surfaces
+from geosurf.rebuild import patches_from
 from geosurf.rebuild.ghosts import kept_parts
 from geosurf.sheets.drape import around
 from geosurf.sheets.frame import Frame
+from geosurf.sheets.islands import islands
 from geosurf.sheets.leaks import (
+    Leak,
     ends_in_copies,
     false_rims,
     free_edges,
@@ -28,6 +34,7 @@ from geosurf.sheets.leaks import (
     sides_at_curves,
 )
 from geosurf.sheets.mesh import Torn, Triangles, outer_ghosts, renumbered
+from geosurf.sheets.near import Blocks
 from geosurf.sheets.sets import distinct, is_among
 
 
@@ -49,6 +56,48 @@ class Band:
     vertex: np.ndarray
     outer: np.ndarray
 
+    def only(self, rows: np.ndarray) -> Band:
+        """Some triangles of it."""
+        surface = self.surface
+        used, faces = renumbered(surface.triangles.take(rows, axis=0), surface.n_vertex)
+        part = TriSurface(
+            surface.name,
+            surface.role,
+            surface.vertices.take(used, axis=0),
+            faces,
+            vertex_data={key: values.take(used) for key, values in surface.vertex_data.items()},
+        )
+        return Band(part, self.vertex.take(used), self.outer)
+
+
+@dataclass(eq=False)
+class Part:
+    """What the exact cut gave of one island.
+
+    Attributes
+    ----------
+    faults : list of int
+        Numbers of the faults that can meet it.
+    patches : Patches
+        Of its triangles and these faults, ghosts included.
+    corners : ndarray of int64 (n, 3)
+        Corners of its triangles, as vertices of `Torn`.
+    keep : ndarray of bool (n_triangle,)
+        See `kept_parts`.
+    curve_sides : list of (ndarray, ndarray)
+        By surface, see `sides_at_curves`.
+    leaks, dead_ends
+        As of `Cut`.
+    """
+
+    faults: list[int]
+    patches: Patches
+    corners: np.ndarray
+    keep: np.ndarray
+    curve_sides: list[tuple[np.ndarray, np.ndarray]]
+    leaks: list[Leak]
+    dead_ends: list[tuple[int, int]]
+
 
 @dataclass(eq=False)
 class Cut:
@@ -56,26 +105,22 @@ class Cut:
 
     Attributes
     ----------
-    patches : Patches
-        Of the band and all faults, ghosts included.
-    keep : ndarray of bool (n_triangle,)
-    corner : ndarray of int64 (n_triangle, 3)
-        See `kept_parts`.
+    parts : list of Part
+        One for each island.
     leaks : list of (int, int, frozenset of int)
         Outer edges, as vertices of `Torn`, that the sheet would end on inside the data, and the
         faults that cut them.
     dead_ends : list of (int, int)
         Copies, by two vertices, inside which a fault ends.
-    curve_sides : list of (ndarray, ndarray)
-        By surface, see `sides_at_curves`.
     """
 
-    patches: Patches
-    keep: np.ndarray
-    corner: np.ndarray
-    leaks: list[tuple[int, int, frozenset[int]]]
+    parts: list[Part]
+    leaks: list[Leak]
     dead_ends: list[tuple[int, int]]
-    curve_sides: list[tuple[np.ndarray, np.ndarray]]
+
+    def part_of(self, fault: int) -> Part:
+        """The part in which a fault is."""
+        return next(part for part in self.parts if fault in part.faults)
 
 
 def band_of(
@@ -116,23 +161,47 @@ def cut_band(
     torn: Torn,
     triangles: Triangles,
     faults: Sequence[TriSurface],
-    is_own: Callable[[np.ndarray], np.ndarray],
+    frame: Frame,
+    blocks: Sequence[Blocks],
+    is_own: Callable[[np.ndarray, Sequence[int]], np.ndarray],
 ) -> Cut:
     """Cut a band by its faults, exactly, and look for leaks.
 
-    `is_own` tells which nodes are clearly on their own side of all faults, at their own height.
+    `blocks` of each fault hold something wherever it can meet the band. `is_own` tells which nodes
+    are clearly on their own side of some faults, at their own height.
     """
-    patches = rebuild_surfaces([band.surface, *faults])
+    # points are rounded once, in the frame of all: the same for any islands
+    origin = frame_origin(band.surface.extent, *(fault.extent for fault in faults))
+    found = islands(band.surface.vertex_data["node"], band.surface.triangles, frame, blocks)
+    parts = side_by_side(
+        partial(_cut_part, torn=torn, triangles=triangles, origin=origin, is_own=is_own),
+        [
+            (band if len(found) == 1 else band.only(rows), mine, [faults[k] for k in mine])
+            for rows, mine in found
+        ],
+    )
+    leaks = sorted((leak for part in parts for leak in part.leaks), key=lambda leak: leak[:2])
+    return Cut(parts, leaks, [pair for part in parts for pair in part.dead_ends])
+
+
+def _cut_part(band: Band, numbers: list[int], faults, *, torn, triangles, origin, is_own) -> Part:
+    """Cut one island by its faults."""
+    patches = patches_from(find_contacts([band.surface, *faults], origin=origin))
     keep, corner, part = kept_parts(patches)
-    open_part = keep | _dropped_with_own(band, patches, keep, part, is_own)
+    own = partial(is_own, faults=numbers)
+    open_part = keep | _dropped_with_own(band, patches, keep, part, own)
     corner = np.where(corner >= 0, band.vertex[corner], -1)
     sides = sides_at_curves(patches)
     rim = free_edges(patches, sides)
-    leaks = leaks_of(patches, rim, open_part, corner, torn, triangles)
+    leaks = [
+        (a, b, frozenset(numbers[k] for k in met))
+        for a, b, met in leaks_of(patches, rim, open_part, corner, torn, triangles)
+    ]
     dead_ends = _named(band, false_rims(patches, keep, sides))
     if not keep[open_part].all():
         dead_ends += _named(band, ends_in_copies(patches, rim, open_part, sides))
-    return Cut(patches, keep, corner, leaks, dead_ends, sides)
+    corners = band.vertex[band.surface.triangles]
+    return Part(numbers, patches, corners, keep, sides, leaks, dead_ends)
 
 
 def _dropped_with_own(band: Band, patches: Patches, keep, part, is_own) -> np.ndarray:

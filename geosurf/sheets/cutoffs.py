@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.lines import CHUNK, first_met, undirected_lines
-from geosurf.sheets.cut import Cut
+from geosurf.sheets.cut import Part
 from geosurf.sheets.heights import Heights
 from geosurf.sheets.mesh import Torn
 from geosurf.sheets.sets import distinct, is_among
@@ -20,25 +20,21 @@ from geosurf.sheets.traces import split_lines
 LONGEST = 12.0  # cells from a station within which a cut-off is looked for
 
 
-def fault_edges(cut: Cut, surface: int) -> tuple[np.ndarray, np.ndarray]:
+def fault_edges(part: Part, fault: int) -> tuple[np.ndarray, np.ndarray]:
     """Edges (n, 2) of kept sheet triangles that a fault shares, and their triangles (n,)."""
-    keys, triangle = cut.curve_sides[0]
-    mine = cut.keep[triangle]
+    keys, triangle = part.curve_sides[0]
+    mine = part.keep[triangle]
     keys, triangle = keys[mine], triangle[mine]
-    shared = is_among(keys, cut.curve_sides[surface][0])
+    shared = is_among(keys, part.curve_sides[1 + part.faults.index(fault)][0])
     keys, triangle = keys[shared], triangle[shared]
-    return np.stack(np.divmod(keys, len(cut.patches.local)), axis=1), triangle
+    return np.stack(np.divmod(keys, len(part.patches.local)), axis=1), triangle
 
 
-def cutoff_lines(
-    cut: Cut, state: Heights, torn: Torn, fault: int, corners: np.ndarray
-) -> dict[str, list[np.ndarray]]:
-    """Cut-off lines (n, 3) of a fault by wall, world coordinates; "+" is the hanging wall.
-
-    `corners` are those of the band's triangles, as vertices of `Torn`.
-    """
-    edges, triangle = fault_edges(cut, 1 + fault)
-    parent = corners[cut.patches.parent_of_triangle[triangle]]
+def cutoff_lines(part: Part, state: Heights, torn: Torn, fault: int) -> dict[str, list[np.ndarray]]:
+    """Cut-off lines (n, 3) of a fault by wall, world coordinates; "+" is the hanging wall."""
+    patches = part.patches
+    edges, triangle = fault_edges(part, fault)
+    parent = part.corners[patches.parent_of_triangle[triangle]]
     real = torn.anchored(parent)
     # all corners of a parent are on sheets of one side, but where a tear has healed
     side = np.zeros(real.shape)
@@ -52,14 +48,14 @@ def cutoff_lines(
         side = np.where(close, near.side[at], side)
         nearest = np.where(close, near.distance[at], nearest)
     found: dict[str, list[np.ndarray]] = {}
-    key = edges[:, 0] * len(cut.patches.local) + edges[:, 1]
+    key = edges[:, 0] * len(patches.local) + edges[:, 1]
     _, inverse, times = np.unique(key, return_inverse=True, return_counts=True)
     both = times[inverse] > 1  # the sheet is whole there: both walls share the line
     total = side.sum(axis=1)
     for wall, sign in (("+", 1), ("-", -1)):
         mine = distinct(key[both | (np.sign(total) == sign)])
-        mine = np.stack(np.divmod(mine, len(cut.patches.local)), axis=1)
-        found[wall] = [cut.patches.vertices[line] for line in undirected_chains(mine)]
+        mine = np.stack(np.divmod(mine, len(patches.local)), axis=1)
+        found[wall] = [patches.vertices[line] for line in undirected_chains(mine)]
     return found
 
 

@@ -30,7 +30,7 @@ def fault_cuts(
     """Cut-offs and profiles of all faults."""
     found = {}
     for number, fault in enumerate(faults):
-        walls = cutoff_lines(built.cut, state, built.torn, number, built.band_corners)
+        walls = cutoff_lines(built.cut.part_of(number), state, built.torn, number)
         traces = [t for t in state.network.traces if t.fault == number]
         parts = [_stations(trace, frame) for trace in traces]
         stations = np.concatenate([p[0] for p in parts]) if parts else np.empty((0, 3))

@@ -1,0 +1,73 @@
+"""The triangles of a band, apart by the faults that can meet them: what is cut by itself.
+
+Faults that are far from one another cut a sheet in places that have nothing in common. Each of
+them is cut alone, several at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.model.base import any_of
+from geosurf.sheets.frame import Frame
+from geosurf.sheets.near import Blocks
+from geosurf.sheets.sets import distinct
+
+TILE = 3  # 2**3 nodes each way: what is in one tile or in neighbouring ones hangs together
+LEAST = 10_000  # triangles: a smaller island is cut with the next one
+
+
+def islands(
+    nodes: np.ndarray, faces: np.ndarray, frame: Frame, blocks: Sequence[Blocks]
+) -> list[tuple[np.ndarray, list[int]]]:
+    """Rows of the triangles of each island, and its faults; each row and each fault in one.
+
+    Parameters
+    ----------
+    nodes : ndarray of int64 (n_vertex,)
+        Lattice node under each vertex of the band.
+    faces : ndarray of int64 (n, 3)
+        Triangles of the band, of neighbouring nodes.
+    blocks : sequence of Blocks
+        Of each fault; where they hold nothing, it meets no triangle.
+    """
+    count, island = _tiled(nodes, frame.shape)
+    if count < 2 or len(blocks) < 2 or len(faces) < 2 * LEAST:
+        return [(np.arange(len(faces)), list(range(len(blocks))))]
+    places = frame.cells_of_node(nodes)
+    joined = np.arange(count)
+    island_of_fault = []
+    for of in blocks:
+        met = distinct(joined[island[of.of(places)[0]]])
+        joined[any_of(joined[:, None] == met)] = met[0] if len(met) else 0
+        island_of_fault.append(met[0] if len(met) else 0)
+    # islands by their first triangle, small ones with the next
+    of_face = joined[island[faces[:, 0]]]
+    size = np.bincount(of_face, minlength=count)
+    number, names = np.zeros(count, dtype=np.int64), np.unique(of_face, return_index=True)
+    held, last = 0, 0
+    for name in names[0][np.argsort(names[1])]:
+        if held >= LEAST:
+            held, last = 0, last + 1
+        number[name] = last
+        held += int(size[name])
+    of_face = number[of_face]
+    of_fault = number[joined[island_of_fault]]
+    return [
+        (np.flatnonzero(of_face == k), np.flatnonzero(of_fault == k).tolist())
+        for k in range(last + 1)
+    ]
+
+
+def _tiled(nodes: np.ndarray, shape: tuple[int, int]) -> tuple[int, np.ndarray]:
+    """Number of islands of tiles, and that of each node."""
+    from scipy.ndimage import label
+
+    row, col = np.divmod(nodes, shape[1])
+    row, col = row >> TILE, col >> TILE
+    tiles = np.zeros(((shape[0] >> TILE) + 1, (shape[1] >> TILE) + 1), dtype=bool)
+    tiles[row, col] = True
+    island, count = label(tiles, np.ones((3, 3)))
+    return int(count), island[row, col].astype(np.int64) - 1
