@@ -14,6 +14,7 @@ heights        the two passes: which data are trusted, heights of all nodes
 walls          how wide the gap or the overlap is along a trace
 mesh, ghosts   the torn mesh, and each sheet carried on past its fault
 cut, build     the exact cut by the faults; rings and ends until nothing leaks
+islands        what is cut by itself, since no fault joins it to the rest
 cutoffs        cut-off lines, throw and heave
 describe       the report
 propose        how far data are smeared, and the trim that follows
