@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from geosurf.intersect.loops import find_lost, pair_keys
 from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, side_of
 from geosurf.intersect.walk import walk_curves
 from geosurf.kernels.mesh import weld
+from geosurf.kernels.polylines import segments_of
 from geosurf.model import Curves, Place, Touch, TriSurface, frozen
 
 Linker = Callable[..., Curves]
@@ -200,25 +202,25 @@ def merge_smooth(
     return _assemble(names, origin, found, places, touches, cost)
 
 
+def _stacked(lines: list[Line]) -> np.ndarray:
+    """Points of all lines."""
+    return np.concatenate([np.empty((0, 3)), *(line.points for line in lines)])
+
+
 def _assemble(names, origin, found, places, touches, cost) -> Curves:
     """Put lines together to `Curves`; points with equal coordinates become one."""
     lines = [line for _, line in found if len(line.points) > 1]
     owners = [pair for pair, line in found if len(line.points) > 1]
-    stacked = np.concatenate([np.empty((0, 3)), *(line.points for line in lines)])
+    stacked = lines[0].points if len(lines) == 1 else _stacked(lines)
     number, count = weld(stacked)
     local = stacked
     if count < len(stacked):
         local = np.empty((count, 3))
         local[number] = stacked
-    sizes = np.array([len(line.points) for line in lines], dtype=np.int64)
-    stop = np.cumsum(sizes)
-    curves = [number[a:b] for a, b in zip((stop - sizes).tolist(), stop.tolist(), strict=True)]
-    onward = np.ones(len(number), dtype=bool)
-    onward[stop - 1] = False  # from the last point of a curve no segment starts
-    start = np.flatnonzero(onward)
-    one, two = number[start], number[start + 1]
-    segments = np.stack([np.minimum(one, two), np.maximum(one, two)], axis=1)
+    stops = list(accumulate(len(line.points) for line in lines))
+    curves = [number[a:b] for a, b in pairwise([0, *stops])]
     pairs = np.array(owners, dtype=np.int64).reshape(-1, 2)
+    segments, owned = segments_of(number, np.array(stops, dtype=np.int64), pairs)
     said = [(why, pair, x, size, -1) for pair, why, x, size in places]
     for k, (pair, line) in enumerate(zip(owners, lines, strict=True)):
         said += [(why, pair, x, size, k) for why, x, size in line.places]
@@ -227,7 +229,7 @@ def _assemble(names, origin, found, places, touches, cost) -> Curves:
         local=frozen(local, np.float64),
         origin=frozen(origin, np.float64),
         segments=frozen(segments, np.int64),
-        surfaces_of_segment=frozen(np.repeat(pairs, sizes - 1, axis=0), np.int64),
+        surfaces_of_segment=frozen(owned, np.int64),
         curves=tuple(frozen(curve, np.int64) for curve in curves),
         surfaces_of_curve=frozen(pairs, np.int64),
         closed=frozen([curve[0] == curve[-1] for curve in curves], np.bool_),

@@ -14,7 +14,7 @@ import numpy as np
 from geosurf.contact.search import check_surfaces
 from geosurf.errors import SurfaceError
 from geosurf.kernels.cover import cones_of
-from geosurf.kernels.near import M_CORNER, N_PATCH, near_patches
+from geosurf.kernels.near import near_patches
 from geosurf.kernels.nets import nets_of
 from geosurf.kernels.pyramid import lattice_pyramid
 from geosurf.model import TriSurface
@@ -102,6 +102,10 @@ class Candidates:
         1 where a patch is a cubic or a triangle, 0 where nodes of its stencil are absent.
     pairs : ndarray of int64, shape (n_pair, 2)
         Rows of the patches of both sides that are not apart.
+    size : float
+        Largest diagonal of the cells of the first side that have both its ends [m].
+    all_whole : bool
+        Whether no patch of either side lacks a node.
     """
 
     sides: tuple[Side, Side]
@@ -109,14 +113,8 @@ class Candidates:
     patches: tuple[np.ndarray, np.ndarray]
     whole: tuple[np.ndarray, np.ndarray]
     pairs: np.ndarray
-
-    @cached_property
-    def size(self) -> float:
-        """Largest diagonal of the cells of the first side that have both its ends [m]."""
-        corners = self.patches[0][:, M_CORNER:N_PATCH]
-        across = corners[:, 9:12] - corners[:, 0:3]
-        squared = (across * across).sum(axis=1)
-        return float(np.sqrt(np.fmax.reduce(squared, initial=0.0)))
+    size: float
+    all_whole: bool
 
     @cached_property
     def nets(self) -> tuple[np.ndarray, np.ndarray]:
@@ -168,7 +166,8 @@ def find_candidates(one: Side, two: Side) -> Candidates:
         one.x, one.y, one.z, two.x, two.y, two.z, two.c,
         boxes, shape, bends, two.blocks, two.planes, two.bends,
     )  # fmt: skip
-    return Candidates((one, two), found[0:2], found[2:4], found[4:6], found[6])
+    pairs, size, whole = found[6:]
+    return Candidates((one, two), found[0:2], found[2:4], found[4:6], pairs, size, whole == 1)
 
 
 @dataclass(eq=False)

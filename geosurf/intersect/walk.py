@@ -9,10 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 
-import numpy as np
-
 from geosurf.intersect.lift import Line
-from geosurf.intersect.loops import find_lost, pair_keys
+from geosurf.intersect.loops import find_lost
 from geosurf.intersect.sides import Candidates, Side
 from geosurf.kernels.trace import AT_RIM, CLOSED
 from geosurf.kernels.walk import walk_all
@@ -37,32 +35,31 @@ def walk_curves(sides: tuple[Side, Side], near: Candidates, tolerance: float) ->
     list of Line or None
     """
     one, two = sides
-    if not two.smooth or not all((flags == 1).all() for flags in near.whole):
+    if not (two.smooth and near.all_whole):
         return None
     if not len(near.pairs):
         return []
     size = near.size
     if tolerance > _COARSEST * size:
         return None
-    rows, offsets, ends, figures, unsettled = walk_all(
+    rows, offsets, ends, figures, unsettled, keys = walk_all(
         one.x, one.y, one.z, two.x, two.y, two.z, two.c,
         near.pairs, *near.cells, *near.patches, _FIRST_STEP * size, tolerance,
     )  # fmt: skip
-    if not ((ends == CLOSED) | (ends == AT_RIM)).all():
+    if not {CLOSED, AT_RIM}.issuperset(ends.tolist()):
         return None
     found = []
     for k, (a, b) in enumerate(pairwise(offsets.tolist())):
         bound, doubt = figures[k].tolist()
-        points = rows[a:b, :3]
+        points = rows[a:b]
         places = [("interpolation", points, doubt)] if bound > tolerance else []
         found.append(Line(points, bool(ends[k] == CLOSED), bound, places))
-    return None if _more_beside(sides, near, unsettled, found, rows, tolerance) else found
+    return None if _more_beside(sides, near, unsettled, found, keys, tolerance) else found
 
 
-def _more_beside(sides, near: Candidates, unsettled, lines, rows, tolerance) -> bool:
+def _more_beside(sides, near: Candidates, unsettled, lines, keys, tolerance) -> bool:
     """Whether pairs of cells that are not settled hold a curve, or may hold one."""
     if not len(unsettled):
         return False
-    keys = pair_keys(sides, rows[:, 3:7], np.zeros(len(rows), dtype=np.int64))
     rest = replace(near, pairs=near.pairs[unsettled])
     return any(find_lost(sides, rest, lines, keys, tolerance))

@@ -37,6 +37,7 @@ file               question                                               source
 `ranking`          places and segments in one order
 `linking`          segments that cannot overlap
 `chains`           segments -> curves
+`polylines`        curves -> segments
 `patch`            cubics between the nodes of a lattice, their trust
 `pyramid`          where can two smooth surfaces meet?
 `near`, `quarters` from pairs of blocks to pairs of cells

@@ -33,6 +33,16 @@ def on_arc(one, two, t, row):
 
 
 @scalar
+def point_on_arc(one, two, t, point):
+    """The point alone (3,)."""
+    s = 1.0 - t
+    a, c = s * s * (1.0 + 2.0 * t), t * t * (3.0 - 2.0 * t)
+    b, d = t * s * s * two[K_LENGTH], -t * t * s * two[K_LENGTH]
+    for k in range(3):
+        point[k] = a * one[k] + b * one[K_SLOPE + k] + c * two[k] + d * two[K_SLOPE + k]
+
+
+@scalar
 def along_arc(one, two, t):
     """First derivative of the point."""
     a = 6.0 * t * (1.0 - t)

@@ -18,15 +18,17 @@ from geosurf.kernels.arcs import (
     K_SLOPE,
     N_KNOT,
     chords,
-    on_arc,
+    point_on_arc,
 )
 from geosurf.kernels.cover import key_of
 from geosurf.kernels.doubt import doubt_at
 from geosurf.kernels.lift import F_POINT, F_SINE, F_TANGENT, doubt, parameters_of
-from geosurf.kernels.resample import SAFETY
 
 _LEAST = 0.05  # of the tolerance: if less is left for a chord
 _BEYOND = 0.25  # it gets this part, since the tolerance cannot be met
+# the curve turns a corner where it goes from cell to cell: between the places at which it was
+# measured it has been up to 1.8 times as far from an arc
+_ARC_SAFETY = 2.0
 
 
 @scalar
@@ -97,8 +99,8 @@ def _largest(values, first, last):
 
 @scalar
 def cut_chords(knots, a, b, tolerance, rows, n):
-    """Append points and parameters (7,) along knots a to b; the bound, the estimate in it, and
-    whether that is noise or not known.
+    """Append points (3,) along knots a to b; the bound, the estimate in it, and whether that is
+    noise or not known.
 
     Chords get what is left of the tolerance at both ends of their arc and at the knots beside.
     """
@@ -112,18 +114,18 @@ def cut_chords(knots, a, b, tolerance, rows, n):
         if k == a:
             count = 1
         else:
-            fault = SAFETY * knots[k, K_AWAY]
+            fault = _ARC_SAFETY * knots[k, K_AWAY]
             taken = _largest(doubts, max(k - a - 2, 0), min(k - a + 2, b - a)) + fault
             left = tolerance - taken
             left = left if left > _LEAST * tolerance else _BEYOND * tolerance
             count, error = chords(knots[k - 1], knots[k], left)
             bound = max(bound, taken + error)
         if n + count > rows.shape[0]:
-            more = np.empty((2 * (n + count), 7))
+            more = np.empty((2 * (n + count), 3))
             more[:n] = rows[:n]
             rows = more
         for i in range(1, count):
-            on_arc(knots[k - 1], knots[k], i / count, rows[n + i - 1])
+            point_on_arc(knots[k - 1], knots[k], i / count, rows[n + i - 1])
         n += count
-        rows[n - 1] = knots[k, :7]
+        rows[n - 1] = knots[k, :3]
     return rows, n, bound, worst, noisy

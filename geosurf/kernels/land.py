@@ -21,8 +21,9 @@ from geosurf.kernels.near import M_BULGE, M_CORNER
 from geosurf.kernels.nets import separated
 from geosurf.kernels.patch import cell_net
 
-NOT_PASSED, LEFT = -1, -2  # in place of the knot where a walk has passed; LEFT: to be split
-_PLACES = 6  # of an arc, at which is looked which pair of cells it runs through
+# in place of the knot where a walk has passed; LEFT: to be split; CROSSED: though a walk has passed
+NOT_PASSED, LEFT, CROSSED = -1, -2, -3
+_PLACES = 8  # of an arc, at which is looked which pair of cells it runs through
 
 
 @scalar
@@ -135,12 +136,28 @@ def _place_of(keys, order, key):
 @scalar
 def pass_through(za, zb, knots, first, n, keys, order, knot_of, row):
     """Tell the pairs of cells that knots first to n run through at which knot an arc does."""
+    last = -1
     for i in range(first + 1, n):
         for place in range(_PLACES):
             on_arc(knots[i - 1], knots[i], place / _PLACES, row)
-            k = _place_of(keys, order, key_of(za, zb, row[3:7], 0))
-            if k >= 0 and knot_of[k] == NOT_PASSED:
-                knot_of[k] = i
+            key = key_of(za, zb, row[3:7], 0)
+            if key == last:
+                continue
+            last = key
+            k = _place_of(keys, order, key)
+            if k >= 0 and knot_of[k] < 0:
+                knot_of[k] = i if knot_of[k] == NOT_PASSED else CROSSED
+
+
+@scalar
+def keys_passed(keys, order, knot_of):
+    """Keys of the pairs that walks run through."""
+    out, n = np.empty(keys.shape[0], dtype=np.int64), 0
+    for k in range(keys.shape[0]):
+        if knot_of[order[k]] >= 0 or knot_of[order[k]] == CROSSED:
+            out[n] = keys[k]
+            n += 1
+    return out[:n].copy()
 
 
 @scalar

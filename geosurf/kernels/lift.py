@@ -33,6 +33,7 @@ _STEP = 1e-6  # [m]: Newton is over when a step is shorter
 _MARGIN = 400.0  # 4 (e^3 / d^2)^2, tenfold
 _EDGE = 1e-6  # [cells]: how far past a rim a parameter still counts as on it
 _PARALLEL = 1e-6  # least sine of the angle between the surfaces
+_ALONG = 0.05  # least cosine of the angle between the curve and what the plane is across
 
 
 @scalar
@@ -48,11 +49,19 @@ def second(xb, yb, zb, c, tri, s, t, f):
 
 
 @scalar
+def _across(f, o):
+    """Cross product of the tangents in f[o + 3 : o + 9]."""
+    return (
+        f[o + 4] * f[o + 8] - f[o + 5] * f[o + 7],
+        f[o + 5] * f[o + 6] - f[o + 3] * f[o + 8],
+        f[o + 3] * f[o + 7] - f[o + 4] * f[o + 6],
+    )
+
+
+@scalar
 def normal(f, o):
     """Unit normal of the surface whose tangents are in f[o + 3 : o + 9]."""
-    p = f[o + 4] * f[o + 8] - f[o + 5] * f[o + 7]
-    q = f[o + 5] * f[o + 6] - f[o + 3] * f[o + 8]
-    r = f[o + 3] * f[o + 7] - f[o + 4] * f[o + 6]
+    p, q, r = _across(f, o)
     size = math.sqrt(p * p + q * q + r * r)
     return p / size, q / size, r / size
 
@@ -73,16 +82,24 @@ def parameters_of(f, o, dx, dy, dz):
 
 
 @scalar
-def _follow(f, o, dx, dy, dz, w, k):
-    """Move parameters w[k], w[k + 1] so that the point moves by (dx, dy, dz); two cells at most."""
-    du, dv = parameters_of(f, o, dx, dy, dz)
-    w[k] += min(max(du, -2.0), 2.0)
-    w[k + 1] += min(max(dv, -2.0), 2.0)
+def _follow(f, o, p, q, r, size, dx, dy, dz, w, k):
+    """Move parameters w[k], w[k + 1] so that the point moves by (dx, dy, dz); two cells at most.
+
+    (p, q, r) the cross product of the tangents, `size` its square.
+    """
+    ux, uy, uz = f[o + 3], f[o + 4], f[o + 5]
+    vx, vy, vz = f[o + 6], f[o + 7], f[o + 8]
+    du = (dy * vz - dz * vy) * p + (dz * vx - dx * vz) * q + (dx * vy - dy * vx) * r
+    dv = (uy * dz - uz * dy) * p + (uz * dx - ux * dz) * q + (ux * dy - uy * dx) * r
+    w[k] += min(max(du / size, -2.0), 2.0)
+    w[k + 1] += min(max(dv / size, -2.0), 2.0)
 
 
 @scalar
-def _set_point(f, x, y, z, tx, ty, tz, sine):
-    f[18], f[19], f[20], f[21], f[22], f[23], f[24] = x, y, z, tx / sine, ty / sine, tz / sine, sine
+def _set_point(f, x, y, z, tx, ty, tz, size, most):
+    """Point, tangent (tx, ty, tz) of length `size`; `most`: that length, were the sine 1."""
+    f[18], f[19], f[20] = x, y, z
+    f[21], f[22], f[23], f[24] = tx / size, ty / size, tz / size, size / most
 
 
 @scalar
@@ -107,15 +124,20 @@ def meet_to(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, enough, f
     for _ in range(16):
         evaluate(xa, ya, za, w[0], w[1], f, 0)
         second(xb, yb, zb, c, tri, w[2], w[3], f)
-        ax, ay, az, bx, by, bz, tx, ty, tz, sine = _crossing(f)
+        # normals as long as they are: roots and quotients are what a step would wait for
+        ax, ay, az = _across(f, 0)
+        bx, by, bz = _across(f, 9)
+        tx, ty, tz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        aa, bb = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz
+        tt = tx * tx + ty * ty + tz * tz
         if math.isnan(f[0] + f[1] + f[2] + f[9] + f[10] + f[11]):
             return HOLE
-        if not sine > _PARALLEL:
+        if not tt > _PARALLEL * _PARALLEL * aa * bb:
             return ASTRAY
         if dx == 0.0 and dy == 0.0 and dz == 0.0:
             dx, dy, dz = tx, ty, tz
         det = dx * tx + dy * ty + dz * tz
-        if abs(det) < 0.05 * sine * math.sqrt(dx * dx + dy * dy + dz * dz):
+        if det * det < _ALONG * _ALONG * tt * (dx * dx + dy * dy + dz * dz):
             return ASTRAY
         a = (ax * (f[0] - px) + ay * (f[1] - py) + az * (f[2] - pz)) / det
         b = (bx * (f[9] - px) + by * (f[10] - py) + bz * (f[11] - pz)) / det
@@ -124,11 +146,11 @@ def meet_to(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, enough, f
         z = pz + a * (bx * dy - by * dx) + b * (dx * ay - dy * ax)
         ex, ey, ez = x - f[0], y - f[1], z - f[2]
         gx, gy, gz = x - f[9], y - f[10], z - f[11]
-        _follow(f, 0, ex, ey, ez, w, 0)
-        _follow(f, 9, gx, gy, gz, w, 2)
+        _follow(f, 0, ax, ay, az, aa, ex, ey, ez, w, 0)
+        _follow(f, 9, bx, by, bz, bb, gx, gy, gz, w, 2)
         size = ex * ex + ey * ey + ez * ez + gx * gx + gy * gy + gz * gz
         if size < left or _MARGIN * size * size * size < left * left * before * before:
-            _set_point(f, x, y, z, tx, ty, tz, sine)
+            _set_point(f, x, y, z, tx, ty, tz, math.sqrt(tt), math.sqrt(aa * bb))
             return inside(za, zb, w)
         before = size
     return ASTRAY
@@ -163,9 +185,11 @@ def meet_line(xa, ya, za, xb, yb, zb, c, tri, w, hold, f):
         step = min(max(step, -2.0), 2.0)
         w[k] += step * eu
         w[k + 1] += step * ev
-        _follow(f, g, ex, ey, ez, w, m)
+        du, dv = parameters_of(f, g, ex, ey, ez)
+        w[m] += min(max(du, -2.0), 2.0)
+        w[m + 1] += min(max(dv, -2.0), 2.0)
         if size < _STEP * _STEP:
-            _set_point(f, x, y, z, tx, ty, tz, sine)
+            _set_point(f, x, y, z, tx, ty, tz, sine, 1.0)
             return inside(za, zb, w)
     return ASTRAY
 

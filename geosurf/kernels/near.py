@@ -225,6 +225,28 @@ def _used(x, y, z, patches, marks, pairs, side, n):
 
 
 @scalar
+def _largest_diagonal(patches):
+    """Of the patches that have both ends of it [m]."""
+    largest = 0.0
+    for k in range(patches.shape[0]):
+        size = 0.0
+        for axis in range(3):
+            step = patches[k, M_CORNER + 9 + axis] - patches[k, M_CORNER + axis]
+            size += step * step
+        largest = size if size > largest else largest
+    return math.sqrt(largest)
+
+
+@scalar
+def _all_set(flags):
+    """1 if all flags are, else 0."""
+    for k in range(flags.shape[0]):
+        if flags[k] == 0:
+            return 0
+    return 1
+
+
+@scalar
 def _near_blocks(xa, ya, za, xb, yb, zb, c, bends_a, bends_b, g, h, known_a, known_b, sa, sb, u, v):
     """Whether two blocks are not told apart by their slabs; their quarters are described then."""
     known_a[u] = describe_to(xa, ya, za, c, bends_a, g, known_a[u], 1, sa, u)
@@ -237,13 +259,14 @@ def _near_blocks(xa, ya, za, xb, yb, zb, c, bends_a, bends_b, g, h, known_a, kno
     return True
 
 
-@entry("d2 d2 d2 d2 d2 d2 d3 d2 l2 d2 d2 d2 d2 -> l1 l1 d2 d2 l1 l1 l2")
+@entry("d2 d2 d2 d2 d2 d2 d3 d2 l2 d2 d2 d2 d2 -> l1 l1 d2 d2 l1 l1 l2 d l")
 def near_patches(xa, ya, za, xb, yb, zb, c, boxes, shape, bends_a, items, planes, bends_b):
     """Patches of two sides that are not apart: from the pyramid of a (`boxes`, `shape`) and the
     boxes and planes of the blocks of b (`block_pairs`).
 
     Returns cells, patches (n, N_PATCH) and `whole` (1: cubic or triangle; 0: lacks nodes) of both
-    sides, and pairs of rows of them. A block of b is a triangle where zb has one row.
+    sides, pairs of rows of them, the largest diagonal of a patch of a [m], and whether all are
+    whole. A block of b is a triangle where zb has one row.
     """
     pairs = block_pairs(boxes, shape, items, planes)
     of_a, na = _numbered(pairs, 0, shape[0, 1] * shape[0, 2])
@@ -309,4 +332,5 @@ def near_patches(xa, ya, za, xb, yb, zb, c, boxes, shape, bends_a, items, planes
     out = out[:n].copy()
     names_a, kept_a, flags_a = _used(xa, ya, za, patches_a, marks_a, out, 0, count_a)
     names_b, kept_b, flags_b = _used(xb, yb, zb, patches_b, marks_b, out, 1, count_b)
-    return names_a, names_b, kept_a, kept_b, flags_a, flags_b, out
+    size, whole = _largest_diagonal(kept_a), min(_all_set(flags_a), _all_set(flags_b))
+    return names_a, names_b, kept_a, kept_b, flags_a, flags_b, out, size, whole

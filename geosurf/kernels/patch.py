@@ -54,41 +54,45 @@ def stencil(u, n, m):
 def cubic(t):
     """Weights of four nodes 0, 1, 2, 3 at t, and their derivatives."""
     p, q, r = t - 1.0, t - 2.0, t - 3.0
+    pq, qr, pr, tp, tq, tr = p * q, q * r, p * r, t * p, t * q, t * r
     return (
-        -p * q * r / 6.0,
-        t * q * r / 2.0,
-        -t * p * r / 2.0,
-        t * p * q / 6.0,
-        -(q * r + p * r + p * q) / 6.0,
-        (q * r + t * r + t * q) / 2.0,
-        -(p * r + t * r + t * p) / 2.0,
-        (p * q + t * q + t * p) / 6.0,
+        -p * qr / 6.0,
+        0.5 * t * qr,
+        -0.5 * t * pr,
+        t * pq / 6.0,
+        -(qr + pr + pq) / 6.0,
+        0.5 * (qr + tr + tq),
+        -0.5 * (pr + tr + tp),
+        (pq + tq + tp) / 6.0,
     )
+
+
+@scalar
+def _row(q, i, j, a):
+    """Value and d/du along row i, from column j on."""
+    k, m, n, o = q[i, j], q[i, j + 1], q[i, j + 2], q[i, j + 3]
+    value = (a[0] * k + a[1] * m) + (a[2] * n + a[3] * o)
+    return value, (a[4] * k + a[5] * m) + (a[6] * n + a[7] * o)
 
 
 @scalar
 def _tensor(q, i, j, a, b):
     """Value, d/du, d/dv of one coordinate."""
-    value, du, dv = 0.0, 0.0, 0.0
     if q.shape[0] == 1:
-        for col in range(4):
-            value += a[col] * q[0, j + col]
-            du += a[4 + col] * q[0, j + col]
-        return value, du, dv
+        value, du = _row(q, 0, j, a)
+        return value, du, 0.0
     if q.shape[1] == 1:
-        for k in range(4):
-            value += b[k] * q[i + k, 0]
-            dv += b[4 + k] * q[i + k, 0]
-        return value, du, dv
-    for k in range(4):
-        s = a[0] * q[i + k, j] + a[1] * q[i + k, j + 1]
-        s += a[2] * q[i + k, j + 2] + a[3] * q[i + k, j + 3]
-        d = a[4] * q[i + k, j] + a[5] * q[i + k, j + 1]
-        d += a[6] * q[i + k, j + 2] + a[7] * q[i + k, j + 3]
-        value += b[k] * s
-        du += b[k] * d
-        dv += b[4 + k] * s
-    return value, du, dv
+        k, m, n, o = q[i, 0], q[i + 1, 0], q[i + 2, 0], q[i + 3, 0]
+        value = (b[0] * k + b[1] * m) + (b[2] * n + b[3] * o)
+        return value, 0.0, (b[4] * k + b[5] * m) + (b[6] * n + b[7] * o)
+    # sums in pairs: each number waits for two others only
+    k, dk = _row(q, i, j, a)
+    m, dm = _row(q, i + 1, j, a)
+    n, dn = _row(q, i + 2, j, a)
+    o, do = _row(q, i + 3, j, a)
+    value = (b[0] * k + b[1] * m) + (b[2] * n + b[3] * o)
+    du = (b[0] * dk + b[1] * dm) + (b[2] * dn + b[3] * do)
+    return value, du, (b[4] * k + b[5] * m) + (b[6] * n + b[7] * o)
 
 
 @scalar
@@ -187,6 +191,30 @@ def _weight(first, m, k, t):
 
 
 @scalar
+def _halfway(q, fixed, first, by_row):
+    """6-point minus 4-point, 8-point minus 6-point, of one coordinate amidst eight nodes.
+
+    Weights are alike from both ends. 0 for a coordinate that is the same all along.
+    """
+    if by_row:
+        if q.shape[0] == 1:
+            return 0.0, 0.0
+        i, j, up, on = first, 0 if q.shape[1] == 1 else fixed, 1, 0
+    else:
+        if q.shape[1] == 1:
+            return 0.0, 0.0
+        i, j, up, on = 0 if q.shape[0] == 1 else fixed, first, 0, 1
+    ends = q[i, j] + q[i + 7 * up, j + 7 * on]
+    outer = q[i + up, j + on] + q[i + 6 * up, j + 6 * on]
+    inner = q[i + 2 * up, j + 2 * on] + q[i + 5 * up, j + 5 * on]
+    middle = q[i + 3 * up, j + 3 * on] + q[i + 4 * up, j + 4 * on]
+    return (
+        SIX_FOUR[1] * outer + SIX_FOUR[2] * inner + SIX_FOUR[3] * middle,
+        EIGHT_SIX[0] * ends + EIGHT_SIX[1] * outer + EIGHT_SIX[2] * inner + EIGHT_SIX[3] * middle,
+    )
+
+
+@scalar
 def _differences(x, y, z, fixed, along, by_row, p, q, r):
     """6-point minus 4-point, 8-point minus 6-point, halfway along a side of a cell, on (p, q, r).
 
@@ -195,23 +223,24 @@ def _differences(x, y, z, fixed, along, by_row, p, q, r):
     """
     n = z.shape[0] if by_row else z.shape[1]
     eight, six, four = stencil(along, n, 8), stencil(along, n, 6), stencil(along, n, 4)
-    central, t = eight == along - 3, along + 0.5
+    if eight == along - 3:
+        a, d = _halfway(x, fixed, eight, by_row)
+        b, e = _halfway(y, fixed, eight, by_row)
+        c, f = _halfway(z, fixed, eight, by_row)
+        return abs(p * a + q * b + r * c), abs(p * d + q * e + r * f), NOISE_GAIN
+    t = along + 0.5
     fine, finer, gain = 0.0, 0.0, 0.0
     for k in range(8):
         g = eight + k
         i, j = (g, fixed) if by_row else (fixed, g)
         value = p * _node(x, i, j) + q * _node(y, i, j) + r * _node(z, i, j)
-        if central:
-            fine += SIX_FOUR[k] * value
-            finer += EIGHT_SIX[k] * value
-            continue
         w8 = _weight(eight, 8, k, t)
         w6 = _weight(six, 6, g - six, t) if 0 <= g - six < 6 else 0.0
         w4 = _weight(four, 4, g - four, t) if 0 <= g - four < 4 else 0.0
         fine += (w6 - w4) * value
         finer += (w8 - w6) * value
         gain += (w8 - w6) ** 2
-    return abs(fine), abs(finer), NOISE_GAIN if central else math.sqrt(gain)
+    return abs(fine), abs(finer), math.sqrt(gain)
 
 
 @scalar
@@ -229,7 +258,7 @@ def trust(x, y, z, u, v, p, q, r):
     a1, b1, _ = _differences(x, y, z, i + 1, j, False, p, q, r)
     c0, d0, h = _differences(x, y, z, j, i, True, p, q, r)
     c1, d1, _ = _differences(x, y, z, j + 1, i, True, p, q, r)
-    if math.isnan(a0 + a1 + c0 + c1):
+    if math.isnan(b0 + b1 + d0 + d1):  # these look at all eight nodes
         return np.nan, np.nan, np.nan
     return (
         max(a0, a1) + max(c0, c1),

@@ -37,6 +37,7 @@ from geosurf.kernels.land import (
     NOT_PASSED,
     holds_nothing,
     is_beside,
+    keys_passed,
     land,
     open_pairs,
     pass_through,
@@ -59,7 +60,10 @@ _SHORTEST = 1e-6  # of the first step
 _SAME = 4.0  # [tolerances]: what is nearer to a walk is on it
 # how far an arc may be from the curve: a part of the tolerance, and no farther than the cubics may
 # be from the surfaces, or a smaller part, so that points stay as good as the nodes allow
-_ARC, _FINEST = 0.05, 0.002
+_ARC, _FINEST = 0.1, 0.002
+# steps are a little shorter than the last arc tells, and grow by so much at most: what is measured
+# jumps where cells change, and a step in vain costs as much as three
+_CAREFUL, _GROWTH = 0.85, 1.4
 
 
 @scalar
@@ -126,8 +130,11 @@ def _way_on(here, step, f):
 
 
 @scalar
-def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, knots, first, row, f):
-    """Append knots from a seed (7,), itself included, to where the walk ends; that end."""
+def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, knots, first, row, f, g):
+    """Append knots from a seed (7,), itself included, to where the walk ends; that end.
+
+    f: what was found at the next knot, g: beside arcs.
+    """
     n, loose = first, math.sqrt(1e-3 * tolerance * min(1.0, step))
     knots = with_room(knots, n)
     knots[n, :7], knots[n, K_LENGTH], knots[n, K_AWAY] = seed, -1.0, 0.0
@@ -149,7 +156,7 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, knots, 
         if n - first > 3 and left < 1.2 * step and ahead > 0.5 * left:
             goal[:] = start
             set_length(here, goal)
-            goal[K_AWAY] = _away(xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, f)
+            goal[K_AWAY] = _away(xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, g)
             if goal[K_AWAY] <= target:
                 return knots, n + 1, CLOSED
             step = min(step, 0.4 * left)
@@ -161,25 +168,26 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, knots, 
         goal[3:7] = row[3:7]
         rate = set_knot(turn, f, goal)
         set_length(here, goal)
-        doubt_knot(xa, ya, za, xb, yb, zb, f, here, goal)
-        away = _away(xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, f)
+        away = _away(xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, g)
         if away > target:
-            step *= max(0.3, 0.9 * math.sqrt(math.sqrt(target / away)))
+            step *= max(0.3, _CAREFUL * math.sqrt(math.sqrt(target / away)))
             continue
+        doubt_knot(xa, ya, za, xb, yb, zb, f, here, goal)
         goal[K_AWAY] = away
         n += 1
         if at_rim:
             return knots, n, AT_RIM
         steepest = rate
-        step *= min(2.0, 0.9 * math.sqrt(math.sqrt(target / max(away, 1e-3 * target))))
+        step *= min(_GROWTH, _CAREFUL * math.sqrt(math.sqrt(target / max(away, 1e-3 * target))))
     return knots, n, LOST
 
 
 @scalar
-def _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, knots, first, row, f):
+def _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, knots, first, row, f,
+                    g):  # fmt: skip
     """The whole curve through a seed: knots, how many there are now, how it ends."""
     knots, n, end = _walk(
-        xa, ya, za, xb, yb, zb, c, seed, -1.0, step, tolerance, enough, knots, first, row, f
+        xa, ya, za, xb, yb, zb, c, seed, -1.0, step, tolerance, enough, knots, first, row, f, g
     )
     if end != AT_RIM:
         return knots, n, end
@@ -187,26 +195,28 @@ def _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, kn
     middle = n - 1  # the seed comes once more
     length, away = knots[middle, K_LENGTH], knots[middle, K_AWAY]
     knots, n, end = _walk(
-        xa, ya, za, xb, yb, zb, c, seed, 1.0, step, tolerance, enough, knots, middle, row, f
+        xa, ya, za, xb, yb, zb, c, seed, 1.0, step, tolerance, enough, knots, middle, row, f, g
     )
     knots[middle, K_LENGTH], knots[middle, K_AWAY] = length, away
     return knots, n, AT_RIM if end == AT_RIM else LOST
 
 
-@entry("d2 d2 d2 d2 d2 d2 d3 l2 l1 l1 d2 d2 d d -> d2 l1 l1 d2 l1")
+@entry("d2 d2 d2 d2 d2 d2 d3 l2 l1 l1 d2 d2 d d -> d2 l1 l1 d2 l1 l1")
 def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, patches_a, patches_b, step,
              tolerance):  # fmt: skip
-    """Curves of two lattices: points and parameters (n, 7), offsets, how each ends, its bound and
-    the estimate of the cubics in it, and the pairs not settled. `step`: the first [m].
+    """Curves of two lattices: points (n, 3), offsets, how each ends, its bound and the estimate of
+    the cubics in it, the pairs not settled, and keys of pairs that walks run through.
+
+    `step`: the first [m].
     """
-    row, seed, f = np.empty(7), np.empty(7), np.empty(N_WORK)
+    row, seed, f, g = np.empty(7), np.empty(7), np.empty(N_WORK), np.empty(N_WORK)
     small = min(1.0, step)
     near, enough = math.sqrt(0.25 * tolerance * small), min(1e-6, 1e-3 * tolerance)
     enough, reach = math.sqrt(enough * small), _SAME * tolerance
     keys, order, knot_of = open_pairs(
         xa, ya, za, xb, yb, zb, pairs, cell_a, cell_b, patches_a, patches_b
     )
-    knots, rows, m, n, count = np.empty((256, N_KNOT)), np.empty((1024, 7)), 0, 0, 0
+    knots, rows, m, n, count = np.empty((256, N_KNOT)), np.empty((1024, 3)), 0, 0, 0
     n_pair = pairs.shape[0]
     offsets, ends = np.zeros(n_pair + 1, dtype=np.int64), np.empty(n_pair, dtype=np.int64)
     figures = np.empty((n_pair, 2))
@@ -224,7 +234,7 @@ def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, patches_a, patche
             continue  # a walk starts where the cells that it runs through are looked at
         first = m
         knots, m, end = _walk_both_ways(
-            xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, knots, first, row, f
+            xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, knots, first, row, f, g
         )
         if end != LOST:
             pass_through(za, zb, knots, first, m, keys, order, knot_of, row)
@@ -239,5 +249,5 @@ def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, patches_a, patche
             break
     return (
         rows[:n].copy(), offsets[: count + 1].copy(), ends[:count].copy(), figures[:count].copy(),
-        np.where(knot_of == LEFT)[0],
+        np.where(knot_of <= LEFT)[0], keys_passed(keys, order, knot_of),
     )  # fmt: skip
