@@ -139,13 +139,13 @@ def frame_origin(*vertex_arrays: np.ndarray) -> np.ndarray:
     origin = np.zeros(3)
     if not arrays:
         return origin
-    low = np.min([a.min(axis=0) for a in arrays], axis=0)
-    high = np.max([a.max(axis=0) for a in arrays], axis=0)
+    corners = arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
+    low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
     for axis in (0, 1):
         if low[axis] > 0:
-            origin[axis] = np.floor(low[axis] / FRAME_STEP) * FRAME_STEP
+            origin[axis] = low[axis] // FRAME_STEP * FRAME_STEP
         elif high[axis] < 0:
-            origin[axis] = np.ceil(high[axis] / FRAME_STEP) * FRAME_STEP
+            origin[axis] = -(-high[axis] // FRAME_STEP * FRAME_STEP)
     return origin
 
 
@@ -331,6 +331,8 @@ def real_numbers(values: Any) -> np.ndarray:
     Traceback (most recent call last):
     TypeError: datetime64[D]
     """
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        return values
     array = np.asarray(values)
     if array.dtype.kind in "cmM":
         raise TypeError(array.dtype)

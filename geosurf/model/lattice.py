@@ -287,14 +287,16 @@ def _kept(array: np.ndarray) -> np.ndarray:
 
 def _zero_steps(array: np.ndarray) -> tuple[int, ...]:
     """Axes that step over no memory, being broadcast."""
+    if all(array.strides):
+        return ()
     return tuple(k for k in (0, 1) if array.strides[k] == 0 and array.shape[k] > 1)
 
 
 def _once(array: np.ndarray) -> np.ndarray:
     """An array without what is broadcast."""
-    if array.ndim == 1:
+    repeated = _zero_steps(array) if array.ndim == 2 else ()
+    if not repeated:
         return array
-    repeated = _zero_steps(array)
     rows = slice(0, 1) if 0 in repeated else slice(None)
     return np.ascontiguousarray(array[rows, : 1 if 1 in repeated else None])
 

@@ -50,9 +50,12 @@ def fault_diagonal(lattice: Lattice) -> bool:
         return rising_diagonal(lattice.easting, lattice.northing)
     x, y = -north / largest, east / largest  # along strike; squares of tiny ones underflow
     lead = x if abs(x) > 1e-6 else y
-    strike = np.array([x, y]) / math.copysign(math.hypot(x, y), lead)
+    size = math.copysign(math.hypot(x, y), lead)
+    strike = x / size, y / size
     # clear, as in `rising_diagonal`: squared diagonals of a cell are at most its squared edges
-    gain, reach = float(strike @ survey.gains), float(np.abs(strike) @ survey.reach)
+    (gain_x, gain_y), (reach_x, reach_y) = survey.gains.tolist(), survey.reach.tolist()
+    gain = strike[0] * gain_x + strike[1] * gain_y
+    reach = abs(strike[0]) * reach_x + abs(strike[1]) * reach_y
     if abs(gain) - reach > _CLEAR * survey.edges and survey.edges < _OVERFLOW:
         return gain > 0
     x = lattice.easting - np.nanmin(lattice.easting)
@@ -95,4 +98,4 @@ def bounds_of_normals(lattice: Lattice) -> tuple[np.ndarray, float, float]:
     """
     normal = lattice.survey.normals[int(lattice.rising)]
     # two edges u, v of a triangle: its area is at most (u^2 + v^2) / 4
-    return normal, (1.0 - _CLEAR) * float(np.linalg.norm(normal)), 0.2501 * lattice.survey.edges
+    return normal, (1.0 - _CLEAR) * math.hypot(*normal.tolist()), 0.2501 * lattice.survey.edges

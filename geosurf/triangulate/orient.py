@@ -86,7 +86,8 @@ can be used. Is an undefined value left in it? Mark absent nodes with NaN.
     """
     from geosurf.kernels.predicates import MAX_COORDINATE
 
-    if values.min() >= -MAX_COORDINATE and values.max() <= MAX_COORDINATE:
+    # of a box or of sticks, a few numbers; not so for one that is not a number
+    if all(-MAX_COORDINATE <= value <= MAX_COORDINATE for value in values.ravel().tolist()):
         return
     large = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))  # of nothing: infinite
     if large > MAX_COORDINATE:
@@ -115,7 +116,8 @@ def _points_into_footwall(normal: np.ndarray, least: float, most: float) -> bool
     The area lies between two bounds; None if they are too far apart to tell.
     A closed surface has none of these; it stays as its first triangle has it.
     """
-    for component in (normal[2], normal[0], normal[1]):
+    x, y, z = normal.tolist()
+    for component in (z, x, y):
         if abs(component) > _VERTICAL * most:
             return bool(component < 0)
         if not abs(component) <= _VERTICAL * least:
