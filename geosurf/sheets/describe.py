@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from geosurf.contact.threads import side_by_side
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.build import Built
 from geosurf.sheets.cutoffs import LONGEST, cutoff_lines, profile
@@ -28,8 +29,9 @@ def fault_cuts(
     frame: Frame, state: Heights, built: Built, faults: Sequence[TriSurface]
 ) -> dict[str, FaultCut]:
     """Cut-offs and profiles of all faults."""
-    found = {}
-    for number, fault in enumerate(faults):
+
+    def cut_by(number: int, fault: TriSurface) -> FaultCut:
+        """Cut-offs and profiles of one fault."""
         walls = cutoff_lines(built.cut.part_of(number), state, built.torn, number)
         traces = [t for t in state.network.traces if t.fault == number]
         parts = [_stations(trace, frame) for trace in traces]
@@ -39,8 +41,10 @@ def fault_cuts(
         throw, heave = profile(stations[:, :2], direction, walls, LONGEST * frame.cell)
         ends = tuple(end for trace in traces for end in trace.ends)
         lines = {wall: tuple(lines) for wall, lines in walls.items()}
-        found[fault.name] = FaultCut(fault.name, lines, stations, along, throw, heave, ends)
-    return found
+        return FaultCut(fault.name, lines, stations, along, throw, heave, ends)
+
+    found = side_by_side(cut_by, list(enumerate(faults)))
+    return {cut.fault: cut for cut in found}
 
 
 def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

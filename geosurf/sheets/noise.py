@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from geosurf.contact.threads import side_by_side
 from geosurf.kernels.thirds import third_differences
 
 ROWS = 400  # rows and columns that are looked at
@@ -20,7 +21,7 @@ LEAST = 1e-4  # weight: means over five cells, a third of the collar in which no
 
 def noise_of(heights: np.ndarray) -> tuple[float, float]:
     """Standard deviation of noise, and typical third difference of the signal, of a grid [m]."""
-    single, double = (_spread(heights, step) for step in STEPS[:2])
+    single, double = side_by_side(_spread, [(heights, step) for step in STEPS[:2]])
     if not np.isfinite(double):
         return 0.0, 0.0
     signal = max((double - single) / 63.0, 0.0)
@@ -50,7 +51,7 @@ def _spread(heights: np.ndarray, step: int) -> float:
     if not len(sizes):
         return np.nan
     # medians, since data beside faults may have outliers: 1.4826 makes them deviations
-    return float((1.4826 * np.median(sizes)) ** 2)
+    return float((1.4826 * np.median(sizes, overwrite_input=True)) ** 2)
 
 
 def weight_of(noise: float, signal: float, cell: float) -> float | None:
