@@ -33,7 +33,7 @@ def islands(
     blocks : sequence of Blocks
         Of each fault; where they hold nothing, it meets no triangle.
     """
-    count, island = tiled(*np.divmod(nodes, frame.shape[1]))
+    count, island = _tiled(nodes, frame.shape)
     if count < 2 or len(blocks) < 2 or len(faces) < 2 * LEAST:
         return [(np.arange(len(faces)), list(range(len(blocks))))]
     places = frame.cells_of_node(nodes)
@@ -43,38 +43,31 @@ def islands(
         met = distinct(joined[island[of.of(places)[0]]])
         joined[any_of(joined[:, None] == met)] = met[0] if len(met) else 0
         island_of_fault.append(met[0] if len(met) else 0)
-    met_by_face = joined[island[faces[:, 0]]]
-    of_face, n = in_order(met_by_face, LEAST)
-    number = np.zeros(count, dtype=np.int64)
-    number[met_by_face] = of_face
-    of_fault = number[joined[island_of_fault]]
-    return [
-        (np.flatnonzero(of_face == k), np.flatnonzero(of_fault == k).tolist()) for k in range(n)
-    ]
-
-
-def tiled(row: np.ndarray, col: np.ndarray) -> tuple[int, np.ndarray]:
-    """Number of islands of tiles, and that of each node, by rows and columns of a lattice."""
-    from scipy.ndimage import label
-
-    row, col = row >> TILE, col >> TILE
-    tiles = np.zeros((int(row.max(initial=0)) + 1, int(col.max(initial=0)) + 1), dtype=bool)
-    tiles[row, col] = True
-    island, count = label(tiles, np.ones((3, 3)))
-    return int(count), island[row, col].astype(np.int64) - 1
-
-
-def in_order(island: np.ndarray, least: int) -> tuple[np.ndarray, int]:
-    """Islands numbered by their first row, those of fewer rows than `least` with the next; and
-    how many there are.
-    """
-    size = np.bincount(island)
-    names, first = np.unique(island, return_index=True)
-    number = np.zeros(len(size), dtype=np.int64)
+    # islands by their first triangle, small ones with the next
+    of_face = joined[island[faces[:, 0]]]
+    size = np.bincount(of_face, minlength=count)
+    number, names = np.zeros(count, dtype=np.int64), np.unique(of_face, return_index=True)
     held, last = 0, 0
-    for name in names[np.argsort(first)]:
-        if held >= least:
+    for name in names[0][np.argsort(names[1])]:
+        if held >= LEAST:
             held, last = 0, last + 1
         number[name] = last
         held += int(size[name])
-    return number[island], last + 1
+    of_face = number[of_face]
+    of_fault = number[joined[island_of_fault]]
+    return [
+        (np.flatnonzero(of_face == k), np.flatnonzero(of_fault == k).tolist())
+        for k in range(last + 1)
+    ]
+
+
+def _tiled(nodes: np.ndarray, shape: tuple[int, int]) -> tuple[int, np.ndarray]:
+    """Number of islands of tiles, and that of each node."""
+    from scipy.ndimage import label
+
+    row, col = np.divmod(nodes, shape[1])
+    row, col = row >> TILE, col >> TILE
+    tiles = np.zeros(((shape[0] >> TILE) + 1, (shape[1] >> TILE) + 1), dtype=bool)
+    tiles[row, col] = True
+    island, count = label(tiles, np.ones((3, 3)))
+    return int(count), island[row, col].astype(np.int64) - 1

@@ -19,7 +19,7 @@ import numpy as np
 from geosurf.kernels.bending import bent_by
 from geosurf.kernels.products import products_of_columns, sums_of_columns
 from geosurf.sheets.frame import Frame
-from geosurf.sheets.solve import BEND, Graph, equations, level_of, weights_of
+from geosurf.sheets.solve import BEND, Graph, equations, weights_of
 from geosurf.sheets.tips import Tips
 
 AROUND = 16.0  # cells from a tip within which the sheet is solved with its shapes
@@ -121,8 +121,7 @@ def smoothest_rest(
         Heights, and the share of each shape in them: 0 where it does not pay.
     """
     weights = weights_of(stretch, BEND, scale=scale)
-    level = level_of(unknown, value, pull, target)
-    system, right = equations(graph, unknown, value, weights, level, pull, target)
+    system, right, level = equations(graph, unknown, value, weights, pull, target)
     drawn = bent_by(graph.east, graph.north, graph.square, shapes, weights)
     free = unknown >= 0
     at = np.empty(len(right), dtype=np.int64)

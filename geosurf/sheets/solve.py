@@ -11,14 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.contact.threads import side_by_side
 from geosurf.errors import InvariantError
 from geosurf.kernels.envelope import factorise, fill_envelope, places_in_order, substitute
 from geosurf.kernels.nodes import links_between
 from geosurf.kernels.reach import steps_from
-from geosurf.sheets.islands import in_order, tiled
 
-LEAST = 8_000  # nodes: smaller islands are solved with the next one
 BEND, STRETCH = 0.3, 0.01  # shares of second and first differences, against third ones
 
 
@@ -84,47 +81,8 @@ def smoothest(
     if n == 0:
         return np.empty(0)
     weights = weights_of(stretch, bend, third, scale)
-    level = level_of(unknown, value, pull, target)
-    found = np.empty(n)
-
-    def solve(rows: np.ndarray | None) -> None:
-        """Solve for the unknowns of one island; each writes its own."""
-        part, number, mine = _only(graph, unknown, rows)
-        if not len(mine):
-            return
-        of_data = (None, None) if pull is None or target is None else (pull[mine], target[mine])
-        held = value if rows is None else value[rows]
-        system, right = equations(part, number, held, weights, level, *of_data)
-        found[mine] = system.solved([right])[0] + level
-
-    side_by_side(solve, [(rows,) for rows in _islands(graph)])
-    return found
-
-
-def _islands(graph: Graph) -> list[np.ndarray | None]:
-    """Rows of the nodes of each island of a large graph; None is all of a small one."""
-    if len(graph.cell) < 2 * LEAST:
-        return [None]
-    island, n = in_order(tiled(*graph.cell.T)[1], LEAST)
-    return [np.flatnonzero(island == k) for k in range(n)] if n > 1 else [None]
-
-
-def _only(graph: Graph, unknown: np.ndarray, rows: np.ndarray | None):
-    """The graph of some nodes, their unknowns counted anew, and which those were.
-
-    Links lead to neighbouring nodes of the lattice, which are never of another island.
-    """
-    if rows is None:
-        return graph, unknown, np.arange(int(unknown.max(initial=-1)) + 1)
-    number = np.full(len(unknown), -1)
-    number[rows] = np.arange(len(rows))
-    east, north = (
-        np.where(to >= 0, number[to], -1) for to in (graph.east[rows], graph.north[rows])
-    )
-    mine = unknown[rows]
-    free = mine >= 0
-    counted = np.where(free, np.cumsum(free) - 1, -1)
-    return Graph(east, north, graph.square[rows], graph.cell[rows]), counted, mine[free]
+    system, right, level = equations(graph, unknown, value, weights, pull, target)
+    return system.solved([right])[0] + level
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,18 +118,14 @@ class System:
         return found
 
 
-def level_of(unknown, value, pull=None, target=None) -> float:
-    """The level that heights are counted from: a mean, so that digits go to what differs."""
+def equations(
+    graph: Graph, unknown, value, weights, pull=None, target=None
+) -> tuple[System, np.ndarray, float]:
+    """Matrix, right side, and the level that heights are counted from; see `smoothest`."""
     known = value[unknown < 0]
     if pull is not None and target is not None:
         known = np.append(known, target[pull > 0])
-    return float(known.mean()) if len(known) else 0.0
-
-
-def equations(
-    graph: Graph, unknown, value, weights, level: float, pull=None, target=None
-) -> tuple[System, np.ndarray]:
-    """Matrix and right side of heights above a level; see `smoothest`."""
+    level = float(known.mean()) if len(known) else 0.0
     place = places_in_order(graph.east, graph.north, unknown)
     first, lower, start, right = fill_envelope(
         graph.east, graph.north, graph.square, unknown, value - level, weights, place
@@ -180,7 +134,7 @@ def equations(
     if pull is not None and target is not None:
         lower[start[place + 1] - 1] += pull
         right += pull * np.where(pull > 0, target - level, 0.0)
-    return System(place, first, lower, start), right
+    return System(place, first, lower, start), right, level
 
 
 def weights_of(

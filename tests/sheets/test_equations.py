@@ -123,7 +123,7 @@ def test_the_order_keeps_a_band_narrow_whatever_way_it_runs():
         unknown = np.where(inside[band], np.cumsum(inside[band]) - 1, -1)
         graph = lattice_graph(band, shape)
         weights = weights_of(np.ones(2), 0.3)
-        system, _ = equations(graph, unknown, np.zeros(len(band)), weights, 0.0)
+        system, _, _ = equations(graph, unknown, np.zeros(len(band)), weights)
         assert np.diff(system.start).max() <= 45  # eight across, and differences reach three on
 
 

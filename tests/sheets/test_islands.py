@@ -1,4 +1,4 @@
-"""A sheet solved and cut island by island is the sheet solved and cut as one."""
+"""A sheet cut island by island is the sheet cut as one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.prove.bench.geology import torn_sources
-from geosurf.sheets import cut, islands, solve
+from geosurf.sheets import cut, islands
 
 
 @pytest.fixture
@@ -17,7 +17,6 @@ def told(monkeypatch):
 
     def of_at_least(least: int) -> list[list[list[int]]]:
         monkeypatch.setattr(islands, "LEAST", least)
-        monkeypatch.setattr(solve, "LEAST", least)
         monkeypatch.setattr(cut, "islands", told_islands)
         return found
 
@@ -55,31 +54,3 @@ def test_islands_change_nothing(told):
     assert len(cuts[-1]) == 1
     for one, two in zip(_all_of(apart), _all_of(whole), strict=True):
         assert one.tobytes() == two.tobytes()
-
-
-@pytest.mark.parametrize("least", [1, 100])
-def test_islands_of_a_graph_are_of_whole_parts(least, monkeypatch):
-    """Every node is in one of them, and no link leads out of it."""
-    monkeypatch.setattr(solve, "LEAST", least)
-    random = np.random.default_rng(3)
-    middles = random.choice(300 * 200, 8, replace=False)
-    nodes = np.unique(np.concatenate([_square(middle, 300, 200) for middle in middles]))
-    graph = solve.lattice_graph(nodes, (300, 200))
-    parts = solve._islands(graph)
-    assert len(parts) > 2
-    assert np.array_equal(np.sort(np.concatenate(parts)), np.arange(len(nodes)))
-    assert all(len(rows) >= least for rows in parts[:-1])
-    for rows in parts:
-        part, _, _ = solve._only(graph, np.full(len(nodes), -1), rows)
-        for inner, outer in ((part.east, graph.east), (part.north, graph.north)):
-            assert np.array_equal(inner >= 0, outer[rows] >= 0)
-            there = inner >= 0
-            assert np.array_equal(rows[inner[there]], outer[rows][there])
-
-
-def _square(middle: int, n_row: int, n_col: int) -> np.ndarray:
-    """Nodes within five rows and columns of one."""
-    row, col = divmod(middle, n_col)
-    rows = np.arange(max(row - 5, 0), min(row + 6, n_row))
-    cols = np.arange(max(col - 5, 0), min(col + 6, n_col))
-    return (rows[:, None] * n_col + cols).ravel()
