@@ -130,9 +130,13 @@ def cut_links(ends, n_row, n_col):
     count = 0
     for s in range(ends.shape[0]):
         px, py, qx, qy = ends[s, 0], ends[s, 1], ends[s, 2], ends[s, 3]
-        for row in range(min(py, qy) // UNIT - 1, max(py, qy) // UNIT + 2):
-            for col in range(min(px, qx) // UNIT - 1, max(px, qx) // UNIT + 2):
+        # most pieces lie inside one cell, where only diagonals can cross them
+        south, west = min(py, qy) // UNIT, min(px, qx) // UNIT
+        for row in range(south, max(py, qy) // UNIT + 1):
+            for col in range(west, max(px, qx) // UNIT + 1):
                 for kind in range(4):
+                    if (kind == 0 and row == south) or (kind == 1 and col == west):
+                        continue  # links on the near sides of the nearest cells
                     m = col + (1 if kind == 3 else 0)
                     n = col + (1 if kind == 0 or kind == 2 else 0)
                     up = 0 if kind == 0 else 1

@@ -177,8 +177,12 @@ class Builder:
 
     def _grown_over(self, torn: Torn) -> Torn:
         """Further rings where a reverse fault makes the horizon overlap its own trace."""
-        widest = [-np.minimum(w.left, w.right).min(initial=0.0) for w in self.state.walls]
-        for _ in range(int(np.ceil((max(widest, default=0.0) + SPARE) / RING))):
+        widest = max(
+            (-np.minimum(w.left, w.right).min(initial=0.0) for w in self.state.walls), default=0.0
+        )
+        if widest <= SPARE:
+            return torn
+        for _ in range(int(np.ceil((widest + SPARE) / RING))):
             needy = self._short_of_overlap(torn)
             if not needy.any():
                 break
