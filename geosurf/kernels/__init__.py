@@ -55,7 +55,7 @@ file               question                                               source
 `lines`, `nodes`   lines of links and what is near them; bands of a lattice
 `bending`, `envelope` the smoothest surface: its equations, in a narrow band   Cuthill & McKee 1969
 `products`         sums of products of a few columns
-`torn`             corners of the pieces of a torn sheet
+`torn`, `remains`  corners of the pieces of a torn sheet; which of them stay
 `coarsen`          fewer triangles within a tolerance                     Evans et al. 2001
 =================  =====================================================  =========================
 

@@ -13,9 +13,9 @@ import math
 
 import numpy as np
 
+from geosurf.kernels.remains import sides_of_edges, told_by_corners
 from geosurf.kernels.torn import named_corners
 from geosurf.model import Patches, frozen
-from geosurf.model.base import any_of
 
 
 def drop_ghosts(patches: Patches) -> Patches:
@@ -77,39 +77,20 @@ def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         patch = patches.patch_of_triangle
         joined = _joined(patches, i, ends, of, fault)
         label = part[rows] = joined[patch[rows]]
-        # a vertex on a fault is on the edge of both parts and tells nothing
-        tells = (mine >= 0) & ~on_fault[patches.triangles[rows]]
-        is_outer = tells & outer[mine]
-        is_real = any_of(tells & ~ghost[mine]) | ~any_of(ghost[faces])
-        beyond = np.zeros(len(joined), dtype=bool)
-        held = np.zeros(len(joined), dtype=bool)
-        beyond[label[any_of(is_outer)]] = True
-        held[label[is_real]] = True
+        held, beyond = told_by_corners(
+            patches.triangles, rows, mine, faces, on_fault, ghost, outer, label, len(joined)
+        )
         keep[rows] = (held & ~beyond)[label]
     return keep, corner, part
 
 
 def _at_curves(patches: Patches):
     """Half-edges on curves: number of the curve edge, triangle; and whether a fault is there."""
-    n = len(patches.local)
-    keys = patches.curve_edges.min(axis=1) * n + patches.curve_edges.max(axis=1)
-    order = np.argsort(keys)
-    on_curve = np.zeros(n, dtype=bool)
-    on_curve[patches.curve_edges] = True
-    t = patches.triangles
-    edge, triangle = [], []
-    for k in range(3):
-        a, b = t[:, k], t[:, (k + 1) % 3]
-        rows = np.flatnonzero(on_curve[a] & on_curve[b])
-        key = np.minimum(a[rows], b[rows]) * n + np.maximum(a[rows], b[rows])
-        at = np.searchsorted(keys[order], key)
-        at[at == len(keys)] = 0
-        there = keys[order][at] == key if len(keys) else np.zeros(len(key), dtype=bool)
-        edge.append(order[at[there]])
-        triangle.append(rows[there])
-    edge_of, triangle_of = np.concatenate(edge), np.concatenate(triangle)
+    edge_of, triangle_of = sides_of_edges(
+        patches.triangles, patches.curve_edges, len(patches.local)
+    )
     roles = np.array([s.role == "fault" for s in patches.sources])
-    fault = np.zeros(len(keys), dtype=bool)
+    fault = np.zeros(len(patches.curve_edges), dtype=bool)
     fault[edge_of[roles[patches.surface_of_triangle[triangle_of]]]] = True
     return edge_of, triangle_of, fault
 

@@ -135,13 +135,9 @@ def band_of(
     nodes = torn.node_of_ghost
     outer = outer_ghosts(torn, triangles)
     near = around(nodes if len(nodes) else triangles.first() // 2, frame.shape, reach)
-    t = np.concatenate([2 * near, 2 * near + 1])
-    t.sort()
-    t = t[triangles.exists(t)]
-    at = np.searchsorted(torn.divided, t)
-    at[at == len(torn.divided)] = 0
-    t = t[torn.divided[at] != t] if len(torn.divided) else t
-    faces = np.concatenate([triangles.corners(t), torn.corners])
+    t, corners = triangles.of_cells(near)
+    whole = np.flatnonzero(~is_among(t, torn.divided))
+    faces = np.concatenate([corners.take(whole, axis=0), torn.corners])
     used, faces = renumbered(faces, torn.n_node + len(ghosts))
     real = used < torn.n_node
     z = np.concatenate([heights[used[real]], ghosts[used[~real] - torn.n_node]])

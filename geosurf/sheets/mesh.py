@@ -85,6 +85,17 @@ class Triangles:
         out[inside] = all_of(self.present[self.corners(t[inside])])
         return out
 
+    def of_cells(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles (n,) of some cells, increasing, that exist, and their nodes (n, 3)."""
+        row, col = np.divmod(cells, self.n_col)
+        cells = cells[(row < self.n_row - 1) & (col < self.n_col - 1)]
+        t = np.stack([2 * cells, 2 * cells + 1], axis=1).ravel()
+        corners = self.corners(t)
+        there = np.flatnonzero(all_of(self.present[corners]))
+        if len(there) == len(t):
+            return t, corners
+        return t.take(there), corners.take(there, axis=0)
+
     def first(self) -> np.ndarray:
         """The first triangle that exists, (1,); (0,) where there is none."""
         t = np.arange(2 * self.n_row * self.n_col)
