@@ -223,6 +223,24 @@ def test_patches_hold_their_cubics_and_cones_their_normals(rough, absent, rng):
     assert cones > (10 if rough < 1.0 else 0)
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.2])
+def test_flat_patches_have_cones_of_no_width(angle):
+    """Around the normal of their plane; cells are sheared and turned."""
+    c, s = np.cos(angle), np.sin(angle)
+    u, v = np.meshgrid(np.arange(12.0), 2.5 * np.arange(11.0))
+    u, v = u - 5.5, v - 12.5  # in the middle they meet
+    x, y = c * u - s * v + 0.2 * u, s * u + c * v
+    one = TriSurface("A", "horizon", lattice=Lattice(x, y, 0.75 * x - 0.25 * y))
+    two = TriSurface("B", "fault", lattice=Lattice(x, y, 0.5 * y + 0.1 * x))
+    near = find_candidates(*(side_of(surface, np.zeros(3)) for surface in (one, two)))
+    for patches, normal in zip(near.patches, ([-0.75, 0.25, 1.0], [-0.1, -0.5, 1.0]), strict=True):
+        assert len(patches) > 4
+        for m in patches:
+            *axis, width = patch_cone(m)
+            assert axis == pytest.approx(normal / np.linalg.norm(normal), abs=1e-12)
+            assert width < 1e-12
+
+
 def test_bends_are_the_largest_second_differences(rng):
     """Of all nodes that stencils of a block reach: one farther than its own, two at a rim."""
     z = rng.integers(-9, 10, size=(21, 30)).astype(float)

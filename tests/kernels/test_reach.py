@@ -6,7 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import geosurf as gs
 from geosurf.kernels.reach import links_among, steps_from
+from geosurf.sheets import solve
 
 N = 5
 
@@ -40,6 +42,26 @@ def rounds(east, north, start, longest):
 def test_steps_are_those_of_asking_in_rounds(graph, longest):
     east, north, start = graph
     assert (steps_from(east, north, start, longest) == rounds(east, north, start, longest)).all()
+
+
+def test_no_node_of_a_sheet_that_is_asked_for_is_the_neighbour_of_two(monkeypatch):
+    """In one direction: else one of the two would be forgotten, and steps counted wrongly."""
+    asked = []
+
+    def watched(east, north, start, longest):
+        for to in (east, north):
+            assert np.bincount(to[to >= 0]).max(initial=0) <= 1
+        found = steps_from(east, north, start, longest)
+        asked.append((found < longest).sum())
+        return found
+
+    monkeypatch.setattr(solve, "steps_from", watched)
+    world = gs.synthetic.torn("normal", n=31)
+    gs.tear_horizon(world.horizons["Top"], world.faults)
+    n_grid = len(asked)
+    gs.tear_horizon(world.truth["scattered"](900), world.faults, name="Top", trim=0.5)
+    assert 0 < n_grid < len(asked)
+    assert sum(asked) > 100
 
 
 @settings(max_examples=25, deadline=None)
