@@ -105,6 +105,23 @@ def test_faces_side_by_side_do_not_count_on_their_rims(turned):
         assert counted(*given, [8 * 3 + 3, 8 * 0 + 6])  # one of the points is inside
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_faces_that_an_edge_of_one_parts_do_not_count_where_they_touch(turned):
+    """No edge of the other has all on one side; the same if that is the second."""
+    x = np.array([[0.0, 0, 0], [2, 1, 0.5], [1, 2, 0.5], [-1, 1, 0], [1, -1, 0], [-1, -1, 0.25]])
+    t = np.array([[0, 1, 2], [3, 4, 5]])
+    code = 8 * 0 + 3  # a corner on an edge
+    if turned:
+        t, code = t[::-1].copy(), 8 * 3 + 0
+    child, parent = t[:1].copy(), np.zeros(1, np.int64)
+    corners = x[t[0]]
+    height = np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0]))
+    height /= max(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1))
+    steep = contacts([[0, 1]], INSIDE)
+    assert thin(x, t, steep, x, child, parent, 0.9 * height)[0]
+    assert not thin(x, t, contacts([[0, 1]], [code, code]), x, child, parent, 0.9 * height)[0]
+
+
 def test_thin_is_the_same_by_any_search():
     """Horizons of one survey as lattices, and as lists, whose rims are all listed."""
     z, axis = np.random.default_rng(3).integers(0, 9, (2, 6, 6)) / 4.0, np.arange(6.0)
