@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from geosurf import TriSurface
+from geosurf import Lattice, TriSurface
 from geosurf.contact.search import find_contacts
 from geosurf.kernels.doubled import doubled_rows
 from geosurf.kernels.naming import name_contacts
@@ -105,6 +107,52 @@ def test_points_on_planes_that_are_level_are_never_minus_zero():
         made = contacts.x[contacts.n_vertex :]
         assert len(made) == 2
         assert not np.signbit(made[made == 0.0]).any()
+
+
+@pytest.mark.parametrize("step", [0.37, 3e5])
+def test_points_of_level_lattices_are_never_minus_zero(rng, step):
+    """These keep -0.0; where edges are short plain doubles place points, and others where not."""
+    n = 5
+    axis = step * (np.arange(n) - 2) + 100.0
+    level = Lattice(axis, axis, np.full((n, n), -0.0))
+    east, along = np.full((n, n), -0.0), np.cumsum(rng.uniform(0.1, 0.4, (n, n)), axis=1)
+    high = step * (rng.uniform(0.3, 0.5, (n, n)) + np.arange(-2, n - 2)[:, None])
+    upright = Lattice(east + 99.9 + 0.01 * step, 100 + step * (along - 0.6), high)
+    wall = Lattice(east, 100 + step * (along - 0.6), high)
+    flat = Lattice(axis - 100.0, axis, high - 0.1 * step)
+    for one, two in ((level, upright), (flat, wall)):
+        surfaces = TriSurface("A", "horizon", lattice=one), TriSurface("F", "fault", lattice=two)
+        contacts = find_contacts(surfaces)
+        made = contacts.x[contacts.n_vertex :]
+        assert np.signbit(contacts.x[: contacts.n_vertex][:, [0, 2]]).any()
+        assert (made == 0.0).sum() > 4
+        assert not np.signbit(made[made == 0.0]).any()
+        check(contacts)
+
+
+def test_points_next_to_the_middle_of_two_doubles_are_rounded_the_right_way(rng):
+    """Off it by less than double-doubles can tell: what these call sure is sure."""
+    n, corners = 150, []
+    while len(corners) < n:
+        q, d, e = (int(rng.integers(2**k, 2 ** (k + 1))) | 1 for k in (52, 50, 50))
+        if math.gcd(d, q) > 1:
+            continue
+        # the middle is (q + 1) / 2 or (q - 1) / 2 parts, of q, beyond a whole number
+        p = (q + int(rng.choice([-1, 1]))) // 2 * pow(d, -1, q) % q
+        a, c = 2**52 + int(rng.integers(2**51)), int(rng.integers(2**51))
+        corners += [[[a, c, -p], [a + d, c + e, q - p], [a, 2**53, -p]]]
+    comb = np.array(corners, dtype=float).reshape(-1, 3)
+    assert comb.astype(np.int64).reshape(-1, 3, 3).tolist() == corners
+    far = 2.0**58
+    floor = TriSurface(
+        "Top", "horizon", [[-far, -far, 0], [far, -far, 0], [0, far, 0]], [[0, 1, 2]]
+    )
+    fault = TriSurface("F1", "fault", comb, np.arange(3 * n).reshape(n, 3))
+    contacts = find_contacts([floor, fault])
+    assert len(contacts.d) >= 2 * n
+    exact = exact_points(contacts)[contacts.n_vertex :]
+    made = contacts.x[contacts.n_vertex :].tolist()
+    assert [rounded(point) for point in exact] == list(map(tuple, made))
 
 
 def test_rows_of_blocks_are_those_of_single_points(rng):
