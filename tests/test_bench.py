@@ -17,7 +17,7 @@ import pytest
 from geosurf import Scene, cli, intersect_surfaces, synthetic
 from geosurf.errors import InputError, OutputError
 from geosurf.prove import bench
-from geosurf.prove.bench import child, measure, page, peers, plots, targets, tasks, truth
+from geosurf.prove.bench import child, measure, page, peers, plots, reached, targets, tasks, truth
 from geosurf.prove.bench.distance import distance_to_segments, hausdorff
 from geosurf.prove.bench.installed import (
     Installed,
@@ -365,7 +365,7 @@ def measured(monkeypatch, seconds_of, target, scale=1.0, bound_of=lambda job: 2e
     monkeypatch.setattr(measure, "known_truth", lambda *scene: {"length": 1.0, "segments": 2})
     monkeypatch.setattr(peers, "find_spec", lambda name: name)
     monkeypatch.setattr(targets, "TARGETS", (target,))
-    [row] = targets.target_table(Measuring(), scale)["rows"]
+    [row] = reached.target_table(Measuring(), scale)["rows"]
     return row
 
 
@@ -409,7 +409,7 @@ def test_a_target_without_its_peer_says_how_to_get_it(monkeypatch):
     monkeypatch.setattr(measure, "known_truth", lambda *scene: {})
     monkeypatch.setattr(peers, "find_spec", lambda name: None)
     monkeypatch.setattr(targets, "TARGETS", (target,))
-    [row] = targets.target_table(Measuring())["rows"]
+    [row] = reached.target_table(Measuring())["rows"]
     assert (row["ratio"], row["met"]) == (None, None)
     assert row["why"] == "not installed: pip install geosurf[peers]"
     assert row["ours"]
@@ -417,10 +417,10 @@ def test_a_target_without_its_peer_says_how_to_get_it(monkeypatch):
 
 def test_the_dial_must_reach_the_error_of_the_plain_curve(monkeypatch):
     target = replace(targets.select(["dial"])[0], asked=3.0)
-    monkeypatch.setattr(targets, "has_tolerance", lambda: False)
+    monkeypatch.setattr(reached, "has_tolerance", lambda: False)
     row = measured(monkeypatch, lambda job: 1.0, target)
     assert "no tolerance=" in row["why"]
-    monkeypatch.setattr(targets, "has_tolerance", lambda: True)
+    monkeypatch.setattr(reached, "has_tolerance", lambda: True)
 
     def seconds(job):
         return 0.1 if job.options else 1.0
@@ -452,7 +452,7 @@ def test_the_dial_has_the_coarsest_grids_whose_bound_meets_the_error(monkeypatch
 
 def test_targets_are_measured(without_processes, monkeypatch, capsys):
     """The rows with scenes of their own, at a hundredth of their size."""
-    monkeypatch.setattr(targets, "installed", lambda: Installed("", "from sources"))
+    monkeypatch.setattr(reached, "installed", lambda: Installed("", "from sources"))
     names = ["parallel chords", "crossing chords", "cells", "memory", "start", "start from files"]
     found = bench.run_bench(["targets"], targets=names, size=FULL / 400, quick=True)
     assert found["wrong"] == []
@@ -479,7 +479,7 @@ def test_memory_is_told_with_the_inputs(monkeypatch, extra, met):
         ]
 
     monkeypatch.setattr(measure, "run_jobs", found)
-    [row] = targets.target_table(Measuring(), names=["memory"])["rows"]
+    [row] = reached.target_table(Measuring(), names=["memory"])["rows"]
     assert row["ratio"] == 1.0 + extra / 10
     assert row["met"] is met
 
@@ -513,7 +513,7 @@ def test_where_no_wheel_can_be_built_the_sources_are_timed_and_named(monkeypatch
 
 def test_a_time_that_stands_alone_is_judged_by_tips_and_says_its_parts(without_processes):
     run = measure.Measuring()
-    [row] = targets.target_table(run, 0.002, ["sheets"])["rows"]
+    [row] = reached.target_table(run, 0.002, ["sheets"])["rows"]
     assert row["ours"] != ""
     assert row["why"] == ""
     assert run.wrong == []
@@ -522,7 +522,7 @@ def test_a_time_that_stands_alone_is_judged_by_tips_and_says_its_parts(without_p
     assert answer["throw"] == pytest.approx(60, abs=8)
     row["measured"][0]["answer"] = {"cpu_seconds_of_parts": {"cut": 2.0, "units": 0.5}}
     run.rows = lambda jobs: row["measured"]
-    [again] = targets.target_table(run, 0.002, ["drogon model"])["rows"]
+    [again] = reached.target_table(run, 0.002, ["drogon model"])["rows"]
     assert again["theirs"] == "cut 2 s, units 500 ms"
 
 

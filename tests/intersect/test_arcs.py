@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from geosurf import intersect_surfaces
+from geosurf.intersect.sides import side_of
 from geosurf.kernels.arcs import (
     K_LENGTH,
     K_SLOPE,
@@ -18,8 +21,12 @@ from geosurf.kernels.arcs import (
 )
 from geosurf.kernels.cover import cone
 from geosurf.kernels.doubt import ROUGH, WINDOW, doubts_along
+from geosurf.kernels.knots import _ARC_SAFETY, set_knot
 from geosurf.kernels.land import patch_cone
+from geosurf.kernels.lift import F_POINT, F_TANGENT, LIFTED, N_WORK, meet_to
 from geosurf.kernels.near import N_PATCH
+from geosurf.kernels.patch import evaluate
+from geosurf.kernels.walk import _away
 from tests.intersect.smooth_worlds import listric_fault, wavy_horizon
 
 PLACES = np.linspace(0.0, 1.0, 401)
@@ -204,3 +211,56 @@ def test_walks_go_on_and_meet_the_tolerance_or_say_why(tolerance):
         assert ((steps[1:] * steps[:-1]).sum(axis=1) > 0.75).all()
         assert curves.error_bound[k] <= tolerance or k in told
         assert curves.error_bound[k] > 0.3 * tolerance or tolerance == 1.0
+
+
+# ---- how far arcs are from curves -----------------------------------------------------------
+
+
+def knots_along(sides, w, steps):
+    """Knots on the curve of two lattices: from parameters (4,) on, by lengths along the tangent."""
+    arrays = (sides[0].x, sides[0].y, sides[0].z, sides[1].x, sides[1].y, sides[1].z, sides[1].c)
+    f, out = np.empty(N_WORK), []
+    w, at = np.array(w, dtype=float), np.zeros(3)
+    for k, step in enumerate([0.0, *steps]):
+        if k == 0:
+            evaluate(*arrays[:3], w[0], w[1], f, 0)
+            at[:] = f[:3]
+            way = (0.0, 0.0, 0.0)
+        else:
+            way = out[-1][K_SLOPE : K_SLOPE + 3]
+            at[:] = out[-1][:3] + step * way
+            w = out[-1][3:7] + step * out[-1][K_SLOPE + 3 : K_LENGTH]
+        assert meet_to(*arrays, 0, w, *at, *way, 1e-9, f) == LIFTED
+        knot = np.zeros(N_KNOT)
+        knot[3:7] = w
+        ahead = 1.0 if k == 0 or f[F_TANGENT : F_TANGENT + 3] @ way > 0 else -1.0
+        set_knot(ahead, f, knot)
+        if out:
+            set_length(out[-1], knot)
+        out.append(knot)
+    return arrays, out
+
+
+def test_no_curve_is_farther_from_its_arc_than_twice_what_was_measured(rng):
+    """Steps of a third of a cell to two cells, over many borders of cells; at 61 places each."""
+    surfaces = wavy_horizon(41), listric_fault(41, 41)
+    sides = [side_of(surface, np.zeros(3)) for surface in surfaces]
+    plain = intersect_surfaces(surfaces, tolerance=5.0)
+    start = plain.points[plain.curves[0][len(plain.curves[0]) // 3]]
+    x, y = surfaces[1].lattice.easting, surfaces[1].lattice.northing
+    i, j = np.unravel_index(np.hypot(x - start[0], y - start[1]).argmin(), x.shape)
+    w = (start[0] / 250.0, start[1] / 250.0, float(j), float(i))
+    arrays, knots = knots_along(sides, w, rng.uniform(80.0, 500.0, 12))
+    row, f, worst = np.empty(7), np.empty(N_WORK), []
+    for one, two in pairwise(knots):
+        told = _away(*arrays, one, two, np.inf, 1e-9, row, f)
+        most = 0.0
+        for place in np.linspace(0.02, 0.98, 61):
+            on_arc(one, two, float(place), row)
+            x, y, z = row[:3]
+            way = along_arc(one, two, float(place))
+            assert meet_to(*arrays, 0, row[3:7], x, y, z, *way, 1e-9, f) == LIFTED
+            most = max(most, float(np.linalg.norm(f[F_POINT : F_POINT + 3] - (x, y, z))))
+        worst.append(most / told)
+    assert max(worst) <= _ARC_SAFETY
+    assert max(worst) > 1.1  # or the factor would not be needed

@@ -28,8 +28,9 @@ from geosurf.prove.bench.jobs import Job, default_core, machine
 from geosurf.prove.bench.measure import Measuring
 from geosurf.prove.bench.page import TITLES, machine_lines, tables_of, text_table, write_page
 from geosurf.prove.bench.plots import draw_errors, draw_growth, draw_questions
+from geosurf.prove.bench.reached import target_table
 from geosurf.prove.bench.tables import JOBS, LAYOUT, decades
-from geosurf.prove.bench.targets import FULL_SIZE, select, target_table
+from geosurf.prove.bench.targets import FULL_SIZE, select
 
 SIZE = 2e6
 SMALLEST = 2e4
