@@ -93,19 +93,19 @@ def html_table(table: Table) -> str:
     """Return a table, or nothing for one without rows."""
     if not table.rows:
         return ""
-    head = _row(table.head, table.n_label, "th")
-    rows = "\n".join(_row(row, table.n_label) for row in table.rows)
-    foot = f"\n<tfoot>{_row(table.foot, table.n_label)}</tfoot>" if table.foot else ""
+    head = _row(table.head, table, "th")
+    rows = "\n".join(_row(row, table) for row in table.rows)
+    foot = f"\n<tfoot>{_row(table.foot, table)}</tfoot>" if table.foot else ""
     return (
         f'<div class="wide"><table>\n<thead>{head}</thead>\n'
         f"<tbody>\n{rows}\n</tbody>{foot}\n</table></div>"
     )
 
 
-def _row(cells: tuple[str, ...], n_label: int, tag: str = "td") -> str:
+def _row(cells: tuple[str, ...], table: Table, tag: str = "td") -> str:
     out = []
     for column, cell in enumerate(cells):
-        kinds = ["label"] if column < n_label else []
+        kinds = ["label"] if table.holds_words(column) else []
         if column == 0 and cell in ("passed", "FAILED"):
             kinds.append(cell.lower())
         attribute = f' class="{" ".join(kinds)}"' if kinds else ""

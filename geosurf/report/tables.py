@@ -37,12 +37,19 @@ class Table:
         Leading columns that hold words; the others hold numbers.
     foot : tuple of str
         A last row of sums, or nothing.
+    n_remark : int
+        Columns at the end that hold words, too.
     """
 
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     n_label: int = 1
     foot: tuple[str, ...] = ()
+    n_remark: int = 0
+
+    def holds_words(self, column: int) -> bool:
+        """Whether a column holds words, which start at its left and may fill several lines."""
+        return column < self.n_label or column >= len(self.head) - self.n_remark
 
 
 def number(value: float, decimals: int = 0) -> str:

@@ -96,7 +96,7 @@ def _errors(found: dict[str, Any]) -> Table:
         result = "units" if row["task"] == "units" else "curve"
         rows.append((route, result, _count(row), *_time(row), reached, _state(row)))
     head = ("Route", "Result", "Triangles", "Time", "Spread", "Error", "Answer")
-    return Table(head, tuple(rows), n_label=2)
+    return Table(head, tuple(rows), n_label=2, n_remark=1)
 
 
 def _growth(found: dict[str, Any]) -> Table:
@@ -110,12 +110,13 @@ def _growth(found: dict[str, Any]) -> Table:
         rows.append((row["series"], _count(row), *_time(row), *memory, *power, _state(row)))
     head = ("Call", "Triangles", "Time", "Spread", "Memory", "of inputs", "n^ time", "n^ memory",
             "Answer")  # fmt: skip
-    return Table(head, tuple(rows))
+    return Table(head, tuple(rows), n_remark=1)
 
 
 def _questions(found: dict[str, Any]) -> Table:
     rows = [(row["asked"], _count(row), *_time(row), _state(row)) for row in found["rows"]]
-    return Table(("Asked", "Triangles", "Time", "Spread", "Answer"), tuple(rows))
+    head = ("Asked", "Triangles", "Time", "Spread", "Answer")
+    return Table(head, tuple(rows), n_remark=1)
 
 
 def _number(value: float | None) -> str:
@@ -151,7 +152,7 @@ def text_table(table: Table) -> list[str]:
     lines = []
     for row in rows:
         cells = [
-            cell.ljust(width) if k < table.n_label else cell.rjust(width)
+            cell.ljust(width) if table.holds_words(k) else cell.rjust(width)
             for k, (cell, width) in enumerate(zip(row, widths, strict=True))
         ]
         lines.append("  ".join(cells).rstrip())
