@@ -31,8 +31,10 @@ class FaultCut(Noun):
     along : ndarray (n,)
         Distance along the trace [m].
     throw, heave : ndarray (n,)
-        [m], in the dip direction of the fault: throw positive where the hanging wall is down, heave
-        positive where there is a gap; NaN where a wall has no cut-off.
+        [m]: throw positive where the hanging wall is down, heave positive where there is a gap; NaN
+        where a wall has no cut-off. Of `tear_horizon` both are read straight across, in the map,
+        in the dip direction that the fault has at the station; of `throw_horizon` along its lines
+        down the dip, as `Scene.throw` reads them. On a plane that is the same.
     ends : tuple of str
         How each trace ends: ``"tip"``, ``"rim"`` (leaves the data), ``"branch of F1"``.
     """

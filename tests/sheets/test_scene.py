@@ -97,3 +97,25 @@ def test_what_is_dropped_is_accounted_for(pair):
             np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
         )
         assert 0 < area < 0.2 * whole.sum()
+
+
+@pytest.mark.parametrize("kind", ["normal", "gentle", "listric"])
+def test_throws_of_a_sheet_are_those_of_a_scene(torn_world, kind):
+    """Read across at stations, and down the dip in the model: what docs/measures.md says."""
+    _, sheet = torn_world(kind, n=81)
+    x, y = sheet.lattice.easting, sheet.lattice.northing
+    inside = (x.min() + 40.0, x.max() - 40.0, y.min() + 40.0, y.max() - 40.0, -2600.0, -1000.0)
+    scene = gs.Scene({"Top": sheet}, {fault.name: fault for fault in sheet.faults}, inside)
+    found = scene.throw("Top", "F1").dropna("point", subset=["throw"])
+    along = found.along_strike.values
+    places = np.column_stack([found.easting, found.northing, np.ones(len(along))])
+    middle = places.mean(axis=0) * [1.0, 1.0, 0.0]
+    strike = np.linalg.lstsq(places - middle, along, rcond=None)[0]
+    cut = sheet.cuts["F1"]
+    at = (np.column_stack([cut.stations[:, :2], np.ones(len(cut.along))]) - middle) @ strike
+    order = np.argsort(along, kind="stable")
+    throw = np.interp(at, along[order], found.throw.values[order], left=np.nan, right=np.nan)
+    off = np.abs(throw - cut.throw)
+    assert np.isfinite(off).sum() > 0.9 * len(off)
+    assert np.nanmean(off) < 0.03
+    assert np.nanmax(off) < 0.3
