@@ -268,7 +268,7 @@ def shift_is_exact(values: np.ndarray, shift: float) -> bool:
     return bool(((error == 0.0) | np.isnan(error)).all())
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
+def did_you_mean(word: Any, known: Iterable[str]) -> str:
     """Return ' Did you mean ...?' for a misspelt word, or ''.
 
     Examples
@@ -276,7 +276,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     >>> did_you_mean("horizns", ["horizons", "faults"])
     " Did you mean 'horizons'?"
     """
-    close = difflib.get_close_matches(word, list(known), n=1)
+    close = difflib.get_close_matches(str(word), [str(one) for one in known], n=1)
     return f" Did you mean {close[0]!r}?" if close else ""
 
 

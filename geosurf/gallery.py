@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import GeometryError
+from geosurf.model.expected import listed, path_of
 from geosurf.render import (
     doctor,
     render_allan,
@@ -26,7 +27,9 @@ from geosurf.render import (
     render_units,
 )
 from geosurf.render.clip import as_modelled
+from geosurf.render.views import view_vectors
 
+_VIEWS = "give a list, as in views=['southwest']"
 CELLS = 200  # of a thickness map, along the longer side of the box
 
 
@@ -73,6 +76,9 @@ def pictures_of(
     -------
     list of Picture
     """
+    views = (views,) if isinstance(views, str) else listed(views, "views are words", _VIEWS)
+    for view in views:
+        view_vectors(view)
     style: dict[str, Any] = {"size": size, "exaggeration": exaggeration}
     found = [
         Picture(
@@ -209,6 +215,7 @@ def draw_pictures(
         Captions and files; and a sentence for each picture that could not be drawn.
     """
     notes: list[str] = []
+    folder = path_of(folder, "the folder of pictures")
     if any(picture.needs_opengl for picture in pictures):
         reason = cannot_draw()
         if reason:
@@ -216,7 +223,7 @@ def draw_pictures(
             pictures = [picture for picture in pictures if not picture.needs_opengl]
     drawn = {}
     for picture in pictures:
-        path = Path(folder) / "pictures" / picture.file
+        path = folder / "pictures" / picture.file
         try:
             picture.draw(path)
         except GeometryError as error:

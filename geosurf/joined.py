@@ -16,6 +16,7 @@ from geosurf.intersect import curves_of, intersect_surfaces, merge_curves
 from geosurf.intersect.shared import is_torn, shared_curves
 from geosurf.measured import Measured
 from geosurf.model import Curves, Sheet, TriSurface, VoxelSearch
+from geosurf.model.expected import name_of
 from geosurf.triangulate.coarsen import coarsen_lattice, volume_error
 
 
@@ -42,7 +43,6 @@ class Joined(Measured):
     _tolerance: float | None
     _self: bool
     _voxel_size: float | None
-    _faults: dict[str, Any]
     _frame: Callable[[Sequence[TriSurface]], np.ndarray]
     _plain: Callable[[str], TriSurface]
     surface: Callable[[str], TriSurface]
@@ -91,6 +91,7 @@ class Joined(Measured):
             `Curves.error_bound` and `Curves.places` say how far that went. Patches and units
             meet in the curves of the simplified surfaces.
         """
+        first, second = name_of(first, "surface"), name_of(second, "surface")
         pair = tuple(self._plain(name) for name in dict.fromkeys((first, second)))
         subject = f"{first} x {second}"
         if any(map(is_torn, pair)):  # it ends on its faults

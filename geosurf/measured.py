@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import os
 from collections.abc import Callable, Hashable
@@ -10,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import HORIZON_DIMS
+from geosurf.conventions import HORIZON_DIMS, did_you_mean
 from geosurf.errors import GeometryError, InputError
 from geosurf.memory import Memory
 from geosurf.model import Curves, Patches, Sheet, Units
+from geosurf.model.expected import name_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -24,6 +26,7 @@ class Measured:
 
     _memory: Memory
     _horizons: dict[str, Any]
+    _faults: dict[str, Any]
     patches: Patches
     units: Units
     _units_key: Hashable
@@ -68,6 +71,13 @@ class Measured:
         """
         from geosurf.gallery import draw_pictures, pictures_of
 
+        known = inspect.signature(pictures_of).parameters
+        for key in choice:
+            if key not in known or key == "scene":
+                words = [word for word in known if word != "scene"]
+                raise InputError(
+                    f"pictures have no {key!r}; they have {words}.{did_you_mean(key, words)}"
+                )
         drawn, notes = draw_pictures(pictures_of(self, **choice), folder)
         for note in notes:
             self._memory.note("draw", "pictures", "skipped", note)
@@ -111,6 +121,8 @@ class Measured:
         """
         from geosurf.measure import thickness_map
 
+        if contact is not None:
+            contact = name_of(contact, "contact interval")
         nodes = repr(grid)
         if hasattr(grid, "coords"):  # of a map, only these count; and they may be changed in place
             axes = [grid.coords[name] for name in HORIZON_DIMS if name in grid.coords]
@@ -174,6 +186,15 @@ class Measured:
         list of ndarray, each (n, 3)
             World coordinates [m], in order along the line.
         """
+        for role, known, name in (
+            ("horizon", self._horizons, horizon),
+            ("fault", self._faults, fault),
+        ):
+            if name not in list(known):
+                raise InputError(
+                    f"no {role} is called {name!r}; there are {list(known)}."
+                    f"{did_you_mean(name, known)}"
+                )
         if side is None:
             found = self.curves_between(horizon, fault)
             return [] if found is None else [found.points[curve] for curve in found.curves]
@@ -225,8 +246,9 @@ class Measured:
         from geosurf.measure import faces_of, separation
         from geosurf.sheets.diplines import DIRECTIONS
 
-        if direction not in DIRECTIONS:
+        if direction not in list(DIRECTIONS):
             raise InputError(f"direction is {direction!r}, expected one of {DIRECTIONS}.")
+        horizon, fault = name_of(horizon, "horizon"), name_of(fault, "fault")
 
         def run() -> xarray.Dataset:
             """Compute it; called unless it is remembered."""

@@ -15,7 +15,7 @@ import numpy as np
 from geosurf.contact import find_contacts
 from geosurf.faults import extend_fault, truncate_faults
 from geosurf.faults.bridge import bridge_to
-from geosurf.faults.propose import propose_network
+from geosurf.faults.propose import check_reach, propose_network
 from geosurf.faults.rules import Rule, read_extend, read_truncations
 from geosurf.memory import Memory
 from geosurf.model import Patches, TriSurface
@@ -90,6 +90,7 @@ class FaultStage:
 
     def propose(self, reach: float | None) -> FaultNetwork:
         """Return contacts, near misses and dangling ends of the faults as the model has them."""
+        check_reach(reach)
         surfaces = [self.surface(name) for name in self.names]
         box, _ = self._limits()
         key = ("network", *map(self._key, surfaces), box, reach)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -10,44 +10,22 @@ import numpy as np
 
 from geosurf.carve import carve_units
 from geosurf.carve.certificate import certify, same_bytes
-from geosurf.carve.column import names_of_zones
-from geosurf.carve.fluids import check_zones
 from geosurf.contact import find_contacts
-from geosurf.conventions import counted, did_you_mean
+from geosurf.contact.search import check_voxel_size
+from geosurf.conventions import counted, did_you_mean, elevation_sign, metres_per_unit
 from geosurf.errors import InputError
-from geosurf.inputs import (
-    as_mapping,
-    as_surface,
-    box_in_words,
-    boxes_meet,
-    exchanged,
-    only_of,
-    opened_contacts,
-    opened_outline,
-    refuse_namesakes,
-    shared_origin,
-)
-from geosurf.joined import Joined, check_scene_tolerance
+from geosurf.inputs import as_mapping, exchanged, only_of, refuse_namesakes
+from geosurf.joined import check_scene_tolerance
 from geosurf.memory import Memory, Step
-from geosurf.model import (
-    Certificate,
-    Contact,
-    Patches,
-    Sheet,
-    TriSurface,
-    Units,
-    check_column,
-)
-from geosurf.model.faults import Extension, FaultNetwork, Truncation
+from geosurf.model import Certificate, Patches, TriSurface, Units, check_column
+from geosurf.model.expected import box_of_sides, flag_of
 from geosurf.network import FaultStage
+from geosurf.provided import Box, Provided
 from geosurf.rebuild import drop_ghosts, patches_from
-from geosurf.triangulate import build_contacts, build_walls
-from geosurf.triangulate.box import propose_box
-
-Box = tuple[float, float, float, float, float, float]
+from geosurf.triangulate import build_walls
 
 
-class Scene(Joined):
+class Scene(Provided):
     """
     Horizons and faults in a model box: a small graph of stages with memory.
 
@@ -131,14 +109,19 @@ class Scene(Joined):
             raise InputError(
                 "a scene needs at least one horizon or fault; give horizons={name: ...}."
             )
-        self._box = box
+        self._box = None if box is None else tuple(box_of_sides(box).tolist())
         check_column(tuple(self._horizons), column)
         self._column = dict(column or {})
         self._contacts = as_mapping("contacts", contacts or {})
         refuse_namesakes(horizon=self._horizons, fault=self._faults, contact=self._contacts)
         self._aoi = aoi
+        if positive is not None:
+            elevation_sign(positive, "the scene")
+        if units is not None:
+            metres_per_unit(units, "the scene")
+        check_voxel_size(voxel_size)
         self._positive, self._units_word, self._voxel_size = positive, units, voxel_size
-        self._self = bool(self_intersections)
+        self._self = flag_of(self_intersections, "self_intersections")
         self._tolerance = check_scene_tolerance(tolerance, self._horizons)
         self._memory = Memory()
         self._read: dict[str, str] = {}
@@ -148,10 +131,6 @@ class Scene(Joined):
             limits=self._limits, memory=self._memory,
         )  # fmt: skip
         self.extend = dict(self._network.sides)
-
-    def _limits(self) -> tuple[Any, Any]:
-        """Box and area, for what asks when they are first needed."""
-        return self.box, self.aoi
 
     def replace(self, **changes: Any) -> Scene:
         """Return a new scene with some inputs changed, which shares all results that still hold.
@@ -214,107 +193,6 @@ class Scene(Joined):
         twin._memory.share(self._memory)
         return twin
 
-    # ------------------------------------------------------------------ inputs
-    @property
-    def horizon_names(self) -> tuple[str, ...]:
-        """Names of the horizons, youngest first."""
-        return tuple(self._horizons)
-
-    @property
-    def fault_names(self) -> tuple[str, ...]:
-        """Names of the faults."""
-        return tuple(self._faults)
-
-    def surface(self, name: str) -> TriSurface:
-        """Return one surface by name, as the model has it; only what it depends on is read.
-
-        Parameters
-        ----------
-        name : str
-            Of a horizon or a fault.
-
-        Returns
-        -------
-        TriSurface
-        """
-        plain = self._plain(name)
-        return self._simplified(name, plain) if name in self._horizons else plain
-
-    def _plain(self, name: str) -> TriSurface:
-        """A surface with all its nodes."""
-        if name in self._horizons:
-            return self._triangulated(name, "horizon", self._horizons[name])
-        if name in self._faults:
-            return self._network.surface(name)
-        known = [*self._horizons, *self._faults]
-        raise InputError(
-            f"no surface is called {name!r}; there are {known}.{did_you_mean(name, known)}"
-        )
-
-    def _given_fault(self, name: str) -> TriSurface:
-        return self._triangulated(name, "fault", self._faults[name])
-
-    @property
-    def fault_actions(self) -> tuple[Extension | Truncation, ...]:
-        """What was done to the faults: every extension and truncation, with its size."""
-        return self._network.actions()
-
-    def propose_fault_network(self, *, reach: float | None = None) -> FaultNetwork:
-        """Return every contact, near miss and dangling end of the faults, with proposals.
-
-        Parameters
-        ----------
-        reach : float, optional
-            Largest distance of a near miss [m]; see `propose_network`.
-
-        Returns
-        -------
-        FaultNetwork
-            Prints as a table; its method `apply` gives the scene with the proposals.
-        """
-        return self._network.propose(reach)
-
-    @property
-    def surfaces(self) -> tuple[TriSurface, ...]:
-        """All horizons, then all faults, triangulated."""
-        return tuple(self.surface(name) for name in (*self._horizons, *self._faults))
-
-    @cached_property
-    def box(self) -> Box:
-        """West, east, south, north, bottom, top of the model [m]."""
-        if self._box is not None:
-            build_walls(self._box, self.aoi)
-            w, e, s, n, b, t = (float(value) for value in self._box)
-        else:
-            horizons = [self._plain(name) for name in self._horizons]
-            w, e, s, n, b, t = propose_box(horizons, self.aoi)
-            words = box_in_words((w, e, s, n), horizons, self.aoi)
-            self._memory.note("box", "all horizons", "ran", f"default: {words}")
-        if self.aoi is not None:
-            (w, s), (e, n) = self.aoi.min(axis=0).tolist(), self.aoi.max(axis=0).tolist()
-        return w, e, s, n, b, t
-
-    @cached_property
-    def aoi(self) -> np.ndarray | None:
-        """Corners of the area of interest (n, 2), counter-clockwise [m]; None if it is the box."""
-        if self._aoi is None:
-            return None
-        return opened_outline(self._aoi)
-
-    @property
-    def column(self) -> dict[str, str]:
-        """The rule of each horizon, youngest first."""
-        rules = check_column(tuple(self._horizons), self._column)
-        return dict(zip(self._horizons, rules, strict=True))
-
-    @cached_property
-    def _fluids(self) -> tuple[list[TriSurface], list[Contact]]:
-        """Surfaces of fluid contacts, and the zones and blocks in which they count."""
-        options = {"positive": self._positive, "units": self._units_word}
-        surfaces, contacts = build_contacts(opened_contacts(self._contacts, options), self.box)
-        check_zones(contacts, names_of_zones(self.horizon_names))  # before anything is cut
-        return surfaces, contacts
-
     # ----------------------------------------------------------------- results
     @cached_property
     def patches(self) -> Patches:
@@ -356,14 +234,15 @@ class Scene(Joined):
         """Closed units: zone x fault block (x fluid contact)."""
         patches, contacts = self.patches, self._fluids[1]
         subject = "the box" if self.aoi is None else "the area"
-        for fault in patches.sources:
-            if fault.role == "fault" and not boxes_meet(fault.bounds, self.box):
-                words = "does not reach the model box, and parts nothing"
-                self._memory.note("carve", fault.name, "skipped", words)
-        return self._memory.remembered(
+        found: Units = self._memory.remembered(
             "carve", subject, self._units_key,
             lambda: carve_units(patches, self.column, contacts), lambda u: counted(len(u), "unit"),
         )  # fmt: skip
+        for fault in found.report["outside"]:
+            where = "model box" if self.aoi is None else "area of interest"
+            words = f"does not reach the {where}, and parts nothing"
+            self._memory.note("carve", fault, "skipped", words)
+        return found
 
     @cached_property
     def _units_key(self) -> Hashable:
@@ -420,29 +299,6 @@ class Scene(Joined):
     def steps(self) -> tuple[Step, ...]:
         """The lines of `explain`, as data."""
         return tuple(self._memory.steps)
-
-    # ------------------------------------------------------------------ memory
-    def _frame(self, surfaces: Sequence[TriSurface]) -> np.ndarray:
-        """Origin of the local frame: the box's where exact, so that all results share it."""
-        return shared_origin(None if self._box is None else self.box, surfaces)
-
-    def _triangulated(self, name: str, role: str, value: Any) -> TriSurface:
-        if name not in self._read:  # once: a scene stands for its inputs as it found them
-            if isinstance(value, Sheet):
-                value.surface_among(self.surface)  # with other faults it is not to be remembered
-            self._read[name] = self._memory.hold(value)
-        key = ("surface", name, role, self._read[name], self._positive, self._units_word)
-
-        def run() -> TriSurface:
-            """Compute it; called unless it is remembered."""
-            options = {"positive": self._positive, "units": self._units_word}
-            return as_surface(name, role, value, options, self.surface)
-
-        found: TriSurface = self._memory.remembered(
-            "triangulate", name, key, run, lambda s: f"{s.n_triangle} triangles", again=False
-        )
-        self._memory.made_of(found, key)
-        return found
 
     def __repr__(self) -> str:
         return f"<Scene: horizons {list(self._horizons)}, faults {list(self._faults)}>"

@@ -29,7 +29,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from geosurf.carve.blocks import block_order, fault_sides, name_blocks, sides_of_units
-from geosurf.carve.cells import Cells, find_cells
+from geosurf.carve.cells import OUTSIDE, Cells, find_cells
 from geosurf.carve.clipped import clipped_by
 from geosurf.carve.column import apply_column, names_of_zones, zones_of
 from geosurf.carve.fluids import (
@@ -46,6 +46,7 @@ from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatu
 from geosurf.errors import InputError
 from geosurf.kernels.mesh import join_pairs
 from geosurf.model import Contact, Patches, Unit, Units, check_column
+from geosurf.model.expected import expect
 
 __all__ = ["carve_units"]
 
@@ -79,7 +80,8 @@ def carve_units(
         ``report["clipped"]`` lists each, with place and amount. A fault separates
         blocks only where there is no way around it; one that dies inside leaves a slit
         (``report["slits"]``). A contact that is given for some blocks counts on these sides of
-        faults (`Unit.lies_on`); ``report["without_contact"]`` lists the units that it leaves out.
+        faults (`Unit.lies_on`); ``report["without_contact"]`` lists the units that it leaves out,
+        and ``report["outside"]`` the faults that do not reach the model.
 
     Raises
     ------
@@ -107,10 +109,7 @@ def carve_units(
     >>> {name: round(unit.volume, 9) for name, unit in units.items()}
     {'above Top': 400.0, 'below Top': 600.0}
     """
-    if not isinstance(patches, Patches):
-        raise InputError(
-            f"carve_units takes Patches, not {type(patches).__name__}; rebuild_surfaces makes them."
-        )
+    expect(patches, Patches, "carve_units takes Patches", "rebuild_surfaces makes them")
     horizons, faults = (_with_role(patches, role) for role in ("horizon", "fault"))
     _refuse_namesakes(patches)
     rules = check_column([patches.names[i] for i in horizons], column)
@@ -151,6 +150,7 @@ def carve_units(
         "clipped": clipped_by(patches, cells, turns, horizons),
         "cells": cells.n_cell,
         "without_contact": left,
+        "outside": _outside(patches, cells, faults),
     }
     bounds = box_of(patches)
     lower, upper = bounds + patches.origin
@@ -265,6 +265,15 @@ def _merge(patches: Patches, cells: Cells, zone: np.ndarray) -> np.ndarray:
     root = join_pairs(pairs[zone[pairs[:, 0]] == zone[pairs[:, 1]]], cells.n_cell + 1)
     _, number = np.unique(root[1:], return_inverse=True)
     return np.concatenate([[-1], number])
+
+
+def _outside(patches: Patches, cells: Cells, faults: list[int]) -> tuple[str, ...]:
+    """Names of the faults that no cell inside the walls has beside it."""
+    return tuple(
+        patches.names[i]
+        for i in faults
+        if not (cells.cell_of_side[owned_by(cells, i)] != OUTSIDE).any()
+    )
 
 
 def _slits(patches: Patches, cells: Cells, shells: Shells, faults: list[int]) -> dict[str, float]:

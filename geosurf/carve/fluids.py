@@ -17,6 +17,7 @@ from geosurf.carve.zones import ABOVE, UNKNOWN, raise_leak
 from geosurf.conventions import did_you_mean, place
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import Contact, Patches
+from geosurf.model.expected import expect, listed
 
 
 def parse_sides(block: str, faults: Sequence[str]) -> frozenset[str] | None:
@@ -71,7 +72,10 @@ def check_zones(contacts: Sequence[Contact], zones: Sequence[str]) -> None:
     Traceback (most recent call last):
     geosurf.errors.InputError: fluid contact 'OWC' is given for zone 'A/C', which is none of ['above A', 'A/B']. Did you mean 'A/B'?
     """  # noqa: E501 - a message
-    for contact in contacts:
+    how = "build_contacts makes them"
+    takes = "carve_units takes a list of Contact"
+    for contact in listed(contacts, takes, how):
+        expect(contact, Contact, takes, how)
         for zone in contact.zones:
             if zone not in zones:
                 raise InputError(

@@ -28,6 +28,7 @@ from geosurf.kernels.predicates import MAX_BITS, MAX_COORDINATE, flat_triangles,
 from geosurf.kernels.upright import OPEN
 from geosurf.kernels.voxels import fill_voxels, triangle_boxes
 from geosurf.model import TriSurface, VoxelSearch
+from geosurf.model.expected import listed
 
 METHODS = ("auto", "tree", "voxels")
 ULP = 2.0**-52
@@ -108,7 +109,7 @@ class Contacts:
 
 def check_surfaces(surfaces: Sequence[TriSurface], least: int = 1) -> tuple[TriSurface, ...]:
     """Return the surfaces as a tuple, or say which cannot be used and why."""
-    surfaces = tuple(surfaces)
+    surfaces = listed(surfaces, "surfaces are expected", "give a list of TriSurface")
     if len(surfaces) < least:
         raise InputError(f"{len(surfaces)} surfaces were given, at least {least} are needed.")
     for i, surface in enumerate(surfaces):
@@ -194,10 +195,9 @@ def find_contacts(
     -------
     Contacts
     """
-    if method not in METHODS:
+    if method not in list(METHODS):
         raise InputError(f"method is {method!r}, expected one of {METHODS}.")
-    if voxel_size is not None and not (is_number(voxel_size) and voxel_size > 0):
-        raise InputError(f"voxel_size is {voxel_size!r}; give a length in metres above 0.")
+    check_voxel_size(voxel_size)
     surfaces = check_surfaces(surfaces)
     if origin is None:
         origin = frame_origin(*(s.extent for s in surfaces))
@@ -216,6 +216,12 @@ def find_contacts(
         "method": method, "voxel_size": voxel_size, "pairs": pairs, "origin": origin
     }  # fmt: skip
     return contacts
+
+
+def check_voxel_size(voxel_size: Any) -> None:
+    """Refuse an edge of the search voxels that is no length."""
+    if voxel_size is not None and not (is_number(voxel_size) and voxel_size > 0):
+        raise InputError(f"voxel_size is {voxel_size!r}; give a length in metres above 0.")
 
 
 def table_size(n: int) -> int:

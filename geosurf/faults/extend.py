@@ -16,12 +16,13 @@ import numpy as np
 
 from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place
-from geosurf.errors import GeometryError, InputError, SurfaceError
+from geosurf.errors import GeometryError, SurfaceError
 from geosurf.faults.lines import Guides, directions, guides_of
 from geosurf.faults.rim import Rim, find_rim, normals_of, total
 from geosurf.faults.rules import ALL_SIDES, read_sides
 from geosurf.kernels.predicates import flat_triangles, frame_of
 from geosurf.model import TriSurface
+from geosurf.model.expected import box_of_sides, expect
 from geosurf.model.faults import ExtendedFault, Extension
 
 _MARGIN = 0.01  # of the diagonal of the box: how far beyond it an extension ends
@@ -84,13 +85,9 @@ def extend_fault(
     >>> longer.n_given, longer.surface.n_triangle
     (2, 6)
     """
+    expect(surface, TriSurface, "extend_fault takes a TriSurface", "triangulate_fault makes one")
     wanted = read_sides(sides, f"extend_fault of {surface.name!r}")
-    limits = np.asarray(box, dtype=np.float64)
-    if limits.shape != (6,) or not np.isfinite(limits).all() or (limits[::2] >= limits[1::2]).any():
-        raise InputError(
-            f"box: {box!r} is not (west, east, south, north, bottom, top) in metres with each "
-            "low side below its high side. Mend the box."
-        )
+    limits = box_of_sides(box)
     return _extended(surface, limits[::2], limits[1::2], wanted, until)
 
 

@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from geosurf.faults.rim import Rim, find_rims, normals_of
 from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.faults.truncate import main_side
 from geosurf.model import Patches
+from geosurf.model.expected import box_of_sides, expect
 from geosurf.model.faults import SIDES, FaultNetwork, NetworkRow
 
 STUB = 0.2  # a part of a fault beyond another one up to this share of its area is cut off
@@ -80,10 +82,12 @@ def propose_network(
     >>> row.kind, row.fault, row.other, row.proposal
     ('contact', 'F2', 'F1', 'cross')
     """
-    if reach is not None and not (is_number(reach) and reach > 0):
-        raise InputError(f"reach is {reach!r}; give a length in metres above 0.")
+    how = "rebuild_surfaces of the faults makes them"
+    expect(patches, Patches, "propose_network takes Patches", how)
+    check_reach(reach)
     faults = [_fault(patches, i) for i, s in enumerate(patches.sources) if s.role == "fault"]
     faults.sort(key=lambda f: f.name)
+    limits = None if box is None else box_of_sides(box)
     contacts, misses = [], []
     met: dict[tuple[str, str], list[_Cut]] = {}
     for one, two in combinations(faults, 2):
@@ -100,11 +104,17 @@ def propose_network(
     misses.sort(key=_by_distance)
     rows = _without_circles([*contacts, *misses])
     ends = []
-    if box is not None:
+    if limits is not None:
         gone = _what_goes(patches, faults, rows, met)
         near = {(row.fault, row.side) for row in misses}
-        ends = dangling_ends(patches, faults, gone, near, np.asarray(box, dtype=float))
+        ends = dangling_ends(patches, faults, gone, near, limits)
     return FaultNetwork((*rows, *sorted(ends, key=_by_distance)))
+
+
+def check_reach(reach: Any) -> None:
+    """Refuse a largest distance of near misses that is no length."""
+    if reach is not None and not (is_number(reach) and reach > 0):
+        raise InputError(f"reach is {reach!r}; give a length in metres above 0.")
 
 
 def _by_distance(row: NetworkRow) -> tuple[float, str, str, str]:

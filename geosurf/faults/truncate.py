@@ -21,6 +21,7 @@ from geosurf.faults.rim import normals_of
 from geosurf.faults.rules import Rule, read_truncations
 from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.model import Patches, TriSurface
+from geosurf.model.expected import expect
 from geosurf.model.faults import TruncatedFaults, Truncation
 
 FENCE = "aoi"  # the wall around an area of interest, as `build_walls` calls it
@@ -81,11 +82,10 @@ def truncate_faults(
     >>> sorted(set(cut.parents["F2"].tolist()))  # both triangles of F2 as it was given
     [0, 1]
     """
-    if not isinstance(patches, Patches):
-        raise InputError(
-            f"truncate_faults takes Patches, not {type(patches).__name__}; rebuild_surfaces of "
-            "the faults makes them."
-        )
+    how = "rebuild_surfaces of the faults makes them"
+    expect(patches, Patches, "truncate_faults takes Patches", how)
+    if whole is not None:
+        expect(whole, Patches, "truncate_faults takes Patches as whole", how)
     faults = [s.name for s in patches.sources if s.role == "fault"]
     rules = read_truncations(truncations, faults)
     alive = np.ones(patches.n_triangle, dtype=bool)

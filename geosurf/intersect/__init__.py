@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.contact.search import Contacts, check_surfaces, find_contacts
+from geosurf.conventions import is_number
 from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import (
     are_plain,
@@ -21,6 +22,7 @@ from geosurf.intersect.link import (
     touching_points,
 )
 from geosurf.model import Curves, Touch, TriSurface, frozen
+from geosurf.model.expected import flag_of
 
 __all__ = ["curves_of", "intersect_surfaces", "merge_curves"]
 
@@ -105,7 +107,8 @@ def intersect_surfaces(
     >>> bool(np.abs(radii - 1000.0).max() <= smooth.error_bound[0] <= 0.01), smooth.places
     (True, ())
     """
-    if tolerance != 0:
+    self_intersections = flag_of(self_intersections, "self_intersections")
+    if not is_number(tolerance) or tolerance != 0:  # what is none is told there
         from geosurf.intersect.dial import check_tolerance, smooth_curves  # with many kernels
 
         tolerance = check_tolerance(tolerance, self_intersections)

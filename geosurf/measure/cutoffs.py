@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geosurf.errors import InputError
 from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of, row_of
 from geosurf.measure.lines import chains_of, ragged, rings_of
 from geosurf.model import Patches, Units
@@ -132,6 +133,8 @@ def wall_lines(
         For names that no horizon or fault has, or that do not reach into the model.
     """
     faces_of(patches, units, horizon, "horizon")
+    if side not in (PLUS, MINUS):
+        raise InputError(f"side is {side!r}, expected 0 for the front of the fault or 1.")
     faces = faces_of(patches, units, fault, "fault")
     chains = cutoff_chains(patches, units, horizon, faces, side)
     return [patches.local[chain] + patches.origin for chain in chains]

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from geosurf.conventions import did_you_mean
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import Patches, Unit, Units
+from geosurf.model.expected import expect
 
 PLUS, MINUS = 0, 1
 SIDES = {"+": PLUS, "-": MINUS, "hanging wall": PLUS, "footwall": MINUS}
@@ -115,6 +117,7 @@ def faces_of(patches: Patches, units: Units, name: str, role: str | None = None)
     GeometryError
         If it does not reach into the model.
     """
+    check_model(patches, units)
     roles = ("horizon", "fault") if role is None else (role,)
     known = [source.name for source in patches.sources if source.role in roles]
     if name not in known:
@@ -136,6 +139,12 @@ def faces_of(patches: Patches, units: Units, name: str, role: str | None = None)
     )  # fmt: skip
 
 
+def check_model(patches: Any, units: Any) -> None:
+    """Refuse what is not a model: patches, and the units that were carved from them."""
+    expect(patches, Patches, "measures take Patches", "rebuild_surfaces makes them")
+    expect(units, Units, "measures take Units", "carve_units makes them")
+
+
 def row_of(patches: Patches, name: str, *roles: str) -> int:
     """Row of the surface that has a name and one of some roles; a wall may be called Top, too."""
     return next(i for i, s in enumerate(patches.sources) if s.name == name and (s.role in roles))
@@ -149,6 +158,6 @@ def side_of_words(side: str) -> int:
     >>> side_of_words("+"), side_of_words("footwall")
     (0, 1)
     """
-    if side not in SIDES:
+    if side not in list(SIDES):
         raise InputError(f"side is {side!r}, expected one of {tuple(SIDES)}.")
     return SIDES[side]

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import HORIZON_DIMS, did_you_mean, metres_per_unit
+from geosurf.conventions import HORIZON_DIMS, did_you_mean, metres_per_unit, real_numbers
 from geosurf.errors import InputError, InvariantError
 from geosurf.measure.columns import Crossings, cross_columns
 from geosurf.model import Unit, Units
+from geosurf.model.expected import expect
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 KINDS = ("isochore", "isopach")
 CELLS = 100  # of the default map, along its longer side
+MOST_CELLS = 1e8
 _WORDS = {
     "isochore": (
         "vertical thickness",
@@ -112,7 +114,8 @@ def thickness_map(
     """
     import xarray as xr
 
-    if kind not in KINDS:
+    expect(units, Units, "thickness_map takes Units", "carve_units makes them")
+    if kind not in list(KINDS):
         raise InputError(f"kind is {kind!r}, expected one of {KINDS}.{did_you_mean(kind, KINDS)}")
     chosen = units_of_zone(units, zone, contact)
     nodes = nodes_of(grid, units.box)
@@ -175,7 +178,13 @@ def nodes_of(grid: Any, box: tuple[float, ...]) -> Nodes:
             )
         axis = grid.coords[name]
         factor = metres_per_unit(axis.attrs.get("units", "m"), f"coordinate {name!r} of the map")
-        values = np.asarray(axis.values, dtype=np.float64) * factor
+        try:
+            values = real_numbers(axis.values) * factor
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                f"coordinate {name!r} of the map has dtype {axis.dtype}, expected metres. Convert "
+                "it to float."
+            ) from error
         if not np.isfinite(values).all():
             raise InputError(f"coordinate {name!r} of the map has values that are not finite.")
         axes.append((axis.dims, values))
@@ -205,6 +214,11 @@ def _cells(width: Any, w: float, e: float, s: float, n: float) -> Nodes:
     if not (np.isfinite(width) and width > 0):
         raise InputError(f"the cells of a map are {width} m wide; give a width above 0.")
     n_col, n_row = (max(1, round(size / float(width))) for size in (e - w, n - s))
+    if n_col * n_row > MOST_CELLS:
+        raise InputError(
+            f"cells of a map that are {width:g} m wide would be {n_col:.3g} x {n_row:.3g}, and "
+            f"{MOST_CELLS:g} are the most; give a larger width."
+        )
     dx, dy = (e - w) / n_col, (n - s) / n_row
     east, north = w + (np.arange(n_col) + 0.5) * dx, s + (np.arange(n_row) + 0.5) * dy
     return _rectangle(north, east, dx * dy, HORIZON_DIMS)

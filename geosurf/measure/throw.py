@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import place
+from geosurf.conventions import place, real_numbers
 from geosurf.errors import GeometryError, InputError
+from geosurf.model.expected import listed, number_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -79,7 +80,12 @@ def separation(
     """
     import xarray as xr
 
-    azimuth = math.radians(dip_azimuth)
+    azimuth = math.radians(number_of(dip_azimuth, "dip_azimuth", "give degrees from north"))
+    if start is not None:
+        start = number_of(start, "start", "give metres along the strike")
+    how = "give a list of arrays (n, 3)"
+    hanging_wall = listed(hanging_wall, "separation takes cut-off lines", how)
+    footwall = listed(footwall, "separation takes cut-off lines", how)
     down = np.array([math.sin(azimuth), math.cos(azimuth)])
     strike = np.array([-down[1], down[0]])
     axes = np.stack([strike, down])
@@ -122,7 +128,13 @@ def _section(
     """Columns of a cut-off line, in the direction of strike: along strike where it is compared,
     down dip, elevation, and along strike where it is.
     """
-    points = np.asarray(line, dtype=np.float64)
+    try:
+        points = real_numbers(line)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"a cut-off line of the {wall} is no array of numbers ({error}); give points (n, 3): "
+            "easting, northing, elevation [m]."
+        ) from error
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
         raise InputError(
             f"a cut-off line of the {wall} has shape {points.shape}, expected (n, 3) with at least "

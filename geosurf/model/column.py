@@ -8,6 +8,7 @@ from typing import Any
 
 from geosurf.conventions import did_you_mean, place
 from geosurf.errors import InputError
+from geosurf.model.expected import name_of
 
 CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS = "conformable", "erosional", "base", "discontinuous"
 RULES = (CONFORMABLE, EROSIONAL, BASE, DISCONTINUOUS)
@@ -181,5 +182,6 @@ class Contact:
                 f"block of a fluid contact is {self.block!r}; give sides of faults, as in "
                 "block='F1+ F2-'."
             )
+        object.__setattr__(self, "name", name_of(self.name, "fluid contact"))
         object.__setattr__(self, "zones", tuple(dict.fromkeys(listed)))
         object.__setattr__(self, "block", "" if self.block == ELSEWHERE else self.block)

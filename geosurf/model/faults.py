@@ -242,9 +242,9 @@ class FaultNetwork:
             If there is no such row.
         """
         for number in numbers:
-            if not 0 <= number < len(self.rows):
+            if not isinstance(number, int | np.integer) or not 0 <= number < len(self.rows):
                 raise InputError(
-                    f"the network has no row {number}; rows are 0 to {len(self.rows) - 1}."
+                    f"the network has no row {number!r}; rows are 0 to {len(self.rows) - 1}."
                 )
         return FaultNetwork(tuple(r for i, r in enumerate(self.rows) if i not in numbers))
 
@@ -261,6 +261,11 @@ class FaultNetwork:
             Shares all results that still hold. Where the scene has truncations or an extension
             of a fault already, those stand and no proposal is added to them.
         """
+        if not all(hasattr(scene, key) for key in ("replace", "truncations", "extend")):
+            raise InputError(
+                f"a network applies to a Scene, not to {type(scene).__name__}; give the scene that "
+                "proposed it."
+            )
         truncations = {**self.truncations, **scene.truncations}
         return scene.replace(truncations=truncations, extend={**self.extend, **scene.extend})
 

@@ -187,8 +187,8 @@ class Patches(Noun):
             if i not in self.names:
                 raise InputError(f"no surface is called {i!r}; there are {list(self.names)}.")
             return self.names.index(i)
-        if not 0 <= i < len(self.sources):
-            raise InputError(f"there is no surface {i}; rows are 0 to {len(self.sources) - 1}.")
+        if not isinstance(i, int | np.integer) or not 0 <= i < len(self.sources):
+            raise InputError(f"there is no surface {i!r}; rows are 0 to {len(self.sources) - 1}.")
         return i
 
     def _part(self, rows: np.ndarray, name: str, role: str) -> TriSurface:

@@ -12,6 +12,7 @@ import numpy as np
 from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model.base import Noun, frozen, polydata
+from geosurf.model.expected import expect, listed, name_of
 from geosurf.model.lattice import Lattice
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -63,10 +64,12 @@ class TriSurface(Noun):
         lattice: Lattice | None = None,
         vertex_data: Mapping[str, Any] | None = None,
     ) -> None:
-        if role not in ROLES:
+        if role not in list(ROLES):
             raise SurfaceError(f"surface {name!r}: role is {role!r}, expected one of {ROLES}.")
-        self.name = str(name)
+        self.name = name = name_of(name, "surface")
         self.role = role
+        if lattice is not None:
+            expect(lattice, Lattice, f"surface {name!r} takes a Lattice", "geosurf.Lattice is one")
         self.lattice = lattice
         self.checked = False  # whether the engine knows that all triangles have an area
         if vertices is None or triangles is None:
@@ -78,7 +81,10 @@ class TriSurface(Noun):
             self.__dict__["vertices"] = _checked_vertices(name, vertices)
             self.__dict__["triangles"] = _checked_triangles(name, triangles, len(self.vertices))
         self.vertex_data: dict[str, np.ndarray] = {}
-        for key, value in (vertex_data or {}).items():
+        given = {} if vertex_data is None else vertex_data
+        how = "give a mapping of names to arrays"
+        expect(given, Mapping, f"surface {name!r} takes a mapping as vertex_data", how)
+        for key, value in given.items():
             array = np.asarray(value)
             if array.shape[:1] != (len(self.vertices),):
                 raise SurfaceError(
@@ -152,7 +158,7 @@ class TriSurface(Noun):
         """Return the same surface under another name, sharing its arrays."""
         twin = TriSurface.__new__(TriSurface)
         twin.__dict__.update(self.__dict__)
-        twin.name, twin.role = str(name), self.role if role is None else role
+        twin.name, twin.role = name_of(name, self.role), self.role if role is None else role
         return twin
 
     def to_pyvista(self) -> pyvista.PolyData:
@@ -189,7 +195,13 @@ def _checked_vertices(name: str, vertices: Any) -> np.ndarray:
 
 def _checked_triangles(name: str, triangles: Any, n_vertex: int) -> np.ndarray:
     """Int64 (n, 3), in range, or a SurfaceError."""
-    array = np.asarray(triangles)
+    try:
+        array = np.asarray(triangles)
+    except ValueError as error:
+        raise SurfaceError(
+            f"surface {name!r}: triangles are rows of several lengths, expected integers "
+            "(n_triangle, 3): rows of vertices."
+        ) from error
     if array.size == 0:
         array = array.reshape(0, 3).astype(np.int64)
     if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "iu":
@@ -232,9 +244,17 @@ class FaultSticks(Noun):
     sticks: tuple[np.ndarray, ...]
 
     def __post_init__(self) -> None:
-        if len(self.sticks) == 0:
+        object.__setattr__(self, "name", name_of(self.name, "fault"))
+        sticks = listed(self.sticks, "FaultSticks takes sticks", "give arrays (n_point, 3)")
+        if len(sticks) == 0:
             raise SurfaceError(f"fault {self.name!r} has no sticks; give at least one.")
-        arrays = tuple(frozen(stick, np.float64) for stick in self.sticks)
+        try:
+            arrays = tuple(frozen(real_numbers(stick), np.float64) for stick in sticks)
+        except (TypeError, ValueError) as error:
+            raise SurfaceError(
+                f"fault {self.name!r}: sticks are not numbers ({error}). Give arrays (n_point, 3): "
+                "easting, northing, elevation."
+            ) from error
         for i, stick in enumerate(arrays):
             if stick.ndim != 2 or stick.shape[1] != 3 or len(stick) < 2:
                 raise SurfaceError(

@@ -14,6 +14,7 @@ from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import InputError
 from geosurf.model.base import Noun, frozen, polydata
 from geosurf.model.column import Remnant
+from geosurf.model.expected import number_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
@@ -140,9 +141,9 @@ class Units(Noun, Mapping[str, Unit]):
         self.report = dict(report or {})
 
     def __getitem__(self, key: Any) -> Unit:
-        found: Unit | None = (
-            self._by_labels.get(key) if isinstance(key, tuple) else self._units.get(key)
-        )
+        labels = tuple(map(str, key)) if isinstance(key, tuple) else ()
+        name = key if isinstance(key, str) else ""  # anything else may not be hashable
+        found: Unit | None = self._by_labels.get(labels) if labels else self._units.get(name)
         if found is None:
             guess = did_you_mean(key, self._units) if isinstance(key, str) else ""
             raise KeyError(f"no unit {key!r}; there are {list(self._units)}.{guess}")
@@ -255,6 +256,7 @@ class Units(Noun, Mapping[str, Unit]):
         >>> Units([], (0, 1, 0, 1, 0, 1)).remnants(100.0)
         ()
         """
+        min_volume = number_of(min_volume, "min_volume", "give cubic metres")
         found = []
         for unit in self._units.values():
             if " #" in unit.block or unit.volume < min_volume:

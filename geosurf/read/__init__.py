@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from geosurf.conventions import did_you_mean
 from geosurf.errors import FormatError, InputError
+from geosurf.model.expected import name_of, path_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import numpy as np
@@ -139,7 +140,8 @@ def read_nodes(
             f"{path}: variable={variable!r} picks a variable of a NetCDF file, this is {key}. "
             "Leave it out."
         )
-    return read(path, name=name or path.stem, positive=positive, units=units, **extra)
+    name = name_of(path.stem if name in (None, "") else name, "horizon")
+    return read(path, name=name, positive=positive, units=units, **extra)
 
 
 def read_fault(
@@ -196,6 +198,8 @@ def read_fault(
     <FaultSticks 'F1': 1 sticks, 2 points>
     """
     path, key, read = _reader(path, FAULT_FORMATS, format, "read_fault")
+    if name is not None:
+        name = name_of(name, "fault")
     if key in ("sticks", "netcdf"):
         name = name or path.stem
     fault: TriSurface | FaultSticks | xr.Dataset = read(
@@ -346,8 +350,8 @@ def _reader(
     caller: str,
 ) -> tuple[Path, str, Any]:
     """Return the path, the name of its format, and the function that reads it."""
-    path = Path(path)
-    if format is not None and format not in formats:
+    path = path_of(path, caller)
+    if format is not None and format not in list(formats):
         raise FormatError(
             f"{caller}({path.name!r}): format={format!r} is unknown, expected one of "
             f"{', '.join(formats)}.{did_you_mean(format, formats)}"

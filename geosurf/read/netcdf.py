@@ -213,7 +213,7 @@ def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray
             grids[str(key)] = grid
     if variable is None and len(grids) == 1:
         return next(iter(grids.values()))
-    if variable in grids:
+    if variable in list(grids):
         return grids[str(variable)]
     asked = "" if variable is None else f" {variable!r} is not one of them."
     guess = "" if variable is None else did_you_mean(variable, grids)

@@ -16,6 +16,7 @@ import numpy as np
 from geosurf.kernels.remains import sides_of_edges, told_by_corners
 from geosurf.kernels.torn import named_corners
 from geosurf.model import Patches, frozen
+from geosurf.model.expected import expect
 
 
 def drop_ghosts(patches: Patches) -> Patches:
@@ -44,6 +45,7 @@ def drop_ghosts(patches: Patches) -> Patches:
     >>> drop_ghosts(rebuild_surfaces([sheet, fault])).surface("Top").bounds
     (0.0, 3.0, 0.0, 9.0, 0.0, 0.0)
     """
+    expect(patches, Patches, "drop_ghosts takes Patches", "rebuild_surfaces makes them")
     if not any("ghost" in source.vertex_data for source in patches.sources):
         return patches
     keep, _, _ = kept_parts(patches)

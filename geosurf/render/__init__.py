@@ -20,7 +20,7 @@ float32 never shows. The same picture drawn twice has the same bytes.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,10 +29,11 @@ import numpy as np
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
 from geosurf.model import Curves, TriSurface, Units, VoxelSearch
+from geosurf.model.expected import flag_of, listed
 from geosurf.render.allan import render_allan
 from geosurf.render.backend import doctor
 from geosurf.render.clip import Prism, as_modelled
-from geosurf.render.compose import draw_picture, save_png
+from geosurf.render.compose import draw_picture, png_path, save_png
 from geosurf.render.isochores import render_thickness
 from geosurf.render.layers import (
     Content,
@@ -61,6 +62,7 @@ SIZE = (1280, 800)
 # what a scene can show, and the roles of surfaces that each word stands for
 ROLES_SHOWN = {"horizons": "horizon", "faults": "fault", "walls": "wall", "surfaces": "surface"}
 SHOWABLE = (*ROLES_SHOWN, "curves", "patches", "units")
+_SHOW = f"give a list of any of {', '.join(SHOWABLE)}"
 
 
 def render_scene(
@@ -126,13 +128,16 @@ def render_scene(
     """
     view_vectors(view)
     check_size(size)
-    show = (show,) if isinstance(show, str) else tuple(show)
+    png_path(path)
+    clip = flag_of(clip, "clip")
+    show = (show,) if isinstance(show, str) else listed(show, "show takes words", _SHOW)
     for word in show:
         if word not in SHOWABLE:
             raise InputError(
                 f"a scene cannot show {word!r}; show any of {', '.join(SHOWABLE)}."
                 f"{did_you_mean(word, SHOWABLE)}"
             )
+    _refuse_what_is_no_scene(scene, show)
     roles = {ROLES_SHOWN[word] for word in show if word in ROLES_SHOWN}
     content, box = Content(), getattr(scene, "box", None)
     outline = getattr(scene, "aoi", None) if clip and box is not None else None
@@ -159,6 +164,17 @@ def render_scene(
         axes=not exploded,
         relief_of=box,
     )
+
+
+def _refuse_what_is_no_scene(scene: Any, show: Sequence[str]) -> None:
+    """A scene has what is to be shown; the surfaces of others are drawn by `render_surfaces`."""
+    for word in show:
+        wanted = "surfaces" if word in ROLES_SHOWN else word
+        if not hasattr(scene, wanted) or isinstance(scene, Mapping):
+            raise InputError(
+                f"render_scene takes a Scene, not {type(scene).__name__}, which has no {wanted}; "
+                "make one with geosurf.Scene(horizons, faults, box)."
+            )
 
 
 def _title(show: Sequence[str]) -> str:

@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.errors import InputError
+from geosurf.model.expected import listed
 from geosurf.render import furniture, palette
-from geosurf.render.compose import save_png
+from geosurf.render.compose import png_path, save_png
 from geosurf.render.layers import Entry
 from geosurf.render.views import check_size
 
@@ -81,7 +82,10 @@ def render_allan(
     ...     render_allan(*shown, f"{folder}/allan.png", size=(400, 250)).name
     'allan.png'
     """
+    path = png_path(path)
     _check(diagram, table)
+    how = "give a list of names, as Scene.juxtaposition has them"
+    zones = listed(zones, "zones are names of zones", how)
     pairs = _areas_of_pairs(table)
     seen = dict.fromkeys(zone for pair in pairs for zone in pair)
     order = [*zones, *(zone for zone in seen if zone not in zones)]
@@ -104,6 +108,15 @@ def render_allan(
 
 
 def _check(diagram: xarray.Dataset, table: xarray.Dataset) -> None:
+    for given, maker, names in (
+        (diagram, "Scene.allan", ("kind", "along_strike", "elevation", "count")),
+        (table, "Scene.juxtaposition", ("zone_minus", "zone_plus", "area")),
+    ):
+        if not hasattr(given, "attrs") or any(not hasattr(given, name) for name in names):
+            raise InputError(
+                f"render_allan takes what {maker} gives, not {type(given).__name__} without "
+                f"{', '.join(names)}."
+            )
     one, two = diagram.attrs.get("fault"), table.attrs.get("fault")
     if one != two:
         raise InputError(

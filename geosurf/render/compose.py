@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 from geosurf.errors import OutputError
+from geosurf.model.expected import path_of
 from geosurf.render import furniture
 from geosurf.render.layers import Content, show_box
 from geosurf.render.views import aim, bounds_of, check_exaggeration, check_size
@@ -47,6 +49,7 @@ def draw_picture(
     -------
     Path
     """
+    path = png_path(path)
     layout = furniture.lay_out(check_size(size))
     extent = bounds_of([layer.points for layer in content.layers])
     box = extent if box is None else box
@@ -89,6 +92,24 @@ def caption(view: str, exaggeration: float, note: str = "") -> str:
     return f"{note} {words}.".strip()
 
 
+def png_path(path: Any) -> Path:
+    """Return the path of a picture, or say why it cannot be one, before anything is drawn.
+
+    Raises
+    ------
+    InputError
+        If it is no path.
+    OutputError
+        If the name does not end in .png.
+    """
+    target = path_of(path, "a picture")
+    if target.suffix.lower() != ".png":
+        raise OutputError(
+            f"{target}: pictures are written as PNG only; let the file name end in .png."
+        )
+    return target
+
+
 def save_png(data: bytes, path: str | os.PathLike[str]) -> Path:
     """Write a picture in one go: readers see the old file or the new one, never half of it.
 
@@ -97,11 +118,7 @@ def save_png(data: bytes, path: str | os.PathLike[str]) -> Path:
     OutputError
         If the name does not end in .png, or the folder or file cannot be written.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".png":
-        raise OutputError(
-            f"{target}: pictures are written as PNG only; let the file name end in .png."
-        )
+    target = png_path(path)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         part = target.with_name(f".{target.name}.{os.getpid()}.part")

@@ -12,13 +12,15 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 from string import ascii_uppercase
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geosurf.conventions import HORIZON_DIMS
 from geosurf.errors import InputError
+from geosurf.model.expected import expect
 from geosurf.render import furniture, palette
-from geosurf.render.compose import save_png
+from geosurf.render.compose import png_path, save_png
 from geosurf.render.layers import Entry, length_text
 from geosurf.render.map import (
     colours_of,
@@ -84,23 +86,25 @@ def render_thickness(
     ...     render_thickness(found, f"{folder}/isochore.png", size=(400, 250)).name
     'isochore.png'
     """
+    path = png_path(path)
     values, x, y = _checked(thickness)
+    polygons = _checked_polygons(polygons)
     layout = furniture.lay_out(check_size(size))
     sheet = furniture.Sheet(layout)
     total = np.where(np.isfinite(values).any(axis=0), np.nansum(values, axis=0), np.nan)
     total = np.round(total, 6)  # rounding of the last bits has no contours
-    cut = _cut_by_faults(x, y, polygons or {})
+    cut = _cut_by_faults(x, y, polygons)
     whole = np.where(cut, np.nan, total) if np.isfinite(total[~cut]).any() else total
     levels = contour_levels(float(np.nanmin(whole)), float(np.nanmax(whole)), N_CONTOUR)
     extent = (*_cell_ends(x), *_cell_ends(y))
     axes, metres_per_pixel = map_axes(sheet, extent)
     _colour(axes, x - extent[0], y - extent[2], total, levels)
     _contour(sheet, axes, (x - extent[0], y - extent[2]), (whole, values), levels)
-    for rings, dashes in zip((polygons or {}).values(), DASHES, strict=False):
+    for rings, dashes in zip(polygons.values(), DASHES, strict=False):
         _outline(sheet, axes, rings, dashes, (extent[0], extent[2]), metres_per_pixel)
     kind, zone = str(thickness.attrs.get("kind", "thickness")), thickness.attrs.get("zone", "")
     letters = _letter_blocks(sheet, axes, x - extent[0], y - extent[2], values)
-    legend = _legend(thickness, values, letters, tuple(polygons or {}))
+    legend = _legend(thickness, values, letters, tuple(polygons))
     furniture.draw_legend(sheet, legend, 290.0)
     draw_colour_bar(sheet, levels, "Thickness [m]", palette.THICKNESS, 1, (260.0, 400.0))
     draw_north(sheet)
@@ -119,12 +123,20 @@ def render_thickness(
 
 def _checked(thickness: xarray.DataArray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Values (block, n, m), and eastings and northings (n, m)."""
-    if thickness.ndim != 3 or thickness.dims[0] != "block":
+    if not (hasattr(thickness, "dims") and hasattr(thickness, "values")) or not all(
+        name in getattr(thickness, "coords", ()) for name in HORIZON_DIMS
+    ):
+        raise InputError(
+            f"render_thickness takes a map with northing and easting, not "
+            f"{type(thickness).__name__}; hand over what Scene.thickness gave."
+        )
+    if len(thickness.dims) != 3 or thickness.dims[0] != "block":
         raise InputError(
             f"a thickness map has dimensions {thickness.dims}, expected block and two of the map; "
             "hand over what Scene.thickness gave."
         )
-    values = np.asarray(thickness.values, dtype=np.float64)
+    values = thickness.values if thickness.dtype.kind in "fiu" else np.empty(0)
+    values = np.asarray(values, dtype=np.float64)
     if min(values.shape[1:], default=0) < 2 or not np.isfinite(values).any():
         raise InputError(
             f"the thickness map of {thickness.attrs.get('zone', 'a zone')!r} has no value on two "
@@ -134,6 +146,18 @@ def _checked(thickness: xarray.DataArray) -> tuple[np.ndarray, np.ndarray, np.nd
     if x.ndim == 1:
         x, y = np.meshgrid(x, y)
     return values, x, y
+
+
+def _checked_polygons(polygons: Any) -> dict[str, xarray.Dataset]:
+    """Fault polygons by horizon, or an InputError."""
+    how = "hand over {name: scene.fault_polygons(name)}"
+    expect({} if polygons is None else polygons, Mapping, "polygons are a mapping", how)
+    for name, found in (polygons or {}).items():
+        if any(not hasattr(found, key) for key in ("easting", "northing", "count", "fault")):
+            raise InputError(
+                f"polygons[{name!r}] is {type(found).__name__} without fault polygons; {how}."
+            )
+    return {str(name): found for name, found in (polygons or {}).items()}
 
 
 def _cut_by_faults(x: np.ndarray, y: np.ndarray, polygons: Mapping[str, xarray.Dataset]):

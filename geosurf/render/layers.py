@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import counted
+from geosurf.conventions import counted, is_number
+from geosurf.errors import InputError
 from geosurf.model import Curves, Lattice, Patches, TriSurface, Unit, Units
 from geosurf.render import palette
 from geosurf.render.clip import Prism
@@ -353,6 +354,11 @@ def explosion(units: Units, explode: float) -> list[np.ndarray]:
     zone, the middle one stays. Units of one block move together: away from the middle
     of the model, by `explode` times the distance to the middle of the block.
     """
+    if not (is_number(explode) and explode >= 0):
+        raise InputError(
+            f"units are to be drawn {explode!r} apart; give a part of the size of the box, 0 or "
+            "more."
+        )
     west, east, south, north, bottom, top = units.box
     middle = np.array([west + east, south + north]) / 2.0
     zones = sorted({unit.zone_index for unit in units.values()})

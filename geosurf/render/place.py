@@ -7,9 +7,10 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from geosurf.conventions import is_number
+from geosurf.conventions import is_number, real_numbers
 from geosurf.errors import InputError
 from geosurf.model import TriSurface
+from geosurf.model.expected import expect, listed
 from geosurf.render import palette
 from geosurf.render.layers import Content, Entry, Layer, show_surfaces
 
@@ -44,7 +45,11 @@ def show_place(
         If the place or the reach is no place or reach.
     """
     x, y, z = _checked(place, reach)
-    surfaces = [surface for surface in surfaces if surface.n_triangle]
+    how = "give a list of TriSurface, as in scene.surfaces"
+    given = listed(surfaces, "render_place takes surfaces", how)
+    for surface in given:
+        expect(surface, TriSurface, "render_place takes surfaces", how)
+    surfaces = [surface for surface in given if surface.n_triangle]
     if reach is None:
         bounds = np.array([surface.bounds for surface in surfaces] or [(x, x, y, y, z, z)])
         sides = bounds[:, 1:4:2].max(axis=0) - bounds[:, 0:4:2].min(axis=0)
@@ -66,7 +71,10 @@ def show_place(
 
 
 def _checked(place: Sequence[float], reach: float | None) -> tuple[float, float, float]:
-    values = np.asarray(place, dtype=np.float64)
+    try:
+        values = real_numbers(place)
+    except (TypeError, ValueError):
+        values = np.empty(0)
     if values.shape != (3,) or not np.isfinite(values).all():
         raise InputError(
             f"place is {place!r}, expected three finite numbers: easting, northing, elevation [m]."

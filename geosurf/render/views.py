@@ -85,7 +85,7 @@ def view_vectors(view: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     >>> [abs(x) for x in up.round(12).tolist()]
     [0.0, 0.0, 1.0]
     """
-    if view not in VIEWS:
+    if view not in list(VIEWS):
         raise InputError(
             f"there is no view {view!r}; views are {', '.join(VIEWS)}.{did_you_mean(view, VIEWS)}"
         )

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.conventions import counted
-from geosurf.errors import OutputError
+from geosurf.errors import InputError, OutputError
 from geosurf.model import Certificate
+from geosurf.model.expected import expect, number_of, path_of
 from geosurf.report import page, tables
 
 __all__ = ["report_scene"]
@@ -90,14 +91,38 @@ def report_scene(
     ...     "<h1>An empty box</h1>" in page.read_text(encoding="utf-8")
     True
     """
-    folder = Path(folder)
+    folder = path_of(folder, "report_scene")
+    for needed in ("surfaces", "units", "curves", "patches", "box", "check"):
+        if not hasattr(scene, needed):
+            raise InputError(
+                f"report_scene takes a Scene, not {type(scene).__name__}, which has no {needed}; "
+                "make one with geosurf.Scene(horizons, faults, box)."
+            )
+    min_volume = number_of(min_volume, "min_volume", "give cubic metres")
+    if certificate is not None:
+        expect(certificate, Certificate, "certificate takes a Certificate", "scene.check() is one")
+    regions = _checked_regions(regions)
     if pictures is None:
         draw = getattr(scene, "render_pictures", None)
         pictures = draw(folder) if draw is not None else {}
-    files = {key: Path(path) for key, path in pictures.items()}
+    how = "give {caption: path of a PNG file}"
+    expect(pictures, Mapping, "pictures takes a mapping", how)
+    files = {str(key): path_of(path, f"picture {key!r}") for key, path in pictures.items()}
     certificate = certificate or scene.check()
-    html = build_page(scene, files, title, made, certificate, min_volume, regions)
+    html = build_page(scene, files, str(title), str(made or ""), certificate, min_volume, regions)
     return _write(folder / "index.html", html)
+
+
+def _checked_regions(regions: Any) -> dict[str, tuple[float, str]]:
+    """Volumes that somebody else found, and names of units, by region."""
+    how = "give {region: (volume in m3, name of a unit or '')}"
+    expect({} if regions is None else regions, Mapping, "regions takes a mapping", how)
+    found = {}
+    for key, value in (regions or {}).items():
+        if not (isinstance(value, tuple | list) and len(value) == 2):
+            raise InputError(f"regions[{key!r}] is {value!r}; {how}.")
+        found[str(key)] = number_of(value[0], f"the volume of region {key!r}"), str(value[1])
+    return found
 
 
 def build_page(
@@ -146,7 +171,7 @@ def _sections(
     balance = [tables.balance(units), *filter(None, [tables.simplified(scene)])]
     lengths = page.html_table(tables.curve_table(curves))
     clipped, remnants = units.report.get("clipped", ()), units.remnants(min_volume)
-    told = ("clipped", "without_contact")  # in sections of their own
+    told = ("clipped", "without_contact", "outside")  # in sections of their own, and by explain
     carved = {key: value for key, value in units.report.items() if key not in told}
     costs = tables.cost_table(
         ("intersect", curves.cost), ("rebuild", scene.patches.report), ("carve", carved)

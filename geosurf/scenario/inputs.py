@@ -14,6 +14,7 @@ from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import read_truncations
 from geosurf.model import Contact
 from geosurf.model.column import ELSEWHERE
+from geosurf.model.expected import path_of
 from geosurf.read import read_fault, read_horizon
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.sealed import scene_of_sealed
@@ -52,7 +53,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     ...     str(error).partition("; ")[0].removeprefix(f"{file}: ")
     "unknown key 'northing' in box"
     """
-    path = Path(path)
+    path = path_of(path, "a scenario")
     scenario: Scenario = read_table(Scenario, Place(path), _load(path), path=path)
     _check_names(scenario)
     return scenario

@@ -197,6 +197,25 @@ class ThrowInput:
         unit="m",
         default=None,
     )
+    centre_along_m: float | None = key(
+        "With `elliptic_m`: distance along the mean strike at which throw is largest, from the "
+        "fault's first end by the right-hand rule. Left out: the middle of the fault.",
+        values.number,
+        unit="m",
+        default=None,
+    )
+    centre_elevation_m: float | None = key(
+        "With `half_height_m`: elevation at which throw is largest. Left out: the middle of the "
+        "fault.",
+        values.number,
+        unit="m",
+        default=None,
+    )
+    hanging_wall: float = key(
+        "Part of the throw that the hanging wall goes down by; the footwall rises by the rest.",
+        values.share,
+        default=1.0,
+    )
     direction: str = key(
         "Whether walls move down the dip that the fault has at each place, or all across its mean "
         "strike.",

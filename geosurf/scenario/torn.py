@@ -13,6 +13,7 @@ from geosurf.scene import Scene
 from geosurf.sheets import EllipticThrow, tear_horizon, throw_horizon
 
 Told = Callable[[str, str, str], object]
+ELLIPSE = ("half_length_m", "half_height_m", "centre_along_m", "centre_elevation_m")
 
 
 def check_sheets(scenario: Scenario, place: Place) -> None:
@@ -58,8 +59,9 @@ def _check_throws(scenario: Scenario, known: Mapping[str, list[str]], place: Pla
         ways = (entry.throw_m, entry.profile_m, entry.elliptic_m)
         if sum(way is not None for way in ways) != 1:
             place.refuse(f"{label}: give one of throw_m, profile_m and elliptic_m.")
-        if entry.elliptic_m is None and (entry.half_length_m or entry.half_height_m):
-            place.refuse(f"{label}: half_length_m and half_height_m go with elliptic_m.")
+        for word in ELLIPSE if entry.elliptic_m is None else ():
+            if getattr(entry, word) is not None:
+                place.refuse(f"{label}: {word} goes with elliptic_m. Give that, or leave it out.")
         for name in entry.horizons or known["horizon"]:
             if (entry.fault, name) in given:
                 place.refuse(f"{label} are given twice for horizon {name!r}; delete one.")
@@ -119,13 +121,16 @@ def _by_throw(scene: Scene, throws: list[ThrowInput], name: str, horizon: Any) -
     for entry in throws:
         throw[entry.fault] = entry.throw_m if entry.profile_m is None else entry.profile_m
         if entry.elliptic_m is not None:
+            centre = entry.centre_along_m, entry.centre_elevation_m
             throw[entry.fault] = EllipticThrow(
-                entry.elliptic_m, entry.half_length_m, entry.half_height_m
+                entry.elliptic_m, entry.half_length_m, entry.half_height_m, centre
             )
     faults = [scene.surface(entry.fault) for entry in throws]
     reach = {entry.fault: entry.reach_m for entry in throws if entry.reach_m is not None}
     across = {entry.fault: entry.direction for entry in throws}
-    return throw_horizon(horizon, faults, throw, name=name, reach=reach, direction=across)
+    shares = {entry.fault: entry.hanging_wall for entry in throws}
+    words = {"reach": reach, "hanging_wall": shares, "direction": across}
+    return throw_horizon(horizon, faults, throw, name=name, **words)
 
 
 __all__ = ["Told", "check_sheets", "torn_horizons"]

@@ -94,6 +94,12 @@ def not_negative(_: Place, value: Any) -> float | None:
     return float(value) if is_number(value) and value >= 0 else None
 
 
+@check("a number from 0 to 1")
+def share(_: Place, value: Any) -> float | None:
+    """A part of a whole."""
+    return float(value) if is_number(value) and 0 <= value <= 1 else None
+
+
 @check("three or more corners: [[easting, northing], ...]")
 def corners(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
     """Pairs of finite numbers."""

@@ -39,6 +39,7 @@ import numpy as np
 from geosurf.conventions import is_number, rising_diagonal
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import Sheet, TriSurface
+from geosurf.model.expected import flag_of
 from geosurf.sheets.build import Builder, carry_picks
 from geosurf.sheets.data import Picks
 from geosurf.sheets.describe import fault_cuts, make_report
@@ -130,10 +131,11 @@ def tear_horizon(
         raise InputError(f"trim is {trim!r}, expected cells above 0; 2 is a good start.")
     if noise is not None and not (is_number(noise) and noise >= 0):
         raise InputError(f"noise is {noise!r}, expected metres, 0 or more.")
+    carry = flag_of(carry, "carry")
     surfaces = fault_surfaces(faults)
     picks = picks_or_points(data, name, positive, units, spacing)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    settings = Settings(float(trim), max(3.0, float(trim)), carry=bool(carry))
+    settings = Settings(float(trim), max(3.0, float(trim)), carry=carry)
     rebuild = rebuild_of(picks, meshes, settings)
     sigma, signal = rebuild.noise()
     sigma = sigma if noise is None else float(noise)

@@ -40,7 +40,7 @@ def throw_horizon(
     *,
     name: str | None = None,
     reach: float | Mapping[str, float] | None = None,
-    hanging_wall: float = 1.0,
+    hanging_wall: float | Mapping[str, float] = 1.0,
     direction: str | Mapping[str, str] = "local",
     positive: str | None = None,
     units: str | None = None,
@@ -68,8 +68,9 @@ def throw_horizon(
     reach : float or mapping of str to float, optional
         Distance across strike over which the movement dies away from the fault [m], as its
         square: reverse drag. Default: never.
-    hanging_wall : float
-        Part of the throw that the hanging wall takes, 0 to 1; the footwall rises by the rest.
+    hanging_wall : float or mapping of str to float
+        Part of the throw that the hanging wall takes, 0 to 1; the footwall rises by the rest. By
+        fault, those that are not named have 1.
     direction : {"local", "mean"} or mapping of str to these
         Whether walls move down the dip that a fault has at each place, or all across its mean
         strike, as a block does that slides along the grooves of a corrugated fault; by fault, those
@@ -116,7 +117,7 @@ def throw_horizon(
             "Give it as it was before faulting, or use tear_horizon."
         )
     frame = picks.frame
-    _check_names(throw, reach, direction, [surface.name for surface in surfaces])
+    _check_names(throw, reach, hanging_wall, direction, [surface.name for surface in surfaces])
     sections = {
         s.name: section_of(s, frame.corner, 0.5 * frame.cell) for s in surfaces if s.name in throw
     }
@@ -129,8 +130,10 @@ def throw_horizon(
     return _sheet(thrown)
 
 
-def _check_names(throw: Any, reach: Any, direction: Any, known: list[str]) -> None:
-    """Throw is given for faults that there are; reach and direction for some of these."""
+def _check_names(
+    throw: Any, reach: Any, hanging_wall: Any, direction: Any, known: list[str]
+) -> None:
+    """Throw is given for faults that there are; the other words for some of these."""
     if not isinstance(throw, Mapping):
         raise InputError(
             f"throw is a {type(throw).__name__}; give a mapping {{fault: throw}}, as in "
@@ -142,7 +145,8 @@ def _check_names(throw: Any, reach: Any, direction: Any, known: list[str]) -> No
                 f"throw is given for {key!r}, which is no fault; there are "
                 f"{', '.join(map(repr, known))}.{did_you_mean(str(key), known)}"
             )
-    for word, given in (("reach", reach), ("direction", direction)):
+    options = {"reach": reach, "hanging_wall": hanging_wall, "direction": direction}
+    for word, given in options.items():
         for key in given if isinstance(given, Mapping) else ():
             if key not in throw:
                 raise InputError(
@@ -150,7 +154,7 @@ def _check_names(throw: Any, reach: Any, direction: Any, known: list[str]) -> No
                     f"{', '.join(map(repr, throw))}.{did_you_mean(str(key), throw)}"
                 )
     for one in direction.values() if isinstance(direction, Mapping) else (direction,):
-        if one not in DIRECTIONS:
+        if one not in list(DIRECTIONS):
             raise InputError(f"direction is {one!r}, expected one of {DIRECTIONS}.")
 
 

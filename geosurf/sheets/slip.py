@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import is_number, metres_per_unit
+from geosurf.conventions import HORIZON_DIMS, is_number, metres_per_unit, real_numbers
 from geosurf.errors import InputError
 from geosurf.sheets.diplines import STEPS, DipLines
 from geosurf.sheets.section import Section
@@ -69,8 +69,22 @@ class EllipticThrow:
                 raise InputError(
                     f"{key} of an elliptic throw is {value!r}, expected metres above 0."
                 )
+        self._check_centre()
         if not is_number(self.largest):
             raise InputError(f"largest of an elliptic throw is {self.largest!r}, expected metres.")
+
+    def _check_centre(self) -> None:
+        """Distance along strike and elevation; either may be left to the fault."""
+        try:
+            centre = tuple(self.centre)
+        except TypeError:
+            centre = ()
+        if len(centre) != 2 or not all(one is None or is_number(one) for one in centre):
+            raise InputError(
+                f"centre of an elliptic throw is {self.centre!r}; give distance along strike and "
+                "elevation [m], None for the middle of the fault."
+            )
+        object.__setattr__(self, "centre", centre)
 
     def at(self, s: np.ndarray, z: np.ndarray, section: Section | None = None) -> np.ndarray:
         """Throw [m] at distances along strike and elevations; sizes left out are a fault's."""
@@ -185,7 +199,7 @@ def amount_of(given: Any, section: Section, corner: np.ndarray) -> Amount:
             return _of_map(given, corner, what)
         return _of_profile(*_profile_of(given, what), what)
     try:  # numpy would read a number from text
-        values = np.asarray(None if isinstance(given, str) else given, dtype=np.float64)
+        values = real_numbers(None if isinstance(given, str | bytes) else given)
     except (TypeError, ValueError):
         values = np.empty((0, 0, 0))
     if values.ndim == 0 and np.isfinite(values) and not isinstance(given, bool):
@@ -229,8 +243,20 @@ def _profile_of(given: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
             f"and easting, or a profile with coordinate {name!r}."
         )
     along = given[name] if name in given.coords else given[given.dims[0]]
-    scale = [metres_per_unit(part.attrs.get("units", "m"), what) for part in (along, given)]
-    return along.values * scale[0], given.values * scale[1]
+    found = [_metres_of(part, what) for part in (along, given)]
+    return found[0], found[1]
+
+
+def _metres_of(part: Any, what: str) -> np.ndarray:
+    """Values of a DataArray [m]."""
+    factor = metres_per_unit(part.attrs.get("units", "m"), what)
+    try:
+        return real_numbers(part.values) * factor
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"{what}: {part.name or 'values'} have dtype {part.dtype}, expected metres. Convert "
+            "them to float."
+        ) from error
 
 
 def _of_profile(s: np.ndarray, throw: np.ndarray, what: str) -> Amount:
@@ -248,14 +274,25 @@ def _of_profile(s: np.ndarray, throw: np.ndarray, what: str) -> Amount:
 
 def _of_map(given: Any, corner: np.ndarray, what: str) -> Amount:
     """Bilinear on a map, by the place in the map; constant beyond its rim."""
-    grid = given.transpose("northing", "easting").sortby(["northing", "easting"])
-    values = grid.values * metres_per_unit(grid.attrs.get("units", "m"), what)
+    if given.ndim != 2 or any(key not in given.coords for key in HORIZON_DIMS):
+        raise InputError(
+            f"{what} has dimensions {tuple(map(str, given.dims))} and coordinates "
+            f"{sorted(map(str, given.coords))}; a map has northing and easting [m] as both."
+        )
+    grid = given.transpose(*HORIZON_DIMS).sortby(list(HORIZON_DIMS))
+    values = _metres_of(grid, what)
     if min(values.shape) < 2 or not np.isfinite(values).all():
         raise InputError(
             f"{what}: a map needs 2 x 2 finite values or more, this is {values.shape[0]} x "
             f"{values.shape[1]}. Fill it with 0 where there is no throw."
         )
-    axes = [grid[key].values - corner[k] for key, k in (("easting", 0), ("northing", 1))]
+    axes = [_metres_of(grid[key], what) - corner[k] for k, key in enumerate(HORIZON_DIMS[::-1])]
+    for key, axis in zip(HORIZON_DIMS[::-1], axes, strict=True):
+        if not (np.diff(axis) > 0).all():
+            raise InputError(
+                f"{what}: {key} of the map repeats, or is not finite. Keep one row of each with "
+                f"da.drop_duplicates({key!r})."
+            )
 
     def amount(s: np.ndarray, z: np.ndarray, xy: np.ndarray) -> np.ndarray:
         """Throw [m] at places in the map (n, 2)."""
@@ -278,19 +315,20 @@ def slips_of(
     sections: Mapping[str, Section],
     corner: np.ndarray,
     reach: Any,
-    share: float,
+    hanging_wall: Any,
 ) -> list[Slip]:
     """Movements in the order of `throw`, which is from the youngest to the oldest."""
-    if not (is_number(share) and 0.0 <= share <= 1.0):
-        raise InputError(
-            f"hanging_wall is {share!r}, expected the part of the throw that the hanging wall "
-            "takes, 0 to 1."
-        )
     found = []
     for name, given in throw.items():
         far = reach.get(name) if isinstance(reach, Mapping) else reach
         if far is not None and not (is_number(far) and far > 0):
             raise InputError(f"reach of {name!r} is {far!r}, expected metres above 0, or None.")
+        share = hanging_wall.get(name, 1.0) if isinstance(hanging_wall, Mapping) else hanging_wall
+        if not (is_number(share) and 0.0 <= share <= 1.0):
+            raise InputError(
+                f"hanging_wall is {share!r}, expected the part of the throw that the hanging wall "
+                "takes, 0 to 1."
+            )
         section = sections[name]
         amount = amount_of(given, section, corner)
         found.append(Slip(section, amount, np.inf if far is None else float(far), float(share)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.errors import InputError
-from geosurf.synthetic.world import Box, Offset, World, make_fault, make_horizon, shifted
+from geosurf.synthetic.world import Box, Offset, World, checked, make_fault, make_horizon, shifted
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 _ORIGIN = (0.0, 0.0, 0.0)
 
 
+@checked
 def dome_and_flat_fault(
     n: int = 33,
     *,
@@ -82,6 +83,7 @@ def dome_and_flat_fault(
     return World("dome_and_flat_fault", horizons, faults, shifted(box, offset), truth, formula)
 
 
+@checked
 def egg_box(
     n: int = 97,
     *,

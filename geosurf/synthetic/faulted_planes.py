@@ -24,7 +24,7 @@ from geosurf.synthetic.planar import (
     _through,
 )
 from geosurf.synthetic.polyhedra import Plane, Polyhedron, box_polyhedron, clip, section, volume
-from geosurf.synthetic.world import Offset, World, make_horizon, shifted, zone_names
+from geosurf.synthetic.world import Offset, World, checked, make_horizon, shifted, zone_names
 
 _BOX = (0.0, 2000.0, 0.0, 1600.0, -2400.0, -1600.0)
 _LEVELS = (("Top", -1930.0), ("Middle", -1990.0), ("Base", -2090.0))
@@ -48,6 +48,7 @@ _KINDS: dict[str, dict[str, tuple]] = {
 }
 
 
+@checked
 def faulted(
     kind: str = "graben",
     n: int = 33,
@@ -90,7 +91,7 @@ def faulted(
     >>> sum(volume > 0 for volume in world.truth["volumes"].values())
     12
     """
-    if kind not in _KINDS:
+    if kind not in list(_KINDS):
         raise InputError(f"no faulted world is called {kind!r}.{did_you_mean(kind, _KINDS)}")
     if not 0.0 <= tilt <= 3.0:
         raise InputError(f"tilt is {tilt} degrees, expected 0 to 3, so that zones stay in the box.")

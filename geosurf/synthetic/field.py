@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.errors import InputError
-from geosurf.synthetic.world import Offset, World, make_fault, make_horizon, shifted
+from geosurf.synthetic.world import Offset, World, checked, make_fault, make_horizon, shifted
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -84,6 +84,7 @@ _FAULTS: dict[str, _SmallFault | _MainFault] = {
 }
 
 
+@checked
 def faulted_reservoir(
     n: int = 121, *, throw: float = _MOST, smear: int = 1, offset: Offset = (0.0, 0.0, 0.0)
 ) -> World:

@@ -9,7 +9,7 @@ import numpy as np
 
 from geosurf.errors import InputError
 from geosurf.synthetic.rough import hashed_noise
-from geosurf.synthetic.world import Offset, World, make_fault, make_horizon, shifted
+from geosurf.synthetic.world import Offset, World, checked, make_fault, make_horizon, shifted
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -21,6 +21,7 @@ _SPACING = 370.0  # between faults [m]
 _TURN = 2.0 * math.pi
 
 
+@checked
 def hills(
     n: int = 41,
     *,

@@ -8,11 +8,12 @@ from collections.abc import Callable
 import numpy as np
 
 from geosurf.errors import InputError
-from geosurf.synthetic.world import Offset, World, make_fault, make_horizon, shifted
+from geosurf.synthetic.world import Offset, World, checked, make_fault, make_horizon, shifted
 
 _ORIGIN = (0.0, 0.0, 0.0)
 
 
+@checked
 def listric(
     n: int = 33,
     *,

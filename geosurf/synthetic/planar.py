@@ -19,6 +19,7 @@ from geosurf.synthetic.world import (
     Box,
     Offset,
     World,
+    checked,
     make_fault,
     make_horizon,
     shifted,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 _ORIGIN = (0.0, 0.0, 0.0)
 
 
+@checked
 def tilted_planes(
     n: int = 33,
     *,
@@ -80,6 +82,7 @@ def tilted_planes(
     return _planar_world("tilted_planes", box, horizons, faults, n, offset)
 
 
+@checked
 def graben(
     n: int = 33,
     *,

@@ -8,11 +8,12 @@ import numpy as np
 
 from geosurf.errors import InputError
 from geosurf.synthetic.planar import tilted_planes
-from geosurf.synthetic.world import Offset, World
+from geosurf.synthetic.world import Offset, World, checked
 
 _ORIGIN = (0.0, 0.0, 0.0)
 
 
+@checked
 def noisy(n: int = 33, *, amplitude: float = 5.0, seed: int = 0, offset: Offset = _ORIGIN) -> World:
     """`tilted_planes` with noise on every node of the horizons.
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError
-from geosurf.synthetic.world import Offset, World, make_fault, make_horizon, shifted
+from geosurf.synthetic.world import Offset, World, checked, make_fault, make_horizon, shifted
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -169,6 +169,7 @@ def _worlds(side: float) -> dict[str, dict[str, Fault]]:
     }
 
 
+@checked
 def torn(
     kind: str | Mapping[str, Fault] = "normal",
     n: int = 81,

@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 
-from geosurf.synthetic.world import Offset, World, make_fault, make_horizon, shifted
+from geosurf.synthetic.world import Offset, World, checked, make_fault, make_horizon, shifted
 
 _BOX = (0.0, 4000.0, 0.0, 3000.0, -2800.0, -1000.0)
 _RADIUS, _AXIS = 2500.0, -800.0  # of the fault in section, and the elevation of its centre
 _TURN = 2.0 * math.pi
 
 
+@checked
 def waves(n: int = 33, *, offset: Offset = (0.0, 0.0, 0.0)) -> World:
     """A wavy horizon and a listric fault with a wavy strike, both smooth.
 

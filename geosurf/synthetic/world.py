@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import wraps
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
 
-from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS
+from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, is_number
 from geosurf.errors import InputError
+from geosurf.model.expected import listed, number_of
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -61,6 +64,49 @@ class World:
             f"<World {self.name!r}: horizons {list(self.horizons)}, faults {list(self.faults)}, "
             f"known: {', '.join(self.truth) or 'nothing'}>"
         )
+
+
+P = ParamSpec("P")
+
+
+def checked(make: Callable[P, World]) -> Callable[P, World]:
+    """
+    Let a world refuse arguments that are of another kind than their defaults.
+
+    Whole numbers, numbers and tuples of numbers are told apart; other arguments are left to it.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> gs.synthetic.waves(n=2.5)
+    Traceback (most recent call last):
+    geosurf.errors.InputError: n of the world 'waves' is 2.5; give a whole number.
+    """
+    signature = inspect.signature(make)
+
+    @wraps(make)
+    def world(*args: P.args, **kwargs: P.kwargs) -> World:
+        """Check what is given, then make it."""
+        for key, value in signature.bind(*args, **kwargs).arguments.items():
+            default = signature.parameters[key].default
+            what = f"{key} of the world {make.__name__!r}"
+            if type(default) is int:
+                if isinstance(value, bool) or not isinstance(value, int | np.integer):
+                    raise InputError(f"{what} is {value!r}; give a whole number.")
+            elif isinstance(default, float):
+                number_of(value, what)
+            elif isinstance(default, tuple):
+                takes = f"{what} takes {len(default)} numbers"
+                parts = listed(value, takes, "give a tuple")
+                if len(parts) != len(default) or not all(map(is_number, parts)):
+                    raise InputError(f"{takes}, not {value!r}; give a tuple of finite ones.")
+        return make(*args, **kwargs)
+
+    return world
 
 
 def make_horizon(

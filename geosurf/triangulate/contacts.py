@@ -12,6 +12,7 @@ from geosurf.conventions import is_number
 from geosurf.errors import InputError
 from geosurf.model import Contact, TriSurface
 from geosurf.model.column import ELSEWHERE
+from geosurf.model.expected import box_of_sides
 from geosurf.triangulate.horizon import triangulate_horizon
 
 _HOW = (
@@ -65,6 +66,7 @@ def build_contacts(
             '{"OWC": -1705.0}.'
         )
     surfaces, found = [], []
+    box = box_of_sides(box).tolist()
     for name, value in contacts.items():
         entries = _entries(str(name), value)
         if not entries:
@@ -123,7 +125,7 @@ def _surface(name: str, value: Any, box: Sequence[float]) -> TriSurface:
         raise InputError(f"fluid contact {name!r} is a {type(value).__name__}. {_HOW}")
     if not is_number(value):
         raise InputError(f"the elevation of fluid contact {name!r} is {value}; give a number [m].")
-    west, east, south, north, bottom, top = (float(side) for side in box)
+    west, east, south, north, bottom, top = box
     if not bottom < value < top:
         raise InputError(
             f"fluid contact {name!r} is at elevation {float(value):g} m, outside the model box "

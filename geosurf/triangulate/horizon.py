@@ -17,6 +17,7 @@ from geosurf.conventions import (
 )
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import Lattice, TriSurface
+from geosurf.model.expected import name_of
 from geosurf.triangulate.coarsen import coarsen_lattice
 from geosurf.triangulate.degenerate import map_turns
 
@@ -104,6 +105,8 @@ def triangulate_horizon(
     >>> coarse.n_triangle, bool(coarse.vertex_data["vertical_error"].max() <= 0.5)
     (1024, True)
     """
+    if name is not None:
+        name = name_of(name, "horizon")
     title = str(name or getattr(da, "name", None) or "horizon")
     what = f"horizon {title!r}"
     if not (is_number(tolerance) and tolerance >= 0):

@@ -16,6 +16,7 @@ import numpy as np
 from geosurf.conventions import place, real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model import TriSurface
+from geosurf.model.expected import listed, name_of
 from geosurf.triangulate.degenerate import find_zero_area, refuse_zero_area
 from geosurf.triangulate.orient import orient_fault, refuse_far
 
@@ -64,6 +65,8 @@ def triangulate_sticks(sticks: Sequence[Any], *, name: str) -> TriSurface:
     >>> fault.n_vertex, fault.n_triangle
     (7, 6)
     """
+    name = name_of(name, "fault")
+    sticks = listed(sticks, "triangulate_sticks takes sticks", "give arrays (n_point, 3)")
     lines = [_checked(stick, i, name) for i, stick in enumerate(sticks)]
     if len(lines) < 2:
         raise SurfaceError(

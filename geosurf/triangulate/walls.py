@@ -7,14 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import real_numbers
 from geosurf.errors import InputError
-from geosurf.kernels.predicates import MAX_COORDINATE
 from geosurf.model import TriSurface
+from geosurf.model.expected import SIDES, box_of_sides
 from geosurf.triangulate.outline import check_outline, triangulate_ring
-
-_SIDES = ("west", "east", "south", "north", "bottom", "top")
-_BOX = "(west, east, south, north, bottom, top)"
 
 # corner i of the box is east, north, top where bit 0, 1, 2 of i is set; each row is
 # one side, seen from outside counter-clockwise
@@ -63,13 +59,13 @@ def build_walls(box: Sequence[float], aoi: Any = None) -> list[TriSurface]:
     >>> [wall.n_triangle for wall in build_walls((0, 4000, 0, 3000, -2500, -1500), corner)]
     [12, 4, 4]
     """
-    limits = _checked_box(box).reshape(3, 2)
+    limits = box_of_sides(box).reshape(3, 2)
     if aoi is not None:
         return _fence(check_outline(aoi), limits)
     corners = np.array([[limits[axis, (i >> axis) & 1] for axis in range(3)] for i in range(8)])
     halves = [[0, 1, 2], [0, 2, 3]]
     return [
-        TriSurface(side, "wall", corners[list(_CORNERS[side])], np.array(halves)) for side in _SIDES
+        TriSurface(side, "wall", corners[list(_CORNERS[side])], np.array(halves)) for side in SIDES
     ]
 
 
@@ -94,31 +90,3 @@ def _fence(ring: np.ndarray, limits: np.ndarray) -> list[TriSurface]:
         TriSurface("bottom", "wall", low, faces[:, ::-1]),
         TriSurface("top", "wall", high, faces),
     ]
-
-
-def _checked_box(box: Sequence[float]) -> np.ndarray:
-    """Float64 (6,), finite and in order, or an InputError."""
-    try:
-        limits = real_numbers(box)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"box: {box!r} is not six numbers. Give {_BOX} in metres.") from error
-    if limits.shape != (6,):
-        raise InputError(
-            f"box: found shape {limits.shape}, expected six numbers. Give {_BOX} in metres."
-        )
-    for side, value in zip(_SIDES, limits.tolist(), strict=True):
-        if not np.isfinite(value):
-            raise InputError(f"box: {side} is {value}. Give six finite numbers {_BOX} in metres.")
-        if abs(value) > MAX_COORDINATE:
-            raise InputError(
-                f"box: {side} is {value:g}, and at most {MAX_COORDINATE:g} m can be used. Give the "
-                f"box that the model fills, {_BOX} in metres."
-            )
-    for low, high in ((0, 1), (2, 3), (4, 5)):
-        if not limits[low] < limits[high]:
-            hint = " Elevation is positive up: depths are negative." if low == 4 else ""
-            raise InputError(
-                f"box: {_SIDES[low]} ({limits[low]:g}) is not less than {_SIDES[high]} "
-                f"({limits[high]:g}). The order is {_BOX}.{hint}"
-            )
-    return limits

@@ -10,13 +10,13 @@ import sys
 from collections.abc import Callable
 from importlib import import_module
 from os import PathLike
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from geosurf.conventions import did_you_mean
 from geosurf.errors import OutputError
 from geosurf.model import Curves, FaultSticks, Patches, TriSurface, Unit, Units
+from geosurf.model.expected import name_of, path_of
 from geosurf.write._files import Written, commit
 
 __all__ = ["Written", "write"]
@@ -114,7 +114,9 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
     >>> write(ramp, folder / "F1.stl").notes[0]
     'The file does not hold names.'
     """
-    path = Path(path)
+    path = path_of(path, "write")
+    if name is not None:
+        name = name_of(name, "thing to write")
     kind = _kind(obj)
     if kind is None:
         raise OutputError(

@@ -1,0 +1,201 @@
+"""What people hand over instead of what is asked for: refused by one sentence each.
+
+Front doors look at what they are given before anything is computed; names in place of surfaces,
+words in place of numbers and folders in place of files are told here, in the same words.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import is_number, real_numbers
+from geosurf.errors import InputError
+
+SIDES = ("west", "east", "south", "north", "bottom", "top")
+ORDER = f"({', '.join(SIDES)})"
+
+
+def expect(value: Any, kind: type | tuple[type, ...], takes: str, how: str) -> None:
+    """
+    Refuse what is of another kind than is taken.
+
+    Parameters
+    ----------
+    value : object
+    kind : type or tuple of type
+    takes : str
+        Who takes what: ``"carve_units takes Patches"``.
+    how : str
+        Where such a thing comes from, or what to do.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> expect("Top", dict, "a scene takes a mapping", "give {name: ...}")
+    Traceback (most recent call last):
+    geosurf.errors.InputError: a scene takes a mapping, not str; give {name: ...}.
+    """
+    if not isinstance(value, kind):
+        raise InputError(f"{takes}, not {type(value).__name__}; {how}.")
+
+
+def path_of(path: Any, what: str) -> Path:
+    """
+    Return a path, or say that something else stands in its place.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> path_of("out/view.png", "render_scene").suffix
+    '.png'
+    >>> path_of(5, "render_scene")
+    Traceback (most recent call last):
+    geosurf.errors.InputError: render_scene: the path is 5; give text or a pathlib.Path.
+    """
+    if isinstance(path, str | os.PathLike):
+        text = os.fspath(path)
+        if isinstance(text, str) and text and "\0" not in text:
+            return Path(text)
+    raise InputError(f"{what}: the path is {path!r}; give text or a pathlib.Path.")
+
+
+def name_of(name: Any, what: str) -> str:
+    """
+    Return a name as text, or say that it is none. Whole numbers are names, too.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> name_of(7, "horizon")
+    '7'
+    >>> name_of(["F1"], "fault")
+    Traceback (most recent call last):
+    geosurf.errors.InputError: the name of a fault is ['F1']; give text.
+    """
+    if isinstance(name, str | int | np.integer) and not isinstance(name, bool):
+        return str(name)
+    raise InputError(f"the name of a {what} is {name!r}; give text.")
+
+
+def number_of(value: Any, what: str, hint: str = "give one finite number") -> float:
+    """
+    Return one finite number, or say that it is none.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> number_of("25", "reach", "give metres")
+    Traceback (most recent call last):
+    geosurf.errors.InputError: reach is '25'; give metres.
+    """
+    if not is_number(value):
+        raise InputError(f"{what} is {value!r}; {hint}.")
+    return float(value)
+
+
+def flag_of(value: Any, what: str) -> bool:
+    """
+    Return whether something is to be done, or say that this is no yes or no.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> flag_of("no", "carry")
+    Traceback (most recent call last):
+    geosurf.errors.InputError: carry is 'no'; give True or False.
+    """
+    if isinstance(value, bool | np.bool_) or (type(value) is int and value in (0, 1)):
+        return bool(value)
+    raise InputError(f"{what} is {value!r}; give True or False.")
+
+
+def box_of_sides(box: Any) -> np.ndarray:
+    """
+    Return a model box as an array, or say what is wrong with it.
+
+    Parameters
+    ----------
+    box : (west, east, south, north, bottom, top)
+        World coordinates [m], elevation positive up.
+
+    Returns
+    -------
+    ndarray of float64, shape (6,)
+
+    Raises
+    ------
+    InputError
+        If these are not six finite numbers, or a low side is not below its high side.
+
+    Examples
+    --------
+    >>> box_of_sides((0, 9, 0, 9, -100, -200))
+    Traceback (most recent call last):
+    geosurf.errors.InputError: box: bottom (-100) is not less than top (-200). The order is (west, east, south, north, bottom, top). Elevation is positive up: depths are negative.
+    """  # noqa: E501 - a message
+    from geosurf.kernels.predicates import MAX_COORDINATE  # not for all who import the nouns
+
+    try:
+        limits = real_numbers(box)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"box: {box!r} is not six numbers. Give {ORDER} in metres.") from error
+    if limits.shape != (6,):
+        raise InputError(
+            f"box: found shape {limits.shape}, expected six numbers. Give {ORDER} in metres."
+        )
+    for side, value in zip(SIDES, limits.tolist(), strict=True):
+        if not np.isfinite(value):
+            raise InputError(f"box: {side} is {value}. Give six finite numbers {ORDER} in metres.")
+        if abs(value) > MAX_COORDINATE:
+            raise InputError(
+                f"box: {side} is {value:g}, and at most {MAX_COORDINATE:g} m can be used. Give the "
+                f"box that the model fills, {ORDER} in metres."
+            )
+    for low, high in ((0, 1), (2, 3), (4, 5)):
+        if not limits[low] < limits[high]:
+            hint = " Elevation is positive up: depths are negative." if low == 4 else ""
+            raise InputError(
+                f"box: {SIDES[low]} ({limits[low]:g}) is not less than {SIDES[high]} "
+                f"({limits[high]:g}). The order is {ORDER}.{hint}"
+            )
+    return limits
+
+
+def listed(values: Any, takes: str, how: str) -> Sequence[Any]:
+    """
+    Return values as a tuple, or refuse what cannot be gone through.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> listed(5, "intersect_surfaces takes surfaces", "give a list")
+    Traceback (most recent call last):
+    geosurf.errors.InputError: intersect_surfaces takes surfaces, not int; give a list.
+    """
+    try:
+        return tuple(values)
+    except TypeError as error:
+        raise InputError(f"{takes}, not {type(values).__name__}; {how}.") from error

@@ -1,0 +1,313 @@
+"""Wrong things for what builds a model: grids, faults, sheets, scenes and the nouns.
+
+What is called: (with what, wrong things); `g` is the model of test_spoken.py.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+import geosurf as gs
+from tests.spoken import wrong
+
+TRIANGLE = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
+FLAGS = ["abc", 5, np.nan, None, [], np.array([1, 2])]
+
+
+def throw(g, **words):
+    return gs.throw_horizon(g.grid, g.faults, {"F1": 20.0}, **words)
+
+
+def no_mappings(values):
+    return [value for value in values if not isinstance(value, dict)]
+
+
+def model(g, **words):
+    return gs.Scene(g.world.horizons, g.world.faults, g.box, **words).units
+
+
+BUILDING = {
+    "triangulate_horizon": (
+        lambda g, v: gs.triangulate_horizon(v), lambda g: wrong.horizons(g.top),
+    ),
+    "triangulate_horizon.name": (
+        lambda g, v: gs.triangulate_horizon(g.top, name=v),
+        lambda g: [["F1"], ("F1",), object(), 1.5, {"a": 1}],
+    ),
+    "triangulate_horizon.units": (
+        lambda g, v: gs.triangulate_horizon(g.top, units=v), lambda g: wrong.words(),
+    ),
+    "triangulate_horizon.positive": (
+        lambda g, v: gs.triangulate_horizon(g.top, positive=v), lambda g: wrong.words(),
+    ),
+    "triangulate_horizon.tolerance": (
+        lambda g, v: gs.triangulate_horizon(g.top, tolerance=v), lambda g: wrong.lengths(),
+    ),
+    "triangulate_fault": (
+        lambda g, v: gs.triangulate_fault(v, name="F"), lambda g: wrong.faults(g.fault),
+    ),
+    "triangulate_sticks": (
+        lambda g, v: gs.triangulate_sticks(v, name="F"), lambda g: wrong.arrays(),
+    ),
+    "build_walls": (lambda g, v: gs.build_walls(v), lambda g: [*wrong.boxes(), None]),
+    "build_walls.aoi": (
+        lambda g, v: gs.build_walls(g.box, v),
+        lambda g: [v for v in wrong.arrays() if v is not None]
+        + [np.zeros((5, 2)), [[0, 0], [1, 1], [0, 1], [1, 0]], [[0, 0], [1e9, 0], [0, 1e9]]],
+    ),
+    "build_contacts": (
+        lambda g, v: gs.build_contacts(v, g.box),
+        lambda g: [*wrong.mappings()[:4], None, *({"OWC": v} for v in wrong.numbers()),
+                   {"OWC": {"F1+": None}}, {"OWC": g.top.T}, {"OWC": [-2100.0, -2100.0]}],
+    ),
+    "build_contacts.box": (
+        lambda g, v: gs.build_contacts({"OWC": -2100.0}, v), lambda g: [*wrong.boxes(), None],
+    ),
+    "Contact.zones": (
+        lambda g, v: gs.Contact(-1.0, v), lambda g: [5, None, [5], {}, [None], object()],
+    ),
+    "Contact.block": (
+        lambda g, v: gs.Contact(-1.0, block=v), lambda g: [5, None, [5], {}, object()],
+    ),
+    "Contact.name": (lambda g, v: gs.Contact(-1.0, name=v), lambda g: [None, [5], {}, object()]),
+    "extend_fault": (lambda g, v: gs.extend_fault(v, g.box), lambda g: wrong.things(g.scene)),
+    "extend_fault.box": (
+        lambda g, v: gs.extend_fault(g.f1, v), lambda g: [*wrong.boxes(), None],
+    ),
+    "extend_fault.sides": (
+        lambda g, v: gs.extend_fault(g.f1, g.box, sides=v),
+        lambda g: [5, None, True, "abc", ["abc"], [5], [None], object()],
+    ),
+    "truncate_faults": (
+        lambda g, v: gs.truncate_faults(v, {"F1": ("F2", "footwall")}),
+        lambda g: wrong.things(g.scene),
+    ),
+    "truncate_faults.truncations": (
+        lambda g, v: gs.truncate_faults(g.patches, v),
+        lambda g: [5, "abc", {"F1": 5}, {"F1": ("F9", "footwall")}, {"F1": ("F1", "footwall")},
+                   {"F1": (None, None)}, {"Top": ("F1", "footwall")}, {5: ("F1", "footwall")}],
+    ),
+    "truncate_faults.whole": (
+        lambda g, v: gs.truncate_faults(g.patches, {}, whole=v),
+        lambda g: [v for v in wrong.things(g.scene) if v is not None],
+    ),
+    "propose_network": (lambda g, v: gs.propose_network(v), lambda g: wrong.things(g.scene)),
+    "propose_network.box": (
+        lambda g, v: gs.propose_network(g.patches, v), lambda g: wrong.boxes(),
+    ),
+    "propose_network.reach": (
+        lambda g, v: gs.propose_network(g.patches, reach=v), lambda g: [*wrong.lengths(), 0],
+    ),
+    "tear_horizon": (
+        lambda g, v: gs.tear_horizon(v, g.faults), lambda g: wrong.horizons(g.grid),
+    ),
+    "tear_horizon.faults": (
+        lambda g, v: gs.tear_horizon(g.grid, v),
+        lambda g: ["abc", 5, None, object(), [None], ["F1"], {"F1": "no.vtp"}, {"F1": None},
+                   *({"F1": v} for v in wrong.faults(g.fault)[2:9])],
+    ),
+    "tear_horizon.trim": (
+        lambda g, v: gs.tear_horizon(g.grid, g.faults, trim=v), lambda g: wrong.lengths(),
+    ),
+    "tear_horizon.noise": (
+        lambda g, v: gs.tear_horizon(g.grid, g.faults, noise=v), lambda g: wrong.lengths(),
+    ),
+    "tear_horizon.spacing": (
+        lambda g, v: gs.tear_horizon(g.grid, g.faults, spacing=v), lambda g: wrong.lengths(),
+    ),
+    "tear_horizon.carry": (
+        lambda g, v: gs.tear_horizon(g.grid, g.faults, carry=v), lambda g: FLAGS,
+    ),
+    "propose_trim": (
+        lambda g, v: gs.propose_trim(v, g.faults), lambda g: wrong.horizons(g.grid),
+    ),
+    "throw_horizon": (
+        lambda g, v: gs.throw_horizon(v, g.faults, {"F1": 20.0}),
+        lambda g: wrong.horizons(g.grid),
+    ),
+    "throw_horizon.throw": (
+        lambda g, v: gs.throw_horizon(g.grid, g.faults, v),
+        lambda g: ["abc", 5, None, [("F1", 5.0)], {"F9": 5.0}, {5: 5.0},
+                   *({"F1": v} for v in wrong.throws())],
+    ),
+    "throw_horizon.reach": (
+        lambda g, v: throw(g, reach=v),
+        lambda g: [*no_mappings(wrong.lengths()), {"F9": 9.0}, {"F1": "x"}],
+    ),
+    "throw_horizon.hanging_wall": (
+        lambda g, v: throw(g, hanging_wall=v),
+        lambda g: [*no_mappings(wrong.lengths()), 1.5, {"F9": 0.5}, {"F1": "x"}],
+    ),
+    "throw_horizon.direction": (
+        lambda g, v: throw(g, direction=v), lambda g: [*wrong.words(), {"F1": "x"}, None],
+    ),
+    "EllipticThrow.largest": (lambda g, v: gs.EllipticThrow(v), lambda g: [*wrong.numbers(), None]),
+    "EllipticThrow.half_length": (
+        lambda g, v: gs.EllipticThrow(9.0, v), lambda g: [*wrong.lengths(), 0],
+    ),
+    "EllipticThrow.half_height": (
+        lambda g, v: gs.EllipticThrow(9.0, None, v), lambda g: [*wrong.lengths(), 0],
+    ),
+    "EllipticThrow.centre": (
+        lambda g, v: gs.EllipticThrow(9.0, centre=v),
+        lambda g: ["abc", 5, None, (1,), (1, 2, 3), ("a", "b"), (np.nan, 1.0), {}, [1j, 2]],
+    ),
+    "intersect_triangles": (
+        lambda g, v: gs.intersect_triangles(v, TRIANGLE), lambda g: wrong.arrays(),
+    ),
+    "intersect_surfaces": (lambda g, v: gs.intersect_surfaces(v), lambda g: wrong.things(g.scene)),
+    "intersect_surfaces.method": (
+        lambda g, v: gs.intersect_surfaces(g.surfaces, method=v), lambda g: wrong.words(),
+    ),
+    "intersect_surfaces.voxel_size": (
+        lambda g, v: gs.intersect_surfaces(g.surfaces, voxel_size=v),
+        lambda g: [*wrong.lengths(), 0],
+    ),
+    "intersect_surfaces.tolerance": (
+        lambda g, v: gs.intersect_surfaces(g.surfaces, tolerance=v), lambda g: wrong.lengths(),
+    ),
+    "intersect_surfaces.self_intersections": (
+        lambda g, v: gs.intersect_surfaces(g.surfaces, self_intersections=v), lambda g: FLAGS,
+    ),
+    "rebuild_surfaces": (lambda g, v: gs.rebuild_surfaces(v), lambda g: wrong.things(g.scene)),
+    "drop_ghosts": (lambda g, v: gs.drop_ghosts(v), lambda g: wrong.things(g.scene)),
+    "carve_units": (lambda g, v: gs.carve_units(v), lambda g: wrong.things(g.scene)),
+    "carve_units.column": (
+        lambda g, v: gs.carve_units(g.patches, v),
+        lambda g: [5, "abc", [], {"Top": "x"}, {"Top": 5}, {"Nope": "erosional"}],
+    ),
+    "carve_units.contacts": (
+        lambda g, v: gs.carve_units(g.patches, None, v),
+        lambda g: ["abc", 5, None, [5], {"OWC": -1.0}, [gs.Contact(-1.0, name="x")], object()],
+    ),
+    "Scene": (lambda g, v: gs.Scene(v), lambda g: [*wrong.mappings()[:5], {}]),
+    "Scene.horizon": (
+        lambda g, v: gs.Scene({"Top": v}, {}, g.box).surfaces,
+        lambda g: [v for v in wrong.horizons(g.top) if v is not None],
+    ),
+    "Scene.fault": (
+        lambda g, v: gs.Scene(g.world.horizons, {"F1": v}, g.box).surface("F1"),
+        lambda g: [v for v in wrong.faults(g.fault) if v is not None],
+    ),
+    "Scene.box": (lambda g, v: gs.Scene(g.world.horizons, {}, v), lambda g: wrong.boxes()),
+    "Scene.column": (
+        lambda g, v: model(g, column=v),
+        lambda g: [5, "abc", {"Top": "x"}, {"Top": None}, {5: "erosional"}],
+    ),
+    "Scene.contacts": (
+        lambda g, v: model(g, contacts=v),
+        lambda g: [*wrong.mappings()[:6], {"Top": -2100.0}, {"OWC": "no.nc"}, {"OWC": g.top.T},
+                   {"OWC": {"F9+": -2100.0}}, {"OWC": gs.Contact(None)}, {"OWC": g.scene}],
+    ),
+    "Scene.aoi": (
+        lambda g, v: model(g, aoi=v), lambda g: [v for v in wrong.arrays() if v is not None],
+    ),
+    "Scene.positive": (lambda g, v: model(g, positive=v), lambda g: wrong.words()),
+    "Scene.units": (lambda g, v: model(g, units=v), lambda g: wrong.words()),
+    "Scene.voxel_size": (lambda g, v: model(g, voxel_size=v), lambda g: wrong.lengths()),
+    "Scene.self_intersections": (
+        lambda g, v: model(g, self_intersections=v), lambda g: FLAGS,
+    ),
+    "Scene.extend": (
+        lambda g, v: model(g, extend=v),
+        lambda g: [5, "abc", ["abc"], [5], [None], object(), {"F9": "strike"}, {"F1": 5}],
+    ),
+    "Scene.truncations": (
+        lambda g, v: model(g, truncations=v),
+        lambda g: [5, "abc", {"F1": 5}, {"F1": ("F9", "footwall")}, {"F1": (None, None)}],
+    ),
+    "Scene.tolerance": (
+        lambda g, v: gs.Scene(g.world.horizons, tolerance=v), lambda g: [*wrong.lengths(), 0],
+    ),
+    "Scene.replace": (
+        lambda g, v: g.scene.replace(**v),
+        lambda g: [{"x": 1}, {"horizons": 5}, {"faults": []}, {"faults": {"x": None}},
+                   {"box": "abc"}, {"column": 5}, {"extend": {"F9": 1}}],
+    ),
+    **{
+        f"Scene.{method}": (
+            lambda g, v, method=method: getattr(g.scene, method)(v), lambda g: wrong.names(),
+        )
+        for method in ("surface", "allan", "juxtaposition", "orientation", "thickness",
+                       "fault_polygons")
+    },
+    "Scene.curves_between": (
+        lambda g, v: g.scene.curves_between("Top", v), lambda g: wrong.names(),
+    ),
+    "Scene.search": (lambda g, v: g.scene.search(v, "Top"), lambda g: wrong.names()),
+    "Scene.cutoffs": (
+        lambda g, v: g.scene.cutoffs(v, "F1"), lambda g: [*wrong.names(), "F1"],
+    ),
+    "Scene.cutoffs.fault": (
+        lambda g, v: g.scene.cutoffs("Top", v), lambda g: [*wrong.names(), "Top"],
+    ),
+    "Scene.cutoffs.side": (
+        lambda g, v: g.scene.cutoffs("Top", "F1", v), lambda g: wrong.words(),
+    ),
+    "Scene.throw": (lambda g, v: g.scene.throw("Top", v), lambda g: [*wrong.names(), "Top"]),
+    "Scene.throw.direction": (
+        lambda g, v: g.scene.throw("Top", "F1", direction=v), lambda g: [*wrong.words(), None],
+    ),
+    "Scene.thickness.grid": (
+        lambda g, v: g.scene.thickness("Top/Base", v),
+        lambda g: [*wrong.lengths(), 0, 1e-9, g.top.drop_vars("easting"),
+                   g.top.assign_coords(easting=g.top.easting.values * np.nan),
+                   g.top.assign_coords(easting=np.array(list("abcde")))],
+    ),
+    "Scene.thickness.kind": (
+        lambda g, v: g.scene.thickness("Top/Base", 1000.0, kind=v),
+        lambda g: [*wrong.words(), None],
+    ),
+    "Scene.thickness.contact": (
+        lambda g, v: g.scene.thickness("Top/Base", 1000.0, contact=v),
+        lambda g: ["above OWC", 5, ["x"], {}],
+    ),
+    "Scene.propose_fault_network": (
+        lambda g, v: g.scene.propose_fault_network(reach=v), lambda g: [*wrong.lengths(), 0],
+    ),
+    "Scene.render_pictures": (
+        lambda g, v: g.scene.render_pictures(**{"folder": "no", **v}),
+        lambda g: [{"folder": None}, {"folder": 5}, {"x": 1}, {"views": 5}, {"views": "abc"},
+                   {"views": [5]}],
+    ),
+    "FaultNetwork.without": (
+        lambda g, v: g.network.without(v), lambda g: [*wrong.numbers()[:8], None, 99, -1],
+    ),
+    "FaultNetwork.apply": (lambda g, v: g.network.apply(v), lambda g: wrong.things(g.scene)),
+    "Units.on": (lambda g, v: g.units.on(v), lambda g: wrong.names()),
+    "Units.remnants": (lambda g, v: g.units.remnants(v), lambda g: [*wrong.numbers(), None]),
+    "Patches.surface": (
+        lambda g, v: g.patches.surface(v),
+        lambda g: [*(v for v in wrong.names() if v != 5), 99, -1],
+    ),
+    "Patches.patch": (lambda g, v: g.patches.patch(v), lambda g: ["Nope", None, -1, 9999]),
+    "Curves.between": (
+        lambda g, v: g.scene.curves.between("Top", v), lambda g: wrong.names(),
+    ),
+    "TriSurface.vertices": (
+        lambda g, v: gs.TriSurface("A", "surface", v, [[0, 1, 2]]), lambda g: wrong.arrays(),
+    ),
+    "TriSurface.triangles": (
+        lambda g, v: gs.TriSurface("A", "surface", TRIANGLE, v),
+        lambda g: [None, "abc", 5, {}, object(), np.zeros(3), [[0, 1, 9]], [[0, 1, -1]],
+                   [[0, 1, 0.5]], [[0, 1]], [["a", "b", "c"]], [[0, 1, 2], [0, 1]], [[None] * 3]],
+    ),
+    "TriSurface.name": (
+        lambda g, v: gs.TriSurface(v, "surface", TRIANGLE, [[0, 1, 2]]),
+        lambda g: [None, [], {}, object(), 1.5, True],
+    ),
+    "TriSurface.role": (
+        lambda g, v: gs.TriSurface("A", v, TRIANGLE, [[0, 1, 2]]), lambda g: wrong.words(),
+    ),
+    "TriSurface.lattice": (
+        lambda g, v: gs.TriSurface("A", "surface", lattice=v), lambda g: ["abc", 5, g.top, {}],
+    ),
+    "TriSurface.vertex_data": (
+        lambda g, v: gs.TriSurface("A", "surface", TRIANGLE, [[0, 1, 2]], vertex_data=v),
+        lambda g: ["abc", 5, {"x": 5}, {"x": [1, 2]}, {"x": None}],
+    ),
+    "FaultSticks": (
+        lambda g, v: gs.FaultSticks("F", v),
+        lambda g: [v for v in wrong.arrays() if getattr(v, "shape", ()) != (3, 3, 3)],
+    ),
+}  # fmt: skip

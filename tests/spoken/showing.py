@@ -1,0 +1,146 @@
+"""Wrong things for what reads, draws, reports, writes and measures, and for known worlds.
+
+What is called: (with what, wrong things); `g` is the model of test_spoken.py.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+import geosurf as gs
+from geosurf import measure
+from tests.spoken import wrong
+from tests.spoken.building import FLAGS
+
+LINE = [np.array([[0.0, 0, 0], [0, 10, 0]])]
+SIZES = ["abc", 5, (0, 0), (-1, 5), (np.nan, 5), ("a", "b"), (1, 2, 3), [], {}]
+SHOWING = {
+    "read_horizon": (lambda g, v: gs.read_horizon(v), lambda g: wrong.paths(".")),
+    "read_fault": (lambda g, v: gs.read_fault(v), lambda g: wrong.paths(".")),
+    "read_points": (lambda g, v: gs.read_points(v), lambda g: wrong.paths(".")),
+    "read_polygons": (lambda g, v: gs.read_polygons(v), lambda g: wrong.paths(".")),
+    "read_fault.format": (
+        lambda g, v: gs.read_fault("F1.ts", format=v), lambda g: wrong.words(),
+    ),
+    "run_scenario": (lambda g, v: gs.run_scenario(v, "no"), lambda g: wrong.paths(".")),
+    "write": (
+        lambda g, v: gs.write(v, "no/x.vtp"), lambda g: ["Top", None, 5, [], {}, object(), g.top],
+    ),
+    "write.path": (
+        lambda g, v: gs.write(g.f1, v),
+        lambda g: [v for v in wrong.paths(".") if v != "no/such.vtp"],
+    ),
+    "write.name": (
+        lambda g, v: gs.write(g.f1, "no/x.ts", name=v), lambda g: [["F1"], {}, object(), 1.5],
+    ),
+    "render_scene": (lambda g, v: gs.render_scene(v, "no/x.png"), lambda g: wrong.things(g.scene)),
+    "render_scene.path": (
+        lambda g, v: gs.render_scene(g.scene, v, size=(400, 250)), lambda g: wrong.paths("."),
+    ),
+    "render_scene.view": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", view=v), lambda g: [*wrong.words(), None],
+    ),
+    "render_scene.size": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", size=v), lambda g: [*SIZES, None],
+    ),
+    "render_scene.exaggeration": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", exaggeration=v),
+        lambda g: [*wrong.lengths(), 0],
+    ),
+    "render_scene.show": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", show=v),
+        lambda g: ["abc", 5, None, [5], ["abc"], [None], object()],
+    ),
+    "render_scene.exploded": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", exploded=v, show="units"),
+        lambda g: [*wrong.lengths(), None],
+    ),
+    "render_scene.clip": (
+        lambda g, v: gs.render_scene(g.scene, "no/x.png", clip=v), lambda g: FLAGS,
+    ),
+    "render_place": (
+        lambda g, v: gs.render_place(v, (0, 0, 0), "no/x.png"),
+        lambda g: [v for v in wrong.things(g.scene) if not isinstance(v, xr.Dataset)],
+    ),
+    "render_place.place": (
+        lambda g, v: gs.render_place(g.surfaces, v, "no/x.png"),
+        lambda g: ["abc", None, 5, (0, 1), (0, 1, np.nan), ("a", "b", "c"), {}, (1j, 0, 0)],
+    ),
+    "render_place.reach": (
+        lambda g, v: gs.render_place(g.surfaces, (0, 0, 0), "no/x.png", reach=v),
+        lambda g: [*wrong.lengths(), 0],
+    ),
+    "render_thickness": (
+        lambda g, v: gs.render_thickness(v, "no/x.png"),
+        lambda g: [*wrong.things(g.scene), g.top, g.thickness * np.nan, g.table],
+    ),
+    "render_thickness.polygons": (
+        lambda g, v: gs.render_thickness(g.thickness, "no/x.png", polygons=v),
+        lambda g: ["abc", 5, [], {"Top": 5}, {"Top": "x"}, {"Top": xr.Dataset()}, object()],
+    ),
+    "render_allan": (
+        lambda g, v: gs.render_allan(v, g.table, "no/x.png"),
+        lambda g: [*wrong.things(g.scene), g.table],
+    ),
+    "render_allan.table": (
+        lambda g, v: gs.render_allan(g.allan, v, "no/x.png"),
+        lambda g: [*wrong.things(g.scene), g.allan],
+    ),
+    "render_allan.zones": (
+        lambda g, v: gs.render_allan(g.allan, g.table, "no/x.png", zones=v),
+        lambda g: [5, None, object()],
+    ),
+    "report_scene": (lambda g, v: gs.report_scene(v, "no"), lambda g: wrong.things(g.scene)),
+    "report_scene.folder": (
+        lambda g, v: gs.report_scene(g.scene, v, {}), lambda g: [None, 5, "", b"x", object()],
+    ),
+    "report_scene.pictures": (
+        lambda g, v: gs.report_scene(g.scene, "no", v),
+        lambda g: ["abc", 5, [], {"x": 5}, {"x": None}, {"x": "no.png"}],
+    ),
+    "report_scene.certificate": (
+        lambda g, v: gs.report_scene(g.scene, "no", {}, certificate=v), lambda g: [5, "abc", []],
+    ),
+    "report_scene.min_volume": (
+        lambda g, v: gs.report_scene(g.scene, "no", {}, min_volume=v),
+        lambda g: [*wrong.numbers(), None],
+    ),
+    "report_scene.regions": (
+        lambda g, v: gs.report_scene(g.scene, "no", {}, regions=v),
+        lambda g: ["abc", 5, [], {"x": 5}, {"x": (1,)}, {"x": ("a", "b")}, {"x": (np.nan, "b")}],
+    ),
+    "separation": (
+        lambda g, v: measure.separation(v, LINE, 90.0), lambda g: [[v] for v in wrong.arrays()],
+    ),
+    "separation.dip_azimuth": (
+        lambda g, v: measure.separation(LINE, LINE, v), lambda g: [*wrong.numbers(), None],
+    ),
+    "separation.start": (
+        lambda g, v: measure.separation(LINE, LINE, 90.0, start=v), lambda g: wrong.numbers(),
+    ),
+    "measure.patches": (
+        lambda g, v: measure.allan_diagram(v, g.units, "F1"), lambda g: wrong.things(g.scene),
+    ),
+    "measure.units": (
+        lambda g, v: measure.juxtaposition_table(g.patches, v, "F1"),
+        lambda g: wrong.things(g.scene),
+    ),
+    "thickness_map": (
+        lambda g, v: measure.thickness_map(v, "Top/Base"), lambda g: wrong.things(g.scene),
+    ),
+    "wall_lines": (
+        lambda g, v: measure.wall_lines(g.patches, g.units, "Top", "F1", v),
+        lambda g: [5, -1, "x", None],
+    ),
+    **{
+        f"synthetic.{name}.{key}": (
+            lambda g, v, name=name, key=key: getattr(gs.synthetic, name)(**{key: v}),
+            lambda g, key=key: ["abc", 5.5, None, 0, -3, np.nan, True, []] if key == "n"
+            else ["abc", 5, None, (0, 1), (np.nan, 0, 0), ("a", "b", "c")],
+        )
+        for name in gs.synthetic.__all__
+        if callable(getattr(gs.synthetic, name)) and name not in ("World", "Fault")
+        for key in ("n", "offset")
+    },
+}  # fmt: skip

@@ -1,0 +1,62 @@
+"""Wrong things are typed into every public function: each is told in a sentence, none is taken.
+
+Never numpy's ValueError, a KeyError or an AttributeError from within, and never a result. The words
+of single messages are tested where they are made; here, that there are some, of the right class.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from types import SimpleNamespace
+
+import pytest
+
+import geosurf as gs
+from geosurf.errors import GeometryError, InputError, InvariantError
+from tests.spoken.building import BUILDING
+from tests.spoken.showing import SHOWING
+
+CASES = {**BUILDING, **SHOWING}
+
+
+@cache
+def given():
+    """A model, and a horizon with a fault that tears it; made once for all cases."""
+    world, torn = gs.synthetic.tilted_planes(n=5), gs.synthetic.torn("normal", n=21)
+    scene = gs.Scene(world.horizons, world.faults, world.box)
+    network = scene.propose_fault_network()
+    grid = torn.horizons["Top"]
+    return SimpleNamespace(
+        world=world, scene=scene, top=world.horizons["Top"], fault=world.faults["F1"],
+        grid=grid, faults=torn.faults, patches=scene.patches, units=scene.units, box=world.box,
+        surfaces=list(scene.surfaces), network=network, f1=scene.surface("F1"),
+        thickness=scene.thickness("Top/Base", 1000.0), allan=scene.allan("F1"),
+        table=scene.juxtaposition("F1"),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_wrong_things_are_told_in_a_sentence(case, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    call, things = CASES[case]
+    g = given()
+    for value in things(g):
+        shown = f"{case} of {value!r}"
+        with pytest.raises((InputError, GeometryError)) as caught:
+            pytest.fail(f"{shown} gave {call(g, value)!r}")
+        words = str(caught.value)
+        assert not isinstance(caught.value, InvariantError), shown
+        assert words.endswith((".", "?", ")")), f"{shown}: {words}"
+        assert words.count(" ") > 3, f"{shown}: {words}"
+    assert not list(tmp_path.iterdir()), "a refused call leaves no files"
+
+
+def test_every_public_function_is_among_them():
+    """A new one needs a line here."""
+    called = {case.partition(".")[0] for case in CASES}
+    handed_out = {  # by stages; nobody makes them
+        "Certificate", "Curves", "FaultCut", "FaultNetwork", "Lattice", "Patches", "Place", "Sheet",
+        "SheetReport", "ThrowReport", "TrimProposal", "Unit", "Units", "EllipticThrow",
+    }  # fmt: skip
+    public = {name for name in gs.__all__ if callable(getattr(gs, name))}
+    assert public - called <= handed_out
