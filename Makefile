@@ -4,6 +4,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
+WARM := .venv/.warm
 SCENARIO := data/synthetic_horizons/faulted_reservoir.toml
 
 .PHONY: help demo test lint wheel clean
@@ -11,14 +12,13 @@ SCENARIO := data/synthetic_horizons/faulted_reservoir.toml
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
 
-demo: $(READY) ## build the faulted reservoir: volumes, pictures and a report in out/demo
-	@echo "Building the faulted reservoir (the first run compiles the kernels: about two minutes) ..."
+demo: $(WARM) ## build the faulted reservoir: volumes, pictures and a report in out/demo
+	@echo "Building the faulted reservoir ..."
 	@$(BIN)/geosurf run $(SCENARIO) -o out/demo
 	@echo "Volumes, pictures and the report are in out/demo."
 
-test: $(READY) ## run all tests, with lint, types and the import comb among them
-	@echo "Running the tests (the first run compiles the kernels: one to two minutes) ..."
-	@$(BIN)/geosurf warmup
+test: $(WARM) ## run all tests, with lint, types and the import comb among them
+	@echo "Running the tests ..."
 	@$(BIN)/python -m pytest -n auto --dist loadfile
 
 lint: $(READY) ## check style, types and who may import whom
@@ -36,7 +36,12 @@ clean: ## remove results and caches (.venv stays: delete the folder to start afr
 	rm -rf out build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
 	find geosurf tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# The stamp is younger than what it was installed from, or the set-up runs again.
+# The stamps are younger than what they stand for, or it is done again.
+$(WARM): $(READY) $(wildcard geosurf/kernels/*.py)
+	@echo "Compiling the kernels (two to three minutes on two free cores, once) ..."
+	@$(BIN)/geosurf warmup
+	@touch $@
+
 $(READY): pyproject.toml constraints.txt
 	@command -v $(PYTHON) >/dev/null || { echo "There is no '$(PYTHON)' here. Install Python 3.11 or newer, or name yours: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "geosurf needs Python 3.11 or newer, and '$(PYTHON)' is $$($(PYTHON) -V 2>&1). Name a newer one: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }

@@ -74,6 +74,7 @@ _HOME = {
     "render_place": "geosurf.render",
     "render_thickness": "geosurf.render",
     "render_allan": "geosurf.render",
+    "render_section": "geosurf.render",
     "report_scene": "geosurf.report",
     "write": "geosurf.write",
 }

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import GeometryError
+from geosurf.measure.section import check_line
 from geosurf.model.expected import listed, path_of
 from geosurf.render import (
     doctor,
@@ -23,12 +24,14 @@ from geosurf.render import (
     render_map,
     render_scene,
     render_search,
+    render_section,
     render_thickness,
     render_units,
 )
 from geosurf.render.clip import as_modelled
 from geosurf.render.views import view_vectors
 
+_LINES = "give a list of lines, each points (n, 2)"
 _VIEWS = "give a list, as in views=['southwest']"
 CELLS = 200  # of a thickness map, along the longer side of the box
 
@@ -51,6 +54,7 @@ def pictures_of(
     maps: bool = True,
     thickness: bool = True,
     allan: bool = True,
+    sections: Sequence[Any] | None = None,
     search: tuple[str, str] | None = None,
     exaggeration: float | None = None,
     size: tuple[int, int] = (1280, 800),
@@ -67,6 +71,9 @@ def pictures_of(
     exploded, maps, thickness, allan : bool
         The units, drawn apart; a map of each horizon; a thickness map of each zone
         between two horizons; an Allan diagram of each fault.
+    sections : sequence of array_like of float, each (n, 2), optional
+        A vertical section along each line in the map (easting, northing) [m]. Default: two, from
+        west to east and from south to north, through the middle of the box.
     search : (str, str), optional
         Two surfaces, for a picture of the voxel search.
     exaggeration, size, clip
@@ -102,6 +109,10 @@ def pictures_of(
         found += [_thickness(scene, pair, size) for pair in _neighbours(scene)]
     if allan:
         found += [_allan(scene, name, size) for name in scene.faults_inside]
+    lines = _middles(scene.box)
+    if sections is not None:
+        lines = [check_line(line) for line in listed(sections, "sections takes lines", _LINES)]
+    found += [_section(scene, line, i, size) for i, line in enumerate(lines)]
     if search is not None:
         found.append(_search(scene, *search, style))
     return found
@@ -168,6 +179,28 @@ def _allan(scene: Any, name: str, size: tuple[int, int]) -> Picture:
         f"{name}: Allan diagram. Colours are zones of the footwall, stripes those of the hanging "
         "wall where they differ.",
         f"allan_{row:02d}_{_slug(name)}.png",
+        draw,
+        needs_opengl=False,
+    )
+
+
+def _middles(box: Sequence[float]) -> list[list[tuple[float, float]]]:
+    """Lines through the middle of a box, from west to east and from south to north."""
+    west, east, south, north = box[:4]
+    x, y = 0.5 * (west + east), 0.5 * (south + north)
+    return [[(west, y), (east, y)], [(x, south), (x, north)]]
+
+
+def _section(scene: Any, line: Any, row: int, size: tuple[int, int]) -> Picture:
+    def draw(path: Path) -> None:
+        """Cut the model and draw it."""
+        render_section(scene.section(line), path, size=size)
+
+    (x0, y0), (x1, y1) = line[0], line[-1]
+    return Picture(
+        f"Vertical section from easting {x0:.0f}, northing {y0:.0f} to {x1:.0f}, {y1:.0f}: zones, "
+        "horizons, faults and fluid contacts.",
+        f"section_{row:02d}.png",
         draw,
         needs_opengl=False,
     )

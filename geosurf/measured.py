@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import HORIZON_DIMS, did_you_mean
+from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean
 from geosurf.errors import GeometryError, InputError
 from geosurf.memory import Memory
 from geosurf.model import Curves, Patches, Sheet, Units
@@ -84,7 +84,7 @@ class Measured:
         return drawn
 
     def _measured(self, what: str, run: Callable[[], Any], *more: Any) -> Any:
-        size = lambda found: ", ".join(f"{n} {dim}" for dim, n in found.sizes.items())  # noqa: E731
+        size = lambda found: ", ".join(counted(n, dim) for dim, n in found.sizes.items())  # noqa: E731
         key = ("measure", what, self._units_key, *more)
         return self._memory.remembered("measure", what, key, run, size)
 
@@ -169,6 +169,26 @@ class Measured:
 
         return self._measured(
             f"allan {fault}", lambda: allan_diagram(self.patches, self.units, fault)
+        )
+
+    def section(self, line: Any) -> xarray.Dataset:
+        """Return a vertical section of the model along a line in the map.
+
+        Parameters
+        ----------
+        line : array_like of float, shape (n, 2)
+            Easting and northing [m]: two points or more, from the left to the right.
+
+        Returns
+        -------
+        xarray.Dataset
+            Rings of units, and lines of surfaces, with ``along_section`` and ``elevation``; see
+            `geosurf.measure.vertical_section`.
+        """
+        from geosurf.measure import vertical_section
+
+        return self._measured(
+            "section", lambda: vertical_section(self.patches, self.units, line), repr(line)
         )
 
     def cutoffs(self, horizon: str, fault: str, side: str | None = None) -> list[np.ndarray]:

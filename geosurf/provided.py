@@ -135,6 +135,11 @@ class Provided(Joined):
         rules = check_column(tuple(self._horizons), self._column)
         return dict(zip(self._horizons, rules, strict=True))
 
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """Fluid contacts, from the top down, each with its name, zones and block."""
+        return tuple(self._fluids[1])
+
     @cached_property
     def _fluids(self) -> tuple[list[TriSurface], list[Contact]]:
         """Surfaces of fluid contacts, and the zones and blocks in which they count."""

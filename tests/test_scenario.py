@@ -76,6 +76,7 @@ def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_p
         *("pictures/view_southwest.png", "pictures/units_exploded.png", "pictures/search.png"),
         *("pictures/map_00_Top.png", "pictures/map_01_Base.png", "report/index.html"),
         *("pictures/isochore_00_Top_Base.png", "pictures/allan_00_F1.png"),
+        *("pictures/section_00.png", "pictures/section_01.png"),
         *(f"units/{path.name}" for path in (out / "units").iterdir()),
     }
     assert len(list((out / "units").iterdir())) == len(scene.units) == 6
@@ -158,7 +159,9 @@ def test_without_opengl_maps_and_everything_else_are_there(scenario, tmp_path, m
         "Only maps and diagrams were drawn: pictures cannot be drawn without a screen.",
     )
     drawn = sorted(path.name for path in (tmp_path / "out" / "pictures").iterdir())
-    assert [name.partition("_")[0] for name in drawn] == ["allan", "isochore", "map", "map"]
+    assert [name.partition("_")[0] for name in drawn] == [
+        *("allan", "isochore", "map", "map", "section", "section"),
+    ]
     assert outcome.certificate.ok
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 
+import numpy as np
 import pytest
 
 import geosurf as gs
@@ -164,11 +165,63 @@ fault = "F1"
 horizons = ["Base"]
 elliptic_m = 20.0
 half_length_m = 9000
+hanging_wall = 0.25
 """
     scene = read_scenario(scenario(folder, more)).scene()
     found = {name: scene.throw(name, "F1").throw for name in ("Top", "Base")}
     assert float(found["Top"].max() - found["Top"].min()) > 5.0
     assert 15.0 < float(found["Base"].max()) < 20.1
+
+
+def test_the_hanging_wall_takes_its_share_and_ellipses_have_a_centre(folder):
+    """What the keys say is what `throw_horizon` and `EllipticThrow` are told."""
+    more = """
+[[throws]]
+fault = "F1"
+horizons = ["Top"]
+throw_m = 30.0
+hanging_wall = 0.25
+[[throws]]
+fault = "F1"
+horizons = ["Base"]
+elliptic_m = 20.0
+half_length_m = 9000
+half_height_m = 900
+centre_along_m = 0
+centre_elevation_m = -1900
+"""
+    read = read_scenario(scenario(folder, more))
+    scene = read.scene()
+    fault = scene.surface("F1")
+    grids = {name: gs.read_horizon(folder / f"{name}.nc") for name in ("Top", "Base")}
+    ellipse = gs.EllipticThrow(20.0, 9000, 900, (0, -1900))
+    by_hand = {
+        "Top": gs.throw_horizon(grids["Top"], [fault], {"F1": 30.0}, hanging_wall={"F1": 0.25}),
+        "Base": gs.throw_horizon(grids["Base"], [fault], {"F1": ellipse}),
+    }
+    for name, sheet in by_hand.items():
+        assert scene.sheets[name].surface.vertices.tobytes() == sheet.surface.vertices.tobytes()
+    still = gs.throw_horizon(grids["Top"], [fault], {"F1": 30.0})
+    walls = [
+        np.mean([line[:, 2].mean() for line in s.cuts["F1"].cutoffs["-"]])
+        for s in (still, by_hand["Top"])
+    ]
+    assert walls[1] - walls[0] > 15.0  # the footwall has risen by three quarters of the throw
+
+
+def test_sections_of_a_scenario(folder, tmp_path):
+    lines = "sections_m = [[[100, 1500], [3900, 1500]], [[100, 100], [2000, 1500], [3900, 200]]]"
+    outcome = run(read_scenario(scenario(folder, lines)), tmp_path / "out")
+    drawn = sorted(path.name for path in (tmp_path / "out" / "pictures").iterdir())
+    assert [name for name in drawn if name.startswith("section")] == [
+        "section_00.png",
+        "section_01.png",
+    ]
+    page = (tmp_path / "out" / "report" / "index.html").read_text()
+    assert "Vertical section from easting 100, northing 1500 to 3900, 1500" in page
+    assert outcome.notes == ()
+    with pytest.raises(ScenarioError, match=r"sections_m.*lines of two points or more"):
+        read_scenario(scenario(folder, "sections_m = [[[100, 1500]]]"))
 
 
 @pytest.mark.parametrize(
@@ -177,7 +230,12 @@ half_length_m = 9000
         ('[[throws]]\nfault = "F7"\nthrow_m = 3', "throws of 'F7': 'F7' is no fault; name one of"),
         ('[[throws]]\nfault = "F1"\nhorizons = ["T"]\nthrow_m = 3', "'T' is no horizon; name one"),
         ('[[throws]]\nfault = "F1"', "give one of throw_m, profile_m and elliptic_m"),
-        ('[[throws]]\nfault = "F1"\nthrow_m = 3\nhalf_length_m = 9', "go with elliptic_m"),
+        ('[[throws]]\nfault = "F1"\nthrow_m = 3\nhanging_wall = 2', "a number from 0 to 1"),
+        ('[[throws]]\nfault = "F1"\nthrow_m = 3\ncentre_along_m = 0', "centre_along_m goes with"),
+        (
+            '[[throws]]\nfault = "F1"\nthrow_m = 3\nhalf_length_m = 9',
+            "half_length_m goes with elliptic_m. Give",
+        ),
         (THROWS + THROWS, "throws of 'F1' are given twice for horizon 'Top'; delete one"),
         ('[[throws]]\nfault = "F1"\nprofile_m = [[1]]', "one row or more"),
         (

@@ -8,6 +8,7 @@ lines.py          edges -> lines and rings; lists of lines as a dataset
 cutoffs.py        cut-off lines by wall; fault polygons
 throw.py          throw, heave, dip separation along a fault
 juxtaposition.py  areas of zones that face each other; Allan diagrams
+section.py        vertical sections
 dips.py           area, dip and azimuth of surfaces
 ================  ===============================================================
 """
@@ -18,6 +19,7 @@ from geosurf.measure.cutoffs import fault_polygons, wall_lines
 from geosurf.measure.dips import orientation
 from geosurf.measure.faces import faces_of, side_of_words
 from geosurf.measure.juxtaposition import allan_diagram, juxtaposition_table
+from geosurf.measure.section import vertical_section
 from geosurf.measure.thickness import thickness_map
 from geosurf.measure.throw import separation
 
@@ -30,5 +32,6 @@ __all__ = [
     "separation",
     "side_of_words",
     "thickness_map",
+    "vertical_section",
     "wall_lines",
 ]

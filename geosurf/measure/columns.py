@@ -69,7 +69,7 @@ def cross_columns(
     ([1], [1], [3.0])
     """
     push = np.where(feet <= middle, 1.0, -1.0)
-    facing = _signs(x[:, :2], triangles)
+    facing = signs_of_turns(x[:, :2], triangles)
     upright = facing == 0
     points = np.concatenate([x[:, :2], feet])
     parts = [(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))]
@@ -83,7 +83,7 @@ def cross_columns(
     return Crossings(foot, face, facing[face], z)
 
 
-def _signs(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def signs_of_turns(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Sign of the turn of three points (n, 3): a float filter first, exact integers behind it."""
     a, b, c = (x[rows[:, k]] for k in range(3))
     u, v = b - a, c - a
@@ -113,7 +113,7 @@ def _seen_from(points, a, b, foot, push) -> np.ndarray:
 
     Never 0, unless a and b are one place in the map.
     """
-    sign = _signs(points, np.stack([a, b, foot], axis=1))
+    sign = signs_of_turns(points, np.stack([a, b, foot], axis=1))
     on = np.flatnonzero(sign == 0)
     step = points[b[on]] - points[a[on]]
     east, north = np.sign(-step[:, 1] * push[on, 0]), np.sign(step[:, 0] * push[on, 1])

@@ -7,6 +7,7 @@ render_units        zone x block units, drawn apart, with their volumes
 render_map          one horizon in map view, with contours and curves
 render_thickness    a thickness map of one zone, with fault polygons
 render_allan        what lies across a fault from what
+render_section      a vertical section: zones, faults, contacts
 render_search       how the voxel search finds a curve
 render_place        a close-up of one place, as errors name it
 doctor              what geosurf stands on here, and whether it can draw
@@ -43,6 +44,7 @@ from geosurf.render.layers import (
     show_surfaces,
     show_units,
 )
+from geosurf.render.section import render_section
 from geosurf.render.views import VIEWS, check_size, view_vectors
 
 __all__ = [
@@ -53,6 +55,7 @@ __all__ = [
     "render_place",
     "render_scene",
     "render_search",
+    "render_section",
     "render_surfaces",
     "render_thickness",
     "render_units",

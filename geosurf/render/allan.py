@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,14 +21,13 @@ from geosurf.errors import InputError
 from geosurf.model.expected import listed
 from geosurf.render import furniture, palette
 from geosurf.render.compose import png_path, save_png
+from geosurf.render.diagram import diagram_axes, range_shown
 from geosurf.render.layers import Entry
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
-RELIEF = 0.6  # height over width that reads well
-AROUND = 0.3  # of the height of all cut-offs, shown above and below them
 LINES = {"cut-off": palette.INK, "contact": palette.CONTACT}  # kinds that are drawn as lines
 HALO = 1.9  # width of the paper around a contact over its own, so that it is seen on any zone
 
@@ -92,7 +91,10 @@ def render_allan(
     colours = {zone: palette.stratum(i) for i, zone in enumerate(order)}
     lines = _lines_of(diagram)
     sheet = furniture.Sheet(furniture.lay_out(check_size(size)))
-    axes, exaggeration = _axes(sheet, _shown(lines))
+    levels = [line[:, 1] for words, line in lines if words["kind"] in LINES]
+    points = np.concatenate([line for _, line in lines])
+    shown = range_shown(points, levels)
+    axes, exaggeration = diagram_axes(sheet, shown, "Distance along strike [km]")
     _fill(axes, lines, colours)
     _draw_cutoffs(sheet, axes, lines)
     furniture.draw_legend(sheet, _legend(pairs, colours), 640.0)
@@ -149,53 +151,6 @@ def _lines_of(diagram: xarray.Dataset) -> list[tuple[dict[str, str], np.ndarray]
         ({key: str(diagram[key].values[i]) for key in keys}, points[end - n : end])
         for i, (end, n) in enumerate(zip(ends, diagram["count"].values, strict=True))
     ]
-
-
-def _shown(lines) -> tuple[float, float, float, float]:
-    """What the diagram shows, (left, right, bottom, top): all lines, and a part around them."""
-    points = np.concatenate([line for _, line in lines])
-    (left, low), (right, high) = points.min(axis=0), points.max(axis=0)
-    levels = [line[:, 1] for words, line in lines if words["kind"] in LINES]
-    if not levels:
-        return left, right, low, high
-    bottom, top = np.concatenate(levels).min(), np.concatenate(levels).max()
-    room = AROUND * max(top - bottom, 0.02 * (right - left))
-    return left, right, max(low, bottom - room), min(high, top + room)
-
-
-def _axes(sheet: furniture.Sheet, shown: tuple[float, ...]) -> tuple[Any, float]:
-    """Axes in metres with room for names on both sides; and the vertical exaggeration."""
-    layout, unit = sheet.layout, sheet.layout.unit
-    left, right, bottom, top = shown
-    wide, high = max(right - left, 1.0), max(top - bottom, 1.0)
-    margin = 96.0 * unit
-    across = layout.view_size[0] - 2.0 * margin
-    # not taller than reads well, never squeezed below true scale where there is room
-    up = min(layout.view_size[1], max(RELIEF * across, across * high / wide))
-    exaggeration = (up / high) / (across / wide)
-    low = layout.bottom + (layout.view_size[1] - up) / 2.0
-    place = ((layout.left + margin) / layout.width, low / layout.height, across / layout.width)
-    axes = sheet.figure.add_axes((*place, up / layout.height))
-    axes.set_xlim(left, right)
-    axes.set_ylim(bottom, top)
-    points_high = 12.0 * unit * 72.0 / furniture.DPI
-    for axis, name, low, span, per, pixels in (
-        (axes.xaxis, "Distance along strike [km]", left, wide, 1000.0, across),
-        (axes.yaxis, "Elevation [m]", bottom, high, 1.0, up),
-    ):
-        values = furniture.ticks(low, low + span, furniture.fitting(sheet, pixels))
-        axis.set_ticks(values, furniture.tick_texts(values, per))
-        look = {"fontsize": points_high * 1.08, "color": palette.INK, "family": furniture.FONT}
-        axis.set_label_text(name, **look)
-    axes.tick_params(labelsize=points_high, colors=palette.INK, width=0.8, color=palette.FAINT)
-    axes.spines["left"].set_position(("outward", margin * 72.0 / furniture.DPI))
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
-        label.set_family(furniture.FONT)
-    for spine in axes.spines.values():
-        spine.set_color(palette.FRAME)
-    return axes, exaggeration
 
 
 def _fill(axes, lines, colours: dict[str, palette.RGB]) -> None:

@@ -173,13 +173,16 @@ def _sections(
     clipped, remnants = units.report.get("clipped", ()), units.remnants(min_volume)
     told = ("clipped", "without_contact", "outside")  # in sections of their own, and by explain
     carved = {key: value for key, value in units.report.items() if key not in told}
-    costs = tables.cost_table(
-        ("intersect", curves.cost), ("rebuild", scene.patches.report), ("carve", carved)
-    )
+    rebuilt = dict(scene.patches.report)
+    if "dropped_area" in rebuilt:  # by row of the surfaces
+        names = scene.patches.names
+        rebuilt["dropped_area"] = {names[i]: a for i, a in rebuilt["dropped_area"].items()}
+    costs = tables.cost_table(("intersect", curves.cost), ("rebuild", rebuilt), ("carve", carved))
     return [
         ("Volumes [million m³]", "\n".join([volumes, *map(page.paragraph, balance)])),
         *_listed("Regions of the file beside the units", tables.region_table(units, regions)),
         *_listed("Horizons clipped by the column", tables.clipped_table(clipped)),
+        *_listed("Fluid contacts", tables.contact_table(scene)),
         *_listed("Units that a fluid contact leaves out", tables.left_out_table(units)),
         *_listed("Remnants: numbered and small units", tables.remnant_table(remnants)),
         ("Pictures", page.html_pictures(pictures)),

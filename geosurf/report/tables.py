@@ -22,6 +22,7 @@ from geosurf.model import (
 )
 
 NOTHING = "–"
+UNIT_OF = {"dropped_area": " [m²]", "slits": " [m²]", "largest_move": " [m]"}
 PACKAGES = ("geosurf", "numpy", "numba", "xarray", "pyvista", "vtk")
 
 
@@ -124,6 +125,19 @@ def volume_table(units: Units) -> Table:
 def _in_order(words: Iterable[Any]) -> list[str]:
     """The different words, in the order in which they come."""
     return list(dict.fromkeys(str(word) for word in words))
+
+
+def contact_table(scene: Any) -> Table:
+    """Return the fluid contacts: where they are, and in which zones and blocks they count."""
+    rows = []
+    for contact in getattr(scene, "contacts", ()):
+        (source,) = (
+            s for s in scene.patches.sources if s.role == "contact" and s.name == contact.surface
+        )
+        levels = dict.fromkeys(number(z, 1) for z in source.bounds[4:])
+        zones = ", ".join(contact.zones) or "all"
+        rows.append((contact.name, zones, contact.block or "all", " to ".join(levels)))
+    return Table(("Contact", "Zones", "Block", "Elevation [m]"), tuple(rows), n_label=3)
 
 
 def left_out_table(units: Units) -> Table:
@@ -297,7 +311,7 @@ def check_table(certificate: Certificate) -> Table:
 def cost_table(*parts: tuple[str, Mapping[str, Any]]) -> Table:
     """Return counts of what each stage did."""
     rows = tuple(
-        (stage, str(key).replace("_", " "), _plain(value))
+        (stage, str(key).replace("_", " ") + UNIT_OF.get(key, ""), _plain(value))
         for stage, counts in parts
         for key, value in counts.items()
     )

@@ -2,12 +2,14 @@
 
 ============  =========================================================
 keys.py       every key: type, unit, default, meaning
+drawn.py      of these: [search] and [output]
+declared.py   how a key is declared
 values.py     how values are checked, and what the messages say
 inputs.py     file -> `Scenario` -> `Scene`
 output.py     the output folder: new results whole, or the old ones
 pictures.py   the pictures that a scenario asks for
 execute.py    all of it, stage by stage
-page.py       docs/scenario.md, from keys.py
+page.py       docs/scenario.md, from the keys
 ============  =========================================================
 """
 

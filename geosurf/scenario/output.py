@@ -28,7 +28,7 @@ OURS = tuple(
         r"certificate\.txt",
         r"failure\.png",
         r"report/index\.html",
-        r"pictures/(view_[a-z]+|(map|isochore|allan)_.*|units_exploded|search)\.png",
+        r"pictures/(view_[a-z]+|(map|isochore|allan|section)_.*|units_exploded|search)\.png",
     )
 )
 FOLDERS = ("units", "pictures", "report")

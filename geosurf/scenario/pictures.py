@@ -16,6 +16,7 @@ def wanted_pictures(scene: Scene, output: OutputSettings) -> list[Picture]:
         maps=output.maps,
         thickness=output.thickness,
         allan=output.allan,
+        sections=output.sections_m,
         search=output.search,
         exaggeration=output.exaggeration,
         size=output.size_px,

@@ -110,6 +110,20 @@ def corners(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
     return tuple((float(x), float(y)) for x, y in value)
 
 
+@check("lines of two points or more: [[[easting, northing], ...], ...]")
+def lines(_: Place, value: Any) -> tuple[tuple[tuple[float, float], ...], ...] | None:
+    """Lines in the map; an empty list stands for none."""
+    if not isinstance(value, list) or not all(isinstance(one, list) for one in value):
+        return None
+    found = []
+    for one in value:
+        fits = [isinstance(c, list) and len(c) == 2 and all(map(is_number, c)) for c in one]
+        if len(one) < 2 or not all(fits):
+            return None
+        found.append(tuple((float(x), float(y)) for x, y in one))
+    return tuple(found)
+
+
 @check("one row or more: [[distance, throw], ...]")
 def profile(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
     """Pairs of finite numbers."""

@@ -20,7 +20,7 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError
-from geosurf.synthetic.world import Offset, World, checked, make_fault, make_horizon, shifted
+from geosurf.synthetic.world import Offset, World, check_numbers, make_fault, make_horizon, shifted
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -169,7 +169,6 @@ def _worlds(side: float) -> dict[str, dict[str, Fault]]:
     }
 
 
-@checked
 def torn(
     kind: str | Mapping[str, Fault] = "normal",
     n: int = 81,
@@ -237,6 +236,7 @@ def torn(
     for word, value, fits in (("step", step, "above 0"), ("noise", noise, "0 or more")):
         if not (is_number(value) and (value > 0 or (value == 0 and fits == "0 or more"))):
             raise InputError(f"{word} is {value!r}; give metres, {fits}.")
+    check_numbers(offset, 3, "offset")
     side = (n - 1) * step
     faults = _faults_of(kind, side)
     axis = np.linspace(0.0, side, n)

@@ -69,6 +69,14 @@ class World:
 P = ParamSpec("P")
 
 
+def check_numbers(value: Any, n: int, what: str) -> None:
+    """Refuse what is not some finite numbers."""
+    takes = f"{what} takes {n} numbers"
+    parts = listed(value, takes, "give a tuple")
+    if len(parts) != n or not all(map(is_number, parts)):
+        raise InputError(f"{takes}, not {value!r}; give a tuple of finite ones.")
+
+
 def checked(make: Callable[P, World]) -> Callable[P, World]:
     """
     Let a world refuse arguments that are of another kind than their defaults.
@@ -100,10 +108,7 @@ def checked(make: Callable[P, World]) -> Callable[P, World]:
             elif isinstance(default, float):
                 number_of(value, what)
             elif isinstance(default, tuple):
-                takes = f"{what} takes {len(default)} numbers"
-                parts = listed(value, takes, "give a tuple")
-                if len(parts) != len(default) or not all(map(is_number, parts)):
-                    raise InputError(f"{takes}, not {value!r}; give a tuple of finite ones.")
+                check_numbers(value, len(default), what)
         return make(*args, **kwargs)
 
     return world

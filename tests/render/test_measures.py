@@ -35,7 +35,7 @@ def share(image, colour):
 def test_an_allan_diagram_has_colours_of_the_footwall_and_stripes_of_the_hanging_wall(
     scene, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("geosurf.render.allan.AROUND", 99.0)  # all of the fault
+    monkeypatch.setattr("geosurf.render.diagram.AROUND", 99.0)  # all of the fault
     zones = ["above Top", "Top/Base", "below Base"]
     shown = scene.allan("F1"), scene.juxtaposition("F1")
     image = pixels(render_allan(*shown, tmp_path / "a.png", zones=zones, size=SIZE))
@@ -57,7 +57,7 @@ def test_a_diagram_shows_what_is_near_the_cutoffs(scene, tmp_path, monkeypatch):
     shown = scene.allan("F1"), scene.juxtaposition("F1")
     words = {"zones": ["above Top", "Top/Base", "below Base"], "size": SIZE}
     near = pixels(render_allan(*shown, tmp_path / "a.png", **words))
-    monkeypatch.setattr("geosurf.render.allan.AROUND", 99.0)
+    monkeypatch.setattr("geosurf.render.diagram.AROUND", 99.0)
     whole = pixels(render_allan(*shown, tmp_path / "b.png", **words))
     middle, outer = palette.stratum(1), palette.stratum(2)
     assert share(near, middle) > 1.1 * share(whole, middle)

@@ -248,6 +248,10 @@ BUILDING = {
     "Scene.throw.direction": (
         lambda g, v: g.scene.throw("Top", "F1", direction=v), lambda g: [*wrong.words(), None],
     ),
+    "Scene.section": (
+        lambda g, v: g.scene.section(v),
+        lambda g: [*wrong.arrays(), [(0, 0)], [(0, 0), (0, 0)], [(9e9, 0), (9e9, 9)]],
+    ),
     "Scene.thickness.grid": (
         lambda g, v: g.scene.thickness("Top/Base", v),
         lambda g: [*wrong.lengths(), 0, 1e-9, g.top.drop_vars("easting"),

@@ -91,6 +91,10 @@ SHOWING = {
         lambda g, v: gs.render_allan(g.allan, g.table, "no/x.png", zones=v),
         lambda g: [5, None, object()],
     ),
+    "render_section": (
+        lambda g, v: gs.render_section(v, "no/x.png"),
+        lambda g: [*wrong.things(g.scene), g.allan],
+    ),
     "report_scene": (lambda g, v: gs.report_scene(v, "no"), lambda g: wrong.things(g.scene)),
     "report_scene.folder": (
         lambda g, v: gs.report_scene(g.scene, v, {}), lambda g: [None, 5, "", b"x", object()],

@@ -1,0 +1,277 @@
+"""Vertical sections: the parts of units in an upright plane, and the lines of surfaces there.
+
+On which side of the plane a vertex lies is an exact sign; one in the plane counts as left of it. So
+each triangle is met in two edges or in none, and the section of a closed shell is closed rings that
+are linked by the edges they cross. Only where on its edge such a point lies is rounded.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.conventions import real_numbers
+from geosurf.errors import InputError
+from geosurf.measure.columns import signs_of_turns
+from geosurf.measure.faces import check_model
+from geosurf.measure.lines import chains_of, ragged
+from geosurf.model import Patches, Units
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+ROLES = ("horizon", "fault", "contact")
+_POINT = {
+    "along_section": ("m", "distance along the section"),
+    "elevation": ("m", "elevation"),
+    "easting": ("m", "easting"),
+    "northing": ("m", "northing"),
+}
+_TOLD = {
+    "kind": "what the line is: unit, horizon, fault or contact",
+    "label": "unit or surface",
+    "zone": "zone of the unit",
+    "block": "block of the unit",
+    "contact": "interval of the unit between fluid contacts",
+    "closed": "whether the line is a ring",
+}
+
+
+def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Dataset:
+    """
+    Cut a model along a line in the map, from top to bottom.
+
+    Parameters
+    ----------
+    patches, units : Patches, Units
+    line : array_like of float, shape (n, 2)
+        Easting and northing [m]: two points or more, from the left to the right of the section.
+
+    Returns
+    -------
+    xarray.Dataset
+        Lines, point after point (``line_of_point``, ``count``): ``along_section`` and
+        ``elevation`` [m], and the place in the world. Over ``line``: ``kind`` is ``"unit"`` (a ring
+        around a part of a unit), ``"horizon"``, ``"fault"`` or ``"contact"`` (a line of a
+        surface inside the model); ``label``, ``zone``, ``block``, ``contact``, ``closed``. Rings
+        run counter-clockwise around what they hold, their first point is not repeated;
+        ``area`` is that inside each [m2], below 0 for holes: those of all units add up to the part
+        of the section in the model. ``attrs`` have its ``length`` [m], and all zones and faults.
+
+    Raises
+    ------
+    InputError
+        If the line is no line, or does not meet the model.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.graben(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> west, east, south, north, bottom, top = world.box
+    >>> found = vertical_section(scene.patches, scene.units, [(west, 900.0), (east, 900.0)])
+    >>> round(float(found.area.sum()) / ((east - west) * (top - bottom)), 12)
+    1.0
+    """
+    check_model(patches, units)
+    corners = check_line(line)
+    rows: list[tuple[np.ndarray, tuple[str, str, str, str, str, int], float]] = []
+    start = 0.0
+    for a, b in pairwise(corners):
+        leg = _Leg(a, b, start)
+        rows += _rings(units, leg) + _lines(patches, units, leg)
+        start += leg.length
+    if not any(words[0] == "unit" for _, words, _ in rows):
+        w, e, s, n = units.box[:4]
+        raise InputError(
+            f"the line of the section does not meet the model ({w:.0f} to {e:.0f}, {s:.0f} to "
+            f"{n:.0f}). Give easting and northing [m] of a line across it."
+        )
+    labels: dict[str, Any] = {
+        key: ([words[k] for _, words, _ in rows], {"long_name": told})
+        for k, (key, told) in enumerate(_TOLD.items())
+    }
+    attrs = {"units": "m2", "long_name": "area inside the ring"}
+    whole = {
+        "length": start,
+        "zones": list(dict.fromkeys(unit.zone for unit in units.values())),
+        "faults": [source.name for source in patches.sources if source.role == "fault"],
+    }
+    found = ragged([points for points, _, _ in rows], _POINT, labels, whole)
+    return found.assign(area=("line", np.array([area for *_, area in rows]), attrs))
+
+
+def check_line(line: Any) -> np.ndarray:
+    """Corners (n, 2) of the line in the map, no two in a row the same."""
+    how = "give easting and northing [m] of two points or more, shape (n, 2)"
+    try:
+        corners = real_numbers(line)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the line of the section is {line!r}; {how}.") from error
+    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 2:
+        raise InputError(f"the line of the section has shape {corners.shape}; {how}.")
+    if not np.isfinite(corners).all():
+        raise InputError(f"the line of the section has values that are not finite; {how}.")
+    still = np.flatnonzero((np.diff(corners, axis=0) == 0).all(axis=1))
+    if len(still):
+        raise InputError(
+            f"points {still[0]} and {still[0] + 1} of the line of the section are one place; "
+            "leave one out."
+        )
+    return corners
+
+
+class _Leg:
+    """One straight part of a section: from a to b in the map [m]."""
+
+    def __init__(self, a: np.ndarray, b: np.ndarray, start: float) -> None:
+        self.a, self.b, self.start = a, b, start
+        self.length = math.dist(a, b)
+        self.along = (b - a) / self.length
+
+    def crossed(
+        self, local: np.ndarray, origin: np.ndarray, triangles: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Segments (m, 2) of triangles, rows of points (k, 2): distance from a, elevation.
+
+        Each starts on the edge that leads to the left of the plane, and ends on the one that leads
+        back: what is behind a front that looks out lies to the left of it.
+        """
+        used, mine = np.unique(triangles, return_inverse=True)
+        x = local[used]
+        ends = np.stack([self.a, self.b]) - origin[:2]
+        points = np.concatenate([ends, x[:, :2]])
+        rows = np.stack([np.zeros(len(x)), np.ones(len(x)), np.arange(len(x)) + 2.0], axis=1)
+        left = signs_of_turns(points, rows.astype(np.int64)) >= 0
+        faces = mine.reshape(-1, 3)
+        faces = faces[left[faces].any(axis=1) & ~left[faces].all(axis=1)]
+        side, onward = left[faces], left[faces[:, [1, 2, 0]]]
+        keys = []
+        for edge in (np.argmax(~side & onward, axis=1), np.argmax(side & ~onward, axis=1)):
+            row = np.arange(len(faces))
+            pair = np.sort(np.stack([faces[row, edge], faces[row, (edge + 1) % 3]], axis=1), axis=1)
+            keys.append(pair[:, 0] * len(x) + pair[:, 1])
+        key, at = np.unique(np.stack(keys, axis=1), return_inverse=True)
+        return at.reshape(-1, 2), self._places(x, ends[0], *np.divmod(key, len(x)))
+
+    def _places(self, x: np.ndarray, a: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Where edges from u to v cross the plane: distance from a, and elevation."""
+        p, q = x[u, :2] - a, x[v, :2] - a
+        far = np.stack([self.along[0] * d[:, 1] - self.along[1] * d[:, 0] for d in (p, q)])
+        wide = far[0] - far[1]
+        share = np.divide(far[0], wide, out=np.full(len(u), 0.5), where=wide != 0)
+        share = np.clip(share, 0.0, 1.0)
+        s = [d @ self.along for d in (p, q)]
+        low, high = x[u, 2], x[v, 2]
+        return np.column_stack([s[0] + share * (s[1] - s[0]), low + share * (high - low)])
+
+    def placed(self, line: np.ndarray) -> np.ndarray:
+        """Columns of the result for points (n, 2) of this leg."""
+        place = self.a + line[:, :1] * self.along
+        return np.column_stack([line[:, 0] + self.start, line[:, 1], place])
+
+
+def _rings(units: Units, leg: _Leg) -> list[Any]:
+    """Rings around the parts of units in the plane of a leg, between its ends."""
+    found = []
+    for unit in units.values():
+        segments, points = leg.crossed(unit.local, unit.origin, unit.triangles)
+        onward: dict[int, list[int]] = {}
+        for a, b in segments.tolist():
+            onward.setdefault(a, []).append(b)
+        for first in sorted(onward, key=lambda k: points[k].tolist()):
+            while onward[first]:
+                ring, at = [first], onward[first].pop()
+                while at != first:
+                    ring.append(at)
+                    at = onward[at].pop()
+                part = _clipped(points[ring], leg.length)
+                if len(part) > 2:
+                    words = ("unit", unit.name, unit.zone, unit.block, unit.contact, 1)
+                    found.append((leg.placed(part), words, _area(part)))
+    return found
+
+
+def _lines(patches: Patches, units: Units, leg: _Leg) -> list[Any]:
+    """Lines of surfaces where they bound units, and of faults inside one, too."""
+    found = []
+    front, back = units.sides.T
+    inside = (front >= 0) | (back >= 0)
+    for i, source in enumerate(patches.sources):
+        if source.role not in ROLES:
+            continue
+        shown = inside if source.role == "fault" else inside & (front != back)
+        mine = np.flatnonzero(shown & (patches.surface_of_triangle == i))
+        name = source.name
+        if source.role == "contact" and len(mine):
+            name = _contact_between(units, *units.sides[mine[0]].tolist()) or name
+        mine = patches.triangles[mine]
+        segments, points = leg.crossed(patches.local, patches.origin, mine)
+        x = np.column_stack([points, np.zeros(len(points))])
+        edges = np.unique(np.sort(segments, axis=1), axis=0)
+        for chain in chains_of(edges[edges[:, 0] != edges[:, 1]], x):
+            for part in _within(points[chain], leg.length):
+                words = (source.role, name, "", "", "", 0)
+                found.append((leg.placed(part), words, 0.0))
+    return found
+
+
+def _contact_between(units: Units, one: int, two: int) -> str:
+    """Name of the contact between two units; that of its surface says where it counts, too."""
+    if min(one, two) < 0:
+        return ""
+    listed = list(units.values())
+    above, below = sorted((listed[one].beneath, listed[two].beneath), key=len)
+    return below[-1] if len(below) > len(above) else ""
+
+
+def _area(ring: np.ndarray) -> float:
+    """Area inside a ring (n, 2) [m2], above 0 if it runs counter-clockwise."""
+    x, y = (ring - ring[0]).T
+    return 0.5 * math.fsum((x * np.roll(y, -1) - np.roll(x, -1) * y).tolist())
+
+
+def _clipped(ring: np.ndarray, length: float) -> np.ndarray:
+    """A ring (n, 2) between the ends of a leg (Sutherland & Hodgman 1974)."""
+    for limit, sign in ((0.0, 1.0), (length, -1.0)):
+        if len(ring) == 0 or (sign * (ring[:, 0] - limit) >= 0).all():
+            continue
+        kept: list[np.ndarray] = []
+        for p, q in pairwise([*ring, ring[0]]):
+            here, there = (sign * (point[0] - limit) >= 0 for point in (p, q))
+            if here:
+                kept.append(p)
+            if here != there:
+                kept.append(_at(p, q, limit))
+        ring = np.array(kept).reshape(-1, 2)
+    return ring
+
+
+def _within(line: np.ndarray, length: float) -> list[np.ndarray]:
+    """The parts of a line (n, 2) between the ends of a leg."""
+    parts: list[list[np.ndarray]] = [[]]
+    for p, q in pairwise(line):
+        low, high = sorted((p[0], q[0]))
+        if high < 0.0 or low > length:
+            parts.append([])
+            continue
+        ends = [p, q]
+        for k, point in enumerate((p, q)):
+            limit = min(max(point[0], 0.0), length)
+            if limit != point[0]:
+                ends[k] = _at(p, q, limit)
+        if ends[0] is not p or not parts[-1]:
+            parts.append([ends[0]])
+        parts[-1].append(ends[1])
+        if ends[1] is not q:
+            parts.append([])
+    return [np.array(part) for part in parts if len(part) > 1]
+
+
+def _at(p: np.ndarray, q: np.ndarray, limit: float) -> np.ndarray:
+    """Where the way from p to q has a distance along the section."""
+    share = (limit - p[0]) / (q[0] - p[0])
+    return np.array([limit, p[1] + share * (q[1] - p[1])])

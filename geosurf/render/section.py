@@ -1,0 +1,214 @@
+"""Vertical section: zones in colour, faults, horizons and contacts along a line in the map."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from geosurf.errors import InputError
+from geosurf.render import furniture, palette
+from geosurf.render.allan import HALO, area_text
+from geosurf.render.compose import png_path, save_png
+from geosurf.render.diagram import diagram_axes, range_shown
+from geosurf.render.layers import Entry
+from geosurf.render.views import check_size
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+WINDS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+_NEEDED = ("kind", "label", "zone", "contact", "along_section", "elevation", "count", "area")
+
+
+def render_section(
+    section: xarray.Dataset,
+    path: str | os.PathLike[str],
+    *,
+    size: tuple[int, int] = (1280, 800),
+    title: str | None = None,
+) -> Path:
+    """Draw a vertical section through a model.
+
+    Parameters
+    ----------
+    section : xarray.Dataset
+        What `Scene.section` gives.
+    path : path-like
+        A ``.png`` file; its folder is created.
+    size : (int, int)
+        Width and height in pixels.
+    title : str, optional
+        Default: where the section begins and ends.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If this is no section.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.graben(n=9)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     found = scene.section([(0, 1500), (4000, 1500)])
+    ...     render_section(found, f"{folder}/section.png", size=(400, 250)).name
+    'section.png'
+    """
+    path = png_path(path)
+    attrs = getattr(section, "attrs", {})
+    if any(not hasattr(section, name) for name in _NEEDED) or not {"zones", "faults"} <= set(attrs):
+        raise InputError(
+            f"render_section takes what Scene.section gives, not {type(section).__name__}."
+        )
+    lines = _lines_of(section)
+    areas = _areas(lines, list(section.attrs["zones"]))
+    sheet = furniture.Sheet(furniture.lay_out(check_size(size)))
+    levels = [line[:, 1] for words, line, _ in lines if words["kind"] in ("horizon", "contact")]
+    shown = range_shown(np.concatenate([line for _, line, _ in lines]), levels)
+    axes, exaggeration = diagram_axes(sheet, shown, "Distance along the section [km]")
+    colours = _colours(areas, list(section.attrs["zones"]))
+    _fill(axes, lines, colours)
+    faults = {name: palette.fault(i) for i, name in enumerate(section.attrs["faults"])}
+    _draw_lines(sheet, axes, lines, faults)
+    corners = _corners(section)
+    _draw_ends(sheet, axes, corners)
+    furniture.draw_legend(sheet, _legend(lines, areas, colours, faults), 640.0)
+    words = f"Vertical exaggeration {exaggeration:.2g}×. Areas are of the whole section."
+    if any(line["kind"] == "contact" for line, _, _ in lines):
+        words = f"Fluid contacts are blue. {words}"
+    furniture.draw_words(sheet, title or _title(corners), words)
+    return save_png(sheet.png(), path)
+
+
+def _lines_of(section: xarray.Dataset) -> list[tuple[dict[str, str], np.ndarray, float]]:
+    """Words of each line, its points (n, 2): distance, elevation [m]; and the area inside."""
+    points = np.stack([section.along_section.values, section.elevation.values], axis=1)
+    count, area = section["count"].values, section["area"].values
+    keys = ("kind", "label", "zone", "contact")
+    return [
+        ({key: str(section[key].values[i]) for key in keys}, points[end - n : end], float(area[i]))
+        for i, (end, n) in enumerate(zip(np.cumsum(count), count, strict=True))
+    ]
+
+
+def _corners(section: xarray.Dataset) -> np.ndarray:
+    """Distance, easting and northing of the leftmost and the rightmost point, (2, 3)."""
+    at = section.along_section.values
+    rows = [int(np.argmin(at)), int(np.argmax(at))]
+    columns = (section.along_section, section.easting, section.northing)
+    return np.stack([column.values[rows] for column in columns], axis=1)
+
+
+def _title(corners: np.ndarray) -> str:
+    west, east = (f"{x:.0f} E {y:.0f} N" for _, x, y in corners.tolist())
+    return f"Section from {west} to {east}"
+
+
+def _areas(lines, zones: list[str]) -> dict[tuple[str, str], float]:
+    """Area [m2] of each zone and interval between contacts, from the top down."""
+    areas: dict[tuple[str, str], float] = {}
+    heights: dict[tuple[str, str], float] = {}
+    for words, line, area in lines:
+        if words["kind"] == "unit":
+            key = words["zone"], words["contact"]
+            areas[key] = areas.get(key, 0.0) + area
+            heights[key] = heights.get(key, 0.0) + area * float(line[:, 1].mean())
+    order = sorted(areas, key=lambda key: (zones.index(key[0]), -heights[key] / areas[key]))
+    return {key: areas[key] for key in order}
+
+
+def _colours(areas, zones: list[str]) -> dict[tuple[str, str], palette.RGB]:
+    """Zones have the colours of the column, intervals between contacts are shades of them."""
+    found = {}
+    for zone in zones:
+        parts = [key for key in areas if key[0] == zone]
+        for i, key in enumerate(parts):
+            found[key] = palette.shade(palette.stratum(zones.index(zone)), i, len(parts))
+    return found
+
+
+def _fill(axes, lines, colours: dict[tuple[str, str], palette.RGB]) -> None:
+    """Fill the units; their holes run the other way round, so that they stay empty."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+
+    rings: dict[tuple[str, str, str], list[np.ndarray]] = {}
+    for words, line, _ in lines:
+        if words["kind"] == "unit":
+            rings.setdefault((words["label"], words["zone"], words["contact"]), []).append(line)
+    for (_, zone, part), parts in rings.items():
+        outline = Outline.make_compound_path(
+            *(Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in parts)
+        )
+        colour = colours[zone, part]  # the edge closes the seam between neighbours
+        axes.add_patch(PathPatch(outline, facecolor=colour, edgecolor=colour, linewidth=0.4))
+
+
+def _draw_lines(sheet, axes, lines, faults: dict[str, palette.RGB]) -> None:
+    """Horizons, contacts, and faults, each of these in its colour with its name at the top."""
+    unit = sheet.layout.unit
+    width = 1.6 * unit * 72.0 / furniture.DPI
+    bottom, top = axes.get_ylim()
+    named: dict[str, np.ndarray] = {}
+    for words, line, _ in lines:
+        kind, name = words["kind"], words["label"]
+        if kind == "horizon":
+            axes.plot(*line.T, color=palette.INK, linewidth=width, zorder=3)
+        elif kind == "contact":
+            axes.plot(*line.T, color=palette.PAPER, linewidth=HALO * width, zorder=2)
+            axes.plot(*line.T, color=palette.CONTACT, linewidth=width, zorder=2)
+        elif kind == "fault":
+            axes.plot(*line.T, color=palette.PAPER, linewidth=3.2 * width, zorder=4)
+            axes.plot(*line.T, color=faults[name], linewidth=2.0 * width, zorder=5)
+            seen = line[(line[:, 1] >= bottom) & (line[:, 1] <= top)]
+            highest = seen[np.argmax(seen[:, 1])] if len(seen) else None
+            if highest is not None and highest[1] > named.get(name, (0.0, -math.inf))[1]:
+                named[name] = highest
+    for name, place in named.items():
+        axes.annotate(
+            furniture.shortened(name, 12), place, (0.0, 9.0 * unit), annotation_clip=False,
+            textcoords="offset pixels", ha="center", va="bottom", family=furniture.FONT,
+            fontsize=12.0 * unit * 72.0 / furniture.DPI, color=faults[name], zorder=6,
+            path_effects=furniture.rim_of_words(unit),
+        )  # fmt: skip
+
+
+def _draw_ends(sheet, axes, corners: np.ndarray) -> None:
+    """Which way the section runs: the winds at its ends."""
+    (_, x0, y0), (_, x1, y1) = corners.tolist()
+    turn = round(math.degrees(math.atan2(x1 - x0, y1 - y0)) / 45.0) % 8
+    points = 14.0 * sheet.layout.unit * 72.0 / furniture.DPI
+    for x, wind in ((0.0, WINDS[(turn + 4) % 8]), (1.0, WINDS[turn])):
+        axes.annotate(
+            wind, (x, 1.0), (0.0, 12.0 * sheet.layout.unit), xycoords="axes fraction",
+            textcoords="offset pixels", ha="center", va="bottom", weight="bold",
+            family=furniture.FONT, fontsize=points, color=palette.INK,
+        )  # fmt: skip
+
+
+def _legend(lines, areas, colours, faults) -> tuple[Entry, ...]:
+    """Zones from the top down, with their areas; then faults and contacts."""
+    legend = [
+        Entry(zone, colours[zone, part], ", ".join(filter(None, [part, area_text(area)])))
+        for (zone, part), area in areas.items()
+    ]
+    for kind in ("fault", "contact"):
+        names = dict.fromkeys(words["label"] for words, _, _ in lines if words["kind"] == kind)
+        if kind == "fault":
+            shown = [name for name in faults if name in names]
+            legend += [Entry(name, faults[name], "fault", "line") for name in shown]
+        elif names:
+            legend.append(Entry("Fluid contacts", palette.CONTACT, ", ".join(names), "line"))
+    return tuple(legend)

@@ -1,0 +1,154 @@
+"""Vertical sections: what is known by hand, and laws that hold for any line."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import geosurf as gs
+from geosurf.errors import InputError
+from geosurf.measure import vertical_section
+from geosurf.measure.section import _area, _clipped, _within
+from tests.measure.worlds import BOX, faulted
+
+WEST, EAST, SOUTH, NORTH, BOTTOM, TOP = BOX
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return faulted((4.0, 4.0), contacts={"OWC": gs.Contact(-13.0, zones="Top/Base")})
+
+
+def lines(section, kind):
+    """Label and points (n, 2) of the lines of a kind."""
+    points = np.stack([section.along_section.values, section.elevation.values], axis=1)
+    ends = np.cumsum(section["count"].values)
+    return [
+        (str(section.label.values[i]), points[end - n : end])
+        for i, (end, n) in enumerate(zip(ends, section["count"].values, strict=True))
+        if section.kind.values[i] == kind
+    ]
+
+
+def areas(section):
+    mine = section.area.values[section.kind.values == "unit"]
+    names = section.label.values[section.kind.values == "unit"]
+    return {name: float(mine[names == name].sum()) for name in names.tolist()}
+
+
+def test_areas_across_a_fault_are_those_of_trapezia(scene):
+    """x + z = 10: Top is cut at -10 and -14, Base at -20 and -24, in the east 4 m lower."""
+    found = areas(scene.section([(WEST, 15.0), (EAST, 15.0)]))
+    assert found["above Top F1-"] == pytest.approx(0.5 * 10 * (10 + 20), rel=1e-12)
+    assert found["above Top F1+"] == pytest.approx(0.5 * 14 * (50 + 36), rel=1e-12)
+    foot = {part: found[f"Top/Base F1- {part} OWC"] for part in ("above", "below")}
+    assert foot["above"] == pytest.approx(3 * (20 + 23) / 2, rel=1e-12)
+    assert foot["below"] == pytest.approx(7 * (23 + 30) / 2, rel=1e-12)
+    assert found["Top/Base F1+ below OWC"] == pytest.approx(10 * (36 + 26) / 2, rel=1e-12)
+    assert sum(found.values()) == pytest.approx((EAST - WEST) * (TOP - BOTTOM), rel=1e-12)
+
+
+def test_lines_lie_on_their_surfaces_where_these_bound_units(scene):
+    section = scene.section([(WEST, 15.0), (EAST, 15.0)])
+    ((name, fault),) = lines(section, "fault")
+    assert name == "F1"
+    assert np.abs(fault.sum(axis=1) - 10.0).max() < 1e-12
+    assert fault[:, 1].min() == BOTTOM
+    assert fault[:, 1].max() == TOP
+    ends = {}
+    for name, line in lines(section, "horizon"):
+        ends.setdefault(name, []).append((line[0].tolist(), line[-1].tolist()))
+    assert ends["Top"] == [([0.0, -10.0], [20.0, -10.0]), ([24.0, -14.0], [60.0, -14.0])]
+    ((name, contact),) = lines(section, "contact")  # only where it parts the zone
+    assert name == "OWC"
+    assert contact[[0, -1]].tolist() == [[0.0, -13.0], [23.0, -13.0]]
+    assert section.attrs["zones"] == ["above Top", "Top/Base", "below Base"]
+
+
+def test_a_section_seen_from_behind_is_mirrored(scene):
+    there = scene.section([(WEST, 15.0), (EAST, 15.0)])
+    back = scene.section([(EAST, 15.0), (WEST, 15.0)])
+    one, two = areas(there), areas(back)
+    assert one.keys() == two.keys()
+    assert all(two[name] == pytest.approx(one[name], rel=1e-12) for name in one)
+    assert (back.area.values[back.kind.values == "unit"] > 0).all()
+
+
+whole = st.integers(-2, 12)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.lists(st.tuples(whole, whole), min_size=2, max_size=4))
+def test_areas_of_units_add_up_to_what_is_inside_the_box(points):
+    """Whole numbers: lines run through corners, along edges and walls, and out of the model."""
+    corners = np.array(points, dtype=float) * 5.0
+    if (np.diff(corners, axis=0) == 0).all(axis=1).any():
+        return
+    model = MODELS[0]
+    inside = 0.0
+    with contextlib.suppress(InputError):  # lines that pass the model by
+        section = vertical_section(model.patches, model.units, corners)
+        inside = section.area.values.sum() / (TOP - BOTTOM)
+    expected, in_wall = 0.0, 0.0
+    for a, b in itertools.pairwise(corners):
+        length = float(np.hypot(*(b - a)))
+        span = length * max(_share_inside(a, b), 0.0)
+        along_wall = any(a[k] == b[k] and a[k] in (BOX[2 * k], BOX[2 * k + 1]) for k in (0, 1))
+        expected += 0.0 if along_wall else span
+        in_wall += span if along_wall else 0.0  # may count, or not
+    assert expected - 1e-9 <= inside <= expected + in_wall + 1e-9
+
+
+def _share_inside(a, b):
+    """Part of the way from a to b that lies in the box (Liang & Barsky)."""
+    first, last = 0.0, 1.0
+    for k, (low, high) in enumerate(((WEST, EAST), (SOUTH, NORTH))):
+        step = b[k] - a[k]
+        if step == 0:
+            if not low <= a[k] <= high:
+                return 0.0
+            continue
+        ends = sorted(((low - a[k]) / step, (high - a[k]) / step))
+        first, last = max(first, ends[0]), min(last, ends[1])
+    return last - first
+
+
+MODELS = [faulted((4.0, 4.0))]
+
+
+def test_rings_and_lines_end_where_a_leg_does():
+    ring = np.array([[-2.0, 0], [4, 0], [4, 3], [-2, 3]])
+    assert _area(_clipped(ring, 3.0)) == 9.0
+    assert len(_clipped(ring - [9.0, 0.0], 3.0)) == 0
+    zigzag = np.array([[-1.0, 0], [1, 2], [5, 2], [5, 4], [1, 4]])
+    parts = _within(zigzag, 3.0)
+    assert [part.tolist() for part in parts] == [
+        [[0.0, 1.0], [1.0, 2.0], [3.0, 2.0]], [[3.0, 4.0], [1.0, 4.0]],
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ([(0, 0)], r"has shape \(1, 2\); give easting and northing"),
+        ("AB", r"line of the section is 'AB'; give"),
+        ([(0, 0), (np.nan, 1)], r"has values that are not finite; give"),
+        ([(0, 0), (9, 9), (9, 9)], r"points 1 and 2 of the line of the section are one place; l"),
+        ([(900, 900), (999, 999)], r"does not meet the model \(0 to 60, 0 to 30\)\. Give easting"),
+    ],
+)
+def test_lines_that_are_none(scene, line, words):
+    with pytest.raises(InputError, match=words):
+        scene.section(line)
+
+
+def test_a_section_can_be_written_and_is_remembered(scene, tmp_path):
+    line = [(WEST, 15.0), (EAST, 15.0)]
+    gs.write(scene.section(line), tmp_path / "section.nc")
+    assert scene.section(line) is scene.section(line)
+    assert scene.section([(WEST, 16.0), (EAST, 15.0)]) is not scene.section(line)
