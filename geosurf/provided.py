@@ -17,6 +17,7 @@ from geosurf.inputs import (
     box_in_words,
     opened_contacts,
     opened_outline,
+    refuse_other_crs,
     shared_origin,
 )
 from geosurf.joined import Joined
@@ -41,6 +42,7 @@ class Provided(Joined):
     _units_word: str | None
     _network: FaultStage
     _read: dict[str, str]
+    _crs: dict[str, str]
 
     @property
     def horizon_names(self) -> tuple[str, ...]:
@@ -172,4 +174,7 @@ class Provided(Joined):
             "triangulate", name, key, run, lambda s: f"{s.n_triangle} triangles", again=False
         )
         self._memory.made_of(found, key)
+        refuse_other_crs(name, found.crs, self._crs)
+        if found.crs is not None:
+            self._crs[name] = found.crs
         return found

@@ -72,8 +72,9 @@ class Scene(Provided):
     Raises
     ------
     InputError
-        For a missing horizon, a name used twice, an input of an unknown kind, or a tolerance that
-        is no length or meets a torn horizon.
+        For a missing horizon, a name used twice, an input of an unknown kind, a box that is
+        none, or a tolerance that is no length or meets a torn horizon. Later, where they are asked
+        for: inputs that cannot be used, or are in different coordinate reference systems.
 
     Examples
     --------
@@ -125,6 +126,7 @@ class Scene(Provided):
         self._tolerance = check_scene_tolerance(tolerance, self._horizons)
         self._memory = Memory()
         self._read: dict[str, str] = {}
+        self._crs: dict[str, str] = {}
         self.truncations = dict(as_mapping("truncations", truncations or {}))
         self._network = FaultStage(
             tuple(self._faults), self.truncations, extend, given=self._given_fault,

@@ -104,6 +104,26 @@ def test_a_fault_in_the_corner_of_an_area_that_is_not_in_it_is_left_out_too(worl
     assert scene(world).replace(faults={"Near": near}).units.report["outside"] == ()
 
 
+def test_grids_in_two_reference_systems_are_refused_by_name(world, tmp_path):
+    """Both are metres: nothing else would tell."""
+    here = {name: da.assign_attrs(crs="EPSG:32631") for name, da in world.horizons.items()}
+    gs.write(here["Base"].assign_attrs(crs="EPSG:23031"), tmp_path / "Base.nc")
+    for other in (here["Base"].assign_attrs(crs="EPSG:23031"), tmp_path / "Base.nc"):
+        with pytest.raises(
+            InputError,
+            match=r"'Base' is in EPSG:23031 and 'Top' in EPSG:32631, and coordinates are never con",
+        ):
+            _ = gs.Scene({**here, "Base": other}, world.faults, world.box).units
+    fault = world.faults["F1"].assign_attrs(crs="epsg:23031")
+    mixed = gs.Scene(here, {"F1": fault}, world.box)
+    with pytest.raises(InputError, match=r"'F1' is in epsg:23031 and 'Top' in EPSG:32631"):
+        _ = mixed.surfaces
+    with pytest.raises(InputError, match=r"'F1' is in epsg:23031"):
+        _ = mixed.replace(box=world.box).surfaces  # what is remembered is compared, too
+    same = {"F1": world.faults["F1"].assign_attrs(crs="epsg:32631")}
+    assert len(gs.Scene({**here, "Base": world.horizons["Base"]}, same, world.box).surfaces) == 4
+
+
 def test_names_are_there_and_differ(world):
     top = world.horizons["Top"]
     with pytest.raises(InputError, match=r"horizons has an empty name; give each a name of its"):

@@ -86,7 +86,7 @@ def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_p
     assert sum(volumes) == pytest.approx(4000 * 3000 * 800, rel=1e-12)
     assert {line.split()[0] for line in lines} >= {"read", "rebuild", "carve", "check", "draw"}
     assert all(line.endswith(" s") for line in lines)
-    assert (out / "report" / "index.html").read_text(encoding="utf-8").count("<img") == 7
+    assert (out / "report" / "index.html").read_text(encoding="utf-8").count("<img") == 9
 
     run_scenario(scenario(), out)
     assert digests(out) == first

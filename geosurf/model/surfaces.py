@@ -24,6 +24,8 @@ ROLES = ("horizon", "fault", "wall", "contact", "surface")
 class TriSurface(Noun):
     """A triangulated surface.
 
+    Its attribute `crs` is the coordinate reference system that its grid said, if one did.
+
     Parameters
     ----------
     name : str
@@ -53,6 +55,8 @@ class TriSurface(Noun):
     >>> ramp.n_triangle, ramp.bounds
     (1, (0.0, 9.0, 0.0, 9.0, 0.0, 9.0))
     """
+
+    crs: str | None = None
 
     def __init__(
         self,
