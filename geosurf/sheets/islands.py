@@ -10,10 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geosurf.model.base import any_of
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.near import Blocks
-from geosurf.sheets.sets import distinct
+from geosurf.sheets.sets import distinct, is_among
 
 TILE = 3  # 2**3 nodes each way: what is in one tile or in neighbouring ones hangs together
 LEAST = 10_000  # triangles: a smaller island is cut with the next one
@@ -37,28 +36,31 @@ def islands(
     if count < 2 or len(blocks) < 2 or len(faces) < 2 * LEAST:
         return [(np.arange(len(faces)), list(range(len(blocks))))]
     places = frame.cells_of_node(nodes)
-    joined = np.arange(count)
-    island_of_fault = []
+    joined, first = np.arange(count), []  # a fault joins all islands that it comes near
     for of in blocks:
         met = distinct(joined[island[of.of(places)[0]]])
-        joined[any_of(joined[:, None] == met)] = met[0] if len(met) else 0
-        island_of_fault.append(met[0] if len(met) else 0)
-    # islands by their first triangle, small ones with the next
-    of_face = joined[island[faces[:, 0]]]
+        met = met if len(met) else joined[:1]  # one that is near none has to be somewhere
+        joined[is_among(joined, met)] = met[0]
+        first.append(met[0])
+    number, n = _numbered(joined[island[faces[:, 0]]], count)
+    of_face, of_fault = number[joined[island[faces[:, 0]]]], number[joined[first]]
+    return [
+        (np.flatnonzero(of_face == k), np.flatnonzero(of_fault == k).tolist()) for k in range(n)
+    ]
+
+
+def _numbered(of_face: np.ndarray, count: int) -> tuple[np.ndarray, int]:
+    """Numbers (count,) of islands by their first triangle, small ones with the next; how many."""
     size = np.bincount(of_face, minlength=count)
-    number, names = np.zeros(count, dtype=np.int64), np.unique(of_face, return_index=True)
+    names, first = np.unique(of_face, return_index=True)
+    number = np.zeros(count, dtype=np.int64)
     held, last = 0, 0
-    for name in names[0][np.argsort(names[1])]:
+    for name in names[np.argsort(first)].tolist():
         if held >= LEAST:
             held, last = 0, last + 1
         number[name] = last
         held += int(size[name])
-    of_face = number[of_face]
-    of_fault = number[joined[island_of_fault]]
-    return [
-        (np.flatnonzero(of_face == k), np.flatnonzero(of_fault == k).tolist())
-        for k in range(last + 1)
-    ]
+    return number, last + 1
 
 
 def _tiled(nodes: np.ndarray, shape: tuple[int, int]) -> tuple[int, np.ndarray]:

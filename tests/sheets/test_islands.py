@@ -40,15 +40,15 @@ def _all_of(sheet) -> list[np.ndarray]:
 def test_islands_change_nothing(told):
     sources = torn_sources(245)
     faults = {name: fault for role, name, fault in sources if role == "fault"}
-    one = gs.triangulate_fault(faults["F1"], name="deep")
-    down = one.vertices - [0.0, 0.0, 9000.0]
-    faults["deep"] = gs.TriSurface("deep", "fault", down, one.triangles)  # meets nothing
+    one = gs.triangulate_fault(faults["F1"], name="one")
+    for name, away in {"deep": [0.0, 0.0, -9000.0], "far": [90000.0, 0.0, 0.0]}.items():
+        faults[name] = gs.TriSurface(name, "fault", one.vertices + away, one.triangles)
     data = next(grid for role, _, grid in sources if role == "horizon")
     cuts = told(1)
     apart = gs.tear_horizon(data, faults)
     assert 1 < len(cuts[-1]) < len(faults)  # some are near one another
     assert sorted(k for part in cuts[-1] for k in part) == list(range(len(faults)))
-    assert len(apart.cuts["deep"].along) == 0
+    assert len(apart.cuts["deep"].along) == len(apart.cuts["far"].along) == 0  # met nowhere
     told(10**9)
     whole = gs.tear_horizon(data, faults)
     assert len(cuts[-1]) == 1
