@@ -17,7 +17,7 @@ from geosurf.kernels.placing import LANES
 from geosurf.kernels.points import FULL
 from tests.kernels.test_signs import SCALES, dot, minus, plane, position
 from tests.oracles import rational, rounded
-from tests.strategies import soups
+from tests.strategies import soup, soups
 
 
 def exact_points(contacts):
@@ -93,6 +93,29 @@ def test_an_edge_through_many_faces(n):
     shared = contacts.d[(contacts.d[:, 1:3] == contacts.d[0, 1:3]).all(axis=1)]
     assert len(shared) == n
     check(contacts)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_many_edges_of_one_plane_find_room(turned):
+    """Tables of names begin with sixty-four slots."""
+    n, few = 32, 3
+    bars = np.array([[[k, -1.0, 0], [k + 0.5, n, 0], [k - 0.25, n, 0]] for k in range(n)])
+    across = bars[:few, :, [1, 0, 2]] + [0.125, 0.25, 0]
+    one, two = (across, bars) if turned else (bars, across)
+    contacts = find_contacts([soup("A", one), soup("B", two)])
+    assert len(contacts.rows) == n * few
+    assert len(contacts.e) > 64
+    assert len(contacts.d) > 3 * n * few
+    check(contacts)
+    # what cuts a face runs between points of both
+    exact = exact_points(contacts)
+    segments = contacts.records[contacts.records[:, 2] >= 0]
+    assert len(segments) >= 4 * n * few
+    for face, p, q, support in segments.tolist():
+        x, t = rational(contacts.x[: contacts.n_vertex]), contacts.t.tolist()
+        for by in (face, support):
+            o, normal = plane(x, t, contacts.e.tolist(), by)
+            assert not any(dot(normal, minus(exact[i], o)) for i in (p, q))
 
 
 def test_points_on_planes_that_are_level_are_never_minus_zero():
