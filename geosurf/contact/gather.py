@@ -21,6 +21,8 @@ from geosurf.kernels.merging import may_coincide
 from geosurf.kernels.mesh import weld
 from geosurf.kernels.upright import OPEN
 
+_FEW = 4  # pairs of surfaces; to ask a few one by one costs no more than asking crowns
+
 
 @dataclass
 class Faces:
@@ -64,17 +66,20 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
     """
     found = []
     cost = {"voxels": 0, "nodes": 0, "candidate_faces": 0, "pairs_tested": 0}
+    # a graph has one elevation for each place in the map: it cannot meet itself
+    wanted = [(i, j) for i, j in pairs if i != j or not _is_graph(surfaces[i])]
+    aligned = {(i, j) for i, j in wanted if i != j and of_one_map(surfaces[i], surfaces[j])}
     if voxels:
         boxes = [tree.boxes_of(s) for s in surfaces]
     else:
         trees = [tree.tree_of(s) for s in surfaces]
-        apart = tree.apart(trees)
+        apart = _apart(trees, [pair for pair in wanted if pair not in aligned])
 
     def search(i: int, j: int):
         """Candidates of one pair of surfaces, and what finding them cost."""
         if not voxels and i != j and apart[i, j]:
             return np.empty((0, 2), dtype=np.int64), {"nodes": 1, "pairs": 0}
-        one_map = i != j and of_one_map(surfaces[i], surfaces[j])
+        one_map = (i, j) in aligned
         lattices = surfaces[i].lattice, surfaces[j].lattice
         if voxels:
             rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
@@ -93,13 +98,21 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
             rows, spent = tree.candidate_pairs(trees[i], trees[j], same=i == j)
         return (rows[needed(*lattices, rows[:, :2])] if one_map else rows), spent
 
-    # a graph has one elevation for each place in the map: it cannot meet itself
-    wanted = [(i, j) for i, j in pairs if i != j or not _is_graph(surfaces[i])]
     for (i, j), (rows, spent) in zip(wanted, side_by_side(search, wanted), strict=True):
         for key, value in spent.items():
             cost["pairs_tested" if key == "pairs" else key] += value
         found.append((i, j, rows))
     return found, cost
+
+
+def _apart(trees, pairs) -> np.ndarray:
+    """Which trees do not meet by their boxes, or, of these pairs, by their crowns, bool (n, n)."""
+    apart = tree.apart(trees)
+    left = np.array([(i, j) for i, j in pairs if i != j and not apart[i, j]], dtype=np.int64)
+    if len(left) > _FEW:
+        one, two = left[tree.apart_by_crowns(trees, left)].T
+        apart[one, two] = apart[two, one] = True
+    return apart
 
 
 def _is_graph(surface) -> bool:

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.kernels import tree
+from geosurf.kernels.crowns import crowns_meet
 from geosurf.kernels.listed import LARGEST, SMALLEST, build_list_tree, survey_list
-from geosurf.kernels.tree import N_COL, N_PLACE, N_ROW
+from geosurf.kernels.tree import FAN, IS_LATTICE, N_COL, N_PLACE, N_ROW
 from geosurf.kernels.voxels import triangle_boxes
 from geosurf.model import Lattice, TriSurface
 
@@ -21,6 +22,7 @@ _NO_ORDER = np.empty(0, dtype=np.int64)
 _LISTED = "_listed"
 _NEIGHBOURS = 48  # of a triangle in its own surface, seldom more
 _ROOM = 1 << 17  # 2 MB: below what the system hands out in huge pages, filled with zeros
+_CROWN = 512  # nodes of the lowest level of a crown; sixteen cells of a large fault beside a node
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,17 @@ class Tree:
     def bounds(self) -> np.ndarray:
         """Box around all that the tree holds: lower, then upper corner."""
         return self.nodes[-1]
+
+    def crown(self) -> tuple[np.ndarray, np.ndarray]:
+        """Boxes of the upper levels, and these levels: see `geosurf.kernels.crowns`."""
+        n_level = len(self.levels)
+        sizes = self.levels[:, 1] * self.levels[:, 2]
+        lowest = min(int((sizes > _CROWN).sum()), n_level - 1)
+        start = self.levels[lowest, 0]
+        fan = (2, 2) if self.places[IS_LATTICE] else (1, FAN)
+        levels = np.empty((n_level - lowest, 5), dtype=np.int64)
+        levels[:, :3], levels[:, 3:] = self.levels[lowest:] - (start, 0, 0), fan
+        return self.nodes[start:], levels
 
     def arguments(self) -> tuple:
         """The tree as kernels take it."""
@@ -119,6 +132,18 @@ def apart(trees: list[Tree]) -> np.ndarray:
     low, high = boxes[:, None, :3], boxes[None, :, 3:]
     beyond: np.ndarray = ~(low <= high).all(axis=2)  # what is not a number reaches nothing
     return beyond | beyond.T
+
+
+def apart_by_crowns(trees: list[Tree], pairs: np.ndarray) -> np.ndarray:
+    """Which pairs (rows of `trees`, int64 (n, 2)) do not meet by their upper levels, bool (n,)."""
+    crowns = [tree.crown() for tree in trees]
+    first_node = np.cumsum([0] + [len(nodes) for nodes, _ in crowns])
+    first_level = np.cumsum([0] + [len(levels) for _, levels in crowns])
+    levels = np.concatenate([levels for _, levels in crowns])
+    levels[:, 0] += np.repeat(first_node[:-1], np.diff(first_level))
+    nodes = np.concatenate([nodes for nodes, _ in crowns])
+    beyond: np.ndarray = ~crowns_meet(nodes, levels, first_level, pairs)
+    return beyond
 
 
 def pairs_of_some(surface: TriSurface, whole: Tree, some: np.ndarray):

@@ -9,6 +9,7 @@ file               question                                               source
 `doubled`          constructed points in double-double, with a bound      Dekker 1971
 `points`           one id per point, whatever it is called                Levy 2024
 `voxels`, `tree`   which triangles are near?                              Lo & Wang 2004
+`crowns`           which of many trees can meet at all?
 `aligned`          the same for horizons with one map
 `upright`          the same for grids with straight axes, and what floats settle of it
 `under`            which cells of a patch may meet a cell? (heights of nodes)
