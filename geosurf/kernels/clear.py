@@ -11,6 +11,7 @@ Notation, beside that of `tree` (p, q, r, a) and of `survey` (a b c d, tile)
     u        edges across: d - a at column j, c - b at column j + 1
     steps    scratch rows, for each coordinate: extremes of e and u, then middle and reach of each
     out      scratch rows, for each of two planes: what bounds tell, by column
+    totals   rows of sums, by column of a tile, over all tiles: sums along a row are no vector code
 """
 
 from __future__ import annotations
@@ -36,6 +37,8 @@ _UNDERFLOW = 1e-290
 _E_LOW, _E_HIGH, _U_LOW, _U_HIGH = 0, 1, 2, 3
 _E, _E_REACH, _U, _U_REACH = 0, 1, 2, 3
 _OPEN, _GAIN, _REACH = 0, 1, 2
+# rows of `totals`: gains and how far off they may be in two planes, then squared edges
+_SQUARES, N_TOTAL = 4, 5
 
 
 @scalar
@@ -152,40 +155,43 @@ def _bound_cells(p, q, n, out):
 
 
 @scalar
-def _add_gain(out, n, n_row, k, sums):
-    """Add the gains of a tile in one of two planes."""
-    gain, reach = 0.0, 0.0
-    for j in range(n):
-        gain += out[_GAIN * ROW_SIZE + j]
-        reach += out[_REACH * ROW_SIZE + j]
-    sums[GAIN + k] += 2.0 * n_row * gain
-    sums[REACH + k] += 2.0 * n_row * reach
+def _add_gains(out, n, weight, row, totals):
+    """Add the gains of a tile in one of two planes, and how far they may be off, by column."""
+    for j in range(min(n, TILE)):
+        totals[row * ROW_SIZE + j] += weight * out[_GAIN * ROW_SIZE + j]
+        totals[(row + 1) * ROW_SIZE + j] += weight * out[_REACH * ROW_SIZE + j]
 
 
 @scalar
-def _largest_square(steps, n):
-    """The square of the longest step of e and that of u."""
-    e, u = 0.0, 0.0
-    for j in range(n):
-        p = abs(steps[_E * ROW_SIZE + j]) + steps[_E_REACH * ROW_SIZE + j]
-        q = abs(steps[_U * ROW_SIZE + j]) + steps[_U_REACH * ROW_SIZE + j]
-        e = p if p > e else e
-        u = q if q > u else u
-    return e * e + u * u
+def _add_squares(steps, n, weight, totals):
+    """Add the squares of the longest steps of e and u of each column."""
+    for j in range(min(n, TILE)):
+        e = abs(steps[_E * ROW_SIZE + j]) + steps[_E_REACH * ROW_SIZE + j]
+        u = abs(steps[_U * ROW_SIZE + j]) + steps[_U_REACH * ROW_SIZE + j]
+        totals[_SQUARES * ROW_SIZE + j] += weight * (e * e + u * u)
+
+
+@scalar
+def add_totals(totals, sums):
+    """Add what was added by column."""
+    for j in range(TILE):
+        for k in range(2):
+            sums[GAIN + k] += totals[2 * k * ROW_SIZE + j]
+            sums[REACH + k] += totals[(2 * k + 1) * ROW_SIZE + j]
+        sums[EDGES] += totals[_SQUARES * ROW_SIZE + j]
 
 
 @scalar
 def _all_open(out, n):
     """Whether bounds show that no corner of a cell is flat."""
-    least = np.inf
-    for j in range(n):
-        turn = out[_OPEN * ROW_SIZE + j]
-        least = turn if turn < least else least
-    return least > _UNDERFLOW
+    n_open = 0
+    for j in range(min(n, TILE)):  # a count becomes vector code, the least of all does not
+        n_open += 1 if out[_OPEN * ROW_SIZE + j] > _UNDERFLOW else 0
+    return n_open == n
 
 
 @scalar
-def clear_tile(p, q, r, a, block, first, n, rows, steps, out, sums):
+def clear_tile(p, q, r, a, block, first, n, rows, steps, out, totals):
     """Add the cells of a tile without holes, if bounds show that no corner of them is flat.
 
     Normals are left to the rim.
@@ -207,11 +213,12 @@ def clear_tile(p, q, r, a, block, first, n, rows, steps, out, sums):
         if not _all_open(yz, n):
             return False
         _bound_cells(two, three, n, yz)
-    n_row = min(BLOCK, a[N_ROW] - 1 - block * BLOCK)
-    _add_gain(xz, n, n_row, 0, sums)
-    _add_gain(yz, n, n_row, 1, sums)
-    far = _largest_square(one, n) + _largest_square(two, n) + _largest_square(three, n)
-    sums[EDGES] += 2.0 * n_row * n * far
+    weight = 2.0 * min(BLOCK, a[N_ROW] - 1 - block * BLOCK)
+    _add_gains(xz, n, weight, 0, totals)
+    _add_gains(yz, n, weight, 2, totals)
+    _add_squares(one, n, weight, totals)
+    _add_squares(two, n, weight, totals)
+    _add_squares(three, n, weight, totals)
     return True
 
 

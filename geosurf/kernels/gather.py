@@ -60,7 +60,8 @@ def first_seen(keys):
     return found[:count].copy(), number
 
 
-WORD = 32  # keys whose bits are in one number, below the count of those before
+_SHIFT = 5
+WORD = 1 << _SHIFT  # keys whose bits are in one number, below the count of those before
 
 
 @scalar
@@ -132,22 +133,23 @@ def number_in_place(table: np.ndarray, n_column: int, limit: int) -> np.ndarray:
 @entry("l2 l l -> l1")
 def number_by_bits(table, n_column, limit):
     """`number_in_place` by a bit for each possible key."""
-    words = np.zeros(limit // WORD + 1, dtype=np.int64)
+    words = np.zeros((limit >> _SHIFT) + 1, dtype=np.int64)
     for k in range(table.shape[0]):
         for column in range(n_column):
             key = table[k, column]
-            words[key // WORD] |= 1 << (key % WORD)
+            words[key >> _SHIFT] |= 1 << (key & (WORD - 1))
     count = 0
     for i in range(words.shape[0]):  # how many there are before goes beside the bits
         bits = words[i]
-        words[i] = (count << WORD) + bits
-        count += _ones(bits)
+        if bits != 0:  # few are: the others are read, and never asked
+            words[i] = (count << WORD) + bits
+            count += _ones(bits)
     found = np.empty(count, dtype=np.int64)
     for k in range(table.shape[0]):
         for column in range(n_column):
             key = table[k, column]
-            word = words[key // WORD]
-            number = (word >> WORD) + _ones(word & ((1 << (key % WORD)) - 1))
+            word = words[key >> _SHIFT]
+            number = (word >> WORD) + _ones(word & ((1 << (key & (WORD - 1))) - 1))
             found[number] = key
             table[k, column] = number
     return found

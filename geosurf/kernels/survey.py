@@ -28,6 +28,7 @@ from geosurf.kernels.clear import (
     GAIN,
     MARGIN,
     N_SUM,
+    N_TOTAL,
     NORMAL,
     ONLY_FALLING,
     ONLY_RISING,
@@ -35,6 +36,7 @@ from geosurf.kernels.clear import (
     ROW_SIZE,
     TILE,
     add_rim,
+    add_totals,
     clear_tile,
     fill,
     least,
@@ -295,6 +297,7 @@ def survey_lattice(p, q, r, a, quads):
     sums[MARGIN] = np.inf
     work, rows = np.empty(2 * ROW_SIZE), np.empty(FIVE * ROW_SIZE)
     steps, out, c = np.empty(3 * PART), np.empty(2 * PART), np.empty((4, 3))
+    totals = np.zeros(N_TOTAL * ROW_SIZE)
     clear = np.zeros((n_row, (n_col * BLOCK + TILE - 1) // TILE), dtype=np.bool_)
     axes = _axes(p, q, r, a, boxes, n_col)
     bits = axes
@@ -309,7 +312,7 @@ def survey_lattice(p, q, r, a, quads):
                 boxes[block * n_col + start : block * n_col + stop]
             )
             if whole and quads and n_cell > 0:
-                whole = clear_tile(p, q, r, a, block, first, n, rows, steps, out, sums)
+                whole = clear_tile(p, q, r, a, block, first, n, rows, steps, out, totals)
                 clear[block, first // TILE] = whole
             if whole:
                 marks[N_RISING] += 2 * n_cell
@@ -317,6 +320,7 @@ def survey_lattice(p, q, r, a, quads):
             else:
                 _every_cell(p, q, r, a, block, first, n, quads, c, marks, sums)
     if quads:
+        add_totals(totals, sums)
         _add_rims(p, q, r, a, clear, sums)
     for axis in range(3):
         marks[NOT_A_NUMBER + axis] = (bits >> 2 * axis) & 1

@@ -26,8 +26,9 @@ _FINE = 7  # nodes of a pyramid in a row, less one, that are asked for a block
 
 @scalar
 def _guess(axis, n, value, pace):
-    """Where a value would be among n cells of even steps."""
-    return int(min(max((value - axis[0]) * pace, 0.0), 1.0 * n))
+    """Where a value would be among n cells of even steps; 0 if that is not a number."""
+    steps = (value - axis[0]) * pace
+    return int(min(steps, 1.0 * n)) if steps > 0.0 else 0
 
 
 @scalar
@@ -84,6 +85,32 @@ def _heights_over(nodes, levels, r0, r1, c0, c1, most):
             low = min(low, nodes[node, 2])
             high = max(high, nodes[node, 5])
     return low, high
+
+
+@scalar
+def _column_extremes(values, a, axis, first, last, j, ends):
+    """Lowest and highest number of column j, rows first to last; inf, -inf if there is none."""
+    low, high = np.inf, -np.inf
+    for i in range(first, last + 1):
+        value = values[a[3 * axis] + i * a[3 * axis + 1] + j * a[3 * axis + 2]]
+        low = value if value < low else low
+        high = value if value > high else high
+    ends[axis], ends[3 + axis] = low, high
+
+
+@scalar
+def _column_box(p, q, r, a, first, last, j, ends):
+    """Box around the nodes of column j, rows first to last."""
+    _column_extremes(p, a, 0, first, last, j, ends)
+    _column_extremes(q, a, 1, first, last, j, ends)
+    _column_extremes(r, a, 2, first, last, j, ends)
+
+
+@scalar
+def _hull(one, two, box):
+    """The box around two boxes."""
+    for k in range(3):
+        box[k], box[3 + k] = min(one[k], two[k]), max(one[3 + k], two[3 + k])
 
 
 @scalar
@@ -147,15 +174,6 @@ def _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at):
 
 
 @scalar
-def _pair(values, a, i, j):
-    """Lowest and highest of the elevations of a node and the next one in its column."""
-    u, v = values[a[6] + i * a[7] + j * a[8]], values[a[6] + (i + 1) * a[7] + j * a[8]]
-    low = u if u < np.inf else np.inf  # not a number: passed over
-    high = u if u > -np.inf else -np.inf
-    return v if v < low else low, v if v > high else high
-
-
-@scalar
 def _below(levels, level, i, j, stack, top):
     """Put the nodes below a node of a pyramid on a stack."""
     for row in range(2 * i, min(2 * i + 2, levels[level - 1, 1])):
@@ -174,7 +192,7 @@ def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, 
     """
     c, f, v = np.empty((8, 3)), np.empty((4, 7)), np.empty((4, 3), dtype=np.int64)
     box, reach, h, w = np.empty(6), np.empty(3), np.empty((2, N_TERM)), np.empty((4, 4))
-    at = np.empty(4, dtype=np.int64)
+    at, ends = np.empty(4, dtype=np.int64), np.empty((2, 6))
     rows = np.empty((2, aa[N_ROW]))  # a cell of B may be above all of A
     heights, marks = np.empty((4, aa[N_COL])), np.empty((2, aa[N_COL]), dtype=np.int64)
     corners_of_cell(aa, v, 0)
@@ -197,13 +215,19 @@ def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, 
             top = _below(lb, level, row, col, stack, top)
             continue
         row0, col0 = BLOCK * row, BLOCK * col
-        for i in range(row0, min(row0 + BLOCK, ab[N_ROW] - 1)):
-            one, two = _pair(rb, ab, i, col0)
-            for j in range(col0, min(col0 + BLOCK, ab[N_COL] - 1)):
-                low_b, high_b = one, two
-                one, two = _pair(rb, ab, i, j + 1)
-                box[2], box[5] = min(low_b, one), max(high_b, two)
-                if not (low <= box[5] and box[2] <= high):
+        row1, col1 = min(row0 + BLOCK, ab[N_ROW] - 1), min(col0 + BLOCK, ab[N_COL] - 1)
+        _column_box(pb, qb, rb, ab, row0, row1, col0, ends[col0 & 1])
+        for j in range(col0, col1):
+            _column_box(pb, qb, rb, ab, row0, row1, j + 1, ends[(j + 1) & 1])
+            _hull(ends[0], ends[1], box)
+            if not (low <= box[5] and box[2] <= high):
+                continue
+            least, most = _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at)
+            if not (least <= box[5] and box[2] <= most):
+                continue
+            for i in range(row0, row1):
+                _cell_box(rb, ab, 2, i, j, box)
+                if not (least <= box[5] and box[2] <= most):
                     continue
                 asked += 1
                 _cell_box(pb, ab, 0, i, j, box)
