@@ -68,18 +68,17 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
     cost = {"voxels": 0, "nodes": 0, "candidate_faces": 0, "pairs_tested": 0}
     # a graph has one elevation for each place in the map: it cannot meet itself
     wanted = [(i, j) for i, j in pairs if i != j or not _is_graph(surfaces[i])]
-    aligned = {(i, j) for i, j in wanted if i != j and of_one_map(surfaces[i], surfaces[j])}
     if voxels:
         boxes = [tree.boxes_of(s) for s in surfaces]
     else:
         trees = [tree.tree_of(s) for s in surfaces]
-        apart = _apart(trees, [pair for pair in wanted if pair not in aligned])
+        near = _near_pairs(surfaces, trees, wanted)
+        cost["nodes"] += len(wanted) - len(near)
+        wanted = near
 
     def search(i: int, j: int):
         """Candidates of one pair of surfaces, and what finding them cost."""
-        if not voxels and i != j and apart[i, j]:
-            return np.empty((0, 2), dtype=np.int64), {"nodes": 1, "pairs": 0}
-        one_map = (i, j) in aligned
+        one_map = i != j and of_one_map(surfaces[i], surfaces[j])
         lattices = surfaces[i].lattice, surfaces[j].lattice
         if voxels:
             rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
@@ -105,14 +104,19 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
     return found, cost
 
 
-def _apart(trees, pairs) -> np.ndarray:
-    """Which trees do not meet by their boxes, or, of these pairs, by their crowns, bool (n, n)."""
-    apart = tree.apart(trees)
-    left = np.array([(i, j) for i, j in pairs if i != j and not apart[i, j]], dtype=np.int64)
-    if len(left) > _FEW:
-        one, two = left[tree.apart_by_crowns(trees, left)].T
-        apart[one, two] = apart[two, one] = True
-    return apart
+def _near_pairs(surfaces, trees, pairs) -> list[tuple[int, int]]:
+    """Those of some pairs of surfaces whose trees meet, by their boxes and their crowns.
+
+    Crowns are not asked where two grids share a map: what is nearly at one height is kept there.
+    """
+    apart = tree.apart(trees).tolist()
+    near = [(i, j) for i, j in pairs if i == j or not apart[i][j]]
+    asked = [(i, j) for i, j in near if i != j and not of_one_map(surfaces[i], surfaces[j])]
+    if len(asked) <= _FEW:
+        return near
+    by_crowns = tree.apart_by_crowns(trees, np.array(asked)).tolist()
+    far = {pair for pair, is_far in zip(asked, by_crowns, strict=True) if is_far}
+    return [pair for pair in near if pair not in far]
 
 
 def _is_graph(surface) -> bool:

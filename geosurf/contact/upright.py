@@ -9,8 +9,6 @@ from geosurf.kernels.upright import upright_pairs
 from geosurf.model import TriSurface
 
 _ULP = 2.0**-52
-
-
 _MOST = 64  # cells of the straight grid below one of the other; beyond, trees pass by planes
 
 
@@ -30,12 +28,15 @@ def are_alike(surfaces: tuple[TriSurface, TriSurface], trees: tuple[Tree, Tree])
         return False
     one, two = (0, 1) if has_axes(surfaces[0]) else (1, 0)
     lattice, bounds = surfaces[one].lattice, trees[two].bounds
+    n_row, n_col = surfaces[two].lattice.shape
+    most = _MOST * (n_row - 1) * (n_col - 1)
+    if (len(lattice.easting) + 1) * (len(lattice.northing) + 1) <= most:
+        return True  # whatever is below
     n = 1
     for axis, k in ((lattice.easting, 0), (lattice.northing, 1)):
-        first, last = np.searchsorted(axis, bounds[[k, 3 + k]])
+        first, last = np.searchsorted(axis, bounds[k::3])
         n *= int(last - first) + 1
-    n_row, n_col = surfaces[two].lattice.shape
-    return n <= _MOST * (n_row - 1) * (n_col - 1)
+    return n <= most
 
 
 def settled_pairs(
@@ -61,8 +62,9 @@ def settled_pairs(
     """
     swapped = not has_axes(surfaces[0])
     one, two = trees[::-1] if swapped else trees
-    bounds = np.stack([tree.bounds.reshape(2, 3) - origin for tree in trees])
-    slip = _ULP * float(np.abs(bounds).max())
+    start = origin.tolist() * 2
+    far = (abs(x - o) for tree in trees for x, o in zip(tree.bounds.tolist(), start, strict=True))
+    slip = _ULP * max(far)
     sides = [(*of.coordinates, of.places, of.nodes, of.levels) for of in (one, two)]
     return all_pairs(
         lambda room: upright_pairs(*sides[0], *sides[1], origin, slip, swapped, room), 3

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geosurf.model.base import frozen
+
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.model.lattice import Lattice
 
@@ -67,15 +69,15 @@ class Survey:
         counts = marks.tolist()
         gains, reach, edges, margin, normals = _UNKNOWN
         if quads:
-            alone = np.array([sums[k : k + 3] for k in (clear.ONLY_FALLING, clear.ONLY_RISING)])
+            alone = sums[clear.ONLY_RISING : clear.ONLY_FALLING + 3].reshape(2, 3)[::-1]
             normals = 0.5 * sums[clear.NORMAL : clear.NORMAL + 3] + alone
             gains, reach = sums[clear.GAIN : clear.GAIN + 2], sums[clear.REACH : clear.REACH + 2]
             edges, margin = float(sums[clear.EDGES]), float(sums[clear.MARGIN])
-        for part in (nodes, levels, gains, reach, normals):
+        for part in (gains, reach, normals):
             part.flags.writeable = False
         return cls(
-            nodes=nodes,
-            levels=levels,
+            nodes=frozen(nodes, np.float64),  # views: kernels take what is below as it is
+            levels=frozen(levels, np.int64),
             n_triangles=(counts[survey.N_FALLING], counts[survey.N_RISING]),
             numbers=tuple(count == 0 for count in counts[survey.NOT_A_NUMBER :][:3]),
             minus_zero=bool(counts[survey.MINUS_ZERO]),

@@ -44,6 +44,10 @@ def pairs_of_grids(draw):
     y = scale * (rng.integers(0, 6, (m, k)) if draw(st.booleans()) else 2 * v)
     h = scale * rng.integers(-3, 4, (m, k))
     h[rng.random(h.shape) < 0.1] = np.nan
+    x, y = 1.0 * x, 1.0 * y
+    if draw(st.booleans()):  # whole cells without a place, though with a height
+        i, j = rng.integers(0, (m, k))
+        draw(st.sampled_from([x, y]))[i : i + 3, j : j + 4] = np.nan
     wall = Lattice(x, y, h * 1.0, bool(rng.integers(2)), bool(rng.integers(2)))
     a = TriSurface("A", "horizon", lattice=top)
     b = TriSurface("B", "fault", lattice=wall)
@@ -218,6 +222,19 @@ def test_points_that_doubles_place_are_the_next_doubles(rng):
             assert place == right
             sure += 1
     assert sure > 30
+
+
+@pytest.mark.parametrize(("low", "high"), [(np.nan, np.nan), (np.nan, 3.0), (3.0, np.nan)])
+@pytest.mark.parametrize("pace", [0.2, np.inf])
+def test_a_cell_without_a_place_asks_for_cells_that_exist(low, high, pace):
+    """All four nodes of a cell may lack an easting and have an elevation; tiny steps have no pace.
+
+    A guess from what is not a number is no row of anything.
+    """
+    axis = np.arange(6.0)
+    first, last = _range_on(axis, 5, pace, low, high)
+    assert 0 <= first <= 5
+    assert 0 <= last <= 5
 
 
 def test_trees_whose_boxes_do_not_meet_are_apart(rng):
