@@ -98,8 +98,7 @@ def test_noise_is_noticed_and_smoothed(kind):
     assert found.lost == 0
     assert found.position.max() < 0.25
     assert found.throw.mean() < 2.0
-    # asked are 5 %, which a thrust of 30 degrees misses: docs/sheets.md
-    assert found.variation == pytest.approx((1.0, 1.0), abs=0.06 if kind == "thrust" else 0.05)
+    assert found.variation == pytest.approx((1.0, 1.0), abs=0.05)
 
 
 # "bell" was taken for a crack whose throw turns over at its tips, and left open there
