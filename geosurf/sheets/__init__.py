@@ -13,6 +13,7 @@ tips, rest     how throw dies at a tip, and the smoothest rest without that
 heights        the two passes: which data are trusted, heights of all nodes
 walls          how wide the gap or the overlap is along a trace
 mesh, ghosts   the torn mesh, and each sheet carried on past its fault
+past           scattered points of an overlapping sheet past its trace
 cut, build     the exact cut by the faults; rings and ends until nothing leaks
 islands        what is cut by itself, since no fault joins it to the rest
 cutoffs        cut-off lines, throw and heave
@@ -40,15 +41,16 @@ from geosurf.conventions import is_number, rising_diagonal
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.expected import flag_of
-from geosurf.sheets.build import Builder, carry_picks
+from geosurf.sheets.build import Builder, carry_on_by, ghosts_by_picks
 from geosurf.sheets.data import Picks
 from geosurf.sheets.describe import fault_cuts, make_report
 from geosurf.sheets.finish import fault_surfaces, refuse_leaks, sheet_of
 from geosurf.sheets.given import throw_horizon
 from geosurf.sheets.heights import Heights, Settings
 from geosurf.sheets.noise import weight_of
+from geosurf.sheets.past import ghosts_by_points
 from geosurf.sheets.propose import propose_trim
-from geosurf.sheets.scattered import picks_or_points, rebuild_of
+from geosurf.sheets.scattered import Scattered, picks_or_points, rebuild_of
 from geosurf.sheets.slip import EllipticThrow
 from geosurf.sheets.traces import mesh_in_frame
 
@@ -145,7 +147,13 @@ def tear_horizon(
     names = [surface.name for surface in surfaces]
     _refuse_empty_blocks(picks, state, names)
     rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
-    carry_on = carry_picks(picks, settings.noise_weight, rebuild.canvas.changing)
+    weight = settings.noise_weight
+    known = (
+        ghosts_by_points(picks, weight)
+        if isinstance(picks, Scattered)
+        else ghosts_by_picks(picks, weight, rebuild.canvas.changing)
+    )
+    carry_on = carry_on_by(picks.frame, weight, known)
     builder = Builder(picks, state, surfaces, rising, carry_on, rebuild.torn_between)
     built = builder.run()
     state = builder.state

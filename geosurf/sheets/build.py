@@ -15,6 +15,7 @@ import numpy as np
 from geosurf.model import TriSurface
 from geosurf.sheets.cut import Cut, band_of, cut_band
 from geosurf.sheets.data import Picks
+from geosurf.sheets.frame import Frame
 from geosurf.sheets.ghosts import ghost_heights, grow, joined_heights
 from geosurf.sheets.heights import Heights
 from geosurf.sheets.links import FALLING, RISING, Cuts, within
@@ -196,9 +197,10 @@ class Builder:
             of, at = near.look_up(torn.anchor), near.look_up(torn.node_of_ghost)
             rows = np.flatnonzero((of >= 0) & (at >= 0))
             own, at = near.side[of[rows]], at[rows]
-            past = np.where(near.side[at] == own, -1.0, 1.0) * near.distance[at]
+            past = near.side[at] != own  # around a tip rings may come back over their own wall
             overlap = -walls.gap(near.place[at], own)
-            short[rows] |= (overlap > SPARE) & (past < overlap + SPARE)
+            far = near.distance[at]
+            short[rows] |= past & (overlap > SPARE) & (far < overlap + SPARE)
         return short
 
     def _grown_from(self, torn: Torn, ghosts: np.ndarray) -> Torn:
@@ -296,25 +298,21 @@ class Builder:
         return found
 
 
-def carry_picks(
-    picks: Picks, weight: float | None, changing: Callable[[np.ndarray], None]
-) -> Callable[[Torn, Triangles, np.ndarray, Heights], np.ndarray]:
-    """How ghosts of picked sheets get their heights: by the energy, and by picks beyond a trace.
+Known = Callable[[Torn, Triangles, np.ndarray, Heights, Callable | None], dict[int, float]]
 
-    Where data are noisy the sheet changes with them; `changing` is told its nodes.
+
+def carry_on_by(
+    frame: Frame, weight: float | None, known: Known
+) -> Callable[[Torn, Triangles, np.ndarray, Heights], np.ndarray]:
+    """How ghosts of picked sheets get their heights: by the energy, and by data beyond a trace.
+
+    `known` gives the heights of ghosts that data tell of.
     """
 
     def carry_on(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights):
         """Heights of the ghosts of one sheet."""
-        fixed = _beyond(picks, state, torn)
-        frame = picks.frame
         bent = None if state.bent is None else partial(state.bent.of, frame)
-        if weight is not None and fixed:  # the sheet is one with what it has past the trace
-            nodes, fixed = joined_heights(
-                torn, triangles, bits, state.values, frame.stretch, fixed,
-                lambda nodes: picks.means_at(nodes, state.used), weight, bent,
-            )  # fmt: skip
-            changing(nodes)
+        fixed = known(torn, triangles, bits, state, bent)
         past = None
         if state.bent is not None:
             past = partial(state.bent.only(_overlapping(state)).of, frame)
@@ -324,6 +322,28 @@ def carry_picks(
         )  # fmt: skip
 
     return carry_on
+
+
+def ghosts_by_picks(
+    picks: Picks, weight: float | None, changing: Callable[[np.ndarray], None]
+) -> Known:
+    """Function that gives heights of the ghosts that picks tell of.
+
+    Where data are noisy the sheet changes with them; `changing` is told its nodes.
+    """
+
+    def found(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, bent):
+        """Heights of ghosts, by number."""
+        fixed = _beyond(picks, state, torn)
+        if weight is not None and fixed:  # the sheet is one with what it has past the trace
+            nodes, fixed = joined_heights(
+                torn, triangles, bits, state.values, picks.frame.stretch, fixed,
+                lambda nodes: picks.means_at(nodes, state.used), weight, bent,
+            )  # fmt: skip
+            changing(nodes)
+        return fixed
+
+    return found
 
 
 def _overlapping(state: Heights) -> list[int]:

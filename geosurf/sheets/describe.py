@@ -135,6 +135,7 @@ def _hidden_misfit(picks: Picks, state: Heights) -> dict[str, float]:
     """Misfit at distrusted data of single-valued nodes, but in gaps: there is nothing to meet."""
     hidden = state.distrusted.copy()
     hidden[state.in_gap] = False
+    hidden[state.beyond[:, 0]] = False  # what ghosts are drawn to is not hidden
     rows = np.flatnonzero(hidden)
     if picks.several is not None:
         rows = rows[~picks.several[picks.node[rows]]]

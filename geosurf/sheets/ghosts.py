@@ -44,8 +44,8 @@ def ghost_heights(
     shape = (triangles.n_row, triangles.n_col)
     nodes = around(torn.node_of_ghost, shape, 3)
     nodes = nodes[np.isfinite(heights[nodes])]
-    graph, lost = _mesh_graph(torn, triangles, nodes, cut)
-    bend = _bends(bent, torn, nodes)
+    graph, lost = mesh_graph(torn, triangles, nodes, cut)
+    bend = bends(bent, torn, nodes)
     value = np.concatenate([heights[nodes], np.zeros(n_ghost)]) - bend
     known = np.zeros(n_ghost, dtype=bool)
     given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
@@ -73,7 +73,7 @@ def ghost_heights(
     return _apart(torn, heights, out, APART * cell)
 
 
-def _bends(bent: Callable[..., np.ndarray] | None, torn: Torn, nodes: np.ndarray) -> np.ndarray:
+def bends(bent: Callable[..., np.ndarray] | None, torn: Torn, nodes: np.ndarray) -> np.ndarray:
     """By how much nodes, then all ghosts, are bent at tips [m]."""
     if bent is None:
         return np.zeros(len(nodes) + len(torn.anchor))
@@ -103,9 +103,9 @@ def joined_heights(
     inner = around(distinct(torn.node_of_ghost[given]), shape, JOINED)
     nodes = distinct(around(inner, shape, 3), around(torn.node_of_ghost, shape, 3))
     nodes = nodes[np.isfinite(heights[nodes])]
-    graph, _ = _mesh_graph(torn, triangles, nodes, cut)
+    graph, _ = mesh_graph(torn, triangles, nodes, cut)
     n, n_ghost = len(nodes), len(torn.anchor)
-    bend = _bends(bent, torn, nodes)
+    bend = bends(bent, torn, nodes)
     start = heights[torn.anchor] - (0.0 if bent is None else bent(torn.anchor))
     value = np.concatenate([heights[nodes] - bend[:n], start])
     free = np.concatenate([is_among(nodes, inner), np.ones(n_ghost, dtype=bool)])
@@ -124,7 +124,7 @@ def joined_heights(
     return nodes[moved], dict(zip(given.tolist(), value[n + given].tolist(), strict=True))
 
 
-def _mesh_graph(torn: Torn, triangles: Triangles, nodes: np.ndarray, cut: np.ndarray):
+def mesh_graph(torn: Torn, triangles: Triangles, nodes: np.ndarray, cut: np.ndarray):
     """Real nodes, then ghosts, with their neighbours in the torn mesh.
 
     Also the pairs (real, ghost) that are neighbours, though the real one has another there.

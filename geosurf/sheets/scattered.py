@@ -235,9 +235,8 @@ class ScatteredRebuild(Rebuild):
         hidden = np.ones(len(doubted), dtype=bool)
         hidden[rows] = False
         return Heights(
-            values, network, cuts, near, [], nodes[far], ~hidden, hidden,
-            np.empty((0, 3), dtype=np.int64), stray, steps.astype(np.float64), list(carried),
-            bent=bent,
+            values, network, cuts, near, [], nodes[far], ~hidden, hidden, beyond, stray,
+            steps.astype(np.float64), list(carried), bent=bent,
         )  # fmt: skip
 
     def _whole(self, cuts: Cuts) -> np.ndarray:
@@ -254,7 +253,8 @@ class ScatteredRebuild(Rebuild):
         from scipy.sparse.linalg import splu
 
         n = len(graph.east)
-        energy = _energy_of(graph, weights_of(self.stretch, bend, scale=self.settings.scale))
+        weights = weights_of(self.stretch, bend, scale=self.settings.scale)
+        energy = energy_of(graph, np.arange(n), weights)
         weight = self.settings.noise_weight or EXACT
         each = np.repeat(np.arange(len(rows)), 4), slot[self.corners[rows]].ravel()
         points = csc_array((self.share[rows].ravel(), each), shape=(len(rows), n))
@@ -280,18 +280,16 @@ class ScatteredRebuild(Rebuild):
         return found + moved @ share + level, Bent(list(tips), share) if share.any() else None
 
 
-def _energy_of(graph: Graph, weights: np.ndarray):
-    """Sparse matrix (n, n) of the energy of all nodes of a graph."""
+def energy_of(graph: Graph, unknown: np.ndarray, weights: np.ndarray):
+    """Sparse matrix (n_unknown, n_unknown) of the energy of some nodes; `unknown`: their numbers."""
     from scipy.sparse import csc_array
 
-    n = len(graph.east)
-    every = np.arange(n)
     matrix, column = normal_equations(
-        graph.east, graph.north, graph.square, graph.cell, every, weights
+        graph.east, graph.north, graph.square, graph.cell, unknown, weights
     )
     kept = column >= 0
-    where = np.repeat(every, kept.sum(axis=1)), column[kept]
-    return csc_array((matrix[kept], where), shape=(n, n))
+    where = np.repeat(np.arange(len(column)), kept.sum(axis=1)), column[kept]
+    return csc_array((matrix[kept], where), shape=(len(column), len(column)))
 
 
 def _rows_of(graph: Graph, keep: np.ndarray, number: np.ndarray) -> Graph:
