@@ -245,10 +245,24 @@ class Builder:
                 else:
                     links.add((int(nodes[0]), int(nodes[1])))
         for end in ends:
+            self._forget_rings(end, shortened, extra)
             is_tip = self.state.network.traces[end[0]].ends[end[1]] == "tip"
             shortened[end] = shortened.get(end, -1) + (1 if is_tip else 3)
         if links:
             extra.append(links)
+
+    def _forget_rings(self, end: tuple[int, int], shortened, extra) -> None:
+        """Rings that were tried at an end and did not close it are gone once it is ended early.
+
+        Around a tip they come to lie over the whole sheet beyond it, where no fault cuts them.
+        """
+        for links in extra:
+            mine = [
+                pair
+                for pair in links
+                if self._end_near(np.array(pair), shortened, 3 * AT_TIP, ("tip",)) == end
+            ]
+            links.difference_update(mine)
 
     def _apart(self, built: Built, leaks) -> list[tuple[int, int]]:
         """Dead ends far from all leaks: near one they may be nothing but what it joins."""
