@@ -16,7 +16,7 @@ from geosurf.sheets.data import Picks
 from geosurf.sheets.heights import Heights
 from geosurf.triangulate import triangulate_fault
 
-FAR_OVER = 2.0  # cells of overlap from which it is what keeps scattered points from being closed
+FAR_OVER = 2.0  # cells of overlap from which it is what keeps scattered points open at a tip
 
 
 def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[TriSurface, ...]:
@@ -82,8 +82,8 @@ def refuse_leaks(picks: Picks, state: Heights, built: Built) -> None:
     way_out = "Extend the fault there up, down and along strike, or end it on its main fault."
     if not picks.on_nodes and widest > FAR_OVER:
         way_out = (
-            f"It overlaps itself by up to {widest:.1f} cells, farther than scattered points carry "
-            "a sheet past its fault. Give points on a lattice, one per wall, or a wider spacing."
+            f"It overlaps itself by up to {widest:.1f} cells, and scattered points leave its tips "
+            "open there. Give points on a lattice, one per wall, or a wider spacing."
         )
     raise GeometryError(
         f"horizon {picks.name!r} cannot be closed against its faults: {len(open_edges)} edges stay "

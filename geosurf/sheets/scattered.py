@@ -281,7 +281,7 @@ class ScatteredRebuild(Rebuild):
 
 
 def energy_of(graph: Graph, unknown: np.ndarray, weights: np.ndarray):
-    """Sparse matrix (n_unknown, n_unknown) of the energy of some nodes; `unknown`: their numbers."""
+    """Sparse matrix (n_unknown, n_unknown) of the energy; `unknown` as for `smoothest`."""
     from scipy.sparse import csc_array
 
     matrix, column = normal_equations(

@@ -136,3 +136,31 @@ def test_a_block_without_points_is_refused_by_name():
     across = world.truth["faults"]["F1"].along_across(points[:, 0], points[:, 1])[1] - 2.2 * 25.0
     with pytest.raises(GeometryError, match=r"nodes beside F1, F2 have no datum.*say carry=True"):
         gs.tear_horizon(points[np.abs(across) > 75.0], world.faults, spacing=25.0, trim=1.0)
+
+
+def test_a_thrust_is_met_by_points_of_both_walls_past_its_trace():
+    """An overlap of 7 cells: refused, when nothing held a wall past its trace."""
+    world = gs.synthetic.torn("thrust", n=81)
+    sheet = gs.tear_horizon(world.truth["scattered"](6561), world.faults, name="Top", trim=1.0)
+    assert sheet.report.tips == sheet.report.declared_tips
+    assert sheet.report.hidden["max"] < 10.0  # points past the trace are not held against a wall
+    found = measure(world, sheet, "F1")
+    assert found.lost == 0
+    assert found.position.max() < 0.1
+    assert found.throw.mean() < 1.0
+    assert found.throw.max() < 5.0
+    assert found.variation == pytest.approx((1.0, 1.0), abs=0.05)
+
+
+def test_noisy_points_of_a_reverse_fault_are_met_as_well_as_asked():
+    """Two draws that could not be closed: rings that had been tried at a tip leaked themselves."""
+    throw = []
+    for seed in (6, 7):
+        world = gs.synthetic.torn("reverse", n=81)
+        points = world.truth["scattered"](6561, 2.0, seed)
+        sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0)
+        found = measure(world, sheet, "F1")
+        assert found.lost == 0
+        assert found.position.max() < 0.25
+        throw.append(found.throw.mean())
+    assert np.mean(throw) < 2.0
