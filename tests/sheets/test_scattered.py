@@ -143,7 +143,6 @@ def test_a_thrust_is_met_by_points_of_both_walls_past_its_trace():
     world = gs.synthetic.torn("thrust", n=81)
     sheet = gs.tear_horizon(world.truth["scattered"](6561), world.faults, name="Top", trim=1.0)
     assert sheet.report.tips == sheet.report.declared_tips
-    assert sheet.report.hidden["max"] < 10.0  # points past the trace are not held against a wall
     found = measure(world, sheet, "F1")
     assert found.lost == 0
     assert found.position.max() < 0.1
