@@ -25,7 +25,7 @@ from geosurf.sheets.links import Cuts
 from geosurf.sheets.near import NearTrace
 from geosurf.sheets.traces import Trace
 
-TERMS = 6  # shapes between two tips; docs/sheets.md says what four and eight do
+TERMS = 5  # shapes between two tips; docs/sheets.md says what fewer and more do
 POWERS = (0.5, 1.5)  # of the distance from a single tip
 FADE = 30.0  # cells from a single tip at which its shapes are nothing, or sooner
 SHORTEST = 3.0  # cells: shorter faults have no shapes
