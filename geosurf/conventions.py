@@ -114,6 +114,25 @@ def elevation_sign(positive: str | None, what: str) -> float:
     )
 
 
+def crs_of(value: Any) -> str | None:
+    """Return the coordinate reference system that a grid says it is in, or None.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> top = gs.synthetic.graben(n=9).horizons["Top"]
+    >>> crs_of(top), crs_of(top.assign_attrs(crs="EPSG:32631"))
+    (None, 'EPSG:32631')
+    """
+    holders = [value, *(value[key] for key in value.data_vars)] if _is_dataset(value) else [value]
+    said = [getattr(one, "attrs", {}).get("crs") for one in holders]
+    return next((str(crs).strip() for crs in said if crs is not None), None)
+
+
+def _is_dataset(value: Any) -> bool:
+    return hasattr(type(value), "data_vars")  # an array would look through all that it holds
+
+
 def frame_origin(*vertex_arrays: np.ndarray) -> np.ndarray:
     """Return the origin of the local frame for some vertices.
 

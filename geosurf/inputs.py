@@ -77,16 +77,7 @@ def as_surface(
     if found is value and hasattr(found, "coords"):
         found = found.copy(deep=True)  # a scene outlives what is done to its inputs afterwards
     make = triangulate_horizon if role == "horizon" else triangulate_fault
-    made = make(found, name=name, **_only_if_unsaid(found, options))
-    made.crs = crs_of(found)
-    return made
-
-
-def crs_of(value: Any) -> str | None:
-    """Return the coordinate reference system that a grid says it is in, or None."""
-    holders = [value, *(value[key] for key in getattr(value, "data_vars", ()))]
-    said = [getattr(one, "attrs", {}).get("crs") for one in holders]
-    return next((str(crs).strip() for crs in said if crs is not None), None)
+    return make(found, name=name, **_only_if_unsaid(found, options))
 
 
 def refuse_other_crs(name: str, crs: str | None, others: Mapping[str, str]) -> None:

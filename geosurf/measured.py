@@ -186,10 +186,11 @@ class Measured:
             `geosurf.measure.vertical_section`.
         """
         from geosurf.measure import vertical_section
+        from geosurf.measure.section import check_line
 
-        return self._measured(
-            "section", lambda: vertical_section(self.patches, self.units, line), repr(line)
-        )
+        corners = check_line(line)
+        run = lambda: vertical_section(self.patches, self.units, corners)  # noqa: E731
+        return self._measured("section", run, corners.tobytes())
 
     def cutoffs(self, horizon: str, fault: str, side: str | None = None) -> list[np.ndarray]:
         """Return the lines where a horizon meets a fault, or those on one wall of it.

@@ -141,7 +141,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
         digest.update(f"{len(name)} ".encode() + name)
         digest.update(path.read_bytes() if path.is_file() else b"missing")
     elif isinstance(value, TriSurface):
-        digest.update(f"{value.name} {value.role}".encode())
+        digest.update(f"{value.name} {value.role} {value.crs}".encode())
         if value.lattice is None:
             _add(digest, (value.vertices, value.triangles), strangers)
         else:  # as a lattice: its triangles need not be made

@@ -120,6 +120,11 @@ def test_grids_in_two_reference_systems_are_refused_by_name(world, tmp_path):
         _ = mixed.surfaces
     with pytest.raises(InputError, match=r"'F1' is in epsg:23031"):
         _ = mixed.replace(box=world.box).surfaces  # what is remembered is compared, too
+    made = gs.triangulate_fault(fault)
+    assert made.crs == "epsg:23031"
+    assert gs.triangulate_horizon(here["Top"], tolerance=1.0).crs == "EPSG:32631"
+    with pytest.raises(InputError, match=r"'F1' is in epsg:23031"):
+        _ = gs.Scene(here, {"F1": made}, world.box).surfaces  # made by hand, turned or not
     same = {"F1": world.faults["F1"].assign_attrs(crs="epsg:32631")}
     assert len(gs.Scene({**here, "Base": world.horizons["Base"]}, same, world.box).surfaces) == 4
 

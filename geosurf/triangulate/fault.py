@@ -8,6 +8,7 @@ import numpy as np
 
 from geosurf.conventions import (
     FAULT_DIMS,
+    crs_of,
     elevation_sign,
     metres_per_unit,
     place,
@@ -96,6 +97,7 @@ def triangulate_fault(
             )
     elif hasattr(obj, "data_vars"):
         surface = TriSurface(title, "fault", lattice=_read_lattice(obj, title, positive, units))
+        surface.crs = crs_of(obj)
     elif hasattr(obj, "sticks"):
         scale = _scale(title, positive or "up", units or "m")
         sticks = [np.asarray(stick, dtype=np.float64) * (1.0, 1.0, scale) for stick in obj.sticks]

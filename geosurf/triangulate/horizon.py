@@ -9,6 +9,7 @@ import numpy as np
 
 from geosurf.conventions import (
     HORIZON_DIMS,
+    crs_of,
     elevation_sign,
     is_number,
     metres_per_unit,
@@ -132,8 +133,11 @@ def triangulate_horizon(
     lattice = lattice.turned_as(rising_diagonal(easting, northing), None)
     _check_cells(lattice, what)
     if tolerance > 0:
-        return coarsen_lattice(title, lattice, tolerance)
-    return TriSurface(title, "horizon", lattice=lattice)
+        made = coarsen_lattice(title, lattice, tolerance)
+    else:
+        made = TriSurface(title, "horizon", lattice=lattice)
+    made.crs = crs_of(da)
+    return made
 
 
 def _check_array(da: Any, what: str) -> None:

@@ -7,6 +7,8 @@ east-west, so that "F1+" names the same block on every run.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from geosurf.conventions import place
@@ -65,13 +67,7 @@ def orient_fault(surface: TriSurface) -> TriSurface:
     if not turned.any():
         return surface
     triangles = np.where(turned[:, None], surface.triangles[:, [0, 2, 1]], surface.triangles)
-    return TriSurface(
-        surface.name,
-        surface.role,
-        surface.vertices,
-        triangles,
-        vertex_data=surface.vertex_data,
-    )
+    return _turned(surface, vertices=surface.vertices, triangles=triangles)
 
 
 def refuse_far(name: str, values: np.ndarray) -> None:
@@ -107,7 +103,14 @@ def _orient_lattice(surface: TriSurface, lattice: Lattice) -> TriSurface:
     if not wrong and lattice.reverse is not None:
         return surface
     oriented = lattice.turned_as(lattice.rising, lattice.turned ^ bool(wrong))
-    return TriSurface(surface.name, surface.role, lattice=oriented, vertex_data=surface.vertex_data)
+    return _turned(surface, lattice=oriented)
+
+
+def _turned(surface: TriSurface, **parts: Any) -> TriSurface:
+    """The same surface from other triangles of its vertices."""
+    made = TriSurface(surface.name, surface.role, **parts, vertex_data=surface.vertex_data)
+    made.crs = surface.crs
+    return made
 
 
 def _points_into_footwall(normal: np.ndarray, least: float, most: float) -> bool | None:

@@ -152,3 +152,11 @@ def test_a_section_can_be_written_and_is_remembered(scene, tmp_path):
     gs.write(scene.section(line), tmp_path / "section.nc")
     assert scene.section(line) is scene.section(line)
     assert scene.section([(WEST, 16.0), (EAST, 15.0)]) is not scene.section(line)
+
+
+def test_sections_along_nearly_the_same_line_are_told_apart(scene):
+    """Printed, the first two are alike, and so are long lines that differ in their middle."""
+    line = np.array([(WEST, 15.0), (EAST, 15.0)])
+    near = np.array([(WEST, 15.0), (EAST, np.nextafter(15.0, 16.0))])
+    assert repr(near) == repr(line)
+    assert scene.section(near) is not scene.section(line)
