@@ -81,9 +81,8 @@ class Ending:
         if isinstance(error, KeyboardInterrupt):
             self.code = INTERRUPTED
             return True
-        if isinstance(error, BrokenPipeError):
-            # the reader of our output has left; Python must not flush into the void at exit
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):  # the reader of our output has left
+            _forget_output()
             return True
         if self._debug:
             traceback.print_exception(kind, error, trace)
@@ -94,12 +93,29 @@ class Ending:
         elif isinstance(error, OSError) and error.errno in NO_ROOM:
             self.code = InputError.exit_code
             what = error.filename or "what was asked for"
+            if not _is_printed():
+                _forget_output()
             print(f"geosurf: {what} cannot be written: {error.strerror}. Make room, or write "
                   "elsewhere.", file=sys.stderr)  # fmt: skip
         else:
             self.code = OUR_FAULT
             print(_apology(error), file=sys.stderr)
         return True
+
+
+def _is_printed() -> bool:
+    """Whether all that was printed is out; stdout may be closed from the beginning."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        return False
+    return True
+
+
+def _forget_output() -> None:
+    """Send what is still to be printed nowhere, or Python would fail to print it at its exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _apology(error: BaseException) -> str:
