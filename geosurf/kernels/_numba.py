@@ -8,6 +8,7 @@ all kernel files that it imports, directly or not.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import os
 import re
 import sys
@@ -18,6 +19,7 @@ from typing import Any
 
 import numba
 import numpy as np
+from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 from geosurf.errors import DependencyError
@@ -117,6 +119,19 @@ class _Impl(CompileResultCacheImpl):
 
 class _Cache(FunctionCache):
     _impl_class = _Impl
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return a kernel from the cache; None, and names of its own to come, if it is not there.
+
+        numba names each function by a count that begins at 1 in every process, and links kernels
+        that it finds in a cache by these names. Two that were compiled in two processes may then
+        call each other's parts: a kernel that sorted in place was linked to the `argsort` of
+        another, which crashed. So each kernel counts from a place that is its own.
+        """
+        found = super().load_overload(sig, target_context)
+        if found is None:
+            FunctionIdentity._unique_ids = itertools.count(int.from_bytes(os.urandom(7), "big"))
+        return found
 
 
 # ---- the runner --------------------------------------------------------------------------
