@@ -118,6 +118,23 @@ def moved(rng: np.random.Generator, number: int, *triangles: np.ndarray) -> list
     return [(triangle @ turn.T + shift) * scale + offset for triangle in triangles]
 
 
+def random_turn(rng: np.random.Generator) -> np.ndarray:
+    """A rotation (3, 3), the same bits on any processor: libraries of matrices differ there."""
+    a, b, c, d = rng.normal(size=4).tolist()
+    size = a * a + b * b + c * c + d * d
+    return np.array([  # of a unit quaternion
+        [a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],
+        [2 * (b * c + a * d), a * a - b * b + c * c - d * d, 2 * (c * d - a * b)],
+        [2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d],
+    ]) / size  # fmt: skip
+
+
+def turned(points: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Points (..., 3) turned by a matrix (3, 3), the same bits on any processor."""
+    x, y, z = (points[..., k, None] * turn[:, k] for k in range(3))
+    return np.asarray(x + y + z)
+
+
 def region_corner(rng: np.random.Generator, region: int) -> np.ndarray:
     """A point of one of the 19 regions that the lines of `BASE` make of its plane, whole numbers.
 

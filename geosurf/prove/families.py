@@ -12,7 +12,16 @@ import numpy as np
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
 from geosurf.model import Lattice, TriSurface
-from geosurf.prove.catalogue import BASE, CATALOGUE, ORDERS, REGIONS, moved, region_corner
+from geosurf.prove.catalogue import (
+    BASE,
+    CATALOGUE,
+    ORDERS,
+    REGIONS,
+    moved,
+    random_turn,
+    region_corner,
+    turned,
+)
 from geosurf.prove.rational import flat
 
 Draw = tuple[list[TriSurface], dict[str, Any]]
@@ -322,8 +331,8 @@ def _rounded(rng, number) -> Draw:
     """Soups of a lattice divided by three, or turned in space: degenerate but for rounding."""
     triangles = _lattice_triangles(rng, 2, rng.integers(1, 4, 2))
     if number % 2:
-        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-        triangles = [t @ turn.T for t in triangles]
+        turn = random_turn(rng)
+        triangles = [turned(t, turn) for t in triangles]
     else:
         triangles = [t / 3 for t in triangles]
     triangles = [np.array([c for c in t if not flat(c)]) for t in triangles]

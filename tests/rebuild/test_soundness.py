@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -12,30 +14,26 @@ from geosurf.contact.search import find_contacts
 from geosurf.kernels.mesh import turned_over, weld
 from geosurf.kernels.predicates import frame_of
 from geosurf.kernels.sure import unsure_pairs
+from geosurf.prove.catalogue import random_turn, turned
 from geosurf.rebuild.soundness import crossing_faces, near_pairs
 from tests.strategies import soup
-
-
-def turned(rng):
-    """A rotation."""
-    return np.linalg.qr(rng.normal(size=(3, 3)))[0]
 
 
 def degenerate(seed):
     """Two soups on a lattice, in thirds, rotated, or nearly flat: degenerate up to rounding."""
     rng = np.random.default_rng(seed)
-    n, rotation, kind = int(rng.integers(2, 7)), turned(rng), seed % 5
+    n, turn, kind = int(rng.integers(2, 7)), random_turn(rng), seed % 5
     out = []
     for name in ("s0", "s1"):
         v = rng.integers(0, 4, (n, 3, 3)).astype(float)
         if kind == 0:
             v = v / 3
         elif kind < 3:
-            v = (v if kind == 1 else v / 7) @ rotation.T
+            v = turned(v if kind == 1 else v / 7, turn)
         elif kind == 3:
-            v = v * np.array([1, 1, 2.0 ** -int(rng.integers(10, 50))]) @ rotation.T
+            v = turned(v * np.array([1, 1, 2.0 ** -int(rng.integers(10, 50))]), turn)
         else:
-            v = (v @ rotation.T) * np.array([1, 1, 10.0 ** -int(rng.integers(3, 14))])
+            v = turned(v, turn) * np.array([1, 1, 10.0 ** -int(rng.integers(3, 14))])
         area = np.abs(np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])).sum(axis=1)
         out.append(soup(name, v[area > 1e-16]))
     return out
@@ -49,12 +47,12 @@ def through_one_point(seed):
     rng = np.random.default_rng(seed)
     normals = rng.normal(size=(2, 3))
     line = np.cross(*normals)
-    line /= np.linalg.norm(line)
+    line /= math.sqrt((line * line).sum())
     at = rng.normal(size=3) * 3
     out = []
     for k, normal in enumerate(normals):
         across = np.cross(normal, line)
-        across /= np.linalg.norm(across)
+        across /= math.sqrt((across * across).sum())
         a = np.array([[-1.0, -1], [1.2, -0.8], [0.1, 1.5]]) + rng.uniform(-0.2, 0.2, (3, 2))
         out.append(soup(f"s{k}", [at + a[:, :1] * line + a[:, 1:] * across]))
     p, d = at + rng.uniform(-0.2, 0.2) * line, rng.normal(size=3)
@@ -103,7 +101,7 @@ def test_all_crossings_at_a_point_are_found(seed):
     assert_found(through_one_point(seed), known=seed >= 86)
 
 
-@pytest.mark.parametrize("seed", [176, 225, 266, 275, 1654, 1725, *range(25)])
+@pytest.mark.parametrize("seed", [100, 270, 345, 475, 830, 1291, *range(25)])
 def test_all_crossings_of_soups_are_found(seed):
     assert_found(degenerate(seed), known=seed >= 25)
 
@@ -113,7 +111,7 @@ def hinged(seed):
     more that cut them, one of them near what they share.
     """
     rng = np.random.default_rng(seed)
-    rotation, at, small = turned(rng), rng.normal(size=3) * 300, 10.0 ** -rng.integers(6, 13)
+    turn, at, small = random_turn(rng), rng.normal(size=3) * 300, 10.0 ** -rng.integers(6, 13)
     other = [
         [[0, 0, 0], [9, 0, 0], [5, 7, 7 * small]],
         [[0, 0, 0], [9, 0, 0], [5, -7, 7 * small]],
@@ -123,11 +121,11 @@ def hinged(seed):
     sides = y * rng.uniform(0.5, 2, 2)
     low = [[-3, sides[0], -5], [12, sides[1], -5], [4, y + rng.normal() * 1e-2, 6]]
     across = [[rng.uniform(1, 5), -3, -5], [rng.uniform(1, 5), 9, -5], [3, 2, 6]]
-    faces = ([[0, 0, 0], [9, 0, 0], [4, 8, 0]], other, low, across)
-    return [soup(f"s{i}", [np.array(f) @ rotation.T + at]) for i, f in enumerate(faces)]
+    faces = np.array([[[0, 0, 0], [9, 0, 0], [4, 8, 0]], other, low, across])
+    return [soup(f"s{i}", [face]) for i, face in enumerate(turned(faces, turn) + at)]
 
 
-@pytest.mark.parametrize("seed", [31, 60, 86, 101, 103, 127, 132, *range(15)])
+@pytest.mark.parametrize("seed", [45, 76, 83, 98, 105, 110, 138, *range(15)])
 def test_all_crossings_beside_a_hinge_are_found(seed):
     assert_found(hinged(seed), known=seed >= 15)
 
