@@ -124,8 +124,10 @@ def crs_of(value: Any) -> str | None:
     >>> crs_of(top), crs_of(top.assign_attrs(crs="EPSG:32631"))
     (None, 'EPSG:32631')
     """
-    holders = [value, *(value[key] for key in value.data_vars)] if _is_dataset(value) else [value]
-    said = [getattr(one, "attrs", {}).get("crs") for one in holders]
+    said = [getattr(value, "attrs", {}).get("crs")]
+    if said[0] is None and _is_dataset(value):
+        # of variables, not of arrays with labels: making those takes longer than all the rest
+        said += [value.variables[key].attrs.get("crs") for key in value.data_vars]
     return next((str(crs).strip() for crs in said if crs is not None), None)
 
 
@@ -198,7 +200,8 @@ def rising_diagonal(easting: np.ndarray, northing: np.ndarray) -> bool:
     """
     x, y = easting, northing
     if x.ndim == 1:
-        return bool((x[-1] > x[0]) == (y[-1] > y[0]))
+        n, m = len(x) - 1, len(y) - 1
+        return bool((x.item(n) > x.item(0)) == (y.item(m) > y.item(0)))
     gain, reach, size = _gain_of_diagonals(x, y)
     if abs(gain) - reach > 1e-3 * size and size < 1e150:  # so clear that no rounding matters
         return gain > 0
@@ -319,7 +322,9 @@ def is_number(value: Any) -> bool:
     >>> is_number(25), is_number(np.float32(0.5)), is_number("25"), is_number(float("nan"))
     (True, True, False, False)
     """
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    plain = type(value) in (float, int)  # most are; a question to an abstract class costs more
+    known = plain or (isinstance(value, Real) and not isinstance(value, bool))
+    return known and math.isfinite(value)
 
 
 def real_numbers(values: Any) -> np.ndarray:

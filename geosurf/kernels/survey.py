@@ -46,8 +46,8 @@ from geosurf.kernels.strips import load
 from geosurf.kernels.tree import BLOCK, N_COL, N_ROW, build_above, levels_of
 
 # places in `marks`: triangles with either diagonal; 1 where a coordinate (three of them) is not a
-# number, or where one is -0.0
-N_RISING, N_FALLING, NOT_A_NUMBER, MINUS_ZERO, N_MARK = 0, 1, 2, 5, 6
+# number, where one is -0.0, or where easting and northing are axes that rise
+N_RISING, N_FALLING, NOT_A_NUMBER, MINUS_ZERO, AXES_RISE, N_MARK = 0, 1, 2, 5, 6, 7
 # two bits for each coordinate
 _NOT_A_NUMBER, _MINUS_ZEROS = 0b010101, 0b101010
 _NEARLY = 1.0 - 1e-10  # a corner of 1e-5 radians or less is left to exact arithmetic
@@ -161,6 +161,23 @@ def _axis_extremes(values, a, axis, boxes, n_block):
             row = k * n_block + b if along else b * n_block + k
             boxes[row, axis], boxes[row, 3 + axis] = low, high
     return found
+
+
+@scalar
+def _axis_rises(values, first, step, n):
+    """Whether n values rise from each to the next, and neither end is infinite."""
+    for k in range(1, n):
+        if not values[first + k * step] > values[first + (k - 1) * step]:
+            return False
+    return values[first] > -np.inf and values[first + (n - 1) * step] < np.inf
+
+
+@scalar
+def _axes_rise(p, q, a):
+    """Whether easting rises from column to column, northing from row to row, and neither else."""
+    if a[1] != 0 or a[2] == 0 or a[4] == 0 or a[5] != 0:
+        return False
+    return _axis_rises(p, a[0], a[2], a[N_COL]) and _axis_rises(q, a[3], a[4], a[N_ROW])
 
 
 @scalar
@@ -325,5 +342,6 @@ def survey_lattice(p, q, r, a, quads):
     for axis in range(3):
         marks[NOT_A_NUMBER + axis] = (bits >> 2 * axis) & 1
     marks[MINUS_ZERO] = 1 if bits & _MINUS_ZEROS != 0 else 0
+    marks[AXES_RISE] = 1 if _axes_rise(p, q, a) else 0
     build_above(nodes, levels, 2, 2)
     return nodes, levels, marks, sums

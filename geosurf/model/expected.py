@@ -86,6 +86,8 @@ def name_of(name: Any, what: str) -> str:
     Traceback (most recent call last):
     geosurf.errors.InputError: the name of a fault is ['F1']; give text.
     """
+    if type(name) is str:
+        return name
     if isinstance(name, str | int | np.integer) and not isinstance(name, bool):
         return str(name)
     raise InputError(f"the name of a {what} is {name!r}; give text.")

@@ -163,11 +163,10 @@ class Lattice(Noun):
             return False
         return all(a is b or np.array_equal(a, b) for a, b in both)
 
-    @cached_property
+    @property
     def has_rising_axes(self) -> bool:
         """Whether easting and northing are axes of their own, and rise."""
-        axes = (self.easting, self.northing)
-        return self.easting.ndim == 1 and all(bool((np.diff(x) > 0).all()) for x in axes)
+        return self.easting.ndim == 1 and self.survey.axes_rise
 
     @cached_property
     def extent(self) -> np.ndarray:
@@ -268,7 +267,8 @@ class Lattice(Noun):
             return True
         x, y = self.easting, self.northing
         if x.ndim == 1:
-            return bool((x[-1] > x[0]) == (y[-1] > y[0]))
+            n, m = len(x) - 1, len(y) - 1
+            return bool((x.item(n) > x.item(0)) == (y.item(m) > y.item(0)))
         with np.errstate(invalid="ignore", over="ignore"):  # infinite ones are refused later
             cell = (x[:-1, 1:] - x[:-1, :-1]) * (y[1:, :-1] - y[:-1, :-1]) - (
                 y[:-1, 1:] - y[:-1, :-1]

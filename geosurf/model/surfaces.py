@@ -85,14 +85,18 @@ class TriSurface(Noun):
             self.__dict__["vertices"] = _checked_vertices(name, vertices)
             self.__dict__["triangles"] = _checked_triangles(name, triangles, len(self.vertices))
         self.vertex_data: dict[str, np.ndarray] = {}
-        given = {} if vertex_data is None else vertex_data
+        if vertex_data is not None:
+            self._take_vertex_data(vertex_data)
+
+    def _take_vertex_data(self, given: Any) -> None:
+        """Keep values on vertices, or say what is wrong with them."""
         how = "give a mapping of names to arrays"
-        expect(given, Mapping, f"surface {name!r} takes a mapping as vertex_data", how)
+        expect(given, Mapping, f"surface {self.name!r} takes a mapping as vertex_data", how)
         for key, value in given.items():
             array = np.asarray(value)
             if array.shape[:1] != (len(self.vertices),):
                 raise SurfaceError(
-                    f"surface {name!r}: vertex_data[{key!r}] has shape {array.shape}, "
+                    f"surface {self.name!r}: vertex_data[{key!r}] has shape {array.shape}, "
                     f"expected ({len(self.vertices)}, ...): one value per vertex."
                 )
             self.vertex_data[key] = frozen(np.array(array), array.dtype)

@@ -35,6 +35,8 @@ class Survey:
         Whether all eastings, northings and elevations are numbers, not NaN.
     minus_zero : bool
         Whether a coordinate is -0.0, whose bits differ from those of 0.0.
+    axes_rise : bool
+        Whether easting and northing are axes that rise strictly, with finite ends.
     gains, reach : ndarray of float64, shape (2,)
         x z and y z of the diagonal of each cell that rises, less those of the other [m2], and how
         far these may be off. They and what follows are sums over cells, made for faults only:
@@ -53,6 +55,7 @@ class Survey:
     n_triangles: tuple[int, int]
     numbers: tuple[bool, bool, bool]
     minus_zero: bool
+    axes_rise: bool
     gains: np.ndarray
     reach: np.ndarray
     edges: float
@@ -69,24 +72,31 @@ class Survey:
         counts = marks.tolist()
         gains, reach, edges, margin, normals = _UNKNOWN
         if quads:
-            alone = sums[clear.ONLY_RISING : clear.ONLY_FALLING + 3].reshape(2, 3)[::-1]
-            normals = 0.5 * sums[clear.NORMAL : clear.NORMAL + 3] + alone
+            told = sums.tolist()  # a few numbers: calls of numpy take longer
+            both = told[clear.NORMAL : clear.NORMAL + 3]
+            alone = (told[k : k + 3] for k in (clear.ONLY_FALLING, clear.ONLY_RISING))
+            normals = np.array(
+                [[0.5 * b + a for b, a in zip(both, one, strict=True)] for one in alone]
+            )
             gains, reach = sums[clear.GAIN : clear.GAIN + 2], sums[clear.REACH : clear.REACH + 2]
-            edges, margin = float(sums[clear.EDGES]), float(sums[clear.MARGIN])
+            edges, margin = told[clear.EDGES], told[clear.MARGIN]
         for part in (gains, reach, normals):
             part.flags.writeable = False
-        return cls(
+        made = object.__new__(cls)  # what is frozen takes its parts one by one otherwise
+        made.__dict__.update(
             nodes=frozen(nodes, np.float64),  # views: kernels take what is below as it is
             levels=frozen(levels, np.int64),
             n_triangles=(counts[survey.N_FALLING], counts[survey.N_RISING]),
             numbers=tuple(count == 0 for count in counts[survey.NOT_A_NUMBER :][:3]),
             minus_zero=bool(counts[survey.MINUS_ZERO]),
+            axes_rise=bool(counts[survey.AXES_RISE]),
             gains=gains,
             reach=reach,
             edges=edges,
             margin=margin,
             normals=normals,
         )
+        return made
 
     @property
     def box(self) -> np.ndarray:

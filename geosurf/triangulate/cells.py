@@ -44,7 +44,7 @@ def fault_diagonal(lattice: Lattice) -> bool:
     """
     survey = lattice.survey
     # with either diagonal, so that it is the same from whatever corner the grid is read
-    east, north, up = survey.normals.sum(axis=0).tolist()
+    east, north, up = (a + b for a, b in zip(*survey.normals.tolist(), strict=True))
     largest = max(abs(east), abs(north))
     if largest <= 1e-6 * abs(up):
         return rising_diagonal(lattice.easting, lattice.northing)

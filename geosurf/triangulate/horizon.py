@@ -114,23 +114,19 @@ def triangulate_horizon(
         raise HorizonError(
             f"{what}: tolerance is {tolerance!r}; give a length in metres, or 0 for all nodes."
         )
-    _check_array(da, what)
+    values = _checked_values(da, what)
     try:
         sign = elevation_sign(positive or da.attrs.get("positive"), what)
         scale = sign * metres_per_unit(units or da.attrs.get("units"), what)
     except InputError as error:
         raise HorizonError(str(error)) from error
     easting, northing = _coordinates(da, what)
-    elevation = np.asarray(da.values, dtype=np.float64)
-    if easting.ndim == 1:
-        easting, northing, elevation = _rising(easting, northing, elevation)
-    if scale != 1.0:
-        elevation = elevation * scale
-    lattice = Lattice(easting, northing, elevation)
-    if lattice.survey.minus_zero:
-        lattice = Lattice(easting, northing, elevation + 0.0)
+    lattice = _lattice_of(easting, northing, np.asarray(values, dtype=np.float64), scale)
+    if easting.ndim == 1 and not lattice.has_rising_axes:
+        _check_axis("easting", easting, what)
+        _check_axis("northing", northing, what)
     _check_values(lattice, what)
-    lattice = lattice.turned_as(rising_diagonal(easting, northing), None)
+    lattice = lattice.turned_as(rising_diagonal(lattice.easting, lattice.northing), None)
     _check_cells(lattice, what)
     if tolerance > 0:
         made = coarsen_lattice(title, lattice, tolerance)
@@ -140,14 +136,14 @@ def triangulate_horizon(
     return made
 
 
-def _check_array(da: Any, what: str) -> None:
-    """Refuse what is no two-dimensional array of numbers."""
-    if isinstance(da, str | PathLike):
-        raise HorizonError(
-            f"{what}: found the path {str(da)!r}, expected what is in that file. Read it with "
-            "geosurf.read_horizon(path)."
-        )
+def _checked_values(da: Any, what: str) -> np.ndarray:
+    """Values of a two-dimensional array of numbers; what is none is refused."""
     if not all(hasattr(da, key) for key in ("dims", "coords", "attrs", "values")):
+        if isinstance(da, str | PathLike):
+            raise HorizonError(
+                f"{what}: found the path {str(da)!r}, expected what is in that file. Read it with "
+                "geosurf.read_horizon(path)."
+            )
         raise HorizonError(
             f"{what}: found {type(da).__name__}, expected an xarray.DataArray over {HORIZON_DIMS}. "
             "Make one with xr.DataArray(z, dims=('northing', 'easting'), coords={'northing': y, "
@@ -168,15 +164,17 @@ def _check_array(da: Any, what: str) -> None:
             f"{what}: dims are {tuple(da.dims)}, expected two: {HORIZON_DIMS}. "
             "Drop others with da.isel(...) or da.squeeze()."
         )
-    if min(da.shape) < 2:
+    values: np.ndarray = da.values
+    if min(values.shape) < 2:
         raise HorizonError(
             f"{what}: {da.shape[0]} x {da.shape[1]} nodes make no cell, expected 2 x 2 or more. "
             "Read a larger part of the grid."
         )
+    return values
 
 
 def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
-    """Easting and northing [m], each 1-D and monotonic, or both 2-D."""
+    """Easting and northing [m], both 1-D or both 2-D."""
     # of xarray the arrays alone: labels cost more than what they label
     coords = getattr(da.coords, "variables", da.coords)
     missing = [key for key in ("easting", "northing") if key not in coords]
@@ -199,21 +197,23 @@ def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
         _metres(coords[key].transpose(*da.dims) if flat else coords[key], f"{key} of {what}")
         for key in ("easting", "northing")
     )
-    if not flat:
-        _check_axis("easting", easting, what)
-        _check_axis("northing", northing, what)
     return easting, northing
 
 
-def _rising(
-    easting: np.ndarray, northing: np.ndarray, elevation: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The same nodes, from the south-west: rasters have their northernmost row first."""
-    if easting[0] > easting[-1]:
+def _lattice_of(
+    easting: np.ndarray, northing: np.ndarray, elevation: np.ndarray, scale: float
+) -> Lattice:
+    """The lattice of some nodes, from the south-west: rasters have their northernmost row first."""
+    if easting.ndim == 1 and easting.item(0) > easting.item(len(easting) - 1):
         easting, elevation = easting[::-1].copy(), elevation[:, ::-1].copy()
-    if northing[0] > northing[-1]:
+    if northing.ndim == 1 and northing.item(0) > northing.item(len(northing) - 1):
         northing, elevation = northing[::-1].copy(), elevation[::-1].copy()
-    return easting, northing, elevation
+    if scale != 1.0:
+        elevation = elevation * scale
+    lattice = Lattice(easting, northing, elevation)
+    if lattice.survey.minus_zero:
+        lattice = Lattice(easting, northing, elevation + 0.0)
+    return lattice
 
 
 def _metres(coord: Any, what: str) -> np.ndarray:
@@ -235,8 +235,6 @@ def _metres(coord: Any, what: str) -> np.ndarray:
 
 def _check_axis(key: str, axis: np.ndarray, what: str) -> None:
     """Refuse a 1-D coordinate that is not finite, or neither increases nor decreases."""
-    if (axis[1:] > axis[:-1]).all() and -np.inf < axis[0] and axis[-1] < np.inf:
-        return
     bad = np.flatnonzero(~np.isfinite(axis))
     if len(bad):
         raise HorizonError(

@@ -82,8 +82,8 @@ can be used. Is an undefined value left in it? Mark absent nodes with NaN.
     """
     from geosurf.kernels.predicates import MAX_COORDINATE
 
-    # of a box or of sticks, a few numbers; not so for one that is not a number
-    if all(-MAX_COORDINATE <= value <= MAX_COORDINATE for value in values.ravel().tolist()):
+    # of a box or of sticks, a few numbers; one that is not a number may look large here
+    if max(map(abs, values.ravel().tolist()), default=0.0) <= MAX_COORDINATE:
         return
     large = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))  # of nothing: infinite
     if large > MAX_COORDINATE:

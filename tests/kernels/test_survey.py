@@ -311,3 +311,19 @@ def test_law_the_diagonal_of_horizons_is_that_of_the_rule(parts, angle, sign):
     x, y = np.cos(a) * parts[0] - np.sin(a) * parts[1], np.sin(a) * parts[0] + np.cos(a) * parts[1]
     if min(x.shape) > 1:
         assert rising_diagonal(x, sign * y) == _rising_by_every_cell(x, sign * y)
+
+
+steps = st.lists(
+    st.sampled_from([1.0, 2.0, 2.0, 0.0, -1.0, np.nan, np.inf]), min_size=1, max_size=9
+)
+
+
+@given(steps, steps)
+def test_law_axes_rise_where_each_step_does(one, two):
+    easting, northing = (np.cumsum(np.array([5.0, *part[1:]])) for part in (one, two))
+    lattice = Lattice(easting, northing, np.zeros((len(two), len(one))))
+    rises = all((x[1:] > x[:-1]).all() and np.isfinite(x).all() for x in (easting, northing))
+    assert lattice.has_rising_axes == lattice.survey.axes_rise == rises
+    spread = Lattice(*np.meshgrid(easting, northing), lattice.elevation)
+    assert not spread.has_rising_axes
+    assert not spread.survey.axes_rise
