@@ -8,26 +8,22 @@ end with their exit code: 2 input, 3 geometry, 4 our own fault.
 from __future__ import annotations
 
 import argparse
-import errno
-import os
 import sys
 import time
-import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import geosurf
-from geosurf.errors import FormatError, GeosurfError, InputError
+from geosurf.ending import OUR_FAULT, Ending
+from geosurf.errors import FormatError, InputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.model import Certificate, Units
+    from geosurf.model import Certificate
+    from geosurf.scenario.keys import Scenario
 
 BROKEN_PROMISE = 3
-OUR_FAULT = 4
-INTERRUPTED = 130
-NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
+VIEW, SHOW = "southwest", "horizons,faults,curves"
 EXIT_CODES = """exit codes: 0 done, 2 the input cannot be used, 3 the geometry is impossible or a
 promise is not kept, 4 a fault of geosurf, 130 interrupted"""
 
@@ -59,77 +55,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     return ending.code
 
 
-class Ending:
-    """Turns whatever ends a command into an exit code and, at most, one sentence."""
-
-    def __init__(self, debug: bool) -> None:
-        self.code = 0
-        self._debug = debug
-
-    def __enter__(self) -> None:
-        """Begin."""
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> bool:
-        """Say what is wrong on stderr; only exits asked for on purpose pass through."""
-        if error is None or isinstance(error, SystemExit | GeneratorExit):
-            return False
-        if isinstance(error, KeyboardInterrupt):
-            self.code = INTERRUPTED
-            return True
-        if isinstance(error, BrokenPipeError):  # the reader of our output has left
-            _forget_output()
-            return True
-        if self._debug:
-            traceback.print_exception(kind, error, trace)
-        if isinstance(error, GeosurfError):
-            self.code = error.exit_code
-            for line in (error, *getattr(error, "__notes__", ())):
-                print(f"geosurf: {line}", file=sys.stderr)
-        elif isinstance(error, OSError) and error.errno in NO_ROOM:
-            self.code = InputError.exit_code
-            what = error.filename or "what was asked for"
-            if not _is_printed():
-                _forget_output()
-            print(f"geosurf: {what} cannot be written: {error.strerror}. Make room, or write "
-                  "elsewhere.", file=sys.stderr)  # fmt: skip
-        else:
-            self.code = OUR_FAULT
-            print(_apology(error), file=sys.stderr)
-        return True
-
-
-def _is_printed() -> bool:
-    """Whether all that was printed is out; stdout may be closed from the beginning."""
-    try:
-        if sys.stdout is not None:
-            sys.stdout.flush()
-    except OSError:
-        return False
-    return True
-
-
-def _forget_output() -> None:
-    """Send what is still to be printed nowhere, or Python would fail to print it at its exit."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _apology(error: BaseException) -> str:
-    return (
-        f"geosurf: unexpected {type(error).__name__}: {error}. This is a fault of geosurf: please "
-        "report it with your scenario and what --debug prints."
-    )
-
-
 # ---- the commands ----------------------------------------------------------------------
 
 
 def run_command(options: argparse.Namespace) -> int:
     """Run a scenario and write everything."""
+    from geosurf.report.tables import as_plain_text, volume_table
     from geosurf.scenario import read_scenario, run
 
     say = _speaker(options.quiet)
@@ -139,7 +70,8 @@ def run_command(options: argparse.Namespace) -> int:
     for note in outcome.notes:
         print(f"geosurf: {note}", file=sys.stderr)
     if not options.quiet:
-        print(f"\n{volume_text(outcome.scene.units)}\n")
+        table = volume_table(outcome.scene.units)
+        print(f"\n{as_plain_text(table, 'Volumes [million m3]')}\n")
         print(f"{len(outcome.scene.units)} units in {time.perf_counter() - start:.1f} s.")
         print(f"Report: {outcome.out / 'report' / 'index.html'}; everything else beside it.")
     return _verdict(outcome.certificate)
@@ -156,25 +88,61 @@ def check_command(options: argparse.Namespace) -> int:
 
 def render_command(options: argparse.Namespace) -> int:
     """Draw one picture of a scenario."""
-    from geosurf.render import render_scene
+    from geosurf.render.compose import png_path
     from geosurf.scenario import read_scenario
 
+    scenario = read_scenario(options.scenario)
+    png_path(options.out)  # before anything is computed
+    draw = _draw_view if options.section is None else _draw_section
+    print(draw(scenario, options))
+    return 0
+
+
+def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
+    """Draw what is asked for in space; what is not said is as in the scenario."""
+    from geosurf.render import render_scene
+
     def given(option: Any, otherwise: Any) -> Any:
-        """An option, or what the scenario says."""
+        """An option, or what is meant without it."""
         return otherwise if option is None else option
 
-    scenario = read_scenario(options.scenario)
-    path = render_scene(
+    return render_scene(
         scenario.scene(),
         options.out,
-        view=options.view,
-        show=tuple(word.strip() for word in options.show.split(",")),
+        view=given(options.view, VIEW),
+        show=tuple(word.strip() for word in given(options.show, SHOW).split(",")),
         size=scenario.output.size_px,
         exaggeration=given(options.exaggeration, scenario.output.exaggeration),
         clip=given(options.clip, scenario.output.clip),
     )
-    print(path)
-    return 0
+
+
+def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
+    """Draw a vertical section; options of views are refused, since they would do nothing."""
+    from geosurf.render import render_section
+
+    for word in ("view", "show", "exaggeration", "clip"):
+        if getattr(options, word) is not None:
+            raise InputError(
+                f"--section draws a vertical section, which has no --{word}; leave one of them out."
+            )
+    line = _line_of(options.section)
+    return render_section(scenario.scene().section(line), options.out, size=scenario.output.size_px)
+
+
+def _line_of(text: str) -> list[tuple[float, float]]:
+    """Points of a line in the map from words as in ``0,2500 6000,2500``."""
+    line = []
+    for word in text.split():
+        try:
+            east, north = map(float, word.split(","))
+        except ValueError as error:
+            raise InputError(
+                f"--section: {word!r} is no point; give easting and northing [m] of two points or "
+                'more in quotes, as in "0,2500 6000,2500".'
+            ) from error
+        line.append((east, north))
+    return line
 
 
 def report_command(options: argparse.Namespace) -> int:
@@ -333,31 +301,6 @@ def _surface(path: Path, words: dict[str, str | None]) -> Any:
     return found if hasattr(found, "triangles") else triangulate_fault(found, name=path.stem)
 
 
-def volume_text(units: Units) -> str:
-    """Return volumes as a table of plain letters: zones down, blocks across.
-
-    Parameters
-    ----------
-    units : Units
-
-    Returns
-    -------
-    str
-    """
-    from geosurf.report.tables import volume_table
-
-    table = volume_table(units)
-    plain = str.maketrans({"\N{NARROW NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-", "–": "-"})
-    head = ("Volumes [million m3]", *table.head[1:])
-    rows = [[cell.translate(plain) for cell in row] for row in (head, *table.rows, table.foot)]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = []
-    for label, *numbers in rows:
-        cells = [cell.rjust(w) for cell, w in zip(numbers, widths[1:], strict=True)]
-        lines.append("  ".join([label.ljust(widths[0]), *cells]))
-    return "\n".join(lines)
-
-
 # ---- the words -------------------------------------------------------------------------
 
 
@@ -402,9 +345,10 @@ def build_parser() -> argparse.ArgumentParser:
         command.add_argument("--no-pictures", action="store_true", help="draw nothing")
         command.add_argument("--quiet", action="store_true", help="no progress")
     render.add_argument("-o", "--out", required=True, help="a .png file")
-    render.add_argument("--view", default="southwest", help="southwest, north, top ...")
+    render.add_argument("--view", help=f"north, top ... (default: {VIEW})")
+    render.add_argument("--show", help=f"also walls, patches, units (default: {SHOW})")
     render.add_argument(
-        "--show", default="horizons,faults,curves", help="also walls, patches, units"
+        "--section", metavar="LINE", help='a vertical section along "0,2500 6000,2500 ..." [m]'
     )
     render.add_argument("--exaggeration", type=float, help="vertical, default: what reads well")
     render.add_argument("--clip", action=argparse.BooleanOptionalAction,

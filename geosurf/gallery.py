@@ -137,7 +137,8 @@ def _map(scene: Any, name: str, size: tuple[int, int], clip: bool) -> Picture:
         ring = np.array([(west, south), (east, south), (east, north), (west, north)])
         outline = ring if scene.aoi is None else scene.aoi
         surface, curves = as_modelled(scene, scene.surface(name)), scene.curves
-        render_map(surface, curves, path=path, size=size, outline=outline if clip else None)
+        look: dict[str, Any] = {"outline": outline if clip else None, "faults": scene.fault_names}
+        render_map(surface, curves, path=path, size=size, **look)
 
     row = scene.horizon_names.index(name)
     return Picture(

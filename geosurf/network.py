@@ -43,7 +43,9 @@ class FaultStage:
         Name of a fault -> its surface as given.
     limits : callable
         () -> the model box, and the area of interest or None; asked only where a fault is
-        extended or truncated.
+        truncated.
+    extent : callable
+        () -> the box that extended faults leave.
     memory : Memory
         Of the scene.
 
@@ -61,12 +63,13 @@ class FaultStage:
         *,
         given: Callable[[str], TriSurface],
         limits: Callable[[], tuple[Any, Any]],
+        extent: Callable[[], Any],
         memory: Memory,
     ) -> None:
         self.names = tuple(names)
         self.rules = read_truncations(truncations, self.names)
         self.sides = read_extend(extend, self.names)
-        self._given, self._limits = given, limits
+        self._given, self._limits, self._extent = given, limits, extent
         self._remember, self._key = memory.remembered, memory.key_of
 
     def surface(self, name: str) -> TriSurface:
@@ -106,7 +109,7 @@ class FaultStage:
         given, sides = self._given(name), self.sides.get(name, ())
         if not sides:
             return ExtendedFault(given, given.n_triangle, ())
-        box, _ = self._limits()
+        box = self._extent()
         return self._remember(
             "extend", name, ("extend", self._key(given), sides, box),
             lambda: extend_fault(given, box, sides=sides), _describe_extension, again=False,

@@ -154,6 +154,10 @@ class Provided(Joined):
         """Box and area, for what asks when they are first needed."""
         return self.box, self.aoi
 
+    def _extent(self) -> Box:
+        """The box that extended faults leave: one that is given holds horizons around the area."""
+        return self.box if self._box is None else self._box
+
     def _frame(self, surfaces: Sequence[TriSurface]) -> np.ndarray:
         """Origin of the local frame: the box's where exact, so that all results share it."""
         return shared_origin(None if self._box is None else self.box, surfaces)

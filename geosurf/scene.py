@@ -59,8 +59,9 @@ class Scene(Provided):
     self_intersections : bool
         Whether surfaces are also split where they cross themselves.
     extend : bool, sequence of str, or mapping of str to sides, optional
-        Faults that are continued until they leave the model box: all, some, or some of their
-        sides (``"strike"``, ``"start"``, ``"end"``, ``"up"``, ``"down"``).
+        Faults that are continued until they leave the model box (that which is given, where `aoi`
+        is smaller): all, some, or some of their sides (``"strike"``, ``"start"``, ``"end"``,
+        ``"up"``, ``"down"``).
     truncations : mapping of str to (main, keep[, extend]), optional
         Faults that end at others: ``{"F2": ("F1", "hanging wall")}``. A third word True
         first continues F2 to F1. See docs/faults.md.
@@ -130,7 +131,7 @@ class Scene(Provided):
         self.truncations = dict(as_mapping("truncations", truncations or {}))
         self._network = FaultStage(
             tuple(self._faults), self.truncations, extend, given=self._given_fault,
-            limits=self._limits, memory=self._memory,
+            limits=self._limits, extent=self._extent, memory=self._memory,
         )  # fmt: skip
         self.extend = dict(self._network.sides)
 

@@ -107,6 +107,41 @@ def test_render_draws_one_picture(folder, tmp_path, capsys):
     assert "'tpo'" in capsys.readouterr().err
 
 
+def test_render_draws_a_section_along_a_line(folder, tmp_path, capsys):
+    scenario, picture = str(folder / "good.toml"), tmp_path / "section.png"
+    words = ["render", scenario, "-o", str(picture), "--section", "100.5,50 2e3,1500  3900,2950"]
+    assert cli.main(words) == 0
+    assert capsys.readouterr().out == f"{picture}\n"
+    from geosurf.scenario import read_scenario
+
+    found = read_scenario(scenario).scene().section([(100.5, 50), (2000, 1500), (3900, 2950)])
+    same = gs.render_section(found, tmp_path / "same.png", size=(400, 260))
+    assert picture.read_bytes() == same.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--section", "0,1500"], "line of the section has shape (1, 2); give easting"),
+        (["--section", "0,1500 4000;1500"], "'4000;1500' is no point; give easting and northing"),
+        (["--section", "0,1500,9 4000,1500"], "'0,1500,9' is no point"),
+        (["--section", " "], "line of the section has shape (0,); give easting"),
+        (["--section", "-9,-9 -8,-8"], "does not meet the model (0 to 4000, 0 to 3000). Give"),
+        (["--section", "0,1 4000,1", "--view", "top"], "--section draws a vertical section, which has no --view; leave one"),
+        (["--section", "0,1 4000,1", "--no-clip"], "no --clip"),
+        (["--section", "0,1 4000,1", "--exaggeration", "0"], "no --exaggeration"),
+        (["--section", "0,1 4000,1", "--show", "units"], "no --show"),
+    ],
+)  # fmt: skip
+def test_sections_that_cannot_be_drawn(folder, tmp_path, capsys, words, said):
+    call = ["render", str(folder / "good.toml"), "-o", str(tmp_path / "section.png")]
+    assert cli.main([*call, *words]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert "\n" not in error[:-1]
+    assert not (tmp_path / "section.png").exists()
+
+
 def test_report_writes_a_page_and_leaves_other_results_alone(folder, tmp_path, capsys):
     (tmp_path / "volumes.csv").write_text("of an earlier run")
     assert cli.main(["report", str(folder / "good.toml"), "-o", str(tmp_path), "--quiet"]) == 0

@@ -290,6 +290,7 @@ def render_map(
     size: tuple[int, int] = SIZE,
     title: str | None = None,
     outline: np.ndarray | None = None,
+    faults: Sequence[str] = (),
 ) -> Path:
     """Draw a horizon in map view: elevation in colour, contour lines, its curves in bold.
 
@@ -306,6 +307,8 @@ def render_map(
         Default: the name of the surface.
     outline : ndarray of float64, shape (n, 2), optional
         Easting and northing around the area that is shown, counter-clockwise [m]; default: all.
+    faults : sequence of str
+        Names of all faults: their curves have the colours that faults have in other pictures.
 
     Returns
     -------
@@ -329,7 +332,8 @@ def render_map(
     from geosurf.render.map import draw_map
 
     title = f"{surface.name}: elevation" if title is None else title
-    return save_png(draw_map(surface, curves, check_size(size), title, outline), path)
+    faults = listed(faults, "faults are names of faults", "give a list, as scene.fault_names")
+    return save_png(draw_map(surface, curves, check_size(size), title, outline, faults), path)
 
 
 def render_search(

@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 LINES = {"cut-off": palette.INK, "contact": palette.CONTACT}  # kinds that are drawn as lines
+ROOM = 96.0  # for names of cut-offs at both sides [design pixels]
 HALO = 1.9  # width of the paper around a contact over its own, so that it is seen on any zone
 
 
@@ -94,7 +95,7 @@ def render_allan(
     levels = [line[:, 1] for words, line in lines if words["kind"] in LINES]
     points = np.concatenate([line for _, line in lines])
     shown = range_shown(points, levels)
-    axes, exaggeration = diagram_axes(sheet, shown, "Distance along strike [km]")
+    axes, exaggeration = diagram_axes(sheet, shown, "Distance along strike [km]", ROOM)
     _fill(axes, lines, colours)
     _draw_cutoffs(sheet, axes, lines)
     furniture.draw_legend(sheet, _legend(pairs, colours), 640.0)

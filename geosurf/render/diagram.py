@@ -39,12 +39,14 @@ def range_shown(points: np.ndarray, levels: Sequence[np.ndarray]) -> tuple[float
     return left, right, max(low, bottom - room), min(high, top + room)
 
 
-def diagram_axes(sheet: furniture.Sheet, shown: tuple[float, ...], along: str) -> tuple[Any, float]:
-    """Axes in metres with room for names on both sides; and the vertical exaggeration."""
+def diagram_axes(
+    sheet: furniture.Sheet, shown: tuple[float, ...], along: str, room: float
+) -> tuple[Any, float]:
+    """Axes in metres with some room on both sides [design pixels]; and the exaggeration."""
     layout, unit = sheet.layout, sheet.layout.unit
     left, right, bottom, top = shown
     wide, high = max(right - left, 1.0), max(top - bottom, 1.0)
-    margin = 96.0 * unit
+    margin = room * unit
     across = layout.view_size[0] - 2.0 * margin
     # not taller than reads well, never squeezed below true scale where there is room
     up = min(layout.view_size[1], max(RELIEF * across, across * high / wide))

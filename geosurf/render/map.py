@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -24,6 +25,7 @@ def draw_map(
     size: tuple[int, int],
     title: str,
     outline: np.ndarray | None = None,
+    faults: Sequence[str] = (),
 ) -> bytes:
     """Return the map of a surface as a PNG file.
 
@@ -37,6 +39,8 @@ def draw_map(
     title : str
     outline : ndarray of float64, shape (n, 2), optional
         Around what is shown.
+    faults : sequence of str
+        Names that have the colours of faults in that order.
 
     Returns
     -------
@@ -72,7 +76,9 @@ def draw_map(
     levels = contour_levels(bottom, top)
     if len(levels) > 1:
         _draw_elevation(sheet, axes, light, levels)
-    legend = _draw_curves(sheet, axes, light, curves, within) if curves is not None else []
+    legend = []
+    if curves is not None:
+        legend = _draw_curves(sheet, axes, light, curves, within, list(faults))
     furniture.draw_legend(sheet, tuple(legend), 290.0)
     draw_colour_bar(sheet, levels, "Elevation [m]", palette.ELEVATION, N_BAND, (260.0, 400.0))
     draw_north(sheet)
@@ -172,8 +178,10 @@ def number_contours(sheet: furniture.Sheet, axes, lines) -> None:
         text.set_family(furniture.FONT)
 
 
-def _draw_curves(sheet, axes, surface, curves: Curves, within: Prism | None) -> list[Entry]:
-    """Bold lines for the curves on a surface, one colour per other surface."""
+def _draw_curves(
+    sheet, axes, surface, curves: Curves, within: Prism | None, faults: list[str]
+) -> list[Entry]:
+    """Bold lines for the curves on a surface, one colour per other surface: faults have theirs."""
     from matplotlib.collections import LineCollection
 
     name = surface.name
@@ -183,6 +191,8 @@ def _draw_curves(sheet, axes, surface, curves: Curves, within: Prism | None) -> 
         )
     west, _, south, *_ = surface.bounds
     row = curves.names.index(name)
+    order = [*faults, *(other for other in curves.names if other not in faults)]
+    colour_of = [palette.fault(order.index(other)) for other in curves.names]
     others: dict[int, float] = {}
     longest: dict[int, tuple] = {}
     width = 2.6 * sheet.layout.unit * 72.0 / furniture.DPI
@@ -198,8 +208,8 @@ def _draw_curves(sheet, axes, surface, curves: Curves, within: Prism | None) -> 
         other = pair[0] if pair[1] == row else pair[1]
         length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
         others[other] = others.get(other, 0.0) + length
-        colour = palette.fault(list(others).index(other))
-        shown = LineCollection(ends[:, :, :2] - (west, south), colors=[colour], linewidths=width)
+        flat, colours = ends[:, :, :2] - (west, south), [colour_of[other]]
+        shown = LineCollection(flat, colors=colours, linewidths=width)
         shown.set_capstyle("round")
         axes.add_collection(shown, autolim=False)
         if length > longest.get(other, (0.0,))[0]:
@@ -207,12 +217,12 @@ def _draw_curves(sheet, axes, surface, curves: Curves, within: Prism | None) -> 
     for other, (_, at) in longest.items():
         x, y = axes.transData.transform(at)
         at = axes.transData.inverted().transform((x + 9.0 * sheet.layout.unit, y))
-        colour = palette.shade(palette.fault(list(others).index(other)), 1, 2)
+        colour = palette.shade(colour_of[other], 1, 2)
         look = {"ha": "left", "fontweight": "bold"}
         furniture.halo_text(sheet, axes, at, curves.names[other], 11.5, colour, **look)
     return [
-        Entry(f"with {curves.names[other]}", palette.fault(i), length_text(length), "line")
-        for i, (other, length) in enumerate(others.items())
+        Entry(f"with {curves.names[other]}", colour_of[other], length_text(length), "line")
+        for other, length in others.items()
     ]
 
 

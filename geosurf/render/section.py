@@ -21,6 +21,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 WINDS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+ROOM = 24.0  # for the winds at both ends [design pixels]
 _NEEDED = ("kind", "label", "zone", "contact", "along_section", "elevation", "count", "area")
 
 
@@ -77,7 +78,7 @@ def render_section(
     sheet = furniture.Sheet(furniture.lay_out(check_size(size)))
     levels = [line[:, 1] for words, line, _ in lines if words["kind"] in ("horizon", "contact")]
     shown = range_shown(np.concatenate([line for _, line, _ in lines]), levels)
-    axes, exaggeration = diagram_axes(sheet, shown, "Distance along the section [km]")
+    axes, exaggeration = diagram_axes(sheet, shown, "Distance along the section [km]", ROOM)
     colours = _colours(areas, list(section.attrs["zones"]))
     _fill(axes, lines, colours)
     faults = {name: palette.fault(i) for i, name in enumerate(section.attrs["faults"])}
@@ -172,8 +173,7 @@ def _draw_lines(sheet, axes, lines, faults: dict[str, palette.RGB]) -> None:
         elif kind == "fault":
             axes.plot(*line.T, color=palette.PAPER, linewidth=3.2 * width, zorder=4)
             axes.plot(*line.T, color=faults[name], linewidth=2.0 * width, zorder=5)
-            seen = line[(line[:, 1] >= bottom) & (line[:, 1] <= top)]
-            highest = seen[np.argmax(seen[:, 1])] if len(seen) else None
+            highest = _highest(line, bottom, top)
             if highest is not None and highest[1] > named.get(name, (0.0, -math.inf))[1]:
                 named[name] = highest
     for name, place in named.items():
@@ -183,6 +183,17 @@ def _draw_lines(sheet, axes, lines, faults: dict[str, palette.RGB]) -> None:
             fontsize=12.0 * unit * 72.0 / furniture.DPI, color=faults[name], zorder=6,
             path_effects=furniture.rim_of_words(unit),
         )  # fmt: skip
+
+
+def _highest(line: np.ndarray, bottom: float, top: float) -> np.ndarray | None:
+    """The highest place of a line (n, 2) between two levels; None if it is not between them."""
+    p, q = line[:-1], line[1:]
+    across = np.flatnonzero((p[:, 1] > top) != (q[:, 1] > top))
+    if len(across):
+        p, q = p[across[0]], q[across[0]]
+        return p + (top - p[1]) / (q[1] - p[1]) * (q - p)
+    seen = line[(line[:, 1] >= bottom) & (line[:, 1] <= top)]
+    return seen[np.argmax(seen[:, 1])] if len(seen) else None
 
 
 def _draw_ends(sheet, axes, corners: np.ndarray) -> None:

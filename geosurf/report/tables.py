@@ -65,6 +65,37 @@ def number(value: float, decimals: int = 0) -> str:
     return text.replace(",", "\N{NARROW NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}")
 
 
+def as_plain_text(table: Table, corner: str) -> str:
+    """Return a table in plain letters and even columns, numbers at the right.
+
+    Parameters
+    ----------
+    table : Table
+        With one column of words.
+    corner : str
+        What stands above them.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> print(as_plain_text(Table(("", "F1+", "F1-"), (("Top/Base", "8.5", NOTHING),)), "Zone"))
+    Zone      F1+  F1-
+    Top/Base  8.5    -
+    """
+    plain = str.maketrans({"\N{NARROW NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-", NOTHING: "-"})
+    body = [[cell.translate(plain) for cell in row] for row in (*table.rows, table.foot) if row]
+    rows = [[corner, *table.head[1:]], *body]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for label, *numbers in rows:
+        cells = [cell.rjust(w) for cell, w in zip(numbers, widths[1:], strict=True)]
+        lines.append("  ".join([label.ljust(widths[0]), *cells]))
+    return "\n".join(lines)
+
+
 def surface_table(surfaces: Iterable[TriSurface]) -> Table:
     """Return what was handed in: name, role, triangles, bounds [m]."""
     rows = []

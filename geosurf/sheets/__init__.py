@@ -157,7 +157,7 @@ def tear_horizon(
     builder = Builder(picks, state, surfaces, rising, carry_on, rebuild.torn_between)
     built = builder.run()
     state = builder.state
-    refuse_leaks(picks, state, built)
+    refuse_leaks(picks, state, built, float(trim))
     cuts = fault_cuts(picks.frame, state, built, surfaces)
     used = sigma if settings.noise_weight is not None else None
     report = make_report(picks, state, built, cuts, builder.triangles, float(trim), used)

@@ -71,8 +71,10 @@ def sheet_of(picks: Picks, state: Heights, built: Built, faults, rising, cuts, r
     )
 
 
-def refuse_leaks(picks: Picks, state: Heights, built: Built) -> None:
-    """Say where a sheet could not be closed against its faults."""
+def refuse_leaks(
+    picks: Picks, state: Heights, built: Built, trim: float | None = None
+) -> None:
+    """Say where a sheet could not be closed against its faults, and what may be the reason."""
     open_edges = built.cut.leaks or built.cut.dead_ends
     if not open_edges:
         return
@@ -80,6 +82,8 @@ def refuse_leaks(picks: Picks, state: Heights, built: Built) -> None:
     at = np.append(picks.frame.node_places(node)[0], state.values[node])
     widest = max((-w.heave(w.place).min(initial=0.0) for w in state.walls), default=0.0)
     way_out = "Extend the fault there up, down and along strike, or end it on its main fault."
+    if trim is not None:
+        way_out += f" If it goes on there, data may be smeared farther than trim ({trim:g} cells)."
     if not picks.on_nodes and widest > FAR_OVER:
         way_out = (
             f"It overlaps itself by up to {widest:.1f} cells, and scattered points leave its tips "

@@ -1,0 +1,86 @@
+"""How a command ends: whatever stops it becomes an exit code and, at most, one sentence.
+
+Errors that geosurf raises on purpose say whose move it is, and have their code: 2 input, 3
+geometry, 4 our own fault. A full disk is the user's to mend, too; a reader of the output who has
+left is no error; everything else is a fault of geosurf.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+import traceback
+from types import TracebackType
+
+from geosurf.errors import GeosurfError, InputError
+
+OUR_FAULT = 4
+INTERRUPTED = 130
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
+
+
+class Ending:
+    """Turns whatever ends a command into an exit code and, at most, one sentence."""
+
+    def __init__(self, debug: bool) -> None:
+        self.code = 0
+        self._debug = debug
+
+    def __enter__(self) -> None:
+        """Begin."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> bool:
+        """Say what is wrong on stderr; only exits asked for on purpose pass through."""
+        if error is None or isinstance(error, SystemExit | GeneratorExit):
+            return False
+        if isinstance(error, KeyboardInterrupt):
+            self.code = INTERRUPTED
+            return True
+        if isinstance(error, BrokenPipeError):  # the reader of our output has left
+            _forget_output()
+            return True
+        if self._debug:
+            traceback.print_exception(kind, error, trace)
+        if isinstance(error, GeosurfError):
+            self.code = error.exit_code
+            for line in (error, *getattr(error, "__notes__", ())):
+                print(f"geosurf: {line}", file=sys.stderr)
+        elif isinstance(error, OSError) and error.errno in NO_ROOM:
+            self.code = InputError.exit_code
+            what = error.filename or "what was asked for"
+            if not _is_printed():
+                _forget_output()
+            print(f"geosurf: {what} cannot be written: {error.strerror}. Make room, or write "
+                  "elsewhere.", file=sys.stderr)  # fmt: skip
+        else:
+            self.code = OUR_FAULT
+            print(_apology(error), file=sys.stderr)
+        return True
+
+
+def _is_printed() -> bool:
+    """Whether all that was printed is out; stdout may be closed from the beginning."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        return False
+    return True
+
+
+def _forget_output() -> None:
+    """Send what is still to be printed nowhere, or Python would fail to print it at its exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _apology(error: BaseException) -> str:
+    return (
+        f"geosurf: unexpected {type(error).__name__}: {error}. This is a fault of geosurf: please "
+        "report it with your scenario and what --debug prints."
+    )
