@@ -6,7 +6,7 @@ is first needed. Every result is in metres, elevation positive up.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
@@ -32,7 +32,7 @@ HORIZON_FORMATS = {
 }
 FAULT_FORMATS = {
     "tsurf": ("gocad", "read_gocad", (".ts",)),
-    "sticks": ("polylines", "read_sticks", (".pol",)),
+    "sticks": ("polylines", "read_sticks", (".pol", ".csv")),
     "netcdf": ("netcdf", "read_netcdf_fault", (".nc", ".nc4")),
     "vtp": ("vtp", "read_vtp", (".vtp",)),
     "mesh": (
@@ -158,7 +158,7 @@ def read_fault(
     Parameters
     ----------
     path : path-like
-        ``.ts`` (GOCAD TSurf), ``.vtp`` and other triangle meshes, ``.pol`` (fault
+        ``.ts`` (GOCAD TSurf), ``.vtp`` and other triangle meshes, ``.pol`` and ``.csv`` (fault
         sticks), ``.nc`` (parametric grid).
     name : str, optional
         Name of the fault; for a TSurf file with several surfaces: which one.
@@ -174,7 +174,7 @@ def read_fault(
     Returns
     -------
     TriSurface, FaultSticks or xarray.Dataset
-        A `TriSurface` (role ``"fault"``) for meshes. `FaultSticks` for ``.pol``: join
+        A `TriSurface` (role ``"fault"``) for meshes. `FaultSticks` for sticks: join
         them with `triangulate_sticks`. A Dataset ``easting``, ``northing``, ``elevation`` over
         ``(down_dip, along_strike)`` for ``.nc``: hand it to `triangulate_fault`.
 
@@ -255,6 +255,7 @@ def read_points(
     positive: str | None = None,
     units: str | None = None,
     format: str | None = None,  # noqa: A002 - the word users know
+    columns: Sequence[str] | None = None,
 ) -> xr.Dataset:
     r"""
     Read scattered points.
@@ -262,14 +263,16 @@ def read_points(
     Parameters
     ----------
     path : path-like
-        ``.poi``, ``.xyz``, ``.txt``, ``.dat``: x, y, z first on each line. ``.csv``: columns
-        ``X_UTME,Y_UTMN,Z_TVDSS`` or ``X,Y,Z`` among others.
+        ``.poi``, ``.xyz``, ``.txt``, ``.dat``: x, y, z first on each line, or as a header says.
+        ``.csv``: a header with the columns ``X_UTME,Y_UTMN,Z_TVDSS`` or ``X,Y,Z`` among others.
     positive : {"up", "down"}
         Whether z is elevation or depth; the formats do not say.
     units : str, optional
         Unit of z. Default ``"m"``.
     format : {"xyz"}, optional
         Overrides the suffix.
+    columns : sequence of str, optional
+        What the header calls easting, northing and z, where it uses other words.
 
     Returns
     -------
@@ -279,7 +282,7 @@ def read_points(
     Raises
     ------
     FormatError
-        If the suffix is unknown, or a line is not three numbers.
+        If the suffix is unknown, a line is not three numbers, or a column is missing.
     InputError
         If the file cannot be opened, or `positive` is missing.
 
@@ -287,12 +290,12 @@ def read_points(
     --------
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "picks.csv"
-    >>> _ = file.write_text("X,Y,Z,formation\n1,2,-30,Fault\n")
-    >>> read_points(file, positive="up").elevation.values
+    >>> _ = file.write_text("X,Y,TVDSS,formation\n1,2,30,Fault\n")
+    >>> read_points(file, positive="down", columns=("X", "Y", "TVDSS")).elevation.values
     array([-30.])
     """
     path, _, read = _reader(path, POINT_FORMATS, format, "read_points")
-    return read(path, positive=positive, units=units)
+    return read(path, positive=positive, units=units, columns=columns)
 
 
 def read_polygons(

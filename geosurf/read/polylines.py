@@ -1,7 +1,7 @@
 """Polylines in text: fault sticks and polygons, ``x y z`` per line.
 
 RMS and Petrel end each polyline with a line ``999 999 999``. A file that does not
-end with one was cut short.
+end with one was cut short. In csv, a column says which polyline a point belongs to.
 """
 
 from __future__ import annotations
@@ -17,13 +17,14 @@ from geosurf.read._common import agreed_scale, agreed_sign, number_rows, read_te
 from geosurf.read.points import columns_of_csv
 
 END_OF_LINE = 999.0
+LABELS = ("poly_id", "stick_id")  # columns that tell polylines apart, lower case
 
 
 def read_sticks(
     path: Path, *, name: str, positive: str | None = None, units: str | None = None
 ) -> FaultSticks:
     r"""
-    Read fault sticks that are each ended by a line ``999 999 999``.
+    Read fault sticks: each ended by ``999 999 999``, or csv with ``POLY_ID`` or ``STICK_ID``.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ def read_sticks(
     """
     what = f"{path.name}: fault {name!r}"
     scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
-    sticks = _terminated(path)
+    sticks = _parts(path)
     for i, (stick, line) in enumerate(sticks):
         if len(stick) < 2:
             raise FormatError(
@@ -101,16 +102,17 @@ def read_polylines(
     >>> [len(line) for line in read_polylines(file)]
     [3]
     """
-    lines = (
-        _by_polygon(path)
-        if path.suffix.lower() == ".csv"
-        else [line for line, _ in _terminated(path)]
-    )
+    lines = [line for line, _ in _parts(path)]
     if positive is None and not any(line[:, 2].any() for line in lines):
         return lines
     what = f"{path.name}: polygons"
     scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
     return [_elevated(line, scale) for line in lines]
+
+
+def _parts(path: Path) -> list[tuple[np.ndarray, int]]:
+    """Polylines (n, 3) as they stand in the file, each with its first line number."""
+    return _by_label(path) if path.suffix.lower() == ".csv" else _terminated(path)
 
 
 def _elevated(line: np.ndarray, scale: float) -> np.ndarray:
@@ -154,21 +156,21 @@ def _terminated(path: Path) -> list[tuple[np.ndarray, int]]:
     return found
 
 
-def _by_polygon(path: Path) -> list[np.ndarray]:
-    """Points of a csv file, split where POLY_ID changes."""
-    points, labels, lines = columns_of_csv(path, label="poly_id")
+def _by_label(path: Path) -> list[tuple[np.ndarray, int]]:
+    """Points of a csv file, split where POLY_ID or STICK_ID changes; each with its first line."""
+    points, labels, lines = columns_of_csv(path, LABELS)
     if labels is None:
         raise InputError(
-            f"{path}, line 1: no column POLY_ID says which polygon a point belongs to. "
+            f"{path}, line 1: no column POLY_ID (or STICK_ID) says which line a point belongs to. "
             "Add one, or read the file with read_points."
         )
     breaks = [0, *(i for i in range(1, len(labels)) if labels[i] != labels[i - 1]), len(labels)]
-    pieces = [points[a:b] for a, b in itertools.pairwise(breaks)]
+    pieces = [(points[a:b], lines[a]) for a, b in itertools.pairwise(breaks)]
     firsts = [labels[a] for a in breaks[:-1]]
     for k, first in enumerate(firsts):
         if first in firsts[:k]:
             raise FormatError(
-                f"{path}, line {lines[breaks[k]]}: polygon {first!r} goes on after another one "
-                "began. Sort the file by POLY_ID."
+                f"{path}, line {lines[breaks[k]]}: line {first!r} goes on after another one "
+                "began. Sort the file by that column."
             )
     return pieces

@@ -191,8 +191,10 @@ def _draw_curves(
         )
     west, _, south, *_ = surface.bounds
     row = curves.names.index(name)
-    order = [*faults, *(other for other in curves.names if other not in faults)]
-    colour_of = [palette.fault(order.index(other)) for other in curves.names]
+    met = (
+        curves.names[k] for pair in curves.surfaces_of_curve.tolist() if row in pair for k in pair
+    )
+    order = list(dict.fromkeys([*faults, *(other for other in met if other != name)]))
     others: dict[int, float] = {}
     longest: dict[int, tuple] = {}
     width = 2.6 * sheet.layout.unit * 72.0 / furniture.DPI
@@ -208,8 +210,8 @@ def _draw_curves(
         other = pair[0] if pair[1] == row else pair[1]
         length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
         others[other] = others.get(other, 0.0) + length
-        flat, colours = ends[:, :, :2] - (west, south), [colour_of[other]]
-        shown = LineCollection(flat, colors=colours, linewidths=width)
+        colour = palette.fault(order.index(curves.names[other]))
+        shown = LineCollection(ends[:, :, :2] - (west, south), colors=[colour], linewidths=width)
         shown.set_capstyle("round")
         axes.add_collection(shown, autolim=False)
         if length > longest.get(other, (0.0,))[0]:
@@ -217,12 +219,12 @@ def _draw_curves(
     for other, (_, at) in longest.items():
         x, y = axes.transData.transform(at)
         at = axes.transData.inverted().transform((x + 9.0 * sheet.layout.unit, y))
-        colour = palette.shade(colour_of[other], 1, 2)
+        colour = palette.shade(palette.fault(order.index(curves.names[other])), 1, 2)
         look = {"ha": "left", "fontweight": "bold"}
         furniture.halo_text(sheet, axes, at, curves.names[other], 11.5, colour, **look)
     return [
-        Entry(f"with {curves.names[other]}", colour_of[other], length_text(length), "line")
-        for other, length in others.items()
+        Entry(f"with {name}", palette.fault(order.index(name)), length_text(length), "line")
+        for name, length in ((curves.names[k], length) for k, length in others.items())
     ]
 
 

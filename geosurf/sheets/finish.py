@@ -71,9 +71,7 @@ def sheet_of(picks: Picks, state: Heights, built: Built, faults, rising, cuts, r
     )
 
 
-def refuse_leaks(
-    picks: Picks, state: Heights, built: Built, trim: float | None = None
-) -> None:
+def refuse_leaks(picks: Picks, state: Heights, built: Built, trim: float | None = None) -> None:
     """Say where a sheet could not be closed against its faults, and what may be the reason."""
     open_edges = built.cut.leaks or built.cut.dead_ends
     if not open_edges:

@@ -65,6 +65,23 @@ def test_what_happens_in_the_box_beyond_the_area_does_not_matter():
         _ = again.units
 
 
+@pytest.mark.parametrize("turn", [1, -1])
+def test_faults_are_extended_out_of_the_box_that_is_given(turn):
+    """Horizons fill it beyond the area of interest, and are torn there, too."""
+    small = sheet("F1", [(3, 3, 5), (5, 3, 3), (5, 5, 3), (3, 5, 5)])
+    options = {"extend": ["F1"], "box": BOX}
+    whole = Scene({}, {"F1": small}, **options).surface("F1")
+    ring = [(1, 2), (7, 2), (7, 6), (1, 6)][::turn]
+    scene = Scene({}, {"F1": small}, aoi=ring, **options)
+    np.testing.assert_array_equal(scene.surface("F1").vertices, whole.vertices)
+    south, north = scene.surface("F1").bounds[2:4]
+    assert south < BOX[2] < BOX[3] < north
+    assert {unit.block for unit in scene.units.values()} == {"F1+", "F1-"}
+    top = grid("Top", np.full((9, 9), 4.0))
+    alone = Scene({"Top": top}, {"F1": small}, aoi=ring, extend=["F1"])  # no box: the area's
+    assert alone.surface("F1").bounds[2] < 2.0 < 6.0 < alone.surface("F1").bounds[3] < 8.0
+
+
 def test_walls_that_are_not_closed_are_refused():
     fault = sheet("F1", [(1, 2, 3), (9, 2, 3), (9, 2, 12), (1, 2, 12)])
     patches = rebuild_surfaces([fault, *build_walls(BOX, NOTCHED)[:2]])  # without the top

@@ -164,6 +164,23 @@ def test_wrong_sticks_are_named_by_line(tmp_path, change, message):
         gs.read_fault(write(tmp_path, STICKS.replace(*change)), positive="down")
 
 
+def test_sticks_in_csv_are_those_of_the_text(tmp_path):
+    """Columns in any order; whichever column tells the sticks apart."""
+    text = gs.read_fault(write(tmp_path, STICKS), positive="down")
+    for label in ("POLY_ID", "stick_id"):
+        rows = [
+            f"{k},{z},{y},{x}" for k, s in enumerate(text.sticks) for x, y, z in (s * [1, 1, -1])
+        ]
+        table = write(tmp_path, "\n".join([f"{label},Z,Y,X", *rows, ""]), "F1.csv")
+        found = gs.read_fault(table, positive="down")
+        assert found.name == text.name
+        for one, two in zip(found.sticks, text.sticks, strict=True):
+            np.testing.assert_array_equal(one, two)
+    short = write(tmp_path, "X,Y,Z,POLY_ID\n1,2,3,0\n1,3,4,0\n5,6,7,1\n", "F1.csv")
+    with pytest.raises(FormatError, match=r"F1.csv, line 4: stick 1 .* has 1 point"):
+        gs.read_fault(short, positive="down")
+
+
 def test_sticks_do_not_say_what_z_is(tmp_path):
     with pytest.raises(InputError, match=r"fault 'F1'.*positive='up' .*positive='down'"):
         gs.read_fault(write(tmp_path, STICKS))
@@ -192,7 +209,7 @@ def test_polygons_in_csv_that_cannot_be_told_apart(tmp_path):
     with pytest.raises(InputError, match=r"no column POLY_ID.*read_points"):
         gs.read_polygons(write(tmp_path, "X,Y,Z\n1,2,3\n", "a.csv"), positive="up")
     text = "X,Y,Z,POLY_ID\n1,2,3,a\n1,2,3,b\n1,2,3,a\n"
-    with pytest.raises(FormatError, match=r"line 4: polygon 'a' goes on after another.*Sort"):
+    with pytest.raises(FormatError, match=r"line 4: line 'a' goes on after another.*Sort"):
         gs.read_polygons(write(tmp_path, text, "a.csv"), positive="up")
 
 
@@ -202,6 +219,27 @@ def test_points_keep_several_values_at_one_position(tmp_path):
     assert points.elevation.values.tolist() == [-3, -4]
     assert dict(points.sizes) == {"point": 2}
     assert points.elevation.attrs == {"units": "m", "positive": "up"}
+
+
+@pytest.mark.parametrize("suffix", ["csv", "xyz", "txt"])
+def test_a_header_says_which_column_is_which(tmp_path, suffix):
+    blank = "," if suffix == "csv" else " "
+    body = f"7{blank}30{blank}1{blank}2\n8{blank}40{blank}3{blank}4\n"
+    header = blank.join(["well", "Z", "X_UTME", "Northing"])
+    points = gs.read_points(write(tmp_path, f"{header}\n{body}", f"a.{suffix}"), positive="down")
+    assert points.easting.values.tolist() == [1, 3]
+    assert points.northing.values.tolist() == [2, 4]
+    assert points.elevation.values.tolist() == [-30, -40]
+    header = blank.join(["well", "TVDSS", "X", "Y2"])
+    path = write(tmp_path, f"{header}\n{body}", f"b.{suffix}")
+    with pytest.raises(FormatError, match=r"line 1: found 0 columns for y in .*columns="):
+        gs.read_points(path, positive="down")
+    named = gs.read_points(path, positive="down", columns=("x", "Y2", "tvdss"))
+    assert named.equals(points)
+    with pytest.raises(FormatError, match=r"found 0 columns for z.*expected one of tvd "):
+        gs.read_points(path, positive="down", columns=("x", "Y2", "tvd"))
+    with pytest.raises(InputError, match=r"columns are 'x'; give what the header calls"):
+        gs.read_points(path, positive="down", columns="x")
 
 
 @pytest.mark.parametrize(
@@ -214,6 +252,10 @@ def test_points_keep_several_values_at_one_position(tmp_path):
         ("a.poi", "1 2 3", r"line 1: the last line has no line end"),
         ("a.poi", " \n", "found no points"),
         ("a.poi", "1 2 3\0\n", r"byte 5 is zero, so this is no text file.*format="),
+        ("a.xyz", "X Y Z\n1 2 3\n1 2 3 4\n", r"line 3: found 4 values, expected 3 as in the h"),
+        ("a.xyz", "X Y Z\nX Y Z\n1 2 3\n", r"line 2: found 'X', expected a number"),
+        ("a.xyz", "1 2 3\nX Y Z\n", r"line 2: found 'X', expected a number"),
+        ("a.xyz", "X Y Z\n", "found no points"),
         ("a.csv", "X,Y,W\n1,2,3\n", r"line 1: found 0 columns for z.*Rename"),
         ("a.csv", "X,Y,Z\n1,2\n", r"line 2: found 2 values, expected 3 as in the header"),
         ("a.csv", "X,Y,Z\n1,2,three\n", r"line 2: found 'three', expected a number"),
@@ -227,6 +269,11 @@ def test_wrong_points_are_named_by_line(tmp_path, name, text, message):
         return
     with pytest.raises(FormatError, match=message):
         gs.read_points(path, positive="up")
+
+
+def test_columns_need_a_header(tmp_path):
+    with pytest.raises(FormatError, match=r"line 1: found numbers, expected a header with .*x, y"):
+        gs.read_points(write(tmp_path, "1 2 3\n", "a.xyz"), positive="up", columns=("X", "Y", "Z"))
 
 
 def test_points_do_not_say_what_z_is(tmp_path):

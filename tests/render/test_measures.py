@@ -11,6 +11,7 @@ from geosurf.errors import InputError
 from geosurf.render import palette, render_allan, render_thickness
 from geosurf.render.allan import _spread
 from geosurf.render.isochores import _checked, _cut_by_faults
+from geosurf.render.section import _highest
 from tests.measure.worlds import faulted
 
 SIZE = (640, 400)
@@ -51,6 +52,15 @@ def test_an_allan_diagram_has_colours_of_the_footwall_and_stripes_of_the_hanging
             * ((areas.zone_plus == zone).astype(int) + (areas.zone_minus == zone).astype(int))
         )
         assert part / frame == pytest.approx(mine.sum() / areas.area.sum(), abs=0.06)
+
+
+def test_names_of_faults_stand_where_their_lines_leave_a_section():
+    line = np.array([[0.0, 9.0], [4.0, 1.0], [6.0, -3.0]])  # its vertices are apart
+    np.testing.assert_allclose(_highest(line, 0.0, 5.0), [2.0, 5.0])
+    np.testing.assert_allclose(_highest(line[::-1], 0.0, 5.0), [2.0, 5.0])
+    np.testing.assert_allclose(_highest(line, 0.0, 9.0), [0.0, 9.0])
+    np.testing.assert_allclose(_highest(line, -2.0, 1.0), [4.0, 1.0])
+    assert _highest(line, 10.0, 11.0) is None
 
 
 def test_a_diagram_shows_what_is_near_the_cutoffs(scene, tmp_path, monkeypatch):

@@ -158,6 +158,13 @@ def test_map_has_contours_curves_and_elevation_colours(top, curves, tmp_path):
     assert len(np.unique(plain[80:300, 100:450].reshape(-1, 3), axis=0)) > 40
 
 
+def test_maps_have_the_colours_that_faults_have_elsewhere(top, curves, tmp_path):
+    """The second of two faults keeps its colour, also where the first is not on the map."""
+    words = {"curves": curves, "path": tmp_path / "map.png", "size": SMALL}
+    image = pixels(render.render_map(top, faults=["F0", "F1"], **words))
+    assert share(image, palette.fault(1), 0.1) > share(image, palette.fault(0), 0.1) + 3e-4
+
+
 def test_map_is_the_same_twice_and_leaves_pyplot_alone(top, curves, tmp_path):
     import sys
 
