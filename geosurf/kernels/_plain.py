@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from geosurf.kernels._gate import Signature
-from geosurf.kernels._writes import written_arguments
+from geosurf.kernels._writes import kept_arguments
 
 
 def written_in_source(name: str, function: Callable[..., Any]) -> tuple[int, ...]:
     """Places of the arguments that a kernel writes, read off the folder that it lives in."""
-    return written_arguments(str(Path(function.__code__.co_filename).parent))[name]
+    return kept_arguments(str(Path(function.__code__.co_filename).parent))[name]
 
 
 class PlainRunner:

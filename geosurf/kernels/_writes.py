@@ -9,7 +9,11 @@ else read-only (`_plain`).
 from __future__ import annotations
 
 import ast
+import hashlib
+import json
+import os
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -18,6 +22,44 @@ Name = tuple[str, str]  # file, function
 _STEPS = (ast.Assign, ast.For, ast.AugAssign, ast.AnnAssign, ast.Return, ast.Call)
 _IN_PLACE = {"fill", "sort", "partition", "put", "itemset"}
 _SAME_MEMORY = {"asarray", "ascontiguousarray", "ravel", "reshape", "transpose", "view"}
+
+
+@cache
+def kept_arguments(folder: str) -> Mapping[str, tuple[int, ...]]:
+    """Return `written_arguments`, kept in the user's cache under what all files of the folder hold.
+
+    To read them off the source takes half a second of processor time, as much as all the rest of
+    a process that cuts two small surfaces. Where nothing can be kept they are read each time.
+    """
+    kept = _kept_at(folder)
+    try:
+        found = json.loads(kept.read_text(encoding="utf-8")) if kept else {}
+    except (OSError, ValueError):
+        found = {}
+    if found:
+        return {name: tuple(places) for name, places in found.items()}
+    found = written_arguments(folder)
+    if kept:
+        new = kept.with_suffix(f".{os.getpid()}")
+        with suppress(OSError):
+            kept.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+            new.write_text(json.dumps(found), encoding="utf-8")
+            new.replace(kept)  # whole or not at all
+    return found
+
+
+def _kept_at(folder: str) -> Path | None:
+    """The file for what a folder holds, beside compiled kernels; None without a home."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(folder).glob("*.py")):
+        data = path.read_bytes()
+        digest.update(f"{path.name} {len(data)}\n".encode() + data)
+    chosen = os.environ.get("GEOSURF_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
+    try:
+        base = Path(chosen) if chosen else Path.home() / ".cache" / "geosurf"
+    except RuntimeError:
+        return None
+    return base / f"geosurf-writes-{digest.hexdigest()[:40]}.json"
 
 
 @cache
