@@ -84,6 +84,17 @@ class Unit(Noun):
         """Names of the surfaces that bound the unit."""
         return tuple(self.surface_names[i] for i in np.unique(self.surface_of_triangle))
 
+    @cached_property
+    def map_area(self) -> float:
+        """Area of its upper side in the map [m2]; where it lies above itself, that counts twice.
+
+        Volume over it is the mean length of rock on the vertical lines that meet the unit.
+        """
+        a, b, c = (self.local[self.triangles[:, k], :2] for k in range(3))
+        (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+        up = ux * vy - uy * vx
+        return 0.5 * math.fsum(up[up > 0.0].tolist())
+
     def to_pyvista(self) -> pyvista.PolyData:
         """Return the shell as `pyvista.PolyData` with the surface row as cell data."""
         labels = {"surface": self.surface_of_triangle}
@@ -151,9 +162,11 @@ class Units(Noun, Mapping[str, Unit]):
 
     def __repr__(self) -> str:
         zones, blocks = ({getattr(u, of) for u in self.values()} for of in ("zone", "block"))
+        n = len(self.report.get("clipped", ()))
+        clipped = f"; horizons cross ({counted(n, 'pair')}): report['clipped']" if n else ""
         return (
             f"<Units: {len(self)}, of {counted(len(zones), 'zone')} in "
-            f"{counted(len(blocks), 'block')}, {self.volume:.6g} m3>"
+            f"{counted(len(blocks), 'block')}, {self.volume:.6g} m3{clipped}>"
         )
 
     def __iter__(self) -> Iterator[str]:
@@ -163,7 +176,7 @@ class Units(Noun, Mapping[str, Unit]):
         return len(self._units)
 
     def __str__(self) -> str:
-        """A table: zone, block and contact of each unit, and its volume."""
+        """A table: zone, block and contact of each unit, and its volume; then what is clipped."""
         head = ("zone", "block", "contact")
         rows = [(u.zone, u.block, u.contact) for u in self._units.values()]
         shown = range(3 if any(row[2] for row in rows) else 2)
@@ -173,7 +186,8 @@ class Units(Noun, Mapping[str, Unit]):
             words = [row[k].ljust(width[k]) for k in shown]
             lines.append("  ".join([*words, f"{unit.volume:13.6g}"]))
         more = f", {len(rows) - MOST_ROWS} more of them" if len(rows) > MOST_ROWS else ""
-        return "\n".join([*lines, f"{len(rows)} units{more}, {self.volume:.6g} m3"])
+        lines.append(f"{len(rows)} units{more}, {self.volume:.6g} m3")
+        return "\n".join([*lines, *map(str, self.report.get("clipped", ()))])
 
     @cached_property
     def sides(self) -> np.ndarray:
@@ -274,10 +288,11 @@ class Units(Noun, Mapping[str, Unit]):
         columns = {
             "volume": ([u.volume for u in units], "m3", "bulk volume"),
             "area": ([u.area for u in units], "m2", "area of the closed shell"),
+            "map_area": ([u.map_area for u in units], "m2", "area of the upper side in the map"),
             "thickness_mean": (
                 [u.volume / self.footprint for u in units],
                 "m",
-                "volume over the footprint of the model",
+                "volume over the footprint of the whole model, not over map_area",
             ),
         }
         data = {

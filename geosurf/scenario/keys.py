@@ -64,7 +64,7 @@ class FaultInput:
 
     name: str = key("Name in all results.", values.text)
     file: Path = key(
-        "`.ts` (GOCAD), `.vtp` and other meshes, `.pol` (sticks), `.nc` (parametric grid); "
+        "`.ts` (GOCAD), `.vtp` and other meshes, `.pol`, `.csv` (sticks), `.nc` (parametric grid); "
         "relative to the scenario.",
         values.file,
     )

@@ -108,6 +108,13 @@ def test_onlap_is_told_of_the_younger_one():
     assert clip.volume == pytest.approx(18.0, rel=1e-12)
 
 
+def test_who_prints_units_is_told_what_is_clipped():
+    units = carve([A, B])
+    assert repr(units).endswith("; horizons cross (1 pair): report['clipped']>")
+    assert str(units).splitlines()[-1] == str(units.report["clipped"][0])
+    assert "clipped" not in repr(carve([A])) + str(carve([A]))
+
+
 def test_horizons_in_order_are_not_clipped():
     assert carve([plane("A", 5, 6), plane("B", 5, 2)]).report["clipped"] == ()
     assert carve([plane("A", 5, 6)], {"A": "erosional"}).report["clipped"] == ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -112,6 +113,20 @@ def test_torn_and_reverse_zones_by_hand():
     found = scene.thickness("Top/Base", nodes([23.0], [7.3]))[:, 0, 0].to_series()
     assert found["F1-"] == pytest.approx(7.0, abs=1e-13)
     assert found["F1+"] == pytest.approx(7.0, abs=1e-13)
+
+
+@pytest.mark.parametrize(("throw", "foot", "hanging"), [(4.0, 30, 36), (-4.0, 30, 44)])
+def test_the_map_area_is_that_of_all_vertical_lines_with_rock(throw, foot, hanging):
+    """Eastings from 0 to 30 and, in the hanging wall, from its cut-off at the top to 60."""
+    units = faulted((throw, throw)).units
+    assert units["Top/Base", "F1-"].map_area == pytest.approx(30.0 * foot, rel=1e-12)
+    assert units["Top/Base", "F1+"].map_area == pytest.approx(30.0 * hanging, rel=1e-12)
+    mean = units["Top/Base", "F1-"].volume / units["Top/Base", "F1-"].map_area
+    assert mean == pytest.approx((20 * 10 + 10 * 5) / 30, rel=1e-12)
+    for unit in units.values():  # a closed shell has as much below as above
+        turned = replace(unit, triangles=unit.triangles[:, ::-1])
+        assert turned.map_area == pytest.approx(unit.map_area, rel=1e-12)
+    assert units.table["map_area"].values.tolist() == [unit.map_area for unit in units.values()]
 
 
 def test_contact_intervals_add_up():
