@@ -21,7 +21,7 @@ from geosurf.errors import InputError
 from geosurf.model.expected import listed
 from geosurf.render import furniture, palette
 from geosurf.render.compose import png_path, save_png
-from geosurf.render.diagram import diagram_axes, range_shown
+from geosurf.render.diagram import diagram_axes, lines_of, outline_of, range_shown
 from geosurf.render.layers import Entry
 from geosurf.render.views import check_size
 
@@ -90,7 +90,7 @@ def render_allan(
     seen = dict.fromkeys(zone for pair in pairs for zone in pair)
     order = [*zones, *(zone for zone in seen if zone not in zones)]
     colours = {zone: palette.stratum(i) for i, zone in enumerate(order)}
-    lines = _lines_of(diagram)
+    lines = lines_of(diagram, ("along_strike", "elevation"), ("kind", "side", "label", "zone"))
     sheet = furniture.Sheet(furniture.lay_out(check_size(size)))
     levels = [line[:, 1] for words, line in lines if words["kind"] in LINES]
     points = np.concatenate([line for _, line in lines])
@@ -143,21 +143,9 @@ def _areas_of_pairs(table: xarray.Dataset) -> dict[tuple[str, str], float]:
     return pairs
 
 
-def _lines_of(diagram: xarray.Dataset) -> list[tuple[dict[str, str], np.ndarray]]:
-    """Words of each line, and its points (n, 2): along strike, elevation [m]."""
-    points = np.stack([diagram.along_strike.values, diagram.elevation.values], axis=1)
-    ends = np.cumsum(diagram["count"].values)
-    keys = ("kind", "side", "label", "zone")
-    return [
-        ({key: str(diagram[key].values[i]) for key in keys}, points[end - n : end])
-        for i, (end, n) in enumerate(zip(ends, diagram["count"].values, strict=True))
-    ]
-
-
 def _fill(axes, lines, colours: dict[str, palette.RGB]) -> None:
     """Areas of contact: footwall in full colour, hanging wall as stripes."""
     from matplotlib.patches import PathPatch
-    from matplotlib.path import Path as Outline
 
     rings: dict[str, tuple[str, list[np.ndarray]]] = {}
     for words, line in lines:
@@ -165,10 +153,7 @@ def _fill(axes, lines, colours: dict[str, palette.RGB]) -> None:
             rings.setdefault(words["label"], (words["zone"], []))[1].append(line)
     for pair, parts in rings.values():
         plus, minus = pair.split(" | ")
-        # holes run the other way round, so that they stay empty
-        outline = Outline.make_compound_path(
-            *(Outline(np.vstack([part, part[:1]]), closed=True) for part in parts)
-        )
+        outline = outline_of(parts)
         # the edge closes the seam between neighbours
         look = {"facecolor": colours[minus], "edgecolor": colours[minus], "linewidth": 0.4}
         axes.add_patch(PathPatch(outline, **look))

@@ -1,16 +1,53 @@
-"""Axes of diagrams that have elevation upwards: over distance along a fault, or along a section."""
+"""Diagrams of lines: Allan diagrams and sections have elevation upwards, maps have northing."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from geosurf.render import furniture, palette
 
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
 RELIEF = 0.6  # height over width that reads well
 AROUND = 0.3  # of the height of what matters, shown above and below it
+
+
+def lines_of(
+    lines: xarray.Dataset, axes: tuple[str, str], words: Sequence[str]
+) -> list[tuple[dict[str, str], np.ndarray]]:
+    """
+    Return some words of each line of a dataset, and its points, ndarray (n, 2).
+
+    Parameters
+    ----------
+    lines : xarray.Dataset
+        Points of one line after the other, ``count`` of each.
+    axes : (str, str)
+        Which values of a point are drawn to the right, and which upwards.
+    words : sequence of str
+        Values of lines.
+    """
+    points = np.stack([lines[name].values for name in axes], axis=1)
+    count = lines["count"].values
+    told = zip(*(lines[name].values for name in words), strict=True)
+    return [
+        (dict(zip(words, map(str, row), strict=True)), points[end - n : end])
+        for row, end, n in zip(told, np.cumsum(count), count, strict=True)
+    ]
+
+
+def outline_of(rings: Sequence[np.ndarray]) -> Any:
+    """Return one path of matplotlib around rings (n, 2); holes, which run the other way round, stay
+    empty.
+    """
+    from matplotlib.path import Path as Outline
+
+    closed = (Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in rings)
+    return Outline.make_compound_path(*closed)
 
 
 def range_shown(points: np.ndarray, levels: Sequence[np.ndarray]) -> tuple[float, ...]:

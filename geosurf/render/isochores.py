@@ -21,6 +21,7 @@ from geosurf.errors import InputError
 from geosurf.model.expected import expect
 from geosurf.render import furniture, palette
 from geosurf.render.compose import png_path, save_png
+from geosurf.render.diagram import lines_of
 from geosurf.render.layers import Entry, length_text
 from geosurf.render.map import (
     colours_of,
@@ -186,10 +187,8 @@ def _cut_by_faults(x: np.ndarray, y: np.ndarray, polygons: Mapping[str, xarray.D
 
 def _rings_of(rings: xarray.Dataset) -> list[tuple[str, np.ndarray]]:
     """Fault polygons, closed (n, 2), each with the name of its fault."""
-    points = np.stack([rings.easting.values, rings.northing.values], axis=1)
-    ends = np.cumsum(rings["count"].values)
-    columns = zip(rings.fault.values, ends, rings["count"].values, strict=True)
-    return [(str(fault), points[[*range(end - n, end), end - n]]) for fault, end, n in columns]
+    lines = lines_of(rings, ("easting", "northing"), ("fault",))
+    return [(words["fault"], np.vstack([ring, ring[:1]])) for words, ring in lines]
 
 
 def _dense(line: np.ndarray, step: float) -> np.ndarray:

@@ -13,7 +13,7 @@ from geosurf.errors import InputError
 from geosurf.render import furniture, palette
 from geosurf.render.allan import HALO, area_text
 from geosurf.render.compose import png_path, save_png
-from geosurf.render.diagram import diagram_axes, range_shown
+from geosurf.render.diagram import diagram_axes, lines_of, outline_of, range_shown
 from geosurf.render.layers import Entry
 from geosurf.render.views import check_size
 
@@ -73,7 +73,8 @@ def render_section(
         raise InputError(
             f"render_section takes what Scene.section gives, not {type(section).__name__}."
         )
-    lines = _lines_of(section)
+    parts = lines_of(section, ("along_section", "elevation"), ("kind", "label", "zone", "contact"))
+    lines = [(*part, float(area)) for part, area in zip(parts, section.area.values, strict=True)]
     areas = _areas(lines, list(section.attrs["zones"]))
     sheet = furniture.Sheet(furniture.lay_out(check_size(size)))
     levels = [line[:, 1] for words, line, _ in lines if words["kind"] in ("horizon", "contact")]
@@ -91,17 +92,6 @@ def render_section(
         words = f"Fluid contacts are blue. {words}"
     furniture.draw_words(sheet, title or _title(corners), words)
     return save_png(sheet.png(), path)
-
-
-def _lines_of(section: xarray.Dataset) -> list[tuple[dict[str, str], np.ndarray, float]]:
-    """Words of each line, its points (n, 2): distance, elevation [m]; and the area inside."""
-    points = np.stack([section.along_section.values, section.elevation.values], axis=1)
-    count, area = section["count"].values, section["area"].values
-    keys = ("kind", "label", "zone", "contact")
-    return [
-        ({key: str(section[key].values[i]) for key in keys}, points[end - n : end], float(area[i]))
-        for i, (end, n) in enumerate(zip(np.cumsum(count), count, strict=True))
-    ]
 
 
 def _corners(section: xarray.Dataset) -> np.ndarray:
@@ -141,20 +131,17 @@ def _colours(areas, zones: list[str]) -> dict[tuple[str, str], palette.RGB]:
 
 
 def _fill(axes, lines, colours: dict[tuple[str, str], palette.RGB]) -> None:
-    """Fill the units; their holes run the other way round, so that they stay empty."""
+    """Fill the units."""
     from matplotlib.patches import PathPatch
-    from matplotlib.path import Path as Outline
 
     rings: dict[tuple[str, str, str], list[np.ndarray]] = {}
     for words, line, _ in lines:
         if words["kind"] == "unit":
             rings.setdefault((words["label"], words["zone"], words["contact"]), []).append(line)
     for (_, zone, part), parts in rings.items():
-        outline = Outline.make_compound_path(
-            *(Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in parts)
-        )
         colour = colours[zone, part]  # the edge closes the seam between neighbours
-        axes.add_patch(PathPatch(outline, facecolor=colour, edgecolor=colour, linewidth=0.4))
+        look = {"facecolor": colour, "edgecolor": colour, "linewidth": 0.4}
+        axes.add_patch(PathPatch(outline_of(parts), **look))
 
 
 def _draw_lines(sheet, axes, lines, faults: dict[str, palette.RGB]) -> None:
