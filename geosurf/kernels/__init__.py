@@ -13,7 +13,7 @@ file               question                                               source
 `aligned`          the same for horizons with one map
 `upright`          the same for grids with straight axes, and what floats settle of it
 `under`            which cells of a patch may meet a cell? (heights of nodes)
-`sided`            how do triangles of two cells meet? (heights of corners)
+`sided`, `ways`    how do triangles of two cells meet? (heights of corners; a table of codes)
 `wide`             the same beside triangles that are far wider than others
 `sure`             which pairs could meet otherwise once points are rounded?
 `apart`            which neighbours surely meet in common corners only?   a plane between them
@@ -56,6 +56,7 @@ file               question                                               source
 `lines`, `nodes`   lines of links and what is near them; bands of a lattice
 `bending`, `envelope` the smoothest surface: its equations, in a narrow band   Cuthill & McKee 1969
 `products`         sums of products of a few columns
+`axis`, `ahead`    cells on an axis; memory that is asked for before it is read
 `torn`, `remains`  corners of the pieces of a torn sheet; which of them stay
 `coarsen`          fewer triangles within a tolerance                     Evans et al. 2001
 =================  =====================================================  =========================

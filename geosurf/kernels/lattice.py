@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.ahead import ahead
 from geosurf.kernels.strips import corner_of, load
 from geosurf.kernels.tree import N_COL, N_ROW, RISING, TURNED
 
@@ -15,6 +16,7 @@ from geosurf.kernels.tree import N_COL, N_ROW, RISING, TURNED
 # or by more where they underflow
 _DOUBT = 8 * 2.0**-52
 _UNDERFLOW = 1e-290
+_EARLY = 24  # nodes after the one at hand, asked for as if they were in its row
 
 
 @scalar
@@ -91,6 +93,11 @@ def lattice_nodes(p, q, r, a, nodes):
     n_col = a[N_COL]
     i = 0
     for k in range(nodes.shape[0]):
+        if k + _EARLY < nodes.shape[0]:
+            j = nodes[k + _EARLY] - i * n_col
+            ahead(p, a[0] + i * a[1] + j * a[2])
+            ahead(q, a[3] + i * a[4] + j * a[5])
+            ahead(r, a[6] + i * a[7] + j * a[8])
         j = nodes[k] - i * n_col
         if not 0 <= j < n_col:  # most are in the row of the one before: divisions are dear
             i = nodes[k] // n_col

@@ -20,6 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.ahead import ahead
 from geosurf.kernels.contact import BY_SECOND, FACE
 from geosurf.kernels.exact import N_EDGE_PLANE, N_NAME, N_POINT, N_TRIANGLE, N_VERTEX
 from geosurf.kernels.merging import merge_points
@@ -30,6 +31,7 @@ from geosurf.kernels.predicates import normal_axis
 
 FEW = 4  # contacts of a face, up to which its points are listed by face, else by vertex
 _LONG = 16  # points in a list, above which names go into a table
+_EARLY = 16  # contacts after the one at hand, whose second face lies anywhere
 
 
 @scalar
@@ -134,6 +136,9 @@ def _name_corners(x, t, e, d, m, w, rows, count, ids):
     names = np.zeros((64, 5), dtype=np.int64)
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+        if k + _EARLY < rows.shape[0]:
+            ahead(t, rows[k + _EARLY, TRIANGLE_B])
+            ahead(heads, rows[k + _EARLY, TRIANGLE_B])
         names = _with_room(m, names)
         coplanar = lies_in_plane(rows[k, HOW])
         axis = 0

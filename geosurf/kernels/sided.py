@@ -21,12 +21,12 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import scalar
-from geosurf.kernels.contact import FACE, lone
+from geosurf.kernels.contact import lone
 from geosurf.kernels.predicates import ORIENT2D_BOUND, ORIENT3D_BOUND, TINY, plain_side
 from geosurf.kernels.tree import RISING, TURNED
+from geosurf.kernels.ways import DOUBT, N_WAY, UNSURE, code_of_edge
 
 OPEN = -1  # in place of the codes of a pair: exact signs are needed
-DOUBT = -2  # what heights leave open
 # places in h: a corner, normal, bound; axis seen; for each edge a corner, steps, and the bounds of
 # what one corner and what two heights tell
 CORNER, NORMAL, BOUND, _AXIS, _EDGE, N_TERM = 0, 3, 6, 7, 8, 26
@@ -175,51 +175,47 @@ def _order(c, p, p1, q, q1, slip):
 
 
 @scalar
-def _code(edge, of_first):
-    """Code of a corner of a contact: an edge of one triangle, the face of the other."""
-    return 8 * (3 + edge) + FACE if of_first else 8 * FACE + 3 + edge
+def _outside(w, p, q, h):
+    """Edges of a triangle, as bits, beyond which an edge p-q through its plane passes; or UNSURE.
+
+    The heights of p and q over the plane have two signs.
+    """
+    one, two = abs(w[0, p]), abs(w[0, q])
+    first, second, third = (
+        one * w[1, q] + two * w[1, p],
+        one * w[2, q] + two * w[2, p],
+        one * w[3, q] + two * w[3, p],
+    )
+    sure = (
+        (abs(first) > h[_EDGE + _BOTH])
+        & (abs(second) > h[_EDGE + _STEP + _BOTH])
+        & (abs(third) > h[_EDGE + 2 * _STEP + _BOTH])
+    )
+    out = (1 if first < 0.0 else 0) + (2 if second < 0.0 else 0) + (4 if third < 0.0 else 0)
+    return out if sure else UNSURE
 
 
 @scalar
-def _outside(w, p, q, turn, h):
-    """Edges of a triangle, as bits, beyond which another one's edge p-q passes; -1 in doubt."""
-    out = 0
-    for k in range(3):
-        inside = turn * (w[0, p] * w[1 + k, q] - w[0, q] * w[1 + k, p])
-        if not abs(inside) > h[_EDGE + _STEP * k + _BOTH]:
-            return -1
-        out += 1 << k if inside < 0.0 else 0
-    return out
-
-
-@scalar
-def meet_by_heights(w, v, one, h, swapped):
+def meet_by_heights(w, v, one, h, ways):
     """How a triangle `one` meets that of h: 0 not at all, DOUBT, or two codes of `contact` in one.
 
-    With `swapped`, codes are those of the second and the first triangle.
+    `ways` is from `codes_of_ways`: a table takes no branch that a processor would have to guess.
     """
-    a, b, c = w[0, v[one, 0]], w[0, v[one, 1]], w[0, v[one, 2]]
-    if not (abs(a) > h[BOUND] and abs(b) > h[BOUND] and abs(c) > h[BOUND]):
+    p, q, r = v[one, 0], v[one, 1], v[one, 2]
+    a, b, c = w[0, p], w[0, q], w[0, r]
+    if not ((abs(a) > h[BOUND]) & (abs(b) > h[BOUND]) & (abs(c) > h[BOUND])):
         return DOUBT
-    if (a > 0.0) == (b > 0.0) and (b > 0.0) == (c > 0.0):
+    one_two, two_three = (a > 0.0) != (b > 0.0), (b > 0.0) != (c > 0.0)
+    if not (one_two | two_three):
         return 0
-    i = lone(a > 0.0, b > 0.0, c > 0.0)
-    i2 = (i + 2) % 3
-    p = v[one, i]
-    turn = 1.0 if w[0, p] > 0.0 else -1.0
-    first = _outside(w, p, v[one, (i + 1) % 3], turn, h)
-    last = _outside(w, p, v[one, i2], turn, h)
-    if first < 0 or last < 0:
-        return DOUBT
-    if first & last != 0:
-        return 0
-    out = first + last
-    if out == 0:
-        return 64 * _code(min(i, i2), not swapped) + _code(max(i, i2), not swapped)
-    if (first != 0 and last != 0) or out & (out - 1) != 0:
-        return DOUBT
-    own, other = _code(i if last != 0 else i2, not swapped), _code(out >> 1, swapped)
-    return 64 * other + own if swapped else 64 * own + other
+    # edge k joins corner k to the next; two of them pass the plane
+    if one_two & two_three:
+        i, first, last = 1, _outside(w, q, r, h), _outside(w, p, q, h)
+    elif one_two:
+        i, first, last = 0, _outside(w, p, q, h), _outside(w, r, p, h)
+    else:
+        i, first, last = 2, _outside(w, r, p, h), _outside(w, q, r, h)
+    return ways[(N_WAY * i + first) * N_WAY + last]
 
 
 @scalar
@@ -249,7 +245,7 @@ def _add_codes(codes, i, i2, on_first, on_last, of_first):
     """Codes of a triangle's edges i and i2 through the face of the other, behind other codes."""
     for k in range(3):
         if (k == i and on_first) or (k == i2 and on_last):
-            codes = 64 * codes + _code(k, of_first)
+            codes = 64 * codes + code_of_edge(k, of_first)
     return codes
 
 

@@ -20,7 +20,6 @@ from geosurf.kernels._jit import scalar
 from geosurf.kernels.sided import (
     BOUND,
     CORNER,
-    DOUBT,
     NORMAL,
     ask_edges,
     ask_plane,
@@ -29,6 +28,7 @@ from geosurf.kernels.sided import (
     meet_by_heights,
 )
 from geosurf.kernels.tree import N_COL
+from geosurf.kernels.ways import DOUBT
 
 _FIRST, _SECOND, _BOX = 3, 12, 48  # bits of marks: above and below
 _ALL = _FIRST | _SECOND | _BOX  # of an absent node, which leaves it to the others of a cell
@@ -97,7 +97,9 @@ def _add_pair(pairs, n, key_a, key_b, codes, swapped):
 
 
 @scalar
-def _pairs_of_cell(c, f, v, h, w, heights, row, k, other, key_a, key_b, slip, swapped, pairs, n):
+def _pairs_of_cell(
+    c, f, v, h, w, ways, heights, row, k, other, key_a, key_b, slip, swapped, pairs, n
+):
     """Pairs of both triangles of a loaded cell of the patch and one of the cell, 2 + `other`."""
     low, high = 2 * (row & 1) + other, 2 - 2 * (row & 1) + other
     w[0, 0], w[0, 1] = heights[low, k], heights[low, k + 1]
@@ -105,7 +107,7 @@ def _pairs_of_cell(c, f, v, h, w, heights, row, k, other, key_a, key_b, slip, sw
     if not insides_of_cell(c, h[other], w):
         return n
     for half in range(2):
-        codes = meet_by_heights(w, v, half, h[other], swapped)
+        codes = meet_by_heights(w, v, half, h[other], ways)
         if codes == DOUBT:
             codes = decide(c, f, v, half, 2 + other, slip, swapped)
         if codes != 0:
@@ -128,7 +130,7 @@ def _ask_planes(c, f, v, reach, slip, h):
 @scalar
 def _pairs_of_row(
     x, y, z, a, i, first, last, there, key_b, reach, origin, slip, swapped,
-    c, f, v, h, w, heights, marks, asked, pairs, n,
+    c, f, v, h, w, ways, heights, marks, asked, pairs, n,
 ):  # fmt: skip
     """Pairs of the cells of row i of the patch; and the triangles whose edges are `asked` for."""
     for k in range(last - first):
@@ -147,7 +149,7 @@ def _pairs_of_row(
                 ask_edges(c, f, v, 2 + other, reach, slip, h[other])
                 asked |= bit
             n = _pairs_of_cell(
-                c, f, v, h, w, heights, i, k, other, key_a, key_b, slip, swapped, pairs, n
+                c, f, v, h, w, ways, heights, i, k, other, key_a, key_b, slip, swapped, pairs, n
             )
     return n, asked
 
@@ -155,7 +157,7 @@ def _pairs_of_row(
 @scalar
 def pairs_under(
     x, y, z, a, at, key_b, box, reach, origin, slip, swapped,
-    c, f, v, h, w, heights, marks, rows, pairs, n,
+    c, f, v, h, w, ways, heights, marks, rows, pairs, n,
 ):  # fmt: skip
     """Pairs of triangles of a loaded cell of B and the cells of A below or above it, `at`."""
     there, asked, ready = -1, 0, -1  # triangles there; those asked for edges; the last row asked
@@ -176,6 +178,6 @@ def pairs_under(
         ready = i + 1
         n, asked = _pairs_of_row(
             x, y, z, a, i, first, last, there, key_b, reach, origin, slip, swapped,
-            c, f, v, h, w, heights, marks, asked, pairs, n,
+            c, f, v, h, w, ways, heights, marks, asked, pairs, n,
         )  # fmt: skip
     return n

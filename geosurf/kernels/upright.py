@@ -15,56 +15,16 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.ahead import ahead
+from geosurf.kernels.axis import range_on
 from geosurf.kernels.sided import N_TERM, OPEN, corners_of_cell
 from geosurf.kernels.tree import BLOCK, N_COL, N_ROW, low_high
 from geosurf.kernels.under import pairs_under
+from geosurf.kernels.ways import codes_of_ways
 
 __all__ = ["OPEN", "upright_pairs"]
 
 _FINE = 7  # nodes of a pyramid in a row, less one, that are asked for a block
-
-
-@scalar
-def _guess(axis, n, value, pace):
-    """Where a value would be among n cells of even steps; 0 if that is not a number."""
-    steps = (value - axis[0]) * pace
-    return int(min(steps, 1.0 * n)) if steps > 0.0 else 0
-
-
-@scalar
-def _range_on(axis, n, pace, low, high):
-    """First and last cell (one more) of n on a rising axis that reach an interval.
-
-    `pace` is cells per metre: where steps are even, a guess by it is right or nearly so.
-    """
-    first = _guess(axis, n, low, pace)  # the first cell that ends at `low` or after
-    if first > 0 and axis[first] >= low:
-        first -= 1
-    elif first < n and axis[first + 1] < low:
-        first += 1
-    if (first > 0 and axis[first] >= low) or (first < n and axis[first + 1] < low):
-        first, end = 0, n
-        while first < end:
-            middle = (first + end) >> 1
-            if axis[middle + 1] < low:
-                first = middle + 1
-            else:
-                end = middle
-    last = _guess(axis, n, high, pace) + 1  # the first cell that begins after `high`
-    last = min(last, n)
-    if last > 0 and axis[last - 1] > high:
-        last -= 1
-    elif last < n and axis[last] <= high:
-        last += 1
-    if (last > 0 and axis[last - 1] > high) or (last < n and axis[last] <= high):
-        last, end = 0, n
-        while last < end:
-            middle = (last + end) >> 1
-            if axis[middle] <= high:
-                last = middle + 1
-            else:
-                end = middle
-    return first, last
 
 
 @scalar
@@ -153,8 +113,8 @@ def _near_heights(pa, qa, aa, na, la, nb, block, pace_x, pace_y, fine):
 
     First from the fewest, which tell of most that they are far; then, with `fine`, from more.
     """
-    c0, c1 = _range_on(pa, aa[N_COL] - 1, pace_x, nb[block, 0], nb[block, 3])
-    r0, r1 = _range_on(qa, aa[N_ROW] - 1, pace_y, nb[block, 1], nb[block, 4])
+    c0, c1 = range_on(pa, aa[N_COL] - 1, pace_x, nb[block, 0], nb[block, 3])
+    r0, r1 = range_on(qa, aa[N_ROW] - 1, pace_y, nb[block, 1], nb[block, 4])
     if not (c0 < c1 and r0 < r1 and nb[block, 2] <= nb[block, 5]):
         return np.inf, -np.inf
     low, high = _heights_over(na, la, r0, r1, c0, c1, 1)
@@ -168,8 +128,8 @@ def _near_heights(pa, qa, aa, na, la, nb, block, pace_x, pace_y, fine):
 @scalar
 def _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at):
     """Cells of A below or above a box, into `at`; lowest and highest node there."""
-    at[0], at[1] = _range_on(qa, aa[N_ROW] - 1, pace_y, box[1], box[4])
-    at[2], at[3] = _range_on(pa, aa[N_COL] - 1, pace_x, box[0], box[3])
+    at[0], at[1] = range_on(qa, aa[N_ROW] - 1, pace_y, box[1], box[4])
+    at[2], at[3] = range_on(pa, aa[N_COL] - 1, pace_x, box[0], box[3])
     return _heights_over(na, la, at[0], at[1], at[2], at[3], 1)
 
 
@@ -183,27 +143,13 @@ def _below(levels, level, i, j, stack, top):
     return top
 
 
-@entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d b l2 -> l l")
-def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, swapped, pairs):
-    """Pairs (key of A, key of B, codes or OPEN) that meet or may, and how many cells were asked.
-
-    Tells how many there are; `pairs` takes as many as it has room for. `codes` are those of the
-    two corners of a contact, ``64 * first + second``. With `swapped`, B comes first in all of it.
-    """
-    c, f, v = np.empty((8, 3)), np.empty((4, 7)), np.empty((4, 3), dtype=np.int64)
-    box, reach, h, w = np.empty(6), np.empty(3), np.empty((2, N_TERM)), np.empty((4, 4))
-    at, ends = np.empty(4, dtype=np.int64), np.empty((2, 6))
-    rows = np.empty((2, aa[N_ROW]))  # a cell of B may be above all of A
-    heights, marks = np.empty((4, aa[N_COL])), np.empty((2, aa[N_COL]), dtype=np.int64)
-    corners_of_cell(aa, v, 0)
-    corners_of_cell(ab, v, 4)
-    pace_x = (aa[N_COL] - 1) / (pa[aa[N_COL] - 1] - pa[0])
-    pace_y = (aa[N_ROW] - 1) / (qa[aa[N_ROW] - 1] - qa[0])
+@scalar
+def _near_blocks(pa, qa, aa, na, la, nb, lb, pace_x, pace_y):
+    """Blocks of B (row, column) with nodes of A near, and the lowest and highest of these nodes."""
     stack = np.empty((4 * lb.shape[0] + 4, 3), dtype=np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = lb.shape[0] - 1, 0, 0
-    top = 1
-    n = 0
-    asked = 0
+    blocks, levels = np.empty((64, 2), dtype=np.int64), np.empty((64, 2))
+    top, n = 1, 0
     while top > 0:
         top -= 1
         level, row, col = stack[top, 0], stack[top, 1], stack[top, 2]
@@ -214,16 +160,90 @@ def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, 
         if level > 0:
             top = _below(lb, level, row, col, stack, top)
             continue
-        row0, col0 = BLOCK * row, BLOCK * col
+        if n == blocks.shape[0]:
+            blocks = np.concatenate((blocks, np.empty((n, 2), dtype=np.int64)))
+            levels = np.concatenate((levels, np.empty((n, 2))))
+        blocks[n, 0], blocks[n, 1], levels[n, 0], levels[n, 1] = row, col, low, high
+        n += 1
+    return blocks[:n], levels[:n]
+
+
+@scalar
+def _ask_for_block(p, q, r, a, row, col):
+    """Ask for the nodes of a block of B, the first and the last of each row."""
+    last = min(col + BLOCK, a[N_COL] - 1)
+    for i in range(row, min(row + BLOCK, a[N_ROW] - 1) + 1):
+        ahead(p, a[0] + i * a[1] + col * a[2])
+        ahead(p, a[0] + i * a[1] + last * a[2])
+        ahead(q, a[3] + i * a[4] + col * a[5])
+        ahead(q, a[3] + i * a[4] + last * a[5])
+        ahead(r, a[6] + i * a[7] + col * a[8])
+        ahead(r, a[6] + i * a[7] + last * a[8])
+
+
+@scalar
+def _ask_for_patch(r, a, at):
+    """Ask for the nodes of a patch of A, the first and the last of each row."""
+    for i in range(at[0], at[1] + 1):
+        ahead(r, a[6] + i * a[7] + at[2] * a[8])
+        ahead(r, a[6] + i * a[7] + at[3] * a[8])
+
+
+@scalar
+def _near_columns(
+    pa, qa, ra, aa, na, la, pb, qb, rb, ab, pace_x, pace_y,
+    row0, row1, col0, col1, low, high, box, ends, at, spans,
+):  # fmt: skip
+    """Lowest and highest node of A near each column of cells of a block, into `spans`.
+
+    inf, -inf where none is as high as the column. Patches are asked for: each is looked at once
+    those of all columns are on their way.
+    """
+    _column_box(pb, qb, rb, ab, row0, row1, col0, ends[col0 & 1])
+    for j in range(col0, col1):
+        _column_box(pb, qb, rb, ab, row0, row1, j + 1, ends[(j + 1) & 1])
+        _hull(ends[0], ends[1], box)
+        k = j - col0
+        spans[k, 0], spans[k, 1] = np.inf, -np.inf
+        if not (low <= box[5] and box[2] <= high):
+            continue
+        least, most = _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at)
+        if least <= box[5] and box[2] <= most:
+            spans[k, 0], spans[k, 1] = least, most
+            _ask_for_patch(ra, aa, at)
+
+
+@entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d b l2 -> l l")
+def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, swapped, pairs):
+    """Pairs (key of A, key of B, codes or OPEN) that meet or may, and how many cells were asked.
+
+    Tells how many there are; `pairs` takes as many as it has room for. `codes` are those of the
+    two corners of a contact, ``64 * first + second``. With `swapped`, B comes first in all of it.
+    """
+    c, f, v = np.empty((8, 3)), np.empty((4, 7)), np.empty((4, 3), dtype=np.int64)
+    box, reach, h, w = np.empty(6), np.empty(3), np.empty((2, N_TERM)), np.empty((4, 4))
+    at, ends, spans = np.empty(4, dtype=np.int64), np.empty((2, 6)), np.empty((BLOCK, 2))
+    rows = np.empty((2, aa[N_ROW]))  # a cell of B may be above all of A
+    heights, marks = np.empty((4, aa[N_COL])), np.empty((2, aa[N_COL]), dtype=np.int64)
+    ways = codes_of_ways(swapped)
+    corners_of_cell(aa, v, 0)
+    corners_of_cell(ab, v, 4)
+    pace_x = (aa[N_COL] - 1) / (pa[aa[N_COL] - 1] - pa[0])
+    pace_y = (aa[N_ROW] - 1) / (qa[aa[N_ROW] - 1] - qa[0])
+    blocks, levels = _near_blocks(pa, qa, aa, na, la, nb, lb, pace_x, pace_y)
+    n, asked = 0, 0
+    for b in range(blocks.shape[0]):
+        if b + 1 < blocks.shape[0]:
+            _ask_for_block(pb, qb, rb, ab, BLOCK * blocks[b + 1, 0], BLOCK * blocks[b + 1, 1])
+        row0, col0 = BLOCK * blocks[b, 0], BLOCK * blocks[b, 1]
         row1, col1 = min(row0 + BLOCK, ab[N_ROW] - 1), min(col0 + BLOCK, ab[N_COL] - 1)
-        _column_box(pb, qb, rb, ab, row0, row1, col0, ends[col0 & 1])
+        _near_columns(
+            pa, qa, ra, aa, na, la, pb, qb, rb, ab, pace_x, pace_y,
+            row0, row1, col0, col1, levels[b, 0], levels[b, 1], box, ends, at, spans,
+        )  # fmt: skip
         for j in range(col0, col1):
-            _column_box(pb, qb, rb, ab, row0, row1, j + 1, ends[(j + 1) & 1])
-            _hull(ends[0], ends[1], box)
-            if not (low <= box[5] and box[2] <= high):
-                continue
-            least, most = _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at)
-            if not (least <= box[5] and box[2] <= most):
+            least, most = spans[j - col0, 0], spans[j - col0, 1]
+            if not least <= most:
                 continue
             for i in range(row0, row1):
                 _cell_box(rb, ab, 2, i, j, box)
@@ -238,6 +258,6 @@ def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, 
                     _set_reach(pa, qa, at, floor, roof, box, slip, reach)
                     n = pairs_under(
                         pa, qa, ra, aa, at, 2 * (i * (ab[N_COL] - 1) + j), box, reach, origin,
-                        slip, swapped, c, f, v, h, w, heights, marks, rows, pairs, n,
+                        slip, swapped, c, f, v, h, w, ways, heights, marks, rows, pairs, n,
                     )  # fmt: skip
     return n, asked

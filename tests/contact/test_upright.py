@@ -13,6 +13,7 @@ from geosurf import TriSurface
 from geosurf.contact import gather
 from geosurf.contact.search import find_contacts
 from geosurf.contact.tree import Tree, apart
+from geosurf.kernels.axis import range_on
 from geosurf.kernels.contact import FACE
 from geosurf.kernels.gather import number_below, number_in_place
 from geosurf.kernels.packed import (
@@ -25,7 +26,7 @@ from geosurf.kernels.packed import (
     sorted_by_faces,
 )
 from geosurf.kernels.points import lpi_plainly
-from geosurf.kernels.upright import OPEN, _range_on
+from geosurf.kernels.upright import OPEN
 from geosurf.model import Lattice
 
 
@@ -232,7 +233,7 @@ def test_a_cell_without_a_place_asks_for_cells_that_exist(low, high, pace):
     A guess from what is not a number is no row of anything.
     """
     axis = np.arange(6.0)
-    first, last = _range_on(axis, 5, pace, low, high)
+    first, last = range_on(axis, 5, pace, low, high)
     assert 0 <= first <= 5
     assert 0 <= last <= 5
 
@@ -268,4 +269,4 @@ def test_cells_that_reach_an_interval_are_those_of_asking_each(steps, low, size)
     begins = [i for i in range(n) if axis[i] <= high]
     expected = (ends[0] if ends else n, begins[-1] + 1 if begins else 0)
     for pace in (n / axis[-1], 1.0 / steps[0], 0.0, 7.0):
-        assert _range_on(axis, n, pace, float(low), float(high)) == expected
+        assert range_on(axis, n, pace, float(low), float(high)) == expected
