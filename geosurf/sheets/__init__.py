@@ -10,6 +10,7 @@ branches       faults that end on others, traced on the wall that they are in
 links          which links of the lattice are cut
 drape, solve   the smoothest heights, across no cut link
 tips, rest     how throw dies at a tip, and the smoothest rest without that
+smear          how far off distrusted data are, seen where sheets reach them
 heights        the two passes: which data are trusted, heights of all nodes
 walls          how wide the gap or the overlap is along a trace
 mesh, ghosts   the torn mesh, and each sheet carried on past its fault

@@ -30,16 +30,18 @@ from geosurf.sheets.network import Network
 from geosurf.sheets.noise import noise_of, scale_of
 from geosurf.sheets.rest import Bent, close_to, likely_shares, shapes_of, smoothest_rest
 from geosurf.sheets.sets import distinct, is_among
+from geosurf.sheets.smear import Doubts
 from geosurf.sheets.solve import grounded, lattice_graph, smoothest, steps_to_known
 from geosurf.sheets.tips import tips_of
 from geosurf.sheets.traces import FaultMesh
-from geosurf.sheets.walls import Walls, walls_of
+from geosurf.sheets.walls import Walls, throw_beside, walls_of
 
 FILL = 16.0  # cells: absent nodes beside a trace are filled in gaps up to this width
 MAP_REACH = 12.0  # cells: how far from a trace sides are looked at in the map
 WEDGE = 1.5  # trims, and at least
 FEWEST = 4.0  # steps of extrapolation, from which distrusted data are listened to
-WEDGE_PULL = 0.1  # and how much: see docs/sheets.md
+UNSEEN_PULL = 0.1  # and how much, before it is seen how far off they are
+HOLDS = 0.5  # trims from a fault beyond which a distrusted datum will do for a block without others
 SLIVER = 12  # nodes: blocks without data up to this size are carried on without asking
 BESIDE = 1.5  # cells from a trace within which noise is smoothed whatever was distrusted
 BRIDGE = 0.75  # cells beside the cut-offs that are bridged to find the trace between them
@@ -138,6 +140,8 @@ class Rebuild:
         self.levels = float(picks.z.min()), float(picks.z.max())
         self.nearby = side_by_side(self._near, [(mesh,) for mesh in meshes])
         self.throws: list[float] | None = None  # largest of each trace: not known yet
+        self.hiding = settings.trim
+        self.doubts = Doubts(picks, self.nearby)
         self.canvas = Canvas(picks)
         self.present = np.isfinite(picks.means)
         gaps = narrow_gaps(self.present.reshape(self.shape), FILL)
@@ -165,7 +169,8 @@ class Rebuild:
 
     def noise(self) -> tuple[float, float]:
         """Noise of the data, and typical third difference of the surface [m]."""
-        return noise_of(self.trusted_grid())
+        noise, self.doubts.signal = noise_of(self.trusted_grid())
+        return noise, self.doubts.signal
 
     def trusted_grid(self) -> np.ndarray:
         """Heights (n_row, n_col) of the data that no pass distrusts."""
@@ -185,6 +190,8 @@ class Rebuild:
         if len(first.stray):  # the generous trim left nothing between two faults
             first = self._pass(self.settings.trim, None)
         first.find_walls(self.picks.frame)
+        if self.picks.on_nodes:
+            self.doubts.see(first, self.in_gap(first), self._far_from_data)
         first = self._retraced(first)
         self.throws = [float(np.abs(w.throw).max(initial=0.0)) for w in first.walls]
         second = self._pass(self.settings.trim, first)
@@ -223,6 +230,7 @@ class Rebuild:
         return distinct(*found)
 
     def _pass(self, trim: float, before: Heights | None) -> Heights:
+        self.hiding = trim
         doubted = np.zeros(len(self.picks.z), dtype=bool)
         for near in self.nearby:
             doubted[near.rows[near.far < trim]] = True
@@ -237,8 +245,6 @@ class Rebuild:
         sure = ~wrong
         if self.picks.several is not None:
             sure &= ~self.picks.several[self.picks.node]
-        for fault in self.nearby:
-            sure[fault.rows[fault.far < 0.5 * trim]] = False
         self._last = doubted | wrong, sure, beyond
         carried = () if before is None else before.carried
         return self._solve(doubted | wrong, sure, network, near, cuts, beyond, carried)
@@ -308,9 +314,9 @@ class Rebuild:
         is_unknown[np.searchsorted(band, unknown)] = True
         graph = without_absent(graph, np.isfinite(value) | is_unknown)
         steps = steps_to_known(graph, np.where(is_unknown, 0, -1))[is_unknown]
-        data, pull = self._targets(heights, every, soft, unknown, steps, sure)
+        data, pull, alone = self._targets(heights, every, soft, unknown, steps, sure)
         held = is_unknown.copy()
-        held[at[pull > 0]] = False  # data that only draw a sheet ground it, too
+        held[at[alone]] = False  # data that only draw a sheet ground it, too
         tied = np.ones(len(band), dtype=bool)
         tied[held] = grounded(graph, np.where(held, np.cumsum(held) - 1, -1))
         stray = band[~tied]
@@ -374,6 +380,11 @@ class Rebuild:
         )  # fmt: skip
         return Bent(tips, share) if share.any() else None
 
+    @property
+    def _far_from_data(self) -> float:
+        """Steps of extrapolation from which distrusted data are listened to, in this pass."""
+        return max(FEWEST, WEDGE * self.hiding)
+
     def _unknown(self, lost: np.ndarray, near: list[NearTrace]) -> np.ndarray:
         """Nodes without a trusted value, and absent ones in gaps beside a trace."""
         fill = self.fillable
@@ -383,22 +394,28 @@ class Rebuild:
         return distinct(lost, fill)
 
     def _targets(self, heights, every, soft, unknown, steps, sure):
-        """What draws each solved node, and how much: noisy data, and in wedges distrusted ones.
+        """What draws each solved node, how much, and whether it may do so alone.
 
-        Between two faults that meet at an acute angle all data are near a fault. Where that
-        would mean to extrapolate far, those that are on the right side are listened to a little.
+        Noisy data, and in wedges distrusted ones: between two faults that meet at an acute angle
+        all data are near a fault. Where that would mean to extrapolate far, those that are on the
+        right side are listened to, as hard as what is seen of their smear allows.
         """
         data, pull = np.zeros(len(every)), np.zeros(len(every))
+        alone = np.zeros(len(every), dtype=bool)
         rows = np.searchsorted(every, soft)
         data[rows], pull[rows] = heights[soft], self.settings.noise_weight or 0.0
-        weak = unknown[steps > max(FEWEST, WEDGE * self.settings.trim)]
+        alone[rows] = True
+        weak = unknown[steps > self._far_from_data]
         weak = weak[self.present[weak]]
         if len(weak):
             values = self.picks.means_at(weak, sure)
-            there = np.isfinite(values)
-            rows = np.searchsorted(every, weak[there])
-            data[rows], pull[rows] = values[there], WEDGE_PULL
-        return data, pull
+            weak, values = weak[np.isfinite(values)], values[np.isfinite(values)]
+            far, rows = self.doubts.far(weak), np.searchsorted(every, weak)
+            alone[rows] = far >= HOLDS * self.hiding
+            noise, most = self.settings.noise, self.settings.noise_weight
+            unseen = np.where(alone[rows], UNSEEN_PULL, 0.0)
+            data[rows], pull[rows] = values, self.doubts.pull(far, noise, most, unseen)
+        return data, pull, alone & (pull > 0)
 
     def _bridge(self, stray, cuts: Cuts, near, network):
         """Join blocks without data to a neighbour, over the fault with the smaller throw.
@@ -413,27 +430,10 @@ class Rebuild:
         if not border.any():
             return None
         choice = distinct(cuts.trace[border])
-        throw = [self._throw_of(t, stray, near) for t in choice]
+        throw = [throw_beside(self.picks.means, near[t], stray) for t in choice]
         trace = int(choice[int(np.argmin(throw))])
         gone = (cuts.trace == trace) & (inside[0] | inside[1])
         name = self.meshes[network.traces[trace].fault].name
         xy = self.picks.frame.node_places(stray[:1])[0]
         note = {"nodes": len(stray), "over": name, "place": [float(c) for c in xy]}
         return cuts.take(np.flatnonzero(~gone)), note
-
-    def _throw_of(self, trace: int, stray, near) -> float:
-        """Size of a fault's throw beside a block, from the data on its two sides [m]."""
-        heights = self.picks.means
-        mine = near[trace]
-        at = mine.look_up(stray)
-        places = mine.place[at[at >= 0]]
-        if len(places) == 0:
-            return np.inf
-        low, high = places.min() - 20.0, places.max() + 20.0
-        beside = mine.within(6.0)
-        beside = beside[(mine.place[beside] >= low) & (mine.place[beside] <= high)]
-        beside = beside[np.isfinite(heights[mine.node[beside]])]
-        sides = [heights[mine.node[beside[mine.side[beside] == side]]] for side in (1.0, -1.0)]
-        if not len(sides[0]) or not len(sides[1]):
-            return np.inf
-        return float(abs(np.median(sides[0]) - np.median(sides[1])))

@@ -16,8 +16,9 @@ from geosurf.errors import GeometryError
 from geosurf.model import TrimProposal, TriSurface
 from geosurf.sheets.data import picks_of
 from geosurf.sheets.finish import fault_surfaces
-from geosurf.sheets.heights import Heights, Rebuild, Settings
+from geosurf.sheets.heights import Rebuild, Settings
 from geosurf.sheets.noise import weight_of
+from geosurf.sheets.smear import hidden_misfits
 from geosurf.sheets.traces import mesh_in_frame
 
 HIDDEN = 6  # cells from a fault within which data are hidden
@@ -78,7 +79,9 @@ def propose_trim(
     rebuild = Rebuild(picks, meshes, settings)
     settings.noise_weight = weight_of(*rebuild.noise(), picks.frame.cell)
     state = rebuild.hidden(float(HIDDEN))
-    far, misfit = _hidden_misfits(rebuild, state)
+    state.find_walls(picks.frame)
+    _, far, misfit = hidden_misfits(picks, rebuild.nearby, state, rebuild.in_gap(state))
+    far, misfit = far[far < HIDDEN], misfit[far < HIDDEN]
     number = np.bincount(far.astype(np.int64), minlength=HIDDEN)
     if (number[:HIDDEN] < FEWEST).any():
         raise GeometryError(
@@ -96,17 +99,3 @@ def propose_trim(
     if tenth[0] > least:  # missed all along: by what the sheets err, or by noise
         return TrimProposal(USUAL, None, tuple(tenth))
     return TrimProposal(1.0, 0.0, tuple(tenth))
-
-
-def _hidden_misfits(rebuild: Rebuild, state: Heights) -> tuple[np.ndarray, np.ndarray]:
-    """Distance from the nearest fault [cells] and misfit [m] of hidden data that are single."""
-    picks = rebuild.picks
-    far = np.full(len(picks.z), np.inf)
-    for near in rebuild.nearby:
-        np.minimum.at(far, near.rows, near.far)
-    misfit = np.abs(state.values[picks.node] - picks.z)
-    single = np.bincount(picks.node, minlength=picks.n_node)[picks.node] == 1
-    hidden = state.distrusted & single & np.isfinite(misfit) & (far < HIDDEN)
-    state.find_walls(picks.frame)
-    hidden[rebuild.in_gap(state)] = False
-    return far[hidden], misfit[hidden]

@@ -12,6 +12,7 @@ import numpy as np
 
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.links import RISING, Cuts
+from geosurf.sheets.near import NearTrace
 from geosurf.sheets.traces import Trace
 
 
@@ -88,3 +89,19 @@ def _median(values: np.ndarray, width: int) -> np.ndarray:
     half = min(width // 2, (n - 1) // 2)
     found: np.ndarray = median_filter(values, 2 * half + 1, mode="nearest")
     return found
+
+
+def throw_beside(heights: np.ndarray, near: NearTrace, block: np.ndarray) -> float:
+    """Size of a fault's throw beside some nodes, from the data on its two sides [m]."""
+    at = near.look_up(block)
+    places = near.place[at[at >= 0]]
+    if len(places) == 0:
+        return np.inf
+    low, high = places.min() - 20.0, places.max() + 20.0
+    beside = near.within(6.0)
+    beside = beside[(near.place[beside] >= low) & (near.place[beside] <= high)]
+    beside = beside[np.isfinite(heights[near.node[beside]])]
+    sides = [heights[near.node[beside[near.side[beside] == side]]] for side in (1.0, -1.0)]
+    if not len(sides[0]) or not len(sides[1]):
+        return np.inf
+    return float(abs(np.median(sides[0]) - np.median(sides[1])))
