@@ -18,6 +18,7 @@ past           scattered points of an overlapping sheet past its trace
 cut, build     the exact cut by the faults; rings and ends until nothing leaks
 islands        what is cut by itself, since no fault joins it to the rest
 cutoffs        cut-off lines, throw and heave
+hidden         distrusted data against the wall that they are on
 describe       the report
 propose        how far data are smeared, and the trim that follows
 section, slip  by throw: a fault along its strike, and how its walls move
@@ -161,7 +162,9 @@ def tear_horizon(
     refuse_leaks(picks, state, built, float(trim))
     cuts = fault_cuts(picks.frame, state, built, surfaces)
     used = sigma if settings.noise_weight is not None else None
-    report = make_report(picks, state, built, cuts, builder.triangles, float(trim), used)
+    report = make_report(
+        picks, state, built, cuts, builder.triangles, float(trim), used, rebuild.nearby
+    )
     return sheet_of(picks, state, built, surfaces, rising, cuts, report)
 
 

@@ -120,6 +120,10 @@ class Picks:
         """Column and row (n, 2) of some picks."""
         return self.frame.uv_of_node(self.nodes_of(rows))
 
+    def corners_of(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes (n, k) that some picks lie between, and their shares (n, k): one node each."""
+        return self.nodes_of(rows)[:, None].copy(), np.ones((len(rows), 1))
+
     @property
     def on_nodes(self) -> bool:
         """Whether each pick is the height of a node."""

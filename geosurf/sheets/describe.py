@@ -13,7 +13,8 @@ from geosurf.sheets.build import Built
 from geosurf.sheets.cutoffs import LONGEST, cutoff_lines, profile
 from geosurf.sheets.data import Picks
 from geosurf.sheets.frame import Frame
-from geosurf.sheets.heights import Heights
+from geosurf.sheets.heights import Heights, Near
+from geosurf.sheets.hidden import hidden_misfit
 from geosurf.sheets.links import FALLING, RISING
 from geosurf.sheets.mesh import Triangles
 from geosurf.sheets.sets import distinct, is_among
@@ -69,6 +70,7 @@ def make_report(
     triangles: Triangles,
     trim: float,
     noise: float | None,
+    near: Sequence[Near],
 ) -> SheetReport:
     """All numbers of a sheet."""
     names = list(cuts)
@@ -88,7 +90,7 @@ def make_report(
         n_distrusted=int(state.distrusted.sum()),
         n_solved=len(state.unknown),
         kept=_kept_misfit(picks, state),
-        hidden=_hidden_misfit(picks, state),
+        hidden=_misfit(hidden_misfit(picks, near, state, built)),
         extrapolation=_far_places(picks.frame, state, names),
         sign_changes={name: _sign_changes(cut.throw) for name, cut in cuts.items()},
         tips=count_tips(built, triangles),
@@ -129,17 +131,6 @@ def _kept_misfit(picks: Picks, state: Heights) -> dict[str, float]:
     missed = picks.missed(state.values, state.used)
     met = int(state.used.sum()) - len(missed)
     return _misfit(picks.misfit(state.values, missed), met)
-
-
-def _hidden_misfit(picks: Picks, state: Heights) -> dict[str, float]:
-    """Misfit at distrusted data of single-valued nodes, but in gaps: there is nothing to meet."""
-    hidden = state.distrusted.copy()
-    hidden[state.in_gap] = False
-    hidden[state.beyond[:, 0]] = False  # what ghosts are drawn to is not hidden
-    rows = np.flatnonzero(hidden)
-    if picks.several is not None:
-        rows = rows[~picks.several[picks.node[rows]]]
-    return _misfit(picks.misfit(state.values, rows))
 
 
 def _misfit(values: np.ndarray, met: int = 0) -> dict[str, float]:

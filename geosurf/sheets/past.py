@@ -41,14 +41,14 @@ def points_past(
     for trace, side in np.unique(state.beyond[:, 1:], axis=0).tolist():
         mine = (state.beyond[:, 1:] == (trace, side)).all(axis=1)
         pick = state.beyond[mine, 0]
-        vertex = _on_sheet(nodes[pick], state.near[trace], side, torn)
+        vertex = on_sheet(nodes[pick], state.near[trace], side, torn)
         whole = (vertex >= 0).all(axis=1)
         found.append((vertex[whole], shares[pick[whole]], pick[whole]))
     vertex, share, pick = (np.concatenate(part) for part in zip(*found, strict=True))
     return vertex, share, pick
 
 
-def _on_sheet(nodes: np.ndarray, near, side: int, torn: Torn) -> np.ndarray:
+def on_sheet(nodes: np.ndarray, near, side: int, torn: Torn) -> np.ndarray:
     """The vertex of one wall's sheet over each node, of any shape; -1 where there is not one."""
     at = near.look_up(nodes.ravel())
     own = (at >= 0) & (near.side[at] == side)

@@ -73,6 +73,11 @@ class Scattered(Picks):
         nodes, share = self.corners()
         return np.abs((values[nodes[rows]] * share[rows]).sum(axis=1) - self.z[rows])
 
+    def corners_of(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The four nodes (n, 4) of the cells of some points, and their shares (n, 4) in it."""
+        nodes, share = self.corners()
+        return nodes[rows], share[rows]
+
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
         """The four nodes (n, 4) of each point's cell, and their shares (n, 4) in it."""
         n_row, n_col = self.frame.shape
