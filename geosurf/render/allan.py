@@ -234,6 +234,6 @@ def area_text(square_metres: float) -> str:
     >>> area_text(1_234_000.0), area_text(5300.0)
     ('1.23 km²', '5,300 m²')
     """
-    if square_metres >= 1e5:
+    if square_metres >= 1e4:
         return f"{square_metres / 1e6:.3g} km²"
     return f"{square_metres:,.0f} m²"
