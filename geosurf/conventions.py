@@ -136,7 +136,7 @@ def _is_dataset(value: Any) -> bool:
 
 
 def frame_origin(*vertex_arrays: np.ndarray) -> np.ndarray:
-    """Return the origin of the local frame for some vertices.
+    """Return the origin of the local frame for some vertices, or for corners around them.
 
     The origin is a multiple of 1024 m, never farther from zero than any of the
     coordinates, and 0 where they straddle zero: so subtracting it is exact.
@@ -144,7 +144,7 @@ def frame_origin(*vertex_arrays: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    *vertex_arrays : ndarray of float64, shape (n_vertex, 3)
+    *vertex_arrays : ndarray of float64, shape (n_vertex, 2 or 3)
         World coordinates [m], finite.
 
     Returns
@@ -156,17 +156,18 @@ def frame_origin(*vertex_arrays: np.ndarray) -> np.ndarray:
     >>> frame_origin(np.array([[456000.5, 6780000.25, -2000.0]]))
     array([ 455680., 6779904.,       0.])
     """
-    arrays = [a for a in vertex_arrays if len(a)]
     origin = np.zeros(3)
-    if not arrays:
-        return origin
-    corners = arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
-    low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
-    for axis in (0, 1):
-        if low[axis] > 0:
-            origin[axis] = low[axis] // FRAME_STEP * FRAME_STEP
-        elif high[axis] < 0:
-            origin[axis] = -(-high[axis] // FRAME_STEP * FRAME_STEP)
+    spans = [a if len(a) <= 2 else np.stack([a.min(axis=0), a.max(axis=0)]) for a in vertex_arrays]
+    rows = [row for span in spans for row in span.tolist()]  # few: numpy takes longer
+    for axis in (0, 1) if rows else ():
+        column = [row[axis] for row in rows]
+        low, high = min(column), max(column)
+        if math.isnan(sum(column)):  # of nothing
+            continue
+        if low > 0:
+            origin[axis] = low // FRAME_STEP * FRAME_STEP
+        elif high < 0:
+            origin[axis] = -(-high // FRAME_STEP * FRAME_STEP)
     return origin
 
 

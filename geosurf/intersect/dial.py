@@ -15,8 +15,7 @@ from geosurf.intersect.lift import Line, lift_strand, strand_of
 from geosurf.intersect.loops import find_lost, pair_keys
 from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, side_of
 from geosurf.intersect.walk import walk_curves
-from geosurf.kernels.mesh import weld
-from geosurf.kernels.polylines import segments_of
+from geosurf.kernels.polylines import weld_lines
 from geosurf.model import Curves, Place, Touch, TriSurface, frozen
 
 Linker = Callable[..., Curves]
@@ -63,7 +62,7 @@ def smooth_curves(
             check_surfaces((surface,))
     if len(surfaces) < 2:
         check_surfaces(surfaces, 2)
-    origin = frame_origin(*(_corners(surface) for surface in surfaces))
+    origin = frame_origin(*(surface.extent for surface in surfaces))
     found: list[tuple[tuple[int, int], Line]] = []
     places: list[tuple[tuple[int, int], str, np.ndarray, float]] = []
     touches: list[Touch] = []
@@ -83,20 +82,6 @@ def smooth_curves(
     return _assemble(names, origin, found, places, touches, cost)
 
 
-def _corners(surface: TriSurface) -> np.ndarray:
-    """Corners of a box around a surface, without making vertices of a lattice."""
-    lattice = surface.lattice
-    if lattice is None or "vertices" in surface.__dict__:
-        return surface.vertices
-    box = lattice.survey.box.reshape(2, 3)
-    if np.isfinite(box).all():
-        return box
-    parts = [q[np.isfinite(q)] for q in (lattice.easting, lattice.northing, lattice.elevation)]
-    if not all(part.size for part in parts):
-        return np.empty((0, 3))
-    return np.array([[q.min() for q in parts], [q.max() for q in parts]])
-
-
 def _pair(one, two, origin, tolerance, linker, options):
     """Lines, places and plain curves of two surfaces."""
     flip = _second_first(one, two)
@@ -112,8 +97,8 @@ def _pair(one, two, origin, tolerance, linker, options):
         bound = np.inf if coarse else 0.0
         return [_plain_line(plain, k, bound) for k in range(plain.n_curve)], coarse, [plain]
     sides = side_of(one, origin), side_of(two, origin)
-    near = find_candidates(*sides)
-    walked = walk_curves(sides, near, tolerance) if not coarse else None
+    near = find_candidates(*sides, 0.0 if coarse else tolerance)
+    walked = walk_curves(sides, near, tolerance)
     if walked is not None:
         return walked, [], []
     pieces = tuple(piece_of(side, cells) for side, cells in zip(sides, near.cells, strict=True))
@@ -212,15 +197,10 @@ def _assemble(names, origin, found, places, touches, cost) -> Curves:
     lines = [line for _, line in found if len(line.points) > 1]
     owners = [pair for pair, line in found if len(line.points) > 1]
     stacked = lines[0].points if len(lines) == 1 else _stacked(lines)
-    number, count = weld(stacked)
-    local = stacked
-    if count < len(stacked):
-        local = np.empty((count, 3))
-        local[number] = stacked
     stops = list(accumulate(len(line.points) for line in lines))
-    curves = [number[a:b] for a, b in pairwise([0, *stops])]
     pairs = np.array(owners, dtype=np.int64).reshape(-1, 2)
-    segments, owned = segments_of(number, np.array(stops, dtype=np.int64), pairs)
+    local, number, segments, owned = weld_lines(stacked, np.array(stops, dtype=np.int64), pairs)
+    curves = [number[a:b] for a, b in pairwise([0, *stops])]
     said = [(why, pair, x, size, -1) for pair, why, x, size in places]
     for k, (pair, line) in enumerate(zip(owners, lines, strict=True)):
         said += [(why, pair, x, size, k) for why, x, size in line.places]

@@ -14,15 +14,17 @@ import numpy as np
 from geosurf.contact.search import check_surfaces
 from geosurf.errors import SurfaceError
 from geosurf.kernels.cover import cones_of
-from geosurf.kernels.near import near_patches
 from geosurf.kernels.nets import nets_of
 from geosurf.kernels.pyramid import lattice_pyramid
+from geosurf.kernels.walk import find_and_walk
 from geosurf.model import TriSurface
 
 LEAST = 8  # nodes per side from which on cubics can be compared with higher orders
 _NONE = np.zeros((1, 1))
 _NO_TRIANGLES = np.zeros((1, 3, 3))
 _NO_BENDS = np.zeros((1, 4))
+_NO_PLANES = np.empty((0, 4))
+_NO_LEVELS = np.empty((0, 3), dtype=np.int64)
 
 
 @dataclass(eq=False)
@@ -37,6 +39,12 @@ class Side:
         for triangles.
     c : ndarray of float64, shape (n_triangle, 3, 3)
         Triangles; one of zeros for a lattice.
+    boxes : ndarray of float64, shape (n_box, 6)
+        Around blocks of cells of all levels, the finest first; or around each triangle.
+    shape : ndarray of int64, shape (n_level, 3)
+        First box, rows and columns of each level; none for triangles.
+    bends : ndarray of float64, shape (n_block, 4)
+        How far the finest blocks bend, as in `geosurf.kernels.pyramid`; zeros for triangles.
     """
 
     surface: TriSurface
@@ -45,46 +53,28 @@ class Side:
     y: np.ndarray
     z: np.ndarray
     c: np.ndarray
+    boxes: np.ndarray
+    shape: np.ndarray
+    bends: np.ndarray
 
     @property
     def smooth(self) -> bool:
         """Whether this side is a lattice."""
         return len(self.z) > 1
 
-    @cached_property
-    def pyramid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Boxes of blocks of cells, the shape of their levels, and how far blocks bend; remembered
-        on the surface.
-        """
-        memory = self.surface.__dict__.setdefault("_cubic_pyramids", {})
-        key = self.origin.tobytes()
-        if key not in memory:
-            memory[key] = lattice_pyramid(self.x, self.y, self.z, self.surface.lattice.whole)
-        return memory[key]
-
-    @cached_property
+    @property
     def blocks(self) -> np.ndarray:
         """Boxes of the finest blocks, or of triangles."""
-        if self.smooth:
-            boxes, _, bends = self.pyramid
-            return boxes[: len(bends)]
-        return np.hstack([self.c.min(axis=1), self.c.max(axis=1)])
-
-    @property
-    def bends(self) -> np.ndarray:
-        """How far the finest blocks bend, as in `geosurf.kernels.pyramid`; zeros for triangles."""
-        return self.pyramid[2] if self.smooth else _NO_BENDS
+        return self.boxes[: len(self.bends)] if self.smooth else self.boxes
 
     @cached_property
     def planes(self) -> np.ndarray:
-        """Planes (n, 4) of triangles; zeros for the blocks of a lattice."""
-        planes = np.zeros((len(self.blocks), 4))
-        if not self.smooth:
-            normals = np.cross(self.c[:, 1] - self.c[:, 0], self.c[:, 2] - self.c[:, 0])
-            normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-            planes[:, :3] = normals
-            planes[:, 3] = (normals * self.c[:, 0]).sum(axis=1)
-        return planes
+        """Planes (n, 4) of triangles; none of the blocks of a lattice."""
+        if self.smooth:
+            return _NO_PLANES
+        normals = np.cross(self.c[:, 1] - self.c[:, 0], self.c[:, 2] - self.c[:, 0])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        return np.column_stack([normals, (normals * self.c[:, 0]).sum(axis=1)])
 
 
 @dataclass(eq=False)
@@ -106,6 +96,8 @@ class Candidates:
         Largest diagonal of the cells of the first side that have both its ends [m].
     all_whole : bool
         Whether no patch of either side lacks a node.
+    walked : tuple of ndarray or None
+        What walks found (`geosurf.kernels.walk`), where they were asked for and help.
     """
 
     sides: tuple[Side, Side]
@@ -115,6 +107,7 @@ class Candidates:
     pairs: np.ndarray
     size: float
     all_whole: bool
+    walked: tuple[np.ndarray, ...] | None = None
 
     @cached_property
     def nets(self) -> tuple[np.ndarray, np.ndarray]:
@@ -143,31 +136,42 @@ def has_cubics(surface: TriSurface) -> bool:
 
 
 def side_of(surface: TriSurface, origin: np.ndarray) -> Side:
-    """A surface as one side of a pair, in the frame of an origin."""
+    """A surface as one side of a pair, in the frame of an origin; its pyramid is remembered."""
     if not has_cubics(surface):
         (surface,) = check_surfaces((surface,))
-        corners = (surface.vertices - origin)[surface.triangles]
-        return Side(surface, origin, _NONE, _NONE, _NONE, np.ascontiguousarray(corners))
+        c = np.ascontiguousarray((surface.vertices - origin)[surface.triangles])
+        boxes = np.hstack([c.min(axis=1), c.max(axis=1)])
+        return Side(surface, origin, _NONE, _NONE, _NONE, c, boxes, _NO_LEVELS, _NO_BENDS)
     lattice = surface.lattice
-    x, y = lattice.easting - origin[0], lattice.northing - origin[1]
+    if lattice.n_triangle == 0 or not lattice.survey.finite:
+        raise SurfaceError(f"surface {surface.name!r} has no triangles; leave it out.")
+    x, y = lattice.easting, lattice.northing
     if x.ndim == 1:
         x, y = x[None, :], y[:, None]
     z = lattice.elevation - origin[2] if origin[2] else lattice.elevation
-    side = Side(surface, origin, x, y, z, _NO_TRIANGLES)
-    if not np.isfinite(side.pyramid[0][-1]).all():
-        raise SurfaceError(f"surface {surface.name!r} has no triangles; leave it out.")
-    return side
+    memory = surface.__dict__.setdefault("_cubic_pyramids", {})
+    key = origin.tobytes()
+    if key in memory:
+        x, y = x - origin[0], y - origin[1]
+    else:
+        x, y, *memory[key] = lattice_pyramid(x, y, z, origin, lattice.whole)
+    return Side(surface, origin, x, y, z, _NO_TRIANGLES, *memory[key])
 
 
-def find_candidates(one: Side, two: Side) -> Candidates:
-    """Patches of two sides (the first a lattice) that the bounds of cubics do not exclude."""
-    boxes, shape, bends = one.pyramid
-    found = near_patches(
+def find_candidates(one: Side, two: Side, tolerance: float = 0.0) -> Candidates:
+    """Patches of two sides (the first a lattice) that the bounds of cubics do not exclude.
+
+    With a tolerance [m], curves are walked at once where both are whole.
+    """
+    found = find_and_walk(
         one.x, one.y, one.z, two.x, two.y, two.z, two.c,
-        boxes, shape, bends, two.blocks, two.planes, two.bends,
+        one.boxes, one.shape, one.bends, two.blocks, two.planes, two.bends, tolerance,
     )  # fmt: skip
-    pairs, size, whole = found[6:]
-    return Candidates((one, two), found[0:2], found[2:4], found[4:6], pairs, size, whole == 1)
+    pairs, size, whole = found[6:9]
+    walked = found[9:] if len(found[10]) else None
+    return Candidates(
+        (one, two), found[0:2], found[2:4], found[4:6], pairs, size, whole == 1, walked
+    )
 
 
 @dataclass(eq=False)

@@ -13,10 +13,6 @@ from geosurf.intersect.lift import Line
 from geosurf.intersect.loops import find_lost
 from geosurf.intersect.sides import Candidates, Side
 from geosurf.kernels.trace import AT_RIM, CLOSED
-from geosurf.kernels.walk import walk_all
-
-_COARSEST = 0.25  # [cells]: for more, the plain curve has more points than are needed
-_FIRST_STEP = 0.25  # [cells]
 
 
 def walk_curves(sides: tuple[Side, Side], near: Candidates, tolerance: float) -> list[Line] | None:
@@ -26,7 +22,7 @@ def walk_curves(sides: tuple[Side, Side], near: Candidates, tolerance: float) ->
     ----------
     sides : (Side, Side)
     near : Candidates
-        All pairs of patches that may touch.
+        All pairs of patches that may touch, and what was walked through them.
     tolerance : float
         [m]
 
@@ -34,18 +30,9 @@ def walk_curves(sides: tuple[Side, Side], near: Candidates, tolerance: float) ->
     -------
     list of Line or None
     """
-    one, two = sides
-    if not (two.smooth and near.all_whole):
+    if near.walked is None:
         return None
-    if not len(near.pairs):
-        return []
-    size = near.size
-    if tolerance > _COARSEST * size:
-        return None
-    rows, offsets, ends, figures, unsettled, keys = walk_all(
-        one.x, one.y, one.z, two.x, two.y, two.z, two.c,
-        near.pairs, *near.cells, *near.patches, _FIRST_STEP * size, tolerance,
-    )  # fmt: skip
+    rows, offsets, ends, figures, unsettled, keys = near.walked
     if not {CLOSED, AT_RIM}.issuperset(ends.tolist()):
         return None
     found = []

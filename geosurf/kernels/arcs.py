@@ -23,23 +23,25 @@ K_SLOPE, K_LENGTH, K_AWAY, K_DOUBT, K_SINE, N_KNOT = 7, 14, 15, 16, 22, 23
 
 
 @scalar
-def on_arc(one, two, t, row):
-    """Point and parameters (7,) at t on the arc to knot `two`; beyond 1 the cubic goes on."""
+def _first_on_arc(n, one, two, t, row):
+    """The first n of what `on_arc` tells."""
     s = 1.0 - t
     a, c = s * s * (1.0 + 2.0 * t), t * t * (3.0 - 2.0 * t)
     b, d = t * s * s * two[K_LENGTH], -t * t * s * two[K_LENGTH]
-    for k in range(7):
+    for k in range(n):
         row[k] = a * one[k] + b * one[K_SLOPE + k] + c * two[k] + d * two[K_SLOPE + k]
+
+
+@scalar
+def on_arc(one, two, t, row):
+    """Point and parameters (7,) at t on the arc to knot `two`; beyond 1 the cubic goes on."""
+    _first_on_arc(7, one, two, t, row)
 
 
 @scalar
 def point_on_arc(one, two, t, point):
     """The point alone (3,)."""
-    s = 1.0 - t
-    a, c = s * s * (1.0 + 2.0 * t), t * t * (3.0 - 2.0 * t)
-    b, d = t * s * s * two[K_LENGTH], -t * t * s * two[K_LENGTH]
-    for k in range(3):
-        point[k] = a * one[k] + b * one[K_SLOPE + k] + c * two[k] + d * two[K_SLOPE + k]
+    _first_on_arc(3, one, two, t, point)
 
 
 @scalar

@@ -28,7 +28,7 @@ _LEAST = 0.05  # of the tolerance: if less is left for a chord
 _BEYOND = 0.25  # it gets this part, since the tolerance cannot be met
 # the curve turns a corner where it goes from cell to cell: between the places at which it was
 # measured it has been up to 1.8 times as far from an arc
-_ARC_SAFETY = 2.0
+ARC_SAFETY = 2.0
 
 
 @scalar
@@ -114,7 +114,7 @@ def cut_chords(knots, a, b, tolerance, rows, n):
         if k == a:
             count = 1
         else:
-            fault = _ARC_SAFETY * knots[k, K_AWAY]
+            fault = ARC_SAFETY * knots[k, K_AWAY]
             taken = _largest(doubts, max(k - a - 2, 0), min(k - a + 2, b - a)) + fault
             left = tolerance - taken
             left = left if left > _LEAST * tolerance else _BEYOND * tolerance

@@ -17,9 +17,9 @@ from geosurf.kernels.predicates import normal_axis, orient2d
 _LONG = 32  # half-edges of one lower vertex that are matched by searching
 
 
-@entry("d2 -> l1 l")
-def weld(x):
-    """Number of the first vertex with equal coordinates, renumbered from 0, and how many."""
+@scalar
+def welded(x):
+    """`weld`, for kernels."""
     n = x.shape[0]
     size = 16
     while size < 2 * n:
@@ -41,6 +41,12 @@ def weld(x):
         else:
             number[i] = number[slots[slot]]
     return number, count
+
+
+@entry("d2 -> l1 l")
+def weld(x):
+    """Number of the first vertex with equal coordinates, renumbered from 0, and how many."""
+    return welded(x)
 
 
 @scalar

@@ -4,9 +4,12 @@ A block of 8 x 8 cells, each quarter of it and each cell lies in its box and in 
 own diagonals. Blocks are compared by slabs, quarters by boxes and slabs, then cells: by the other
 quarter, then with each other. A cell is looked up once, as the row of a table: a patch.
 
-Letters as in `pyramid`; s facts (11,) of a block, quarter or patch: box, normal, least and largest
-along it; m a patch (N_PATCH,): these facts, how far its cubic may leave the bilinear patch of its
-corners (x, y, z), and those four corners, column by column, then row by row.
+Letters as in `pyramid` and `quarters`, and
+    m         a patch (N_PATCH,): the facts of a cell, how far its cubic may leave the bilinear
+              patch of its corners (x, y, z), those four corners, column by column, then row by row
+    kept      (facts, known, rows, patches, marks, count): what is known so far of one side, its
+              blocks numbered by first use: facts of their parts and of how many, the rows of their
+              cells in the table of patches (-1: none), that table, the cell of each, how many
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ import math
 
 import numpy as np
 
-from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels._jit import scalar
 from geosurf.kernels.pyramid import BLOCK, SLACK, block_pairs, bulge, is_present, node
 from geosurf.kernels.quarters import (
     HALF,
@@ -82,8 +85,9 @@ def _describe(m):
 
 
 @scalar
-def _make_patch(x, y, z, c, bends, block, i, j, m):
+def _make_patch(side, block, i, j, m):
     """Cell (i, j) of a block, or a triangle, as a patch; its number."""
+    x, y, z, c, bends = side
     if z.shape[0] == 1:
         for k in range(4):  # the last corner twice
             for axis in range(3):
@@ -118,8 +122,9 @@ def _is_whole(x, y, z, cell):
 
 
 @scalar
-def _heights(x, y, z, r0, r1, c0, c1, s, heights):
+def _heights(side, r0, r1, c0, c1, s, heights):
     """How far nodes of a quarter are along the normal of a slab s, into `heights`."""
+    x, y, z, _, _ = side
     for i in range(r0, r1 + 1):
         for j in range(c0, c1 + 1):
             value = s[6] * node(x, i, j) + s[7] * node(y, i, j) + s[8] * z[i, j]
@@ -141,11 +146,13 @@ def _passed_by(heights, i, j, more, s):
 
 
 @scalar
-def _patches_in(x, y, z, c, bends, block, part, s, rows, patches, marks, n, out, heights):
-    """Rows of the cells of a part that are near another part s, into `out`; how many, and patches.
+def _patches_in(side, block, part, s, kept, place, out, heights):
+    """Rows of the patches of a part that are near a part s of the other side, into `out`; how many.
 
-    `rows` (64,) of the cells of the block; patches are made where there are none.
+    Patches are made where there are none.
     """
+    z, bends = side[2], side[4]
+    _, _, rows, patches, marks, n = kept
     count = 0
     r0, r1, c0, c1 = 0, 1, 0, 1
     lattice = z.shape[0] > 1
@@ -153,25 +160,25 @@ def _patches_in(x, y, z, c, bends, block, part, s, rows, patches, marks, n, out,
     if lattice:
         r0, r1, c0, c1 = cells_of(z, block, part)
     if sloping:
-        _heights(x, y, z, r0, r1, c0, c1, s, heights)
+        _heights(side, r0, r1, c0, c1, s, heights)
         for axis in range(3):
             bend += abs(s[6 + axis]) * bends[block, axis]
     for i in range(r0, r1):
         for j in range(c0, c1):
             at = i % BLOCK * BLOCK + j % BLOCK if lattice else 0
-            if rows[at] < 0:
+            if rows[place, at] < 0:
                 if sloping:
                     more = bulge(z, i, i + 1, j, j + 1) * bend + SLACK
                     if _passed_by(heights, i - r0, j - c0, more, s):
                         continue
-                marks[n] = _make_patch(x, y, z, c, bends, block, i, j, patches[n])
-                rows[at] = n
-                n += 1
-            k = rows[at]
+                marks[n[0]] = _make_patch(side, block, i, j, patches[n[0]])
+                rows[place, at] = n[0]
+                n[0] += 1
+            k = rows[place, at]
             if not clear(patches[k], s) and not _outside(patches[k], s):
                 out[count] = k
                 count += 1
-    return count, n
+    return count
 
 
 @scalar
@@ -207,21 +214,33 @@ def _numbered(pairs, side, n_block):
 
 
 @scalar
-def _used(x, y, z, patches, marks, pairs, side, n):
+def _room_for(n_block, n_cell):
+    """Nothing known yet of so many blocks, each of so many cells."""
+    facts, known = np.empty((n_block * PARTS, N_FACT)), np.zeros(n_block, dtype=np.int64)
+    rows, n = np.full((n_block, n_cell), -1, dtype=np.int64), n_block * n_cell
+    # as large as can be: memory that is never touched costs nothing
+    patches, marks = np.empty((n, N_PATCH)), np.empty(n, dtype=np.int64)
+    return facts, known, rows, patches, marks, np.zeros(1, dtype=np.int64)
+
+
+@scalar
+def _used(side, kept, pairs, column):
     """Renumber one column of pairs by first use; cells, patches and `whole` of those in use."""
-    place, rows, count = np.full(n, -1, dtype=np.int64), np.empty(n, dtype=np.int64), 0
+    x, y, z, _, _ = side
+    _, _, _, patches, marks, n = kept
+    place, rows, count = np.full(n[0], -1, dtype=np.int64), np.empty(n[0], dtype=np.int64), 0
     for k in range(pairs.shape[0]):
-        row = pairs[k, side]
+        row = pairs[k, column]
         if place[row] < 0:
             place[row], rows[count] = count, row
             count += 1
-        pairs[k, side] = place[row]
-    names, kept = np.empty(count, dtype=np.int64), np.empty((count, N_PATCH))
+        pairs[k, column] = place[row]
+    names, found = np.empty(count, dtype=np.int64), np.empty((count, N_PATCH))
     flags = np.empty(count, dtype=np.int64)
     for k in range(count):
-        kept[k], names[k] = patches[rows[k]], marks[rows[k]]
+        found[k], names[k] = patches[rows[k]], marks[rows[k]]
         flags[k] = _is_whole(x, y, z, names[k])
-    return names, kept, flags
+    return names, found, flags
 
 
 @scalar
@@ -247,90 +266,56 @@ def _all_set(flags):
 
 
 @scalar
-def _near_blocks(xa, ya, za, xb, yb, zb, c, bends_a, bends_b, g, h, known_a, known_b, sa, sb, u, v):
+def _near_blocks(a, g, kept_a, u, b, h, kept_b, v):
     """Whether two blocks are not told apart by their slabs; their quarters are described then."""
-    known_a[u] = describe_to(xa, ya, za, c, bends_a, g, known_a[u], 1, sa, u)
-    known_b[v] = describe_to(xb, yb, zb, c, bends_b, h, known_b[v], 1, sb, v)
-    s, t = sa[u * PARTS], sb[v * PARTS]
-    if beyond(xa, ya, za, c, bends_a, g, 0, t) or beyond(xb, yb, zb, c, bends_b, h, 0, s):
+    facts_a, known_a, _, _, _, _ = kept_a
+    facts_b, known_b, _, _, _, _ = kept_b
+    describe_to(a, g, 1, known_a, facts_a, u)
+    describe_to(b, h, 1, known_b, facts_b, v)
+    if beyond(a, g, 0, facts_b[v * PARTS]) or beyond(b, h, 0, facts_a[u * PARTS]):
         return False
-    known_a[u] = describe_to(xa, ya, za, c, bends_a, g, known_a[u], PARTS, sa, u)
-    known_b[v] = describe_to(xb, yb, zb, c, bends_b, h, known_b[v], PARTS, sb, v)
+    describe_to(a, g, PARTS, known_a, facts_a, u)
+    describe_to(b, h, PARTS, known_b, facts_b, v)
     return True
 
 
-@entry("d2 d2 d2 d2 d2 d2 d3 d2 l2 d2 d2 d2 d2 -> l1 l1 d2 d2 l1 l1 l2 d l")
-def near_patches(xa, ya, za, xb, yb, zb, c, boxes, shape, bends_a, items, planes, bends_b):
+@scalar
+def _meet_blocks(a, g, kept_a, u, b, h, kept_b, v, here, there, heights, out, n):
+    """Append the pairs of patches of two blocks that are not apart, quarter by quarter."""
+    for k in range(_PAIRS.shape[0]):
+        i, j = _PAIRS[k, 0], _PAIRS[k, 1]
+        s, t = kept_a[0][u * PARTS + i], kept_b[0][v * PARTS + j]
+        if clear(s, t) or beyond(a, g, i, t) or beyond(b, h, j, s):
+            continue
+        n_here = _patches_in(a, g, i, t, kept_a, u, here, heights)
+        n_there = _patches_in(b, h, j, s, kept_b, v, there, heights)
+        out, n = _meet_patches(here, n_here, kept_a[3], there, n_there, kept_b[3], out, n)
+    return out, n
+
+
+@scalar
+def near_patches(a, b, boxes, shape, items, planes):
     """Patches of two sides that are not apart: from the pyramid of a (`boxes`, `shape`) and the
     boxes and planes of the blocks of b (`block_pairs`).
 
     Returns cells, patches (n, N_PATCH) and `whole` (1: cubic or triangle; 0: lacks nodes) of both
     sides, pairs of rows of them, the largest diagonal of a patch of a [m], and whether all are
-    whole. A block of b is a triangle where zb has one row.
+    whole. A block of b is a triangle where its z has one row.
     """
     pairs = block_pairs(boxes, shape, items, planes)
     of_a, na = _numbered(pairs, 0, shape[0, 1] * shape[0, 2])
     of_b, nb = _numbered(pairs, 1, items.shape[0])
-    room_b = BLOCK * BLOCK if zb.shape[0] > 1 else 1
-    sa, sb = np.empty((na * PARTS, N_FACT)), np.empty((nb * PARTS, N_FACT))
-    known_a, known_b = np.zeros(na, dtype=np.int64), np.zeros(nb, dtype=np.int64)
-    rows_a = np.full((na, BLOCK * BLOCK), -1, dtype=np.int64)
-    rows_b = np.full((nb, room_b), -1, dtype=np.int64)
-    # as large as can be: memory that is never touched costs nothing
-    patches_a, marks_a = np.empty((rows_a.size, N_PATCH)), np.empty(rows_a.size, dtype=np.int64)
-    patches_b, marks_b = np.empty((rows_b.size, N_PATCH)), np.empty(rows_b.size, dtype=np.int64)
+    kept_a = _room_for(na, BLOCK * BLOCK)
+    kept_b = _room_for(nb, BLOCK * BLOCK if b[2].shape[0] > 1 else 1)
     here, there = np.empty(HALF * HALF, dtype=np.int64), np.empty(HALF * HALF, dtype=np.int64)
-    heights, out = np.empty((HALF + 1, HALF + 1)), np.empty((256, 2), dtype=np.int64)
-    n, count_a, count_b = 0, 0, 0
+    heights, out, n = np.empty((HALF + 1, HALF + 1)), np.empty((256, 2), dtype=np.int64), 0
     for k in range(pairs.shape[0]):
         g, h = pairs[k, 0], pairs[k, 1]
         u, v = of_a[g], of_b[h]
-        if not _near_blocks(xa, ya, za, xb, yb, zb, c, bends_a, bends_b, g, h, known_a, known_b,
-                            sa, sb, u, v):  # fmt: skip
-            continue
-        for i, j in _PAIRS:
-            s, t = sa[u * PARTS + i], sb[v * PARTS + j]
-            if (
-                clear(s, t)
-                or beyond(xa, ya, za, c, bends_a, g, i, t)
-                or beyond(xb, yb, zb, c, bends_b, h, j, s)
-            ):
-                continue
-            n_here, count_a = _patches_in(
-                xa,
-                ya,
-                za,
-                c,
-                bends_a,
-                g,
-                i,
-                t,
-                rows_a[u],
-                patches_a,
-                marks_a,
-                count_a,
-                here,
-                heights,
-            )
-            n_there, count_b = _patches_in(
-                xb,
-                yb,
-                zb,
-                c,
-                bends_b,
-                h,
-                j,
-                s,
-                rows_b[v],
-                patches_b,
-                marks_b,
-                count_b,
-                there,
-                heights,
-            )
-            out, n = _meet_patches(here, n_here, patches_a, there, n_there, patches_b, out, n)
+        if _near_blocks(a, g, kept_a, u, b, h, kept_b, v):
+            out, n = _meet_blocks(a, g, kept_a, u, b, h, kept_b, v, here, there, heights, out, n)
     out = out[:n].copy()
-    names_a, kept_a, flags_a = _used(xa, ya, za, patches_a, marks_a, out, 0, count_a)
-    names_b, kept_b, flags_b = _used(xb, yb, zb, patches_b, marks_b, out, 1, count_b)
-    size, whole = _largest_diagonal(kept_a), min(_all_set(flags_a), _all_set(flags_b))
-    return names_a, names_b, kept_a, kept_b, flags_a, flags_b, out, size, whole
+    cells_a, patches_a, flags_a = _used(a, kept_a, out, 0)
+    cells_b, patches_b, flags_b = _used(b, kept_b, out, 1)
+    size, whole = _largest_diagonal(patches_a), min(_all_set(flags_a), _all_set(flags_b))
+    return cells_a, cells_b, patches_a, patches_b, flags_a, flags_b, out, size, whole

@@ -1,8 +1,8 @@
-"""Polylines as segments.
+"""Polylines as segments between points that are there once.
 
 Notation
-    number   rows of points, int64, polyline after polyline
-    stops    where each polyline ends in `number`
+    x        points (n, 3), polyline after polyline
+    stops    where each polyline ends in `x`
 """
 
 from __future__ import annotations
@@ -10,20 +10,28 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels._jit import entry
+from geosurf.kernels.mesh import welded
 
 
-@entry("l1 l1 l2 -> l2 l2")
-def segments_of(number, stops, owners):
-    """Segments, the smaller row first, and the owners of each: `owners` (n_polyline, 2)."""
-    n_line = stops.shape[0]
-    n = max(number.shape[0] - n_line, 0)
+@entry("d2 l1 l2 -> d2 l1 l2 l2")
+def weld_lines(x, stops, owners):
+    """Points with equal coordinates once, rows of them in place of `x`; segments, the smaller row
+    first, and the owners of each: `owners` (n_polyline, 2).
+    """
+    number, count = welded(x)
+    once, n_line = np.empty((count, 3)), stops.shape[0]
+    n = max(x.shape[0] - n_line, 0)
     segments, owned = np.empty((n, 2), dtype=np.int64), np.empty((n, 2), dtype=np.int64)
     at, first = 0, 0
     for line in range(n_line):
-        for k in range(first + 1, stops[line]):
-            one, two = number[k - 1], number[k]
-            segments[at, 0], segments[at, 1] = min(one, two), max(one, two)
-            owned[at, 0], owned[at, 1] = owners[line, 0], owners[line, 1]
-            at += 1
+        for k in range(first, stops[line]):
+            one = number[k]
+            for axis in range(3):
+                once[one, axis] = x[k, axis]
+            if k > first:
+                before = number[k - 1]
+                segments[at, 0], segments[at, 1] = min(one, before), max(one, before)
+                owned[at, 0], owned[at, 1] = owners[line, 0], owners[line, 1]
+                at += 1
         first = stops[line]
-    return segments, owned
+    return once, number, segments, owned

@@ -238,42 +238,66 @@ def _join_boxes(boxes, shape, level):
                         box[3 + axis] = max(box[3 + axis], child[3 + axis])
 
 
-@entry("d2 d2 d2 b -> d2 l2 d2")
-def lattice_pyramid(x, y, z, whole):
-    """Boxes of all levels, the finest first, (offset, n_row, n_col) of each level, and bends of
-    the finest blocks. `whole`: whether all nodes are known to be there.
+@scalar
+def _shift(q, origin, out, first, last):
+    """Some rows of one coordinate, in a frame with another origin."""
+    for i in range(first, min(last, q.shape[0])):
+        for j in range(q.shape[1]):
+            out[i, j] = q[i, j] - origin
+
+
+@entry("d2 d2 d2 d1 b -> d2 d2 d2 l2 d2")
+def lattice_pyramid(x, y, z, origin, whole):
+    """Easting and northing in the frame of an origin (x, y); boxes of all levels, the finest first,
+    (offset, n_row, n_col) of each level, and bends of the finest blocks.
+
+    `whole`: whether all nodes are known to be there.
     """
     n_row, n_col = z.shape
     shape, total = _shape_of(n_row - 1, n_col - 1)
     across = shape[0, 2]
+    easting, northing = np.empty(x.shape), np.empty(y.shape)
     boxes, bends = np.empty((total, 6)), np.empty((shape[0, 1] * across, 4))
     beside, above = np.empty(n_col), np.empty(n_col)
+    shifted = 0  # rows, just before they are looked at
     for i in range(shape[0, 1]):
         r0, r1 = i * BLOCK, min(i * BLOCK + BLOCK, n_row - 1)
+        wanted = max(r1 + 3, 4)
+        _shift(x, origin[0], easting, shifted, wanted)
+        _shift(y, origin[1], northing, shifted, wanted)
+        shifted = wanted
         mine = bends[i * across : i * across + across]
         for axis in range(3):
-            q = x if axis == 0 else (y if axis == 1 else z)
+            q = easting if axis == 0 else (northing if axis == 1 else z)
             _bend_row(q, n_row, n_col, r0, r1, axis, beside, above, mine)
         for j in range(across):
             c0, c1 = j * BLOCK, min(j * BLOCK + BLOCK, n_col - 1)
-            mine[j, 3] = 1.0 if _four_tell(x, y, z, whole, r0, r1, c0, c1, mine[j]) else 0.0
-            box_of(x, y, z, mine[j], r0, r1, c0, c1, boxes[i * across + j])
+            tell = _four_tell(easting, northing, z, whole, r0, r1, c0, c1, mine[j])
+            mine[j, 3] = 1.0 if tell else 0.0
+            box_of(easting, northing, z, mine[j], r0, r1, c0, c1, boxes[i * across + j])
     for level in range(1, shape.shape[0]):
         _join_boxes(boxes, shape, level)
-    return boxes, shape, bends
+    return easting, northing, boxes, shape, bends
 
 
 @scalar
-def apart(p, q, plane):
-    """Whether two boxes are apart, or the first from the plane (a, b, c, d) of the second."""
+def _meet(p, i, q, j):
+    """Whether box i of p meets box j of q; an empty or undefined one meets none."""
+    # all six at once: which of them fails cannot be foreseen
+    return (
+        (p[i, 0] <= q[j, 3]) & (q[j, 0] <= p[i, 3])
+        & (p[i, 1] <= q[j, 4]) & (q[j, 1] <= p[i, 4])
+        & (p[i, 2] <= q[j, 5]) & (q[j, 2] <= p[i, 5])
+    )  # fmt: skip
+
+
+@scalar
+def _beside(boxes, row, planes, item):
+    """Whether a box lies on one side of a plane (a, b, c, d)."""
+    middle, reach = -planes[item, 3], SLACK
     for axis in range(3):
-        # written so that an empty or undefined box is apart from all
-        if not (p[axis] <= q[3 + axis] and q[axis] <= p[3 + axis]):
-            return True
-    middle, reach = -plane[3], SLACK
-    for axis in range(3):
-        middle += plane[axis] * 0.5 * (p[axis] + p[3 + axis])
-        reach += abs(plane[axis]) * 0.5 * (p[3 + axis] - p[axis])
+        middle += planes[item, axis] * 0.5 * (boxes[row, axis] + boxes[row, 3 + axis])
+        reach += abs(planes[item, axis]) * 0.5 * (boxes[row, 3 + axis] - boxes[row, axis])
     return abs(middle) > reach
 
 
@@ -281,10 +305,10 @@ def apart(p, q, plane):
 def block_pairs(boxes, shape, items, planes):
     """Pairs (finest block, item) whose boxes meet, item by item.
 
-    `planes` (n_item, 4): unit normal and distance of items that are flat, zeros elsewhere.
+    `planes` (n_item, 4): unit normal and distance of items that are flat; none for a lattice.
     """
     out = np.empty((256, 2), dtype=np.int64)
-    n = 0
+    n, flat = 0, planes.shape[0] > 0
     stack = np.empty((256, 3), dtype=np.int64)
     for item in range(items.shape[0]):
         stack[0, 0], stack[0, 1], stack[0, 2] = shape.shape[0] - 1, 0, 0
@@ -293,7 +317,9 @@ def block_pairs(boxes, shape, items, planes):
             top -= 1
             level, i, j = stack[top, 0], stack[top, 1], stack[top, 2]
             row = shape[level, 0] + i * shape[level, 2] + j
-            if apart(boxes[row], items[item], planes[item]):
+            if not _meet(boxes, row, items, item):
+                continue
+            if flat and _beside(boxes, row, planes, item):
                 continue
             if level == 0:
                 if n == out.shape[0]:

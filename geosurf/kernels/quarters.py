@@ -1,7 +1,7 @@
 """Blocks of cells and their quarters, or triangles: in which box and in which slab they lie.
 
 Letters as in `pyramid`; s facts (11,) of a block, quarter or cell: box, normal, least and largest
-along it.
+along it; side (x, y, z, c, bends): one of two surfaces, c its triangles (n, 3, 3) if z has one row.
 """
 
 from __future__ import annotations
@@ -32,8 +32,9 @@ def cells_of(z, block, part):
 
 
 @scalar
-def _span(x, y, z, c, bends, block, part, p, q, r):
+def _span(side, block, part, p, q, r):
     """Bounds of p x + q y + r z over a part of a block, or a triangle."""
+    x, y, z, c, bends = side
     if z.shape[0] > 1:
         r0, r1, c0, c1 = cells_of(z, block, part)
         return span_along(x, y, z, bends[block], r0, r1, c0, c1, p, q, r)
@@ -53,8 +54,9 @@ def across(ux, uy, uz, vx, vy, vz):
 
 
 @scalar
-def _normal_of(x, y, z, c, block, part):
+def _normal_of(side, block, part):
     """Unit vector across the diagonals of a part, or across a triangle; NaN if there is none."""
+    x, y, z, c, _ = side
     if z.shape[0] == 1:
         t = c[block]
         return across(
@@ -69,8 +71,9 @@ def _normal_of(x, y, z, c, block, part):
 
 
 @scalar
-def _describe(x, y, z, c, bends, block, part, s):
+def _describe(side, block, part, s):
     """Facts of a part; its box is empty if it has no cells, or is a whole block."""
+    x, y, z, c, bends = side
     for k in range(3):
         s[k], s[3 + k], s[6 + k] = np.inf, -np.inf, np.nan
     if z.shape[0] == 1:
@@ -86,25 +89,25 @@ def _describe(x, y, z, c, bends, block, part, s):
             return
         if part > 0:
             box_of(x, y, z, bends[block], r0, r1, c0, c1, s)
-    s[6], s[7], s[8] = _normal_of(x, y, z, c, block, part)
+    s[6], s[7], s[8] = _normal_of(side, block, part)
     if math.isfinite(s[6]):
-        s[9], s[10] = _span(x, y, z, c, bends, block, part, s[6], s[7], s[8])
+        s[9], s[10] = _span(side, block, part, s[6], s[7], s[8])
 
 
 @scalar
-def describe_to(x, y, z, c, bends, block, known, wanted, s, place):
-    """Describe the first parts of a block that are not known yet; how many are known now."""
-    for part in range(known, wanted):
-        _describe(x, y, z, c, bends, block, part, s[place * PARTS + part])
-    return max(known, wanted)
+def describe_to(side, block, wanted, known, s, place):
+    """Describe the first parts of a block that are not known yet; how many are is in `known`."""
+    for part in range(known[place], wanted):
+        _describe(side, block, part, s[place * PARTS + part])
+    known[place] = max(known[place], wanted)
 
 
 @scalar
-def beyond(x, y, z, c, bends, block, part, slab):
+def beyond(side, block, part, slab):
     """Whether a part is outside of another one's slab."""
     if not math.isfinite(slab[6]):
         return False
-    low, high = _span(x, y, z, c, bends, block, part, slab[6], slab[7], slab[8])
+    low, high = _span(side, block, part, slab[6], slab[7], slab[8])
     return low > slab[10] or high < slab[9]
 
 

@@ -51,10 +51,12 @@ from geosurf.kernels.lift import (
     meet_line,
     meet_to,
 )
+from geosurf.kernels.near import near_patches
 from geosurf.kernels.trace import AT_RIM, CLOSED, LOST, passed, put_on
 
 NOISY = 4  # or a hole within three cells; beside AT_RIM, CLOSED, LOST
-_FARTHEST = 2.0  # [cells] of one step
+_FIRST_STEP, _FARTHEST = 0.25, 2.0  # [cells] of one step
+_COARSEST = 0.25  # [cells] of a tolerance
 _MOST = 200_000
 _SHORTEST = 1e-6  # of the first step
 _SAME = 4.0  # [tolerances]: what is nearer to a walk is on it
@@ -74,7 +76,7 @@ def _allowed(knot, tolerance):
 
 
 @scalar
-def _away(xa, ya, za, xb, yb, zb, c, one, two, target, enough, row, f):
+def away_from_arc(xa, ya, za, xb, yb, zb, c, one, two, target, enough, row, f):
     """Largest distance of the curve from an arc at its quarters; inf if it cannot be measured."""
     largest = 0.0
     for k in range(3):
@@ -156,7 +158,9 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, knots, 
         if n - first > 3 and left < 1.2 * step and ahead > 0.5 * left:
             goal[:] = start
             set_length(here, goal)
-            goal[K_AWAY] = _away(xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, g)
+            goal[K_AWAY] = away_from_arc(
+                xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, g
+            )
             if goal[K_AWAY] <= target:
                 return knots, n + 1, CLOSED
             step = min(step, 0.4 * left)
@@ -168,7 +172,7 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, knots, 
         goal[3:7] = row[3:7]
         rate = set_knot(turn, f, goal)
         set_length(here, goal)
-        away = _away(xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, g)
+        away = away_from_arc(xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, g)
         if away > target:
             step *= max(0.3, _CAREFUL * math.sqrt(math.sqrt(target / away)))
             continue
@@ -201,8 +205,8 @@ def _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, kn
     return knots, n, AT_RIM if end == AT_RIM else LOST
 
 
-@entry("d2 d2 d2 d2 d2 d2 d3 l2 l1 l1 d2 d2 d d -> d2 l1 l1 d2 l1 l1")
-def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, patches_a, patches_b, step,
+@scalar
+def _walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, patches_a, patches_b, step,
              tolerance):  # fmt: skip
     """Curves of two lattices: points (n, 3), offsets, how each ends, its bound and the estimate of
     the cubics in it, the pairs not settled, and keys of pairs that walks run through.
@@ -250,4 +254,38 @@ def walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, patches_a, patche
     return (
         rows[:n].copy(), offsets[: count + 1].copy(), ends[:count].copy(), figures[:count].copy(),
         np.where(knot_of <= LEFT)[0], keys_passed(keys, order, knot_of),
+    )  # fmt: skip
+
+
+@scalar
+def _not_walked():
+    """As `_walk_all`, with no offset."""
+    none, nobody = np.empty((0, 3)), np.empty(0, dtype=np.int64)
+    return none, nobody, nobody, np.empty((0, 2)), nobody, nobody
+
+
+@entry("d2 d2 d2 d2 d2 d2 d3 d2 l2 d2 d2 d2 d2 d -> l1 l1 d2 d2 l1 l1 l2 d l d2 l1 l1 d2 l1 l1")
+def find_and_walk(
+    xa, ya, za, xb, yb, zb, c, boxes, shape, bends_a, items, planes, bends_b, tolerance
+):
+    """All that `near_patches` finds, then the curves of two whole lattices (`_walk_all`).
+
+    There is no offset where walks do not help: something is not whole, is a triangle, or the
+    tolerance [m] is 0, or so large that the plain curve has more points than are needed.
+    """
+    a, b = (xa, ya, za, c, bends_a), (xb, yb, zb, c, bends_b)
+    cells_a, cells_b, patches_a, patches_b, flags_a, flags_b, pairs, size, whole = near_patches(
+        a, b, boxes, shape, items, planes
+    )
+    fine = pairs.shape[0] == 0 or tolerance <= _COARSEST * size
+    if zb.shape[0] > 1 and whole == 1 and tolerance > 0.0 and fine:
+        rows, offsets, ends, figures, unsettled, keys = _walk_all(
+            xa, ya, za, xb, yb, zb, c, pairs, cells_a, cells_b, patches_a, patches_b,
+            _FIRST_STEP * size, tolerance,
+        )  # fmt: skip
+    else:
+        rows, offsets, ends, figures, unsettled, keys = _not_walked()
+    return (
+        cells_a, cells_b, patches_a, patches_b, flags_a, flags_b, pairs, size, whole,
+        rows, offsets, ends, figures, unsettled, keys,
     )  # fmt: skip

@@ -5,6 +5,7 @@ Kernels are imported where they are called: a reader has no use for them.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -171,9 +172,10 @@ class Lattice(Noun):
     @cached_property
     def extent(self) -> np.ndarray:
         """South-west and north-east corner around all nodes [m], float64 (2, 2)."""
-        corners = self.survey.box.reshape(2, 3)[:, :2]
-        nowhere = corners[0] > corners[1]
-        return frozen(np.where(nowhere, np.nan, corners), np.float64)
+        west, south, _, east, north, _ = self.survey.box.tolist()
+        west, east = (west, east) if west <= east else (math.nan, math.nan)
+        south, north = (south, north) if south <= north else (math.nan, math.nan)
+        return frozen([[west, south], [east, north]], np.float64)
 
     def corners_of_box(self) -> np.ndarray:
         """Lower and upper corner around all nodes [m], float64 (2, 3); all nodes exist."""

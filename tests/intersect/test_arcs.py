@@ -21,12 +21,12 @@ from geosurf.kernels.arcs import (
 )
 from geosurf.kernels.cover import cone
 from geosurf.kernels.doubt import ROUGH, WINDOW, doubts_along
-from geosurf.kernels.knots import _ARC_SAFETY, set_knot
+from geosurf.kernels.knots import ARC_SAFETY, set_knot
 from geosurf.kernels.land import patch_cone
 from geosurf.kernels.lift import F_POINT, F_TANGENT, LIFTED, N_WORK, meet_to
 from geosurf.kernels.near import N_PATCH
 from geosurf.kernels.patch import evaluate
-from geosurf.kernels.walk import _away
+from geosurf.kernels.walk import away_from_arc
 from tests.intersect.smooth_worlds import listric_fault, wavy_horizon
 
 PLACES = np.linspace(0.0, 1.0, 401)
@@ -253,7 +253,7 @@ def test_no_curve_is_farther_from_its_arc_than_twice_what_was_measured(rng):
     arrays, knots = knots_along(sides, w, rng.uniform(80.0, 500.0, 12))
     row, f, worst = np.empty(7), np.empty(N_WORK), []
     for one, two in pairwise(knots):
-        told = _away(*arrays, one, two, np.inf, 1e-9, row, f)
+        told = away_from_arc(*arrays, one, two, np.inf, 1e-9, row, f)
         most = 0.0
         for place in np.linspace(0.02, 0.98, 61):
             on_arc(one, two, float(place), row)
@@ -262,5 +262,5 @@ def test_no_curve_is_farther_from_its_arc_than_twice_what_was_measured(rng):
             assert meet_to(*arrays, 0, row[3:7], x, y, z, *way, 1e-9, f) == LIFTED
             most = max(most, float(np.linalg.norm(f[F_POINT : F_POINT + 3] - (x, y, z))))
         worst.append(most / told)
-    assert max(worst) <= _ARC_SAFETY
+    assert max(worst) <= ARC_SAFETY
     assert max(worst) > 1.1  # or the factor would not be needed
