@@ -279,7 +279,7 @@ def _verdict(certificate: Certificate) -> int:
 
 def _surface(path: Path, words: dict[str, str | None]) -> Any:
     """Read one surface; the suffix tells horizons from faults, in NetCDF its dimensions do."""
-    from geosurf.read import FAULT_FORMATS, HORIZON_FORMATS, read_fault, read_nodes
+    from geosurf.read import FAULT_FORMATS, HORIZON_FORMATS, otherwise, read_fault, read_nodes
     from geosurf.read.netcdf import holds_fault
     from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
@@ -296,8 +296,8 @@ def _surface(path: Path, words: dict[str, str | None]) -> Any:
     if suffix in HORIZON_FORMATS["netcdf"][2]:
         gridded = not holds_fault(path)
     if gridded:
-        return triangulate_horizon(read_nodes(path, **words), name=path.stem)
-    found = read_fault(path, **words)
+        return triangulate_horizon(read_nodes(path, **otherwise(words)), name=path.stem)
+    found = read_fault(path, **otherwise(words))
     return found if hasattr(found, "triangles") else triangulate_fault(found, name=path.stem)
 
 

@@ -177,9 +177,9 @@ def boxes_meet(p: Sequence[float], q: Sequence[float]) -> bool:
 
 
 def _read(path: Any, role: str, options: Options) -> Any:
-    from geosurf.read import read_fault, read_nodes
+    from geosurf.read import otherwise, read_fault, read_nodes
 
-    return (read_nodes if role == "horizon" else read_fault)(path, **options)
+    return (read_nodes if role == "horizon" else read_fault)(path, **otherwise(options))
 
 
 def _only_if_unsaid(value: Any, options: Options) -> dict[str, Any]:

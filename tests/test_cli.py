@@ -195,6 +195,28 @@ def test_render_asks_the_scenario_what_it_was_not_told(folder, tmp_path, monkeyp
     assert drawn[2]["exaggeration"] == 0.0  # refused where it is drawn, never passed over
 
 
+def test_words_count_where_files_do_not_say_their_own(tmp_path, capsys):
+    """A grid of depths in feet, which says nothing, and a fault that says elevation in metres."""
+    flat = "-996 2 10 10\n0 10 0 10\n2 0 0 0\n0 0 0 0 0 0 0\n100 100\n100 100\n"
+    (tmp_path / "top.irap").write_text(flat)
+    corners = [(5, -9, -20), (5, 19, -20), (5, 19, -40), (5, -9, -40)]
+    fault = gs.TriSurface("F1", "fault", corners, [[0, 1, 2], [0, 2, 3]])
+    gs.write(fault, tmp_path / "F1.ts")
+    words = ["curves", str(tmp_path / "top.irap"), str(tmp_path / "F1.ts")]
+    words += ["--positive", "down", "--units", "ft", "-o", str(tmp_path / "c.vtp")]
+    assert cli.main(words) == 0
+    assert "1 curve, 0 closed, 10.000 m" in capsys.readouterr().out
+    scene = gs.Scene({"Top": tmp_path / "top.irap"}, {"F1": tmp_path / "F1.ts"},
+                     positive="down", units="ft")  # fmt: skip
+    np.testing.assert_allclose(scene.surface("Top").vertices[:, 2], -30.48, rtol=1e-15)
+    assert scene.surface("F1").bounds == fault.bounds
+    for wrong in ({"positive": "dwon", "units": "ft"}, {"positive": "down", "units": "fet"}):
+        with pytest.raises(gs.errors.InputError, match=r"'dwon'|'fet'"):
+            gs.Scene({"Top": tmp_path / "top.irap"}, {"F1": tmp_path / "F1.ts"}, **wrong)
+    with pytest.raises(gs.errors.InputError, match="the file says positive='up', the argument"):
+        gs.read_fault(tmp_path / "F1.ts", positive="down")
+
+
 def test_curves_need_to_know_up_from_down(tmp_path, capsys):
     flat = "-996 2 10 10\n0 10 0 10\n2 0 0 0\n0 0 0 0 0 0 0\n5 5\n5 5\n"
     (tmp_path / "a.irap").write_text(flat)
@@ -342,7 +364,7 @@ BAD = {
     "index out of range": (lambda: gs.TriSurface("F1", "fault", CORNERS, [[1, 2, 4]]), "SurfaceError", r"'F1': triangle 0 names vertices \[1, 2, 4\], but there are 4 .*counted from 1"),
     "zero area": (lambda: gs.triangulate_fault((np.array(CORNERS, float), np.array([[0, 1, 2], [0, 1, 3]])), name="F1"), "SurfaceError", r"'F1': 1 of 2 triangles have exactly zero area, the first is triangle 1 .*Remove"),
     "zero area, engine": (lambda: gs.intersect_surfaces([gs.TriSurface("F1", "fault", CORNERS, [[0, 1, 2], [0, 1, 3]]), FLAT]), "SurfaceError", r"'F1': 1 of 2 triangles have no area, the first is triangle 1 at .*Remove"),
-    "wrong suffix": (lambda: gs.read_horizon("top.xyz"), "FormatError", r"top.xyz: read_horizon knows no suffix '.xyz'; it knows .*format="),
+    "wrong suffix": (lambda: gs.read_horizon("top.xyz"), "FormatError", r"top.xyz: read_horizon knows no suffix '.xyz'; it knows .* Such files are read by read_points; tear_horizon takes points\. .*format="),
 }  # fmt: skip
 
 

@@ -315,6 +315,19 @@ def test_planar_sticks_cover_their_plane_once():
     assert np.isclose(area, 800.0 * np.hypot(250.0, 400.0), rtol=1e-12)
 
 
+def test_sticks_have_a_name_or_are_given_one():
+    sticks = FaultSticks("F7", ([[0, 0, 0], [0, 0, -9]], [[0, 9, 0], [0, 9, -9]]))
+    assert triangulate_sticks(sticks).name == "F7"
+    named, bare = (
+        triangulate_sticks(sticks, name="F8"),
+        triangulate_sticks(sticks.sticks, name="F8"),
+    )
+    assert named.name == bare.name == "F8"
+    np.testing.assert_array_equal(named.vertices, bare.vertices)
+    with pytest.raises(SurfaceError, match=r"have no name. Say it with .*name='F1'"):
+        triangulate_sticks(sticks.sticks)
+
+
 def test_sticks_that_fan_out_of_one_point_share_it():
     sticks = [[[0, 0, 0], [100.0 * i, 300, -300]] for i in range(4)]
     fan = triangulate_sticks(sticks, name="F1")

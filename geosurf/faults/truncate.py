@@ -282,9 +282,13 @@ def _not_reached(patches: Patches, rule: Rule, rows, inside: np.ndarray) -> Exce
     """Say how far a fault stays off its main one in the model box, and where."""
     for name in (rule.fault, rule.main):
         if not inside[rows[name]].any():
+            x = patches.vertices[patches.triangles[rows[name]]].reshape(-1, 3)
+            (w, s, b), (e, n, t) = x.min(axis=0), x.max(axis=0)
             return GeometryError(
-                f"nothing of fault {name!r} lies in the model box, so that {rule.fault!r} cannot "
-                f"end at {rule.main!r} there. Leave the rule out, or enlarge the box.",
+                f"nothing of fault {name!r} (easting {w:.6g} to {e:.6g}, northing {s:.7g} to "
+                f"{n:.7g}, elevation {b:.6g} to {t:.6g}) lies in the model box, so that "
+                f"{rule.fault!r} cannot end at {rule.main!r} there. Leave the rule out, enlarge "
+                "the box, or look at what is said of its depths and units.",
                 surfaces=(rule.fault, rule.main),
             )
     one, two = (patches.triangles[r[inside[r]]] for r in (rows[rule.fault], rows[rule.main]))

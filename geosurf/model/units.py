@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 
 MOST_ROWS = 40  # of units that are printed
+MOST_CLIPS = 6  # pairs of horizons that cross, told below it
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +188,11 @@ class Units(Noun, Mapping[str, Unit]):
             lines.append("  ".join([*words, f"{unit.volume:13.6g}"]))
         more = f", {len(rows) - MOST_ROWS} more of them" if len(rows) > MOST_ROWS else ""
         lines.append(f"{len(rows)} units{more}, {self.volume:.6g} m3")
-        return "\n".join([*lines, *map(str, self.report.get("clipped", ()))])
+        clipped = self.report.get("clipped", ())
+        lines += map(str, clipped[:MOST_CLIPS])
+        if len(clipped) > MOST_CLIPS:
+            lines.append(f"and {len(clipped) - MOST_CLIPS} more: report['clipped']")
+        return "\n".join(lines)
 
     @cached_property
     def sides(self) -> np.ndarray:

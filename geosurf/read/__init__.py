@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from geosurf.conventions import did_you_mean
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import name_of, path_of
+from geosurf.read._common import otherwise
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import numpy as np
@@ -22,7 +23,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
     from geosurf.model import FaultSticks, TriSurface
 
-__all__ = ["read_fault", "read_horizon", "read_points", "read_polygons", "read_tsurf"]
+__all__ = ["otherwise", "read_fault", "read_horizon", "read_points", "read_polygons", "read_tsurf"]
 
 # format -> (module, function, suffixes)
 HORIZON_FORMATS = {
@@ -346,6 +347,23 @@ def read_polygons(
     return read(path, positive=positive, units=units)
 
 
+def _who_reads(suffix: str) -> str:
+    """A sentence on the functions that know a suffix, or nothing."""
+    known = {
+        "read_horizon": HORIZON_FORMATS,
+        "read_fault": FAULT_FORMATS,
+        "read_points": POINT_FORMATS,
+        "read_polygons": POLYGON_FORMATS,
+    }
+    found = [
+        name for name, formats in known.items() if any(suffix in s for *_, s in formats.values())
+    ]
+    if not found:
+        return ""
+    torn = "; tear_horizon takes points" if "read_points" in found else ""
+    return f" Such files are read by {' and '.join(found)}{torn}."
+
+
 def _reader(
     path: str | PathLike[str],
     formats: Mapping[str, tuple[str, str, tuple[str, ...]]],
@@ -364,7 +382,7 @@ def _reader(
     if key is None:
         raise FormatError(
             f"{path}: {caller} knows no suffix {path.suffix!r}; it knows {', '.join(suffix_of)}."
-            f"{did_you_mean(path.suffix.lower(), suffix_of)} "
+            f"{did_you_mean(path.suffix.lower(), suffix_of)}{_who_reads(path.suffix.lower())} "
             f"Or say what it is with format=, one of {', '.join(formats)}."
         )
     if not path.exists():  # before anything is asked of it

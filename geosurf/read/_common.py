@@ -7,6 +7,7 @@ or by the caller; when both speak they must agree.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -97,8 +98,22 @@ def number_rows(rows: list[list[str]], lines: list[int], path: Path, what: str) 
     )
 
 
+class Otherwise(str):
+    """A word said of several files at once: it counts for those that do not say their own."""
+
+    __slots__ = ()
+
+
+def otherwise(words: Mapping[str, str | None]) -> dict[str, str | None]:
+    """Return ``positive`` and ``units`` for a reader, as words for files that say nothing."""
+    return {key: None if word is None else Otherwise(word) for key, word in words.items()}
+
+
 def agreed_sign(said: str | None, asked: str | None, what: str) -> float:
     """Return +1 (elevation) or -1 (depth) from what a file says and a caller asks."""
+    if isinstance(asked, Otherwise):
+        elevation_sign(asked, what)
+        asked = asked if said is None else None
     if said is not None and asked is not None and said != asked:
         elevation_sign(asked, what)  # a misspelt word is reported as such
         raise InputError(
@@ -110,6 +125,9 @@ def agreed_sign(said: str | None, asked: str | None, what: str) -> float:
 
 def agreed_scale(said: str | None, asked: str | None, default: str | None, what: str) -> float:
     """Return metres per unit from what a file says, a caller asks, or a format implies."""
+    if isinstance(asked, Otherwise):
+        metres_per_unit(asked, what)
+        asked = asked if said is None else None
     if said is not None and asked is not None:
         if _known(said) and _known(asked) and _scale(said) != _scale(asked):
             raise InputError(

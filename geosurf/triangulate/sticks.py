@@ -15,7 +15,7 @@ import numpy as np
 
 from geosurf.conventions import place, real_numbers
 from geosurf.errors import SurfaceError
-from geosurf.model import TriSurface
+from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.expected import listed, name_of
 from geosurf.triangulate.degenerate import find_zero_area, refuse_zero_area
 from geosurf.triangulate.orient import orient_fault, refuse_far
@@ -25,7 +25,9 @@ from geosurf.triangulate.orient import orient_fault, refuse_far
 _LEVEL = 0.1
 
 
-def triangulate_sticks(sticks: Sequence[Any], *, name: str) -> TriSurface:
+def triangulate_sticks(
+    sticks: FaultSticks | Sequence[Any], *, name: str | None = None
+) -> TriSurface:
     """Join fault sticks to a surface.
 
     Sticks may come in any order and run up or down. They are chained along
@@ -36,10 +38,10 @@ def triangulate_sticks(sticks: Sequence[Any], *, name: str) -> TriSurface:
 
     Parameters
     ----------
-    sticks : sequence of array_like of float, each (n_point, 3)
+    sticks : FaultSticks, or sequence of array_like of float, each (n_point, 3)
         Easting, northing, elevation [m], positive up; two points or more each.
-    name : str
-        Name of the fault.
+    name : str, optional
+        Name of the fault. Default: that of `FaultSticks`; arrays have none.
 
     Returns
     -------
@@ -51,7 +53,7 @@ def triangulate_sticks(sticks: Sequence[Any], *, name: str) -> TriSurface:
     Raises
     ------
     SurfaceError
-        If there are fewer than two sticks, a stick is not a line, two sticks
+        If the fault has no name, there are fewer than two sticks, a stick is not a line, two sticks
         coincide, or neighbours cross so that the surface would fold over.
 
     Examples
@@ -65,7 +67,12 @@ def triangulate_sticks(sticks: Sequence[Any], *, name: str) -> TriSurface:
     >>> fault.n_vertex, fault.n_triangle
     (7, 6)
     """
-    name = name_of(name, "fault")
+    if name is None and not isinstance(sticks, FaultSticks):
+        raise SurfaceError(
+            "the sticks of a fault have no name. Say it with triangulate_sticks(..., name='F1')."
+        )
+    name = name_of(sticks.name if name is None else name, "fault")
+    sticks = sticks.sticks if isinstance(sticks, FaultSticks) else sticks
     sticks = listed(sticks, "triangulate_sticks takes sticks", "give arrays (n_point, 3)")
     lines = [_checked(stick, i, name) for i, stick in enumerate(sticks)]
     if len(lines) < 2:
