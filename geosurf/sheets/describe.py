@@ -8,6 +8,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from geosurf.contact.threads import side_by_side
+from geosurf.conventions import place
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.build import Built
 from geosurf.sheets.cutoffs import LONGEST, cutoff_lines, profile
@@ -83,6 +84,7 @@ def make_report(
         f"fault {name!r} does not meet the horizon" for name in names if not len(cuts[name].along)
     ]
     notes += _overlap_notes(picks, state, names, trim)
+    notes += _branch_notes(picks.frame, state, built, names)
     return SheetReport(
         trim=trim,
         cell=picks.frame.cell,
@@ -100,6 +102,28 @@ def make_report(
         carried=state.carried,
         notes=notes,
     )
+
+
+def _branch_notes(frame: Frame, state: Heights, built: Built, names: Sequence[str]) -> list[str]:
+    """A sentence for each branch whose tear ends before its main fault: throw is false there."""
+    notes = []
+    for (number, end), n in sorted(built.shortened.items()):
+        trace = state.network.traces[number]
+        places = built.cuts.place[built.cuts.trace == number]
+        if not trace.ends[end].startswith("branch") or n < 1 or not len(places):
+            continue
+        last = float(places.max() if end else places.min())
+        vertex = np.arange(len(trace.line))
+        x, y, z = (float(np.interp(last, vertex, column)) for column in trace.line[:, :3].T)
+        along, whole = np.interp([last, state.network.mesh[number][end]], vertex, trace.along)
+        at = place((*frame.to_world(np.array([[x, y]]) / frame.stretch)[0], z))
+        notes.append(
+            f"fault {names[trace.fault]!r}, {trace.ends[end]}, is torn up to {at} only, "
+            f"{abs(whole - along) * frame.cell:.0f} m before it ends: the sheet could not be "
+            "closed nearer to the main fault, and throw dies there as at a tip. Truncate the "
+            "branch at its main fault first (truncate_faults), then tear."
+        )
+    return notes
 
 
 def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: float) -> list[str]:

@@ -1,0 +1,48 @@
+"""A branch that cannot be torn up to its main fault says so, and a truncated one can."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.synthetic.torn_horizon import Fault
+from tests.sheets.table import measure
+
+
+@pytest.fixture(scope="module")
+def acute():
+    """A branch at 25 degrees that runs half a cell past its main fault, as interpreters draw it."""
+    through = {"half": np.inf, "profile": "constant", "throw": 36.0}
+    faults = {
+        "F1": Fault(1000, 1000, strike=125.0, dip=71.0, **through),
+        "F2": Fault(1000, 1000, strike=150.0, dip=76.0, branch=("F1", -1), **through),
+    }
+    return gs.synthetic.torn(faults, 81)
+
+
+def test_a_branch_that_is_torn_short_of_its_main_fault_is_told_as_a_place(acute):
+    sheet = gs.tear_horizon(acute.horizons["Top"], acute.faults, name="Top", trim=2.25)
+    lost = measure(acute, sheet, "F2").throw.max()
+    notes = [note for note in sheet.report.notes if "truncate_faults" in note]
+    assert (lost > 5.0) == bool(notes) == (sheet.report.shortened.get("F2", 0) > 0)
+    assert notes  # if branches that run over are torn up to their end, the note is not needed
+    found = re.search(r"torn up to \(easting ([\d.]+), northing ([\d.]+), .*, (\d+) m", notes[0])
+    x, y, far = (float(number) for number in found.groups())
+    contact = acute.truth["cutoffs"]["F2", "-"][-1]  # on the main fault
+    assert np.hypot(x - contact[0], y - contact[1]) == pytest.approx(far, abs=40.0)
+
+
+def test_a_branch_that_was_truncated_is_torn_up_to_its_main_fault(acute):
+    surfaces = [gs.triangulate_fault(fault, name=name) for name, fault in acute.faults.items()]
+    patches = gs.rebuild_surfaces(surfaces)
+    faults = gs.truncate_faults(patches, {"F2": ("F1", "footwall")}).surfaces
+    sheet = gs.tear_horizon(acute.horizons["Top"], faults, name="Top", trim=2.25)
+    assert sheet.report.notes == []
+    assert sheet.report.shortened == {}
+    for name in acute.faults:
+        found = measure(acute, sheet, name)
+        assert found.throw.mean() < 1.0
+        assert found.throw.max() < 2.5
