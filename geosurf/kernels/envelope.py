@@ -190,3 +190,36 @@ def substitute(first, lower, start, right):
         for k in range(first[i], i):
             x[k] -= lower[at + k] * x[i]
     return x
+
+
+@entry("l1 d1 l1 l1 l1 d1 l1 -> l1 d1 l1")
+def add_squares(first, lower, start, row, column, weight, place):
+    """An envelope with squares of rows added to it, wide enough for them.
+
+    Row k has weights row[k] .. row[k + 1] at unknowns `column`, each of them once.
+    """
+    n = first.shape[0]
+    wide = first.copy()
+    for r in range(row.shape[0] - 1):
+        least = n
+        for k in range(row[r], row[r + 1]):
+            least = min(least, place[column[k]])
+        for k in range(row[r], row[r + 1]):
+            p = place[column[k]]
+            wide[p] = min(wide[p], least)
+    begin = np.zeros(n + 1, dtype=np.int64)
+    for i in range(n):
+        begin[i + 1] = begin[i] + i - wide[i] + 1
+    out = np.zeros(begin[n])
+    for i in range(n):
+        at = begin[i] + first[i] - wide[i]
+        for k in range(start[i + 1] - start[i]):
+            out[at + k] = lower[start[i] + k]
+    for r in range(row.shape[0] - 1):
+        for k in range(row[r], row[r + 1]):
+            p = place[column[k]]
+            for m in range(row[r], k + 1):
+                q = place[column[m]]
+                high = max(p, q)
+                out[begin[high] + min(p, q) - wide[high]] += weight[k] * weight[m]
+    return wide, out, begin

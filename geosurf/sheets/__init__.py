@@ -11,6 +11,7 @@ links          which links of the lattice are cut
 drape, solve   the smoothest heights, across no cut link
 tips, rest     how throw dies at a tip, and the smoothest rest without that
 smear          how far off distrusted data are, seen where sheets reach them
+relief, bent   what both walls have in common under noise; heights with all of that
 heights        the two passes: which data are trusted, heights of all nodes
 walls          how wide the gap or the overlap is along a trace
 mesh, ghosts   the torn mesh, and each sheet carried on past its fault

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from geosurf.contact.threads import side_by_side
+from geosurf.sheets.bent import Task
 from geosurf.sheets.canvas import Canvas
 from geosurf.sheets.data import Picks
 from geosurf.sheets.drape import around, draped, narrow_gaps, without_absent
@@ -28,10 +29,18 @@ from geosurf.sheets.near import (
 )
 from geosurf.sheets.network import Network
 from geosurf.sheets.noise import noise_of, scale_of
-from geosurf.sheets.rest import Bent, close_to, likely_shares, shapes_of, smoothest_rest
+from geosurf.sheets.relief import common_relief
+from geosurf.sheets.rest import Bent
 from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.smear import Doubts
-from geosurf.sheets.solve import grounded, lattice_graph, smoothest, steps_to_known
+from geosurf.sheets.solve import (
+    BEND,
+    grounded,
+    lattice_graph,
+    smoothest,
+    steps_to_known,
+    weights_of,
+)
 from geosurf.sheets.tips import tips_of
 from geosurf.sheets.traces import FaultMesh
 from geosurf.sheets.walls import Walls, throw_beside, walls_of
@@ -142,6 +151,7 @@ class Rebuild:
         self.throws: list[float] | None = None  # largest of each trace: not known yet
         self.hiding = settings.trim
         self.doubts = Doubts(picks, self.nearby)
+        self.apart: set[int] = set()  # traces whose walls have nothing in common
         self.canvas = Canvas(picks)
         self.present = np.isfinite(picks.means)
         gaps = narrow_gaps(self.present.reshape(self.shape), FILL)
@@ -194,6 +204,9 @@ class Rebuild:
             self.doubts.see(first, self.in_gap(first), self._far_from_data)
         first = self._retraced(first)
         self.throws = [float(np.abs(w.throw).max(initial=0.0)) for w in first.walls]
+        heaves = [w.left + w.right for w in first.walls]
+        # in an overlap, points past the trace tell of the walls' ends
+        self.apart = {k for k, h in enumerate(heaves) if len(h) and np.median(h) < -SENSE}
         second = self._pass(self.settings.trim, first)
         second.find_walls(self.picks.frame)
         second.in_gap = self.in_gap(second)
@@ -333,12 +346,12 @@ class Rebuild:
         number = np.where(solved, np.cumsum(solved) - 1, -1)
         kept = solved[at]
         filled = np.where(np.isfinite(value), value, 0.0)
-        found = smoothest(
-            graph, number, filled, self.stretch, pull=pull[kept], target=data[kept],
-            scale=self.settings.scale,
-        )  # fmt: skip
         self.canvas.changing(band[solved])
-        heights[band[solved]] = found
+        if self.throws is None or weight is None:
+            heights[band[solved]] = smoothest(
+                graph, number, filled, self.stretch, pull=pull[kept], target=data[kept],
+                scale=self.settings.scale,
+            )  # fmt: skip
         bent = self._bent_at_tips(
             heights, band[solved], network, near, cuts, data[kept], pull[kept]
         )
@@ -347,38 +360,25 @@ class Rebuild:
             steps.astype(np.float64), list(carried), bent=bent,
         )  # fmt: skip
 
-    def _bent_at_tips(self, heights, band, network, near, cuts, data, pull) -> Bent | None:
-        """Solve again around the tips of faults, with the shapes of a throw that dies there."""
+    def _bent_at_tips(self, heights, nodes, network, near, cuts, data, pull) -> Bent | None:
+        """Solve again with the shapes of a throw that dies at tips: see `geosurf.sheets.bent`."""
         if self.throws is None:
             return None
-        frame, solved = self.picks.frame, band
-        tips = tips_of(network.traces, near, cuts)
-        noisy = self.settings.noise_weight is not None
-        close = [close_to(tip, frame, solved) for tip in tips]
-        inner = solved[np.any(close, axis=0)] if tips else solved[:0]
-        if not len(inner):
-            return None
-        if noisy:  # heights that were smoothed without the shapes do not hold a rim
-            inner = solved
-        band = inner if noisy else around(inner, self.shape, 3)
-        graph = lattice_graph(band, self.shape, cuts.bits(self.picks.n_node))
-        value = heights[band]
-        graph = without_absent(graph, np.isfinite(value))
-        number = np.full(len(band), -1)
-        number[np.searchsorted(band, inner)] = np.arange(len(inner))
-        last = np.cumsum([tip.n_shape for tip in tips])
-        groups = [
-            (np.arange(end - tip.n_shape, end), close_to(tip, frame, band))
-            for tip, end in zip(tips, last, strict=True)
-        ]
-        rows = np.searchsorted(solved, inner)
-        heights[inner], share = smoothest_rest(
-            graph, number, np.where(np.isfinite(value), value, 0.0), self.stretch,
-            shapes_of(tips, frame, band), groups,
-            likely_shares(tips, self.throws), self.settings.doubt, pull[rows], data[rows],
-            self.settings.scale, [tip.throw_towards() for tip in tips],
+        settings = self.settings
+        task = Task(
+            self.picks.frame, heights, nodes, data, pull, cuts.bits(self.picks.n_node),
+            tips_of(network.traces, near, cuts), self.throws, settings.doubt, settings.scale,
         )  # fmt: skip
-        return Bent(tips, share) if share.any() else None
+        if settings.noise_weight is None:
+            return task.near_tips()
+        weights = weights_of(self.stretch, BEND, scale=settings.scale)
+        shape = self.shape
+        heights[nodes], bent = task.shared(
+            near,
+            self.apart,
+            lambda: common_relief(nodes, cuts, network, near, shape, weights, self.apart),
+        )
+        return bent
 
     @property
     def _far_from_data(self) -> float:

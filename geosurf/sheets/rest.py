@@ -19,7 +19,7 @@ import numpy as np
 from geosurf.kernels.bending import bent_by
 from geosurf.kernels.products import products_of_columns, sums_of_columns
 from geosurf.sheets.frame import Frame
-from geosurf.sheets.solve import BEND, Graph, equations, weights_of
+from geosurf.sheets.solve import BEND, Common, Graph, equations, weights_of
 from geosurf.sheets.tips import Tips
 
 AROUND = 16.0  # cells from a tip within which the sheet is solved with its shapes
@@ -76,6 +76,17 @@ def close_to(tip: Tips, frame: Frame, nodes: np.ndarray) -> np.ndarray:
     return np.min(far, axis=0) < AROUND
 
 
+def groups_of(
+    tips: Sequence[Tips], frame: Frame, nodes: np.ndarray
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Columns of the shapes of each fault, and which of some nodes are around its tips."""
+    last = np.cumsum([tip.n_shape for tip in tips])
+    return [
+        (np.arange(end - tip.n_shape, end), close_to(tip, frame, nodes))
+        for tip, end in zip(tips, last, strict=True)
+    ]
+
+
 def likely_shares(tips: Sequence[Tips], throw: Sequence[float]) -> np.ndarray:
     """How large the shares of all shapes may well be (k,) [m]; `throw`: the largest of each trace.
 
@@ -98,6 +109,7 @@ def smoothest_rest(
     target: np.ndarray,
     scale: float = 1.0,
     towards: Sequence[np.ndarray] = (),
+    common: Common | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Solve for unknown nodes, and for the shapes that leave the smoothest rest.
 
@@ -114,6 +126,9 @@ def smoothest_rest(
         Energy of one deviation of noise; 0 for data without.
     towards : sequence of ndarray (n_tip, 2, k)
         Of each group: see `Tips.throw_towards`.
+    common : Common, optional
+        What walls have in common. Every node is unknown then, node k number k, and coefficients
+        follow as nodes that no link joins to any.
 
     Returns
     -------
@@ -121,19 +136,26 @@ def smoothest_rest(
         Heights, and the share of each shape in them: 0 where it does not pay.
     """
     weights = weights_of(stretch, BEND, scale=scale)
-    system, right, level = equations(graph, unknown, value, weights, pull, target)
-    drawn = bent_by(graph.east, graph.north, graph.square, shapes, weights)
+    system, right, level = equations(graph, unknown, value, weights, pull, target, common)
+
+    def bent(heights: np.ndarray) -> np.ndarray:
+        """Derivatives (n, k) of half the energy by heights (n, k)."""
+        found = bent_by(graph.east, graph.north, graph.square, heights, weights)
+        if common is not None:
+            found += common.matrix.T @ (common.matrix @ heights)
+        return found
+
+    drawn = bent(shapes)
     free = unknown >= 0
     at = np.empty(len(right), dtype=np.int64)
     at[unknown[free]] = np.flatnonzero(free)
     plain, *moves = system.solved([right, *drawn[at].T])
-    moved = np.stack(moves, axis=1)
+    moved = np.stack(moves, axis=1) if moves else np.empty((len(plain), 0))
     heights = np.where(free, 0.0, value - level)
     heights[at] = plain
     own = products_of_columns(shapes, drawn) - products_of_columns(drawn[at], moved)
     wanted = products_of_columns(drawn, heights[:, None])[:, 0]
-    bent = bent_by(graph.east, graph.north, graph.square, heights[:, None], weights)
-    cost = heights * bent[:, 0]
+    cost = heights * bent(heights[:, None])[:, 0]
     cost[at] += pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
     units = [doubt or cost[a].sum() / max((a & free).sum(), 1) for _, a in groups]
     columns = [columns for columns, _ in groups]

@@ -18,6 +18,8 @@ import numpy as np
 from geosurf.conventions import is_number, place
 from geosurf.errors import HorizonError, InputError
 from geosurf.kernels.bending import normal_equations
+from geosurf.kernels.products import products_of_columns, sums_of_columns
+from geosurf.sheets.bent import Solved, losing, shared_unless
 from geosurf.sheets.data import Picks, are_points, find_lattice, picks_of, points_of
 from geosurf.sheets.drape import narrow_gaps, without_absent
 from geosurf.sheets.frame import Frame
@@ -25,8 +27,17 @@ from geosurf.sheets.heights import FILL, Heights, Rebuild, Settings
 from geosurf.sheets.links import Cuts
 from geosurf.sheets.network import Network
 from geosurf.sheets.noise import signal_of, weight_of
-from geosurf.sheets.rest import Bent, close_to, likely_shares, paying_shares, shapes_of
-from geosurf.sheets.solve import BEND, Graph, grounded, lattice_graph, steps_to_known, weights_of
+from geosurf.sheets.relief import common_relief
+from geosurf.sheets.rest import Bent, groups_of, likely_shares, paying_shares, shapes_of
+from geosurf.sheets.solve import (
+    BEND,
+    Common,
+    Graph,
+    grounded,
+    lattice_graph,
+    steps_to_known,
+    weights_of,
+)
 from geosurf.sheets.tips import Tips, tips_of
 from geosurf.sheets.traces import FaultMesh
 
@@ -234,8 +245,7 @@ class ScatteredRebuild(Rebuild):
         keep = np.where(tied, np.cumsum(tied) - 1, -1)
         used = _rows_of(graph, tied, keep)
         slot[nodes] = keep
-        tips = [] if self.throws is None else tips_of(network.traces, near, cuts)
-        values[nodes[tied]], bent = self._solved(used, slot, rows, tips=tips)
+        values[nodes[tied]], bent = self._shared(used, slot, rows, network, near, cuts)
         steps = steps_to_known(graph, np.where(far, 0, -1))[far]
         hidden = np.ones(len(doubted), dtype=bool)
         hidden[rows] = False
@@ -250,9 +260,43 @@ class ScatteredRebuild(Rebuild):
         a, b, d = self.corners[:, 0], self.corners[:, 1], self.corners[:, 2]
         return (bits[a] == 0) & (bits[b] & 2 == 0) & (bits[d] & 1 == 0)
 
+    def _shared(self, graph: Graph, slot, rows, network, near, cuts: Cuts) -> Solved:
+        """Heights of all nodes, under noise with what walls have in common."""
+        if self.throws is None:
+            return self._solved(graph, slot, rows)
+        tips = tips_of(network.traces, near, cuts)
+
+        def solve(common: Common | None) -> Solved:
+            """Heights of all nodes."""
+            return self._solved(graph, slot, rows, tips=tips, common=common)
+
+        if self.settings.noise_weight is None:
+            return solve(None)
+        nodes, at, share = np.flatnonzero(slot >= 0), slot[self.corners[rows]], self.share[rows]
+        scale, z = self.settings.scale, self.picks.z[rows]
+        weights = weights_of(self.stretch, BEND, scale=scale)
+
+        def common_of() -> Common | None:
+            """What walls have in common that are not apart."""
+            return common_relief(nodes, cuts, network, near, self.shape, weights, self.apart)
+
+        def against(found: np.ndarray, alone: np.ndarray) -> set[int]:
+            """Traces beside which points are missed by too much."""
+            missed, before = (((h[at] * share).sum(axis=1) - z) ** 2 for h in (found, alone))
+            beside = self.picks.node[rows]
+            return losing(near, beside, (missed - before) / self.settings.noise**2, scale)
+
+        return shared_unless(against, solve, common_of, self.apart)
+
     def _solved(
-        self, graph: Graph, slot, rows, bend: float = BEND, tips: Sequence[Tips] = ()
-    ) -> tuple[np.ndarray, Bent | None]:
+        self,
+        graph: Graph,
+        slot,
+        rows,
+        bend: float = BEND,
+        tips: Sequence[Tips] = (),
+        common: Common | None = None,
+    ) -> Solved:
         """Heights of all nodes of a graph, smooth but at tips, and near the points of `rows`."""
         from scipy.sparse import csc_array
         from scipy.sparse.linalg import splu
@@ -260,29 +304,37 @@ class ScatteredRebuild(Rebuild):
         n = len(graph.east)
         weights = weights_of(self.stretch, bend, scale=self.settings.scale)
         energy = energy_of(graph, np.arange(n), weights)
+        more = 0
+        if common is not None:
+            more = common.n_coefficient
+            energy.resize((n + more, n + more))
+            energy = csc_array(energy + common.matrix.T @ common.matrix)
         weight = self.settings.noise_weight or EXACT
         each = np.repeat(np.arange(len(rows)), 4), slot[self.corners[rows]].ravel()
-        points = csc_array((self.share[rows].ravel(), each), shape=(len(rows), n))
+        points = csc_array((self.share[rows].ravel(), each), shape=(len(rows), n + more))
         level = float(self.picks.z[rows].mean())
         z = self.picks.z[rows] - level
         whole = csc_array(energy + weight * (points.T @ points))
         factor = splu(whole, **CHOLESKY)
         found: np.ndarray = factor.solve(weight * (points.T @ z))
         if self.throws is None or not tips:
-            return found + level, None
+            return found[:n] + level, None
         frame, nodes = self.picks.frame, np.flatnonzero(slot >= 0)
         shapes = shapes_of(tips, frame, nodes)
+        shapes = np.concatenate([shapes, np.zeros((more, shapes.shape[1]))])
         drawn = energy @ shapes
         moved = factor.solve(drawn)
         likely, doubt = likely_shares(tips, self.throws), self.settings.doubt
         cost = found * (energy @ found) + weight * (points.T @ (z - points @ found) ** 2)
-        units = [doubt or cost[close_to(tip, frame, nodes)].mean() for tip in tips]
-        last = np.cumsum([tip.n_shape for tip in tips])
-        groups = [np.arange(e - t.n_shape, e) for t, e in zip(tips, last, strict=True)]
-        own = shapes.T @ drawn - drawn.T @ moved
+        groups = groups_of(tips, frame, nodes)
+        units = [doubt or cost[around].mean() for _, around in groups]
+        own = products_of_columns(shapes, drawn) - products_of_columns(drawn, moved)
+        wanted = products_of_columns(drawn, found[:, None])[:, 0]
         towards = [tip.throw_towards() for tip in tips]
-        share = paying_shares(own, drawn.T @ found, groups, likely, doubt, units, towards)
-        return found + moved @ share + level, Bent(list(tips), share) if share.any() else None
+        columns = [some for some, _ in groups]
+        share = paying_shares(own, wanted, columns, likely, doubt, units, towards)
+        found = found + sums_of_columns(moved, share)
+        return found[:n] + level, Bent(list(tips), share) if share.any() else None
 
 
 def energy_of(graph: Graph, unknown: np.ndarray, weights: np.ndarray):

@@ -12,7 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.errors import InvariantError
-from geosurf.kernels.envelope import factorise, fill_envelope, places_in_order, substitute
+from geosurf.kernels.envelope import (
+    add_squares,
+    factorise,
+    fill_envelope,
+    places_in_order,
+    substitute,
+)
 from geosurf.kernels.nodes import links_between
 from geosurf.kernels.reach import steps_from
 
@@ -46,6 +52,34 @@ def lattice_graph(
     bits = np.zeros(len(nodes), dtype=np.int64) if cut is None else cut[nodes].astype(np.int64)
     east, north = links_between(nodes, bits, shape[1])
     return Graph(east, north, bits & 12 == 0, np.stack(np.divmod(nodes, shape[1]), axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Common:
+    """Rows of the energy that reach across traces, over nodes and coefficients of throws.
+
+    Attributes
+    ----------
+    start, column, weight : ndarray
+        Row k has columns column[start[k] : start[k + 1]]: nodes first, then coefficients.
+    place : ndarray of int64 (n_unknown,)
+        Of nodes and coefficients in the order in which they are solved for.
+    n_coefficient : int
+    """
+
+    start: np.ndarray
+    column: np.ndarray
+    weight: np.ndarray
+    place: np.ndarray
+    n_coefficient: int
+
+    @property
+    def matrix(self):
+        """The rows as a sparse matrix."""
+        from scipy.sparse import csr_array
+
+        shape = len(self.start) - 1, len(self.place)
+        return csr_array((self.weight, self.column, self.start), shape=shape)
 
 
 def smoothest(
@@ -119,17 +153,26 @@ class System:
 
 
 def equations(
-    graph: Graph, unknown, value, weights, pull=None, target=None
+    graph: Graph, unknown, value, weights, pull=None, target=None, common: Common | None = None
 ) -> tuple[System, np.ndarray, float]:
-    """Matrix, right side, and the level that heights are counted from; see `smoothest`."""
+    """Matrix, right side, and the level that heights are counted from; see `smoothest`.
+
+    With what walls have in `common` there is no known node, and its coefficients are unknowns, too.
+    """
     known = value[unknown < 0]
     if pull is not None and target is not None:
         known = np.append(known, target[pull > 0])
     level = float(known.mean()) if len(known) else 0.0
-    place = places_in_order(graph.east, graph.north, unknown)
+    if common is None:
+        place = places_in_order(graph.east, graph.north, unknown)
+    else:
+        place = common.place
     first, lower, start, right = fill_envelope(
         graph.east, graph.north, graph.square, unknown, value - level, weights, place
     )
+    if common is not None:
+        row, column, weight = common.start, common.column, common.weight
+        first, lower, start = add_squares(first, lower, start, row, column, weight, place)
     right = right[place]
     if pull is not None and target is not None:
         lower[start[place + 1] - 1] += pull
@@ -146,6 +189,17 @@ def weights_of(
     a second difference weighs, against a third one, as `scale` times less does here.
     """
     return np.array([STRETCH / scale**2, bend / scale, third, *(1.0 / stretch)])
+
+
+def with_more(graph: Graph, n: int) -> Graph:
+    """A graph with n more nodes that no link joins to any."""
+    none = np.full(n, -1)
+    return Graph(
+        np.concatenate([graph.east, none]),
+        np.concatenate([graph.north, none]),
+        np.concatenate([graph.square, np.zeros(n, dtype=bool)]),
+        np.concatenate([graph.cell, np.zeros((n, 2), dtype=np.int64)]),
+    )
 
 
 def grounded(graph: Graph, unknown: np.ndarray) -> np.ndarray:
