@@ -134,12 +134,16 @@ def _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at):
 
 
 @scalar
-def _below(levels, level, i, j, stack, top):
-    """Put the nodes below a node of a pyramid on a stack."""
+def _below(nodes, levels, level, i, j, stack, top):
+    """Put the nodes below a node of a pyramid on a stack; ask for those, and for what is below."""
     for row in range(2 * i, min(2 * i + 2, levels[level - 1, 1])):
         for col in range(2 * j, min(2 * j + 2, levels[level - 1, 2])):
             stack[top, 0], stack[top, 1], stack[top, 2] = level - 1, row, col
             top += 1
+            if level > 1:
+                first = levels[level - 2, 0] + 2 * row * levels[level - 2, 2] + 2 * col
+                ahead(nodes, first)
+                ahead(nodes, first + levels[level - 2, 2])
     return top
 
 
@@ -158,7 +162,7 @@ def _near_blocks(pa, qa, aa, na, la, nb, lb, pace_x, pace_y):
         if not low <= high:
             continue
         if level > 0:
-            top = _below(lb, level, row, col, stack, top)
+            top = _below(nb, lb, level, row, col, stack, top)
             continue
         if n == blocks.shape[0]:
             blocks = np.concatenate((blocks, np.empty((n, 2), dtype=np.int64)))
