@@ -133,8 +133,10 @@ def _pairs_of_row(
     c, f, v, h, w, ways, heights, marks, asked, pairs, n,
 ):  # fmt: skip
     """Pairs of the cells of row i of the patch; and the triangles whose edges are `asked` for."""
+    right = marks[0, 0] & marks[1, 0]
     for k in range(last - first):
-        beside = marks[0, k] & marks[0, k + 1] & marks[1, k] & marks[1, k + 1]
+        left, right = right, marks[0, k + 1] & marks[1, k + 1]
+        beside = left & right
         near = (1 if beside & _FIRST == 0 else 0) + (2 if beside & _SECOND == 0 else 0)
         near &= there
         if near == 0 or beside & _BOX != 0:
