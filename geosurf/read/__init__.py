@@ -361,7 +361,7 @@ def _who_reads(suffix: str) -> str:
     if not found:
         return ""
     torn = "; tear_horizon takes points" if "read_points" in found else ""
-    return f" Such files are read by {' and '.join(found)}{torn}."
+    return f" Such files are read by {', '.join(found)}{torn}."
 
 
 def _reader(

@@ -149,6 +149,11 @@ def _checked_values(da: Any, what: str) -> np.ndarray:
             "Make one with xr.DataArray(z, dims=('northing', 'easting'), coords={'northing': y, "
             "'easting': x}, attrs={'units': 'm', 'positive': 'up'})."
         )
+    if not hasattr(da, "dtype") and tuple(getattr(da, "sizes", ())) == ("point",):
+        raise HorizonError(
+            f"{what}: found scattered points, expected a grid. tear_horizon(points, faults) makes "
+            "a horizon of them, also without faults: faults={}."
+        )
     if not hasattr(da, "dtype"):
         raise HorizonError(
             f"{what}: found a {type(da).__name__} with variables {list(da)}, expected one array. "

@@ -213,6 +213,18 @@ def test_polygons_in_csv_that_cannot_be_told_apart(tmp_path):
         gs.read_polygons(write(tmp_path, text, "a.csv"), positive="up")
 
 
+def test_points_become_a_horizon_by_tearing_with_or_without_faults(tmp_path):
+    east, north = np.meshgrid(np.arange(0.0, 50.0, 10.0), np.arange(0.0, 40.0, 10.0))
+    rows = [f"{x},{y},{1500 + x + 2 * y}" for x, y in zip(east.flat, north.flat, strict=True)]
+    path = write(tmp_path, "\n".join(["X,Y,Z", *rows, ""]), "Top.csv")
+    points = gs.read_points(path, positive="down")
+    with pytest.raises(gs.errors.HorizonError, match=r"'Top': found scattered points.*faults={}"):
+        gs.Scene({"Top": points}).surface("Top")
+    sheet = gs.tear_horizon(points, {}, name="Top")
+    x, y, z = gs.Scene({"Top": sheet}).surface("Top").vertices.T
+    np.testing.assert_array_equal(z, -(1500 + x + 2 * y))
+
+
 def test_points_keep_several_values_at_one_position(tmp_path):
     path = write(tmp_path, "# x y z\n1 2 3\n1 2 4\n\n", "a.poi")
     points = gs.read_points(path, positive="down")
