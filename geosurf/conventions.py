@@ -13,7 +13,7 @@ from __future__ import annotations
 import difflib
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from numbers import Real
 from typing import Any
 
@@ -129,6 +129,16 @@ def crs_of(value: Any) -> str | None:
         # of variables, not of arrays with labels: making those takes longer than all the rest
         said += [value.variables[key].attrs.get("crs") for key in value.data_vars]
     return next((str(crs).strip() for crs in said if crs is not None), None)
+
+
+def refuse_other_crs(name: str, crs: str | None, others: Mapping[str, str]) -> None:
+    """Refuse a surface in another coordinate reference system than those before it."""
+    for other, known in others.items():
+        if crs is not None and crs.upper() != known.upper():
+            raise InputError(
+                f"{name!r} is in {crs} and {other!r} in {known}, and coordinates are never "
+                "converted here. Convert one of them, or mend attrs['crs'] if they are the same."
+            )
 
 
 def _is_dataset(value: Any) -> bool:

@@ -80,16 +80,6 @@ def as_surface(
     return make(found, name=name, **_only_if_unsaid(found, options))
 
 
-def refuse_other_crs(name: str, crs: str | None, others: Mapping[str, str]) -> None:
-    """Refuse a surface in another coordinate reference system than those before it."""
-    for other, known in others.items():
-        if crs is not None and crs.upper() != known.upper():
-            raise InputError(
-                f"{name!r} is in {crs} and {other!r} in {known}, and coordinates are never "
-                "converted here. Convert one of them, or mend attrs['crs'] if they are the same."
-            )
-
-
 def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, Any]:
     """Return fluid contacts, paths and grids as surfaces, for `build_contacts`."""
 

@@ -10,14 +10,13 @@ import numpy as np
 
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import check_zones
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, refuse_other_crs
 from geosurf.errors import InputError
 from geosurf.inputs import (
     as_surface,
     box_in_words,
     opened_contacts,
     opened_outline,
-    refuse_other_crs,
     shared_origin,
 )
 from geosurf.joined import Joined

@@ -276,6 +276,8 @@ class Sheet(Noun):
     cuts : dict of str to FaultCut
         By fault.
     report : SheetReport or ThrowReport
+    crs : str or None
+        Coordinate reference system that the data said, if they did.
     """
 
     name: str
@@ -287,6 +289,7 @@ class Sheet(Noun):
     faults: tuple[TriSurface, ...]
     cuts: Mapping[str, FaultCut]
     report: SheetReport | ThrowReport
+    crs: str | None = None
 
     @cached_property
     def surface(self) -> TriSurface:
@@ -312,7 +315,9 @@ class Sheet(Noun):
         ghost = np.arange(len(vertices)) >= n
         outer = np.concatenate([np.zeros(n, dtype=bool), self.outer])
         marks = {"ghost": ghost, "outer": outer}
-        return TriSurface(self.name, "horizon", vertices, triangles, vertex_data=marks)
+        made = TriSurface(self.name, "horizon", vertices, triangles, vertex_data=marks)
+        made.crs = self.crs
+        return made
 
     def surface_among(self, others: Callable[[str], TriSurface] | None) -> TriSurface:
         """Return `surface`, if these are the very faults that tear the sheet.

@@ -36,6 +36,7 @@ finish         the noun from its parts
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,7 @@ from geosurf.model.expected import flag_of
 from geosurf.sheets.build import Builder, carry_on_by, ghosts_by_picks
 from geosurf.sheets.data import Picks
 from geosurf.sheets.describe import fault_cuts, make_report
-from geosurf.sheets.finish import fault_surfaces, refuse_leaks, sheet_of
+from geosurf.sheets.finish import crs_among, fault_surfaces, refuse_leaks, sheet_of
 from geosurf.sheets.given import throw_horizon
 from geosurf.sheets.heights import Heights, Settings
 from geosurf.sheets.noise import weight_of
@@ -110,6 +111,8 @@ def tear_horizon(
     ------
     HorizonError
         If the data cannot be used.
+    InputError
+        If data and faults say different coordinate reference systems.
     GeometryError
         If a block has no data, or the sheet cannot be closed against its faults: names the place.
 
@@ -139,6 +142,7 @@ def tear_horizon(
     carry = flag_of(carry, "carry")
     surfaces = fault_surfaces(faults)
     picks = picks_or_points(data, name, positive, units, spacing)
+    crs = crs_among(picks.name, data, surfaces)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
     settings = Settings(float(trim), max(3.0, float(trim)), carry=carry)
     rebuild = rebuild_of(picks, meshes, settings)
@@ -166,7 +170,7 @@ def tear_horizon(
     report = make_report(
         picks, state, built, cuts, builder.triangles, float(trim), used, rebuild.nearby
     )
-    return sheet_of(picks, state, built, surfaces, rising, cuts, report)
+    return replace(sheet_of(picks, state, built, surfaces, rising, cuts, report), crs=crs)
 
 
 def _refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import place
+from geosurf.conventions import crs_of, place, refuse_other_crs
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import Lattice, Sheet, TriSurface, frozen
 from geosurf.sheets.build import Built
@@ -38,6 +38,17 @@ def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[Tr
         if names.count(fault) > 1:
             raise InputError(f"{names.count(fault)} faults are called {fault!r}; rename them.")
     return made
+
+
+def crs_among(name: str, data: Any, faults: Sequence[TriSurface]) -> str | None:
+    """The coordinate reference system of a horizon's data; refuses faults in another one."""
+    crs = data.crs if isinstance(data, TriSurface) else crs_of(data)
+    known = {} if crs is None else {name: crs}
+    for fault in faults:
+        refuse_other_crs(fault.name, fault.crs, known)
+        if fault.crs is not None:
+            known[fault.name] = fault.crs
+    return crs
 
 
 def _refuse_names(given: Mapping[str, Any]) -> None:

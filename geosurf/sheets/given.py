@@ -20,7 +20,7 @@ from geosurf.sheets.build import SPARE, Builder, Built
 from geosurf.sheets.data import picks_of
 from geosurf.sheets.describe import count_tips, fault_cuts
 from geosurf.sheets.diplines import DIRECTIONS
-from geosurf.sheets.finish import fault_surfaces, refuse_leaks, sheet_of
+from geosurf.sheets.finish import crs_among, fault_surfaces, refuse_leaks, sheet_of
 from geosurf.sheets.found import down_dip, lost_at_tips
 from geosurf.sheets.heights import Heights
 from geosurf.sheets.mesh import Triangles
@@ -86,7 +86,7 @@ def throw_horizon(
     Raises
     ------
     HorizonError, InputError
-        If the data or a throw cannot be used.
+        If the data or a throw cannot be used, or reference systems differ.
     GeometryError
         If a fault turns back on itself, throw is left at a tip inside the horizon, beds would
         fold over, or the sheet cannot be closed: names the place.
@@ -116,6 +116,7 @@ def throw_horizon(
             f"horizon {picks.name!r} has several values at one node, so that it is torn already. "
             "Give it as it was before faulting, or use tear_horizon."
         )
+    crs = crs_among(picks.name, horizon, surfaces)
     frame = picks.frame
     _check_names(throw, reach, hanging_wall, direction, [surface.name for surface in surfaces])
     sections = {
@@ -127,7 +128,7 @@ def throw_horizon(
     across = dict.fromkeys(throw, direction) if isinstance(direction, str) else direction
     turning = [across.get(fault.name, "local") == "local" for fault in mine]
     thrown = Thrown(picks, mine, slips, turning)
-    return _sheet(thrown)
+    return replace(_sheet(thrown), crs=crs)
 
 
 def _check_names(
