@@ -105,7 +105,11 @@ class Task:
         return found[: len(free)], Bent(self.tips, share) if share.any() else None
 
     def shared(
-        self, near: Sequence[NearTrace], apart: set[int], common_of: Callable[[], Common | None]
+        self,
+        near: Sequence[NearTrace],
+        apart: set[int],
+        common_of: Callable[[], Common | None],
+        known: bool,
     ) -> Solved:
         """`everywhere`, with what walls have in common unless data speak against it."""
         told = self.pull > 0
@@ -116,7 +120,7 @@ class Task:
             missed, before = ((z[told] - data) ** 2 for z in (found, alone))
             return losing(near, nodes, weight * (missed - before), self.scale)
 
-        return shared_unless(against, self.everywhere, common_of, apart)
+        return shared_unless(against, self.everywhere, common_of, apart, known)
 
 
 def shared_unless(
@@ -124,11 +128,15 @@ def shared_unless(
     solve: Callable[[Common | None], Solved],
     common_of: Callable[[], Common | None],
     apart: set[int],
+    known: bool,
 ) -> Solved:
     """Heights with what walls have in common, without where that misses data too much.
 
     `against(found, alone)` gives traces where it does: they join `apart`, which `common_of` knows.
+    Where all of them are `known` nothing is asked.
     """
+    if known:
+        return solve(common_of())
     alone = solve(None)
     while (common := common_of()) is not None:
         found = solve(common)

@@ -152,6 +152,7 @@ class Rebuild:
         self.hiding = settings.trim
         self.doubts = Doubts(picks, self.nearby)
         self.apart: set[int] = set()  # traces whose walls have nothing in common
+        self.apart_known = False
         self.canvas = Canvas(picks)
         self.present = np.isfinite(picks.means)
         gaps = narrow_gaps(self.present.reshape(self.shape), FILL)
@@ -208,6 +209,7 @@ class Rebuild:
         # in an overlap, points past the trace tell of the walls' ends
         self.apart = {k for k, h in enumerate(heaves) if len(h) and np.median(h) < -SENSE}
         second = self._pass(self.settings.trim, first)
+        self.apart_known = True
         second.find_walls(self.picks.frame)
         second.in_gap = self.in_gap(second)
         return second
@@ -377,6 +379,7 @@ class Rebuild:
             near,
             self.apart,
             lambda: common_relief(nodes, cuts, network, near, shape, weights, self.apart),
+            self.apart_known,
         )
         return bent
 

@@ -109,7 +109,8 @@ def common_relief(
         Traces whose walls have nothing in common.
     """
     throws = _throws(network, len(nodes), apart)
-    parts = _across(nodes, cuts, network, near, throws, shape, weights)
+    limits = _limits(network, cuts)
+    parts = _across(nodes, cuts, limits, near, throws, shape, weights)
     if not parts:
         return None
     from scipy.sparse import coo_array
@@ -174,7 +175,18 @@ def _throws(network: Network, first: int, apart: Collection[int]) -> list[_Throw
     return found
 
 
-def _across(nodes, cuts: Cuts, network: Network, near, throws, shape, weights) -> list:
+def _limits(network: Network, cuts: Cuts) -> np.ndarray:
+    """Places (n_trace, 2) between which walls are torn: a tear may end before its tip."""
+    limits = network.solve.copy()
+    for k, trace in enumerate(network.traces):
+        places = cuts.place[cuts.trace == k]
+        for end, last in enumerate((np.min, np.max)):
+            if trace.ends[end] == "tip" and len(places):
+                limits[k, end] = last(places)
+    return limits
+
+
+def _across(nodes, cuts: Cuts, limits, near, throws, shape, weights) -> list:
     """Rows, columns and weights of all differences that reach across one trace and no other."""
     key, owner = _owners(cuts)
     if not len(key):
@@ -197,7 +209,7 @@ def _across(nodes, cuts: Cuts, network: Network, near, throws, shape, weights) -
         scale = weights[order - 1] * weights[3] ** powers[0] * weights[4] ** powers[1]
         for number in np.unique(trace[use]):
             rows = use[trace[use] == number]
-            found = _place(node[rows], number, network, near[number], throws[number])
+            found = _place(node[rows], limits[number], near[number], throws[number])
             keep, piece, along, side, away = found
             if keep.any():
                 columns = at[rows[keep]]
@@ -229,11 +241,11 @@ def _beside(cuts: Cuts, shape: tuple[int, int]) -> np.ndarray:
     return np.unique(np.concatenate(found))
 
 
-def _place(node: np.ndarray, number: int, network: Network, near: NearTrace, throw: _Throw):
+def _place(node: np.ndarray, limits: np.ndarray, near: NearTrace, throw: _Throw):
     """Differences (n, m) all of whose nodes lie beside one piece of a trace, and how they do."""
     row = near.look_up(node.ravel()).reshape(node.shape)
     place, side = near.place[row], near.side[row]
-    low, high = network.solve[number]
+    low, high = limits
     vertex = np.where(row >= 0, np.rint(np.where(row >= 0, place, 0.0)), 0).astype(np.int64)
     piece = throw.piece[vertex]
     keep = ((row >= 0) & (place > low) & (place < high)).all(axis=1)

@@ -286,7 +286,7 @@ class ScatteredRebuild(Rebuild):
             beside = self.picks.node[rows]
             return losing(near, beside, (missed - before) / self.settings.noise**2, scale)
 
-        return shared_unless(against, solve, common_of, self.apart)
+        return shared_unless(against, solve, common_of, self.apart, self.apart_known)
 
     def _solved(
         self,
