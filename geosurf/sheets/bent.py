@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -80,6 +81,11 @@ class Task:
         every = np.arange(len(self.nodes))
         return self._solved(self.nodes, every, every, common)
 
+    @cached_property
+    def _shapes(self) -> np.ndarray:
+        """Shapes (n, k) of all tips at the nodes."""
+        return shapes_of(self.tips, self.frame, self.nodes)
+
     def _solved(self, band, free, rows, common: Common | None = None) -> Solved:
         """Heights of some rows of a band of nodes, which are `rows` of the task's."""
         graph = lattice_graph(band, self.frame.shape, self.bits)
@@ -91,7 +97,9 @@ class Task:
         number = np.full(len(band), -1)
         number[free] = np.arange(len(free))
         pull, data = self.pull[rows], self.data[rows]
-        shapes, groups = (of(self.tips, self.frame, band) for of in (shapes_of, groups_of))
+        every = band is self.nodes
+        shapes = self._shapes if every else shapes_of(self.tips, self.frame, band)
+        groups = groups_of(self.tips, self.frame, band)
         if common is not None:
             more = common.n_coefficient
             graph, number = with_more(graph, more), np.arange(len(band) + more)

@@ -155,9 +155,11 @@ def smoothest_rest(
     heights[at] = plain
     own = products_of_columns(shapes, drawn) - products_of_columns(drawn[at], moved)
     wanted = products_of_columns(drawn, heights[:, None])[:, 0]
-    cost = heights * bent(heights[:, None])[:, 0]
-    cost[at] += pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
-    units = [doubt or cost[a].sum() / max((a & free).sum(), 1) for _, a in groups]
+    units = [doubt] * len(groups)
+    if not doubt:
+        cost = heights * bent(heights[:, None])[:, 0]
+        cost[at] += pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
+        units = [cost[a].sum() / max((a & free).sum(), 1) for _, a in groups]
     columns = [columns for columns, _ in groups]
     share = paying_shares(own, wanted, columns, likely, doubt, units, towards)
     return plain + sums_of_columns(moved, share) + level, share
