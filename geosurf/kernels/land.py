@@ -77,6 +77,17 @@ def _are_transverse(xa, ya, za, xb, yb, zb, cell_a, p, cell_b, q, nets, half):
 
 
 @scalar
+def _is_open(xa, ya, za, xb, yb, zb, cell_a, cell_b, patches_a, patches_b, a, b, cones_a, cones_b,
+             nets, half):  # fmt: skip
+    """Whether the cells of rows a, b are transverse; `nets`, `half`: room for Bernstein nets."""
+    _cone_once(cones_a, patches_a, a)
+    _cone_once(cones_b, patches_b, b)
+    return _are_transverse(
+        xa, ya, za, xb, yb, zb, cell_a[a], cones_a[a], cell_b[b], cones_b[b], nets, half
+    )
+
+
+@scalar
 def open_pairs(xa, ya, za, xb, yb, zb, pairs, cell_a, cell_b, patches_a, patches_b):
     """Sorted keys of pairs, their order; NOT_PASSED for each pair, LEFT if not transverse."""
     n_pair = pairs.shape[0]
@@ -85,11 +96,9 @@ def open_pairs(xa, ya, za, xb, yb, zb, pairs, cell_a, cell_b, patches_a, patches
     nets, half = np.empty((2, 4, 4, 3)), np.empty((4, 4))
     for k in range(n_pair):
         a, b = pairs[k, 0], pairs[k, 1]
-        _cone_once(cones_a, patches_a, a)
-        _cone_once(cones_b, patches_b, b)
-        clear = _are_transverse(
-            xa, ya, za, xb, yb, zb, cell_a[a], cones_a[a], cell_b[b], cones_b[b], nets, half
-        )
+        # in a helper that makes no array: what does counts who holds each of them, pair by pair
+        clear = _is_open(xa, ya, za, xb, yb, zb, cell_a, cell_b, patches_a, patches_b, a, b,
+                         cones_a, cones_b, nets, half)  # fmt: skip
         knot_of[k] = NOT_PASSED if clear else LEFT
         keys[k] = cell_a[a] * (1 << 31) + cell_b[b]
     order = np.argsort(keys)

@@ -34,6 +34,7 @@ from geosurf.kernels.quarters import (
 M_BULGE = N_FACT
 M_CORNER = M_BULGE + 3
 N_PATCH = M_CORNER + 12
+_MOST_PAIRS = BLOCK**4  # of patches of two blocks
 _PAIRS = np.array([(i, j) for i in range(1, PARTS) for j in range(1, PARTS)])  # of quarters
 
 
@@ -188,15 +189,10 @@ def _meet_patches(here, n_here, patches_a, there, n_there, patches_b, out, n):
         a = patches_a[here[e]]
         for g in range(n_there):
             b = patches_b[there[g]]
-            if clear(a, b) or _outside(a, b) or _outside(b, a):
-                continue
-            if n == out.shape[0]:
-                more = np.empty((2 * n, 2), dtype=np.int64)
-                more[:n] = out
-                out = more
-            out[n, 0], out[n, 1] = here[e], there[g]
-            n += 1
-    return out, n
+            if not (clear(a, b) or _outside(a, b) or _outside(b, a)):
+                out[n, 0], out[n, 1] = here[e], there[g]
+                n += 1
+    return n
 
 
 # ---- all pairs ---------------------------------------------------------------------------
@@ -289,8 +285,18 @@ def _meet_blocks(a, g, kept_a, u, b, h, kept_b, v, here, there, heights, out, n)
             continue
         n_here = _patches_in(a, g, i, t, kept_a, u, here, heights)
         n_there = _patches_in(b, h, j, s, kept_b, v, there, heights)
-        out, n = _meet_patches(here, n_here, kept_a[3], there, n_there, kept_b[3], out, n)
-    return out, n
+        n = _meet_patches(here, n_here, kept_a[3], there, n_there, kept_b[3], out, n)
+    return n
+
+
+@scalar
+def _with_room(out, n):
+    """Pairs with room for all of two blocks: nothing that is called in loops makes an array."""
+    if n + _MOST_PAIRS <= out.shape[0]:
+        return out
+    more = np.empty((2 * n + _MOST_PAIRS, 2), dtype=np.int64)
+    more[:n] = out[:n]
+    return more
 
 
 @scalar
@@ -308,12 +314,14 @@ def near_patches(a, b, boxes, shape, items, planes):
     kept_a = _room_for(na, BLOCK * BLOCK)
     kept_b = _room_for(nb, BLOCK * BLOCK if b[2].shape[0] > 1 else 1)
     here, there = np.empty(HALF * HALF, dtype=np.int64), np.empty(HALF * HALF, dtype=np.int64)
-    heights, out, n = np.empty((HALF + 1, HALF + 1)), np.empty((256, 2), dtype=np.int64), 0
+    heights, n = np.empty((HALF + 1, HALF + 1)), 0
+    out = np.empty((_MOST_PAIRS, 2), dtype=np.int64)
     for k in range(pairs.shape[0]):
         g, h = pairs[k, 0], pairs[k, 1]
         u, v = of_a[g], of_b[h]
         if _near_blocks(a, g, kept_a, u, b, h, kept_b, v):
-            out, n = _meet_blocks(a, g, kept_a, u, b, h, kept_b, v, here, there, heights, out, n)
+            out = _with_room(out, n)
+            n = _meet_blocks(a, g, kept_a, u, b, h, kept_b, v, here, there, heights, out, n)
     out = out[:n].copy()
     cells_a, patches_a, flags_a = _used(a, kept_a, out, 0)
     cells_b, patches_b, flags_b = _used(b, kept_b, out, 1)

@@ -246,6 +246,21 @@ def _shift(q, origin, out, first, last):
             out[i, j] = q[i, j] - origin
 
 
+@scalar
+def _row_of_blocks(x, y, z, whole, i, beside, above, boxes, bends):
+    """Bends and boxes of row i of the finest blocks."""
+    n_row, n_col = z.shape
+    r0, r1 = i * BLOCK, min(i * BLOCK + BLOCK, n_row - 1)
+    for axis in range(3):
+        q = x if axis == 0 else (y if axis == 1 else z)
+        _bend_row(q, n_row, n_col, r0, r1, axis, beside, above, bends)
+    for j in range(bends.shape[0]):
+        c0, c1 = j * BLOCK, min(j * BLOCK + BLOCK, n_col - 1)
+        tell = _four_tell(x, y, z, whole, r0, r1, c0, c1, bends[j])
+        bends[j, 3] = 1.0 if tell else 0.0
+        box_of(x, y, z, bends[j], r0, r1, c0, c1, boxes[j])
+
+
 @entry("d2 d2 d2 d1 b -> d2 d2 d2 l2 d2")
 def lattice_pyramid(x, y, z, origin, whole):
     """Easting and northing in the frame of an origin (x, y); boxes of all levels, the finest first,
@@ -261,20 +276,15 @@ def lattice_pyramid(x, y, z, origin, whole):
     beside, above = np.empty(n_col), np.empty(n_col)
     shifted = 0  # rows, just before they are looked at
     for i in range(shape[0, 1]):
-        r0, r1 = i * BLOCK, min(i * BLOCK + BLOCK, n_row - 1)
-        wanted = max(r1 + 3, 4)
+        wanted = max(min(i * BLOCK + BLOCK, n_row - 1) + 3, 4)
         _shift(x, origin[0], easting, shifted, wanted)
         _shift(y, origin[1], northing, shifted, wanted)
         shifted = wanted
-        mine = bends[i * across : i * across + across]
-        for axis in range(3):
-            q = easting if axis == 0 else (northing if axis == 1 else z)
-            _bend_row(q, n_row, n_col, r0, r1, axis, beside, above, mine)
-        for j in range(across):
-            c0, c1 = j * BLOCK, min(j * BLOCK + BLOCK, n_col - 1)
-            tell = _four_tell(easting, northing, z, whole, r0, r1, c0, c1, mine[j])
-            mine[j, 3] = 1.0 if tell else 0.0
-            box_of(easting, northing, z, mine[j], r0, r1, c0, c1, boxes[i * across + j])
+        one, two = i * across, i * across + across
+        # in a helper, which does not count who holds its arrays, block by block
+        _row_of_blocks(
+            easting, northing, z, whole, i, beside, above, boxes[one:two], bends[one:two]
+        )
     for level in range(1, shape.shape[0]):
         _join_boxes(boxes, shape, level)
     return easting, northing, boxes, shape, bends
