@@ -23,6 +23,7 @@ from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 from geosurf.errors import DependencyError
+from geosurf.kernels._folder import cache_folder
 from geosurf.kernels._gate import Signature
 from geosurf.kernels._helpers import Helper, entry_dispatcher
 from geosurf.kernels._plain import written_in_source
@@ -62,13 +63,9 @@ def _letters(kind: Any) -> str:
 # ---- the cache ---------------------------------------------------------------------------
 
 
-def cache_folder() -> Path:
-    """Folder for compiled kernels: GEOSURF_CACHE_DIR, or the user's cache."""
-    chosen = os.environ.get("GEOSURF_CACHE_DIR")
-    if chosen:
-        return Path(chosen)
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "geosurf" / f"numba-{numba.__version__}"
+def kernel_folder() -> Path:
+    """Folder for compiled kernels."""
+    return cache_folder(f"numba-{numba.__version__}")
 
 
 @cache
@@ -99,7 +96,7 @@ class _Locator(_CacheLocator):
         self._line = py_func.__code__.co_firstlineno
 
     def get_cache_path(self) -> str:
-        return str(cache_folder())
+        return str(kernel_folder())
 
     def get_source_stamp(self) -> str:
         return _stamp(self._file)
@@ -191,7 +188,7 @@ class JitKernel:
         self._compiled = entry_dispatcher(function)
         self._ready = False
         try:
-            cache_folder().mkdir(parents=True, exist_ok=True, mode=0o700)
+            kernel_folder().mkdir(parents=True, exist_ok=True, mode=0o700)
             self._compiled._cache = _Cache(function)
         except OSError:
             pass  # no folder can be written: kernels compile anew in each process
@@ -228,7 +225,7 @@ class JitKernel:
             return
         _told.append(self._compiled.__name__)
         if sys.stderr is not None and sys.stderr.isatty():
-            sys.stderr.write("geosurf: compiling kernels, about two minutes, once per version\n")
+            sys.stderr.write("geosurf: compiling kernels, two to three minutes, once per version\n")
 
 
 class _Window:

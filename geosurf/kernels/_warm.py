@@ -52,9 +52,9 @@ def warm(progress: Progress | None = None) -> str:
     what = _jit.RUNNER.describe()
     if not _jit.RUNNER.compiles:
         return f"Nothing to compile: {what}"
-    from geosurf.kernels._numba import cache_folder, closure
+    from geosurf.kernels._numba import closure, kernel_folder
 
-    folder = cache_folder()
+    folder = kernel_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         folder.joinpath(".tried").touch()

@@ -18,6 +18,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
+from geosurf.kernels._folder import cache_folder
+
 Name = tuple[str, str]  # file, function
 _STEPS = (ast.Assign, ast.For, ast.AugAssign, ast.AnnAssign, ast.Return, ast.Call)
 _IN_PLACE = {"fill", "sort", "partition", "put", "itemset"}
@@ -54,12 +56,10 @@ def _kept_at(folder: str) -> Path | None:
     for path in sorted(Path(folder).glob("*.py")):
         data = path.read_bytes()
         digest.update(f"{path.name} {len(data)}\n".encode() + data)
-    chosen = os.environ.get("GEOSURF_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
     try:
-        base = Path(chosen) if chosen else Path.home() / ".cache" / "geosurf"
-    except RuntimeError:
+        return cache_folder() / f"geosurf-writes-{digest.hexdigest()[:40]}.json"
+    except OSError:
         return None
-    return base / f"geosurf-writes-{digest.hexdigest()[:40]}.json"
 
 
 @cache

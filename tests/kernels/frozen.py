@@ -14,7 +14,7 @@ import pytest
 from geosurf.errors import DependencyError
 from geosurf.kernels._freeze import freeze
 from geosurf.kernels._frozen import LIBRARY, MANIFEST, stamp_of
-from geosurf.kernels._numba import cache_folder
+from geosurf.kernels._numba import kernel_folder
 
 
 def folder_of(package: str) -> Path:
@@ -28,7 +28,7 @@ def stamp_for(package: str) -> str:
 
 def frozen(package: str) -> Path:
     """Folder with the library of a package; skips the test where none can be made."""
-    target = cache_folder() / "frozen" / stamp_for(package)
+    target = kernel_folder() / "frozen" / stamp_for(package)
     if not target.exists():
         target.parent.mkdir(parents=True, exist_ok=True)
         scratch = Path(tempfile.mkdtemp(dir=target.parent))
