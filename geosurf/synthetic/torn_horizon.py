@@ -375,7 +375,11 @@ def _smeared(values: np.ndarray, there: dict, width: int) -> np.ndarray:
     """The mean over a square where sheets meet in it, the value itself elsewhere."""
     if width == 0:
         return values
-    code = sum((1 << k) * mask for k, mask in enumerate(there.values()))
+    code = np.zeros(values.shape, dtype=np.int64)  # which sheets there are, one bit for each
+    for number, mask in enumerate(there.values()):
+        if number % 32 == 31:  # bits run out; equal ones stay equal
+            code = np.unique(code, return_inverse=True)[1].reshape(values.shape)
+        code = 2 * code + mask
     k = 2 * width + 1
     shape = (k, k)
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, width, mode="edge"), shape)
