@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.carve.blocks import WHOLE
-from geosurf.carve.cells import Cells
+from geosurf.carve.cells import Cells, FullCells, same_turn
 from geosurf.carve.measures import AREA, BELOW, LOWER
 from geosurf.errors import InvariantError
 from geosurf.model import Patches, Unit, frozen
@@ -95,30 +95,25 @@ def beside_triangles(shells: Shells, number: np.ndarray) -> np.ndarray:
     full = shells.cells.in_full
     named = np.concatenate([number, [-1]])
     beside = named[_units_beside(full, shells.unit_of_cell)]
-    triangles = full.patches.triangles
-    out = np.full((len(triangles), 2), -1, dtype=np.int64)
+    out = np.full((len(full.patches.triangles), 2), -1, dtype=np.int64)
     out[full.row] = beside
-    if full.also:
-        listed = np.array(sorted(full.also), dtype=np.int64)
-        face_of = {
-            tuple(sorted(t)): i
-            for i, t in zip(listed, full.triangles[listed].tolist(), strict=True)
-        }
-        known = np.zeros(len(triangles), dtype=bool)
-        known[full.row] = True
-        near = np.isin(triangles, full.triangles[listed]).all(axis=1) & ~known
-        for row in np.flatnonzero(near):
-            corners = triangles[row].tolist()
-            face = face_of.get(tuple(sorted(corners)))
-            if face is not None:
-                way = 1 if _same_turn(full.triangles[face].tolist(), corners) else -1
-                out[row] = beside[face][::way]
+    others, first = _twins(full)
+    alike = same_turn(full.patches.triangles[others], full.patches.triangles[first])
+    out[others] = np.where(alike[:, None], out[first], out[first, ::-1])
     return out
 
 
-def _same_turn(a: list[int], b: list[int]) -> bool:
-    """Whether two lists of the same three corners go round the same way."""
-    return a[(a.index(b[0]) + 1) % 3] == b[1]
+def _twins(full: FullCells) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles of the patches that have the corners of an earlier one, and these."""
+    twin = full.pieces.twin
+    others = np.flatnonzero(twin != np.arange(len(twin)))
+    if not len(others):
+        return others, others
+    row = np.empty(len(twin), dtype=np.int64)
+    element = full.pieces.expanded.element
+    alone = np.flatnonzero(element < len(twin))  # others are of runs
+    row[element[alone]] = alone
+    return row[others], row[twin[others]]
 
 
 def _units_beside(cells: Cells, unit_of_cell: np.ndarray) -> np.ndarray:

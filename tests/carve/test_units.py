@@ -16,7 +16,7 @@ from geosurf.carve.certificate import certify
 from geosurf.errors import GeometryError, InputError, OpenUnitError
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 from tests import laws, oracles
-from tests.strategies import BOX, faulted_worlds, grid, moved, sheet, shuffled
+from tests.strategies import BOX, faulted_worlds, grid, moved, sheet, shuffled, soup
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -400,3 +400,26 @@ def test_three_faults_that_cross_and_five_horizons():
         assert len(zone) >= 6  # three lines make seven cells in the map, or six through one point
         assert len({u.block for u in zone}) == len(zone)
         assert sum(u.volume for u in zone) == pytest.approx((area * between).sum(), rel=1e-12)
+
+
+@pytest.mark.parametrize("turns", [(1, 1), (1, -1), (1, 1, -1, 1)])
+def test_a_fault_folded_onto_itself_has_the_same_units_beside_all_its_sheets(turns):
+    """Slits, and faults that part the box: whichever way each sheet looks, also twice the same."""
+    box = (0.0, 9.0, 0.0, 9.0, 0.0, 9.0)
+    for corners, n_unit in (
+        ([[2.0, 4, 2], [6, 4, 2], [3, 4, 7]], 1),
+        ([[-9.0, 4, -9], [-9, 4, 60], [60, 4, -9]], 2),
+    ):
+        fault = soup("F1", [corners[::turn] for turn in turns])
+        patches = rebuild_surfaces([fault, *build_walls(box)], self_intersections=True)
+        units = carve_units(patches)
+        assert len(units) == n_unit
+        inside = (patches.vertices >= 0).all(axis=1) & (patches.vertices <= 9).all(axis=1)
+        mine = (patches.surface_of_triangle == 0) & inside[patches.triangles].all(axis=1)
+        assert mine.sum() % len(turns) == 0 < mine.sum()
+        a, b, c = (patches.local[patches.triangles[mine, k]] for k in range(3))
+        north = np.cross(b - a, c - a)[:, 1] > 0  # the front
+        middle = {unit: units[unit].vertices[:, 1].mean() for unit in units}
+        order = sorted(range(n_unit), key=lambda u: list(middle.values())[u])
+        wanted = np.where(north[:, None], [[order[-1], order[0]]], [[order[0], order[-1]]])
+        assert (units.sides[mine] == wanted).all()
