@@ -328,8 +328,10 @@ class Rebuild:
         is_unknown = np.zeros(len(band), dtype=bool)
         is_unknown[np.searchsorted(band, unknown)] = True
         graph = without_absent(graph, np.isfinite(value) | is_unknown)
-        steps = steps_to_known(graph, np.where(is_unknown, 0, -1))[is_unknown]
-        data, pull, alone = self._targets(heights, every, soft, unknown, steps, sure)
+        every_step = steps_to_known(graph, np.where(is_unknown, 0, -1))
+        steps = every_step[is_unknown]
+        heard = band[self.doubts.heard(graph, every_step, int(self._far_from_data))]
+        data, pull, alone = self._targets(heights, every, soft, heard, sure)
         held = is_unknown.copy()
         held[at[alone]] = False  # data that only draw a sheet ground it, too
         tied = np.ones(len(band), dtype=bool)
@@ -396,24 +398,23 @@ class Rebuild:
             fill = fill[is_among(fill, distinct(np.empty(0, np.int64), *beside))]
         return distinct(lost, fill)
 
-    def _targets(self, heights, every, soft, unknown, steps, sure):
+    def _targets(self, heights, every, soft, heard, sure):
         """What draws each solved node, how much, and whether it may do so alone.
 
         Noisy data, and in wedges distrusted ones: between two faults that meet at an acute angle
         all data are near a fault. Where that would mean to extrapolate far, those that are on the
-        right side are listened to, as hard as what is seen of their smear allows.
+        right side are listened to (`Doubts.heard`), as hard as what is seen of their smear allows.
         """
         data, pull = np.zeros(len(every)), np.zeros(len(every))
         alone = np.zeros(len(every), dtype=bool)
         rows = np.searchsorted(every, soft)
         data[rows], pull[rows] = heights[soft], self.settings.noise_weight or 0.0
         alone[rows] = True
-        weak = unknown[steps > self._far_from_data]
-        weak = weak[self.present[weak]]
-        if len(weak):
-            values = self.picks.means_at(weak, sure)
-            weak, values = weak[np.isfinite(values)], values[np.isfinite(values)]
-            far, rows = self.doubts.far(weak), np.searchsorted(every, weak)
+        heard = heard[self.present[heard]]
+        if len(heard):
+            values = self.picks.means_at(heard, sure)
+            heard, values = heard[np.isfinite(values)], values[np.isfinite(values)]
+            far, rows = self.doubts.far(heard), np.searchsorted(every, heard)
             alone[rows] = far >= HOLDS * self.hiding
             noise, most = self.settings.noise, self.settings.noise_weight
             unseen = np.where(alone[rows], UNSEEN_PULL, 0.0)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.sheets.noise import GAIN
+from geosurf.sheets.solve import Graph, on_the_way
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.sheets.data import Picks
@@ -129,6 +130,17 @@ class Doubts:
         at = np.minimum(np.searchsorted(state.unknown, nodes), len(state.unknown) - 1)
         close = (state.unknown[at] == nodes) & (state.extrapolation[at] <= reach)
         self.smear = smear_of(far[close], misfit[close])
+
+    def heard(self, graph: Graph, steps: np.ndarray, reach: int) -> np.ndarray:
+        """Which nodes of a graph, so many steps (n,) from data, have distrusted data heard.
+
+        Those farther than `reach`, and once the smear is seen also those on shortest ways there:
+        good data near trusted ones keep a wedge from turning about those. The worst place of
+        72 acute faults (docs/sheets.md) misses 1.2 % instead of 1.7, with a trim of two cells.
+        """
+        if self.smear is None or not (steps > reach).any():
+            return np.flatnonzero(steps > reach)
+        return on_the_way(graph, steps, reach)
 
     def far(self, nodes: np.ndarray) -> np.ndarray:
         """Distance (n,) of the nearest pick of some nodes from any fault, at its own height."""

@@ -21,6 +21,7 @@ from geosurf.kernels.envelope import (
 )
 from geosurf.kernels.nodes import links_between
 from geosurf.kernels.reach import steps_from
+from geosurf.sheets.sets import distinct
 
 BEND, STRETCH = 0.3, 0.01  # shares of second and first differences, against third ones
 
@@ -215,3 +216,24 @@ def grounded(graph: Graph, unknown: np.ndarray) -> np.ndarray:
 def steps_to_known(graph: Graph, unknown: np.ndarray, longest: int = 64) -> np.ndarray:
     """Number of uncut links from each node to the nearest known one, at most `longest`."""
     return steps_from(graph.east, graph.north, unknown < 0, longest)
+
+
+def on_the_way(graph: Graph, steps: np.ndarray, far: int) -> np.ndarray:
+    """Nodes more than `far` steps from known ones, and those on shortest ways there; increasing.
+
+    `steps` (n,) as from `steps_to_known`: each step of a shortest way is one less.
+    """
+    beside = []
+    for ahead in (graph.east, graph.north):
+        back = np.full(len(ahead), -1)
+        linked = np.flatnonzero(ahead >= 0)
+        back[ahead[linked]] = linked
+        beside += [ahead, back]
+    found = [np.flatnonzero(steps > far)]
+    front = found[0][steps[found[0]] == far + 1]
+    for level in range(far, 0, -1):
+        front = distinct(*(neighbour[front] for neighbour in beside))
+        front = front[front >= 0]
+        front = front[steps[front] == level]
+        found.append(front)
+    return distinct(*found)
