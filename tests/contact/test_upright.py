@@ -177,7 +177,8 @@ def test_rows_are_ordered_by_both_faces(rng, n_face):
 def codes(rows):
     """Codes of the corners of packed contacts, int64 (n, 6); -1 where there are no more."""
     each = zip(rows[:, 2].tolist(), n_corners(rows).tolist(), strict=True)
-    return np.array([[code_of(how, k) if k < n else -1 for k in range(6)] for how, n in each])
+    found = [[code_of(how, k) if k < n else -1 for k in range(6)] for how, n in each]
+    return np.array(found, dtype=np.int64).reshape(-1, 6)
 
 
 def test_contacts_are_packed_and_unpacked(rng):
