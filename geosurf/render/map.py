@@ -40,7 +40,7 @@ def draw_map(
     outline : ndarray of float64, shape (n, 2), optional
         Around what is shown.
     faults : sequence of str
-        Names that have the colours of faults in that order.
+        Names that have the colours of faults in that order; other lines are dark grey then.
 
     Returns
     -------
@@ -181,7 +181,9 @@ def number_contours(sheet: furniture.Sheet, axes, lines) -> None:
 def _draw_curves(
     sheet, axes, surface, curves: Curves, within: Prism | None, faults: list[str]
 ) -> list[Entry]:
-    """Bold lines for the curves on a surface, one colour per other surface: faults have theirs."""
+    """Bold lines for the curves on a surface: faults have their colours, beside them all else is
+    dark grey. Where no faults are named each surface has a colour.
+    """
     from matplotlib.collections import LineCollection
 
     name = surface.name
@@ -194,7 +196,11 @@ def _draw_curves(
     met = (
         curves.names[k] for pair in curves.surfaces_of_curve.tolist() if row in pair for k in pair
     )
-    order = list(dict.fromkeys([*faults, *(other for other in met if other != name)]))
+    order = faults or list(dict.fromkeys(other for other in met if other != name))
+    colours = {
+        other: palette.fault(order.index(other)) if other in order else palette.INK
+        for other in curves.names
+    }
     others: dict[int, float] = {}
     longest: dict[int, tuple] = {}
     width = 2.6 * sheet.layout.unit * 72.0 / furniture.DPI
@@ -210,7 +216,7 @@ def _draw_curves(
         other = pair[0] if pair[1] == row else pair[1]
         length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
         others[other] = others.get(other, 0.0) + length
-        colour = palette.fault(order.index(curves.names[other]))
+        colour = colours[curves.names[other]]
         shown = LineCollection(ends[:, :, :2] - (west, south), colors=[colour], linewidths=width)
         shown.set_capstyle("round")
         axes.add_collection(shown, autolim=False)
@@ -219,11 +225,11 @@ def _draw_curves(
     for other, (_, at) in longest.items():
         x, y = axes.transData.transform(at)
         at = axes.transData.inverted().transform((x + 9.0 * sheet.layout.unit, y))
-        colour = palette.shade(palette.fault(order.index(curves.names[other])), 1, 2)
+        colour = palette.shade(colours[curves.names[other]], 1, 2)
         look = {"ha": "left", "fontweight": "bold"}
         furniture.halo_text(sheet, axes, at, curves.names[other], 11.5, colour, **look)
     return [
-        Entry(f"with {name}", palette.fault(order.index(name)), length_text(length), "line")
+        Entry(f"with {name}", colours[name], length_text(length), "line")
         for name, length in ((curves.names[k], length) for k, length in others.items())
     ]
 
