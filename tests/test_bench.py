@@ -47,7 +47,7 @@ def here(jobs, *, core=None, limit=0.0):
 def without_processes(monkeypatch):
     monkeypatch.setattr(measure, "run_jobs", here)
     # clean heaps are for true times; here each costs a tenth of a second, dozens of times
-    monkeypatch.setattr(child, "gc", SimpleNamespace(collect=int, freeze=int, unfreeze=int))
+    monkeypatch.setattr(child, "gc", SimpleNamespace(collect=int))
     monkeypatch.setattr(peers, "find_spec", lambda name: None)
 
 

@@ -71,13 +71,9 @@ def measure(order: dict[str, Any]) -> dict[str, Any]:
         _once(task, make_setting(small, min(WARM_SIZE, order["size"])), options)
     setting = make_setting(order["scene"], order["size"])
     seconds, processor, prepared, memory = [], [], [], {}
-    # only what repeats leave is collected between them: to walk over all that was imported (0.1 s)
-    # empties the processor's caches, which calls of a few milliseconds then fill anew
-    gc.collect()
-    gc.freeze()
     while not _enough(seconds, prepared, order["repeats"], order["budget"]):
         result = None  # the last one is gone before the next is made
-        gc.collect()
+        gc.collect()  # it empties the processor's caches, too: each repeat begins cold
         start = time.perf_counter()
         fresh = task.fresh(setting, options)
         prepared.append(time.perf_counter() - start)
@@ -90,7 +86,6 @@ def measure(order: dict[str, Any]) -> dict[str, Any]:
         if not memory:
             peak = _peak()
             memory = {"peak_bytes": peak, "extra_bytes": max(peak - before, 0)}
-    gc.unfreeze()
     return {
         "seconds": seconds,
         "cpu_seconds": processor,
