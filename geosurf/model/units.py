@@ -89,7 +89,7 @@ class Unit(Noun):
     def map_area(self) -> float:
         """Area of its upper side in the map [m2]; where it lies above itself, that counts twice.
 
-        Volume over it is the mean length of rock on the vertical lines that meet the unit.
+        Volume over it is the mean length of the pieces of vertical lines inside the unit.
         """
         a, b, c = (self.local[self.triangles[:, k], :2] for k in range(3))
         (ux, uy), (vx, vy) = (b - a).T, (c - a).T

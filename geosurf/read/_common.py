@@ -98,6 +98,15 @@ def number_rows(rows: list[list[str]], lines: list[int], path: Path, what: str) 
     )
 
 
+def is_number(token: str) -> bool:
+    """Whether a word of a file is a number."""
+    try:
+        float(token)
+    except ValueError:
+        return False
+    return True
+
+
 class Otherwise(str):
     """A word said of several files at once: it counts for those that do not say their own."""
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.errors import FormatError, InputError
-from geosurf.read._common import agreed_scale, agreed_sign, number_rows, read_text
+from geosurf.read._common import agreed_scale, agreed_sign, is_number, number_rows, read_text
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
@@ -111,7 +111,7 @@ def _columns_of_text(path: Path, columns: tuple[str, ...] | None) -> np.ndarray:
         tokens = line.replace(",", " ").split()
         if not tokens or tokens[0].startswith(("#", "!")):
             continue
-        if not rows and not header and not any(map(_is_number, tokens)):
+        if not rows and not header and not any(map(is_number, tokens)):
             header = [word.lower() for word in tokens]
             at = _places_of(header, columns, path, i)
             continue
@@ -138,14 +138,6 @@ def _columns_of_text(path: Path, columns: tuple[str, ...] | None) -> np.ndarray:
             "Read sticks with read_fault and outlines with read_polygons (suffix .pol)."
         )
     return points
-
-
-def _is_number(token: str) -> bool:
-    try:
-        float(token)
-    except ValueError:
-        return False
-    return True
 
 
 def _places_of(

@@ -161,8 +161,8 @@ def _by_label(path: Path) -> list[tuple[np.ndarray, int]]:
     points, labels, lines = columns_of_csv(path, LABELS)
     if labels is None:
         raise InputError(
-            f"{path}, line 1: no column POLY_ID (or STICK_ID) says which line a point belongs to. "
-            "Add one, or read the file with read_points."
+            f"{path}, line 1: no column POLY_ID (or STICK_ID) says which polyline a point is "
+            "of. Add one, or read the file with read_points."
         )
     breaks = [0, *(i for i in range(1, len(labels)) if labels[i] != labels[i - 1]), len(labels)]
     pieces = [(points[a:b], lines[a]) for a, b in itertools.pairwise(breaks)]
@@ -170,7 +170,7 @@ def _by_label(path: Path) -> list[tuple[np.ndarray, int]]:
     for k, first in enumerate(firsts):
         if first in firsts[:k]:
             raise FormatError(
-                f"{path}, line {lines[breaks[k]]}: line {first!r} goes on after another one "
+                f"{path}, line {lines[breaks[k]]}: polyline {first!r} goes on after another one "
                 "began. Sort the file by that column."
             )
     return pieces

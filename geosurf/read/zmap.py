@@ -13,7 +13,15 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.read._common import agreed_scale, agreed_sign, integer, number, number_rows, read_text
+from geosurf.read._common import (
+    agreed_scale,
+    agreed_sign,
+    integer,
+    is_number,
+    number,
+    number_rows,
+    read_text,
+)
 from geosurf.read._grid import GridHeader, GridNodes, nodes_from_grid
 
 
@@ -93,7 +101,7 @@ def read_zmap(
         for token, i in tokens:
             if token not in nulls:
                 number(token, path, i, "value of a node")
-    numeric = [float(null) for null in nulls if _is_number(null)]
+    numeric = [float(null) for null in nulls if is_number(null)]
     values[np.isin(values, numeric)] = np.nan
     # columns from the north-west corner -> rows from the south-west one
     grid = values.reshape(header.ncol, header.nrow).T[::-1]
@@ -123,11 +131,3 @@ def _header(
         ncol, nrow, west, south, (east - west) / (ncol - 1), (north - south) / (nrow - 1)
     )
     return header.checked(path, f"line {i}"), nulls, decimals
-
-
-def _is_number(token: str) -> bool:
-    try:
-        float(token)
-    except ValueError:
-        return False
-    return True

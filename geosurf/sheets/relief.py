@@ -52,19 +52,17 @@ def _differences():
         nodes = tuple((k, 0) for k in range(order + 1))
         links = tuple((k, 0, 0) for k in range(order))
         found.append((nodes, weights, links, (order, 0), order))
-        found.append((*_mixed(_turned(nodes, links), weights), (0, order), order))
+        nodes, links = _turned(nodes, links)
+        found.append((nodes, weights, links, (0, order), order))
     block = ((0, 0), (1, 0), (0, 1), (1, 1))
     twist = tuple(np.sqrt(2.0) * np.array([1.0, -1.0, -1.0, 1.0]))
     found.append((block, twist, CELL, (1, 1), 2))
     nodes = tuple((k, i) for i in range(2) for k in range(3))
     ramp = tuple(np.sqrt(3.0) * np.array([1.0, -2.0, 1.0, -1.0, 2.0, -1.0]))
     found.append((nodes, ramp, CELL + NEXT, (2, 1), 3))
-    found.append((*_mixed(_turned(nodes, CELL + NEXT), ramp), (1, 2), 3))
+    nodes, links = _turned(nodes, CELL + NEXT)
+    found.append((nodes, ramp, links, (1, 2), 3))
     return found
-
-
-def _mixed(turned, weights):
-    return turned[0], weights, turned[1]
 
 
 DIFFERENCES = _differences()

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces, synthetic
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeometryError, InputError, OpenUnitError
+from geosurf.prove.bench.scenes import make_setting
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 from tests import laws, oracles
 from tests.strategies import BOX, faulted_worlds, grid, moved, sheet, shuffled, soup
@@ -368,23 +369,9 @@ def test_grids_and_their_triangles_give_the_same_units():
 
 def test_three_faults_that_cross_and_five_horizons():
     """Each zone has the volume between its horizons' triangles, whatever blocks divide it."""
-    box = (0.0, 8000.0, 0.0, 8000.0, -2600.0, -1600.0)
-    n, k = 21, 2 * np.pi / 5000.0
-    horizons = {
-        f"H{i}": synthetic.world.make_horizon(
-            f"H{i}", box, n,
-            lambda x, y, i=i: -1800 - 120.0 * i + 30 * np.sin(k * x + i) * np.cos(k * y), (0, 0, 0),
-        )
-        for i in range(5)
-    }  # fmt: skip
-    faults = {}
-    for j, (azimuth, dip) in enumerate(((80, 65), (150, 60), (205, 70))):
-        a = np.radians(azimuth)
-        z, s = np.linspace(-1500, -2700, 3)[:, None], np.linspace(-7000, 7000, 5)[None]
-        r = (-2100 - z) / np.tan(np.radians(dip)) + 150 * (j - 1)
-        x, y = 4000 - s * np.cos(a) + r * np.sin(a), 4000 + s * np.sin(a) + r * np.cos(a)
-        faults[f"F{j + 1}"] = synthetic.world.make_fault(f"F{j + 1}", x, y, z + 0 * s, (0, 0, 0))
-    scene = Scene(horizons, faults, box)
+    setting = make_setting("five horizons", 4000)
+    horizons, box = setting.by_role("horizon"), setting.box
+    scene = Scene(horizons, setting.by_role("fault"), box)
     laws.assert_volumes_add_up(scene.units, box)
     total = sum(Fraction(unit.volume) for unit in scene.units.values())
     assert float(total) == pytest.approx(8000.0**2 * 1000.0, rel=1e-12)

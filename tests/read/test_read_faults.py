@@ -209,7 +209,7 @@ def test_polygons_in_csv_that_cannot_be_told_apart(tmp_path):
     with pytest.raises(InputError, match=r"no column POLY_ID.*read_points"):
         gs.read_polygons(write(tmp_path, "X,Y,Z\n1,2,3\n", "a.csv"), positive="up")
     text = "X,Y,Z,POLY_ID\n1,2,3,a\n1,2,3,b\n1,2,3,a\n"
-    with pytest.raises(FormatError, match=r"line 4: line 'a' goes on after another.*Sort"):
+    with pytest.raises(FormatError, match=r"line 4: polyline 'a' goes on after another.*Sort"):
         gs.read_polygons(write(tmp_path, text, "a.csv"), positive="up")
 
 

@@ -165,6 +165,19 @@ def test_maps_have_the_colours_that_faults_have_elsewhere(top, curves, tmp_path)
     assert share(image, palette.fault(1), 0.1) > share(image, palette.fault(0), 0.1) + 3e-4
 
 
+def test_maps_keep_lines_of_other_horizons_apart_from_faults(top, curves, tmp_path):
+    """Whatever is no fault is dark grey beside them, and has a colour where none are named."""
+    words = {"curves": curves, "path": tmp_path / "map.png", "size": SMALL}
+    grey = pixels(render.render_map(top, faults=["F7"], **words))
+    coloured = pixels(render.render_map(top, **words))
+    for colour, more, less in (
+        (palette.INK, grey, coloured),
+        (palette.fault(0), coloured, grey),
+    ):
+        many, few = (int((np.abs(one - colour) < 0.02).all(axis=2).sum()) for one in (more, less))
+        assert many > few + 50  # pixels of its line
+
+
 def test_map_is_the_same_twice_and_leaves_pyplot_alone(top, curves, tmp_path):
     import sys
 

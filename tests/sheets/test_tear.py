@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,30 @@ def test_cutoffs_and_throw_are_met_as_asked(torn_world, kind, points, options):
         assert found.throw.mean() < mean
         assert found.throw.max() < worst
         assert found.variation == pytest.approx((1.0, 1.0), abs=variation)
+
+
+@pytest.mark.parametrize("noise", [0.0, 2.0])
+def test_two_faults_three_cells_apart_are_met_as_asked(noise):
+    """Between them nothing is farther than two cells from a fault: their outer walls are met."""
+    faults = {
+        name: replace(fault, x=1000.0 + side * 1.5 * 25.0 / np.cos(np.radians(12.0)))
+        for (name, fault), side in zip(
+            gs.synthetic.torn("parallel", N).truth["faults"].items(), (-1, 1), strict=True
+        )
+    }
+    world = gs.synthetic.torn(faults, N, noise=noise)
+    data = world.truth["points"] if noise else world.horizons["Top"]
+    sheet = gs.tear_horizon(data, world.faults, name="Top", trim=0.25 if noise else 1.5)
+    position, mean, worst, variation = (0.25, 2.0, 5.0, 0.05) if noise else ASKED
+    for name in faults:
+        found = measure(world, sheet, name)
+        assert len(found.places) > 100
+        assert found.lost == 0
+        assert found.position.max() <= position
+        assert found.throw.mean() <= mean
+        assert found.throw.max() <= worst
+        assert found.variation == pytest.approx((1.0, 1.0), abs=variation)
+    assert open_edges(world, sheet) == 0
 
 
 @pytest.mark.parametrize(("kind", "points", "options"), WORLDS, ids=IDS)

@@ -6,6 +6,7 @@ S1 shuffled           the same as arbitrary triangulations: vertices, triangles 
 S2                    hills and a fault of two triangles
 20 faults             hills and twenty listric faults of 317 x 317 nodes at full size
 block                 two horizons, one fault and a box
+five horizons         five horizons and three faults that cross each other, and a box
 waves                 a smooth horizon and fault whose true curve and volumes are known
 parallel chords       one large face, met by a comb of small triangles
 crossing chords       one large face, met by two combs that cross
@@ -30,6 +31,7 @@ from geosurf.errors import InputError
 from geosurf.model import TriSurface
 from geosurf.prove.bench.folders import drogon_folder
 from geosurf.prove.bench.geology import field_sources, torn_sources
+from geosurf.synthetic.world import make_fault, make_horizon
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
 UTM = (456_000.0, 6_780_000.0, 0.0)
@@ -151,6 +153,30 @@ def _block(size: float) -> Setting:
     return _of_world("block", synthetic.hills(n, horizons=2, offset=UTM))
 
 
+def _five(size: float) -> Setting:
+    """At 1.6e6 triangles: five horizons of 401 x 401 nodes; three faults through all of them."""
+    box = (0.0, 8000.0, 0.0, 8000.0, -2600.0, -1600.0)
+    k, no_shift = 2.0 * np.pi / 5000.0, (0.0, 0.0, 0.0)
+
+    def level(i: int) -> Callable[[Any, Any], Any]:
+        """Elevation of a horizon."""
+        return lambda x, y: -1800.0 - 120.0 * i + 30.0 * np.sin(k * x + i) * np.cos(k * y)
+
+    n = _nodes(size / 5.0)
+    sources: list[tuple[str, str, Any]] = [
+        ("horizon", f"H{i}", make_horizon(f"H{i}", box, n, level(i), no_shift)) for i in range(5)
+    ]
+    for j, (azimuth, dip) in enumerate(((80.0, 65.0), (150.0, 60.0), (205.0, 70.0))):
+        a = math.radians(azimuth)
+        z, s = np.linspace(-1500.0, -2700.0, 3)[:, None], np.linspace(-7000.0, 7000.0, 5)[None]
+        r = (-2100.0 - z) / math.tan(math.radians(dip)) + 150.0 * (j - 1)
+        x = 4000.0 - s * math.cos(a) + r * math.sin(a)
+        y = 4000.0 + s * math.sin(a) + r * math.cos(a)
+        name = f"F{j + 1}"
+        sources.append(("fault", name, make_fault(name, x, y, z + 0.0 * s, no_shift)))
+    return Setting("five horizons", sources, box)
+
+
 def _waves(size: float) -> Setting:
     return _of_world("waves", synthetic.waves(_nodes(size / 2.0), offset=UTM))
 
@@ -221,6 +247,7 @@ SCENES: dict[str, Callable[[float], Setting]] = {
     "S2": _s2,
     "20 faults": _many,
     "block": _block,
+    "five horizons": _five,
     "waves": _waves,
     "parallel chords": _parallel,
     "crossing chords": _crossing,

@@ -178,6 +178,13 @@ TARGETS = (
         asked=1.5,
     ),
     Target(
+        "five horizons",
+        "Five horizons of 401 x 401, three faults that cross, a box: units and volumes",
+        ("units", "five horizons", 1.6e6),
+        kind="alone",
+        within=5.0,
+    ),
+    Target(
         "sheets",
         "Sheets of a horizon of 2237 x 2237 nodes, torn at 6 faults",
         ("sheets", "torn", 1e7),
