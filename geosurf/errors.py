@@ -1,4 +1,4 @@
-"""Every exception that geosurf raises on purpose.
+"""Every exception that geosurf raises on purpose, and its one kind of warning.
 
 Each message is one or two sentences: what is wrong, where, and what to do next.
 The class says whose move it is: the input's (`InputError`), the geometry's
@@ -15,6 +15,7 @@ __all__ = [
     "FormatError",
     "GeometryError",
     "GeosurfError",
+    "GeosurfWarning",
     "HorizonError",
     "InputError",
     "InvariantError",
@@ -95,3 +96,54 @@ class InvariantError(GeosurfError, AssertionError):
     """geosurf broke one of its own promises; please report it with the input."""
 
     exit_code = 4
+
+
+class GeosurfWarning(UserWarning):
+    """Something that geosurf assumed and the user could not know, with the size of its effect.
+
+    `Scene.warnings` lists those of a scene; each is also issued once by Python's `warnings`.
+
+    Parameters
+    ----------
+    kind : str
+        What sort of assumption it is, one or two words: ``"area"``, ``"spike"`` ...
+    subject : str
+        Name of the input that it is about.
+    effect : str
+        What was assumed or left out, and how much that is: one sentence.
+    remedy : str
+        What to type if that is not what was meant: one sentence.
+    place : (easting, northing, elevation), optional
+        Where it is [m], if it is somewhere.
+
+    Examples
+    --------
+    >>> note = GeosurfWarning(
+    ...     "area", "box", "The default box covers 18 % of the field.", "Give aoi= or box=."
+    ... )
+    >>> print(note)
+    The default box covers 18 % of the field. Give aoi= or box=.
+    >>> note.kind, note.subject, note.place
+    ('area', 'box', None)
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        subject: str,
+        effect: str,
+        remedy: str,
+        place: Iterable[float] | None = None,
+    ) -> None:
+        where = None if place is None else tuple(float(value) for value in place)
+        super().__init__(kind, subject, effect, remedy, where)
+        self.kind, self.subject, self.effect, self.remedy, self.place = self.args
+
+    def __str__(self) -> str:
+        return f"{self.effect} {self.remedy}"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, GeosurfWarning) and self.args == other.args
+
+    def __hash__(self) -> int:
+        return hash(self.args)
