@@ -99,8 +99,11 @@ def tear_horizon(
     carry : bool
         Whether a block between faults without data of its own is carried on from its neighbour over
         the fault with the smaller throw there, and listed. Default: it is refused.
-    positive, units : str, optional
-        As for `triangulate_horizon`.
+    positive : {"up", "down"}, optional
+        Whether values are elevation or depth. Default: ``attrs["positive"]`` of a grid, or of the
+        elevations of a Dataset of points; arrays and tables without it need the argument.
+    units : str, optional
+        As for `triangulate_horizon`; points are in metres by default.
 
     Returns
     -------

@@ -207,14 +207,15 @@ def points_of(
                 "Give easting, northing and elevation, one value per point."
             )
         attrs = data["elevation"].attrs
-        positive = positive or attrs.get("positive") or "up"
+        declared = attrs.get("positive", data.attrs.get("positive"))
+        positive = _agreed(declared, positive, what)
         units = units or attrs.get("units") or "m"
         points = np.stack(
             [np.ravel(data[k].values) for k in ("easting", "northing", "elevation")], axis=1
         )
     else:
         points = np.asarray(data)
-        positive, units = positive or "up", units or "m"
+        units = units or "m"
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         raise HorizonError(
             f"{what}: points have shape {points.shape}, expected numbers (n, 3): easting, "
@@ -233,6 +234,16 @@ def points_of(
         raise HorizonError(str(error)) from error
     points[:, 2] *= scale
     return title, points
+
+
+def _agreed(attribute: str | None, argument: str | None, what: str) -> str | None:
+    """Whether a table of points has elevations or depths, by its attribute or by the argument."""
+    if attribute is not None and argument is not None and attribute != argument:
+        raise HorizonError(
+            f"{what}: attrs['positive'] of its elevations is {attribute!r}, the argument positive "
+            f"is {argument!r}. Leave the argument out, or correct the attribute."
+        )
+    return argument if attribute is None else attribute
 
 
 def find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray] | None:

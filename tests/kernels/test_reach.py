@@ -59,7 +59,9 @@ def test_no_node_of_a_sheet_that_is_asked_for_is_the_neighbour_of_two(monkeypatc
     world = gs.synthetic.torn("normal", n=31)
     gs.tear_horizon(world.horizons["Top"], world.faults)
     n_grid = len(asked)
-    gs.tear_horizon(world.truth["scattered"](900), world.faults, name="Top", trim=0.5)
+    gs.tear_horizon(
+        world.truth["scattered"](900), world.faults, name="Top", trim=0.5, positive="up"
+    )
     assert 0 < n_grid < len(asked)
     assert sum(asked) > 100
 

@@ -364,7 +364,7 @@ def test_vertices_on_one_place_are_one():
 def test_throw_of_a_torn_sheet_is_that_of_its_truth(kind):
     """Cut-offs of a model from a sheet, against the cut-offs that the world was made with."""
     world = synthetic.torn(kind, 41)
-    sheet = tear_horizon(world.truth["points"], world.faults, name="Top")
+    sheet = tear_horizon(world.truth["points"], world.faults, name="Top", positive="up")
     faults = {fault.name: fault for fault in sheet.faults}
     scene = Scene({"Top": sheet}, faults, (100.0, 900.0, 100.0, 900.0, -2070.0, -1530.0))
     found = scene.throw("Top", "F1", direction="mean")

@@ -70,7 +70,7 @@ def test_scissors_have_a_gap_and_an_overlap_that_touch():
 def crossing(request):
     """Two faults that move each other, or of which one ends at the other."""
     world = synthetic.torn(request.param, 25)
-    sheet = tear_horizon(world.truth["points"], world.faults, name="Top")
+    sheet = tear_horizon(world.truth["points"], world.faults, name="Top", positive="up")
     faults = {fault.name: fault for fault in sheet.faults}
     box = (100.0, 500.0, 100.0, 500.0, -2070.0, -1530.0)
     return request.param, Scene({"Top": sheet}, faults, box)

@@ -19,6 +19,6 @@ def torn_world():
         trim = chosen.pop("trim", 2.25)
         world = gs.synthetic.torn(kind, **chosen)
         data = world.truth["points"] if points else world.horizons["Top"]
-        return world, gs.tear_horizon(data, world.faults, name="Top", trim=trim)
+        return world, gs.tear_horizon(data, world.faults, name="Top", trim=trim, positive="up")
 
     return make

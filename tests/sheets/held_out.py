@@ -152,7 +152,7 @@ def rows_of(name: str, noise: float) -> list[str]:
         picked = world.horizons["Top"] if smeared else world.truth["points"]
         trim = 0.25 if noise else 2.25
         try:
-            sheet = gs.tear_horizon(picked, world.faults, name="Top", trim=trim)
+            sheet = gs.tear_horizon(picked, world.faults, name="Top", trim=trim, positive="up")
         except GeometryError as error:
             return [f"| {name} | draw {seed} refused: {error} |"]
         for fault in world.faults:

@@ -178,7 +178,7 @@ def rows_of(kind: str, points: bool, options: dict, data: str, n: int = 81) -> l
             picked = world.truth["scattered"](n * n, noise, seed)
             trim = 1.0
         try:
-            sheet = gs.tear_horizon(picked, world.faults, name="Top", trim=trim)
+            sheet = gs.tear_horizon(picked, world.faults, name="Top", trim=trim, positive="up")
         except GeometryError as error:
             return [f"| {kind} | {data} | draw {seed} refused: {error} |"]
         leaks += 0 if data.startswith("scattered") else open_edges(world, sheet)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
@@ -75,13 +77,34 @@ def test_data_that_cannot_be_torn(world):
     points = world.truth["points"].copy()
     points[7, 2] = np.nan
     with pytest.raises(HorizonError, match=r"1 points are not finite, the first is point 7"):
-        gs.tear_horizon(points, world.faults)
+        gs.tear_horizon(points, world.faults, positive="up")
     scattered = world.truth["points"].copy()
     scattered[5, 0] += 9.0
     with pytest.raises(HorizonError, match=r"1 of \d+ points lie off the lattice.*0\.36 cells off"):
-        gs.tear_horizon(scattered, world.faults)
+        gs.tear_horizon(scattered, world.faults, positive="up")
     with pytest.raises(HorizonError, match=r"points have shape \(4,\), expected numbers \(n, 3\)"):
-        gs.tear_horizon(np.arange(4.0), world.faults)
+        gs.tear_horizon(np.arange(4.0), world.faults, positive="up")
+
+
+def test_points_that_do_not_declare_elevation_or_depth_are_refused(world):
+    """Two horizons at 2000 and 2100 m of depth were elevations, the younger one below."""
+    points = world.truth["points"]
+    names = ["easting", "northing", "elevation"]
+    table = pd.DataFrame(points, columns=names)
+    dataset = xr.Dataset(
+        {name: ("point", column) for name, column in zip(names, points.T, strict=True)}
+    )
+    for data in (points, points.tolist(), table, dataset):
+        for call in (gs.tear_horizon, gs.propose_trim):
+            with pytest.raises(HorizonError, match=r"elevation or depth.* positive='up'.*'down'"):
+                call(data, world.faults)
+    depths = dataset.assign(elevation=-dataset["elevation"])
+    depths["elevation"].attrs["positive"] = "down"
+    found = gs.tear_horizon(depths, {}, name="Top")
+    again = gs.tear_horizon(points, {}, name="Top", positive="up")
+    np.testing.assert_array_equal(found.lattice.elevation, again.lattice.elevation)
+    with pytest.raises(HorizonError, match=r"is 'down', the argument positive is 'up'. Leave"):
+        gs.tear_horizon(depths, {}, positive="up")
 
 
 def test_uneven_steps_are_refused(world):
@@ -147,4 +170,4 @@ def test_an_overlap_that_scattered_points_cannot_close_is_told_with_its_width(mo
     world = gs.synthetic.torn("thrust", n=41)
     points = world.truth["scattered"](3000)
     with pytest.raises(GeometryError, match=r"open, .* up to 6\.9 cells, .* or a wider spacing\."):
-        gs.tear_horizon(points, world.faults, name="Top", trim=0.5, spacing=25.0)
+        gs.tear_horizon(points, world.faults, name="Top", trim=0.5, spacing=25.0, positive="up")

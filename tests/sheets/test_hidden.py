@@ -29,7 +29,7 @@ def parts(monkeypatch):
         monkeypatch.setattr(describe, "hidden_misfit", seen)
         world = gs.synthetic.torn(kind, 61)
         points = world.truth["scattered"](3700) if scattered else world.truth["points"]
-        sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0)
+        sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0, positive="up")
         return sheet.report, told[0]
 
     return make

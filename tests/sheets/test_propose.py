@@ -70,7 +70,7 @@ def test_points_come_as_a_table(torn_world):
 
     world, sheet = torn_world("reverse", True, n=61)
     table = pd.DataFrame(world.truth["points"], columns=["easting", "northing", "elevation"])
-    again = gs.tear_horizon(table, world.faults, name="Top", trim=2.25)
+    again = gs.tear_horizon(table, world.faults, name="Top", trim=2.25, positive="up")
     assert np.array_equal(again.surface.vertices, sheet.surface.vertices)
     with pytest.raises(gs.errors.HorizonError, match=r"lack \['elevation'\], there are \['depth'"):
         gs.tear_horizon(table.rename(columns={"elevation": "depth"}), world.faults)

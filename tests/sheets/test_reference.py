@@ -52,7 +52,7 @@ def test_points_bring_theirs_in_the_attributes_of_a_table(world):
     import pandas as pd
 
     table = pd.DataFrame(world.truth["points"], columns=["easting", "northing", "elevation"])
-    table.attrs["crs"] = UTM31
+    table.attrs.update(crs=UTM31, positive="up")
     assert torn(table, world.faults).crs == UTM31
 
 

@@ -47,7 +47,7 @@ def test_squares_are_added_where_they_belong(some, place, seed):
 
 def rebuilt(points: np.ndarray, faults, noise: float = 2.0) -> tuple[Rebuild, passes.Heights]:
     """Both passes over noisy points on a lattice."""
-    picks = picks_or_points(points, "Top", None, None, None)
+    picks = picks_or_points(points, "Top", "up", None, None)
     assert type(picks) is Picks
     meshes = [
         mesh_in_frame(gs.triangulate_fault(f, name=k), picks.frame) for k, f in faults.items()
@@ -154,7 +154,9 @@ def test_noisy_cut_offs_gain_by_it(monkeypatch):
         errors = []
         for seed in (1, 2, 3):
             world = gs.synthetic.torn("Y", 81, noise=2.0, seed=seed)
-            sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=0.25)
+            sheet = gs.tear_horizon(
+                world.truth["points"], world.faults, name="Top", trim=0.25, positive="up"
+            )
             errors.append(measure(world, sheet, "F2"))
         found.append(np.mean([np.mean(m.throw**2) for m in errors]))
         if share:
@@ -171,7 +173,7 @@ def test_scattered_points_gain_by_it(monkeypatch):
         for seed in (1, 2):
             world = gs.synthetic.torn("through", 61)
             points = world.truth["scattered"](61 * 61, 2.0, seed)
-            sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0)
+            sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0, positive="up")
             errors.append(np.mean(measure(world, sheet, "F1").throw ** 2))
         found.append(np.mean(errors))
     assert found[0] < 0.9 * found[1]

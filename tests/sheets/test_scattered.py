@@ -28,7 +28,7 @@ def normal():
 def test_clean_points_are_met_like_a_grid(kind):
     world = gs.synthetic.torn(kind, n=N)
     points = world.truth["scattered"](N * N)
-    sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0)
+    sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0, positive="up")
     assert sheet.report.noise is None
     assert sheet.report.tips == sheet.report.declared_tips
     for name in world.faults:
@@ -45,7 +45,9 @@ def test_throw_that_dies_as_a_root_is_met_at_its_tips(name):
     """Without shapes 22 % of it were missed there."""
     faults, n, step, _ = held_out.WORLDS[name]
     world = gs.synthetic.torn(faults, n, step=step)
-    sheet = gs.tear_horizon(world.truth["scattered"](n * n), world.faults, name="Top", trim=1.0)
+    sheet = gs.tear_horizon(
+        world.truth["scattered"](n * n), world.faults, name="Top", trim=1.0, positive="up"
+    )
     found = measure(world, sheet, "F1", cell=step)
     assert found.lost == 0
     assert found.position.max() < 0.1
@@ -57,7 +59,7 @@ def test_throw_that_dies_as_a_root_is_met_at_its_tips(name):
 def test_a_thrust_is_closed_on_a_wider_lattice():
     world = gs.synthetic.torn("thrust", n=81)
     points = world.truth["scattered"](6561)
-    sheet = gs.tear_horizon(points, world.faults, name="Top", trim=0.5, spacing=50.0)
+    sheet = gs.tear_horizon(points, world.faults, name="Top", trim=0.5, spacing=50.0, positive="up")
     found = measure(world, sheet, "F1", cell=50.0)
     assert found.lost == 0
     assert found.throw.mean() < 1.0
@@ -67,7 +69,7 @@ def test_a_thrust_is_closed_on_a_wider_lattice():
 def test_noisy_points_are_met_as_well_as_asked(kind):
     world = gs.synthetic.torn(kind, n=N)
     points = world.truth["scattered"](8000, 2.0)
-    sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0, spacing=25.0)
+    sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0, spacing=25.0, positive="up")
     assert sheet.report.noise == pytest.approx(2.0, rel=0.1)
     found = measure(world, sheet, "F1")
     assert found.position.max() < 0.25
@@ -80,7 +82,7 @@ def test_a_table_of_points_is_the_same_as_an_array(normal):
     table = pd.DataFrame(points * (1.0, 1.0, -1.0), columns=names)
     one, two = (
         gs.tear_horizon(data, normal.faults, name="Top", spacing=40.0, **how)
-        for data, how in ((points, {}), (table, {"positive": "down"}))
+        for data, how in ((points, {"positive": "up"}), (table, {"positive": "down"}))
     )
     assert (one.lattice.elevation == two.lattice.elevation).all()
     assert one.report.cell == 40.0
@@ -114,20 +116,20 @@ def test_what_is_no_surface_is_refused(normal):
     rng = np.random.default_rng(1)
     few = rng.uniform(0.0, 900.0, (20, 3))
     with pytest.raises(HorizonError, match=r"'Top': 20 scattered points are too few .* Give more"):
-        gs.tear_horizon(few, normal.faults, name="Top", spacing=25.0)
+        gs.tear_horizon(few, normal.faults, name="Top", spacing=25.0, positive="up")
     s = rng.uniform(0.0, 900.0, 200)
     line = np.column_stack([s, 2.0 * s, s])
     with pytest.raises(HorizonError, match=r"all 200 points are on one line, through \(.*both"):
-        gs.tear_horizon(line, normal.faults, name="Top", spacing=25.0)
+        gs.tear_horizon(line, normal.faults, name="Top", spacing=25.0, positive="up")
     points = normal.truth["scattered"](300)
     with pytest.raises(HorizonError, match=r"0.01 m would have \d+ x \d+ nodes.*Give a wider"):
-        gs.tear_horizon(points, normal.faults, name="Top", spacing=0.01)
+        gs.tear_horizon(points, normal.faults, name="Top", spacing=0.01, positive="up")
     with pytest.raises(InputError, match="spacing is -1, expected metres above 0"):
-        gs.tear_horizon(points, normal.faults, spacing=-1)
+        gs.tear_horizon(points, normal.faults, spacing=-1, positive="up")
     with pytest.raises(InputError, match=r"25 m, but the data are a grid, .* own\. Leave"):
         gs.tear_horizon(normal.horizons["Top"], normal.faults, spacing=25.0)
     with pytest.raises(HorizonError, match=r"points sit on no lattice of right angles\. Give a g"):
-        gs.throw_horizon(points, normal.faults, {"F1": 10.0}, name="Top")
+        gs.throw_horizon(points, normal.faults, {"F1": 10.0}, name="Top", positive="up")
 
 
 def test_a_block_without_points_is_refused_by_name():
@@ -135,13 +137,17 @@ def test_a_block_without_points_is_refused_by_name():
     points = world.truth["scattered"](3000)
     across = world.truth["faults"]["F1"].along_across(points[:, 0], points[:, 1])[1] - 2.2 * 25.0
     with pytest.raises(GeometryError, match=r"nodes beside F1, F2 have no datum.*say carry=True"):
-        gs.tear_horizon(points[np.abs(across) > 75.0], world.faults, spacing=25.0, trim=1.0)
+        gs.tear_horizon(
+            points[np.abs(across) > 75.0], world.faults, spacing=25.0, trim=1.0, positive="up"
+        )
 
 
 def test_a_thrust_is_met_by_points_of_both_walls_past_its_trace():
     """An overlap of 7 cells: refused, when nothing held a wall past its trace."""
     world = gs.synthetic.torn("thrust", n=81)
-    sheet = gs.tear_horizon(world.truth["scattered"](6561), world.faults, name="Top", trim=1.0)
+    sheet = gs.tear_horizon(
+        world.truth["scattered"](6561), world.faults, name="Top", trim=1.0, positive="up"
+    )
     assert sheet.report.tips == sheet.report.declared_tips
     found = measure(world, sheet, "F1")
     assert found.lost == 0
@@ -157,7 +163,7 @@ def test_noisy_points_of_a_reverse_fault_are_met_as_well_as_asked():
     for seed in (6, 7):
         world = gs.synthetic.torn("reverse", n=81)
         points = world.truth["scattered"](6561, 2.0, seed)
-        sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0)
+        sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0, positive="up")
         found = measure(world, sheet, "F1")
         assert found.lost == 0
         assert found.position.max() < 0.25

@@ -16,7 +16,9 @@ def pair():
         sheets = {}
         for name, level in (("Top", 0.0), ("Base", -120.0)):
             world = gs.synthetic.torn(kind, 41, level=level)
-            sheets[name] = gs.tear_horizon(world.truth["points"], world.faults, name=name)
+            sheets[name] = gs.tear_horizon(
+                world.truth["points"], world.faults, name=name, positive="up"
+            )
         faults = {fault.name: fault for fault in sheets["Top"].faults}
         return sheets, gs.Scene(sheets, faults, (100.0, 900.0, 100.0, 900.0, -2070.0, -1530.0))
 

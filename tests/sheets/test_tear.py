@@ -43,7 +43,9 @@ def test_two_faults_three_cells_apart_are_met_as_asked(noise):
     }
     world = gs.synthetic.torn(faults, N, noise=noise)
     data = world.truth["points"] if noise else world.horizons["Top"]
-    sheet = gs.tear_horizon(data, world.faults, name="Top", trim=0.25 if noise else 1.5)
+    sheet = gs.tear_horizon(
+        data, world.faults, name="Top", trim=0.25 if noise else 1.5, positive="up"
+    )
     position, mean, worst, variation = (0.25, 2.0, 5.0, 0.05) if noise else ASKED
     for name in faults:
         found = measure(world, sheet, name)
@@ -85,7 +87,9 @@ def test_an_acute_wedge_is_told_as_a_place(torn_world, kind):
 def test_what_was_not_smeared_is_met_as_asked_where_smeared_maps_are_not(kind):
     """So it is what the trim takes away that is missed, not the mesh or the tips."""
     world = gs.synthetic.torn(kind, n=N)
-    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=0.25)
+    sheet = gs.tear_horizon(
+        world.truth["points"], world.faults, name="Top", trim=0.25, positive="up"
+    )
     position, mean, worst, variation = ASKED
     for name in world.faults:
         found = measure(world, sheet, name)
@@ -103,7 +107,9 @@ WIDE = {"through": 2.0, "Y": 2.0, "normal": 4.0, "reverse": 4.0}
 @pytest.mark.parametrize("kind", WIDE)
 def test_noise_is_noticed_and_smoothed_with_a_wide_trim(kind):
     world = gs.synthetic.torn(kind, n=N, noise=2.0)
-    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=1.0)
+    sheet = gs.tear_horizon(
+        world.truth["points"], world.faults, name="Top", trim=1.0, positive="up"
+    )
     assert sheet.report.noise == pytest.approx(2.0, rel=0.1)
     found = measure(world, sheet, "F1")
     assert found.position.max() < 0.25
@@ -115,7 +121,9 @@ def test_noise_is_noticed_and_smoothed_with_a_wide_trim(kind):
 def test_noise_is_noticed_and_smoothed(kind):
     """Also where a sheet overlaps its fault: it and what it has past the trace are one."""
     world = gs.synthetic.torn(kind, n=N, noise=2.0)
-    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=0.25)
+    sheet = gs.tear_horizon(
+        world.truth["points"], world.faults, name="Top", trim=0.25, positive="up"
+    )
     assert sheet.report.noise == pytest.approx(2.0, rel=0.1)
     assert open_edges(world, sheet) == 0
     found = measure(world, sheet, "F1")
@@ -133,7 +141,9 @@ def test_throw_of_held_out_worlds_is_met_under_noise(name):
     draws: dict[str, list[float]] = {fault: [] for fault in faults}
     for seed in (40, 41):
         world = gs.synthetic.torn(faults, n, step=step, noise=2.0, seed=seed)
-        sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=0.25)
+        sheet = gs.tear_horizon(
+            world.truth["points"], world.faults, name="Top", trim=0.25, positive="up"
+        )
         assert sheet.report.tips == sheet.report.declared_tips
         for fault in faults:
             found = measure(world, sheet, fault, cell=step)
@@ -146,14 +156,18 @@ def test_throw_of_held_out_worlds_is_met_under_noise(name):
 def test_two_walls_of_a_node_at_the_rim_are_never_averaged():
     """Its foot on the fault's trace lies past the rim of the data, where the trace was drawn on."""
     world = gs.synthetic.torn("scissors", n=N, level=60.0)
-    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=0.25)
+    sheet = gs.tear_horizon(
+        world.truth["points"], world.faults, name="Top", trim=0.25, positive="up"
+    )
     assert measure(world, sheet, "F1").throw.max() < 1.0
 
 
 def test_scissors_are_sealed_and_do_not_cross_themselves():
     """Throw changes its sign within the model: a gap and an overlap that touch."""
     world = gs.synthetic.torn("scissors", n=41)
-    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=1.0)
+    sheet = gs.tear_horizon(
+        world.truth["points"], world.faults, name="Top", trim=1.0, positive="up"
+    )
     assert sheet.report.sign_changes == {"F1": 1}
     faults = {fault.name: fault for fault in sheet.faults}
     scene = gs.Scene({"Top": sheet}, faults, box=(50.0, 950.0, 50.0, 950.0, -2050.0, -1550.0))
@@ -165,7 +179,7 @@ def test_scissors_are_sealed_and_do_not_cross_themselves():
 def test_nodes_without_a_pick_are_on_the_rim_of_the_others():
     """Fitted, they were off by a rounding, and a box along the rim of the data was left open."""
     world = gs.synthetic.torn("through", n=31)
-    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top")
+    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", positive="up")
     outside = sheet.surface.vertices[:, :2] - np.array([0.0, 750.0])[:, None, None]
     assert not ((np.abs(outside) < 1e-6) & (outside != 0)).any()
     scene = gs.Scene({"Top": sheet}, {f.name: f for f in sheet.faults}, box=world.box)
@@ -193,7 +207,9 @@ def test_smoothing_does_not_bend_the_rim_of_its_collar(kind):
 def test_a_thrust_is_closed_under_noise():
     """Ghosts over an overlap are drawn by noisy picks, not fixed to them."""
     world = gs.synthetic.torn("thrust", n=N, noise=2.0)
-    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", trim=2.25)
+    sheet = gs.tear_horizon(
+        world.truth["points"], world.faults, name="Top", trim=2.25, positive="up"
+    )
     assert open_edges(world, sheet) == 0
     found = measure(world, sheet, "F1")
     assert found.lost == 0
@@ -237,7 +253,7 @@ def test_a_rotated_grid_gives_the_same_sheet(torn_world):
             easting=(ds.easting.dims, xy[..., 0]), northing=(ds.easting.dims, xy[..., 1])
         )
     cloud = np.column_stack([points, grid.values.ravel()])
-    turned = gs.tear_horizon(cloud, faults, name="Top", trim=2.25)
+    turned = gs.tear_horizon(cloud, faults, name="Top", trim=2.25, positive="up")
     assert np.nanmax(np.abs(turned.cuts["F1"].throw)) == pytest.approx(
         np.nanmax(np.abs(sheet.cuts["F1"].throw)), abs=0.05
     )
@@ -277,6 +293,8 @@ def test_a_horizon_that_no_fault_meets_is_as_it_was(torn_world, depth):
 def test_scattered_points_without_a_fault_are_one_sheet():
     rng = np.random.default_rng(5)
     x, y = rng.uniform(0, 1000, (2, 600))
-    sheet = gs.tear_horizon(np.column_stack([x, y, 0.1 * x - 1000]), {}, spacing=50, noise=0)
+    sheet = gs.tear_horizon(
+        np.column_stack([x, y, 0.1 * x - 1000]), {}, spacing=50, noise=0, positive="up"
+    )
     east, _, up = sheet.surface.vertices.T
     assert up == pytest.approx(0.1 * east - 1000, abs=0.01)

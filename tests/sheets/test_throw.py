@@ -399,7 +399,9 @@ def test_a_horizon_that_is_torn_already_is_refused():
     with pytest.raises(
         HorizonError, match="several values at one node, so that it is torn already"
     ):
-        gs.throw_horizon(world.truth["points"], world.faults, {"F1": -30.0}, name="Top")
+        gs.throw_horizon(
+            world.truth["points"], world.faults, {"F1": -30.0}, name="Top", positive="up"
+        )
 
 
 def test_the_report_says_what_was_asked_and_found():

@@ -175,7 +175,7 @@ def test_held_out_worlds_are_met_as_asked(name):
     faults, n, step, points = held_out.WORLDS[name]
     world = gs.synthetic.torn(faults, n, step=step)
     picked = world.truth["points"] if points else world.horizons["Top"]
-    sheet = gs.tear_horizon(picked, world.faults, name="Top", trim=2.25)
+    sheet = gs.tear_horizon(picked, world.faults, name="Top", trim=2.25, positive="up")
     assert sheet.report.tips == sheet.report.declared_tips
     for fault in world.faults:
         found = measure(world, sheet, fault, cell=step)
@@ -190,7 +190,7 @@ def test_noise_is_smoothed_where_every_node_beside_a_trace_keeps_a_datum():
     """Around a reverse fault none loses all of its data: nothing was smoothed at its far tip."""
     world = gs.synthetic.torn("reverse", n=81, noise=2.0)
     points = world.truth["points"]
-    sheet = gs.tear_horizon(points, world.faults, name="Top", trim=0.25)
+    sheet = gs.tear_horizon(points, world.faults, name="Top", trim=0.25, positive="up")
     col, row = np.rint(points[:, :2] / 25.0).astype(np.int64).T
     met = sheet.lattice.elevation[row, col] == points[:, 2]
     for k in (0, -1):

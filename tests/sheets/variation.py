@@ -34,7 +34,11 @@ def sheets_of(kind: str, draws: int) -> Iterator[tuple]:
             faults, n, step, _ = held_out.WORLDS[kind]
             world = gs.synthetic.torn(faults, n, step=step, noise=NOISE, seed=seed)
         try:
-            yield world, gs.tear_horizon(world.truth["points"], world.faults, trim=0.25), step
+            yield (
+                world,
+                gs.tear_horizon(world.truth["points"], world.faults, trim=0.25, positive="up"),
+                step,
+            )
         except GeometryError:
             yield world, None, step
 
