@@ -77,6 +77,8 @@ _HOME = {
     "render_section": "geosurf.render",
     "report_scene": "geosurf.report",
     "write": "geosurf.write",
+    # what geosurf assumed
+    "GeosurfWarning": "geosurf.errors",
 }
 _ROOMS = ("synthetic", "errors", "conventions")
 

@@ -13,7 +13,7 @@ import sys
 import traceback
 from types import TracebackType
 
-from geosurf.errors import GeosurfError, InputError
+from geosurf.errors import GeosurfError, GeosurfWarning, InputError
 
 OUR_FAULT = 4
 INTERRUPTED = 130
@@ -51,6 +51,9 @@ class Ending:
             self.code = error.exit_code
             for line in (error, *getattr(error, "__notes__", ())):
                 print(f"geosurf: {line}", file=sys.stderr)
+        elif isinstance(error, GeosurfWarning):  # Python was asked to treat warnings as errors
+            self.code = InputError.exit_code
+            print(f"geosurf: warning: {error}", file=sys.stderr)
         elif isinstance(error, OSError) and error.errno in NO_ROOM:
             self.code = InputError.exit_code
             what = error.filename or "what was asked for"

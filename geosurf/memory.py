@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from geosurf.errors import GeosurfWarning
 from geosurf.model import FaultSticks, Sheet, TriSurface
+from geosurf.warning import collected, issue, pass_on
 
 
 @dataclass(frozen=True)
@@ -45,18 +47,44 @@ class Memory:
     ['ran', 'from memory']
     """
 
-    def __init__(self) -> None:
+    def __init__(self, warnings: Iterable[GeosurfWarning] = ()) -> None:
         self.results: dict[Hashable, Any] = {}
+        self._warnings_of: dict[Hashable, tuple[GeosurfWarning, ...]] = {}
         self._keys: WeakKeyDictionary[TriSurface, Hashable] = WeakKeyDictionary()
         self.steps: list[Step] = []
+        self.warnings: list[GeosurfWarning] = list(warnings)
+        self._issued = set(self.warnings)
 
-    def __reduce__(self) -> tuple[type[Memory], tuple[()]]:
-        """Copies and other processes begin with an empty memory: results are made anew there."""
-        return Memory, ()
+    def __reduce__(self) -> tuple[type[Memory], tuple[tuple[GeosurfWarning, ...]]]:
+        """Copies and other processes begin with an empty memory: results are made anew there.
+
+        Warnings go along: what they are about is still in the results that the scene itself holds.
+        """
+        return Memory, (tuple(self.warnings),)
 
     def share(self, other: Memory) -> None:
         """Take the results of another memory as one's own, from now on for both."""
         self.results, self._keys = other.results, other._keys
+        self._warnings_of, self._issued = other._warnings_of, other._issued
+
+    def warn(self, *warnings: GeosurfWarning, issued: bool = False) -> None:
+        """Keep warnings of this scene, and issue those that no scene of the family has issued.
+
+        Parameters
+        ----------
+        *warnings : GeosurfWarning
+        issued : bool
+            Whether whoever found them has issued them.
+        """
+        for warning in warnings:
+            pass_on(warning)  # a step within a step: both carry it
+            if warning not in self.warnings:
+                self.warnings.append(warning)
+        for warning in warnings:
+            if warning not in self._issued:
+                self._issued.add(warning)
+                if not issued:
+                    issue(warning)
 
     def key_of(self, surface: TriSurface) -> Hashable:
         """Return what tells a surface: what it was made of, else its fingerprint, taken once."""
@@ -89,13 +117,19 @@ class Memory:
         """Return the result of a step: from memory if it is there. Without `again`, told once."""
         if key in self.results:
             result = self.results[key]
+            self.warn(*self._warnings_of.get(key, ()))
             if again or not any(s.stage == stage and s.subject == subject for s in self.steps):
                 self.note(stage, subject, "from memory", describe(result))
             return result
         start = time.perf_counter()
-        result = run()
-        self.results[key] = result
-        self.note(stage, subject, "ran", describe(result), time.perf_counter() - start)
+        found: list[GeosurfWarning] = []
+        try:
+            with collected() as found:
+                result = run()
+            self.results[key], self._warnings_of[key] = result, tuple(dict.fromkeys(found))
+            self.note(stage, subject, "ran", describe(result), time.perf_counter() - start)
+        finally:
+            self.warn(*found)
         return result
 
     def note(

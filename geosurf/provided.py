@@ -149,6 +149,12 @@ class Provided(Joined):
         check_zones(contacts, names_of_zones(self.horizon_names))  # before anything is cut
         return surfaces, contacts
 
+    def _prepare(self) -> None:
+        """Read all inputs and check them against each other, once; whatever is odd is warned of."""
+        _ = self.surfaces, self.box, self._fluids
+        for sheet in self.sheets.values():
+            self._memory.warn(*getattr(sheet.report, "warnings", ()), issued=True)
+
     def _limits(self) -> tuple[Any, Any]:
         """Box and area, for what asks when they are first needed."""
         return self.box, self.aoi

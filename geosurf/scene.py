@@ -13,7 +13,7 @@ from geosurf.carve.certificate import certify, same_bytes
 from geosurf.contact import find_contacts
 from geosurf.contact.search import check_voxel_size
 from geosurf.conventions import counted, did_you_mean, elevation_sign, metres_per_unit
-from geosurf.errors import InputError
+from geosurf.errors import GeosurfWarning, InputError
 from geosurf.inputs import as_mapping, exchanged, only_of, refuse_namesakes
 from geosurf.joined import check_scene_tolerance
 from geosurf.memory import Memory, Step
@@ -200,6 +200,7 @@ class Scene(Provided):
     @cached_property
     def patches(self) -> Patches:
         """All surfaces and the walls of the box, split along their curves."""
+        self._prepare()
         n, place = len(self._enclosed) - len(self._walls), "box" if self.aoi is None else "area"
         return self._memory.remembered(
             "rebuild", f"{counted(n, 'surface')} and the {place}", self._patches_key, self._rebuild,
@@ -297,6 +298,28 @@ class Scene(Provided):
         """
         width = max((len(step.subject) for step in self.steps), default=0)
         return "\n".join(step.words(width, seconds) for step in self.steps)
+
+    @property
+    def warnings(self) -> tuple[GeosurfWarning, ...]:
+        """What geosurf assumed and you could not know, each with its effect and a remedy.
+
+        Asking prepares all inputs: they are read, faults are extended and truncated, the box is
+        chosen. What later stages (units, measures, pictures) warn of is there once they have run.
+        Each warning is also issued once by Python's `warnings`; docs/warnings.md lists the kinds.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> gs.Scene(world.horizons, world.faults, world.box).warnings
+        ()
+        """
+        self._prepare()
+        order = [*self._horizons, *self._faults]
+        rank = {
+            name: i for i, name in enumerate(order)
+        }  # what is about the whole model comes first
+        return tuple(sorted(self._memory.warnings, key=lambda w: (rank.get(w.subject, -1), str(w))))
 
     @property
     def steps(self) -> tuple[Step, ...]:

@@ -38,8 +38,8 @@ def report_scene(
     ----------
     scene : Scene
         Or anything with ``surfaces``, ``units``, ``curves``, ``patches``, ``box`` and ``check()``;
-        ``explain(seconds=False)``, ``render_pictures(folder)``, ``sheets``, and ``faults_inside``
-        with what is measured along them are used where they exist.
+        ``explain(seconds=False)``, ``render_pictures(folder)``, ``sheets``, ``warnings``, and
+        ``faults_inside`` with what is measured along them are used where they exist.
     folder : path-like
         Is created if need be.
     pictures : mapping of str to path-like, optional
@@ -179,6 +179,7 @@ def _sections(
         rebuilt["dropped_area"] = {names[i]: a for i, a in rebuilt["dropped_area"].items()}
     costs = tables.cost_table(("intersect", curves.cost), ("rebuild", rebuilt), ("carve", carved))
     return [
+        *_listed("Warnings", tables.warning_table(getattr(scene, "warnings", ()))),
         ("Volumes [million m³]", "\n".join([volumes, *map(page.paragraph, balance)])),
         *_listed("Regions of the file beside the units", tables.region_table(units, regions)),
         *_listed("Horizons clipped by the column", tables.clipped_table(clipped)),

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import place
+from geosurf.errors import GeosurfWarning
 from geosurf.model import (
     Certificate,
     Clipped,
@@ -328,6 +330,20 @@ def curve_table(curves: Curves) -> Table:
         for (first, second), entry in found.items()
     )
     return Table(("Surface", "meets", "Curves", "of these closed", "Length [m]"), rows, n_label=2)
+
+
+def warning_table(warnings: Iterable[GeosurfWarning]) -> Table:
+    """Return what was assumed, with its effect and what to type instead."""
+    rows = tuple(
+        (
+            warning.subject,
+            warning.effect,
+            "" if warning.place is None else place(warning.place),
+            warning.remedy,
+        )
+        for warning in warnings
+    )
+    return Table(("About", "Effect", "Place", "Remedy"), rows, n_label=4)
 
 
 def check_table(certificate: Certificate) -> Table:

@@ -297,5 +297,6 @@ def _write_files(scene: Scene, scenario: Scenario, certificate: Certificate, fol
     for word in scenario.output.formats:
         file, _ = FORMATS[word]
         write(scene.curves if file.startswith("curves") else scene.units, folder / file)
-    lines = f"{scenario.title}\n\n{certificate}\n"
+    warnings = "".join(f"Warning: {warning}\n" for warning in scene.warnings)
+    lines = "\n".join(filter(None, [f"{scenario.title}\n", warnings, f"{certificate}\n"]))
     (folder / "certificate.txt").write_text(lines, encoding="utf-8", newline="\n")

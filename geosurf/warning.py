@@ -1,0 +1,77 @@
+"""How a `GeosurfWarning` is issued: to the scene that is at work, else by Python's `warnings`.
+
+A scene collects what its steps warn of, keeps it beside their results, and issues each warning
+once. Outside a scene a function issues its warnings itself. Both call `warn`.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+
+from geosurf.errors import GeosurfWarning
+
+_PACKAGE = str(Path(__file__).parent)
+_collector: ContextVar[list[GeosurfWarning] | None] = ContextVar("collector", default=None)
+
+
+def warn(warning: GeosurfWarning) -> None:
+    """
+    Hand a warning to the scene whose step runs, or issue it as the line of the user's own code.
+
+    Parameters
+    ----------
+    warning : GeosurfWarning
+
+    Examples
+    --------
+    >>> note = GeosurfWarning("area", "box", "The box covers 18 % of the field.", "Give aoi=.")
+    >>> with collected() as found:
+    ...     warn(note)
+    >>> found == [note]
+    True
+    """
+    if not pass_on(warning):
+        issue(warning)
+
+
+def issue(warning: GeosurfWarning) -> None:
+    """Issue a warning by Python's `warnings`, as the line of the user's own code."""
+    warnings.warn(warning, stacklevel=_depth_of_user())
+
+
+def pass_on(warning: GeosurfWarning) -> bool:
+    """Hand a warning to whoever collects them, and return whether anybody does."""
+    found = _collector.get()
+    if found is not None:
+        found.append(warning)
+    return found is not None
+
+
+@contextmanager
+def collected() -> Iterator[list[GeosurfWarning]]:
+    """Collect what is warned of inside the ``with`` block, instead of issuing it.
+
+    Yields
+    ------
+    list of GeosurfWarning
+        Grows while the block runs.
+    """
+    found: list[GeosurfWarning] = []
+    token = _collector.set(found)
+    try:
+        yield found
+    finally:
+        _collector.reset(token)
+
+
+def _depth_of_user() -> int:
+    """Frames from `issue` up to the first that is not of geosurf, as `warnings` counts them."""
+    depth, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
+        depth, frame = depth + 1, frame.f_back
+    return depth

@@ -1,0 +1,137 @@
+"""What a scene warns of: kept with results, issued once, listed whatever was asked for first."""
+
+from __future__ import annotations
+
+import ast
+import copy
+import pickle
+import re
+import warnings
+from pathlib import Path
+
+import pytest
+
+import geosurf as gs
+from geosurf.console import printed_warnings
+from geosurf.memory import Memory
+from geosurf.warning import collected, warn
+
+ROOT = Path(__file__).resolve().parents[2]
+NOTE = gs.GeosurfWarning("spike", "Top", "One node stands out by 900 m.", "Remove it.", (1, 2, 3))
+OTHER = gs.GeosurfWarning("area", "box", "The box covers 18 % of the field.", "Give aoi=.")
+
+
+def told(memory, *notes, key="key"):
+    """A step that warns."""
+    return memory.remembered("stage", "Top", key, lambda: list(map(warn, notes)), str)
+
+
+def test_a_step_keeps_its_warnings_and_issues_each_once():
+    memory = Memory()
+    with warnings.catch_warnings(record=True, action="always") as issued:
+        told(memory, NOTE, NOTE, OTHER)
+        told(memory, NOTE, OTHER)
+        told(memory, OTHER, key="another")
+    assert [one.message for one in issued] == [NOTE, OTHER] == memory.warnings
+    assert issued[0].filename == __file__  # the line of who asked, not one inside geosurf
+
+
+def test_results_that_are_shared_carry_their_warnings():
+    first, twin, stranger = Memory(), Memory(), Memory()
+    twin.share(first)
+    with pytest.warns(gs.GeosurfWarning):
+        told(first, NOTE)
+    told(twin, NOTE)  # from memory, and not issued again
+    assert twin.warnings == [NOTE]
+    assert stranger.warnings == []
+
+
+def test_a_step_within_a_step_warns_for_both():
+    memory, twin = Memory(), Memory()
+    twin.share(memory)
+    with pytest.warns(gs.GeosurfWarning) as issued:
+        memory.remembered("outer", "", "outer", lambda: told(memory, NOTE), str)
+    assert len(issued) == 1
+    twin.remembered("outer", "", "outer", lambda: None, str)
+    assert twin.warnings == [NOTE]
+
+
+def test_a_step_that_fails_has_warned():
+    memory = Memory()
+
+    def fail():
+        """Warn, then fail."""
+        warn(NOTE)
+        raise ZeroDivisionError
+
+    with pytest.warns(gs.GeosurfWarning), pytest.raises(ZeroDivisionError):
+        memory.remembered("stage", "Top", "key", fail, str)
+    assert memory.warnings == [NOTE]
+
+
+def test_as_errors_they_stop_a_step_once():
+    memory = Memory()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(gs.GeosurfWarning, match="stands out"):
+            told(memory, NOTE)
+        assert told(memory, NOTE) == [None]
+
+
+def test_outside_a_scene_they_are_issued_at_once():
+    with pytest.warns(gs.GeosurfWarning) as issued:
+        warn(NOTE)
+    assert issued[0].filename == __file__
+    with collected() as found:
+        warn(NOTE)
+    assert found == [NOTE]
+
+
+@pytest.mark.parametrize(
+    "again", [copy.copy, copy.deepcopy, lambda m: pickle.loads(pickle.dumps(m))]
+)
+def test_copies_keep_them_and_do_not_issue_them_again(again):
+    memory = Memory()
+    with pytest.warns(gs.GeosurfWarning):
+        memory.warn(NOTE)
+    other = again(memory)
+    assert other.warnings == [NOTE]
+    other.warn(NOTE)
+
+
+def test_the_command_line_prints_each_once(capsys):
+    with printed_warnings():
+        for note in (NOTE, OTHER, NOTE):
+            warnings.warn(note, stacklevel=1)
+    assert capsys.readouterr().err.splitlines() == [
+        f"geosurf: warning: {note}" for note in (NOTE, OTHER)
+    ]
+
+
+# ---- docs/warnings.md ----------------------------------------------------------------------
+
+
+def kinds_in_code():
+    """First words of all warnings that the package makes."""
+    for path in sorted((ROOT / "geosurf").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("GeosurfWarning"):
+                first = node.args[0] if node.args else None
+                if not isinstance(first, ast.Starred):
+                    assert isinstance(first, ast.Constant), (path, node.lineno, "kind as a word")
+                    yield first.value
+
+
+def test_every_kind_has_its_row_in_the_docs():
+    page = (ROOT / "docs" / "warnings.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `([^`]+)` \|(.*)\|$", page, re.MULTILINE)
+    assert sorted(kind for kind, _ in rows) == sorted(set(kinds_in_code()))
+    assert all(row.count("|") == 2 and "| |" not in row for _, row in rows)
+
+
+def test_warnings_are_issued_through_one_door():
+    """By `geosurf.warning.warn`, so that a scene can collect them."""
+    for path in sorted((ROOT / "geosurf").rglob("*.py")):
+        if path.name != "warning.py":
+            text = path.read_text(encoding="utf-8")
+            assert not re.search(r"\bwarnings\.warn\(\s*GeosurfWarning", text), path
