@@ -13,7 +13,7 @@ from __future__ import annotations
 import difflib
 import math
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from numbers import Real
 from typing import Any
 
@@ -112,37 +112,6 @@ def elevation_sign(positive: str | None, what: str) -> float:
         f"{what}: whether values are elevation or depth {found}. Say positive='up' (elevation) "
         "or positive='down' (depth), as an argument or as attrs['positive']."
     )
-
-
-def crs_of(value: Any) -> str | None:
-    """Return the coordinate reference system that a grid says it is in, or None.
-
-    Examples
-    --------
-    >>> import geosurf as gs
-    >>> top = gs.synthetic.graben(n=9).horizons["Top"]
-    >>> crs_of(top), crs_of(top.assign_attrs(crs="EPSG:32631"))
-    (None, 'EPSG:32631')
-    """
-    said = [getattr(value, "attrs", {}).get("crs")]
-    if said[0] is None and _is_dataset(value):
-        # of variables, not of arrays with labels: making those takes longer than all the rest
-        said += [value.variables[key].attrs.get("crs") for key in value.data_vars]
-    return next((str(crs).strip() for crs in said if crs is not None), None)
-
-
-def refuse_other_crs(name: str, crs: str | None, others: Mapping[str, str]) -> None:
-    """Refuse a surface in another coordinate reference system than those before it."""
-    for other, known in others.items():
-        if crs is not None and crs.upper() != known.upper():
-            raise InputError(
-                f"{name!r} is in {crs} and {other!r} in {known}, and coordinates are never "
-                "converted here. Convert one of them, or mend attrs['crs'] if they are the same."
-            )
-
-
-def _is_dataset(value: Any) -> bool:
-    return hasattr(type(value), "data_vars")  # an array would look through all that it holds
 
 
 def frame_origin(*vertex_arrays: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from geosurf.crs import crs_of
 from geosurf.errors import GeosurfWarning
 from geosurf.model import FaultSticks, Sheet, TriSurface
 from geosurf.warning import collected, issue, pass_on
@@ -190,6 +191,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
     elif hasattr(value, "to_dict") and hasattr(value, "coords"):
         arrays = {**getattr(value, "data_vars", {"": value}), **value.coords}
         _add_attrs(digest, value.attrs)
+        digest.update(f"{crs_of(value)}".encode())
         for key, array in arrays.items():
             digest.update(f"{key} {array.dims}".encode())
             _add_attrs(digest, array.attrs)

@@ -10,7 +10,8 @@ import numpy as np
 
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import check_zones
-from geosurf.conventions import did_you_mean, refuse_other_crs
+from geosurf.conventions import did_you_mean
+from geosurf.crs import refuse_other_crs, warn_of_unclear_crs
 from geosurf.errors import InputError
 from geosurf.inputs import (
     as_surface,
@@ -26,6 +27,7 @@ from geosurf.model.faults import Extension, FaultNetwork, Truncation
 from geosurf.network import FaultStage
 from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.box import propose_box
+from geosurf.warning import collected
 
 Box = tuple[float, float, float, float, float, float]
 
@@ -152,6 +154,10 @@ class Provided(Joined):
     def _prepare(self) -> None:
         """Read all inputs and check them against each other, once; whatever is odd is warned of."""
         _ = self.surfaces, self.box, self._fluids
+        with collected() as found:
+            names = [name for name in (*self._horizons, *self._faults) if name in self._crs]
+            warn_of_unclear_crs({name: self._crs[name] for name in names})
+        self._memory.warn(*found)
         for sheet in self.sheets.values():
             self._memory.warn(*getattr(sheet.report, "warnings", ()), issued=True)
 

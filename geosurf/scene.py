@@ -53,7 +53,8 @@ class Scene(Provided):
     positive : {"up", "down"}, optional
         Whether inputs that do not say so hold elevations or depths.
     units : str, optional
-        Length unit of inputs that do not say theirs.
+        Length unit of elevations (or depths) of inputs that do not declare theirs. Easting and
+        northing are metres, unless an input declares another unit for them.
     voxel_size : float, optional
         Edge of the search voxels [m]. Changes the cost, never the result.
     self_intersections : bool

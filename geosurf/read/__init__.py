@@ -168,7 +168,8 @@ def read_fault(
         Whether z is elevation or depth, where the file does not say. Required
         for sticks; TSurf and meshes are elevations by default.
     units : str, optional
-        Unit, where the file does not say. Default metres, but required for NetCDF.
+        Unit of elevations, where the file does not declare it. Default metres, but required for
+        NetCDF. Easting and northing are metres unless the file declares another unit for them.
     format : {"tsurf", "sticks", "netcdf", "vtp", "mesh"}, optional
         Overrides the suffix.
 
@@ -221,7 +222,7 @@ def read_tsurf(
     positive : {"up", "down"}, optional
         For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
     units : str, optional
-        For files without AXIS_UNIT; default ``"m"``.
+        Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
 
     Returns
     -------

@@ -63,7 +63,7 @@ def read_gocad(
     positive : {"up", "down"}, optional
         For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
     units : str, optional
-        For files without AXIS_UNIT; default ``"m"``. Scales all three axes.
+        Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
 
     Returns
     -------
@@ -114,7 +114,7 @@ def read_tsurf(
     positive : {"up", "down"}, optional
         For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
     units : str, optional
-        For files without AXIS_UNIT; default ``"m"``.
+        Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
 
     Returns
     -------
@@ -323,8 +323,10 @@ def _finish(draft: _Draft, path: Path, positive: str | None, units: str | None) 
     what = f"{path.name}: surface {name!r}"
     asked = positive if positive is not None or draft.positive is not None else "up"
     sign = agreed_sign(draft.positive, asked, what)
+    declared = draft.axis_units or [None] * 3
+    asked_units = (None, None, units)  # a caller's word is that of elevations
     scale = np.array(
-        [agreed_scale(said, units, "m", what) for said in draft.axis_units or [None] * 3]
+        [agreed_scale(*pair, "m", what) for pair in zip(declared, asked_units, strict=True)]
     )
     if not draft.triangles:
         raise FormatError(

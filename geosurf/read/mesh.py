@@ -1,8 +1,8 @@
 """Triangle meshes through meshio: the one place where geosurf reads with it.
 
 meshio prints, warns and ends the process (`sys.exit`) when a file is not what it
-expects; none of that gets past this file. A mesh is a body in space, so z is
-elevation and lengths are metres unless the caller says otherwise.
+expects; none of that gets past this file. z is elevation in metres unless the caller says
+otherwise; easting and northing are metres.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def read_mesh(
     positive : {"up", "down"}, optional
         Default ``"up"``.
     units : str, optional
-        Unit of all three axes. Default ``"m"``.
+        Unit of elevations. Default ``"m"``. Easting and northing are metres.
 
     Returns
     -------
@@ -122,7 +122,7 @@ def surface_from_mesh(
             "Export the surface as a triangle mesh."
         )
     try:
-        world = points * [scale, scale, scale * sign]
+        world = points * [1.0, 1.0, scale * sign]
         return TriSurface(name, "fault", world, triangles, vertex_data=vertex_data)
     except (SurfaceError, ValueError) as error:
         raise FormatError(f"{path}: {error}") from error

@@ -43,7 +43,7 @@ def read_model3d(
     positive : {"up", "down"}, optional
         For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
     units : str, optional
-        For files without AXIS_UNIT; default ``"m"``.
+        Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
 
     Returns
     -------

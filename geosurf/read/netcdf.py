@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, did_you_mean
+from geosurf.crs import crs_of
 from geosurf.errors import DependencyError, FormatError
 from geosurf.read._common import agreed_scale, agreed_sign, read_bytes
 
@@ -80,8 +81,9 @@ def read_netcdf_horizon(
     easting = _coordinate(path, data, EASTING)
     northing = _coordinate(path, data, NORTHING)
     values = _finite_or_nan(path, data.transpose(*_dims(path, data, easting, northing)))
-    kept = ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow", "crs")
+    kept = ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow")
     attrs = {key: _plain(data.attrs[key]) for key in kept if key in data.attrs}
+    attrs |= _crs(data, dataset)
     attrs |= {"units": "m", "positive": "up", "long_name": name, "source": path.name}
     return _horizon(
         path, sign * scale * values + 0.0, _metres(path, easting), _metres(path, northing), attrs
@@ -149,7 +151,12 @@ def read_netcdf_fault(
     }
     out = xr.Dataset(
         {key: (FAULT_DIMS, value, {"units": "m"}) for key, value in arrays.items()},
-        attrs={"long_name": name, "source": path.name},
+        attrs={
+            "long_name": name,
+            "source": path.name,
+            **_crs(z, dataset),
+            **_crs(dataset, dataset),
+        },
     )
     out["elevation"].attrs["positive"] = "up"
     return out
@@ -301,6 +308,12 @@ def _metres(path: Path, coordinate: xr.DataArray) -> np.ndarray:
             "expected none. Give every node a position."
         )
     return values * agreed_scale(coordinate.attrs.get("units"), None, "m", what)
+
+
+def _crs(data: Any, dataset: xr.Dataset) -> dict[str, str]:
+    """The coordinate reference system, from wherever the file declares it."""
+    crs = crs_of(data, dataset.variables)
+    return {} if crs is None else {"crs": crs}
 
 
 def _finite_or_nan(path: Path, data: xr.DataArray) -> np.ndarray:

@@ -63,7 +63,7 @@ def read_vtp(
     positive : {"up", "down"}, optional
         Default ``"up"``.
     units : str, optional
-        Unit of all three axes. Default ``"m"``.
+        Unit of elevations. Default ``"m"``. Easting and northing are metres.
 
     Returns
     -------

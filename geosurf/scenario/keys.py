@@ -33,7 +33,7 @@ def _positive() -> Any:
 
 
 def _units() -> Any:
-    meaning = "Length unit of the values, where the file does not say."
+    meaning = "Length unit of elevations, where the file does not declare it."
     return key(meaning, values.one_of(*METRES_PER_UNIT), default=None)
 
 

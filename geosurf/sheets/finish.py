@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import crs_of, place, refuse_other_crs
+from geosurf.conventions import place
+from geosurf.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import Lattice, Sheet, TriSurface, frozen
 from geosurf.sheets.build import Built
@@ -48,6 +49,7 @@ def crs_among(name: str, data: Any, faults: Sequence[TriSurface]) -> str | None:
         refuse_other_crs(fault.name, fault.crs, known)
         if fault.crs is not None:
             known[fault.name] = fault.crs
+    warn_of_unclear_crs(known)
     return crs
 
 

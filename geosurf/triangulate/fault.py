@@ -8,11 +8,11 @@ import numpy as np
 
 from geosurf.conventions import (
     FAULT_DIMS,
-    crs_of,
     elevation_sign,
     metres_per_unit,
     place,
 )
+from geosurf.crs import crs_of
 from geosurf.errors import InputError, SurfaceError
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate.cells import corners_are_open, fault_diagonal

@@ -9,13 +9,13 @@ import numpy as np
 
 from geosurf.conventions import (
     HORIZON_DIMS,
-    crs_of,
     elevation_sign,
     is_number,
     metres_per_unit,
     place,
     rising_diagonal,
 )
+from geosurf.crs import crs_of
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.expected import name_of

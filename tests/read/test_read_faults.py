@@ -54,7 +54,7 @@ def test_tsurf_without_direction_is_elevation_unless_the_caller_says_depth(tmp_p
     path = tsurf(tmp_path, frame="")
     assert gs.read_fault(path).vertices[0, 2] == 10
     assert gs.read_fault(path, positive="down").vertices[0, 2] == -10
-    assert gs.read_fault(path, units="km").vertices[1].tolist() == [9000, 0, 20000]
+    assert gs.read_fault(path, units="km").vertices[1].tolist() == [9, 0, 20000]
 
 
 def test_tsurf_contradicted_by_the_caller(tmp_path):

@@ -1,0 +1,216 @@
+"""Coordinate reference systems: where inputs declare theirs, and whether two are one.
+
+Coordinates are never converted. An array declares its system in ``attrs["crs"]``, in the variable
+that its CF attribute ``grid_mapping`` names, or in a coordinate ``spatial_ref`` or ``crs``, as
+rioxarray writes it. What cannot be compared (a code beside a name) is not guessed at.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from geosurf.errors import GeosurfWarning, InputError
+from geosurf.warning import warn
+
+# attributes of a CF grid mapping that hold a whole reference system, the clearest first
+WHOLE = ("epsg_code", "epsg", "crs_wkt", "spatial_ref", "esri_pe_string", "projected_crs_name")
+PLACES = ("spatial_ref", "crs")
+EPSG = re.compile(
+    r"(?:\+init=)?(?:urn:ogc:def:crs:|https?://www\.opengis\.net/def/crs/)?"
+    r"epsg[:/](?:[\d.]*[:/])?(\d+)(?:\+\d+)?",
+    re.IGNORECASE,
+)
+CODE = re.compile(r'\[\s*"EPSG"\s*,\s*"?(\d+)"?', re.IGNORECASE)
+PROJECTED = re.compile(r"(?:PROJCS|PROJCRS|PROJECTEDCRS|GEOGCS|GEOGCRS)\s*\[", re.IGNORECASE)
+
+
+def crs_of(value: Any, variables: Mapping[Any, Any] | None = None) -> str | None:
+    """Return the coordinate reference system that an array or dataset declares, or None.
+
+    Parameters
+    ----------
+    value : DataArray, Dataset or anything
+    variables : mapping, optional
+        Where the grid mapping of an array is looked up; default: among its own coordinates.
+
+    Returns
+    -------
+    str or None
+        A text such as ``"EPSG:32631"``; a long description that has an EPSG code as that code.
+
+    Raises
+    ------
+    InputError
+        If two declarations contradict each other.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> top = gs.synthetic.graben(n=9).horizons["Top"]
+    >>> crs_of(top), crs_of(top.assign_attrs(crs="EPSG:32631"))
+    (None, 'EPSG:32631')
+    >>> crs_of(top.assign_coords(spatial_ref=0).assign_attrs(crs="EPSG:32631"))
+    'EPSG:32631'
+    """
+    found = [_text(one) for one in _declared(value, variables)]
+    found = [text for text in found if text]
+    for other in found[1:]:
+        if are_same(found[0], other) is False:
+            raise InputError(
+                f"{_title(value)} declares two coordinate reference systems, {label(found[0])} "
+                f"and {label(other)}. Keep the right one: attrs['crs'] = {label(found[0])!r}, and "
+                "drop the grid mapping."
+            )
+    return found[0] if found else None
+
+
+def are_same(one: str, other: str) -> bool | None:
+    """Return whether two texts mean one reference system; None if they cannot be compared.
+
+    Examples
+    --------
+    >>> are_same("EPSG:32631", "urn:ogc:def:crs:EPSG::32631")
+    True
+    >>> are_same("EPSG:32631", "epsg:23031"), are_same("EPSG:32631", "UTM zone 31")
+    (False, None)
+    """
+    (kind, first), (kind_of_other, second) = _sorted_out(one), _sorted_out(other)
+    return first == second if kind == kind_of_other else None
+
+
+def label(crs: str) -> str:
+    """Return a reference system in a few words, for messages.
+
+    Examples
+    --------
+    >>> label('PROJCS["ED50 / UTM zone 31N",GEOGCS["ED50"],UNIT["metre",1]]')
+    'ED50 / UTM zone 31N'
+    """
+    name = re.match(r'\w+\s*\[\s*"([^"]*)"', crs)
+    text = " ".join((name[1] if name else crs).split())
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def refuse_other_crs(name: str, crs: str | None, others: Mapping[str, str]) -> None:
+    """Refuse a surface in another coordinate reference system than those before it."""
+    for other, known in others.items():
+        if crs is not None and are_same(crs, known) is False:
+            raise InputError(
+                f"{name!r} is in {label(crs)} and {other!r} in {label(known)}, and coordinates are "
+                "never converted here. Convert one of them, or correct attrs['crs'] if they are "
+                "the same."
+            )
+
+
+def warn_of_unclear_crs(known: Mapping[str, str]) -> None:
+    """Warn of the first surface whose reference system cannot be compared with that of another."""
+    names = list(known)
+    for name in names[1:]:
+        if are_same(known[names[0]], known[name]) is None:
+            warn(
+                GeosurfWarning(
+                    "crs",
+                    name,
+                    f"{name!r} declares the coordinate reference system {label(known[name])!r} and "
+                    f"{names[0]!r} {label(known[names[0]])!r}, which cannot be compared: both are "
+                    "taken as one.",
+                    "If they are one, give both the same code: attrs['crs'] = 'EPSG:...'. Else "
+                    "convert one of them.",
+                )
+            )
+            return
+
+
+# ---- where it is declared --------------------------------------------------------------
+
+
+def _declared(value: Any, variables: Mapping[Any, Any] | None) -> list[Any]:
+    """Every declaration of an object, the plainest first."""
+    attrs = getattr(value, "attrs", {})
+    found = [attrs.get("crs")]
+    if variables is None:
+        # variables, not arrays with labels: making those takes longer than all the rest
+        if hasattr(type(value), "data_vars"):
+            variables = value.variables
+            found += [variables[key].attrs.get("crs") for key in value.data_vars]
+        else:
+            variables = getattr(getattr(value, "coords", None), "variables", {})
+    named = [_mapping_named_by(value)]
+    if hasattr(type(value), "data_vars"):
+        named += [_mapping_named_by(variables[key]) for key in value.data_vars]
+    for key in dict.fromkeys([*filter(None, named), *PLACES]):
+        if key in variables and getattr(variables[key], "ndim", 1) == 0:
+            found.append(_of_mapping(variables[key].attrs))
+    return [one for one in found if one is not None]
+
+
+def _mapping_named_by(value: Any) -> str | None:
+    """Name of the variable that holds the grid mapping, from ``grid_mapping = "crs: x y"``."""
+    for words in (getattr(value, "attrs", {}), getattr(value, "encoding", {})):
+        text = words.get("grid_mapping")
+        if isinstance(text, str) and text.strip():
+            return text.split()[0].rstrip(":")
+    return None
+
+
+def _of_mapping(attrs: Mapping[Any, Any]) -> Any:
+    """What a grid mapping says: a whole reference system, or else its parameters as a text."""
+    for key in WHOLE:
+        said = attrs.get(key)
+        if said is not None and str(said).strip():
+            return f"EPSG:{said}" if key.startswith("epsg") and str(said).isdigit() else said
+    if "grid_mapping_name" not in attrs:
+        return None
+    words = (f"{key}={attrs[key]}" for key in sorted(map(str, attrs)))
+    return f"grid mapping {', '.join(words)}"
+
+
+# ---- what it means ---------------------------------------------------------------------
+
+
+def _text(said: Any) -> str:
+    """A declaration as a text; a long one with an EPSG code as that code."""
+    text = str(said).strip()
+    kind, key = _sorted_out(text)
+    return f"EPSG:{key}" if kind == "code" and not EPSG.fullmatch(text) else text
+
+
+def _sorted_out(text: str) -> tuple[str, str]:
+    """Return how a reference system is written, and what is compared."""
+    found = EPSG.fullmatch(text)
+    if found or text.isdigit():
+        return "code", str(int(found[1] if found else text))
+    if "[" in text:
+        start = PROJECTED.search(text)
+        own = text[start.start() :] if start else text  # of a compound system, the horizontal one
+        code = _own_code(own)
+        return ("code", str(int(code))) if code else ("description", _letters(label(own)))
+    return "name", _letters(text)
+
+
+def _own_code(text: str) -> str | None:
+    """EPSG code of a description itself, not one of its parts (ellipsoid, unit, method ...)."""
+    depth = 0
+    for found in re.finditer(r'"[^"]*"|\[|\]|(?:AUTHORITY|ID)\s*(?=\[)', text, re.IGNORECASE):
+        if found[0] == "[":
+            depth += 1
+        elif found[0] == "]":
+            depth -= 1
+            if depth == 0:
+                return None
+        elif depth == 1 and found[0][0] != '"':
+            code = CODE.match(text, found.end())
+            if code:
+                return code[1]
+    return None
+
+
+def _letters(text: str) -> str:
+    return re.sub(r"[\W_]+", "", text).lower()
+
+
+def _title(value: Any) -> str:
+    name = getattr(value, "name", None)
+    return f"array {name!r}" if name else "an input"
