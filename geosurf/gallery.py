@@ -1,7 +1,8 @@
 """The pictures of a scene: which there are, what each shows, and how it is drawn.
 
 Scenarios choose from them, `Scene.render_pictures` draws them, and the report prints their
-captions. What cannot be drawn is told, picture by picture; the others are there all the same.
+captions. An error of one picture costs no other result: it becomes a warning that names the picture
+and the reason.
 """
 
 from __future__ import annotations
@@ -11,11 +12,12 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import TracebackType
 from typing import Any
 
 import numpy as np
 
-from geosurf.errors import GeometryError
+from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, OutputError
 from geosurf.measure.section import check_line
 from geosurf.model.expected import listed, path_of
 from geosurf.render import (
@@ -29,7 +31,7 @@ from geosurf.render import (
     render_units,
 )
 from geosurf.render.clip import as_modelled
-from geosurf.render.views import view_vectors
+from geosurf.render.views import check_exaggeration, check_size, view_vectors
 
 _LINES = "give a list of lines, each points (n, 2)"
 _VIEWS = "give a list, as in views=['southwest']"
@@ -38,12 +40,55 @@ CELLS = 200  # of a thickness map, along the longer side of the box
 
 @dataclass(frozen=True)
 class Picture:
-    """One picture: what it shows, its file, and how it is drawn there."""
+    """One picture: what it shows, its file, how it is drawn there, and what leaves it out."""
 
     caption: str
     file: str
     draw: Callable[[Path], Any]
+    without: str
     needs_opengl: bool = True
+
+
+class Attempt:
+    """Keeps the error of one picture, whatever it is, from the results beside it.
+
+    Only exceptions that mean to end the program pass through.
+
+    Examples
+    --------
+    >>> with Attempt() as tried:
+    ...     1 / 0
+    >>> tried.reason
+    'ZeroDivisionError: division by zero. This is a fault of geosurf: please report it'
+    """
+
+    error: BaseException | None = None
+
+    def __enter__(self) -> Attempt:
+        """Begin."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> bool:
+        """Keep the error."""
+        self.error = error
+        return isinstance(error, Exception)
+
+    @property
+    def reason(self) -> str:
+        """What went wrong, as a part of a sentence; '' if nothing did."""
+        if isinstance(self.error, GeosurfError | Warning):
+            return str(self.error).rstrip(".")
+        if isinstance(self.error, MemoryError):
+            return "there is not enough memory for it"
+        if self.error is None:
+            return ""
+        name = type(self.error).__name__
+        return f"{name}: {self.error}. This is a fault of geosurf: please report it"
 
 
 def pictures_of(
@@ -82,7 +127,14 @@ def pictures_of(
     Returns
     -------
     list of Picture
+
+    Raises
+    ------
+    InputError
+        If a view, the size, the exaggeration or a line is none.
     """
+    size, box = check_size(size), scene.box
+    check_exaggeration(exaggeration, box)
     views = (views,) if isinstance(views, str) else listed(views, "views are words", _VIEWS)
     for view in views:
         view_vectors(view)
@@ -92,6 +144,7 @@ def pictures_of(
             f"Horizons, faults and their curves, seen from the {view}.",
             f"view_{view}.png",
             lambda path, view=view: render_scene(scene, path, view=view, clip=clip, **style),
+            "views = []",
         )
         for view in views
     ]
@@ -101,6 +154,7 @@ def pictures_of(
                 "The units, drawn apart: zones up and down, blocks sideways.",
                 "units_exploded.png",
                 lambda path: render_units(scene.units, path, **style),
+                "exploded = false",
             )
         )
     if maps:
@@ -109,7 +163,7 @@ def pictures_of(
         found += [_thickness(scene, pair, size) for pair in _neighbours(scene)]
     if allan:
         found += [_allan(scene, name, size) for name in scene.faults_inside]
-    lines = _middles(scene.box)
+    lines = _middles(box)
     if sections is not None:
         lines = [check_line(line) for line in listed(sections, "sections takes lines", _LINES)]
     found += [_section(scene, line, i, size) for i, line in enumerate(lines)]
@@ -145,6 +199,7 @@ def _map(scene: Any, name: str, size: tuple[int, int], clip: bool) -> Picture:
         f"{name}: elevation, and the lines where other surfaces meet it.",
         f"map_{row:02d}_{_slug(name)}.png",
         draw,
+        "maps = false",
         needs_opengl=False,
     )
 
@@ -164,6 +219,7 @@ def _thickness(scene: Any, pair: tuple[str, str], size: tuple[int, int]) -> Pict
         "horizons.",
         f"isochore_{row:02d}_{_slug(zone)}.png",
         draw,
+        "thickness = false",
         needs_opengl=False,
     )
 
@@ -181,6 +237,7 @@ def _allan(scene: Any, name: str, size: tuple[int, int]) -> Picture:
         "wall where they differ.",
         f"allan_{row:02d}_{_slug(name)}.png",
         draw,
+        "allan = false",
         needs_opengl=False,
     )
 
@@ -203,6 +260,7 @@ def _section(scene: Any, line: Any, row: int, size: tuple[int, int]) -> Picture:
         "horizons, faults and fluid contacts.",
         f"section_{row:02d}.png",
         draw,
+        "sections_m = []",
         needs_opengl=False,
     )
 
@@ -220,6 +278,7 @@ def _search(scene: Any, first: str, second: str, style: dict[str, Any]) -> Pictu
         f"How {first} and {second} are searched: voxels leave few faces to compare.",
         "search.png",
         draw,
+        "search",
     )
 
 
@@ -232,7 +291,7 @@ def draw_pictures(
     pictures: Sequence[Picture],
     folder: str | os.PathLike[str],
     told: Callable[[str], object] = lambda _: None,
-) -> tuple[dict[str, Path], list[str]]:
+) -> tuple[dict[str, Path], list[GeosurfWarning]]:
     """
     Draw pictures into the folder ``pictures`` of a folder.
 
@@ -245,24 +304,54 @@ def draw_pictures(
 
     Returns
     -------
-    (dict of str to pathlib.Path, list of str)
-        Captions and files; and a sentence for each picture that could not be drawn.
+    (dict of str to pathlib.Path, list of GeosurfWarning)
+        Captions and files; and a warning for each picture that could not be drawn.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be created.
     """
-    notes: list[str] = []
-    folder = path_of(folder, "the folder of pictures")
+    missing: list[GeosurfWarning] = []
+    folder = path_of(folder, "the folder of pictures") / "pictures"
+    _create(folder)
     if any(picture.needs_opengl for picture in pictures):
         reason = cannot_draw()
         if reason:
-            notes.append(f"Only maps and diagrams were drawn: {reason}")
+            missing.append(
+                _not_drawn("3-D views", "Only maps and diagrams were drawn", reason.rstrip("."))
+            )
             pictures = [picture for picture in pictures if not picture.needs_opengl]
     drawn = {}
     for picture in pictures:
-        path = folder / "pictures" / picture.file
-        try:
+        path = folder / picture.file
+        with Attempt() as tried:
             picture.draw(path)
-        except GeometryError as error:
-            notes.append(f"{picture.file} was not drawn: {error}")
+        if tried.reason:
+            effect = f"Picture '{picture.file}' was not drawn"
+            missing.append(_not_drawn(picture.file, effect, tried.reason, picture.without))
             continue
         told(f"pictures/{picture.file}")
         drawn[picture.caption] = path
-    return drawn, notes
+    return drawn, missing
+
+
+def _not_drawn(subject: str, effect: str, reason: str, without: str = "") -> GeosurfWarning:
+    """What is missing, why, and what leaves it out."""
+    remedy = "All other results are complete."
+    if without:
+        word = without.partition(" ")[0]
+        how = f"Set {without}" if word != without else f"Leave out {without}"
+        remedy += f" {how} in [output] to run without it."
+    return GeosurfWarning("picture", subject, f"{effect}: {reason}.", remedy)
+
+
+def _create(folder: Path) -> None:
+    """Create the folder of pictures, or say why it cannot be one, before anything is drawn."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"{folder}: pictures cannot be written there ({error.strerror}). "
+            "Choose a folder that you may write to."
+        ) from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import os
+import warnings
 from collections.abc import Callable, Hashable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -67,7 +68,8 @@ class Measured:
         Returns
         -------
         dict of str to pathlib.Path
-            Captions and files. What could not be drawn is told by `explain`, with the reason.
+            Captions and files. A picture that could not be drawn is missing; a `GeosurfWarning`
+            and `explain` name it, with the reason.
         """
         from geosurf.gallery import draw_pictures, pictures_of
 
@@ -78,9 +80,10 @@ class Measured:
                 raise InputError(
                     f"pictures have no {key!r}; they have {words}.{did_you_mean(key, words)}"
                 )
-        drawn, notes = draw_pictures(pictures_of(self, **choice), folder)
-        for note in notes:
-            self._memory.note("draw", "pictures", "skipped", note)
+        drawn, missing = draw_pictures(pictures_of(self, **choice), folder)
+        for one in missing:
+            self._memory.note("draw", "pictures", "skipped", one.effect)
+            warnings.warn(one, stacklevel=2)
         return drawn
 
     def _measured(self, what: str, run: Callable[[], Any], *more: Any) -> Any:

@@ -15,7 +15,14 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import DependencyError, OpenUnitError, OutputError, ScenarioError
+from geosurf.errors import (
+    DependencyError,
+    GeometryError,
+    GeosurfWarning,
+    OpenUnitError,
+    OutputError,
+    ScenarioError,
+)
 from geosurf.scenario import read_scenario, run, run_scenario
 from geosurf.scenario.keys import BoxRanges, OutputSettings, Scenario
 from geosurf.scenario.page import scenario_page
@@ -156,13 +163,73 @@ def test_without_opengl_maps_and_everything_else_are_there(scenario, tmp_path, m
     monkeypatch.setattr("geosurf.gallery.doctor", lambda: findings)
     outcome = run(read_scenario(scenario()), tmp_path / "out")
     assert outcome.notes == (
-        "Only maps and diagrams were drawn: pictures cannot be drawn without a screen.",
+        (
+            "Only maps and diagrams were drawn: pictures cannot be drawn without a screen. "
+            "All other results are complete."
+        ),
     )
     drawn = sorted(path.name for path in (tmp_path / "out" / "pictures").iterdir())
     assert [name.partition("_")[0] for name in drawn] == [
         *("allan", "isochore", "map", "map", "section", "section"),
     ]
     assert outcome.certificate.ok
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    {
+        "of geosurf": (GeometryError("fault 'F1' is flat."), "fault 'F1' is flat."),
+        "foreign": (ZeroDivisionError("division"), "ZeroDivisionError: division. This is a fault"),
+        "memory": (MemoryError(), "there is not enough memory for it."),
+    }.values(),
+    ids=str,
+)
+def test_an_error_of_one_picture_costs_no_other_result(
+    scenario, tmp_path, monkeypatch, error, reason
+):
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr("geosurf.gallery.render_allan", fail)
+    path, out = scenario(("views = [", "exploded = false\nviews = [")), tmp_path / "out"
+    with pytest.warns(GeosurfWarning, match=r"'allan_00_F1\.png' was not drawn") as caught:
+        run_scenario(path, out)
+    (note,) = (one.message for one in caught)
+    assert (note.kind, note.subject) == ("picture", "allan_00_F1.png")
+    assert reason in note.effect
+    assert note.remedy.endswith("Set allan = false in [output] to run without it.")
+    there = digests(out)
+    assert {"volumes.csv", "certificate.txt", "report/index.html", "pictures/search.png"} <= {
+        *there
+    }
+    assert "pictures/allan_00_F1.png" not in there
+
+
+def test_a_section_beside_the_model_costs_no_other_result(scenario, tmp_path):
+    beside = "sections_m = [[[-900, 0], [-900, 100]], [[0, 100], [4000, 100]]]\nviews = []"
+    path = scenario(
+        ('views = ["southwest"]', beside), ('search = ["Top", "F1"]', "exploded = false")
+    )
+    outcome = run(read_scenario(path), tmp_path)
+    assert "'section_00.png' was not drawn: the line of the section does not" in outcome.notes[0]
+    assert (tmp_path / "pictures" / "section_01.png").is_file()
+
+
+def test_an_interrupt_while_drawing_ends_the_run(scenario, tmp_path, monkeypatch):
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("geosurf.gallery.render_map", stop)
+    with pytest.raises(KeyboardInterrupt):
+        run_scenario(scenario(("size_px", "exploded = false\nsize_px")), tmp_path / "out")
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_a_failure_is_reported_even_if_its_picture_fails_too(scenario, tmp_path, monkeypatch):
+    monkeypatch.setattr("geosurf.scenario.failure.render_place", lambda *_, **__: 1 / 0)
+    with pytest.raises(OpenUnitError) as caught:
+        run_scenario(scenario(("[0, 4000]", "[-500, 4000]")), tmp_path)
+    assert "could not be drawn: ZeroDivisionError" in caught.value.__notes__[0]
 
 
 def test_the_box_may_be_left_out(scenario):
@@ -227,7 +294,10 @@ BAD = {
     "unknown view": (('["southwest"]', '["southwets"]'), r"output.views has 'southwets'; it may have .*Did you mean 'southwest'"),
     "view twice": (('["southwest"]', '["top", "top"]'), r"output.views is \['top', 'top'\]; it must be a list of any of .* each once"),
     "unknown format": (("size_px", 'formats = ["vtl"]\nsize_px'), r"output.formats has 'vtl'; it may have"),
-    "picture size": (("[400, 260]", "[400, true]"), r"output.size_px is \[400, True\]; it must be two whole numbers from 64 to 8192"),
+    "picture size": (("[400, 260]", "[400, true]"), r"output.size_px is \[400, True\]; it must be two whole numbers, \[width, height\], from \[200, 150\]"),
+    "small picture": (("[400, 260]", "[64, 64]"), r"output.size_px is \[64, 64\]; it must be .* from \[200, 150\] to \[8000, 8000\]"),
+    "large picture": (("[400, 260]", "[8001, 260]"), r"output.size_px is \[8001, 260\]; it must be .* to \[8000, 8000\]"),
+    "point twice": (("size_px", "sections_m = [[[0, 0], [0, 0]]]\nsize_px"), r"output.sections_m is .*; it must be lines .* no two in a row the same"),
     "switch": (("size_px", "maps = 1\nsize_px"), r"output.maps is 1; it must be true or false"),
     "exaggeration": (("size_px", "exaggeration = 0\nsize_px"), r"output.exaggeration is 0; it must be a number above 0"),
     "search names": (('["Top", "F1"]', '["Top", "F2"]'), r"output.search names 'F2', which is no surface; there are 'Top', 'Base', 'F1'"),

@@ -191,7 +191,7 @@ def _draw_cutoffs(sheet, axes, lines) -> None:
             axes.annotate(
                 furniture.shortened(name, 12), (x, z), (offset * unit, 0), annotation_clip=False,
                 textcoords="offset pixels", ha=ha, va="center", family=furniture.FONT,
-                fontsize=11.0 * unit * 72.0 / furniture.DPI, color=LINES[kind],
+                fontsize=11.0 * unit * 72.0 / furniture.DPI, color=LINES[kind], parse_math=False,
             )  # fmt: skip
 
 

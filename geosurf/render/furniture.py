@@ -10,10 +10,13 @@ from __future__ import annotations
 import io
 import logging
 import math
+import warnings
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
+from geosurf.errors import GeosurfWarning
 from geosurf.render import palette
 from geosurf.render.layers import DETAIL_ROOM, LABEL_ROOM, Entry, length_text
 from geosurf.render.views import Camera, corners
@@ -22,6 +25,7 @@ FONT = "DejaVu Sans"
 DPI = 100
 DESIGN_HEIGHT = 800.0  # sizes below are pixels in a picture of this height
 AXES = (("Easting", "km", 1000.0), ("Northing", "km", 1000.0), ("Elevation", "m", 1.0))
+MISSING = "\N{REPLACEMENT CHARACTER}"  # where the font has no letter
 STRIPES, STRIPE_WIDTH = "//", 4.0  # hatching of areas that show two colours
 END_ON = 0.06  # an axis that looks shorter than this part of the picture gets no labels
 
@@ -71,7 +75,7 @@ class Sheet:
     def text(self, at, words: str, size: float = 13.0, colour=palette.INK, **look) -> None:
         """Set words at a pixel; `size` is in design pixels."""
         points = size * self.layout.unit * 72.0 / DPI
-        look = {"ha": "left", "va": "center", **look}
+        look = {"ha": "left", "va": "center", "parse_math": False, **look}
         self.axes.text(*at, words, fontsize=points, color=colour, family=FONT, **look)
 
     def line(self, points, width: float = 1.0, colour=palette.INK, **look) -> None:
@@ -113,9 +117,42 @@ def _figure(size: tuple[int, int]):
 
 def figure_png(figure) -> bytes:
     """Return a figure as the bytes of a PNG file."""
+    _replace_missing_letters(figure)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI, facecolor="white", metadata={"Software": None})
     return buffer.getvalue()
+
+
+@cache
+def _letters() -> frozenset[int]:
+    """Code points that the font of pictures has."""
+    from matplotlib.font_manager import FontProperties, findfont, get_font
+
+    return frozenset(get_font(findfont(FontProperties(family=FONT))).get_charmap())
+
+
+def _replace_missing_letters(figure) -> None:
+    """Put a sign in the place of letters that the font lacks, with one warning for all of them."""
+    from matplotlib.text import Text
+
+    known, missing = _letters() | {ord("\n")}, {}
+    for text in figure.findobj(Text):
+        words = text.get_text()
+        lacking = {letter for letter in words if ord(letter) not in known}
+        if lacking:
+            text.set_text("".join(MISSING if letter in lacking else letter for letter in words))
+            missing.update(dict.fromkeys(filter(lacking.__contains__, words)))
+    if missing:
+        some = ", ".join(repr(letter) for letter in list(missing)[:5])
+        more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
+        note = GeosurfWarning(
+            "picture",
+            "letters",
+            f"Pictures show a replacement sign for letters that {FONT}, their font, lacks: "
+            f"{some}{more}.",
+            "Rename what should be readable in pictures; reports and files keep all letters.",
+        )
+        warnings.warn(note, stacklevel=2)
 
 
 def nice_step(span: float, n: int = 5) -> float:
@@ -173,7 +210,7 @@ def halo_text(sheet: Sheet, axes, at, words: str, size: float, colour=palette.IN
     """Set words in the middle of a place on axes, on a white rim that keeps them readable."""
     per = sheet.layout.unit * 72.0 / DPI
     rim = rim_of_words(sheet.layout.unit)
-    look = {"ha": "center", "va": "center", **look}
+    look = {"ha": "center", "va": "center", "parse_math": False, **look}
     axes.text(
         *at, words, fontsize=size * per, color=colour, family=FONT, path_effects=rim, clip_on=True,
         **look,

@@ -21,6 +21,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 WINDS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+ROUNDING = 1e-12  # of the area of a section: a part of less has no thickness
 ROOM = 24.0  # for the winds at both ends [design pixels]
 _NEEDED = ("kind", "label", "zone", "contact", "along_section", "elevation", "count", "area")
 
@@ -108,16 +109,22 @@ def _title(corners: np.ndarray) -> str:
 
 
 def _areas(lines, zones: list[str]) -> dict[tuple[str, str], float]:
-    """Area [m2] of each zone and interval between contacts, from the top down."""
+    """Area [m2] of each zone and interval between contacts, from the top down.
+
+    A zone may have no thickness along the section; rounding gives it an area of either sign then.
+    It has no colour and no line in the legend.
+    """
     areas: dict[tuple[str, str], float] = {}
-    heights: dict[tuple[str, str], float] = {}
+    rings: dict[tuple[str, str], list[np.ndarray]] = {}
     for words, line, area in lines:
         if words["kind"] == "unit":
             key = words["zone"], words["contact"]
             areas[key] = areas.get(key, 0.0) + area
-            heights[key] = heights.get(key, 0.0) + area * float(line[:, 1].mean())
-    order = sorted(areas, key=lambda key: (zones.index(key[0]), -heights[key] / areas[key]))
-    return {key: areas[key] for key in order}
+            rings.setdefault(key, []).append(line[:, 1])
+    least = ROUNDING * sum(map(abs, areas.values()))
+    heights = {key: float(np.concatenate(parts).mean()) for key, parts in rings.items()}
+    order = sorted(areas, key=lambda key: (zones.index(key[0]), -heights[key]))
+    return {key: areas[key] for key in order if areas[key] > least}
 
 
 def _colours(areas, zones: list[str]) -> dict[tuple[str, str], palette.RGB]:
@@ -139,7 +146,10 @@ def _fill(axes, lines, colours: dict[tuple[str, str], palette.RGB]) -> None:
         if words["kind"] == "unit":
             rings.setdefault((words["label"], words["zone"], words["contact"]), []).append(line)
     for (_, zone, part), parts in rings.items():
-        colour = colours[zone, part]  # the edge closes the seam between neighbours
+        colour = colours.get((zone, part))
+        if colour is None:  # of no thickness
+            continue
+        # the edge closes the seam between neighbours
         look = {"facecolor": colour, "edgecolor": colour, "linewidth": 0.4}
         axes.add_patch(PathPatch(outline_of(parts), **look))
 
@@ -168,7 +178,7 @@ def _draw_lines(sheet, axes, lines, faults: dict[str, palette.RGB]) -> None:
             furniture.shortened(name, 12), place, (0.0, 9.0 * unit), annotation_clip=False,
             textcoords="offset pixels", ha="center", va="bottom", family=furniture.FONT,
             fontsize=12.0 * unit * 72.0 / furniture.DPI, color=faults[name], zorder=6,
-            path_effects=furniture.rim_of_words(unit),
+            path_effects=furniture.rim_of_words(unit), parse_math=False,
         )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +33,8 @@ VIEWS = {
 
 # Vertical exaggerations that people can divide by in their heads.
 EXAGGERATIONS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
+# Smallest and largest width and height of a picture [pixels]: below, no words fit beside the model.
+SMALLEST, LARGEST = (200, 150), (8000, 8000)
 RELIEF = 0.4  # height over width that reads well
 
 
@@ -141,17 +144,28 @@ def check_exaggeration(exaggeration: float | None, bounds: tuple[float, ...]) ->
 
 
 def check_size(size: tuple[int, int]) -> tuple[int, int]:
-    """Return the size of a picture in pixels, or say what is wrong with it."""
-    try:
-        width, height = (int(n) for n in size)
-    except (TypeError, ValueError):
-        width = height = 0
-    if not (200 <= width <= 8000 and 150 <= height <= 8000):
-        raise InputError(
-            f"size is {size!r}, expected (width, height) in pixels, "
-            "from (200, 150) to (8000, 8000)."
-        )
-    return width, height
+    """Return the size of a picture in pixels, or say what is wrong with it.
+
+    Raises
+    ------
+    InputError
+        If these are not two whole numbers between `SMALLEST` and `LARGEST`.
+
+    Examples
+    --------
+    >>> check_size((64, 64))
+    Traceback (most recent call last):
+    geosurf.errors.InputError: size is (64, 64), expected (width, height) in pixels, two whole numbers from (200, 150) to (8000, 8000).
+    """  # noqa: E501 - a message
+    pair = tuple(size) if isinstance(size, Sequence | np.ndarray) and np.size(size) == 2 else ()
+    if len(pair) == 2 and all(is_number(n) and n == int(n) for n in pair):
+        width, height = map(int, pair)
+        if SMALLEST[0] <= width <= LARGEST[0] and SMALLEST[1] <= height <= LARGEST[1]:
+            return width, height
+    raise InputError(
+        f"size is {size!r}, expected (width, height) in pixels, two whole numbers from {SMALLEST} "
+        f"to {LARGEST}."
+    )
 
 
 def corners(bounds: tuple[float, ...]) -> np.ndarray:

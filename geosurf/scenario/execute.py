@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import tempfile
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from geosurf.errors import DependencyError
+from geosurf.errors import DependencyError, GeosurfWarning
 from geosurf.gallery import draw_pictures
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
@@ -41,12 +42,15 @@ class Outcome:
     notes : tuple of str
         What was asked for and is not there, with the reason; what reports of torn horizons say to
         look at; and conformable horizons that cross, as those do that are in the wrong order.
+    not_drawn : tuple of GeosurfWarning
+        Pictures that are missing, each with the reason; they are among the notes, too.
     """
 
     scene: Scene
     certificate: Certificate
     out: Path
     notes: tuple[str, ...]
+    not_drawn: tuple[GeosurfWarning, ...] = ()
 
 
 class Teller:
@@ -90,7 +94,8 @@ def run_scenario(
         A folder, created if need be, for ``units.vtm`` (and the folder ``units``),
         ``curves.vtp``, ``volumes.csv``, ``volumes.nc``, ``certificate.txt``,
         ``pictures/*.png`` and ``report/index.html``. Results of an earlier run
-        are replaced as a whole; files under other names stay.
+        are replaced as a whole; files under other names stay. A picture that cannot be drawn costs
+        no other result: a `GeosurfWarning` names it.
     pictures : bool
         False draws none.
     progress : callable, optional
@@ -129,7 +134,10 @@ def run_scenario(
     >>> (folder / "out" / "volumes.csv").is_file()
     True
     """
-    return run(read_scenario(path), out, pictures=pictures, progress=progress).scene
+    outcome = run(read_scenario(path), out, pictures=pictures, progress=progress)
+    for one in outcome.not_drawn:  # when all results are in place
+        warnings.warn(one, stacklevel=2)
+    return outcome.scene
 
 
 def run(
@@ -161,10 +169,10 @@ def run(
         teller.say("check", "all promises", "kept" if certificate.ok else "one is BROKEN")
         _write_files(scene, scenario, certificate, folder)
         teller.say("write", ", ".join(scenario.output.formats), "")
-        drawn, notes = {}, []
+        drawn, missing = {}, []
         if pictures:
-            drawn, notes = _draw(scene, scenario, folder, teller)
-        notes += model_notes(scene)
+            drawn, missing = _draw(scene, scenario, folder, teller)
+        notes = [*map(str, missing), *model_notes(scene)]
         report_scene(
             scene,
             folder / "report",
@@ -175,7 +183,7 @@ def run(
             regions=_regions(scenario, scene),
         )
         teller.say("report", scenario.title)
-    return Outcome(scene, certificate, Path(out), tuple(notes))
+    return Outcome(scene, certificate, Path(out), tuple(notes), tuple(missing))
 
 
 def write_report(
@@ -204,10 +212,10 @@ def write_report(
     scene = compute(scenario, teller, Path(folder) if pictures else None)
     certificate = scene.check()
     with tempfile.TemporaryDirectory() as scratch:
-        drawn, notes = {}, []
+        drawn, missing = {}, []
         if pictures:
-            drawn, notes = _draw(scene, scenario, Path(scratch), teller)
-        notes += model_notes(scene)
+            drawn, missing = _draw(scene, scenario, Path(scratch), teller)
+        notes = [*map(str, missing), *model_notes(scene)]
         path = report_scene(
             scene,
             folder,
@@ -266,7 +274,7 @@ def crossings(scene: Scene) -> list[str]:
 
 def _draw(
     scene: Scene, scenario: Scenario, folder: Path, teller: Teller
-) -> tuple[dict[str, Path], list[str]]:
+) -> tuple[dict[str, Path], list[GeosurfWarning]]:
     """Captions and files of the pictures asked for, and what could not be drawn."""
     wanted = wanted_pictures(scene, scenario.output)
     return draw_pictures(wanted, folder, lambda file: teller.say("draw", file))

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from geosurf.errors import GeometryError
-from geosurf.gallery import cannot_draw
+from geosurf.gallery import Attempt, cannot_draw
 from geosurf.render import render_place
 from geosurf.scene import Scene
 
@@ -35,8 +35,9 @@ def pictured(scene: Scene, folder: Path | None) -> Iterator[None]:
     except GeometryError as error:
         if folder is not None and error.place is not None and not cannot_draw():
             about = " and ".join(error.surfaces) or "the walls"
-            path = render_place(
-                scene.surfaces, error.place, folder / FILE, title=f"What failed: {about}"
-            )
-            error.add_note(f"A picture of the place: {path}")
+            path, title = folder / FILE, f"What failed: {about}"
+            with Attempt() as tried:
+                render_place(scene.surfaces, error.place, path, title=title)
+            found = f": {path}" if not tried.reason else f" could not be drawn: {tried.reason}."
+            error.add_note(f"A picture of the place{found}")
         raise

@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
 from geosurf.conventions import did_you_mean, is_number
-from geosurf.errors import ScenarioError
-
-LARGEST_PICTURE = 8192
-SMALLEST_PICTURE = 64
+from geosurf.errors import InputError, ScenarioError
+from geosurf.measure.section import check_line
+from geosurf.render.views import LARGEST, SMALLEST, check_size
 
 
 @dataclass(frozen=True)
@@ -110,7 +109,7 @@ def corners(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
     return tuple((float(x), float(y)) for x, y in value)
 
 
-@check("lines of two points or more: [[[easting, northing], ...], ...]")
+@check("lines of two points or more, no two in a row the same: [[[easting, northing], ...], ...]")
 def lines(_: Place, value: Any) -> tuple[tuple[tuple[float, float], ...], ...] | None:
     """Lines in the map; an empty list stands for none."""
     if not isinstance(value, list) or not all(isinstance(one, list) for one in value):
@@ -118,9 +117,12 @@ def lines(_: Place, value: Any) -> tuple[tuple[tuple[float, float], ...], ...] |
     found = []
     for one in value:
         fits = [isinstance(c, list) and len(c) == 2 and all(map(is_number, c)) for c in one]
-        if len(one) < 2 or not all(fits):
+        if not all(fits):
             return None
-        found.append(tuple((float(x), float(y)) for x, y in one))
+        try:
+            found.append(tuple(map(tuple, check_line(one).tolist())))
+        except InputError:
+            return None
     return tuple(found)
 
 
@@ -151,16 +153,15 @@ def interval(_: Place, value: Any) -> tuple[float, float] | None:
     return (low, high) if low < high else None
 
 
-@check(f"two whole numbers from {SMALLEST_PICTURE} to {LARGEST_PICTURE}: [width, height]")
+@check(f"two whole numbers, [width, height], from {list(SMALLEST)} to {list(LARGEST)}")
 def picture_size(_: Place, value: Any) -> tuple[int, int] | None:
     """Width and height in pixels."""
-    if not isinstance(value, list) or len(value) != 2:
+    if not isinstance(value, list) or not all(type(v) is int for v in value):
         return None
-    if any(isinstance(v, bool) or not isinstance(v, int) for v in value):
+    try:
+        return check_size(tuple(value))
+    except InputError:
         return None
-    if not all(SMALLEST_PICTURE <= v <= LARGEST_PICTURE for v in value):
-        return None
-    return (value[0], value[1])
 
 
 @check('the names of two surfaces: ["Top", "F1"]')

@@ -7,8 +7,15 @@ import itertools
 import numpy as np
 import pytest
 
-from geosurf.errors import InputError
-from geosurf.render import palette, render_allan, render_thickness
+from geosurf.errors import GeosurfWarning, InputError
+from geosurf.model import TriSurface
+from geosurf.render import (
+    palette,
+    render_allan,
+    render_section,
+    render_surfaces,
+    render_thickness,
+)
 from geosurf.render.allan import _spread
 from geosurf.render.isochores import _checked, _cut_by_faults
 from geosurf.render.section import _highest
@@ -177,3 +184,19 @@ def test_neighbours_in_the_column_and_all_faults_are_told_apart(kind):
     assert min(apart(a, b) for a, b in itertools.combinations(palette.FAULTS, 2)) > 18.0
     thickness = [lab(palette.rgb(code), kind)[0] for code in palette.THICKNESS]
     assert (np.diff(thickness) < -4.0).all()  # darker is thicker
+
+
+@pytest.mark.parametrize("name", ["$\\bad{", "$x$ and $y", "a_b^c"])
+def test_names_are_no_formulas(scene, tmp_path, name):
+    section = scene.section([(0.0, 15.0), (60.0, 15.0)])
+    section["label"] = section.label.astype(object).where(section.kind != "fault", name)
+    section.attrs["faults"] = [name]
+    assert render_section(section, tmp_path / "s.png", size=SIZE).is_file()
+
+
+def test_letters_that_the_font_lacks_are_replaced_and_named_once(tmp_path):
+    ramp = TriSurface("\u50a8\u5c42 A", "fault", [[0, 0, 0], [9, 0, 0], [0, 9, 5]], [[0, 1, 2]])
+    with pytest.warns(GeosurfWarning, match="lacks: '\u50a8', '\u5c42'") as caught:
+        render_surfaces([ramp], path=tmp_path / "s.png", size=SIZE, title="\u5c42")
+    assert len(caught) == 1
+    assert (tmp_path / "s.png").is_file()
