@@ -32,6 +32,7 @@ from geosurf.render import (
 )
 from geosurf.render.clip import as_modelled
 from geosurf.render.views import check_exaggeration, check_size, view_vectors
+from geosurf.warning import warn
 
 _LINES = "give a list of lines, each points (n, 2)"
 _VIEWS = "give a list, as in views=['southwest']"
@@ -290,37 +291,34 @@ def cannot_draw() -> str:
 def draw_pictures(
     pictures: Sequence[Picture],
     folder: str | os.PathLike[str],
-    told: Callable[[str], object] = lambda _: None,
-) -> tuple[dict[str, Path], list[GeosurfWarning]]:
+    on_file: Callable[[str], object] | None = None,
+) -> dict[str, Path]:
     """
-    Draw pictures into the folder ``pictures`` of a folder.
+    Draw pictures into the folder ``pictures`` of a folder; warn of each that cannot be drawn.
 
     Parameters
     ----------
     pictures : sequence of Picture
     folder : path-like
-    told : callable, optional
+    on_file : callable, optional
         Is called with the name of each file, when it is there.
 
     Returns
     -------
-    (dict of str to pathlib.Path, list of GeosurfWarning)
-        Captions and files; and a warning for each picture that could not be drawn.
+    dict of str to pathlib.Path
+        Captions and files.
 
     Raises
     ------
     OutputError
         If the folder cannot be created.
     """
-    missing: list[GeosurfWarning] = []
     folder = path_of(folder, "the folder of pictures") / "pictures"
     _create(folder)
     if any(picture.needs_opengl for picture in pictures):
         reason = cannot_draw()
         if reason:
-            missing.append(
-                _not_drawn("3-D views", "Only maps and diagrams were drawn", reason.rstrip("."))
-            )
+            _warn("3-D views", f"Only maps and diagrams were drawn: {reason}")
             pictures = [picture for picture in pictures if not picture.needs_opengl]
     drawn = {}
     for picture in pictures:
@@ -328,22 +326,22 @@ def draw_pictures(
         with Attempt() as tried:
             picture.draw(path)
         if tried.reason:
-            effect = f"Picture '{picture.file}' was not drawn"
-            missing.append(_not_drawn(picture.file, effect, tried.reason, picture.without))
+            effect = f"Picture '{picture.file}' was not drawn: {tried.reason}."
+            _warn(picture.file, effect, picture.without)
             continue
-        told(f"pictures/{picture.file}")
+        if on_file is not None:
+            on_file(f"pictures/{picture.file}")
         drawn[picture.caption] = path
-    return drawn, missing
+    return drawn
 
 
-def _not_drawn(subject: str, effect: str, reason: str, without: str = "") -> GeosurfWarning:
-    """What is missing, why, and what leaves it out."""
+def _warn(subject: str, effect: str, without: str = "") -> None:
+    """Warn of what is missing, why, and say what leaves it out."""
     remedy = "All other results are complete."
     if without:
-        word = without.partition(" ")[0]
-        how = f"Set {without}" if word != without else f"Leave out {without}"
+        how = f"Set {without}" if "=" in without else f"Leave out {without}"
         remedy += f" {how} in [output] to run without it."
-    return GeosurfWarning("picture", subject, f"{effect}: {reason}.", remedy)
+    warn(GeosurfWarning("picture", subject, effect, remedy))
 
 
 def _create(folder: Path) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import math
 import os
-import warnings
 from collections.abc import Callable, Hashable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean
-from geosurf.errors import GeometryError, InputError
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.memory import Memory
 from geosurf.model import Curves, Patches, Sheet, Units
 from geosurf.model.expected import name_of
+from geosurf.warning import collected
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -55,21 +55,29 @@ class Measured:
         sources = [patches.sources[i] for i in inside.tolist()]
         return tuple(source.name for source in sources if source.role == role)
 
-    def render_pictures(self, folder: str | os.PathLike[str], **choice: Any) -> dict[str, Path]:
+    def render_pictures(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        on_file: Callable[[str], object] | None = None,
+        **choice: Any,
+    ) -> dict[str, Path]:
         """Draw the pictures of the scene; a report shows them.
 
         Parameters
         ----------
         folder : path-like
             Files go into its folder ``pictures``.
+        on_file : callable, optional
+            Is called with the name of each file, when it is there.
         **choice
             Which pictures, and how; see `geosurf.gallery.pictures_of`.
 
         Returns
         -------
         dict of str to pathlib.Path
-            Captions and files. A picture that could not be drawn is missing; a `GeosurfWarning`
-            and `explain` name it, with the reason.
+            Captions and files. A picture that cannot be drawn is missing; `warnings` names it, with
+            the reason.
         """
         from geosurf.gallery import draw_pictures, pictures_of
 
@@ -80,11 +88,12 @@ class Measured:
                 raise InputError(
                     f"pictures have no {key!r}; they have {words}.{did_you_mean(key, words)}"
                 )
-        drawn, missing = draw_pictures(pictures_of(self, **choice), folder)
-        for one in missing:
-            self._memory.note("draw", "pictures", "skipped", one.effect)
-            warnings.warn(one, stacklevel=2)
-        return drawn
+        found: list[GeosurfWarning] = []
+        try:
+            with collected() as found:
+                return draw_pictures(pictures_of(self, **choice), folder, on_file)
+        finally:
+            self._memory.warn(*found)
 
     def _measured(self, what: str, run: Callable[[], Any], *more: Any) -> Any:
         size = lambda found: ", ".join(counted(n, dim) for dim, n in found.sizes.items())  # noqa: E731

@@ -161,12 +161,11 @@ def test_a_run_that_fails_leaves_the_results_that_were_there(scenario, tmp_path)
 def test_without_opengl_maps_and_everything_else_are_there(scenario, tmp_path, monkeypatch):
     findings = [("pictures", False, "pictures cannot be drawn without a screen.")]
     monkeypatch.setattr("geosurf.gallery.doctor", lambda: findings)
-    outcome = run(read_scenario(scenario()), tmp_path / "out")
-    assert outcome.notes == (
-        (
-            "Only maps and diagrams were drawn: pictures cannot be drawn without a screen. "
-            "All other results are complete."
-        ),
+    with pytest.warns(GeosurfWarning, match="Only maps"):
+        outcome = run(read_scenario(scenario()), tmp_path / "out")
+    (note,) = outcome.scene.warnings
+    assert note.effect == (
+        "Only maps and diagrams were drawn: pictures cannot be drawn without a screen."
     )
     drawn = sorted(path.name for path in (tmp_path / "out" / "pictures").iterdir())
     assert [name.partition("_")[0] for name in drawn] == [
@@ -198,6 +197,8 @@ def test_an_error_of_one_picture_costs_no_other_result(
     assert (note.kind, note.subject) == ("picture", "allan_00_F1.png")
     assert reason in note.effect
     assert note.remedy.endswith("Set allan = false in [output] to run without it.")
+    page = (out / "report" / "index.html").read_text(encoding="utf-8")
+    assert page.index("was not drawn") < page.index("Volumes [")
     there = digests(out)
     assert {"volumes.csv", "certificate.txt", "report/index.html", "pictures/search.png"} <= {
         *there
@@ -210,8 +211,9 @@ def test_a_section_beside_the_model_costs_no_other_result(scenario, tmp_path):
     path = scenario(
         ('views = ["southwest"]', beside), ('search = ["Top", "F1"]', "exploded = false")
     )
-    outcome = run(read_scenario(path), tmp_path)
-    assert "'section_00.png' was not drawn: the line of the section does not" in outcome.notes[0]
+    beside = r"'section_00\.png' was not drawn: the line of the section does not meet"
+    with pytest.warns(GeosurfWarning, match=beside):
+        run_scenario(path, tmp_path)
     assert (tmp_path / "pictures" / "section_01.png").is_file()
 
 

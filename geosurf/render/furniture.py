@@ -10,7 +10,6 @@ from __future__ import annotations
 import io
 import logging
 import math
-import warnings
 from dataclasses import dataclass
 from functools import cache
 
@@ -20,6 +19,7 @@ from geosurf.errors import GeosurfWarning
 from geosurf.render import palette
 from geosurf.render.layers import DETAIL_ROOM, LABEL_ROOM, Entry, length_text
 from geosurf.render.views import Camera, corners
+from geosurf.warning import warn
 
 FONT = "DejaVu Sans"
 DPI = 100
@@ -152,7 +152,7 @@ def _replace_missing_letters(figure) -> None:
             f"{some}{more}.",
             "Rename what should be readable in pictures; reports and files keep all letters.",
         )
-        warnings.warn(note, stacklevel=2)
+        warn(note)
 
 
 def nice_step(span: float, n: int = 5) -> float:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import os
 import tempfile
 import time
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from geosurf.errors import DependencyError, GeosurfWarning
-from geosurf.gallery import draw_pictures
+from geosurf.errors import DependencyError
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
 from geosurf.read.model3d import read_region_faces, volume_inside
@@ -22,7 +20,7 @@ from geosurf.scenario.inputs import build_scene, read_scenario
 from geosurf.scenario.keys import FORMATS, Scenario
 from geosurf.scenario.matched import unit_of_body
 from geosurf.scenario.output import new_results, require_writable
-from geosurf.scenario.pictures import wanted_pictures
+from geosurf.scenario.pictures import choice_of_pictures
 from geosurf.scene import Scene
 from geosurf.write import write
 
@@ -42,15 +40,12 @@ class Outcome:
     notes : tuple of str
         What was asked for and is not there, with the reason; what reports of torn horizons say to
         look at; and conformable horizons that cross, as those do that are in the wrong order.
-    not_drawn : tuple of GeosurfWarning
-        Pictures that are missing, each with the reason; they are among the notes, too.
     """
 
     scene: Scene
     certificate: Certificate
     out: Path
     notes: tuple[str, ...]
-    not_drawn: tuple[GeosurfWarning, ...] = ()
 
 
 class Teller:
@@ -134,10 +129,7 @@ def run_scenario(
     >>> (folder / "out" / "volumes.csv").is_file()
     True
     """
-    outcome = run(read_scenario(path), out, pictures=pictures, progress=progress)
-    for one in outcome.not_drawn:  # when all results are in place
-        warnings.warn(one, stacklevel=2)
-    return outcome.scene
+    return run(read_scenario(path), out, pictures=pictures, progress=progress).scene
 
 
 def run(
@@ -167,12 +159,11 @@ def run(
         scene = compute(scenario, teller, Path(out) if pictures else None)
         certificate = scene.check()
         teller.say("check", "all promises", "kept" if certificate.ok else "one is BROKEN")
-        _write_files(scene, scenario, certificate, folder)
+        _write_files(scene, scenario, folder)
         teller.say("write", ", ".join(scenario.output.formats), "")
-        drawn, missing = {}, []
-        if pictures:
-            drawn, missing = _draw(scene, scenario, folder, teller)
-        notes = [*map(str, missing), *model_notes(scene)]
+        drawn = _draw(scene, scenario, folder, teller) if pictures else {}
+        _write_certificate(scene, scenario, certificate, folder)
+        notes = model_notes(scene)
         report_scene(
             scene,
             folder / "report",
@@ -183,7 +174,7 @@ def run(
             regions=_regions(scenario, scene),
         )
         teller.say("report", scenario.title)
-    return Outcome(scene, certificate, Path(out), tuple(notes), tuple(missing))
+    return Outcome(scene, certificate, Path(out), tuple(notes))
 
 
 def write_report(
@@ -212,10 +203,8 @@ def write_report(
     scene = compute(scenario, teller, Path(folder) if pictures else None)
     certificate = scene.check()
     with tempfile.TemporaryDirectory() as scratch:
-        drawn, missing = {}, []
-        if pictures:
-            drawn, missing = _draw(scene, scenario, Path(scratch), teller)
-        notes = [*map(str, missing), *model_notes(scene)]
+        drawn = _draw(scene, scenario, Path(scratch), teller) if pictures else {}
+        notes = model_notes(scene)
         path = report_scene(
             scene,
             folder,
@@ -272,12 +261,10 @@ def crossings(scene: Scene) -> list[str]:
     ]
 
 
-def _draw(
-    scene: Scene, scenario: Scenario, folder: Path, teller: Teller
-) -> tuple[dict[str, Path], list[GeosurfWarning]]:
-    """Captions and files of the pictures asked for, and what could not be drawn."""
-    wanted = wanted_pictures(scene, scenario.output)
-    return draw_pictures(wanted, folder, lambda file: teller.say("draw", file))
+def _draw(scene: Scene, scenario: Scenario, folder: Path, teller: Teller) -> dict[str, Path]:
+    """Captions and files of the pictures asked for; `scene.warnings` has what is missing."""
+    choice = choice_of_pictures(scenario.output)
+    return scene.render_pictures(folder, on_file=lambda file: teller.say("draw", file), **choice)
 
 
 def contacts_left_out(scene: Scene) -> list[str]:
@@ -301,10 +288,16 @@ def _check_formats(scenario: Scenario) -> None:
         )
 
 
-def _write_files(scene: Scene, scenario: Scenario, certificate: Certificate, folder: Path) -> None:
+def _write_files(scene: Scene, scenario: Scenario, folder: Path) -> None:
     for word in scenario.output.formats:
         file, _ = FORMATS[word]
         write(scene.curves if file.startswith("curves") else scene.units, folder / file)
+
+
+def _write_certificate(
+    scene: Scene, scenario: Scenario, certificate: Certificate, folder: Path
+) -> None:
+    """Write the certificate, when all that can be warned of has been."""
     warnings = "".join(f"Warning: {warning}\n" for warning in scene.warnings)
     lines = "\n".join(filter(None, [f"{scenario.title}\n", warnings, f"{certificate}\n"]))
     (folder / "certificate.txt").write_text(lines, encoding="utf-8", newline="\n")

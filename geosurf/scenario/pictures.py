@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from geosurf.gallery import Picture, pictures_of
+from typing import Any
+
 from geosurf.scenario.keys import OutputSettings
-from geosurf.scene import Scene
 
 
-def wanted_pictures(scene: Scene, output: OutputSettings) -> list[Picture]:
-    """Return the pictures that a scenario asks for, not yet drawn."""
-    return pictures_of(
-        scene,
-        views=output.views,
-        exploded=output.exploded,
-        maps=output.maps,
-        thickness=output.thickness,
-        allan=output.allan,
-        sections=output.sections_m,
-        search=output.search,
-        exaggeration=output.exaggeration,
-        size=output.size_px,
-        clip=output.clip,
-    )
+def choice_of_pictures(output: OutputSettings) -> dict[str, Any]:
+    """Return what `Scene.render_pictures` takes for the pictures that a scenario asks for."""
+    return {
+        "views": output.views,
+        "exploded": output.exploded,
+        "maps": output.maps,
+        "thickness": output.thickness,
+        "allan": output.allan,
+        "sections": output.sections_m,
+        "search": output.search,
+        "exaggeration": output.exaggeration,
+        "size": output.size_px,
+        "clip": output.clip,
+    }
