@@ -141,7 +141,7 @@ def curves_of(contacts: Contacts) -> Curves:
     segments, surfaces = line_contacts(contacts, pairs)
     touching = touching_points(contacts, pairs)
     segments, surfaces = split_overlaps(contacts, segments, surfaces, touching)
-    local, touches, inside = [contacts.x], [], {}
+    local, touches, single = [contacts.x], [], {}
     for i, j in pairs_with_areas(contacts, pairs).tolist():
         from geosurf.intersect.overlap import overlap_of  # with all of cutting, which few need
 
@@ -150,11 +150,11 @@ def curves_of(contacts: Contacts) -> Curves:
         segments, surfaces = segments[plain], surfaces[plain]
         segments = np.concatenate([segments, overlap.segments + sum(map(len, local))])
         surfaces = np.concatenate([surfaces, np.tile([i, j], (len(overlap.segments), 1))])
-        inside[i, j] = overlap.local[overlap.inside]
-        touches += overlap.touches
+        single[i, j] = overlap.single
+        touches += overlap.areas
         local.append(overlap.local)
     points, segments, surfaces = canonical(np.concatenate(local), segments, surfaces)
-    touches += _isolated(contacts, touching, points, segments, surfaces, inside)
+    touches += _isolated(contacts, touching, points, segments, surfaces, single)
     return _linked(names, contacts.origin, points, segments, surfaces, touches, contacts.cost)
 
 
@@ -214,16 +214,21 @@ def _linked(names, origin, points, segments, surfaces, touches, cost) -> Curves:
     )
 
 
-def _isolated(contacts, touching, points, segments, surfaces, inside) -> list[Touch]:
-    """Touching points that lie on no curve and in no overlap of their pair of surfaces."""
+def _isolated(contacts, touching, points, segments, surfaces, single) -> list[Touch]:
+    """Touching points that lie on no curve of their pair of surfaces.
+
+    `single` has those of pairs that coincide over areas.
+    """
     found: list[Touch] = []
-    if not len(touching):
-        return found
-    for i, j in np.unique(touching[:, :2], axis=0).tolist():
-        mine = touching[(touching[:, 0] == i) & (touching[:, 1] == j), 2]
-        of_pair = (surfaces == (i, j)).all(axis=1)
-        taken = {tuple(p) for p in points[np.unique(segments[of_pair])].tolist()}
-        taken |= {tuple(p) for p in inside.get((i, j), np.empty((0, 3))).tolist()}
-        single = sorted({tuple(p) for p in contacts.x[mine].tolist()} - taken)
-        found += [Touch("point", (i, j), np.array([p]) + contacts.origin) for p in single]
+    pairs = {tuple(pair) for pair in np.unique(touching[:, :2], axis=0).tolist()} | set(single)
+    for i, j in sorted(pairs):
+        if (i, j) in single:
+            places = {tuple(p) for p in single[i, j].tolist()}
+        else:
+            mine = touching[(touching[:, 0] == i) & (touching[:, 1] == j), 2]
+            of_pair = (surfaces == (i, j)).all(axis=1)
+            places = {tuple(p) for p in contacts.x[mine].tolist()}
+            places -= {tuple(p) for p in points[np.unique(segments[of_pair])].tolist()}
+        for place in sorted(places):
+            found.append(Touch("point", (i, j), np.array([place]) + contacts.origin))
     return found

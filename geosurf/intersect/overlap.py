@@ -1,10 +1,15 @@
-"""Where surfaces coincide: overlap areas and their outlines, from the exact arrangement.
+"""Where surfaces coincide: areas, curves and touching points, from the exact arrangement.
 
-An overlap's outline is a curve, the edges inside it are not. Both surfaces of a pair are rebuilt
-around their contacts, those of each with itself included: where one crosses itself, both are cut
-alike only then. Triangles that both then have are the overlap, edges that both have are
-candidates, and those with overlap on both sides are inside. Of a surface that lies on itself, the
-candidates are the pieces of its contacts in a line.
+Both surfaces of a pair are rebuilt around their contacts, those of each with itself included: where
+one crosses itself, both are cut alike only then. What both then have is what they have in common:
+triangles (the areas), edges and points. Of these, the inside of an area is no curve and no touching
+point. A place is inside where both surfaces are one sheet and the same one: there is a disk
+around it that is all of both. So the outline of an area is a curve, and so is the line in which a
+further sheet of either surface crosses the area or ends on it, or in which areas branch; no edge
+of a mesh is, and an area without an outline has no curve.
+
+Of a surface that lies on itself, the area is what it has twice, and what it has in common with
+itself is that and its contacts in lines and points.
 """
 
 from __future__ import annotations
@@ -17,20 +22,74 @@ from geosurf.contact.arrange import Children, cut_contacts
 from geosurf.contact.search import Contacts, find_contacts
 from geosurf.errors import InvariantError
 from geosurf.intersect.collinear import split_overlaps
-from geosurf.intersect.link import line_contacts, pairs_of_rows
-from geosurf.kernels.mesh import edges, pieces
+from geosurf.intersect.link import line_contacts, pairs_of_rows, touching_points
+from geosurf.kernels.mesh import edges, join_pairs, pieces
 from geosurf.kernels.packed import in_plane, n_corners
 from geosurf.model import Touch
+
+_LOW, _HIGH = (0, 1, 0), (1, 2, 2)  # corners of a sorted triangle at the ends of its edges
 
 
 @dataclass
 class Overlap:
-    """What two surfaces share where they coincide over areas."""
+    """What two surfaces have in common where they coincide over areas.
+
+    Attributes
+    ----------
+    local : ndarray of float64, shape (n, 3)
+        Points.
+    segments : ndarray of int64, shape (n_segment, 2)
+        Of curves; rows of `local`.
+    single : ndarray of float64, shape (n_single, 3)
+        Touching points.
+    areas : list of Touch
+    """
 
     local: np.ndarray
     segments: np.ndarray
-    inside: np.ndarray
-    touches: list[Touch]
+    single: np.ndarray
+    areas: list[Touch]
+
+
+@dataclass
+class _Common:
+    """Distinct triangles of both surfaces (corners rising), and what both have.
+
+    Attributes
+    ----------
+    corners : ndarray of int64, shape (n, 3)
+    shared : ndarray of bool, shape (n,)
+        Triangles that both have.
+    edges, points : ndarray of int64
+        Keys of edges and rows of points that both have.
+    """
+
+    corners: np.ndarray
+    shared: np.ndarray
+    edges: np.ndarray
+    points: np.ndarray
+
+
+def overlap_of(surfaces, i: int, j: int, origin: np.ndarray) -> Overlap:
+    """Areas, curves and touching points of surfaces i and j, in the frame of `origin`."""
+    pair = (surfaces[i], surfaces[j]) if i != j else (surfaces[i],)
+    own = [(k, k) for k in range(len(pair))]
+    contacts = find_contacts(pair, pairs=[*own, (0, 1)] if i != j else own, origin=origin)
+    children = cut_contacts(contacts)
+    n = len(children.x)
+    common = _of_one(contacts, children, n) if i == j else _of_two(contacts, children, n)
+    keys = _edge_keys(common.corners, n)
+    found, edge, count = np.unique(keys, return_inverse=True, return_counts=True)
+    edge = edge.reshape(-1, 3)
+    inner = (count == 2) & (np.bincount(edge[common.shared].ravel(), minlength=len(found)) == 2)
+    lines = np.setdiff1d(common.edges, found[inner])
+    segments = np.stack([lines // n, lines % n], axis=1)
+    used = np.zeros(n, dtype=bool)
+    used[segments] = True
+    used |= _inside(common.corners, edge, inner, n)
+    single = children.x[common.points[~used[common.points]]]
+    areas = _areas(children.x, origin, common.corners[common.shared], (i, j))
+    return Overlap(children.x, segments, np.unique(single, axis=0), areas)
 
 
 def arranged_faces(contacts: Contacts, children, surface: int) -> tuple[np.ndarray, np.ndarray]:
@@ -44,32 +103,69 @@ def arranged_faces(contacts: Contacts, children, surface: int) -> tuple[np.ndarr
 
 
 def _edge_keys(t: np.ndarray, n: int) -> np.ndarray:
-    """Keys (n_triangle, 3) of the edges of triangles."""
-    ends = np.sort(np.stack([t, np.roll(t, -1, axis=1)], axis=2), axis=2)
-    return ends[:, :, 0] * n + ends[:, :, 1]
+    """Keys (n_triangle, 3) of the edges of triangles with rising corners."""
+    keys: np.ndarray = t[:, _LOW] * n + t[:, _HIGH]
+    return keys
 
 
-def overlap_of(surfaces, i: int, j: int, origin: np.ndarray) -> Overlap:
-    """Overlap areas, outline and curves of surfaces i and j, in the frame of `origin`."""
-    pair = (surfaces[i], surfaces[j]) if i != j else (surfaces[i],)
-    contacts, children, one, two, shared = _arranged(pair)
-    if shared is None:
+def _distinct(triangles: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct triangles, corners rising, and the number of each triangle among them."""
+    corners = np.sort(triangles, axis=1)
+    pair = corners[:, 0] * n + corners[:, 1]
+    order = np.lexsort((corners[:, 2], pair))
+    corners, pair = corners[order], pair[order]
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = (pair[1:] != pair[:-1]) | (corners[1:, 2] != corners[:-1, 2])
+    number = np.empty(len(order), dtype=np.int64)
+    number[order] = np.cumsum(new) - 1
+    return corners[new], number
+
+
+def _of_one(contacts: Contacts, children: Children, n: int) -> _Common:
+    """What a surface has in common with itself."""
+    faces, _ = arranged_faces(contacts, children, 0)
+    corners, number = _distinct(faces, n)
+    shared = np.bincount(number) > 1
+    ends = np.sort(_pieces_of_lines(contacts, children, faces), axis=1)
+    lines = np.union1d(ends[:, 0] * n + ends[:, 1], _edge_keys(corners[shared], n))
+    single = touching_points(contacts, pairs_of_rows(contacts))[:, 2]
+    return _Common(corners, shared, lines, np.union1d(single, corners[shared]))
+
+
+def _of_two(contacts: Contacts, children: Children, n: int) -> _Common:
+    """What two surfaces have in common."""
+    one, of_one = arranged_faces(contacts, children, 0)
+    two, of_two = arranged_faces(contacts, children, 1)
+    corners, number = _distinct(np.concatenate([one, two]), n)
+    piece_one, piece_two = np.split(number, [len(one)])
+    shared = np.zeros(len(corners), dtype=bool)
+    shared[np.intersect1d(piece_one, piece_two)] = True
+    _assert_shared(contacts, (of_one, piece_one), (of_two, piece_two))
+    both = [corners[np.unique(piece)] for piece in (piece_one, piece_two)]
+    lines = np.intersect1d(*(_edge_keys(t, n) for t in both))
+    return _Common(corners, shared, lines, np.intersect1d(*both))
+
+
+def _assert_shared(contacts: Contacts, first, second) -> None:
+    """A contact over an area has triangles that both have, or a promise of ours is broken."""
+    rows = contacts.rows
+    area = in_plane(rows) & (n_corners(rows) >= 3)
+    area &= contacts.surface_of_face[rows[:, 0]] != contacts.surface_of_face[rows[:, 1]]
+    mine, others = _pieces(*first), _pieces(*second)
+    if not all(mine[f] & others[g] for f, g in rows[area, :2].tolist()):
+        one, two = (surface.name for surface in contacts.surfaces)
         raise InvariantError(
-            f"an overlap of {pair[0].name!r} and {pair[-1].name!r} is not the same triangles in "
-            "both; please report this with the surfaces."
+            f"an overlap of {one!r} and {two!r} is not the same triangles in both; please "
+            "report this with the surfaces."
         )
-    local = children.x + (contacts.origin - origin)
-    n = len(local)
-    if i != j:
-        common = np.intersect1d(_edge_keys(one, n), _edge_keys(two, n))
-    else:
-        ends = np.sort(_pieces_of_lines(contacts, children, one), axis=1)
-        common = ends[:, 0] * n + ends[:, 1]
-    inner, times = np.unique(_edge_keys(shared, n), return_counts=True)
-    outline = np.union1d(common, inner[times == 1])
-    keys = np.setdiff1d(outline, inner[times > 1])
-    segments = np.stack([keys // n, keys % n], axis=1)
-    return Overlap(local, segments, np.unique(shared), _areas(local, origin, shared, (i, j)))
+
+
+def _pieces(faces: np.ndarray, pieces: np.ndarray) -> dict[int, set[int]]:
+    """Pieces of each face; a surface folded onto itself has one piece in several faces."""
+    found: dict[int, set[int]] = {}
+    for face, piece in zip(faces.tolist(), pieces.tolist(), strict=True):
+        found.setdefault(face, set()).add(piece)
+    return found
 
 
 def _pieces_of_lines(contacts: Contacts, children: Children, faces: np.ndarray) -> np.ndarray:
@@ -81,36 +177,22 @@ def _pieces_of_lines(contacts: Contacts, children: Children, faces: np.ndarray) 
     return split_overlaps(arranged, lines, surfaces, stops)[0]
 
 
-def _arranged(pair):
-    """Both surfaces cut, and the triangles that both have; None for those if a contact over an
-    area has none of them.
+def _inside(corners: np.ndarray, edge: np.ndarray, inner: np.ndarray, n: int) -> np.ndarray:
+    """Whether each point is inside of an area, bool (n,).
+
+    All edges at it are, and the triangles around it are one ring, not several that touch there.
     """
-    contacts = find_contacts(pair, pairs=[(0, 0), (0, 1), (1, 1)] if len(pair) == 2 else [(0, 0)])
-    children = cut_contacts(contacts)
-    one, of_one = arranged_faces(contacts, children, 0)
-    if len(pair) == 1:
-        corners, count = np.unique(np.sort(one, axis=1), axis=0, return_counts=True)
-        return contacts, children, one, one, corners[count > 1]
-    two, of_two = arranged_faces(contacts, children, 1)
-    corners, number = np.unique(
-        np.sort(np.concatenate([one, two]), axis=1), axis=0, return_inverse=True
-    )
-    piece_one, piece_two = np.split(number.ravel(), [len(one)])
-    both = np.intersect1d(piece_one, piece_two)
-    rows = contacts.rows
-    area = in_plane(rows) & (n_corners(rows) >= 3)
-    area &= contacts.surface_of_face[rows[:, 0]] != contacts.surface_of_face[rows[:, 1]]
-    mine, others = _pieces(of_one, piece_one), _pieces(of_two, piece_two)
-    complete = all(mine[f] & others[g] for f, g in rows[area, :2].tolist())
-    return contacts, children, one, two, corners[both] if complete else None
-
-
-def _pieces(faces: np.ndarray, pieces: np.ndarray) -> dict[int, set[int]]:
-    """Pieces of each face; a surface folded onto itself has one piece in several faces."""
-    found: dict[int, set[int]] = {}
-    for face, piece in zip(faces.tolist(), pieces.tolist(), strict=True):
-        found.setdefault(face, set()).add(piece)
-    return found
+    inside = np.zeros(n, dtype=bool)
+    inside[corners] = True
+    inside[corners[:, _LOW][~inner[edge]]] = False
+    inside[corners[:, _HIGH][~inner[edge]]] = False
+    half = np.flatnonzero(inner[edge].ravel())
+    order = half[np.argsort(edge.ravel()[half], kind="stable")].reshape(-1, 2)
+    ends = [3 * (order // 3) + np.array(side)[order % 3] for side in (_LOW, _HIGH)]
+    ring = join_pairs(np.concatenate(ends), corners.size)
+    first = np.flatnonzero(ring == np.arange(corners.size))
+    inside &= np.bincount(corners.ravel()[first], minlength=n) == 1
+    return inside
 
 
 def _areas(local, origin, shared, pair) -> list[Touch]:
@@ -123,7 +205,7 @@ def _areas(local, origin, shared, pair) -> list[Touch]:
     for p in range(count):
         rows = np.flatnonzero(piece == p)
         keys, times = np.unique(_edge_keys(shared[rows], len(local)), return_counts=True)
-        rim = keys[times == 1]
+        rim = keys[times == 1] if (times == 1).any() else keys  # closed: all that it has
         points = local[np.unique(np.concatenate([rim // len(local), rim % len(local)]))] + origin
         points = points[np.lexsort(points.T[::-1])]
         touches.append(Touch("area", pair, points, float(area[rows].sum())))

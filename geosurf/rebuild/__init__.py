@@ -38,7 +38,8 @@ def rebuild_surfaces(
     -------
     Patches
         `Patches.surface` takes the mesh apart by surface, `Patches.patch` by patch. A surface
-        that crosses itself is split there only with `self_intersections`. Inputs that are
+        that crosses itself is split there only with `self_intersections`, or if triangles do so
+        that meet another surface, which shares their vertices then. Inputs that are
         degenerate up to rounding are moved to a coarser step where they break;
         ``report["largest_move"]`` says how far [m], 0 mostly, and `Patches.sources` are the
         surfaces as used, without slivers that a move shuts.

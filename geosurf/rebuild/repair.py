@@ -24,6 +24,7 @@ from geosurf.kernels.packed import on_rims
 from geosurf.kernels.predicates import frame_of
 from geosurf.model import TriSurface
 from geosurf.rebuild.assemble import first_of_equals
+from geosurf.rebuild.own import with_own_contacts
 from geosurf.rebuild.soundness import crossing_faces
 
 STEPS = tuple(2.0**-k for k in (28, 24, 20, 16, 13))  # metres; the last moves by 0.1 mm at most
@@ -59,6 +60,7 @@ def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float
     RoundingError
         If neither the coarsest step nor a shift helps: names the surface and the place.
     """
+    contacts = with_own_contacts(contacts)
     children = cut_contacts(contacts)
     bad = unsound(contacts, children)
     if len(bad) == 0:
@@ -71,7 +73,7 @@ def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float
             _mark(contacts, bad, moved)
             surfaces = [_moved(s, m, move, step, held) for s, m in zip(given, moved, strict=True)]
             try:
-                contacts = find_contacts(surfaces, **contacts.options)
+                contacts = with_own_contacts(find_contacts(surfaces, **contacts.options))
             except SurfaceError:
                 break  # a face lost its area at this step
             children = cut_contacts(contacts)

@@ -16,7 +16,6 @@ import sys
 import time
 from collections import Counter
 from dataclasses import replace
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -92,47 +91,6 @@ def kinds_of(first: TriSurface, second: TriSurface) -> set[tuple[int, int, str]]
     return out
 
 
-def off_areas(curve):
-    """The exact curve without what lies inside of an area that two surfaces share.
-
-    A surface that crosses itself may cross the other one within an area of both; what they have
-    in common there is the area, and its outline is the curve.
-    """
-    nodes, edges = list(curve.nodes), []
-    for i, j in curve.edges.tolist():
-        p, q = curve.nodes[i], curve.nodes[j]
-        kept = [(0, 1)]
-        for area in curve.areas:
-            inner = within(area, p, q)
-            if inner is not None:
-                a, b = inner
-                parts = [(s, min(t, a)) for s, t in kept] + [(max(s, b), t) for s, t in kept]
-                kept = [(s, t) for s, t in parts if s < t]
-        for ends in kept:
-            edges.append([len(nodes), len(nodes) + 1])
-            nodes += [tuple(u + t * (v - u) for u, v in zip(p, q, strict=True)) for t in ends]
-    edges = np.array(edges, dtype=np.int64).reshape(-1, 2)
-    return replace(curve, nodes=nodes, edges=edges) if curve.areas else curve
-
-
-def within(area, p, q):
-    """Which part of a segment lies in a convex area: from, to (0 .. 1); None for nothing."""
-    normal = oracles.cross(oracles.minus(area[1], area[0]), oracles.minus(area[2], area[0]))
-    if any(oracles.dot(normal, oracles.minus(x, area[0])) != 0 for x in (p, q)):
-        return None
-    low, high = Fraction(0), Fraction(1)
-    for a, b in zip(area, area[1:] + area[:1], strict=True):
-        inward = oracles.cross(normal, oracles.minus(b, a))
-        start, stop = (Fraction(oracles.dot(inward, oracles.minus(x, a))) for x in (p, q))
-        if start == stop:
-            if start < 0:
-                return None
-            continue
-        t = start / (start - stop)
-        low, high = (max(low, t), high) if stop > start else (low, min(high, t))
-    return (low, high) if low < high else None
-
-
 def check(seed: int, verify, cases) -> tuple[str, int]:
     """The kind of a case and how many pairs of triangles meet in it; an error if one is wrong."""
     kind, meshes = meshes_of(seed, cases)
@@ -150,7 +108,7 @@ def check(seed: int, verify, cases) -> tuple[str, int]:
         both = (curves.surfaces_of_segment == (0, 1)).all(axis=1)
         used, segments = np.unique(curves.segments[both], return_inverse=True)
         line = curves.points[used], segments.reshape(-1, 2)
-        exact = off_areas(verify.exact_curve_segments(meshes[i], meshes[j], pairs))
+        exact = verify.exact_curve_segments(meshes[i], meshes[j], pairs)
         verify.check_curve(meshes[i], meshes[j], *line, tol, degrees=not soups, exact=exact)
     if soups:
         check_itself(verify, meshes[0], surfaces[0], tol)
@@ -183,7 +141,7 @@ def check_itself(verify, mesh, surface, tol) -> None:
         points=[pairs.points[k] for k in keep],
     )  # fmt: skip
     curves = intersect_surfaces([surface], self_intersections=True)
-    exact = off_areas(verify.exact_curve_segments(mesh, mesh, pairs))
+    exact = verify.exact_curve_segments(mesh, mesh, pairs)
     line = curves.points, curves.segments
     verify.check_curve(mesh, mesh, *line, tol, degrees=False, exact=exact)
 

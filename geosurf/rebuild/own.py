@@ -1,0 +1,36 @@
+"""Where a surface that meets another one meets itself: it is cut there, as the other one is.
+
+Two surfaces share the vertices of their curves, and the triangles of an area, only if both are cut
+alike there. Whatever meets one of them there meets the other as well, and cuts both, but for the
+sheets of a surface itself: without `self_intersections` these cut only the other one. So a
+surface is searched for contacts with itself if two of its triangles, both of which meet another
+surface, meet each other elsewhere than in common corners and edges.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.contact.crossing import crossing_pairs
+from geosurf.contact.search import Contacts, find_contacts
+
+
+def with_own_contacts(contacts: Contacts) -> Contacts:
+    """The contacts, with those of surfaces with themselves that sharing vertices asks for."""
+    of = contacts.surface_of_face
+    others = contacts.rows[of[contacts.rows[:, 0]] != of[contacts.rows[:, 1]], :2]
+    met = np.zeros(len(of), dtype=bool)
+    met[others] = True
+    searched = {tuple(pair) for pair in contacts.options["pairs"]}
+    more = []
+    for i, surface in enumerate(contacts.surfaces):
+        is_graph = surface.lattice is not None and surface.lattice.is_graph
+        if is_graph or (i, i) in searched:
+            continue
+        faces = contacts.t[met & (of == i)]
+        if len(faces) > 1 and len(crossing_pairs(contacts.x, faces)):
+            more.append((i, i))
+    if not more:
+        return contacts
+    pairs = [*contacts.options["pairs"], *more]
+    return find_contacts(contacts.surfaces, **{**contacts.options, "pairs": pairs})
