@@ -280,12 +280,12 @@ def _verdict(certificate: Certificate) -> int:
 
 def _surface(path: Path, words: dict[str, str | None]) -> Any:
     """Read one surface; the suffix tells horizons from faults, in NetCDF its dimensions do."""
-    from geosurf.read import FAULT_FORMATS, HORIZON_FORMATS, otherwise, read_fault, read_nodes
+    from geosurf.read import FAULT_FORMATS, GRID_FORMATS, otherwise, read_fault, read_nodes
     from geosurf.read.netcdf import holds_fault
     from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
     suffix = path.suffix.lower()
-    formats = (*HORIZON_FORMATS.values(), *FAULT_FORMATS.values())
+    formats = (*GRID_FORMATS.values(), *FAULT_FORMATS.values())
     known = {word for _, _, suffixes in formats for word in suffixes}
     if suffix not in known:
         missing = "" if path.exists() else " and there is no such file"
@@ -293,8 +293,8 @@ def _surface(path: Path, words: dict[str, str | None]) -> Any:
             f"{path}: no surface has the suffix {path.suffix!r}{missing}; known are "
             f"{', '.join(sorted(known))}. Rename the file, or save it as one of these."
         )
-    gridded = any(suffix in suffixes for _, _, suffixes in HORIZON_FORMATS.values())
-    if suffix in HORIZON_FORMATS["netcdf"][2]:
+    gridded = any(suffix in suffixes for _, _, suffixes in GRID_FORMATS.values())
+    if suffix in GRID_FORMATS["netcdf"][2]:
         gridded = not holds_fault(path)
     if gridded:
         return triangulate_horizon(read_nodes(path, **otherwise(words)), name=path.stem)

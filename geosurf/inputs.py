@@ -57,7 +57,7 @@ def as_surface(
     ----------
     name : str
     role : {"horizon", "fault"}
-    value : path, xarray object, FaultSticks, TriSurface or Sheet
+    value : path, xarray object, FaultSticks, TriSurface, (vertices, triangles) or Sheet
     options : mapping
         ``positive`` and ``units``, for inputs that do not say theirs.
     others : callable, optional
@@ -69,6 +69,8 @@ def as_surface(
         A fault has its normals in the hanging wall, however its file or mesh was wound.
     """
     found = _read(value, role, options) if isinstance(value, str | Path) else value
+    if role == "horizon" and isinstance(found, tuple | list):
+        found = triangulate_horizon(found, name=name, **_only_if_unsaid(found, options))
     if isinstance(found, Sheet):
         found = found.surface_among(others)
     if isinstance(found, TriSurface):

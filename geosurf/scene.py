@@ -35,9 +35,11 @@ class Scene(Provided):
     Parameters
     ----------
     horizons : mapping of str to horizon
-        Youngest first. A horizon is an `xarray.DataArray`, `TriSurface`, `Sheet`, or path.
+        Youngest first. A horizon is an `xarray.DataArray`, a `TriSurface`, (vertices, triangles),
+        a `Sheet`, or a path.
     faults : mapping of str to fault, optional
-        A fault is an `xarray.Dataset`, `FaultSticks`, a `TriSurface`, or a path.
+        A fault is an `xarray.Dataset`, `FaultSticks`, a `TriSurface`, (vertices, triangles), or a
+        path.
     box : (west, east, south, north, bottom, top), optional
         The model box [m]. Default: the largest upright rectangle that all horizons cover, with a
         margin above and below; it moves with them, so give a box to compare scenes.

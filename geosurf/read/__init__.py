@@ -26,21 +26,25 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 __all__ = ["otherwise", "read_fault", "read_horizon", "read_points", "read_polygons", "read_tsurf"]
 
 # format -> (module, function, suffixes)
-HORIZON_FORMATS = {
-    "irap": ("irap", "read_irap", (".gri", ".irap", ".irapasc", ".irapbin")),
-    "netcdf": ("netcdf", "read_netcdf_horizon", (".nc", ".nc4")),
-    "zmap": ("zmap", "read_zmap", (".zmap", ".zmp")),
-}
-FAULT_FORMATS = {
+MESH_FORMATS = {
     "tsurf": ("gocad", "read_gocad", (".ts",)),
-    "sticks": ("polylines", "read_sticks", (".pol", ".csv")),
-    "netcdf": ("netcdf", "read_netcdf_fault", (".nc", ".nc4")),
     "vtp": ("vtp", "read_vtp", (".vtp",)),
     "mesh": (
         "mesh",
         "read_mesh",
         (".vtu", ".vtk", ".obj", ".stl", ".ply", ".off", ".msh", ".inp", ".xdmf"),
     ),
+}
+GRID_FORMATS = {
+    "irap": ("irap", "read_irap", (".gri", ".irap", ".irapasc", ".irapbin")),
+    "netcdf": ("netcdf", "read_netcdf_horizon", (".nc", ".nc4")),
+    "zmap": ("zmap", "read_zmap", (".zmap", ".zmp")),
+}
+HORIZON_FORMATS = {**GRID_FORMATS, **MESH_FORMATS}
+FAULT_FORMATS = {
+    "sticks": ("polylines", "read_sticks", (".pol", ".csv")),
+    "netcdf": ("netcdf", "read_netcdf_fault", (".nc", ".nc4")),
+    **MESH_FORMATS,
 }
 POINT_FORMATS = {"xyz": ("points", "read_xyz", (".poi", ".xyz", ".txt", ".csv", ".dat"))}
 POLYGON_FORMATS = {"polygons": ("polylines", "read_polylines", (".pol", ".csv", ".txt"))}
@@ -54,24 +58,27 @@ def read_horizon(
     units: str | None = None,
     format: str | None = None,  # noqa: A002 - the word users know
     variable: str | None = None,
-) -> xr.DataArray:
+) -> xr.DataArray | TriSurface:
     r"""
-    Read a gridded horizon.
+    Read a horizon: a grid, or a triangulated surface.
 
     Parameters
     ----------
     path : path-like
         ``.gri`` and ``.irap`` (IRAP classic or binary, told apart by content),
-        ``.nc`` (CF NetCDF), ``.zmap`` (ZMAP+).
+        ``.nc`` (CF NetCDF), ``.zmap`` (ZMAP+); ``.ts`` (GOCAD TSurf), ``.vtp`` and other triangle
+        meshes.
     name : str, optional
-        Name of the horizon. Default: the file name without suffix.
+        Name of the horizon; for a TSurf file with several surfaces: which one. Default: the file
+        name without suffix; for meshes what the file says, if it does.
     positive : {"up", "down"}, optional
-        Whether values are elevations or depths, where the file does not say.
+        Whether values are elevations or depths, where the file does not say; meshes are elevations
+        by default.
     units : str, optional
         Unit of the values, where the file does not say: ``"m"``, ``"ft"`` ...
         Default metres for IRAP and ZMAP+, which have no place for it. Horizontal
         coordinates are not scaled by it.
-    format : {"irap", "netcdf", "zmap"}, optional
+    format : {"irap", "netcdf", "zmap", "tsurf", "vtp", "mesh"}, optional
         Overrides the suffix.
     variable : str, optional
         Which variable of a NetCDF file, where there are several.
@@ -85,6 +92,7 @@ def read_horizon(
         with 2-D coordinates ``easting`` and ``northing``; columns, rows and up
         are right-handed. Regular grids also carry ``rotation`` (degrees
         counter-clockwise from east), ``xori``, ``yori``, ``xinc``, ``yinc``, ``ncol``, ``nrow``.
+        A `TriSurface` (role ``"horizon"``) for meshes.
 
     Raises
     ------
@@ -122,7 +130,7 @@ def read_nodes(
     format: str | None = None,  # noqa: A002
     variable: str | None = None,
 ) -> Any:
-    """Read a gridded horizon for `triangulate_horizon`: no DataArray where none is needed.
+    """Read a horizon for `triangulate_horizon`: no DataArray where none is needed.
 
     Parameters
     ----------
@@ -131,8 +139,8 @@ def read_nodes(
 
     Returns
     -------
-    GridNodes or xarray.DataArray
-        The former for IRAP and ZMAP+, which are read without importing xarray.
+    GridNodes, xarray.DataArray or TriSurface
+        The first for IRAP and ZMAP+, which are read without importing xarray; the last for meshes.
     """
     path, key, read = _reader(path, HORIZON_FORMATS, format, "read_horizon")
     extra: dict[str, Any] = {"variable": variable} if key == "netcdf" else {}
@@ -141,7 +149,11 @@ def read_nodes(
             f"{path}: variable={variable!r} picks a variable of a NetCDF file, this is {key}. "
             "Leave it out."
         )
-    name = name_of(path.stem if name in (None, "") else name, "horizon")
+    name = None if name in (None, "") else name_of(name, "horizon")
+    if key in MESH_FORMATS:
+        mesh: TriSurface = read(path, name=name, positive=positive, units=units)
+        return mesh.renamed(mesh.name, "horizon")
+    name = name or path.stem
     return read(path, name=name, positive=positive, units=units, **extra)
 
 

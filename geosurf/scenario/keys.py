@@ -43,7 +43,8 @@ class HorizonInput:
 
     name: str = key("Name in all results.", values.text)
     file: Path = key(
-        "`.gri` or `.irap` (IRAP), `.nc` (NetCDF), `.zmap` (ZMAP+); relative to the scenario.",
+        "`.gri` or `.irap` (IRAP), `.nc` (NetCDF), `.zmap` (ZMAP+), `.ts` (GOCAD), `.vtp` and "
+        "other meshes; relative to the scenario.",
         values.file,
     )
     positive: str | None = _positive()

@@ -17,6 +17,7 @@ from geosurf.errors import InputError, SurfaceError
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate.cells import corners_are_open, fault_diagonal
 from geosurf.triangulate.degenerate import refuse_zero_area
+from geosurf.triangulate.mesh import is_mesh, refuse_flat_triangles, triangulate_mesh
 from geosurf.triangulate.orient import orient_fault, refuse_far
 from geosurf.triangulate.sticks import triangulate_sticks
 
@@ -88,13 +89,9 @@ def triangulate_fault(
     if not title:
         raise SurfaceError("a fault has no name. Say it with triangulate_fault(..., name='F1').")
     title = str(title)
-    if isinstance(obj, TriSurface):
-        surface = obj.renamed(title, "fault")
-        if positive not in (None, "up") or units not in (None, "m"):
-            raise SurfaceError(
-                f"fault {title!r}: a TriSurface is in metres, elevation positive up. "
-                "Pass (vertices, triangles) to convert."
-            )
+    if is_mesh(obj):
+        scale = _scale(title, positive or "up", units or "m")
+        surface = triangulate_mesh(obj, title, "fault", scale=scale, words=(positive, units))
     elif hasattr(obj, "data_vars"):
         surface = TriSurface(title, "fault", lattice=_read_lattice(obj, title, positive, units))
         surface.crs = crs_of(obj)
@@ -103,15 +100,14 @@ def triangulate_fault(
         sticks = [np.asarray(stick, dtype=np.float64) * (1.0, 1.0, scale) for stick in obj.sticks]
         return triangulate_sticks(sticks, name=title)
     else:
-        surface = _read_mesh(obj, title, _scale(title, positive or "up", units or "m"))
+        raise SurfaceError(f"fault {title!r}: cannot use {type(obj).__name__}. {_HOW}")
     if surface.n_triangle == 0:
         raise SurfaceError(
             f"fault {title!r} has no triangles: no three neighbouring nodes are present. "
             "Check the NaN mask, or drop the fault."
         )
     if surface.lattice is None:
-        remedy = "Remove these triangles and merge their vertices first."
-        refuse_zero_area(title, surface.vertices, surface.triangles, remedy)
+        refuse_flat_triangles(surface)
     elif not corners_are_open(surface.lattice):
         doubted = surface.lattice.rows_of_keys(surface.lattice.normals[2])
         remedy = "Set one of the nodes that coincide or lie in line to NaN."
@@ -125,16 +121,6 @@ def triangulate_fault(
 def _scale(title: str, positive: str | None, units: str | None) -> float:
     what = f"fault {title!r}"
     return elevation_sign(positive, what) * metres_per_unit(units, what)
-
-
-def _read_mesh(obj: Any, title: str, scale: float) -> TriSurface:
-    """A fault from (vertices, triangles)."""
-    if not isinstance(obj, tuple | list) or len(obj) != 2:
-        raise SurfaceError(f"fault {title!r}: cannot use {type(obj).__name__}. {_HOW}")
-    surface = TriSurface(title, "fault", obj[0], obj[1])
-    if scale == 1.0:
-        return surface
-    return TriSurface(title, "fault", surface.vertices * (1.0, 1.0, scale), surface.triangles)
 
 
 def _read_lattice(ds: Any, title: str, positive: str | None, units: str | None) -> Lattice:

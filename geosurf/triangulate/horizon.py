@@ -1,4 +1,4 @@
-"""A gridded horizon -> `TriSurface`, or an error that says what to mend."""
+"""A horizon -> `TriSurface`, or an error that says what to mend."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from geosurf.model import Lattice, TriSurface
 from geosurf.model.expected import name_of
 from geosurf.triangulate.coarsen import coarsen_lattice
 from geosurf.triangulate.degenerate import map_turns
+from geosurf.triangulate.mesh import is_mesh, refuse_flat_triangles, triangulate_mesh
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -29,14 +30,14 @@ _Corner = tuple[slice, slice]
 
 
 def triangulate_horizon(
-    da: xarray.DataArray,
+    da: xarray.DataArray | TriSurface | tuple[Any, Any],
     *,
     name: str | None = None,
     positive: str | None = None,
     units: str | None = None,
     tolerance: float = 0.0,
 ) -> TriSurface:
-    """Turn a gridded horizon into a triangulated surface.
+    """Turn a horizon into a triangulated surface.
 
     Nodes become vertices, row by row; a triangle exists only where its three
     nodes do. One rule splits all cells of a grid: of the two diagonals the one
@@ -47,18 +48,19 @@ def triangulate_horizon(
 
     Parameters
     ----------
-    da : xarray.DataArray
-        Either dims ``("northing", "easting")`` with 1-D coordinates that increase, or
-        decrease as in rasters (rows or columns are then turned round), or any two dims
-        with 2-D coordinates ``easting`` and ``northing`` (rotated and curvilinear grids).
-        NaN marks absent nodes. Horizontal coordinates are metres unless their own
-        ``attrs["units"]`` say otherwise.
+    da : xarray.DataArray, TriSurface, or (vertices, triangles)
+        A mesh has vertices (n_vertex, 3) and triangles (n_triangle, 3). A grid has either dims
+        ``("northing", "easting")`` with 1-D coordinates that increase, or decrease as in rasters
+        (rows or columns are then turned round), or any two dims with 2-D coordinates ``easting``
+        and ``northing`` (rotated and curvilinear grids). NaN marks absent nodes. Horizontal
+        coordinates are metres unless their own ``attrs["units"]`` say otherwise.
     name : str, optional
         Default: the name of the array, or ``"horizon"``.
     positive : {"up", "down"}, optional
-        Whether values are elevation or depth. Default: ``da.attrs["positive"]``.
+        Whether values are elevation or depth. Default: ``da.attrs["positive"]``; vertices are
+        elevations.
     units : str, optional
-        Unit of the values. Default: ``da.attrs["units"]``.
+        Unit of the values. Default: ``da.attrs["units"]``; metres for vertices.
     tolerance : float
         0: all nodes. Above 0 [m]: fewer triangles, nowhere farther than this from the plain
         ones, vertically; for pictures and quick volumes. Needs even steps. What was met is in
@@ -114,6 +116,8 @@ def triangulate_horizon(
         raise HorizonError(
             f"{what}: tolerance is {tolerance!r}; give a length in metres, or 0 for all nodes."
         )
+    if is_mesh(da):
+        return _from_mesh(da, title, positive, units, tolerance)
     values = _checked_values(da, what)
     try:
         sign = elevation_sign(positive or da.attrs.get("positive"), what)
@@ -134,6 +138,24 @@ def triangulate_horizon(
         made = TriSurface(title, "horizon", lattice=lattice)
     made.crs = crs_of(da)
     return made
+
+
+def _from_mesh(
+    obj: Any, title: str, positive: str | None, units: str | None, tolerance: float
+) -> TriSurface:
+    """A horizon from vertices and triangles."""
+    what = f"horizon {title!r}"
+    scale = elevation_sign(positive or "up", what) * metres_per_unit(units or "m", what)
+    surface = triangulate_mesh(obj, title, "horizon", scale=scale, words=(positive, units))
+    if surface.lattice is not None:
+        return coarsen_lattice(title, surface.lattice, tolerance) if tolerance > 0 else surface
+    if tolerance > 0:
+        raise HorizonError(
+            f"{what}: tolerance is {tolerance:g}, and a mesh is not simplified; only a grid is. "
+            "Leave tolerance out."
+        )
+    refuse_flat_triangles(surface)
+    return surface
 
 
 def _checked_values(da: Any, what: str) -> np.ndarray:
