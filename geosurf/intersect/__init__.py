@@ -16,6 +16,8 @@ from geosurf.intersect.link import (
     canonical_by_keys,
     line_contacts,
     link,
+    of_pairs,
+    off_curves,
     pair_keys,
     pairs_of_rows,
     pairs_with_areas,
@@ -140,20 +142,23 @@ def curves_of(contacts: Contacts) -> Curves:
     pairs = pairs_of_rows(contacts)
     segments, surfaces = line_contacts(contacts, pairs)
     touching = touching_points(contacts, pairs)
-    segments, surfaces = split_overlaps(contacts, segments, surfaces, touching)
-    local, touches, single = [contacts.x], [], {}
-    for i, j in pairs_with_areas(contacts, pairs).tolist():
+    coinciding = pairs_with_areas(contacts, pairs)
+    plain = ~of_pairs(surfaces, coinciding)
+    touching = touching[~of_pairs(touching[:, :2], coinciding)]
+    segments, surfaces = split_overlaps(contacts, segments[plain], surfaces[plain], touching)
+    local, lines, owners, n = [contacts.x], [segments], [surfaces], len(contacts.x)
+    touches, single = [], {}
+    for i, j in coinciding.tolist():
         from geosurf.intersect.overlap import overlap_of  # with all of cutting, which few need
 
         overlap = overlap_of(contacts.surfaces, i, j, contacts.origin)
-        plain = (surfaces != (i, j)).any(axis=1)
-        segments, surfaces = segments[plain], surfaces[plain]
-        segments = np.concatenate([segments, overlap.segments + sum(map(len, local))])
-        surfaces = np.concatenate([surfaces, np.tile([i, j], (len(overlap.segments), 1))])
+        lines.append(overlap.segments + n)
+        owners.append(np.tile([i, j], (len(overlap.segments), 1)))
         single[i, j] = overlap.single
         touches += overlap.areas
         local.append(overlap.local)
-    points, segments, surfaces = canonical(np.concatenate(local), segments, surfaces)
+        n += len(overlap.local)
+    points, segments, surfaces = canonical(*map(np.concatenate, (local, lines, owners)))
     touches += _isolated(contacts, touching, points, segments, surfaces, single)
     return _linked(names, contacts.origin, points, segments, surfaces, touches, contacts.cost)
 
@@ -217,18 +222,12 @@ def _linked(names, origin, points, segments, surfaces, touches, cost) -> Curves:
 def _isolated(contacts, touching, points, segments, surfaces, single) -> list[Touch]:
     """Touching points that lie on no curve of their pair of surfaces.
 
-    `single` has those of pairs that coincide over areas.
+    `single` has those of pairs that coincide over areas, `touching` those of the others.
     """
-    found: list[Touch] = []
-    pairs = {tuple(pair) for pair in np.unique(touching[:, :2], axis=0).tolist()} | set(single)
-    for i, j in sorted(pairs):
-        if (i, j) in single:
-            places = {tuple(p) for p in single[i, j].tolist()}
-        else:
-            mine = touching[(touching[:, 0] == i) & (touching[:, 1] == j), 2]
-            of_pair = (surfaces == (i, j)).all(axis=1)
-            places = {tuple(p) for p in contacts.x[mine].tolist()}
-            places -= {tuple(p) for p in points[np.unique(segments[of_pair])].tolist()}
-        for place in sorted(places):
-            found.append(Touch("point", (i, j), np.array([place]) + contacts.origin))
-    return found
+    found: dict[tuple[int, int], list[Touch]] = {}
+    pairs, places = off_curves(contacts.x, touching, points, segments, surfaces)
+    rows = list(zip(map(tuple, pairs.tolist()), places, strict=True))
+    rows += [(pair, at) for pair, some in single.items() for at in np.unique(some, axis=0)]
+    for pair, at in rows:
+        found.setdefault(pair, []).append(Touch("point", pair, at[None] + contacts.origin))
+    return [touch for pair in sorted(found) for touch in found[pair]]

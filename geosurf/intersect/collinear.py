@@ -5,22 +5,39 @@ the middle of edges, or one that crosses itself in a line of the other surface, 
 by segments that begin and end at different points of it. Each is split where another one of
 its pair of surfaces begins or ends, or touches; equal pieces are one then. Nearness is asked of
 floats with room to spare, what lies on a segment is decided exactly.
+
+A point of four faces A, B, C, D that ends the segment of C and D lies in the segment of A and B
+only if A meets D, and C meets B, in that point, too. So a segment is compared with the points that
+are known in its own two faces. A point that is found inside a segment is known in both faces
+from then on, and asked for in their other segments: in that way it reaches all segments that hold
+it. Hundreds of triangles that straddle one line but for the last digit have all their points near
+all their segments; compared are those with a face in common.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from geosurf.contact.search import ULP, Contacts
+from geosurf.kernels.beside_lines import beside_lines
 from geosurf.kernels.collinear import lie_inside
+from geosurf.kernels.gather import number_keys
+from geosurf.kernels.linking import pairs_of_surfaces
+from geosurf.kernels.packed import n_corners
 
 _REACH = 64 * ULP  # of the largest coordinate; rounding moves points by less than two
 _LEAST = 1e-300  # so that nothing divides by 0 where all is at 0
-_AT_ONCE = 4_000_000
+_NONE = np.empty(0, dtype=np.int64)
 
 
 def split_overlaps(
-    contacts: Contacts, segments: np.ndarray, surfaces: np.ndarray, touching: np.ndarray
+    contacts: Contacts,
+    segments: np.ndarray,
+    surfaces: np.ndarray,
+    touching: np.ndarray,
+    in_faces: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Split segments at the points of their pair of surfaces that lie inside them.
 
@@ -28,11 +45,13 @@ def split_overlaps(
     ----------
     contacts : Contacts
     segments : ndarray of int64, shape (n, 2)
-        Rows of `Contacts.x`, once a pair.
+        Rows of `Contacts.x`, once a pair, lower first: of contacts in a line.
     surfaces : ndarray of int64, shape (n, 2)
         Rows of the surfaces, sorted.
     touching : ndarray of int64, shape (n_touching, 3)
         Surfaces and point of contacts in a single point.
+    in_faces : ndarray of int64, shape (n, 2), optional
+        Faces, and points that lie in them, beyond the corners of contacts.
 
     Returns
     -------
@@ -41,65 +60,152 @@ def split_overlaps(
     """
     if len(segments) == 0 or len(segments) + len(touching) < 2:
         return segments, surfaces
-    starts = np.flatnonzero(np.append(True, (surfaces[1:] != surfaces[:-1]).any(axis=1)))
+    groups = _groups(contacts, segments, surfaces, touching, in_faces)
+    hits = _inside(contacts, segments, groups)
+    if len(hits) == 0:
+        return segments, surfaces
     whole = np.ones(len(segments), dtype=bool)
-    pieces, owners = [], []
-    for low, high in zip(starts, np.append(starts[1:], len(segments)), strict=True):
-        pair = surfaces[low]
-        points = np.unique(segments[low:high])
-        if len(touching):
-            mine = (touching[:, :2] == pair).all(axis=1)
-            points = np.union1d(points, touching[mine, 2])
-        hits = _inside(contacts, segments[low:high], points)
-        for row in np.unique(hits[:, 0]).tolist():
-            on = hits[hits[:, 0] == row, 1]
-            on = np.concatenate([segments[low + row], on])
-            on = on[np.lexsort(contacts.x[on].T[::-1])]
-            pieces.append(np.stack([on[:-1], on[1:]], axis=1))
-            owners.append(np.tile(pair, (len(on) - 1, 1)))
-            whole[low + row] = False
+    whole[hits[:, 0]] = False
+    cut = np.flatnonzero(~whole)
+    of = np.concatenate([cut, cut, hits[:, 0]])
+    on = np.concatenate([segments[cut, 0], segments[cut, 1], hits[:, 1]])
+    # each coordinate rises or falls along a line, rounded ones as well: none alone tells the order
+    way = np.sign(contacts.x[segments[of, 1]] - contacts.x[segments[of, 0]])
+    order = np.lexsort((*(way * contacts.x[on]).T, of))
+    of, on = of[order], on[order]
+    piece = np.flatnonzero(of[1:] == of[:-1])
     return (
-        np.concatenate([segments[whole], *pieces]),
-        np.concatenate([surfaces[whole], *owners]),
+        np.concatenate([segments[whole], np.stack([on[piece], on[piece + 1]], axis=1)]),
+        np.concatenate([surfaces[whole], surfaces[of[piece]]]),
     )
 
 
-def _inside(contacts: Contacts, segments: np.ndarray, points: np.ndarray) -> np.ndarray:
+@dataclass
+class _Groups:
+    """Segments and points by the face of a pair of surfaces that they lie in.
+
+    Attributes
+    ----------
+    n : int
+        Groups are numbered from 0.
+    lines : ndarray of int64, shape (n_line, 2)
+        Group and row of a segment, sorted.
+    points : ndarray of int64, shape (n_known, 2)
+        Group and point (row of `Contacts.x`), sorted.
+    faces : ndarray of int64, shape (n_segment, 2)
+        Two faces that meet in each segment.
+    """
+
+    n: int
+    lines: np.ndarray
+    points: np.ndarray
+    faces: np.ndarray
+
+
+def _groups(contacts: Contacts, segments, surfaces, touching, in_faces) -> _Groups:
+    """What lies in which face, by the contacts that the segments are of."""
+    rows, n_surface, n_face = contacts.rows, len(contacts.surfaces), len(contacts.t)
+    n, n_segment = len(contacts.x), len(segments)
+    pair = pairs_of_surfaces(contacts.surface_of_face, rows, n_surface)
+    pair_of_segment = surfaces[:, 0] * n_surface + surfaces[:, 1]
+    two, segment = _of_segments(contacts, pair, segments, pair_of_segment)
+    groups, group = number_keys((pair[two, None] * n_face + rows[two, :2]).ravel())
+    lines = _without(group * n_segment + np.repeat(segment, 2), _NONE)
+    faces = np.empty((n_segment, 2), dtype=np.int64)
+    faces[segment] = rows[two, :2]
+    # points where segments of the pair begin, end or are touched, in each face that has some
+    stops = np.concatenate([
+        np.repeat(pair_of_segment, 2) * n + segments.ravel(),
+        (touching[:, 0] * n_surface + touching[:, 1]) * n + touching[:, 2],
+    ])  # fmt: skip
+    mine = np.flatnonzero(np.isin(pair, np.unique(pair_of_segment)))
+    corner = [(pair[mine], rows[mine, side], ids)
+              for side in range(2) for ids in contacts.ids[mine].T]  # fmt: skip
+    if in_faces is not None:
+        face, point = in_faces.T
+        corner.append((contacts.surface_of_face[face] * (n_surface + 1), face, point))
+    of_pair, face, point = map(np.concatenate, zip(*corner, strict=True))
+    key = of_pair * n_face + face
+    at = np.minimum(np.searchsorted(groups, key), len(groups) - 1)
+    known = (groups[at] == key) & (point >= 0)
+    known[known] = np.isin(of_pair[known] * n + point[known], stops)
+    points = _without(at[known] * n + point[known], _NONE)
+    sorted_lines = np.stack(np.divmod(lines, n_segment), axis=1)
+    return _Groups(len(groups), sorted_lines, np.stack(np.divmod(points, n), axis=1), faces)
+
+
+def _of_segments(contacts: Contacts, pair, segments, pair_of_segment):
+    """Contacts in a line (rows) that are among some segments, and the segment of each."""
+    two = np.flatnonzero(n_corners(contacts.rows) == 2)
+    ends = np.concatenate([segments, np.sort(contacts.ids[two, :2], axis=1)])
+    _, number = number_keys(ends[:, 0] * len(contacts.x) + ends[:, 1])
+    most = int(number.max()) + 1
+    keys = pair_of_segment * most + number[: len(segments)]
+    order = np.argsort(keys)
+    asked = pair[two] * most + number[len(segments) :]
+    segment = order[np.minimum(np.searchsorted(keys[order], asked), len(keys) - 1)]
+    there = keys[segment] == asked
+    return two[there], segment[there]
+
+
+def _inside(contacts: Contacts, segments: np.ndarray, groups: _Groups) -> np.ndarray:
     """Rows (segment, point) of points that lie in a segment and are no end of it."""
-    near = _near(contacts.x, segments, points)
-    rows = np.stack([near[:, 1], *segments[near[:, 0]].T], axis=1)
+    n, n_segment = len(contacts.x), len(segments)
+    first_line = np.searchsorted(groups.lines[:, 0], np.arange(groups.n + 1))
+    by_segment = groups.lines[np.argsort(groups.lines[:, 1], kind="stable")]
+    first_group = np.searchsorted(by_segment[:, 1], np.arange(n_segment + 1))
+    known = groups.points[:, 0] * n + groups.points[:, 1]
+    new, tested, found = known, _NONE, [_NONE]
+    while len(new):
+        group, point = np.divmod(new, n)
+        first_point = np.searchsorted(group, np.arange(groups.n + 1))
+        near = _near(contacts.x, segments, groups.lines[:, 1], first_line, point, first_point)
+        near = _without(near[:, 0] * n + near[:, 1], tested)
+        tested = np.concatenate([tested, near])
+        hits = near[_lie_inside(contacts, segments, groups, *np.divmod(near, n))]
+        found.append(hits)
+        segment, point = np.divmod(hits, n)
+        count = first_group[segment + 1] - first_group[segment]
+        nth = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        group = by_segment[np.repeat(first_group[segment], count) + nth, 0]
+        new = _without(group * n + np.repeat(point, count), known)
+        known = np.concatenate([known, new])
+    return np.stack(np.divmod(np.concatenate(found), n), axis=1)
+
+
+def _without(keys: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Distinct keys, sorted, that are not among others (distinct): by sorts, numpy's fastest."""
+    keys = np.sort(keys)
+    keys = keys[np.append(True, keys[1:] != keys[:-1])[: len(keys)]]
+    if len(others) == 0 or len(keys) == 0:
+        return keys
+    others = np.sort(others)
+    at = np.minimum(np.searchsorted(others, keys), len(others) - 1)
+    return keys[others[at] != keys]
+
+
+def _lie_inside(contacts: Contacts, segments, groups: _Groups, segment, point) -> np.ndarray:
+    """Whether points lie in segments and are no ends of them, exactly."""
+    rows = np.column_stack([point, segments[segment], groups.faces[segment]])
     out = np.empty(len(rows), dtype=np.int64)
     if len(rows):
         m = contacts.m.copy()
         lie_inside(contacts.x, contacts.t, contacts.e, contacts.d, m, contacts.w, rows, out)
-    return near[out == 1]
+    return out == 1
 
 
-def _near(x: np.ndarray, segments: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Rows (segment, point) of points next to a segment that are none of its ends."""
-    reach = _REACH * float(np.abs(x[points]).max(initial=0.0)) + _LEAST
-    a, b = x[segments[:, 0]], x[segments[:, 1]]
-    lower, upper = np.minimum(a, b) - reach, np.maximum(a, b) + reach
-    # search along the axis on which segments are shortest, measured by how far points are spread
-    spread = x[points].max(axis=0) - x[points].min(axis=0) + reach
-    axis = int(((upper - lower).sum(axis=0) / spread).argmin())
-    order = np.argsort(x[points, axis], kind="stable")
-    at = x[points[order], axis]
-    first = np.searchsorted(at, lower[:, axis])
-    count = np.searchsorted(at, upper[:, axis], side="right") - first
-    found = [np.empty((0, 2), dtype=np.int64)]
-    parts = np.searchsorted(np.cumsum(count), np.arange(0, count.sum() + 1, _AT_ONCE))
-    for low, high in zip(parts, np.append(parts[1:], len(count)), strict=True):
-        of = np.repeat(np.arange(low, high), count[low:high])
-        begin = np.cumsum(count[low:high]) - count[low:high]
-        at = np.arange(len(of)) - np.repeat(begin - first[low:high], count[low:high])
-        point = points[order[at]]
-        keep = (point != segments[of, 0]) & (point != segments[of, 1])
-        of, point = of[keep], point[keep]
-        keep = ((lower[of] <= x[point]) & (x[point] <= upper[of])).all(axis=1)
-        of, point = of[keep], point[keep]
-        along, across = b[of] - a[of], x[point] - a[of]
-        away = np.linalg.norm(np.cross(along, across), axis=1)
-        keep = away <= reach * np.linalg.norm(along, axis=1)
-        found.append(np.stack([of[keep], point[keep]], axis=1))
-    return np.concatenate(found)
+def _near(x, segments, lines, first_line, points, first_point) -> np.ndarray:
+    """Rows (segment, point) of points next to a segment of their group that are none of its ends.
+
+    `lines` are rows of `segments`.
+    """
+    reach = _REACH * float(np.abs(x[segments]).max(initial=0.0)) + _LEAST
+    pairs = np.empty((len(points) + 64, 2), dtype=np.int64)
+    given = (x, segments[lines], first_line, points, first_point, reach)
+    n = beside_lines(*given, pairs)
+    if n > len(pairs):
+        pairs = np.empty((n, 2), dtype=np.int64)
+        beside_lines(*given, pairs)
+    pairs = pairs[:n]
+    pairs[:, 0] = lines[pairs[:, 0]]
+    return pairs

@@ -14,6 +14,7 @@ from geosurf.contact.search import Contacts
 from geosurf.kernels.chains import link_segments
 from geosurf.kernels.gather import number_below
 from geosurf.kernels.linking import overlap_free, pairs_of_surfaces
+from geosurf.kernels.mesh import weld
 from geosurf.kernels.packed import in_plane, n_corners
 from geosurf.kernels.ranking import sort_places_and_segments, sort_segments
 
@@ -89,13 +90,64 @@ def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
     for side in range(2):
         t = contacts.t[contacts.rows[one, side]]
         own &= (points == t).any(axis=1)
-    return np.unique(np.hstack([surfaces, points])[~own], axis=0)
+    keys, n_surface = _keys(surfaces)
+    pair, point = np.divmod(
+        np.unique(keys[~own] * len(contacts.x) + points[~own, 0]), len(contacts.x)
+    )
+    return np.column_stack([*np.divmod(pair, n_surface), point])
+
+
+def off_curves(
+    x: np.ndarray,
+    touching: np.ndarray,
+    points: np.ndarray,
+    segments: np.ndarray,
+    surfaces: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Touching points that lie on no curve of their pair of surfaces.
+
+    Parameters
+    ----------
+    x : ndarray of float64, shape (n, 3)
+    touching : ndarray of int64, shape (n_touching, 3)
+        Surfaces and point (row of `x`).
+    points, segments, surfaces : ndarray
+        Of all curves, see `canonical`.
+
+    Returns
+    -------
+    pairs : ndarray of int64, shape (n_found, 2)
+        Surfaces, sorted; those of one pair by their places.
+    places : ndarray of float64, shape (n_found, 3)
+    """
+    places = x[touching[:, 2]] + 0.0  # -0.0 is 0.0
+    number, count = weld(np.concatenate([places, points]))
+    pairs, _ = _keys(np.concatenate([touching[:, :2], surfaces]))
+    mine = pairs[: len(touching)] * count + number[: len(touching)]
+    ends = number[len(touching) :][segments]
+    mine, first = np.unique(mine, return_index=True)
+    of_segment = pairs[len(touching) :, None]
+    first = first[~np.isin(mine, (of_segment * count + ends).ravel())]
+    order = np.lexsort((*places[first].T[::-1], pairs[first]))
+    return touching[first[order], :2], places[first[order]]
 
 
 def pairs_with_areas(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
     """Pairs of surfaces that coincide somewhere over an area."""
     area = in_plane(contacts.rows) & (n_corners(contacts.rows) >= 3)
-    return np.unique(pairs[area], axis=0) if area.any() else pairs[:0]
+    if not area.any():
+        return pairs[:0]
+    keys, n_surface = _keys(pairs[area])
+    return np.stack(np.divmod(np.unique(keys), n_surface), axis=1)
+
+
+def of_pairs(surfaces: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Which rows of surfaces (n, 2) are one of some pairs, bool (n,)."""
+    if len(pairs) == 0:
+        return np.zeros(len(surfaces), dtype=bool)
+    keys, _ = _keys(np.concatenate([surfaces, pairs]))
+    mask: np.ndarray = np.isin(keys[: len(surfaces)], keys[len(surfaces) :])
+    return mask
 
 
 def canonical(local: np.ndarray, segments: np.ndarray, surfaces: np.ndarray):

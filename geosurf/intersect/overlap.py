@@ -123,10 +123,10 @@ def _distinct(triangles: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
 
 def _of_one(contacts: Contacts, children: Children, n: int) -> _Common:
     """What a surface has in common with itself."""
-    faces, _ = arranged_faces(contacts, children, 0)
+    faces, parents = arranged_faces(contacts, children, 0)
     corners, number = _distinct(faces, n)
     shared = np.bincount(number) > 1
-    ends = np.sort(_pieces_of_lines(contacts, children, faces), axis=1)
+    ends = np.sort(_pieces_of_lines(contacts, children, faces, parents), axis=1)
     lines = np.union1d(ends[:, 0] * n + ends[:, 1], _edge_keys(corners[shared], n))
     single = touching_points(contacts, pairs_of_rows(contacts))[:, 2]
     return _Common(corners, shared, lines, np.union1d(single, corners[shared]))
@@ -168,13 +168,16 @@ def _pieces(faces: np.ndarray, pieces: np.ndarray) -> dict[int, set[int]]:
     return found
 
 
-def _pieces_of_lines(contacts: Contacts, children: Children, faces: np.ndarray) -> np.ndarray:
+def _pieces_of_lines(
+    contacts: Contacts, children: Children, faces: np.ndarray, parents: np.ndarray
+) -> np.ndarray:
     """Where a surface meets itself in a line: the edges of its pieces along it, rows (n, 2)."""
     lines, surfaces = line_contacts(contacts, pairs_of_rows(contacts))
     arranged = replace(contacts, x=children.x, d=children.d, m=children.m)
     points = np.unique(faces)
     stops = np.column_stack([np.zeros((len(points), 2), dtype=np.int64), points])
-    return split_overlaps(arranged, lines, surfaces, stops)[0]
+    in_faces = np.stack([np.repeat(parents, 3), faces.ravel()], axis=1)
+    return split_overlaps(arranged, lines, surfaces, stops, in_faces)[0]
 
 
 def _inside(corners: np.ndarray, edge: np.ndarray, inner: np.ndarray, n: int) -> np.ndarray:
