@@ -2,8 +2,35 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
+
+CHOICE = "GEOSURF_CACHE_DIR"
+
+
+def cache_root() -> Path:
+    """
+    Return GEOSURF_CACHE_DIR, or geosurf's folder in the user's cache.
+
+    Raises
+    ------
+    OSError
+        Where a user has neither a cache nor a home.
+    """
+    chosen = os.environ.get(CHOICE)
+    if chosen:
+        return Path(chosen).absolute()
+    base = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if base.is_absolute():  # a relative one is to be ignored, by the rules of XDG
+        return base / "geosurf"
+    try:
+        home = Path.home()
+    except RuntimeError as error:
+        raise FileNotFoundError(errno.ENOENT, str(error)) from error
+    if not home.is_absolute():
+        raise FileNotFoundError(errno.ENOENT, f"the home folder {home} is relative")
+    return home / ".cache" / "geosurf"
 
 
 def cache_folder(part: str = "") -> Path:
@@ -15,11 +42,4 @@ def cache_folder(part: str = "") -> Path:
     OSError
         Where a user has neither a cache nor a home.
     """
-    chosen = os.environ.get("GEOSURF_CACHE_DIR")
-    if chosen:
-        return Path(chosen)
-    base = os.environ.get("XDG_CACHE_HOME")
-    try:
-        return (Path(base) if base else Path.home() / ".cache") / "geosurf" / part
-    except RuntimeError as error:
-        raise FileNotFoundError(str(error)) from error
+    return cache_root() if os.environ.get(CHOICE) else cache_root() / part

@@ -159,6 +159,10 @@ class FrozenRunner:
             f"this installation, made with numba {made['numba']}."
         )
 
+    def obstacle(self) -> str:
+        """Return nothing: nothing is compiled, so nothing has to be kept."""
+        return ""
+
 
 class FrozenKernel:
     """One kernel of the library; arguments have passed the gate."""

@@ -7,7 +7,8 @@ never run, since Python calls nothing but entries. Here a helper stays what its 
 it. An entry links each helper below it once, and LLVM optimises that one module, callees
 first, as a C compiler does with one file.
 
-This is the one place where options of numba are chosen. ``fastmath`` stays off everywhere: exact
+This is the one place where options of numba are chosen, and what is chosen here marks kept kernels
+as stale when it changes (`_numba`). ``fastmath`` stays off everywhere: exact
 arithmetic dies of it. Nothing is counted from the end of an array (`_indices_as_they_are`).
 ``boundscheck`` is off when compiled: NUMBA_BOUNDSCHECK=1, with a GEOSURF_CACHE_DIR of its own,
 compiles kernels that check every index, and NUMBA_DISABLE_JIT=1 runs them as plain Python.
@@ -18,12 +19,15 @@ array), as the cache and the freezer do.
 
 from __future__ import annotations
 
+import itertools
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import llvmlite.binding as llvm
 from numba.core import types
+from numba.core.bytecode import FunctionIdentity
 from numba.core.codegen import CPUCodeLibrary, JITCodeLibrary
 from numba.core.compiler import Compiler, CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
@@ -153,6 +157,17 @@ class Helper(CPUDispatcher):
 def entry_dispatcher(function: Callable[..., Any]) -> Any:
     """What numba's decorator gives, with our compiler."""
     return CPUDispatcher(function, {}, _OPTIONS, _EntryCompiler)
+
+
+def names_of_its_own() -> None:
+    """Let the names of functions that are compiled next be like no others, whoever compiled those.
+
+    numba names each function by a count that begins at 1 in every process, and links kernels
+    that it finds in a cache by these names. Two that were compiled in two processes may then
+    call each other's parts: a kernel that sorted in place was linked to the `argsort` of
+    another, which crashed. So each kernel counts from a place that is its own.
+    """
+    FunctionIdentity._unique_ids = itertools.count(int.from_bytes(os.urandom(7), "big"))
 
 
 class _Handle:

@@ -58,6 +58,10 @@ class Runner(Protocol):
         """Return one sentence for people."""
         ...
 
+    def obstacle(self) -> str:
+        """Return what keeps kernels from starting fast, and the remedy; nothing if all is well."""
+        ...
+
 
 def choose() -> Runner:
     """Decide what runs the kernels of this process.

@@ -1,15 +1,18 @@
-"""Kernels compiled here by numba, and kept. How numba compiles them is chosen in `_helpers`.
+"""Kernels compiled here by numba, and kept.
+
+How numba compiles them is chosen in `_helpers`, which marks what is kept as fresh or stale; nothing
+in this file changes machine code. How files are kept is a matter of `_store`.
 
 numba's own disk cache keeps stale code when a function in *another* file changes
-(numba issue 1833), so the stamp of a cached kernel is a hash over its own file and
-all kernel files that it imports, directly or not.
+(numba issue 1833), so a kept kernel is named by a hash over its own file and
+all kernel files that it imports, directly or not. numba also unpickles its files without
+a look at them; so the cache here is our own, one file for each kernel.
 """
 
 from __future__ import annotations
 
 import hashlib
-import itertools
-import os
+import pickle
 import re
 import sys
 from collections.abc import Callable
@@ -17,20 +20,29 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import llvmlite
 import numba
 import numpy as np
-from numba.core.bytecode import FunctionIdentity
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.caching import _Cache
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
 
 from geosurf.errors import DependencyError
-from geosurf.kernels._folder import cache_folder
 from geosurf.kernels._gate import Signature
-from geosurf.kernels._helpers import Helper, entry_dispatcher
+from geosurf.kernels._helpers import Helper, entry_dispatcher, names_of_its_own
 from geosurf.kernels._plain import written_in_source
+from geosurf.kernels._store import CHOICE, Store
 
 _HERE = Path(__file__).resolve().parent
 _TYPES = {"d": numba.float64, "l": numba.int64, "b": numba.boolean}
-_told: list[str] = []
+# choices of numba's, in its environment or files, that change the code of a kernel
+_CHOICES = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
+# what unpickling and linking raise when a kept kernel is sound but does not fit this process
+_UNFIT = (
+    *(pickle.UnpicklingError, EOFError, AttributeError, ImportError, IndexError, KeyError),
+    *(TypeError, ValueError, RuntimeError),
+)
+_announced: list[str] = []
 
 
 # ---- types --------------------------------------------------------------------------------
@@ -65,13 +77,13 @@ def _letters(kind: Any) -> str:
 
 def kernel_folder() -> Path:
     """Folder for compiled kernels."""
-    return cache_folder(f"numba-{numba.__version__}")
+    return Store("kernels").folder
 
 
 @cache
 def closure(path: Path) -> frozenset[Path]:
-    """Kernel files that a kernel file needs, itself and the options included."""
-    found = {path, _HERE / "_numba.py", _HERE / "_helpers.py"}
+    """Kernel files that a kernel file needs, itself and the choices for numba included."""
+    found = {path, _HERE / "_helpers.py"}
     text = path.read_text(encoding="utf-8")
     for other in re.findall(r"^from geosurf\.kernels\.(\w+) import", text, flags=re.MULTILINE):
         if not other.startswith("_") and _HERE / f"{other}.py" != path:
@@ -88,47 +100,83 @@ def _stamp(path: Path) -> str:
     return digest.hexdigest()
 
 
-class _Locator(_CacheLocator):
-    """Puts cached kernels into our folder, stamped with the import closure."""
-
-    def __init__(self, py_func: Any, py_file: str) -> None:
-        self._file = Path(py_file)
-        self._line = py_func.__code__.co_firstlineno
-
-    def get_cache_path(self) -> str:
-        return str(kernel_folder())
-
-    def get_source_stamp(self) -> str:
-        return _stamp(self._file)
-
-    def get_disambiguator(self) -> str:
-        # with the stamp, so that two checkouts or versions do not overwrite each other's code
-        return f"{self._file.stem}{self._line}-{_stamp(self._file)[:12]}"
-
-    @classmethod
-    def from_function(cls, py_func: Any, py_file: str) -> _Locator:
-        return cls(py_func, py_file)
+@cache
+def _made_with() -> str:
+    """What else decides the machine code of a kernel, or how it is pickled."""
+    numpy = ".".join(np.__version__.split(".")[:2])
+    python = f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
+    choices = [f"{name}={getattr(numba.config, name, None)}" for name in _CHOICES]
+    return " ".join([python, numpy, numba.__version__, llvmlite.__version__, *choices])
 
 
-class _Impl(CompileResultCacheImpl):
-    _locator_classes = [_Locator]  # noqa: RUF012 - numba's own name for a class attribute
+class KernelCache(_Cache):
+    """The cache of one kernel, asked by numba; whatever goes wrong is a miss.
 
+    Parameters
+    ----------
+    function : callable
+    store : Store
+    """
 
-class _Cache(FunctionCache):
-    _impl_class = _Impl
+    def __init__(self, function: Callable[..., Any], store: Store) -> None:
+        self._function = function
+        self._store = store
+        self._enabled = True
+
+    @property
+    def cache_path(self) -> str:
+        """The folder."""
+        return str(self._store.folder)
+
+    def enable(self) -> None:
+        """Load and save."""
+        self._enabled = True
+
+    def disable(self) -> None:
+        """Neither load nor save."""
+        self._enabled = False
+
+    def flush(self) -> None:
+        """Nothing is held back."""
+
+    def name(self, types: Any, codegen: Any) -> str:
+        """Name of the file for some types of arguments on this machine."""
+        code = self._function.__code__
+        file = Path(code.co_filename)
+        what = [_made_with(), _stamp(file), str(code.co_firstlineno), str(types)]
+        what += map(str, codegen.magic_tuple())
+        digest = hashlib.sha256("\0".join(what).encode()).hexdigest()
+        return f"{file.stem}.{self._function.__name__}-{digest[:40]}.nbc"
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return a kernel from the cache; None, and names of its own to come, if it is not there.
+        """Return a kernel from the cache; None and names of its own if it is not there."""
+        target_context.refresh()
+        if self._enabled:
+            name = self.name(sig, target_context.codegen())
+            kept = self._store.load(name)
+            if kept is not None:
+                try:
+                    return CompileResult._rebuild(target_context, *pickle.loads(kept))
+                except _UNFIT as error:
+                    self._store.report_damage(name, f"{type(error).__name__}: {error}")
+        _announce(self._function.__name__)
+        names_of_its_own()
+        return None
 
-        numba names each function by a count that begins at 1 in every process, and links kernels
-        that it finds in a cache by these names. Two that were compiled in two processes may then
-        call each other's parts: a kernel that sorted in place was linked to the `argsort` of
-        another, which crashed. So each kernel counts from a place that is its own.
-        """
-        found = super().load_overload(sig, target_context)
-        if found is None:
-            FunctionIdentity._unique_ids = itertools.count(int.from_bytes(os.urandom(7), "big"))
-        return found
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep a kernel, if it can be kept."""
+        fit = not data.library.has_dynamic_globals and all(part.can_cache for part in data.lifted)
+        if self._enabled and fit:
+            self._store.save(self.name(sig, data.codegen), dumps(data._reduce()))
+
+
+def _announce(kernel: str) -> None:
+    """Say once that kernels are being compiled, since it takes a while."""
+    if not _announced and sys.stderr is not None:
+        if sys.stderr.isatty() or "ipykernel" in sys.modules:
+            sys.stderr.write("geosurf: compiling kernels, a minute or more, once per version\n")
+            sys.stderr.flush()
+    _announced.append(kernel)
 
 
 # ---- the runner --------------------------------------------------------------------------
@@ -157,6 +205,7 @@ class JitRunner:
                 "Set it there to run kernels as plain Python, or take it out of numba's files."
             )
         self._reason = reason
+        self._store = Store("kernels")
 
     def scalar(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """Return the helper for compiled kernels."""
@@ -166,7 +215,7 @@ class JitRunner:
         self, name: str, function: Callable[..., Any], signature: Signature
     ) -> Callable[..., Any]:
         """Return the kernel; nothing is compiled yet."""
-        return JitKernel(function, signature)
+        return JitKernel(function, signature, self._store)
 
     def written(self, name: str, function: Callable[..., Any]) -> tuple[int, ...]:
         """Return the places of the arguments that an entry writes."""
@@ -174,34 +223,29 @@ class JitRunner:
 
     def describe(self) -> str:
         """Return one sentence for people."""
-        return (
-            f"kernels are compiled here by numba {numba.__version__}, since {self._reason}; "
-            f"kept in {cache_folder()}."
+        how = f"kernels are compiled here by numba {numba.__version__}, since {self._reason}"
+        obstacle = self.obstacle()
+        return f"{how}. {obstacle}" if obstacle else f"{how}; kept in {self._store.folder}."
+
+    def obstacle(self) -> str:
+        """Return why kernels are compiled again by each process, and the remedy; mostly nothing."""
+        why = self._store.obstacle()
+        return why and (
+            f"They cannot be kept in {self._store.folder} ({why}), so each process compiles them "
+            f"again. Set {CHOICE} to a folder that only you can write."
         )
 
 
 class JitKernel:
     """A kernel that numba compiles at its first call, or loads."""
 
-    def __init__(self, function: Callable[..., Any], signature: Signature) -> None:
+    def __init__(self, function: Callable[..., Any], signature: Signature, store: Store) -> None:
         self._signature = signature
         self._compiled = entry_dispatcher(function)
-        self._ready = False
-        try:
-            kernel_folder().mkdir(parents=True, exist_ok=True, mode=0o700)
-            self._compiled._cache = _Cache(function)
-        except OSError:
-            pass  # no folder can be written: kernels compile anew in each process
+        self._compiled._cache = KernelCache(function, store)
 
     def __call__(self, *arguments: Any) -> Any:
-        if not self._ready:
-            self._announce()
         return self._compiled(*map(_writeable, arguments))
-
-    def is_cached(self) -> bool:
-        """Return whether machine code of these very sources is on disk."""
-        file = getattr(self._compiled._cache, "_cache_file", None)
-        return file is not None and bool(file._load_index())
 
     def compile(self) -> tuple[Any, bool]:
         """Compile or load the kernel now.
@@ -212,20 +256,10 @@ class JitKernel:
         loaded : bool
             Whether it was found in the cache.
         """
-        self._ready = True
         types = types_of(self._signature.arguments)
         self._compiled.compile(types)
         results = self._compiled.overloads[types].signature.return_type
         return results, bool(self._compiled.stats.cache_hits)
-
-    def _announce(self) -> None:
-        """Say once that kernels are being compiled, since it takes a while."""
-        self._ready = True
-        if _told or self.is_cached():
-            return
-        _told.append(self._compiled.__name__)
-        if sys.stderr is not None and sys.stderr.isatty():
-            sys.stderr.write("geosurf: compiling kernels, two to three minutes, once per version\n")
 
 
 class _Window:

@@ -62,6 +62,10 @@ class PlainRunner:
         """Return one sentence for people."""
         return f"kernels run as plain Python, slowly, since {self._reason}."
 
+    def obstacle(self) -> str:
+        """Return nothing: nothing is compiled, so nothing has to be kept."""
+        return ""
+
 
 def _protected(value: Any) -> Any:
     if isinstance(value, np.ndarray):

@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import gc
 import multiprocessing
+import multiprocessing.connection
+import os
 import signal
+import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -54,23 +57,16 @@ def warm(progress: Progress | None = None) -> str:
         return f"Nothing to compile: {what}"
     from geosurf.kernels._numba import closure, kernel_folder
 
-    folder = kernel_folder()
-    try:
-        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        folder.joinpath(".tried").touch()
-        folder.joinpath(".tried").unlink()
-    except OSError as error:
-        raise OutputError(
-            f"{folder}: compiled kernels cannot be kept there ({error.strerror}). "
-            "Set GEOSURF_CACHE_DIR to a folder that can be written."
-        ) from error
+    obstacle = _jit.RUNNER.obstacle()
+    if obstacle:
+        raise OutputError(f"Kernels would be compiled for nothing. {obstacle}")
     start = time.perf_counter()
     weight = {name: -sum(p.stat().st_size for p in closure(_file(name))) for name in kernel_files()}
     found = _compile_all(sorted(weight, key=weight.__getitem__), progress)
     n_loaded = sum(found.values())
     n_new = len(found) - n_loaded
-    seconds = f"{time.perf_counter() - start:.0f} s"
-    return f"{n_new} kernels compiled in {seconds}, {n_loaded} were there; kept in {folder}."
+    done = f"{n_new} kernels compiled in {time.perf_counter() - start:.0f} s"
+    return f"{done}, {n_loaded} were there; kept in {kernel_folder()}."
 
 
 def _file(name: str) -> Path:
@@ -81,7 +77,7 @@ def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]
     """Whether each kernel was there already; files are shared out among processes."""
     found: dict[str, bool] = {}
     spawn = multiprocessing.get_context("spawn")  # a fork would take over threads and their locks
-    with ProcessPoolExecutor(N_PROCESS, spawn, _die_when_interrupted) as pool:
+    with ProcessPoolExecutor(N_PROCESS, spawn, _begin_worker) as pool:
         jobs = [pool.submit(_compile_file, name) for name in names]
         try:
             for n_done, job in enumerate(as_completed(jobs), start=1):
@@ -93,9 +89,19 @@ def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]
     return found
 
 
-def _die_when_interrupted() -> None:
+def _begin_worker() -> None:
+    """Let a worker end with its parent, whatever ends that one: nobody else would end it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_after, args=(parent.sentinel,), daemon=True).start()
     gc.disable()  # numba makes millions of small objects; collecting them takes a tenth of it all
+
+
+def _end_after(parent: int) -> None:
+    """Wait for the end of the parent, which closes its end of a pipe; kept files stay whole."""
+    multiprocessing.connection.wait([parent])
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _compile_file(name: str) -> dict[str, bool]:

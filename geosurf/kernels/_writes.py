@@ -11,14 +11,12 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
-import os
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from geosurf.kernels._folder import cache_folder
+from geosurf.kernels._store import Store
 
 Name = tuple[str, str]  # file, function
 _STEPS = (ast.Assign, ast.For, ast.AugAssign, ast.AnnAssign, ast.Return, ast.Call)
@@ -33,33 +31,22 @@ def kept_arguments(folder: str) -> Mapping[str, tuple[int, ...]]:
     To read them off the source takes half a second of processor time, as much as all the rest of
     a process that cuts two small surfaces. Where nothing can be kept they are read each time.
     """
-    kept = _kept_at(folder)
-    try:
-        found = json.loads(kept.read_text(encoding="utf-8")) if kept else {}
-    except (OSError, ValueError):
-        found = {}
-    if found:
-        return {name: tuple(places) for name, places in found.items()}
+    store, name = Store(), _name_for(folder)
+    kept = store.load(name)
+    if kept is not None:
+        return {key: tuple(places) for key, places in json.loads(kept).items()}
     found = written_arguments(folder)
-    if kept:
-        new = kept.with_suffix(f".{os.getpid()}")
-        with suppress(OSError):
-            kept.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-            new.write_text(json.dumps(found), encoding="utf-8")
-            new.replace(kept)  # whole or not at all
+    store.save(name, json.dumps(found).encode())
     return found
 
 
-def _kept_at(folder: str) -> Path | None:
-    """The file for what a folder holds, beside compiled kernels; None without a home."""
+def _name_for(folder: str) -> str:
+    """Name of the file for what a folder holds."""
     digest = hashlib.sha256()
     for path in sorted(Path(folder).glob("*.py")):
         data = path.read_bytes()
         digest.update(f"{path.name} {len(data)}\n".encode() + data)
-    try:
-        return cache_folder() / f"geosurf-writes-{digest.hexdigest()[:40]}.json"
-    except OSError:
-        return None
+    return f"geosurf-writes-{digest.hexdigest()[:40]}.json"
 
 
 @cache

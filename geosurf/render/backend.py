@@ -174,7 +174,7 @@ def doctor() -> list[tuple[str, bool, str]]:
     return [
         ("python", sys.version_info >= (3, 11), f"Python {version} on {platform.system()}."),
         *(_package(name) for name in PACKAGES),
-        ("kernels", True, RUNNER.describe()),
+        ("kernels", not RUNNER.obstacle(), RUNNER.describe()),
         _pictures(),
     ]
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from geosurf.kernels import _writes
+from geosurf.errors import GeosurfWarning
+from geosurf.kernels import _store, _writes
 
 KERNEL = "def fill(rows, out):\n    for i in range(len(rows)):\n        {}[i] = 1.0\n"
 
@@ -12,6 +13,7 @@ KERNEL = "def fill(rows, out):\n    for i in range(len(rows)):\n        {}[i] = 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("GEOSURF_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(_store, "_reported", [])
     (tmp_path / "kernels").mkdir()
     return tmp_path / "kernels"
 
@@ -35,18 +37,20 @@ def test_what_is_kept_is_what_the_source_says(folder, monkeypatch):
     assert len(list((folder.parent / "cache").iterdir())) == 2
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", "\ufffd", "null"])
+@pytest.mark.parametrize("text", ["", "{", "[1]", "\ufffd", "null"])
 def test_what_is_damaged_is_read_anew(folder, text):
     (folder / "a.py").write_text(KERNEL.format("out"))
     asked(folder)
     (kept,) = (folder.parent / "cache").iterdir()
     whole = kept.read_text()
     kept.write_text(text, encoding="utf-8")
-    assert asked(folder) == {"a.fill": (1,)}
+    with pytest.warns(GeosurfWarning, match="made again"):
+        assert asked(folder) == {"a.fill": (1,)}
     assert kept.read_text() == whole
 
 
 def test_where_nothing_can_be_kept_it_is_read(folder, monkeypatch):
     (folder / "a.py").write_text(KERNEL.format("out"))
     monkeypatch.setenv("GEOSURF_CACHE_DIR", str(folder / "a.py"))
-    assert asked(folder) == {"a.fill": (1,)}
+    with pytest.warns(GeosurfWarning, match="is not a folder"):
+        assert asked(folder) == {"a.fill": (1,)}
