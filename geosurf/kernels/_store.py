@@ -20,13 +20,13 @@ import errno
 import hashlib
 import os
 import stat
-import warnings
 from contextlib import suppress
 from pathlib import Path
 
 from geosurf.errors import GeosurfWarning
 from geosurf.files import remove, remove_abandoned, write_beside, write_whole
 from geosurf.kernels._folder import CHOICE, cache_folder, cache_root
+from geosurf.warning import issue
 
 MARK = b"geosurf keeps 1\n"
 LARGEST = 64 * 2**20  # [bytes]; the largest kernel has one or two millions
@@ -178,7 +178,7 @@ def _report(folder: Path, effect: str, remedy: str) -> None:
     """Issue one warning for all trouble of a process."""
     if not _reported:
         _reported.append(GeosurfWarning("kernel cache", str(folder), effect, remedy))
-        warnings.warn(_reported[0], stacklevel=4)
+        issue(_reported[0])
 
 
 # ---- the file ----------------------------------------------------------------------------
