@@ -16,6 +16,7 @@ from geosurf.conventions import did_you_mean
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import name_of, path_of
 from geosurf.read._common import otherwise
+from geosurf.read._guard import opened
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import numpy as np
@@ -164,6 +165,8 @@ def read_fault(
     positive: str | None = None,
     units: str | None = None,
     format: str | None = None,  # noqa: A002 - the word users know
+    columns: Sequence[str] | Sequence[int] | None = None,
+    decimal: str = ".",
 ) -> TriSurface | FaultSticks | xr.Dataset:
     r"""
     Read a fault: a triangulated surface, sticks, or a parametric grid.
@@ -184,6 +187,8 @@ def read_fault(
         NetCDF. Easting and northing are metres unless the file declares another unit for them.
     format : {"tsurf", "sticks", "netcdf", "vtp", "mesh"}, optional
         Overrides the suffix.
+    columns, decimal : optional
+        Of sticks: which columns x, y and z are, and the decimal sign, as in `read_points`.
 
     Returns
     -------
@@ -216,8 +221,13 @@ def read_fault(
         name = name_of(name, "fault")
     if key in ("sticks", "netcdf"):
         name = name or path.stem
+    extra: dict[str, Any] = {"columns": columns, "decimal": decimal} if key == "sticks" else {}
+    if not extra and (columns is not None or decimal != "."):
+        raise InputError(
+            f"{path}: columns= and decimal= are for fault sticks, this is {key}. Leave them out."
+        )
     fault: TriSurface | FaultSticks | xr.Dataset = read(
-        path, name=name, positive=positive, units=units
+        path, name=name, positive=positive, units=units, **extra
     )
     return fault
 
@@ -269,7 +279,8 @@ def read_points(
     positive: str | None = None,
     units: str | None = None,
     format: str | None = None,  # noqa: A002 - the word users know
-    columns: Sequence[str] | None = None,
+    columns: Sequence[str] | Sequence[int] | None = None,
+    decimal: str = ".",
 ) -> xr.Dataset:
     r"""
     Read scattered points.
@@ -277,7 +288,8 @@ def read_points(
     Parameters
     ----------
     path : path-like
-        ``.poi``, ``.xyz``, ``.txt``, ``.dat``: x, y, z first on each line, or as a header says.
+        ``.poi``, ``.xyz``, ``.txt``, ``.dat``: x, y, z are the only numbers on each line, or
+        there is a header, or `columns` names them. A last line ``999 999 999`` ends the points.
         ``.csv``: a header with the columns ``X_UTME,Y_UTMN,Z_TVDSS`` or ``X,Y,Z`` among others.
     positive : {"up", "down"}
         Whether z is elevation or depth; the formats do not say.
@@ -285,8 +297,11 @@ def read_points(
         Unit of z. Default ``"m"``.
     format : {"xyz"}, optional
         Overrides the suffix.
-    columns : sequence of str, optional
-        What the header calls easting, northing and z, where it uses other words.
+    columns : sequence of str or of int, optional
+        Names of easting, northing and z in the header, or numbers of their columns, counted
+        from 1: ``(3, 4, 5)`` for files with inline and crossline first.
+    decimal : {".", ","}, optional
+        Decimal sign of the file; with ``","``, values are separated by blanks or semicolons.
 
     Returns
     -------
@@ -296,7 +311,8 @@ def read_points(
     Raises
     ------
     FormatError
-        If the suffix is unknown, a line is not three numbers, or a column is missing.
+        If the suffix is unknown, a line is not three numbers, which columns are coordinates
+        is unclear, or a column is missing.
     InputError
         If the file cannot be opened, or `positive` is missing.
 
@@ -307,9 +323,13 @@ def read_points(
     >>> _ = file.write_text("X,Y,TVDSS,formation\n1,2,30,Fault\n")
     >>> read_points(file, positive="down", columns=("X", "Y", "TVDSS")).elevation.values
     array([-30.])
+    >>> file = file.with_suffix(".dat")
+    >>> _ = file.write_text("815 1210 777574.2 6736507.8 1000.0\n")
+    >>> read_points(file, positive="down", columns=(3, 4, 5)).easting.values
+    array([777574.2])
     """
     path, _, read = _reader(path, POINT_FORMATS, format, "read_points")
-    return read(path, positive=positive, units=units, columns=columns)
+    return read(path, positive=positive, units=units, columns=columns, decimal=decimal)
 
 
 def read_polygons(
@@ -318,6 +338,8 @@ def read_polygons(
     positive: str | None = None,
     units: str | None = None,
     format: str | None = None,  # noqa: A002 - the word users know
+    columns: Sequence[str] | Sequence[int] | None = None,
+    decimal: str = ".",
 ) -> list[np.ndarray]:
     r"""
     Read polygons or polylines: outlines, fault polygons.
@@ -333,6 +355,8 @@ def read_polygons(
         Unit of z. Default ``"m"``.
     format : {"polygons"}, optional
         Overrides the suffix.
+    columns, decimal : optional
+        Which columns x, y and z are, and the decimal sign, as in `read_points`.
 
     Returns
     -------
@@ -357,7 +381,7 @@ def read_polygons(
     (3, 3)
     """
     path, _, read = _reader(path, POLYGON_FORMATS, format, "read_polygons")
-    return read(path, positive=positive, units=units)
+    return read(path, positive=positive, units=units, columns=columns, decimal=decimal)
 
 
 def _who_reads(suffix: str) -> str:
@@ -398,7 +422,7 @@ def _reader(
             f"{did_you_mean(path.suffix.lower(), suffix_of)}{_who_reads(path.suffix.lower())} "
             f"Or say what it is with format=, one of {', '.join(formats)}."
         )
-    if not path.exists():  # before anything is asked of it
-        raise InputError(f"{path}: cannot be read (No such file or directory). Check the path.")
+    with opened(path):  # before anything is asked of it: it is there, and a regular file
+        pass
     module, function, _ = formats[key]
     return path, key, getattr(import_module(f"geosurf.read.{module}"), function)

@@ -6,35 +6,33 @@ or by the caller; when both speak they must agree.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from geosurf.conventions import METRES_PER_UNIT, elevation_sign, metres_per_unit
 from geosurf.errors import FormatError, InputError
+from geosurf.read._guard import read_bytes
 
-
-def read_bytes(path: Path) -> bytes:
-    """Return the content of a file, or say why there is none."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError(f"{path}: cannot be read ({reason}). Check the path.") from error
-    if not data:
-        raise FormatError(f"{path}: the file is empty (0 bytes). Export it again.")
-    return data
+BLOCK = 1 << 20  # characters that are taken apart at a time
+WIDE_MARKS = (b"\xff\xfe", b"\xfe\xff", b"\x00\x00\xfe\xff")  # UTF-16 and UTF-32
+WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
+COMMA = re.compile(r"[0-9],[0-9]")
 
 
 def read_text(path: Path, *, final_line_end: bool = True) -> str:
-    """Return the text of a file, in UTF-8 or else Latin-1.
+    """Return the text of a file, in UTF-8 or else Latin-1, with lines that end by a line feed.
 
     A last line without its line end may be a number cut short ("1603.25" and
     "1603.2" both parse), so it is refused where the format has no other end mark.
     """
     data = read_bytes(path)
+    if data.startswith(WIDE_MARKS):
+        raise FormatError(f"{path}: the text is in UTF-16 or UTF-32. Save the file as UTF-8.")
     if b"\0" in data:
         raise FormatError(
             f"{path}: byte {data.index(0)} is zero, so this is no text file. "
@@ -44,6 +42,10 @@ def read_text(path: Path, *, final_line_end: bool = True) -> str:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = data.decode("latin-1")
+    if not text or text.isspace():
+        raise FormatError(f"{path}: the file has no text in it. Export it again.")
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
     if final_line_end and not text[-1].isspace():
         n_line = text.count("\n") + 1
         raise FormatError(
@@ -53,42 +55,87 @@ def read_text(path: Path, *, final_line_end: bool = True) -> str:
     return text
 
 
+def line_blocks(text: str) -> Iterator[tuple[int, str]]:
+    """Yield a text in pieces of whole lines, each with the number of its first line.
+
+    Words of a file take twenty times its memory; those of a piece at a time do not.
+    """
+    at, line = 0, 1
+    while at < len(text):
+        end = text.find("\n", at + BLOCK) + 1 or len(text)
+        piece = text[at:end]
+        yield line, piece
+        line += piece.count("\n")
+        at = end
+
+
+def numbers(words: Sequence[str]) -> np.ndarray | None:
+    """Return words as finite float64, or None if one is not a plain number.
+
+    A plain number is what other programs take, too: not '1_000', 'nan' or digits of other scripts.
+
+    Examples
+    --------
+    >>> numbers(["1", "-2.5e3"]), numbers(["1_000"]), numbers(["inf"])
+    (array([ 1.0e+00, -2.5e+03]), None, None)
+    """
+    try:
+        values = np.array(list(map(float, words)))
+    except ValueError:
+        return None
+    joined = "".join(words)
+    if "_" in joined or not joined.isascii() or not np.isfinite(values).all():
+        return None
+    return values
+
+
+def is_number(word: str) -> bool:
+    """Return whether a word of a file is a plain number, or infinite, or not-a-number.
+
+    Examples
+    --------
+    >>> is_number("1e3"), is_number("nan"), is_number("1_000"), is_number("Top")
+    (True, True, False, False)
+    """
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return word.isascii() and "_" not in word
+
+
 def number(token: str, path: Path, line: int, what: str) -> float:
     """Return a finite float, or name the line and the token."""
-    try:
-        value = float(token)
-    except ValueError as error:
+    if not is_number(token):
+        decimal = " Decimal commas are read with decimal=','." if COMMA.search(token) else ""
         raise FormatError(
-            f"{path}, line {line}: found {token!r}, expected a number ({what}). "
-            "Mend that line or export the file again."
-        ) from error
+            f"{path}, line {line}: found {token!r}, expected a number ({what}).{decimal} "
+            "Correct that line or export the file again."
+        )
+    value = float(token)
     if not math.isfinite(value):
         raise FormatError(
             f"{path}, line {line}: found {token!r}, expected a finite number ({what}). "
-            "Mend that line or export the file again."
+            "Correct that line or export the file again."
         )
     return value
 
 
 def integer(token: str, path: Path, line: int, what: str) -> int:
     """Return an int, or name the line and the token."""
-    try:
-        return int(token)
-    except ValueError as error:
+    if not WHOLE.fullmatch(token):
         raise FormatError(
-            f"{path}, line {line}: found {token!r}, expected a whole number ({what}). "
-            "Mend that line or export the file again."
-        ) from error
+            f"{path}, line {line}: found {token[:40]!r}, expected a whole number ({what}). "
+            "Correct that line or export the file again."
+        )
+    return int(token)
 
 
-def number_rows(rows: list[list[str]], lines: list[int], path: Path, what: str) -> np.ndarray:
+def number_rows(rows: list[list[str]], lines: Sequence[int], path: Path, what: str) -> np.ndarray:
     """Return equal-length rows of tokens as finite float64 (n_row, n_column)."""
-    try:
-        array = np.array(rows, dtype=np.float64)
-    except ValueError:
-        array = np.array([])
-    if array.ndim == 2 and np.isfinite(array).all():
-        return array
+    values = numbers(list(itertools.chain.from_iterable(rows)))
+    if values is not None:
+        return values.reshape(len(rows), -1)
     # something is wrong: go token by token and name the first that is
     return np.array(
         [
@@ -98,13 +145,18 @@ def number_rows(rows: list[list[str]], lines: list[int], path: Path, what: str) 
     )
 
 
-def is_number(token: str) -> bool:
-    """Whether a word of a file is a number."""
-    try:
-        float(token)
-    except ValueError:
-        return False
-    return True
+def number_text(text: str, path: Path, first: int, what: str) -> np.ndarray:
+    """Return all words of a text, which begins on line `first` of its file, as finite float64."""
+    parts = [np.empty(0)]
+    for line, piece in line_blocks(text):
+        values = numbers(piece.split())
+        if values is None:
+            for i, row in enumerate(piece.split("\n"), start=first + line - 1):
+                for word in row.split():
+                    number(word, path, i, what)
+        else:
+            parts.append(values)
+    return np.concatenate(parts)
 
 
 class Otherwise(str):

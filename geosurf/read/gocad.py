@@ -4,6 +4,9 @@ What files in the wild do, and what is done with it:
 
 - ``ZPOSITIVE Depth`` turns z over; without the word z is elevation.
 - ``AXIS_UNIT`` scales each axis to metres; without it lengths are metres.
+- ``AXIS_NAME "Z" "Y" "X"`` puts columns in another order.
+- ``NAME`` of the coordinate system (else ``DATUM`` and ``PROJECTION``) is the attribute `crs`.
+- Keys are in upper or lower case.
 - Several TFACE blocks are parts of one surface; ids run through all of them, may
   begin anywhere and skip.
 - ``ATOM`` and ``PATOM`` are other names of a vertex: triangles share that vertex.
@@ -14,6 +17,7 @@ What files in the wild do, and what is done with it:
 from __future__ import annotations
 
 import shlex
+from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,11 +27,13 @@ import numpy as np
 from geosurf.conventions import did_you_mean
 from geosurf.errors import FormatError, InputError
 from geosurf.model import TriSurface
-from geosurf.read._common import agreed_scale, agreed_sign, integer, number, read_text
+from geosurf.read._common import integer, line_blocks, number_rows, read_text
+from geosurf.read._gocad_header import Header
+from geosurf.read._guard import refuse_large
 
-DIRECTIONS = {"elevation": "up", "depth": "down"}
 VERTEX_WORDS = ("VRTX", "PVRTX")
 ALIAS_WORDS = ("ATOM", "PATOM")
+AT_A_TIME = 60_000  # words of vertices that become numbers together
 
 Line = tuple[int, list[str]]
 
@@ -36,17 +42,31 @@ Line = tuple[int, list[str]]
 class _Draft:
     """One TSurf while its lines go by."""
 
+    path: Path
+    size: int  # of the file
     line: int
-    name: str | None = None
-    positive: str | None = None
-    axis_units: list[str] = field(default_factory=list)
-    properties: list[str] = field(default_factory=list)
-    sizes: list[int] = field(default_factory=list)
-    no_data: list[float] = field(default_factory=list)
-    row_of_id: dict[int, int] = field(default_factory=dict)
-    points: list[tuple[float, float, float]] = field(default_factory=list)
-    values: list[list[float]] = field(default_factory=list)
-    triangles: list[tuple[int, int, int]] = field(default_factory=list)
+    header: Header = field(default_factory=Header)
+    row_of_id: dict[str, int] = field(default_factory=dict)
+    n_vertex: int = 0
+    words: list[str] = field(default_factory=list)  # of coordinates, three a vertex
+    lines: list[int] = field(default_factory=list)  # of those words
+    points: list[np.ndarray] = field(default_factory=list)
+    valued: list[np.ndarray] = field(default_factory=list)  # rows of vertices with properties
+    values: list[np.ndarray] = field(default_factory=list)
+    corners: array[int] = field(default_factory=lambda: array("q"))
+    pending: list[tuple[int, int, list[str]]] = field(default_factory=list)
+
+    def flush(self) -> None:
+        """Turn words of vertices into numbers."""
+        rows = [self.words[k : k + 3] for k in range(0, len(self.words), 3)]
+        if rows:
+            self.points.append(number_rows(rows, self.lines, self.path, "x, y or z"))
+        if self.pending:
+            numbered, lines, values = zip(*self.pending, strict=True)
+            self.valued.append(np.array(numbered, dtype=np.int64))
+            what = "value of a property"
+            self.values.append(number_rows(list(values), lines, self.path, what))
+        self.words, self.lines, self.pending = [], [], []
 
 
 def read_gocad(
@@ -140,7 +160,8 @@ def read_tsurf(
     [0.0, 9.0, -9.0]
     """
     path = Path(path)
-    lines = enumerate(read_text(path, final_line_end=False).splitlines(), start=1)
+    text = read_text(path, final_line_end=False)
+    lines = _numbered_lines(text)
     surfaces = []
     for i, line in lines:
         words = line.split()
@@ -152,11 +173,11 @@ def read_tsurf(
                 "This is not a GOCAD file, or an object before this line ended too early."
             )
         kind = words[1].lower() if len(words) > 1 else ""
-        draft = _Draft(line=i)
+        draft = _Draft(path, len(text), i)
         body = _body(path, lines, i)
         if kind == "tsurf":
-            _fill(draft, path, body)
-            surfaces.append(_finish(draft, path, positive, units))
+            _fill(draft, body)
+            surfaces.append(_finish(draft, positive, units))
         else:
             for _ in body:  # another kind of object: pass over it
                 pass
@@ -171,15 +192,13 @@ def read_tsurf(
 def _body(path: Path, lines: Iterator[tuple[int, str]], start: int) -> Iterator[Line]:
     """Lines of one object, as words, up to its END."""
     for i, line in lines:
-        try:
-            words = shlex.split(line) if '"' in line else line.split()
-        except ValueError:  # an odd quote, as in free-text headers
-            words = line.split()
+        words = quoted_words(line)
         if not words or words[0].startswith("#"):
             continue
-        if words[0] == "END":
+        key = words[0].upper()
+        if key == "END":
             return
-        if words[0] == "GOCAD":
+        if key == "GOCAD":
             raise FormatError(
                 f"{path}, line {i}: another object begins, expected END of the one that began on "
                 f"line {start}. Export the file again."
@@ -191,165 +210,156 @@ def _body(path: Path, lines: Iterator[tuple[int, str]], start: int) -> Iterator[
     )
 
 
-def _fill(draft: _Draft, path: Path, body: Iterator[Line]) -> None:
+def quoted_words(line: str) -> list[str]:
+    """Return the words of a line; those between quotes are one."""
+    if '"' not in line:
+        return line.split()
+    try:
+        return shlex.split(line)
+    except ValueError:  # an odd quote, as in free-text headers
+        return line.split()
+
+
+def _numbered_lines(text: str) -> Iterator[tuple[int, str]]:
+    """Lines of a text, counted from 1."""
+    for first, piece in line_blocks(text):
+        yield from enumerate(piece.split("\n")[: -1 if piece.endswith("\n") else None], first)
+
+
+def _fill(draft: _Draft, body: Iterator[Line]) -> None:
     """Sort the lines of one TSurf into the draft."""
     block = ""  # HEADER, PROPERTY_CLASS_HEADER: lines between braces
     for i, words in body:
+        key = words[0].upper()
         if block:
             if block == "HEADER":
-                _header_line(draft, " ".join(words))
+                draft.header.take_brace_line(" ".join(words))
             if "}" in words[-1]:
                 block = ""
+        elif key in VERTEX_WORDS:
+            _vertex_line(draft, i, key, words)
+        elif key == "TRGL":
+            _triangle_line(draft, i, words)
+        elif key in ALIAS_WORDS:
+            _alias_line(draft, i, words)
         elif "{" in " ".join(words):
             opened, _, rest = " ".join(words).partition("{")
-            key = opened.split()[0] if opened.split() else ""
+            key = opened.split()[0].upper() if opened.split() else ""
             if key == "HEADER":
-                _header_line(draft, rest)
+                draft.header.take_brace_line(rest)
             block = "" if rest.rstrip().endswith("}") else key or "?"
-        elif words[0] in VERTEX_WORDS:
-            _vertex_line(draft, path, i, words)
-        elif words[0] in ALIAS_WORDS:
-            _alias_line(draft, path, i, words)
-        elif words[0] == "TRGL":
-            _triangle_line(draft, path, i, words)
         else:
-            _settings_line(draft, path, i, words)
+            draft.header.take_line(draft.path, i, words)
+    draft.flush()
 
 
-def _header_line(draft: _Draft, text: str) -> None:
-    """Take the name from ``name: F1``, also from ``{name: F1}``."""
-    key, colon, value = text.strip().strip("{}").partition(":")
-    if colon and key.strip() == "name" and value.strip():
-        draft.name = value.strip()
-
-
-def _settings_line(draft: _Draft, path: Path, i: int, words: list[str]) -> None:
-    """Direction of z, units, properties; anything else is of no concern here."""
-    key, rest = words[0], words[1:]
-    if key == "ZPOSITIVE":
-        direction = DIRECTIONS.get(rest[0].lower()) if rest else None
-        if direction is None:
-            raise FormatError(
-                f"{path}, line {i}: ZPOSITIVE is {' '.join(rest)!r}, expected Elevation or Depth. "
-                "Mend that line."
-            )
-        draft.positive = direction
-    elif key == "AXIS_UNIT":
-        if len(rest) != 3:
-            raise FormatError(
-                f"{path}, line {i}: AXIS_UNIT has {len(rest)} units, expected 3 (x, y, z). "
-                "Mend that line."
-            )
-        draft.axis_units = rest
-    elif key == "PROPERTIES":
-        draft.properties = [word.strip() for word in rest]
-    elif key == "ESIZES":
-        draft.sizes = [integer(word, path, i, "size of a property") for word in rest]
-    elif key == "NO_DATA_VALUES":
-        draft.no_data = [number(word, path, i, "no-data value") for word in rest]
-
-
-def _vertex_line(draft: _Draft, path: Path, i: int, words: list[str]) -> None:
+def _vertex_line(draft: _Draft, i: int, key: str, words: list[str]) -> None:
     """``VRTX id x y z`` or ``PVRTX id x y z value ...``, then perhaps words."""
-    n_value = sum(_sizes(draft, path)) if words[0] == "PVRTX" else 0
+    n_value = sum(draft.header.property_sizes(draft.path, draft.line)) if key == "PVRTX" else 0
     if len(words) < 5 + n_value:
         raise FormatError(
-            f"{path}, line {i}: {words[0]} has {len(words) - 1} values, expected {4 + n_value} "
-            "(id, x, y, z, properties). Mend that line or export the file again."
+            f"{draft.path}, line {i}: {key} has {len(words) - 1} values, expected {4 + n_value} "
+            "(id, x, y, z, properties). Correct that line or export the file again."
         )
-    x, y, z = (number(word, path, i, "x, y or z") for word in words[2:5])
-    values = [number(word, path, i, "value of a property") for word in words[5 : 5 + n_value]]
-    _new_id(draft, path, i, words[1], len(draft.points))
-    draft.points.append((x, y, z))
-    draft.values.append(values)
+    _new_id(draft, i, words[1], draft.n_vertex)
+    draft.words += words[2:5]
+    draft.lines.append(i)
+    if n_value:
+        draft.pending.append((draft.n_vertex, i, words[5 : 5 + n_value]))
+    draft.n_vertex += 1
+    if len(draft.words) >= AT_A_TIME:
+        draft.flush()
 
 
-def _alias_line(draft: _Draft, path: Path, i: int, words: list[str]) -> None:
+def _alias_line(draft: _Draft, i: int, words: list[str]) -> None:
     """``ATOM id other``: another name of vertex `other`, so of one and the same vertex."""
     if len(words) < 3:
         raise FormatError(
-            f"{path}, line {i}: {words[0]} has {len(words) - 1} values, expected its id and that "
-            "of a vertex. Mend that line or export the file again."
+            f"{draft.path}, line {i}: {words[0]} has {len(words) - 1} values, expected its id and "
+            "that of a vertex. Correct that line or export the file again."
         )
-    _new_id(draft, path, i, words[1], _row(draft, path, i, words[2]))
+    _new_id(draft, i, words[1], _row(draft, i, words[2]))
 
 
-def _triangle_line(draft: _Draft, path: Path, i: int, words: list[str]) -> None:
+def _triangle_line(draft: _Draft, i: int, words: list[str]) -> None:
     """``TRGL id id id``."""
     if len(words) < 4:
         raise FormatError(
-            f"{path}, line {i}: TRGL has {len(words) - 1} values, expected 3 vertex ids. "
-            "Mend that line or export the file again."
+            f"{draft.path}, line {i}: TRGL has {len(words) - 1} values, expected 3 vertex ids. "
+            "Correct that line or export the file again."
         )
-    a, b, c = (_row(draft, path, i, word) for word in words[1:4])
-    draft.triangles.append((a, b, c))
+    rows = draft.row_of_id
+    try:
+        draft.corners.extend((rows[words[1]], rows[words[2]], rows[words[3]]))
+    except KeyError:  # unknown, or written in another way
+        draft.corners.extend([_row(draft, i, word) for word in words[1:4]])
 
 
-def _new_id(draft: _Draft, path: Path, i: int, word: str, row: int) -> None:
-    key = integer(word, path, i, "id of a vertex")
+def _key(draft: _Draft, i: int, word: str) -> str:
+    """Return an id as it is written shortest: 7 for 007."""
+    if word.isascii() and word.isdecimal() and word[0] != "0":
+        return word
+    return str(integer(word, draft.path, i, "id of a vertex"))
+
+
+def _new_id(draft: _Draft, i: int, word: str, row: int) -> None:
+    key = _key(draft, i, word)
     if key in draft.row_of_id:
         raise FormatError(
-            f"{path}, line {i}: vertex id {key} is there twice, expected ids to be unique within "
-            "a surface. Export the file again."
+            f"{draft.path}, line {i}: vertex id {key} is there twice, expected ids to be unique "
+            "within a surface. Export the file again."
         )
     draft.row_of_id[key] = row
 
 
-def _row(draft: _Draft, path: Path, i: int, word: str) -> int:
-    key = integer(word, path, i, "id of a vertex")
+def _row(draft: _Draft, i: int, word: str) -> int:
+    key = _key(draft, i, word)
     row = draft.row_of_id.get(key)
     if row is None:
         raise FormatError(
-            f"{path}, line {i}: vertex {key} is named but not defined above, expected one of "
+            f"{draft.path}, line {i}: vertex {key} is named but not defined above, expected one of "
             f"{len(draft.row_of_id)} ids. Export the file again."
         )
     return row
 
 
-def _sizes(draft: _Draft, path: Path) -> list[int]:
-    """Values per property; 1 each unless ESIZES says otherwise."""
-    sizes = draft.sizes or [1] * len(draft.properties)
-    if len(sizes) != len(draft.properties) or min(sizes, default=1) < 1:
-        raise FormatError(
-            f"{path}: the surface that begins on line {draft.line} has {len(draft.properties)} "
-            f"PROPERTIES but ESIZES {sizes}, expected one positive size each. Mend the header."
-        )
-    return sizes
-
-
-def _finish(draft: _Draft, path: Path, positive: str | None, units: str | None) -> TriSurface:
+def _finish(draft: _Draft, positive: str | None, units: str | None) -> TriSurface:
     """Turn a draft into a surface in metres, elevation up."""
-    name = draft.name or path.stem
+    path, header = draft.path, draft.header
+    name = header.name or path.stem
     what = f"{path.name}: surface {name!r}"
-    asked = positive if positive is not None or draft.positive is not None else "up"
-    sign = agreed_sign(draft.positive, asked, what)
-    declared = draft.axis_units or [None] * 3
-    asked_units = (None, None, units)  # a caller's word is that of elevations
-    scale = np.array(
-        [agreed_scale(*pair, "m", what) for pair in zip(declared, asked_units, strict=True)]
-    )
-    if not draft.triangles:
+    if not draft.corners:
         raise FormatError(
             f"{path}: surface {name!r}, which begins on line {draft.line}, has no TRGL lines. "
             "Export it as a triangulated surface."
         )
-    points = np.array(draft.points) * scale * [1.0, 1.0, sign]
-    data = _vertex_data(draft, path)
-    return TriSurface(name, "fault", points, np.array(draft.triangles), vertex_data=data)
+    points = header.to_metres(np.concatenate(draft.points), positive, units, what)
+    triangles = np.array(draft.corners, dtype=np.int64).reshape(-1, 3)
+    surface = TriSurface(name, "fault", points, triangles, vertex_data=_vertex_data(draft))
+    surface.crs = header.crs
+    return surface
 
 
-def _vertex_data(draft: _Draft, path: Path) -> dict[str, np.ndarray]:
+def _vertex_data(draft: _Draft) -> dict[str, np.ndarray]:
     """Property arrays, (n_vertex,) or (n_vertex, size); NaN for no data."""
-    sizes = _sizes(draft, path)
-    table = np.full((len(draft.points), sum(sizes)), np.nan)
-    for row, values in enumerate(draft.values):
-        if values:
-            table[row] = values
+    header = draft.header
+    sizes = header.property_sizes(draft.path, draft.line)
+    if not sizes:
+        return {}
+    refuse_large(
+        draft.path,
+        8 * draft.n_vertex * sum(sizes),
+        draft.size,
+        f"a table of {sum(sizes)} properties",
+    )
+    table = np.full((draft.n_vertex, sum(sizes)), np.nan)
+    for rows, values in zip(draft.valued, draft.values, strict=True):
+        table[rows] = values
     data, at = {}, 0
-    for k, (key, size) in enumerate(zip(draft.properties, sizes, strict=True)):
+    for k, (key, size) in enumerate(zip(header.properties, sizes, strict=True)):
         part = table[:, at : at + size].copy()
-        if k < len(draft.no_data):
-            part[part == draft.no_data[k]] = np.nan
+        if k < len(header.no_data):
+            part[part == header.no_data[k]] = np.nan
         data[key] = part[:, 0].copy() if size == 1 else part
         at += size
     return data

@@ -9,6 +9,8 @@ depth, nor in which unit.
 
 from __future__ import annotations
 
+import itertools
+import re
 import struct
 from pathlib import Path
 
@@ -20,7 +22,7 @@ from geosurf.read._common import (
     agreed_sign,
     integer,
     number,
-    number_rows,
+    number_text,
     read_bytes,
     read_text,
 )
@@ -29,6 +31,7 @@ from geosurf.read._grid import GridHeader, GridNodes, nodes_from_grid
 UNDEFINED_CLASSIC = 9999900.0
 UNDEFINED_BINARY = 9.9e29  # 1e30 as float32, and all above
 MARK = -996
+N_HEADER = 19  # values of the header of a text file
 # the three header records: length in bytes, then the fields
 HEADER_RECORDS = (">ii6f", ">i3f", ">7i")
 
@@ -81,17 +84,15 @@ def read_irap(
 
 def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
     """Header and values (nrow, ncol) of a text file, NaN where undefined."""
-    tokens: list[str] = []
-    line_of_token: list[int] = []
-    for i, line in enumerate(read_text(path).splitlines(), start=1):
-        found = line.split()
-        tokens += found
-        line_of_token += [i] * len(found)
-    if len(tokens) < 19:
+    text = read_text(path)
+    words = list(itertools.islice(re.finditer(r"\S+", text), N_HEADER))
+    if len(words) < N_HEADER:
         raise FormatError(
-            f"{path}: found {len(tokens)} header values, expected 19 "
+            f"{path}: found {len(words)} header values, expected 19 "
             "(-996 nrow xinc yinc ...). The file is cut short; export it again."
         )
+    tokens = [word[0] for word in words]
+    line_of_token = [text.count("\n", 0, word.start()) + 1 for word in words]
 
     def whole(i: int, what: str) -> int:
         """Header value i as a whole number."""
@@ -114,9 +115,9 @@ def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
     _refuse_pivot(path, header, real(10, "xrot"), real(11, "yrot"))
     for i in range(12, 19):
         whole(i, "the last header line, seven zeros")
-    _check_count(path, len(tokens) - 19, header)
-    rows = [[token] for token in tokens[19:]]
-    values = number_rows(rows, line_of_token[19:], path, "value of a node").ravel()
+    rest = text[words[-1].end() :]
+    values = number_text(rest, path, line_of_token[-1], "value of a node")
+    _check_count(path, len(values), header)
     values[values == UNDEFINED_CLASSIC] = np.nan
     return header, values.reshape(header.nrow, header.ncol)
 

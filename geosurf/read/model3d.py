@@ -16,7 +16,6 @@ files in the wild do, and what is done with it:
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -25,8 +24,8 @@ import numpy as np
 from geosurf.errors import FormatError
 from geosurf.kernels.mesh import weld
 from geosurf.model import TriSurface
-from geosurf.read._common import read_text
-from geosurf.read.gocad import read_tsurf
+from geosurf.read._common import WHOLE, read_text
+from geosurf.read.gocad import quoted_words, read_tsurf
 
 HORIZON_KINDS = ("top", "intraformational", "unconformity", "topographic")
 
@@ -159,7 +158,7 @@ def read_region_faces(
         As `read_regions`.
     """
     path = Path(path)
-    lines = read_text(path, final_line_end=False).splitlines()
+    lines = read_text(path, final_line_end=False).split("\n")
     parts = _corners_of_parts(path, lines, positive, units)
     found = {}
     for name, signed, line in _region_lists(path, lines):
@@ -205,7 +204,7 @@ def _region_lists(path: Path, lines: list[str]) -> Iterator[tuple[str, list[int]
         signed: list[int] = []
         for more in lines[i:]:
             numbers = more.split()
-            if not all(word.lstrip("+-").isdigit() for word in numbers):
+            if not all(WHOLE.fullmatch(word) for word in numbers):
                 break
             signed += map(int, numbers)
             if 0 in signed:
@@ -213,14 +212,14 @@ def _region_lists(path: Path, lines: list[str]) -> Iterator[tuple[str, list[int]
         if 0 not in signed:
             raise FormatError(
                 f"{path}, line {i}: the list of region {words[2].strip()!r} has no 0 at its end. "
-                "Mend it or export the model again."
+                "Correct it or export the model again."
             )
         yield words[2].strip(), signed[: signed.index(0)], i
 
 
 def _roles(path: Path) -> dict[str, str]:
     """Role of each surface that the head of the model names, in its order."""
-    lines = read_text(path, final_line_end=False).splitlines()
+    lines = read_text(path, final_line_end=False).split("\n")
     first = lines[0].split() if lines else []
     if [word.lower() for word in first[:2]] != ["gocad", "model3d"]:
         found = lines[0][:40] if lines else ""
@@ -230,7 +229,7 @@ def _roles(path: Path) -> dict[str, str]:
         )
     roles: dict[str, str] = {}
     for i, line in enumerate(lines[1:], start=2):
-        words = shlex.split(line) if line.count('"') % 2 == 0 else line.split()
+        words = quoted_words(line)
         if words[:1] == ["END"]:
             return roles
         if words[:1] == ["TSURF"] and len(words) > 1:
@@ -239,7 +238,7 @@ def _roles(path: Path) -> dict[str, str]:
             if len(words) < 4:
                 raise FormatError(
                     f"{path}, line {i}: TFACE has {len(words) - 1} words, expected 3 (number, "
-                    "kind, surface). Mend that line or export the model again."
+                    "kind, surface). Correct that line or export the model again."
                 )
             roles[" ".join(words[3:])] = _role(words[2])
     raise FormatError(
@@ -268,4 +267,6 @@ def _welded(surface: TriSurface, role: str) -> TriSurface:
         a, b, c = (vertices[triangles[:, k]] for k in range(3))
         if np.cross(b - a, c - a)[:, 2].sum() < 0:
             triangles = triangles[:, [0, 2, 1]]
-    return TriSurface(surface.name, role, vertices, triangles)
+    welded = TriSurface(surface.name, role, vertices, triangles)
+    welded.crs = surface.crs
+    return welded

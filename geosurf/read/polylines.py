@@ -7,21 +7,27 @@ end with one was cut short. In csv, a column says which polyline a point belongs
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from geosurf.errors import FormatError, InputError
 from geosurf.model import FaultSticks
-from geosurf.read._common import agreed_scale, agreed_sign, number_rows, read_text
-from geosurf.read.points import columns_of_csv
+from geosurf.read._common import agreed_scale, agreed_sign
+from geosurf.read._table import END_MARK, Table, read_table
 
-END_OF_LINE = 999.0
 LABELS = ("poly_id", "stick_id")  # columns that tell polylines apart, lower case
 
 
 def read_sticks(
-    path: Path, *, name: str, positive: str | None = None, units: str | None = None
+    path: Path,
+    *,
+    name: str,
+    positive: str | None = None,
+    units: str | None = None,
+    columns: Sequence[str] | Sequence[int] | None = None,
+    decimal: str = ".",
 ) -> FaultSticks:
     r"""
     Read fault sticks: each ended by ``999 999 999``, or csv with ``POLY_ID`` or ``STICK_ID``.
@@ -35,6 +41,8 @@ def read_sticks(
         The format does not say, so the caller must.
     units : str, optional
         Unit of z (x and y are metres). Default ``"m"``.
+    columns, decimal
+        Which columns x, y and z are, and the decimal sign, as for points.
 
     Returns
     -------
@@ -58,7 +66,7 @@ def read_sticks(
     """
     what = f"{path.name}: fault {name!r}"
     scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
-    sticks = _parts(path)
+    sticks = _parts(path, columns, decimal)
     for i, (stick, line) in enumerate(sticks):
         if len(stick) < 2:
             raise FormatError(
@@ -69,7 +77,12 @@ def read_sticks(
 
 
 def read_polylines(
-    path: Path, *, positive: str | None = None, units: str | None = None
+    path: Path,
+    *,
+    positive: str | None = None,
+    units: str | None = None,
+    columns: Sequence[str] | Sequence[int] | None = None,
+    decimal: str = ".",
 ) -> list[np.ndarray]:
     r"""
     Read polygons or lines: 999-terminated text, or csv with a ``POLY_ID`` column.
@@ -81,6 +94,8 @@ def read_polylines(
         May be left out only where all z are 0 (outlines drawn on a map).
     units : str, optional
         Unit of z (x and y are metres). Default ``"m"``.
+    columns, decimal
+        Which columns x, y and z are, and the decimal sign, as for points.
 
     Returns
     -------
@@ -102,7 +117,7 @@ def read_polylines(
     >>> [len(line) for line in read_polylines(file)]
     [3]
     """
-    lines = [line for line, _ in _parts(path)]
+    lines = [line for line, _ in _parts(path, columns, decimal)]
     if positive is None and not any(line[:, 2].any() for line in lines):
         return lines
     what = f"{path.name}: polygons"
@@ -110,9 +125,10 @@ def read_polylines(
     return [_elevated(line, scale) for line in lines]
 
 
-def _parts(path: Path) -> list[tuple[np.ndarray, int]]:
+def _parts(path: Path, columns: object, decimal: str) -> list[tuple[np.ndarray, int]]:
     """Polylines (n, 3) as they stand in the file, each with its first line number."""
-    return _by_label(path) if path.suffix.lower() == ".csv" else _terminated(path)
+    table = read_table(path, columns, decimal, LABELS)
+    return _by_label(path, table) if path.suffix.lower() == ".csv" else _terminated(path, table)
 
 
 def _elevated(line: np.ndarray, scale: float) -> np.ndarray:
@@ -120,25 +136,10 @@ def _elevated(line: np.ndarray, scale: float) -> np.ndarray:
     return line * [1.0, 1.0, scale] + 0.0
 
 
-def _terminated(path: Path) -> list[tuple[np.ndarray, int]]:
+def _terminated(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
     """Polylines (n, 3) as they stand in the file, each with its first line number."""
-    rows: list[list[str]] = []
-    lines: list[int] = []
-    for i, line in enumerate(read_text(path).splitlines(), start=1):
-        tokens = line.split()
-        if not tokens or tokens[0].startswith("#"):
-            continue
-        if len(tokens) < 3:
-            raise FormatError(
-                f"{path}, line {i}: found {len(tokens)} values, expected x y z. "
-                "Mend that line or export the file again."
-            )
-        rows.append(tokens[:3])
-        lines.append(i)
-    if not rows:
-        raise FormatError(f"{path}: found no points, expected x y z per line.")
-    points = number_rows(rows, lines, path, "x y z")
-    ends = np.flatnonzero((points == END_OF_LINE).all(axis=1))
+    points, lines = table.points, table.lines
+    ends = np.flatnonzero((points == END_MARK).all(axis=1))
     if len(ends) == 0 or ends[-1] != len(points) - 1:
         raise FormatError(
             f"{path}, line {lines[-1]}: the last line is not '999 999 999', so the last "
@@ -147,7 +148,7 @@ def _terminated(path: Path) -> list[tuple[np.ndarray, int]]:
     starts = np.concatenate([[0], ends[:-1] + 1])
     # two end marks in a row enclose nothing and mean nothing
     found = [
-        (points[start:end], lines[start])
+        (points[start:end], int(lines[start]))
         for start, end in zip(starts.tolist(), ends.tolist(), strict=True)
         if end > start
     ]
@@ -156,21 +157,23 @@ def _terminated(path: Path) -> list[tuple[np.ndarray, int]]:
     return found
 
 
-def _by_label(path: Path) -> list[tuple[np.ndarray, int]]:
+def _by_label(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
     """Points of a csv file, split where POLY_ID or STICK_ID changes; each with its first line."""
-    points, labels, lines = columns_of_csv(path, LABELS)
+    points, labels, lines = table.points, table.labels, table.lines
     if labels is None:
         raise InputError(
             f"{path}, line 1: no column POLY_ID (or STICK_ID) says which polyline a point is "
             "of. Add one, or read the file with read_points."
         )
     breaks = [0, *(i for i in range(1, len(labels)) if labels[i] != labels[i - 1]), len(labels)]
-    pieces = [(points[a:b], lines[a]) for a, b in itertools.pairwise(breaks)]
+    pieces = [(points[a:b], int(lines[a])) for a, b in itertools.pairwise(breaks)]
     firsts = [labels[a] for a in breaks[:-1]]
+    begun: set[str] = set()
     for k, first in enumerate(firsts):
-        if first in firsts[:k]:
+        if first in begun:
             raise FormatError(
                 f"{path}, line {lines[breaks[k]]}: polyline {first!r} goes on after another one "
                 "began. Sort the file by that column."
             )
+        begun.add(first)
     return pieces

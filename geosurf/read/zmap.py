@@ -8,6 +8,8 @@ rotation.
 
 from __future__ import annotations
 
+import itertools
+import re
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +20,14 @@ from geosurf.read._common import (
     agreed_sign,
     integer,
     is_number,
+    line_blocks,
     number,
-    number_rows,
+    numbers,
     read_text,
 )
 from geosurf.read._grid import GridHeader, GridNodes, nodes_from_grid
+
+PASSED_OVER = re.compile(r"^[ \t]*[!+].*", re.MULTILINE)  # comments and extensions
 
 
 def read_zmap(
@@ -65,47 +70,57 @@ def read_zmap(
     """
     what = f"{path.name}: horizon {name!r}"
     scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
-    lines = [
-        (i, line)
-        for i, line in enumerate(read_text(path).splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith(("!", "+"))
-    ]
-    marks = [k for k, (_, line) in enumerate(lines) if line.lstrip().startswith("@")]
-    if len(marks) < 2 or marks[0] != 0 or marks[1] < 3:
+    text = PASSED_OVER.sub("", read_text(path))
+    marks = list(itertools.islice(re.finditer(r"^[ \t]*@", text, re.MULTILINE), 2))
+    head = text[: marks[-1].start()] if marks else ""
+    lines = [(i, line) for i, line in enumerate(head.split("\n"), start=1) if line.strip()]
+    if len(marks) < 2 or text[: marks[0].start()].strip() or len(lines) < 3:
         raise FormatError(
             f"{path}: expected a header of at least two lines between two '@', found "
             f"{len(marks)} '@'. This is not a ZMAP+ grid, or it is cut short."
         )
     header, nulls, decimals = _header(path, lines[1], lines[2])
-    tokens = [(token, i) for i, line in lines[marks[1] + 1 :] for token in line.split()]
-    if len(tokens) != header.ncol * header.nrow:
+    start = (text.find("\n", marks[1].end()) + 1) or len(text)
+    first = text.count("\n", 0, start) + 1
+    values, has_point = _values(path, text[start:], first, nulls)
+    if len(values) != header.ncol * header.nrow:
         raise FormatError(
-            f"{path}: found {len(tokens)} values, expected {header.ncol * header.nrow} "
+            f"{path}: found {len(values)} values, expected {header.ncol * header.nrow} "
             f"({header.ncol} columns x {header.nrow} rows). The file is cut short or its header "
             "is wrong; export it again."
         )
-    if decimals and not any("." in token for token, _ in tokens if token not in nulls):
+    if decimals and not has_point:
         # old programs then read 12345 as 1.2345, newer ones do not
         raise FormatError(
             f"{path}, line {lines[1][0]}: the header says {decimals} decimals but no value has a "
             "decimal point. Export the file with decimal points."
         )
-    rows = [["nan" if token in nulls else token] for token, _ in tokens]
-    try:
-        values = np.array(rows, dtype=np.float64).ravel()
-    except ValueError:
-        values = number_rows(rows, [i for _, i in tokens], path, "value of a node").ravel()
-    if np.isinf(values).any() or any(
-        np.isnan(v) and token not in nulls for v, (token, _) in zip(values, tokens, strict=True)
-    ):
-        for token, i in tokens:
-            if token not in nulls:
-                number(token, path, i, "value of a node")
-    numeric = [float(null) for null in nulls if is_number(null)]
-    values[np.isin(values, numeric)] = np.nan
     # columns from the north-west corner -> rows from the south-west one
     grid = values.reshape(header.ncol, header.nrow).T[::-1]
     return nodes_from_grid(header, scale * grid + 0.0, name=name, source=path.name)
+
+
+def _values(path: Path, text: str, first: int, nulls: set[str]) -> tuple[np.ndarray, bool]:
+    """All values, NaN where undefined, and whether one of the others has a decimal point."""
+    parts, has_point = [np.empty(0)], False
+    for line, piece in line_blocks(text):
+        words = piece.split()
+        kept = np.array([word not in nulls for word in words], dtype=bool)
+        real = words if kept.all() else list(itertools.compress(words, kept.tolist()))
+        has_point = has_point or any("." in word for word in real)
+        found = numbers(real)
+        if found is None:
+            for i, row in enumerate(piece.split("\n"), start=first + line - 1):
+                for word in row.split():
+                    if word not in nulls:
+                        number(word, path, i, "value of a node")
+            raise AssertionError(f"{path}: a number was refused, and then not")
+        values = np.full(len(words), np.nan)
+        values[kept] = found
+        parts.append(values)
+    values = np.concatenate(parts)
+    values[np.isin(values, [float(null) for null in nulls if is_number(null)])] = np.nan
+    return values, has_point
 
 
 def _header(

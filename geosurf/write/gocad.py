@@ -101,8 +101,10 @@ def _head(kind: str, name: str) -> list[str]:
 
 
 def _vertex_lines(word: str, vertices: np.ndarray, first: int = 1) -> list[str]:
+    """Lines of vertices; CNXYZ (moved along all axes) is what some readers know a vertex by."""
     return [
-        f"{word} {i} {' '.join(map(repr, row))}" for i, row in enumerate(vertices.tolist(), first)
+        f"{word} {i} {' '.join(map(repr, row))} CNXYZ"
+        for i, row in enumerate(vertices.tolist(), first)
     ]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -106,7 +108,7 @@ def test_a_wrong_tsurf_is_named_by_line(tmp_path, change, message):
 def test_tsurf_headers_that_cannot_be_used(tmp_path):
     with pytest.raises(FormatError, match=r"line 10: ZPOSITIVE is 'Sideways', expected Elevation"):
         gs.read_fault(tsurf(tmp_path, direction="Sideways"))
-    with pytest.raises(FormatError, match=r"line 9: AXIS_UNIT has 4 units, expected 3"):
+    with pytest.raises(FormatError, match=r"line 9: AXIS_UNIT has 4 words, expected 3"):
         gs.read_fault(tsurf(tmp_path, unit="m m"))
     with pytest.raises(FormatError, match=r"2 PROPERTIES but ESIZES \[1\], expected one"):
         gs.read_fault(tsurf(tmp_path, "PROPERTIES a b\nESIZES 1\n" + BODY))
@@ -151,11 +153,11 @@ def test_sticks(tmp_path):
     ("change", "message"),
     [
         (("0 50 1600\n999", "999"), r"F1.pol, line 1: stick 0 .* has 1 point, expected at least 2"),
-        (("9 50 1600", "9 fifty 1600"), r"line 5: found 'fifty', expected a number \(x y z\)"),
+        (("9 50 1600", "9 fifty 1600"), r"line 5: found 'fifty', expected a number"),
         (("9 50 1600", "9 50"), r"line 5: found 2 values, expected x y z"),
         (("9 50 1600", "9 nan 1600"), r"line 5: found 'nan', expected a finite number"),
         (("999.0 999.0 999.0\n", ""), r"line 6: the last line is not '999 999 999'.*add that line"),
-        ((STICKS, "\n"), r"found no points, expected x y z per line"),
+        ((STICKS, "\n"), r"the file has no text in it"),
         ((STICKS, "999 999 999\n"), r"found end marks only"),
     ],
 )
@@ -250,7 +252,7 @@ def test_a_header_says_which_column_is_which(tmp_path, suffix):
     assert named.equals(points)
     with pytest.raises(FormatError, match=r"found 0 columns for z.*expected one of tvd "):
         gs.read_points(path, positive="down", columns=("x", "Y2", "tvd"))
-    with pytest.raises(InputError, match=r"columns are 'x'; give what the header calls"):
+    with pytest.raises(InputError, match=r"columns are 'x'; give three names of the header"):
         gs.read_points(path, positive="down", columns="x")
 
 
@@ -258,11 +260,12 @@ def test_a_header_says_which_column_is_which(tmp_path, suffix):
     ("name", "text", "message"),
     [
         ("a.poi", "1 2 3\n1 2\n", r"a.poi, line 2: found 2 values, expected x y z"),
-        ("a.poi", "1 2 3\n1 2 3,5x\n", None),
-        ("a.poi", "1 2 3\n1 b 3\n", r"line 2: found 'b', expected a number.*Mend"),
-        ("a.poi", "1 2 3\n999 999 999\n", r"line 2: '999 999 999' ends a polyline.*read_fault"),
+        ("a.poi", "1 2 3\n1 2 3 Top\n", None),
+        ("a.poi", "1 2 3\n1 2 3,5x\n", r"line 2: the comma in '3,5x' is .*decimal=','"),
+        ("a.poi", "1 2 3\n1 b 3\n", r"line 2: found 'b', expected a number.*Correct"),
+        ("a.poi", "999 999 999\n1 2 3\n", r"line 1: '999 999 999' ends a polyline.*read_fault"),
         ("a.poi", "1 2 3", r"line 1: the last line has no line end"),
-        ("a.poi", " \n", "found no points"),
+        ("a.poi", " \n", "the file has no text"),
         ("a.poi", "1 2 3\0\n", r"byte 5 is zero, so this is no text file.*format="),
         ("a.xyz", "X Y Z\n1 2 3\n1 2 3 4\n", r"line 3: found 4 values, expected 3 as in the h"),
         ("a.xyz", "X Y Z\nX Y Z\n1 2 3\n", r"line 2: found 'X', expected a number"),
@@ -271,7 +274,7 @@ def test_a_header_says_which_column_is_which(tmp_path, suffix):
         ("a.csv", "X,Y,W\n1,2,3\n", r"line 1: found 0 columns for z.*Rename"),
         ("a.csv", "X,Y,Z\n1,2\n", r"line 2: found 2 values, expected 3 as in the header"),
         ("a.csv", "X,Y,Z\n1,2,three\n", r"line 2: found 'three', expected a number"),
-        ("a.csv", "X,Y,Z\n", r"found a header only"),
+        ("a.csv", "X,Y,Z\n", r"found no points below the header"),
     ],
 )
 def test_wrong_points_are_named_by_line(tmp_path, name, text, message):
@@ -338,3 +341,62 @@ def test_all_shared_tsurf_files(shared):
     fault = gs.read_fault(data / "drogon_xtgeo/faults_ts/F5.ts")
     assert (fault.n_vertex, fault.n_triangle) == (44, 65)
     assert fault.bounds[5] < -1400
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
+@pytest.mark.parametrize("names", [("X", "Y", "Z"), ("Easting", "Northing", "Depth")])
+def test_law_names_of_axes_are_their_order(tmp_path, order, names):
+    """A surface written with its columns, axis names and units in any order is the same surface."""
+    corners = np.array([[0.0, 0, 0], [9, 0, 0], [0, 8, 7]])
+    units = ("m", "km", "ft")
+    lines = [
+        "gocad tsurf 1", "header {", 'NAME: "My Fault"', "}",
+        "Gocad_Original_Coordinate_System", 'Name "NAD27 / UTM zone 11N"',
+        "axis_name " + " ".join(f'"{names[k]}"' for k in order),
+        "Axis_Unit " + " ".join(units[k] for k in order),
+        "zpositive ELEVATION", "end_original_coordinate_system", "tface",
+        *(f"vrtx {i} " + " ".join(str(p[k]) for k in order) for i, p in enumerate(corners)),
+        "trgl 0 01 2", "end",
+    ]  # fmt: skip
+    path = tmp_path / "F.ts"
+    path.write_text("\n".join(lines) + "\n")
+    found = gs.read_fault(path)
+    assert (found.name, found.crs) == ("My Fault", "NAD27 / UTM zone 11N")
+    np.testing.assert_allclose(found.vertices, corners * [1, 1000, 0.3048])
+
+
+@pytest.mark.parametrize(
+    ("system", "crs"),
+    [
+        ("NAME Default", None),
+        ('NAME " gocad Local"\nPROJECTION Unknown\nDATUM Unknown', None),
+        ('NAME Default\nPROJECTION "UTM zone 31"\nDATUM ED50', "ED50 / UTM zone 31"),
+        ('NAME "EPSG:23031"\nPROJECTION "UTM zone 31"', "EPSG:23031"),
+        ('PROJECTION "UTM zone 31"', "UTM zone 31"),
+    ],
+)
+def test_the_coordinate_system_of_gocad_is_kept(tmp_path, system, crs):
+    path = tmp_path / "F.ts"
+    path.write_text(
+        f"GOCAD TSurf 1\nGOCAD_ORIGINAL_COORDINATE_SYSTEM\n{system}\n"
+        "END_ORIGINAL_COORDINATE_SYSTEM\nNAME Elsewhere\n"
+        "VRTX 1 0 0 0\nVRTX 2 9 0 0\nVRTX 3 0 9 9\nTRGL 1 2 3\nEND\n"
+    )
+    found = gs.read_fault(path, name="B")
+    assert (found.name, found.crs) == ("B", crs)
+
+
+def test_axes_that_contradict_are_refused(tmp_path):
+    body = "VRTX 1 0 0 0\nVRTX 2 9 0 0\nVRTX 3 0 9 9\nTRGL 1 2 3\nEND\n"
+    text = "GOCAD TSurf 1\nAXIS_NAME {}\n" + body
+    path = tmp_path / "F.ts"
+    for names in ("Y U Z", "X X Z", "Z Z Z"):
+        path.write_text(text.format(names))
+        with pytest.raises(FormatError, match=r"F\.ts.*AXIS_NAME is .*Write AXIS_NAME"):
+            gs.read_fault(path)
+    path.write_text(text.format("X Y Depth"))
+    with pytest.raises(InputError, match=r"third axis is called 'Depth'.*positive='down'"):
+        gs.read_fault(path)
+    assert gs.read_fault(path, positive="down").vertices[2].tolist() == [0, 9, -9]
+    path.write_text(text.format("U V W"))  # labels that contradict nothing
+    assert gs.read_fault(path).vertices[2].tolist() == [0, 9, 9]

@@ -77,7 +77,7 @@ def test_horizons_are_turned_so_that_their_normals_point_up(model):
         (TSURF % "F1", r"two\.ml, line 1: found 'GOCAD TSurf 1', expected .*Model3d.*read_fault"),
         (HEAD + TSURF % "F1", r"two\.ml.*'Top', but there is no TSurf.*\['F1'\].*Export"),
         (HEAD + 2 * (TSURF % "F1") + TSURF % "Top", r"two\.ml.*'F1' is there twice.*Rename"),
-        (HEAD.replace("TFACE 2 top Top", "TFACE 2"), r"line 9: TFACE has 1 words.*Mend"),
+        (HEAD.replace("TFACE 2 top Top", "TFACE 2"), r"line 9: TFACE has 1 words.*Correct"),
         (HEAD.replace("END\n", ""), r"found no END for the model.*export it again"),
     ],
 )

@@ -1,0 +1,174 @@
+"""The one way from a path to its bytes: regular files only, and memory that a file may ask for.
+
+A file of some kilobytes can announce gigabytes: chunks of HDF5, compressed blocks, counts in a
+header. Readers compare what is announced with `limit_of` the file before they unpack it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import stat
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from geosurf.errors import FormatError, InputError
+
+ALLOWANCE = 256 << 20  # bytes of memory that any file may ask for
+MULTIPLE = 64  # bytes of memory for each byte of a file
+BUDGET = "GEOSURF_READ_MEMORY"  # the word that sets another limit
+SCALES = {"": 0, "K": 10, "M": 20, "G": 30, "T": 40}
+KINDS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a named pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
+
+
+@contextlib.contextmanager
+def opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
+    """
+    Open a regular file, whatever the path becomes meanwhile.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+
+    Yields
+    ------
+    (binary file, int)
+        Open for reading, and its size in bytes.
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened, or is a pipe, a device or a folder, which are never waited for.
+    """
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    try:
+        handle = os.open(path, flags | getattr(os, "O_NOCTTY", 0))
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from error
+    kept = os.fstat(handle)
+    if not stat.S_ISREG(kept.st_mode):
+        os.close(handle)
+        kind = next((word for is_it, word in KINDS if is_it(kept.st_mode)), "something else")
+        raise InputError(
+            f"{path}: this is {kind}, expected a regular file. Copy the data to a file and read "
+            "that."
+        )
+    with os.fdopen(handle, "rb") as file:
+        yield file, kept.st_size
+
+
+def read_bytes(path: Path) -> bytes:
+    """Return the content of a regular file, or the reason why there is none."""
+    with opened(path) as (file, size):
+        free = free_memory()
+        if free is not None and size > max(free, ALLOWANCE):
+            raise InputError(
+                f"{path}: the file has {_megabytes(size)} and {_megabytes(free)} of memory are "
+                "free. Split the file, or read it on a larger machine."
+            )
+        try:
+            data = file.read(size + 1)
+        except OSError as error:
+            raise _unreadable(path, error) from error
+    if len(data) != size:
+        raise InputError(
+            f"{path}: the file changes while it is read: {size} bytes, then {len(data)} or more. "
+            "Read it when it is complete."
+        )
+    if not data:
+        raise FormatError(f"{path}: the file is empty (0 bytes). Export it again.")
+    return data
+
+
+def same_file(path: Path, file: BinaryIO) -> str:
+    """Return a name by which a library opens the very file that is open here.
+
+    On Linux that is its descriptor; elsewhere the path, which others could exchange meanwhile.
+    """
+    name = f"/proc/self/fd/{file.fileno()}"
+    return name if sys.platform == "linux" and Path(name).exists() else str(path)
+
+
+def limit_of(size: int) -> int:
+    """
+    Return how many bytes of memory the reader of a file of `size` bytes may take.
+
+    Raises
+    ------
+    InputError
+        If the environment variable GEOSURF_READ_MEMORY is not a size.
+
+    Examples
+    --------
+    >>> limit_of(1000) == 256 * 2**20, limit_of(10**8) == 64 * 10**8
+    (True, True)
+    """
+    text = os.environ.get(BUDGET, "").strip()
+    if not text:
+        return max(ALLOWANCE, MULTIPLE * size)
+    match = re.fullmatch(r"([0-9]{1,15})\s*([KMGT]?)(?:i?B)?", text, re.IGNORECASE)
+    if match is None:
+        raise InputError(f"{BUDGET} is {text!r}, expected a size. Write it as in {BUDGET}=4GB.")
+    return int(match[1]) << SCALES[match[2].upper()]
+
+
+def refuse_large(path: Path, needed: int, size: int, what: str) -> None:
+    """
+    Refuse what takes more memory than a file of that size may ask for, or than is free.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    needed : int
+        Bytes of memory that the reader would take.
+    size : int
+        Bytes of the file.
+    what : str
+        What announces them: "variable 'z' of 20000 x 20000 values".
+
+    Raises
+    ------
+    FormatError
+    """
+    limit = limit_of(size)
+    if needed > limit:
+        more = max(1, -(-needed >> 30))
+        raise FormatError(
+            f"{path}: {what} needs {_megabytes(needed)} of memory, and the limit for a file of "
+            f"{size} bytes is {_megabytes(limit)}. If the file is right, set the environment "
+            f"variable {BUDGET}={more}GB."
+        )
+    free = free_memory() if needed > ALLOWANCE else None
+    if free is not None and needed > free:
+        raise FormatError(
+            f"{path}: {what} needs {_megabytes(needed)} of memory, and {_megabytes(free)} are "
+            "free. Thin the data out, or read them on a larger machine."
+        )
+
+
+def free_memory() -> int | None:
+    """Return how many bytes of memory are free for programs, or None where that is unknown."""
+    try:
+        found = Path("/proc/meminfo").read_bytes()
+    except OSError:
+        return None
+    match = re.search(rb"^MemAvailable:\s+(\d+) kB", found, re.MULTILINE)
+    return int(match[1]) << 10 if match else None
+
+
+def _unreadable(path: Path, error: Exception) -> InputError:
+    reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    return InputError(f"{path}: cannot be read ({reason}). Check the path.")
+
+
+def _megabytes(n: int) -> str:
+    return f"{n / 2**20:,.0f} MB".replace(",", " ")
