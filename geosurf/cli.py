@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import geosurf
-from geosurf.console import printed_warnings
+from geosurf.console import encodable_output, printed_warnings
 from geosurf.ending import OUR_FAULT, Ending
 from geosurf.errors import FormatError, InputError
 
@@ -47,12 +47,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     >>> main(["check", "missing.toml"])
     2
     """
-    options = build_parser().parse_args(argv)
-    ending = Ending(options.debug)
-    with ending, printed_warnings():
-        ending.code = options.run(options)
-        if sys.stdout is not None:  # closed from the beginning
-            sys.stdout.flush()
+    with encodable_output():
+        options = build_parser().parse_args(argv)
+        ending = Ending(options.debug)
+        with ending, printed_warnings():
+            ending.code = options.run(options)
+            if sys.stdout is not None:  # closed from the beginning
+                sys.stdout.flush()
     return ending.code
 
 

@@ -1,7 +1,8 @@
-"""How the command line prints warnings: one line each on stderr, once, the moment they arise."""
+"""How the command line prints: in any encoding, and warnings once, the moment they arise."""
 
 from __future__ import annotations
 
+import io
 import sys
 import warnings
 from collections.abc import Iterator
@@ -9,6 +10,28 @@ from contextlib import contextmanager
 from typing import Any
 
 from geosurf.errors import GeosurfWarning
+
+
+@contextmanager
+def encodable_output() -> Iterator[None]:
+    r"""Print letters that the encoding of the console or a pipe lacks as escapes, ``\xe4``.
+
+    A name in another script must not end a run whose results are written. What Python has chosen
+    to replace letters with, where it does not refuse them, stays.
+    """
+    strict = [
+        stream
+        for stream in (sys.stdout, sys.stderr)
+        if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict"
+    ]
+    for stream in strict:
+        stream.reconfigure(errors="backslashreplace")
+    try:
+        yield
+    finally:
+        for stream in strict:
+            if not stream.closed:
+                stream.reconfigure(errors="strict")
 
 
 @contextmanager

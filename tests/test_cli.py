@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import subprocess
@@ -74,6 +75,38 @@ def test_run_prints_steps_volumes_and_where_things_are(folder, tmp_path):
     page = said.stdout.rpartition("Report: ")[2].partition(";")[0]
     assert Path(page).is_file()
     assert (tmp_path / "out" / "pictures" / "view_southwest.png").is_file()
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "ascii:strict", "cp1252", "utf-8"])
+def test_names_in_any_script_are_printed_in_any_encoding(folder, tmp_path, encoding):
+    """On stdout (volumes, the path of the report) and on stderr (what is wrong)."""
+    text = (folder / "good.toml").read_text().replace('"Base"', '"\u50a8\u5c42"')
+    (folder / "script.toml").write_text(text, encoding="utf-8")
+    (folder / "wrong.toml").write_text(text.replace('"F1.nc"', '"\u50a8.nc"'), encoding="utf-8")
+    done = {}
+    for name, words in (
+        ("script", ["-o", tmp_path / "\u00e4\u50a8", "--no-pictures"]),
+        ("wrong", []),
+    ):
+        command = ["run" if words else "check", folder / f"{name}.toml", *words]
+        done[name] = subprocess.run(
+            [sys.executable, "-m", "geosurf.cli", *map(str, command)],
+            env={**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"},
+            capture_output=True,
+            check=False,
+        )
+    assert (done["script"].returncode, done["script"].stderr) == (0, b"")
+    assert (done["wrong"].returncode, done["wrong"].stdout) == (2, b"")
+    said = done["script"].stdout + done["wrong"].stderr
+    shown = "\u50a8".encode(encoding.partition(":")[0], "backslashreplace")
+    assert said.count(shown) > 3
+
+
+def test_the_streams_of_a_caller_are_left_as_they_are(folder, monkeypatch):
+    stream = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    monkeypatch.setattr(sys, "stdout", stream)
+    assert cli.main(["check", str(folder / "good.toml")]) == 0
+    assert stream.errors == "strict"
 
 
 def test_quiet_is_quiet(folder, tmp_path, capsys):
