@@ -107,7 +107,8 @@ def render_thickness(
     letters = _letter_blocks(sheet, axes, x - extent[0], y - extent[2], values)
     legend = _legend(thickness, values, letters, tuple(polygons))
     furniture.draw_legend(sheet, legend, 290.0)
-    draw_colour_bar(sheet, levels, "Thickness [m]", palette.THICKNESS, 1, (260.0, 400.0))
+    where = _where_level(values, cut)
+    draw_colour_bar(sheet, levels, "Thickness [m]", palette.THICKNESS, 1, (260.0, 400.0), where)
     draw_north(sheet)
     furniture.draw_scale_bar(sheet, metres_per_pixel, "")
     words = "Map view"
@@ -120,6 +121,15 @@ def render_thickness(
     title = f"{zone}: {kind} map" if title is None else title
     furniture.draw_words(sheet, title, words)
     return save_png(sheet.png(), path)
+
+
+def _where_level(values: np.ndarray, cut: np.ndarray) -> str:
+    """Where one thickness for all of the map is true; the legend has those of single blocks."""
+    if cut.any():
+        return "away from faults"
+    held = values[np.isfinite(values)]
+    one = f"{held.min():.4g}" == f"{held.max():.4g}"  # to the digits of the legend
+    return "everywhere" if one else "all blocks together"
 
 
 def _checked(thickness: xarray.DataArray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -241,15 +241,17 @@ def draw_colour_bar(
     codes: tuple[str, ...],
     n_band: int,
     ends: tuple[float, float],
+    where: str = "everywhere",
 ) -> None:
     """Draw a value against its colour, on the right; `n_band` bands between two levels.
 
-    `ends` are its lower and upper end, in design pixels.
+    `ends` are its lower and upper end, in design pixels. Where there is one level only, `where`
+    says for which part of the map that holds.
     """
     layout, unit = sheet.layout, sheet.layout.unit
     left, low, high = layout.width - 250.0 * unit, ends[0] * unit, ends[1] * unit
     if len(levels) < 2:
-        sheet.text((left, high), f"everywhere {levels[0]:.1f} m", 12.5)
+        sheet.text((left, high), f"{where} {furniture.plain_number(levels[0])} m", 12.5)
         return
     n_band *= len(levels) - 1
     colours = colours_of(codes)

@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import TriSurface
@@ -17,6 +18,7 @@ from geosurf.render import (
     render_thickness,
 )
 from geosurf.render.allan import _spread
+from geosurf.render.furniture import Sheet, plain_number
 from geosurf.render.isochores import _checked, _cut_by_faults
 from geosurf.render.section import _highest
 from tests.measure.worlds import faulted
@@ -200,3 +202,53 @@ def test_letters_that_the_font_lacks_are_replaced_and_named_once(tmp_path):
         render_surfaces([ramp], path=tmp_path / "s.png", size=SIZE, title="\u5c42")
     assert len(caught) == 1
     assert (tmp_path / "s.png").is_file()
+
+
+def texts_of(monkeypatch, draw):
+    """What a picture says, in words."""
+    said, text = [], Sheet.text
+    monkeypatch.setattr(
+        Sheet,
+        "text",
+        lambda self, at, words, *a, **k: (said.append(words), text(self, at, words, *a, **k)),
+    )
+    draw()
+    return said
+
+
+@pytest.mark.parametrize("height", [70.0, 0.001, 1234.5])
+@pytest.mark.parametrize("faulted", [False, True])
+def test_the_key_says_everywhere_only_where_that_is_true(tmp_path, monkeypatch, height, faulted):
+    """A level zone is thinner where a fault cuts through it: mean and largest differ there."""
+    values = np.full((1, 20, 30), height)
+    ring = xr.Dataset(
+        {"easting": ("point", [9.0, 12, 12, 9]), "northing": ("point", [-9.0, -9, 99, 99]),
+         "fault": ("line", ["F1"]), "count": ("line", [4]), "kind": ("line", ["gap"])}
+    )  # fmt: skip
+    if faulted:
+        values[:, :, 9:13] *= 0.5
+    coords = {"block": ["all"], "northing": np.arange(20.0), "easting": np.arange(30.0)}
+    found = xr.DataArray(values, coords, ("block", "northing", "easting"), attrs={"zone": "A/B"})
+    polygons = {"A": ring} if faulted else {}
+    said = texts_of(
+        monkeypatch,
+        lambda: render_thickness(found, tmp_path / "m.png", polygons=polygons, size=SIZE),
+    )
+    mean, most = f"mean {values.mean():.4g} m", f"at most {height:.4g} m"
+    assert f"{mean}, {most}" in said
+    where = "away from faults" if faulted else "everywhere"
+    assert f"{where} {plain_number(height)} m" in said
+    assert sum("everywhere" in words for words in said) == (not faulted)
+
+
+def test_blocks_that_add_up_to_one_thickness_are_not_said_to_have_it_everywhere(
+    tmp_path, monkeypatch
+):
+    values = np.full((2, 20, 30), np.nan)
+    values[0, :, :15], values[1, :, 15:] = 70.0, 70.0
+    values[:, :, 14] = [[30.0], [40.0]]  # the fault runs through these cells
+    coords = {"block": ["F1-", "F1+"], "northing": np.arange(20.0), "easting": np.arange(30.0)}
+    found = xr.DataArray(values, coords, ("block", "northing", "easting"), attrs={"zone": "A/B"})
+    said = texts_of(monkeypatch, lambda: render_thickness(found, tmp_path / "m.png", size=SIZE))
+    assert "all blocks together 70 m" in said
+    assert not any("everywhere" in words for words in said)
