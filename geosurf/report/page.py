@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from html import escape
 from pathlib import Path
 from string import Template
@@ -12,6 +12,8 @@ from geosurf.errors import InputError
 from geosurf.report.tables import Table
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+PAPER = 84  # letters that fit a line of A4 or Letter in print
+LABEL, GAP = 26, 2  # of these: a column of words, which may wrap, and between columns
 
 PAGE = Template(
     """<!DOCTYPE html>
@@ -39,7 +41,8 @@ table { border-collapse: collapse; margin: .4rem 0; font-variant-numeric: tabula
 th, td { padding: .32rem .9rem .32rem 0; text-align: right; vertical-align: top;
   white-space: nowrap;  border-bottom: 1px solid var(--rule); }
 th { font-weight: 600; font-size: .87em; color: var(--faint); }
-.label { text-align: left; white-space: normal; }
+.label { text-align: left; white-space: normal; overflow-wrap: anywhere; min-width: 6em; }
+.paper { display: none; }
 tfoot td { font-weight: 600; border-top: 1.5px solid var(--ink); border-bottom: 0; }
 td.failed { color: var(--red); font-weight: 700; }
 td.passed { color: var(--green); }
@@ -51,7 +54,14 @@ pre { padding: .8rem 1rem; background: var(--wash); overflow-x: auto; font-size:
 @media print {
   @page { margin: 15mm; }
   body { padding: 0; max-width: none; font-size: 10pt; }
+  .screen { display: none; }
+  .paper { display: block; }
+  .wide { overflow: visible; }
+  th { white-space: normal; }
+  pre { white-space: pre-wrap; overflow: visible; overflow-wrap: anywhere; }
   figure, tr { break-inside: avoid; }
+  thead { display: table-header-group; }
+  tfoot { display: table-row-group; }
   h2 { break-after: avoid; }
   .verdict { color: var(--ink); background: none; border: 1.5px solid var(--ink); }
 }
@@ -90,21 +100,67 @@ def verdict(passed: bool) -> str:
 
 
 def html_table(table: Table) -> str:
-    """Return a table, or nothing for one without rows."""
+    """Return a table, or nothing for one without rows.
+
+    One that is too wide for paper scrolls on the screen, and is printed in several parts.
+    """
     if not table.rows:
         return ""
-    head = _row(table.head, table, "th")
-    rows = "\n".join(_row(row, table) for row in table.rows)
-    foot = f"\n<tfoot>{_row(table.foot, table)}</tfoot>" if table.foot else ""
-    return (
-        f'<div class="wide"><table>\n<thead>{head}</thead>\n'
-        f"<tbody>\n{rows}\n</tbody>{foot}\n</table></div>"
+    whole = range(len(table.head))
+    parts = groups_of_columns(table)
+    if len(parts) == 1:
+        return f'<div class="wide">{_part(table, whole)}</div>'
+    number = len(parts)
+    printed = "\n".join(
+        f"{paragraph(f'Part {k} of {number} of this table', 'faint')}\n{_part(table, columns)}"
+        for k, columns in enumerate(parts, 1)
     )
+    screen = f'<div class="wide screen">{_part(table, whole)}</div>'
+    return f'{screen}\n<div class="paper">\n{printed}\n</div>'
 
 
-def _row(cells: tuple[str, ...], table: Table, tag: str = "td") -> str:
+def groups_of_columns(table: Table) -> list[list[int]]:
+    """Return the columns of each printed part: words again in each, numbers in turn.
+
+    Examples
+    --------
+    >>> row = ("Top/Base", *("1 000.000",) * 20)
+    >>> [len(part) for part in groups_of_columns(Table(("",) * 21, (row,)))]
+    [7, 7, 7, 3]
+    """
+    rows = [row for row in (*table.rows, table.foot) if row]
+    words = [k for k in range(len(table.head)) if table.holds_words(k)]
+    first = [k for k in words if k < table.n_label]
+    room = PAPER - sum(min(max(len(row[k]) for row in rows), LABEL) + GAP for k in words)
+    parts: list[list[int]] = [[]]
+    used = 0
+    for k in range(len(table.head)):
+        if table.holds_words(k):
+            continue
+        head = max(map(len, table.head[k].split()), default=0)
+        wide = max(head, *(len(row[k]) for row in rows)) + GAP
+        if parts[-1] and used + wide > room:
+            parts.append([])
+            used = 0
+        parts[-1].append(k)
+        used += wide
+    last = [k for k in words if k >= table.n_label]
+    return [[*first, *part, *last] for part in parts]
+
+
+def _part(table: Table, columns: Iterable[int]) -> str:
+    """Some columns of a table."""
+    columns = list(columns)
+    head = _row(table.head, table, columns, "th")
+    rows = "\n".join(_row(row, table, columns) for row in table.rows)
+    foot = f"\n<tfoot>{_row(table.foot, table, columns)}</tfoot>" if table.foot else ""
+    return f"<table>\n<thead>{head}</thead>\n<tbody>\n{rows}\n</tbody>{foot}\n</table>"
+
+
+def _row(cells: tuple[str, ...], table: Table, columns: list[int], tag: str = "td") -> str:
     out = []
-    for column, cell in enumerate(cells):
+    for column in columns:
+        cell = cells[column]
         kinds = ["label"] if table.holds_words(column) else []
         if column == 0 and cell in ("passed", "FAILED"):
             kinds.append(cell.lower())

@@ -19,6 +19,8 @@ from geosurf.model import (
     Units,
 )
 from geosurf.report import report_scene, tables
+from geosurf.report.page import PAPER, groups_of_columns, html_table
+from geosurf.report.tables import Table
 
 PNG = b"\x89PNG\r\n\x1a\n" + b"not much of a picture"
 BOX = (0.0, 1000.0, 0.0, 1000.0, -300.0, 0.0)
@@ -189,3 +191,29 @@ def test_what_the_column_took_and_remnants_are_listed():
     (row,) = tables.remnant_table([Remnant("Top/Base F1+ #2", 99.5, (1.0, 2.0, -3.0))]).rows
     assert row[:4] == ("Top/Base F1+ #2", "99.5", "1.0", "2.0")
     assert tables.clipped_table([]).rows == ()
+
+
+@pytest.mark.parametrize("n_column", [1, 5, 6, 7, 40])
+@pytest.mark.parametrize("n_remark", [0, 1])
+def test_every_column_is_printed_once_and_rows_keep_their_names(n_column, n_remark):
+    head = ("Zone", "Rule", *(f"F{k}+ F{k + 1}-" for k in range(n_column)), "Remark")
+    row = ("Top/Base", "base", *("123 456.789",) * n_column, "a long remark")
+    size = len(head) - 1 + n_remark
+    table = Table(head[:size], (row[:size],), n_label=2, n_remark=n_remark)
+    parts = groups_of_columns(table)
+    numbers = [k for part in parts for k in part if not table.holds_words(k)]
+    assert numbers == list(range(2, 2 + n_column))
+    for part in parts:
+        assert part[:2] == [0, 1]
+        assert (size - 1 in part) or not n_remark
+        assert sum(len(row[k]) + 2 for k in part) <= PAPER
+    html = html_table(table)
+    assert html.count('class="paper"') == (len(parts) > 1)
+    paper = html.partition('class="paper"')[2] or html
+    for k in range(n_column):
+        assert paper.count(f"<th>F{k}+ F{k + 1}-</th>") == 1
+
+
+def test_one_wide_column_is_printed_all_the_same():
+    table = Table(("Zone", "F1+"), (("x" * 300, "9" * 300),))
+    assert groups_of_columns(table) == [[0, 1]]
