@@ -46,6 +46,7 @@ from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatu
 from geosurf.errors import InputError
 from geosurf.kernels.mesh import join_pairs
 from geosurf.model import Contact, Patches, Unit, Units, check_column
+from geosurf.model.column import Remnant
 from geosurf.model.expected import expect
 
 __all__ = ["carve_units"]
@@ -81,7 +82,9 @@ def carve_units(
         blocks only where there is no way around it; one that dies inside leaves a slit
         (``report["slits"]``). A contact that is given for some blocks counts on these sides of
         faults (`Unit.lies_on`); ``report["without_contact"]`` lists the units that it leaves out,
-        and ``report["outside"]`` the faults that do not reach the model.
+        and ``report["outside"]`` the faults that do not reach the model. Surfaces that meet in a
+        point or a line but for the last digits have a unit between them:
+        ``report["thin"]`` lists those that are as thin as the rounding of their corners.
 
     Raises
     ------
@@ -93,6 +96,8 @@ def carve_units(
     OpenUnitError
         If a unit leaks: a horizon does not reach the walls, or has a hole, where no rule of the
         column removes it. The message gives the length of the open rim and a place.
+    RoundingError
+        If rounding its corners to float64 turns a unit inside out.
 
     Notes
     -----
@@ -151,6 +156,7 @@ def carve_units(
         "cells": cells.n_cell,
         "without_contact": left,
         "outside": _outside(patches, cells, faults),
+        "thin": _thin(shells, order, units),
     }
     bounds = box_of(patches)
     lower, upper = bounds + patches.origin
@@ -274,6 +280,17 @@ def _outside(patches: Patches, cells: Cells, faults: list[int]) -> tuple[str, ..
         for i in faults
         if not (cells.cell_of_side[owned_by(cells, i)] != OUTSIDE).any()
     )
+
+
+def _thin(shells: Shells, order: list[int], units: list[Unit]) -> tuple[Remnant, ...]:
+    """Units that are as thin as the rounding of their corners, in order."""
+    found = []
+    for u, unit in zip(order, units, strict=True):
+        if u in shells.thin:
+            low, high = unit.vertices.min(axis=0), unit.vertices.max(axis=0)
+            east, north, up = (0.5 * (low + high)).tolist()
+            found.append(Remnant(unit.name, unit.volume, (east, north, up)))
+    return tuple(found)
 
 
 def _slits(patches: Patches, cells: Cells, shells: Shells, faults: list[int]) -> dict[str, float]:

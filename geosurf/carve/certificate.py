@@ -10,7 +10,7 @@ import numpy as np
 from geosurf.carve.consistent import matched, numbered, partition
 from geosurf.carve.outside import box_of
 from geosurf.carve.told import named
-from geosurf.carve.volume import normals, volume_of
+from geosurf.carve.volume import doubtful_volume, exact_volume, normals, volume_of
 from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place
 from geosurf.kernels.mesh import turned_over
@@ -52,7 +52,8 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
     if units is not None:
         x, number = numbered(patches, units)
         found = matched(patches, units, number)
-        checks += [_closed(units), _adds_up(patches, units)]
+        anew = _volumes(patches, units)
+        checks += [_closed(units, anew), _adds_up(patches, units, anew)]
         checks.append(_shared_vertices(patches, units, x, number))
         checks.append(partition(patches, units, found))
         checks.append(named(patches, units, found, checks[-1].passed))
@@ -77,15 +78,35 @@ def open_edges(triangles: np.ndarray) -> tuple[int, int]:
     return int(np.abs(balance).sum()), euler
 
 
-def _closed(units: Units) -> Check:
+def _volumes(patches: Patches, units: Units) -> dict[str, float]:
+    """Volumes inside shells; those that are small beside the box without an error."""
+    small = _surely_exact(patches)
+    found = {name: volume_of(unit.local, unit.triangles) for name, unit in units.items()}
+    for name, unit in units.items():
+        if found[name] <= small:
+            found[name] = exact_volume(unit.local, unit.triangles)
+    return found
+
+
+def _surely_exact(patches: Patches) -> float:
+    """Volumes up to this one are sums without an error, in `carve_units` as well as here."""
+    return 0.5 * doubtful_volume(box_of(patches))
+
+
+def _closed(units: Units, volumes: dict[str, float]) -> Check:
+    """Shells have no open edges, and face outward: what they hold is more than nothing."""
     found = {name: open_edges(unit.triangles) for name, unit in units.items()}
     leaking = [name for name, (edges, _) in found.items() if edges]
+    turned = [name for name in found if volumes[name] <= 0.0]
     euler = _euler_in_words({name: euler for name, (_, euler) in found.items()})
     detail = f"{len(found)} units, 0 open edges; {euler}"
     if leaking:
         edges = sum(edges for edges, _ in found.values())
         detail = f"{edges} open edges in {', '.join(leaking[:8])}"
-    return Check("units are closed and oriented", not leaking, float(len(leaking)), detail)
+    elif turned:
+        detail = f"turned inside out: {', '.join(turned[:8])}"
+    n_bad = len({*leaking, *turned})
+    return Check("units are closed and oriented", n_bad == 0, float(n_bad), detail)
 
 
 def _euler_in_words(euler: dict[str, int]) -> str:
@@ -97,19 +118,21 @@ def _euler_in_words(euler: dict[str, int]) -> str:
     return f"Euler number {usual}" + (f", but {', '.join(others[:8])}{more}" if others else "")
 
 
-def _adds_up(patches: Patches, units: Units) -> Check:
+def _adds_up(patches: Patches, units: Units, anew: dict[str, float]) -> Check:
     """Volumes, taken anew from the shells, against those stated and against the box.
 
-    A volume that is stated may differ by what rounding does to prisms as high as the model.
+    A volume that is stated may differ by what rounding does to prisms as high as the model, if it
+    is not so small that it was summed up exactly.
     """
-    anew = {name: volume_of(unit.local, unit.triangles) for name, unit in units.items()}
     lower, upper = box_of(patches)
     total, box = math.fsum(anew.values()), units.box_volume
     error = (total - box) / box
-    off = []
+    off, small, height = [], _surely_exact(patches), float(upper[2] - lower[2])
     for name, unit in units.items():
         area, slack = _shell_area(unit)
-        bound = VOLUME_TOLERANCE * anew[name] + 16 * EPS * area * float(upper[2] - lower[2])
+        bound = VOLUME_TOLERANCE * anew[name]
+        if anew[name] > small:
+            bound += 16 * EPS * area * height
         if abs(anew[name] - unit.volume) > bound or abs(area - unit.area) > slack:
             off.append(name)
     world = np.stack([lower, upper], axis=1) + patches.origin[:, None]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -13,7 +13,10 @@ import numpy as np
 from geosurf.carve.blocks import WHOLE
 from geosurf.carve.cells import Cells, FullCells, same_turn
 from geosurf.carve.measures import AREA, BELOW, LOWER
-from geosurf.errors import InvariantError
+from geosurf.carve.outside import box_of
+from geosurf.carve.volume import doubtful_volume, exact_volume, normals
+from geosurf.conventions import place
+from geosurf.errors import RoundingError
 from geosurf.model import Patches, Unit, frozen
 
 
@@ -29,12 +32,16 @@ class Shells:
         Unit in front of and behind each face; -1 outside.
     volumes : list of float
         [m3].
+    thin : list of int
+        Units whose volume is not larger than what moving each corner by one unit in the last place
+        may do to it, rising.
     """
 
     cells: Cells
     unit_of_cell: np.ndarray
     sides: np.ndarray
     volumes: list[float]
+    thin: list[int] = field(default_factory=list)
 
     def _faces(self, u: int) -> np.ndarray:
         """Faces that a unit has on one side only."""
@@ -130,7 +137,27 @@ def shells_of(cells: Cells, unit_of_cell: np.ndarray) -> Shells:
         way = np.where(behind[rows], 1.0, -1.0)
         parts = way[:, None] * cells.below[rows, BELOW]
         volumes.append(math.fsum(parts.ravel().tolist()) / 6.0)
-    return Shells(cells, unit_of_cell, sides, volumes)
+    shells = Shells(cells, unit_of_cell, sides, volumes)
+    _sum_exactly(shells)
+    return shells
+
+
+def _sum_exactly(shells: Shells) -> None:
+    """Sum up the volumes of the smallest units without error, and note which of them are thin.
+
+    Every cell of the exact arrangement is a cell here, however thin. That of its rounded corners
+    has the same sign, since no triangle turns over and nothing crosses; sums of doubles may not.
+    """
+    bounds = box_of(shells.cells.patches)
+    step = float(np.spacing(np.abs(bounds).max()))
+    small = np.array(shells.volumes) <= doubtful_volume(bounds)
+    for u in np.flatnonzero(small).tolist():
+        x, triangles, _ = shells.triangles(u)
+        shells.volumes[u] = exact_volume(x, triangles)
+        a, b, c = (x[triangles[:, k]] for k in range(3))
+        area = 0.5 * math.fsum(np.sqrt(np.sum(np.square(normals(b - a, c - a)), axis=0)).tolist())
+        if shells.volumes[u] <= step * area:
+            shells.thin.append(u)
 
 
 class _Carved(Unit):
@@ -207,9 +234,7 @@ def build_unit(
     volume = shells.volumes[u]
     name = unit_name(zone, block, contact)
     if volume <= 0:
-        raise InvariantError(
-            f"unit {name} has a volume of {volume:g} m3; please report this with the surfaces."
-        )
+        raise _turned_inside_out(patches, shells, u, name)
     return _Carved(
         (shells, u),
         sides,
@@ -222,4 +247,17 @@ def build_unit(
         origin=patches.origin,
         surface_names=patches.names,
         volume=volume,
+    )
+
+
+def _turned_inside_out(patches: Patches, shells: Shells, u: int, name: str) -> RoundingError:
+    """Say which unit rounding has turned inside out, and between which surfaces."""
+    x, _, surface = shells.triangles(u)
+    where = 0.5 * (x.min(axis=0) + x.max(axis=0)) + patches.origin
+    names = [patches.names[i] for i in np.unique(surface).tolist()]
+    return RoundingError(
+        f"unit {name!r} at {place(where)} is so thin that rounding its corners to float64 turns "
+        f"it inside out. It lies between {', '.join(names)}: move one of them a little.",
+        place=where,
+        surfaces=names,
     )

@@ -118,7 +118,9 @@ class Units(Noun, Mapping[str, Unit]):
     report : dict
         What carving found: ``slits`` (areas of faults that die inside), ``clipped`` (what
         the column took away of horizons that cross, `Clipped`), the number of ``cells``, and the
-        units ``without_contact``, by each fluid contact that leaves out some.
+        units ``without_contact``, by each fluid contact that leaves out some; ``outside``, the
+        faults that do not reach the model; ``thin``, the units that are as thin as the rounding
+        of their corners (`Remnant`).
     footprint : float, optional
         Area of the model in map view [m2]; default: that of the box.
     sides : callable, optional

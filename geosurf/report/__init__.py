@@ -171,7 +171,12 @@ def _sections(
     balance = [tables.balance(units), *filter(None, [tables.simplified(scene)])]
     lengths = page.html_table(tables.curve_table(curves))
     clipped, remnants = units.report.get("clipped", ()), units.remnants(min_volume)
-    told = ("clipped", "without_contact", "outside")  # in sections of their own, and by explain
+    told = (
+        "clipped",
+        "without_contact",
+        "outside",
+        "thin",
+    )  # in sections of their own, and by explain
     carved = {key: value for key, value in units.report.items() if key not in told}
     rebuilt = dict(scene.patches.report)
     if "dropped_area" in rebuilt:  # by row of the surfaces
@@ -186,6 +191,7 @@ def _sections(
         *_listed("Fluid contacts", tables.contact_table(scene)),
         *_listed("Units that a fluid contact leaves out", tables.left_out_table(units)),
         *_listed("Remnants: numbered and small units", tables.remnant_table(remnants)),
+        *_listed("Units as thin as rounding", tables.thin_table(units.report.get("thin", ()))),
         ("Pictures", page.html_pictures(pictures)),
         ("Across the faults: areas of contact", _across(scene)),
         ("Fault polygons", _polygons(scene)),

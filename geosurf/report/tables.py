@@ -209,6 +209,14 @@ def remnant_table(remnants: Iterable[Remnant]) -> Table:
     return Table(("Unit", "Volume [m³]", "Easting", "Northing", "Elevation"), rows)
 
 
+def thin_table(thin: Iterable[Remnant]) -> Table:
+    """Return units that are as thin as the rounding of their corners, with their places [m]."""
+    rows = tuple(
+        (unit.name, f"{unit.volume:.1e}", *(number(v, 1) for v in unit.place)) for unit in thin
+    )
+    return Table(("Unit", "Volume [m³]", "Easting", "Northing", "Elevation"), rows)
+
+
 def juxtaposition_table(found: Iterable[Any]) -> Table:
     """Return what lies across each fault from what: datasets as `Scene.juxtaposition` gives them.
 

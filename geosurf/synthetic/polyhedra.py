@@ -36,14 +36,16 @@ def clip(solid: Polyhedron, plane: Plane) -> Polyhedron:
     Examples
     --------
     >>> half = clip(box_polyhedron((0, 2, 0, 2, 0, 2)), (1, 1, 0, -2))
-    >>> volume(half)
-    Fraction(4, 1)
+    >>> volume(half), volume(clip(half, (1, 1, 0, -2)))
+    (Fraction(4, 1), Fraction(4, 1))
     """
     faces = [kept for face in solid if len(kept := _clip_ring(face, plane)) >= 3]
-    lid = section(solid, plane)
     inside = any(_side(point, plane) > 0 for face in solid for point in face)
     if not inside:
         return []
+    if any(all(_side(point, plane) == 0 for point in face) for face in faces):
+        return faces  # it only touches the plane: the lid is there
+    lid = section(solid, plane)
     return [*faces, lid] if len(lid) >= 3 else faces
 
 

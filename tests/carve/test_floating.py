@@ -73,7 +73,7 @@ def test_with_no_horizon_it_is_the_only_piece_beside_the_walls(axis):
     fault = sheet("F1", BEYOND[axis])
     scene = Scene({}, {"F1": fault}, BOX, aoi=CORNER)
     assert volumes(scene.units) == {"box": 256.0}
-    nothing = {"slits": {}, "clipped": (), "without_contact": {}, "outside": ("F1",)}
+    nothing = {"slits": {}, "clipped": (), "without_contact": {}, "outside": ("F1",), "thin": ()}
     assert scene.units.report == {**nothing, "cells": 1}
     assert scene.check().ok
 

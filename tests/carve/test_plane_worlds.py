@@ -1,0 +1,117 @@
+"""Planes that meet in one point or line but for the last digit: every unit is there, above 0."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
+from geosurf.carve.certificate import certify
+from geosurf.carve.volume import exact_volume, volume_of
+from tests import oracles
+from tests.carve.plane_worlds import KINDS, check, corners_of
+from tests.half_spaces import Pieces
+
+THREE = [((0, 1, -1), 0), ((1, -1, 1), -2), ((2, 1, -2), 0)]
+SHIFT = np.array([0.1, 0.2, 0.3])
+BOX = tuple(np.array([-4, 4, -4, 4, -4, 4]) + np.repeat(SHIFT, 2))
+
+
+def three_planes(shift=SHIFT):
+    """Three planes that meet in a point of one wall, but for rounding."""
+    return [
+        TriSurface(f"P{k}", "fault", corners_of(*plane, True) + shift, [[0, 1, 2], [0, 2, 3]])
+        for k, plane in enumerate(THREE)
+    ]
+
+
+# three of each kind; one world in six has a unit that is as thin as rounding
+@pytest.mark.parametrize("seed", range(3 * len(KINDS)))
+def test_units_are_those_of_rational_arithmetic(seed):
+    assert check(seed) != "refused"
+
+
+def test_three_planes_that_nearly_meet_on_a_wall_bound_a_unit():
+    """The sum of its prisms is 0 in doubles; that of whole numbers is not."""
+    patches = rebuild_surfaces([*three_planes(), *build_walls(BOX)])
+    units = carve_units(patches)
+    assert sum(unit.volume for unit in units.values()) == pytest.approx(512, abs=1e-9)
+    assert min(unit.volume for unit in units.values()) > 0
+    (thin,) = units.report["thin"]
+    assert 0 < thin.volume == units[thin.name].volume < 1e-40
+    np.testing.assert_allclose(thin.place, np.array([0, -4, -4]) + SHIFT, atol=5)
+    assert certify(patches, units).ok
+    scene = Scene({}, {s.name: s for s in three_planes()}, BOX)
+    assert list(scene.units) == list(units)
+    assert scene.units[thin.name].volume == thin.volume
+
+
+def test_three_planes_that_meet_have_no_such_unit():
+    flush = [*three_planes(0.0), *build_walls((-4, 4, -4, 4, -4, 4))]
+    units = carve_units(rebuild_surfaces(flush))
+    assert units.report["thin"] == ()
+    assert min(unit.volume for unit in units.values()) > 1e-3
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
+def test_the_order_of_surfaces_changes_no_volume(order):
+    planes = three_planes()
+    one = carve_units(rebuild_surfaces([*planes, *build_walls(BOX)]))
+    two = carve_units(rebuild_surfaces([*(planes[k] for k in order), *build_walls(BOX)]))
+    volumes = [{u.lies_on: u.volume for u in units.values()} for units in (one, two)]
+    assert volumes[0] == volumes[1]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_exact_volumes_are_determinants(seed):
+    """Of any triangles, closed or not: coordinates of many sizes, whole numbers, far away."""
+    rng = np.random.default_rng(seed)
+    x = rng.integers(-3, 4, (6, 3)) * 10.0 ** rng.integers(-9, 10, (6, 1))
+    x += rng.choice([0.0, 1e6], 3)
+    x *= 10.0 ** rng.integers(-90, 90)
+    t = rng.integers(0, 6, (9, 3))
+    true = sum(oracles.determinant([oracles.rational(x)[k] for k in row]) for row in t.tolist()) / 6
+    found = exact_volume(x, t)
+    assert found == pytest.approx(float(true), rel=1e-15, abs=0)
+    assert oracles.sign(found) == oracles.sign(true)
+
+
+def test_a_volume_too_small_for_a_double_is_not_0():
+    x = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * 1e-150
+    t = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    assert exact_volume(x, t) == 5e-324 == -exact_volume(x, t[:, ::-1])
+    assert exact_volume(0 * x, t) == 0.0
+
+
+def test_volumes_of_needles_keep_their_digits():
+    """Sides are multiplied, not radii: what a needle far from its middle is wide is not lost."""
+    for width in (1e-3, 1e-6, 1e-9):
+        x = np.array([[0, 0, 0], [width, 0, 0], [0, width, 0], [9, 8, 7]])
+        t = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+        assert volume_of(x, t) == pytest.approx(exact_volume(x, t), rel=1e-5, abs=0)
+
+
+def test_a_unit_turned_inside_out_fails_the_certificate():
+    patches = rebuild_surfaces([*three_planes(), *build_walls(BOX)])
+    units = carve_units(patches)
+    thin = units[units.report["thin"][0].name]
+    thin.__dict__["triangles"] = thin.triangles[:, ::-1].copy()
+    failed = [c for c in certify(patches, units).checks if not c.passed]
+    assert "units are closed and oriented" in [c.name for c in failed]
+    assert f"turned inside out: {thin.name}" in failed[0].detail
+
+
+# ------------------------------------------------------------------ the oracle
+def test_pieces_of_a_box():
+    """A corner cut off, planes that only touch, and what is left add up."""
+    box = (0.0, 2, 0, 2, 0, 2)
+    corner = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    lid = [[0, 0, 2], [1, 0, 2], [0, 1, 2]]
+    of = Pieces(box, [*corner, *lid])
+    front, behind = of.split(of.box, of.plane(corner))
+    assert of.volume(behind) == pytest.approx(1 / 6)
+    assert of.volume(front) + of.volume(behind) == pytest.approx(8)
+    assert of.split(front, of.plane(corner)) == (front, [])
+    assert of.split(of.box, of.plane(lid)) == ([], of.box)
