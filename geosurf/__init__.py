@@ -13,13 +13,14 @@ The pipeline, stage by stage::
     render       anything -> PNG, off-screen
     report       a scene -> one HTML page;  write: anything -> files
 
-Names are imported when first used, so that ``import geosurf`` costs nothing.
+Names are imported when first used, so that ``import geosurf`` costs nothing. Editors find them
+below ``TYPE_CHECKING``; a test keeps both lists equal.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
@@ -81,6 +82,74 @@ _HOME = {
     "GeosurfWarning": "geosurf.errors",
 }
 _ROOMS = ("synthetic", "errors", "conventions")
+
+# isort: off
+if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type checkers
+    from geosurf import conventions as conventions
+    from geosurf import errors as errors
+    from geosurf import synthetic as synthetic
+    from geosurf.carve import carve_units as carve_units
+    from geosurf.contact import intersect_triangles as intersect_triangles
+    from geosurf.errors import GeosurfWarning as GeosurfWarning
+    from geosurf.faults import (
+        extend_fault as extend_fault,
+        propose_network as propose_network,
+        truncate_faults as truncate_faults,
+    )
+    from geosurf.intersect import intersect_surfaces as intersect_surfaces
+    from geosurf.model import (
+        Certificate as Certificate,
+        Contact as Contact,
+        Curves as Curves,
+        FaultCut as FaultCut,
+        FaultNetwork as FaultNetwork,
+        FaultSticks as FaultSticks,
+        Lattice as Lattice,
+        Patches as Patches,
+        Place as Place,
+        Sheet as Sheet,
+        SheetReport as SheetReport,
+        ThrowReport as ThrowReport,
+        TriSurface as TriSurface,
+        TrimProposal as TrimProposal,
+        Unit as Unit,
+        Units as Units,
+    )
+    from geosurf.read import (
+        read_fault as read_fault,
+        read_horizon as read_horizon,
+        read_points as read_points,
+        read_polygons as read_polygons,
+    )
+    from geosurf.rebuild import (
+        drop_ghosts as drop_ghosts,
+        rebuild_surfaces as rebuild_surfaces,
+    )
+    from geosurf.render import (
+        render_allan as render_allan,
+        render_place as render_place,
+        render_scene as render_scene,
+        render_section as render_section,
+        render_thickness as render_thickness,
+    )
+    from geosurf.report import report_scene as report_scene
+    from geosurf.scenario import run_scenario as run_scenario
+    from geosurf.scene import Scene as Scene
+    from geosurf.sheets import (
+        EllipticThrow as EllipticThrow,
+        propose_trim as propose_trim,
+        tear_horizon as tear_horizon,
+        throw_horizon as throw_horizon,
+    )
+    from geosurf.triangulate import (
+        build_contacts as build_contacts,
+        build_walls as build_walls,
+        triangulate_fault as triangulate_fault,
+        triangulate_horizon as triangulate_horizon,
+        triangulate_sticks as triangulate_sticks,
+    )
+    from geosurf.write import write as write
+# isort: on
 
 __all__ = ["__version__", *sorted(_HOME), *_ROOMS]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import importlib
 import inspect
@@ -71,6 +72,35 @@ def test_the_name_can_be_imported(name: str) -> None:
     assert value is not None
     if name in THINGS:
         assert getattr(geosurf, name) is value
+
+
+def test_editors_and_type_checkers_find_the_same_names_in_the_same_places() -> None:
+    """What is imported when it is first used is imported below TYPE_CHECKING, too."""
+    tree = ast.parse(Path(geosurf.__file__).read_text(encoding="utf-8"))
+    (branch,) = (
+        node
+        for node in tree.body
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+    )
+    found = {}
+    for node in branch.body:
+        assert isinstance(node, ast.ImportFrom)
+        for name in node.names:
+            assert name.asname == name.name, "the form `import A as A` makes a name public"
+            found[name.name] = node.module
+    assert found == {**geosurf._HOME, **dict.fromkeys(geosurf._ROOMS, "geosurf")}
+    assert Path(geosurf.__file__).with_name("py.typed").is_file()
+
+
+def test_an_editor_offers_every_name_with_its_signature() -> None:
+    jedi = pytest.importorskip("jedi")
+    code = "import geosurf as gs\ngs."
+    offered = {completion.name for completion in jedi.Script(code).complete(2, 3)}
+    assert set(geosurf.__all__) - {"__version__"} <= offered
+    for name in ("read_horizon", "Scene", "write"):
+        line = f"gs.{name}("
+        (signature,) = jedi.Script(code[:-3] + line).get_signatures(2, len(line))
+        assert signature.params
 
 
 @pytest.mark.parametrize("room", sorted({geosurf._HOME[name] for name in THINGS}))
