@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.carve.consistent import Matched, rows_of
-from geosurf.carve.floating import NOTHING, shoot
 from geosurf.carve.outside import box_of
+from geosurf.carve.rays import NOTHING, Rays
 from geosurf.kernels.mesh import join_pairs
 from geosurf.model import Patches
 
@@ -156,9 +156,16 @@ class Around:
         rows = np.flatnonzero(mine & self._within)
         if len(rows) == 0:
             return np.empty(0, dtype=np.int64)
-        piece = self._pieces(rows)
-        units = {self._holding(rows[piece == k]) for k in np.unique(piece).tolist()}
-        return np.array(sorted(units - {-1}), dtype=np.int64)
+        _, first, piece = np.unique(self._pieces(rows), return_index=True, return_inverse=True)
+        every = np.concatenate([rows, self._shell_rows])
+        piece = np.concatenate([piece.ravel(), np.full(len(self._shell_rows), -1)])
+        rays = Rays(self.patches.local, self.patches.triangles[every])
+        side = rays.shoot(first, piece, piece < 0)[:, 1]
+        side = side[side != NOTHING]
+        row, behind = every[side // 2], side % 2 == 1
+        turn = (self.found.turn_of_patches[row] == behind).astype(np.int64)
+        units = self._beside[self.found.of_patches[row], turn]
+        return np.unique(units[units >= 0])
 
     @cached_property
     def _bare(self) -> np.ndarray:
@@ -192,19 +199,6 @@ class Around:
         same = np.flatnonzero((np.diff(edges[order]) == 0) & (edges[order[1:]] >= 0))
         pairs = np.stack([order[same], order[same + 1]], axis=1) // 3
         return join_pairs(pairs, len(rows))
-
-    def _holding(self, rows: np.ndarray) -> int:
-        """The unit that a piece lies in, by the first triangle of a shell that a ray meets."""
-        every = np.concatenate([rows, self._shell_rows])
-        member = np.arange(len(every)) < len(rows)
-        _, side = shoot(
-            self.patches.local, self.patches.triangles[every], np.flatnonzero(member), member
-        )
-        if side == NOTHING:
-            return -1
-        row, behind = every[side // 2], side % 2 == 1
-        turn = bool(self.found.turn_of_patches[row]) == behind
-        return int(self._beside[self.found.of_patches[row], int(turn)])
 
 
 def within_bounds(patches: Patches) -> np.ndarray:
