@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -13,9 +13,29 @@ from geosurf.conventions import did_you_mean, frame_origin, shift_is_exact
 from geosurf.errors import InputError
 from geosurf.model import Contact, FaultSticks, Sheet, TriSurface
 from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_horizon
+from geosurf.triangulate.horizon_mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
 
 Options = Mapping[str, Any]
+
+# what a scene is made of, as `Scene` and `Scene.replace` call it
+INPUTS = (
+    "horizons", "faults", "box", "column", "contacts", "aoi", "positive", "units",
+    "voxel_size", "self_intersections", "extend", "truncations", "tolerance",
+)  # fmt: skip
+
+
+def refuse_assignment(name: str) -> NoReturn:
+    """Refuse to change a scene in place, and name what to type instead."""
+    if name in INPUTS:
+        raise InputError(
+            f"a scene cannot be changed, so scene.{name} cannot be set. Make another one, which "
+            f"shares all results that still hold: scene = scene.replace({name}=...)."
+        )
+    raise InputError(
+        f"a scene cannot be changed, and {name!r} is not one of its inputs. They are {INPUTS}, and "
+        f"scene.replace takes them.{did_you_mean(name, INPUTS)}"
+    )
 
 
 def as_mapping(what: str, inputs: Any) -> dict[str, Any]:
@@ -71,10 +91,13 @@ def as_surface(
     found = _read(value, role, options) if isinstance(value, str | Path) else value
     if role == "horizon" and isinstance(found, tuple | list):
         found = triangulate_horizon(found, name=name, **_only_if_unsaid(found, options))
-    if isinstance(found, Sheet):
+    torn = isinstance(found, Sheet)  # one that ends on its faults has been checked
+    if torn:
         found = found.surface_among(others)
     if isinstance(found, TriSurface):
         found = found.renamed(name, role)
+        if role == "horizon" and not torn:
+            check_horizon_mesh(found)
         return orient_fault(found) if role == "fault" else found
     if found is value and hasattr(found, "coords"):
         found = found.copy(deep=True)  # a scene outlives what is done to its inputs afterwards

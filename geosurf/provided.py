@@ -13,6 +13,7 @@ from geosurf.carve.fluids import check_zones
 from geosurf.conventions import did_you_mean
 from geosurf.crs import refuse_other_crs, warn_of_unclear_crs
 from geosurf.errors import InputError
+from geosurf.faults.outside import lies_beside, warning_of_fault
 from geosurf.inputs import (
     as_surface,
     box_in_words,
@@ -27,6 +28,7 @@ from geosurf.model.faults import Extension, FaultNetwork, Truncation
 from geosurf.network import FaultStage
 from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.box import propose_box
+from geosurf.triangulate.cover import warning_of_area
 from geosurf.warning import collected
 
 Box = tuple[float, float, float, float, float, float]
@@ -121,6 +123,9 @@ class Provided(Joined):
             w, e, s, n, b, t = propose_box(horizons, self.aoi)
             words = box_in_words((w, e, s, n), horizons, self.aoi)
             self._memory.note("box", "all horizons", "ran", f"default: {words}")
+            if self.aoi is None:
+                warning = warning_of_area(horizons, (w, e, s, n, b, t))
+                self._memory.warn(*filter(None, [warning]))
         if self.aoi is not None:
             (w, s), (e, n) = self.aoi.min(axis=0).tolist(), self.aoi.max(axis=0).tolist()
         return w, e, s, n, b, t
@@ -152,14 +157,21 @@ class Provided(Joined):
         return surfaces, contacts
 
     def _prepare(self) -> None:
-        """Read all inputs and check them against each other, once; whatever is odd is warned of."""
-        _ = self.surfaces, self.box, self._fluids
+        """Read all inputs and check them against each other; whatever is odd is warned of."""
+        _ = self.surfaces, self._fluids
+        for name in self._faults:
+            if lies_beside(self.surface(name), self.box):
+                self._warn_of_outside(name)
         with collected() as found:
             names = [name for name in (*self._horizons, *self._faults) if name in self._crs]
             warn_of_unclear_crs({name: self._crs[name] for name in names})
         self._memory.warn(*found)
         for sheet in self.sheets.values():
             self._memory.warn(*getattr(sheet.report, "warnings", ()), issued=True)
+
+    def _warn_of_outside(self, name: str) -> None:
+        """Warn of a fault that does not reach the model."""
+        self._memory.warn(warning_of_fault(self.surface(name), self.box, self.aoi))
 
     def _limits(self) -> tuple[Any, Any]:
         """Box and area, for what asks when they are first needed."""

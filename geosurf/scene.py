@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Hashable, Mapping
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,14 @@ from geosurf.contact import find_contacts
 from geosurf.contact.search import check_voxel_size
 from geosurf.conventions import counted, did_you_mean, elevation_sign, metres_per_unit
 from geosurf.errors import GeosurfWarning, InputError
-from geosurf.inputs import as_mapping, exchanged, only_of, refuse_namesakes
+from geosurf.inputs import (
+    INPUTS,
+    as_mapping,
+    exchanged,
+    only_of,
+    refuse_assignment,
+    refuse_namesakes,
+)
 from geosurf.joined import check_scene_tolerance
 from geosurf.memory import Memory, Step
 from geosurf.model import Certificate, Patches, TriSurface, Units, check_column
@@ -31,6 +40,7 @@ class Scene(Provided):
 
     Nothing is computed until it is asked for, and nothing twice: results are found
     by what went into them. Asking for the curves of one pair reads and intersects that pair only.
+    A scene never changes: `replace` gives another one, with some inputs changed.
 
     Parameters
     ----------
@@ -131,12 +141,47 @@ class Scene(Provided):
         self._memory = Memory()
         self._read: dict[str, str] = {}
         self._crs: dict[str, str] = {}
-        self.truncations = dict(as_mapping("truncations", truncations or {}))
-        self._network = FaultStage(
-            tuple(self._faults), self.truncations, extend, given=self._given_fault,
-            limits=self._limits, extent=self._extent, memory=self._memory,
+        self._truncations = dict(as_mapping("truncations", truncations or {}))
+        self._extend = extend
+        network = self._stage_of_faults()
+        self._extend = network.sides
+        self._network = network  # the last: from here on nothing can be set
+
+    def _stage_of_faults(self) -> FaultStage:
+        """The faults, made ready; it knows the scene weakly, which so ends with its last name."""
+        me = weakref.proxy(self)
+        return FaultStage(
+            tuple(self._faults), self._truncations, self._extend,
+            given=lambda name: me._given_fault(name), limits=lambda: me._limits(),
+            extent=lambda: me._extent(), memory=self._memory,
         )  # fmt: skip
-        self.extend = dict(self._network.sides)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refuse: results would stay those of the inputs that there were."""
+        if "_network" in self.__dict__:
+            refuse_assignment(name)
+        super().__setattr__(name, value)
+
+    def __delattr__(self, name: str) -> None:
+        """Refuse: results would stay those of the inputs that there were."""
+        refuse_assignment(name)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in self.__dict__.items() if key != "_network"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__dict__["_network"] = self._stage_of_faults()
+
+    @property
+    def truncations(self) -> Mapping[str, Any]:
+        """Faults that end at others, as they were given; read-only."""
+        return MappingProxyType(self._truncations)
+
+    @property
+    def extend(self) -> Mapping[str, tuple[str, ...]]:
+        """Faults that are continued, and on which sides; read-only."""
+        return MappingProxyType(self._extend)
 
     def replace(self, **changes: Any) -> Scene:
         """Return a new scene with some inputs changed, which shares all results that still hold.
@@ -168,14 +213,10 @@ class Scene(Provided):
         >>> scene.replace(faults={"F1": None}).fault_names
         ()
         """
-        known = (
-            "horizons", "faults", "box", "column", "contacts", "aoi", "positive", "units",
-            "voxel_size", "self_intersections", "extend", "truncations", "tolerance",
-        )  # fmt: skip
         for key in changes:
-            if key not in known:
+            if key not in INPUTS:
                 raise InputError(
-                    f"a scene has no {key!r}; it has {known}.{did_you_mean(key, known)}"
+                    f"a scene has no {key!r}; it has {INPUTS}.{did_you_mean(key, INPUTS)}"
                 )
         inputs = {
             "horizons": exchanged("horizons", self._horizons, changes.get("horizons")),
@@ -249,6 +290,7 @@ class Scene(Provided):
             where = "model box" if self.aoi is None else "area of interest"
             words = f"does not reach the {where}, and parts nothing"
             self._memory.note("carve", fault, "skipped", words)
+            self._warn_of_outside(fault)
         return found
 
     @cached_property

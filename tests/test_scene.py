@@ -16,7 +16,7 @@ from geosurf import (
     read_fault,
     synthetic,
 )
-from geosurf.errors import GeometryError, InputError
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.memory import fingerprint
 from tests import laws
 from tests.strategies import BOX, grid, sheet
@@ -178,7 +178,8 @@ def test_a_box_said_aloud_is_the_default_one():
     )  # fmt: skip
     corners = [(500, 500, -300), (500, 3500, -300), (3000, 3500, 300), (3000, 500, 300)]
     scene = Scene({"Top": top}, {"F1": (corners, [[0, 1, 2], [0, 2, 3]])})
-    assert len(scene.units) == 2
+    with pytest.warns(GeosurfWarning, match=r"'F1' lies .* m above of the model box"):
+        assert len(scene.units) == 2
     assert scene.replace(box=scene.box).check().ok
 
 
@@ -290,7 +291,8 @@ def test_a_hole_that_shrinks_the_default_box_is_told():
     holed[5:8, 9:12] = np.nan
     axis = np.arange(21.0)
     scene = Scene({"Top": TriSurface("Top", "horizon", lattice=Lattice(axis, axis, holed))})
-    west, east, south, north, _, _ = scene.box
+    with pytest.warns(GeosurfWarning, match="The default box covers 60 % of where all horizons"):
+        west, east, south, north, _, _ = scene.box
     share = (east - west) * (north - south) / 400
     (step,) = [s for s in scene.steps if s.stage == "box"]
     assert f"the largest rectangle that all horizons cover, {100 * share:.0f} %" in step.detail

@@ -8,11 +8,9 @@ import numpy as np
 
 from geosurf.errors import InputError
 from geosurf.model import Lattice, TriSurface
+from geosurf.triangulate.cover import SAMPLES, Box, covers, largest_of
 
-_SAMPLES = 192  # along the longer side, for rotated and holed grids
 _MARGIN = 0.25  # of the relief, above and below
-
-Box = tuple[float, float, float, float, float, float]
 
 
 def propose_box(horizons: Sequence[TriSurface], aoi: np.ndarray | None = None) -> Box:
@@ -76,58 +74,15 @@ def propose_box(horizons: Sequence[TriSurface], aoi: np.ndarray | None = None) -
 
 def _largest_rectangle(lattices: Sequence[Lattice], low: np.ndarray, high: np.ndarray):
     """Largest rectangle of sampled places that all lattices cover, one sample inside."""
-    step = float((high[:2] - low[:2]).max()) / _SAMPLES
+    step = float((high[:2] - low[:2]).max()) / SAMPLES
     x = np.arange(low[0] + 0.5 * step, high[0], step)
     y = np.arange(low[1] + 0.5 * step, high[1], step)
     covered = np.ones((len(y), len(x)), dtype=bool)
     for lattice in lattices:
-        covered &= _covers(lattice, *np.meshgrid(x, y))
-    best = (0, 0, 0, 0, 0)
-    heights = np.zeros(len(x), dtype=np.int64)
-    for row in range(len(y)):
-        heights = np.where(covered[row], heights + 1, 0)
-        best = max(best, _best_in_histogram(heights, row))
-    area, left, right, first, last = best
+        covered &= covers(lattice, *np.meshgrid(x, y))
+    area, left, right, first, last = largest_of(covered)
     if area == 0 or right - left < 3 or last - first < 3:
         raise InputError(
             "the horizons cover no common rectangle worth a model; give box=(west, ..., top)."
         )
     return x[left + 1], x[right - 1], y[first + 1], y[last - 1]
-
-
-def _best_in_histogram(heights: np.ndarray, row: int) -> tuple[int, int, int, int, int]:
-    """(area, left, right, first row, last row) of the largest rectangle that ends in a row."""
-    best = (0, 0, 0, 0, 0)
-    stack: list[tuple[int, int]] = []
-    for i, height in enumerate([*heights.tolist(), 0]):
-        start = i
-        while stack and stack[-1][1] >= height:
-            start, tall = stack.pop()
-            best = max(best, (tall * (i - start), start, i - 1, row - tall + 1, row))
-        stack.append((start, height))
-    return best
-
-
-def _covers(lattice: Lattice, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Whether places lie in a cell with four nodes, for lattices with even steps."""
-    easting, northing = lattice.horizontal()
-    n_row, n_col = lattice.shape
-    corner = np.array([easting[0, 0], northing[0, 0]])
-    along = (np.array([easting[0, -1], northing[0, -1]]) - corner) / (n_col - 1)
-    up = (np.array([easting[-1, 0], northing[-1, 0]]) - corner) / (n_row - 1)
-    far = corner + along * (n_col - 1) + up * (n_row - 1)
-    size = np.hypot(*along) + np.hypot(*up)
-    if np.hypot(*(far - (easting[-1, -1], northing[-1, -1]))) > 1e-3 * size:
-        raise InputError(
-            "a horizon is a curvilinear grid, so that its cover is not simply known; give "
-            "box=(west, east, south, north, bottom, top)."
-        )
-    det = along[0] * up[1] - along[1] * up[0]
-    dx, dy = x - corner[0], y - corner[1]
-    j = np.floor((dx * up[1] - dy * up[0]) / det).astype(np.int64)
-    i = np.floor((along[0] * dy - along[1] * dx) / det).astype(np.int64)
-    inside = (i >= 0) & (i < n_row - 1) & (j >= 0) & (j < n_col - 1)
-    i, j = np.where(inside, i, 0), np.where(inside, j, 0)
-    present = lattice.present
-    four = present[i, j] & present[i + 1, j] & present[i, j + 1] & present[i + 1, j + 1]
-    return inside & four

@@ -57,7 +57,7 @@ def orient_fault(surface: TriSurface) -> TriSurface:
         refuse_far(surface.name, surface.lattice.survey.box)
         return _orient_lattice(surface, surface.lattice)
     refuse_far(surface.name, np.array(surface.bounds))
-    turned, sheet = _agree(surface)
+    turned, sheet, _ = sheets_that_agree(surface)
     corners = surface.vertices[surface.triangles]
     normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal[turned] *= -1.0
@@ -134,8 +134,8 @@ def _sum_by(group: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return out
 
 
-def _agree(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
-    """Which triangles must turn to agree with the first of their sheet; and the sheet of each."""
+def sheets_that_agree(surface: TriSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which triangles turn to agree with the first of their sheet; sheets; neighbours or -1."""
     n_triangle = surface.n_triangle
     neighbour, clash, ends = _across_edges(surface)
     turned = np.zeros(n_triangle, dtype=bool)
@@ -161,7 +161,7 @@ def _agree(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
             f"surface {surface.name!r} has only one side (a Moebius strip): its triangles cannot "
             f"agree across the edge at {place(middle)}. Cut it open there, or remove triangles."
         )
-    return turned, sheet
+    return turned, sheet, neighbour
 
 
 def _across_edges(surface: TriSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,0 +1,94 @@
+"""Faults that do not reach the model: which, how far away, and what to type to include them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.errors import GeosurfWarning
+from geosurf.model import TriSurface
+
+_SAMPLE = 4096  # places that are looked at
+_SIDES = (("west", "east"), ("south", "north"), ("below", "above"))
+
+
+def lies_beside(surface: TriSurface, box: Sequence[float]) -> bool:
+    """Return whether the bounds of a surface and a box have nothing in common."""
+    bounds = surface.bounds
+    return any(bounds[2 * k] > box[2 * k + 1] or bounds[2 * k + 1] < box[2 * k] for k in range(3))
+
+
+def warning_of_fault(
+    surface: TriSurface, box: Sequence[float], aoi: np.ndarray | None = None
+) -> GeosurfWarning:
+    """
+    Return the warning of a fault that does not reach the model.
+
+    Parameters
+    ----------
+    surface : TriSurface
+    box : (west, east, south, north, bottom, top)
+        [m]
+    aoi : ndarray of float64, shape (n, 2), optional
+        Area of interest, if there is one.
+
+    Examples
+    --------
+    >>> wall = [[5500, 0, -90], [5500, 900, -90], [5500, 900, 0]]
+    >>> fault = TriSurface("F2", "fault", wall, [[0, 1, 2]])
+    >>> print(warning_of_fault(fault, (0, 5000, 0, 900, -90, 0)))
+    Fault 'F2' lies 500 m east of the model box and is left out: it divides nothing. If it belongs \
+to the model, enlarge the box to it, box=(0, 5500, 0, 900, -90, 0), if all horizons reach that far.
+    """
+    points = _spots(surface)
+    low, high = np.array(box[0::2], dtype=float), np.array(box[1::2], dtype=float)
+    off = np.maximum(points - high, 0.0) - np.maximum(low - points, 0.0)
+    nearest = int(np.argmin((off**2).sum(axis=1)))
+    gap, place = off[nearest], points[nearest]
+    where = "model box" if aoi is None else "area of interest"
+    if gap.any():
+        words = " and ".join(
+            f"{abs(gap[k]):.0f} m {_SIDES[k][int(gap[k] > 0)]}" for k in range(3) if gap[k]
+        )
+        words = f"{words} of the {where}"
+    elif aoi is not None:
+        distance, place = _beside(points, aoi)
+        words = f"about {distance:.0f} m beside the {where}"
+    else:
+        words = f"beside the {where}"
+    low, high = np.minimum(low, np.floor(place)), np.maximum(high, np.ceil(place))
+    sides = ", ".join(f"{value:g}" for pair in zip(low, high, strict=True) for value in pair)
+    remedy = f"enlarge the box to it, box=({sides}), if all horizons reach that far."
+    if aoi is not None:
+        remedy = "enlarge aoi= to it, if all horizons reach that far."
+    return GeosurfWarning(
+        "outside",
+        surface.name,
+        f"Fault {surface.name!r} lies {words} and is left out: it divides nothing.",
+        f"If it belongs to the model, {remedy}",
+        place,
+    )
+
+
+def _spots(surface: TriSurface) -> np.ndarray:
+    """Points all over a surface: of large triangles many, of many triangles some."""
+    n = max(int((_SAMPLE / max(surface.n_triangle, 1)) ** 0.5), 1)
+    weights = np.array([(i, j, n - i - j) for i in range(n + 1) for j in range(n + 1 - i)]) / n
+    triangles = surface.triangles[:: max(surface.n_triangle // _SAMPLE, 1)]
+    spots: np.ndarray = weights @ surface.vertices[triangles]
+    return spots.reshape(-1, 3)
+
+
+def _beside(points: np.ndarray, ring: np.ndarray) -> tuple[float, np.ndarray]:
+    """Least distance in the map of points to a ring, and the point that has it."""
+    best, spot = math.inf, points[0]
+    for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+        edge = b - a
+        t = np.clip((points[:, :2] - a) @ edge / max(float(edge @ edge), 1e-300), 0.0, 1.0)
+        gaps = np.hypot(*(a + t[:, None] * edge - points[:, :2]).T)
+        k = int(np.argmin(gaps))
+        if gaps[k] < best:
+            best, spot = float(gaps[k]), points[k]
+    return best, spot
