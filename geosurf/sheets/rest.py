@@ -161,7 +161,7 @@ def smoothest_rest(
         cost[at] += pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
         units = [cost[a].sum() / max((a & free).sum(), 1) for _, a in groups]
     columns = [columns for columns, _ in groups]
-    share = paying_shares(own, wanted, columns, likely, doubt, units, towards)
+    share = paying_shares(own, wanted, columns, likely, units, towards)
     return plain + sums_of_columns(moved, share) + level, share
 
 
@@ -170,7 +170,6 @@ def paying_shares(
     wanted: np.ndarray,
     groups: Sequence[np.ndarray],
     likely: np.ndarray,
-    doubt: float,
     units: Sequence[float],
     towards: Sequence[np.ndarray] = (),
 ) -> np.ndarray:
@@ -182,19 +181,21 @@ def paying_shares(
         Energy of the shapes and how much the sheet has of it, both less what it could take itself.
     groups : sequence of ndarray of int64
         Columns of the shapes of each fault.
-    likely, doubt, towards
+    likely, towards
         As for `smoothest_rest`.
     units : sequence of float
         Energy in which what each group gains is counted: that of one deviation of noise, or, where
         there is none, of a node.
     """
-    paying = np.zeros(len(likely), dtype=bool)
+    paying, unit_of = np.zeros(len(likely), dtype=bool), np.zeros(len(likely))
     for columns, unit in zip(groups, units, strict=True):
         some = np.ix_(columns, columns)
         paying[columns] = _pays(own[some], wanted[columns], likely[columns], unit)
+        unit_of[columns] = unit
     share = np.zeros(len(likely))
     some = np.flatnonzero(paying)
-    held = own[np.ix_(some, some)] + np.diag(doubt / likely[some] ** 2)
+    # likely sizes hold shares that the nodes could take as well: free, they run away
+    held = own[np.ix_(some, some)] + np.diag(unit_of[some] / likely[some] ** 2)
     share[some] = np.linalg.lstsq(held, wanted[some], rcond=None)[0]
     rows: list[np.ndarray] = []
     while len(new := _turning_over(share, groups, towards, rows)):

@@ -332,7 +332,7 @@ class ScatteredRebuild(Rebuild):
         wanted = products_of_columns(drawn, found[:, None])[:, 0]
         towards = [tip.throw_towards() for tip in tips]
         columns = [some for some, _ in groups]
-        share = paying_shares(own, wanted, columns, likely, doubt, units, towards)
+        share = paying_shares(own, wanted, columns, likely, units, towards)
         found = found + sums_of_columns(moved, share)
         return found[:n] + level, Bent(list(tips), share) if share.any() else None
 
