@@ -14,6 +14,7 @@ smear          how far off distrusted data are, seen where sheets reach them
 relief, bent   what both walls have in common under noise; heights with all of that
 heights        the two passes: which data are trusted, heights of all nodes
 walls          how wide the gap or the overlap is along a trace
+overlap        how far data overlap at a fault, before anything is rebuilt
 mesh, ghosts   the torn mesh, and each sheet carried on past its fault
 past           scattered points of an overlapping sheet past its trace
 cut, build     the exact cut by the faults; rings and ends until nothing leaks
@@ -48,9 +49,15 @@ from geosurf.model.expected import flag_of
 from geosurf.sheets.build import Builder, carry_on_by, ghosts_by_picks
 from geosurf.sheets.data import Picks
 from geosurf.sheets.describe import fault_cuts, make_report
-from geosurf.sheets.finish import crs_among, fault_surfaces, refuse_leaks, sheet_of
+from geosurf.sheets.finish import (
+    crs_among,
+    fault_surfaces,
+    refuse_leaks,
+    refuse_lost_cutoffs,
+    sheet_of,
+)
 from geosurf.sheets.given import throw_horizon
-from geosurf.sheets.heights import Heights, Settings
+from geosurf.sheets.heights import FIRST_TRIM, Heights, Settings
 from geosurf.sheets.noise import weight_of
 from geosurf.sheets.past import ghosts_by_points
 from geosurf.sheets.propose import propose_trim
@@ -147,7 +154,7 @@ def tear_horizon(
     picks = picks_or_points(data, name, positive, units, spacing)
     crs = crs_among(picks.name, data, surfaces)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    settings = Settings(float(trim), max(3.0, float(trim)), carry=carry)
+    settings = Settings(float(trim), max(FIRST_TRIM, float(trim)), carry=carry)
     rebuild = rebuild_of(picks, meshes, settings)
     sigma, signal = rebuild.noise()
     sigma = sigma if noise is None else float(noise)
@@ -169,6 +176,7 @@ def tear_horizon(
     state = builder.state
     refuse_leaks(picks, state, built, float(trim))
     cuts = fault_cuts(picks.frame, state, built, surfaces)
+    refuse_lost_cutoffs(picks, state, built, cuts)
     used = sigma if settings.noise_weight is not None else None
     report = make_report(
         picks, state, built, cuts, builder.triangles, float(trim), used, rebuild.nearby

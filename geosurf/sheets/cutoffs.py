@@ -17,7 +17,14 @@ from geosurf.sheets.mesh import Torn
 from geosurf.sheets.sets import distinct, is_among
 from geosurf.sheets.traces import split_lines
 
-LONGEST = 12.0  # cells from a station within which a cut-off is looked for
+LONGEST = 12.0  # cells from a station within which a cut-off is looked for, and
+BESIDE = 2.0  # cells more than the widest wall is from its trace
+
+
+def longest(state: Heights) -> float:
+    """Cells from a station within which its cut-offs are."""
+    widest = [np.abs([walls.left, walls.right]).max(initial=0.0) for walls in state.walls]
+    return max(LONGEST, max(widest, default=0.0) + BESIDE)
 
 
 def fault_edges(part: Part, fault: int) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ from geosurf.contact.threads import side_by_side
 from geosurf.conventions import place
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.build import Built
-from geosurf.sheets.cutoffs import LONGEST, cutoff_lines, profile
+from geosurf.sheets.cutoffs import cutoff_lines, longest, profile
 from geosurf.sheets.data import Picks
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.heights import Heights, Near
@@ -40,7 +40,7 @@ def fault_cuts(
         stations = np.concatenate([p[0] for p in parts]) if parts else np.empty((0, 3))
         direction = np.concatenate([p[1] for p in parts]) if parts else np.empty((0, 2))
         along = np.concatenate([p[2] for p in parts]) if parts else np.empty(0)
-        throw, heave = profile(stations[:, :2], direction, walls, LONGEST * frame.cell)
+        throw, heave = profile(stations[:, :2], direction, walls, longest(state) * frame.cell)
         ends = tuple(end for trace in traces for end in trace.ends)
         lines = {wall: tuple(lines) for wall, lines in walls.items()}
         return FaultCut(fault.name, lines, stations, along, throw, heave, ends)

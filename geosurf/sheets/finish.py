@@ -11,7 +11,7 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
 from geosurf.errors import GeometryError, InputError
-from geosurf.model import Lattice, Sheet, TriSurface, frozen
+from geosurf.model import FaultCut, Lattice, Sheet, TriSurface, frozen
 from geosurf.sheets.build import Built
 from geosurf.sheets.data import Picks
 from geosurf.sheets.heights import Heights
@@ -106,3 +106,21 @@ def refuse_leaks(picks: Picks, state: Heights, built: Built, trim: float | None 
         place=at,
         surfaces=(picks.name,),
     )
+
+
+def refuse_lost_cutoffs(
+    picks: Picks, state: Heights, built: Built, cuts: Mapping[str, FaultCut]
+) -> None:
+    """Refuse a sheet that is torn at a fault on which none of its walls ends."""
+    for number, (name, cut) in enumerate(cuts.items()):
+        traces = [i for i, trace in enumerate(state.network.traces) if trace.fault == number]
+        torn = np.isin(built.cuts.trace, traces).any()
+        if torn and not all(cut.cutoffs.values()):
+            at = cut.stations[len(cut.stations) // 2]
+            raise GeometryError(
+                f"horizon {picks.name!r} is torn at fault {name!r} near {place(at)}, but a wall "
+                "does not reach the fault there. Extend the fault up and down with extend_fault, "
+                "or correct the data beside it.",
+                place=at,
+                surfaces=(picks.name, name),
+            )

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.model import FaultCut, LostThrow
-from geosurf.sheets.cutoffs import LONGEST, met
+from geosurf.sheets.cutoffs import met
 from geosurf.sheets.diplines import FAR_STEPS
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.slip import Slip
@@ -21,10 +21,11 @@ BESIDE = 2.0  # cells from a tip within which it is looked for
 DYING = 1.5  # throw that dies at a tip is lost on a lattice as this power of its cell
 
 
-def down_dip(cut: FaultCut, slip: Slip, frame: Frame) -> tuple[FaultCut, np.ndarray]:
+def down_dip(cut: FaultCut, slip: Slip, frame: Frame, reach: float) -> tuple[FaultCut, np.ndarray]:
     """Throw and heave along the lines down the dip of a fault; and the throw asked for there (n,).
 
-    Asked for is what the rock had to move by that is the footwall cut-off now; NaN where none is.
+    `reach` is how far cut-offs may be from their stations [cells]. Asked for is what the rock had
+    to move by that is the footwall cut-off now; NaN where none is.
     """
     section, n = slip.section, len(cut.stations)
     if n == 0:
@@ -42,7 +43,7 @@ def down_dip(cut: FaultCut, slip: Slip, frame: Frame) -> tuple[FaultCut, np.ndar
     across = np.broadcast_to([0.0, 1.0], (n, 2))
     found = {}
     for wall, lines in cut.cutoffs.items():
-        t, z = met(stations[:, :2], across, [named(line) for line in lines], LONGEST * frame.cell)
+        t, z = met(stations[:, :2], across, [named(line) for line in lines], reach * frame.cell)
         known = np.isfinite(z)
         s = np.full(n, np.nan)
         s[known] = slip.along(stations[known, 0], np.full(known.sum(), level), z[known], FAR_STEPS)

@@ -17,10 +17,17 @@ from geosurf.conventions import did_you_mean
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import FaultCut, Lattice, Sheet, ThrowReport, TriSurface, frozen
 from geosurf.sheets.build import SPARE, Builder, Built
+from geosurf.sheets.cutoffs import longest
 from geosurf.sheets.data import picks_of
 from geosurf.sheets.describe import count_tips, fault_cuts
 from geosurf.sheets.diplines import DIRECTIONS
-from geosurf.sheets.finish import crs_among, fault_surfaces, refuse_leaks, sheet_of
+from geosurf.sheets.finish import (
+    crs_among,
+    fault_surfaces,
+    refuse_leaks,
+    refuse_lost_cutoffs,
+    sheet_of,
+)
 from geosurf.sheets.found import down_dip, lost_at_tips
 from geosurf.sheets.heights import Heights
 from geosurf.sheets.mesh import Triangles
@@ -165,10 +172,11 @@ def _sheet(thrown: Thrown) -> Sheet:
     if built is None or triangles is None:
         return _untorn(thrown, state)
     found = fault_cuts(thrown.frame, state, built, thrown.faults)
+    refuse_lost_cutoffs(thrown.picks, state, built, found)
     cuts, lost = {}, []
     for slip, largest in zip(thrown.slips, thrown.largest, strict=True):
         name = slip.section.name
-        cuts[name], asked = down_dip(found[name], slip, thrown.frame)
+        cuts[name], asked = down_dip(found[name], slip, thrown.frame, longest(state))
         lost += lost_at_tips(cuts[name], asked, largest, thrown.frame.cell)
     shortened: dict[str, int] = {}
     for (trace, _), n in built.shortened.items():

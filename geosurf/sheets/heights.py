@@ -29,6 +29,7 @@ from geosurf.sheets.near import (
 )
 from geosurf.sheets.network import Network
 from geosurf.sheets.noise import noise_of, scale_of
+from geosurf.sheets.overlap import widest_overlap
 from geosurf.sheets.relief import common_relief
 from geosurf.sheets.rest import Bent
 from geosurf.sheets.sets import distinct, is_among
@@ -45,6 +46,7 @@ from geosurf.sheets.tips import tips_of
 from geosurf.sheets.traces import FaultMesh
 from geosurf.sheets.walls import Walls, throw_beside, walls_of
 
+FIRST_TRIM = 3.0  # cells
 FILL = 16.0  # cells: absent nodes beside a trace are filled in gaps up to this width
 MAP_REACH = 12.0  # cells: how far from a trace sides are looked at in the map
 WEDGE = 1.5  # trims, and at least
@@ -62,7 +64,7 @@ class Settings:
     """What the user chose, in cells."""
 
     trim: float = 2.0
-    first_trim: float = 3.0
+    first_trim: float = FIRST_TRIM
     noise_weight: float | None = None
     noise: float = 0.0
     collar: int = 16
@@ -145,6 +147,9 @@ class Rebuild:
     def __init__(self, picks: Picks, meshes: list[FaultMesh], settings: Settings) -> None:
         self.picks, self.meshes, self.settings = picks, meshes, settings
         self.shape, self.stretch = picks.frame.shape, picks.frame.stretch
+        half = 0.5 * widest_overlap(picks, meshes)
+        if half > max(settings.trim, settings.first_trim) + 1.0:
+            settings.first_trim = half + 1.0  # no mean of both walls is taken for a datum
         self.reach = max(settings.trim, settings.first_trim) + 1.0
         self.levels = float(picks.z.min()), float(picks.z.max())
         self.nearby = side_by_side(self._near, [(mesh,) for mesh in meshes])

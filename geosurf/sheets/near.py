@@ -61,8 +61,8 @@ def window(frame: Frame, blocks: Blocks) -> np.ndarray:
 
 
 def mesh_blocks(mesh: FaultMesh, reach: float) -> Blocks:
-    """Blocks of the triangles of a fault."""
-    return Blocks(*_boxes(mesh), reach)
+    """Blocks of the triangles of a fault, as wide as reach: each triangle is in a few."""
+    return Blocks(*_boxes(mesh), reach, max(BLOCK, reach))
 
 
 def _boxes(mesh: FaultMesh) -> tuple[np.ndarray, np.ndarray]:

@@ -22,6 +22,7 @@ from geosurf.sheets.frame import Frame
 from geosurf.sheets.solve import BEND, Common, Graph, equations, weights_of
 from geosurf.sheets.tips import Tips
 
+AT_MOST = 10.0  # times the likely size: what shares are held by where data have no noise
 AROUND = 16.0  # cells from a tip within which the sheet is solved with its shapes
 
 
@@ -161,7 +162,7 @@ def smoothest_rest(
         cost[at] += pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
         units = [cost[a].sum() / max((a & free).sum(), 1) for _, a in groups]
     columns = [columns for columns, _ in groups]
-    share = paying_shares(own, wanted, columns, likely, units, towards)
+    share = paying_shares(own, wanted, columns, likely, doubt, units, towards)
     return plain + sums_of_columns(moved, share) + level, share
 
 
@@ -170,6 +171,7 @@ def paying_shares(
     wanted: np.ndarray,
     groups: Sequence[np.ndarray],
     likely: np.ndarray,
+    doubt: float,
     units: Sequence[float],
     towards: Sequence[np.ndarray] = (),
 ) -> np.ndarray:
@@ -181,7 +183,7 @@ def paying_shares(
         Energy of the shapes and how much the sheet has of it, both less what it could take itself.
     groups : sequence of ndarray of int64
         Columns of the shapes of each fault.
-    likely, towards
+    likely, doubt, towards
         As for `smoothest_rest`.
     units : sequence of float
         Energy in which what each group gains is counted: that of one deviation of noise, or, where
@@ -191,10 +193,10 @@ def paying_shares(
     for columns, unit in zip(groups, units, strict=True):
         some = np.ix_(columns, columns)
         paying[columns] = _pays(own[some], wanted[columns], likely[columns], unit)
-        unit_of[columns] = unit
+        unit_of[columns] = doubt or unit / AT_MOST**2
     share = np.zeros(len(likely))
     some = np.flatnonzero(paying)
-    # likely sizes hold shares that the nodes could take as well: free, they run away
+    # data decide, but for shares that the nodes could take as well: free, those run away
     held = own[np.ix_(some, some)] + np.diag(unit_of[some] / likely[some] ** 2)
     share[some] = np.linalg.lstsq(held, wanted[some], rcond=None)[0]
     rows: list[np.ndarray] = []

@@ -23,7 +23,7 @@ from geosurf.sheets.bent import Solved, losing, shared_unless
 from geosurf.sheets.data import Picks, are_points, find_lattice, picks_of, points_of
 from geosurf.sheets.drape import narrow_gaps, without_absent
 from geosurf.sheets.frame import Frame
-from geosurf.sheets.heights import FILL, Heights, Rebuild, Settings
+from geosurf.sheets.heights import FILL, FIRST_TRIM, Heights, Rebuild, Settings
 from geosurf.sheets.links import Cuts
 from geosurf.sheets.network import Network
 from geosurf.sheets.noise import signal_of, weight_of
@@ -184,7 +184,8 @@ class ScatteredRebuild(Rebuild):
         grid = used.reshape(self.shape)
         self.present = (grid | narrow_gaps(grid, FILL)).ravel()
         self.fillable = np.empty(0, dtype=np.int64)
-        self.settings.first_trim = self.settings.trim
+        if self.settings.first_trim <= FIRST_TRIM:
+            self.settings.first_trim = self.settings.trim
 
     def noise(self) -> tuple[float, float]:
         """Noise of the points, and typical third difference of the surface per cell [m]."""
@@ -332,7 +333,7 @@ class ScatteredRebuild(Rebuild):
         wanted = products_of_columns(drawn, found[:, None])[:, 0]
         towards = [tip.throw_towards() for tip in tips]
         columns = [some for some, _ in groups]
-        share = paying_shares(own, wanted, columns, likely, units, towards)
+        share = paying_shares(own, wanted, columns, likely, doubt, units, towards)
         found = found + sums_of_columns(moved, share)
         return found[:n] + level, Bent(list(tips), share) if share.any() else None
 

@@ -65,6 +65,9 @@ class Thrown:
             replace(slip, lines=dip_lines(slip.section, throw, self.frame.cell) if turns else None)
             for slip, throw, turns in zip(slips, self.largest, turning, strict=True)
         ]
+        # a wall reaches past its trace by a part of the heave, `lean`
+        widest = max((heave for _, heave in sizes), default=0.0) / self.frame.cell
+        self.reach = max(MAP_REACH, np.ceil(widest) + 3.0)
         self.blend = [max(2.0 * heave, self.frame.cell) for _, heave in sizes]
         self.mains = self._touching()
         self.acts = [True] * len(slips)
@@ -79,7 +82,7 @@ class Thrown:
         network = self._network()
         self._die_at_tips(network)
         self._where_there_is_throw(network)
-        near = near_traces(self.frame, network.traces, MAP_REACH)
+        near = near_traces(self.frame, network.traces, self.reach)
         self.labels = self._labels(network, near)
         values, self.was = self._moved(np.arange(self.picks.n_node), self.labels)
         every = network.cuts
@@ -177,7 +180,7 @@ class Thrown:
             [self._beyond(k, self.xy, self.drape) > 0 for k in range(len(self.slips))], dtype=float
         ).reshape(len(self.slips), len(self.xy))
         for trace, close, (first, last) in zip(network.traces, near, network.mesh, strict=True):
-            at = close.within(MAP_REACH)
+            at = close.within(self.reach)
             at = at[(close.place[at] > first) & (close.place[at] < last)]
             out[trace.fault, close.node[at]] = close.side[at] > 0
         return out

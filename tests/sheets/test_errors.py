@@ -167,7 +167,7 @@ def test_all_faults_of_a_world_are_smeared():
 
 def test_an_overlap_that_scattered_points_cannot_close_is_told_with_its_width(monkeypatch):
     monkeypatch.setattr(build, "ROUNDS", 1)  # it stays so, however many rings it gets
-    world = gs.synthetic.torn("thrust", n=41)
-    points = world.truth["scattered"](3000)
+    world = gs.synthetic.torn("thrust", n=61)
+    points = world.truth["scattered"](6000)
     with pytest.raises(GeometryError, match=r"open, .* up to 6\.9 cells, .* or a wider spacing\."):
         gs.tear_horizon(points, world.faults, name="Top", trim=0.5, spacing=25.0, positive="up")

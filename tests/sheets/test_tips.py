@@ -134,7 +134,7 @@ def test_shares_never_make_throw_turn_over_before_it_dies():
     towards = np.array([[[1.0, -2.0, 3.0], [1.0, -0.7, 0.5]], [[1.0, 2.0, 3.0], [1.0, 0.7, 0.5]]])
     own, likely = np.diag([4.0, 3.0, 5.0]) + 0.5, np.full(3, 40.0)
     wanted = own @ np.array([-10.0, 1.0, 5.5])
-    found = paying_shares(own, wanted, [np.arange(3)], likely, [1.0], [towards])
+    found = paying_shares(own, wanted, [np.arange(3)], likely, 1.0, [1.0], [towards])
     assert (towards[:, 0] @ found) * (towards[:, 1] @ found) == pytest.approx(0.0, abs=1e-9)
     held = own + np.diag(1.0 / likely**2)
 
@@ -146,7 +146,7 @@ def test_shares_never_make_throw_turn_over_before_it_dies():
     assert 1000 < turns.sum() < 19000
     same = np.sign(tried @ towards[0, 1]) == np.sign(found @ towards[0, 1])
     assert min(energy(share) for share in tried[~turns & same]) > energy(found)
-    free = paying_shares(own, wanted, [np.arange(3)], likely, [1.0])
+    free = paying_shares(own, wanted, [np.arange(3)], likely, 1.0, [1.0])
     assert energy(free) < energy(found)
 
 
