@@ -178,7 +178,9 @@ def test_a_box_said_aloud_is_the_default_one():
     )  # fmt: skip
     corners = [(500, 500, -300), (500, 3500, -300), (3000, 3500, 300), (3000, 500, 300)]
     scene = Scene({"Top": top}, {"F1": (corners, [[0, 1, 2], [0, 2, 3]])})
-    with pytest.warns(GeosurfWarning, match=r"'F1' lies .* m above of the model box"):
+    with pytest.warns(
+        GeosurfWarning, match=r"'F1' lies close to the model box, but not in it, and is left"
+    ):
         assert len(scene.units) == 2
     assert scene.replace(box=scene.box).check().ok
 

@@ -11,6 +11,7 @@ from geosurf.errors import GeosurfWarning
 from geosurf.model import TriSurface
 
 _SAMPLE = 4096  # places that are looked at
+_ROOM = 0.05  # of the box, beyond the middle of a fault that it is to hold
 _SIDES = (("west", "east"), ("south", "north"), ("below", "above"))
 
 
@@ -40,33 +41,39 @@ def warning_of_fault(
     >>> fault = TriSurface("F2", "fault", wall, [[0, 1, 2]])
     >>> print(warning_of_fault(fault, (0, 5000, 0, 900, -90, 0)))
     Fault 'F2' lies 500 m east of the model box and is left out: it divides nothing. If it belongs \
-to the model, enlarge the box to it, box=(0, 5500, 0, 900, -90, 0), if all horizons reach that far.
+to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horizons reach that far.
     """
-    points = _spots(surface)
-    low, high = np.array(box[0::2], dtype=float), np.array(box[1::2], dtype=float)
-    off = np.maximum(points - high, 0.0) - np.maximum(low - points, 0.0)
-    nearest = int(np.argmin((off**2).sum(axis=1)))
-    gap, place = off[nearest], points[nearest]
     where = "model box" if aoi is None else "area of interest"
-    if gap.any():
-        words = " and ".join(
-            f"{abs(gap[k]):.0f} m {_SIDES[k][int(gap[k] > 0)]}" for k in range(3) if gap[k]
-        )
-        words = f"{words} of the {where}"
-    elif aoi is not None:
-        distance, place = _beside(points, aoi)
-        words = f"about {distance:.0f} m beside the {where}"
+    bounds, wider, words = surface.bounds, list(box), []
+    for k in range(3):
+        below, above = box[2 * k] - bounds[2 * k + 1], bounds[2 * k] - box[2 * k + 1]
+        if max(below, above) > 0:
+            side = int(above > 0)
+            words.append(f"{max(below, above):.0f} m {_SIDES[k][side]}")
+            middle = 0.5 * (bounds[2 * k] + bounds[2 * k + 1])
+            room = _ROOM * (box[2 * k + 1] - box[2 * k])
+            wider[2 * k + side] = middle + room if side else middle - room
+    points = _spots(surface)
+    if words:
+        effect = f"{' and '.join(words)} of the {where}"
+        low, high = np.array(box[0::2], dtype=float), np.array(box[1::2], dtype=float)
+        off = np.maximum(points - high, 0.0) + np.maximum(low - points, 0.0)
+        place = points[np.argmin((off**2).sum(axis=1))]
     else:
-        words = f"beside the {where}"
-    low, high = np.minimum(low, np.floor(place)), np.maximum(high, np.ceil(place))
-    sides = ", ".join(f"{value:g}" for pair in zip(low, high, strict=True) for value in pair)
-    remedy = f"enlarge the box to it, box=({sides}), if all horizons reach that far."
-    if aoi is not None:
-        remedy = "enlarge aoi= to it, if all horizons reach that far."
+        w, e, s, n = box[:4]
+        ring = np.array([(w, s), (e, s), (e, n), (w, n)], dtype=float) if aoi is None else aoi
+        distance, place = _beside(points, ring)
+        effect = f"about {distance:.0f} m beside the {where}"
+        if aoi is None:  # above or below a part of it, as a dipping fault may
+            effect = f"close to the {where}, but not in it,"
+    remedy = f"enlarge {'box' if aoi is None else 'aoi'}= to it, if all horizons reach that far."
+    if words:
+        sides = ", ".join(f"{value:.10g}" for value in wider)
+        remedy = f"enlarge the box to it, box=({sides}), if all horizons reach that far."
     return GeosurfWarning(
         "outside",
         surface.name,
-        f"Fault {surface.name!r} lies {words} and is left out: it divides nothing.",
+        f"Fault {surface.name!r} lies {effect} and is left out: it divides nothing.",
         f"If it belongs to the model, {remedy}",
         place,
     )
