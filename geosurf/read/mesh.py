@@ -15,16 +15,21 @@ import warnings
 import zlib
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
 from geosurf.errors import FormatError, SurfaceError
 from geosurf.model import TriSurface
-from geosurf.read._common import agreed_scale, agreed_sign, read_bytes
+from geosurf.read._common import agreed_scale, agreed_sign
+from geosurf.read._guard import opened, read_bytes, same_file
+from geosurf.read._hdf5 import refuse_bombs
+from geosurf.read._vtkxml import refuse_entities
 from geosurf.read.gmsh import refuse_wrong_counts
 
-# what damaged files make meshio raise: it has no root of its own
+# What damaged files make meshio raise. Its readers index, unpack and convert whatever they find,
+# and its own errors have no common root, so that its one call catches what Python itself raises.
 DAMAGE = (
     SystemExit,
     ParseError,
@@ -42,6 +47,19 @@ DAMAGE = (
     UnboundLocalError,
     ValueError,
 )
+# suffix -> name of the format in meshio, which would try others, some of them for ever
+FORMATS = {
+    ".vtk": "vtk", ".obj": "obj", ".stl": "stl", ".ply": "ply", ".off": "off", ".msh": "gmsh",
+    ".inp": "abaqus",
+}  # fmt: skip
+# numbers in headers that meshio makes room for
+COUNTS = {
+    ".vtk": re.compile(
+        rb"^(?:POINTS|CELLS|CELL_TYPES|POINT_DATA|CELL_DATA)[ \t]+([0-9]+)(?:[ \t]+([0-9]+))?", re.M
+    ),
+    ".ply": re.compile(rb"^element[ \t]+\w+[ \t]+([0-9]+)", re.M),
+    ".off": re.compile(rb"\AOFF\s+(?:#.*\s+)*([0-9]+)[ \t]+([0-9]+)"),
+}
 # cells that are no surface, and may stand beside it
 PASSED_OVER = ("vertex", "line", "line3")
 
@@ -84,6 +102,10 @@ def read_mesh(
     >>> read_mesh(file)
     <TriSurface 'F1' (fault): 3 vertices, 1 triangles>
     """
+    if path.suffix.lower() == ".vtu":
+        from geosurf.read.vtp import read_vtu
+
+        return read_vtu(path, name=name, positive=positive, units=units)
     name = name or path.stem
     _refuse_cut_short(path, read_bytes(path))
     mesh = _meshio_read(path)
@@ -138,22 +160,69 @@ def _meshio_read(path: Path) -> Any:
     import meshio
 
     said = io.StringIO()
-    try:
-        with (
-            contextlib.redirect_stdout(said),
-            contextlib.redirect_stderr(said),
-            warnings.catch_warnings(),
-        ):
-            warnings.simplefilter("ignore")
-            # meshio would first try .msh as another kind, whose reader looks for ")" for ever
-            kind = "gmsh" if path.suffix.lower() == ".msh" else None
-            return meshio.read(path, file_format=kind)
-    except (meshio.ReadError, *DAMAGE) as error:
-        reason = " ".join(said.getvalue().split()) or f"{type(error).__name__}: {error}"
+    kind = FORMATS.get(path.suffix.lower())
+    with opened(path) as (file, _):
+        name = same_file(path, file) if kind else str(path)
+        try:
+            with (
+                contextlib.redirect_stdout(said),
+                contextlib.redirect_stderr(said),
+                warnings.catch_warnings(),
+                np.errstate(all="ignore"),
+            ):
+                warnings.simplefilter("ignore")
+                return meshio.read(name, file_format=kind)
+        except (meshio.ReadError, *DAMAGE) as error:
+            reason = " ".join(said.getvalue().split()) or f"{type(error).__name__}: {error}"
+            raise FormatError(
+                f"{path}: meshio cannot read it ({reason.replace(name, path.name)[:200]}). "
+                "The file is damaged or of an unusual kind; export it as .vtp or GOCAD .ts."
+            ) from error
+
+
+def _refuse_counts(path: Path, data: bytes) -> None:
+    """Refuse a file whose header announces more points or cells than it has bytes."""
+    suffix = path.suffix.lower()
+    pattern = COUNTS.get(suffix)
+    words = [w for match in pattern.finditer(data) for w in match.groups() if w] if pattern else []
+    counts = [int(word) if len(word) < 19 else 1 << 60 for word in words]
+    if suffix == ".stl" and len(data) >= 84 and not data[:80].lstrip().startswith(b"solid"):
+        counts.append(50 * int.from_bytes(data[80:84], "little"))
+    if max(counts, default=0) > len(data):
         raise FormatError(
-            f"{path}: meshio cannot read it ({reason[:200]}). "
-            "The file is damaged or of an unusual kind; export it as .vtp or GOCAD .ts."
+            f"{path}: the header announces {max(counts)} points, cells or bytes, and the file has "
+            f"{len(data)} bytes. It is damaged or cut short; export it again."
+        )
+
+
+def _refuse_foreign_data(path: Path, data: bytes) -> None:
+    """Look at the files that XDMF refers to as at any other: what is read of them has a limit."""
+    refuse_entities(path, data)
+    try:
+        items = list(ElementTree.fromstring(data).iter("DataItem"))
+    except (ParseError, ValueError, LookupError) as error:
+        raise FormatError(
+            f"{path}: no complete XML ({error}). The file is damaged or cut short; export it again."
         ) from error
+    for item in items:
+        kind, text = (item.get("Format") or "XML").upper(), (item.text or "").strip()
+        if kind == "XML":
+            continue
+        other = path.parent / (text.split(":")[0] if kind == "HDF" else text)
+        with opened(other) as (file, size):
+            if kind != "HDF":
+                continue
+            import h5py
+
+            try:
+                with h5py.File(same_file(other, file), "r") as held:
+                    refuse_bombs(other, held, size)
+            except (OSError, RuntimeError, ValueError, LookupError, TypeError) as error:
+                if isinstance(error, FormatError):
+                    raise
+                raise FormatError(
+                    f"{other}: no HDF5 file ({error}). Copy it beside {path.name} again."
+                ) from error
 
 
 def _triangles(path: Path, blocks: Any) -> np.ndarray:
@@ -194,6 +263,9 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
                 "The file is cut short or no Gmsh file; export it again."
             )
         refuse_wrong_counts(path, data)
+    if path.suffix.lower() == ".xdmf":
+        _refuse_foreign_data(path, data)
+    _refuse_counts(path, data)
     start = data[:256].lstrip().lower()
     if b"\0" in data or start.startswith(b"<"):
         return  # binary and XML notice by themselves

@@ -6,6 +6,7 @@ the caller does. Horizontal coordinates without ``units`` are metres.
 
 from __future__ import annotations
 
+import warnings
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,9 @@ import numpy as np
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, did_you_mean
 from geosurf.crs import crs_of
 from geosurf.errors import DependencyError, FormatError
-from geosurf.read._common import agreed_scale, agreed_sign, read_bytes
+from geosurf.read._common import agreed_scale, agreed_sign
+from geosurf.read._guard import opened, refuse_large, same_file
+from geosurf.read._hdf5 import COPIES, refuse_bombs
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray as xr
@@ -32,7 +35,19 @@ ENGINES = {
 # h5netcdf comes without h5py, which it reads files with
 MODULES = {"h5netcdf": ("h5netcdf", "h5py"), "netcdf4": ("netCDF4",), "scipy": ("scipy",)}
 # engines have no common error; these are what damaged files make them raise
-DAMAGE = (OSError, EOFError, ValueError, TypeError, LookupError, RuntimeError, MemoryError)
+DAMAGE = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    NameError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+)
 
 
 def read_netcdf_horizon(
@@ -76,8 +91,8 @@ def read_netcdf_horizon(
     dataset = _load(path)
     data = _pick(path, dataset, variable)
     what = f"{path}: variable {data.name!r}"
-    sign = agreed_sign(data.attrs.get("positive"), positive, what)
-    scale = agreed_scale(data.attrs.get("units"), units, None, what)
+    sign = agreed_sign(_said(data, "positive"), positive, what)
+    scale = agreed_scale(_said(data, "units"), units, None, what)
     easting = _coordinate(path, data, EASTING)
     northing = _coordinate(path, data, NORTHING)
     values = _finite_or_nan(path, data.transpose(*_dims(path, data, easting, northing)))
@@ -142,8 +157,8 @@ def read_netcdf_fault(
         found[key] = dataset[words[0]].transpose(*FAULT_DIMS)
     z = found["elevation"]
     what = f"{path}: fault {name!r}"
-    sign = agreed_sign(z.attrs.get("positive"), positive, what)
-    scale = agreed_scale(z.attrs.get("units"), units, None, what)
+    sign = agreed_sign(_said(z, "positive"), positive, what)
+    scale = agreed_scale(_said(z, "units"), units, None, what)
     arrays = {
         "easting": _metres(path, found["easting"]),
         "northing": _metres(path, found["northing"]),
@@ -171,7 +186,32 @@ def _load(path: Path) -> xr.Dataset:
     """Return the whole file in memory, or say what is wrong or not installed."""
     import xarray as xr
 
-    head = read_bytes(path)[:4]
+    with opened(path) as (file, size), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of attributes: what is wrong with them is an error below
+        engine, name = _engine(path, file.read(4)), same_file(path, file)
+        try:
+            texts = _texts_of_hdf5(path, name, size) if engine == "h5netcdf" else []
+            with xr.open_dataset(
+                name, engine=engine, decode_times=False, drop_variables=texts
+            ) as dataset:
+                if engine != "h5netcdf":
+                    _refuse_large_arrays(path, dataset, size)
+                loaded: xr.Dataset = dataset.load()
+        except DAMAGE as error:
+            if isinstance(error, FormatError):
+                raise
+            reason = f"{type(error).__name__}: {error}".replace(name, path.name)
+            raise FormatError(
+                f"{path}: {engine} cannot read it ({reason[:300]}). "
+                "The file is damaged or cut short; export it again."
+            ) from error
+    return loaded
+
+
+def _engine(path: Path, head: bytes) -> str:
+    """Return the first installed library that reads files that begin so."""
+    if not head:
+        raise FormatError(f"{path}: the file is empty (0 bytes). Export it again.")
     fitting = [
         engine for engine, marks in ENGINES.items() if any(head.startswith(mark) for mark in marks)
     ]
@@ -186,28 +226,26 @@ def _load(path: Path) -> xr.Dataset:
             f"{path}: reading this NetCDF file needs one of {', '.join(fitting)}, none of which "
             'is installed. Install them with: pip install "geosurf[io]"'
         )
-    try:
-        if usable[0] == "h5netcdf":
-            _open_with_h5py(path)
-        with xr.open_dataset(path, engine=usable[0], decode_times=False) as dataset:
-            loaded: xr.Dataset = dataset.load()
-    except DAMAGE as error:
-        raise FormatError(
-            f"{path}: {usable[0]} cannot read it ({type(error).__name__}: {error}). "
-            "The file is damaged or cut short; export it again."
-        ) from error
-    return loaded
+    return usable[0]
 
 
-def _open_with_h5py(path: Path) -> None:
-    """Let a damaged file fail here: h5netcdf, failing as it opens one, prints from its destructor.
+def _texts_of_hdf5(path: Path, name: str, size: int) -> list[str]:
+    """Refuse a file that asks for too much; return the arrays that are no numbers.
 
-    That happens up to the first attribute that it asks for, which is this one.
+    A damaged file fails here: h5netcdf, failing as it opens one, prints from its destructor. That
+    happens up to the first attribute that it asks for, which is this one.
     """
     import h5py
 
-    with h5py.File(path, "r") as file:
+    with h5py.File(name, "r") as file:
         file.attrs.get("_nc3_strict")
+        return refuse_bombs(path, file, size)
+
+
+def _refuse_large_arrays(path: Path, dataset: xr.Dataset, size: int) -> None:
+    """Compare what the variables of a file announce with its size."""
+    values = sum(variable.size for variable in dataset.variables.values())
+    refuse_large(path, COPIES * 8 * values, size, f"a dataset of {values} values")
 
 
 def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray:
@@ -235,7 +273,7 @@ def _coordinate(path: Path, data: xr.DataArray, spellings: tuple[str, ...]) -> x
     found = [
         coordinate
         for key, coordinate in data.coords.items()
-        if str(key).lower() in spellings or coordinate.attrs.get("standard_name") in spellings
+        if str(key).lower() in spellings or _said(coordinate, "standard_name") in spellings
     ]
     if len(found) != 1 or found[0].ndim not in (1, 2):
         raise FormatError(
@@ -307,13 +345,19 @@ def _metres(path: Path, coordinate: xr.DataArray) -> np.ndarray:
             f"{what} has {int((~np.isfinite(values)).sum())} values that are not finite, "
             "expected none. Give every node a position."
         )
-    return values * agreed_scale(coordinate.attrs.get("units"), None, "m", what)
+    return values * agreed_scale(_said(coordinate, "units"), None, "m", what)
 
 
 def _crs(data: Any, dataset: xr.Dataset) -> dict[str, str]:
     """The coordinate reference system, from wherever the file declares it."""
     crs = crs_of(data, dataset.variables)
     return {} if crs is None else {"crs": crs}
+
+
+def _said(data: xr.DataArray, key: str) -> str | None:
+    """Return an attribute as a word, whatever it is."""
+    word = data.attrs.get(key)
+    return None if word is None else str(word)
 
 
 def _finite_or_nan(path: Path, data: xr.DataArray) -> np.ndarray:

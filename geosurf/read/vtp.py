@@ -1,51 +1,24 @@
-"""VTK XML PolyData (.vtp): the mesh format that keeps float64 and names.
+"""Surfaces in VTK XML: PolyData (.vtp), which keeps float64 and names, and UnstructuredGrid (.vtu).
 
-meshio does not know it. Read here are the encodings that VTK writes: ascii, inline
-base64, appended base64 or raw; plain or with zlib or lzma.
+All encodings that VTK writes are read, but lz4: see `geosurf.read._vtkxml`.
 """
 
 from __future__ import annotations
 
-import base64
-import binascii
-import lzma
-import re
-import zlib
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
-from geosurf.read._common import read_bytes
+from geosurf.read._vtkxml import XmlFile, open_xml
 from geosurf.read.mesh import split_quads, surface_from_mesh
 
-DTYPES = {
-    f"{word}{bits}": f"{kind}{bits // 8}"
-    for word, kind in (("Int", "i"), ("UInt", "u"), ("Float", "f"))
-    for bits in (8, 16, 32, 64)
-    if (word, bits) not in (("Float", 8), ("Float", 16))
-}
-DECOMPRESS = {
-    "vtkZLibDataCompressor": zlib.decompress,
-    "vtkLZMADataCompressor": lzma.decompress,
-}
-DAMAGE = (binascii.Error, zlib.error, lzma.LZMAError, ValueError, MemoryError, EOFError)
-
-
-@dataclass(frozen=True)
-class _File:
-    """The XML tree, and how its arrays are encoded."""
-
-    path: Path
-    tree: ElementTree.Element
-    appended: bytes
-    raw: bool
-    order: str
-    header: np.dtype
-    compressor: str | None
+# cells of an UnstructuredGrid: type -> corners; those without an area are passed over
+CORNERS = {5: 3, 9: 4}
+PASSED_OVER = (1, 3, 21)  # vertex, line, line of three points
 
 
 def read_vtp(
@@ -78,121 +51,80 @@ def read_vtp(
     InputError
         If `positive` or `units` are unknown.
     """
-    file = _open(path)
+    file = open_xml(path, "PolyData")
+    return _surface(file, file.tree.findall("PolyData/Piece"), _polys, name, positive, units)
+
+
+def read_vtu(
+    path: Path, *, name: str | None = None, positive: str | None = None, units: str | None = None
+) -> TriSurface:
+    """
+    Read a triangulated surface from a VTK XML UnstructuredGrid.
+
+    Parameters
+    ----------
+    path, name, positive, units
+        As for `read_vtp`.
+
+    Returns
+    -------
+    TriSurface
+        As `read_vtp`.
+
+    Raises
+    ------
+    FormatError
+        If the file is damaged, cut short, or has cells other than triangles and quads.
+    InputError
+        If `positive` or `units` are unknown.
+    """
+    file = open_xml(path, "UnstructuredGrid")
+    pieces = file.tree.findall("UnstructuredGrid/Piece")
+    return _surface(file, pieces, _cells, name, positive, units)
+
+
+def _surface(
+    file: XmlFile,
+    pieces: list[Element],
+    cells_of: Callable[[XmlFile, Element, int], np.ndarray],
+    name: str | None,
+    positive: str | None,
+    units: str | None,
+) -> TriSurface:
+    """Join the pieces of a file: points, triangles, point data that all of them have."""
     points, triangles, columns = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], []
     n_point = 0
-    for piece in file.tree.iterfind("PolyData/Piece"):
+    for piece in pieces:
         piece_points = _points(file, piece)
-        triangles.append(_polys(file, piece, len(piece_points)) + n_point)
+        triangles.append(cells_of(file, piece, len(piece_points)) + n_point)
         columns.append(_point_data(file, piece, len(piece_points)))
         points.append(piece_points.astype(np.float64))
         n_point += len(piece_points)
     shared = set.intersection(*(set(column) for column in columns)) if columns else set()
     keys = [key for key in (columns[0] if columns else {}) if key in shared]
-    data = {key: np.concatenate([column[key] for column in columns]) for key in keys}
-    name = name or _stored_name(file) or path.stem
-    return surface_from_mesh(
-        path, name, np.concatenate(points), np.concatenate(triangles), data, positive, units
-    )
-
-
-def _open(path: Path) -> _File:
-    """Parse the XML; raw appended data are not XML and are set aside first."""
-    data = read_bytes(path)
-    appended, raw = b"", False
-    mark = re.search(rb"<AppendedData([^>]*)>\s*_", data)
-    if mark:
-        end = data.rfind(b"</AppendedData>")
-        if end < mark.end():
-            raise FormatError(
-                f"{path}, byte {mark.start()}: AppendedData has no end. "
-                "The file is cut short; export it again."
-            )
-        appended, raw = data[mark.end() : end], b"base64" not in mark.group(1)
-        data = data[: mark.start()] + data[end + len(b"</AppendedData>") :]
     try:
-        tree = ElementTree.fromstring(data)
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        data = {key: np.concatenate([column[key] for column in columns]) for key in keys}
+    except ValueError as error:
         raise FormatError(
-            f"{path}: no complete XML ({error}). The file is damaged or cut short; export it again."
+            f"{file.path}: point data of its pieces do not fit together ({error}). "
+            "Export the file again."
         ) from error
-    if tree.tag != "VTKFile" or tree.get("type") != "PolyData":
-        raise FormatError(
-            f"{path}: found <{tree.tag} type={tree.get('type')!r}>, expected "
-            "<VTKFile type='PolyData'>. Save the surface as PolyData."
-        )
-    compressor = tree.get("compressor")
-    if compressor is not None and compressor not in DECOMPRESS:
-        raise FormatError(
-            f"{path}: arrays are packed with {compressor}, expected one of "
-            f"{', '.join(DECOMPRESS)}, or none. Save the file without compression."
-        )
-    order = ">" if tree.get("byte_order") == "BigEndian" else "<"
-    header = np.dtype(order + ("u8" if tree.get("header_type") == "UInt64" else "u4"))
-    return _File(path, tree, appended, raw, order, header, compressor)
-
-
-def _array(file: _File, node: ElementTree.Element | None, what: str) -> np.ndarray:
-    """Return the flat values of a DataArray element."""
-    kind = None if node is None else DTYPES.get(str(node.get("type")))
-    if node is None or kind is None:
-        found = "no array" if node is None else f"an array of type {node.get('type')!r}"
-        raise FormatError(
-            f"{file.path}: found {found} for {what}, expected numbers. "
-            "The file is damaged or no surface; export it again."
-        )
-    dtype = np.dtype(file.order + kind)
-    try:
-        if node.get("format") == "ascii":
-            return np.array((node.text or "").split(), dtype=dtype)
-        return np.frombuffer(_payload(file, node), dtype=dtype)
-    except DAMAGE as error:
-        raise FormatError(
-            f"{file.path}: array {what} cannot be decoded ({error}). "
-            "The file is damaged or cut short; export it again."
-        ) from error
-
-
-def _payload(file: _File, node: ElementTree.Element) -> bytes:
-    """Bytes of one binary array: block sizes first, then one or several blocks."""
-    if node.get("format") == "appended":
-        start = int(node.get("offset", "0"))
-        offsets = (int(other.get("offset", "0")) for other in file.tree.iter())
-        end = min((offset for offset in offsets if offset > start), default=len(file.appended))
-        stream = file.appended[start:end] if file.raw else _unbase64(file.appended[start:end])
-    else:
-        stream = _unbase64((node.text or "").encode("ascii"))
-    size = file.header.itemsize
-    if not stream:
-        return b""
-    if file.compressor is None:
-        length = int(np.frombuffer(stream[:size], file.header)[0])
-        if length > len(stream) - size:
-            raise ValueError(f"{length} bytes announced, {len(stream) - size} found")
-        return stream[size : size + length]
-    n_block = int(np.frombuffer(stream[:size], file.header)[0])
-    if n_block == 0:
-        return b""
-    if 3 + n_block > len(stream) // size:
-        raise ValueError(f"{n_block} blocks announced in {len(stream)} bytes")
-    packed = np.frombuffer(stream[3 * size : (3 + n_block) * size], file.header)
-    ends = np.cumsum(packed.astype(np.int64)) + (3 + n_block) * size
-    starts = ends - packed.astype(np.int64)
-    unpack = DECOMPRESS[file.compressor]
-    return b"".join(
-        unpack(stream[a:b]) for a, b in zip(starts.tolist(), ends.tolist(), strict=True)
+    found = surface_from_mesh(
+        file.path,
+        name or file.word("name") or file.path.stem,
+        np.concatenate(points),
+        np.concatenate(triangles),
+        data,
+        positive,
+        units,
     )
+    found.crs = file.word("crs")
+    return found
 
 
-def _unbase64(text: bytes) -> bytes:
-    """Decode base64 that may consist of several runs, each with its own padding."""
-    runs = re.findall(rb"[^=]+={0,2}", b"".join(text.split()))
-    return b"".join(base64.b64decode(run, validate=True) for run in runs)
-
-
-def _points(file: _File, piece: ElementTree.Element) -> np.ndarray:
+def _points(file: XmlFile, piece: Element) -> np.ndarray:
     """Points (n, 3) of a piece."""
-    values = _array(file, piece.find("Points/DataArray"), "Points")
+    values = file.array(piece.find("Points/DataArray"), "Points")
     if len(values) % 3:
         raise FormatError(
             f"{file.path}: found {len(values)} numbers for Points, expected three for each. "
@@ -201,54 +133,92 @@ def _points(file: _File, piece: ElementTree.Element) -> np.ndarray:
     return values.reshape(-1, 3)
 
 
-def _whole_number(file: _File, node: ElementTree.Element, key: str, default: int) -> int:
-    """An attribute that counts something."""
-    text = node.get(key) or str(default)
-    if not (text.isascii() and text.isdecimal()):
-        raise FormatError(
-            f"{file.path}: {key} of a <{node.tag}> is {text!r}, expected a whole number. "
-            "The file is damaged; export it again."
-        )
-    return int(text)
-
-
-def _polys(file: _File, piece: ElementTree.Element, n_point: int) -> np.ndarray:
+def _polys(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
     """Triangles (n, 3) of a piece; quads are split."""
-    if piece.get("NumberOfPoints") != str(n_point):
-        raise FormatError(
-            f"{file.path}: found {n_point} points, expected {piece.get('NumberOfPoints')}. "
-            "The file is damaged; export it again."
-        )
-    if _whole_number(file, piece, "NumberOfStrips", 0):
+    _refuse_other_count(file, piece, n_point)
+    if file.whole_number(piece, "NumberOfStrips", 0):
         raise FormatError(
             f"{file.path}: found triangle strips, expected triangles. "
             "Triangulate the surface before saving it."
         )
     if piece.get("NumberOfPolys") in (None, "0"):
         return np.empty((0, 3), dtype=np.int64)
-    arrays = {node.get("Name"): node for node in piece.iterfind("Polys/DataArray")}
-    corners = _array(file, arrays.get("connectivity"), "connectivity").astype(np.int64)
-    ends = _array(file, arrays.get("offsets"), "offsets").astype(np.int64)
+    corners, ends = _corners_and_ends(file, piece, "Polys", "NumberOfPolys")
     count = np.diff(ends, prepend=0)
-    if str(len(ends)) != piece.get("NumberOfPolys") or count.sum() != len(corners):
-        raise FormatError(
-            f"{file.path}: found {len(ends)} cells with {len(corners)} corners, expected "
-            f"{piece.get('NumberOfPolys')} cells with {count.sum()}. "
-            "The file is damaged; export it again."
-        )
     odd = np.flatnonzero((count != 3) & (count != 4))
     if len(odd):
         raise FormatError(
             f"{file.path}: cell {odd[0]} has {count[odd[0]]} corners, expected 3 or 4. "
             "Triangulate the surface before saving it."
         )
+    return _triangles(file, corners, ends, count, n_point)
+
+
+def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
+    """Triangles (n, 3) of a piece of an UnstructuredGrid; quads are split, lines passed over."""
+    _refuse_other_count(file, piece, n_point)
+    if piece.get("NumberOfCells") in (None, "0"):
+        return np.empty((0, 3), dtype=np.int64)
+    corners, ends = _corners_and_ends(file, piece, "Cells", "NumberOfCells")
+    count = np.diff(ends, prepend=0)
+    nodes = {node.get("Name"): node for node in piece.iterfind("Cells/DataArray")}
+    types = file.array(nodes.get("types"), "types").astype(np.int64)
+    if len(types) != len(ends):
+        raise FormatError(
+            f"{file.path}: found {len(types)} types for {len(ends)} cells. "
+            "The file is damaged; export it again."
+        )
+    surface = np.isin(types, list(CORNERS))
+    other = np.flatnonzero(~surface & ~np.isin(types, PASSED_OVER))
+    if len(other):
+        raise FormatError(
+            f"{file.path}: cell {other[0]} is of VTK type {types[other[0]]}, expected triangles "
+            "(5) or quads (9). Export the surface only, triangulated."
+        )
+    wanted = np.where(types == 9, 4, 3)
+    odd = np.flatnonzero(surface & (count != wanted))
+    if len(odd):
+        raise FormatError(
+            f"{file.path}: cell {odd[0]} has {count[odd[0]]} corners, expected {wanted[odd[0]]}. "
+            "The file is damaged; export it again."
+        )
+    return _triangles(file, corners, ends[surface], count[surface], n_point)
+
+
+def _refuse_other_count(file: XmlFile, piece: Element, n_point: int) -> None:
+    if piece.get("NumberOfPoints") != str(n_point):
+        raise FormatError(
+            f"{file.path}: found {n_point} points, expected {piece.get('NumberOfPoints')}. "
+            "The file is damaged; export it again."
+        )
+
+
+def _corners_and_ends(
+    file: XmlFile, piece: Element, place: str, key: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Corners of all cells, and where each cell's end."""
+    arrays = {node.get("Name"): node for node in piece.iterfind(f"{place}/DataArray")}
+    corners = file.array(arrays.get("connectivity"), "connectivity").astype(np.int64)
+    ends = file.array(arrays.get("offsets"), "offsets").astype(np.int64)
+    falls = bool((np.diff(ends, prepend=0) < 0).any())
+    if str(len(ends)) != piece.get(key) or falls or ends[-1:].sum() != len(corners):
+        raise FormatError(
+            f"{file.path}: found {len(ends)} cells with {len(corners)} corners, expected "
+            f"{piece.get(key)} cells with {ends[-1:].sum()}. The file is damaged; export it again."
+        )
+    return corners, ends
+
+
+def _triangles(
+    file: XmlFile, corners: np.ndarray, ends: np.ndarray, count: np.ndarray, n_point: int
+) -> np.ndarray:
+    """Triangles (n, 3) of cells with three or four corners, cell by cell."""
     bad = np.flatnonzero((corners < 0) | (corners >= n_point))
     if len(bad):
         raise FormatError(
             f"{file.path}: a cell names point {corners[bad[0]]}, expected 0 to {n_point - 1}. "
             "The file is damaged; export it again."
         )
-    # per cell, so that the order of cells is kept
     starts = ends - count
     quads = count == 4
     out = np.empty((len(count), 2, 3), dtype=np.int64)
@@ -259,13 +229,13 @@ def _polys(file: _File, piece: ElementTree.Element, n_point: int) -> np.ndarray:
     return out[keep]
 
 
-def _point_data(file: _File, piece: ElementTree.Element, n_point: int) -> dict[str, np.ndarray]:
+def _point_data(file: XmlFile, piece: Element, n_point: int) -> dict[str, np.ndarray]:
     """Numeric point data of a piece, (n_point,) or (n_point, n)."""
     data = {}
     for node in piece.iterfind("PointData/DataArray"):
         key = node.get("Name") or ""
-        values = _array(file, node, repr(key))
-        width = _whole_number(file, node, "NumberOfComponents", 1)
+        values = file.array(node, repr(key))
+        width = file.whole_number(node, "NumberOfComponents", 1)
         if len(values) != n_point * width:
             raise FormatError(
                 f"{file.path}: point data {key!r} have {len(values)} values, expected "
@@ -273,18 +243,3 @@ def _point_data(file: _File, piece: ElementTree.Element, n_point: int) -> dict[s
             )
         data[key] = values if width == 1 else values.reshape(n_point, width)
     return data
-
-
-def _stored_name(file: _File) -> str | None:
-    """Return the string array ``name`` of the field data, if it can be read."""
-    for node in file.tree.iterfind("PolyData/FieldData/Array"):
-        if node.get("Name") == "name":
-            try:
-                if node.get("format") == "ascii":  # characters as numbers
-                    codes = bytes(int(word) for word in (node.text or "").split())
-                else:
-                    codes = _payload(file, node)
-                return codes.split(b"\0")[0].decode("utf-8") or None
-            except DAMAGE:
-                return None
-    return None

@@ -1,0 +1,112 @@
+"""What an HDF5 file announces, looked at before any of its arrays is read.
+
+A dataset of some bytes may declare any shape (a fill value stands for what is not stored), chunks
+larger than itself, chunks that unpack to more than a chunk, texts that are referred to a million
+times, and data in other files. Such arrays are refused, or passed over if they are no numbers.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from geosurf.errors import FormatError
+from geosurf.read._guard import ALLOWANCE, refuse_large
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import h5py
+
+DEFLATE, LARGEST_RATIO = 1, 1032  # filter of zlib, and how much it can pack
+COPIES = 5  # of an array in 64 bits that are there at a time, from the file to the surface
+
+
+def refuse_bombs(path: Path, file: h5py.File, size: int) -> list[str]:
+    """
+    Refuse what takes more memory than a file of that size may ask for.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        For messages.
+    file : h5py.File
+        Open for reading.
+    size : int
+        Bytes of the file.
+
+    Returns
+    -------
+    list of str
+        Names of arrays of texts and other things that are no numbers, not to be read.
+
+    Raises
+    ------
+    FormatError
+    """
+    import h5py
+
+    passed_over, total, todo, seen = [], 0, [file["/"]], set()
+    while todo:
+        group = todo.pop()
+        for name in group:
+            link = group.get(name, getlink=True)
+            if isinstance(link, h5py.ExternalLink):
+                raise FormatError(
+                    f"{path}: {name!r} is a link to another file, {link.filename!r}. "
+                    "Copy the data into one file."
+                )
+            found = group.get(name)
+            if found is None or (found.id in seen):  # a link to nothing, or a circle
+                continue
+            seen.add(found.id)
+            if isinstance(found, h5py.Group):
+                todo.append(found)
+            elif isinstance(found, h5py.Dataset):
+                if found.size is not None and found.size > 1 and found.dtype.kind not in "fiub":
+                    passed_over.append(str(name))
+                    continue
+                total += _bytes_of(path, found, size)
+                what = f"variable {name!r} of {' x '.join(map(str, found.shape or ())) or 1} values"
+                refuse_large(path, COPIES * total, size, what)
+    return passed_over
+
+
+def _bytes_of(path: Path, data: Any, size: int) -> int:
+    """Bytes in 64 bits of a dataset, or of a chunk that is larger."""
+    if data.is_virtual or data.external:
+        raise FormatError(
+            f"{path}: the values of {data.name!r} are in other files. Copy them into one file."
+        )
+    values, chunk = int(data.size or 0), math.prod(map(int, data.chunks or ()))
+    if data.chunks:
+        _refuse_packed(path, data, chunk * data.dtype.itemsize, size)
+    return max(values, chunk) * max(8, data.dtype.itemsize)
+
+
+def _refuse_packed(path: Path, data: Any, chunk: int, size: int) -> None:
+    """Refuse chunks that unpack to more than a chunk has."""
+    filters = data.id.get_create_plist()
+    kinds = [filters.get_filter(k)[0] for k in range(filters.get_nfilters())]
+    if kinds.count(DEFLATE) > 1:
+        raise FormatError(
+            f"{path}: {data.name!r} is compressed {kinds.count(DEFLATE)} times over. "
+            "Write it with one compression."
+        )
+    if kinds[-1:] != [DEFLATE] or data.id.get_storage_size() * LARGEST_RATIO <= ALLOWANCE:
+        return
+    for k in range(data.id.get_num_chunks()):
+        stored = data.id.get_chunk_info(k)
+        if stored.filter_mask or stored.size * LARGEST_RATIO <= ALLOWANCE or stored.size > size:
+            continue  # not compressed, too small to do harm, or beyond the end
+        _, packed = data.id.read_direct_chunk(stored.chunk_offset)
+        unpack = zlib.decompressobj()
+        length = 0
+        while packed and not unpack.eof and length <= chunk:
+            length += len(unpack.decompress(packed, 1 << 24))
+            packed = unpack.unconsumed_tail
+        if length > chunk:
+            raise FormatError(
+                f"{path}: a chunk of {data.name!r} unpacks to more than its {chunk} bytes. "
+                "The file is damaged; export it again."
+            )
