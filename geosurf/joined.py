@@ -16,6 +16,7 @@ from geosurf.intersect import curves_of, intersect_surfaces, merge_curves
 from geosurf.intersect.shared import is_torn, shared_curves
 from geosurf.measured import Measured
 from geosurf.model import Curves, Sheet, TriSurface, VoxelSearch
+from geosurf.model.base import in_crs_of
 from geosurf.model.expected import name_of
 from geosurf.triangulate.coarsen import coarsen_lattice, volume_error
 
@@ -73,8 +74,10 @@ class Joined(Measured):
         if self._tolerance is not None:
             from geosurf.intersect.dial import merge_smooth
 
-            return merge_smooth(tuple(names), self._frame(self.surfaces), parts)
-        return merge_curves(tuple(names), self._frame(self.surfaces), parts)
+            smooth = merge_smooth(tuple(names), self._frame(self.surfaces), parts)
+            return in_crs_of(smooth, self.surfaces)
+        plain = merge_curves(tuple(names), self._frame(self.surfaces), parts)
+        return in_crs_of(plain, self.surfaces)
 
     def curves_between(self, first: str, second: str) -> Curves | None:
         """Return the curves of two surfaces; None where their boxes do not meet.

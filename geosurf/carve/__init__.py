@@ -46,6 +46,7 @@ from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatu
 from geosurf.errors import InputError
 from geosurf.kernels.mesh import join_pairs
 from geosurf.model import Contact, Patches, Unit, Units, check_column
+from geosurf.model.base import in_crs_of
 from geosurf.model.column import Remnant
 from geosurf.model.expected import expect
 
@@ -164,7 +165,8 @@ def carve_units(
     fenced = not walls_are_a_box(patches, bounds)
     footprint = footprint_of(patches, bounds) if fenced else None
     number = np.argsort(order)
-    return Units(units, box, report, footprint, sides=partial(beside_triangles, shells, number))
+    found = Units(units, box, report, footprint, sides=partial(beside_triangles, shells, number))
+    return in_crs_of(found, [patches])
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,7 +246,7 @@ def _units(
     lies_on: _LiesOn,
 ) -> list[Unit]:
     """All units in order."""
-    return [
+    units = (
         build_unit(
             patches,
             shells,
@@ -257,7 +259,8 @@ def _units(
             sides=partial(lies_on.of, named.whole[u]),
         )
         for u in order
-    ]
+    )
+    return [in_crs_of(unit, [patches]) for unit in units]
 
 
 def _merge(patches: Patches, cells: Cells, zone: np.ndarray) -> np.ndarray:

@@ -24,6 +24,7 @@ from geosurf.intersect.link import (
     touching_points,
 )
 from geosurf.model import Curves, Touch, TriSurface, frozen
+from geosurf.model.base import in_crs_of
 from geosurf.model.expected import flag_of
 
 __all__ = ["curves_of", "intersect_surfaces", "merge_curves"]
@@ -114,12 +115,13 @@ def intersect_surfaces(
         from geosurf.intersect.dial import check_tolerance, smooth_curves  # with many kernels
 
         tolerance = check_tolerance(tolerance, self_intersections)
-        return smooth_curves(surfaces, tolerance, curves_of, method=method, voxel_size=voxel_size)
+        smooth = smooth_curves(surfaces, tolerance, curves_of, method=method, voxel_size=voxel_size)
+        return in_crs_of(smooth, surfaces)
     surfaces = check_surfaces(surfaces, 1 if self_intersections else 2)
     contacts = find_contacts(
         surfaces, method=method, voxel_size=voxel_size, self_intersections=self_intersections
     )
-    return curves_of(contacts)
+    return in_crs_of(curves_of(contacts), surfaces)
 
 
 def curves_of(contacts: Contacts) -> Curves:

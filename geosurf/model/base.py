@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import pyvista
+
+Made = TypeVar("Made")
 
 
 def frozen(array: Any, dtype: Any, shape: tuple[int, ...] | None = None) -> np.ndarray:
@@ -22,12 +24,28 @@ def frozen(array: Any, dtype: Any, shape: tuple[int, ...] | None = None) -> np.n
 
 
 class Noun:
-    """What is handed out: arrays stay read-only in copies, and on the way to other processes."""
+    """What is handed out: arrays stay read-only in copies, and on the way to other processes.
+
+    Attributes
+    ----------
+    crs : str or None
+        Coordinate reference system of the inputs that it is made of, if one declared it.
+    """
+
+    crs: str | None = None
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Take what a copy or a pickle holds; numpy forgets there that arrays are read-only."""
         _lock(list(state.values()))
         self.__dict__.update(state)
+
+
+def in_crs_of(made: Made, sources: Iterable[Any]) -> Made:
+    """Return what was made of some surfaces, in the reference system that one of them declares."""
+    crs = next((source.crs for source in sources if source.crs is not None), None)
+    if crs is not None:
+        object.__setattr__(made, "crs", crs)  # dataclasses among them are frozen
+    return made
 
 
 def _lock(value: Any) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from geosurf.conventions import counted
 from geosurf.errors import InputError
-from geosurf.model.base import Noun, frozen, polydata
+from geosurf.model.base import Noun, frozen, in_crs_of, polydata
 from geosurf.model.pieces import FREE, PAIRED, Pieces
 from geosurf.model.surfaces import TriSurface
 
@@ -73,6 +73,7 @@ class Patches(Noun):
             ("patch_of_triangle", patch_of_triangle),
         ):
             self.__dict__[name] = frozen(value, np.int64)
+        in_crs_of(self, self.sources)
 
     @classmethod
     def of_pieces(cls, pieces: Pieces, curve_edges: np.ndarray, report: dict[str, Any]) -> Patches:
@@ -83,7 +84,7 @@ class Patches(Noun):
         self.curve_edges = frozen(curve_edges, np.int64)
         self.report = dict(report)
         self.__dict__["pieces"] = pieces
-        return self
+        return in_crs_of(self, self.sources)
 
     @cached_property
     def pieces(self) -> Pieces:
@@ -193,7 +194,8 @@ class Patches(Noun):
 
     def _part(self, rows: np.ndarray, name: str, role: str) -> TriSurface:
         used, faces = np.unique(self.triangles[rows], return_inverse=True)
-        return TriSurface(name, role, self.vertices[used], faces.reshape(-1, 3))
+        part = TriSurface(name, role, self.vertices[used], faces.reshape(-1, 3))
+        return in_crs_of(part, [self])
 
     def __repr__(self) -> str:
         surfaces = counted(len(self.sources), "surface")

@@ -56,8 +56,6 @@ class TriSurface(Noun):
     (1, (0.0, 9.0, 0.0, 9.0, 0.0, 9.0))
     """
 
-    crs: str | None = None
-
     def __init__(
         self,
         name: str,

@@ -14,8 +14,10 @@ from types import ModuleType
 from typing import Any
 
 from geosurf.conventions import did_you_mean
+from geosurf.crs import crs_of, label
 from geosurf.errors import OutputError
 from geosurf.model import Curves, FaultSticks, Patches, TriSurface, Unit, Units
+from geosurf.model.base import Noun
 from geosurf.model.expected import name_of, path_of
 from geosurf.write._files import Written, commit
 
@@ -56,6 +58,8 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
         ".csv": ("polylines", "csv_of_lines"),
     },
 }
+# suffixes of formats with a place for a coordinate reference system
+KEEP_CRS = (".nc", ".ts", ".pl", ".vtp", ".vtm")
 # what people mean by things that are no file
 INSTEAD = {
     "Sheet": " Cut at its faults it is scene.patches.surface(name).",
@@ -146,7 +150,15 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
         title = str(title or path.stem)
     extra = (suffix,) if module == "mesh" else ()
     data, notes = encode(obj, title, *extra)
-    return Written(commit({path: data}), notes)
+    return Written(commit({path: data}), [*notes, *_lost_crs(obj, suffix)])
+
+
+def _lost_crs(obj: Any, suffix: str) -> list[str]:
+    """A note where the coordinate reference system of an object is not in its file."""
+    crs = getattr(obj, "crs", None) if isinstance(obj, Noun) else crs_of(obj)
+    if crs is None or suffix in KEEP_CRS:
+        return []
+    return [f"The file does not hold the coordinate reference system (CRS), {label(crs)}."]
 
 
 def _own_name(obj: Any) -> str | None:

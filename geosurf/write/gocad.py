@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from geosurf.crs import label
 from geosurf.errors import OutputError
 from geosurf.model import Curves, TriSurface, Unit
 
@@ -26,7 +27,7 @@ def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
     }
     lost = [key for key in surface.vertex_data if key not in numeric]
     notes = [f"Vertex data {lost} are not numbers and were left out."] if lost else []
-    lines = _head("TSurf", name)
+    lines = _head("TSurf", name, surface.crs)
     if numeric:
         lines += [
             "PROPERTIES " + " ".join(_quoted(key) for key in numeric),
@@ -51,7 +52,7 @@ def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
 
 def tsurf_of_unit(unit: Unit, name: str) -> tuple[bytes, list[str]]:
     """Return a TSurf file of a shell, one TFACE per surface that bounds it."""
-    lines = _head("TSurf", name)
+    lines = _head("TSurf", name, unit.crs)
     for i, row in enumerate(np.unique(unit.surface_of_triangle).tolist()):
         lines.append("TFACE")
         if i == 0:
@@ -66,7 +67,7 @@ def pline(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
     pairs = sorted({tuple(pair) for pair in curves.surfaces_of_curve.tolist()})
     for pair in pairs:
         title = " x ".join(curves.names[row] for row in pair)
-        lines += _head("PLine", title if name is None else f"{name} {title}")
+        lines += _head("PLine", title if name is None else f"{name} {title}", curves.crs)
         n_written = 0
         for curve, owner in zip(curves.curves, curves.surfaces_of_curve.tolist(), strict=True):
             if tuple(owner) != pair:
@@ -85,19 +86,26 @@ def pline(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
     return _encoded(lines[:-1]), []
 
 
-def _head(kind: str, name: str) -> list[str]:
+def _head(kind: str, name: str, crs: str | None) -> list[str]:
+    """First lines of an object; a coordinate system without a name is ``Default``."""
     return [
         f"GOCAD {kind} 1",
         "HEADER {",
         f"name:{' '.join(name.split()).replace('{', '(').replace('}', ')')}",
         "}",
         "GOCAD_ORIGINAL_COORDINATE_SYSTEM",
-        "NAME Default",
+        "NAME Default" if crs is None else f'NAME "{_system(crs)}"',
         'AXIS_NAME "X" "Y" "Z"',
         'AXIS_UNIT "m" "m" "m"',
         "ZPOSITIVE Elevation",
         "END_ORIGINAL_COORDINATE_SYSTEM",
     ]
+
+
+def _system(crs: str) -> str:
+    """Return a coordinate reference system on one line, without quotes: of WKT, its name."""
+    text = label(crs) if '"' in crs else crs
+    return " ".join(text.replace('"', "'").replace("\\", "/").split())
 
 
 def _vertex_lines(word: str, vertices: np.ndarray, first: int = 1) -> list[str]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import elevation_sign, metres_per_unit
+from geosurf.crs import crs_of
 from geosurf.errors import DependencyError, OutputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -28,13 +29,16 @@ def netcdf_of_horizon(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str
     key = "elevation" if sign > 0 else "depth"
     data = horizon.rename(key)
     data.attrs = dict(horizon.attrs) | {"long_name": name}
+    if (crs := crs_of(horizon)) is not None:
+        data.attrs["crs"] = crs
     data.attrs["standard_name"] = "height_above_mean_sea_level" if sign > 0 else "depth"
     return _bytes(data.to_dataset(), what)
 
 
 def netcdf_of_units(units: Units, name: str | None) -> tuple[bytes, list[str]]:
     """Return the table of units; names are stored as strings."""
-    return _bytes(units.table, "table of units")
+    table = units.table if units.crs is None else units.table.assign_attrs(crs=units.crs)
+    return _bytes(table, "table of units")
 
 
 def netcdf_of_dataset(dataset: xr.Dataset, name: str | None) -> tuple[bytes, list[str]]:

@@ -6,14 +6,13 @@ point, with the number of its line and all words and numbers of the line.
 
 from __future__ import annotations
 
-import csv
-import io
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from geosurf.errors import OutputError
 from geosurf.model import Curves, FaultSticks
+from geosurf.write.table import csv_of_rows
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -45,13 +44,13 @@ def pol_of_lines(lines: xarray.Dataset, name: str | None) -> tuple[bytes, list[s
 def csv_of_lines(lines: xarray.Dataset, name: str | None) -> tuple[bytes, list[str]]:
     """Return the same as a table: one row for each point, closed lines with their first again."""
     words = [str(key) for key in lines.data_vars if lines[key].dims == ("line",) and key != "count"]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["X", "Y", "Z", "POLY_ID", *(word.upper() for word in words)])
+    header = ["X", "Y", "Z", "POLY_ID", *(word.upper() for word in words)]
+    rows: list[list[Any]] = []
     for row, part in _lines_in_space(lines):
         labels = [lines[word].values[row].item() for word in words]
-        writer.writerows([*point, row + 1, *labels] for point in part.tolist())
-    return text.getvalue().encode("utf-8"), ["Z is elevation in metres, positive up."]
+        rows += [[*point, row + 1, *labels] for point in part.tolist()]
+    data, notes = csv_of_rows(header, rows)
+    return data, ["Z is elevation in metres, positive up.", *notes]
 
 
 def _lines_in_space(lines: xarray.Dataset) -> list[tuple[int, np.ndarray]]:

@@ -1,11 +1,20 @@
-"""The table of units as csv: one row per unit, the unit of measure in the column name."""
+"""Tables as csv: the table of units, one row per unit, the unit of measure in the column name."""
 
 from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 from geosurf.model import Units
+
+# what spreadsheets take for the beginning of a formula, also in the wide letters of East Asia
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+GUARDED = (
+    "Words that begin with = + - or @ have an apostrophe before them, so that no spreadsheet takes "
+    "them for a formula."
+)
 
 
 def csv_of_units(units: Units, name: str | None) -> tuple[bytes, list[str]]:
@@ -14,10 +23,30 @@ def csv_of_units(units: Units, name: str | None) -> tuple[bytes, list[str]]:
     labels = [key for key in ("zone", "block", "contact", "zone_index") if key in table.coords]
     numbers = [str(key) for key in table.data_vars if table[key].dims == ("unit",)]
     heads = [f"{key}_{table[key].attrs.get('units', '')}".rstrip("_") for key in numbers]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["unit", *labels, *heads])
     columns = [table["unit"].values.tolist()]
     columns += [table[key].values.tolist() for key in labels + numbers]
-    writer.writerows(zip(*columns, strict=True))
-    return text.getvalue().encode("utf-8"), []
+    return csv_of_rows(["unit", *labels, *heads], zip(*columns, strict=True))
+
+
+def csv_of_rows(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[bytes, list[str]]:
+    r"""
+    Return csv whose words are words in spreadsheets, too, and a note if one had to be changed.
+
+    Examples
+    --------
+    >>> csv_of_rows(["name", "z"], [["=1+1", -5.0], ["F1+", 2.0]])[0]
+    b"name,z\n'=1+1,-5.0\nF1+,2.0\n"
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    changed = False
+    for row in (header, *rows):
+        cells = [_guarded(cell) for cell in row]
+        changed = changed or any(a is not b for a, b in zip(cells, row, strict=True))
+        writer.writerow(cells)
+    return text.getvalue().encode("utf-8"), [GUARDED] if changed else []
+
+
+def _guarded(cell: Any) -> Any:
+    """A word that begins as a formula does gets an apostrophe; numbers stay numbers."""
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(FORMULA) else cell

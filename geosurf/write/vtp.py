@@ -29,7 +29,7 @@ def vtp_of_surface(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
     numeric = {k: v for k, v in surface.vertex_data.items() if v.dtype.kind in "biuf"}
     lost = [key for key in surface.vertex_data if key not in numeric]
     notes = [f"Vertex data {lost} are not numbers and were left out."] if lost else []
-    words = {"name": [name], "role": [surface.role]}
+    words = {"name": [name], "role": [surface.role], **_crs(surface)}
     data = _polydata(surface.vertices, triangles=surface.triangles, point_data=numeric, words=words)
     return data, notes
 
@@ -40,7 +40,7 @@ def vtp_of_curves(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
         "surfaces": np.asarray(curves.surfaces_of_curve, dtype=np.int64).reshape(-1, 2),
         "closed": np.asarray(curves.closed, dtype=np.uint8),
     }
-    words = {"name": [name or "curves"], "surface_names": list(curves.names)}
+    words = {"name": [name or "curves"], "surface_names": list(curves.names), **_crs(curves)}
     return _polydata(curves.points, lines=curves.curves, cell_data=cell_data, words=words), []
 
 
@@ -51,7 +51,7 @@ def vtp_of_patches(patches: Patches, name: str | None) -> tuple[bytes, list[str]
         "parent": patches.parent_of_triangle,
         "patch": patches.patch_of_triangle,
     }
-    words = {"name": [name or "patches"], "surface_names": list(patches.names)}
+    words = {"name": [name or "patches"], "surface_names": list(patches.names), **_crs(patches)}
     return _polydata(
         patches.vertices, triangles=patches.triangles, cell_data=cell_data, words=words
     ), []
@@ -65,6 +65,7 @@ def vtp_of_unit(unit: Unit, name: str) -> tuple[bytes, list[str]]:
         "block": [unit.block],
         **({"contact": [unit.contact]} if unit.contact else {}),
         "surface_names": list(unit.surface_names),
+        **_crs(unit),
     }
     return _polydata(
         unit.vertices,
@@ -98,6 +99,11 @@ def vtm_of_units(units: Units, stem: str) -> tuple[dict[PurePath, bytes], list[s
     return files, []
 
 
+def _crs(obj: Any) -> dict[str, list[str]]:
+    """Field data of the coordinate reference system, if there is one."""
+    return {"crs": [obj.crs]} if obj.crs else {}
+
+
 def _polydata(
     points: np.ndarray,
     *,
@@ -119,6 +125,7 @@ def _polydata(
         '<?xml version="1.0"?>',
         '<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
         "  <PolyData>",
+        *(f"    <!-- crs: {_comment(text)} -->" for text in (words or {}).get("crs", ())),
         "    <FieldData>",
         *(_string_array(key, values) for key, values in (words or {}).items()),
         "    </FieldData>",
@@ -168,6 +175,11 @@ def _string_array(name: str, values: Sequence[str]) -> str:
         f'      <Array type="String" Name={_attribute(name)} NumberOfTuples="{len(values)}" '
         f'format="ascii">{text}</Array>'
     )
+
+
+def _comment(text: str) -> str:
+    """Text for a comment, for those who look into a file: field data hold it as numbers."""
+    return "".join(c if c.isprintable() and c != "-" else " " for c in text)
 
 
 def _attribute(text: str) -> str:

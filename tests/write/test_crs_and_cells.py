@@ -1,0 +1,104 @@
+"""What a file keeps of a coordinate reference system; words that are no formulas."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+import geosurf as gs
+from geosurf.write import WRITERS
+from geosurf.write.table import FORMULA, csv_of_rows
+
+CRS = "EPSG:23031"
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """A model whose horizons declare a reference system, and whose fault does not."""
+    world = gs.synthetic.tilted_planes()
+    horizons = {name: grid.assign_attrs(crs=CRS) for name, grid in world.horizons.items()}
+    return gs.Scene(horizons, world.faults, world.box)
+
+
+def results(scene):
+    """One of each kind of thing that can be written, without sticks, which have no system."""
+    top = gs.synthetic.tilted_planes().horizons["Top"].assign_attrs(crs=CRS)
+    return {
+        "TriSurface": scene.surface("Top"),
+        "Curves": scene.curves,
+        "Patches": scene.patches,
+        "Unit": next(iter(scene.units.values())),
+        "Units": scene.units,
+        "horizon (DataArray)": top,
+        "Dataset": top.to_dataset(),
+    }
+
+
+@pytest.mark.parametrize(
+    ("kind", "suffix"),
+    [(kind, suffix) for kind in WRITERS if kind != "FaultSticks" for suffix in WRITERS[kind]],
+)
+def test_law_a_reference_system_is_in_the_file_or_in_the_notes(scene, tmp_path, kind, suffix):
+    result = results(scene)[kind]
+    if kind == "Dataset" and suffix != ".nc":
+        result = scene.fault_polygons("Top").assign_attrs(crs=CRS)
+    written = gs.write(result, tmp_path / f"a{suffix}")
+    noted = [note for note in written.notes if "(CRS)" in note and CRS in note]
+    assert any(CRS.encode() in path.read_bytes() for path in written) == (not noted)
+
+
+@pytest.mark.parametrize("suffix", [".ts", ".vtp"])
+@pytest.mark.parametrize("crs", [CRS, "NAD27 / UTM zone 11N", 'PROJCS["ED50",AUTHORITY["x","1"]]'])
+def test_surfaces_come_back_in_their_reference_system(tmp_path, suffix, crs):
+    wall = gs.TriSurface("F", "fault", [[0, 0, 0], [0, 9, 0], [0, 0, 9]], [[0, 1, 2]])
+    wall.crs = crs
+    gs.write(wall, tmp_path / f"a{suffix}")
+    found = gs.read_fault(tmp_path / f"a{suffix}").crs
+    assert found == ("ED50" if suffix == ".ts" and "[" in crs else crs)
+
+
+def test_results_of_single_stages_carry_it(scene):
+    assert gs.intersect_surfaces(scene.surfaces).crs == CRS
+    assert gs.rebuild_surfaces(scene.surfaces).crs == CRS
+    assert scene.patches.surface("Top").crs == CRS
+    plain = gs.TriSurface("F", "fault", [[0, 0, 0], [0, 9, 0], [0, 0, 9]], [[0, 1, 2]])
+    assert plain.crs is None
+    assert gs.rebuild_surfaces([plain]).crs is None
+
+
+def test_a_horizon_with_a_grid_mapping_keeps_it_in_netcdf(tmp_path):
+    mark = xr.DataArray(0, attrs={"spatial_ref": CRS})
+    top = gs.synthetic.tilted_planes().horizons["Top"].assign_coords(spatial_ref=mark)
+    gs.write(top, tmp_path / "a.nc")
+    assert gs.read_horizon(tmp_path / "a.nc").attrs["crs"] == CRS
+
+
+@given(st.lists(st.one_of(st.floats(), st.integers(), st.text("=+-@\t\r\n ,'\"aF1\uff1d"))))
+def test_law_words_are_no_formulas_and_numbers_stay(row):
+    data, notes = csv_of_rows(["x"] * len(row), [row])
+    found = list(csv.reader(io.StringIO(data.decode(), newline="")))[1:] or [[]]
+    risky = [isinstance(cell, str) and cell.startswith(FORMULA) for cell in row]
+    for cell, text, risk in zip(row, found[0], risky, strict=True):
+        assert text == (f"'{cell}" if risk else str(cell))
+    assert bool(notes) == any(risky)
+
+
+def test_names_of_units_are_no_formulas(tmp_path):
+    world = gs.synthetic.tilted_planes()
+    names = {name: f"=HYPERLINK({name})" for name in world.horizons}
+    horizons = {names[name]: grid for name, grid in world.horizons.items()}
+    scene = gs.Scene(horizons, {"@F": next(iter(world.faults.values()))}, world.box)
+    written = gs.write(scene.units, tmp_path / "a.csv")
+    assert any("apostrophe" in note for note in written.notes)
+    with (tmp_path / "a.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))
+    assert any(cell.startswith("'=HYPERLINK") for row in rows for cell in row)
+    for row in rows[1:]:
+        for cell in row:
+            assert not cell.startswith(FORMULA) or np.isfinite(float(cell))
