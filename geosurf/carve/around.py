@@ -103,10 +103,14 @@ class Around:
         some = self._level if level else self._all
         return self._links[0][some > self._times([one])]
 
-    def touched(self, one: int) -> np.ndarray:
-        """Whether each unit lies on the front and on the back of a surface, bool (n_unit, 2)."""
+    def touched(self, one: int, *, inside: bool = False) -> np.ndarray:
+        """Whether each unit lies on the front and on the back of a surface, bool (n_unit, 2);
+        everywhere, or `inside` of the walls.
+        """
         shell, surface, behind = self.on
         mine = surface == one
+        if inside:
+            mine &= ~self._on_walls[self.found.key[shell]]
         out = np.zeros((self.n_unit, 2), dtype=bool)
         out[self.found.unit[shell[mine]], behind[mine].astype(np.int64)] = True
         return out
@@ -134,7 +138,7 @@ class Around:
             The side that its front looks to.
         """
         stack = join_pairs(self.neighbours_but_over(one, level=True), self.n_unit)
-        touched = _gathered(self.touched(one), stack)
+        touched = _gathered(self.touched(one, inside=True), stack)
         side = front * (touched[:, 0].astype(np.int64) - touched[:, 1])
         torn = touched.all(axis=1)
         links = self.neighbours_but_over(one)
@@ -175,6 +179,10 @@ class Around:
         return bare
 
     @cached_property
+    def _on_walls(self) -> np.ndarray:
+        return lie_on(self.patches, self.found, rows_of(self.patches, "wall"))
+
+    @cached_property
     def _within(self) -> np.ndarray:
         return within_bounds(self.patches)
 
@@ -199,6 +207,13 @@ class Around:
         same = np.flatnonzero((np.diff(edges[order]) == 0) & (edges[order[1:]] >= 0))
         pairs = np.stack([order[same], order[same + 1]], axis=1) // 3
         return join_pairs(pairs, len(rows))
+
+
+def lie_on(patches: Patches, found: Matched, surfaces: list[int]) -> np.ndarray:
+    """Which triangles are those of one of some surfaces, by key."""
+    out = np.zeros(found.n_key, dtype=bool)
+    out[found.of_patches[np.isin(patches.surface_of_triangle, surfaces)]] = True
+    return out
 
 
 def within_bounds(patches: Patches) -> np.ndarray:

@@ -132,7 +132,7 @@ def _adds_up(patches: Patches, units: Units, anew: dict[str, float]) -> Check:
         area, slack = _shell_area(unit)
         bound = VOLUME_TOLERANCE * anew[name]
         if anew[name] > small:
-            bound += 16 * EPS * area * height
+            bound += slack * height
         if abs(anew[name] - unit.volume) > bound or abs(area - unit.area) > slack:
             off.append(name)
     world = np.stack([lower, upper], axis=1) + patches.origin[:, None]

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from geosurf.carve.around import ABOVE, BELOW, Around, within_bounds
+from geosurf.carve.around import ABOVE, BELOW, Around, lie_on, within_bounds
 from geosurf.carve.blocks import WHOLE
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.consistent import Matched, rows_of
@@ -151,11 +151,19 @@ def _in_other_zones(
 ) -> list[int]:
     """Units above a horizon in a zone below it, or the other way round.
 
-    Where horizons coincide, the column may have taken away all but one.
+    Where horizons coincide, the column may have taken away all but one. Where one lies on a wall,
+    or on a fault or contact with one zone on both sides, it may have taken away that one: the
+    other surface bounds the units all the same.
     """
     horizons = rows_of(patches, "horizon")
     zone = np.array([unit.zone_index for unit in parts])[found.unit]
-    open_ = np.flatnonzero(np.isin(found.surface, horizons) & (found.row >= 0))
+    beside = np.full((found.n_key, 2), -1)
+    beside[found.key, found.turn.astype(np.int64)] = zone
+    others = [*rows_of(patches, "fault"), *rows_of(patches, "contact")]
+    bound = lie_on(patches, found, others) & (beside[:, 0] == beside[:, 1])
+    bound |= lie_on(patches, found, rows_of(patches, "wall"))
+    open_ = np.isin(found.surface, horizons) & (found.row >= 0) & ~bound[found.key]
+    open_ = np.flatnonzero(open_)
     for rank, i in enumerate(horizons):
         rows = np.flatnonzero(patches.surface_of_triangle == i)
         turn = np.zeros(found.n_key, dtype=np.int64)
