@@ -13,6 +13,7 @@ import numpy as np
 from geosurf.contact import tree
 from geosurf.contact.aligned import needed, of_one_map, pairs_of_one_map
 from geosurf.contact.broad import candidate_pairs
+from geosurf.contact.hubs import hubs_of, pairs_around_hubs
 from geosurf.contact.threads import side_by_side
 from geosurf.contact.torn import is_torn, over_itself, pairs_with_itself
 from geosurf.contact.upright import are_alike, settled_pairs
@@ -78,6 +79,10 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
 
     def search(i: int, j: int):
         """Candidates of one pair of surfaces, and what finding them cost."""
+        if i == j and not is_torn(surfaces[i]):
+            around = hubs_of(surfaces[i])
+            if len(around[1]):
+                return pairs_around_hubs(surfaces[i], *around)
         one_map = i != j and of_one_map(surfaces[i], surfaces[j])
         lattices = surfaces[i].lattice, surfaces[j].lattice
         if voxels:

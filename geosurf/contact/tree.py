@@ -101,6 +101,13 @@ def _tree_of_list(vertices: np.ndarray, triangles: np.ndarray, boxes, codes) -> 
     return Tree((flat, flat, flat), places, triangles, order, nodes, levels)
 
 
+def tree_of_rows(surface: TriSurface, rows: np.ndarray) -> Tree:
+    """A tree over some triangles of a list; its keys are places in `rows`."""
+    triangles = surface.triangles[rows]
+    boxes, codes, _, _ = survey_list(surface.vertices, triangles)
+    return _tree_of_list(surface.vertices, triangles, boxes, codes)
+
+
 def _lattice_tree(lattice: Lattice) -> Tree:
     survey = lattice.survey
     given = lattice.coordinates, lattice.places, _NO_TRIANGLES, _NO_ORDER
@@ -157,9 +164,7 @@ def pairs_of_some(surface: TriSurface, whole: Tree, some: np.ndarray):
     rows = np.flatnonzero(some)
     if len(rows) == 0:
         return np.empty((0, 2), dtype=np.int64), {"nodes": 0, "pairs": 0}
-    triangles = surface.triangles[rows]
-    boxes, codes, _, _ = survey_list(surface.vertices, triangles)
-    part = _tree_of_list(surface.vertices, triangles, boxes, codes)
+    part = tree_of_rows(surface, rows)
     pairs, cost = candidate_pairs(part, whole, room=max(_ROOM, _NEIGHBOURS * len(rows)))
     one, two = rows[pairs[:, 0]], pairs[:, 1]
     once = (one < two) | ((one > two) & ~some[two])  # both may be marked
