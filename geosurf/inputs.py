@@ -15,6 +15,7 @@ from geosurf.model import Contact, FaultSticks, Sheet, TriSurface
 from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_horizon
 from geosurf.triangulate.horizon_mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
+from geosurf.triangulate.spikes import check_spikes
 
 Options = Mapping[str, Any]
 
@@ -98,11 +99,15 @@ def as_surface(
         found = found.renamed(name, role)
         if role == "horizon" and not torn:
             check_horizon_mesh(found)
+            check_spikes(found)
         return orient_fault(found) if role == "fault" else found
     if found is value and hasattr(found, "coords"):
         found = found.copy(deep=True)  # a scene outlives what is done to its inputs afterwards
     make = triangulate_horizon if role == "horizon" else triangulate_fault
-    return make(found, name=name, **_only_if_unsaid(found, options))
+    made = make(found, name=name, **_only_if_unsaid(found, options))
+    if role == "horizon":
+        check_spikes(made)
+    return made
 
 
 def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, Any]:

@@ -68,7 +68,8 @@ to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horiz
             effect = f"close to the {where}, but not in it,"
     remedy = f"enlarge {'box' if aoi is None else 'aoi'}= to it, if all horizons reach that far."
     if words:
-        sides = ", ".join(f"{value:.10g}" for value in wider)
+        digits = max(0, 2 - math.floor(math.log10(max(box[1] - box[0], box[3] - box[2]))))
+        sides = ", ".join(f"{round(value, digits):.12g}" for value in wider)
         remedy = f"enlarge the box to it, box=({sides}), if all horizons reach that far."
     return GeosurfWarning(
         "outside",

@@ -18,7 +18,7 @@ from geosurf import (
     synthetic,
     tear_horizon,
 )
-from geosurf.errors import GeometryError, InputError
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.measure import allan_diagram, juxtaposition_table, separation
 from geosurf.measure.cutoffs import wall_lines
 from geosurf.model import Units
@@ -471,8 +471,11 @@ def test_names_that_are_not_there():
         scene.cutoffs("Top", "F1", "left")
     far = slope("F2")
     far = TriSurface("F2", "fault", far.vertices + np.array([0.0, 900.0, 0.0]), far.triangles)
+    other = scene.replace(faults={"F2": far})
+    with pytest.warns(GeosurfWarning, match=r"'F2' lies 868 m north of the model box"):
+        _ = other.units
     with pytest.raises(GeometryError, match=r"'F2' does not reach into the model.*Enlarge the box"):
-        scene.replace(faults={"F2": far}).allan("F2")
+        other.allan("F2")
     with pytest.raises(InputError, match="do not know the patches that they were carved from"):
         _ = Units([], BOX).sides
 

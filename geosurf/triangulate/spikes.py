@@ -1,0 +1,292 @@
+"""Nodes of a horizon that jump away from all others and back: forgotten marks of absent values.
+
+Programs mark absent nodes with -999, -999.25, 1e30 and the like. Left in a grid they become spikes
+that cut through the model. No relief jumps by far more than all its other steps and comes back
+within a few nodes, so the steps of a grid alone find them:
+
+    jump     a step between neighbours that is five times any step below it, and steeper than 45°
+    island   nodes that jumps alone join to the others, all of them up or all of them down
+
+An island that holds one usual mark is refused. One that is nowhere wider than two nodes is warned
+of, as a spike. Sharp faults pass: a fault block is wider, and has jumps up and down or none around
+it. Faults that gridding has smeared pass: steps of all sizes lie between.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.conventions import counted, place
+from geosurf.errors import GeosurfWarning, HorizonError
+from geosurf.model import TriSurface
+from geosurf.warning import warn
+
+# usual marks of absent values, and the units in which they may have been read as lengths
+MARKS = (999.0, 999.25, 9999.0, 99999.0, 999999.0, 9999900.0, 32767.0, 32768.0, 1e20, 1e30, 0.0)
+_UNITS = (1.0, 0.3048, 1200.0 / 3937.0, 1000.0)
+_FAR = 5.0  # times all other steps, or more
+_CLEAR = 100.0  # [m] from a mark to the next value, at least, where values alone are compared
+_FEW = 0.1  # of all nodes: more than these are no spikes
+_ENOUGH = 8  # other steps, to know what is usual
+
+
+def check_spikes(surface: TriSurface) -> None:
+    """
+    Refuse a horizon with marks of absent values among its elevations; warn of other spikes.
+
+    Parameters
+    ----------
+    surface : TriSurface
+        In metres, elevation positive up.
+
+    Raises
+    ------
+    HorizonError
+        With the mark, how many nodes have it, one place, and what to type.
+
+    Examples
+    --------
+    >>> from geosurf.model import Lattice
+    >>> axis, heights = np.arange(6) * 50.0, np.full((6, 6), -2000.0)
+    >>> heights[2, 3] = -999.25
+    >>> check_spikes(TriSurface("Top", "horizon", lattice=Lattice(axis, axis, heights)))
+    Traceback (most recent call last):
+    geosurf.errors.HorizonError: horizon 'Top': 1 node has the value -999.25, a usual mark of \
+absent values, as at (easting 150.000, northing 100.000, elevation -999.250); the others lie \
+between -2000 and -2000 m. Make them absent: grid.where(abs(abs(grid) - 999.25) > 0.01).
+    """
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused elsewhere
+        _check(surface)
+
+
+def _check(surface: TriSurface) -> None:
+    z = _elevations(surface)
+    low, high = surface.bounds[4:]
+    ends = [value for value in {low, high} if mark_of(value) is not None]
+    steps, spacing = _steps(surface)
+    steepest = max(float(np.fmax.reduce(np.abs(s), axis=None, initial=0.0)) for s in steps)
+    if not ends and steepest <= spacing:
+        return
+    for value in ends:
+        _refuse_mark_far_from_all(surface, z, value)
+    first, second, size = _edges(surface, steps)
+    for limit in _limits(np.abs(size), spacing):
+        if _look_at_islands(surface, z, first, second, size, limit):
+            return
+
+
+def mark_of(value: float) -> float | None:
+    """Return the usual mark that an elevation is, in some unit, or None.
+
+    Examples
+    --------
+    >>> mark_of(999.0), mark_of(-999.25 * 0.3048), mark_of(-2000.0)
+    (999.0, 999.25, None)
+    """
+    for unit in _UNITS:
+        for mark in MARKS:
+            if abs(abs(value) - mark * unit) <= 1e-6 * mark * unit:
+                return mark
+    return None
+
+
+# ---- values alone ----------------------------------------------------------------------
+
+
+def _refuse_mark_far_from_all(surface: TriSurface, z: np.ndarray, value: float) -> None:
+    """Refuse a mark that is farther from all other values than these are from each other."""
+    rest = z[np.isfinite(z) & (z != value)]
+    if not len(rest):
+        return
+    low, high = float(rest.min()), float(rest.max())
+    gap = low - value if value < low else value - high
+    if gap > max(high - low, _CLEAR):
+        _refuse(surface, z, z == value)
+
+
+def _refuse(surface: TriSurface, z: np.ndarray, wrong: np.ndarray) -> None:
+    node = int(np.flatnonzero(wrong)[0])
+    value = float(z[node])
+    mark = mark_of(value) or 0.0
+    rest = z[np.isfinite(z) & ~wrong]
+    n = int(wrong.sum())
+    away = f"abs(abs(grid) - {mark:.10g}) > 0.01" if mark else "grid != 0"
+    units = ""
+    if mark > 1e9:
+        away = f"abs(grid) < {0.9 * mark:.3g}"
+    said = f"{np.copysign(mark, value):.10g}" if mark else "0"
+    if mark and abs(abs(value) - mark) > 1e-6 * mark:
+        said += f" ({value:.10g} m)"
+        units = ", with the grid in the units of its file"
+    raise HorizonError(
+        f"horizon {surface.name!r}: {counted(n, 'node')} {'has' if n == 1 else 'have'} the value "
+        f"{said}, a usual mark of absent values, as at {place(_place(surface, node))}; the others "
+        f"lie between {rest.min():.6g} and {rest.max():.6g} m. Make them absent: "
+        f"grid.where({away}){units}.",
+        place=_place(surface, node),
+        surfaces=[surface.name],
+    )
+
+
+# ---- steps -----------------------------------------------------------------------------
+
+
+def _elevations(surface: TriSurface) -> np.ndarray:
+    """Elevation of each node (n,), absent ones too."""
+    lattice = surface.lattice
+    return surface.vertices[:, 2] if lattice is None else lattice.elevation.reshape(-1)
+
+
+def _steps(surface: TriSurface) -> tuple[list[np.ndarray], float]:
+    """Steps in elevation between neighbours, and a usual distance between them in the map [m]."""
+    if surface.lattice is None:
+        t, v = surface.triangles, surface.vertices
+        spans = [v[t[:, (k + 1) % 3]] - v[t[:, k]] for k in range(3)]
+        flat = np.concatenate([np.hypot(span[:, 0], span[:, 1]) for span in spans])
+        return [span[:, 2] for span in spans], float(np.median(flat)) if len(flat) else 0.0
+    lattice = surface.lattice
+    spacing = []
+    for axis in (0, 1):
+        gaps = []
+        for part, own in ((lattice.northing, 0), (lattice.easting, 1)):
+            if part.ndim == 2:
+                few = (
+                    part[:: max(len(part) // 64, 1)]
+                    if axis
+                    else part[:, :: max(part.shape[1] // 64, 1)]
+                )
+                gaps.append(np.diff(few, axis=axis).reshape(-1))
+            elif own == axis:
+                gaps.append(np.diff(part))
+        gaps = [g for g in gaps if g.size]
+        if gaps:
+            spacing.append(
+                float(np.nanmedian(np.hypot(*gaps) if len(gaps) == 2 else np.abs(gaps[0])))
+            )
+    steps = [np.diff(lattice.elevation, axis=axis) for axis in (0, 1)]
+    return steps, max(spacing, default=0.0)
+
+
+def _edges(
+    surface: TriSurface, steps: list[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Neighbours, first and second node, and the step from the one to the other."""
+    if surface.lattice is None:
+        t = surface.triangles
+        first, second = t.T.reshape(-1), t[:, [1, 2, 0]].T.reshape(-1)
+    else:
+        node = np.arange(surface.lattice.elevation.size).reshape(surface.lattice.shape)
+        first = np.concatenate([node[:-1].reshape(-1), node[:, :-1].reshape(-1)])
+        second = np.concatenate([node[1:].reshape(-1), node[:, 1:].reshape(-1)])
+    size = np.concatenate([step.reshape(-1) for step in steps])
+    real = np.isfinite(size)
+    return first[real], second[real], size[real]
+
+
+def _limits(size: np.ndarray, spacing: float) -> list[float]:
+    """Steps below which all are far smaller than the next larger one, the largest first."""
+    small = size <= spacing / _FAR
+    below = float(size[small].max(initial=0.0))
+    order = np.append(np.sort(size[~small])[::-1], below)
+    found = np.flatnonzero((order[:-1] > _FAR * order[1:]) & (order[:-1] > spacing))
+    return [float(order[k + 1]) for k in found.tolist() if len(size) - 1 - k >= _ENOUGH]
+
+
+def _look_at_islands(
+    surface: TriSurface,
+    z: np.ndarray,
+    first: np.ndarray,
+    second: np.ndarray,
+    size: np.ndarray,
+    limit: float,
+) -> bool:
+    """Refuse marks and warn of spikes among the islands beyond a limit; return if there are any."""
+    jump = np.abs(size) > limit
+    a, b, step = first[jump], second[jump], size[jump]
+    at_jump = np.zeros(len(z), dtype=bool)
+    at_jump[a] = at_jump[b] = True
+    marks = [value for value in np.unique(z[at_jump]).tolist() if mark_of(value)]  # not 0 m
+    here, there = at_jump[first], at_jump[second]
+    if not marks:  # what is nowhere wider than two nodes has jumps at all of them
+        joined = ~jump & here & there
+    else:
+        joined = ~jump
+    part = _parts(len(z), first[joined], second[joined])
+    n_part = int(part.max()) + 1
+    apart = part[a] != part[b]
+    a, b, step = a[apart], b[apart], step[apart]
+    ups = np.bincount(part[a], step < 0, n_part) + np.bincount(part[b], step > 0, n_part)
+    downs = np.bincount(part[a], step > 0, n_part) + np.bincount(part[b], step < 0, n_part)
+    island = (ups == 0) != (downs == 0)  # all its jumps go one way
+    nodes = np.bincount(part, minlength=n_part)
+    if nodes.max() > 0.5 * len(z):
+        island[int(np.argmax(nodes))] = False  # the horizon itself
+    for value in marks:
+        mine = island[part] & (z == value)
+        alone = mine & (np.bincount(part, z != value, n_part)[part] == 0)
+        if alone.any():
+            _refuse(surface, z, alone)
+    wide = np.zeros(n_part, dtype=bool)
+    wide[part[~at_jump]] = True
+    for one, other in ((first, second), (second, first)):
+        wide[part[one[~jump & at_jump[one] & ~at_jump[other]]]] = True
+    mine = (island & ~wide)[part]
+    if not mine.any() or mine.sum() > _FEW * np.isfinite(z).sum():
+        return False
+    _warn(surface, mine, part, a, b, step, limit)
+    return True
+
+
+def _parts(n: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Number of the part that each of n nodes belongs to."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    links = coo_array((np.ones(len(first), dtype=bool), (first, second)), shape=(n, n))
+    part: np.ndarray = connected_components(links, directed=False)[1]
+    return part
+
+
+def _warn(
+    surface: TriSurface,
+    mine: np.ndarray,
+    part: np.ndarray,
+    a: np.ndarray,
+    b: np.ndarray,
+    step: np.ndarray,
+    limit: float,
+) -> None:
+    """Warn of all spikes at once, naming the highest."""
+    ours = mine[a] | mine[b]
+    k = int(np.argmax(np.where(ours, np.abs(step), 0.0)))
+    node = int(a[k] if mine[a[k]] else b[k])
+    height, n = abs(float(step[k])), int(mine.sum())
+    at = _place(surface, node)
+    usual = f"{height / limit:.0f} times all other steps" if limit > 0 else "and nowhere else"
+    same = np.flatnonzero(part == part[node])
+    spots = np.array([_place(surface, int(one)) for one in same])
+    middle, half = 0.5 * (spots.min(0) + spots.max(0)), 0.5 * np.ptp(spots, axis=0)
+    east, north = (f"abs(grid.{w} - {middle[i]:.10g}) > {half[i] + 0.01:.6g}" for i, w in
+                   enumerate(("easting", "northing")))  # fmt: skip
+    warn(
+        GeosurfWarning(
+            "spike",
+            surface.name,
+            f"Horizon {surface.name!r} jumps by {height:.6g} m at {place(at)} and back, {usual}; "
+            f"{counted(n, 'node')} {'stands' if n == 1 else 'stand'} out like this.",
+            f"If that is not real, make it absent: grid.where(({east}) | ({north})).",
+            at,
+        )
+    )
+
+
+def _place(surface: TriSurface, node: int) -> tuple[float, float, float]:
+    """Where a node is."""
+    if surface.lattice is None:
+        x, y, z = surface.vertices[node].tolist()
+        return x, y, z
+    lattice = surface.lattice
+    i, j = divmod(node, lattice.shape[1])
+    x = lattice.easting[j] if lattice.easting.ndim == 1 else lattice.easting[i, j]
+    y = lattice.northing[i] if lattice.northing.ndim == 1 else lattice.northing[i, j]
+    return float(x), float(y), float(lattice.elevation[i, j])
