@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.contact.room import check_pairs
 from geosurf.errors import InputError
 from geosurf.kernels import voxels
 
@@ -130,6 +131,7 @@ def candidate_pairs(boxes_a, boxes_b, *, size=None, same=False):
         )  # fmt: skip
         if n <= len(pairs):
             break
+        check_pairs(n)
         pairs = np.empty((n, 2), dtype=np.int64)
     cost = {
         "voxels": grid.n_voxel,

@@ -14,6 +14,7 @@ from geosurf.contact import tree
 from geosurf.contact.aligned import needed, of_one_map, pairs_of_one_map
 from geosurf.contact.broad import candidate_pairs
 from geosurf.contact.hubs import hubs_of, pairs_around_hubs
+from geosurf.contact.room import PAIR, TooManyPairs, lack_of_room, refusal
 from geosurf.contact.threads import side_by_side
 from geosurf.contact.torn import is_torn, over_itself, pairs_with_itself
 from geosurf.contact.upright import are_alike, settled_pairs
@@ -102,7 +103,14 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
             rows, spent = tree.candidate_pairs(trees[i], trees[j], same=i == j)
         return (rows[needed(*lattices, rows[:, :2])] if one_map else rows), spent
 
-    for (i, j), (rows, spent) in zip(wanted, side_by_side(search, wanted), strict=True):
+    def searched(i: int, j: int):
+        """`search`, with the names of the surfaces where there is no room for their pairs."""
+        try:
+            return search(i, j)
+        except TooManyPairs as error:
+            raise refusal(error.n, [surfaces[i].name, surfaces[j].name]) from error
+
+    for (i, j), (rows, spent) in zip(wanted, side_by_side(searched, wanted), strict=True):
         for key, value in spent.items():
             cost["pairs_tested" if key == "pairs" else key] += value
         found.append((i, j, rows))
@@ -137,6 +145,9 @@ def gather(surfaces, found, origin: np.ndarray) -> tuple[Faces, np.ndarray]:
     limits = [_key_limits(surface) for surface in surfaces]
     first_key = np.cumsum([0] + [n for n, _ in limits])
     first_node = np.cumsum([0] + [n for _, n in limits])
+    n_pair = sum(len(rows) for _, _, rows in found)
+    if lack_of_room(n_pair * PAIR) is not None:
+        raise refusal(n_pair, [surface.name for surface in surfaces])
     pairs = _one_table(found, first_key)
     key = number_in_place(pairs, 2, int(first_key[-1]))
     cut = np.searchsorted(key, first_key)

@@ -15,6 +15,7 @@ import numpy as np
 
 from geosurf.contact.broad import candidate_pairs, fit_voxels
 from geosurf.contact.gather import Faces, find_candidates, gather
+from geosurf.contact.room import CONTACT, IN_PLANE, lack_of_room, refusal
 from geosurf.contact.threads import n_threads, side_by_side
 from geosurf.contact.tree import look_at_list
 from geosurf.conventions import frame_origin, is_number, place
@@ -34,6 +35,7 @@ METHODS = ("auto", "tree", "voxels")
 ULP = 2.0**-52
 # a number has 53 digits from its first one on: all numbers together need fewer than MAX_BITS
 _FEW_DIGITS = 2.0 ** (MAX_BITS - 60)
+_AT_ONCE = 1 << 20  # pairs; many more than the usual scene has
 _PAIRS_OF_A_THREAD = 20_000  # 4 ms of work; a thread costs a tenth of one
 
 
@@ -194,6 +196,11 @@ def find_contacts(
     Returns
     -------
     Contacts
+
+    Raises
+    ------
+    InputError
+        For an unknown method, or if pairs of triangles are more than memory holds.
     """
     if method not in list(METHODS):
         raise InputError(f"method is {method!r}, expected one of {METHODS}.")
@@ -252,13 +259,20 @@ def _meet(x, t, pairs):
 def _meet_part(x, t, pairs, slip):
     """Contacts of some pairs, and the near ones among them."""
     m, w = frame_of(x, len(t))
-    rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
+    rows = np.empty((min(len(pairs), _AT_ONCE) + 1, N_COLUMN), dtype=np.int64)
     near = np.empty(1024 + len(pairs) // 16, dtype=np.int64)
-    n, n_near = meet_pairs(x, t, pairs, m, w, slip, rows, near)
-    if n_near > len(near):
-        near = np.empty(n_near, dtype=np.int64)
-        n, n_near = meet_pairs(x, t, pairs, m, w, slip, rows, near)
-    return packed(rows[:n]), pairs[near[:n_near]]
+    found, beside = [], []
+    for first in range(0, max(len(pairs), 1), _AT_ONCE):  # rows take five times what pairs do
+        some = pairs[first : first + _AT_ONCE]
+        n, n_near = meet_pairs(x, t, some, m, w, slip, rows, near)
+        if n_near > len(near):
+            near = np.empty(n_near, dtype=np.int64)
+            n, n_near = meet_pairs(x, t, some, m, w, slip, rows, near)
+        found.append(packed(rows[:n]))
+        beside.append(some[near[:n_near]])
+    if len(found) == 1:
+        return found[0], beside[0]
+    return np.concatenate(found), np.concatenate(beside)
 
 
 def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
@@ -270,6 +284,11 @@ def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
         faces, number = faces.only(np.flatnonzero(used))
         rows[:, :2], near = number[rows[:, :2]], number[near]
     x, t = faces.x, faces.t
+    n_area = int((in_plane(rows) & (n_corners(rows) > 2)).sum()) if len(rows) > _AT_ONCE else 0
+    size = CONTACT + (IN_PLANE - CONTACT) * n_area // max(len(rows), 1)
+    if lack_of_room(len(rows) * size) is not None:
+        names = [surface.name for surface in surfaces]
+        raise refusal(len(rows), names, size, "that meet")
     m, w = frame_of(x, len(t))
     n_corner, n_coplanar = int(n_corners(rows).sum()), int(in_plane(rows).sum())
     space = np.empty((len(x) + n_corner, 3))  # if each were a point of its own

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.contact.room import check_pairs
 from geosurf.kernels import tree
 from geosurf.kernels.crowns import crowns_meet
 from geosurf.kernels.listed import LARGEST, SMALLEST, build_list_tree, survey_list
@@ -174,11 +175,14 @@ def pairs_of_some(surface: TriSurface, whole: Tree, some: np.ndarray):
 
 
 def all_pairs(search, n_column: int = 2, room: int = _ROOM):
-    """Pairs that a kernel finds, however many, and what they cost."""
+    """Pairs that a kernel finds, and what they cost; TooManyPairs if there is no room for them."""
     pairs = np.empty((room, n_column), dtype=np.int64)
     while True:
         n, visited = search(pairs)
         if n <= len(pairs):
             break
+        check_pairs(n)
         pairs = np.empty((n, n_column), dtype=np.int64)
-    return pairs[:n].copy(), {"nodes": visited, "pairs": n}
+    if n < len(pairs):
+        pairs = pairs[:n].copy()
+    return pairs, {"nodes": visited, "pairs": n}
