@@ -7,11 +7,13 @@ for ever. Rounding the *input* cannot: vertices of the faces concerned move to m
 step far coarser than float64, the exact arrangement is made anew, and what was nearly
 degenerate is now either exactly so or thick enough; slivers whose corners come together are shut.
 Steps grow until it holds. Inputs on round numbers lie on all steps and do not move; if nothing else
-helped, each vertex moves by up to a step more, as its own coordinates tell. The largest move is
-reported, and if that does not help, the call fails by name.
+helped, each vertex moves by up to a step more, as its own coordinates tell, in several ways one
+after the other. The largest move is reported, and if that does not help, the call fails by name.
 """
 
 from __future__ import annotations
+
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +31,7 @@ from geosurf.rebuild.soundness import crossing_faces
 
 STEPS = tuple(2.0**-k for k in (28, 24, 20, 16, 13))  # metres; the last moves by 0.1 mm at most
 SHIFT = 2.0**-15  # metres; with rounding to it, at most three quarters of what the last step moves
+DRAWS = 5  # of shifts, one after the other
 
 
 def unsound(contacts: Contacts, children: Children) -> np.ndarray:
@@ -68,7 +71,8 @@ def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float
     given = contacts.surfaces
     moved = [np.zeros(surface.n_vertex, dtype=bool) for surface in given]
     first, held = (contacts, bad), _held(given)
-    for move, step in (*((_rounded, step) for step in STEPS), (_shifted, SHIFT)):
+    shifts = [(partial(_shifted, draw=draw), SHIFT) for draw in range(DRAWS)]
+    for move, step in (*((_rounded, step) for step in STEPS), *shifts):
         for _ in range(3):
             _mark(contacts, bad, moved)
             surfaces = [_moved(s, m, move, step, held) for s, m in zip(given, moved, strict=True)]
@@ -121,13 +125,16 @@ def _rounded(places: np.ndarray, step: float) -> np.ndarray:
     return rounded
 
 
-def _shifted(places: np.ndarray, step: float) -> np.ndarray:
-    """Multiples of a step, up to one step off on each axis: equal places move alike."""
+def _shifted(places: np.ndarray, step: float, draw: int) -> np.ndarray:
+    """Multiples of a step, up to one step off on each axis: equal places move alike.
+
+    One draw may move two ends of a line so that it goes through the same place as before.
+    """
     bits = np.ascontiguousarray(places + 0.0).view(np.uint64)
     mixed = bits * np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
     mixed ^= mixed >> np.uint64(29)
     one = mixed.sum(axis=1, dtype=np.uint64) * np.uint64(0xBF58476D1CE4E5B9)
-    thirds = [(one >> np.uint64(k)) % np.uint64(3) for k in (17, 31, 45)]
+    thirds = [(one >> np.uint64(k)) % np.uint64(3) for k in (17 - 3 * draw, 31 - draw, 45 + draw)]
     return _rounded(places, step) + step * (np.stack(thirds, axis=1).astype(np.float64) - 1.0)
 
 
