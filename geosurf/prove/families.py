@@ -339,6 +339,28 @@ def _rounded(rng, number) -> Draw:
     return [soup("A", triangles[0]), soup("B", triangles[1])], {"self": True}
 
 
+def _shifted_planes(rng, number) -> Draw:
+    """Planes of a lattice, moved by decimals: many meet in a point or line, but for rounding."""
+    shift = np.round(rng.random(3), int(rng.integers(1, 4))) + (number % 3 == 2) * 1000.0
+    corners: list[np.ndarray] = []
+    for _ in range(int(rng.integers(3, 8))):
+        one, two = rng.permutation(3)[:2]
+        axis = 3 - one - two  # heights on this axis are whole on whole corners
+        p, q, height = rng.integers(-2, 3, 3)
+        ends = np.array([(-8, -8), (8, -8), (8, 8), (-8, 8)], dtype=float)
+        quad = np.empty((4, 3))
+        quad[:, one], quad[:, two] = ends.T
+        quad[:, axis] = p * ends[:, 0] + q * ends[:, 1] + height
+        if not any(np.array_equal(quad, other) for other in corners):
+            corners.append(quad)
+    places = [quad + shift for quad in corners]
+    if number % 4 == 3:  # one of them again, units in the last place away
+        again = places[0]
+        places.append(np.nextafter(again, again + rng.choice([-1.0, 0.0, 1.0], again.shape)))
+    faces = [[0, 1, 2], [0, 2, 3]] if number % 2 else [[0, 1, 2]]
+    return [TriSurface(f"P{k}", "fault", x, faces) for k, x in enumerate(places)], {}
+
+
 FAMILIES: dict[str, Callable[[np.random.Generator, int], Draw]] = {
     "catalogue": _catalogue,
     "regions": _regions,
@@ -355,6 +377,7 @@ FAMILIES: dict[str, Callable[[np.random.Generator, int], Draw]] = {
     "triple lines": _triple_lines,
     "overlaps": _overlaps,
     "near-degenerate": _rounded,
+    "shifted planes": _shifted_planes,
 }
 
 

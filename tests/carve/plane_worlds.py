@@ -187,12 +187,11 @@ def upper_first(plane, parts):
     return parts if plane[0][2] > 0 else parts[::-1]
 
 
-def without_faults_beside(true: dict[tuple, float], faults: list[str]) -> dict[tuple, float]:
-    """The same without sides of faults that do not part the box, such as those beside it."""
+def beside_the_box(true: dict[tuple, float], faults: list[str]) -> set[str]:
+    """Sides of faults that do not part the box: on a wall all units lie on one, else none does."""
     sides = {word for key in true for word in key}
-    parting = {f"{name}{sign}" for name in faults for sign in "+-"} & sides
-    beside = {word for word in parting if word[:-1] + "-+"[word[-1] == "-"] not in sides}
-    return {tuple(word for word in key if word not in beside): v for key, v in true.items()}
+    pairs = [(name + "+", name + "-") for name in faults]
+    return {word for pair in pairs if not set(pair) <= sides for word in pair}
 
 
 def key_of(unit) -> tuple:
@@ -234,8 +233,13 @@ def check(seed: int) -> str:
 def compare(world: PlaneWorld, patches, units) -> None:
     """Units are those that rational arithmetic knows."""
     faults = [source.name for source in patches.sources if source.role == "fault"]
-    true = without_faults_beside(expected(world, patches.sources), faults)
+    true = expected(world, patches.sources)
     found = {key_of(unit): unit.volume for unit in units.values()}
+    beside = beside_the_box(true, faults)
+    true, found = (
+        {tuple(word for word in key if word not in beside): v for key, v in values.items()}
+        for values in (true, found)
+    )
     assert len(found) == len(units), "two units have the same sides"
     w, e, s, n, b, t = world.box
     box = (e - w) * (n - s) * (t - b)
