@@ -131,6 +131,8 @@ def read_regions(
 
 def volume_inside(corners: np.ndarray) -> float:
     """Volume [m3] inside a closed shell of triangles (n, 3, 3), by the divergence theorem."""
+    if len(corners) == 0:
+        return 0.0
     a, b, c = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
     return abs(math.fsum(((np.cross(a, b) * c).sum(axis=1) / 6.0).tolist()))
 
