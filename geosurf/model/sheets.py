@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import place
-from geosurf.errors import InputError
+from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model.base import Noun, frozen
 from geosurf.model.lattice import Lattice
 from geosurf.model.surfaces import TriSurface
@@ -93,6 +93,8 @@ class SheetReport:
         Blocks without data that were carried on from a neighbour.
     notes : list of str
         What a user should look at.
+    warnings : tuple of GeosurfWarning
+        What data show that the sheet has not: throw where a fault ends.
     """
 
     trim: float = 0.0
@@ -110,6 +112,7 @@ class SheetReport:
     noise: float | None = None
     carried: list[dict[str, Any]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    warnings: tuple[GeosurfWarning, ...] = ()
 
     def __repr__(self) -> str:
         def misfit(values: dict[str, float]) -> str:
@@ -224,6 +227,7 @@ class ThrowReport:
         How far, at most [m].
     notes : list of str
         What a user should look at.
+    warnings : tuple of GeosurfWarning
     """
 
     throw: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -235,6 +239,7 @@ class ThrowReport:
     n_outside: int = 0
     farthest_outside: float = 0.0
     notes: list[str] = field(default_factory=list)
+    warnings: tuple[GeosurfWarning, ...] = ()
 
     def __repr__(self) -> str:
         lines = [
@@ -290,6 +295,11 @@ class Sheet(Noun):
     cuts: Mapping[str, FaultCut]
     report: SheetReport | ThrowReport
     crs: str | None = None
+
+    @property
+    def warnings(self) -> tuple[GeosurfWarning, ...]:
+        """What data show that the sheet has not: those of its report."""
+        return self.report.warnings
 
     @cached_property
     def surface(self) -> TriSurface:

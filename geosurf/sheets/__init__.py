@@ -22,6 +22,7 @@ islands        what is cut by itself, since no fault joins it to the rest
 cutoffs        cut-off lines, throw and heave
 hidden         distrusted data against the wall that they are on
 describe       the report
+tip_throw      throw that the data still show where a fault ends
 propose        how far data are smeared, and the trim that follows
 section, slip  by throw: a fault along its strike, and how its walls move
 diplines       by throw: lines down the dip of a fault
@@ -36,6 +37,7 @@ finish         the noun from its parts
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -126,6 +128,12 @@ def tear_horizon(
     GeometryError
         If a block has no data, or the sheet cannot be closed against its faults: names the place.
 
+    Warns
+    -----
+    GeosurfWarning
+        If the data still show throw where a fault ends: kind ``"throw at tip"``. `Sheet.warnings`
+        has the same.
+
     See Also
     --------
     rebuild_surfaces : takes the sheet's surface; `Scene` takes the sheet itself.
@@ -181,6 +189,8 @@ def tear_horizon(
     report = make_report(
         picks, state, built, cuts, builder.triangles, float(trim), used, rebuild.nearby
     )
+    for warning in report.warnings:
+        warnings.warn(warning, stacklevel=2)
     return replace(sheet_of(picks, state, built, surfaces, rising, cuts, report), crs=crs)
 
 

@@ -19,6 +19,7 @@ from geosurf.sheets.hidden import hidden_misfit
 from geosurf.sheets.links import FALLING, RISING
 from geosurf.sheets.mesh import Triangles
 from geosurf.sheets.sets import distinct, is_among
+from geosurf.sheets.tip_throw import throw_at_tips
 from geosurf.sheets.traces import Trace
 
 FAR = 4.0  # cells of extrapolation from which a place is listed
@@ -85,6 +86,8 @@ def make_report(
     ]
     notes += _overlap_notes(picks, state, names, trim)
     notes += _branch_notes(picks.frame, state, built, names)
+    warnings = throw_at_tips(picks, state, names, trim)
+    notes += map(str, warnings)
     return SheetReport(
         trim=trim,
         cell=picks.frame.cell,
@@ -101,6 +104,7 @@ def make_report(
         noise=noise,
         carried=state.carried,
         notes=notes,
+        warnings=tuple(warnings),
     )
 
 

@@ -1,0 +1,64 @@
+"""Faults that were picked too short: the throw that data have beyond their ends."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import geosurf as gs
+from geosurf.errors import GeosurfWarning
+
+CELL = 40.0
+X, Y = np.arange(-200.0, 4201.0, CELL), np.arange(-200.0, 3201.0, CELL)
+EAST = 2003.0  # of the fault
+
+
+def torn(end, died, largest=50.0, **options):
+    """A sheet of a fault that ends at a northing; in the data throw dies from 1700 to `died`."""
+    x, y = np.meshgrid(X, Y)
+    throw = largest * np.clip((died - y) / (died - 1700.0), 0, 1)
+    throw *= np.maximum(0.0, 1.0 - np.abs(x - EAST) / 800.0)
+    z = -1600.0 + np.where(x < EAST, 0.5, -0.5) * throw
+    grid = xr.DataArray(z, {"northing": Y, "easting": X}, attrs={"units": "m", "positive": "up"})
+    corners = [(EAST, y, z) for y, z in ((-900, -2100), (end, -2100), (end, -1300), (-900, -1300))]
+    fault = gs.TriSurface("F", "fault", np.array(corners, float), [[0, 1, 2], [0, 2, 3]])
+    return gs.tear_horizon(grid, {"F": fault}, name="H", **options)
+
+
+@pytest.mark.parametrize("largest", [50.0, -50.0])
+@pytest.mark.parametrize("trim", [1.0, 2.0])
+@pytest.mark.parametrize(("end", "there"), [(1300.0, 50.0), (1700.0, 50.0), (1900.0, 37.5)])
+def test_throw_at_a_fault_that_is_too_short_is_a_warning(end, there, trim, largest):
+    """50 m of throw died within a few cells, and the report had no word of it."""
+    with pytest.warns(GeosurfWarning, match=r"'F' ends inside horizon 'H' at .* a throw of "):
+        sheet = torn(end, 2500.0, largest, trim=trim)
+    (warning,) = sheet.warnings
+    assert (warning.kind, warning.subject) == ("throw at tip", "F")
+    np.testing.assert_allclose(warning.place[:2], (EAST, end), atol=0.1 * CELL)
+    words = str(warning)
+    assert abs(float(words.split("a throw of ")[1].split(" m")[0]) - np.sign(largest) * there) < 3.0
+    assert abs(float(words.split("goes on for ")[1].split(" m")[0]) + end - 2440.0) < 3 * CELL
+    assert words in str(sheet.report)
+
+
+@pytest.mark.parametrize("trim", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("end", [2500.0, 2900.0])
+def test_a_fault_as_long_as_its_throw_has_none(end, trim):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert torn(end, 2500.0, trim=trim).warnings == ()
+
+
+@pytest.mark.parametrize("kind", ["normal", "ellipse", "listric", "Y", "X", "parallel"])
+@pytest.mark.parametrize("noise", [0.0, 2.0])
+def test_throw_that_dies_properly_has_none(kind, noise):
+    """Also as a root, around which both walls bend as around a crack."""
+    world = gs.synthetic.torn(kind, 61, noise=noise)
+    data = world.truth["points"] if noise else world.horizons["Top"]
+    trim = 0.25 if noise else 2.25
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        gs.tear_horizon(data, world.faults, name="Top", trim=trim, positive="up")
