@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.contact.search import ULP, Contacts
+from geosurf.intersect.runs import join_runs
 from geosurf.kernels.beside_lines import beside_lines
 from geosurf.kernels.collinear import lie_inside
 from geosurf.kernels.gather import number_keys
@@ -61,6 +62,7 @@ def split_overlaps(
     if len(segments) == 0 or len(segments) + len(touching) < 2:
         return segments, surfaces
     groups = _groups(contacts, segments, surfaces, touching, in_faces)
+    segments, surfaces, groups = _merged(contacts, segments, surfaces, groups)
     hits = _inside(contacts, segments, groups)
     if len(hits) == 0:
         return segments, surfaces
@@ -148,11 +150,29 @@ def _of_segments(contacts: Contacts, pair, segments, pair_of_segment):
     return two[there], segment[there]
 
 
+def _merged(contacts: Contacts, segments, surfaces, groups: _Groups):
+    """The same with runs in place of segments that overlap."""
+
+    def lie_inside(segment, point):
+        return _lie_inside(contacts, segments, groups, segment, point)
+
+    found = join_runs(contacts.x, segments, groups.lines, lie_inside)
+    if found is None:
+        return segments, surfaces, groups
+    runs, run_of = found
+    lead = np.unique(run_of, return_index=True)[1]
+    lines = _without(groups.lines[:, 0] * len(runs) + run_of[groups.lines[:, 1]], _NONE)
+    lines = np.stack(np.divmod(lines, len(runs)), axis=1)
+    return runs, surfaces[lead], _Groups(groups.n, lines, groups.points, groups.faces[lead])
+
+
 def _inside(contacts: Contacts, segments: np.ndarray, groups: _Groups) -> np.ndarray:
     """Rows (segment, point) of points that lie in a segment and are no end of it."""
     n, n_segment = len(contacts.x), len(segments)
     first_line = np.searchsorted(groups.lines[:, 0], np.arange(groups.n + 1))
-    by_segment = groups.lines[np.argsort(groups.lines[:, 1], kind="stable")]
+    # where a group has one segment only, what is found in that is of no use to another one
+    several = groups.lines[np.diff(first_line)[groups.lines[:, 0]] > 1]
+    by_segment = several[np.argsort(several[:, 1], kind="stable")]
     first_group = np.searchsorted(by_segment[:, 1], np.arange(n_segment + 1))
     known = groups.points[:, 0] * n + groups.points[:, 1]
     new, tested, found = known, _NONE, [_NONE]
