@@ -40,7 +40,13 @@ from geosurf.carve.fluids import (
     split_by_contacts,
 )
 from geosurf.carve.measures import AREA
-from geosurf.carve.outside import box_of, footprint_of, walls_are_a_box
+from geosurf.carve.outside import (
+    box_of,
+    footprint_of,
+    is_fence,
+    size_of_shells,
+    walls_are_a_box,
+)
 from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of, unit_name
 from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
 from geosurf.errors import InputError
@@ -65,8 +71,8 @@ def carve_units(
     ----------
     patches : Patches
         Of horizons (role ``"horizon"``, youngest first), faults (role ``"fault"``, any
-        number), fluid contacts (role ``"contact"``) and the walls of the model (role ``"wall"``,
-        see `build_walls`).
+        number), fluid contacts (role ``"contact"``) and the walls of the model (role ``"wall"``):
+        those of `build_walls`, or any closed shells; what they part from the distance is inside.
     column : mapping of str to str, optional
         ``"conformable"``, ``"erosional"`` (removes what lies below), ``"base"`` (what
         lies above laps onto it and is removed below it) or ``"discontinuous"`` (both), by horizon.
@@ -162,10 +168,15 @@ def carve_units(
     bounds = box_of(patches)
     lower, upper = bounds + patches.origin
     box = (lower[0], upper[0], lower[1], upper[1], lower[2], upper[2])
-    fenced = not walls_are_a_box(patches, bounds)
-    footprint = footprint_of(patches, bounds) if fenced else None
+    footprint = volume = None
+    if not walls_are_a_box(patches, bounds):
+        if is_fence(patches, bounds):
+            footprint = footprint_of(patches, bounds)
+        else:
+            footprint, volume = size_of_shells(patches.local, _outward_walls(cells))
     number = np.argsort(order)
-    found = Units(units, box, report, footprint, sides=partial(beside_triangles, shells, number))
+    beside = partial(beside_triangles, shells, number)
+    found = Units(units, box, report, footprint, sides=beside, enclosed=volume)
     return in_crs_of(found, [patches])
 
 
@@ -261,6 +272,14 @@ def _units(
         for u in order
     )
     return [in_crs_of(unit, [patches]) for unit in units]
+
+
+def _outward_walls(cells: Cells) -> np.ndarray:
+    """Triangles that have the outside on one side, turned to it: rows of `Patches.local`."""
+    full = cells.in_full
+    front, behind = (full.cell_of_side[:, k] == OUTSIDE for k in (0, 1))
+    t = full.patches.triangles[full.row]
+    return np.concatenate([t[front & ~behind], t[behind & ~front][:, [0, 2, 1]]])
 
 
 def _merge(patches: Patches, cells: Cells, zone: np.ndarray) -> np.ndarray:

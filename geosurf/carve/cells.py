@@ -21,7 +21,7 @@ from geosurf.carve.floating import place_floating
 from geosurf.carve.outside import (
     box_of,
     outside_of_box,
-    outside_of_fence,
+    outside_of_shells,
     owned_by_walls,
     walls_are_a_box,
 )
@@ -155,10 +155,9 @@ def find_cells(patches: Patches) -> Cells:
         element = np.flatnonzero(parts.of_element >= 0)
         core = element[: np.searchsorted(element, len(pieces.triangles))]
         part = parts.of_element[element]
-        outside = outside_of_fence(
-            patches, bounds, is_wall[part], sides[part], parents[core],
-            pieces.x[pieces.triangles[core]],
-        )  # fmt: skip
+        outside = outside_of_shells(
+            patches, is_wall[part], sides[part], pieces.x, pieces.triangles[core]
+        )
     cell, n_cell = _numbered(sides, outside)
     keys = (owner * (n_cell + 1) + cell[:, 0]) * (n_cell + 1) + cell[:, 1]
     found, face = number_keys(keys)
@@ -180,7 +179,7 @@ def _seen(patches: Patches, bounds: np.ndarray):
         parts = find_parts(pieces, bounds)
         sides, piece, parents = joined_sides(patches, pieces, parts)
         owners, owner = _owners(pieces, parts)
-        fixed = np.unique(piece[owned_by_walls(patches, owners)[owner]])
+        fixed = _outermost(pieces, parts, piece, owned_by_walls(patches, owners)[owner])
         floats = not np.isin(piece, fixed).all()
         if not _asks_triangles(pieces, floats):
             break
@@ -193,6 +192,18 @@ def _seen(patches: Patches, bounds: np.ndarray):
         )
         sides = found.reshape(-1, 2)[np.searchsorted(element, parts.first)]
     return pieces, parts, sides, parents, owners, owner
+
+
+def _outermost(pieces: Pieces, parts: Parts, piece: np.ndarray, is_wall: np.ndarray) -> np.ndarray:
+    """The piece of walls that no other one can be around, as their array (1,)."""
+    found = np.unique(piece[is_wall])
+    if len(found) > 1:  # walls of several shells: the one that reaches highest
+        part = parts.of_element[: len(pieces.triangles)]
+        rows = np.flatnonzero(part >= 0)
+        rows = rows[is_wall[part[rows]]]
+        top = pieces.x[pieces.triangles[rows], 2].max(axis=1)
+        found = piece[part[rows[top.argmax()]]][None]
+    return found
 
 
 def _asks_triangles(pieces: Pieces, floats: bool) -> bool:

@@ -1,7 +1,7 @@
-"""Which cells lie outside the walls: the six sides of a box, or a fence.
+"""Which cells lie outside the walls: a box, a fence, or closed shells of any shape.
 
-Whether a piece of space is inside can change at walls only. So cells are joined across all
-other surfaces, and the caps, which lie in the planes of the bounds, tell which side is which.
+Whether a piece of space is inside can change at walls only. So cells are joined across all other
+surfaces. The planes of a box tell which side is which, and for other walls a ray does.
 """
 
 from __future__ import annotations
@@ -10,8 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from geosurf.carve.rays import Rays
+from geosurf.carve.volume import volume_of
 from geosurf.conventions import place
-from geosurf.errors import GeometryError, InvariantError, OpenUnitError
+from geosurf.errors import GeometryError, OpenUnitError
 from geosurf.kernels.mesh import join_pairs
 from geosurf.model import Patches
 
@@ -97,26 +99,24 @@ def outside_of_box(
     return outside
 
 
-def outside_of_fence(
-    patches: Patches,
-    bounds: np.ndarray,
-    is_wall: np.ndarray,
-    sides: np.ndarray,
-    parents: np.ndarray,
-    corners: np.ndarray,
+def outside_of_shells(
+    patches: Patches, is_wall: np.ndarray, sides: np.ndarray, x: np.ndarray, triangles: np.ndarray
 ) -> np.ndarray:
     """
-    Sides that see the outside of walls that are no box.
+    Sides that see the outside of walls of any shape.
+
+    Inside is what walls part from the far distance, so that a shell in another one makes no
+    hollow. How walls are turned does not matter.
 
     Parameters
     ----------
     patches : Patches
-    bounds : ndarray of float64, shape (2, 3)
-        Lower and upper corner of all walls, local.
     is_wall : ndarray of bool, shape (n,)
         Elements that a wall owns, perhaps among others.
-    sides, parents, corners
-        As for `outside_of_box`.
+    sides : ndarray of int64, shape (n, 2)
+        What is seen from the front and the back of each element.
+    x, triangles : ndarray
+        Points, local, and the first elements, triangles all.
 
     Returns
     -------
@@ -125,46 +125,59 @@ def outside_of_fence(
     Raises
     ------
     OpenUnitError
-        If a way leads around the walls.
+        If a wall has the outside on both of its sides.
     """
     numbers, at = np.unique(sides, return_inverse=True)
     sides = at.reshape(-1, 2)
     root = join_pairs(sides[~is_wall], len(numbers))
-    a, b, c = (parents[:, k] for k in range(3))
-    rise = np.cross(b - a, c - a)[:, 2]
-    inner, outer = [], []
-    for z, out in zip(bounds[:, 2], (-1.0, 1.0), strict=True):
-        cap = is_wall[: len(corners)] & (corners[:, :, 2] == z).all(axis=1) & (rise != 0)
-        cap = np.flatnonzero(cap)
-        front_is_out = (rise[cap] > 0) == (out > 0)
-        outer.append(sides[cap, np.where(front_is_out, 0, 1)])
-        inner.append(sides[cap, np.where(front_is_out, 1, 0)])
-    beyond, within = (np.unique(root[np.concatenate(part)]) for part in (outer, inner))
-    leaks = np.flatnonzero(is_wall & np.isin(root[sides], beyond).all(axis=1))
-    if len(leaks) or len(within) == 0:
-        where = corners[leaks[0]].mean(axis=0) if len(leaks) else bounds.mean(axis=0)
+    walls = np.flatnonzero(is_wall[: len(triangles)])
+    # beyond the last wall that a ray meets is the outside
+    outer = Rays(x, triangles[walls]).shoot(np.array([0]), np.full(len(walls), -1))[0, 0]
+    beyond = root[sides[walls[outer // 2], outer % 2]]
+    open_ = walls[(root[sides[walls]] == beyond).all(axis=1)]
+    if len(open_):
+        where = x[triangles[open_[0]]].mean(axis=0) + patches.origin
         raise OpenUnitError(
             f"the walls of the model are open: one has the outside on both of its sides at "
-            f"{place(where + patches.origin)}. Give all of them without holes, as "
-            "build_walls(box, aoi) makes them.",
-            place=where + patches.origin,
+            f"{place(where)}. Give all of them without holes, as build_walls(box, aoi) makes them.",
+            place=where,
         )
-    if not np.isin(root, np.concatenate([beyond, within])).all():
-        raise InvariantError(
-            "a piece of space is neither inside nor outside the walls; please report this with "
-            "the surfaces."
-        )
-    outside: np.ndarray = numbers[np.isin(root, beyond)]
+    outside: np.ndarray = numbers[root == beyond]
     return outside
 
 
+def is_fence(patches: Patches, bounds: np.ndarray) -> bool:
+    """Whether all walls are upright or lie in the planes of the lower and the upper bound."""
+    for wall in (s for s in patches.sources if s.role == "wall"):
+        corners = (wall.vertices - patches.origin)[wall.triangles]
+        level = (corners[:, :, None, 2] == bounds[None, None, :, 2]).all(axis=1).any(axis=1)
+        if not (level | (_rise(corners) == 0)).all():
+            return False
+    return True
+
+
 def footprint_of(patches: Patches, bounds: np.ndarray) -> float:
-    """Area of the model in map view [m2]: of the walls in the plane of the lower bound."""
+    """Area in map view of a model in a fence [m2]: of the walls in the plane of the lower bound."""
     total = 0.0
     for wall in (s for s in patches.sources if s.role == "wall"):
         corners = (wall.vertices - patches.origin)[wall.triangles]
         corners = corners[(corners[:, :, 2] == bounds[0, 2]).all(axis=1)]
-        a, b, c = (corners[:, k, :2] for k in range(3))
-        turn = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-        total += float(np.abs(turn).sum()) / 2.0
+        total += float(np.abs(_rise(corners)).sum()) / 2.0
     return total
+
+
+def size_of_shells(x: np.ndarray, outward: np.ndarray) -> tuple[float, float]:
+    """Area in map view [m2] and volume [m3] inside walls, given their triangles turned outward.
+
+    The area is that of the walls that look down: a place over which the model is in several layers
+    counts once for each.
+    """
+    rise = _rise(x[outward])
+    return float(np.abs(rise[rise < 0]).sum()) / 2.0, volume_of(x, outward)
+
+
+def _rise(corners: np.ndarray) -> np.ndarray:
+    """Twice the area in the map of triangles (n, 3, 3), below 0 where they look down."""
+    a, b, c = (corners[:, k, :2] for k in range(3))
+    turn: np.ndarray = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    return turn

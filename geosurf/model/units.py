@@ -125,6 +125,8 @@ class Units(Noun, Mapping[str, Unit]):
         Area of the model in map view [m2]; default: that of the box.
     sides : callable, optional
         () -> `sides`; asked when they are first needed.
+    enclosed : float, optional
+        Volume inside the walls [m3]; default: footprint times height.
 
     Raises
     ------
@@ -139,8 +141,10 @@ class Units(Noun, Mapping[str, Unit]):
         report: dict[str, Any] | None = None,
         footprint: float | None = None,
         sides: Callable[[], np.ndarray] | None = None,
+        enclosed: float | None = None,
     ) -> None:
         self._sides = sides
+        self._enclosed = enclosed
         self._units: dict[str, Unit] = {}
         for unit in units:
             if self._units.setdefault(unit.name, unit) is not unit:
@@ -217,7 +221,9 @@ class Units(Noun, Mapping[str, Unit]):
 
     @property
     def box_volume(self) -> float:
-        """Volume of the model: its footprint times its height [m3]."""
+        """Volume of the model [m3]: footprint times height, or inside walls of any shape."""
+        if self._enclosed is not None:
+            return self._enclosed
         return self.footprint * (self.box[5] - self.box[4])
 
     def on(self, *sides: str) -> tuple[Unit, ...]:
