@@ -21,11 +21,18 @@ from geosurf.contact.tree import look_at_list
 from geosurf.conventions import frame_origin, is_number, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contact import N_COLUMN, meet_pairs
-from geosurf.kernels.exact import N_EDGE_PLANE
+from geosurf.kernels.exact import N_EDGE_PLANE, SCALE
 from geosurf.kernels.naming import file_records, name_contacts
 from geosurf.kernels.packed import HOW, in_plane, n_corners, pack_settled, packed, sorted_by_faces
 from geosurf.kernels.points import FULL
-from geosurf.kernels.predicates import MAX_BITS, MAX_COORDINATE, flat_triangles, frame_of
+from geosurf.kernels.predicates import (
+    MAX_BITS,
+    MAX_COORDINATE,
+    MAX_SCALE,
+    SIZES_THAT_CAN_BE_USED,
+    flat_triangles,
+    frame_of,
+)
 from geosurf.kernels.upright import OPEN
 from geosurf.kernels.voxels import fill_voxels, triangle_boxes
 from geosurf.model import TriSurface, VoxelSearch
@@ -290,6 +297,8 @@ def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
         names = [surface.name for surface in surfaces]
         raise refusal(len(rows), names, size, "that meet")
     m, w = frame_of(x, len(t))
+    if m[SCALE] > MAX_SCALE:
+        _refuse_tiny(surfaces, origin, faces)
     n_corner, n_coplanar = int(n_corners(rows).sum()), int(in_plane(rows).sum())
     space = np.empty((len(x) + n_corner, 3))  # if each were a point of its own
     space[: len(x)] = x
@@ -305,6 +314,20 @@ def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
         surfaces, origin, space, len(x), t, faces.surface, faces.key, faces.nodes, rows, near, ids,
         e[: int(m[N_EDGE_PLANE])], d[:n_point], m, w, records,
     )  # fmt: skip
+
+
+def _refuse_tiny(surfaces, origin, faces: Faces) -> None:
+    """Say which surface has a coordinate with digits beyond those that points are made from."""
+    digits = faces.x * 2.0**MAX_SCALE
+    vertex = np.flatnonzero((digits != np.floor(digits)).any(axis=1))[0]
+    face = np.flatnonzero((faces.t == vertex).any(axis=1))[0]
+    surface = surfaces[faces.surface[face]]
+    where = faces.x[vertex] + origin
+    value = faces.x[vertex, (digits[vertex] != np.floor(digits[vertex])).argmax()]
+    raise SurfaceError(
+        f"surface {surface.name!r} has a coordinate of {value:g} m at {place(where)}; "
+        f"{SIZES_THAT_CAN_BE_USED}."
+    )
 
 
 def _records(x, t, e, m, w, rows, ids, n_coplanar: int) -> np.ndarray:

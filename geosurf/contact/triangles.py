@@ -12,7 +12,14 @@ from geosurf.kernels.contact import CROSSING, FIRST_CODE, N_COLUMN, N_CORNER, me
 from geosurf.kernels.mesh import weld
 from geosurf.kernels.naming import name_contacts
 from geosurf.kernels.packed import packed
-from geosurf.kernels.predicates import MAX_COORDINATE, flat_triangles, frame_of, orient3d_rows
+from geosurf.kernels.predicates import (
+    MAX_COORDINATE,
+    MAX_SCALE,
+    SIZES_THAT_CAN_BE_USED,
+    flat_triangles,
+    frame_of,
+    orient3d_rows,
+)
 from geosurf.model import TriangleContact, frozen
 
 _FEATURES = ("vertex 0", "vertex 1", "vertex 2", "edge 0", "edge 1", "edge 2", "face")
@@ -100,6 +107,12 @@ def _checked(letter: str, triangle: Any) -> np.ndarray:
         raise SurfaceError(
             f"triangle {letter} has a coordinate that is not finite or beyond "
             f"{MAX_COORDINATE:g} m: {corners.tolist()}. Leave out nodes that are undefined."
+        )
+    digits = corners * 2.0**MAX_SCALE
+    if (digits != np.floor(digits)).any():
+        raise SurfaceError(
+            f"triangle {letter} has a coordinate too close to 0: {corners.tolist()}; "
+            f"{SIZES_THAT_CAN_BE_USED}."
         )
     return corners + 0.0
 

@@ -19,6 +19,7 @@ from geosurf.kernels.exact import N_TRIANGLE
 
 _SPLIT = 134217729.0  # 2**27 + 1 (Dekker 1971)
 _NOTHING = (0.0, 0.0, 0.0)
+UNDERFLOW = 1e-300  # more than is lost where products fall below the least normal number
 
 
 @scalar
@@ -160,7 +161,7 @@ def _along(x, t, e, m, a, b, c, axis, th, tl, relative):
     dh, dl = two_sum(end, -start)
     ph, pl = dd_mul(dh, dl, th, tl)
     s, r = dd_add(start, 0.0, ph, pl)
-    return s + 0.0, r, relative * abs(dh) + 2.0**-98 * (abs(start) + abs(end))
+    return s + 0.0, r, relative * abs(dh) + 2.0**-98 * (abs(start) + abs(end)) + UNDERFLOW
 
 
 @scalar
@@ -226,9 +227,9 @@ def tpi_doubled(x, t, e, m, one, two, three):
         d0 = -(g1 * c1[0] + g2 * c2[0] + g3 * c3[0]) / below
         d1 = -(g1 * c1[1] + g2 * c2[1] + g3 * c3[1]) / below
         d2 = -(g1 * c1[2] + g2 * c2[2] + g3 * c3[2]) / below
-        e0 = 2.0 * (f1 * c1[3] + f2 * c2[3] + f3 * c3[3] + loose * abs(d0)) / abs(below)
-        e1 = 2.0 * (f1 * c1[4] + f2 * c2[4] + f3 * c3[4] + loose * abs(d1)) / abs(below)
-        e2 = 2.0 * (f1 * c1[5] + f2 * c2[5] + f3 * c3[5] + loose * abs(d2)) / abs(below)
+        e0 = 2.0 * (f1 * c1[3] + f2 * c2[3] + f3 * c3[3] + loose * abs(d0)) / abs(below) + UNDERFLOW
+        e1 = 2.0 * (f1 * c1[4] + f2 * c2[4] + f3 * c3[4] + loose * abs(d1)) / abs(below) + UNDERFLOW
+        e2 = 2.0 * (f1 * c1[5] + f2 * c2[5] + f3 * c3[5] + loose * abs(d2)) / abs(below) + UNDERFLOW
         p0, r0 = two_sum(p0, d0)
         p1, r1 = two_sum(p1, d1)
         p2, r2 = two_sum(p2, d2)

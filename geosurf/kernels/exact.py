@@ -47,6 +47,7 @@ _POINT = 28  # X, Y, Z of 7 and W of 6 (+ 1) units
 _PLANES = 4 * _POINT
 _MISC = _PLANES + 27
 WORK = 900
+_LEAST = 5e-324
 
 
 @scalar
@@ -289,7 +290,10 @@ def _compare_to_half(w, m, scratch, top, lx, below, lw, mantissa, exponent):
 
 @scalar
 def exact_round(m, w, top, lx, below, lw):
-    """The double nearest to X / W * 2**-k (ties to even). Destroys X where it is negative."""
+    """The double nearest to X / W * 2**-k (ties to even), not 0 unless X is.
+
+    Destroys X where it is negative.
+    """
     m[EXACT_ROUND] += 1
     s = sign(w, top, lx)
     if s == 0:
@@ -326,7 +330,8 @@ def exact_round(m, w, top, lx, below, lw):
                 mantissa -= 1
                 continue
         break
-    return s * math.ldexp(float(mantissa), int(exponent))
+    # 0 is kept for what is 0: such a coordinate counts as known exactly
+    return s * max(math.ldexp(float(mantissa), int(exponent)), _LEAST)
 
 
 @scalar

@@ -17,7 +17,7 @@ import numpy as np
 
 from geosurf.kernels._jit import scalar
 from geosurf.kernels.ahead import ahead
-from geosurf.kernels.doubled import dd_add, dd_minor, dd_mul, rounds, two_sum
+from geosurf.kernels.doubled import UNDERFLOW, dd_add, dd_minor, dd_mul, rounds, two_sum
 from geosurf.kernels.exact import N_POINT, N_TRIANGLE, N_VERTEX
 from geosurf.kernels.points import place_exactly
 from geosurf.kernels.predicates import ORIENT3D_BOUND, TINY
@@ -187,7 +187,7 @@ def _along(start, end, o, p, q, th, tl, loose):
     dh, dl = two_sum(end, -start)
     ph, pl = dd_mul(dh, dl, th, tl)
     s, r = dd_add(start, 0.0, ph, pl)
-    slack = loose * abs(dh) + 2.0**-98 * (abs(start) + abs(end))
+    slack = loose * abs(dh) + 2.0**-98 * (abs(start) + abs(end)) + UNDERFLOW
     s = s + 0.0
     flat = (p == o) & (q == o)
     level = start == end

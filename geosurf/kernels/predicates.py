@@ -35,7 +35,15 @@ ORIENT3D_BOUND = (7.0 + 56.0 * _EPS) * _EPS
 INCIRCLE_BOUND = (10.0 + 96.0 * _EPS) * _EPS
 TINY = 1e-270  # below it products may underflow, so that bounds say nothing
 MAX_BITS = 980
+# of input that points are made from: three coordinates multiplied, and what rounding leaves out of
+# that, are normal numbers then, so that error bounds of doubles and double-doubles hold
+MAX_SCALE = 300
+LEAST_COORDINATE = 1e-74  # has all of its 53 digits above 2**-MAX_SCALE
 MAX_COORDINATE = 2.0**60
+SIZES_THAT_CAN_BE_USED = (
+    f"exact arithmetic takes 0 and sizes from {LEAST_COORDINATE:g} to "
+    f"{MAX_COORDINATE:.2g} m. Set numbers that mean zero to zero"
+)
 _BLOCK = 256  # coordinates that are looked at together
 
 
@@ -242,8 +250,7 @@ def frame_of(x: np.ndarray, n_triangle: int = 0) -> tuple[np.ndarray, np.ndarray
         raise SurfaceError("a coordinate is not finite; leave out nodes that are undefined.")
     if bits > MAX_BITS:
         raise SurfaceError(
-            f"coordinates span {bits} binary digits, from tiny to huge, and exact arithmetic takes "
-            f"{MAX_BITS}: set numbers that mean zero to zero."
+            f"coordinates span {bits} binary digits, from tiny to huge; {SIZES_THAT_CAN_BE_USED}."
         )
     m = np.zeros(N_META, dtype=np.int64)
     m[N_VERTEX] = len(x)

@@ -23,7 +23,14 @@ from geosurf.kernels.predicates import ORIENT2D_BOUND, TINY, sure_sign
 POINTS, TRIANGLES, AXIS, SEGMENT, FACE_ID, START, USED, LINES, SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 N_STATE = 15  # with the known line of `byname`
 _HALF_ULP = 1.12e-16
+_LEAST = 5e-324  # below the least normal number, rounding errs by so much
 TINY_DOUBLED = 1e-180  # below it rests of products may underflow
+
+
+@scalar
+def _half_ulp(coordinate):
+    """How far a coordinate can be from the one that was rounded to it; 0 is never rounded to."""
+    return max(_HALF_ULP * abs(coordinate), _LEAST) if coordinate != 0.0 else 0.0
 
 
 @scalar
@@ -46,9 +53,9 @@ def add_local(x, t, e, d, m, q, f, s, i, bits):
     row = i - m[N_VERTEX]
     if row >= 0:
         if not is_exact(x, t, e, d, m, row, (s[AXIS] + 1) % 3):
-            f[p, 3] = _HALF_ULP * abs(f[p, 0])
+            f[p, 3] = _half_ulp(f[p, 0])
         if not is_exact(x, t, e, d, m, row, (s[AXIS] + 2) % 3):
-            f[p, 4] = _HALF_ULP * abs(f[p, 1])
+            f[p, 4] = _half_ulp(f[p, 1])
         f[p, 2] = max(f[p, 3], f[p, 4])
         if f[p, 2] > 0.0:
             f[p, 7] = -1.0

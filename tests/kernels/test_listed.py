@@ -60,7 +60,7 @@ REFUSED = {
     ),
     "too many digits": (
         [[5e-324, 0, 0], [1, 0, 0], [0, 1, 0]],
-        r"'Top': coordinates span \d+ binary digits.*set numbers that mean zero to zero",
+        r"'Top': coordinates span \d+ binary digits.*Set numbers that mean zero to zero",
     ),
 }
 

@@ -155,7 +155,7 @@ def test_flat_triangles_are_found_exactly():
 def test_numbers_that_cannot_be_used_are_refused():
     with pytest.raises(SurfaceError, match="not finite; leave out nodes"):
         frame_of(np.array([[0.0, np.nan, 1.0]]))
-    with pytest.raises(SurfaceError, match=r"span \d+ binary digits.*set numbers that mean zero"):
+    with pytest.raises(SurfaceError, match=r"span \d+ binary digits.*Set numbers that mean zero"):
         frame_of(np.array([[1e-200, 1e200, 1.0]]))
 
 
