@@ -327,6 +327,28 @@ def _overlaps(rng, number) -> Draw:
     return surfaces, {"area": float(size.prod() * np.sqrt(1 + slope @ slope))}
 
 
+def _self_overlaps(rng, number) -> Draw:
+    """Triangles of few planes, some of them in several surfaces or twice in one, turned."""
+
+    def draw():
+        """Corners of one triangle, mostly in one of seven planes."""
+        corners = rng.integers(0, 4, (3, 3))
+        kind = rng.integers(5)
+        if kind < 3:
+            corners[:, kind] = rng.integers(0, 2)
+        elif kind == 3:
+            corners[:, 2] = corners[:, 0]
+        return corners
+
+    pool = _solid(draw, 4)
+    surfaces = []
+    for name in "ABC"[: 1 + number % 3]:
+        rows = rng.integers(0, len(pool), int(rng.integers(2, 5)))
+        mine = [pool[k][rng.permutation(3)] for k in rows]
+        surfaces.append(soup(name, [*mine, *_solid(draw, int(rng.integers(0, 3)))]))
+    return surfaces, {"self": bool(number % 2) or len(surfaces) == 1}
+
+
 def _rounded(rng, number) -> Draw:
     """Soups of a lattice divided by three, or turned in space: degenerate but for rounding."""
     triangles = _lattice_triangles(rng, 2, rng.integers(1, 4, 2))
@@ -376,6 +398,7 @@ FAMILIES: dict[str, Callable[[np.random.Generator, int], Draw]] = {
     "strips": _strips,
     "triple lines": _triple_lines,
     "overlaps": _overlaps,
+    "self-overlaps": _self_overlaps,
     "near-degenerate": _rounded,
     "shifted planes": _shifted_planes,
 }

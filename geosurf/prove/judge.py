@@ -96,7 +96,9 @@ def judge_contact(P: np.ndarray, Q: np.ndarray, contact: TriangleContact) -> Ver
 # ---- meshes ----------------------------------------------------------------------------
 
 
-def judge_patches(given: Sequence[TriSurface], patches: Patches, met: Sequence[Meeting]) -> Verdict:
+def judge_patches(
+    given: Sequence[TriSurface], patches: Patches, met: Sequence[Meeting], itself: bool = True
+) -> Verdict:
     """
     Judge a rebuilt mesh: nothing lost, moved, turned over or crossing; all contacts in it.
 
@@ -108,6 +110,8 @@ def judge_patches(given: Sequence[TriSurface], patches: Patches, met: Sequence[M
         Inputs that were moved to repair rounding are judged by the move that is reported.
     met : sequence of Meeting
         Of ``patches.sources``, in the frame of ``patches.origin``.
+    itself : bool
+        Whether surfaces were split at themselves, so that they may not cross themselves.
 
     Returns
     -------
@@ -124,8 +128,13 @@ def judge_patches(given: Sequence[TriSurface], patches: Patches, met: Sequence[M
         _judge_children(source.name, corners, x[patches.triangles[mine]], parent, ulp, verdict)
     if verdict.wrong:
         return verdict  # the test of crossing pairs needs triangles with an area
-    rows = np.unique(np.sort(patches.triangles, axis=1), axis=0)
+    rows, number = np.unique(np.sort(patches.triangles, axis=1), axis=0, return_inverse=True)
     pairs = crossing_pairs(x, rows)
+    if not itself:
+        owners = np.zeros((len(rows), len(given)), dtype=bool)
+        owners[number.ravel(), patches.surface_of_triangle] = True
+        one, two = owners[pairs[:, 0]], owners[pairs[:, 1]]
+        pairs = pairs[(one != two).any(axis=1) | (one.sum(axis=1) > 1)]
     if len(pairs):
         place = x[rows[pairs[0, 0], 0]] + patches.origin
         verdict.check(False, f"{len(pairs)} pairs of triangles cross, the first near {place}")
@@ -149,17 +158,19 @@ def _judge_moves(given, patches: Patches, verdict: Verdict) -> None:
 def _judge_children(name, parents, children, parent, ulp: float, verdict: Verdict) -> None:
     """Children (n, 3, 3) cover their parents, face as they do and lie on them."""
     vectors = area_vectors(parents)
-    axis = np.abs(vectors).argmax(axis=1)[parent]
-    row = np.arange(len(parent))
-    mine, theirs = area_vectors(children)[row, axis], vectors[parent, axis]
+    axis, way = _facing(parents, vectors)
+    axis, way = axis[parent], way[parent]
+    mine = area_vectors(children)[np.arange(len(parent)), axis]
     sides = np.abs(children - np.roll(children, 1, axis=1)).max(axis=(1, 2))
-    for k in np.flatnonzero(~(mine * np.sign(theirs) > 1e-14 * sides**2)):
+    for k in np.flatnonzero(~(mine * way > np.maximum(1e-14 * sides**2, TINY))):
         facing = exact.normal_of(exact.rational(children[k]))[axis[k]]
-        facing *= int(np.sign(theirs[k]))
+        facing *= int(way[k])
         what = f"{name}: a piece of triangle {parent[k]} "
         verdict.check(facing > 0, what + ("has no area" if facing == 0 else "is turned over"))
-    size = np.linalg.norm(vectors, axis=1)
-    normal = vectors / np.maximum(size, TINY)[:, None]
+    largest = np.maximum(np.abs(vectors).max(axis=1, keepdims=True), TINY)
+    size = np.linalg.norm(vectors / largest, axis=1)  # without squares that underflow
+    normal = vectors / largest / np.maximum(size, TINY)[:, None]
+    size *= largest[:, 0]
     total = np.bincount(
         parent, (area_vectors(children) * normal[parent]).sum(axis=1), minlength=len(parents)
     )
@@ -171,6 +182,19 @@ def _judge_children(name, parents, children, parent, ulp: float, verdict: Verdic
         verdict.check(False, f"{name}: pieces of triangle {k} lack {lack:.3g} m2")
     points, owners = children.reshape(-1, 3), np.repeat(parent, 3)
     judge_distance(f"{name}: a piece", points, parents[owners], ulp, verdict)
+
+
+def _facing(parents, vectors) -> tuple[np.ndarray, np.ndarray]:
+    """Axis on which each triangle (n, 3, 3) is widest, and which way it faces there."""
+    axis = np.abs(vectors).argmax(axis=1)
+    largest = vectors[np.arange(len(vectors)), axis]
+    sides = np.abs(parents - np.roll(parents, 1, axis=1)).max(axis=(1, 2))
+    way = np.sign(largest).astype(np.int64)
+    for k in np.flatnonzero(~(np.abs(largest) > np.maximum(1e-14 * sides**2, TINY))):
+        normal = exact.normal_of(exact.rational(parents[k]))
+        axis[k] = max(range(3), key=lambda i: abs(normal[i]))
+        way[k] = 1 if normal[axis[k]] > 0 else -1
+    return axis, way
 
 
 def _judge_corners(patches: Patches, met, ulp: float, verdict: Verdict) -> None:

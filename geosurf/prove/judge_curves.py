@@ -56,6 +56,8 @@ def judge_curves(
         areas = any(len(m.corners) > 2 for m in mine)
         if areas and not any(t.kind == "area" for t in touches):
             verdict.check(False, f"{what} overlap, and no area is reported")
+        if areas:
+            _judge_through_areas(what, mine, (corners[i], corners[j]), ends, ulp, verdict)
         if not areas and not any(t.kind == "area" for t in touches):
             single = np.array([t.points[0] for t in touches]).reshape(-1, 3)
             for k in (i, j):
@@ -97,6 +99,18 @@ def _judge_shared(what, met, ends, single, ulps, verdict: Verdict) -> None:
             verdict.measure(on_curve[nearest(on_curve, corner)], corner, ulp, name)
         if len(m.corners) == 2:
             a, b = (np.array(exact.rounded(corner)) for corner in m.corners)
+            _judge_covered(name, ends, a, b, ulp, verdict)
+
+
+def _judge_through_areas(what, met, corners, ends, ulp: float, verdict: Verdict) -> None:
+    """Where triangles pass through each other there is a curve, even inside of an area."""
+    for m in met:
+        if len(m.corners) != 2:
+            continue
+        P, Q = exact.rational(corners[0][m.f]), exact.rational(corners[1][m.g])
+        if exact.straddles(P, Q) and exact.straddles(Q, P):
+            a, b = (np.array(exact.rounded(corner)) for corner in m.corners)
+            name = f"{what}, triangles {m.f} and {m.g}, which cross"
             _judge_covered(name, ends, a, b, ulp, verdict)
 
 

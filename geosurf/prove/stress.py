@@ -161,7 +161,7 @@ def run_case(case: Case) -> Outcome:
         outcome.move = patches.report["largest_move"]
         if met is None or outcome.repaired or (patches.origin != of).any():
             met, _ = judge.meetings(patches.sources, patches.origin, MOST_PAIRS, itself)
-        outcome.take(judge.judge_patches(case.surfaces, patches, met))
+        outcome.take(judge.judge_patches(case.surfaces, patches, met, itself))
         if not outcome.repaired:
             outcome.take(_judge_shuffled(case, patches))
     return outcome
