@@ -45,7 +45,12 @@ class Shells:
 
     def _faces(self, u: int) -> np.ndarray:
         """Faces that a unit has on one side only."""
-        return np.flatnonzero((self.sides[:, 0] == u) != (self.sides[:, 1] == u))
+        rows, first = self._faces_of_units
+        return rows[first[u] : first[u + 1]]
+
+    @cached_property
+    def _faces_of_units(self) -> tuple[np.ndarray, np.ndarray]:
+        return by_unit(self.sides, len(self.volumes))
 
     def area(self, u: int) -> float:
         """Area of the shell of a unit [m2]."""
@@ -57,8 +62,9 @@ class Shells:
         return west, south, bottom
 
     @cached_property
-    def _sorted(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Vertices by coordinates, all triangles as rows of them, and units on their sides.
+    def _sorted(self) -> tuple[np.ndarray, ...]:
+        """Vertices by coordinates, all triangles as rows of them, units in front of these, and what
+        `by_unit` says of them.
 
         So shells do not depend on the order of surfaces.
         """
@@ -66,7 +72,9 @@ class Shells:
         order = np.lexsort(full.x.T[::-1])
         rank = np.empty(len(order), dtype=np.int64)
         rank[order] = np.arange(len(order))
-        return full.x[order], rank[full.triangles], _units_beside(full, self.unit_of_cell)
+        beside = _units_beside(full, self.unit_of_cell)
+        of_units = by_unit(beside, len(self.volumes))
+        return full.x[order], rank[full.triangles], beside[:, 0], *of_units
 
     def triangles(self, u: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Vertices, outward triangles and the surface of each triangle of a unit.
@@ -74,11 +82,10 @@ class Shells:
         What the unit has on both sides is left out. Triangles start at their lowest corner, and
         they are sorted by corners.
         """
-        x, triangles, sides = self._sorted
-        front, behind = sides[:, 0] == u, sides[:, 1] == u
-        rows = np.flatnonzero(front != behind)
+        x, triangles, front, row, start = self._sorted
+        rows = row[start[u] : start[u + 1]]
         t = triangles[rows]
-        inward = front[rows]
+        inward = front[rows] == u
         t[inward] = t[inward][:, [0, 2, 1]]
         first = t.argmin(axis=1)[:, None]
         t = np.take_along_axis(t, (first + np.arange(3)) % 3, axis=1)
@@ -123,6 +130,21 @@ def _twins(full: FullCells) -> tuple[np.ndarray, np.ndarray]:
     return row[others], row[twin[others]]
 
 
+def by_unit(sides: np.ndarray, n_unit: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows that units have on one side only, unit by unit and rising, and the first of each unit.
+
+    Examples
+    --------
+    >>> by_unit(np.array([[0, 1], [1, 1], [-1, 0]]), 2)
+    (array([0, 2, 0]), array([0, 2, 3]))
+    """
+    alone = np.flatnonzero(sides[:, 0] != sides[:, 1])
+    unit, rows = sides[alone].ravel(), np.repeat(alone, 2)
+    order = np.argsort(unit, kind="stable")
+    first = np.searchsorted(unit[order], np.arange(n_unit + 1))
+    return rows[order], first
+
+
 def _units_beside(cells: Cells, unit_of_cell: np.ndarray) -> np.ndarray:
     return np.where(cells.cell_of_side > 0, unit_of_cell[cells.cell_of_side], -1)
 
@@ -131,10 +153,11 @@ def shells_of(cells: Cells, unit_of_cell: np.ndarray) -> Shells:
     """Close the shell of each unit, given the unit of each cell (-1 outside)."""
     sides = _units_beside(cells, unit_of_cell)
     volumes = []
-    for u in range(int(unit_of_cell.max(initial=-1)) + 1):
-        front, behind = sides[:, 0] == u, sides[:, 1] == u
-        rows = np.flatnonzero(front != behind)
-        way = np.where(behind[rows], 1.0, -1.0)
+    n_unit = int(unit_of_cell.max(initial=-1)) + 1
+    row, first = by_unit(sides, n_unit)
+    for u in range(n_unit):
+        rows = row[first[u] : first[u + 1]]
+        way = np.where(sides[rows, 1] == u, 1.0, -1.0)
         parts = way[:, None] * cells.below[rows, BELOW]
         volumes.append(math.fsum(parts.ravel().tolist()) / 6.0)
     shells = Shells(cells, unit_of_cell, sides, volumes)

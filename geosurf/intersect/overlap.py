@@ -151,8 +151,8 @@ def _assert_shared(contacts: Contacts, first, second) -> None:
     rows = contacts.rows
     area = in_plane(rows) & (n_corners(rows) >= 3)
     area &= contacts.surface_of_face[rows[:, 0]] != contacts.surface_of_face[rows[:, 1]]
-    mine, others = _pieces(*first), _pieces(*second)
-    if not all(mine[f] & others[g] for f, g in rows[area, :2].tolist()):
+    n = len(contacts.t)
+    if not np.isin(rows[area, 0] * n + rows[area, 1], _sharing(*first, *second, n)).all():
         one, two = (surface.name for surface in contacts.surfaces)
         raise InvariantError(
             f"an overlap of {one!r} and {two!r} is not the same triangles in both; please "
@@ -160,12 +160,17 @@ def _assert_shared(contacts: Contacts, first, second) -> None:
         )
 
 
-def _pieces(faces: np.ndarray, pieces: np.ndarray) -> dict[int, set[int]]:
-    """Pieces of each face; a surface folded onto itself has one piece in several faces."""
-    found: dict[int, set[int]] = {}
-    for face, piece in zip(faces.tolist(), pieces.tolist(), strict=True):
-        found.setdefault(face, set()).add(piece)
-    return found
+def _sharing(faces, pieces, others, other_pieces, n: int) -> np.ndarray:
+    """Keys of faces of two surfaces that have a piece in common.
+
+    A surface folded onto itself has one piece in several faces.
+    """
+    order = np.argsort(other_pieces, kind="stable")
+    first = np.searchsorted(other_pieces[order], pieces)
+    count = np.searchsorted(other_pieces[order], pieces, side="right") - first
+    at = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)
+    keys: np.ndarray = np.repeat(faces, count) * n + others[order[at]]
+    return keys
 
 
 def _pieces_of_lines(
