@@ -8,14 +8,17 @@ from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from geosurf.conventions import counted
 from geosurf.crs import crs_of
 from geosurf.errors import GeosurfWarning
 from geosurf.model import FaultSticks, Sheet, TriSurface
+from geosurf.store import Store
 from geosurf.warning import collected, issue, pass_on
+
+MANY = 10_000  # steps, from which on answers from memory are no longer written down
 
 
 @dataclass(frozen=True)
@@ -49,12 +52,14 @@ class Memory:
     """
 
     def __init__(self, warnings: Iterable[GeosurfWarning] = ()) -> None:
-        self.results: dict[Hashable, Any] = {}
-        self._warnings_of: dict[Hashable, tuple[GeosurfWarning, ...]] = {}
-        self._keys: WeakKeyDictionary[TriSurface, Hashable] = WeakKeyDictionary()
         self.steps: list[Step] = []
         self.warnings: list[GeosurfWarning] = list(warnings)
-        self._issued = set(self.warnings)
+        self._own: dict[Hashable, tuple[Any, tuple[GeosurfWarning, ...]]] = {}
+        self._move_to(Store())
+        self.store.issued.update(self.warnings)
+
+    def _move_to(self, store: Store) -> None:
+        self.store, self._used = store, store.enter(self)
 
     def __reduce__(self) -> tuple[type[Memory], tuple[tuple[GeosurfWarning, ...]]]:
         """Copies and other processes begin with an empty memory: results are made anew there.
@@ -65,8 +70,7 @@ class Memory:
 
     def share(self, other: Memory) -> None:
         """Take the results of another memory as one's own, from now on for both."""
-        self.results, self._keys = other.results, other._keys
-        self._warnings_of, self._issued = other._warnings_of, other._issued
+        self._move_to(other.store)
 
     def warn(self, *warnings: GeosurfWarning, issued: bool = False) -> None:
         """Keep warnings of this scene, and issue those that no scene of the family has issued.
@@ -82,27 +86,27 @@ class Memory:
             if warning not in self.warnings:
                 self.warnings.append(warning)
         for warning in warnings:
-            if warning not in self._issued:
-                self._issued.add(warning)
+            if warning not in self.store.issued:
+                self.store.issued.add(warning)
                 if not issued:
                     issue(warning)
 
     def key_of(self, surface: TriSurface) -> Hashable:
         """Return what tells a surface: what it was made of, else its fingerprint, taken once."""
-        if surface not in self._keys:
-            self._keys[surface] = fingerprint(surface)
-        return self._keys[surface]
+        keys = self.store.keys
+        if surface not in keys:
+            keys[surface] = fingerprint(surface)
+        return keys[surface]
 
     def made_of(self, surface: TriSurface, key: Hashable) -> None:
         """Let a surface be told by the key of the step that made it."""
-        self._keys.setdefault(surface, key)
+        self.store.keys.setdefault(surface, key)
 
     def hold(self, value: Any) -> str:
         """Return the fingerprint of an input, and hold it where only its identity tells it."""
         strangers: list[Any] = []
         found = fingerprint(value, strangers)
-        for one in strangers:
-            self.results[("held", id(one))] = one
+        self.store.held.update((id(one), one) for one in strangers)
         return found
 
     def remembered(
@@ -115,29 +119,77 @@ class Memory:
         *,
         again: bool = True,
     ) -> Any:
-        """Return the result of a step: from memory if it is there. Without `again`, told once."""
-        if key in self.results:
-            result = self.results[key]
-            self.warn(*self._warnings_of.get(key, ()))
+        """Return the result of a step: from memory if it is there.
+
+        Without `again` it is a step on the way, such as a surface: the scene itself holds its
+        result, since it asks often, and explains it once.
+        """
+        known = self._own.get(key) or self._shared(key)
+        if known is not None:
+            result, warnings = known
+            self.warn(*warnings)
             if again or not any(s.stage == stage and s.subject == subject for s in self.steps):
                 self.note(stage, subject, "from memory", describe(result))
-            return result
+        else:
+            result, warnings = self._run(stage, subject, key, run, describe)
+        if not again:
+            self._own[key] = result, warnings
+        return result
+
+    def _shared(self, key: Hashable) -> tuple[Any, tuple[GeosurfWarning, ...]] | None:
+        entry = self.store.get(key, self._used)
+        return None if entry is None else (entry.result, entry.warnings)
+
+    def _run(
+        self,
+        stage: str,
+        subject: str,
+        key: Hashable,
+        run: Callable[[], Any],
+        describe: Callable[[Any], str],
+    ) -> tuple[Any, tuple[GeosurfWarning, ...]]:
+        """Run a step, keep its result with its warnings, and issue these."""
         start = time.perf_counter()
         found: list[GeosurfWarning] = []
         try:
             with collected() as found:
                 result = run()
-            self.results[key], self._warnings_of[key] = result, tuple(dict.fromkeys(found))
+            warnings = tuple(dict.fromkeys(found))
+            self.store.put(key, result, warnings, self._used)
             self.note(stage, subject, "ran", describe(result), time.perf_counter() - start)
         finally:
             self.warn(*found)
-        return result
+        return result, warnings
+
+    def summary(self) -> Step:
+        """What is kept for scenes of the family, and what was dropped, as a line of `explain`."""
+        store = self.store
+        kept = f"{counted(store.n_kept, 'result')}, {in_bytes(store.bytes_kept())}"
+        dropped = f"{counted(store.n_dropped, 'result')}, {in_bytes(store.bytes_dropped)}"
+        detail = f"{kept} of at most {in_bytes(store.budget)}; dropped: {dropped}"
+        return Step("memory", "of the family", "kept", detail)
 
     def note(
         self, stage: str, subject: str, outcome: str, detail: str, seconds: float = 0.0
     ) -> None:
-        """Write down one step."""
+        """Write down one step; of endless questions only what ran."""
+        if outcome == "from memory" and len(self.steps) >= MANY:
+            return
         self.steps.append(Step(stage, subject, outcome, detail, seconds))
+
+
+def in_bytes(n: int) -> str:
+    """Return a number of bytes as people read it.
+
+    Examples
+    --------
+    >>> in_bytes(512), in_bytes(2_300_000), in_bytes(1 << 34)
+    ('512 B', '2.3 MB', '17 GB')
+    """
+    for unit, size in (("GB", 10**9), ("MB", 10**6), ("kB", 10**3)):
+        if n >= size:
+            return f"{n / size:.2g} {unit}" if n < 10 * size else f"{n / size:.0f} {unit}"
+    return f"{n} B"
 
 
 def fingerprint(value: Any, strangers: list[Any] | None = None) -> str:

@@ -325,7 +325,8 @@ class Scene(Provided):
         Parameters
         ----------
         seconds : bool
-            Whether to say how long each step took; without, two runs explain the same.
+            Whether to say how long each step took, and how much memory results take that scenes
+            share; without, two runs explain the same.
 
         Returns
         -------
@@ -338,11 +339,14 @@ class Scene(Provided):
         >>> world = gs.synthetic.tilted_planes()
         >>> scene = gs.Scene(world.horizons, world.faults, world.box)
         >>> lines = scene.cutoffs("Top", "F1")
-        >>> [line.split()[:2] for line in scene.explain().splitlines()]
+        >>> [line.split()[:2] for line in scene.explain(seconds=False).splitlines()]
         [['triangulate', 'Top'], ['triangulate', 'F1'], ['curves', 'Top']]
         """
-        width = max((len(step.subject) for step in self.steps), default=0)
-        return "\n".join(step.words(width, seconds) for step in self.steps)
+        steps = list(self.steps)
+        if seconds and steps:
+            steps.append(self._memory.summary())
+        width = max((len(step.subject) for step in steps), default=0)
+        return "\n".join(step.words(width, seconds) for step in steps)
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:

@@ -176,7 +176,7 @@ def test_what_counts_by_its_identity_is_held():
     del one
     gc.collect()
     assert alive() is not None
-    memory.results.clear()
+    memory.store.held.clear()
     gc.collect()
     assert alive() is None
     keys = [memory.key_of(lattice(step=float(k))) for k in range(40)]  # each dies at once, or not

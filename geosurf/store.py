@@ -1,0 +1,254 @@
+"""Results that scenes of one family share: as many as fit into a budget, least recently used first.
+
+Three rules bound it:
+
+    budget     all results together stay below a number of bytes; arrays that results share count
+               once. What was not asked for longest is dropped first.
+    family     a result that no living scene has asked for is dropped after some more scenes of the
+               family: in a chain of `Scene.replace` only the last few are kept.
+    scene      what a scene needs again and again (its surfaces, patches and units) it holds itself,
+               so dropping here loses nothing of a living scene.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import threading
+import weakref
+from collections import OrderedDict, deque
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from geosurf.errors import GeosurfWarning, InputError
+
+CHOICE = "GEOSURF_MEMORY"
+KEPT_SCENES = 8  # of the past, whose results wait for a scene that asks for them again
+_SHARE = 0.25  # of the machine's memory, where nothing is chosen
+_LEAST = 1 << 30
+_OVERHEAD = 1024  # of a result without arrays, roughly
+_UNIT = {"": 1, "b": 1, "kb": 10**3, "mb": 10**6, "gb": 10**9, "tb": 10**12,
+         "kib": 1 << 10, "mib": 1 << 20, "gib": 1 << 30, "tib": 1 << 40}  # fmt: skip
+_LEAVES = (str, bytes, int, float, complex, bool, type(None), type, np.generic, np.dtype)
+_ROOMS = ("geosurf", "xarray")  # whose objects are looked into
+
+
+def budget_of_family() -> int:
+    """Return how many bytes shared results may take: GEOSURF_MEMORY, or a quarter of the memory.
+
+    Raises
+    ------
+    InputError
+        If GEOSURF_MEMORY is not a size such as ``2 GiB``.
+    """
+    said = os.environ.get(CHOICE)
+    if said is None:
+        return max(int(_SHARE * _memory_of_machine()), _LEAST)
+    found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([A-Za-z]*)\s*", said, re.ASCII)
+    factor = _UNIT.get(found[2].lower()) if found else None
+    if found is None or factor is None or len(said) > 40:
+        raise InputError(
+            f"{CHOICE} is {said[:40]!r}, which is not a size. Give bytes, or a number with a unit: "
+            f"{CHOICE}='2 GiB'. With 0 no results are shared."
+        )
+    return int(float(found[1]) * factor)
+
+
+def _memory_of_machine() -> int:
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):  # not known on this system
+        return 0
+
+
+def buffers_of(value: Any) -> dict[int, int]:
+    """
+    Return the memory that a result holds: identity and bytes of each array that owns its data.
+
+    Examples
+    --------
+    >>> one = np.zeros(10)
+    >>> sorted(buffers_of({"a": one, "b": [one[2:], one.reshape(2, 5)]}).values())
+    [80]
+    """
+    found: dict[int, int] = {}
+    seen: set[int] = set()
+    stack = [value]
+    while stack:
+        one = stack.pop()
+        if isinstance(one, np.ndarray):
+            while isinstance(one.base, np.ndarray):
+                one = one.base
+            found[id(one if one.base is None else one.base)] = one.nbytes
+        elif isinstance(one, _LEAVES) or id(one) in seen:
+            continue
+        else:
+            seen.add(id(one))
+            stack += _parts(one)
+    return found
+
+
+def _parts(one: Any) -> list[Any]:
+    """What an object is made of, as far as it may hold arrays."""
+    if isinstance(one, Mapping):
+        return list(one.values())
+    if isinstance(one, tuple | list | set | frozenset):
+        return list(one)
+    if not type(one).__module__.startswith(_ROOMS):
+        return []
+    parts = list(getattr(one, "__dict__", {}).values())
+    for kind in type(one).__mro__:
+        slots = kind.__dict__.get("__slots__", ())
+        for name in (slots,) if isinstance(slots, str) else slots:
+            if name not in ("__dict__", "__weakref__"):
+                parts.append(getattr(one, name, None))
+    return parts
+
+
+@dataclass
+class Entry:
+    """A result, the warnings that came with it, and who has asked for it when."""
+
+    result: Any
+    warnings: tuple[GeosurfWarning, ...]
+    serial: int
+    generation: int
+    owners: int = 0
+    buffers: dict[int, int] = field(default_factory=dict)
+
+
+class Store:
+    """
+    Results of a family of scenes by key, within a budget.
+
+    Parameters
+    ----------
+    budget : int, optional
+        Bytes; default: see `budget_of_family`.
+
+    Examples
+    --------
+    >>> store, mine = Store(budget=5000), {}
+    >>> for k in range(3):
+    ...     store.put(k, np.zeros(300), (), mine)
+    >>> [store.get(k, mine) is not None for k in range(3)]
+    [False, False, True]
+    >>> store.n_dropped, store.bytes_dropped, store.n_kept
+    (2, 4800, 1)
+    """
+
+    def __init__(self, budget: int | None = None) -> None:
+        self.budget = budget_of_family() if budget is None else budget
+        self.issued: set[GeosurfWarning] = set()
+        self.held: dict[int, Any] = {}  # inputs that only their identity tells
+        self.keys: weakref.WeakKeyDictionary[Any, Hashable] = weakref.WeakKeyDictionary()
+        self.n_dropped = self.bytes_dropped = 0
+        self._entries: OrderedDict[Hashable, Entry] = OrderedDict()
+        self._times: dict[int, int] = {}  # in how many results an array is
+        self._bytes = self._generation = self._serial = self._since_count = 0
+        self._released: deque[dict[Hashable, int]] = deque()
+        self._lock = threading.RLock()
+
+    # ---- scenes that come and go ---------------------------------------------------------
+
+    def enter(self, owner: Any) -> dict[Hashable, int]:
+        """Let a scene's memory in; return where its results are noted. Past ones are forgotten."""
+        used: dict[Hashable, int] = {}
+        # only noted when it goes, which may be in the middle of anything
+        weakref.finalize(owner, self._released.append, used).atexit = False
+        with self._lock:
+            self._generation += 1
+            while self._released:
+                for key, serial in self._released.popleft().items():
+                    entry = self._entries.get(key)
+                    if entry is not None and entry.serial == serial:
+                        entry.owners -= 1
+            past = self._generation - KEPT_SCENES
+            for key in [
+                k for k, e in self._entries.items() if not e.owners and e.generation < past
+            ]:
+                self._drop(key)
+        return used
+
+    # ---- results -------------------------------------------------------------------------
+
+    def get(self, key: Hashable, used: dict[Hashable, int]) -> Entry | None:
+        """Return what is kept under a key, or None."""
+        with self._lock:
+            entry = self._entries.get(key)
+            if entry is not None:
+                self._entries.move_to_end(key)
+                self._use(key, entry, used)
+            return entry
+
+    def put(
+        self,
+        key: Hashable,
+        result: Any,
+        warnings: tuple[GeosurfWarning, ...],
+        used: dict[Hashable, int],
+    ) -> None:
+        """Keep a result; drop what has not been asked for longest until all fits."""
+        with self._lock:
+            if key in self._entries:  # another thread was faster
+                self._take_out(self._entries.pop(key))
+            self._serial += 1
+            entry = Entry(result, warnings, self._serial, self._generation)
+            self._entries[key] = entry
+            self._take_in(entry)
+            self._use(key, entry, used)
+            self._since_count += 1
+            if self._since_count > len(self._entries) // 2 + 8:
+                self._count_again()
+            while self._bytes > self.budget:
+                self._drop(next(iter(self._entries)))
+
+    def _use(self, key: Hashable, entry: Entry, used: dict[Hashable, int]) -> None:
+        entry.generation = self._generation
+        if used.get(key) != entry.serial:
+            used[key] = entry.serial
+            entry.owners += 1
+
+    def _drop(self, key: Hashable) -> None:
+        entry = self._entries.pop(key)
+        before = self._bytes
+        self._take_out(entry)
+        self.n_dropped += 1
+        self.bytes_dropped += before - self._bytes - _OVERHEAD
+
+    # ---- bytes ---------------------------------------------------------------------------
+
+    @property
+    def n_kept(self) -> int:
+        """How many results are kept."""
+        return len(self._entries)
+
+    def bytes_kept(self) -> int:
+        """Count the bytes of all results anew: arrays may have been made since."""
+        with self._lock:
+            self._count_again()
+            return self._bytes
+
+    def _count_again(self) -> None:
+        self._times, self._bytes, self._since_count = {}, 0, 0
+        for entry in self._entries.values():
+            self._take_in(entry)
+
+    def _take_in(self, entry: Entry) -> None:
+        entry.buffers = buffers_of(entry.result)
+        self._bytes += _OVERHEAD
+        for one, size in entry.buffers.items():
+            self._times[one] = self._times.get(one, 0) + 1
+            if self._times[one] == 1:
+                self._bytes += size
+
+    def _take_out(self, entry: Entry) -> None:
+        self._bytes -= _OVERHEAD
+        for one, size in entry.buffers.items():
+            self._times[one] -= 1
+            if not self._times[one]:
+                del self._times[one]
+                self._bytes -= size

@@ -1,0 +1,181 @@
+"""What scenes share stays within its bounds, and no result depends on what was dropped."""
+
+from __future__ import annotations
+
+import gc
+import random
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import InputError
+from geosurf.store import CHOICE, KEPT_SCENES, Store, budget_of_family, buffers_of
+from tests import laws
+
+KB = 1024
+
+
+class Scene:
+    """Somebody who asks."""
+
+    def __init__(self, store):
+        self.used = store.enter(self)
+
+
+def true_bytes(store):
+    """All that is kept, counted slowly: each array once, and an overhead for each result."""
+    roots = {}
+    for entry in store._entries.values():
+        roots |= buffers_of(entry.result)
+    return sum(roots.values()) + KB * store.n_kept
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_bytes_are_counted_once_and_stay_below_the_budget(seed):
+    """Results share arrays at random; scenes come and go."""
+    rng = random.Random(seed)
+    arrays = [np.zeros(rng.randrange(1, 400)) for _ in range(12)]
+    store = Store(budget=24 * KB)
+    scenes = [Scene(store)]
+    for _ in range(300):
+        what = rng.random()
+        if what < 0.1:
+            scenes.append(Scene(store))
+        elif what < 0.2 and len(scenes) > 1:
+            scenes.pop(rng.randrange(len(scenes)))
+        elif what < 0.5:
+            store.get(rng.randrange(60), rng.choice(scenes).used)
+        else:
+            some = rng.sample(arrays, rng.randrange(4))
+            store.put(rng.randrange(60), [some, {"x": some[:1]}], (), rng.choice(scenes).used)
+        assert store._bytes == true_bytes(store) <= store.budget
+        assert all(entry.owners >= 0 for entry in store._entries.values())
+    assert store.n_dropped
+
+
+def test_arrays_that_a_result_makes_later_are_counted():
+    class Late:
+        """As patches do, this one makes its arrays when they are asked for."""
+
+    Late.__module__ = "geosurf.late"
+    store, late = Store(budget=10**6), Late()
+    mine = Scene(store)
+    store.put("late", late, (), mine.used)
+    before = store.bytes_kept()
+    late.made = np.zeros(1000)
+    assert store.bytes_kept() == before + 8000
+
+
+def test_views_and_containers_are_one():
+    one = np.zeros((100, 3))
+    surface = gs.TriSurface("F", "fault", one + [[0, 0, 1]] * 100, [[0, 1, 2]])
+    assert sum(buffers_of([one, one[5:], one.T, {"a": (one.reshape(-1),)}]).values()) == one.nbytes
+    assert sum(buffers_of(surface).values()) >= surface.vertices.nbytes
+    table = gs.synthetic.graben(n=9).horizons["Top"].to_dataset(name="z")
+    assert sum(buffers_of(table).values()) >= table.z.nbytes
+    loop: list = []
+    loop.append(loop)
+    assert buffers_of(loop) == {}
+
+
+def test_the_past_is_kept_for_some_scenes_and_the_living_for_ever():
+    store = Store(budget=10**9)
+    alive, past = Scene(store), Scene(store)
+    store.put("mine", 1, (), alive.used)
+    store.put("past", 2, (), past.used)
+    del past
+    for k in range(KEPT_SCENES):
+        Scene(store)
+        assert (store.n_kept == 2) == (k < KEPT_SCENES - 0), k
+    Scene(store)
+    assert store.n_kept == 1
+    del alive
+    for _ in range(KEPT_SCENES + 2):
+        Scene(store)
+    assert store.n_kept == 0
+
+
+def test_a_result_that_is_asked_for_again_stays():
+    store = Store(budget=10**9)
+    maker = Scene(store)
+    store.put("key", 1, (), maker.used)
+    del maker
+    for _ in range(3 * KEPT_SCENES):
+        assert store.get("key", Scene(store).used).result == 1
+
+
+@pytest.mark.parametrize(
+    ("said", "size"),
+    [("0", 0), ("1000", 1000), ("2 GiB", 2 << 30), ("1.5GB", 1_500_000_000), (" 3 kib ", 3072)],
+)
+def test_budgets_can_be_chosen(said, size, monkeypatch):
+    monkeypatch.setenv(CHOICE, said)
+    assert budget_of_family() == size
+
+
+@pytest.mark.parametrize(
+    "said", ["", "much", "-1", "1 XB", "1e9", "nan", "٣ GB", "9" * 5000, "1;2"]
+)
+def test_what_is_no_budget_is_one_sentence(said, monkeypatch):
+    monkeypatch.setenv(CHOICE, said)
+    world = gs.synthetic.tilted_planes(n=5)
+    with pytest.raises(
+        InputError, match=rf"^{CHOICE} is '.*', which is not a size\. Give bytes, or"
+    ):
+        gs.Scene(world.horizons, world.faults, world.box)
+
+
+def seen(scene):
+    """All that can be compared of a scene."""
+    volumes = {name: unit.volume for name, unit in scene.units.items()}
+    return (
+        volumes,
+        laws.curve_bytes(scene.curves),
+        scene.thickness("Top/Middle", 500.0).values.tobytes(),
+    )
+
+
+@pytest.mark.parametrize("budget", ["0", "50 kB", "1 MB", "4 GB"])
+def test_no_result_depends_on_the_budget(budget, monkeypatch):
+    world = gs.synthetic.graben(n=9)
+    moved = {"Top": world.horizons["Top"] + 1.0}
+    moved["Top"].attrs = world.horizons["Top"].attrs
+    fresh = [
+        seen(gs.Scene(h, world.faults, world.box)) for h in (world.horizons, world.horizons | moved)
+    ]
+    monkeypatch.setenv(CHOICE, budget)
+    first = gs.Scene(world.horizons, world.faults, world.box)
+    second = first.replace(horizons=moved)
+    assert [seen(first), seen(second)] == fresh
+    assert seen(second.replace(horizons={"Top": world.horizons["Top"]})) == fresh[0]
+    assert seen(first) == fresh[0]
+    store = first._memory.store
+    assert store.bytes_kept() <= store.budget
+
+
+def test_a_living_scene_reads_its_inputs_once_whatever_is_dropped(monkeypatch):
+    monkeypatch.setenv(CHOICE, "0")
+    world = gs.synthetic.graben(n=9)
+    scene = gs.Scene(world.horizons, world.faults, world.box)
+    _ = scene.units, scene.curves, scene.check(), scene.throw("Top", "F1")
+    ran = [(step.stage, step.subject) for step in scene.steps if step.outcome == "ran"]
+    assert len([one for one in ran if one[0] in ("triangulate", "rebuild", "carve")]) == 5 + 1 + 1
+    assert scene._memory.store.n_kept == 0
+    assert "dropped: " in scene.explain()
+
+
+def test_a_chain_keeps_the_last_few(monkeypatch):
+    world = gs.synthetic.graben(n=9)
+    scene = gs.Scene(world.horizons, world.faults, world.box)
+    kept = []
+    for step in range(40):
+        top = (world.horizons["Top"] + 0.5 * step).assign_attrs(world.horizons["Top"].attrs)
+        scene = scene.replace(horizons={"Top": top})
+        _ = scene.units
+        kept.append(scene._memory.store.bytes_kept())
+    gc.collect()
+    assert max(kept[15:]) <= 1.05 * max(kept[:15])
+    (line,) = [line for line in scene.explain().splitlines() if line.startswith("memory")]
+    assert "of at most" in line
+    assert "of at most" not in scene.explain(seconds=False)
