@@ -12,6 +12,7 @@ import numpy as np
 
 from geosurf.carve import carve_units
 from geosurf.carve.certificate import certify, same_bytes
+from geosurf.carve.order import warnings_of_order
 from geosurf.contact import find_contacts
 from geosurf.contact.search import check_voxel_size
 from geosurf.conventions import counted, did_you_mean, elevation_sign, metres_per_unit
@@ -291,6 +292,7 @@ class Scene(Provided):
             words = f"does not reach the {where}, and parts nothing"
             self._memory.note("carve", fault, "skipped", words)
             self._warn_of_outside(fault)
+        self._memory.warn(*warnings_of_order(found))
         return found
 
     @cached_property

@@ -49,7 +49,7 @@ to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horiz
         below, above = box[2 * k] - bounds[2 * k + 1], bounds[2 * k] - box[2 * k + 1]
         if max(below, above) > 0:
             side = int(above > 0)
-            words.append(f"{max(below, above):.0f} m {_SIDES[k][side]}")
+            words.append(f"{_metres(max(below, above))} {_SIDES[k][side]}")
             middle = 0.5 * (bounds[2 * k] + bounds[2 * k + 1])
             room = _ROOM * (box[2 * k + 1] - box[2 * k])
             wider[2 * k + side] = middle + room if side else middle - room
@@ -63,11 +63,11 @@ to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horiz
         w, e, s, n = box[:4]
         ring = np.array([(w, s), (e, s), (e, n), (w, n)], dtype=float) if aoi is None else aoi
         distance, place = _beside(points, ring)
-        effect = f"about {distance:.0f} m beside the {where}"
+        effect = f"about {_metres(distance)} beside the {where}"
         if aoi is None:  # above or below a part of it, as a dipping fault may
             effect = f"close to the {where}, but not in it,"
     remedy = f"enlarge {'box' if aoi is None else 'aoi'}= to it, if all horizons reach that far."
-    if words:
+    if words and aoi is None:
         digits = max(0, 2 - math.floor(math.log10(max(box[1] - box[0], box[3] - box[2]))))
         sides = ", ".join(f"{round(value, digits):.12g}" for value in wider)
         remedy = f"enlarge the box to it, box=({sides}), if all horizons reach that far."
@@ -87,6 +87,10 @@ def _spots(surface: TriSurface) -> np.ndarray:
     triangles = surface.triangles[:: max(surface.n_triangle // _SAMPLE, 1)]
     spots: np.ndarray = weights @ surface.vertices[triangles]
     return spots.reshape(-1, 3)
+
+
+def _metres(length: float) -> str:
+    return f"{length:.0f} m" if length >= 100 else f"{length:.3g} m"
 
 
 def _beside(points: np.ndarray, ring: np.ndarray) -> tuple[float, np.ndarray]:

@@ -484,6 +484,7 @@ def main(arguments: list[str]) -> int:
     start, done = time.monotonic(), Counter()
     compile_all()
     warnings.simplefilter("error")  # one that we let through is as foreign as an error
+    warnings.simplefilter("ignore", gs.GeosurfWarning)
     for seed in range(begin, begin + total):
         if time.monotonic() - start > seconds:
             break

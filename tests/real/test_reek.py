@@ -7,6 +7,9 @@ import pytest
 
 import geosurf as gs
 
+# part of the field, or some faults, are left out on purpose; the warnings have tests of their own
+pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+
 BOX = (462600.0, 463500.0, 5930600.0, 5931500.0, -1950.0, -1500.0)
 CROSSING = (462200.0, 462800.0, 5933100.0, 5933700.0, -1950.0, -1450.0)
 

@@ -13,6 +13,9 @@ import pytest
 import geosurf as gs
 from tests.real import spoiled
 
+# part of the field, or some faults, are left out on purpose; the warnings have tests of their own
+pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+
 FOUND = {
     584: "a box of 1e300 m made products overflow",
     823: "so did a fault",

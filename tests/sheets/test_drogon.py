@@ -7,6 +7,9 @@ import pytest
 
 import geosurf as gs
 
+# part of the field, or some faults, are left out on purpose; the warnings have tests of their own
+pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+
 HORIZONS = ("TopVolantis", "TopTherys", "TopVolon", "BaseVolantis")
 
 
