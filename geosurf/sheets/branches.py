@@ -22,6 +22,8 @@ ON = 0.02  # cells from its main fault within which a fault ends on it
 CARRY = 6.0  # cells that a wall is carried on past its main fault
 FAR = 30.0  # cells from a main fault within which it is asked on which side a branch is
 WALL = 12.0  # cells from the trace of the main fault within which its walls are told apart
+EVERY = 0.5  # cells between the places of a branch that are asked for their side
+MOST = 4000  # of them on an edge
 PAST = 0.5  # cells that a branch is led past the trace of its main fault
 
 # trace number, end (0 or 1), main fault
@@ -96,7 +98,9 @@ def wall_field(
             if trace.fault == main:
                 near = NearTrace(frame, trace, WALL)
                 at = near.within(WALL)
-                other = at[near.side[at] != side]
+                # beyond its own ends a main fault has no walls
+                inside = (near.place[at] > trace.start) & (near.place[at] < trace.stop)
+                other = at[inside & (near.side[at] != side)]
                 beyond.append(near.node[other])
                 carried.append(near.node[other[near.distance[other] <= CARRY]])
     out[np.concatenate(beyond)] = np.nan
@@ -108,10 +112,20 @@ def wall_field(
 
 
 def _side_of(branch: FaultMesh, main: FaultMesh) -> float:
-    """Side of a main fault on which most triangles of a branch are, +1 or -1."""
-    middle = branch.points[branch.triangles].mean(axis=1)
-    _, side = side_at_own_height(main, mesh_blocks(main, FAR), middle, FAR)
-    return 1.0 if side.sum() >= 0 else -1.0
+    """Side of a main fault on which most of a branch is near it, +1 or -1.
+
+    Its edges are asked every half cell: the triangles of a fault may be as wide as itself. What is
+    on the main fault has no side.
+    """
+    ends = np.stack([branch.triangles, np.roll(branch.triangles, -1, axis=1)], axis=2)
+    a, b = branch.points[ends.reshape(-1, 2)].transpose(1, 0, 2)
+    number = np.minimum(np.hypot(*(b - a)[:, :2].T) / EVERY, MOST).astype(np.int64) + 1
+    edge = np.repeat(np.arange(len(a)), number)
+    step = np.arange(len(edge)) - np.repeat(np.cumsum(number) - number, number)
+    share = (step + 0.5) / number[edge]
+    places = a[edge] + share[:, None] * (b - a)[edge]
+    far, side = side_at_own_height(main, mesh_blocks(main, FAR), places, FAR)
+    return 1.0 if side[far >= EVERY].sum() >= 0 else -1.0
 
 
 def _carried(heights: np.ndarray, fill: np.ndarray, frame: Frame) -> np.ndarray:

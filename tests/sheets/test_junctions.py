@@ -1,0 +1,38 @@
+"""Throw up to the line in which three faults meet: see `tests.sheets.junctions`."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from tests.sheets.junctions import KINDS, junction, misses
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_throw_is_right_up_to_a_junction(kind):
+    """It was 0 there, or the junction was refused: the branch was traced on the wrong wall."""
+    for seed in (2, 3):
+        grid, faults, *truth = junction(kind, np.random.default_rng(seed))
+        sheet = gs.tear_horizon(grid, faults, name="H", trim=1.5)
+        near, beyond = misses(sheet, *truth)
+        assert beyond < 0.05
+        # a branch may meet a bent fault between two crossings of one link: wrong within six cells
+        assert near < 0.05 or kind == "bent main fault"
+
+
+def test_a_fault_of_two_triangles_is_traced_as_one_of_many():
+    """Where the triangles of a fault are wide, their middles said nothing of its side."""
+    grid, faults, middle, azimuth, throw = junction("half planes", np.random.default_rng(2))
+    fine = {}
+    for name, fault in faults.items():
+        a, b = fault.vertices[0], fault.vertices[2]
+        s, z = np.meshgrid(np.linspace(0.0, 1.0, 41), np.linspace(-2300.0, -1200.0, 5))
+        xy = a[:2] + s[..., None] * (b - a)[:2]
+        k = np.arange(s.size).reshape(s.shape)
+        p, q, r, t = (c.ravel() for c in (k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]))
+        faces = np.concatenate([np.stack([p, q, r], 1), np.stack([p, r, t], 1)])
+        points = np.column_stack([xy.reshape(-1, 2), z.ravel()])
+        fine[name] = gs.TriSurface(name, "fault", points, faces)
+    sheet = gs.tear_horizon(grid, fine, name="H", trim=1.5)
+    assert misses(sheet, middle, azimuth, throw)[0] < 0.05
