@@ -45,7 +45,11 @@ def intersect_surfaces(
     shared segment becomes part of a curve; isolated touching points and areas over which
     surfaces coincide are reported apart. All decisions are exact signs, and points are known by
     the features that make them, so the curves depend neither on the order of surfaces, triangles
-    and corners nor on the search.
+    and corners nor on the search. The curves of two surfaces are the same whatever other surfaces
+    there are: where three meet in a point, their curves pass through it, and only
+    `rebuild_surfaces` puts a vertex there, one for all of them. Inside an area where two surfaces
+    coincide there is no curve, unless a further sheet of one of them crosses the area, ends on it
+    or touches it.
 
     Parameters
     ----------

@@ -53,7 +53,8 @@ class Touch(Noun):
     surfaces : (int, int)
         Rows of `Curves.names`.
     points : ndarray of float64, shape (n, 3)
-        World coordinates [m]; one point, or the corners of the overlap.
+        World coordinates [m]; one point, or the points of the outline of the overlap; all of its
+        vertices where it has none, as of two bodies that are the same.
     area : float
         Overlapping area [m2]; 0 for a point.
     """

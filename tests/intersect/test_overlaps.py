@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from geosurf import build_walls, intersect_surfaces, rebuild_surfaces
+from tests import laws
 from tests.contact import self_overlap
 from tests.overlaps import Together, together
 from tests.strategies import grid, soup
@@ -159,3 +160,29 @@ def test_the_oracle_knows_simple_shapes():
     beyond = [((0, 0, 0), (4, 0, 0), (0, -4, 0))]
     three = flat + corner + beyond
     assert len(Together(three, three).curves) == 7  # three sheets from one edge: areas branch
+
+
+@pytest.mark.parametrize("at", [(1, 1, 1), (456_000, 6_780_000, -2_000)])
+@pytest.mark.parametrize("n", [3, 4, 6])
+def test_planes_through_a_point_share_one_vertex_there(n, at, rng):
+    """All curves pass through it, and each is the same without the other surfaces."""
+    sheets = []
+    for name in "ABCDEF"[:n]:
+        one, two = rng.integers(-4, 5, (2, 3))
+        one[len(sheets) % 3] += 9
+        two[(len(sheets) + 1) % 3] += 9
+        sheets.append(quads(name, [np.add(at, p) for p in (one, two, -one, -two)]))
+    curves, patches = intersect_surfaces(sheets), rebuild_surfaces(sheets)
+    (vertex,) = np.flatnonzero((patches.vertices == at).all(axis=1))
+    around = (patches.triangles == vertex).any(axis=1)
+    assert {*patches.surface_of_triangle[around].tolist()} == set(range(n))
+    ends = {tuple(sorted(e)) for e in patches.curve_edges.tolist() if vertex in e}
+    assert len(ends) == n * (n - 1)  # two ways along each curve
+    for i, j in itertools.combinations(range(n), 2):
+        mine = (curves.surfaces_of_segment == (i, j)).all(axis=1)
+        lines = curves.points[curves.segments[mine]]
+        assert self_overlap.on_segments(np.array([at]), lines).any()
+        alone = intersect_surfaces([sheets[i], sheets[j]])
+        assert alone.length == pytest.approx(
+            laws.length_of(curves.points, curves.segments[mine]), rel=1e-9
+        )
