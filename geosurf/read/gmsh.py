@@ -1,4 +1,4 @@
-"""Counts and tags of a binary Gmsh file, checked before meshio believes them.
+"""Counts and tags of a Gmsh file, checked before meshio makes room for them.
 
 meshio makes arrays as long as a file says that they are, and one as long as the largest tag of a
 node: one spoiled byte asks for gigabytes. What a file announces has to be in it; the format
@@ -16,29 +16,37 @@ from geosurf.errors import FormatError
 
 LARGEST_TAG = 10_000_000  # in files with fewer bytes than that
 POINT = 24  # bytes: x, y, z
+ROW = np.dtype([("tag", "<i4"), ("point", "<f8", 3)])
 
 
 def refuse_wrong_counts(path: Path, data: bytes) -> None:
     """
-    Refuse a binary Gmsh file with more nodes than bytes, or tags that no mesh of its size has.
+    Refuse a Gmsh file with more nodes than bytes, or tags that no mesh of its size has.
 
     Parameters
     ----------
     path : pathlib.Path
         For the message.
     data : bytes
-        Of the whole file; text is passed over, as its numbers are no longer than they look.
+        Of the whole file, binary or text.
 
     Raises
     ------
     FormatError
     """
-    head = re.match(rb"\s*\$MeshFormat\s+([24])\.\d+\s+1\s+([48])\s", data)
+    _refuse_tag_lines(path, data)
+    head = re.match(rb"\s*\$MeshFormat\s+([24])\.(\d+)\s+([01])\s+([48])\s", data)
     start = re.search(rb"^\$Nodes[ \t\r]*\n", data, re.M)
     if head is None or start is None:
         return
-    if head[1] == b"4":
-        tags = _tags_of_blocks(path, data, start.end(), int(head[2]))
+    if head[3] == b"0":
+        end = data.find(b"$EndNodes", start.end())
+        words = data[start.end() : end if end >= 0 else None].split()
+        tags = _tags_of_words(path, words, (head[1] + head[2][:1]).decode())
+    elif head[1] + head[2] == b"40":
+        tags = _tags_of_blocks_of_rows(path, data, start.end())
+    elif head[1] == b"4":
+        tags = _tags_of_blocks(path, data, start.end(), int(head[4]))
     else:
         tags = _tags_of_rows(path, data, start.end())
     limit = max(LARGEST_TAG, len(data))
@@ -48,6 +56,58 @@ def refuse_wrong_counts(path: Path, data: bytes) -> None:
             f"{len(tags)} nodes should need ({limit}). The file is damaged, or its nodes are to be "
             "numbered anew; export it again."
         )
+
+
+def _refuse_tag_lines(path: Path, data: bytes) -> None:
+    """Refuse more lines of strings, numbers and counts before data than there are in the file."""
+    for match in re.finditer(rb"^\$((?:Node|Element|ElementNode)Data)[ \t\r]*\n", data, re.M):
+        at = match.end()
+        for _ in range(3):
+            end = data.find(b"\n", at)
+            text = data[at : max(end, at)].strip()
+            n = int(text) if re.fullmatch(rb"[0-9]{1,18}", text) else 0
+            left = data.count(b"\n", at)
+            if n > left:
+                raise FormatError(
+                    f"{path}: {n} lines are announced in section ${match[1].decode()}, and the "
+                    f"file has {left} left. It is damaged or cut short; export it again."
+                )
+            for _ in range(n + 1):
+                at = data.find(b"\n", at) + 1 or len(data)
+
+
+def _tags_of_words(path: Path, words: list[bytes], version: str) -> np.ndarray:
+    """Tags of the nodes of a text: in rows, in blocks of rows (4.0), or before the points (4.1)."""
+    found: list[bytes] = []
+    if version[0] == "2":
+        found = words[1::4]
+    else:
+        at = 4 if version == "41" else 2
+        while at + 4 <= len(words):
+            n = _count(path, words[at + 3])
+            if 4 * n > len(words) - at - 4:
+                raise FormatError(
+                    f"{path}: {n} nodes are announced in section $Nodes, and it has "
+                    f"{len(words) - at - 4} numbers left. It is damaged or cut short; export it "
+                    "again."
+                )
+            found += (
+                words[at + 4 : at + 4 + n]
+                if version == "41"
+                else words[at + 4 : at + 4 + 4 * n : 4]
+            )
+            at += 4 + 4 * n
+    return np.array([_count(path, word) for word in found], dtype=np.int64)
+
+
+def _count(path: Path, word: bytes) -> int:
+    """A number of things or a tag, as a text."""
+    if not re.fullmatch(rb"[0-9]{1,18}", word):
+        raise FormatError(
+            f"{path}: found {word[:40].decode('latin-1')!r} in section $Nodes, expected a count or "
+            "a tag. The file is damaged; export it again."
+        )
+    return int(word)
 
 
 def _tags_of_blocks(path: Path, data: bytes, at: int, size: int) -> np.ndarray:
@@ -68,14 +128,30 @@ def _tags_of_blocks(path: Path, data: bytes, at: int, size: int) -> np.ndarray:
     return np.concatenate(found)
 
 
+def _tags_of_blocks_of_rows(path: Path, data: bytes, at: int) -> np.ndarray:
+    """Tags of the nodes of version 4.0: blocks of rows."""
+    _, n_node = _numbers(path, data, at, "<u8", 2)
+    _refuse_more(path, data, at, n_node, ROW.itemsize)
+    at += 16
+    found: list[np.ndarray] = [np.empty(0, dtype=np.int64)]
+    n_found = 0
+    while n_found < n_node:
+        (n,) = _numbers(path, data, at + 12, "<u8", 1)
+        at += 20
+        _refuse_more(path, data, at, n, ROW.itemsize)
+        found.append(np.frombuffer(data, ROW, n, at)["tag"].astype(np.int64))
+        at += n * ROW.itemsize
+        n_found += n
+    return np.concatenate(found)
+
+
 def _tags_of_rows(path: Path, data: bytes, at: int) -> np.ndarray:
     """Tags of the nodes of version 2: rows of a tag and a point, their number as text."""
     end = data.find(b"\n", at)
     text = data[at:end].strip()
     n_node = int(text) if text.isdigit() else 0
-    row = np.dtype([("tag", "<i4"), ("point", "<f8", 3)])
-    _refuse_more(path, data, end + 1, n_node, row.itemsize)
-    return np.frombuffer(data, row, n_node, end + 1)["tag"].astype(np.int64)
+    _refuse_more(path, data, end + 1, n_node, ROW.itemsize)
+    return np.frombuffer(data, ROW, n_node, end + 1)["tag"].astype(np.int64)
 
 
 def _numbers(path: Path, data: bytes, at: int, word: str, n: int) -> list[int]:

@@ -292,3 +292,43 @@ def test_no_byte_of_a_binary_msh_breaks_its_reader(binary_msh, rng):
         path.write_bytes(data)
         with contextlib.suppress(FormatError):
             assert gs.read_fault(path).n_vertex <= 4
+
+
+@pytest.mark.parametrize("version", ["2.2", "4.0", "4.1"])
+@pytest.mark.parametrize("binary", [False, True])
+def test_tags_of_gmsh_are_checked_in_every_version(tmp_path, version, binary):
+    """Whole files are read; a huge tag or count is refused before room is made for it."""
+    import meshio
+
+    corners = np.array([[0.0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 5]])
+    mesh = meshio.Mesh(corners, [("triangle", np.array([[0, 1, 2], [0, 2, 3]]))])
+    path = tmp_path / "a.msh"
+    meshio.gmsh.write(path, mesh, version, binary=binary)
+    assert gs.read_fault(path).n_triangle == 2
+    data = path.read_bytes()
+    four, huge = (b"\x04\x00\x00\x00", b"\xff\xff\xff\x7f") if binary else (b"4", b"99999999")
+    start, end = data.index(b"$Nodes"), data.index(b"$EndNodes")
+    refused, at = 0, data.find(four, start, end)
+    while at >= 0:  # the number of nodes, and the last tag, wherever they stand
+        path.write_bytes(data[:at] + huge + data[at + len(four) :])
+        try:
+            gs.read_fault(path)
+        except FormatError as error:
+            refused += "a.msh" in str(error) and ("$Nodes" in str(error) or "tag" in str(error))
+        at = data.find(four, at + 1, end)
+    assert refused >= (1 if binary and version == "2.2" else 2)
+
+
+@pytest.mark.parametrize("place", range(3))
+def test_tags_of_gmsh_data_are_no_more_than_lines(tmp_path, place):
+    """meshio would read lines behind the end of the file, as many as are announced."""
+    counts = ["1", "1", "3"]
+    counts[place] = "99999999"
+    data = f'$NodeData\n{counts[0]}\n"a"\n{counts[1]}\n0.0\n{counts[2]}\n0\n1\n1\n1 5.0\n'
+    path = tmp_path / "a.msh"
+    path.write_text(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 9 0 0\n3 0 9 9\n$EndNodes\n"
+        f"$Elements\n1\n1 2 2 1 1 1 2 3\n$EndElements\n{data}$EndNodeData\n"
+    )
+    with pytest.raises(FormatError, match=r"a\.msh: 99999999 lines .*\$NodeData"):
+        gs.read_fault(path)
