@@ -14,6 +14,7 @@ smear          how far off distrusted data are, seen where sheets reach them
 relief, bent   what both walls have in common under noise; heights with all of that
 heights        the two passes: which data are trusted, heights of all nodes
 walls          how wide the gap or the overlap is along a trace
+missing        blocks beside a fault without any data
 overlap        how far data overlap at a fault, before anything is rebuilt
 mesh, ghosts   the torn mesh, and each sheet carried on past its fault
 past           scattered points of an overlapping sheet past its trace
@@ -59,13 +60,14 @@ from geosurf.sheets.finish import (
     sheet_of,
 )
 from geosurf.sheets.given import throw_horizon
-from geosurf.sheets.heights import FIRST_TRIM, Heights, Settings
+from geosurf.sheets.heights import FIRST_TRIM, Heights, Rebuild, Settings
+from geosurf.sheets.missing import continued, missing_blocks, refuse_missing
 from geosurf.sheets.noise import weight_of
 from geosurf.sheets.past import ghosts_by_points
 from geosurf.sheets.propose import propose_trim
 from geosurf.sheets.scattered import Scattered, picks_or_points, rebuild_of
 from geosurf.sheets.slip import EllipticThrow
-from geosurf.sheets.traces import mesh_in_frame
+from geosurf.sheets.traces import FaultMesh, mesh_in_frame
 
 __all__ = ["EllipticThrow", "propose_trim", "tear_horizon", "throw_horizon"]
 
@@ -162,13 +164,14 @@ def tear_horizon(
     picks = picks_or_points(data, name, positive, units, spacing)
     crs = crs_among(picks.name, data, surfaces)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    settings = Settings(float(trim), max(FIRST_TRIM, float(trim)), carry=carry)
-    rebuild = rebuild_of(picks, meshes, settings)
-    sigma, signal = rebuild.noise()
-    sigma = sigma if noise is None else float(noise)
-    settings.noise = sigma
-    settings.noise_weight = weight_of(sigma, signal, picks.frame.cell)
-    state = rebuild.run()
+    rebuild, settings, state = _rebuilt(picks, meshes, trim, noise, carry)
+    missing = missing_blocks(picks, state, meshes)
+    if missing and carry:
+        picks, notes = continued(picks, missing)
+        rebuild, settings, state = _rebuilt(picks, meshes, trim, noise, carry)
+        state.carried = [*notes, *state.carried]
+        missing = missing_blocks(picks, state, meshes)
+    refuse_missing(picks, missing)
     names = [surface.name for surface in surfaces]
     _refuse_empty_blocks(picks, state, names)
     rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
@@ -185,13 +188,25 @@ def tear_horizon(
     refuse_leaks(picks, state, built, float(trim))
     cuts = fault_cuts(picks.frame, state, built, surfaces)
     refuse_lost_cutoffs(picks, state, built, cuts)
-    used = sigma if settings.noise_weight is not None else None
+    used = settings.noise if settings.noise_weight is not None else None
     report = make_report(
         picks, state, built, cuts, builder.triangles, float(trim), used, rebuild.nearby
     )
     for warning in report.warnings:
         warnings.warn(warning, stacklevel=2)
     return replace(sheet_of(picks, state, built, surfaces, rising, cuts, report), crs=crs)
+
+
+def _rebuilt(
+    picks: Picks, meshes: list[FaultMesh], trim: float, noise: float | None, carry: bool
+) -> tuple[Rebuild, Settings, Heights]:
+    """Heights of all nodes, and what made them."""
+    settings = Settings(float(trim), max(FIRST_TRIM, float(trim)), carry=carry)
+    rebuild = rebuild_of(picks, meshes, settings)
+    sigma, signal = rebuild.noise()
+    settings.noise = sigma if noise is None else float(noise)
+    settings.noise_weight = weight_of(settings.noise, signal, picks.frame.cell)
+    return rebuild, settings, rebuild.run()
 
 
 def _refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> None:
