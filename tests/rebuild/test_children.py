@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geosurf.contact import arrange
+from geosurf.contact import arrange, search
 from geosurf.contact.arrange import cut_contacts
 from geosurf.contact.search import find_contacts
 from geosurf.kernels.mesh import turned_over
@@ -15,8 +15,12 @@ from tests.strategies import soup
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 0, 2)])
-def test_a_crossing_nearest_to_zero_from_below_is_zero(order):
-    """It is at -1/2 of the least number that there is, on two axes."""
+def test_a_crossing_nearest_to_zero_is_not_zero(order, monkeypatch):
+    """It is at -1/2 of the least number that there is, on two axes: 0 would count as exact.
+
+    Such input is refused; constructed points alone may come so close.
+    """
+    monkeypatch.setattr(search, "MAX_SCALE", 2000)
     least = 2.0**-1074
     corners = (
         [[-9, -9, 0], [9, -9, 0], [0, 9, 0]],
@@ -27,6 +31,8 @@ def test_a_crossing_nearest_to_zero_from_below_is_zero(order):
     contacts = find_contacts(surfaces, origin=np.zeros(3))
     children = cut_contacts(contacts)
     assert len(children.d) > len(contacts.d)  # crossings are made in the cut
+    crossing = children.x[contacts.n_vertex + len(contacts.d) :]
+    assert crossing.tolist() == [[-least, -least, 0.0]]
     zero = children.x[children.x == 0.0]
     assert len(zero) > 6
     assert not np.signbit(zero).any()
