@@ -13,6 +13,7 @@ import numpy as np
 from geosurf.carve import carve_units
 from geosurf.carve.certificate import certify, same_bytes
 from geosurf.carve.order import warnings_of_order
+from geosurf.carve.thin import warnings_of_thin_units
 from geosurf.contact import find_contacts
 from geosurf.contact.search import check_voxel_size
 from geosurf.conventions import counted, did_you_mean, elevation_sign, metres_per_unit
@@ -32,6 +33,7 @@ from geosurf.model.expected import box_of_sides, flag_of
 from geosurf.network import FaultStage
 from geosurf.provided import Box, Provided
 from geosurf.rebuild import drop_ghosts, patches_from
+from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.triangulate import build_walls
 
 
@@ -247,10 +249,12 @@ class Scene(Provided):
         """All surfaces and the walls of the box, split along their curves."""
         self._prepare()
         n, place = len(self._enclosed) - len(self._walls), "box" if self.aoi is None else "area"
-        return self._memory.remembered(
+        found: Patches = self._memory.remembered(
             "rebuild", f"{counted(n, 'surface')} and the {place}", self._patches_key, self._rebuild,
             lambda p: counted(p.n_patch, "patch"),
         )  # fmt: skip
+        self._memory.warn(*warnings_of_moves(self._enclosed, found))
+        return found
 
     @cached_property
     def _walls(self) -> list[TriSurface]:
@@ -292,7 +296,7 @@ class Scene(Provided):
             words = f"does not reach the {where}, and parts nothing"
             self._memory.note("carve", fault, "skipped", words)
             self._warn_of_outside(fault)
-        self._memory.warn(*warnings_of_order(found))
+        self._memory.warn(*warnings_of_order(found), *warnings_of_thin_units(found))
         return found
 
     @cached_property

@@ -12,6 +12,7 @@ blocks.py        units of a zone, named by the sides of faults
 fluids.py        units split at their fluid contacts
 outside.py       which cells lie beyond the walls
 shells.py        closed shells with volumes
+thin.py          what to tell of units as thin as rounding
 certificate.py   promises, checked anew on the result
 consistent.py    of these: units against the patches
 told.py          of these: names of units against the surfaces around them

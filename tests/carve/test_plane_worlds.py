@@ -10,8 +10,9 @@ import pytest
 from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
 from geosurf.carve.volume import exact_volume, volume_of
+from geosurf.errors import GeosurfWarning
 from tests import oracles
-from tests.carve.plane_worlds import KINDS, check, corners_of
+from tests.carve.plane_worlds import KINDS, check, corners_of, plane_world
 from tests.half_spaces import Pieces
 
 THREE = [((0, 1, -1), 0), ((1, -1, 1), -2), ((2, 1, -2), 0)]
@@ -43,9 +44,28 @@ def test_three_planes_that_nearly_meet_on_a_wall_bound_a_unit():
     assert 0 < thin.volume == units[thin.name].volume < 1e-40
     np.testing.assert_allclose(thin.place, np.array([0, -4, -4]) + SHIFT, atol=5)
     assert certify(patches, units).ok
+
+
+def test_a_scene_warns_of_thin_units():
     scene = Scene({}, {s.name: s for s in three_planes()}, BOX)
-    assert list(scene.units) == list(units)
-    assert scene.units[thin.name].volume == thin.volume
+    with pytest.warns(GeosurfWarning, match="as thin as the rounding of coordinates .*'P0', 'P1'"):
+        (thin,) = scene.units.report["thin"]
+    (warning,) = scene.warnings
+    assert (warning.kind, warning.subject, warning.place) == ("thin unit", thin.name, thin.place)
+    assert thin.volume == scene.units[thin.name].volume
+
+
+def test_a_scene_warns_of_inputs_that_a_repair_moved():
+    world = plane_world(3396)  # one fault goes by an edge of the box, until it is moved by 70 µm
+    scene = Scene({}, {s.name: s for s in world.surfaces}, world.box)
+    with pytest.warns(GeosurfWarning, match="moved by up to .* does not fit into float64"):
+        report = scene.patches.report
+    (warning,) = scene.warnings
+    assert warning.kind == "moved"
+    assert f"{report['largest_move']:.1e} m" in warning.effect
+    given = {tuple(v) for s in world.surfaces for v in s.vertices.tolist()}
+    assert warning.place in given
+    assert warning.subject in [s.name for s in world.surfaces]
 
 
 def test_three_planes_that_meet_have_no_such_unit():

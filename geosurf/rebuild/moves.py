@@ -1,0 +1,53 @@
+"""What a repair moved, as a warning: inputs are used a little beside where they were given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.errors import GeosurfWarning
+from geosurf.model import Patches, TriSurface
+
+_TOLD = 1e-6  # metres: what is finer is nobody's measurement, and most repairs move by 2 nm
+
+
+def warnings_of_moves(given: Sequence[TriSurface], patches: Patches) -> tuple[GeosurfWarning, ...]:
+    """
+    Return the warning that inputs were moved where rounding would have broken triangles.
+
+    Parameters
+    ----------
+    given : sequence of TriSurface
+        What was rebuilt.
+    patches : Patches
+
+    Returns
+    -------
+    tuple of GeosurfWarning
+        One at most, if something was moved by more than 1 micrometre, with the place of the largest
+        move; ``patches.report`` has all moves.
+    """
+    if patches.report["largest_move"] <= _TOLD:
+        return ()
+    names, far, place = [], 0.0, None
+    for old, new in zip(given, patches.sources, strict=True):
+        steps = np.linalg.norm(new.vertices - old.vertices, axis=1)
+        row = int(steps.argmax())
+        if steps[row] > 0.0:
+            names.append(old.name)
+        if steps[row] > far:
+            far, place = float(steps[row]), old.vertices[row]
+    n = patches.report["moved_vertices"]
+    count = "1 vertex" if n == 1 else f"{n} vertices"
+    listed = ", ".join(repr(name) for name in names[:4]) + (" and others" if len(names) > 4 else "")
+    warning = GeosurfWarning(
+        "moved",
+        names[0],
+        f"{count} of {listed} moved by up to {far:.1e} m: surfaces there nearly meet in a point or "
+        "a line, and the exact result does not fit into float64.",
+        "To choose the places yourself, round the coordinates of these surfaces and of the box: "
+        "np.round(x * 1024) / 1024.",
+        place,
+    )
+    return (warning,)
