@@ -7,10 +7,14 @@ READY := .venv/.ready
 WARM := .venv/.warm
 SCENARIO := data/synthetic_horizons/faulted_reservoir.toml
 
-.PHONY: help demo test lint wheel clean
+OLDEST := .venv-oldest/bin
+TESTED_OLDEST := $(addprefix tests/,carve contact faults intersect measure read rebuild render report write) \
+	$(addprefix tests/test_,scenario.py scene.py synthetic.py triangulate.py)
+
+.PHONY: help demo test test-oldest lint wheel clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
 
 demo: $(WARM) ## build the faulted reservoir: volumes, pictures and a report in out/demo
 	@echo "Building the faulted reservoir ..."
@@ -20,6 +24,15 @@ demo: $(WARM) ## build the faulted reservoir: volumes, pictures and a report in 
 test: $(WARM) ## run all tests, with lint, types and the import comb among them
 	@echo "Running the tests ..."
 	@$(BIN)/python -m pytest -n auto --dist loadfile
+
+test-oldest: ## run most tests with the oldest dependencies that are allowed, in .venv-oldest
+	@$(PYTHON) -m venv .venv-oldest
+	@echo "Installing the oldest versions (constraints-oldest.txt) into .venv-oldest ..."
+	@$(OLDEST)/python -m pip install -q -c constraints-oldest.txt -e ".[io]" hypothesis pytest pytest-timeout pytest-xdist
+	@$(OLDEST)/python -m pip check
+	@echo "Compiling the kernels with the oldest numba ..."
+	@$(OLDEST)/geosurf warmup
+	@$(OLDEST)/python -m pytest -n auto --dist loadfile $(TESTED_OLDEST)
 
 lint: $(READY) ## check style, types and who may import whom
 	$(BIN)/ruff check .

@@ -69,7 +69,7 @@ def metres_per_unit(units: str | None, what: str) -> float:
         raise InputError(
             f"{what}: units are missing. Say them with attrs['units'] = 'm' or units='m'."
         )
-    factor = METRES_PER_UNIT.get(str(units).strip().lower())
+    factor = METRES_PER_UNIT.get(units.strip().lower()) if isinstance(units, str) else None
     if factor is None:
         known = ", ".join(sorted(METRES_PER_UNIT))
         raise InputError(
@@ -103,10 +103,8 @@ def elevation_sign(positive: str | None, what: str) -> float:
     >>> elevation_sign("down", "horizon 'Top'")
     -1.0
     """
-    if positive == "up":
-        return 1.0
-    if positive == "down":
-        return -1.0
+    if is_word(positive, ("up", "down")):
+        return 1.0 if positive == "up" else -1.0
     found = "is not said" if positive is None else f"is {positive!r}"
     raise InputError(
         f"{what}: whether values are elevation or depth {found}. Say positive='up' (elevation) "
@@ -294,6 +292,44 @@ def counted(n: int, word: str) -> str:
     return f"{n} {word}{ending}"
 
 
+def first_said(*words: Any) -> Any:
+    """Return the first of some words that is given: neither None nor an empty text.
+
+    Examples
+    --------
+    >>> first_said(None, "", "m")
+    'm'
+    """
+    said = (word for word in words if word is not None and not (type(word) is str and not word))
+    return next(said, None)
+
+
+def is_word(value: Any, known: Iterable[str]) -> bool:
+    """Return whether a value is one of some words; arrays and lists are none, whatever they hold.
+
+    Examples
+    --------
+    >>> is_word("up", ("up", "down")), is_word(np.array(["up", "up"]), ("up", "down"))
+    (True, False)
+    """
+    return isinstance(value, str) and value in known
+
+
+# what objects of other packages raise when they are taken for an array, a list, or a path
+STRANGE = (ArithmeticError, AttributeError, LookupError, RuntimeError, UserWarning)
+
+
+def is_whole(value: Any) -> bool:
+    """Return whether a value is a whole number: no truth value, no span of time.
+
+    Examples
+    --------
+    >>> is_whole(3), is_whole(np.int8(3)), is_whole(3.0), is_whole(True)
+    (True, True, False, False)
+    """
+    return isinstance(value, int | np.integer) and not isinstance(value, bool | np.timedelta64)
+
+
 def is_number(value: Any) -> bool:
     """Return whether a value is one finite real number (no truth value, no text).
 
@@ -303,8 +339,12 @@ def is_number(value: Any) -> bool:
     (True, True, False, False)
     """
     plain = type(value) in (float, int)  # most are; a question to an abstract class costs more
-    known = plain or (isinstance(value, Real) and not isinstance(value, bool))
-    return known and math.isfinite(value)
+    none = (bool, np.timedelta64)  # the one is an int, the other calls itself a number
+    known = plain or (isinstance(value, Real) and not isinstance(value, none))
+    try:
+        return known and math.isfinite(value)
+    except OverflowError:  # a whole number that no float holds
+        return False
 
 
 def real_numbers(values: Any) -> np.ndarray:
@@ -337,12 +377,15 @@ def real_numbers(values: Any) -> np.ndarray:
     """
     if type(values) is np.ndarray and values.dtype == np.float64:
         return values
-    array = np.asarray(values)
-    if array.dtype.kind in "cmM":
-        raise TypeError(array.dtype)
-    if "numpy.ma" in sys.modules and np.ma.isMaskedArray(values):  # takes long to import
-        array = np.ma.filled(values.astype(np.float64), np.nan)
-    found: np.ndarray = np.asarray(array, dtype=np.float64)
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind in "cmM":
+            raise TypeError(array.dtype)
+        if "numpy.ma" in sys.modules and np.ma.isMaskedArray(values):  # takes long to import
+            array = np.ma.filled(values.astype(np.float64), np.nan)
+        found: np.ndarray = np.asarray(array, dtype=np.float64)
+    except STRANGE as error:
+        raise ValueError(f"{type(error).__name__}: {error}") from error
     return found
 
 

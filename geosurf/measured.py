@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean
+from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.memory import Memory
 from geosurf.model import Curves, Patches, Sheet, Units
@@ -88,6 +88,8 @@ class Measured:
                 raise InputError(
                     f"pictures have no {key!r}; they have {words}.{did_you_mean(key, words)}"
                 )
+        if on_file is not None and not callable(on_file):
+            raise InputError(f"on_file is {on_file!r}; give a function of one text, such as print.")
         found: list[GeosurfWarning] = []
         try:
             with collected() as found:
@@ -223,7 +225,7 @@ class Measured:
             ("horizon", self._horizons, horizon),
             ("fault", self._faults, fault),
         ):
-            if name not in list(known):
+            if not is_word(name, known):
                 raise InputError(
                     f"no {role} is called {name!r}; there are {list(known)}."
                     f"{did_you_mean(name, known)}"
@@ -279,7 +281,7 @@ class Measured:
         from geosurf.measure import faces_of, separation
         from geosurf.sheets.diplines import DIRECTIONS
 
-        if direction not in list(DIRECTIONS):
+        if not is_word(direction, DIRECTIONS):
             raise InputError(f"direction is {direction!r}, expected one of {DIRECTIONS}.")
         horizon, fault = name_of(horizon, "horizon"), name_of(fault, "fault")
 

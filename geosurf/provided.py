@@ -29,6 +29,7 @@ from geosurf.network import FaultStage
 from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.box import propose_box
 from geosurf.triangulate.cover import warning_of_area
+from geosurf.triangulate.rims import off_the_rims
 from geosurf.warning import collected
 
 Box = tuple[float, float, float, float, float, float]
@@ -115,27 +116,57 @@ class Provided(Joined):
     @cached_property
     def box(self) -> Box:
         """West, east, south, north, bottom, top of the model [m]."""
+        if self._box is None or self.aoi is not None:
+            return self._around(self.aoi)
+        w, e, s, n, *heights = self._given_box
+        ring = np.array([(w, s), (e, s), (e, n), (w, n)])
+        (w, s), _, (e, n), _ = self._off_rims(ring, "model box").tolist()
+        return w, e, s, n, *heights
+
+    @cached_property
+    def _given_box(self) -> Box:
+        """The box before its sides are moved off rims: horizons are not read for one that is given.
+
+        The default box is where all horizons are, exactly.
+        """
+        return self.box if self._box is None else self._around(self._given_area)
+
+    def _around(self, area: np.ndarray | None) -> Box:
+        """The box that is given, or the default one, as wide as an area in it."""
         if self._box is not None:
-            build_walls(self._box, self.aoi)
+            build_walls(self._box, area)
             w, e, s, n, b, t = (float(value) for value in self._box)
         else:
             horizons = [self._plain(name) for name in self._horizons]
-            w, e, s, n, b, t = propose_box(horizons, self.aoi)
-            words = box_in_words((w, e, s, n), horizons, self.aoi)
+            w, e, s, n, b, t = propose_box(horizons, area)
+            words = box_in_words((w, e, s, n), horizons, area)
             self._memory.note("box", "all horizons", "ran", f"default: {words}")
-            if self.aoi is None:
+            if area is None:
                 warning = warning_of_area(horizons, (w, e, s, n, b, t))
                 self._memory.warn(*filter(None, [warning]))
-        if self.aoi is not None:
-            (w, s), (e, n) = self.aoi.min(axis=0).tolist(), self.aoi.max(axis=0).tolist()
+        if area is not None:
+            (w, s), (e, n) = area.min(axis=0).tolist(), area.max(axis=0).tolist()
         return w, e, s, n, b, t
 
     @cached_property
     def aoi(self) -> np.ndarray | None:
         """Corners of the area of interest (n, 2), counter-clockwise [m]; None if it is the box."""
-        if self._aoi is None:
-            return None
-        return opened_outline(self._aoi)
+        area = self._given_area
+        return None if area is None else self._off_rims(area, "area of interest")
+
+    @cached_property
+    def _given_area(self) -> np.ndarray | None:
+        """The area of interest before its sides are moved off rims."""
+        return None if self._aoi is None else opened_outline(self._aoi)
+
+    def _off_rims(self, outline: np.ndarray, what: str) -> np.ndarray:
+        """An area that is not open along the rim of a horizon, for nothing but rounding."""
+        given = self._horizons.items()  # a torn one does not ask for the faults that leave the box
+        horizons = [v.surface if isinstance(v, Sheet) else self._plain(n) for n, v in given]
+        with collected() as found:
+            outline = off_the_rims(outline, horizons, what)
+        self._memory.warn(*found)
+        return outline
 
     @property
     def column(self) -> dict[str, str]:
@@ -174,8 +205,8 @@ class Provided(Joined):
         self._memory.warn(warning_of_fault(self.surface(name), self.box, self.aoi))
 
     def _limits(self) -> tuple[Any, Any]:
-        """Box and area, for what asks when they are first needed."""
-        return self.box, self.aoi
+        """Box and area as given, for what asks when they are first needed."""
+        return self._given_box, self._given_area
 
     def _extent(self) -> Box:
         """The box that extended faults leave: one that is given holds horizons around the area."""
@@ -183,7 +214,7 @@ class Provided(Joined):
 
     def _frame(self, surfaces: Sequence[TriSurface]) -> np.ndarray:
         """Origin of the local frame: the box's where exact, so that all results share it."""
-        return shared_origin(None if self._box is None else self.box, surfaces)
+        return shared_origin(None if self._box is None else self._given_box, surfaces)
 
     def _triangulated(self, name: str, role: str, value: Any) -> TriSurface:
         if name not in self._read:  # once: a scene stands for its inputs as it found them

@@ -122,7 +122,7 @@ class Scene(Provided):
         tolerance: float | None = None,
     ) -> None:
         self._horizons = as_mapping("horizons", horizons)
-        self._faults = as_mapping("faults", faults or {})
+        self._faults = as_mapping("faults", {} if faults is None else faults)
         if not self._horizons and not self._faults:
             raise InputError(
                 "a scene needs at least one horizon or fault; give horizons={name: ...}."
@@ -130,7 +130,7 @@ class Scene(Provided):
         self._box = None if box is None else tuple(box_of_sides(box).tolist())
         check_column(tuple(self._horizons), column)
         self._column = dict(column or {})
-        self._contacts = as_mapping("contacts", contacts or {})
+        self._contacts = as_mapping("contacts", {} if contacts is None else contacts)
         refuse_namesakes(horizon=self._horizons, fault=self._faults, contact=self._contacts)
         self._aoi = aoi
         if positive is not None:
@@ -144,7 +144,9 @@ class Scene(Provided):
         self._memory = Memory()
         self._read: dict[str, str] = {}
         self._crs: dict[str, str] = {}
-        self._truncations = dict(as_mapping("truncations", truncations or {}))
+        self._truncations = dict(
+            as_mapping("truncations", {} if truncations is None else truncations)
+        )
         self._extend = extend
         network = self._stage_of_faults()
         self._extend = network.sides
@@ -348,6 +350,7 @@ class Scene(Provided):
         >>> [line.split()[:2] for line in scene.explain(seconds=False).splitlines()]
         [['triangulate', 'Top'], ['triangulate', 'F1'], ['curves', 'Top']]
         """
+        seconds = flag_of(seconds, "seconds")
         steps = list(self.steps)
         if seconds and steps:
             steps.append(self._memory.summary())

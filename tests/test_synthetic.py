@@ -492,7 +492,7 @@ def test_files_are_written_alike_twice(make_files, tmp_path):
 @pytest.mark.parametrize(
     ("make", "arguments", "message"),
     [
-        (synthetic.tilted_planes, {"dip": 0}, r"dip of F1 is 0 degrees, expected more than 0"),
+        (synthetic.tilted_planes, {"dip": 0}, r"dip of F1 is 0 degrees, expected 0.1 to 90"),
         (
             synthetic.tilted_planes,
             {"tilt": 12},

@@ -143,7 +143,7 @@ def carve_units(
     every = list(range(len(blocks)))
     named = _Named(zone_of_unit, blocks, [""] * len(blocks), [()] * len(blocks), every, every)
     left: dict[str, tuple[str, ...]] = {}
-    if contacts:
+    if levels:
         names = [patches.names[i] for i in faults]
         zones = [zone_names[k] for k in zone_of_unit.tolist()]
         counted = contacts_of_units(contacts, zones, words, lies_on.found, names)

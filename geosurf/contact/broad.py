@@ -88,10 +88,12 @@ def fit_voxels(boxes_a, boxes_b, size=None):
     size = float(size)
     if size <= 0.0:
         size = max(float(extent.max()), 1.0)
-    shape = np.maximum(np.ceil(extent / size), 1.0)
-    if np.prod(shape) > _MOST_VOXELS:
+    with np.errstate(over="ignore"):  # more than can be counted is more than there may be
+        shape = np.maximum(np.ceil(extent / size), 1.0)
+        n_voxel = np.prod(shape)
+    if n_voxel > _MOST_VOXELS:
         raise InputError(
-            f"voxels of {size:g} m would be {np.prod(shape):.3g} voxels, more than "
+            f"voxels of {size:g} m would be {n_voxel:.3g} voxels, more than "
             f"{_MOST_VOXELS}; choose a larger voxel size, or none to have it fitted."
         )
     return VoxelGrid(bounds, size, shape.astype(np.int64), rows_a, rows_b)

@@ -18,7 +18,7 @@ from geosurf.contact.gather import Faces, find_candidates, gather
 from geosurf.contact.room import CONTACT, IN_PLANE, lack_of_room, refusal
 from geosurf.contact.threads import n_threads, side_by_side
 from geosurf.contact.tree import look_at_list
-from geosurf.conventions import frame_origin, is_number, place
+from geosurf.conventions import frame_origin, is_number, is_word, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
 from geosurf.kernels.contact import N_COLUMN, meet_pairs
 from geosurf.kernels.exact import N_EDGE_PLANE, SCALE
@@ -36,7 +36,7 @@ from geosurf.kernels.predicates import (
 from geosurf.kernels.upright import OPEN
 from geosurf.kernels.voxels import fill_voxels, triangle_boxes
 from geosurf.model import TriSurface, VoxelSearch
-from geosurf.model.expected import listed
+from geosurf.model.expected import flag_of, listed
 
 METHODS = ("auto", "tree", "voxels")
 ULP = 2.0**-52
@@ -209,9 +209,10 @@ def find_contacts(
     InputError
         For an unknown method, or if pairs of triangles are more than memory holds.
     """
-    if method not in list(METHODS):
+    if not is_word(method, METHODS):
         raise InputError(f"method is {method!r}, expected one of {METHODS}.")
     check_voxel_size(voxel_size)
+    self_intersections = flag_of(self_intersections, "self_intersections")
     surfaces = check_surfaces(surfaces)
     if origin is None:
         origin = frame_origin(*(s.extent for s in surfaces))

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import InputError
+from geosurf.model.expected import listed
 from geosurf.model.faults import SIDES
 
 KEEP = ("hanging wall", "footwall", "right", "left", "+", "-")
@@ -205,9 +206,9 @@ def read_sides(sides: Any, what: str) -> tuple[str, ...]:
     known = ("strike", *SIDES)
     if not isinstance(sides, Iterable):
         raise InputError(f"{what} is {sides!r}; give any of {known}.")
-    words = (sides,) if isinstance(sides, str) else tuple(sides)
+    words = (sides,) if isinstance(sides, str) else listed(sides, f"{what} are words", "list them")
     for word in words:
-        if word not in known:
+        if not is_word(word, known):
             raise InputError(
                 f"{what} has side {word!r}; sides are {known}.{did_you_mean(str(word), known)}"
             )

@@ -17,6 +17,7 @@ from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, side_
 from geosurf.intersect.walk import walk_curves
 from geosurf.kernels.polylines import weld_lines
 from geosurf.model import Curves, Place, Touch, TriSurface, frozen
+from geosurf.model.expected import listed
 
 Linker = Callable[..., Curves]
 
@@ -54,7 +55,7 @@ def smooth_curves(
     -------
     Curves
     """
-    surfaces = tuple(surfaces)
+    surfaces = listed(surfaces, "intersect_surfaces takes surfaces", "give a list of TriSurface")
     for i, surface in enumerate(surfaces):
         if not isinstance(surface, TriSurface):
             check_surfaces(surfaces[: i + 1])

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geosurf.conventions import is_whole
 from geosurf.errors import InputError
 from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of, row_of
 from geosurf.measure.lines import chains_of, ragged, rings_of
@@ -133,7 +134,7 @@ def wall_lines(
         For names that no horizon or fault has, or that do not reach into the model.
     """
     faces_of(patches, units, horizon, "horizon")
-    if side not in (PLUS, MINUS):
+    if not is_whole(side) or side not in (PLUS, MINUS):
         raise InputError(f"side is {side!r}, expected 0 for the front of the fault or 1.")
     faces = faces_of(patches, units, fault, "fault")
     chains = cutoff_chains(patches, units, horizon, faces, side)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import Patches, Unit, Units
 from geosurf.model.expected import expect
@@ -118,9 +118,11 @@ def faces_of(patches: Patches, units: Units, name: str, role: str | None = None)
         If it does not reach into the model.
     """
     check_model(patches, units)
+    if role is not None and not is_word(role, ("horizon", "fault")):
+        raise InputError(f"role is {role!r}, expected 'horizon' or 'fault'.")
     roles = ("horizon", "fault") if role is None else (role,)
     known = [source.name for source in patches.sources if source.role in roles]
-    if name not in known:
+    if not is_word(name, known):
         raise InputError(
             f"no {' or '.join(roles)} is called {name!r}; there are {known}."
             f"{did_you_mean(str(name), known)}"
@@ -158,6 +160,6 @@ def side_of_words(side: str) -> int:
     >>> side_of_words("+"), side_of_words("footwall")
     (0, 1)
     """
-    if side not in list(SIDES):
+    if not is_word(side, SIDES):
         raise InputError(f"side is {side!r}, expected one of {tuple(SIDES)}.")
     return SIDES[side]

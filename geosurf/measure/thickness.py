@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import HORIZON_DIMS, did_you_mean, metres_per_unit, real_numbers
+from geosurf.conventions import (
+    HORIZON_DIMS,
+    did_you_mean,
+    is_number,
+    is_word,
+    metres_per_unit,
+    real_numbers,
+)
 from geosurf.errors import InputError, InvariantError
 from geosurf.measure.columns import Crossings, cross_columns
 from geosurf.model import Unit, Units
@@ -115,7 +122,7 @@ def thickness_map(
     import xarray as xr
 
     expect(units, Units, "thickness_map takes Units", "carve_units makes them")
-    if kind not in list(KINDS):
+    if not is_word(kind, KINDS):
         raise InputError(f"kind is {kind!r}, expected one of {KINDS}.{did_you_mean(kind, KINDS)}")
     chosen = units_of_zone(units, zone, contact)
     nodes = nodes_of(grid, units.box)
@@ -145,7 +152,7 @@ def thickness_map(
 
 def units_of_zone(units: Units, zone: str, contact: str | None = None) -> list[Unit]:
     """Units of a zone, and of one contact interval if asked, or an InputError with the names."""
-    found = [unit for unit in units.values() if unit.zone == zone]
+    found = [unit for unit in units.values() if unit.zone == zone] if _is_text(zone) else []
     if not found:
         known = list(dict.fromkeys(unit.zone for unit in units.values()))
         raise InputError(
@@ -153,13 +160,17 @@ def units_of_zone(units: Units, zone: str, contact: str | None = None) -> list[U
         )
     if contact is None:
         return found
-    within = [unit for unit in found if unit.contact == contact]
+    within = [unit for unit in found if unit.contact == contact] if _is_text(contact) else []
     if not within:
         known = sorted({unit.contact for unit in found if unit.contact})
         raise InputError(
             f"zone {zone!r} has no interval {contact!r}; its fluid contacts make {known}."
         )
     return within
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
 
 
 def nodes_of(grid: Any, box: tuple[float, ...]) -> Nodes:
@@ -211,9 +222,10 @@ def _cells(width: Any, w: float, e: float, s: float, n: float) -> Nodes:
             f"the grid of a map is {type(width).__name__}; give the width of a cell [m], or an "
             "xarray object with coordinates northing and easting."
         )
-    if not (np.isfinite(width) and width > 0):
+    if not (is_number(width) and width > 0):
         raise InputError(f"the cells of a map are {width} m wide; give a width above 0.")
-    n_col, n_row = (max(1, round(size / float(width))) for size in (e - w, n - s))
+    width = max(float(width), 1e-9 * (e - w))  # finer is refused in any case, and overflows
+    n_col, n_row = (max(1, round(size / width)) for size in (e - w, n - s))
     if n_col * n_row > MOST_CELLS:
         raise InputError(
             f"cells of a map that are {width:g} m wide would be {n_col:.3g} x {n_row:.3g}, and "

@@ -119,6 +119,17 @@ def separation(
     return xr.Dataset(data, coords=coords, attrs=attrs)
 
 
+def _led(level: Callable[[np.ndarray], np.ndarray], points: np.ndarray) -> np.ndarray:
+    """Where lines down the dip of places reach a level (n, 2): what a callable says, checked."""
+    how = "give a function of points (n, 3) that returns eastings and northings (n, 2)"
+    if not callable(level):
+        raise InputError(f"level is {level!r}; {how}.")
+    found = np.asarray(level(points))
+    if found.shape != (len(points), 2):
+        raise InputError(f"level returns shape {found.shape}; {how}.")
+    return found
+
+
 def _section(
     wall: str,
     line: Any,
@@ -146,7 +157,7 @@ def _section(
         )
     points = _thinned(points)
     along, across = axes @ points[:, :2].T
-    at = along if level is None else level(points) @ axes[0]
+    at = along if level is None else _led(level, points) @ axes[0]
     section = np.column_stack([at, across, points[:, 2], along])
     if section[-1, 0] < section[0, 0]:
         section, points = section[::-1], points[::-1]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geosurf.conventions import place
+from geosurf.conventions import is_word, place
 from geosurf.errors import InputError
 from geosurf.model.base import Noun, frozen, polydata
 
@@ -168,7 +168,7 @@ class Curves(Noun):
     def between(self, first: str, second: str) -> list[np.ndarray]:
         """Return the curves of two named surfaces as world polylines (n, 3) [m]."""
         for name in (first, second):
-            if name not in self.names:
+            if not is_word(name, self.names):
                 raise InputError(f"no surface is called {name!r}; there are {list(self.names)}.")
         wanted = sorted((self.names.index(first), self.names.index(second)))
         return [

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import is_number, real_numbers
+from geosurf.conventions import STRANGE, is_number, real_numbers
 from geosurf.errors import InputError
 
 SIDES = ("west", "east", "south", "north", "bottom", "top")
@@ -64,8 +64,11 @@ def path_of(path: Any, what: str) -> Path:
     geosurf.errors.InputError: render_scene: the path is 5; give text or a pathlib.Path.
     """
     if isinstance(path, str | os.PathLike):
-        text = os.fspath(path)
-        if isinstance(text, str) and text and "\0" not in text:
+        try:
+            text = os.fspath(path)
+        except (TypeError, ValueError, *STRANGE):
+            text = ""
+        if isinstance(text, str) and text and "\0" not in text and _is_encodable(text):
             return Path(text)
     raise InputError(f"{what}: the path is {path!r}; give text or a pathlib.Path.")
 
@@ -86,11 +89,23 @@ def name_of(name: Any, what: str) -> str:
     Traceback (most recent call last):
     geosurf.errors.InputError: the name of a fault is ['F1']; give text.
     """
-    if type(name) is str:
-        return name
     if isinstance(name, str | int | np.integer) and not isinstance(name, bool):
-        return str(name)
+        found = name if type(name) is str else str(name)
+        if _is_encodable(found):
+            return found
+        raise InputError(
+            f"the name of a {what} is {found!r}, which no file can hold; give letters of Unicode."
+        )
     raise InputError(f"the name of a {what} is {name!r}; give text.")
+
+
+def _is_encodable(text: str) -> bool:
+    """Whether text can be written: halves of a surrogate pair cannot."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def number_of(value: Any, what: str, hint: str = "give one finite number") -> float:
@@ -199,5 +214,5 @@ def listed(values: Any, takes: str, how: str) -> Sequence[Any]:
     """
     try:
         return tuple(values)
-    except TypeError as error:
+    except (TypeError, ValueError, *STRANGE) as error:
         raise InputError(f"{takes}, not {type(values).__name__}; {how}.") from error

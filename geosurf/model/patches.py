@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted
+from geosurf.conventions import counted, is_whole
 from geosurf.errors import InputError
 from geosurf.model.base import Noun, frozen, in_crs_of, polydata
 from geosurf.model.pieces import FREE, PAIRED, Pieces
@@ -177,9 +177,9 @@ class Patches(Noun):
 
     def patch(self, i: int) -> TriSurface:
         """Return one patch as a surface of its own."""
-        rows = np.flatnonzero(self.patch_of_triangle == i)
+        rows = np.flatnonzero(self.patch_of_triangle == i) if is_whole(i) else ()
         if len(rows) == 0:
-            raise InputError(f"there is no patch {i}; patches are 0 to {self.n_patch - 1}.")
+            raise InputError(f"there is no patch {i!r}; patches are 0 to {self.n_patch - 1}.")
         source = self.sources[self.surface_of_triangle[rows[0]]]
         return self._part(rows, f"{source.name} patch {i}", source.role)
 
@@ -188,7 +188,7 @@ class Patches(Noun):
             if i not in self.names:
                 raise InputError(f"no surface is called {i!r}; there are {list(self.names)}.")
             return self.names.index(i)
-        if not isinstance(i, int | np.integer) or not 0 <= i < len(self.sources):
+        if not is_whole(i) or not 0 <= i < len(self.sources):
             raise InputError(f"there is no surface {i!r}; rows are 0 to {len(self.sources) - 1}.")
         return i
 

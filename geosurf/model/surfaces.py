@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import real_numbers
+from geosurf.conventions import is_word, real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model.base import Noun, frozen, polydata
 from geosurf.model.expected import expect, listed, name_of
@@ -66,7 +66,7 @@ class TriSurface(Noun):
         lattice: Lattice | None = None,
         vertex_data: Mapping[str, Any] | None = None,
     ) -> None:
-        if role not in list(ROLES):
+        if not is_word(role, ROLES):
             raise SurfaceError(f"surface {name!r}: role is {role!r}, expected one of {ROLES}.")
         self.name = name = name_of(name, "surface")
         self.role = role

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted, did_you_mean
+from geosurf.conventions import counted, did_you_mean, is_word
 from geosurf.errors import InputError
 from geosurf.model.base import Noun, frozen, polydata
 from geosurf.model.column import Remnant
@@ -257,7 +257,7 @@ class Units(Noun, Mapping[str, Unit]):
         """
         known = list(dict.fromkeys(s for unit in self._units.values() for s in unit.lies_on))
         for side in sides:
-            if side not in known:
+            if not is_word(side, known):
                 raise InputError(
                     f"no unit lies on {side!r}; sides of faults are {known}."
                     f"{did_you_mean(side, known)}"

@@ -12,7 +12,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import name_of, path_of
 from geosurf.read._common import otherwise
@@ -150,7 +150,7 @@ def read_nodes(
             f"{path}: variable={variable!r} picks a variable of a NetCDF file, this is {key}. "
             "Leave it out."
         )
-    name = None if name in (None, "") else name_of(name, "horizon")
+    name = None if name is None else name_of(name, "horizon") or None
     if key in MESH_FORMATS:
         mesh: TriSurface = read(path, name=name, positive=positive, units=units)
         return mesh.renamed(mesh.name, "horizon")
@@ -222,7 +222,7 @@ def read_fault(
     if key in ("sticks", "netcdf"):
         name = name or path.stem
     extra: dict[str, Any] = {"columns": columns, "decimal": decimal} if key == "sticks" else {}
-    if not extra and (columns is not None or decimal != "."):
+    if not extra and (columns is not None or not is_word(decimal, (".",))):
         raise InputError(
             f"{path}: columns= and decimal= are for fault sticks, this is {key}. Leave them out."
         )
@@ -409,7 +409,7 @@ def _reader(
 ) -> tuple[Path, str, Any]:
     """Return the path, the name of its format, and the function that reads it."""
     path = path_of(path, caller)
-    if format is not None and format not in list(formats):
+    if format is not None and not is_word(format, formats):
         raise FormatError(
             f"{caller}({path.name!r}): format={format!r} is unknown, expected one of "
             f"{', '.join(formats)}.{did_you_mean(format, formats)}"

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geosurf.conventions import METRES_PER_UNIT, elevation_sign, metres_per_unit
+from geosurf.conventions import elevation_sign, first_said, metres_per_unit
 from geosurf.errors import FormatError, InputError
 from geosurf.read._guard import read_bytes
 
@@ -175,8 +175,13 @@ def agreed_sign(said: str | None, asked: str | None, what: str) -> float:
     if isinstance(asked, Otherwise):
         elevation_sign(asked, what)
         asked = asked if said is None else None
-    if said is not None and asked is not None and said != asked:
+    if asked is not None:
         elevation_sign(asked, what)  # a misspelt word is reported as such
+    if (
+        said is not None
+        and asked is not None
+        and elevation_sign(said, what) != elevation_sign(asked, what)
+    ):
         raise InputError(
             f"{what}: the file says positive={said!r}, the argument says positive={asked!r}. "
             "Leave the argument out, or correct the file."
@@ -189,19 +194,13 @@ def agreed_scale(said: str | None, asked: str | None, default: str | None, what:
     if isinstance(asked, Otherwise):
         metres_per_unit(asked, what)
         asked = asked if said is None else None
+    if asked is not None:
+        metres_per_unit(asked, what)
     if said is not None and asked is not None:
-        if _known(said) and _known(asked) and _scale(said) != _scale(asked):
+        if metres_per_unit(said, what) != metres_per_unit(asked, what):
             raise InputError(
                 f"{what}: the file says units {said!r}, the argument says units={asked!r}. "
                 "Leave the argument out, or correct the file."
             )
         return metres_per_unit(said, what)
-    return metres_per_unit(said or asked or default, what)
-
-
-def _known(units: str) -> bool:
-    return units.strip().lower() in METRES_PER_UNIT
-
-
-def _scale(units: str) -> float:
-    return METRES_PER_UNIT[units.strip().lower()]
+    return metres_per_unit(first_said(said, asked, default), what)

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.errors import FormatError, InputError
+from geosurf.model.expected import listed
 from geosurf.read._common import COMMA, is_number, line_blocks, number, numbers, read_text
 
 # spellings of the three columns, lower case
@@ -98,7 +99,9 @@ def checked_columns(columns: Any) -> Columns:
     """Return three names in lower case or three numbers from 1, or the reason why not."""
     if columns is None:
         return None
-    words = (columns,) if isinstance(columns, str | int) else tuple(columns)
+    how = "give three names or numbers"
+    one = isinstance(columns, str | int)
+    words = (columns,) if one else listed(columns, "columns are words or numbers", how)
     names = all(isinstance(word, str) for word in words)
     counts = all(type(word) is int and word > 0 for word in words)
     if len(words) != 3 or not (names or counts):

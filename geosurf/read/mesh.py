@@ -20,6 +20,7 @@ from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
+from geosurf.conventions import first_said
 from geosurf.errors import FormatError, SurfaceError
 from geosurf.model import TriSurface
 from geosurf.read._common import agreed_scale, agreed_sign
@@ -136,7 +137,7 @@ def surface_from_mesh(
 ) -> TriSurface:
     """Turn what a mesh file holds into a surface in metres, elevation up."""
     what = f"{path}: surface {name!r}"
-    sign = agreed_sign(None, positive or "up", what)
+    sign = agreed_sign(None, first_said(positive, "up"), what)
     scale = agreed_scale(None, units, "m", what)
     if len(triangles) == 0:
         raise FormatError(

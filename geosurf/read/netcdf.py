@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, did_you_mean
+from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, did_you_mean, is_word
 from geosurf.crs import crs_of
 from geosurf.errors import DependencyError, FormatError
 from geosurf.read._common import agreed_scale, agreed_sign
@@ -258,7 +258,7 @@ def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray
             grids[str(key)] = grid
     if variable is None and len(grids) == 1:
         return next(iter(grids.values()))
-    if variable in list(grids):
+    if is_word(variable, grids):
         return grids[str(variable)]
     asked = "" if variable is None else f" {variable!r} is not one of them."
     guess = "" if variable is None else did_you_mean(variable, grids)

@@ -27,10 +27,10 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import InputError
 from geosurf.model import Curves, TriSurface, Units, VoxelSearch
-from geosurf.model.expected import flag_of, listed
+from geosurf.model.expected import expect, flag_of, listed, number_of
 from geosurf.render.allan import render_allan
 from geosurf.render.backend import doctor
 from geosurf.render.clip import Prism, as_modelled
@@ -133,9 +133,10 @@ def render_scene(
     check_size(size)
     png_path(path)
     clip = flag_of(clip, "clip")
+    exploded = number_of(exploded, "exploded", "give a part of the size of the box, 0 or above")
     show = (show,) if isinstance(show, str) else listed(show, "show takes words", _SHOW)
     for word in show:
-        if word not in SHOWABLE:
+        if not is_word(word, SHOWABLE):
             raise InputError(
                 f"a scene cannot show {word!r}; show any of {', '.join(SHOWABLE)}."
                 f"{did_you_mean(word, SHOWABLE)}"
@@ -267,6 +268,8 @@ def render_units(
     InputError, OutputError, DependencyError
         As `render_scene`.
     """
+    expect(units, Units, "render_units takes Units", "scene.units and carve_units are some")
+    explode = number_of(explode, "explode", "give a part of the size of the box, 0 or above")
     note = "" if explode == 0.0 else "Units are drawn apart."
     return draw_picture(
         show_units(units, explode),
@@ -331,6 +334,7 @@ def render_map(
     """
     from geosurf.render.map import draw_map
 
+    expect(surface, TriSurface, "render_map takes a TriSurface", "scene.surface(name) is one")
     title = f"{surface.name}: elevation" if title is None else title
     faults = listed(faults, "faults are names of faults", "give a list, as scene.fault_names")
     return save_png(draw_map(surface, curves, check_size(size), title, outline, faults), path)

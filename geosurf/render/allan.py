@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geosurf.errors import InputError
-from geosurf.model.expected import listed
+from geosurf.model.expected import listed, name_of
 from geosurf.render import furniture, palette
 from geosurf.render.compose import png_path, save_png
 from geosurf.render.diagram import diagram_axes, lines_of, outline_of, range_shown
@@ -85,7 +85,7 @@ def render_allan(
     path = png_path(path)
     _check(diagram, table)
     how = "give a list of names, as Scene.juxtaposition has them"
-    zones = listed(zones, "zones are names of zones", how)
+    zones = [name_of(zone, "zone") for zone in listed(zones, "zones are names of zones", how)]
     pairs = _areas_of_pairs(table)
     seen = dict.fromkeys(zone for pair in pairs for zone in pair)
     order = [*zones, *(zone for zone in seen if zone not in zones)]
@@ -105,8 +105,8 @@ def render_allan(
         f"dashed.{blue} Areas are of the whole fault. Vertical exaggeration {exaggeration:.2g}×."
     )
     strike = float(diagram.attrs["strike"])
-    title = title or f"{diagram.attrs['fault']}: Allan diagram, strike {strike:03.0f}°"
-    furniture.draw_words(sheet, title, words)
+    words_above = f"{diagram.attrs['fault']}: Allan diagram, strike {strike:03.0f}°"
+    furniture.draw_words(sheet, words_above if title is None else title, words)
     return save_png(sheet.png(), path)
 
 

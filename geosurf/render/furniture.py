@@ -16,6 +16,7 @@ from functools import cache
 import numpy as np
 
 from geosurf.errors import GeosurfWarning
+from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.layers import DETAIL_ROOM, LABEL_ROOM, Entry, length_text
 from geosurf.render.views import Camera, corners
@@ -402,5 +403,6 @@ def draw_scale_bar(sheet: Sheet, metres_per_pixel: float, words: str = "across t
 def draw_words(sheet: Sheet, title: str, caption: str) -> None:
     """Write the title above and the caption below."""
     layout, unit = sheet.layout, sheet.layout.unit
+    expect(title, str, "title takes text", "leave it out for one that says what is shown")
     sheet.text((28 * unit, layout.height - 34 * unit), title, 19.0, weight="bold")
     sheet.text((28 * unit, 24 * unit), caption, 12.5, palette.FAINT)

@@ -16,6 +16,7 @@ import numpy as np
 from geosurf.conventions import counted, is_number
 from geosurf.errors import InputError
 from geosurf.model import Curves, Lattice, Patches, TriSurface, Unit, Units
+from geosurf.model.expected import expect, listed
 from geosurf.render import palette
 from geosurf.render.clip import Prism
 from geosurf.render.views import corners
@@ -146,7 +147,9 @@ def show_surfaces(surfaces: Iterable[TriSurface], within: Prism | None = None) -
     """
     layers, legend = [], []
     n_horizon = n_fault = 0
-    for surface in surfaces:
+    how = "Scene.surfaces has some"
+    for surface in listed(surfaces, "surfaces are a list of TriSurface", how):
+        expect(surface, TriSurface, "surfaces are a list of TriSurface", how)
         colour, opacity = palette.WALL, 0.25
         if surface.role == "fault":
             colour, opacity = palette.fault(n_fault), 0.55
@@ -209,6 +212,7 @@ def show_curves(
     With `between`, only those of the two surfaces of these names; with `within`, only what of
     them lies there.
     """
+    expect(curves, Curves, "curves takes Curves", "scene.curves and intersect_surfaces are some")
     names = [{curves.names[i] for i in pair} for pair in curves.surfaces_of_curve.tolist()]
     rows = [i for i, pair in enumerate(names) if between is None or pair == between]
     if not rows:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import real_numbers
 from geosurf.errors import InputError
 from geosurf.model import Curves, TriSurface
+from geosurf.model.expected import expect
 from geosurf.render import furniture, palette
 from geosurf.render.clip import Prism
 from geosurf.render.layers import Entry, length_text, thinned
@@ -56,6 +59,7 @@ def draw_map(
     if not light.n_triangle:
         raise InputError(f"surface {surface.name!r} has no triangles, so there is no map of it.")
     if outline is not None:
+        outline = _corners_of(outline)
         (w, s), (e, n) = np.min(outline, axis=0), np.max(outline, axis=0)
         within = Prism((w, e, s, n, light.bounds[4] - 1.0, light.bounds[5] + 1.0), outline)
         x, t, _ = within.triangles(light.vertices, light.triangles)
@@ -86,6 +90,20 @@ def draw_map(
     interval = f", contour interval {length_text(levels[1] - levels[0])}" if len(levels) > 1 else ""
     furniture.draw_words(sheet, title, f"Map view{interval}.")
     return sheet.png()
+
+
+def _corners_of(outline: Any) -> np.ndarray:
+    """Corners (n, 2) of what is shown, or an InputError."""
+    how = "give easting and northing [m] of three corners or more, shape (n, 2)"
+    try:
+        corners = real_numbers(outline)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the outline of a map is {outline!r}; {how}.") from error
+    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
+        raise InputError(f"the outline of a map has shape {corners.shape}; {how}.")
+    if not np.isfinite(corners).all():
+        raise InputError(f"the outline of a map has values that are not finite; {how}.")
+    return corners
 
 
 def contour_levels(bottom: float, top: float, n: int = N_CONTOUR) -> np.ndarray:
@@ -187,6 +205,7 @@ def _draw_curves(
     from matplotlib.collections import LineCollection
 
     name = surface.name
+    expect(curves, Curves, "curves takes Curves", "scene.curves and intersect_surfaces are some")
     if name not in curves.names:
         raise InputError(
             f"the curves know no surface {name!r}; they are those of {list(curves.names)}."

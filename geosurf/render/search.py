@@ -8,6 +8,7 @@ import numpy as np
 
 from geosurf.errors import InputError
 from geosurf.model import TriSurface, VoxelSearch
+from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.layers import BOX_EDGES, Content, Entry, Layer, show_box, triangle_layer
 
@@ -29,6 +30,7 @@ def show_search(first: TriSurface, second: TriSurface, search: VoxelSearch) -> C
     InputError
         If the search names faces that the surfaces do not have.
     """
+    expect(search, VoxelSearch, "render_search takes a VoxelSearch", "Scene.search gives one")
     content = Content()
     pairs = ((first, search.faces_a, 0), (second, search.faces_b, 2))
     for surface, faces, place in pairs:
@@ -39,6 +41,7 @@ def show_search(first: TriSurface, second: TriSurface, search: VoxelSearch) -> C
 
 
 def _checked_faces(surface: TriSurface, faces: np.ndarray) -> np.ndarray:
+    expect(surface, TriSurface, "render_search takes surfaces", "hand over those of the search")
     faces = np.asarray(faces, dtype=np.int64)
     bad = faces[(faces < 0) | (faces >= surface.n_triangle)]
     if len(bad):

@@ -91,7 +91,7 @@ def render_section(
     words = f"Vertical exaggeration {exaggeration:.2g}×. Areas are of the whole section."
     if any(line["kind"] == "contact" for line, _, _ in lines):
         words = f"Fluid contacts are blue. {words}"
-    furniture.draw_words(sheet, title or _title(corners), words)
+    furniture.draw_words(sheet, _title(corners) if title is None else title, words)
     return save_png(sheet.png(), path)
 
 

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean, is_number
+from geosurf.conventions import did_you_mean, is_number, is_word
 from geosurf.errors import InputError
 
 # Where the eye stands: azimuth clockwise from north, height above the horizon [degrees].
@@ -88,7 +87,7 @@ def view_vectors(view: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     >>> [abs(x) for x in up.round(12).tolist()]
     [0.0, 0.0, 1.0]
     """
-    if view not in list(VIEWS):
+    if not is_word(view, VIEWS):
         raise InputError(
             f"there is no view {view!r}; views are {', '.join(VIEWS)}.{did_you_mean(view, VIEWS)}"
         )
@@ -157,7 +156,8 @@ def check_size(size: tuple[int, int]) -> tuple[int, int]:
     Traceback (most recent call last):
     geosurf.errors.InputError: size is (64, 64), expected (width, height) in pixels, two whole numbers from (200, 150) to (8000, 8000).
     """  # noqa: E501 - a message
-    pair = tuple(size) if isinstance(size, Sequence | np.ndarray) and np.size(size) == 2 else ()
+    listed = isinstance(size, tuple | list) or (isinstance(size, np.ndarray) and size.ndim == 1)
+    pair = tuple(size) if listed else ()
     if len(pair) == 2 and all(is_number(n) and n == int(n) for n in pair):
         width, height = map(int, pair)
         if SMALLEST[0] <= width <= LARGEST[0] and SMALLEST[1] <= height <= LARGEST[1]:

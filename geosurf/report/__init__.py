@@ -109,7 +109,15 @@ def report_scene(
     expect(pictures, Mapping, "pictures takes a mapping", how)
     files = {str(key): path_of(path, f"picture {key!r}") for key, path in pictures.items()}
     certificate = certificate or scene.check()
-    html = build_page(scene, files, str(title), str(made or ""), certificate, min_volume, regions)
+    html = build_page(
+        scene,
+        files,
+        str(title),
+        str("" if made is None else made),
+        certificate,
+        min_volume,
+        regions,
+    )
     return _write(folder / "index.html", html)
 
 

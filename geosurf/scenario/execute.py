@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from geosurf.errors import DependencyError
+from geosurf.errors import DependencyError, InputError
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
 from geosurf.read.model3d import read_region_faces, volume_inside
@@ -52,6 +52,8 @@ class Teller:
     """Tells one line per step: stage, what, outcome, seconds."""
 
     def __init__(self, progress: Progress | None) -> None:
+        if progress is not None and not callable(progress):
+            raise InputError(f"progress is {progress!r}; give a function of one text, as print.")
         self._progress = progress
         self._told = 0
         self._clock = time.perf_counter()

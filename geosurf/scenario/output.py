@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from geosurf.errors import OutputError
+from geosurf.model.expected import path_of
 
 # what runs write, as patterns of paths relative to the output folder
 OURS = tuple(
@@ -56,7 +57,7 @@ def new_results(out: str | os.PathLike[str]) -> Iterator[Path]:
     OutputError
         If nothing can be written there: before the block runs, not after.
     """
-    out = Path(out)
+    out = path_of(out, "the folder of results")
     stage = _open_stage(out)
     try:
         yield stage

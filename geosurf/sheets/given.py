@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import FaultCut, Lattice, Sheet, ThrowReport, TriSurface, frozen
 from geosurf.sheets.build import SPARE, Builder, Built
@@ -162,7 +162,7 @@ def _check_names(
                     f"{', '.join(map(repr, throw))}.{did_you_mean(str(key), throw)}"
                 )
     for one in direction.values() if isinstance(direction, Mapping) else (direction,):
-        if one not in list(DIRECTIONS):
+        if not is_word(one, DIRECTIONS):
             raise InputError(f"direction is {one!r}, expected one of {DIRECTIONS}.")
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import did_you_mean
+from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import InputError
 from geosurf.synthetic.planar import (
     _above,
@@ -91,7 +91,7 @@ def faulted(
     >>> sum(volume > 0 for volume in world.truth["volumes"].values())
     12
     """
-    if kind not in list(_KINDS):
+    if not is_word(kind, _KINDS):
         raise InputError(f"no faulted world is called {kind!r}.{did_you_mean(kind, _KINDS)}")
     if not 0.0 <= tilt <= 3.0:
         raise InputError(f"tilt is {tilt} degrees, expected 0 to 3, so that zones stay in the box.")

@@ -7,9 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geosurf.conventions import is_word
 from geosurf.errors import InputError
 from geosurf.synthetic.rough import hashed_noise
-from geosurf.synthetic.world import Offset, World, checked, make_fault, make_horizon, shifted
+from geosurf.synthetic.world import (
+    Offset,
+    World,
+    check_count,
+    checked,
+    make_fault,
+    make_horizon,
+    shifted,
+)
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -99,13 +108,14 @@ def hills(
 
 
 def _check(m: int, faults: int, horizons: int, shape: str, noise: float) -> None:
+    check_count(m, "n_fault of the world 'hills'")
     if m < 2:
         raise InputError(f"n_fault is {m}: a fault needs two nodes per side. Give 2 or more.")
     if not 0 <= faults <= 20:
         raise InputError(f"faults is {faults}, expected 0 to 20, so that they fit side by side.")
     if not 1 <= horizons <= 3:
         raise InputError(f"horizons is {horizons}, expected 1 to 3, so that they fit the box.")
-    if shape not in ("listric", "plane"):
+    if not is_word(shape, ("listric", "plane")):
         raise InputError(f"shape is {shape!r}, expected 'listric' or 'plane'.")
     if not 0 <= noise <= 10:
         raise InputError(f"noise is {noise} m, expected 0 to 10.")

@@ -151,8 +151,8 @@ def _planar_world(
     """Grids and truth of plane horizons ``(z0, p, q)`` and faults (point, dip, direction)."""
     _check_order(box, horizons)
     for key, (_, dip, _) in faults.items():
-        if not 0 < dip <= 90:
-            raise InputError(f"dip of {key} is {dip} degrees, expected more than 0, up to 90.")
+        if not 0.1 <= dip <= 90:
+            raise InputError(f"dip of {key} is {dip} degrees, expected 0.1 to 90.")
     words = [f"{k}: z = {z0!r} + {p!r} x + {q!r} y" for k, (z0, p, q) in horizons.items()]
     words += [
         f"{k}: plane through {point}, dip {dip:g}, dip direction {direction:g} degrees"

@@ -20,7 +20,15 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError
-from geosurf.synthetic.world import Offset, World, check_numbers, make_fault, make_horizon, shifted
+from geosurf.synthetic.world import (
+    Offset,
+    World,
+    check_count,
+    check_numbers,
+    make_fault,
+    make_horizon,
+    shifted,
+)
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -169,6 +177,9 @@ def _worlds(side: float) -> dict[str, dict[str, Fault]]:
     }
 
 
+MOST_METRES = 1e6  # between nodes, or of noise
+
+
 def torn(
     kind: str | Mapping[str, Fault] = "normal",
     n: int = 81,
@@ -228,15 +239,17 @@ def torn(
     >>> round(float((foot - hang)[:, 2].max()))
     56
     """
-    if not -200.0 <= level <= 200.0:
+    if not (is_number(level) and -200.0 <= level <= 200.0):
         raise InputError(f"level is {level} m, expected -200 to 200, within the faults.")
     for word, value, least in (("n", n, 2), ("smear", smear, 0)):
-        if not isinstance(value, int | np.integer) or value < least:
-            raise InputError(f"{word} is {value!r}; give a whole number, {least} or more.")
+        check_count(value, word, least)
+    if seed is not None:
+        check_count(seed, "seed", 0)
     for word, value, fits in (("step", step, "above 0"), ("noise", noise, "0 or more")):
-        if not (is_number(value) and (value > 0 or (value == 0 and fits == "0 or more"))):
-            raise InputError(f"{word} is {value!r}; give metres, {fits}.")
-    check_numbers(offset, 3, "offset")
+        least = 0.0 if fits == "0 or more" else 1e-9
+        if not (is_number(value) and least <= value <= MOST_METRES):
+            raise InputError(f"{word} is {value!r}; give metres, {fits}, up to {MOST_METRES:g}.")
+    offset = check_numbers(offset, 3, "offset")
     side = (n - 1) * step
     faults = _faults_of(kind, side)
     axis = np.linspace(0.0, side, n)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
 
-from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, is_number
+from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, is_number, is_whole
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, number_of
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 Box = tuple[float, float, float, float, float, float]
 Offset = tuple[float, float, float]
+LARGEST = 20_000  # nodes per side: 3 GB for each grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +70,13 @@ class World:
 P = ParamSpec("P")
 
 
-def check_numbers(value: Any, n: int, what: str) -> None:
-    """Refuse what is not some finite numbers."""
+def check_numbers(value: Any, n: int, what: str) -> tuple[Any, ...]:
+    """Return some finite numbers, or refuse what is none."""
     takes = f"{what} takes {n} numbers"
     parts = listed(value, takes, "give a tuple")
     if len(parts) != n or not all(map(is_number, parts)):
         raise InputError(f"{takes}, not {value!r}; give a tuple of finite ones.")
+    return tuple(parts)
 
 
 def checked(make: Callable[P, World]) -> Callable[P, World]:
@@ -99,19 +101,30 @@ def checked(make: Callable[P, World]) -> Callable[P, World]:
     @wraps(make)
     def world(*args: P.args, **kwargs: P.kwargs) -> World:
         """Check what is given, then make it."""
-        for key, value in signature.bind(*args, **kwargs).arguments.items():
+        bound = signature.bind(*args, **kwargs)
+        for key, value in bound.arguments.items():
             default = signature.parameters[key].default
             what = f"{key} of the world {make.__name__!r}"
             if type(default) is int:
-                if isinstance(value, bool) or not isinstance(value, int | np.integer):
-                    raise InputError(f"{what} is {value!r}; give a whole number.")
+                check_count(value, what, 0 if key == "seed" else None)
             elif isinstance(default, float):
-                number_of(value, what)
+                number = number_of(value, what)
+                bound.arguments[key] = value if isinstance(value, int | float) else number
             elif isinstance(default, tuple):
-                check_numbers(value, len(default), what)
-        return make(*args, **kwargs)
+                bound.arguments[key] = check_numbers(value, len(default), what)
+        return make(*bound.args, **bound.kwargs)
 
     return world
+
+
+def check_count(value: Any, what: str, least: int | None = None) -> None:
+    """Refuse what is no whole number, or one that makes a world of more nodes than fit a memory."""
+    if not is_whole(value):
+        raise InputError(f"{what} is {value!r}; give a whole number.")
+    if least is not None and value < least:
+        raise InputError(f"{what} is {value}; give a whole number, {least} or more.")
+    if value > LARGEST and "seed" not in what:
+        raise InputError(f"{what} is {value}; give at most {LARGEST}.")
 
 
 def make_horizon(

@@ -6,15 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import (
-    FAULT_DIMS,
-    elevation_sign,
-    metres_per_unit,
-    place,
-)
+from geosurf.conventions import FAULT_DIMS, elevation_sign, first_said, metres_per_unit, place
 from geosurf.crs import crs_of
 from geosurf.errors import InputError, SurfaceError
 from geosurf.model import Lattice, TriSurface
+from geosurf.model.expected import name_of
 from geosurf.triangulate.cells import corners_are_open, fault_diagonal
 from geosurf.triangulate.degenerate import refuse_zero_area
 from geosurf.triangulate.mesh import is_mesh, refuse_flat_triangles, triangulate_mesh
@@ -85,18 +81,20 @@ def triangulate_fault(
     (2, (0.0, 900.0, 0.0, 500.0, -2400.0, -1500.0))
     """
     attrs = getattr(obj, "attrs", {})
+    if name is not None:
+        name = name_of(name, "fault")
     title = name or getattr(obj, "name", None) or attrs.get("name") or attrs.get("long_name")
     if not title:
         raise SurfaceError("a fault has no name. Say it with triangulate_fault(..., name='F1').")
     title = str(title)
     if is_mesh(obj):
-        scale = _scale(title, positive or "up", units or "m")
+        scale = _scale(title, first_said(positive, "up"), first_said(units, "m"))
         surface = triangulate_mesh(obj, title, "fault", scale=scale, words=(positive, units))
     elif hasattr(obj, "data_vars"):
         surface = TriSurface(title, "fault", lattice=_read_lattice(obj, title, positive, units))
         surface.crs = crs_of(obj)
     elif hasattr(obj, "sticks"):
-        scale = _scale(title, positive or "up", units or "m")
+        scale = _scale(title, first_said(positive, "up"), first_said(units, "m"))
         sticks = [np.asarray(stick, dtype=np.float64) * (1.0, 1.0, scale) for stick in obj.sticks]
         return triangulate_sticks(sticks, name=title)
     else:
@@ -134,13 +132,13 @@ def _read_lattice(ds: Any, title: str, positive: str | None, units: str | None) 
         )
     attrs = ds.variables[height].attrs
     implied = "up" if height == "elevation" else "down"
-    said = positive or attrs.get("positive") or implied
+    said = first_said(positive, attrs.get("positive"), implied)
     if said != implied:
         raise SurfaceError(
             f"fault {title!r}: {height} is said to be positive {said!r}, expected {implied!r}. "
             "Name the variable elevation (positive up) or depth (positive down)."
         )
-    scale = _scale(title, said, units or attrs.get("units"))
+    scale = _scale(title, said, first_said(units, attrs.get("units")))
     elevation = _plane(ds, height, title, metres=False)
     if scale != 1.0:
         elevation = elevation * scale

@@ -1,6 +1,6 @@
 """Wrong things for what builds a model: grids, faults, sheets, scenes and the nouns.
 
-What is called: (with what, wrong things); `g` is the model of test_spoken.py.
+What is called: (with what, wrong things); `g` is the model of test_wrong_things.py.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 import geosurf as gs
-from tests.spoken import wrong
+from tests.invalid_input import wrong
 
 TRIANGLE = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
 FLAGS = ["abc", 5, np.nan, None, [], np.array([1, 2])]

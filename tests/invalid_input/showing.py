@@ -1,6 +1,6 @@
 """Wrong things for what reads, draws, reports, writes and measures, and for known worlds.
 
-What is called: (with what, wrong things); `g` is the model of test_spoken.py.
+What is called: (with what, wrong things); `g` is the model of test_wrong_things.py.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf import measure
-from tests.spoken import wrong
-from tests.spoken.building import FLAGS
+from tests.invalid_input import wrong
+from tests.invalid_input.building import FLAGS
 
 LINE = [np.array([[0.0, 0, 0], [0, 10, 0]])]
 SIZES = ["abc", 5, (0, 0), (-1, 5), (np.nan, 5), ("a", "b"), (1, 2, 3), [], {}]

@@ -13,8 +13,8 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import GeometryError, InputError, InvariantError
-from tests.spoken.building import BUILDING
-from tests.spoken.showing import SHOWING
+from tests.invalid_input.building import BUILDING
+from tests.invalid_input.showing import SHOWING
 
 CASES = {**BUILDING, **SHOWING}
 

@@ -1,0 +1,153 @@
+"""Sides of a model that run along the rim of a horizon, to within rounding.
+
+The corners of a rotated grid are the natural area of interest. Its rim nodes lie on the sides of
+that area on paper; in float64 they lie beside them by a nanometre, some of them inside. There the
+horizon is open, exactly. Which points are open is decided by exact signs, as always; the area is
+what is changed, by an amount that a warning states: its sides there are moved inward.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.errors import GeosurfWarning
+from geosurf.kernels.predicates import frame_of, orient2d_rows
+from geosurf.model import TriSurface
+from geosurf.triangulate.outline import check_outline, signed_area
+from geosurf.warning import warn
+
+# Parts of the size of the area: a rim nearer to a side than NEAR runs along it (8 mm in 1 km, as
+# with corners of two decimals), and a side is moved by at least LEAST.
+NEAR, LEAST = 2.0**-17, 2.0**-34
+FURTHER = 4.0  # times as far inside as the farthest of these rim nodes
+
+
+def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str) -> np.ndarray:
+    """
+    Return an area whose sides do not run along a rim, and warn if that is not the one given.
+
+    Parameters
+    ----------
+    outline : ndarray of float64, shape (n, 2)
+        Corners, counter-clockwise [m].
+    horizons : sequence of TriSurface
+    what : str
+        What the area is, for the warning: ``"area of interest"`` or ``"model box"``.
+
+    Returns
+    -------
+    ndarray of float64, shape (n, 2)
+        The same array if rims are exactly on its sides, or away from them.
+
+    Examples
+    --------
+    >>> corners = [[0.1, 0, 5], [9.8, 0.1, 5], [9.9, 10, 5], [0, 10, 5]]
+    >>> top = TriSurface("Top", "horizon", corners, [[0, 1, 2], [0, 2, 3]])
+    >>> area = np.array([[2.0, 2.0], [4.0, 2.0], [4.0, 4.0]])
+    >>> off_the_rims(area, [top], "area of interest") is area
+    True
+    """
+    size = float(np.ptp(outline, axis=0).max())
+    along = np.zeros(len(outline), dtype=bool)
+    named: dict[str, float] = {}
+    for horizon in horizons:
+        beside, depth = _rim_beside(outline, horizon, NEAR * size)
+        along |= beside
+        if depth > 0:
+            named[horizon.name] = depth
+    if not named:
+        return outline
+    inward = max(FURTHER * max(named.values()), LEAST * size)
+    found = check_outline(_moved(outline, np.where(along, inward, 0.0)))
+    lost = signed_area(outline) - signed_area(found)
+    names = " and ".join(repr(name) for name in named)
+    warn(
+        GeosurfWarning(
+            "rim",
+            next(iter(named)),
+            f"The {what} runs along the rim of horizon {names}, which ends up to "
+            f"{max(named.values()):.2g} m inside it: its sides there were moved inward by "
+            f"{inward:.2g} m, which leaves out {lost:.3g} m2.",
+            "To choose the area yourself, give one that ends farther inside the horizon.",
+            (*_middle_of_side(outline, int(along.argmax())), float(horizons[0].bounds[4])),
+        )
+    )
+    return found
+
+
+def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[np.ndarray, float]:
+    """Which sides a rim runs along, and how far inside the farthest of these nodes is [m].
+
+    That is 0 if all are exactly on their sides, or outside.
+    """
+    along_rim, depth = np.zeros(len(outline), dtype=bool), 0.0
+    west, east, south, north = horizon.bounds[:4]
+    (w, s), (e, n) = outline.min(axis=0), outline.max(axis=0)
+    whole = (
+        horizon.lattice is not None and horizon.lattice.whole and horizon.lattice.easting.ndim == 1
+    )
+    if whole and west < w - near and e + near < east and south < s - near and n + near < north:
+        return along_rim, depth
+    rim = _rim(horizon)
+    for k, (a, b) in enumerate(zip(outline, np.roll(outline, -1, axis=0), strict=True)):
+        along = (b - a) / np.hypot(*(b - a))
+        from_a = rim - a
+        inside = along[0] * from_a[:, 1] - along[1] * from_a[:, 0]
+        s = from_a @ along
+        beside = (np.abs(inside) <= near) & (s >= -near) & (s <= np.hypot(*(b - a)) + near)
+        rows = np.flatnonzero(beside)
+        along_rim[k] = len(rows) > 1
+        if along_rim[k] and (_turns(a, b, rim[rows]) > 0).any():
+            depth = max(depth, float(inside[rows].max()), np.finfo(float).tiny)
+    return along_rim, depth
+
+
+def _turns(a: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """On which side of the line from a to b points (n, 2) lie, exactly: +1 is left."""
+    x = np.zeros((len(points) + 2, 3))
+    x[0, :2], x[1, :2], x[2:, :2] = a, b, points
+    rows = np.stack([np.zeros(len(points)), np.ones(len(points)), np.arange(len(points)) + 2.0], 1)
+    out = np.empty(len(points), dtype=np.int64)
+    m, w = frame_of(x)
+    orient2d_rows(x, rows.astype(np.int64), m, w, out)
+    return out
+
+
+def _rim(horizon: TriSurface) -> np.ndarray:
+    """Nodes on the rim of a horizon, in the map (n, 2)."""
+    lattice = horizon.lattice
+    if lattice is None:
+        ends = np.sort(horizon.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        edges, count = np.unique(ends, axis=0, return_counts=True)
+        return horizon.vertices[np.unique(edges[count == 1]), :2]
+    there = np.pad(lattice.present, 1)
+    inner = np.ones(lattice.shape, dtype=bool)
+    for i in (0, 1, 2):
+        for j in (0, 1, 2):
+            inner &= there[i : i + inner.shape[0], j : j + inner.shape[1]]
+    rim = lattice.present & ~inner
+    easting, northing = lattice.horizontal()
+    return np.column_stack([easting[rim], northing[rim]])
+
+
+def _moved(outline: np.ndarray, inward: np.ndarray) -> np.ndarray:
+    """Corners of an area whose sides have moved inward by some lengths [m]."""
+    sides = np.roll(outline, -1, axis=0) - outline
+    sides /= np.hypot(*sides.T)[:, None]
+    normals = np.column_stack([-sides[:, 1], sides[:, 0]])
+    corners = []
+    for corner, n1, n2, d1, d2 in zip(
+        outline, np.roll(normals, 1, axis=0), normals, np.roll(inward, 1), inward, strict=True
+    ):
+        if abs(n1[0] * n2[1] - n1[1] * n2[0]) > 1e-3:
+            corners.append(corner + np.linalg.solve(np.stack([n1, n2]), [d1, d2]))
+        else:  # the sides run on into each other
+            corners.append(corner + max(d1, d2) * n2)
+    return np.array(corners)
+
+
+def _middle_of_side(outline: np.ndarray, k: int) -> tuple[float, float]:
+    x, y = (0.5 * (outline[k] + outline[(k + 1) % len(outline)])).tolist()
+    return x, y
