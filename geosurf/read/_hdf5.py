@@ -81,7 +81,7 @@ def _bytes_of(path: Path, data: Any, size: int) -> int:
     values, chunk = int(data.size or 0), math.prod(map(int, data.chunks or ()))
     if data.chunks:
         _refuse_packed(path, data, chunk * data.dtype.itemsize, size)
-    return max(values, chunk) * max(8, data.dtype.itemsize)
+    return max(values, chunk) * max(8, int(data.dtype.itemsize))
 
 
 def _refuse_packed(path: Path, data: Any, chunk: int, size: int) -> None:

@@ -332,7 +332,9 @@ def _csv_rows(
     more = True
     while more:
         more = False
-        words, lines, labels = [], [], []
+        words: list[str] = []
+        lines: list[int] = []
+        labels: list[str] = []
         for row in itertools.islice(reader, ROWS):
             more = True
             if not row:

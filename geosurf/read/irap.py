@@ -23,10 +23,10 @@ from geosurf.read._common import (
     integer,
     number,
     number_text,
-    read_bytes,
     read_text,
 )
 from geosurf.read._grid import GridHeader, GridNodes, nodes_from_grid
+from geosurf.read._guard import read_bytes
 
 UNDEFINED_CLASSIC = 9999900.0
 UNDEFINED_BINARY = 9.9e29  # 1e30 as float32, and all above
