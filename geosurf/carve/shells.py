@@ -140,6 +140,7 @@ def by_unit(sides: np.ndarray, n_unit: int) -> tuple[np.ndarray, np.ndarray]:
     """
     alone = np.flatnonzero(sides[:, 0] != sides[:, 1])
     unit, rows = sides[alone].ravel(), np.repeat(alone, 2)
+    unit, rows = unit[unit >= 0], rows[unit >= 0]
     order = np.argsort(unit, kind="stable")
     first = np.searchsorted(unit[order], np.arange(n_unit + 1))
     return rows[order], first
