@@ -121,14 +121,12 @@ def bodies(n, name="Salt"):
 
 
 def chords(n):
-    """A fault of two triangles, and a surface of n slivers that cut it in one line, overlapping."""
+    """A horizon of two triangles, and n slivers that cut it along one line, each over a part."""
     rng = np.random.default_rng(4)
     start = rng.integers(-4000, 4000, n) / 16.0
     end = start + rng.integers(1, 400, n) / 16.0
-    y = 0 * start
-    corners = np.stack(
-        [np.c_[start, y, -1 - y], np.c_[end, y, -1 - y], np.c_[end, y, 1 + y]], axis=1
-    )
+    a, b = rng.integers(1, 1000, (2, n)) / 8.0
+    corners = np.stack([np.c_[start, -a, -b], np.c_[end, -a, -b], np.c_[end, a, b]], axis=1)
     flat = np.array([[-900, -900, 0], [900, -900, 0], [900, 900, 0], [-900, 900, 0.0]])
     return [
         gs.TriSurface("Top", "horizon", flat, [[0, 1, 2], [0, 2, 3]]),
