@@ -38,8 +38,13 @@ def check_pairs(n: int) -> None:
         raise TooManyPairs(n)
 
 
-def refusal(n: int, names: list[str], size: int = PAIR, what: str = "that may meet") -> InputError:
-    """The error for n pairs of triangles of some surfaces.
+def refusal(
+    n: int,
+    names: list[str],
+    size: int = PAIR,
+    what: str = "pairs of triangles that may meet",
+) -> InputError:
+    """The error for n pairs, of so many bytes each, of some surfaces.
 
     Examples
     --------
@@ -57,7 +62,7 @@ def refusal(n: int, names: list[str], size: int = PAIR, what: str = "that may me
     have = "" if free is None else f" and {_gigabytes(free)} are free"
     count = f"{n:,}".replace(",", " ")
     return InputError(
-        f"{who} {count} pairs of triangles {what}, which take {_gigabytes(n * size)} of memory"
+        f"{who} {count} {what}, which take {_gigabytes(n * size)} of memory"
         f"{have}. Leave out surfaces that are there twice, coarsen the others "
         "(triangulate_horizon(..., tolerance=...)), or use a larger machine.",
         surfaces=named,

@@ -296,7 +296,7 @@ def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
     size = CONTACT + (IN_PLANE - CONTACT) * n_area // max(len(rows), 1)
     if lack_of_room(len(rows) * size) is not None:
         names = [surface.name for surface in surfaces]
-        raise refusal(len(rows), names, size, "that meet")
+        raise refusal(len(rows), names, size, "pairs of triangles that meet")
     m, w = frame_of(x, len(t))
     if m[SCALE] > MAX_SCALE:
         _refuse_tiny(surfaces, origin, faces)

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geosurf.contact.room import lack_of_room, refusal
 from geosurf.contact.search import ULP, Contacts
 from geosurf.intersect.runs import join_runs
 from geosurf.kernels.beside_lines import beside_lines
@@ -30,6 +31,7 @@ from geosurf.kernels.packed import n_corners
 
 _REACH = 64 * ULP  # of the largest coordinate; rounding moves points by less than two
 _LEAST = 1e-300  # so that nothing divides by 0 where all is at 0
+_PAIR = 150  # bytes of a point beside a segment, through all steps
 _NONE = np.empty(0, dtype=np.int64)
 
 
@@ -179,7 +181,7 @@ def _inside(contacts: Contacts, segments: np.ndarray, groups: _Groups) -> np.nda
     while len(new):
         group, point = np.divmod(new, n)
         first_point = np.searchsorted(group, np.arange(groups.n + 1))
-        near = _near(contacts.x, segments, groups.lines[:, 1], first_line, point, first_point)
+        near = _near(contacts, segments, groups.lines[:, 1], first_line, point, first_point)
         near = _without(near[:, 0] * n + near[:, 1], tested)
         tested = np.concatenate([tested, near])
         hits = near[_lie_inside(contacts, segments, groups, *np.divmod(near, n))]
@@ -214,16 +216,20 @@ def _lie_inside(contacts: Contacts, segments, groups: _Groups, segment, point) -
     return out == 1
 
 
-def _near(x, segments, lines, first_line, points, first_point) -> np.ndarray:
+def _near(contacts, segments, lines, first_line, points, first_point) -> np.ndarray:
     """Rows (segment, point) of points next to a segment of their group that are none of its ends.
 
     `lines` are rows of `segments`.
     """
+    x = contacts.x
     reach = _REACH * float(np.abs(x[segments]).max(initial=0.0)) + _LEAST
     pairs = np.empty((len(points) + 64, 2), dtype=np.int64)
     given = (x, segments[lines], first_line, points, first_point, reach)
     n = beside_lines(*given, pairs)
     if n > len(pairs):
+        if lack_of_room(n * _PAIR) is not None:
+            names = [surface.name for surface in contacts.surfaces]
+            raise refusal(n, names, _PAIR, "pairs of points and segments that lie along one line")
         pairs = np.empty((n, 2), dtype=np.int64)
         beside_lines(*given, pairs)
     pairs = pairs[:n]

@@ -12,7 +12,7 @@ from geosurf import intersect_surfaces
 from geosurf.contact import room, search
 from geosurf.errors import InputError
 from tests import laws
-from tests.growth import fan, grid
+from tests.growth import fan, grid, seam
 from tests.strategies import soup
 
 LIMITED = pytest.mark.skipif(sys.platform != "linux", reason="limits of memory are those of Linux")
@@ -61,6 +61,13 @@ def test_contacts_beyond_what_is_free_are_an_error(monkeypatch):
     monkeypatch.setattr(room, "free_memory", lambda: 80_000)
     with pytest.raises(InputError, match=r"'Salt' has .* pairs of triangles that meet, which take"):
         intersect_surfaces([crossing(45)], self_intersections=True)
+
+
+def test_points_along_a_line_beyond_what_is_free_are_an_error(monkeypatch):
+    monkeypatch.setattr(room, "_SMALL", 200_000)
+    monkeypatch.setattr(room, "free_memory", lambda: 400_000)
+    with pytest.raises(InputError, match=r"'A' has .* points and segments that lie along one line"):
+        intersect_surfaces(seam(30), self_intersections=True)
 
 
 def test_nothing_is_asked_of_the_system_for_usual_scenes(monkeypatch):
