@@ -224,7 +224,7 @@ def compute(scenario: Scenario, teller: Teller, out: Path | None = None) -> Scen
 
     What cannot be built is drawn into the folder `out`, if it is given.
     """
-    scene = build_scene(scenario, teller.say)
+    scene = build_scene(scenario, teller.say, out)
     for name in (*scene.horizon_names, *scene.fault_names):
         scene.surface(name)
         teller.steps(scene)

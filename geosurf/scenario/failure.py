@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,7 +15,9 @@ FILE = "failure.png"
 
 
 @contextmanager
-def pictured(scene: Scene, folder: Path | None) -> Iterator[None]:
+def pictured(
+    scene: Scene, folder: Path | None, names: Sequence[str] | None = None
+) -> Iterator[None]:
     """
     Draw the place of a `GeometryError` that the block raises, and say in it where the picture is.
 
@@ -24,6 +26,8 @@ def pictured(scene: Scene, folder: Path | None) -> Iterator[None]:
     scene : Scene
     folder : pathlib.Path or None
         Where ``failure.png`` goes; None draws nothing.
+    names : sequence of str, optional
+        Surfaces that are drawn; default: all.
 
     Raises
     ------
@@ -37,7 +41,8 @@ def pictured(scene: Scene, folder: Path | None) -> Iterator[None]:
             about = " and ".join(error.surfaces) or "the walls"
             path, title = folder / FILE, f"What failed: {about}"
             with Attempt() as tried:
-                render_place(scene.surfaces, error.place, path, title=title)
+                drawn = scene.surfaces if names is None else map(scene.surface, names)
+                render_place(list(drawn), error.place, path, title=title)
             found = f": {path}" if not tried.reason else f" could not be drawn: {tried.reason}."
             error.add_note(f"A picture of the place{found}")
         raise

@@ -183,10 +183,11 @@ def _contacts(scenario: Scenario) -> dict[str, list[Contact]]:
     return found
 
 
-def build_scene(scenario: Scenario, told: Told = lambda *_: None) -> Scene:
+def build_scene(scenario: Scenario, told: Told = lambda *_: None, out: Path | None = None) -> Scene:
     """Read the surfaces of a scenario, and tear what is to be torn; see `Scenario.scene`.
 
-    `told` is called after each step: stage, what, outcome.
+    `told` is called after each step: stage, what, outcome. A horizon that cannot be torn is drawn
+    into the folder `out`, if it is given.
     """
     aoi = None if scenario.aoi is None else scenario.aoi.file or scenario.aoi.corners_m
     shared = {
@@ -226,7 +227,7 @@ def build_scene(scenario: Scenario, told: Told = lambda *_: None) -> Scene:
         **shared,
     )
     told("read", _numbers(scene), "")
-    return torn_horizons(scenario, scene, horizons, told)
+    return torn_horizons(scenario, scene, horizons, told, out)
 
 
 def _numbers(scene: Scene) -> str:

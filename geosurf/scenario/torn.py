@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from geosurf.conventions import did_you_mean
 from geosurf.model import Sheet
+from geosurf.scenario.failure import pictured
 from geosurf.scenario.keys import Scenario, ThrowInput
 from geosurf.scenario.values import Place
 from geosurf.scene import Scene
@@ -69,7 +71,11 @@ def _check_throws(scenario: Scenario, known: Mapping[str, list[str]], place: Pla
 
 
 def torn_horizons(
-    scenario: Scenario, scene: Scene, horizons: Mapping[str, Any], told: Told
+    scenario: Scenario,
+    scene: Scene,
+    horizons: Mapping[str, Any],
+    told: Told,
+    out: Path | None = None,
 ) -> Scene:
     """
     Return the scene with horizons torn at its faults, as these are after extension and truncation.
@@ -82,6 +88,8 @@ def torn_horizons(
     horizons : mapping of str to xarray.DataArray
     told : callable
         Is called after each sheet: stage, horizon, outcome.
+    out : pathlib.Path, optional
+        Where a picture goes of the place where a horizon cannot be torn.
 
     Returns
     -------
@@ -91,12 +99,13 @@ def torn_horizons(
     sheets: dict[str, Sheet] = {}
     for name, horizon in horizons.items():
         throws = [t for t in scenario.throws if name in t.horizons or not t.horizons]
-        if _is_torn(scenario, name):
-            sheets[name] = _as_picked(scenario, scene, name, horizon)
-        elif throws:
-            sheets[name] = _by_throw(scene, throws, name, horizon)
-        else:
-            continue
+        with pictured(scene, out, (name, *scene.fault_names)):
+            if _is_torn(scenario, name):
+                sheets[name] = _as_picked(scenario, scene, name, horizon)
+            elif throws:
+                sheets[name] = _by_throw(scene, throws, name, horizon)
+            else:
+                continue
         told("tear", name, f"at {', '.join(sheets[name].cuts)}")
     return scene.replace(horizons=sheets) if sheets else scene
 

@@ -185,7 +185,7 @@ def tear_horizon(
     builder = Builder(picks, state, surfaces, rising, carry_on, rebuild.torn_between)
     built = builder.run()
     state = builder.state
-    refuse_leaks(picks, state, built, float(trim))
+    refuse_leaks(picks, state, built, surfaces, float(trim))
     cuts = fault_cuts(picks.frame, state, built, surfaces)
     refuse_lost_cutoffs(picks, state, built, cuts)
     used = settings.noise if settings.noise_weight is not None else None

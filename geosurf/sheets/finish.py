@@ -84,28 +84,64 @@ def sheet_of(picks: Picks, state: Heights, built: Built, faults, rising, cuts, r
     )
 
 
-def refuse_leaks(picks: Picks, state: Heights, built: Built, trim: float | None = None) -> None:
+def refuse_leaks(
+    picks: Picks,
+    state: Heights,
+    built: Built,
+    faults: Sequence[TriSurface],
+    trim: float | None = None,
+) -> None:
     """Say where a sheet could not be closed against its faults, and what may be the reason."""
     open_edges = built.cut.leaks or built.cut.dead_ends
     if not open_edges:
         return
+    names = _faults_at(state, built, faults)
     node = built.torn.node_of(np.array(open_edges[0][:1]))
     at = np.append(picks.frame.node_places(node)[0], state.values[node])
     widest = max((-w.heave(w.place).min(initial=0.0) for w in state.walls), default=0.0)
-    way_out = "Extend the fault there up, down and along strike, or end it on its main fault."
+    way_out = (
+        "Extend it there with gs.extend_fault(fault, box, sides=('up', 'down')), or end it on its "
+        "main fault with gs.truncate_faults before tearing."
+    )
     if trim is not None:
-        way_out += f" If it goes on there, data may be smeared farther than trim ({trim:g} cells)."
+        way_out += (
+            f" If neither helps, data may be smeared farther than trim ({trim:g} cells of "
+            f"{picks.frame.cell:.3g} m): try trim={trim + 1.0:g}."
+        )
     if not picks.on_nodes and widest > FAR_OVER:
         way_out = (
             f"It overlaps itself by up to {widest:.1f} cells, and scattered points leave its tips "
             "open there. Give points on a lattice, one per wall, or a wider spacing."
         )
     raise GeometryError(
-        f"horizon {picks.name!r} cannot be closed against its faults: {len(open_edges)} edges stay "
-        f"open, the first at {place(at)}. {way_out}",
+        f"horizon {picks.name!r} cannot be closed against {_listed(names)}: {len(open_edges)} "
+        f"edges stay open, the first at {place(at)}. {way_out}",
         place=at,
-        surfaces=(picks.name,),
+        surfaces=(picks.name, *names),
     )
+
+
+def _faults_at(state: Heights, built: Built, faults: Sequence[TriSurface]) -> list[str]:
+    """Names of the faults at the first open edge: those that cut it, and the nearest in the map."""
+    leak = [*built.cut.leaks, *built.cut.dead_ends][0]
+    numbers = set(leak[2]) if len(leak) > 2 else set()
+    nodes = built.torn.node_of(np.array(leak[:2]))
+    far = {}
+    for trace, near in zip(state.network.traces, state.near, strict=True):
+        at = near.look_up(nodes)
+        if (at >= 0).any():
+            least = float(near.distance[at[at >= 0]].min())
+            far[trace.fault] = min(far.get(trace.fault, np.inf), least)
+    if far:
+        numbers |= {fault for fault, cells in far.items() if cells <= min(far.values()) + 1.0}
+    return [faults[k].name for k in sorted(numbers)]
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Faults in words."""
+    if not names:
+        return "its faults"
+    return ("fault " if len(names) == 1 else "faults ") + ", ".join(map(repr, names))
 
 
 def refuse_lost_cutoffs(

@@ -245,7 +245,7 @@ def _closed(thrown: Thrown) -> tuple[Heights, Built | None, Triangles | None]:
                 return state, built, builder.triangles
     assert best is not None
     _, state, built, triangles = best
-    refuse_leaks(thrown.picks, state, built)
+    refuse_leaks(thrown.picks, state, built, thrown.faults)
     return state, built, triangles
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.sheets import build
 from tests.sheets.junctions import KINDS, junction, misses
 
 
@@ -36,3 +37,25 @@ def test_a_fault_of_two_triangles_is_traced_as_one_of_many():
         fine[name] = gs.TriSurface(name, "fault", points, faces)
     sheet = gs.tear_horizon(grid, fine, name="H", trim=1.5)
     assert misses(sheet, middle, azimuth, throw)[0] < 0.05
+
+
+def test_a_refusal_names_its_fault_and_the_place_is_drawn(tmp_path, monkeypatch):
+    monkeypatch.setattr(build, "ROUNDS", 1)
+    grid, faults, *_ = junction("straight main fault", np.random.default_rng(2))
+    branch = faults["F3"]
+    moved = branch.vertices - (3.0, 2.0, 0.0)  # it ends beside its main fault
+    faults["F3"] = gs.TriSurface("F3", "fault", moved, branch.triangles)
+    text = (
+        '[[horizons]]\nname = "Top"\nfile = "Top.nc"\n[tear]\ntrim_cells = 1.5\n[box]\n'
+        "easting_m = [0, 4000]\nnorthing_m = [0, 3000]\nelevation_m = [-2000, -1400]\n"
+    )
+    gs.write(grid, tmp_path / "Top.nc")
+    for name, fault in faults.items():
+        gs.write(fault, tmp_path / f"{name}.ts")
+        text += f'[[faults]]\nname = "{name}"\nfile = "{name}.ts"\n'
+    (tmp_path / "scenario.toml").write_text(text)
+    words = r"'Top' cannot be closed against fault 'F3': \d+ edges .*truncate_faults.* try trim=2.5"
+    with pytest.raises(gs.errors.GeometryError, match=words) as caught:
+        gs.run_scenario(tmp_path / "scenario.toml", tmp_path / "out")
+    assert caught.value.surfaces == ("Top", "F3")
+    assert (tmp_path / "out" / "failure.png").stat().st_size > 10_000
