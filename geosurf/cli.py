@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 BROKEN_PROMISE = 3
 VIEW, SHOW = "southwest", "horizons,faults,curves"
 EXIT_CODES = """exit codes: 0 done, 2 the input cannot be used, 3 the geometry is impossible or a
-promise is not kept, 4 a fault of geosurf, 130 interrupted"""
+promise is not kept, 4 a fault of geosurf, 128 + n stopped by signal n (Ctrl-C: 130)"""
 
 
 def main(argv: Sequence[str] | None = None) -> int:

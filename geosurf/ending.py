@@ -1,7 +1,8 @@
 """How a command ends: whatever stops it becomes an exit code and, at most, one sentence.
 
 Errors that geosurf raises on purpose say whose move it is, and have their code: 2 input, 3
-geometry, 4 our own fault. A full disk is the user's to mend, too; a reader of the output who has
+geometry, 4 our own fault. SIGTERM (batch systems, `timeout`) and SIGHUP (a terminal that closes)
+clean up as Ctrl-C does. A full disk is the user's to mend, too; a reader of the output who has
 left is no error; everything else is a fault of geosurf.
 """
 
@@ -9,15 +10,27 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import sys
 import traceback
-from types import TracebackType
+from contextlib import suppress
+from types import FrameType, TracebackType
+from typing import Any
 
 from geosurf.errors import GeosurfError, GeosurfWarning, InputError
 
 OUR_FAULT = 4
-INTERRUPTED = 130
+STOPPED = 128  # and the number of the signal, as shells count: 130 for Ctrl-C
+_SIGNALS = ("SIGTERM", "SIGHUP")
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
+
+
+class Stopped(KeyboardInterrupt):
+    """The system asks the process to end; whatever cleans up after Ctrl-C does so now, too."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
 
 
 class Ending:
@@ -26,9 +39,24 @@ class Ending:
     def __init__(self, debug: bool) -> None:
         self.code = 0
         self._debug = debug
+        self._handlers: dict[int, Any] = {}
 
     def __enter__(self) -> None:
-        """Begin."""
+        """Begin; a signal that is ignored, as by nohup, or handled by others stays so."""
+        for number in (getattr(signal, name) for name in _SIGNALS if hasattr(signal, name)):
+            if signal.getsignal(number) is signal.SIG_DFL:
+                with suppress(ValueError):  # not in the main thread: nothing is changed
+                    self._handlers[number] = signal.signal(number, self._stop)
+
+    def _stop(self, number: int, frame: FrameType | None) -> None:
+        """Turn the first signal into an exception; a second one ends the process at once."""
+        self._forget_signals()
+        raise Stopped(number)
+
+    def _forget_signals(self) -> None:
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
+        self._handlers.clear()
 
     def __exit__(
         self,
@@ -37,10 +65,11 @@ class Ending:
         trace: TracebackType | None,
     ) -> bool:
         """Say what is wrong on stderr; only exits asked for on purpose pass through."""
+        self._forget_signals()
         if error is None or isinstance(error, SystemExit | GeneratorExit):
             return False
         if isinstance(error, KeyboardInterrupt):
-            self.code = INTERRUPTED
+            self.code = STOPPED + getattr(error, "number", int(signal.SIGINT))
             return True
         if isinstance(error, BrokenPipeError):  # the reader of our output has left
             _forget_output()

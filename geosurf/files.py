@@ -55,9 +55,8 @@ def write_whole(path: str | os.PathLike[str], data: bytes, mode: int = 0o666) ->
     part = write_beside(Path(path).parent, data, mode)
     try:
         part.replace(path)
-    except BaseException:
-        remove(part)
-        raise
+    finally:
+        remove(part)  # without effect if it has moved
     sync_folder(part.parent)
 
 
@@ -73,7 +72,7 @@ def write_beside(folder: Path, data: bytes, mode: int = 0o666) -> Path:
             os.fsync(handle)
         finally:
             os.close(handle)
-    except BaseException:
+    except (OSError, KeyboardInterrupt):
         remove(part)
         raise
     return part
@@ -81,7 +80,12 @@ def write_beside(folder: Path, data: bytes, mode: int = 0o666) -> Path:
 
 def random_name() -> str:
     """Return a name that nobody can know before."""
-    return f"{PREFIX}{os.urandom(N_RANDOM // 2).hex()}{SUFFIX}"
+    return f"{PREFIX}{random_digits()}{SUFFIX}"
+
+
+def random_digits() -> str:
+    """Return hexadecimal digits that nobody can know before."""
+    return os.urandom(N_RANDOM // 2).hex()
 
 
 def sync_folder(folder: Path) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 import io
 import os
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -17,6 +18,7 @@ import pytest
 
 import geosurf as gs
 from geosurf import cli
+from geosurf.ending import Ending
 from geosurf.errors import InvariantError
 from geosurf.model import Certificate, Check
 
@@ -415,3 +417,29 @@ def test_a_file_cut_short(folder, tmp_path):
     (tmp_path / "Top.irap").write_bytes(data[: len(data) - 6])
     with pytest.raises(gs.errors.FormatError, match=r"Top.irap, line 6: .*cut short.*Export"):
         gs.read_horizon(tmp_path / "Top.irap", positive="up")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize(("word", "code"), [("SIGTERM", 143), ("SIGHUP", 129), ("SIGINT", 130)])
+def test_signals_clean_up_and_have_their_exit_code(word, code):
+    cleaned, number = [], getattr(signal, word)
+    before = signal.getsignal(number)
+    ending = Ending(debug=False)
+    with ending:
+        try:
+            os.kill(os.getpid(), number)
+            time.sleep(5)
+        finally:
+            cleaned.append(word)
+    assert (ending.code, cleaned) == (code, [word])
+    assert signal.getsignal(number) is before
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_a_signal_that_is_ignored_stays_ignored():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with Ending(debug=False):
+            os.kill(os.getpid(), signal.SIGHUP)
+    finally:
+        signal.signal(signal.SIGHUP, before)

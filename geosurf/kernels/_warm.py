@@ -76,6 +76,7 @@ def _file(name: str) -> Path:
 def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]:
     """Whether each kernel was there already; files are shared out among processes."""
     found: dict[str, bool] = {}
+    others = set(multiprocessing.active_children())
     spawn = multiprocessing.get_context("spawn")  # a fork would take over threads and their locks
     with ProcessPoolExecutor(N_PROCESS, spawn, _begin_worker) as pool:
         jobs = [pool.submit(_compile_file, name) for name in names]
@@ -85,7 +86,10 @@ def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]
                 if progress is not None:
                     progress(n_done, len(jobs))
         finally:
-            pool.shutdown(wait=False, cancel_futures=True)  # an error must not wait for the rest
+            if not all(job.done() for job in jobs):  # an error must not wait for the rest
+                pool.shutdown(wait=False, cancel_futures=True)
+                for worker in set(multiprocessing.active_children()) - others:
+                    worker.terminate()
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.errors import GeosurfError, InputError, OutputError
+from geosurf.files import write_whole
 from geosurf.model import Lattice, TriSurface
 from geosurf.prove.families import Case
 
@@ -48,7 +50,9 @@ def save_case(case: Case, folder: str | os.PathLike[str]) -> Path:
                 arrays[f"{key}_{i}"] = getattr(surface.lattice, key)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez(path, **arrays)
+        file = io.BytesIO()
+        np.savez(file, **arrays)
+        write_whole(path, file.getvalue())
     except OSError as error:
         raise OutputError(f"{path}: cannot be written ({error}). Choose another folder.") from error
     _draw(case, path.with_suffix(".png"))

@@ -12,6 +12,7 @@ from types import TracebackType
 
 from geosurf.contact import intersect_triangles
 from geosurf.errors import InputError, OutputError, RoundingError
+from geosurf.files import write_whole
 from geosurf.intersect import intersect_surfaces
 from geosurf.model import Patches
 from geosurf.prove import judge
@@ -265,7 +266,7 @@ def write_json(results: Sequence[FamilyResult], path: str | os.PathLike[str], **
     text = json.dumps({**settings, "families": [asdict(row) for row in results]}, indent=1)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text + "\n", encoding="utf-8")
+        write_whole(path, f"{text}\n".encode())
     except OSError as error:
         raise OutputError(f"{path}: cannot be written ({error}). Choose another -o.") from error
     return path

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.errors import OutputError
+from geosurf.files import write_whole
 from geosurf.model.expected import path_of
 from geosurf.render import furniture
 from geosurf.render.layers import Content, show_box
@@ -121,12 +122,7 @@ def save_png(data: bytes, path: str | os.PathLike[str]) -> Path:
     target = png_path(path)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        part = target.with_name(f".{target.name}.{os.getpid()}.part")
-        try:
-            part.write_bytes(data)
-            part.replace(target)
-        finally:
-            part.unlink(missing_ok=True)
+        write_whole(target, data)
     except OSError as error:
         raise OutputError(
             f"{target}: the picture cannot be written ({error.strerror}). "

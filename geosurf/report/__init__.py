@@ -14,6 +14,7 @@ from typing import Any
 
 from geosurf.conventions import counted
 from geosurf.errors import InputError, OutputError
+from geosurf.files import write_whole
 from geosurf.model import Certificate
 from geosurf.model.expected import expect, number_of, path_of
 from geosurf.report import page, tables
@@ -262,12 +263,7 @@ def _write(target: Path, html: str) -> Path:
     """Write the page in one go: readers see the old page or the new one, never half of it."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        part = target.with_name(f".{target.name}.{os.getpid()}.part")
-        try:
-            part.write_text(html, encoding="utf-8", newline="\n")
-            part.replace(target)
-        finally:
-            part.unlink(missing_ok=True)
+        write_whole(target, html.encode("utf-8"))
     except OSError as error:
         raise OutputError(
             f"{target}: the report cannot be written ({error.strerror}). "

@@ -23,6 +23,7 @@ from geosurf.scenario.output import new_results, require_writable
 from geosurf.scenario.pictures import choice_of_pictures
 from geosurf.scene import Scene
 from geosurf.write import write
+from geosurf.write._files import commit
 
 Progress = Callable[[str], object]
 
@@ -302,4 +303,4 @@ def _write_certificate(
     """Write the certificate, when all that can be warned of has been."""
     warnings = "".join(f"Warning: {warning}\n" for warning in scene.warnings)
     lines = "\n".join(filter(None, [f"{scenario.title}\n", warnings, f"{certificate}\n"]))
-    (folder / "certificate.txt").write_text(lines, encoding="utf-8", newline="\n")
+    commit(folder / "certificate.txt", lines.encode("utf-8"))

@@ -1,8 +1,8 @@
 """The output folder: the results of one run, all of them or those of the run before.
 
-Results are made in a folder of their own inside the output folder, and move into
-place when the last of them is there. What an earlier run left under names that are
-ours goes away; files of anybody else are never touched.
+Results are made in a folder of their own inside the output folder, and take the place of the
+results of an earlier run when the last of them is there (`geosurf.filesets`). Files under
+names that are not ours are never touched. One run at a time writes into a folder.
 """
 
 from __future__ import annotations
@@ -16,31 +16,43 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from geosurf.errors import OutputError
+from geosurf.files import PREFIX, random_digits, remove_abandoned
+from geosurf.filesets import MARK, Names, discard_twins, finish, replace_files, replace_folder
+from geosurf.locks import Lock
 from geosurf.model.expected import path_of
 
-# what runs write, as patterns of paths relative to the output folder
-OURS = tuple(
-    re.compile(pattern)
-    for pattern in (
-        r"units\.vtm",
-        r"units/\d{3,}_.*\.vtp",
-        r"curves\.(vtp|pl)",
-        r"volumes\.(csv|nc)",
-        r"certificate\.txt",
-        r"failure\.png",
-        r"report/index\.html",
-        r"pictures/(view_[a-z]+|(map|isochore|allan|section)_.*|units_exploded|search)\.png",
-    )
-)
 FOLDERS = ("units", "pictures", "report")
 FILES = ("units.vtm", "curves.vtp", "curves.pl", "volumes.csv", "volumes.nc", "certificate.txt")
-STAGE = ".geosurf-"
+# what runs write, as patterns of paths relative to the output folder
+OURS = Names(
+    tuple(
+        re.compile(pattern)
+        for pattern in (
+            r"units\.vtm",
+            r"units/\d{3,}_[^/]*\.vtp",
+            r"curves\.(vtp|pl)",
+            r"volumes\.(csv|nc)",
+            r"certificate\.txt",
+            r"failure\.png",
+            r"report/index\.html",
+            r"pictures/(view_[a-z]+|units_exploded|search)\.png",
+            r"pictures/(map|isochore|allan|section)_[^/]*\.png",
+            MARK.replace(".", r"\."),
+        )
+    ),
+    FOLDERS,
+)
+LOCK, JOURNAL = f"{PREFIX}lock", f"{PREFIX}commit"
+_STAGE = re.compile(re.escape(PREFIX) + "([0-9a-f]{16}|[0-9a-z_]{8})")
+_MARK_TEXT = """geosurf was stopped while it moved results into this folder: they are not complete.
+Run the scenario again with this folder as output.
+"""
 
 
 @contextmanager
 def new_results(out: str | os.PathLike[str]) -> Iterator[Path]:
     """
-    Give a folder to write into, and move everything in it to `out` at the end.
+    Give a folder to write into, and put everything in it into `out` at the end.
 
     Parameters
     ----------
@@ -55,15 +67,21 @@ def new_results(out: str | os.PathLike[str]) -> Iterator[Path]:
     Raises
     ------
     OutputError
-        If nothing can be written there: before the block runs, not after.
+        If nothing can be written there, or another run is writing there: before the block runs,
+        not after.
     """
     out = path_of(out, "the folder of results")
-    stage = _open_stage(out)
+    lock = Lock(out / LOCK)
     try:
-        yield stage
-        _replace(out, stage)
+        _claim(out, lock)
+        stage = _open_stage(out)
+        try:
+            yield stage
+            _replace(out, stage)
+        finally:
+            shutil.rmtree(stage, ignore_errors=True)
     finally:
-        shutil.rmtree(stage, ignore_errors=True)
+        lock.release()
 
 
 def require_writable(out: str | os.PathLike[str]) -> None:
@@ -76,10 +94,26 @@ def require_writable(out: str | os.PathLike[str]) -> None:
         raise _refusal(Path(out), error) from error
 
 
-def _open_stage(out: Path) -> Path:
+def _claim(out: Path, lock: Lock) -> None:
+    """Be the only run that writes into a folder."""
     try:
         out.mkdir(parents=True, exist_ok=True)
+        taken = lock.take()
+    except OSError as error:
+        raise _refusal(out, error) from error
+    if not taken:
+        raise OutputError(
+            f"{out}: another run is writing there. Wait until it has ended, or choose another "
+            "folder with out= (on the command line: -o)."
+        )
+
+
+def _open_stage(out: Path) -> Path:
+    """Finish or remove what killed runs have left, and make a folder for new results."""
+    try:
         for name in FOLDERS:
+            if (out / name).is_symlink():
+                raise NotADirectoryError(20, f"{name} is a link; remove it")
             if (out / name).exists() and not (out / name).is_dir():
                 raise NotADirectoryError(20, f"{name} is a file and should be a folder")
             if (out / name).is_dir() and not os.access(out / name, os.W_OK | os.X_OK):
@@ -87,33 +121,28 @@ def _open_stage(out: Path) -> Path:
         for name in FILES:
             if (out / name).is_dir():
                 raise IsADirectoryError(21, f"{name} is a folder and should be a file")
-        return Path(tempfile.mkdtemp(prefix=STAGE, dir=out))
+        finish(out, OURS, JOURNAL)
+        discard_twins(out, OURS)
+        remove_abandoned(out)
+        for path in out.iterdir():
+            if _STAGE.fullmatch(path.name) and path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path, ignore_errors=True)
+        stage = out / f"{PREFIX}{random_digits()}"
+        stage.mkdir()
     except OSError as error:
         raise _refusal(out, error) from error
+    return stage
 
 
 def _replace(out: Path, stage: Path) -> None:
-    new = sorted(path.relative_to(stage) for path in stage.rglob("*") if path.is_file())
+    """Swap the folders, or move files one by one with a mark that it is not finished."""
     try:
-        for relative in new:
-            (out / relative).parent.mkdir(parents=True, exist_ok=True)
-            (stage / relative).replace(out / relative)
-        for old in set(_earlier(out)) - set(new):
-            (out / old).unlink()
-        for name in FOLDERS:
-            if (out / name).is_dir() and not any((out / name).iterdir()):
-                (out / name).rmdir()
+        if replace_folder(out, stage, OURS, LOCK):
+            return
+        (stage / MARK).write_text(_MARK_TEXT, encoding="utf-8")
+        replace_files(out, stage, OURS.found_in(out), OURS, JOURNAL)
     except OSError as error:
         raise _refusal(out, error) from error
-
-
-def _earlier(out: Path) -> Iterator[Path]:
-    """Files in the output folder that a run wrote, this one or one before."""
-    for folder in (out, *(out / name for name in FOLDERS)):
-        for path in folder.iterdir() if folder.is_dir() else ():
-            relative = path.relative_to(out)
-            if any(pattern.fullmatch(relative.as_posix()) for pattern in OURS) and path.is_file():
-                yield relative
 
 
 def _refusal(out: Path, error: OSError) -> OutputError:

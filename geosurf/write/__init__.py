@@ -19,7 +19,7 @@ from geosurf.errors import OutputError
 from geosurf.model import Curves, FaultSticks, Patches, TriSurface, Unit, Units
 from geosurf.model.base import Noun
 from geosurf.model.expected import name_of, path_of
-from geosurf.write._files import Written, commit
+from geosurf.write._files import Written, commit, commit_set
 
 __all__ = ["Written", "write"]
 
@@ -142,15 +142,13 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
     encode: Callable[..., Any] = getattr(import_module(f"geosurf.write.{module}"), function)
     if suffix == ".vtm":
         files, notes = encode(obj, path.stem)
-        return Written(
-            reversed(commit({path.parent / key: data for key, data in files.items()})), notes
-        )
+        return Written(reversed(commit_set(path, files)), notes)
     title = name or _own_name(obj)
     if kind in ("TriSurface", "Unit", "horizon (DataArray)"):
         title = str(title or path.stem)
     extra = (suffix,) if module == "mesh" else ()
     data, notes = encode(obj, title, *extra)
-    return Written(commit({path: data}), [*notes, *_lost_crs(obj, suffix)])
+    return Written(commit(path, data), [*notes, *_lost_crs(obj, suffix)])
 
 
 def _lost_crs(obj: Any, suffix: str) -> list[str]:

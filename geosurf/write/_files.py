@@ -1,17 +1,23 @@
 """Bytes to files, all or nothing.
 
-Everything is made in memory first, then written beside its destination under
-another name, then moved into place: a failed write leaves what was there before.
+Everything is made in memory first and then takes the place of what was there (`geosurf.files`,
+`geosurf.filesets`): a failed or killed write leaves the old file or the new one.
 """
 
 from __future__ import annotations
 
-import contextlib
-import os
-from collections.abc import Iterable, Mapping
-from pathlib import Path
+import errno
+import hashlib
+import re
+import shutil
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path, PurePath, PurePosixPath
 
 from geosurf.errors import OutputError
+from geosurf.files import N_RANDOM, PREFIX, write_whole
+from geosurf.filesets import Names, finish, make_stage, replace_files
+from geosurf.locks import Lock
 
 
 class Written(list[Path]):
@@ -34,13 +40,31 @@ class Written(list[Path]):
         self.notes = tuple(notes)
 
 
-def commit(files: Mapping[Path, bytes]) -> list[Path]:
-    """Write all files, or none and say why.
+def commit(path: Path, data: bytes) -> list[Path]:
+    """Write a file, or leave what was there and say why.
+
+    Raises
+    ------
+    OutputError
+        If the folder or file cannot be written.
+    """
+    with _refused(path):
+        write_whole(path, data)
+    return [path]
+
+
+def commit_set(index: Path, files: Mapping[PurePath, bytes]) -> list[Path]:
+    """Write an index and the files in the folder beside it that it names: all of them, or none.
+
+    Files that an earlier index names and the new one does not are removed. While the files are
+    exchanged there is no index, so that nobody reads a mixture; a write that is killed then is
+    finished by the next one.
 
     Parameters
     ----------
-    files : mapping of pathlib.Path to bytes
-        In the order in which they move into place: what refers to others comes last.
+    index : pathlib.Path
+    files : mapping of pathlib.PurePath to bytes
+        By path relative to the folder of the index, which is among them.
 
     Returns
     -------
@@ -49,30 +73,49 @@ def commit(files: Mapping[Path, bytes]) -> list[Path]:
     Raises
     ------
     OutputError
-        If a folder or file cannot be written.
+        If the folder or a file cannot be written.
     """
-    staged: dict[Path, Path] = {}
-    made: list[Path] = []
+    folder, parts = index.parent, index.with_suffix("")
+    part = re.escape(parts.name) + r"/\d{3,}_[A-Za-z0-9+_-]+\.vtp"
+    names = Names((re.compile(re.escape(index.name)), re.compile(part)), (parts.name,))
+    mine = hashlib.sha256(index.name.encode(errors="surrogateescape")).hexdigest()[:N_RANDOM]
+    lock, stage = Lock(folder / f"{PREFIX}lock-{mine}"), folder / f"{PREFIX}new-{mine}"
+    with _refused(index):
+        try:
+            lock.take(wait=True)
+            if parts.is_symlink():
+                raise OSError(errno.ELOOP, f"{parts.name} beside it is a link")
+            finish(folder, names, f"{PREFIX}commit-{mine}")
+            make_stage(stage)
+            for name, data in files.items():
+                (stage / name).parent.mkdir(parents=True, exist_ok=True)
+                (stage / name).write_bytes(data)
+            replace_files(folder, stage, _named_by(index, names), names, f"{PREFIX}commit-{mine}")
+        finally:
+            if lock.taken:
+                shutil.rmtree(stage, ignore_errors=True)
+            lock.release()
+    return [folder / name for name in files]
+
+
+def _named_by(index: Path, names: Names) -> list[PurePosixPath]:
+    """An index that is there, first, and the files beside it that it names."""
     try:
-        for path, data in files.items():
-            if not path.parent.exists() and path.parent.parent.is_dir() and len(files) > 1:
-                path.parent.mkdir()
-                made.append(path.parent)
-            part = path.with_name(f".{path.name}.{os.getpid()}.part")
-            staged[path] = part
-            part.write_bytes(data)
-        for path, part in staged.items():
-            part.replace(path)
+        text = index.read_text(encoding="utf-8", errors="replace")
+    except FileNotFoundError:
+        return []
+    found = [name for name in names.found_in(index.parent) if f'/{name.name}"' in text]
+    return [PurePosixPath(index.name), *sorted(found)]
+
+
+@contextmanager
+def _refused(path: Path) -> Iterator[None]:
+    """Say why something cannot be written."""
+    try:
+        yield
     except OSError as error:
-        for part in staged.values():
-            with contextlib.suppress(OSError):
-                part.unlink(missing_ok=True)
-        for folder in made:
-            with contextlib.suppress(OSError):
-                folder.rmdir()
         reason = error.strerror or type(error).__name__
         raise OutputError(
             f"{path}: cannot be written ({reason}). Check that the folder exists, that you may "
             "write there and that the disk has room."
         ) from error
-    return list(files)

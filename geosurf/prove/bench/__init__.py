@@ -24,6 +24,7 @@ from typing import Any
 
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError, OutputError
+from geosurf.files import write_whole
 from geosurf.prove.bench.jobs import Job, default_core, machine
 from geosurf.prove.bench.measure import Measuring
 from geosurf.prove.bench.page import TITLES, machine_lines, tables_of, text_table, write_page
@@ -171,7 +172,7 @@ def write_bench(found: dict[str, Any], folder: str | os.PathLike[str]) -> list[P
     for name, text in texts.items():
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_text(text, encoding="utf-8")
+            write_whole(folder / name, text.encode("utf-8"))
         except OSError as error:
             raise OutputError(
                 f"{folder / name}: cannot be written ({error}). Choose another -o."
