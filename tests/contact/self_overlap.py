@@ -2,7 +2,8 @@
 
 One to three surfaces of triangles with corners on a small lattice, from few planes, so that they
 coincide with themselves and each other, in part and wholly, turned and not, and other triangles
-cross such areas, end on them and touch them. Some are welded, some closed. Exact arithmetic of our
+cross such areas, end on them and touch them. Some are welded, some closed, some are grids.
+Exact arithmetic of our
 own (`tests.overlaps`) says what the curves, the touching points and the areas are, of each pair and
 of each surface with itself; what was rebuilt must tile its parents, cross nothing, and share the
 areas. With libigl installed, the number of vertices and triangles is compared with its own; with
@@ -24,6 +25,7 @@ import numpy as np
 from geosurf import TriSurface, build_walls, intersect_surfaces, rebuild_surfaces
 from geosurf.contact.crossing import crossing_pairs
 from geosurf.errors import GeosurfError, InvariantError
+from geosurf.prove.families import grid
 from tests import laws, oracles
 from tests.overlaps import together
 from tests.real import checked
@@ -51,10 +53,14 @@ def soup(seed: int) -> list[TriSurface]:
         if rng.random() < 0.1:
             mine += closed(rng)
         out.append([np.roll(t, rng.integers(3), axis=0)[:: rng.choice([-1, 1])] for t in mine])
-    return [
+    found = [
         surface(name, np.array(mine) * scale + shift, bool(rng.integers(2)))
         for name, mine in zip("ABC", out, strict=False)
     ]
+    if seed % 5 == 4:  # grids, which are searched in other ways
+        found[0] = relief("A", rng, scale, shift)
+        found[1:2] = [relief("B", rng, scale, shift)] if len(found) > 1 else []
+    return found
 
 
 def triangle(rng, extent: int):
@@ -66,6 +72,21 @@ def triangle(rng, extent: int):
     elif kind == 3:
         corners[:, 2] = corners[:, 0]
     return None if oracles.flat(corners) else corners
+
+
+def relief(name: str, rng, scale: float, shift) -> TriSurface:
+    """A grid of 3 x 3 nodes: over the map, upright, or folded; sometimes level."""
+    u, v = np.meshgrid(np.arange(3.0), np.arange(3.0))
+    while True:
+        z = rng.integers(0, 3, (3, 3)) if rng.random() < 0.6 else np.ones((3, 3))
+        nodes = [(u, v, z), (u, z, v), (rng.integers(0, 3, (3, 3)), v, z)][int(rng.integers(3))]
+        nodes = [scale * x + at for x, at in zip(nodes, shift, strict=True)]
+        try:
+            found = grid(name, *nodes, role="fault", rising=bool(rng.integers(2)))
+        except GeosurfError:
+            continue  # triangles without area, as a lattice
+        if not any(oracles.flat(t) for t in found.vertices[found.triangles]):
+            return found
 
 
 def closed(rng) -> list[np.ndarray]:
