@@ -112,20 +112,20 @@ def as_surface(
 
 def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, Any]:
     """Return fluid contacts, paths and grids as surfaces, for `build_contacts`."""
+    return {name: _opened(name, value, options) for name, value in contacts.items()}
 
-    def opened(name: str, value: Any) -> Any:
-        """A contact with its paths read; a mapping has one for each block, a list several."""
-        if isinstance(value, Contact):
-            return replace(value, at=opened(name, value.at))
-        if isinstance(value, list | tuple):
-            return [opened(name, one) for one in value]
-        if isinstance(value, str | Path) or hasattr(value, "dims"):
-            return as_surface(name, "horizon", value, options)
-        if isinstance(value, Mapping) and not hasattr(value, "data_vars"):
-            return {block: opened(f"{name} in {block}", one) for block, one in value.items()}
-        return value
 
-    return {name: opened(name, value) for name, value in contacts.items()}
+def _opened(name: str, value: Any, options: Options) -> Any:
+    """A contact with its paths read; a mapping has one for each block, a list several."""
+    if isinstance(value, Contact):
+        return replace(value, at=_opened(name, value.at, options))
+    if isinstance(value, list | tuple):
+        return [_opened(name, one, options) for one in value]
+    if isinstance(value, str | Path) or hasattr(value, "dims"):
+        return as_surface(name, "horizon", value, options)
+    if isinstance(value, Mapping) and not hasattr(value, "data_vars"):
+        return {block: _opened(f"{name} in {block}", one, options) for block, one in value.items()}
+    return value
 
 
 def opened_outline(aoi: Any) -> np.ndarray:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -90,6 +91,16 @@ class Memory:
                 self.store.issued.add(warning)
                 if not issued:
                     issue(warning)
+
+    @contextmanager
+    def collecting(self) -> Iterator[None]:
+        """Keep what is warned of inside the ``with`` block as warnings of this scene."""
+        found: list[GeosurfWarning] = []
+        try:
+            with collected() as found:
+                yield
+        finally:
+            self.warn(*found)
 
     def key_of(self, surface: TriSurface) -> Hashable:
         """Return what tells a surface: what it was made of, else its fingerprint, taken once."""

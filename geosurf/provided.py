@@ -30,7 +30,6 @@ from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.box import propose_box
 from geosurf.triangulate.cover import warning_of_area
 from geosurf.triangulate.rims import off_the_rims
-from geosurf.warning import collected
 
 Box = tuple[float, float, float, float, float, float]
 
@@ -157,16 +156,17 @@ class Provided(Joined):
     @cached_property
     def _given_area(self) -> np.ndarray | None:
         """The area of interest before its sides are moved off rims."""
-        return None if self._aoi is None else opened_outline(self._aoi)
+        if self._aoi is None:
+            return None
+        with self._memory.collecting():
+            return opened_outline(self._aoi)
 
     def _off_rims(self, outline: np.ndarray, what: str) -> np.ndarray:
         """An area that is not open along the rim of a horizon, for nothing but rounding."""
         given = self._horizons.items()  # a torn one does not ask for the faults that leave the box
         horizons = [v.surface if isinstance(v, Sheet) else self._plain(n) for n, v in given]
-        with collected() as found:
-            outline = off_the_rims(outline, horizons, what)
-        self._memory.warn(*found)
-        return outline
+        with self._memory.collecting():
+            return off_the_rims(outline, horizons, what)
 
     @property
     def column(self) -> dict[str, str]:
@@ -183,7 +183,9 @@ class Provided(Joined):
     def _fluids(self) -> tuple[list[TriSurface], list[Contact]]:
         """Surfaces of fluid contacts, and the zones and blocks in which they count."""
         options = {"positive": self._positive, "units": self._units_word}
-        surfaces, contacts = build_contacts(opened_contacts(self._contacts, options), self.box)
+        box = self.box
+        with self._memory.collecting():
+            surfaces, contacts = build_contacts(opened_contacts(self._contacts, options), box)
         check_zones(contacts, names_of_zones(self.horizon_names))  # before anything is cut
         return surfaces, contacts
 
@@ -193,10 +195,9 @@ class Provided(Joined):
         for name in self._faults:
             if lies_beside(self.surface(name), self.box):
                 self._warn_of_outside(name)
-        with collected() as found:
+        with self._memory.collecting():
             names = [name for name in (*self._horizons, *self._faults) if name in self._crs]
             warn_of_unclear_crs({name: self._crs[name] for name in names})
-        self._memory.warn(*found)
         for sheet in self.sheets.values():
             self._memory.warn(*getattr(sheet.report, "warnings", ()), issued=True)
 

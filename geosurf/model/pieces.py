@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -78,7 +78,8 @@ class Pieces(Noun):
     @cached_property
     def expanded(self) -> Expanded:
         """Everything as plain arrays."""
-        return Expanded(self)
+        # a twin of the same arrays: two that name each other would outlive their last user
+        return Expanded(replace(self))
 
 
 @dataclass(frozen=True, eq=False)

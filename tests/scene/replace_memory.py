@@ -46,7 +46,7 @@ def main(n: int = 1000, seed: int = 0) -> int:
                 f"{store.bytes_kept() / 1e6:6.1f} MB, dropped {store.bytes_dropped / 1e6:8.1f} MB",
                 flush=True,
             )
-    growth = (seen[-1] - seen[0]) / max(n - n // 10, 1)
+    growth = (seen[-1] - seen[0]) / max(n - n // 10, 1)  # [MB] a step
     print(  # noqa: T201
         f"{n} replace calls, seed {seed}: {1000 * growth:.1f} kB more a step after the first tenth."
     )

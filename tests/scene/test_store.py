@@ -165,7 +165,29 @@ def test_a_living_scene_reads_its_inputs_once_whatever_is_dropped(monkeypatch):
     assert "dropped: " in scene.explain()
 
 
-def test_a_chain_keeps_the_last_few(monkeypatch):
+def test_nothing_waits_for_the_garbage_collector():
+    """A ring of references would keep the arrays of scenes that are gone."""
+    world = gs.synthetic.graben(n=9)
+
+    def chain(n):
+        """Some scenes, each gone when the next is there."""
+        scene = gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": -2150.0})
+        for step in range(n):
+            top = (world.horizons["Top"] + 0.5 * step).assign_attrs(world.horizons["Top"].attrs)
+            scene = scene.replace(horizons={"Top": top})
+            _ = scene.units, scene.curves, scene.thickness("Top/Middle", 500.0), scene.warnings
+
+    chain(1)  # what is imported on the way leaves rings behind
+    gc.collect()
+    gc.disable()
+    try:
+        chain(5)
+        assert gc.collect() < 5
+    finally:
+        gc.enable()
+
+
+def test_a_chain_keeps_the_last_few():
     world = gs.synthetic.graben(n=9)
     scene = gs.Scene(world.horizons, world.faults, world.box)
     kept = []
