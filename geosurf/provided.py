@@ -199,7 +199,7 @@ class Provided(Joined):
             names = [name for name in (*self._horizons, *self._faults) if name in self._crs]
             warn_of_unclear_crs({name: self._crs[name] for name in names})
         for sheet in self.sheets.values():
-            self._memory.warn(*getattr(sheet.report, "warnings", ()), issued=True)
+            self._memory.warn(*sheet.warnings, issued=True)
 
     def _warn_of_outside(self, name: str) -> None:
         """Warn of a fault that does not reach the model."""

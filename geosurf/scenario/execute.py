@@ -250,7 +250,12 @@ def _regions(scenario: Scenario, scene: Scene) -> dict[str, tuple[float, str]]:
 
 def model_notes(scene: Scene) -> list[str]:
     """Return what a user should look at: in torn horizons, in the column, in fluid contacts."""
-    torn = [f"horizon {n!r}: {note}" for n, s in scene.sheets.items() for note in s.report.notes]
+    torn = [
+        f"horizon {name!r}: {note}"
+        for name, sheet in scene.sheets.items()
+        for note in sheet.report.notes
+        if note not in map(str, sheet.warnings)  # those are printed as warnings
+    ]
     return [*torn, *crossings(scene), *contacts_left_out(scene)]
 
 

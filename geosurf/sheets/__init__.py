@@ -38,7 +38,6 @@ finish         the noun from its parts
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -68,6 +67,7 @@ from geosurf.sheets.propose import propose_trim
 from geosurf.sheets.scattered import Scattered, picks_or_points, rebuild_of
 from geosurf.sheets.slip import EllipticThrow
 from geosurf.sheets.traces import FaultMesh, mesh_in_frame
+from geosurf.warning import warn
 
 __all__ = ["EllipticThrow", "propose_trim", "tear_horizon", "throw_horizon"]
 
@@ -193,7 +193,7 @@ def tear_horizon(
         picks, state, built, cuts, builder.triangles, float(trim), used, rebuild.nearby
     )
     for warning in report.warnings:
-        warnings.warn(warning, stacklevel=2)
+        warn(warning)
     return replace(sheet_of(picks, state, built, surfaces, rising, cuts, report), crs=crs)
 
 
