@@ -229,8 +229,9 @@ def _numbered_lines(text: str) -> Iterator[tuple[int, str]]:
 def _fill(draft: _Draft, body: Iterator[Line]) -> None:
     """Sort the lines of one TSurf into the draft."""
     block = ""  # HEADER, PROPERTY_CLASS_HEADER: lines between braces
+    key = ""
     for i, words in body:
-        key = words[0].upper()
+        before, key = key, words[0].upper()
         if block:
             if block == "HEADER":
                 draft.header.take_brace_line(" ".join(words))
@@ -244,7 +245,7 @@ def _fill(draft: _Draft, body: Iterator[Line]) -> None:
             _alias_line(draft, i, words)
         elif "{" in " ".join(words):
             opened, _, rest = " ".join(words).partition("{")
-            key = opened.split()[0].upper() if opened.split() else ""
+            key = opened.split()[0].upper() if opened.split() else before
             if key == "HEADER":
                 draft.header.take_brace_line(rest)
             block = "" if rest.rstrip().endswith("}") else key or "?"

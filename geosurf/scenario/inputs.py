@@ -16,6 +16,7 @@ from geosurf.model import Contact
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import path_of
 from geosurf.read import read_fault, read_horizon
+from geosurf.read._guard import opened
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.sealed import scene_of_sealed
 from geosurf.scenario.torn import Told, check_sheets, torn_horizons
@@ -61,7 +62,9 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
 
 def _load(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        with opened(path) as (file, _):
+            text = file.read().decode("utf-8-sig")
+        return tomllib.loads(text.replace("\r\n", "\n").replace("\r", "\n"))
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(
             f"{path}: this is no TOML: {error}. Mend that line; text stands between quotes."
@@ -73,6 +76,8 @@ def _load(path: Path) -> dict[str, Any]:
     except OSError as error:
         reason = error.strerror or type(error).__name__
         raise ScenarioError(f"{path}: cannot be read ({reason}). Check the path.") from error
+    except InputError as error:  # no file, or a pipe, a folder, a device
+        raise ScenarioError(str(error)) from error
 
 
 def _check_names(scenario: Scenario) -> None:

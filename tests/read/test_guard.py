@@ -9,8 +9,9 @@ import sys
 import pytest
 
 import geosurf as gs
-from geosurf.errors import FormatError, InputError
+from geosurf.errors import FormatError, InputError, ScenarioError
 from geosurf.read import FAULT_FORMATS, HORIZON_FORMATS, POINT_FORMATS, POLYGON_FORMATS, _guard
+from geosurf.scenario import read_scenario
 
 READERS = [
     (read, formats[kind][2][0])
@@ -84,3 +85,10 @@ def test_the_limit_grows_with_the_file_and_is_set_by_a_word(monkeypatch, tmp_pat
     monkeypatch.setattr(_guard, "free_memory", lambda: 1 << 30)
     with pytest.raises(FormatError, match=r"needs 2 048 MB of memory, and 1 024 MB are free"):
         _guard.refuse_large(tmp_path, 2 << 30, 1, "array 'z'")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no named pipes among files")
+def test_a_scenario_is_a_regular_file(tmp_path):
+    os.mkfifo(tmp_path / "a.toml")
+    with pytest.raises(ScenarioError, match=r"a\.toml: this is a named pipe"):
+        read_scenario(tmp_path / "a.toml")

@@ -400,3 +400,13 @@ def test_axes_that_contradict_are_refused(tmp_path):
     assert gs.read_fault(path, positive="down").vertices[2].tolist() == [0, 9, -9]
     path.write_text(text.format("U V W"))  # labels that contradict nothing
     assert gs.read_fault(path).vertices[2].tolist() == [0, 9, 9]
+
+
+@pytest.mark.parametrize(
+    "head", ["HEADER {name:F1}", "HEADER {\nname:F1}", "header\n{\nNAME:F1\n}"]
+)
+def test_braces_of_a_header_stand_anywhere(tmp_path, head):
+    path = tmp_path / "A.ts"
+    body = "VRTX 1 0 0 0\nVRTX 2 9 0 0\nVRTX 3 0 9 9\nTRGL 1 2 3\nEND\n"
+    path.write_text(f"GOCAD TSurf 1\n{head}\n{body}")
+    assert gs.read_fault(path).name == "F1"
