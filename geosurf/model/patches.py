@@ -177,7 +177,7 @@ class Patches(Noun):
 
     def patch(self, i: int) -> TriSurface:
         """Return one patch as a surface of its own."""
-        rows = np.flatnonzero(self.patch_of_triangle == i) if is_whole(i) else ()
+        rows = np.flatnonzero(self.patch_of_triangle == i) if is_whole(i) else np.empty(0, int)
         if len(rows) == 0:
             raise InputError(f"there is no patch {i!r}; patches are 0 to {self.n_patch - 1}.")
         source = self.sources[self.surface_of_triangle[rows[0]]]
