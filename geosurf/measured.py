@@ -311,7 +311,8 @@ class Measured:
         walls = found.hanging_wall_elevation, found.footwall_elevation
         level = 0.5 * sum(float(wall.mean()) for wall in walls)
         try:
-            return to_level(sources[fault], float(abs(found.throw).max()), cell, level)
+            levels = min(float(w.min()) for w in walls), max(float(w.max()) for w in walls)
+            return to_level(sources[fault], float(abs(found.throw).max()), cell, level, levels)
         except GeometryError as error:
             error.add_note("With direction='mean' throw is read across the mean strike.")
             raise

@@ -24,6 +24,7 @@ DIRECTIONS = ("local", "mean")  # in which walls move and throw is read
 MOST_STRETCH = 0.5  # of rock along strike by its movement, between neighbouring lines
 STRAIGHT = 1e-12  # q below this is rounding: a fault that does not turn
 STEPS = 2  # of Runge and Kutta's fourth order, for one movement
+SPARE = 2.0  # cells beyond the cut-offs, or the throw, up to which a fault is looked at
 FAR_STEPS = 8  # and from a cut-off to the level at which lines are compared
 
 
@@ -117,8 +118,18 @@ def cell_of(horizon: TriSurface | Sheet) -> float:
     return 0.5 * float(steps[0] + steps[1])
 
 
+def beyond(levels: tuple[float, float], cell: float, throw: float = 0.0) -> tuple[float, float]:
+    """Levels between which a fault is looked at: those given, and its throw beyond them."""
+    spare = max(SPARE * cell, throw)
+    return levels[0] - spare, levels[1] + spare
+
+
 def to_level(
-    fault: TriSurface, throw: float, cell: float, level: float
+    fault: TriSurface,
+    throw: float,
+    cell: float,
+    level: float,
+    levels: tuple[float, float] = (-np.inf, np.inf),
 ) -> Callable[[np.ndarray], np.ndarray] | None:
     """
     How lines down the dip of a fault lead from places on it to one level.
@@ -131,6 +142,8 @@ def to_level(
         See `dip_lines` [m].
     level : float
         Elevation [m].
+    levels : (float, float)
+        Lowest and highest cut-off [m]: the fault is looked at between them, and a throw beyond.
 
     Returns
     -------
@@ -144,7 +157,7 @@ def to_level(
         See `section_of`.
     """
     corner = np.floor(fault.vertices[:, :2].min(axis=0))
-    section = section_of(fault, corner, 0.5 * cell)
+    section = section_of(fault, corner, 0.5 * cell, beyond(levels, cell, throw))
     lines = dip_lines(section, throw, cell)
     if lines is None:
         return None

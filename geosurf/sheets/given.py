@@ -20,7 +20,8 @@ from geosurf.sheets.build import SPARE, Builder, Built
 from geosurf.sheets.cutoffs import longest
 from geosurf.sheets.data import picks_of
 from geosurf.sheets.describe import count_tips, fault_cuts
-from geosurf.sheets.diplines import DIRECTIONS
+from geosurf.sheets.diplines import DIRECTIONS, beyond
+from geosurf.sheets.diplines import SPARE as FAULT_SPARE
 from geosurf.sheets.finish import (
     crs_among,
     fault_surfaces,
@@ -126,10 +127,20 @@ def throw_horizon(
     crs = crs_among(picks.name, horizon, surfaces)
     frame = picks.frame
     _check_names(throw, reach, hanging_wall, direction, [surface.name for surface in surfaces])
-    sections = {
-        s.name: section_of(s, frame.corner, 0.5 * frame.cell) for s in surfaces if s.name in throw
-    }
-    slips = slips_of(throw, sections, frame.corner, reach, hanging_wall)
+    low, high = float(picks.z.min()), float(picks.z.max())
+    most = 0.0
+    while True:  # the fault is looked at where walls move, which its throw has to tell
+        levels = beyond((low, high), frame.cell, most)
+        sections = {
+            s.name: section_of(s, frame.corner, 0.5 * frame.cell, levels)
+            for s in surfaces
+            if s.name in throw
+        }
+        slips = slips_of(throw, sections, frame.corner, reach, hanging_wall)
+        largest = sum(slip.extremes(low, high)[0] for slip in slips)
+        if largest <= max(most, FAULT_SPARE * frame.cell):
+            break
+        most = largest
     torn_by = {surface.name: surface for surface in surfaces}
     mine = [torn_by[slip.section.name] for slip in slips]
     across = dict.fromkeys(throw, direction) if isinstance(direction, str) else direction

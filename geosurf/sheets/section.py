@@ -99,7 +99,12 @@ def bilinear(table: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return found
 
 
-def section_of(fault: TriSurface, corner: np.ndarray, step: float) -> Section:
+def section_of(
+    fault: TriSurface,
+    corner: np.ndarray,
+    step: float,
+    levels: tuple[float, float] = (-np.inf, np.inf),
+) -> Section:
     """
     Read a fault along its strike.
 
@@ -111,6 +116,9 @@ def section_of(fault: TriSurface, corner: np.ndarray, step: float) -> Section:
         Easting and northing that places are counted from [m].
     step : float
         Distance between nodes of the table along strike [m], if there are not too many.
+    levels : (float, float)
+        Elevations between which walls move [m]. Triangles above and below them that turn back are
+        left out; so are level ones, which have no place in a section.
 
     Returns
     -------
@@ -135,7 +143,10 @@ def section_of(fault: TriSurface, corner: np.ndarray, step: float) -> Section:
     dip = mean[:2] / across
     axes = np.array([[-dip[1], dip[0]], dip])
     ahead = normals[:, :2] @ dip
-    turned = np.flatnonzero(ahead <= 0)
+    z = points[fault.triangles, 2]
+    beyond = (z.min(axis=1) > levels[1]) | (z.max(axis=1) < levels[0])
+    level = (normals[:, :2] == 0.0).all(axis=1)
+    turned = np.flatnonzero((ahead <= 0) & ~beyond & ~level)
     if len(turned):
         where = fault.vertices[fault.triangles[turned[0]]].mean(axis=0)
         raise GeometryError(
@@ -144,17 +155,19 @@ def section_of(fault: TriSurface, corner: np.ndarray, step: float) -> Section:
             place=where,
             surfaces=(fault.name,),
         )
+    triangles, normals = fault.triangles[ahead > 0], normals[ahead > 0]
+    used = np.unique(triangles)
     s, r = axes @ points[:, :2].T
-    first, length = float(s.min()), float(np.ptp(s))
-    z = np.array([points[:, 2].min(), points[:, 2].max()])
+    first, length = float(s[used].min()), float(np.ptp(s[used]))
+    z = np.array([points[used, 2].min(), points[used, 2].max()])
     slope = float(-mean[2] / across)
     n_s = int(np.clip(np.ceil(length / step), 2, MOST[0] - 1)) + 1
     unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     n_z = MOST[1] if np.ptp(unit, axis=0).max() > 1e-12 else 2  # a plane is linear in z
     at_s, at_z = np.meshgrid(np.linspace(0.0, length, n_s), np.linspace(*z, n_z), indexing="ij")
     plane = np.column_stack([s - first, points[:, 2]])
-    table = _read(plane, r, fault.triangles, np.column_stack([at_s.ravel(), at_z.ravel()]), slope)
-    ends = _ends(plane, fault.triangles, z)
+    table = _read(plane, r, triangles, np.column_stack([at_s.ravel(), at_z.ravel()]), slope)
+    ends = _ends(plane, triangles, z)
     return Section(fault.name, axes, first, length, z, table.reshape(n_s, n_z), slope, ends)
 
 
@@ -177,7 +190,7 @@ def _ends(plane: np.ndarray, triangles: np.ndarray, z: np.ndarray) -> np.ndarray
         f = np.where(rise == 0, 0.0, (level - a[met, 1]) / np.where(rise == 0, 1.0, rise))
         s = a[met, 0] + f * (b[met, 0] - a[met, 0])
         s = np.concatenate([s, b[met[rise == 0], 0]])
-        out[i] = s.min(), s.max()
+        out[i] = (s.min(), s.max()) if len(s) else out[i - 1]  # between parts that were left out
     return out
 
 

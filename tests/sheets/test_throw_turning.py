@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError, InputError
@@ -226,3 +227,24 @@ def test_flat_beds_do_not_mind_the_direction():
         for d in ("local", "mean")
     )
     assert np.abs(one.lattice.elevation - two.lattice.elevation).max() < 1e-9
+
+
+@pytest.mark.parametrize("beyond", ["level", "backward"])
+def test_parts_of_a_fault_that_no_wall_reaches_may_lie_flat_or_turn_back(beyond):
+    """Level triangles turn neither way; those far from the horizon are not looked at."""
+    x, z = np.array([1500.0, 2000.0, 2200.0, 4200.0]), np.array([-900.0, -1450.0, -1900.0, -1900.0])
+    if beyond == "backward":
+        x[3], z[3] = 2000.0, -2300.0
+    y = np.linspace(-400.0, 1400.0, 4)
+    px, py = np.meshgrid(x, y, indexing="ij")
+    k = np.arange(px.size).reshape(px.shape)
+    a, b, c, d = (q.ravel() for q in (k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]))
+    points = np.stack([px, py, np.repeat(z[:, None], len(y), 1)], -1).reshape(-1, 3)
+    fault = gs.TriSurface("L", "fault", points, np.concatenate([np.c_[a, b, c], np.c_[a, c, d]]))
+    east, north = np.arange(200.0, 3801.0, 40.0), np.arange(0.0, 1001.0, 40.0)
+    flat = xr.DataArray(
+        np.full((len(north), len(east)), -1500.0), {"northing": north, "easting": east},
+        attrs={"units": "m", "positive": "up"},
+    )  # fmt: skip
+    sheet = gs.throw_horizon(flat, {"L": fault}, {"L": 50.0}, name="H")
+    np.testing.assert_allclose(sheet.cuts["L"].throw, 50.0, atol=1e-6)
