@@ -124,7 +124,10 @@ def _led(level: Callable[[np.ndarray], np.ndarray], points: np.ndarray) -> np.nd
     how = "give a function of points (n, 3) that returns eastings and northings (n, 2)"
     if not callable(level):
         raise InputError(f"level is {level!r}; {how}.")
-    found = np.asarray(level(points))
+    try:
+        found = real_numbers(level(points))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"level fails: {error}; {how}.") from error
     if found.shape != (len(points), 2):
         raise InputError(f"level returns shape {found.shape}; {how}.")
     return found

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from geosurf.conventions import did_you_mean, place
+from geosurf.conventions import did_you_mean, is_word, place
 from geosurf.errors import InputError
 from geosurf.model.expected import name_of
 
@@ -54,7 +54,7 @@ def check_column(horizons: Sequence[str], column: Mapping[str, Any] | None) -> t
                 f"column names {name!r}, which is no horizon; there are {list(horizons)}."
                 f"{did_you_mean(str(name), horizons)}"
             )
-        if rule not in RULES:
+        if not is_word(rule, RULES):
             raise InputError(
                 f"column: the rule of horizon {name!r} is {rule!r}; it must be one of "
                 f"{', '.join(RULES)}.{did_you_mean(str(rule), RULES)}"

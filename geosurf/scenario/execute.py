@@ -13,6 +13,7 @@ from pathlib import Path
 from geosurf.errors import DependencyError, InputError
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
+from geosurf.model.expected import flag_of
 from geosurf.read.model3d import read_region_faces, volume_inside
 from geosurf.report import report_scene
 from geosurf.scenario.failure import pictured
@@ -157,6 +158,7 @@ def run(
         Also with the certificate and notes.
     """
     teller = Teller(progress)
+    pictures = flag_of(pictures, "pictures")
     _check_formats(scenario)
     with new_results(out) as folder:
         scene = compute(scenario, teller, Path(out) if pictures else None)

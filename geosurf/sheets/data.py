@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import elevation_sign, metres_per_unit, place
+from geosurf.conventions import elevation_sign, first_said, metres_per_unit, place
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import TriSurface
 from geosurf.sheets.frame import Frame, fit_steps, frame_of_lattice
@@ -209,13 +209,13 @@ def points_of(
         attrs = data["elevation"].attrs
         declared = attrs.get("positive", data.attrs.get("positive"))
         positive = _agreed(declared, positive, what)
-        units = units or attrs.get("units") or "m"
+        units = first_said(units, attrs.get("units"), "m")
         points = np.stack(
             [np.ravel(data[k].values) for k in ("easting", "northing", "elevation")], axis=1
         )
     else:
         points = np.asarray(data)
-        units = units or "m"
+        units = first_said(units, "m")
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         raise HorizonError(
             f"{what}: points have shape {points.shape}, expected numbers (n, 3): easting, "

@@ -11,6 +11,7 @@ from tests.measure.thin_worlds import BOX, WORLDS, fault, foreign, level, lines_
 
 # of a world whose fault is left out; its warning has a test of its own
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 PINCHED = [name for name in WORLDS if "pinched" in name or "crossing" in name]
 
 
