@@ -190,7 +190,9 @@ def _facing(parents, vectors) -> tuple[np.ndarray, np.ndarray]:
     largest = vectors[np.arange(len(vectors)), axis]
     sides = np.abs(parents - np.roll(parents, 1, axis=1)).max(axis=(1, 2))
     way = np.sign(largest).astype(np.int64)
-    for k in np.flatnonzero(~(np.abs(largest) > np.maximum(1e-14 * sides**2, TINY))):
+    second = np.sort(np.abs(vectors), axis=1)[:, 1]  # where two axes tie, the first is exact
+    clear = np.abs(largest) > np.maximum(np.maximum(1e-14 * sides**2, TINY), second * (1 + 1e-12))
+    for k in np.flatnonzero(~clear):
         normal = exact.normal_of(exact.rational(parents[k]))
         axis[k] = max(range(3), key=lambda i: abs(normal[i]))
         way[k] = 1 if normal[axis[k]] > 0 else -1
