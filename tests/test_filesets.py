@@ -116,7 +116,7 @@ def test_law_a_kill_at_any_step_leaves_no_mixture(tmp_path):
     foreign = {"notes.txt": "mine", "parts/mine.txt": "mine"}
     writer = Writer(
         "files", lambda place: put(place, OLD | foreign), _replace, True,
-        lambda name: PurePosixPath(name) in OURS, lambda found: "index" not in found,
+        is_ours=lambda name: PurePosixPath(name) in OURS, marked=lambda found: "index" not in found,
     )  # fmt: skip
     found = [row for row in attack(writer, tmp_path) if row[0] == "killed"]
     assert len(found) > 10

@@ -84,7 +84,7 @@ def _encode(
         point_data={key: np.array(value) for key, value in (point_data or {}).items()},
         cell_data={key: [np.array(value)] for key, value in (cell_data or {}).items()},
     )
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         file = Path(folder) / f"mesh{suffix}"
         try:
             with (

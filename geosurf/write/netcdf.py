@@ -63,7 +63,7 @@ def _bytes(dataset: xr.Dataset, what: str) -> tuple[bytes, list[str]]:
             variable.attrs.setdefault("units", "m")
             variable.attrs.setdefault("standard_name", STANDARD_NAMES[str(key)])
     dataset.attrs.setdefault("Conventions", "CF-1.11")
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         file = Path(folder) / "out.nc"
         try:
             dataset.to_netcdf(file, engine="h5netcdf")

@@ -198,7 +198,7 @@ def attack(writer: Writer, base: Path, every: int = 1) -> Iterator[tuple[str, in
             found = verdict(digests(place), old, new, writer)
             if code == 2:
                 found = "WRONG: an error that is not geosurf's"
-            elif code == 0 and found != "new":
+            elif code == 0 and found != "new" and not writer.silent:
                 found = f"WRONG: no error, but {found}"
             elif found == "unfinished" and not writer.may_be_unfinished:
                 found = "WRONG: unfinished"

@@ -31,6 +31,7 @@ class Writer:
     write_old: Action
     write_new: Action
     may_be_unfinished: bool = False
+    silent: bool = False  # trouble is no error
     is_ours: Callable[[str], bool] = lambda name: True
     marked: Callable[[dict[str, str]], bool] = lambda found: False
 
@@ -112,8 +113,10 @@ OTHERS = [
     Writer("picture", *(_with(lambda place, k: save_png(bytes([k]) * 5000, place / "a.png")))),
     Writer("report", *(_with(lambda place, k: gs.report_scene(scenes()[k], place, {})))),
     Writer("stress table", *(_with(lambda place, k: write_json([], place / "a.json", seed=k)))),
-    Writer("stress case", *(_with(lambda place, k: save_case(_case(k), place / "case.npz")))),
-    Writer("kernel cache", _keep(1), _keep(2)),
+    Writer("stress case",  # and its picture, a file of its own
+           *(_with(lambda place, k: save_case(_case(k), place / "case.npz"))),
+           may_be_unfinished=True, marked=lambda found: "case.png" not in found),
+    Writer("kernel cache", _keep(1), _keep(2), silent=True),
 ]  # fmt: skip
 
 
@@ -131,7 +134,7 @@ def _units(k: int) -> Action:
 
 VTM = Writer(
     "write Units .vtm", _units(0), _units(1), True,
-    lambda name: name != "u/mine.vtp", lambda found: "u.vtm" not in found,
+    is_ours=lambda name: name != "u/mine.vtp", marked=lambda found: "u.vtm" not in found,
 )  # fmt: skip
 
 
@@ -175,7 +178,8 @@ def _run(k: int, notes: bool = False, swap: bool = True, inside: bool = False) -
 def _runs(name: str, **how: bool) -> Writer:
     return Writer(
         name, _run(0, **how), _run(1, **how), bool(how),
-        lambda name: PurePosixPath(name) in output.OURS, lambda found: filesets.MARK in found,
+        is_ours=lambda name: PurePosixPath(name) in output.OURS,
+        marked=lambda found: filesets.MARK in found,
     )  # fmt: skip
 
 
