@@ -18,6 +18,7 @@ from geosurf.errors import HorizonError, InputError
 from geosurf.model import TriSurface
 from geosurf.sheets.frame import Frame, fit_steps, frame_of_lattice
 from geosurf.triangulate import triangulate_horizon
+from geosurf.triangulate.spikes import check_marks, check_spikes
 
 OFF = 0.05  # cells from its node from which a point is not on the lattice
 SCATTERED = 0.2  # share of the points off the lattice from which there is none
@@ -162,7 +163,9 @@ def picks_of(
         return _from_lattice(data.renamed(name or data.name))
     if are_points(data):
         return points_on_lattice(*points_of(data, name, positive, units))
-    return _from_lattice(triangulate_horizon(data, name=name, positive=positive, units=units))
+    surface = triangulate_horizon(data, name=name, positive=positive, units=units)
+    check_spikes(surface)
+    return _from_lattice(surface)
 
 
 def _from_lattice(surface: TriSurface) -> Picks:
@@ -233,6 +236,7 @@ def points_of(
     except InputError as error:
         raise HorizonError(str(error)) from error
     points[:, 2] *= scale
+    check_marks(title, points)
     return title, points
 
 

@@ -14,6 +14,9 @@ it. Faults that gridding has smeared pass: steps of all sizes lie between.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NoReturn
+
 import numpy as np
 
 from geosurf.conventions import counted, place
@@ -59,16 +62,50 @@ between -2000 and -2000 m. Make them absent: grid.where(abs(abs(grid) - 999.25) 
         _check(surface)
 
 
+def check_marks(name: str, points: np.ndarray) -> None:
+    """
+    Refuse points of a horizon if marks of absent values lie far from all other elevations.
+
+    Parameters
+    ----------
+    name : str
+    points : ndarray of float64, shape (n, 3)
+        Easting, northing, elevation [m].
+
+    Raises
+    ------
+    HorizonError
+        With the mark, how many points have it, one place, and what to type.
+
+    Examples
+    --------
+    >>> check_marks("Top", np.array([[0, 0, -2000.0], [50, 0, -2010.0], [50, 50, -999.25]]))
+    Traceback (most recent call last):
+    geosurf.errors.HorizonError: horizon 'Top': 1 point has the value -999.25, a usual mark of \
+absent values, as at (easting 50.000, northing 50.000, elevation -999.250); the others lie \
+between -2010 and -2000 m. Leave them out: points[abs(abs(elevation) - 999.25) > 0.01].
+    """
+    z = points[:, 2]
+    for value in _extreme_marks(z.min(initial=np.inf), z.max(initial=-np.inf)):
+        if _is_far_from_all(z, value):
+            _refuse(name, "point", z, z == value, lambda k: tuple(points[k].tolist()))
+
+
+def _extreme_marks(low: float, high: float) -> list[float]:
+    """Which of the least and the largest elevation are usual marks."""
+    return [value for value in sorted({low, high}) if mark_of(value) is not None]
+
+
 def _check(surface: TriSurface) -> None:
     z = _elevations(surface)
-    low, high = surface.bounds[4:]
-    ends = [value for value in {low, high} if mark_of(value) is not None]
+    ends = _extreme_marks(*surface.bounds[4:])
     steps, spacing = _steps(surface)
     steepest = max(float(np.fmax.reduce(np.abs(s), axis=None, initial=0.0)) for s in steps)
     if not ends and steepest <= spacing:
         return
     for value in ends:
-        _refuse_mark_far_from_all(surface, z, value)
+        if _is_far_from_all(z, value):
+            _refuse_nodes(surface, z, z == value)
     first, second, size = _edges(surface, steps)
     for limit in _limits(np.abs(size), spacing):
         if _look_at_islands(surface, z, first, second, size, limit):
@@ -93,38 +130,51 @@ def mark_of(value: float) -> float | None:
 # ---- values alone ----------------------------------------------------------------------
 
 
-def _refuse_mark_far_from_all(surface: TriSurface, z: np.ndarray, value: float) -> None:
-    """Refuse a mark that is farther from all other values than these are from each other."""
+def _is_far_from_all(z: np.ndarray, value: float) -> bool:
+    """Whether a mark is farther from all other values than these are from each other."""
     rest = z[np.isfinite(z) & (z != value)]
     if not len(rest):
-        return
+        return False
     low, high = float(rest.min()), float(rest.max())
     gap = low - value if value < low else value - high
-    if gap > max(high - low, _CLEAR):
-        _refuse(surface, z, z == value)
+    return gap > max(high - low, _CLEAR)
 
 
-def _refuse(surface: TriSurface, z: np.ndarray, wrong: np.ndarray) -> None:
-    node = int(np.flatnonzero(wrong)[0])
-    value = float(z[node])
+def _refuse_nodes(surface: TriSurface, z: np.ndarray, wrong: np.ndarray) -> None:
+    _refuse(surface.name, "node", z, wrong, lambda node: _place(surface, node))
+
+
+def _refuse(
+    name: str,
+    kind: str,
+    z: np.ndarray,
+    wrong: np.ndarray,
+    place_of: Callable[[int], tuple[float, ...]],
+) -> NoReturn:
+    """Refuse nodes (or points) of a horizon that hold a mark."""
+    first = int(np.flatnonzero(wrong)[0])
+    value, at = float(z[first]), place_of(first)
     mark = mark_of(value) or 0.0
     rest = z[np.isfinite(z) & ~wrong]
     n = int(wrong.sum())
-    away = f"abs(abs(grid) - {mark:.10g}) > 0.01" if mark else "grid != 0"
+    given = "grid" if kind == "node" else "elevation"
+    away = f"abs(abs({given}) - {mark:.10g}) > 0.01" if mark else f"{given} != 0"
     units = ""
     if mark > 1e9:
-        away = f"abs(grid) < {0.9 * mark:.3g}"
+        away = f"abs({given}) < {0.9 * mark:.3g}"
     said = f"{np.copysign(mark, value):.10g}" if mark else "0"
     if mark and abs(abs(value) - mark) > 1e-6 * mark:
         said += f" ({value:.10g} m)"
-        units = ", with the grid in the units of its file"
+        units = f", with the {given} in the units of its file"
+    remedy = f"Make them absent: grid.where({away})"
+    if kind == "point":
+        remedy = f"Leave them out: points[{away}]"
     raise HorizonError(
-        f"horizon {surface.name!r}: {counted(n, 'node')} {'has' if n == 1 else 'have'} the value "
-        f"{said}, a usual mark of absent values, as at {place(_place(surface, node))}; the others "
-        f"lie between {rest.min():.6g} and {rest.max():.6g} m. Make them absent: "
-        f"grid.where({away}){units}.",
-        place=_place(surface, node),
-        surfaces=[surface.name],
+        f"horizon {name!r}: {counted(n, kind)} {'has' if n == 1 else 'have'} the value "
+        f"{said}, a usual mark of absent values, as at {place(at)}; the others "
+        f"lie between {rest.min():.6g} and {rest.max():.6g} m. {remedy}{units}.",
+        place=at,
+        surfaces=[name],
     )
 
 
@@ -225,7 +275,7 @@ def _look_at_islands(
         mine = island[part] & (z == value)
         alone = mine & (np.bincount(part, z != value, n_part)[part] == 0)
         if alone.any():
-            _refuse(surface, z, alone)
+            _refuse_nodes(surface, z, alone)
     wide = np.zeros(n_part, dtype=bool)
     wide[part[~at_jump]] = True
     for one, other in ((first, second), (second, first)):

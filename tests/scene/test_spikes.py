@@ -180,3 +180,18 @@ def test_a_scene_refuses_and_warns():
     assert (found.kind, found.subject) == ("spike", "Top")
     twin = scene.replace(box=(0, 5000, 0, 3000, -2600, -1300))
     assert twin.warnings == (found,)
+
+
+@pytest.mark.parametrize("mark", [-999.25, 1e30, 0.0])
+@pytest.mark.parametrize("kind", ["grid", "points"])
+def test_data_with_marks_are_not_torn(kind, mark):
+    world = gs.synthetic.torn("normal", n=21)
+    grid = world.horizons["Top"].copy()
+    grid[3, 4] = mark
+    data, options = grid, {}
+    if kind == "points":
+        east, north = np.meshgrid(grid.easting, grid.northing)
+        data = np.stack([east.ravel(), north.ravel(), grid.values.ravel()], axis=1)
+        options = {"positive": "up"}
+    with pytest.raises(gs.errors.HorizonError, match="a usual mark of absent values"):
+        gs.tear_horizon(data, world.faults, name="Top", **options)
