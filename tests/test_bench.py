@@ -63,7 +63,7 @@ class Links(HTMLParser):
         self.tables = 0
 
     def handle_starttag(self, tag, attrs):
-        self.tables += tag == "table"
+        self.tables += tag == "div" and "wide" in dict(attrs).get("class", "").split()
         self.sources += [value for key, value in attrs if key in ("src", "href")]
 
 

@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.errors import GeosurfError, InputError, InvariantError, OpenUnitError
+from geosurf.errors import GeometryError, GeosurfError, InputError, InvariantError
 from geosurf.model import Sheet
 from tests import laws
 from tests.strategies import BOX, grid, sheet, soup
+
+# horizons cross and lie in the wrong order here, on purpose
+pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
 
 AOI = [(0.5, 0.5), (3.5, 0.5), (3.5, 3.0), (2.0, 3.5), (0.5, 3.0)]
 
@@ -129,11 +132,25 @@ def test_a_removed_horizon_takes_its_rule_along():
     assert ruled.replace(horizons={"Base": None}).column == {"Top": "conformable"}
 
 
-def test_a_surface_that_crosses_itself_and_was_not_split_is_told_of():
-    words = r"a surface crosses itself and was not split there.*with self_intersections=True"
-    with pytest.raises(OpenUnitError, match=words) as caught:
-        made(busy() | {"self_intersections": False}).units  # noqa: B018
-    assert caught.value.surfaces == ("Top",)
+def test_a_surface_that_crosses_itself_on_another_one_is_split_there():
+    one, two = (made(busy() | {"self_intersections": flag}) for flag in (False, True))
+    assert one.check().ok
+    assert two.check().ok
+    volumes = [sorted(unit.volume for unit in scene.units.values()) for scene in (one, two)]
+    np.testing.assert_allclose(volumes[0], volumes[1], rtol=1e-12)
+
+
+def test_a_body_that_crosses_itself_and_was_not_split_is_refused_with_the_remedy():
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=float)
+    faces = corners[[(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]]
+    both = soup(
+        "F3", np.concatenate([np.add(faces, at) for at in ((1, 1, -3), (1.25, 1.125, -2.875))])
+    )
+    inputs = start() | {"faults": {"F3": both}}
+    with pytest.raises(GeometryError, match=r"crosses itself.*self_intersections=True") as caught:
+        made(inputs).units  # noqa: B018
+    assert caught.value.surfaces == ("F3",)
+    assert made(inputs | {"self_intersections": True}).check().ok
 
 
 def test_a_sheet_is_not_remembered_with_other_faults():

@@ -104,6 +104,8 @@ def carve_units(
     OpenUnitError
         If a unit leaks: a horizon does not reach the walls, or has a hole, where no rule of the
         column removes it. The message gives the length of the open rim and a place.
+    GeometryError
+        If a surface that crosses itself, and was not split there, turns a unit inside out.
     RoundingError
         If rounding its corners to float64 turns a unit inside out.
 

@@ -15,8 +15,9 @@ from geosurf.carve.cells import Cells, FullCells, same_turn
 from geosurf.carve.measures import AREA, BELOW, LOWER
 from geosurf.carve.outside import box_of
 from geosurf.carve.volume import doubtful_volume, exact_volume, normals
+from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place
-from geosurf.errors import RoundingError
+from geosurf.errors import GeometryError, RoundingError
 from geosurf.model import Patches, Unit, frozen
 
 
@@ -274,11 +275,18 @@ def build_unit(
     )
 
 
-def _turned_inside_out(patches: Patches, shells: Shells, u: int, name: str) -> RoundingError:
-    """Say which unit rounding has turned inside out, and between which surfaces."""
-    x, _, surface = shells.triangles(u)
+def _turned_inside_out(patches: Patches, shells: Shells, u: int, name: str) -> GeometryError:
+    """Say which unit is inside out, by rounding or since a surface crosses itself unsplit."""
+    x, triangles, surface = shells.triangles(u)
     where = 0.5 * (x.min(axis=0) + x.max(axis=0)) + patches.origin
     names = [patches.names[i] for i in np.unique(surface).tolist()]
+    if len(crossing_pairs(x, triangles)):
+        return GeometryError(
+            f"unit {name!r} at {place(where)} is inside out: of {', '.join(names)}, one crosses "
+            "itself and was not split there. Split it with self_intersections=True.",
+            place=where,
+            surfaces=names,
+        )
     return RoundingError(
         f"unit {name!r} at {place(where)} is so thin that rounding its corners to float64 turns "
         f"it inside out. It lies between {', '.join(names)}: move one of them a little.",

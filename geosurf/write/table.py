@@ -37,14 +37,14 @@ def csv_of_rows(header: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[b
     >>> csv_of_rows(["name", "z"], [["=1+1", -5.0], ["F1+", 2.0]])[0]
     b"name,z\n'=1+1,-5.0\nF1+,2.0\n"
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    changed = False
+    lines, changed = [], False
     for row in (header, *rows):
         cells = [_guarded(cell) for cell in row]
         changed = changed or any(a is not b for a, b in zip(cells, row, strict=True))
-        writer.writerow(cells)
-    return text.getvalue().encode("utf-8"), [GUARDED] if changed else []
+        line = io.StringIO()
+        csv.writer(line).writerow(cells)  # ends with CR LF, so that either in a cell is quoted
+        lines.append(line.getvalue().removesuffix("\r\n") + "\n")
+    return "".join(lines).encode("utf-8"), [GUARDED] if changed else []
 
 
 def _guarded(cell: Any) -> Any:

@@ -17,6 +17,7 @@ from geosurf.contact.tree import (
     pairs_of_some,
     tree_of,
 )
+from geosurf.errors import SurfaceError
 from geosurf.kernels.listed import build_list_tree, survey_list
 from geosurf.kernels.voxels import triangle_boxes
 from geosurf.model import Lattice
@@ -129,8 +130,15 @@ def test_trees_and_voxels_give_the_same_bytes(world):
         assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
 
 
-@pytest.mark.parametrize("power", [-200, -356, -358, -359, -361, -1000])
-def test_no_pair_is_lost_where_products_underflow(power):
+@pytest.mark.parametrize("power", [-356, -358, -359, -361, -1000])
+def test_sizes_whose_products_underflow_are_refused(power):
+    one, two = (soup(name, np.eye(3)[None] * 2.0**power) for name in "AB")
+    with pytest.raises(SurfaceError, match=r"sizes from 1e-74 to 1\.2e\+18 m"):
+        meeting(one, two)
+
+
+@pytest.mark.parametrize("power", [-200, -230, -240, -243])
+def test_no_pair_is_lost_where_products_are_near_to_underflow(power):
     """Heights of 1e-324 over bounds of 0 once told that triangles are beside each other."""
     for seed in range(25):
         corners = np.random.default_rng(seed).integers(0, 4, (8, 3, 3)).astype(float)

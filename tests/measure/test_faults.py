@@ -257,6 +257,7 @@ def test_an_untorn_horizon_has_one_cutoff_twice():
     assert found.map_area.values.tolist() == [0.0, 0.0]
 
 
+@pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")  # of the order
 def test_what_is_clipped_away_has_no_cutoff():
     low = level("Low", -5.0)  # older than Top, but above it: clipped everywhere but at the sides
     scene = Scene({"Top": level("Top", -10.0), "Low": low}, {"F1": slope()}, BOX)
