@@ -276,7 +276,8 @@ class Measured:
         InputError
             For another direction.
         GeometryError
-            If a fault is flat on average, or it or a cut-off turns back along the strike.
+            If a fault is flat on average, or turns back against its mean dip direction between its
+            cut-offs (``"local"`` only), or a cut-off turns back along the strike.
         """
         from geosurf.measure import faces_of, separation
         from geosurf.sheets.diplines import DIRECTIONS
@@ -293,7 +294,7 @@ class Measured:
             start = -float(faces.along(-faces.origin[None])[0])
             found = separation(hanging, foot, azimuth, start=start)
             if direction == "local" and found.sizes["point"]:
-                level = self._down_dip(horizon, fault, found)
+                level = self._down_dip(horizon, fault, found, hanging, foot)
                 if level is not None:
                     found = separation(hanging, foot, azimuth, start=start, level=level)
             return found.assign_attrs(horizon=horizon, fault=fault, direction=direction)
@@ -301,7 +302,12 @@ class Measured:
         return self._measured(f"throw {horizon} x {fault}", run, horizon, fault, direction)
 
     def _down_dip(
-        self, horizon: str, fault: str, found: xarray.Dataset
+        self,
+        horizon: str,
+        fault: str,
+        found: xarray.Dataset,
+        hanging: list[np.ndarray],
+        foot: list[np.ndarray],
     ) -> Callable[[np.ndarray], np.ndarray] | None:
         """How lines down the dip of a fault lead to the mean level of cut-offs; None: straight."""
         from geosurf.sheets.diplines import cell_of, to_level
@@ -311,8 +317,8 @@ class Measured:
         walls = found.hanging_wall_elevation, found.footwall_elevation
         level = 0.5 * sum(float(wall.mean()) for wall in walls)
         try:
-            levels = min(float(w.min()) for w in walls), max(float(w.max()) for w in walls)
-            return to_level(sources[fault], float(abs(found.throw).max()), cell, level, levels)
+            most = float(abs(found.throw).max())
+            return to_level(sources[fault], most, cell, level, hanging, foot)
         except GeometryError as error:
             error.add_note("With direction='mean' throw is read across the mean strike.")
             raise

@@ -12,19 +12,22 @@ Legend
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
+from geosurf.conventions import place
+from geosurf.errors import GeometryError
 from geosurf.model import Sheet, TriSurface
-from geosurf.sheets.section import Section, bilinear, section_of
+from geosurf.sheets.section import Section, bilinear, overlapping, section_of
 
 DIRECTIONS = ("local", "mean")  # in which walls move and throw is read
 MOST_STRETCH = 0.5  # of rock along strike by its movement, between neighbouring lines
 STRAIGHT = 1e-12  # q below this is rounding: a fault that does not turn
 STEPS = 2  # of Runge and Kutta's fourth order, for one movement
-SPARE = 2.0  # cells beyond the cut-offs, or the throw, up to which a fault is looked at
+SPARE = 2.0  # cells beyond a horizon, or the throw, up to which a fault is looked at
 FAR_STEPS = 8  # and from a cut-off to the level at which lines are compared
 
 
@@ -55,7 +58,12 @@ class DipLines:
 
     def moved(self, s: np.ndarray, z: np.ndarray, to: np.ndarray, steps: int = STEPS) -> np.ndarray:
         """Where the lines through places (s, z) are along strike at elevations `to`."""
+        return self.way(s, z, to, steps)[-1]
+
+    def way(self, s: np.ndarray, z: np.ndarray, to: np.ndarray, steps: int) -> list[np.ndarray]:
+        """Where they are along strike after each step, from where they start."""
         step = (to - z) / steps
+        found = [s]
         for k in range(steps):
             at = z + k * step
             one = self.slope(s, at)
@@ -63,10 +71,13 @@ class DipLines:
             three = self.slope(s + 0.5 * step * two, at + 0.5 * step)
             four = self.slope(s + step * three, at + step)
             s = s + step / 6.0 * (one + 2.0 * two + 2.0 * three + four)
-        return s
+            found.append(s)
+        return found
 
 
-def dip_lines(section: Section, throw: float, cell: float) -> DipLines | None:
+def dip_lines(
+    section: Section, throw: float, cell: float, levels: tuple[float, float] | None = None
+) -> DipLines | None:
     """
     Lines down the dip of a fault, or None where they all run across its mean strike.
 
@@ -78,6 +89,8 @@ def dip_lines(section: Section, throw: float, cell: float) -> DipLines | None:
     cell : float
         Strike and dip are means over this far to both sides [m]; over twice as far, and so on,
         where rock would else be stretched along strike by more than a half, as at a crease.
+    levels : (float, float), optional
+        Elevations between which stretching counts [m]; default: everywhere.
 
     Returns
     -------
@@ -86,10 +99,15 @@ def dip_lines(section: Section, throw: float, cell: float) -> DipLines | None:
     n_s, n_z = section.table.shape
     spacing = section.length / (n_s - 1)
     ends = np.stack(section.extent(np.linspace(*section.z, n_z)), axis=1)
+    rows = slice(None)
+    if levels is not None:
+        node = np.linspace(*section.z, n_z)
+        low, high = np.searchsorted(node, levels[0], "right"), np.searchsorted(node, levels[1])
+        rows = slice(max(min(low, n_z) - 1, 0), high + 1)
     reach = cell
     while True:
         table = _slopes(section, ends, spacing, reach)
-        stretch = np.abs(np.diff(table, axis=0)).max() / spacing * throw
+        stretch = np.abs(np.diff(table[:, rows], axis=0)).max() / spacing * throw
         if stretch <= MOST_STRETCH or reach >= section.length:
             break
         reach *= 2.0
@@ -129,10 +147,16 @@ def to_level(
     throw: float,
     cell: float,
     level: float,
-    levels: tuple[float, float] = (-np.inf, np.inf),
+    hanging_wall: Sequence[np.ndarray],
+    footwall: Sequence[np.ndarray],
 ) -> Callable[[np.ndarray], np.ndarray] | None:
     """
-    How lines down the dip of a fault lead from places on it to one level.
+    How lines down the dip of a fault lead from its cut-offs to one level.
+
+    Parts of the fault that turn back are left out, unless these lines pass through them on their
+    way from one wall to the other: so a fault may turn back above and below its cut-offs, as where
+    its dip lines were continued. Lines are then smoothed for the levels of the cut-offs alone.
+    Beyond both cut-offs, lines lead both walls to the same place, whatever the fault does there.
 
     Parameters
     ----------
@@ -142,23 +166,27 @@ def to_level(
         See `dip_lines` [m].
     level : float
         Elevation [m].
-    levels : (float, float)
-        Lowest and highest cut-off [m]: the fault is looked at between them, and a throw beyond.
+    hanging_wall, footwall : sequence of ndarray, each (n, 3)
+        Cut-off lines [m], in order along the fault.
 
     Returns
     -------
     callable or None
-        Takes points (n, 3) and gives the places (n, 2) at which their lines are at that level,
-        easting and northing; None where all lines run across the mean strike.
+        Takes points (n, 3) of cut-offs and gives the places (n, 2) at which their lines are at that
+        level, easting and northing; None where all lines run across the mean strike.
 
     Raises
     ------
     GeometryError
-        See `section_of`.
+        If the fault has no strike, or turns back between its cut-offs.
     """
     corner = np.floor(fault.vertices[:, :2].min(axis=0))
-    section = section_of(fault, corner, 0.5 * cell, beyond(levels, cell, throw))
-    lines = dip_lines(section, throw, cell)
+    section = section_of(fault, corner, 0.5 * cell, None)
+    z = np.concatenate([*(line[:, 2] for line in (*hanging_wall, *footwall)), [level]])
+    levels = (float(z.min()), float(z.max())) if len(section.turned) else None
+    lines = dip_lines(section, throw, cell, levels)
+    if len(section.turned):
+        _check_between(section, lines, corner, level, (hanging_wall, footwall))
     if lines is None:
         return None
 
@@ -171,6 +199,65 @@ def to_level(
         return places
 
     return found
+
+
+def _check_between(
+    section: Section,
+    lines: DipLines | None,
+    corner: np.ndarray,
+    level: float,
+    walls: tuple[Sequence[np.ndarray], Sequence[np.ndarray]],
+) -> None:
+    """Refuse a fault that turns back between its cut-offs, on a line down its dip.
+
+    Looked at is all that these lines cover over s and z, as triangles between neighbouring ones,
+    so that nothing is missed between two lines.
+    """
+
+    def leads(s: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Lines (steps + 1, n, 2) from s at one elevation to another."""
+        way = [s] * (FAR_STEPS + 1) if lines is None else lines.way(s, start, end, FAR_STEPS)
+        return np.stack([np.array(way), np.linspace(start, end, FAR_STEPS + 1)], axis=2)
+
+    def profile(line: np.ndarray) -> np.ndarray:
+        """Columns s at the level and elevation of a cut-off line, in the direction of strike."""
+        s, _ = section.of(line[:, :2] - corner)
+        s = leads(s, line[:, 2], np.full(len(s), level))[-1, :, 0]
+        found: np.ndarray = np.column_stack([s, line[:, 2]])[np.argsort(s, kind="stable")]
+        return found
+
+    hanging, foot = ([profile(line) for line in wall] for wall in walls)
+    met, length, first = 0.0, 0.0, None
+    for h, f in product(hanging, foot):
+        low, high = max(h[0, 0], f[0, 0]), min(h[-1, 0], f[-1, 0])
+        if low >= high:
+            continue
+        s = np.unique(np.concatenate([h[:, 0], f[:, 0]]).clip(low, high))
+        z_h, z_f = (np.interp(s, *line.T) for line in (h, f))
+        top = leads(s, np.full(len(s), level), z_f)[-1, :, 0]
+        net = leads(top, z_f, z_h)
+        a, b, c, d = net[:-1, :-1], net[:-1, 1:], net[1:, 1:], net[1:, :-1]
+        covered = np.stack([np.stack([a, b, c], 2), np.stack([a, c, d], 2)]).reshape(-1, 3, 2)
+        hit = np.zeros(len(covered), dtype=bool)
+        reaches = (section.turned.max(axis=1) >= covered.min(axis=(0, 1))).all(axis=1)
+        reaches &= (section.turned.min(axis=1) <= covered.max(axis=(0, 1))).all(axis=1)
+        for triangle in section.turned[reaches]:
+            hit[overlapping(triangle, covered)] = True
+        length += high - low
+        met += float(np.diff(s)[hit.reshape(-1, len(s) - 1).any(axis=0)].sum())
+        if first is None and hit.any():
+            first = covered[hit.argmax()].mean(axis=0, keepdims=True)
+    if first is None:
+        return
+    at = section.places(first[:, 0], section.across(*first.T)) + corner
+    where = np.append(at, first[0, 1])
+    raise GeometryError(
+        f"fault {section.name!r} turns back against its mean dip direction between its cut-offs, "
+        f"on {100.0 * met / length:.2g} % of their length, for one at {place(where)}, so that "
+        "throw has two values there. Give the part beyond as a fault of its own.",
+        place=where,
+        surfaces=(section.name,),
+    )
 
 
 def _slopes(section: Section, ends: np.ndarray, spacing: float, reach: float) -> np.ndarray:

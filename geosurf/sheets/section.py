@@ -47,6 +47,8 @@ class Section:
         Mean change of r with z, by which the fault goes on above and below.
     ends : ndarray (n, 2)
         First and last s of the fault at levels from the lowest to the highest.
+    turned : ndarray (n, 3, 2)
+        Corners over s and z of triangles that turn back, which the table leaves out.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Section:
     table: np.ndarray
     slope: float
     ends: np.ndarray
+    turned: np.ndarray
 
     def extent(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where the fault starts and ends along strike at elevations (n,)."""
@@ -103,7 +106,7 @@ def section_of(
     fault: TriSurface,
     corner: np.ndarray,
     step: float,
-    levels: tuple[float, float] = (-np.inf, np.inf),
+    levels: tuple[float, float] | None = (-np.inf, np.inf),
 ) -> Section:
     """
     Read a fault along its strike.
@@ -116,9 +119,10 @@ def section_of(
         Easting and northing that places are counted from [m].
     step : float
         Distance between nodes of the table along strike [m], if there are not too many.
-    levels : (float, float)
+    levels : (float, float) or None
         Elevations between which walls move [m]. Triangles above and below them that turn back are
-        left out; so are level ones, which have no place in a section.
+        left out; so are level ones, which have no place in a section. None leaves out all that
+        turn back: whoever asks for that has to look at `turned`.
 
     Returns
     -------
@@ -127,7 +131,8 @@ def section_of(
     Raises
     ------
     GeometryError
-        If the fault has no strike, or turns back so that it has two places in one section.
+        If the fault has no strike, or turns back between the levels, so that it has two places in
+        one section.
     """
     points = fault.vertices - np.append(corner, 0.0)
     corners = points[fault.triangles]
@@ -144,17 +149,20 @@ def section_of(
     axes = np.array([[-dip[1], dip[0]], dip])
     ahead = normals[:, :2] @ dip
     z = points[fault.triangles, 2]
-    beyond = (z.min(axis=1) > levels[1]) | (z.max(axis=1) < levels[0])
     level = (normals[:, :2] == 0.0).all(axis=1)
-    turned = np.flatnonzero((ahead <= 0) & ~beyond & ~level)
-    if len(turned):
-        where = fault.vertices[fault.triangles[turned[0]]].mean(axis=0)
+    turned = np.flatnonzero((ahead <= 0) & ~level)
+    back = turned[:0]
+    if levels is not None:
+        back = turned[(z[turned].min(1) <= levels[1]) & (z[turned].max(1) >= levels[0])]
+    if len(back):
+        where = fault.vertices[fault.triangles[back[0]]].mean(axis=0)
         raise GeometryError(
             f"fault {fault.name!r} turns back against its mean dip direction at {place(where)}, so "
             "that a wall cannot move along it. Give the part beyond as a fault of its own.",
             place=where,
             surfaces=(fault.name,),
         )
+    left_out = fault.triangles[turned]
     triangles, normals = fault.triangles[ahead > 0], normals[ahead > 0]
     used = np.unique(triangles)
     s, r = axes @ points[:, :2].T
@@ -168,7 +176,34 @@ def section_of(
     plane = np.column_stack([s - first, points[:, 2]])
     table = _read(plane, r, triangles, np.column_stack([at_s.ravel(), at_z.ravel()]), slope)
     ends = _ends(plane, triangles, z)
-    return Section(fault.name, axes, first, length, z, table.reshape(n_s, n_z), slope, ends)
+    table = table.reshape(n_s, n_z)
+    return Section(fault.name, axes, first, length, z, table, slope, ends, plane[left_out])
+
+
+def overlapping(triangle: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Which triangles (n, 3, 2) share a place with one (3, 2), rounding aside; numbers (m,).
+
+    Two convex figures are apart if some line along an edge of one of them parts them; the sides of
+    their boxes are asked first, and decide for those without area.
+
+    Examples
+    --------
+    >>> one = np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]])
+    >>> overlapping(one, np.stack([one + 1.0, one + 1.9, one + 2.1, one + 5.0]))
+    array([0, 1])
+    """
+    low, high = triangle.min(axis=0), triangle.max(axis=0)
+    near = ((others.min(axis=1) <= high) & (others.max(axis=1) >= low)).all(axis=1)
+    rows = np.flatnonzero(near)
+    theirs = others[rows]
+    own = np.broadcast_to(triangle, theirs.shape)
+    apart = np.zeros(len(rows), dtype=bool)
+    for edges in (np.roll(own, -1, axis=1) - own, np.roll(theirs, -1, axis=1) - theirs):
+        for k in range(3):
+            normal = np.stack([-edges[:, k, 1], edges[:, k, 0]], axis=1)[:, :, None]
+            a, b = (own @ normal)[:, :, 0], (theirs @ normal)[:, :, 0]
+            apart |= (a.max(1) < b.min(1)) | (b.max(1) < a.min(1))
+    return rows[~apart]
 
 
 def _rim(triangles: np.ndarray) -> np.ndarray:

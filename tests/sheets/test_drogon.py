@@ -127,3 +127,33 @@ def test_a_fault_that_is_not_tall_enough_is_refused_with_the_place(field):
     points, sticks = field
     with pytest.raises(gs.errors.GeometryError, match=r"cannot be closed.*first at \(easting 46"):
         gs.tear_horizon(points["BaseVolantis"], {"F2": sticks["F2"]}, name="BaseVolantis")
+
+
+def test_throw_of_extended_faults_is_that_of_the_cuts(field):
+    """Dip lines of sticks pass each other where they are continued, beyond the cut-offs."""
+    points, sticks = field
+    box = (454000.0, 470000.0, 5.924e6, 5.941e6, -2100.0, -1400.0)
+    faults = {
+        name: gs.extend_fault(
+            gs.triangulate_fault(some, name=name), box, sides=("up", "down")
+        ).surface
+        for name, some in sticks.items()
+    }
+    sheet = gs.tear_horizon(points["TopVolantis"], faults, name="TopVolantis")
+    x, y = sheet.lattice.easting, sheet.lattice.northing
+    m, n = x.shape
+    inner = [(12, 12), (12, n - 13), (m - 13, n - 13), (m - 13, 12)]
+    area = np.array([(x[i, j], y[i, j]) for i, j in inner])
+    (west, south), (east, north) = area.min(axis=0), area.max(axis=0)
+    box = (west, east, south, north, -2100.0, -1400.0)
+    scene = gs.Scene({"TopVolantis": sheet}, {f.name: f for f in sheet.faults}, box, aoi=area)
+    for name in faults:
+        found, cut = scene.throw("TopVolantis", name), sheet.cuts[name]
+        assert np.isfinite(found.throw).all()
+        middle = np.column_stack([found.easting, found.northing])
+        apart = np.linalg.norm(cut.stations[:, None, :2] - middle, axis=2)
+        near = (apart.min(axis=1) < 25.0) & np.isfinite(cut.throw)
+        assert near.mean() > 0.9
+        off = found.throw.values[apart.argmin(axis=1)][near] - cut.throw[near]
+        assert abs(off.mean()) < 0.3
+        assert np.abs(off).mean() < 1.0

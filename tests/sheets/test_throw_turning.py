@@ -151,17 +151,22 @@ def test_units_between_sheets_on_a_cone_are_closed_and_fill_the_box():
         assert (model.attrs["direction"], mean.attrs["direction"]) == ("local", "mean")
 
 
-def test_a_fault_that_turns_back_has_no_lines_down_its_dip_and_says_what_to_do():
-    """A wall that is folded up at its foot, where no horizon meets it."""
+def test_a_fault_that_turns_back_has_throw_unless_that_is_between_its_cutoffs():
+    """A wall that is folded up at its foot, where a horizon meets it or not."""
     corners = [[500, 0, -1400], [500, 1000, -1400], [500, 1000, -2100], [500, 0, -2100]]
     wing = [480, 500, -2050]
     folded = gs.TriSurface(
         "F1", "fault", np.array([*corners, wing], float), [[0, 1, 2], [0, 2, 3], [3, 2, 4]]
     )
-    scene = gs.Scene({"Top": horizon(11, slope)}, {"F1": folded}, (*BOX[:4], -2140.0, -1460.0))
-    assert scene.throw("Top", "F1", direction="mean").throw.values == pytest.approx(0.0, abs=1e-9)
-    with pytest.raises(GeometryError, match="'F1' turns back against its mean dip") as caught:
-        scene.throw("Top", "F1")
+    deep = horizon(11, lambda x, y: -2070.0 + 0.0 * x, name="Deep")
+    box = (*BOX[:4], -2140.0, -1460.0)
+    scene = gs.Scene({"Top": horizon(11, slope), "Deep": deep}, {"F1": folded}, box)
+    for direction in ("local", "mean"):
+        found = scene.throw("Top", "F1", direction=direction)
+        assert found.throw.values == pytest.approx(0.0, abs=1e-9)
+        assert found.sizes["point"] > 1
+    with pytest.raises(GeometryError, match=r"'F1' turns back .* between its cut-offs") as caught:
+        scene.throw("Deep", "F1")
     (note,) = caught.value.__notes__
     assert note == "With direction='mean' throw is read across the mean strike."
 
