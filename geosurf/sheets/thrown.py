@@ -13,6 +13,7 @@ import numpy as np
 
 from geosurf.conventions import place, rising_diagonal
 from geosurf.errors import GeometryError
+from geosurf.kernels.sheets import UNIT
 from geosurf.model import TriSurface
 from geosurf.sheets.data import Picks
 from geosurf.sheets.diplines import dip_lines
@@ -76,7 +77,7 @@ class Thrown:
         """Trace the faults where a share `lean` of the movement is done, and move the horizon."""
         self.lean = lean
         unmoved = self.before.at(self.xy)
-        walls = [self._beyond(k, self.xy, unmoved) > 0 for k in range(len(self.slips))]
+        walls = [self._hanging(k, self.xy, unmoved) for k in range(len(self.slips))]
         parts = self._parts(np.array(walls, dtype=float).reshape(len(walls), len(self.xy)))
         refuse_folds(self.before, self.slips, self.xy, parts)
         network = self._network()
@@ -150,6 +151,14 @@ class Thrown:
         s, r = section.of(xy)
         return r - section.across(s, z)
 
+    def _hanging(self, fault: int, xy: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """Whether places (n, 2) are in the hanging wall of a fault; those on it are not.
+
+        Distances are rounded to the units that traces are on: on a fault they are noise.
+        """
+        found: np.ndarray = np.rint(self._beyond(fault, xy, z) / self.frame.cell * UNIT) > 0
+        return found
+
     def _blended(self, xy: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Parts (n_slip, n) that change gradually across each fault."""
         ramp = [
@@ -175,13 +184,24 @@ class Thrown:
         return out
 
     def _labels(self, network: Network, near: list[NearTrace]) -> np.ndarray:
-        """Wall (n_slip, n_node) of each node, 1 or 0: by the trace near it, else by the fault."""
+        """Wall (n_slip, n_node) of each node, 1 or 0: by the trace near it, else by the fault.
+
+        Links are cut by the line of a trace, and past a free end that line goes on: a node beside
+        it is on the side of the line there, too, also one that lies on the fault itself.
+        """
         out = np.array(
-            [self._beyond(k, self.xy, self.drape) > 0 for k in range(len(self.slips))], dtype=float
+            [self._hanging(k, self.xy, self.drape) for k in range(len(self.slips))], dtype=float
         ).reshape(len(self.slips), len(self.xy))
-        for trace, close, (first, last) in zip(network.traces, near, network.mesh, strict=True):
+        nearest = np.full(out.shape, np.inf)
+        for trace, close, ends in zip(network.traces, near, network.mesh, strict=True):
+            first, last = (
+                at if end.startswith("branch") else drawn
+                for at, end, drawn in zip(ends, trace.ends, (0, len(trace.line) - 1), strict=True)
+            )
             at = close.within(self.reach)
             at = at[(close.place[at] > first) & (close.place[at] < last)]
+            at = at[close.distance[at] < nearest[trace.fault, close.node[at]]]
+            nearest[trace.fault, close.node[at]] = close.distance[at]
             out[trace.fault, close.node[at]] = close.side[at] > 0
         return out
 
@@ -236,7 +256,7 @@ class Thrown:
             if len(some) == 0:
                 continue
             keep.append(i)
-            for k, first, outer in ((0, some[0], max), (1, some[-1], min)):
+            for k, first, outer in ((0, some[0] - 1, max), (1, some[-1] + 1, min)):
                 if outer(float(first), network.mesh[i, k]) != network.mesh[i, k]:
                     network.mesh[i, k] = network.solve[i, k] = float(first)
                     trace.ends[k] = "tip"
@@ -279,15 +299,15 @@ class Thrown:
             i, j = a[bit == 0], b[bit == 0]
             for k, slip in enumerate(self.slips):
                 rows = np.flatnonzero(parts[k, i] != parts[k, j])
-                xy = self.xy[i[rows]]
-                s = slip.section.of(xy)[0].clip(0.0, slip.section.length)
-                left = np.abs(slip.amount(s, self.drape[i[rows]], xy))
+                xyz = self._crossing(k, i[rows], j[rows])
+                s = slip.section.of(xyz[:, :2])[0].clip(0.0, slip.section.length)
+                left = np.abs(slip.amount(s, xyz[:, 2], xyz[:, :2]))
                 left *= np.abs(parts[k, i[rows]] - parts[k, j[rows]])
                 bad = np.flatnonzero(left > STEP * self.largest[k])
                 if len(bad) == 0:
                     continue
                 at = bad[0]
-                where = np.append(xy[at] + self.frame.corner, self.drape[i[rows[at]]])
+                where = xyz[at] + np.append(self.frame.corner, 0.0)
                 name, horizon = slip.section.name, self.picks.name
                 raise GeometryError(
                     f"fault {name!r} does not reach horizon {horizon!r} at {place(where)}, where "
@@ -296,3 +316,12 @@ class Thrown:
                     place=where,
                     surfaces=(name, horizon),
                 )
+
+    def _crossing(self, fault: int, one: np.ndarray, two: np.ndarray) -> np.ndarray:
+        """Places (n, 3) between pairs of nodes, one in each wall, at which they meet a fault."""
+        xyz = np.column_stack([self.xy, self.drape])
+        far = [np.abs(self._beyond(fault, xyz[k, :2], xyz[k, 2])) for k in (one, two)]
+        both = far[0] + far[1]
+        share = np.divide(far[0], both, out=np.full_like(both, 0.5), where=both > 0)[:, None]
+        found: np.ndarray = xyz[one] + share * (xyz[two] - xyz[one])
+        return found
