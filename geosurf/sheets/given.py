@@ -246,14 +246,16 @@ def _closed(thrown: Thrown) -> tuple[Heights, Built | None, Triangles | None]:
             state.walls = [
                 replace(w, left=_wider(w.left, spare), right=_wider(w.right, spare)) for w in walls
             ]
-            builder = Builder(thrown.picks, state, thrown.faults, thrown.rising, thrown.carry_on)
+            builder = Builder(
+                thrown.picks, state, thrown.faults, thrown.rising, thrown.carry_on, thrown.end_at
+            )
             built = builder.run()
             open_still = bool(built.cut.leaks or built.cut.dead_ends)
             failed = open_still, sum(built.shortened.values())
             if best is None or failed < best[0]:
-                best = failed, state, built, builder.triangles
+                best = failed, builder.state, built, builder.triangles
             if failed == (False, 0):
-                return state, built, builder.triangles
+                return builder.state, built, builder.triangles
     assert best is not None
     _, state, built, triangles = best
     refuse_leaks(thrown.picks, state, built, thrown.faults)

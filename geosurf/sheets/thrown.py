@@ -20,6 +20,7 @@ from geosurf.sheets.diplines import dip_lines
 from geosurf.sheets.frame import Frame
 from geosurf.sheets.ghosts import ghost_heights
 from geosurf.sheets.heights import MAP_REACH, Heights
+from geosurf.sheets.last_links import last_link, on_own_side
 from geosurf.sheets.links import Cuts, within
 from geosurf.sheets.mesh import Torn, Triangles
 from geosurf.sheets.moved import Before, refuse_folds, sheet_heights
@@ -86,6 +87,7 @@ class Thrown:
         near = near_traces(self.frame, network.traces, self.reach)
         self.labels = self._labels(network, near)
         values, self.was = self._moved(np.arange(self.picks.n_node), self.labels)
+        self.values = values
         every = network.cuts
         self._torn_only_at_faults(every.take(np.flatnonzero(within(every, *network.mesh.T))))
         cuts = every.take(np.flatnonzero(within(every, *network.solve.T)))
@@ -220,6 +222,24 @@ class Thrown:
         return ghost_heights(
             torn, triangles, bits, state.values, self.frame.stretch, self.frame.cell, fixed
         )
+
+    def end_at(self, state: Heights, limits: np.ndarray) -> Heights:
+        """Heights with which tears can end at the last links outside of limits (n_trace, 2)."""
+        network, values = state.network, self.values.copy()
+        for i, k in np.argwhere(limits != network.solve).tolist():
+            fault = network.traces[i].fault
+            link = last_link(network.cuts, i, k, limits[i, k], self.rising, self.frame.shape[1])
+            for node in link:
+                flipped = self.labels[:, [node]]
+                side = 2.0 * flipped[fault, 0] - 1.0
+                flipped[fault] = 1.0 - flipped[fault]
+                other = float(self._moved(np.array([node]), flipped)[0][0])
+                mesh = mesh_in_frame(self.faults[fault], self.frame)
+                if np.isfinite(other):
+                    values[node] = on_own_side(
+                        mesh, self.frame, node, side, float(values[node]), other
+                    )
+        return replace(state, values=values)
 
     def _die_at_tips(self, network: Network) -> None:
         """Refuse throw that is left where a fault ends inside the horizon."""
