@@ -31,7 +31,7 @@ def save_case(case: Case, folder: str | os.PathLike[str]) -> Path:
     Raises
     ------
     OutputError
-        If the file cannot be written.
+        If the file or its picture cannot be written.
     """
     path = Path(folder) / f"{case.family.replace(' ', '_')}_{case.seed}_{case.number}.npz"
     facts = {
@@ -64,13 +64,15 @@ def _lattice_facts(lattice: Lattice | None) -> dict | None:
 
 
 def _draw(case: Case, path: Path) -> None:
-    """Draw a case; a machine that cannot draw still has the file."""
+    """Draw a case; a machine that cannot draw still has the file, one without room is an error."""
     from geosurf.render import render_surfaces
 
     try:
         render_surfaces(case.surfaces, path=path, title=f"{case.family} {case.number}")
-    except GeosurfError:
+    except GeosurfError as error:
         path.unlink(missing_ok=True)
+        if isinstance(error, OutputError):
+            raise
 
 
 def load_case(path: str | os.PathLike[str]) -> Case:
