@@ -137,6 +137,8 @@ def _open_stage(out: Path) -> Path:
 def _replace(out: Path, stage: Path) -> None:
     """Swap the folders, or move files one by one with a mark that it is not finished."""
     try:
+        for path in stage.glob(f"{LOCK}-*"):  # of a writer that could not remove its own
+            path.unlink()
         if replace_folder(out, stage, OURS, LOCK):
             return
         (stage / MARK).write_text(_MARK_TEXT, encoding="utf-8")
