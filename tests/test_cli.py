@@ -423,16 +423,20 @@ def test_a_file_cut_short(folder, tmp_path):
 @pytest.mark.parametrize(("word", "code"), [("SIGTERM", 143), ("SIGHUP", 129), ("SIGINT", 130)])
 def test_signals_clean_up_and_have_their_exit_code(word, code):
     cleaned, number = [], getattr(signal, word)
-    before = signal.getsignal(number)
+    usual = signal.default_int_handler if word == "SIGINT" else signal.SIG_DFL
+    before = signal.signal(number, usual)  # shells let what runs in the background ignore SIGINT
     ending = Ending(debug=False)
-    with ending:
-        try:
-            os.kill(os.getpid(), number)
-            time.sleep(5)
-        finally:
-            cleaned.append(word)
+    try:
+        with ending:
+            try:
+                os.kill(os.getpid(), number)
+                time.sleep(5)
+            finally:
+                cleaned.append(word)
+        assert signal.getsignal(number) is usual
+    finally:
+        signal.signal(number, before)
     assert (ending.code, cleaned) == (code, [word])
-    assert signal.getsignal(number) is before
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
