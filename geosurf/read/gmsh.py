@@ -60,19 +60,22 @@ def refuse_wrong_counts(path: Path, data: bytes) -> None:
 
 def _refuse_tag_lines(path: Path, data: bytes) -> None:
     """Refuse more lines of strings, numbers and counts before data than there are in the file."""
-    for match in re.finditer(rb"^\$((?:Node|Element|ElementNode)Data)[ \t\r]*\n", data, re.M):
+    for match in re.finditer(rb"\$((?:Node|Element|ElementNode)Data)[^\n]*\n", data):
         at = match.end()
         for _ in range(3):
             end = data.find(b"\n", at)
             text = data[at : max(end, at)].strip()
-            n = int(text) if re.fullmatch(rb"[0-9]{1,18}", text) else 0
+            try:
+                n = int(text)  # as meshio takes it: with signs and underscores, too
+            except ValueError:
+                n = 0
             left = data.count(b"\n", at)
             if n > left:
                 raise FormatError(
                     f"{path}: {n} lines are announced in section ${match[1].decode()}, and the "
                     f"file has {left} left. It is damaged or cut short; export it again."
                 )
-            for _ in range(n + 1):
+            for _ in range(max(n, 0) + 1):
                 at = data.find(b"\n", at) + 1 or len(data)
 
 
