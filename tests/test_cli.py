@@ -445,5 +445,6 @@ def test_a_signal_that_is_ignored_stays_ignored():
     try:
         with Ending(debug=False):
             os.kill(os.getpid(), signal.SIGHUP)
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGHUP, before)

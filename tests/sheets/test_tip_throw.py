@@ -61,4 +61,5 @@ def test_throw_that_dies_properly_has_none(kind, noise):
     trim = 0.25 if noise else 2.25
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        gs.tear_horizon(data, world.faults, name="Top", trim=trim, positive="up")
+        sheet = gs.tear_horizon(data, world.faults, name="Top", trim=trim, positive="up")
+    assert sheet.warnings == ()
