@@ -17,6 +17,7 @@ from geosurf.kernels.voxels import fill_voxels, triangle_boxes
 from geosurf.kernels.wide import wide_pairs
 
 WIDE = 64.0  # voxels in its box, from which a triangle is followed along its plane
+FEW = 16  # triangles of which all pairs cost less than a search: the walls of a box have two each
 
 
 def crossing_pairs(
@@ -63,6 +64,9 @@ def _near_pairs(x: np.ndarray, triangles: np.ndarray, n_first: int) -> np.ndarra
     """Pairs of triangles, the first `n_first` with each other and with all, that are not seen to
     be apart at once; in order.
     """
+    if len(triangles) <= FEW:
+        first, second = np.triu_indices(len(triangles), 1)
+        return np.column_stack([first, second])[first < n_first]
     boxes = triangle_boxes(x, triangles)
     grid = fit_voxels(boxes[:n_first], boxes)
     if grid is None:

@@ -122,6 +122,8 @@ def _rim(horizon: TriSurface) -> np.ndarray:
         ends = np.sort(horizon.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         edges, count = np.unique(ends, axis=0, return_counts=True)
         return horizon.vertices[np.unique(edges[count == 1]), :2]
+    if lattice.whole and lattice.easting.ndim == 1:
+        return _frame(lattice.easting, lattice.northing)
     there = np.pad(lattice.present, 1)
     inner = np.ones(lattice.shape, dtype=bool)
     for i in (0, 1, 2):
@@ -130,6 +132,13 @@ def _rim(horizon: TriSurface) -> np.ndarray:
     rim = lattice.present & ~inner
     easting, northing = lattice.horizontal()
     return np.column_stack([easting[rim], northing[rim]])
+
+
+def _frame(easting: np.ndarray, northing: np.ndarray) -> np.ndarray:
+    """Nodes around a grid without holes, from its axes (n, 2)."""
+    along = [np.column_stack([easting, np.full(len(easting), y)]) for y in northing[[0, -1]]]
+    up = [np.column_stack([np.full(len(northing), x), northing]) for x in easting[[0, -1]]]
+    return np.concatenate([*along, *up])
 
 
 def _moved(outline: np.ndarray, inward: np.ndarray) -> np.ndarray:

@@ -100,7 +100,8 @@ def _check(surface: TriSurface) -> None:
     z = _elevations(surface)
     ends = _extreme_marks(*surface.bounds[4:])
     steps, spacing = _steps(surface)
-    steepest = max(float(np.fmax.reduce(np.abs(s), axis=None, initial=0.0)) for s in steps)
+    ends_of_steps = [f.reduce(s, axis=None, initial=0.0) for s in steps for f in (np.fmin, np.fmax)]
+    steepest = float(np.abs(ends_of_steps).max())
     if not ends and steepest <= spacing:
         return
     for value in ends:
