@@ -8,7 +8,7 @@ WARM := .venv/.warm
 SCENARIO := data/synthetic_horizons/faulted_reservoir.toml
 
 OLDEST := .venv-oldest/bin
-TESTED_OLDEST := $(addprefix tests/,carve contact faults intersect measure read rebuild render report write) \
+TESTED_OLDEST := $(addprefix tests/,carve arrangement faults intersect measure read rebuild render report write) \
 	$(addprefix tests/test_,scenario.py scene.py synthetic.py triangulate.py)
 
 .PHONY: help demo test test-oldest lint wheel clean
@@ -50,7 +50,7 @@ clean: ## remove results and caches (.venv stays: delete the folder to start afr
 	find geosurf tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # The stamps are younger than what they stand for, or it is done again.
-$(WARM): $(READY) $(wildcard geosurf/kernels/*.py)
+$(WARM): $(READY) $(wildcard geosurf/kernels/*/*.py)
 	@echo "Compiling the kernels (two to three minutes on two free cores, once) ..."
 	@$(BIN)/geosurf warmup
 	@touch $@

@@ -74,7 +74,7 @@ class FrozenKernels(BuildHookInterface):
         as editable, too, pip's isolated environment strikes it from the paths.
         """
         done = subprocess.run(
-            [sys.executable, "-m", "geosurf.kernels._freeze", "--out", str(out)],
+            [sys.executable, "-m", "geosurf.kernels.compile.freeze", "--out", str(out)],
             cwd=self.root,
             capture_output=True,
             text=True,

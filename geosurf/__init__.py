@@ -46,7 +46,7 @@ _HOME = {
     "EllipticThrow": "geosurf.sheets",
     "propose_trim": "geosurf.sheets",
     # the engine
-    "intersect_triangles": "geosurf.contact",
+    "intersect_triangles": "geosurf.arrangement",
     "intersect_surfaces": "geosurf.intersect",
     "rebuild_surfaces": "geosurf.rebuild",
     "drop_ghosts": "geosurf.rebuild",
@@ -89,7 +89,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf import errors as errors
     from geosurf import synthetic as synthetic
     from geosurf.carve import carve_units as carve_units
-    from geosurf.contact import intersect_triangles as intersect_triangles
+    from geosurf.arrangement import intersect_triangles as intersect_triangles
     from geosurf.errors import GeosurfWarning as GeosurfWarning
     from geosurf.faults import (
         extend_fault as extend_fault,

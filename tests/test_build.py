@@ -88,10 +88,10 @@ def test_without_a_compiler_the_wheel_is_pure_and_says_so(hook, monkeypatch, tmp
 
 def _project(folder: Path, freezer: str) -> Path:
     """A project whose freezer does what a test wants."""
-    (folder / "geosurf" / "kernels").mkdir(parents=True)
-    for package in ("geosurf", "geosurf/kernels"):
+    (folder / "geosurf" / "kernels" / "compile").mkdir(parents=True)
+    for package in ("geosurf", "geosurf/kernels", "geosurf/kernels/compile"):
         (folder / package / "__init__.py").write_text("")
-    (folder / "geosurf" / "kernels" / "_freeze.py").write_text(freezer)
+    (folder / "geosurf" / "kernels" / "compile" / "freeze.py").write_text(freezer)
     return folder
 
 
@@ -121,7 +121,7 @@ def test_the_build_is_pinned(hook):
 
 @linux
 def test_loader_and_hook_agree(hook):
-    from geosurf.kernels import _freeze, _jit
+    from geosurf.kernels.compile import freeze, sources
 
-    assert hook.NOT_HERE == _freeze.NOT_HERE
-    assert ROOT.joinpath(hook.INSIDE) == _jit.HERE / "frozen"
+    assert hook.NOT_HERE == freeze.NOT_HERE
+    assert ROOT.joinpath(hook.INSIDE) == sources.ROOT / "frozen"

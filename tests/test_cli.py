@@ -18,7 +18,7 @@ import pytest
 
 import geosurf as gs
 from geosurf import cli
-from geosurf.ending import Ending
+from geosurf.cli.exit_codes import Ending
 from geosurf.errors import InvariantError
 from geosurf.model import Certificate, Check
 

@@ -160,7 +160,7 @@ def test_a_run_that_fails_leaves_the_results_that_were_there(scenario, tmp_path)
 
 def test_without_opengl_maps_and_everything_else_are_there(scenario, tmp_path, monkeypatch):
     findings = [("pictures", False, "pictures cannot be drawn without a screen.")]
-    monkeypatch.setattr("geosurf.gallery.doctor", lambda: findings)
+    monkeypatch.setattr("geosurf.scene.pictures.doctor", lambda: findings)
     with pytest.warns(GeosurfWarning, match="Only maps"):
         outcome = run(read_scenario(scenario()), tmp_path / "out")
     (note,) = outcome.scene.warnings
@@ -189,7 +189,7 @@ def test_an_error_of_one_picture_costs_no_other_result(
     def fail(*_, **__):
         raise error
 
-    monkeypatch.setattr("geosurf.gallery.render_allan", fail)
+    monkeypatch.setattr("geosurf.scene.pictures.render_allan", fail)
     path, out = scenario(("views = [", "exploded = false\nviews = [")), tmp_path / "out"
     with pytest.warns(GeosurfWarning, match=r"'allan_00_F1\.png' was not drawn") as caught:
         run_scenario(path, out)
@@ -221,7 +221,7 @@ def test_an_interrupt_while_drawing_ends_the_run(scenario, tmp_path, monkeypatch
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("geosurf.gallery.render_map", stop)
+    monkeypatch.setattr("geosurf.scene.pictures.render_map", stop)
     with pytest.raises(KeyboardInterrupt):
         run_scenario(scenario(("size_px", "exploded = false\nsize_px")), tmp_path / "out")
     assert not list((tmp_path / "out").iterdir())

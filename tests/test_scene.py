@@ -12,12 +12,12 @@ from geosurf import (
     Scene,
     TriSurface,
     intersect_surfaces,
-    memory,
     read_fault,
     synthetic,
 )
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
-from geosurf.memory import fingerprint
+from geosurf.scene import memory
+from geosurf.scene.memory import fingerprint
 from tests import laws
 from tests.strategies import BOX, grid, sheet
 

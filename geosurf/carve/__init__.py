@@ -51,7 +51,7 @@ from geosurf.carve.outside import (
 from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of, unit_name
 from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
 from geosurf.errors import InputError
-from geosurf.kernels.mesh import join_pairs
+from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Contact, Patches, Unit, Units, check_column
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import Remnant

@@ -18,7 +18,7 @@ import numpy as np
 
 from geosurf.carve.cells import Cells
 from geosurf.carve.zones import distinct_pairs, own_sides
-from geosurf.kernels.mesh import join_pairs
+from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches
 
 WHOLE = "whole"

@@ -17,7 +17,8 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.carve import measures
-from geosurf.carve.floating import place_floating
+from geosurf.carve.half_faces import Parts, find_parts, joined_sides
+from geosurf.carve.isolated import place_floating
 from geosurf.carve.outside import (
     box_of,
     outside_of_box,
@@ -25,8 +26,7 @@ from geosurf.carve.outside import (
     owned_by_walls,
     walls_are_a_box,
 )
-from geosurf.carve.sides import Parts, find_parts, joined_sides
-from geosurf.kernels.gather import number_keys
+from geosurf.kernels.meshes.numbering import number_keys
 from geosurf.model import Patches
 from geosurf.model.pieces import Pieces
 

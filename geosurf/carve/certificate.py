@@ -7,14 +7,14 @@ import math
 
 import numpy as np
 
-from geosurf.carve.consistent import matched, numbered, partition
+from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.carve.check_names import named
+from geosurf.carve.check_partition import matched, numbered, partition
 from geosurf.carve.outside import box_of
-from geosurf.carve.told import named
 from geosurf.carve.volume import doubtful_volume, exact_volume, normals, volume_of
-from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place
-from geosurf.kernels.mesh import turned_over
-from geosurf.kernels.predicates import frame_of
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.meshes.mesh import turned_over
 from geosurf.model import Certificate, Check, Patches, Unit, Units
 
 VOLUME_TOLERANCE = 1e-12

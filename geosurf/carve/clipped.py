@@ -14,7 +14,7 @@ from geosurf.carve.cells import Cells
 from geosurf.carve.column import Turn
 from geosurf.carve.volume import volume_of
 from geosurf.carve.zones import ABOVE, BELOW, distinct_pairs, faces_between, upper_sides
-from geosurf.kernels.mesh import join_pairs
+from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Clipped, Patches
 
 

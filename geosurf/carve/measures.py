@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from geosurf.kernels import measures as kernels
+from geosurf.kernels.meshes import volumes as kernels
 from geosurf.model import Lattice
 from geosurf.model.pieces import Pieces
 

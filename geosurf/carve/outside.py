@@ -14,7 +14,7 @@ from geosurf.carve.rays import Rays
 from geosurf.carve.volume import volume_of
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, OpenUnitError
-from geosurf.kernels.mesh import join_pairs
+from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
-from geosurf.kernels.listed import build_list_tree, survey_list
-from geosurf.kernels.rays import NOTHING, UNSURE, rows_in_box, shoot_rays
+from geosurf.kernels.lattices.triangle_list import build_list_tree, survey_list
+from geosurf.kernels.search.rays import NOTHING, UNSURE, rows_in_box, shoot_rays
 
 __all__ = ["NOTHING", "Rays"]
 

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.carve.blocks import WHOLE
 from geosurf.carve.cells import Cells, FullCells, same_turn
 from geosurf.carve.measures import AREA, BELOW, LOWER
 from geosurf.carve.outside import box_of
 from geosurf.carve.volume import doubtful_volume, exact_volume, normals
-from geosurf.contact.crossing import crossing_pairs
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, RoundingError
 from geosurf.model import Patches, Unit, frozen

@@ -19,7 +19,7 @@ from geosurf.carve.cells import Cells
 from geosurf.carve.outside import box_of
 from geosurf.conventions import METRES_PER_UNIT, place
 from geosurf.errors import GeometryError, OpenUnitError
-from geosurf.kernels.mesh import join_pairs
+from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches
 
 ABOVE, BELOW, UNKNOWN = 1, -1, 0

@@ -15,7 +15,7 @@ import numpy as np
 from geosurf.faults.extend import clip_steps, exits, rim_in_box
 from geosurf.faults.lines import directions, guides_of
 from geosurf.faults.rim import Rim, unit_rows
-from geosurf.kernels.mesh import edges
+from geosurf.kernels.meshes.mesh import edges
 from geosurf.model import Patches, TriSurface
 from geosurf.model.faults import SIDES, NetworkRow
 

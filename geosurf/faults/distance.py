@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.kernels.mesh import edges
+from geosurf.kernels.meshes.mesh import edges
 
 _BLOCK = 32
 

@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.contact.crossing import crossing_pairs
+from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, SurfaceError
 from geosurf.faults.lines import Guides, directions, guides_of
 from geosurf.faults.rim import Rim, find_rim, normals_of, total
 from geosurf.faults.rules import ALL_SIDES, read_sides
-from geosurf.kernels.predicates import flat_triangles, frame_of
+from geosurf.kernels.exact.predicates import flat_triangles, frame_of
 from geosurf.model import TriSurface
 from geosurf.model.expected import box_of_sides, expect
 from geosurf.model.faults import ExtendedFault, Extension

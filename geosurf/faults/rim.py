@@ -15,8 +15,8 @@ import numpy as np
 
 from geosurf.conventions import place
 from geosurf.errors import SurfaceError
-from geosurf.kernels.mesh import edges, pieces, weld
-from geosurf.kernels.predicates import flat_triangles, frame_of
+from geosurf.kernels.exact.predicates import flat_triangles, frame_of
+from geosurf.kernels.meshes.mesh import edges, pieces, weld
 from geosurf.model import TriSurface
 
 FLAT = 0.05  # a plane flatter than this (3 degrees) has no strike of its own: it takes the mean's

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from geosurf.contact.search import Contacts, check_surfaces, find_contacts
+from geosurf.arrangement.search import Contacts, check_surfaces, find_contacts
 from geosurf.conventions import is_number
 from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import (
@@ -134,7 +134,7 @@ def curves_of(contacts: Contacts) -> Curves:
     Parameters
     ----------
     contacts : Contacts
-        As found by `geosurf.contact.find_contacts`.
+        As found by `geosurf.arrangement.find_contacts`.
 
     Returns
     -------

@@ -20,14 +20,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.contact.room import lack_of_room, refusal
-from geosurf.contact.search import ULP, Contacts
+from geosurf.arrangement.memory_limit import lack_of_room, refusal
+from geosurf.arrangement.search import ULP, Contacts
 from geosurf.intersect.runs import join_runs
-from geosurf.kernels.beside_lines import beside_lines
-from geosurf.kernels.collinear import lie_inside
-from geosurf.kernels.gather import number_keys
-from geosurf.kernels.linking import pairs_of_surfaces
-from geosurf.kernels.packed import n_corners
+from geosurf.kernels.contacts.near_segments import beside_lines
+from geosurf.kernels.contacts.packed_contact import n_corners
+from geosurf.kernels.exact.collinear import lie_inside
+from geosurf.kernels.meshes.linking import pairs_of_surfaces
+from geosurf.kernels.meshes.numbering import number_keys
 
 _REACH = 64 * ULP  # of the largest coordinate; rounding moves points by less than two
 _LEAST = 1e-300  # so that nothing divides by 0 where all is at 0

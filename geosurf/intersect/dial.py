@@ -8,14 +8,14 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from geosurf.contact.search import check_surfaces, find_contacts
+from geosurf.arrangement.search import check_surfaces, find_contacts
 from geosurf.conventions import frame_origin, is_number
 from geosurf.errors import InputError
 from geosurf.intersect.lift import Line, lift_strand, strand_of
 from geosurf.intersect.loops import find_lost, pair_keys
 from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, side_of
 from geosurf.intersect.walk import walk_curves
-from geosurf.kernels.polylines import weld_lines
+from geosurf.kernels.meshes.polylines import weld_lines
 from geosurf.model import Curves, Place, Touch, TriSurface, frozen
 from geosurf.model.expected import listed
 
@@ -49,7 +49,7 @@ def smooth_curves(
     linker : callable
         From contacts to plain curves.
     **options
-        For `geosurf.contact.find_contacts`.
+        For `geosurf.arrangement.find_contacts`.
 
     Returns
     -------

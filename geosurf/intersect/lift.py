@@ -12,10 +12,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.contact.search import Contacts
+from geosurf.arrangement.search import Contacts
 from geosurf.intersect.sides import Piece, Side
-from geosurf.kernels.doubt import doubts_along
-from geosurf.kernels.lift import (
+from geosurf.kernels.contacts.packed_contact import n_corners
+from geosurf.kernels.meshes.mesh import weld
+from geosurf.kernels.smooth.error_estimate import doubts_along
+from geosurf.kernels.smooth.lift import (
     ASTRAY,
     HOLD_SUM,
     HOLD_UA,
@@ -28,9 +30,7 @@ from geosurf.kernels.lift import (
     keep_order,
     lift_points,
 )
-from geosurf.kernels.mesh import weld
-from geosurf.kernels.packed import n_corners
-from geosurf.kernels.resample import SAFETY, resample_runs
+from geosurf.kernels.smooth.resample import SAFETY, resample_runs
 from geosurf.model import Curves
 
 REASONS = {ASTRAY: "tangency", HOLE: "hole", OUTSIDE: "rim"}
@@ -58,7 +58,7 @@ class Strand:
         Plain points, local.
     offsets : ndarray of int64, shape (n_curve + 1,)
     w : ndarray, shape (n, 4)
-        Parameters as in `geosurf.kernels.lift`.
+        Parameters as in `geosurf.kernels.smooth.lift`.
     tri : ndarray of int64, shape (n,)
         Triangle of the second side that holds the segment from each point on.
     hold : ndarray of int64, shape (n,)
@@ -188,7 +188,8 @@ def lift_strand(
 
 
 def doubt_along(doubts, sine, status, tolerance) -> np.ndarray:
-    """Estimated distance [m] of the cubics' curve from the true one (`geosurf.kernels.doubt`).
+    """Estimated distance [m] of the cubics' curve from the true one
+    (`geosurf.kernels.smooth.error_estimate`).
 
     Marks noise in `status`: more than half the tolerance.
     """

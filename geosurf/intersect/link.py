@@ -10,13 +10,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.contact.search import Contacts
-from geosurf.kernels.chains import link_segments
-from geosurf.kernels.gather import number_below
-from geosurf.kernels.linking import overlap_free, pairs_of_surfaces
-from geosurf.kernels.mesh import weld
-from geosurf.kernels.packed import in_plane, n_corners
-from geosurf.kernels.ranking import sort_places_and_segments, sort_segments
+from geosurf.arrangement.search import Contacts
+from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
+from geosurf.kernels.meshes.chains import link_segments
+from geosurf.kernels.meshes.linking import overlap_free, pairs_of_surfaces
+from geosurf.kernels.meshes.mesh import weld
+from geosurf.kernels.meshes.numbering import number_below
+from geosurf.kernels.meshes.ranking import sort_places_and_segments, sort_segments
 
 
 def pairs_of_rows(contacts: Contacts) -> np.ndarray:
@@ -34,7 +34,7 @@ def pair_keys(contacts: Contacts) -> np.ndarray:
 def are_plain(contacts: Contacts) -> bool:
     """Whether contacts are segments of two surfaces each that cannot overlap.
 
-    So nothing has to be split, and no segment is there twice: see `geosurf.kernels.linking`.
+    So nothing has to be split, and no segment is there twice: see `geosurf.kernels.meshes.linking`.
     """
     graphs = np.array([s.lattice is not None and s.lattice.is_graph for s in contacts.surfaces])
     of_face = contacts.surface_of_face

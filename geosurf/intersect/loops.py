@@ -6,10 +6,10 @@ import numpy as np
 
 from geosurf.intersect.lift import NOISE, Line, doubt_along
 from geosurf.intersect.sides import Candidates, Side
-from geosurf.kernels.cover import NEAR_SEED, SEED, TOO_CLOSE, check_pairs, keys_of
-from geosurf.kernels.lift import LIFTED, lift_points
-from geosurf.kernels.resample import SAFETY
-from geosurf.kernels.trace import CLOSED, LOST, distances, trace_curve
+from geosurf.kernels.smooth.coverage import NEAR_SEED, SEED, TOO_CLOSE, check_pairs, keys_of
+from geosurf.kernels.smooth.lift import LIFTED, lift_points
+from geosurf.kernels.smooth.resample import SAFETY
+from geosurf.kernels.smooth.trace import CLOSED, LOST, distances, trace_curve
 
 Found = tuple[str, np.ndarray, float]  # reason, points, error
 

@@ -18,13 +18,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geosurf.contact.arrange import Children, cut_contacts
-from geosurf.contact.search import Contacts, find_contacts
+from geosurf.arrangement.arrange import Children, cut_contacts
+from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.errors import InvariantError
 from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import line_contacts, pairs_of_rows, touching_points
-from geosurf.kernels.mesh import edges, join_pairs, pieces
-from geosurf.kernels.packed import in_plane, n_corners
+from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
+from geosurf.kernels.meshes.mesh import edges, join_pairs, pieces
 from geosurf.model import Touch
 
 _LOW, _HIGH = (0, 1, 0), (1, 2, 2)  # corners of a sorted triangle at the ends of its edges

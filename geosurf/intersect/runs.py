@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from geosurf.kernels.mesh import join_pairs
+from geosurf.kernels.meshes.mesh import join_pairs
 
 MANY = 32  # segments of a face, from which it is worth it
 _ALIKE = 1e-6  # of directions, and of offsets by the largest coordinate

@@ -11,12 +11,12 @@ from functools import cached_property
 
 import numpy as np
 
-from geosurf.contact.search import check_surfaces
+from geosurf.arrangement.search import check_surfaces
 from geosurf.errors import SurfaceError
-from geosurf.kernels.cover import cones_of
-from geosurf.kernels.nets import nets_of
-from geosurf.kernels.pyramid import lattice_pyramid
-from geosurf.kernels.walk import find_and_walk
+from geosurf.kernels.smooth.control_nets import nets_of
+from geosurf.kernels.smooth.coverage import cones_of
+from geosurf.kernels.smooth.curve_walk import find_and_walk
+from geosurf.kernels.smooth.patch_pyramid import lattice_pyramid
 from geosurf.model import TriSurface
 
 LEAST = 8  # nodes per side from which on cubics can be compared with higher orders
@@ -44,7 +44,8 @@ class Side:
     shape : ndarray of int64, shape (n_level, 3)
         First box, rows and columns of each level; none for triangles.
     bends : ndarray of float64, shape (n_block, 4)
-        How far the finest blocks bend, as in `geosurf.kernels.pyramid`; zeros for triangles.
+        How far the finest blocks bend, as in `geosurf.kernels.smooth.patch_pyramid`; zeros for
+        triangles.
     """
 
     surface: TriSurface
@@ -87,7 +88,7 @@ class Candidates:
     cells : (ndarray, ndarray)
         Cells (or triangles) of the first and of the second side, int64.
     patches : (ndarray, ndarray)
-        What is known of each, as in `geosurf.kernels.near`.
+        What is known of each, as in `geosurf.kernels.smooth.patch_pairs`.
     whole : (ndarray, ndarray)
         1 where a patch is a cubic or a triangle, 0 where nodes of its stencil are absent.
     pairs : ndarray of int64, shape (n_pair, 2)
@@ -97,7 +98,7 @@ class Candidates:
     all_whole : bool
         Whether no patch of either side lacks a node.
     walked : tuple of ndarray or None
-        What walks found (`geosurf.kernels.walk`), where they were asked for and help.
+        What walks found (`geosurf.kernels.smooth.curve_walk`), where they were asked for and help.
     """
 
     sides: tuple[Side, Side]

@@ -12,7 +12,7 @@ from itertools import pairwise
 from geosurf.intersect.lift import Line
 from geosurf.intersect.loops import find_lost
 from geosurf.intersect.sides import Candidates, Side
-from geosurf.kernels.trace import AT_RIM, CLOSED
+from geosurf.kernels.smooth.trace import AT_RIM, CLOSED
 
 
 def walk_curves(sides: tuple[Side, Side], near: Candidates, tolerance: float) -> list[Line] | None:

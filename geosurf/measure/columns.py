@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geosurf.kernels.predicates import ORIENT2D_BOUND, TINY, frame_of, orient2d_rows
+from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, TINY, frame_of, orient2d_rows
 
 AT_ONCE = 1_000_000  # pairs of a triangle and a line that are held in memory
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.kernels.chains import link_segments
+from geosurf.kernels.meshes.chains import link_segments
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray

@@ -170,7 +170,7 @@ def box_of_sides(box: Any) -> np.ndarray:
     Traceback (most recent call last):
     geosurf.errors.InputError: box: bottom (-100) is not less than top (-200). The order is (west, east, south, north, bottom, top). Elevation is positive up: depths are negative.
     """  # noqa: E501 - a message
-    from geosurf.kernels.predicates import MAX_COORDINATE  # not for all who import the nouns
+    from geosurf.kernels.exact.predicates import MAX_COORDINATE  # not for all who import the nouns
 
     try:
         limits = real_numbers(box)

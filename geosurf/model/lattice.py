@@ -86,7 +86,7 @@ class Lattice(Noun):
 
     @cached_property
     def places(self) -> np.ndarray:
-        """Where what is in `coordinates`, for kernels: see `geosurf.kernels.tree`."""
+        """Where what is in `coordinates`, for kernels: see `geosurf.kernels.search.tree`."""
         flat = (0, 0, 1, 0, 1, 0)
         if self.easting.ndim == 2:
             flat = *_steps(self.easting), *_steps(self.northing)
@@ -111,7 +111,7 @@ class Lattice(Noun):
     @cached_property
     def normals(self) -> tuple[np.ndarray, float, np.ndarray]:
         """Sum of all normals (length: area, not turned), of areas, and keys that may be flat."""
-        from geosurf.kernels.lattice import lattice_normals
+        from geosurf.kernels.lattices.lattice_corners import lattice_normals
 
         sums, keys = lattice_normals(*self.coordinates, self.places)
         return sums[:3], float(sums[3]), keys
@@ -136,7 +136,7 @@ class Lattice(Noun):
         """A lower bound of the heights of triangles in the map [m]; 0 if the map may fold.
 
         Axes that rise or fall strictly never fold; rows and columns in two dimensions do not where
-        each step stays near the mean one (`geosurf.kernels.aligned`).
+        each step stays near the mean one (`geosurf.kernels.contacts.aligned_grids`).
         """
         if self.easting.ndim == 1:
             steps = np.concatenate([np.diff(self.easting), np.diff(self.northing)])
@@ -144,7 +144,7 @@ class Lattice(Noun):
             if not all((part > 0).all() or (part < 0).all() for part in (steps[:n], steps[n:])):
                 return 0.0
             return 0.7 * float(np.abs(steps).min(initial=np.inf))
-        from geosurf.kernels.aligned import map_height
+        from geosurf.kernels.contacts.aligned_grids import map_height
 
         return float(map_height(*self.coordinates[:2], self.places))
 
@@ -194,14 +194,14 @@ class Lattice(Noun):
 
         ``key = 2 * cell + half``, cells and halves in the order of `build_triangles`.
         """
-        from geosurf.kernels.lattice import lattice_corners
+        from geosurf.kernels.lattices.lattice_corners import lattice_corners
 
         corners: np.ndarray = lattice_corners(self.places, keys)
         return corners
 
     def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
         """World coordinates (n, 3) of nodes, row by row."""
-        from geosurf.kernels.lattice import lattice_nodes
+        from geosurf.kernels.lattices.lattice_corners import lattice_nodes
 
         places: np.ndarray = lattice_nodes(*self.coordinates, self.places, nodes)
         return places

@@ -89,7 +89,7 @@ class Patches(Noun):
     @cached_property
     def pieces(self) -> Pieces:
         """The same without runs: every triangle by itself."""
-        from geosurf.kernels.mesh import edges
+        from geosurf.kernels.meshes.mesh import edges
 
         parent = self.parent_of_triangle.copy()
         for i, source in enumerate(self.sources):

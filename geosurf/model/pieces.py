@@ -16,7 +16,7 @@ FREE, PAIRED = -1, -2
 
 @dataclass(frozen=True, eq=False)
 class Strips(Noun):
-    """The triangles of a lattice that no curve touches; see `geosurf.kernels.strips`.
+    """The triangles of a lattice that no curve touches; see `geosurf.kernels.lattices.strips`.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Expanded(Noun):
     @cached_property
     def _points(self) -> tuple[list[np.ndarray | None], list[int]]:
         """Point of each node of each lattice, and the number of points up to each surface."""
-        from geosurf.kernels.expand import number_nodes
+        from geosurf.kernels.lattices.strip_triangles import number_nodes
 
         ids: list[np.ndarray | None] = []
         counts = [len(self.pieces.x)]
@@ -122,7 +122,7 @@ class Expanded(Noun):
     @cached_property
     def local(self) -> np.ndarray:
         """Local coordinates of all points, float64 (n_vertex, 3)."""
-        from geosurf.kernels.expand import write_nodes
+        from geosurf.kernels.lattices.strip_triangles import write_nodes
 
         ids, counts = self._points
         local = np.empty((counts[-1], 3))
@@ -137,7 +137,7 @@ class Expanded(Noun):
     @cached_property
     def triangles(self) -> np.ndarray:
         """Corners of all triangles, rows of `local`, int64 (n_triangle, 3)."""
-        from geosurf.kernels.expand import write_triangles
+        from geosurf.kernels.lattices.strip_triangles import write_triangles
 
         pieces, (cut, rows) = self.pieces, self._rows
         triangles = np.empty((rows[-1], 3), dtype=np.int64)
@@ -153,7 +153,7 @@ class Expanded(Noun):
     @cached_property
     def _labels(self) -> tuple[np.ndarray, np.ndarray]:
         """Key and element of each triangle."""
-        from geosurf.kernels.expand import write_labels
+        from geosurf.kernels.lattices.strip_triangles import write_labels
 
         pieces, (cut, rows) = self.pieces, self._rows
         keys, elements = (np.empty(rows[-1], dtype=np.int64) for _ in range(2))

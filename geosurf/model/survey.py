@@ -20,7 +20,7 @@ _UNKNOWN = np.full(2, np.nan), np.full(2, np.inf), math.inf, 0.0, np.full((2, 3)
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """Boxes of blocks of cells, holes, and sums over cells: see `geosurf.kernels.survey`.
+    """Boxes of blocks of cells, holes, and sums over cells: see `geosurf.kernels.lattices.survey`.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Survey:
         Lower, then upper corner around each block of nodes [m], row by row, and around all that is
         below each node of the pyramid above them; an absent number is passed over.
     levels : ndarray of int64, shape (n_level, 3)
-        First node, rows and columns of each level: see `geosurf.kernels.tree`.
+        First node, rows and columns of each level: see `geosurf.kernels.search.tree`.
     n_triangles : tuple of int
         Triangles with three nodes, if diagonals fall and if they rise.
     numbers : tuple of bool
@@ -65,7 +65,7 @@ class Survey:
     @classmethod
     def of(cls, lattice: Lattice, quads: bool) -> Survey:
         """Look at all nodes once; with `quads`, at how each cell lies, too."""
-        from geosurf.kernels import clear, survey
+        from geosurf.kernels.lattices import cell_bounds, survey
 
         given = *lattice.coordinates, lattice.places, quads
         nodes, levels, marks, sums = survey.survey_lattice(*given)
@@ -73,13 +73,16 @@ class Survey:
         gains, reach, edges, margin, normals = _UNKNOWN
         if quads:
             told = sums.tolist()  # a few numbers: calls of numpy take longer
-            both = told[clear.NORMAL : clear.NORMAL + 3]
-            alone = (told[k : k + 3] for k in (clear.ONLY_FALLING, clear.ONLY_RISING))
+            both = told[cell_bounds.NORMAL : cell_bounds.NORMAL + 3]
+            alone = (told[k : k + 3] for k in (cell_bounds.ONLY_FALLING, cell_bounds.ONLY_RISING))
             normals = np.array(
                 [[0.5 * b + a for b, a in zip(both, one, strict=True)] for one in alone]
             )
-            gains, reach = sums[clear.GAIN : clear.GAIN + 2], sums[clear.REACH : clear.REACH + 2]
-            edges, margin = told[clear.EDGES], told[clear.MARGIN]
+            gains, reach = (
+                sums[cell_bounds.GAIN : cell_bounds.GAIN + 2],
+                sums[cell_bounds.REACH : cell_bounds.REACH + 2],
+            )
+            edges, margin = told[cell_bounds.EDGES], told[cell_bounds.MARGIN]
         for part in (gains, reach, normals):
             part.flags.writeable = False
         made = object.__new__(cls)  # what is frozen takes its parts one by one otherwise

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.contact.crossing import crossing_pairs
+from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.model import Curves, Patches, TriangleContact, TriSurface
 from geosurf.prove import rational as exact
 from geosurf.prove.judge_curves import judge_curves
@@ -60,7 +60,7 @@ def judge_contact(P: np.ndarray, Q: np.ndarray, contact: TriangleContact) -> Ver
 
     Examples
     --------
-    >>> from geosurf.contact import intersect_triangles
+    >>> from geosurf.arrangement import intersect_triangles
     >>> P = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0.0]])
     >>> judge_contact(P, P + [1, 1, 0], intersect_triangles(P, P + [1, 1, 0])).wrong
     []

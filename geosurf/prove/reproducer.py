@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.errors import GeosurfError, InputError, OutputError
-from geosurf.files import write_whole
+from geosurf.files.atomic import write_whole
 from geosurf.model import Lattice, TriSurface
 from geosurf.prove.families import Case
 

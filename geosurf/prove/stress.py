@@ -10,9 +10,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from types import TracebackType
 
-from geosurf.contact import intersect_triangles
+from geosurf.arrangement import intersect_triangles
 from geosurf.errors import InputError, OutputError, RoundingError
-from geosurf.files import write_whole
+from geosurf.files.atomic import write_whole
 from geosurf.intersect import intersect_surfaces
 from geosurf.model import Patches
 from geosurf.prove import judge

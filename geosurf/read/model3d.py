@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from geosurf.errors import FormatError
-from geosurf.kernels.mesh import weld
+from geosurf.kernels.meshes.mesh import weld
 from geosurf.model import TriSurface
 from geosurf.read._common import WHOLE, read_text
 from geosurf.read.gocad import quoted_words, read_tsurf

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, did_you_mean, is_word
-from geosurf.crs import crs_of
+from geosurf.conventions.crs import crs_of
 from geosurf.errors import DependencyError, FormatError
 from geosurf.read._common import agreed_scale, agreed_sign
 from geosurf.read._guard import opened, refuse_large, same_file

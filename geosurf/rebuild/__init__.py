@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from geosurf.contact.search import Contacts, find_contacts
+from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.model import Patches, TriSurface
 from geosurf.rebuild.assemble import assemble
 from geosurf.rebuild.ghosts import drop_ghosts

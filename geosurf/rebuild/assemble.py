@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.contact.arrange import Children
-from geosurf.contact.search import Contacts
+from geosurf.arrangement.arrange import Children
+from geosurf.arrangement.search import Contacts
 from geosurf.errors import InvariantError
-from geosurf.kernels import strips as kernels
-from geosurf.kernels.mesh import edges, join_pairs, numbered_in_order, patches_and_rim, weld
-from geosurf.kernels.packed import in_plane, n_corners
-from geosurf.kernels.strips import find_runs, join_runs, lowest_keys, runs_of_keys
+from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
+from geosurf.kernels.lattices import strips as kernels
+from geosurf.kernels.lattices.strips import find_runs, join_runs, lowest_keys, runs_of_keys
+from geosurf.kernels.meshes.mesh import edges, join_pairs, numbered_in_order, patches_and_rim, weld
 from geosurf.model import TriSurface
 from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
 

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from geosurf.kernels.remains import sides_of_edges, told_by_corners
-from geosurf.kernels.torn import named_corners
+from geosurf.kernels.sheets.sheet_corners import named_corners
+from geosurf.kernels.sheets.sheet_trim import sides_of_edges, told_by_corners
 from geosurf.model import Patches, frozen
 from geosurf.model.expected import expect
 

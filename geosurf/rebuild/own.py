@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.contact.crossing import crossing_pairs
-from geosurf.contact.search import Contacts, find_contacts
+from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.search import Contacts, find_contacts
 
 
 def with_own_contacts(contacts: Contacts) -> Contacts:

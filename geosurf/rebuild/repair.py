@@ -17,13 +17,13 @@ from functools import partial
 
 import numpy as np
 
-from geosurf.contact.arrange import Children, cut_contacts
-from geosurf.contact.search import Contacts, find_contacts
+from geosurf.arrangement.arrange import Children, cut_contacts
+from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.conventions import place
 from geosurf.errors import RoundingError, SurfaceError
-from geosurf.kernels.mesh import turned_over
-from geosurf.kernels.packed import on_rims
-from geosurf.kernels.predicates import frame_of
+from geosurf.kernels.contacts.packed_contact import on_rims
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.meshes.mesh import turned_over
 from geosurf.model import TriSurface
 from geosurf.rebuild.assemble import first_of_equals
 from geosurf.rebuild.own import with_own_contacts

@@ -15,13 +15,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.contact.arrange import Children
-from geosurf.contact.crossing import crossing_pairs
-from geosurf.contact.search import ULP, Contacts
-from geosurf.kernels.mesh import weld
-from geosurf.kernels.sure import unsure_pairs
-from geosurf.kernels.thin import thin_children
-from geosurf.kernels.voxels import triangle_boxes
+from geosurf.arrangement.arrange import Children
+from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.search import ULP, Contacts
+from geosurf.kernels.contacts.stable_pairs import unsure_pairs
+from geosurf.kernels.cutting.thin_pieces import thin_children
+from geosurf.kernels.meshes.mesh import weld
+from geosurf.kernels.search.voxels import triangle_boxes
 
 _SAFETY = 1024.0
 

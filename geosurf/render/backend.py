@@ -168,7 +168,7 @@ def doctor() -> list[tuple[str, bool, str]]:
     >>> [name for name, ok, sentence in doctor()]
     ['python', 'numpy', 'numba', 'vtk', 'pyvista', 'kernels', 'pictures']
     """
-    from geosurf.kernels._jit import RUNNER
+    from geosurf.kernels.compile.jit import RUNNER
 
     version = platform.python_version()
     return [

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from geosurf.errors import OutputError
-from geosurf.files import write_whole
+from geosurf.files.atomic import write_whole
 from geosurf.model.expected import path_of
 from geosurf.render import furniture
 from geosurf.render.layers import Content, show_box

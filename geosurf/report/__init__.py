@@ -14,7 +14,7 @@ from typing import Any
 
 from geosurf.conventions import counted
 from geosurf.errors import InputError, OutputError
-from geosurf.files import write_whole
+from geosurf.files.atomic import write_whole
 from geosurf.model import Certificate
 from geosurf.model.expected import expect, number_of, path_of
 from geosurf.report import page, tables

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from geosurf.errors import GeometryError
-from geosurf.gallery import Attempt, cannot_draw
 from geosurf.render import render_place
 from geosurf.scene import Scene
+from geosurf.scene.pictures import Attempt, cannot_draw
 
 FILE = "failure.png"
 

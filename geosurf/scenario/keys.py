@@ -19,7 +19,7 @@ from geosurf.model.faults import SIDES
 from geosurf.scenario import values
 from geosurf.scenario.declared import key
 from geosurf.scenario.drawn import FORMATS, VIEWS, OutputSettings, SearchSettings
-from geosurf.sheets.diplines import DIRECTIONS
+from geosurf.sheets.faults.dip_lines import DIRECTIONS
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from geosurf.scene import Scene

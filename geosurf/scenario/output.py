@@ -1,7 +1,7 @@
 """The output folder: the results of one run, all of them or those of the run before.
 
 Results are made in a folder of their own inside the output folder, and take the place of the
-results of an earlier run when the last of them is there (`geosurf.filesets`). Files under
+results of an earlier run when the last of them is there (`geosurf.files.folders`). Files under
 names that are not ours are never touched. One run at a time writes into a folder.
 """
 
@@ -16,9 +16,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from geosurf.errors import OutputError
-from geosurf.files import PREFIX, random_digits, remove_abandoned
-from geosurf.filesets import MARK, Names, discard_twins, finish, replace_files, replace_folder
-from geosurf.locks import Lock
+from geosurf.files.atomic import PREFIX, random_digits, remove_abandoned
+from geosurf.files.folders import MARK, Names, discard_twins, finish, replace_files, replace_folder
+from geosurf.files.locks import Lock
 from geosurf.model.expected import path_of
 
 FOLDERS = ("units", "pictures", "report")

@@ -48,25 +48,25 @@ from geosurf.conventions import is_number, rising_diagonal
 from geosurf.errors import GeometryError, InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.expected import flag_of
-from geosurf.sheets.build import Builder, carry_on_by, ghosts_by_picks
-from geosurf.sheets.data import Picks
-from geosurf.sheets.describe import fault_cuts, make_report
-from geosurf.sheets.finish import (
+from geosurf.sheets.faults.slip import EllipticThrow
+from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
+from geosurf.sheets.heights.heights import FIRST_TRIM, Heights, Rebuild, Settings
+from geosurf.sheets.heights.missing import continued, missing_blocks, refuse_missing
+from geosurf.sheets.heights.scattered import Scattered, picks_or_points, rebuild_of
+from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.lattice.noise import weight_of
+from geosurf.sheets.mesh.build import Builder, carry_on_by, ghosts_by_picks
+from geosurf.sheets.mesh.finish import (
     crs_among,
     fault_surfaces,
     refuse_leaks,
     refuse_lost_cutoffs,
     sheet_of,
 )
-from geosurf.sheets.given import throw_horizon
-from geosurf.sheets.heights import FIRST_TRIM, Heights, Rebuild, Settings
-from geosurf.sheets.missing import continued, missing_blocks, refuse_missing
-from geosurf.sheets.noise import weight_of
-from geosurf.sheets.past import ghosts_by_points
-from geosurf.sheets.propose import propose_trim
-from geosurf.sheets.scattered import Scattered, picks_or_points, rebuild_of
-from geosurf.sheets.slip import EllipticThrow
-from geosurf.sheets.traces import FaultMesh, mesh_in_frame
+from geosurf.sheets.mesh.overlap_points import ghosts_by_points
+from geosurf.sheets.report.describe import fault_cuts, make_report
+from geosurf.sheets.report.propose_trim import propose_trim
+from geosurf.sheets.throw.throw_horizon import throw_horizon
 from geosurf.warning import warn
 
 __all__ = ["EllipticThrow", "propose_trim", "tear_horizon", "throw_horizon"]
@@ -142,8 +142,8 @@ def tear_horizon(
 
     Notes
     -----
-    The surface minimises its third differences (`geosurf.kernels.bending`), is torn by virtual
-    nodes (Molino, Bao & Fedkiw 2004), and cut exactly. See docs/sheets.md.
+    The surface minimises its third differences (`geosurf.kernels.sheets.smooth_surface`), is torn
+    by virtual nodes (Molino, Bao & Fedkiw 2004), and cut exactly. See docs/sheets.md.
 
     Examples
     --------

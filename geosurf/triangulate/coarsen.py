@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.errors import HorizonError
-from geosurf.kernels.coarsen import largest_misfits, mark_splits, take_triangles
+from geosurf.kernels.lattices.coarsen import largest_misfits, mark_splits, take_triangles
 from geosurf.model import Lattice, TriSurface
 
 _LARGEST = 256  # cells along the largest triangles

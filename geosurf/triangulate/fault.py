@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import FAULT_DIMS, elevation_sign, first_said, metres_per_unit, place
-from geosurf.crs import crs_of
+from geosurf.conventions.crs import crs_of
 from geosurf.errors import InputError, SurfaceError
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.expected import name_of

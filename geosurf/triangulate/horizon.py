@@ -16,7 +16,7 @@ from geosurf.conventions import (
     place,
     rising_diagonal,
 )
-from geosurf.crs import crs_of
+from geosurf.conventions.crs import crs_of
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import Lattice, TriSurface
 from geosurf.model.expected import name_of

@@ -80,7 +80,7 @@ def refuse_far(name: str, values: np.ndarray) -> None:
     geosurf.errors.SurfaceError: fault 'F1' has a coordinate of 1e+300 m; at most 1.15292e+18 \
 can be used. Is an undefined value left in it? Mark absent nodes with NaN.
     """
-    from geosurf.kernels.predicates import MAX_COORDINATE
+    from geosurf.kernels.exact.predicates import MAX_COORDINATE
 
     # of a box or of sticks, a few numbers; one that is not a number may look large here
     if max(map(abs, values.ravel().tolist()), default=0.0) <= MAX_COORDINATE:
@@ -169,7 +169,7 @@ def _across_edges(surface: TriSurface) -> tuple[np.ndarray, np.ndarray, np.ndarr
 
     ``-1`` on rims, and where more than two triangles share the edge.
     """
-    from geosurf.kernels.mesh import edges, weld
+    from geosurf.kernels.meshes.mesh import edges, weld
 
     spot, n_place = weld(surface.vertices)
     corners = surface.triangles

@@ -10,7 +10,7 @@ import numpy as np
 
 from geosurf.conventions import place, real_numbers
 from geosurf.errors import InputError, InvariantError
-from geosurf.kernels.predicates import frame_of, orient2d_rows
+from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
 
 
 def check_outline(outline: Any) -> np.ndarray:

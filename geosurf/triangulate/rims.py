@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from geosurf.errors import GeosurfWarning
-from geosurf.kernels.predicates import frame_of, orient2d_rows
+from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
 from geosurf.model import TriSurface
 from geosurf.triangulate.outline import check_outline, signed_area
 from geosurf.warning import warn

@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any
 
 from geosurf.conventions import did_you_mean
-from geosurf.crs import crs_of, label
+from geosurf.conventions.crs import crs_of, label
 from geosurf.errors import OutputError
 from geosurf.model import Curves, FaultSticks, Patches, TriSurface, Unit, Units
 from geosurf.model.base import Noun

@@ -1,7 +1,8 @@
 """Bytes to files, all or nothing.
 
-Everything is made in memory first and then takes the place of what was there (`geosurf.files`,
-`geosurf.filesets`): a failed or killed write leaves the old file or the new one.
+Everything is made in memory first and then takes the place of what was there
+(`geosurf.files.atomic`, `geosurf.files.folders`): a failed or killed write leaves the old file or
+the new one.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from contextlib import contextmanager
 from pathlib import Path, PurePath, PurePosixPath
 
 from geosurf.errors import OutputError
-from geosurf.files import N_RANDOM, PREFIX, write_whole
-from geosurf.filesets import Names, finish, make_stage, replace_files
-from geosurf.locks import Lock
+from geosurf.files.atomic import N_RANDOM, PREFIX, write_whole
+from geosurf.files.folders import Names, finish, make_stage, replace_files
+from geosurf.files.locks import Lock
 
 
 class Written(list[Path]):

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geosurf.crs import label
+from geosurf.conventions.crs import label
 from geosurf.errors import OutputError
 from geosurf.model import Curves, TriSurface, Unit
 

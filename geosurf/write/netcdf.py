@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.conventions import elevation_sign, metres_per_unit
-from geosurf.crs import crs_of
+from geosurf.conventions.crs import crs_of
 from geosurf.errors import DependencyError, OutputError
 
 if TYPE_CHECKING:  # pragma: no cover - types only

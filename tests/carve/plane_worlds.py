@@ -26,8 +26,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from geosurf import TriSurface, build_contacts, build_walls, carve_units, rebuild_surfaces
+from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.carve.certificate import certify
-from geosurf.contact.crossing import crossing_pairs
 from geosurf.errors import RoundingError
 from tests.half_spaces import Pieces
 from tests.strategies import UTM

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 
 from geosurf import Scene, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify, crossing_pairs, same_bytes
+from geosurf.carve.check_names import named
+from geosurf.carve.check_partition import matched, numbered, partition
 from geosurf.carve.column import names_of_zones
-from geosurf.carve.consistent import matched, numbered, partition
 from geosurf.carve.shells import unit_name
-from geosurf.carve.told import named
 from geosurf.model import Units
 from tests.rebuild.worlds import boxed_world
 from tests.strategies import BOX, faulted_worlds, grid, sheet

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from geosurf import TriSurface, extend_fault, triangulate_fault, triangulate_sticks
-from geosurf.contact.crossing import crossing_pairs
+from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.errors import GeometryError, InputError, SurfaceError
 from geosurf.faults.extend import _without_notches as without_notches
 from geosurf.faults.extend import segments_meet_box

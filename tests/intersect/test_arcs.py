@@ -9,7 +9,11 @@ import pytest
 
 from geosurf import intersect_surfaces
 from geosurf.intersect.sides import side_of
-from geosurf.kernels.arcs import (
+from geosurf.kernels.smooth.coverage import cone
+from geosurf.kernels.smooth.cubic_patch import evaluate
+from geosurf.kernels.smooth.curve_walk import away_from_arc
+from geosurf.kernels.smooth.error_estimate import ROUGH, WINDOW, doubts_along
+from geosurf.kernels.smooth.hermite_arcs import (
     K_LENGTH,
     K_SLOPE,
     N_KNOT,
@@ -19,14 +23,10 @@ from geosurf.kernels.arcs import (
     on_arc,
     set_length,
 )
-from geosurf.kernels.cover import cone
-from geosurf.kernels.doubt import ROUGH, WINDOW, doubts_along
-from geosurf.kernels.knots import ARC_SAFETY, set_knot
-from geosurf.kernels.land import patch_cone
-from geosurf.kernels.lift import F_POINT, F_TANGENT, LIFTED, N_WORK, meet_to
-from geosurf.kernels.near import N_PATCH
-from geosurf.kernels.patch import evaluate
-from geosurf.kernels.walk import away_from_arc
+from geosurf.kernels.smooth.knots import ARC_SAFETY, set_knot
+from geosurf.kernels.smooth.lift import F_POINT, F_TANGENT, LIFTED, N_WORK, meet_to
+from geosurf.kernels.smooth.newton_seeds import patch_cone
+from geosurf.kernels.smooth.patch_pairs import N_PATCH
 from tests.intersect.smooth_worlds import listric_fault, wavy_horizon
 
 PLACES = np.linspace(0.0, 1.0, 401)

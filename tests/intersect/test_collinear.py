@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from geosurf import intersect_surfaces
-from geosurf.contact.search import find_contacts
+from geosurf.arrangement.search import find_contacts
 from geosurf.intersect import collinear, runs
 from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import (
@@ -19,7 +19,7 @@ from geosurf.intersect.link import (
     pairs_with_areas,
     touching_points,
 )
-from geosurf.kernels.beside_lines import beside_lines
+from geosurf.kernels.contacts.near_segments import beside_lines
 from tests import oracles
 from tests.growth import chords, planes_through_a_line, seam
 from tests.rebuild.worlds import world

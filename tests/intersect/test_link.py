@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 
 from geosurf import Scene, synthetic
-from geosurf.contact.search import find_contacts
+from geosurf.arrangement.search import find_contacts
 from geosurf.intersect import intersect_surfaces
 from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import (
@@ -17,7 +17,7 @@ from geosurf.intersect.link import (
     pairs_with_areas,
     touching_points,
 )
-from geosurf.kernels.ranking import sort_places_and_segments, sort_segments
+from geosurf.kernels.meshes.ranking import sort_places_and_segments, sort_segments
 from tests import laws
 from tests.rebuild.worlds import boxed_world, world
 from tests.strategies import sheet, soups

@@ -10,7 +10,7 @@ import pytest
 
 from geosurf import build_walls, intersect_surfaces, rebuild_surfaces
 from tests import laws
-from tests.contact import self_overlap
+from tests.arrangement import self_overlap
 from tests.overlaps import Together, together
 from tests.strategies import grid, soup
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from geosurf import Lattice, TriSurface, intersect_surfaces
-from geosurf.contact import find_contacts
+from geosurf.arrangement import find_contacts
 from geosurf.errors import InputError, SurfaceError
 from geosurf.intersect import curves_of
 from geosurf.intersect.sides import find_candidates, piece_of, side_of

@@ -8,8 +8,8 @@ import pytest
 from geosurf import Lattice, TriSurface, intersect_surfaces
 from geosurf.intersect import dial
 from geosurf.intersect.sides import find_candidates, side_of
-from geosurf.kernels.land import patch_cone
-from geosurf.kernels.pyramid import BLOCK
+from geosurf.kernels.smooth.newton_seeds import patch_cone
+from geosurf.kernels.smooth.patch_pyramid import BLOCK
 from tests.cubics import points_on
 from tests.intersect.smooth_worlds import (
     along,

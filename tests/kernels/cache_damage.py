@@ -24,8 +24,8 @@ CHILD = """
 import json, os, sys, warnings
 exec(os.environ.get("DAMAGE_FIRST", ""))
 import numpy as np
-from geosurf.kernels.mesh import weld
-from geosurf.kernels.predicates import scale_of
+from geosurf.kernels.meshes.mesh import weld
+from geosurf.kernels.exact.predicates import scale_of
 exec(os.environ.get("DAMAGE_THEN", ""))
 rows = np.array([[0, 0, 0], [4, 5, 6], [0, 0, 0], [4, 5, 6.0]])[:, ::-1]  # not contiguous: cast
 with warnings.catch_warnings(record=True) as caught:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from geosurf.kernels._store import MARK, _content, _sealed
+from geosurf.kernels.compile.file_cache import MARK, _content, _sealed
 
 NOBODY = 65534
 # a root that is bound by permissions as everybody else is: Linux, capabilities 1 and 2

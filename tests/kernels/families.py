@@ -95,7 +95,7 @@ PREDICATES = {"orient2d": (3, 2), "orient3d": (4, 3), "incircle": (4, 2)}
 
 def kernel_signs(name: str, points: np.ndarray) -> np.ndarray:
     """Signs from geosurf's kernels; points (n, corners, dimension)."""
-    from geosurf.kernels import predicates
+    from geosurf.kernels.exact import predicates
 
     n, corners, dimension = points.shape
     x = np.zeros((n * corners, 3))
@@ -114,9 +114,9 @@ def _circle_signs(x: np.ndarray, m: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
     An odd change of order changes the sign of the determinant; it is 0 for four points of a line.
     """
-    from geosurf.kernels.circle import sign_rows
-    from geosurf.kernels.exact import LIMBS
-    from geosurf.kernels.kept import roomy_workspace
+    from geosurf.kernels.cutting.cached_predicates import roomy_workspace
+    from geosurf.kernels.cutting.face_circles import sign_rows
+    from geosurf.kernels.exact.exact_signs import LIMBS
 
     w = roomy_workspace(int(m[LIMBS]), len(x))
     none = np.empty((0, 4), dtype=np.int64)

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from geosurf.errors import DependencyError
-from geosurf.kernels._freeze import freeze
-from geosurf.kernels._frozen import LIBRARY, MANIFEST, stamp_of
-from geosurf.kernels._numba import kernel_folder
+from geosurf.kernels.compile.freeze import freeze
+from geosurf.kernels.compile.frozen_runner import LIBRARY, MANIFEST, stamp_of
+from geosurf.kernels.compile.numba_runner import kernel_folder
 
 
 def folder_of(package: str) -> Path:

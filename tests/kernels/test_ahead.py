@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from geosurf.kernels._jit import RUNNER, entry, scalar
-from geosurf.kernels.ahead import ahead
+from geosurf.kernels.compile.jit import RUNNER, entry, scalar
+from geosurf.kernels.lattices.prefetch import ahead
 
 
 @scalar
@@ -33,8 +33,8 @@ def test_compiled_kernels_ask_by_one_instruction():
     if not RUNNER.compiles:
         assert ahead(np.zeros(3), 5) is None
         return
-    from geosurf.kernels._helpers import entry_dispatcher  # with nothing kept
-    from geosurf.kernels._numba import types_of
+    from geosurf.kernels.compile.helpers import entry_dispatcher  # with nothing kept
+    from geosurf.kernels.compile.numba_runner import types_of
 
     made = entry_dispatcher(total_asked_for.python)
     made.compile(types_of(total_asked_for.signature.arguments))

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf.contact.crossing import crossing_pairs
-from geosurf.kernels.apart import open_pairs
-from geosurf.kernels.contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
-from geosurf.kernels.predicates import frame_of
+from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.search.separation import open_pairs
 from tests import oracles
 
 POINT = st.tuples(*[st.integers(0, 3)] * 3)
@@ -145,7 +145,7 @@ def test_thin_triangles_of_one_wall_are_never_asked_about_exactly(monkeypatch):
         asked.append(len(pairs))
         return meet_pairs(x, triangles, pairs, *rest)
 
-    monkeypatch.setattr("geosurf.contact.crossing.meet_pairs", counted)
+    monkeypatch.setattr("geosurf.arrangement.crossing.meet_pairs", counted)
     assert len(crossing_pairs(x, t)) == 0
     assert asked == [0]
     x[2 * n + 20, 2] = x[n + 20, 2] - 1.0  # the second curve below the first one

@@ -8,8 +8,8 @@ import sys
 
 SAID = """
 import gc
-from geosurf.kernels import gather
-from geosurf.kernels._numba import JitKernel
+from geosurf.kernels.meshes import numbering
+from geosurf.kernels.compile.numba_runner import JitKernel
 for kernel in gc.get_objects():
     if isinstance(kernel, JitKernel) and kernel._compiled.__name__ == "number_by_bits":
         kernel.compile()

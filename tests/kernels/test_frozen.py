@@ -19,8 +19,8 @@ import numpy as np
 import pytest
 
 from geosurf.errors import DependencyError, InputError
-from geosurf.kernels import _freeze, _jit, _objects
-from geosurf.kernels._frozen import (
+from geosurf.kernels.compile import freeze, jit, object_files
+from geosurf.kernels.compile.frozen_runner import (
     LIBRARY,
     MANIFEST,
     FrozenRunner,
@@ -29,10 +29,10 @@ from geosurf.kernels._frozen import (
     platform_name,
     stamp_of,
 )
-from geosurf.kernels._gate import Signature
-from geosurf.kernels._jit import Entry
-from geosurf.kernels._numba import JitRunner, check_results
-from geosurf.kernels._plain import PlainRunner
+from geosurf.kernels.compile.gate import Signature
+from geosurf.kernels.compile.jit import Entry
+from geosurf.kernels.compile.numba_runner import JitRunner, check_results
+from geosurf.kernels.compile.plain_runner import PlainRunner
 from tests.kernels import frozen
 from tests.kernels.tiny import basic
 
@@ -355,11 +355,11 @@ def test_a_chosen_library_that_does_not_fit_is_an_error(library, monkeypatch):
         monkeypatch.delenv(variable, raising=False)
     monkeypatch.setenv("GEOSURF_FROZEN", str(library))
     with pytest.raises(DependencyError, match=r"GEOSURF_FROZEN=.*made from other sources\. Unset"):
-        _jit.choose()
+        jit.choose()
     monkeypatch.setenv("GEOSURF_JIT", "1")
-    assert "since GEOSURF_JIT is set" in _jit.choose().describe()
+    assert "since GEOSURF_JIT is set" in jit.choose().describe()
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
-    assert "plain Python" in _jit.choose().describe()
+    assert "plain Python" in jit.choose().describe()
 
 
 def test_without_numba_nothing_imports_it():
@@ -392,7 +392,7 @@ def test_a_curve_of_two_triangles_imports_little():
         check=True,
         cwd=ROOT,
     ).stdout.split()
-    assert "geosurf.kernels.contact" in said
+    assert "geosurf.kernels.contacts.triangle_contact" in said
     foreign = {"numba", "xarray", "scipy", "numpy.ma", "concurrent.futures", "fractions"}
     rooms = {"intersect.dial", "intersect.overlap", "kernels.cut", "kernels.lift", "kernels.trace"}
     assert not (foreign | {f"geosurf.{room}" for room in rooms}) & set(said)
@@ -418,11 +418,11 @@ def test_no_compiler_is_said(monkeypatch, tmp_path):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(DependencyError, match="no C compiler here"):
-        _freeze.find_compiler()
-    assert _freeze.main(["--out", str(tmp_path / "out")]) == _freeze.NOT_HERE
-    monkeypatch.setattr(_freeze, "platform_name", lambda: "beos-ppc")
+        freeze.find_compiler()
+    assert freeze.main(["--out", str(tmp_path / "out")]) == freeze.NOT_HERE
+    monkeypatch.setattr(freeze, "platform_name", lambda: "beos-ppc")
     with pytest.raises(DependencyError, match="frozen on linux-x86_64, not on beos-ppc"):
-        _freeze.find_compiler()
+        freeze.find_compiler()
 
 
 def test_a_kernel_that_needs_more_than_we_bring_is_refused():
@@ -433,7 +433,7 @@ def test_a_kernel_that_needs_more_than_we_bring_is_refused():
         "declare double @llvm.floor.f64(double)\n"
     )
     with pytest.raises(InputError, match=r"kernel room calls NRT_MemInfo_new, which a frozen"):
-        _objects.refuse_foreign("room", module)
+        object_files.refuse_foreign("room", module)
 
 
 def test_results_are_what_the_signature_says():
@@ -442,13 +442,13 @@ def test_results_are_what_the_signature_says():
     check_results("k", numba.types.none, Signature.parse("d -> ."))
     with pytest.raises(TypeError, match=r"k promises '-> l', but numba finds .* int32"):
         check_results("k", numba.int32, Signature.parse("d -> l"))
-    for entry in _jit.ENTRIES.values():
-        if _jit.RUNNER.compiles and entry.python.__module__.startswith("geosurf."):
+    for entry in jit.ENTRIES.values():
+        if jit.RUNNER.compiles and entry.python.__module__.startswith("geosurf."):
             entry.compile()
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(platform_name() not in ("linux-x86_64",), reason="nothing is frozen here")
 def test_two_builds_give_the_same_bytes(library, tmp_path):
-    _freeze.freeze(tmp_path / "again", TINY)
+    freeze.freeze(tmp_path / "again", TINY)
     assert (tmp_path / "again" / LIBRARY).read_bytes() == (library / LIBRARY).read_bytes()

@@ -81,12 +81,12 @@ def test_curves_of_two_files_import_nothing_heavy(library, tmp_path):
         code = f"import sys, geosurf.cli as c; assert c.main({words!r}) == 0; print(*sys.modules)"
         said = run(library, "-c", code).split()
         assert not heavy & set(said)
-        assert "geosurf.kernels._frozen" in said
+        assert "geosurf.kernels.compile.frozen_runner" in said
 
 
 def test_doctor_and_warmup_say_what_runs(library):
     assert "kernels are frozen: machine code for x86-64" in run(
-        library, "-c", "from geosurf.kernels._jit import RUNNER; print(RUNNER.describe())"
+        library, "-c", "from geosurf.kernels.compile.jit import RUNNER; print(RUNNER.describe())"
     )
     said = run(library, "-m", "geosurf.cli", "warmup")
     assert said.startswith("Nothing to compile: kernels are frozen")

@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 import pytest
 
-from geosurf.kernels.mesh import weld
-from geosurf.kernels.points import LPI, TPI, hash_of_name, hash_of_row
+from geosurf.kernels.exact.constructed_points import LPI, TPI, hash_of_name, hash_of_row
+from geosurf.kernels.meshes.mesh import weld
 
 PLACES = {
     "map": [(float(i), float(j), 0.0) for i in range(64) for j in range(64)],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,9 @@ numba = pytest.importorskip("numba")
 if numba.config.DISABLE_JIT:
     pytest.skip("nothing is compiled", allow_module_level=True)
 
-from geosurf.kernels import _helpers  # noqa: E402
-from geosurf.kernels._helpers import Helper, HelperLibrary, below, entry_dispatcher  # noqa: E402
+from geosurf.kernels.compile import helpers  # noqa: E402
+from geosurf.kernels.compile.helpers import Helper, HelperLibrary, below, entry_dispatcher  # noqa: E402
+from geosurf.kernels.compile.sources import ROOT, kernel_files  # noqa: E402
 
 
 def half(x):
@@ -122,7 +122,7 @@ def test_the_passes_are_numba_s():
     args = (numba.float64,)
     flags = numba.core.compiler.Flags()
     contexts = cpu_target.typing_context, cpu_target.target_context
-    mine = _helpers._EntryCompiler(*contexts, None, args, None, flags, {})
+    mine = helpers._EntryCompiler(*contexts, None, args, None, flags, {})
     (passes,) = mine.define_pipelines()
     numba_s = DefaultPassBuilder.define_nopython_pipeline(mine.state)
     other = [
@@ -152,7 +152,7 @@ def test_an_index_is_used_as_it_is_by_kernels_only():
 
 
 def kernel_functions():
-    for path in sorted(Path(_helpers.__file__).parent.glob("[!_]*.py")):
+    for path in kernel_files(ROOT):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.FunctionDef) and node.decorator_list:
                 yield path.name, node
@@ -173,10 +173,10 @@ def test_no_kernel_counts_from_the_end():
 
 def test_what_is_left_of_helpers_is_internal():
     """Else LLVM keeps every word of every array that they are handed."""
-    from geosurf.kernels import signs
+    from geosurf.kernels.cutting import face_signs
 
     def turns(x, t, e, d, m, w, q, f, s):
-        return signs.turn_closely(x, t, e, d, m, w, q, f, s, 0, 1, 2)
+        return face_signs.turn_closely(x, t, e, d, m, w, q, f, s, 0, 1, 2)
 
     integers = numba.int64[:, ::1], numba.int64[::1]
     floats = numba.float64[:, ::1]
@@ -188,7 +188,7 @@ def test_what_is_left_of_helpers_is_internal():
     left = {f.name: f.linkage for f in result.library._final_module.functions}
     mine = [left[name] for name in left if "geosurf" in name and "turns" not in name]
     assert len(mine) > 3
-    assert set(mine) == {_helpers.llvm.Linkage.internal}
+    assert set(mine) == {helpers.llvm.Linkage.internal}
 
 
 def test_no_kernel_asks_an_array_for_what_cannot_be_frozen():
@@ -196,7 +196,7 @@ def test_no_kernel_asks_an_array_for_what_cannot_be_frozen():
     asked = {"max", "min", "reshape", "ravel", "flatten", "take", "repeat"}
     found = [
         f"{path.name}:{call.lineno}: {call.func.attr}"
-        for path in sorted(Path(_helpers.__file__).parent.glob("[a-z]*.py"))
+        for path in kernel_files(ROOT)
         for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)
         if call.func.attr in asked

@@ -11,7 +11,7 @@ if numba.config.DISABLE_JIT:
 
 from numba.core.runtime import _nrt_python, rtsys  # noqa: E402
 
-from geosurf.kernels._helpers import Helper, entry_dispatcher, makes_arrays  # noqa: E402
+from geosurf.kernels.compile.helpers import Helper, entry_dispatcher, makes_arrays  # noqa: E402
 
 
 def largest(x):

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import TriSurface, intersect_surfaces
-from geosurf.contact.tree import look_at_list, tree_of
+from geosurf.arrangement.tree import look_at_list, tree_of
 from geosurf.errors import SurfaceError
-from geosurf.kernels.listed import LARGEST, SMALLEST, survey_list
+from geosurf.kernels.lattices.triangle_list import LARGEST, SMALLEST, survey_list
 from geosurf.triangulate.degenerate import find_zero_area
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.mesh import edges, numbered_in_order, patches_and_rim
+from geosurf.kernels.meshes.mesh import edges, numbered_in_order, patches_and_rim
 
 
 def assert_rings(t: np.ndarray, n_vertex: int) -> None:

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 
 from geosurf import Lattice, TriSurface
-from geosurf.contact.search import find_contacts
-from geosurf.kernels.doubled import doubled_rows
-from geosurf.kernels.naming import name_contacts
-from geosurf.kernels.packed import n_corners
-from geosurf.kernels.placing import LANES
-from geosurf.kernels.points import FULL
+from geosurf.arrangement.search import find_contacts
+from geosurf.kernels.contacts.naming import name_contacts
+from geosurf.kernels.contacts.packed_contact import n_corners
+from geosurf.kernels.contacts.placing import LANES
+from geosurf.kernels.exact.constructed_points import FULL
+from geosurf.kernels.exact.double_double import doubled_rows
 from tests.kernels.test_signs import SCALES, dot, minus, plane, position
 from tests.oracles import rational, rounded
 from tests.strategies import soup, soups

@@ -11,9 +11,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from geosurf.kernels.parts import DONE, NEEDS_EXACT, join_parts, parts_of
-from geosurf.kernels.predicates import frame_of
-from geosurf.kernels.radial import N_AROUND, main_axis, sort_around, sorted_by_floats
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.meshes.parts import DONE, NEEDS_EXACT, join_parts, parts_of
+from geosurf.kernels.meshes.radial_order import N_AROUND, main_axis, sort_around, sorted_by_floats
 
 small = st.integers(-3, 3).map(float)
 PAIRED, FREE = -2, -1

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf.errors import SurfaceError
-from geosurf.kernels.predicates import flat_triangles, frame_of, normal_axis, scale_of
+from geosurf.kernels.exact.predicates import flat_triangles, frame_of, normal_axis, scale_of
 from tests import oracles
 from tests.kernels.families import FAMILIES, PREDICATES, kernel_signs, share, true_signs, tuples
 

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import geosurf as gs
-from geosurf.kernels.reach import links_among, steps_from
-from geosurf.sheets import solve
+from geosurf.kernels.sheets.graph_distance import links_among, steps_from
+from geosurf.sheets.lattice import solve
 
 N = 5
 

@@ -9,7 +9,7 @@ numba = pytest.importorskip("numba")
 if numba.config.DISABLE_JIT:
     pytest.skip("nothing is compiled", allow_module_level=True)
 
-from geosurf.kernels._numba import _writeable  # noqa: E402
+from geosurf.kernels.compile.numba_runner import _writeable  # noqa: E402
 from geosurf.model import frozen  # noqa: E402
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.remains import sides_of_edges, told_by_corners
+from geosurf.kernels.sheets.sheet_trim import sides_of_edges, told_by_corners
 
 N = 6
 TRIANGLES = st.lists(st.permutations(range(N)).map(lambda p: p[:3]), max_size=40)

@@ -9,13 +9,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from geosurf.kernels.byname import made_alike
-from geosurf.kernels.circle import sign_rows
-from geosurf.kernels.doubled import doubled_rows
-from geosurf.kernels.exact import EXACT_ORIENT2D, LIMBS
-from geosurf.kernels.kept import roomy_workspace
-from geosurf.kernels.predicates import frame_of
-from geosurf.kernels.signs import AXIS, N_STATE, add_local, lower
+from geosurf.kernels.cutting.cached_predicates import roomy_workspace
+from geosurf.kernels.cutting.face_circles import sign_rows
+from geosurf.kernels.cutting.face_signs import AXIS, N_STATE, add_local, lower
+from geosurf.kernels.cutting.symbolic import made_alike
+from geosurf.kernels.exact.double_double import doubled_rows
+from geosurf.kernels.exact.exact_signs import EXACT_ORIENT2D, LIMBS
+from geosurf.kernels.exact.predicates import frame_of
 from tests.oracles import determinant, rational, rounded, sign
 
 SCALES = {

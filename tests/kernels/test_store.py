@@ -8,9 +8,9 @@ import warnings
 import pytest
 
 from geosurf.errors import GeosurfWarning
-from geosurf.kernels import _store
-from geosurf.kernels._folder import cache_folder
-from geosurf.kernels._store import Store
+from geosurf.kernels.compile import file_cache
+from geosurf.kernels.compile.cache_folder import cache_folder
+from geosurf.kernels.compile.file_cache import Store
 
 NAME, PAYLOAD = "mesh.weld-1.nbc", bytes(range(256)) * 3
 posix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="permissions are of POSIX")
@@ -19,7 +19,7 @@ posix = pytest.mark.skipif(not hasattr(os, "getuid"), reason="permissions are of
 @pytest.fixture
 def store(tmp_path, monkeypatch):
     monkeypatch.setenv("GEOSURF_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(_store, "_reported", [])
+    monkeypatch.setattr(file_cache, "_reported", [])
     made = Store("kernels")
     assert made.save(NAME, PAYLOAD)
     assert made.load(NAME) == PAYLOAD
@@ -103,7 +103,7 @@ def test_what_belongs_to_another_is_not_used(store, monkeypatch):
 def test_the_folder_above_counts_too(tmp_path, monkeypatch):
     monkeypatch.delenv("GEOSURF_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(_store, "_reported", [])
+    monkeypatch.setattr(file_cache, "_reported", [])
     store = Store("kernels")
     assert store.save(NAME, PAYLOAD)
     assert store.folder == tmp_path / "geosurf" / "kernels"
@@ -137,7 +137,7 @@ def test_a_huge_file_is_not_read(store):
 def test_where_nothing_can_be_kept_one_warning_names_the_remedy(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("GEOSURF_CACHE_DIR", str(tmp_path / "file" / "cache"))
-    monkeypatch.setattr(_store, "_reported", [])
+    monkeypatch.setattr(file_cache, "_reported", [])
     store = Store("kernels")
     with pytest.warns(GeosurfWarning, match="cannot be kept in .*Set GEOSURF_CACHE_DIR"):
         assert not store.save(NAME, PAYLOAD)
@@ -178,7 +178,7 @@ def test_without_a_home_nothing_is_kept(monkeypatch):
     monkeypatch.delenv("GEOSURF_CACHE_DIR", raising=False)
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setenv("HOME", "nowhere")
-    monkeypatch.setattr(_store, "_reported", [])
+    monkeypatch.setattr(file_cache, "_reported", [])
     store = Store("kernels")
     assert store.load(NAME) is None
     with pytest.warns(GeosurfWarning, match="relative"):

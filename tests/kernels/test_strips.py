@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geosurf import TriSurface
-from geosurf.kernels import measures, strips
+from geosurf.kernels.lattices import strips
+from geosurf.kernels.meshes import volumes
 from geosurf.model import Lattice
 
 
@@ -102,13 +103,13 @@ def test_measures_are_those_of_the_triangles(case):
     for face in (np.arange(n), np.arange(n) % 2):  # each run by itself, and two faces of several
         of, n_face = face[run[keys]], int(face.max(initial=-1)) + 1
         below = np.zeros((n_face, 3))
-        measures.below_runs(*grid, face, 4.0, below)
+        volumes.below_runs(*grid, face, 4.0, below)
         exact = [math.fsum(volume[of == i]) for i in range(n_face)]
         np.testing.assert_allclose(below[:, 0] + below[:, 1], exact, rtol=1e-15, atol=1e-13)
         np.testing.assert_allclose(below[:, 2], np.bincount(of, 2.0 * area, n_face), atol=1e-12)
         extent = np.zeros((n_face, 8))
         extent[:, 2:5], extent[:, 5:] = np.inf, -np.inf
-        measures.extent_runs(*grid, face, np.array([1.0, 2.0, 3.0]), extent)
+        volumes.extent_runs(*grid, face, np.array([1.0, 2.0, 3.0]), extent)
         np.testing.assert_allclose(
             extent[:, 0] + extent[:, 1], np.bincount(of, full, n_face), atol=1e-12
         )
@@ -125,8 +126,8 @@ def test_triangles_measure_as_runs_do_at_any_corner(case):
     surface = TriSurface("Top", "horizon", lattice=lattice)
     x, t = surface.vertices, surface.triangles
     one, two = np.zeros((1, 3)), np.zeros((1, 3))
-    measures.below_triangles(x, t, np.zeros(len(t), dtype=np.int64), 4.0, one)
-    measures.below_triangles(x, t[:, [2, 0, 1]], np.zeros(len(t), dtype=np.int64), 4.0, two)
+    volumes.below_triangles(x, t, np.zeros(len(t), dtype=np.int64), 4.0, one)
+    volumes.below_triangles(x, t[:, [2, 0, 1]], np.zeros(len(t), dtype=np.int64), 4.0, two)
     assert one.tobytes() == two.tobytes()
     a, b, c = (x[t[:, k]] for k in range(3))
     rise = np.cross(b - a, c - a)[:, 2]
@@ -134,7 +135,7 @@ def test_triangles_measure_as_runs_do_at_any_corner(case):
     assert one[0, 0] + one[0, 1] == pytest.approx(math.fsum(terms), rel=1e-15, abs=1e-13)
     assert one[0, 2] == pytest.approx(rise.sum(), abs=1e-12)
     extent = np.array([[0.0, 0.0, *[np.inf] * 3, *[-np.inf] * 3]])
-    measures.extent_triangles(x, t, np.zeros(len(t), dtype=np.int64), extent)
+    volumes.extent_triangles(x, t, np.zeros(len(t), dtype=np.int64), extent)
     full = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     assert extent[0, :2].sum() == pytest.approx(math.fsum(full), rel=1e-14)
 
@@ -144,5 +145,5 @@ def test_nothing_is_lost_of_a_sum_of_large_and_small_terms():
     x = np.array([[0.0, 0, 0], [1e8, 0, 0], [0, 1e8, 0], [1, 0, 1], [0, 1, 1], [0, 0, 1]])
     t = np.array([[0, 1, 2], *[[5, 3, 4]] * 1000, [0, 2, 1]])
     found = np.zeros((1, 3))
-    measures.below_triangles(x, t, np.zeros(len(t), dtype=np.int64), -1.0, found)
+    volumes.below_triangles(x, t, np.zeros(len(t), dtype=np.int64), -1.0, found)
     assert found[0, 0] + found[0, 1] == 6000.0

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from geosurf.conventions import _rising_by_every_cell, rising_diagonal
 from geosurf.errors import SurfaceError
-from geosurf.kernels.clear import TILE
-from geosurf.kernels.tree import BLOCK
+from geosurf.kernels.lattices.cell_bounds import TILE
+from geosurf.kernels.search.tree import BLOCK
 from geosurf.model import Lattice, TriSurface
 from geosurf.triangulate import triangulate_fault
 from geosurf.triangulate.cells import bounds_of_normals, corners_are_open, fault_diagonal

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from geosurf.kernels.predicates import frame_of
-from geosurf.kernels.torn import over_one_another
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.sheets.sheet_corners import over_one_another
 from tests import oracles
 from tests.strategies import UTM, triangles
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from geosurf.errors import GeosurfWarning
-from geosurf.kernels import _store, _writes
+from geosurf.kernels.compile import file_cache, written_arguments
 
 KERNEL = "def fill(rows, out):\n    for i in range(len(rows)):\n        {}[i] = 1.0\n"
 
@@ -13,16 +13,16 @@ KERNEL = "def fill(rows, out):\n    for i in range(len(rows)):\n        {}[i] = 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("GEOSURF_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(_store, "_reported", [])
+    monkeypatch.setattr(file_cache, "_reported", [])
     (tmp_path / "kernels").mkdir()
     return tmp_path / "kernels"
 
 
 def asked(folder):
     """As a new process asks."""
-    _writes.kept_arguments.cache_clear()
-    _writes.written_arguments.cache_clear()
-    return _writes.kept_arguments(str(folder))
+    written_arguments.kept_arguments.cache_clear()
+    written_arguments.written_arguments.cache_clear()
+    return written_arguments.kept_arguments(str(folder))
 
 
 def test_what_is_kept_is_what_the_source_says(folder, monkeypatch):
@@ -31,9 +31,9 @@ def test_what_is_kept_is_what_the_source_says(folder, monkeypatch):
     (folder / "a.py").write_text(KERNEL.format("rows"))
     assert asked(folder) == {"a.fill": (0,)}
     (folder / "a.py").write_text(KERNEL.format("out"))
-    monkeypatch.setattr(_writes, "written_arguments", None)  # nothing is read any more
-    _writes.kept_arguments.cache_clear()
-    assert _writes.kept_arguments(str(folder)) == {"a.fill": (1,)}
+    monkeypatch.setattr(written_arguments, "written_arguments", None)  # nothing is read any more
+    written_arguments.kept_arguments.cache_clear()
+    assert written_arguments.kept_arguments(str(folder)) == {"a.fill": (1,)}
     assert len(list((folder.parent / "cache").iterdir())) == 2
 
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from geosurf import Scene, TriSurface, render_place, render_scene, report_scene
 from geosurf.errors import GeosurfError, GeosurfWarning
-from geosurf.gallery import pictures_of
 from geosurf.render import render_surfaces, render_units
+from geosurf.scene.pictures import pictures_of
 
 Calls = Iterator[tuple[str, Callable[[], Any]]]
 

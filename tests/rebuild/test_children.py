@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geosurf.contact import arrange, search
-from geosurf.contact.arrange import cut_contacts
-from geosurf.contact.search import find_contacts
-from geosurf.kernels.mesh import turned_over
-from geosurf.kernels.predicates import frame_of
+from geosurf.arrangement import arrange, search
+from geosurf.arrangement.arrange import cut_contacts
+from geosurf.arrangement.search import find_contacts
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.meshes.mesh import turned_over
 from tests.rebuild.test_soundness import degenerate
 from tests.strategies import soup
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from geosurf import TriSurface, intersect_triangles
-from geosurf.contact.arrange import cut_contacts
-from geosurf.contact.crossing import crossing_pairs
-from geosurf.contact.search import find_contacts
-from geosurf.kernels.mesh import turned_over, weld
-from geosurf.kernels.predicates import frame_of
-from geosurf.kernels.sure import unsure_pairs
+from geosurf.arrangement.arrange import cut_contacts
+from geosurf.arrangement.crossing import crossing_pairs
+from geosurf.arrangement.search import find_contacts
+from geosurf.kernels.contacts.stable_pairs import unsure_pairs
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.meshes.mesh import turned_over, weld
 from geosurf.prove.catalogue import random_turn, turned
 from geosurf.rebuild.soundness import crossing_faces, near_pairs
 from tests.strategies import soup

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from geosurf import TriSurface
-from geosurf.contact.arrange import cut_contacts
-from geosurf.contact.search import find_contacts
-from geosurf.kernels.contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER
-from geosurf.kernels.packed import packed
-from geosurf.kernels.predicates import frame_of
-from geosurf.kernels.thin import thin_children
+from geosurf.arrangement.arrange import cut_contacts
+from geosurf.arrangement.search import find_contacts
+from geosurf.kernels.contacts.packed_contact import packed
+from geosurf.kernels.contacts.triangle_contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER
+from geosurf.kernels.cutting.thin_pieces import thin_children
+from geosurf.kernels.exact.predicates import frame_of
 from geosurf.model import Lattice
 
 

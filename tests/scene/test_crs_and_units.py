@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import geosurf as gs
-from geosurf.crs import are_same, crs_of, label
+from geosurf.conventions.crs import are_same, crs_of, label
 from geosurf.errors import InputError
 
 FT = 0.3048

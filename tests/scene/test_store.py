@@ -10,7 +10,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import InputError
-from geosurf.store import CHOICE, KEPT_SCENES, Store, budget_of_family, buffers_of
+from geosurf.scene.store import CHOICE, KEPT_SCENES, Store, budget_of_family, buffers_of
 from tests import laws
 
 KB = 1024

@@ -11,7 +11,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import InputError
-from geosurf.inputs import INPUTS
+from geosurf.scene.inputs import INPUTS
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 import geosurf as gs
-from geosurf.console import printed_warnings
-from geosurf.memory import Memory
+from geosurf.cli.console import printed_warnings
+from geosurf.scene.memory import Memory
 from geosurf.warning import collected, warn
 
 ROOT = Path(__file__).resolve().parents[2]

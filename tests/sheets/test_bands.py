@@ -11,18 +11,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geosurf import TriSurface
-from geosurf.kernels import lines, nodes
-from geosurf.kernels.draped import block_bounds
-from geosurf.kernels.sheets import own_height
-from geosurf.kernels.thirds import third_differences
-from geosurf.sheets.canvas import Canvas
-from geosurf.sheets.cutoffs import profile, undirected_chains
-from geosurf.sheets.data import Picks
-from geosurf.sheets.describe import _misfit
-from geosurf.sheets.frame import Frame
-from geosurf.sheets.near import NearTrace, blocks_between, mesh_blocks, side_at_own_height
-from geosurf.sheets.sets import distinct, is_among
-from geosurf.sheets.traces import FaultMesh, Trace, _numbered, mesh_in_frame, trace_lines
+from geosurf.kernels.lattices.third_differences import third_differences
+from geosurf.kernels.sheets import link_lines, node_bands
+from geosurf.kernels.sheets.fault_distance import own_height
+from geosurf.kernels.sheets.fault_trace import block_bounds
+from geosurf.sheets.faults.fault_distance import (
+    NearTrace,
+    blocks_between,
+    mesh_blocks,
+    side_at_own_height,
+)
+from geosurf.sheets.faults.traces import FaultMesh, Trace, _numbered, mesh_in_frame, trace_lines
+from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.sets import distinct, is_among
+from geosurf.sheets.lattice.working_grid import Canvas
+from geosurf.sheets.report.cutoffs import profile, undirected_chains
+from geosurf.sheets.report.describe import _misfit
 
 
 def frame_of(n_row: int, n_col: int) -> Frame:
@@ -48,7 +53,7 @@ def test_nodes_around_a_band_are_those_within_some_rows_and_columns(band, reach)
         for j in range(-reach, reach + 1)
         if 0 <= r + i < n_row and 0 <= c + j < n_col
     }
-    assert nodes.nodes_around(some, n_row, n_col, reach).tolist() == sorted(near)
+    assert node_bands.nodes_around(some, n_row, n_col, reach).tolist() == sorted(near)
 
 
 @given(bands(), st.data())
@@ -56,7 +61,7 @@ def test_links_of_a_band_are_those_of_the_lattice_that_are_uncut(band, data):
     _, n_col, some = band
     cut = data.draw(st.lists(st.integers(0, 15), min_size=len(some), max_size=len(some)))
     row = {node: k for k, node in enumerate(some.tolist())}
-    east, north = nodes.links_between(some, np.array(cut, dtype=np.int64), n_col)
+    east, north = node_bands.links_between(some, np.array(cut, dtype=np.int64), n_col)
     for k, node in enumerate(some.tolist()):
         beside = row.get(node + 1, -1) if (node + 1) % n_col else -1
         assert east[k] == (-1 if cut[k] & 1 else beside)
@@ -79,7 +84,7 @@ def test_lines_have_every_edge_once_and_stop_only_where_they_must(pairs):
 @given(st.permutations(range(6)), st.integers(0, 6))
 def test_directed_lines_follow_their_links(onward, kept):
     tail, head = np.arange(6)[:kept], np.array(onward)[:kept]
-    points, starts = lines.directed_lines(tail, head, 6)
+    points, starts = link_lines.directed_lines(tail, head, 6)
     found = np.split(points, starts[1:-1]) if len(starts) > 1 else []
     links = [link for line in found for link in pairwise(line)]
     assert sorted(links) == sorted(zip(tail, head, strict=True))
@@ -110,7 +115,7 @@ def test_crossings_of_lines_are_those_of_whole_numbers(one, two):
             met = exactly(one[i], one[i + 1], two[j], two[j + 1])
             if met and 0 <= met[0] < 1 and 0 <= met[1] < 1:
                 wanted.append((float(i + met[0]), float(j + met[1])))
-    found = lines.line_crossings(pieces(one), pieces(two))
+    found = link_lines.line_crossings(pieces(one), pieces(two))
     assert found == pytest.approx(np.array(wanted).reshape(-1, 2), abs=1e-12)
 
 

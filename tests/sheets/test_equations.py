@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geosurf.errors import InvariantError
-from geosurf.kernels.bending import bent_by, normal_equations
-from geosurf.kernels.envelope import fill_envelope, places_in_order
-from geosurf.sheets.drape import around, without_absent
-from geosurf.sheets.solve import equations, lattice_graph, smoothest, weights_of
+from geosurf.kernels.sheets.envelope_solver import fill_envelope, places_in_order
+from geosurf.kernels.sheets.smooth_surface import bent_by, normal_equations
+from geosurf.sheets.lattice.drape import around, without_absent
+from geosurf.sheets.lattice.solve import equations, lattice_graph, smoothest, weights_of
 
 LINE = [(-1, 1), (1, -2, 1), (-1, 3, -3, 1)]
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
-from geosurf.sheets import build
+from geosurf.sheets.mesh import build
 from geosurf.synthetic.torn_horizon import Fault
 
 

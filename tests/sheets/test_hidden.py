@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.sheets import describe
-from geosurf.sheets.hidden import hidden_misfit
+from geosurf.sheets.report import describe
+from geosurf.sheets.report.holdout_misfit import hidden_misfit
 
 # overlap and gap, faults that cross, and none of either
 KINDS = ("normal", "vertical", "X", "scissors", "reverse", "thrust")

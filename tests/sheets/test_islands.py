@@ -7,7 +7,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.prove.bench.geology import torn_sources
-from geosurf.sheets import cut, islands
+from geosurf.sheets.mesh import cut, islands
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from geosurf.kernels.bending import bent_by
-from geosurf.sheets.past import _drawn_to, points_past
-from geosurf.sheets.solve import BEND, lattice_graph, weights_of
+from geosurf.kernels.sheets.smooth_surface import bent_by
+from geosurf.sheets.lattice.solve import BEND, lattice_graph, weights_of
+from geosurf.sheets.mesh.overlap_points import _drawn_to, points_past
 
 SIDE = 4  # nodes
 

@@ -8,16 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
-from geosurf.kernels.envelope import add_squares
-from geosurf.sheets import heights as passes
-from geosurf.sheets import scattered as off_lattice
-from geosurf.sheets.data import Picks
-from geosurf.sheets.heights import Rebuild, Settings
-from geosurf.sheets.noise import weight_of
-from geosurf.sheets.relief import ORDERS, common_relief
-from geosurf.sheets.scattered import picks_or_points
-from geosurf.sheets.solve import BEND, weights_of
-from geosurf.sheets.traces import mesh_in_frame
+from geosurf.kernels.sheets.envelope_solver import add_squares
+from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.heights import heights as passes
+from geosurf.sheets.heights import scattered as off_lattice
+from geosurf.sheets.heights.heights import Rebuild, Settings
+from geosurf.sheets.heights.relief import ORDERS, common_relief
+from geosurf.sheets.heights.scattered import picks_or_points
+from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.lattice.noise import weight_of
+from geosurf.sheets.lattice.solve import BEND, weights_of
 from tests.sheets.table import measure
 
 rows = st.dictionaries(st.integers(0, 6), st.integers(-3, 3), min_size=1, max_size=5)

@@ -8,11 +8,11 @@ import pytest
 
 import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
-from geosurf.sheets.finish import fault_surfaces
-from geosurf.sheets.heights import Settings
-from geosurf.sheets.links import FALLING
-from geosurf.sheets.scattered import ScatteredRebuild, proposed_spacing, scattered
-from geosurf.sheets.traces import mesh_in_frame
+from geosurf.sheets.faults.cut_edges import FALLING
+from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.heights.heights import Settings
+from geosurf.sheets.heights.scattered import ScatteredRebuild, proposed_spacing, scattered
+from geosurf.sheets.mesh.finish import fault_surfaces
 from tests.sheets import held_out
 from tests.sheets.table import measure
 

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import geosurf as gs
-from geosurf.sheets.data import picks_of
-from geosurf.sheets.finish import fault_surfaces
-from geosurf.sheets.heights import Rebuild, Settings
-from geosurf.sheets.smear import BIN, Smear, distances, smear_of
-from geosurf.sheets.solve import lattice_graph, on_the_way, steps_to_known
-from geosurf.sheets.traces import mesh_in_frame
+from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.heights.heights import Rebuild, Settings
+from geosurf.sheets.heights.smear import BIN, Smear, distances, smear_of
+from geosurf.sheets.lattice.data import picks_of
+from geosurf.sheets.lattice.solve import lattice_graph, on_the_way, steps_to_known
+from geosurf.sheets.mesh.finish import fault_surfaces
 from tests.sheets.table import measure
 
 SMALL = st.floats(0.0, 20.0)

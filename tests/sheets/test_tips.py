@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.kernels.bending import bent_by
-from geosurf.sheets.frame import Frame
-from geosurf.sheets.links import Cuts
-from geosurf.sheets.near import NearTrace
-from geosurf.sheets.noise import scale_of
-from geosurf.sheets.rest import _pays, paying_shares, smoothest_rest
-from geosurf.sheets.solve import BEND, lattice_graph, smoothest, weights_of
-from geosurf.sheets.tips import TERMS, tips_of
-from geosurf.sheets.traces import Trace
+from geosurf.kernels.sheets.smooth_surface import bent_by
+from geosurf.sheets.faults.cut_edges import Cuts
+from geosurf.sheets.faults.fault_distance import NearTrace
+from geosurf.sheets.faults.tips import TERMS, tips_of
+from geosurf.sheets.faults.traces import Trace
+from geosurf.sheets.heights.tip_residual import _pays, paying_shares, smoothest_rest
+from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.noise import scale_of
+from geosurf.sheets.lattice.solve import BEND, lattice_graph, smoothest, weights_of
 from tests.sheets import held_out
 from tests.sheets.table import measure
 

@@ -11,8 +11,8 @@ from functools import cache
 from pathlib import Path, PurePosixPath
 
 import geosurf as gs
-from geosurf import filesets
-from geosurf.kernels import _store
+from geosurf.files import folders
+from geosurf.kernels.compile import file_cache
 from geosurf.prove.families import make_case
 from geosurf.prove.reproducer import save_case
 from geosurf.prove.stress import write_json
@@ -93,8 +93,8 @@ def _keep(k: int) -> Action:
     def save(place: Path) -> None:
         os.environ["GEOSURF_CACHE_DIR"] = str(place)  # in a child process
         place.chmod(0o700)
-        _store._reported.append(None)  # trouble is expected
-        _store.Store("kernels").save("kernel-1.nbc", bytes([k]) * 9000)
+        file_cache._reported.append(None)  # trouble is expected
+        file_cache.Store("kernels").save("kernel-1.nbc", bytes([k]) * 9000)
 
     return save
 
@@ -166,7 +166,7 @@ def _run(k: int, notes: bool = False, swap: bool = True, inside: bool = False) -
             for name in ("notes.txt", "units/mine.vtp"):
                 (place / name).write_text("mine")
         if not swap:
-            filesets.exchange = lambda one, two: False
+            folders.exchange = lambda one, two: False
         if inside:
             os.chdir(place)
         with computed(k):
@@ -179,7 +179,7 @@ def _runs(name: str, **how: bool) -> Writer:
     return Writer(
         name, _run(0, **how), _run(1, **how), bool(how),
         is_ours=lambda name: PurePosixPath(name) in output.OURS,
-        marked=lambda found: filesets.MARK in found,
+        marked=lambda found: folders.MARK in found,
     )  # fmt: skip
 
 

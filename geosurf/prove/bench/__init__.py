@@ -24,7 +24,7 @@ from typing import Any
 
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError, OutputError
-from geosurf.files import write_whole
+from geosurf.files.atomic import write_whole
 from geosurf.prove.bench.jobs import Job, default_core, machine
 from geosurf.prove.bench.measure import Measuring
 from geosurf.prove.bench.page import TITLES, machine_lines, tables_of, text_table, write_page

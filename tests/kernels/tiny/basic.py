@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from geosurf.kernels._jit import entry, scalar
+from geosurf.kernels.compile.jit import entry, scalar
 
 
 @scalar

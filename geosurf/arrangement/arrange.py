@@ -1,0 +1,145 @@
+"""Contacts -> children: the faces that are cut, triangulated with exact decisions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.arrangement.search import Contacts, table_size
+from geosurf.conventions import place
+from geosurf.errors import InvariantError
+from geosurf.kernels.cutting.cached_predicates import roomy_workspace
+from geosurf.kernels.cutting.cut_faces import BROKEN, cut_faces
+from geosurf.kernels.exact.constructed_points import FULL
+from geosurf.kernels.exact.exact_signs import COLLISIONS, LIMBS, N_POINT, UNFILED
+
+_MOST_CROSSINGS = 1 << 14  # room for points that may be made; it grows where that is too little
+
+
+@dataclass
+class Children:
+    """What cut faces became.
+
+    Attributes
+    ----------
+    x : ndarray of float64, shape (n, 3)
+        Local coordinates of all points: those of the contacts first.
+    d : ndarray of int64, shape (n_constructed, 4)
+        Definitions of the constructed points.
+    triangles : ndarray of int64, shape (n_child, 3)
+        Rows of `x`, oriented as their parents.
+    parent : ndarray of int64, shape (n_child,)
+        Face of the contacts (row of `Contacts.t`).
+    cut : ndarray of int64, shape (n_cut,)
+        The faces that were cut.
+    doubtful : ndarray of int64, shape (n_doubtful,)
+        Rows of `triangles` that doubles do not show to face as their parents once rounded.
+    collisions : int
+        Distinct points that rounding put in one place.
+    """
+
+    x: np.ndarray
+    d: np.ndarray
+    triangles: np.ndarray
+    parent: np.ndarray
+    cut: np.ndarray
+    doubtful: np.ndarray
+    collisions: int
+    m: np.ndarray
+
+
+def group_records(records: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Records sorted by face, each segment and point once, and the offsets of the faces.
+
+    A point is left out where it ends a segment of its face: contacts with more neighbours than are
+    needed add no more than such points.
+    """
+    if len(records) == 0:
+        return records, np.zeros(1, dtype=np.int64)
+    alone = np.flatnonzero(records[:, 2] < 0)
+    if 0 < len(alone) < len(records):
+        n = int(records[:, 1:3].max()) + 1
+        keys = records[:, 0, None] * n + records[:, 1:3]
+        is_end = np.zeros(len(records), dtype=bool)
+        is_end[alone] = _are_among(keys[alone, 0], keys[records[:, 2] >= 0].ravel())
+        records = records[~is_end]
+    # by face, point, point and plane, two to a number: half of the sorts
+    start = records[:, 0] * (records[:, 1].max() + 1) + records[:, 1]
+    end = (records[:, 2] + 1) * (records[:, 3].max() + 2) + records[:, 3] + 1
+    order = np.lexsort((end, start))
+    # `take` is many times as fast as an index in brackets where rows are short
+    records, start = records.take(order, axis=0), start.take(order)
+    new = np.ones(len(records), dtype=bool)
+    new[1:] = (start[1:] != start[:-1]) | (records[1:, 2] != records[:-1, 2])
+    if not new.all():
+        records = records.take(np.flatnonzero(new), axis=0)
+    face = records[:, 0]
+    starts = np.flatnonzero(face[1:] != face[:-1]) + 1
+    return records, np.concatenate([[0], starts, [len(records)]])
+
+
+def _are_among(keys: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Which of a few keys are among many others; the many are not sorted, as `numpy.isin` does.
+
+    3200 among 23 600: 0.37 ms instead of 2.05.
+    """
+    ordered = np.sort(keys)
+    at = np.searchsorted(ordered, others)
+    at[at == len(ordered)] = 0
+    found = np.zeros(len(ordered), dtype=bool)
+    found[at[ordered[at] == others]] = True
+    return found[np.searchsorted(ordered, keys)]
+
+
+def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Children:
+    """Triangulate all faces that have records, or those in `records`.
+
+    Raises
+    ------
+    InvariantError
+        If a point does not lie in its own face: a broken promise of ours.
+    """
+    records, offsets = group_records(contacts.records if records is None else records)
+    cut = records[offsets[:-1], 0] if len(records) else np.empty(0, dtype=np.int64)
+    n, n_old = len(contacts.x), len(contacts.d)
+    # k segments of one face cross in k * k / 4 points at most if they are of two sheets
+    sizes = np.diff(offsets)
+    extra = 64 + min(int((sizes * sizes // 4).sum()), _MOST_CROSSINGS + len(records) // 4)
+    while True:
+        x = np.empty((n + extra, 3))
+        x[:n] = contacts.x
+        d = np.empty((n_old + extra, 4), dtype=np.int64)
+        d[:n_old] = contacts.d
+        m = contacts.m.copy()
+        names = np.empty((table_size(extra), 5), dtype=np.int64)
+        places = np.empty(table_size(n + extra + 1), dtype=np.int64)
+        m[UNFILED] = n
+        n_local = 2 * int(sizes.max(initial=0)) + extra + 16
+        w = roomy_workspace(int(m[LIMBS]), n_local)
+        children = np.empty((6 * len(records) + 4 * extra + 64, 3), dtype=np.int64)
+        parents = np.empty(len(children), dtype=np.int64)
+        count, doubtful = cut_faces(
+            x, contacts.t, contacts.e, d, m, w, names, places, records, offsets, n_local,
+            children, parents,
+        )  # fmt: skip
+        if count != FULL:
+            break
+        extra *= 4
+    if count <= BROKEN:
+        raise _broken(contacts, cut[BROKEN - count])
+    n_point = int(m[N_POINT])
+    return Children(
+        x[: contacts.n_vertex + n_point], d[:n_point], children[:count], parents[:count], cut,
+        doubtful, int(m[COLLISIONS]), m,
+    )  # fmt: skip
+
+
+def _broken(contacts: Contacts, face: int) -> InvariantError:
+    """A point outside of its own face."""
+    surface = contacts.surfaces[contacts.surface_of_face[face]]
+    where = place(contacts.x[contacts.t[face, 0]] + contacts.origin)
+    return InvariantError(
+        f"triangle {contacts.row_of(face)} of surface {surface.name!r} at {where} could "
+        "not be split along its curves; please report this with the surfaces."
+    )

@@ -1,0 +1,90 @@
+"""The exact test that triangles of a rounded mesh meet in common corners and edges only.
+
+Nearly all pairs of neighbours are apart by a plane that a few products show (`kernels.apart`), and
+those of wide triangles are followed along their planes (`kernels.wide`); exact signs are asked for
+the rest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.arrangement.broad import fit_voxels
+from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.search.large_triangles import wide_pairs
+from geosurf.kernels.search.separation import open_pairs
+from geosurf.kernels.search.voxels import fill_voxels, triangle_boxes
+
+WIDE = 64.0  # voxels in its box, from which a triangle is followed along its plane
+FEW = 16  # triangles of which all pairs cost less than a search: the walls of a box have two each
+
+
+def crossing_pairs(
+    x: np.ndarray, triangles: np.ndarray, others: np.ndarray | None = None
+) -> np.ndarray:
+    """
+    Find pairs of triangles that meet elsewhere than in common corners and edges.
+
+    Parameters
+    ----------
+    x : ndarray of float64, shape (n_vertex, 3)
+        Coordinates, taken at face value.
+    triangles : ndarray of int64, shape (n, 3)
+        Compared with each other, but for those with the same corners. None without area.
+    others : ndarray of int64, shape (k, 3), optional
+        Compared with `triangles`, but not with each other.
+
+    Returns
+    -------
+    ndarray of int64, shape (n_pair, 2)
+        Rows of `triangles` followed by `others`, the lower one first, in order.
+
+    Examples
+    --------
+    >>> x = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [1, 1, -1], [1, 1, 1], [2, 1, 1.0]])
+    >>> crossing_pairs(x, np.array([[0, 1, 2], [3, 4, 5]])).tolist()
+    [[0, 1]]
+    """
+    n_first = len(triangles)
+    if others is not None and len(others):
+        triangles = np.concatenate([triangles, others])
+    m, w = frame_of(x, len(triangles))
+    pairs = _near_pairs(x, triangles, n_first)
+    rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
+    n, _ = meet_pairs(x, triangles, pairs, m, w, 0.0, rows, np.empty(0, dtype=np.int64))
+    rows = rows[:n]
+    used = np.arange(6)[None, :] < rows[:, N_CORNER, None]
+    codes = rows[:, FIRST_CODE:]
+    shared = ((codes >> 3) < 3) & ((codes & 7) < 3)
+    return rows[(used & ~shared).any(axis=1), :2]
+
+
+def _near_pairs(x: np.ndarray, triangles: np.ndarray, n_first: int) -> np.ndarray:
+    """Pairs of triangles, the first `n_first` with each other and with all, that are not seen to
+    be apart at once; in order.
+    """
+    if len(triangles) <= FEW:
+        first, second = np.triu_indices(len(triangles), 1)
+        return np.column_stack([first, second])[first < n_first]
+    boxes = triangle_boxes(x, triangles)
+    grid = fit_voxels(boxes[:n_first], boxes)
+    if grid is None:
+        return np.empty((0, 2), dtype=np.int64)
+    steps = np.floor((boxes[grid.rows_b, 3:] - boxes[grid.rows_b, :3]) / grid.size) + 1.0
+    is_wide = np.minimum(steps, grid.shape).prod(axis=1) > WIDE
+    narrow, wide = grid.rows_b[~is_wide], grid.rows_b[is_wide]
+    offsets, filled = fill_voxels(boxes, narrow, grid.bounds, grid.size, grid.shape)
+    at = (boxes[:, :3] - grid.bounds[:3]) / grid.size
+    first = np.where(at >= grid.shape, grid.shape - 1, np.maximum(at, 0.0)).astype(np.int64)
+    pairs = np.empty((1024 + n_first, 2), dtype=np.int64)
+    given = (x, triangles, n_first, boxes, grid.shape, offsets, filled, first)
+    n = open_pairs(*given, pairs)
+    if n > len(pairs):
+        pairs = np.empty((n, 2), dtype=np.int64)
+        open_pairs(*given, pairs)
+    more = wide_pairs(
+        x, triangles, boxes, wide, grid.bounds, grid.size, grid.shape, offsets, filled
+    )
+    pairs = np.concatenate([pairs[:n], more[more[:, 0] < n_first]])
+    return pairs[np.lexsort(pairs.T[::-1])]

@@ -1,0 +1,201 @@
+"""The few faces that may meet: numbered, welded, in the local frame.
+
+Candidates come as keys of triangles. Only they are looked up, so that what follows costs what
+they cost; a lattice is never made a list of triangles for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.arrangement import tree
+from geosurf.arrangement.aligned import needed, of_one_map, pairs_of_one_map
+from geosurf.arrangement.broad import candidate_pairs
+from geosurf.arrangement.hubs import hubs_of, pairs_around_hubs
+from geosurf.arrangement.memory_limit import PAIR, TooManyPairs, lack_of_room, refusal
+from geosurf.arrangement.threads import side_by_side
+from geosurf.arrangement.torn import is_torn, over_itself, pairs_with_itself
+from geosurf.arrangement.upright import are_alike, settled_pairs
+from geosurf.kernels.contacts.axis_grids import OPEN
+from geosurf.kernels.contacts.merging import may_coincide
+from geosurf.kernels.meshes.mesh import weld
+from geosurf.kernels.meshes.numbering import number_in_place
+
+_FEW = 4  # pairs of surfaces; to ask a few one by one costs no more than asking crowns
+
+
+@dataclass
+class Faces:
+    """Faces of some surfaces, with welded vertices.
+
+    Attributes
+    ----------
+    x : ndarray of float64, shape (n_vertex, 3)
+        Local coordinates that differ from each other.
+    t : ndarray of int64, shape (n_face, 3)
+    surface, key : ndarray of int64, shape (n_face,)
+        Where each face comes from; sorted by surface, then key.
+    nodes : list of (ndarray, ndarray)
+        For each surface its nodes in use, rising, and the rows of `x` where they are.
+    """
+
+    x: np.ndarray
+    t: np.ndarray
+    surface: np.ndarray
+    key: np.ndarray
+    nodes: list[tuple[np.ndarray, np.ndarray]]
+
+    def only(self, faces: np.ndarray) -> tuple[Faces, np.ndarray]:
+        """Some of the faces with their vertices, and the new number of each face."""
+        mark = np.zeros(len(self.x), dtype=bool)
+        mark[self.t[faces]] = True
+        number = np.where(mark, np.cumsum(mark) - 1, -1)
+        nodes = [(of[mark[ids]], number[ids[mark[ids]]]) for of, ids in self.nodes]
+        of_face = np.full(len(self.t), -1, dtype=np.int64)
+        of_face[faces] = np.arange(len(faces))
+        some = Faces(
+            self.x[mark], number[self.t[faces]], self.surface[faces], self.key[faces], nodes
+        )
+        return some, of_face
+
+
+def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, origin: np.ndarray):
+    """Candidate pairs of keys for each pair of surfaces, and what they cost.
+
+    Rows of two keys, and of codes where these are known: see `geosurf.arrangement.upright`.
+    """
+    found = []
+    cost = {"voxels": 0, "nodes": 0, "candidate_faces": 0, "pairs_tested": 0}
+    # a graph has one elevation for each place in the map: it cannot meet itself
+    wanted = [(i, j) for i, j in pairs if i != j or not _is_graph(surfaces[i])]
+    if voxels:
+        boxes = [tree.boxes_of(s) for s in surfaces]
+    else:
+        trees = [tree.tree_of(s) for s in surfaces]
+        near = _near_pairs(surfaces, trees, wanted)
+        cost["nodes"] += len(wanted) - len(near)
+        wanted = near
+
+    def search(i: int, j: int):
+        """Candidates of one pair of surfaces, and what finding them cost."""
+        if i == j and not is_torn(surfaces[i]):
+            around = hubs_of(surfaces[i])
+            if len(around[1]):
+                return pairs_around_hubs(surfaces[i], *around)
+        one_map = i != j and of_one_map(surfaces[i], surfaces[j])
+        lattices = surfaces[i].lattice, surfaces[j].lattice
+        if voxels:
+            rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
+            keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
+            rows = np.stack(keys, axis=1)
+            if i == j and is_torn(surfaces[i]):
+                rows = rows[over_itself(surfaces[i], rows, origin)]
+        elif i == j and is_torn(surfaces[i]):
+            return pairs_with_itself(surfaces[i], trees[i], origin)
+        elif one_map:
+            return pairs_of_one_map(lattices, (trees[i], trees[j]))
+        elif i != j and are_alike((surfaces[i], surfaces[j]), (trees[i], trees[j])):
+            both = (surfaces[i], surfaces[j]), (trees[i], trees[j])
+            rows, spent = settled_pairs(*both, origin)
+        else:
+            rows, spent = tree.candidate_pairs(trees[i], trees[j], same=i == j)
+        return (rows[needed(*lattices, rows[:, :2])] if one_map else rows), spent
+
+    def searched(i: int, j: int):
+        """`search`, with the names of the surfaces where there is no room for their pairs."""
+        try:
+            return search(i, j)
+        except TooManyPairs as error:
+            raise refusal(error.n, [surfaces[i].name, surfaces[j].name]) from error
+
+    for (i, j), (rows, spent) in zip(wanted, side_by_side(searched, wanted), strict=True):
+        for key, value in spent.items():
+            cost["pairs_tested" if key == "pairs" else key] += value
+        found.append((i, j, rows))
+    return found, cost
+
+
+def _near_pairs(surfaces, trees, pairs) -> list[tuple[int, int]]:
+    """Those of some pairs of surfaces whose trees meet, by their boxes and their crowns.
+
+    Crowns are not asked where two grids share a map: what is nearly at one height is kept there.
+    """
+    apart = tree.apart(trees).tolist()
+    near = [(i, j) for i, j in pairs if i == j or not apart[i][j]]
+    asked = [(i, j) for i, j in near if i != j and not of_one_map(surfaces[i], surfaces[j])]
+    if len(asked) <= _FEW:
+        return near
+    by_crowns = tree.apart_by_crowns(trees, np.array(asked)).tolist()
+    far = {pair for pair, is_far in zip(asked, by_crowns, strict=True) if is_far}
+    return [pair for pair in near if pair not in far]
+
+
+def _is_graph(surface) -> bool:
+    return surface.lattice is not None and surface.lattice.is_graph
+
+
+def _keys_of_rows(surface, rows: np.ndarray) -> np.ndarray:
+    return rows if surface.lattice is None else surface.lattice.keys_of_rows(rows)
+
+
+def gather(surfaces, found, origin: np.ndarray) -> tuple[Faces, np.ndarray]:
+    """Faces in candidate pairs, and the pairs: rows of two faces, and codes or OPEN."""
+    limits = [_key_limits(surface) for surface in surfaces]
+    first_key = np.cumsum([0] + [n for n, _ in limits])
+    first_node = np.cumsum([0] + [n for _, n in limits])
+    n_pair = sum(len(rows) for _, _, rows in found)
+    if lack_of_room(n_pair * PAIR) is not None:
+        raise refusal(n_pair, [surface.name for surface in surfaces])
+    pairs = _one_table(found, first_key)
+    key = number_in_place(pairs, 2, int(first_key[-1]))
+    cut = np.searchsorted(key, first_key)
+    surface = np.repeat(np.arange(len(surfaces)), np.diff(cut))
+    corners = np.empty((len(key), 3), dtype=np.int64)
+    for i, (s, a, b) in enumerate(zip(surfaces, cut[:-1], cut[1:], strict=True)):
+        key[a:b] -= first_key[i]
+        np.add(s.corners_of_keys(key[a:b]), first_node[i], out=corners[a:b])
+    nodes = number_in_place(corners, 3, int(first_node[-1]))
+    cut = np.searchsorted(nodes, first_node)
+    places = np.empty((len(nodes), 3))
+    of_surface = []
+    for i, (s, a, b) in enumerate(zip(surfaces, cut[:-1], cut[1:], strict=True)):
+        of_surface.append(nodes[a:b] - first_node[i])
+        places[a:b] = s.places_of_nodes(of_surface[i])
+    for axis in range(3):  # column by column: along rows of three numpy takes five times as long
+        places[:, axis] -= origin[axis]
+    x, t, point = _welded(places, corners)
+    ids = np.split(point, cut[1:-1])
+    return Faces(x, t, surface, key, list(zip(of_surface, ids, strict=True))), pairs
+
+
+def _one_table(found, first_key: np.ndarray) -> np.ndarray:
+    """All candidates in one table, their keys counted on from surface to surface."""
+    start = np.cumsum([0] + [len(rows) for _, _, rows in found])
+    pairs = np.empty((start[-1], 3), dtype=np.int64)
+    for (i, j, rows), a, b in zip(found, start[:-1], start[1:], strict=True):
+        pairs[a:b, : rows.shape[1]] = rows
+        pairs[a:b, rows.shape[1] :] = OPEN
+        pairs[a:b, 0] += first_key[i]
+        pairs[a:b, 1] += first_key[j]
+    return pairs
+
+
+def _welded(places: np.ndarray, corners: np.ndarray):
+    """Places that differ, the corners as rows of them, and the row of each place."""
+    some = places.take(may_coincide(places), axis=0)
+    if weld(some)[1] == len(some):
+        return places, corners, np.arange(len(places))
+    point, count = weld(places)
+    x = np.empty((count, 3))
+    x[point] = places
+    return x, point[corners], point
+
+
+def _key_limits(surface) -> tuple[int, int]:
+    """Numbers above all keys of triangles, and above all nodes."""
+    if surface.lattice is None:
+        return surface.n_triangle, surface.n_vertex
+    n_row, n_col = surface.lattice.shape
+    return 2 * n_row * n_col, n_row * n_col

@@ -1,0 +1,390 @@
+"""From surfaces to contacts: candidates, exact signs, named points.
+
+`find_contacts` is what `intersect`, `rebuild` and the certificate all rest on. Only faces that
+are candidates somewhere are copied (welded, in the local frame), and only those in contact
+are kept; all that comes later costs what they cost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from geosurf.arrangement.broad import candidate_pairs, fit_voxels
+from geosurf.arrangement.gather import Faces, find_candidates, gather
+from geosurf.arrangement.memory_limit import CONTACT, IN_PLANE, lack_of_room, refusal
+from geosurf.arrangement.threads import n_threads, side_by_side
+from geosurf.arrangement.tree import look_at_list
+from geosurf.conventions import frame_origin, is_number, is_word, place
+from geosurf.errors import InputError, InvariantError, SurfaceError
+from geosurf.kernels.contacts.axis_grids import OPEN
+from geosurf.kernels.contacts.naming import file_records, name_contacts
+from geosurf.kernels.contacts.packed_contact import (
+    HOW,
+    in_plane,
+    n_corners,
+    pack_settled,
+    packed,
+    sorted_by_faces,
+)
+from geosurf.kernels.contacts.triangle_contact import N_COLUMN, meet_pairs
+from geosurf.kernels.exact.constructed_points import FULL
+from geosurf.kernels.exact.exact_signs import N_EDGE_PLANE, SCALE
+from geosurf.kernels.exact.predicates import (
+    MAX_BITS,
+    MAX_COORDINATE,
+    MAX_SCALE,
+    SIZES_THAT_CAN_BE_USED,
+    flat_triangles,
+    frame_of,
+)
+from geosurf.kernels.search.voxels import fill_voxels, triangle_boxes
+from geosurf.model import TriSurface, VoxelSearch
+from geosurf.model.expected import flag_of, listed
+
+METHODS = ("auto", "tree", "voxels")
+ULP = 2.0**-52
+# a number has 53 digits from its first one on: all numbers together need fewer than MAX_BITS
+_FEW_DIGITS = 2.0 ** (MAX_BITS - 60)
+_AT_ONCE = 1 << 20  # pairs; many more than the usual scene has
+_PAIRS_OF_A_THREAD = 20_000  # 4 ms of work; a thread costs a tenth of one
+
+
+@dataclass
+class Contacts:
+    """All contacts of some surfaces, and what is needed to decide more about them.
+
+    Attributes
+    ----------
+    surfaces : tuple of TriSurface
+    origin : ndarray, shape (3,)
+        Of the local frame [m].
+    x : ndarray of float64, shape (n, 3)
+        Local coordinates: welded vertices of the faces, then constructed points.
+    n_vertex : int
+    t : ndarray of int64, shape (n_face, 3)
+        Faces in contact or near one, as rows of `x`, surface by surface.
+    surface_of_face, key_of_face : ndarray of int64, shape (n_face,)
+        Where each face comes from; keys are rows of triangles, or `Lattice.corners_of_keys`.
+    nodes : list of (ndarray, ndarray)
+        For each surface its nodes in use, rising, and the rows of `x` where they are.
+    rows : ndarray of int64, shape (n_contact, 3)
+        Contacts by faces, see `geosurf.kernels.contacts.packed_contact`.
+    near : ndarray of int64, shape (n_near, 2)
+        Pairs of faces whose signs hold, but could change if coordinates moved by a unit in the
+        last place: what has to be looked at again once points are rounded. Of pairs whose contact
+        no rounding can change, since they are apart by their boxes or by more than that beside a
+        plane, or edges pass a face by more than that, one search lists some that another one
+        does not; nothing else depends on it.
+    ids : ndarray of int64, shape (n_contact, 2 or 6)
+        Points of each contact, rows of `x`; six where some faces are coplanar.
+    e, d, m, w : ndarray of int64
+        Edge planes, definitions of points, and the frame: see `geosurf.kernels.exact.exact_signs`.
+    filed : ndarray of int64, shape (n_record, 4), or None
+        `records`, once they are made.
+    """
+
+    surfaces: tuple[TriSurface, ...]
+    origin: np.ndarray
+    x: np.ndarray
+    n_vertex: int
+    t: np.ndarray
+    surface_of_face: np.ndarray
+    key_of_face: np.ndarray
+    nodes: list[tuple[np.ndarray, np.ndarray]]
+    rows: np.ndarray
+    near: np.ndarray
+    ids: np.ndarray
+    e: np.ndarray
+    d: np.ndarray
+    m: np.ndarray
+    w: np.ndarray
+    filed: np.ndarray | None = None
+    cost: dict[str, int] = field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def records(self) -> np.ndarray:
+        """What cuts which face, int64 (n_record, 4): see `geosurf.kernels.contacts.naming`.
+
+        Curves do without, so it is made when it is asked for.
+        """
+        if self.filed is None:
+            given = self.x, self.t, self.e, self.m, self.w, self.rows, self.ids
+            self.filed = _records(*given, n_coplanar=0)
+        return self.filed
+
+    def row_of(self, face: int) -> int:
+        """Row of a face among the triangles of its surface."""
+        surface = self.surfaces[self.surface_of_face[face]]
+        return int(surface.rows_of_keys(self.key_of_face[face : face + 1])[0])
+
+
+def check_surfaces(surfaces: Sequence[TriSurface], least: int = 1) -> tuple[TriSurface, ...]:
+    """Return the surfaces as a tuple, or say which cannot be used and why."""
+    surfaces = listed(surfaces, "surfaces are expected", "give a list of TriSurface")
+    if len(surfaces) < least:
+        raise InputError(f"{len(surfaces)} surfaces were given, at least {least} are needed.")
+    for i, surface in enumerate(surfaces):
+        if not isinstance(surface, TriSurface):
+            raise InputError(
+                f"surface {i} is a {type(surface).__name__}, not a TriSurface; "
+                "triangulate_horizon and triangulate_fault make one."
+            )
+        if not surface.checked:
+            if surface.n_triangle == 0:
+                raise SurfaceError(f"surface {surface.name!r} has no triangles; leave it out.")
+            _check_triangles(surface)
+            surface.checked = True
+    return surfaces
+
+
+def _check_triangles(surface: TriSurface) -> None:
+    """Refuse what exact geometry has no answer for."""
+    lattice = surface.lattice
+    doubted, small = None, 0.0
+    if lattice is not None:
+        large = float(np.abs(lattice.survey.box).max())
+    else:
+        doubted, small, large = look_at_list(surface)
+    if large > MAX_COORDINATE:
+        raise SurfaceError(
+            f"surface {surface.name!r} has a coordinate of {large:g} m; "
+            f"at most {MAX_COORDINATE:g} can be used. Is an undefined value left in it?"
+        )
+    if lattice is not None and lattice.is_graph:
+        return  # no triangle stands upright; whether digits suffice is seen where it is used
+    if doubted is not None and len(doubted) == 0 and large < small * _FEW_DIGITS:
+        return
+    _refuse_flat(surface, doubted)
+
+
+def _refuse_flat(surface: TriSurface, doubted: np.ndarray | None) -> None:
+    """Refuse triangles without area among some rows (None: all), decided exactly."""
+    x, t = surface.vertices, surface.triangles
+    try:
+        m, w = frame_of(x)
+    except SurfaceError as error:
+        raise SurfaceError(f"surface {surface.name!r}: {error}") from error
+    if doubted is None:
+        flat = flat_triangles(x, t, m, w)
+    else:
+        flat = doubted[flat_triangles(x, t[doubted], m, w)]
+    if len(flat):
+        where = place(x[t[flat[0], 0]])
+        raise SurfaceError(
+            f"surface {surface.name!r}: {len(flat)} of {surface.n_triangle} triangles have no "
+            f"area, the first is triangle {flat[0]} at {where}. Remove them from the surface."
+        )
+
+
+def find_contacts(
+    surfaces: Sequence[TriSurface],
+    *,
+    method: str = "auto",
+    voxel_size: float | None = None,
+    self_intersections: bool = False,
+    pairs: Sequence[tuple[int, int]] | None = None,
+    origin: np.ndarray | None = None,
+) -> Contacts:
+    """Find every pair of triangles that meet, with named points.
+
+    Parameters
+    ----------
+    surfaces : sequence of TriSurface
+    method : {"auto", "tree", "voxels"}
+        How candidates are searched. Changes the cost, never the result.
+    voxel_size : float, optional
+        Edge of the search voxels [m]; fitted to the data if left out.
+    self_intersections : bool
+        Whether each surface is also searched for contacts with itself; torn sheets always are.
+    pairs : sequence of (int, int), optional
+        Only these pairs of surfaces (rows); default: all.
+    origin : ndarray, shape (3,), optional
+        Of the local frame [m]; default: from these surfaces. Points are rounded in that
+        frame, so results to be combined take the same.
+
+    Returns
+    -------
+    Contacts
+
+    Raises
+    ------
+    InputError
+        For an unknown method, or if pairs of triangles are more than memory holds.
+    """
+    if not is_word(method, METHODS):
+        raise InputError(f"method is {method!r}, expected one of {METHODS}.")
+    check_voxel_size(voxel_size)
+    self_intersections = flag_of(self_intersections, "self_intersections")
+    surfaces = check_surfaces(surfaces)
+    if origin is None:
+        origin = frame_origin(*(s.extent for s in surfaces))
+    if pairs is None:
+        n = len(surfaces)
+        # a torn sheet is carried on past its faults, where its own walls may cross
+        own = [self_intersections or "ghost" in s.vertex_data for s in surfaces]
+        pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or own[i]]
+    voxels = method == "voxels" or (method == "auto" and voxel_size is not None)
+    found, cost = find_candidates(surfaces, pairs, voxels, voxel_size, origin)
+    faces, candidates = gather(surfaces, found, origin)
+    cost["candidate_faces"] = len(faces.t)
+    contacts = _name(surfaces, origin, faces, candidates)
+    contacts.cost = {**cost, "pairs_meeting": len(contacts.rows)}
+    contacts.options = {
+        "method": method, "voxel_size": voxel_size, "pairs": pairs, "origin": origin
+    }  # fmt: skip
+    return contacts
+
+
+def check_voxel_size(voxel_size: Any) -> None:
+    """Refuse an edge of the search voxels that is no length."""
+    if voxel_size is not None and not (is_number(voxel_size) and voxel_size > 0):
+        raise InputError(f"voxel_size is {voxel_size!r}; give a length in metres above 0.")
+
+
+def table_size(n: int) -> int:
+    """A power of two above twice the number of entries."""
+    return 1 << max(4, int(2 * n + 2).bit_length())
+
+
+def _meet(x, t, pairs):
+    """Contacts of candidate pairs, and the near pairs, by faces.
+
+    Not as the search came across them: numbers are the same for any search.
+    """
+    is_open = pairs[:, HOW] == OPEN
+    if not is_open.any():
+        pack_settled(pairs)
+        return sorted_by_faces(pairs, len(t)), pairs[:0, :2]
+    known, waiting = pairs[~is_open], pairs[is_open, :2]
+    pack_settled(known)
+    slip = ULP * float(np.abs(x).max(initial=0.0))
+    n_part = max(1, min(n_threads(), len(waiting) // _PAIRS_OF_A_THREAD))
+    parts = [(x, t, part, slip) for part in np.array_split(waiting, n_part)]
+    found = side_by_side(_meet_part, parts)
+    rows, near = (np.concatenate(part) for part in zip(*found, strict=True))
+    rows = sorted_by_faces(np.concatenate([rows, known]), len(t))
+    return rows, sorted_by_faces(near, len(t))
+
+
+def _meet_part(x, t, pairs, slip):
+    """Contacts of some pairs, and the near ones among them."""
+    m, w = frame_of(x, len(t))
+    rows = np.empty((min(len(pairs), _AT_ONCE) + 1, N_COLUMN), dtype=np.int64)
+    near = np.empty(1024 + len(pairs) // 16, dtype=np.int64)
+    found, beside = [], []
+    for first in range(0, max(len(pairs), 1), _AT_ONCE):  # rows take five times what pairs do
+        some = pairs[first : first + _AT_ONCE]
+        n, n_near = meet_pairs(x, t, some, m, w, slip, rows, near)
+        if n_near > len(near):
+            near = np.empty(n_near, dtype=np.int64)
+            n, n_near = meet_pairs(x, t, some, m, w, slip, rows, near)
+        found.append(packed(rows[:n]))
+        beside.append(some[near[:n_near]])
+    if len(found) == 1:
+        return found[0], beside[0]
+    return np.concatenate(found), np.concatenate(beside)
+
+
+def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
+    """Signs, then names, for the faces in contact (and near) only."""
+    rows, near = _meet(faces.x, faces.t, pairs)
+    if len(rows) < len(pairs):
+        used = np.zeros(len(faces.t), dtype=bool)
+        used[rows[:, :2]] = used[near] = True
+        faces, number = faces.only(np.flatnonzero(used))
+        rows[:, :2], near = number[rows[:, :2]], number[near]
+    x, t = faces.x, faces.t
+    n_area = int((in_plane(rows) & (n_corners(rows) > 2)).sum()) if len(rows) > _AT_ONCE else 0
+    size = CONTACT + (IN_PLANE - CONTACT) * n_area // max(len(rows), 1)
+    if lack_of_room(len(rows) * size) is not None:
+        names = [surface.name for surface in surfaces]
+        raise refusal(len(rows), names, size, "pairs of triangles that meet")
+    m, w = frame_of(x, len(t))
+    if m[SCALE] > MAX_SCALE:
+        _refuse_tiny(surfaces, origin, faces)
+    n_corner, n_coplanar = int(n_corners(rows).sum()), int(in_plane(rows).sum())
+    space = np.empty((len(x) + n_corner, 3))  # if each were a point of its own
+    space[: len(x)] = x
+    e = np.zeros((6 * n_coplanar, 3), dtype=np.int64)
+    d = np.empty((n_corner, 4), dtype=np.int64)
+    ids = np.full((len(rows), 6 if n_coplanar else 2), -1, dtype=np.int64)
+    n_point = name_contacts(space, t, e, d, m, w, rows, ids)
+    _refuse_full(n_point)
+    space = space[: len(x) + n_point]
+    # without coplanar faces, records need no more planes and are made when they are asked for
+    records = _records(space, t, e, m, w, rows, ids, n_coplanar) if n_coplanar else None
+    return Contacts(
+        surfaces, origin, space, len(x), t, faces.surface, faces.key, faces.nodes, rows, near, ids,
+        e[: int(m[N_EDGE_PLANE])], d[:n_point], m, w, records,
+    )  # fmt: skip
+
+
+def _refuse_tiny(surfaces, origin, faces: Faces) -> None:
+    """Say which surface has a coordinate with digits beyond those that points are made from."""
+    digits = faces.x * 2.0**MAX_SCALE
+    vertex = np.flatnonzero((digits != np.floor(digits)).any(axis=1))[0]
+    face = np.flatnonzero((faces.t == vertex).any(axis=1))[0]
+    surface = surfaces[faces.surface[face]]
+    where = faces.x[vertex] + origin
+    value = faces.x[vertex, (digits[vertex] != np.floor(digits[vertex])).argmax()]
+    raise SurfaceError(
+        f"surface {surface.name!r} has a coordinate of {value:g} m at {place(where)}; "
+        f"{SIZES_THAT_CAN_BE_USED}."
+    )
+
+
+def _records(x, t, e, m, w, rows, ids, n_coplanar: int) -> np.ndarray:
+    """What cuts which face; edge planes that are new are added to `e`."""
+    records = np.empty((2 * len(rows) + 18 * n_coplanar, 4), dtype=np.int64)
+    n = file_records(x, t, e, m, w, rows, ids, records)
+    _refuse_full(n)
+    return records[:n]
+
+
+def _refuse_full(n: int) -> None:
+    if n == FULL:
+        raise InvariantError("the tables of named points are too small; please report this.")
+
+
+def search_voxels(
+    first: TriSurface, second: TriSurface, voxel_size: float | None = None
+) -> VoxelSearch | None:
+    """What the voxels find for two surfaces, for the picture that explains the search.
+
+    Parameters
+    ----------
+    first, second : TriSurface
+    voxel_size : float, optional
+        Edge of the voxels [m]; fitted to the data if left out.
+
+    Returns
+    -------
+    VoxelSearch or None
+        None where the boxes of the surfaces do not meet.
+    """
+    surfaces = check_surfaces((first, second))
+    origin = frame_origin(*(s.extent for s in surfaces))
+    boxes = [triangle_boxes(s.vertices - origin, s.triangles) for s in surfaces]
+    grid = fit_voxels(*boxes, voxel_size)
+    if grid is None:
+        return None
+    pairs, _ = candidate_pairs(*boxes, size=voxel_size)
+    held = []
+    for rows, box in ((grid.rows_a, boxes[0]), (grid.rows_b, boxes[1])):
+        offsets, _ = fill_voxels(box, rows, grid.bounds, grid.size, grid.shape)
+        held.append(np.diff(offsets) > 0)
+    occupied = np.stack(np.unravel_index(np.flatnonzero(held[0] & held[1]), grid.shape), axis=1)
+    return VoxelSearch(
+        lower=grid.bounds[:3] + origin,
+        upper=grid.bounds[3:] + origin,
+        n_cell=grid.shape,
+        size=grid.size,
+        occupied=occupied,
+        faces_a=np.unique(pairs[:, 0]),
+        faces_b=np.unique(pairs[:, 1]),
+    )

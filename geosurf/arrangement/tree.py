@@ -1,0 +1,188 @@
+"""Broad phase by trees of boxes: built once for a surface, walked for every pair.
+
+A lattice is never made a list: the leaves of its tree are blocks of cells. Trees hold world
+coordinates, so that they serve every frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.arrangement.memory_limit import check_pairs
+from geosurf.kernels.lattices.triangle_list import LARGEST, SMALLEST, build_list_tree, survey_list
+from geosurf.kernels.search import tree
+from geosurf.kernels.search.tree import FAN, IS_LATTICE, N_COL, N_PLACE, N_ROW
+from geosurf.kernels.search.tree_tops import crowns_meet
+from geosurf.kernels.search.voxels import triangle_boxes
+from geosurf.model import Lattice, TriSurface
+
+_NO_TRIANGLES = np.empty((0, 3), dtype=np.int64)
+_NO_ORDER = np.empty(0, dtype=np.int64)
+_LISTED = "_listed"
+_NEIGHBOURS = 48  # of a triangle in its own surface, seldom more
+_ROOM = 1 << 17  # 2 MB: below what the system hands out in huge pages, filled with zeros
+_CROWN = 512  # nodes of the lowest level of a crown; sixteen cells of a large fault beside a node
+
+
+@dataclass(frozen=True)
+class Tree:
+    """Boxes over a surface, and where its coordinates are; see `geosurf.kernels.search.tree`."""
+
+    coordinates: tuple[np.ndarray, np.ndarray, np.ndarray]
+    places: np.ndarray
+    triangles: np.ndarray
+    order: np.ndarray
+    nodes: np.ndarray
+    levels: np.ndarray
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """Box around all that the tree holds: lower, then upper corner."""
+        return self.nodes[-1]
+
+    def crown(self) -> tuple[np.ndarray, np.ndarray]:
+        """Boxes of the upper levels, and these levels: see `geosurf.kernels.search.tree_tops`."""
+        n_level = len(self.levels)
+        sizes = self.levels[:, 1] * self.levels[:, 2]
+        lowest = min(int((sizes > _CROWN).sum()), n_level - 1)
+        start = self.levels[lowest, 0]
+        fan = (2, 2) if self.places[IS_LATTICE] else (1, FAN)
+        levels = np.empty((n_level - lowest, 5), dtype=np.int64)
+        levels[:, :3], levels[:, 3:] = self.levels[lowest:] - (start, 0, 0), fan
+        return self.nodes[start:], levels
+
+    def arguments(self) -> tuple:
+        """The tree as kernels take it."""
+        return (
+            *self.coordinates, self.places, self.triangles, self.order, self.nodes, self.levels
+        )  # fmt: skip
+
+
+def tree_of(surface: TriSurface) -> Tree:
+    """The tree of a surface, remembered on it; that of a lattice was made while it was surveyed."""
+    kept: Tree | None = surface.__dict__.get("_tree")
+    if kept is None:
+        kept = _list_tree(surface) if surface.lattice is None else _lattice_tree(surface.lattice)
+        surface.__dict__["_tree"] = kept
+    return kept
+
+
+def look_at_list(surface: TriSurface) -> tuple[np.ndarray, float, float]:
+    """Rows of triangles that may be flat, and the smallest (not 0) and largest size of a number.
+
+    Boxes and codes, which are found on the way, are kept on the surface until its tree is built.
+    """
+    boxes, codes, doubted, sizes = survey_list(surface.vertices, surface.triangles)
+    surface.__dict__[_LISTED] = boxes, codes
+    return doubted, float(sizes[SMALLEST]), float(sizes[LARGEST])
+
+
+def boxes_of(surface: TriSurface) -> np.ndarray:
+    """Boxes of all triangles, row by row, float64 (n_triangle, 6)."""
+    if _LISTED in surface.__dict__:
+        return surface.__dict__.pop(_LISTED)[0]
+    return triangle_boxes(surface.vertices, surface.triangles)
+
+
+def _list_tree(surface: TriSurface) -> Tree:
+    if _LISTED not in surface.__dict__:
+        look_at_list(surface)
+    boxes, codes = surface.__dict__.pop(_LISTED)
+    return _tree_of_list(surface.vertices, surface.triangles, boxes, codes)
+
+
+def _tree_of_list(vertices: np.ndarray, triangles: np.ndarray, boxes, codes) -> Tree:
+    order, nodes, levels = build_list_tree(boxes, codes)
+    places = np.zeros(N_PLACE, dtype=np.int64)
+    places[:9] = (0, 0, 3, 1, 0, 3, 2, 0, 3)
+    places[[N_ROW, N_COL]] = 1, len(vertices)
+    flat = vertices.reshape(-1)
+    return Tree((flat, flat, flat), places, triangles, order, nodes, levels)
+
+
+def tree_of_rows(surface: TriSurface, rows: np.ndarray) -> Tree:
+    """A tree over some triangles of a list; its keys are places in `rows`."""
+    triangles = surface.triangles[rows]
+    boxes, codes, _, _ = survey_list(surface.vertices, triangles)
+    return _tree_of_list(surface.vertices, triangles, boxes, codes)
+
+
+def _lattice_tree(lattice: Lattice) -> Tree:
+    survey = lattice.survey
+    given = lattice.coordinates, lattice.places, _NO_TRIANGLES, _NO_ORDER
+    return Tree(*given, survey.nodes, survey.levels)
+
+
+def candidate_pairs(one: Tree, two: Tree, *, same: bool = False, room: int = _ROOM):
+    """Pairs of triangles that may meet, and what the search cost.
+
+    With more of them than there is `room` for, it is searched twice.
+
+    Returns
+    -------
+    pairs : ndarray of int64, shape (n_pair, 2)
+        Keys of both surfaces (`Lattice.rows_of_keys`). With `same`, the lower key first.
+    cost : dict
+        Numbers of tree nodes visited and of candidate pairs.
+    """
+    if len(one.nodes) == 0 or len(two.nodes) == 0:
+        return np.empty((0, 2), dtype=np.int64), {"nodes": 0, "pairs": 0}
+    given = *one.arguments(), *two.arguments(), same
+    return all_pairs(lambda pairs: tree.tree_pairs(*given, pairs), room=room)
+
+
+def apart(trees: list[Tree]) -> np.ndarray:
+    """Which trees' boxes do not meet, bool (n, n): a call for each pair of many costs more."""
+    none = np.array([np.inf] * 3 + [-np.inf] * 3)
+    boxes = np.array([tree.bounds if len(tree.nodes) else none for tree in trees])
+    low, high = boxes[:, None, :3], boxes[None, :, 3:]
+    beyond: np.ndarray = ~(low <= high).all(axis=2)  # what is not a number reaches nothing
+    return beyond | beyond.T
+
+
+def apart_by_crowns(trees: list[Tree], pairs: np.ndarray) -> np.ndarray:
+    """Which pairs (rows of `trees`, int64 (n, 2)) do not meet by their upper levels, bool (n,)."""
+    crowns = [tree.crown() for tree in trees]
+    first_node = np.cumsum([0] + [len(nodes) for nodes, _ in crowns])
+    first_level = np.cumsum([0] + [len(levels) for _, levels in crowns])
+    levels = np.concatenate([levels for _, levels in crowns])
+    levels[:, 0] += np.repeat(first_node[:-1], np.diff(first_level))
+    nodes = np.concatenate([nodes for nodes, _ in crowns])
+    beyond: np.ndarray = ~crowns_meet(nodes, levels, first_level, pairs)
+    return beyond
+
+
+def pairs_of_some(surface: TriSurface, whole: Tree, some: np.ndarray):
+    """Pairs of triangles of one list, of which one at least is marked in `some`, bool.
+
+    Returns
+    -------
+    pairs, cost
+        As `candidate_pairs` with `same`.
+    """
+    rows = np.flatnonzero(some)
+    if len(rows) == 0:
+        return np.empty((0, 2), dtype=np.int64), {"nodes": 0, "pairs": 0}
+    part = tree_of_rows(surface, rows)
+    pairs, cost = candidate_pairs(part, whole, room=max(_ROOM, _NEIGHBOURS * len(rows)))
+    one, two = rows[pairs[:, 0]], pairs[:, 1]
+    once = (one < two) | ((one > two) & ~some[two])  # both may be marked
+    one, two = one[once], two[once]
+    rows = np.stack([np.minimum(one, two), np.maximum(one, two)], axis=1)
+    return rows, {**cost, "pairs": len(rows)}
+
+
+def all_pairs(search, n_column: int = 2, room: int = _ROOM):
+    """Pairs that a kernel finds, and what they cost; TooManyPairs if there is no room for them."""
+    pairs = np.empty((room, n_column), dtype=np.int64)
+    while True:
+        n, visited = search(pairs)
+        if n <= len(pairs):
+            break
+        check_pairs(n)
+        pairs = np.empty((n, n_column), dtype=np.int64)
+    if n < len(pairs):
+        pairs = pairs[:n].copy()
+    return pairs, {"nodes": visited, "pairs": n}

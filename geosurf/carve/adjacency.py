@@ -1,0 +1,237 @@
+"""What lies between units, told anew from the triangles of their shells (see `consistent`).
+
+Units with a triangle between them are neighbours, over all surfaces that lie on it. What no shell
+has (a fault that dies inside, a horizon where the column took it away) hangs in a unit: which one,
+a ray tells.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from geosurf.carve.check_partition import Matched, rows_of
+from geosurf.carve.outside import box_of
+from geosurf.carve.rays import NOTHING, Rays
+from geosurf.kernels.meshes.mesh import join_pairs
+from geosurf.model import Patches
+
+ABOVE, BELOW = 1, -1
+
+
+@dataclass(frozen=True)
+class Around:
+    """Units and what lies between them.
+
+    Attributes
+    ----------
+    patches : Patches
+    found : Matched
+    n_unit : int
+    """
+
+    patches: Patches
+    found: Matched
+    n_unit: int
+
+    @cached_property
+    def on(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Each triangle of a shell, each surface that it lies on, whether the unit is behind that.
+
+        Where surfaces coincide a shell names one of them, and each is turned its own way.
+        """
+        found = self.found
+        times = np.bincount(found.of_patches, minlength=found.n_key)
+        once = np.flatnonzero((found.row >= 0) & (times[found.key] <= 1))
+        several = np.flatnonzero(times[found.key] > 1)
+        rows = np.flatnonzero(times[found.of_patches] > 1)
+        rows = rows[np.argsort(found.of_patches[rows], kind="stable")]
+        start = np.searchsorted(found.of_patches[rows], found.key[several])
+        count = times[found.key[several]]
+        nth = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        row = np.concatenate([found.row[once], rows[np.repeat(start, count) + nth]])
+        shell = np.concatenate([once, np.repeat(several, count)])
+        behind = found.turn[shell] == found.turn_of_patches[row]
+        return shell, self.patches.surface_of_triangle[row], behind
+
+    def on_each_side(self, of: np.ndarray) -> np.ndarray:
+        """What `of` says of the shells on either side of each triangle, -1 where there is none."""
+        beside = np.full((self.found.n_key, 2), -1)
+        beside[self.found.key, self.found.turn.astype(np.int64)] = of
+        return beside
+
+    @cached_property
+    def _beside(self) -> np.ndarray:
+        return self.on_each_side(self.found.unit)
+
+    @cached_property
+    def _links(self) -> tuple[np.ndarray, np.ndarray]:
+        """Pairs of neighbours (n, 2), and the pair of each triangle; n where it has no two."""
+        inner = np.flatnonzero((self._beside >= 0).all(axis=1))
+        low, high = self._beside[inner].min(axis=1), self._beside[inner].max(axis=1)
+        codes, code = np.unique(low * self.n_unit + high, return_inverse=True)
+        link = np.full(self.found.n_key, len(codes))
+        link[inner] = code
+        return np.stack(np.divmod(codes, self.n_unit), axis=1), link
+
+    def _times(self, surfaces: list[int]) -> np.ndarray:
+        """Number of triangles that some surfaces have between each pair of neighbours."""
+        shell, surface, _ = self.on
+        wanted = np.zeros(len(self.patches.sources), dtype=bool)
+        wanted[surfaces] = True
+        keys = np.zeros(self.found.n_key, dtype=bool)
+        keys[self.found.key[shell[wanted[surface]]]] = True
+        pairs, link = self._links
+        return np.bincount(link[keys], minlength=len(pairs) + 1)[:-1]
+
+    @cached_property
+    def _all(self) -> np.ndarray:
+        return self._times(list(range(len(self.patches.sources))))
+
+    @cached_property
+    def _level(self) -> np.ndarray:
+        """Number of triangles of horizons and contacts between each pair of neighbours."""
+        level = [*rows_of(self.patches, "horizon"), *rows_of(self.patches, "contact")]
+        return self._times(level)
+
+    def neighbours_but_over(self, one: int, *, level: bool = False) -> np.ndarray:
+        """Pairs of neighbours over a triangle that a surface is not on: over any other surface, or
+        over horizons and contacts.
+        """
+        some = self._level if level else self._all
+        return self._links[0][some > self._times([one])]
+
+    def touched(self, one: int, *, inside: bool = False) -> np.ndarray:
+        """Whether each unit lies on the front and on the back of a surface, bool (n_unit, 2);
+        everywhere, or `inside` of the walls.
+        """
+        shell, surface, behind = self.on
+        mine = surface == one
+        if inside:
+            mine &= ~self._on_walls[self.found.key[shell]]
+        out = np.zeros((self.n_unit, 2), dtype=bool)
+        out[self.found.unit[shell[mine]], behind[mine].astype(np.int64)] = True
+        return out
+
+    def seen(self, one: int) -> np.ndarray:
+        """Whether front and back of a surface can be reached from each unit, other than through it,
+        bool (n_unit, 2); from a unit that it hangs in, both.
+        """
+        region = join_pairs(self.neighbours_but_over(one), self.n_unit)
+        seen = _gathered(self.touched(one), region)
+        if (seen[:, 0] != seen[:, 1]).any():
+            seen[np.isin(region, region[self.holding(one)])] = True
+        return seen
+
+    def told(self, one: int, front: int) -> np.ndarray:
+        """Side of a horizon that each unit is on: ABOVE, BELOW, or 0 where nothing tells.
+
+        What a unit touches holds across all other horizons, and across faults for stacks that the
+        horizon is not in at all, if all around them say the same: as in `zones`.
+
+        Parameters
+        ----------
+        one : int
+        front : int
+            The side that its front looks to.
+        """
+        stack = join_pairs(self.neighbours_but_over(one, level=True), self.n_unit)
+        touched = _gathered(self.touched(one, inside=True), stack)
+        side = front * (touched[:, 0].astype(np.int64) - touched[:, 1])
+        torn = touched.all(axis=1)
+        links = self.neighbours_but_over(one)
+        links = links[~torn[links].any(axis=1)]
+        links = np.concatenate([links, links[:, ::-1]])  # who tells, who is told
+        while True:
+            open_ = links[(side[links[:, 0]] != 0) & (side[links[:, 1]] == 0)]
+            says = np.zeros((self.n_unit, 2), dtype=bool)
+            says[open_[:, 1], (side[open_[:, 0]] == BELOW).astype(np.int64)] = True
+            says = _gathered(says, stack)
+            new = (side == 0) & (says[:, 0] != says[:, 1])
+            if not new.any():
+                return side
+            side[new] = np.where(says[new, 0], ABOVE, BELOW)
+
+    def holding(self, one: int) -> np.ndarray:
+        """Units that some of a surface hangs in, which no shell has."""
+        mine = self._bare[self.found.of_patches] & (self.patches.surface_of_triangle == one)
+        rows = np.flatnonzero(mine & self._within)
+        if len(rows) == 0:
+            return np.empty(0, dtype=np.int64)
+        _, first, piece = np.unique(self._pieces(rows), return_index=True, return_inverse=True)
+        every = np.concatenate([rows, self._shell_rows])
+        piece = np.concatenate([piece.ravel(), np.full(len(self._shell_rows), -1)])
+        rays = Rays(self.patches.local, self.patches.triangles[every])
+        side = rays.shoot(first, piece, piece < 0)[:, 1]
+        side = side[side != NOTHING]
+        row, behind = every[side // 2], side % 2 == 1
+        turn = (self.found.turn_of_patches[row] == behind).astype(np.int64)
+        units = self._beside[self.found.of_patches[row], turn]
+        return np.unique(units[units >= 0])
+
+    @cached_property
+    def _bare(self) -> np.ndarray:
+        """Whether no shell has a triangle."""
+        bare = np.ones(self.found.n_key, dtype=bool)
+        bare[self.found.key] = False
+        return bare
+
+    @cached_property
+    def _on_walls(self) -> np.ndarray:
+        return lie_on(self.patches, self.found, rows_of(self.patches, "wall"))
+
+    @cached_property
+    def _within(self) -> np.ndarray:
+        return within_bounds(self.patches)
+
+    @cached_property
+    def _shell_rows(self) -> np.ndarray:
+        """Triangles of the patches that shells have, one of those with the same corners."""
+        first = np.full(self.found.n_key, -1)
+        n = len(self.found.of_patches)
+        first[self.found.of_patches[::-1]] = np.arange(n)[::-1]
+        first[self._bare] = -1
+        return first[first >= 0]
+
+    def _pieces(self, rows: np.ndarray) -> np.ndarray:
+        """Number of the piece of each of some triangles: joined by edges that no shell has."""
+        t, n = self.patches.triangles, len(self.patches.local)
+        used = np.zeros(n, dtype=bool)
+        used[t[rows]] = True
+        beside = self._shell_rows[used[t[self._shell_rows]].sum(axis=1) > 1]
+        edges = _edges(t[rows], n)
+        edges[np.isin(edges, _edges(t[beside], n))] = -1
+        order = np.argsort(edges, kind="stable")
+        same = np.flatnonzero((np.diff(edges[order]) == 0) & (edges[order[1:]] >= 0))
+        pairs = np.stack([order[same], order[same + 1]], axis=1) // 3
+        return join_pairs(pairs, len(rows))
+
+
+def lie_on(patches: Patches, found: Matched, surfaces: list[int]) -> np.ndarray:
+    """Which triangles are those of one of some surfaces, by key."""
+    out = np.zeros(found.n_key, dtype=bool)
+    out[found.of_patches[np.isin(patches.surface_of_triangle, surfaces)]] = True
+    return out
+
+
+def within_bounds(patches: Patches) -> np.ndarray:
+    """Which triangles have no corner outside of the bounds of the walls."""
+    lower, upper = box_of(patches)
+    inside: np.ndarray = ((patches.local >= lower) & (patches.local <= upper)).all(axis=1)
+    return inside[patches.triangles].all(axis=1)
+
+
+def _gathered(marks: np.ndarray, region: np.ndarray) -> np.ndarray:
+    """Marks (n, 2) of elements, for each element those of all in its region."""
+    whole = np.zeros_like(marks)
+    for k in range(2):
+        whole[region[marks[:, k]], k] = True
+    return whole[region]
+
+
+def _edges(triangles: np.ndarray, n: int) -> np.ndarray:
+    """Edges of triangles, three for each, one number for both ways of each."""
+    a, b = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    return np.minimum(a, b) * n + np.maximum(a, b)

@@ -1,0 +1,196 @@
+"""Names of units against the surfaces around them: zones, blocks, sides of faults, contacts.
+
+All of it is told anew from triangles of shells, by all surfaces that each of them lies on (see
+`geosurf.carve.check_partition`), and not from the cells that the units were made of.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+import numpy as np
+
+from geosurf.carve.adjacency import ABOVE, BELOW, Around, lie_on, within_bounds
+from geosurf.carve.blocks import WHOLE
+from geosurf.carve.check_partition import Matched, rows_of
+from geosurf.carve.column import names_of_zones
+from geosurf.carve.fluids import parse_sides
+from geosurf.carve.shells import unit_name
+from geosurf.model import Check, Patches, Unit, Units
+
+
+def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Check:
+    """Zones, blocks and contacts in names are those that the surfaces around each unit tell.
+
+    What sets blocks apart is told by all units of a zone, and the sides of faults and horizons that
+    a unit lies on by all units: only where these are `divided`, see `partition`.
+    """
+    parts = list(units.values())
+    wrong = [unit.name for unit in parts if not _spelt(patches, unit)]
+    upward = _upward(patches)
+    wrong += [parts[u].name for u in _in_other_zones(patches, parts, found, upward)]
+    around = Around(patches, found, len(parts))
+    shell, surface, behind = around.on
+    codes = (surface * len(parts) + found.unit[shell]) * 2 + behind
+    for code in np.unique(codes).tolist():
+        (one, u), back = divmod(code // 2, len(parts)), code % 2 == 1
+        if patches.names[one] + ("+" if back else "-") in parts[u].lies_on:
+            wrong.append(parts[u].name)
+    if divided:
+        wrong += [parts[u].name for u in _beyond_horizons(patches, parts, around, upward)]
+        wrong += _in_other_blocks(patches, parts, around)
+        wrong += _on_other_sides(patches, parts, around)
+    wrong += _contacts_apart(patches, parts, found, upward)
+    wrong = list(dict.fromkeys(wrong))
+    detail = f"{len(parts)} units lie in the zones and on the sides of faults that name them"
+    if wrong:
+        detail = f"surfaces around {', '.join(wrong[:8])} tell another zone, block or contact"
+    return Check("units are where their names say", not wrong, float(len(wrong)), detail)
+
+
+def _in_other_blocks(patches: Patches, parts: list[Unit], around: Around) -> Iterable[str]:
+    """Units whose block has other sides of faults than those that set it apart in its zone.
+
+    These are told anew by all triangles of shells: a fault sets apart what touches only its front
+    from what touches only its back. Fluid contacts part no blocks.
+    """
+    blocks = dict.fromkeys((unit.zone, unit.block) for unit in parts)
+    number = {block: k for k, block in enumerate(blocks)}
+    of_unit = np.array([number[unit.zone, unit.block] for unit in parts], dtype=np.int64)
+    zones = list(dict.fromkeys(unit.zone for unit in parts))
+    zone = np.array([zones.index(of) for of, _ in blocks], dtype=np.int64)
+    found, (shell, surface, behind) = around.found, around.on
+    inside = around.on_each_side(of_unit[found.unit])[found.key[shell]]
+    apart = inside[:, 0] != inside[:, 1]  # others are slits
+    touched = np.zeros((len(patches.sources), len(blocks), 2), dtype=bool)
+    of = of_unit[found.unit[shell[apart]]]
+    touched[surface[apart], of, behind[apart].astype(np.int64)] = True
+    told: list[set[str]] = [set() for _ in blocks]
+    faults = rows_of(patches, "fault")
+    for fault in faults:
+        alone = touched[fault] & ~touched[fault][:, ::-1]
+        both = np.isin(zone, zone[alone[:, 0]]) & np.isin(zone, zone[alone[:, 1]])
+        for block, side in np.argwhere(alone & both[:, None]).tolist():
+            told[block].add(patches.names[fault] + "+-"[side])
+    names = [patches.names[i] for i in faults]
+    said = [_sides_said(block, names) for _, block in blocks]
+    for unit, k in zip(parts, of_unit.tolist(), strict=True):
+        if said[k] != told[k]:
+            yield unit.name
+
+
+def _on_other_sides(patches: Patches, parts: list[Unit], around: Around) -> Iterable[str]:
+    """Units that lie on other sides of faults than those in their block and those told anew.
+
+    What can be reached from a unit through all but one fault touches only its front, only its
+    back, or both and neither: then the fault is no border there.
+    """
+    faults = rows_of(patches, "fault")
+    names = [patches.names[i] for i in faults]
+    told = [set(_sides_said(unit.block, names) or ()) for unit in parts]
+    for fault, name in zip(faults, names, strict=True):
+        seen = around.seen(fault)
+        for u, side in np.argwhere(seen & ~seen[:, ::-1]).tolist():
+            told[u].add(name + "+-"[side])
+    for unit, sides in zip(parts, told, strict=True):
+        if set(unit.lies_on) != sides or len(unit.lies_on) != len(sides):
+            yield unit.name
+
+
+def _beyond_horizons(
+    patches: Patches, parts: list[Unit], around: Around, upward: np.ndarray
+) -> list[int]:
+    """Units told to lie above the horizon at the top of their zone, or below that at its base.
+
+    A horizon that the column took away in some unit does not tell of others: rules of the column,
+    which are not known here, might carry it on.
+    """
+    zone = np.array([unit.zone_index for unit in parts])
+    wrong = np.zeros(len(parts), dtype=bool)
+    for rank, i in enumerate(rows_of(patches, "horizon")):
+        if len(around.holding(i)) == 0:
+            side = around.told(i, ABOVE if upward[i] else BELOW)
+            wrong |= (zone == rank + 1) & (side == ABOVE) | (zone == rank) & (side == BELOW)
+    return np.flatnonzero(wrong).tolist()
+
+
+def _sides_said(block: str, faults: list[str]) -> frozenset[str] | None:
+    """Sides of faults in the name of a block; None if it is made of something else."""
+    name = re.sub(r" #\d+$", "", block)
+    return frozenset() if name == WHOLE else parse_sides(name, faults)
+
+
+def _spelt(patches: Patches, unit: Unit) -> bool:
+    """Whether a name is made of zone, block and contact, and these of names that there are."""
+    horizons, faults = (
+        [patches.names[i] for i in rows_of(patches, r)] for r in ("horizon", "fault")
+    )
+    zones = names_of_zones(horizons)
+    sides = _sides_said(unit.block, faults)
+    return (
+        unit.name == unit_name(unit.zone, unit.block, unit.contact)
+        and 0 <= unit.zone_index < len(zones)
+        and unit.zone == zones[unit.zone_index]
+        and sides is not None
+        and sides <= set(unit.lies_on)
+    )
+
+
+def _upward(patches: Patches) -> np.ndarray:
+    """Whether the front of each surface looks up, in the bounds of the walls."""
+    a, b, c = (patches.local[patches.triangles[:, k]] for k in range(3))
+    inside = within_bounds(patches)
+    rise = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    of = patches.surface_of_triangle
+    return np.bincount(of[inside], rise[inside], minlength=len(patches.sources)) >= 0.0
+
+
+def _in_other_zones(
+    patches: Patches, parts: list[Unit], found: Matched, upward: np.ndarray
+) -> list[int]:
+    """Units above a horizon in a zone below it, or the other way round.
+
+    Where horizons coincide, the column may have taken away all but one. Where one lies on a wall,
+    or on a fault or contact with one zone on both sides, it may have taken away that one: the
+    other surface bounds the units all the same.
+    """
+    horizons = rows_of(patches, "horizon")
+    zone = np.array([unit.zone_index for unit in parts])[found.unit]
+    beside = np.full((found.n_key, 2), -1)
+    beside[found.key, found.turn.astype(np.int64)] = zone
+    others = [*rows_of(patches, "fault"), *rows_of(patches, "contact")]
+    bound = lie_on(patches, found, others) & (beside[:, 0] == beside[:, 1])
+    bound |= lie_on(patches, found, rows_of(patches, "wall"))
+    open_ = np.isin(found.surface, horizons) & (found.row >= 0) & ~bound[found.key]
+    open_ = np.flatnonzero(open_)
+    for rank, i in enumerate(horizons):
+        rows = np.flatnonzero(patches.surface_of_triangle == i)
+        turn = np.zeros(found.n_key, dtype=np.int64)
+        turn[found.of_patches[rows]] = 1 + found.turn_of_patches[rows]
+        turn = turn[found.key[open_]]
+        below = (turn == 1 + found.turn[open_]) == upward[i]
+        open_ = open_[(turn == 0) | (below != (zone[open_] > rank))]
+    return np.unique(found.unit[open_]).tolist()
+
+
+def _contacts_apart(
+    patches: Patches, parts: list[Unit], found: Matched, upward: np.ndarray
+) -> Iterable[str]:
+    """Names of units that a fluid contact parts, where these do not say so."""
+    mine = np.flatnonzero(np.isin(found.surface, rows_of(patches, "contact")) & (found.row >= 0))
+    below = found.behind[mine] == upward[found.surface[mine]]
+    order = np.lexsort((below, found.key[mine]))  # above, then below
+    mine, below = mine[order], below[order]
+    two = np.flatnonzero(found.key[mine[1:]] == found.key[mine[:-1]])
+    pairs = np.stack([found.unit[mine[two]], found.unit[mine[two + 1]]], axis=1)
+    for u, v in np.unique(pairs, axis=0).tolist():  # above, below
+        high, low = parts[u], parts[v]
+        same = (high.zone, high.block) == (low.zone, low.block) and high.contact != low.contact
+        if not same or _begins(high, "below ") or _begins(low, "above "):
+            yield from (high.name, low.name)
+
+
+def _begins(unit: Unit, word: str) -> bool:
+    """Whether a unit is the lowest or uppermost of its block; names may hold the word, too."""
+    return unit.contact.startswith(word) and "/" not in unit.contact

@@ -1,0 +1,121 @@
+"""Units against the patches that they were carved from: they divide the box.
+
+Closed shells whose volumes add up to the box might still leave a gap as large as an overlap. So
+triangles of shells are looked up among those of the patches. Crossing one that is no wall leaves
+one unit and enters another: then the number of units around a place is the same all over the
+inside of the walls, and since volumes add up to the box, it is one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.kernels.meshes.mesh import weld
+from geosurf.model import Check, Patches, Unit, Units
+
+
+@dataclass(frozen=True)
+class Matched:
+    """Triangles of all shells among those of the patches.
+
+    Attributes
+    ----------
+    unit, surface : ndarray of int64, shape (n,)
+        Unit that each triangle of a shell bounds, and the surface that it names.
+    key : ndarray of int64, shape (n,)
+        Equal for triangles with the same corners, of shells and of patches.
+    row : ndarray of int64, shape (n,)
+        The triangle of the patches with these corners on that surface; -1 if there is none.
+    behind : ndarray of bool, shape (n,)
+        Whether the unit lies behind it.
+    turn : ndarray of bool, shape (n,)
+        Which way the corners go round: two shells on both sides of a triangle differ.
+    of_patches : ndarray of int64, shape (n_triangle,)
+        Key of each triangle of the patches, and `turn_of_patches` which way its corners go round.
+    n_key : int
+    """
+
+    unit: np.ndarray
+    surface: np.ndarray
+    key: np.ndarray
+    row: np.ndarray
+    behind: np.ndarray
+    turn: np.ndarray
+    of_patches: np.ndarray
+    turn_of_patches: np.ndarray
+    n_key: int
+
+
+def numbered(patches: Patches, units: Units) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices of the patches and of all shells, and a number of each place, in their order."""
+    x = np.concatenate([patches.local, *(unit.local for unit in units.values())])
+    return x, weld(x)[0]
+
+
+def matched(patches: Patches, units: Units, number: np.ndarray) -> Matched:
+    """
+    Look up the triangles of shells among those of the patches.
+
+    Parameters
+    ----------
+    patches : Patches
+    units : Units
+    number : ndarray of int64
+        See `numbered`.
+    """
+    parts = list(units.values())
+    first = len(patches.local) + np.cumsum([0, *(len(part.local) for part in parts)])
+    shells = [part.triangles + start for part, start in zip(parts, first.tolist(), strict=False)]
+    t = number[np.concatenate([patches.triangles, *shells])]
+    turn = np.sum([t[:, k] < t[:, (k + 1) % 3] for k in range(3)], axis=0) == 2
+    key, n_key = weld(np.sort(t, axis=1).astype(np.float64))
+    unit = np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts])
+    surface = np.concatenate([np.empty(0, np.int64), *map(_surfaces, parts)])
+    n, n_surface = patches.n_triangle, len(patches.sources)
+    known = key[:n] * n_surface + patches.surface_of_triangle
+    order = np.argsort(known, kind="stable")
+    wanted = key[n:] * n_surface + surface
+    at = np.minimum(np.searchsorted(known, wanted, sorter=order), n - 1)
+    row = np.where(known[order[at]] == wanted, order[at], -1)
+    behind = turn[n:] == turn[:n][row]
+    return Matched(unit, surface, key[n:], row, behind, turn[n:], key[:n], turn[:n], n_key)
+
+
+def _surfaces(unit: Unit) -> np.ndarray:
+    """Surface of each triangle of a shell; -1 where that is not one for each."""
+    n = len(unit.triangles)
+    return unit.surface_of_triangle if len(unit.surface_of_triangle) == n else np.full(n, -1)
+
+
+def partition(patches: Patches, units: Units, found: Matched) -> Check:
+    """Each triangle of a shell is one of the surface it names, with one unit on each side of it."""
+    times = np.bincount(2 * found.key + found.turn, minlength=2 * found.n_key).reshape(-1, 2)
+    alone = times.sum(axis=1) == 1
+    is_wall = np.isin(patches.surface_of_triangle, rows_of(patches, "wall"))
+    alone[found.of_patches[is_wall]] = False
+    foreign = found.row < 0
+    twice = times[found.key, found.turn.astype(np.int64)] > 1
+    gap = alone[found.key]
+    detail = f"{len(found.key)} triangles of shells, each on one side of one of a surface"
+    for bad, what in (
+        (foreign, "is no triangle of the surface it names"),
+        (twice, "has two units on one side"),
+        (gap, "has a unit on one side only, and is no wall"),
+    ):
+        if bad.any():
+            i = int(np.flatnonzero(bad)[0])
+            unit = list(units.values())[found.unit[i]]
+            j = i - int(np.searchsorted(found.unit, found.unit[i]))
+            where = place(unit.vertices[unit.triangles[j]].mean(axis=0))
+            detail = f"{int(bad.sum())} triangles: the first, of {unit.name} at {where}, {what}"
+            break
+    n_bad = int((foreign | twice | gap).sum())
+    return Check("units divide the box", n_bad == 0, float(n_bad), detail)
+
+
+def rows_of(patches: Patches, role: str) -> list[int]:
+    """Surfaces of one role."""
+    return [i for i, source in enumerate(patches.sources) if source.role == role]

@@ -1,0 +1,192 @@
+"""Elements -> parts, and sides of parts, joined where they see each other across an edge.
+
+An element is a triangle, or a run of triangles that no curve touches. A part is what hangs together
+over edges inside of one surface, facing one way, so that all of it sees the same: part p sees
+2 p in front of it, where normals point, and 2 p + 1 behind.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import InvariantError
+from geosurf.kernels.exact.predicates import frame_of
+from geosurf.kernels.lattices.strips import RIM, lowest_keys
+from geosurf.kernels.meshes.parts import DONE, NEEDS_EXACT, join_parts, parts_of
+from geosurf.model import Patches
+from geosurf.model.pieces import Pieces
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Parts inside the model box.
+
+    Attributes
+    ----------
+    of_element : ndarray of int64, shape (n_element,)
+        Part of each triangle and run; -1 outside of the box, and for all but the first of the
+        triangles with the same corners.
+    first : ndarray of int64, shape (n_part,)
+        First element of each; rising, so that parts with triangles come before those without.
+    surface : ndarray of int64, shape (n_part,)
+        Surface that each is of.
+    """
+
+    of_element: np.ndarray
+    first: np.ndarray
+    surface: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Parents:
+    """Input triangles that triangles are parts of.
+
+    Attributes
+    ----------
+    of_triangle : ndarray of int64, shape (n_triangle,)
+    corners : ndarray of float64, shape (n_parent, 3, 3)
+        Local coordinates.
+    """
+
+    of_triangle: np.ndarray
+    corners: np.ndarray
+
+    def __getitem__(self, triangles: np.ndarray) -> np.ndarray:
+        """Corners (n, 3, 3) of the input triangles of some triangles."""
+        found: np.ndarray = self.corners[self.of_triangle[triangles]]
+        return found
+
+
+def find_parts(pieces: Pieces, bounds: np.ndarray) -> Parts:
+    """Find the parts inside bounds (2, 3), local.
+
+    The walls cut at the sides of the box: a run lies on one side of each, as any of its triangles.
+    """
+    part, first = parts_of(
+        pieces.x, pieces.triangles, pieces.surface, pieces.ring, pieces.link, pieces.twin,
+        int(pieces.first_run[-1]), _pairs(pieces), bounds,
+    )  # fmt: skip
+    surface = _surface_of(pieces, first)
+    low, high = bounds
+    corners = _corners(pieces, first, surface)
+    inside = ((corners >= low) & (corners <= high)).all(axis=(1, 2))
+    number = np.append(np.where(inside, np.cumsum(inside) - 1, -1), -1)
+    return Parts(number[part], first[inside], surface[inside])
+
+
+def _pairs(pieces: Pieces) -> np.ndarray:
+    """Runs that share an edge, as elements."""
+    n_core = len(pieces.triangles)
+    pairs = [np.empty((0, 2), dtype=np.int64)]
+    for first, strips in zip(pieces.first_run, pieces.strips, strict=False):
+        if strips is not None:
+            pairs.append(strips.joined + (n_core + first))
+    return np.concatenate(pairs)
+
+
+def _surface_of(pieces: Pieces, elements: np.ndarray) -> np.ndarray:
+    """Surface of some elements, which rise."""
+    n_core = len(pieces.triangles)
+    n = np.searchsorted(elements, n_core)
+    of_run = np.searchsorted(pieces.first_run, elements[n:] - n_core, side="right") - 1
+    return np.concatenate([pieces.surface[elements[:n]], of_run])
+
+
+def _corners(pieces: Pieces, elements: np.ndarray, surface: np.ndarray) -> np.ndarray:
+    """Corners (n, 3, 3) of a triangle of each of some elements, which rise; local."""
+    n_core = len(pieces.triangles)
+    n = np.searchsorted(elements, n_core)
+    corners = [pieces.x[pieces.triangles[elements[:n]]]]
+    for i in np.unique(surface[n:]).tolist():
+        source, strips = pieces.sources[i], pieces.strips[i]
+        rows = elements[n:][surface[n:] == i] - n_core - pieces.first_run[i]
+        keys = lowest_keys(strips.places, strips.runs[rows])
+        nodes = source.corners_of_keys(keys).ravel()
+        corners.append((source.places_of_nodes(nodes) - pieces.origin).reshape(-1, 3, 3))
+    return np.concatenate(corners)
+
+
+def joined_sides(
+    patches: Patches, pieces: Pieces, parts: Parts
+) -> tuple[np.ndarray, np.ndarray, Parents]:
+    """
+    Join the sides of parts around every edge.
+
+    Parameters
+    ----------
+    patches : Patches
+    pieces : Pieces
+    parts : Parts
+
+    Returns
+    -------
+    ndarray of int64, shape (n_part, 2)
+        What is seen from the front and the back of each: one side for all those that see the same.
+    ndarray of int64, shape (n_part,)
+        Connected piece of each: its lowest part.
+    Parents
+
+    Raises
+    ------
+    InvariantError
+        If two different triangles lie in one half-plane of an edge.
+    """
+    sides, piece = np.arange(2 * len(parts.first)), np.arange(len(parts.first))
+    torn = _with_rims(pieces, parts)
+    sides[2 * torn + 1] = 2 * torn
+    parents = parents_of(pieces)
+    px = parents.corners.reshape(-1, 3)
+    of = np.arange(len(px)).reshape(-1, 3)
+    m = w = np.empty(0, dtype=np.int64)
+    while True:
+        found = join_parts(
+            pieces.x, pieces.triangles, pieces.ring, pieces.link, parts.of_element,
+            parents.of_triangle, px, of, m, w, sides, piece,
+        )  # fmt: skip
+        if found != NEEDS_EXACT:
+            break
+        m, w = frame_of(px)
+    if found != DONE:
+        name = patches.names[pieces.surface[found // 3]]
+        where = place(pieces.x[pieces.triangles[found // 3, found % 3]] + patches.origin)
+        raise InvariantError(
+            f"two triangles of surface {name!r} and another lie in one half-plane at {where}; "
+            "please report this with the surfaces."
+        )
+    return _roots(sides).reshape(-1, 2), _roots(piece), parents
+
+
+def _with_rims(pieces: Pieces, parts: Parts) -> np.ndarray:
+    """Parts with a run on the rim of a surface, around which front and back see the same."""
+    rims = [strips.runs[:, RIM] for strips in pieces.strips if strips is not None]
+    if not rims:
+        return np.empty(0, dtype=np.int64)
+    of_run = parts.of_element[len(pieces.triangles) :][np.concatenate(rims) == 1]
+    return np.unique(of_run[of_run >= 0])
+
+
+def parents_of(pieces: Pieces) -> Parents:
+    """Find the input triangle of each triangle; pieces of one follow each other."""
+    surface, key = pieces.surface, pieces.key
+    new = np.ones(len(key), dtype=bool)
+    new[1:] = (key[1:] != key[:-1]) | (surface[1:] != surface[:-1])
+    number, first = np.cumsum(new) - 1, np.flatnonzero(new)
+    corners = np.empty((3 * len(first), 3))
+    cut = np.searchsorted(surface[first], np.arange(len(pieces.sources) + 1))
+    for source, low, high in zip(pieces.sources, cut[:-1], cut[1:], strict=True):
+        nodes = source.corners_of_keys(key[first[low:high]]).ravel()
+        places = source.places_of_nodes(nodes)
+        np.subtract(places, pieces.origin, out=corners[3 * low : 3 * high])
+    return Parents(number, corners.reshape(-1, 3, 3))
+
+
+def _roots(forest: np.ndarray) -> np.ndarray:
+    """The root of each element of a union-find forest, by pointer jumping."""
+    while True:
+        onward = forest[forest]
+        if np.array_equal(onward, forest):
+            return forest
+        forest = onward

@@ -1,8 +1,0 @@
-"""Which triangles meet, and in which named points: what intersect, rebuild and carve rest on."""
-
-from __future__ import annotations
-
-from geosurf.contact.search import Contacts, find_contacts, search_voxels
-from geosurf.contact.triangles import intersect_triangles
-
-__all__ = ["Contacts", "find_contacts", "intersect_triangles", "search_voxels"]

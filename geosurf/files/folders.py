@@ -1,0 +1,315 @@
+"""Many files to a folder: after a kill at any moment there are the old ones or the new ones.
+
+New files are made in a hidden folder, the stage, and forced to the disk. Then one step decides:
+
+- where the folder holds nothing but our files, the stage takes its place (`exchange`): Linux and
+  macOS swap two folders in one step;
+- otherwise the stage is renamed to a journal. From then on the new files count. Old files are
+  removed before new ones move in, so that there is no mixture at any time; after a kill, the next
+  writer finds the journal and goes on (`finish`).
+
+Nothing is removed or written through a link, and no name leaves the folder, whatever a journal
+says.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import glob
+import hashlib
+import json
+import os
+import re
+import shutil
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from geosurf.files.atomic import N_RANDOM, PREFIX, random_digits, sync_folder
+
+MARK = "UNFINISHED.txt"  # of a stage: moves in first, and goes when all is in place
+_LIST = ".geosurf-files"  # in a journal: names of the old and the new files
+_HERE_FLAG = -100  # AT_FDCWD
+_SWAP = 2  # RENAME_EXCHANGE of Linux, RENAME_SWAP of macOS
+
+
+@dataclass(frozen=True)
+class Names:
+    """Which files of a folder are ours.
+
+    Parameters
+    ----------
+    patterns : tuple of re.Pattern
+        Of names relative to the folder, with slashes.
+    folders : tuple of str
+        The folders in it that these patterns name.
+    """
+
+    patterns: tuple[re.Pattern[str], ...]
+    folders: tuple[str, ...]
+
+    def __contains__(self, path: PurePosixPath) -> bool:
+        """Whether a relative name is one of ours; never one that leaves the folder."""
+        inside = not path.is_absolute() and ".." not in path.parts and len(path.parts) <= 2
+        return inside and any(p.fullmatch(path.as_posix()) for p in self.patterns)
+
+    def found_in(self, folder: Path) -> Iterator[PurePosixPath]:
+        """Give our files in a folder, links among them, but nothing behind linked folders."""
+        for place in (folder, *(folder / name for name in self.folders)):
+            if place == folder or (place.is_dir() and not place.is_symlink()):
+                for path in place.iterdir():
+                    name = PurePosixPath(path.relative_to(folder).as_posix())
+                    if name in self and _is_file(path):
+                        yield name
+
+    def foreign_in(self, folder: Path, but: Iterable[str] = ()) -> Iterator[Path]:
+        """Give what lies in a folder, or in one of our folders in it, and is not ours."""
+        ours = set(self.found_in(folder))
+        for place in (folder, *(folder / name for name in self.folders)):
+            if place == folder or (place.is_dir() and not place.is_symlink()):
+                for path in place.iterdir():
+                    name = PurePosixPath(path.relative_to(folder).as_posix())
+                    entered = str(name) in self.folders and path.is_dir() and not path.is_symlink()
+                    if not (entered or name in ours or str(name) in but):
+                        yield path
+
+
+def _is_file(path: Path) -> bool:
+    return path.is_symlink() or path.is_file()
+
+
+# ---- one step: two folders swap names -----------------------------------------------------
+
+
+def exchange(one: Path, two: Path) -> bool:
+    """Swap two folders in one step; False where the system or the disk cannot do it.
+
+    Parameters
+    ----------
+    one, two : pathlib.Path
+        Absolute, on one disk.
+    """
+    names = os.fsencode(one), os.fsencode(two)
+    library = ctypes.CDLL(None, use_errno=True) if sys.platform != "win32" else None
+    if sys.platform.startswith("linux") and hasattr(library, "renameat2"):
+        failed = library.renameat2(_HERE_FLAG, names[0], _HERE_FLAG, names[1], _SWAP)
+    elif sys.platform == "darwin" and hasattr(library, "renamex_np"):
+        failed = library.renamex_np(*names, _SWAP)
+    else:
+        return False
+    return not failed
+
+
+def replace_folder(folder: Path, stage: Path, names: Names, lock: str) -> bool:
+    """Let a stage take the place of the folder that it lies in, if that holds only our files.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+    stage : pathlib.Path
+        A folder in it.
+    names : Names
+    lock : str
+        Name of a file that may be there, too.
+
+    Returns
+    -------
+    bool
+        False if nothing was done: foreign files, a mount point, the folder that one stands in,
+        a folder above that cannot be written, or a system or disk that cannot swap.
+    """
+    real = folder.resolve()
+    beside = real.parent / (twin_prefix(real) + random_digits())
+    sync_tree(stage)
+    try:
+        here, old, new = Path.cwd(), real.stat(), stage.stat()
+        if here == real or real in here.parents or os.path.ismount(real):
+            return False
+        if (old.st_uid, old.st_gid) != (new.st_uid, new.st_gid):
+            return False
+        if any(True for _ in names.foreign_in(real, (stage.name, lock))):
+            return False
+        shutil.copystat(real, stage)
+        os.utime(stage)  # copied with the rest
+        stage.rename(beside)
+    except OSError:
+        return False
+    if not exchange(beside, real):
+        beside.rename(stage)
+        return False
+    sync_folder(real.parent)
+    discard(beside, real, names)
+    return True
+
+
+def twin_prefix(folder: Path) -> str:
+    """How names of folders begin that lie beside a folder to swap with it."""
+    return f"{PREFIX}{hashlib.sha256(os.fsencode(folder.name)).hexdigest()[:8]}-"
+
+
+def discard(old: Path, new: Path, names: Names) -> None:
+    """Remove a folder that was replaced; a file that somebody put there meanwhile moves over."""
+    with suppress(OSError):
+        for path in [*names.foreign_in(old)]:
+            target = new / path.relative_to(old)
+            if not path.name.startswith(PREFIX) and not os.path.lexists(target):
+                target.parent.mkdir(exist_ok=True)
+                path.rename(target)
+        if all(path.name.startswith(PREFIX) for path in names.foreign_in(old)):
+            shutil.rmtree(old)
+
+
+def discard_twins(folder: Path, names: Names) -> None:
+    """Remove what killed runs left beside a folder; who calls holds the claim on the folder."""
+    real = folder.resolve()
+    with suppress(OSError):
+        for path in [*real.parent.glob(f"{glob.escape(twin_prefix(real))}{'[0-9a-f]' * N_RANDOM}")]:
+            ours = path.lstat().st_uid == real.stat().st_uid
+            if ours and path.is_dir() and not path.is_symlink():
+                discard(path, real, names)
+
+
+# ---- many steps: a journal ---------------------------------------------------------------
+
+
+def make_stage(stage: Path) -> None:
+    """Make an empty folder; what a killed writer left there goes, and never through a link."""
+    if stage.is_dir() and not stage.is_symlink():
+        shutil.rmtree(stage)
+    stage.unlink(missing_ok=True)
+    stage.mkdir()
+
+
+def replace_files(
+    folder: Path, stage: Path, old: Iterable[PurePosixPath], names: Names, journal: str
+) -> None:
+    """Let the files of a stage take the place of old ones, by way of a journal.
+
+    Parameters
+    ----------
+    folder, stage : pathlib.Path
+        The stage lies in the folder.
+    old : iterable of pathlib.PurePosixPath
+        Files in the folder that go away, relative to it.
+    names : Names
+        Those that may be written and removed.
+    journal : str
+        Name of the journal in the folder.
+
+    Raises
+    ------
+    OSError
+        Before the journal is there: nothing has changed. After that: `finish` goes on.
+    """
+    listed = {
+        "old": [path.as_posix() for path in old if path.name != MARK],
+        "new": [path.as_posix() for path in files_in(stage) if path.name != MARK],
+    }
+    for name in listed["new"]:
+        _require_place(_inside(folder, PurePosixPath(name)))
+    (stage / _LIST).write_text(json.dumps(listed), encoding="utf-8")
+    sync_tree(stage)
+    stage.rename(folder / journal)
+    sync_folder(folder)
+    try:
+        finish(folder, names, journal)
+    except KeyboardInterrupt:
+        finish(folder, names, journal)
+        raise
+
+
+def finish(folder: Path, names: Names, journal: str) -> bool:
+    """Do what a journal says, from wherever it was left; False if there is none.
+
+    Raises
+    ------
+    OSError
+    """
+    source = folder / journal
+    if source.is_symlink() or not source.is_dir():
+        return False
+    new, old = _read_list(source / _LIST, names)
+    if (source / MARK).is_file():
+        (source / MARK).replace(folder / MARK)
+        sync_folder(folder)
+    for name in old:
+        if name not in new or (source / name).is_file():
+            _inside(folder, name).unlink(missing_ok=True)
+    moved: set[Path] = {folder}
+    for name in new:
+        if (source / name).is_file():
+            target = _inside(folder, name)
+            target.parent.mkdir(exist_ok=True)
+            (source / name).replace(target)
+            moved.add(target.parent)
+    for name in old:
+        with suppress(OSError):
+            if name.parent != PurePosixPath():
+                (folder / name.parent).rmdir()  # if it is empty
+    for place in moved:
+        sync_folder(place)
+    with suppress(FileNotFoundError):
+        (folder / MARK).unlink()
+    shutil.rmtree(source)
+    return True
+
+
+def files_in(stage: Path) -> list[PurePosixPath]:
+    """Files of a stage relative to it; those at the top, which refer to others, come last."""
+    found = [path.relative_to(stage) for path in stage.rglob("*") if path.is_file()]
+    return sorted((PurePosixPath(path.as_posix()) for path in found), key=_order)
+
+
+def _order(path: PurePosixPath) -> tuple[int, str]:
+    return -len(path.parts), path.as_posix()
+
+
+def _read_list(path: Path, names: Names) -> tuple[list[PurePosixPath], list[PurePosixPath]]:
+    """New and old names of a journal; nothing where it was not written to its end."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        new, old = ([PurePosixPath(name) for name in found[key]] for key in ("new", "old"))
+    except FileNotFoundError:
+        return [], []
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise OSError(errno.EINVAL, f"{path} is not a list of files") from error
+    for name in (*new, *old):
+        if name not in names:
+            raise OSError(errno.EINVAL, f"{path} names {name}, which no run writes")
+    return new, old
+
+
+def _inside(folder: Path, name: PurePosixPath) -> Path:
+    """A file in a folder; its own folder must not be a link."""
+    target = folder / name
+    if target.parent != folder and target.parent.is_symlink():
+        raise OSError(errno.ELOOP, f"{target.parent} is a link")
+    return target
+
+
+def _require_place(target: Path) -> None:
+    """Raise an error while nothing has changed, where a file cannot go to its place."""
+    if target.is_dir() and not target.is_symlink():
+        raise IsADirectoryError(errno.EISDIR, f"{target.name} is a folder and should be a file")
+    if os.path.lexists(target.parent):
+        if not target.parent.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, f"{target.parent.name} should be a folder")
+        if not os.access(target.parent, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, f"the folder {target.parent.name} is read-only")
+
+
+def sync_tree(folder: Path) -> None:
+    """Force all files and names below a folder to the disk."""
+    for path in folder.rglob("*"):
+        if path.is_dir():
+            sync_folder(path)
+        elif path.is_file():
+            handle = os.open(path, os.O_RDWR | getattr(os, "O_CLOEXEC", 0))
+            try:
+                os.fsync(handle)
+            finally:
+                os.close(handle)
+    sync_folder(folder)

@@ -1,0 +1,291 @@
+"""Kernels frozen into a library when the wheel was built: loaded by ctypes, without numba.
+
+The library speaks numba's calling convention, which is plain C::
+
+    int32 kernel(results *, exception **, arguments ...)
+
+An array is handed over as seven words and more: owner, parent, number of elements, bytes of one,
+address, shape, strides. No owner means that Python owns it; an array that comes back without
+one is, or lies in, an array that went in. Status 0: results are filled in; -2: there are none;
+above 0: an exception, pickled.
+
+ctypes lets other threads run meanwhile. It checks nothing: that is what the gate is for.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import json
+import pickle
+import platform
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geosurf.errors import InvariantError
+from geosurf.kernels.compile.gate import DTYPES, Signature
+from geosurf.kernels.compile.sources import MACHINERY, kernel_files
+
+LIBRARY, MANIFEST = "kernels.so", "manifest.json"
+# what is frozen for whom: platform -> levels of the CPU, the most demanding one last
+LEVELS = {"linux-x86_64": {"x86-64": 1, "x86-64-v3": 3}}
+_WORD = {"d": ctypes.c_double, "l": ctypes.c_int64, "b": ctypes.c_int8}
+_DONE, _NOTHING = 0, -2
+
+
+class Unfit(Exception):
+    """The library is not there or not for these sources or this machine; the text says why."""
+
+
+def platform_name() -> str:
+    """Return operating system and processor as `LEVELS` has them."""
+    return f"{sys.platform}-{platform.machine().lower().replace('amd64', 'x86_64')}"
+
+
+def stamp_of(folder: Path) -> str:
+    """Hash over all sources in a folder of kernels and its rooms.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+
+    Returns
+    -------
+    str
+    """
+    digest = hashlib.sha256()
+    machinery = folder / MACHINERY
+    rest = [*folder.glob("**/__init__.py"), *machinery.glob("*.py"), *machinery.glob("*.c")]
+    for path in sorted({*kernel_files(folder), *rest}):
+        digest.update(f"{path.name}\0{path.stat().st_size}\0".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def symbol(level: str, name: str) -> str:
+    """Return the name of a kernel in the library."""
+    return f"{level}__{name}".replace("-", "_").replace(".", "__")
+
+
+class Library:
+    """A frozen library that fits.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where library and manifest lie.
+    stamp : str
+        Of the sources that are to be run.
+
+    Raises
+    ------
+    Unfit
+    """
+
+    def __init__(self, folder: Path, stamp: str) -> None:
+        try:
+            self.manifest: dict[str, Any] = json.loads((folder / MANIFEST).read_bytes())
+        except FileNotFoundError:
+            raise Unfit("this installation has no frozen library") from None
+        except (OSError, ValueError) as error:
+            raise Unfit(f"the manifest of the frozen library cannot be read ({error})") from error
+        if self.manifest["platform"] != platform_name():
+            raise Unfit(f"the frozen library is for {self.manifest['platform']}")
+        if self.manifest["stamp"] != stamp:
+            raise Unfit("the frozen library was made from other sources")
+        try:
+            # loading half a library kills the process, so it is looked at before
+            found = hashlib.sha256((folder / LIBRARY).read_bytes()).hexdigest()
+            if found != self.manifest["sha256"]:
+                raise Unfit("the frozen library and its manifest do not belong together")
+            self._library = ctypes.CDLL(str(folder / LIBRARY))
+        except OSError as error:
+            raise Unfit(f"the frozen library cannot be loaded ({error})") from error
+        self.level = self._best_level()
+        self._release = self._library.geosurf_release
+        self._release.argtypes, self._release.restype = [ctypes.c_void_p], None
+
+    def _best_level(self) -> str:
+        here = self._library.geosurf_level()
+        known = LEVELS[self.manifest["platform"]]
+        fit = [level for level in self.manifest["levels"] if known[level] <= here]
+        if not fit:
+            raise Unfit(f"the frozen library needs a CPU of level {self.manifest['levels'][0]}")
+        return str(fit[-1])
+
+    def function(self, name: str) -> Any:
+        """Return the C function of a kernel."""
+        try:
+            return self._library[symbol(self.level, name)]
+        except AttributeError:
+            raise InvariantError(
+                f"kernel {name} is not in the frozen library; please report it. "
+                "GEOSURF_JIT=1 runs without the library."
+            ) from None
+
+    def adopt(self, fields: Mapping[str, Any]) -> Any:
+        """Return what makes numpy own an array that a kernel has allocated."""
+        return _Owner(fields, self._release)
+
+
+class FrozenRunner:
+    """Runs the machine code that came with the wheel."""
+
+    compiles = False
+
+    def __init__(self, library: Library) -> None:
+        self._library = library
+
+    def scalar(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return the helper as it is; frozen kernels have their own copy."""
+        return function
+
+    def caller(
+        self, name: str, function: Callable[..., Any], signature: Signature
+    ) -> Callable[..., Any]:
+        """Return the frozen kernel."""
+        return FrozenKernel(name, signature, self._library)
+
+    def written(self, name: str, function: Callable[..., Any]) -> tuple[int, ...]:
+        """Return the places of the arguments that an entry writes."""
+        return tuple(self._library.manifest["written"][name])
+
+    def describe(self) -> str:
+        """Return one sentence for people."""
+        made = self._library.manifest["made_with"]
+        return (
+            f"kernels are frozen: machine code for {self._library.level} that came with "
+            f"this installation, made with numba {made['numba']}."
+        )
+
+    def obstacle(self) -> str:
+        """Return nothing: nothing is compiled, so nothing has to be kept."""
+        return ""
+
+
+class FrozenKernel:
+    """One kernel of the library; arguments have passed the gate."""
+
+    def __init__(self, name: str, signature: Signature, library: Library) -> None:
+        self._name = name
+        self._library = library
+        self._letters = signature.arguments
+        self._results = signature.results
+        self._function: Any = None  # looked up when first called
+        self._frame: Any = None
+
+    def _bind(self) -> Any:
+        function = self._library.function(self._name)
+        words: list[Any] = [ctypes.c_void_p, ctypes.c_void_p]
+        for letters in self._letters:
+            words += _words(letters)
+        function.restype, function.argtypes = ctypes.c_int32, words
+        fields = [(f"r{i}", _field(letters)) for i, letters in enumerate(self._results)]
+        self._frame = type("Results", (ctypes.Structure,), {"_fields_": fields})
+        self._function = function
+        return function
+
+    def __call__(self, *arguments: Any) -> Any:
+        words: list[Any] = []
+        for value in arguments:
+            if isinstance(value, np.ndarray):
+                address = value.__array_interface__["data"][0]
+                words += (None, None, value.size, value.itemsize, address)
+                words += value.shape
+                words += value.strides
+            else:
+                words.append(value)
+        function = self._function or self._bind()
+        frame = self._frame()
+        failure = ctypes.c_void_p()
+        status = function(ctypes.byref(frame), ctypes.byref(failure), *words)
+        if status > 0:
+            raise _exception(failure, self._name)
+        if status not in (_DONE, _NOTHING):
+            raise InvariantError(
+                f"kernel {self._name} ended with status {status}; please report it."
+            )
+        found = [
+            self._array(getattr(frame, f"r{i}"), letters, arguments)
+            if len(letters) > 1
+            else getattr(frame, f"r{i}")
+            for i, letters in enumerate(self._results)
+        ]
+        return tuple(found) if len(found) > 1 else (found[0] if found else None)
+
+    def _array(self, words: Any, letters: str, arguments: tuple[Any, ...]) -> np.ndarray:
+        """An array that came back: a new one, or (a part of) one that went in."""
+        n_dim = int(letters[1])
+        _, _, address = words[2:5]
+        shape, strides = tuple(words[5 : 5 + n_dim]), tuple(words[5 + n_dim :])
+        dtype = DTYPES[letters[0]]
+        if words[0]:
+            fields = {
+                "version": 3,
+                "data": (address, False),
+                "typestr": dtype.str,
+                "shape": shape,
+                "strides": strides,
+                "owner": words[0],
+            }
+            return np.asarray(self._library.adopt(fields))
+        for array in arguments:
+            if isinstance(array, np.ndarray):
+                start = array.__array_interface__["data"][0]
+                if start <= address <= start + array.nbytes and array.dtype == dtype:
+                    return np.ndarray(shape, dtype, array.view(), address - start, strides)
+        raise InvariantError(f"kernel {self._name} returned memory of nobody; please report it.")
+
+
+class _Owner:
+    """Memory that a kernel has allocated, given back when the last array on it is gone."""
+
+    def __init__(self, fields: Mapping[str, Any], release: Callable[[int], None]) -> None:
+        self.__array_interface__ = dict(fields)
+        self._block = self.__array_interface__.pop("owner")
+        self._release = release
+
+    def __del__(self) -> None:
+        self._release(self._block)
+
+
+class _Exception(ctypes.Structure):
+    """What numba hands out when a kernel raises."""
+
+    _fields_ = (
+        ("pickled", ctypes.c_void_p),
+        ("size", ctypes.c_int32),
+        ("hash", ctypes.c_void_p),
+        ("unwrap", ctypes.c_void_p),
+        ("dynamic", ctypes.c_int32),
+    )
+
+
+def _exception(failure: ctypes.c_void_p, name: str) -> BaseException:
+    """The exception that a kernel has raised; its text is part of the library."""
+    info = _Exception.from_address(failure.value or 0)
+    kind, arguments, place = pickle.loads(ctypes.string_at(info.pickled, info.size))
+    error: BaseException = kind(*(arguments or ()))
+    where = f" ({place[1]}, line {place[2]})" if place else ""
+    error.add_note(f"raised by the compiled kernel {name}{where}")
+    return error
+
+
+def _words(letters: str) -> list[Any]:
+    """C types of one argument."""
+    if len(letters) == 1:
+        return [_WORD[letters]]
+    owners = [ctypes.c_void_p, ctypes.c_void_p]
+    counts = [ctypes.c_int64, ctypes.c_int64]
+    return [*owners, *counts, ctypes.c_void_p, *[ctypes.c_int64] * (2 * int(letters[1]))]
+
+
+def _field(letters: str) -> Any:
+    """C type of one result."""
+    if len(letters) == 1:
+        return _WORD[letters]
+    return ctypes.c_int64 * (5 + 2 * int(letters[1]))

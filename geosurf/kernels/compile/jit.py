@@ -1,0 +1,152 @@
+"""The two decorators of the kernels, and the one place where it is decided what runs them.
+
+``@scalar``
+    A helper that other kernels call. Never called from Python by the stages.
+``@entry("d2 l2 l -> l")``
+    A kernel that Python calls. The text gives one letter and the number of
+    dimensions for each argument and result (``d`` float64, ``l`` int64, ``b`` bool; no
+    digit for a number, a dot for no result), so that exactly one machine-code version exists
+    and can be compiled ahead of time. The gate in front of it casts and checks (`_gate`).
+
+The same sources run in three ways, with the same bits as results. The choice is made once, when
+the first kernel is imported, and holds for all of them:
+
+=========  =================================================  ================================
+way        what runs                                          when
+=========  =================================================  ================================
+`_plain`   Python itself, every index checked                 NUMBA_DISABLE_JIT=1
+`_frozen`  machine code that came with the wheel; no numba    a library of these very sources
+`_numba`   machine code made here by numba, and kept          otherwise, and with GEOSURF_JIT=1
+=========  =================================================  ================================
+
+Kernels never ask which. ``geosurf doctor`` tells people.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+
+from geosurf.errors import DependencyError
+from geosurf.kernels.compile.gate import Gate, Signature
+from geosurf.kernels.compile.sources import ROOT
+
+
+class Runner(Protocol):
+    """One of the three ways."""
+
+    compiles: bool  # whether kernels have to be compiled here before they run
+
+    def scalar(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return what other kernels call."""
+        ...
+
+    def caller(
+        self, name: str, function: Callable[..., Any], signature: Signature
+    ) -> Callable[..., Any]:
+        """Return what runs an entry on arguments that have passed its gate."""
+        ...
+
+    def written(self, name: str, function: Callable[..., Any]) -> tuple[int, ...]:
+        """Return the places of the arguments that an entry writes."""
+        ...
+
+    def describe(self) -> str:
+        """Return one sentence for people."""
+        ...
+
+    def obstacle(self) -> str:
+        """Return what keeps kernels from starting fast, and the remedy; nothing if all is well."""
+        ...
+
+
+def choose() -> Runner:
+    """Decide what runs the kernels of this process.
+
+    Returns
+    -------
+    Runner
+
+    Raises
+    ------
+    DependencyError
+        If GEOSURF_FROZEN names a folder whose library cannot be used.
+    """
+    if _asked("NUMBA_DISABLE_JIT"):
+        from geosurf.kernels.compile.plain_runner import PlainRunner
+
+        return PlainRunner("NUMBA_DISABLE_JIT is set")
+    reason = "GEOSURF_JIT is set"
+    if not _asked("GEOSURF_JIT"):
+        from geosurf.kernels.compile.frozen_runner import FrozenRunner, Library, Unfit, stamp_of
+
+        folder = os.environ.get("GEOSURF_FROZEN")
+        try:
+            return FrozenRunner(Library(Path(folder or ROOT / "frozen"), stamp_of(ROOT)))
+        except Unfit as unfit:
+            reason = str(unfit)
+            if folder:
+                raise DependencyError(
+                    f"GEOSURF_FROZEN={folder} cannot be used: {reason}. Unset it, or freeze anew."
+                ) from unfit
+    from geosurf.kernels.compile.numba_runner import JitRunner
+
+    return JitRunner(reason)
+
+
+def _asked(variable: str) -> bool:
+    return os.environ.get(variable, "").strip() not in ("", "0")
+
+
+RUNNER: Runner = choose()
+ENTRIES: dict[str, Entry] = {}
+
+
+def scalar(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A helper for other kernels."""
+    return RUNNER.scalar(function)
+
+
+def entry(signature: str) -> Callable[[Callable[..., Any]], Entry]:
+    """A kernel that Python calls, with its arguments and results declared."""
+
+    def wrap(function: Callable[..., Any]) -> Entry:
+        kernel = Entry(function, Signature.parse(signature), RUNNER)
+        ENTRIES[kernel.name] = kernel
+        return kernel
+
+    return wrap
+
+
+class Entry:
+    """A kernel behind its gate.
+
+    Parameters
+    ----------
+    function : callable
+        The kernel as it is written.
+    signature : Signature
+    runner : Runner
+    """
+
+    def __init__(self, function: Callable[..., Any], signature: Signature, runner: Runner) -> None:
+        self.__name__ = function.__name__
+        self.__doc__ = function.__doc__
+        self.name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
+        self.python = function
+        self.signature = signature
+        self._gate = Gate(function.__name__, signature, lambda: runner.written(self.name, function))
+        self._run = runner.caller(self.name, function, signature)
+
+    def compile(self) -> bool:
+        """Compile or load it now, check its results, and return whether it was there."""
+        from geosurf.kernels.compile.numba_runner import check_results
+
+        results, loaded = self._run.compile()
+        check_results(self.name, results, self.signature)
+        return loaded
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self._run(*self._gate(arguments))

@@ -1,0 +1,293 @@
+"""Kernels compiled here by numba, and kept.
+
+How numba compiles them is chosen in `_helpers`, which marks what is kept as fresh or stale; nothing
+in this file changes machine code. How files are kept is a matter of `_store`.
+
+numba's own disk cache keeps stale code when a function in *another* file changes
+(numba issue 1833), so a kept kernel is named by a hash over its own file and
+all kernel files that it imports, directly or not. numba also unpickles its files without
+a look at them; so the cache here is our own, one file for each kernel.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import re
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core.caching import _Cache
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
+
+from geosurf.errors import DependencyError
+from geosurf.kernels.compile.file_cache import CHOICE, Store
+from geosurf.kernels.compile.gate import Signature
+from geosurf.kernels.compile.helpers import Helper, entry_dispatcher, names_of_its_own
+from geosurf.kernels.compile.plain_runner import written_in_source
+from geosurf.kernels.compile.sources import MACHINERY, file_of
+
+_HELPERS = Path(__file__).with_name("helpers.py")
+_TYPES = {"d": numba.float64, "l": numba.int64, "b": numba.boolean}
+# choices of numba's, in its environment or files, that change the code of a kernel
+_CHOICES = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
+# what unpickling and linking raise when a kept kernel is sound but does not fit this process
+_UNFIT = (
+    *(pickle.UnpicklingError, EOFError, AttributeError, ImportError, IndexError, KeyError),
+    *(TypeError, ValueError, RuntimeError),
+)
+_announced: list[str] = []
+
+
+# ---- types --------------------------------------------------------------------------------
+
+
+def types_of(letters: tuple[str, ...]) -> tuple[Any, ...]:
+    """Return the types of numba for some letters; arrays are C-contiguous."""
+    return tuple(
+        _TYPES[word[0]] if len(word) == 1 else numba.types.Array(_TYPES[word[0]], int(word[1]), "C")
+        for word in letters
+    )
+
+
+def check_results(name: str, found: Any, signature: Signature) -> None:
+    """Refuse a kernel that returns something else than its signature says."""
+    parts = tuple(found.types) if isinstance(found, numba.types.BaseTuple) else (found,)
+    if found == numba.types.none:
+        parts = ()
+    if tuple(map(_letters, parts)) != signature.results:
+        promised = " ".join(signature.results) or "."
+        raise TypeError(f"{name} promises '-> {promised}', but numba finds that it returns {found}")
+
+
+def _letters(kind: Any) -> str:
+    dtype, n_dim = (kind.dtype, kind.ndim) if isinstance(kind, numba.types.Array) else (kind, "")
+    letter = next((letter for letter, known in _TYPES.items() if known == dtype), "?")
+    return f"{letter}{n_dim}"
+
+
+# ---- the cache ---------------------------------------------------------------------------
+
+
+def kernel_folder() -> Path:
+    """Folder for compiled kernels."""
+    return Store("kernels").folder
+
+
+@cache
+def closure(path: Path) -> frozenset[Path]:
+    """Kernel files that a kernel file needs, itself and the choices for numba included."""
+    found = {path, _HELPERS}
+    text = path.read_text(encoding="utf-8")
+    for other in re.findall(r"^from (geosurf\.kernels\.[\w.]+) import", text, flags=re.MULTILINE):
+        if other.split(".")[2] != MACHINERY and file_of(other) != path:
+            found |= closure(file_of(other))
+    return frozenset(found)
+
+
+@cache
+def _stamp(path: Path) -> str:
+    """Hash over a kernel file and everything that it imports."""
+    digest = hashlib.sha256()
+    for part in sorted(closure(path)):
+        digest.update(part.read_bytes())
+    return digest.hexdigest()
+
+
+@cache
+def _made_with() -> str:
+    """What else decides the machine code of a kernel, or how it is pickled."""
+    numpy = ".".join(np.__version__.split(".")[:2])
+    python = f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
+    choices = [f"{name}={getattr(numba.config, name, None)}" for name in _CHOICES]
+    return " ".join([python, numpy, numba.__version__, llvmlite.__version__, *choices])
+
+
+class KernelCache(_Cache):
+    """The cache of one kernel, asked by numba; whatever goes wrong is a miss.
+
+    Parameters
+    ----------
+    function : callable
+    store : Store
+    """
+
+    def __init__(self, function: Callable[..., Any], store: Store) -> None:
+        self._function = function
+        self._store = store
+        self._enabled = True
+
+    @property
+    def cache_path(self) -> str:
+        """The folder."""
+        return str(self._store.folder)
+
+    def enable(self) -> None:
+        """Load and save."""
+        self._enabled = True
+
+    def disable(self) -> None:
+        """Neither load nor save."""
+        self._enabled = False
+
+    def flush(self) -> None:
+        """Nothing is held back."""
+
+    def name(self, types: Any, codegen: Any) -> str:
+        """Name of the file for some types of arguments on this machine."""
+        code = self._function.__code__
+        file = Path(code.co_filename)
+        what = [_made_with(), _stamp(file), str(code.co_firstlineno), str(types)]
+        what += map(str, codegen.magic_tuple())
+        digest = hashlib.sha256("\0".join(what).encode()).hexdigest()
+        return f"{file.stem}.{self._function.__name__}-{digest[:40]}.nbc"
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return a kernel from the cache; None and names of its own if it is not there."""
+        target_context.refresh()
+        if self._enabled:
+            name = self.name(sig, target_context.codegen())
+            kept = self._store.load(name)
+            if kept is not None:
+                try:
+                    return CompileResult._rebuild(target_context, *pickle.loads(kept))
+                except _UNFIT as error:
+                    self._store.report_damage(name, f"{type(error).__name__}: {error}")
+        _announce(self._function.__name__)
+        names_of_its_own()
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep a kernel, if it can be kept."""
+        fit = not data.library.has_dynamic_globals and all(part.can_cache for part in data.lifted)
+        if self._enabled and fit:
+            self._store.save(self.name(sig, data.codegen), dumps(data._reduce()))
+
+
+def _announce(kernel: str) -> None:
+    """Say once that kernels are being compiled, since it takes a while."""
+    if not _announced and sys.stderr is not None:
+        if sys.stderr.isatty() or "ipykernel" in sys.modules:
+            sys.stderr.write("geosurf: compiling kernels, a minute or more, once per version\n")
+            sys.stderr.flush()
+    _announced.append(kernel)
+
+
+# ---- the runner --------------------------------------------------------------------------
+
+
+class JitRunner:
+    """Compiles a kernel when it is first called, or finds it in the cache.
+
+    Parameters
+    ----------
+    reason : str
+        Why kernels are compiled here, for people.
+
+    Raises
+    ------
+    DependencyError
+        If a file of numba's switches compilation off: half a choice would be a mixture.
+    """
+
+    compiles = True
+
+    def __init__(self, reason: str) -> None:
+        if numba.config.DISABLE_JIT:
+            raise DependencyError(
+                "numba is told not to compile, but not by NUMBA_DISABLE_JIT in the environment. "
+                "Set it there to run kernels as plain Python, or take it out of numba's files."
+            )
+        self._reason = reason
+        self._store = Store("kernels")
+
+    def scalar(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return the helper for compiled kernels."""
+        return Helper(function)
+
+    def caller(
+        self, name: str, function: Callable[..., Any], signature: Signature
+    ) -> Callable[..., Any]:
+        """Return the kernel; nothing is compiled yet."""
+        return JitKernel(function, signature, self._store)
+
+    def written(self, name: str, function: Callable[..., Any]) -> tuple[int, ...]:
+        """Return the places of the arguments that an entry writes."""
+        return written_in_source(name, function)
+
+    def describe(self) -> str:
+        """Return one sentence for people."""
+        how = f"kernels are compiled here by numba {numba.__version__}, since {self._reason}"
+        obstacle = self.obstacle()
+        return f"{how}. {obstacle}" if obstacle else f"{how}; kept in {self._store.folder}."
+
+    def obstacle(self) -> str:
+        """Return why kernels are compiled again by each process, and the remedy; mostly nothing."""
+        why = self._store.obstacle()
+        return why and (
+            f"They cannot be kept in {self._store.folder} ({why}), so each process compiles them "
+            f"again. Set {CHOICE} to a folder that only you can write."
+        )
+
+
+class JitKernel:
+    """A kernel that numba compiles at its first call, or loads."""
+
+    def __init__(self, function: Callable[..., Any], signature: Signature, store: Store) -> None:
+        self._signature = signature
+        self._compiled = entry_dispatcher(function)
+        self._compiled._cache = KernelCache(function, store)
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self._compiled(*map(_writeable, arguments))
+
+    def compile(self) -> tuple[Any, bool]:
+        """Compile or load the kernel now.
+
+        Returns
+        -------
+        results : numba.types.Type
+        loaded : bool
+            Whether it was found in the cache.
+        """
+        types = types_of(self._signature.arguments)
+        self._compiled.compile(types)
+        results = self._compiled.overloads[types].signature.return_type
+        return results, bool(self._compiled.stats.cache_hits)
+
+
+class _Window:
+    """Memory of a read-only array, seen as writeable, so that one type serves all.
+
+    The gate has made sure that the kernel only reads it.
+    """
+
+    def __init__(self, array: np.ndarray) -> None:
+        self.base = array
+        interface = array.__array_interface__  # made anew each time it is asked for
+        interface["data"] = (interface["data"][0], False)
+        self.__array_interface__ = interface
+
+
+def _writeable(value: Any) -> Any:
+    """The same memory as an array that a kernel takes; most read-only arrays are all of another."""
+    if type(value) is not np.ndarray or value.flags.writeable:
+        return value
+    owner = value.base
+    if type(owner) is np.ndarray and owner.flags.carray and _is_all_of(value, owner):
+        return owner if owner.shape == value.shape else owner.reshape(value.shape)
+    return np.asarray(_Window(value)) if value.size else value.copy()
+
+
+def _is_all_of(part: np.ndarray, whole: np.ndarray) -> bool:
+    """Whether a C-contiguous part of a C-contiguous array is all of it: five times as fast to say
+    as a window is to make.
+    """
+    return part.size == whole.size and part.dtype == whole.dtype

@@ -1,0 +1,234 @@
+"""All kernels as one module of LLVM, and the object file of a CPU level made of it.
+
+Each step runs in a process of its own, started by `_freeze`, since numba reads the CPU from its
+environment::
+
+    python -m geosurf.kernels.compile.object_files --package geosurf.kernels --module kernels.bc
+    python -m geosurf.kernels.compile.object_files --module kernels.bc --level x86-64-v3 --out v3.o
+
+The first lowers every entry like a helper and links it with whatever it calls, each function
+once. The second makes everything but the entries internal, optimises the whole as numba would
+one kernel, and emits it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import sys
+from collections.abc import Iterable, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from geosurf.errors import InputError
+from geosurf.kernels.compile.frozen_runner import symbol
+from geosurf.kernels.compile.sources import kernel_files
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.kernels.compile.jit import Entry
+
+# what a frozen kernel may call: what the shim brings, and what libc and libm bring
+_BROUGHT = {
+    *("NRT_MemInfo_alloc_aligned", "NRT_MemInfo_call_dtor"),
+    *("NRT_MemInfo_new_varsize_dtor", "NRT_MemInfo_varsize_realloc"),
+    *("NRT_Allocate", "NRT_Free"),
+    *("numba_frexp", "numba_ldexp", "memcpy", "memset", "memmove"),
+    *("sqrt", "floor", "ceil", "trunc", "rint", "hypot"),
+    *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "pow"),
+}
+_MARK = "geosurf_kernel."
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Lower a package of kernels, or emit a level of it; prints the names of the kernels."""
+    parser = argparse.ArgumentParser(description="Make object files of kernels.")
+    parser.add_argument("--module", type=Path, required=True, help="file for the module of LLVM")
+    parser.add_argument("--package", help="lower these kernels into it")
+    parser.add_argument("--level", help="make an object file of it for this level of the CPU")
+    parser.add_argument("--out", type=Path, help="where the object file goes")
+    options = parser.parse_args(argv)
+    gc.disable()  # numba makes millions of small objects that live as long as the process
+    if options.package:
+        module, names = lower(options.package)
+        options.module.write_bytes(module)
+        sys.stdout.write("\n".join(names))
+    else:
+        options.out.write_bytes(emit(options.module.read_bytes(), options.level))
+    return 0
+
+
+# ---- lower -------------------------------------------------------------------------------
+
+
+def lower(package: str) -> tuple[bytes, list[str]]:
+    """Lower all entries of a package, with what they call, into one module.
+
+    Parameters
+    ----------
+    package : str
+
+    Returns
+    -------
+    module : bytes
+        Bitcode; entries bear their names behind a mark.
+    names : list of str
+
+    Raises
+    ------
+    InputError
+        If there are no entries.
+    """
+    import llvmlite.binding as llvm
+
+    from geosurf.kernels.compile.helpers import below
+
+    _forget_folders()
+    _forget_shapes()
+    entries = _entries(package)
+    if not entries:
+        raise InputError(f"{package} has no entries, so that there is nothing to freeze.")
+    made = {name: _lower(name, kernel) for name, kernel in sorted(entries.items())}
+    libraries = [library for library, _ in made.values()]
+    for library, name in made.values():
+        library._final_module.get_function(name).linkage = "external"  # or nobody asks for it
+    module = llvm.parse_assembly("")
+    for part in [*libraries, *below(*libraries)]:
+        module.link_in(part._get_module_for_linking(), preserve=True)
+    for name, (_, llvm_name) in made.items():
+        module.get_function(llvm_name).name = _MARK + name
+    return module.as_bitcode(), sorted(entries)
+
+
+def _entries(package: str) -> dict[str, Entry]:
+    from geosurf.kernels.compile.jit import ENTRIES
+
+    folder = Path(str(import_module(package).__file__)).parent
+    for path in kernel_files(folder):
+        import_module(".".join([package, *path.relative_to(folder).with_suffix("").parts]))
+    return {n: e for n, e in ENTRIES.items() if e.python.__module__.startswith(f"{package}.")}
+
+
+def _lower(name: str, kernel: Entry) -> tuple[Any, str]:
+    """Code of one entry, and its name there; what it calls lies below it."""
+    from geosurf.kernels.compile.helpers import Helper
+    from geosurf.kernels.compile.numba_runner import check_results, types_of
+
+    helper = Helper(kernel.python, counts=True)
+    types = types_of(kernel.signature.arguments)
+    helper.compile(types)
+    result = helper.overloads[types]
+    check_results(name, result.signature.return_type, kernel.signature)
+    return result.library, result.fndesc.llvm_func_name
+
+
+def _forget_folders() -> None:
+    """Keep the folders of this machine out of what exceptions say about their place."""
+    from numba.core.callconv import CPUCallConv
+
+    original = CPUCallConv.build_excinfo_struct
+
+    def nameless(self: Any, exc: Any, exc_args: Any, loc: Any, func_name: Any) -> Any:
+        kind, arguments, place = original(self, exc, exc_args, loc, func_name)
+        return kind, arguments, place and (place[0], Path(place[1]).name, place[2])
+
+    CPUCallConv.build_excinfo_struct = nameless
+
+
+def _forget_shapes() -> None:
+    """Let an assignment to a slice fail with a constant text.
+
+    By default numba names both shapes, for which the library would need Python's strings. It
+    has the text without them for targets that have no strings.
+    """
+    from numba.np import arrayobj
+
+    named = arrayobj.ol_raise_with_shape_context_cpu
+    named.__code__ = arrayobj.ol_raise_with_shape_context_generic.__code__
+
+
+# ---- emit --------------------------------------------------------------------------------
+
+
+def emit(bitcode: bytes, level: str) -> bytes:
+    """Optimise a module and make an object file of it.
+
+    Parameters
+    ----------
+    bitcode : bytes
+        As `lower` gives it.
+    level : str
+        Of the CPU; numba has to be started with it, see `_freeze`.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    InputError
+        If a kernel calls what the library will not have.
+    """
+    import llvmlite.binding as llvm
+
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    module = llvm.parse_bitcode(bitcode)
+    marked = [f.name for f in module.functions if f.name.startswith(_MARK)]
+    machine = llvm.Target.from_default_triple().create_target_machine(
+        cpu=level, features="", opt=3, reloc="pic", codemodel="default"
+    )
+    module = _optimised(module, marked, machine)
+    if foreign(module):
+        for name in marked:  # which one was it?
+            alone = _optimised(llvm.parse_bitcode(bitcode), [name], machine)
+            refuse_foreign(name.removeprefix(_MARK), alone)
+    for name in marked:
+        module.get_function(name).name = symbol(level, name.removeprefix(_MARK))
+    return bytes(machine.emit_object(module))
+
+
+def _optimised(module: Any, names: Iterable[str], machine: Any) -> Any:
+    """The same functions after numba's passes, and only what they need."""
+    from geosurf.kernels.compile.helpers import optimise
+
+    _keep(module, set(names), machine)
+    module = optimise(module)
+    _keep(module, set(names), machine)
+    return module
+
+
+def _keep(module: Any, names: set[str], machine: Any) -> None:
+    """Leave some functions, and only what they need."""
+    import llvmlite.binding as llvm
+
+    for function in module.functions:
+        if not function.is_declaration:
+            function.linkage = "external" if function.name in names else "internal"
+    for variable in module.global_variables:
+        if not variable.is_declaration:
+            variable.linkage = "internal"
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options()))
+    module.verify()
+
+
+def foreign(module: Any) -> set[str]:
+    """Names that a module calls and the library will not have."""
+    called = {f.name for f in module.functions if f.is_declaration}
+    return {name for name in called if not name.startswith("llvm.")} - _BROUGHT
+
+
+def refuse_foreign(name: str, module: Any) -> None:
+    """Refuse a kernel that needs more of numba's runtime, or Python itself."""
+    called = foreign(module)
+    if called:
+        raise InputError(
+            f"kernel {name} calls {', '.join(sorted(called))}, which a frozen library "
+            "does not bring: kernels take and give arrays and numbers, and raise constant texts."
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,49 @@
+"""Where the sources of the kernels lie: files of a folder and its rooms, but not of `compile`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+MACHINERY = "compile"
+
+
+def kernel_files(folder: Path) -> list[Path]:
+    """
+    Return the kernel files of a folder and its rooms, in order; no two have one name.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+
+    Returns
+    -------
+    list of pathlib.Path
+
+    Examples
+    --------
+    >>> [path.name for path in kernel_files(ROOT) if path.parent.name == "search"][:2]
+    ['large_triangles.py', 'rays.py']
+    """
+    found = [*folder.glob("*.py"), *folder.glob("*/*.py")]
+    return sorted(
+        path
+        for path in found
+        if not path.name.startswith("_") and MACHINERY != path.parent.relative_to(folder).name
+    )
+
+
+def folder_of(file: Path) -> Path:
+    """Return the folder that the kernels of a file belong to: that above its room."""
+    parent = file.parent
+    return ROOT if ROOT in parent.parents else parent
+
+
+def module_of(file: Path) -> str:
+    """Return the name of the module in a kernel file of geosurf."""
+    return ".".join(["geosurf.kernels", *file.relative_to(ROOT).with_suffix("").parts])
+
+
+def file_of(module: str) -> Path:
+    """Return the kernel file of a module of geosurf."""
+    return ROOT.joinpath(*module.split(".")[2:]).with_suffix(".py")

@@ -1,0 +1,184 @@
+"""Which arguments does a kernel write? Read off its source, so that nobody has to say it.
+
+A kernel writes an argument if it assigns to an element or a slice of it, under any name, or
+hands it to a kernel that does. Over-estimates are harmless unless someone passes a read-only
+array there; under-estimates are found by the plain Python route, which hands over everything
+else read-only (`_plain`).
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+from geosurf.kernels.compile.file_cache import Store
+from geosurf.kernels.compile.sources import kernel_files
+
+Name = tuple[str, str]  # file, function
+_STEPS = (ast.Assign, ast.For, ast.AugAssign, ast.AnnAssign, ast.Return, ast.Call)
+_IN_PLACE = {"fill", "sort", "partition", "put", "itemset"}
+_SAME_MEMORY = {"asarray", "ascontiguousarray", "ravel", "reshape", "transpose", "view"}
+
+
+@cache
+def kept_arguments(folder: str) -> Mapping[str, tuple[int, ...]]:
+    """Return `written_arguments`, kept in the user's cache under what all files of the folder hold.
+
+    To read them off the source takes half a second of processor time, as much as all the rest of
+    a process that cuts two small surfaces. Where nothing can be kept they are read each time.
+    """
+    store, name = Store(), _name_for(folder)
+    kept = store.load(name)
+    if kept is not None:
+        return {key: tuple(places) for key, places in json.loads(kept).items()}
+    found = written_arguments(folder)
+    store.save(name, json.dumps(found).encode())
+    return found
+
+
+def _name_for(folder: str) -> str:
+    """Name of the file for what a folder holds."""
+    digest = hashlib.sha256()
+    for path in kernel_files(Path(folder)):
+        data = path.read_bytes()
+        digest.update(f"{path.name} {len(data)}\n".encode() + data)
+    return f"geosurf-writes-{digest.hexdigest()[:40]}.json"
+
+
+@cache
+def written_arguments(folder: str) -> Mapping[str, tuple[int, ...]]:
+    """Places of the arguments that each function writes, by ``file.function``.
+
+    Parameters
+    ----------
+    folder : str
+        Folder of kernel files and of rooms with such. What they import is looked up there.
+
+    Returns
+    -------
+    Mapping of str to tuple of int
+
+    Examples
+    --------
+    >>> found = written_arguments(str(Path(__file__).parents[1]))
+    >>> found["predicates.orient3d_rows"]  # m counts, w is the workspace, out the result
+    (2, 3, 4)
+    """
+    functions: dict[Name, _Function] = {}
+    for path in kernel_files(Path(folder)):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        names = dict(_names(path.stem, tree))
+        for node in tree.body:
+            if isinstance(node, ast.FunctionDef):
+                functions[path.stem, node.name] = _Function(node, names)
+    moved = True
+    while moved:  # until no function learns anything from those that it calls
+        moved = any([function.learn(functions) for function in functions.values()])
+    return {f"{file}.{name}": tuple(sorted(f.writes)) for (file, name), f in functions.items()}
+
+
+def _names(file: str, tree: ast.Module) -> Iterator[tuple[str, Name]]:
+    """What a name means in a file: a function of its own or of another kernel file."""
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef):
+            yield node.name, (file, node.name)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                yield alias.asname or alias.name, (node.module.rpartition(".")[2], alias.name)
+
+
+@dataclass
+class _Function:
+    """One function, and what is known of it so far."""
+
+    node: ast.FunctionDef
+    names: dict[str, Name]
+    writes: set[int] = field(default_factory=set)
+    returns: set[int] = field(default_factory=set)
+    memory: dict[str, set[int]] = field(default_factory=dict)  # local name -> arguments behind it
+
+    def __post_init__(self) -> None:
+        self.parameters = [a.arg for a in (*self.node.args.posonlyargs, *self.node.args.args)]
+        self.memory = {name: {place} for place, name in enumerate(self.parameters)}
+        self._steps = [node for node in ast.walk(self.node) if isinstance(node, _STEPS)]
+
+    def learn(self, functions: Mapping[Name, _Function]) -> bool:
+        """Go through the body once; return whether anything is new."""
+        before = self._size()
+        for node in self._steps:
+            if isinstance(node, ast.Assign):
+                for target in node.targets:
+                    self._assign(target, self._behind(node.value, functions))
+            elif isinstance(node, ast.For):
+                self._assign(node.target, self._behind(node.iter, functions))
+            elif isinstance(node, ast.AugAssign | ast.AnnAssign):
+                self._augment(node)
+            elif isinstance(node, ast.Return) and node.value is not None:
+                self.returns |= self._behind(node.value, functions)
+            elif isinstance(node, ast.Call):
+                self._call(node, functions)
+        return self._size() != before
+
+    def _size(self) -> tuple[int, int, int]:
+        return len(self.writes), len(self.returns), sum(map(len, self.memory.values()))
+
+    def _assign(self, target: ast.expr, memory: set[int]) -> None:
+        if isinstance(target, ast.Tuple | ast.List):
+            for part in target.elts:
+                self._assign(part, memory)
+        elif isinstance(target, ast.Name):
+            self.memory[target.id] = self.memory.get(target.id, set()) | memory
+        elif isinstance(target, ast.Subscript):
+            self.writes |= self._behind(target.value, {})
+
+    def _augment(self, node: ast.AugAssign | ast.AnnAssign) -> None:
+        """``a[i] += 1`` writes a; so does ``a += 1``, where a is no number out of an array."""
+        if isinstance(node.target, ast.Subscript):
+            self.writes |= self._behind(node.target.value, {})
+        elif isinstance(node.target, ast.Name) and node.target.id in self.parameters:
+            self.writes.add(self.parameters.index(node.target.id))
+
+    def _behind(self, node: ast.expr, functions: Mapping[Name, _Function]) -> set[int]:
+        """Arguments whose memory an expression may be."""
+        if isinstance(node, ast.Name):
+            return set(self.memory.get(node.id, ()))
+        if isinstance(node, ast.Subscript | ast.Attribute | ast.Starred):
+            return self._behind(node.value, functions)
+        if isinstance(node, ast.Tuple | ast.List):
+            return set().union(*(self._behind(part, functions) for part in node.elts))
+        if isinstance(node, ast.IfExp):
+            return self._behind(node.body, functions) | self._behind(node.orelse, functions)
+        if not isinstance(node, ast.Call):
+            return set()
+        if isinstance(node.func, ast.Attribute):
+            if node.func.attr not in _SAME_MEMORY:
+                return set()
+            parts = [node.func.value, *node.args]
+            return set().union(*(self._behind(part, functions) for part in parts))
+        return self._from_call(node, functions, "returns")
+
+    def _call(self, node: ast.Call, functions: Mapping[Name, _Function]) -> None:
+        if isinstance(node.func, ast.Attribute):
+            if node.func.attr in _IN_PLACE:
+                self.writes |= self._behind(node.func.value, functions)
+            elif node.func.attr == "copyto":
+                self.writes |= self._behind(node.args[0], functions)
+            return
+        self.writes |= self._from_call(node, functions, "writes")
+
+    def _from_call(
+        self, node: ast.Call, functions: Mapping[Name, _Function], what: str
+    ) -> set[int]:
+        """Arguments of this function that come back from, or are written by, one it calls."""
+        called = functions.get(self.names.get(getattr(node.func, "id", ""), ("", "")))
+        if called is None:
+            return set()
+        handed = dict(enumerate(node.args))
+        handed |= {called.parameters.index(k.arg): k.value for k in node.keywords if k.arg}
+        touched: set[int] = getattr(called, what)
+        return set().union(*(self._behind(handed[p], functions) for p in touched if p in handed))

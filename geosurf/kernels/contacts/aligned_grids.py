@@ -1,0 +1,196 @@
+"""Lattices with the same nodes in the map: horizons of one survey.
+
+Where no two points of a lattice share a place in the map, and another one has the very same
+nodes there, triangles can only meet above what they share in the map: their own triangle, an edge
+of it, or a corner. What two triangles share above an edge or a corner only is also shared by
+those above the cells on either side, if they exist. So each cell is asked for itself alone, except
+beside holes; a tree would come with thirteen times as many pairs (Drogon's horizons).
+
+Letters as in `tree`; z, s elevations of the two lattices, flat.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, RISING
+
+_LEAST_STEP = 0.5  # of the mean step along a row or column,
+_MOST_ASIDE = 0.2  # and how far a step may stray to the side
+_PLAIN_ANGLE = 1e-6  # sine between rows and columns below which nothing is promised
+
+
+@entry("d1 d1 l1 -> d")
+def map_height(p, q, a):
+    """Least height [m] of triangles in the map, from below, if no place has two points; else 0.
+
+    In the frame of the mean steps M along rows and columns, each step must stay near its own axis.
+    Then every gradient has a positive definite symmetric part, and a piecewise linear map
+    of a rectangle with such gradients is one to one, being strictly monotone.
+    """
+    n_row, n_col = a[N_ROW], a[N_COL]
+    if n_row < 2 or n_col < 2:
+        return 0.0
+    last_row, last_col = n_row - 1, n_col - 1
+    ux = (p[a[0] + last_col * a[2]] - p[a[0]]) / last_col
+    uy = (q[a[3] + last_col * a[5]] - q[a[3]]) / last_col
+    vx = (p[a[0] + last_row * a[1]] - p[a[0]]) / last_row
+    vy = (q[a[3] + last_row * a[4]] - q[a[3]]) / last_row
+    det = ux * vy - uy * vx
+    u, v = np.sqrt(ux * ux + uy * uy), np.sqrt(vx * vx + vy * vy)
+    if not (abs(det) > _PLAIN_ANGLE * u * v and u + v < 1e300):
+        return 0.0
+    rx, ry, cx, cy = vy / det, -vx / det, -uy / det, ux / det  # rows of the inverse of M
+    for i in range(n_row):
+        for j in range(n_col):
+            x, y = p[a[0] + i * a[1] + j * a[2]], q[a[3] + i * a[4] + j * a[5]]
+            if j < last_col:
+                sx = p[a[0] + i * a[1] + (j + 1) * a[2]] - x
+                sy = q[a[3] + i * a[4] + (j + 1) * a[5]] - y
+                along, aside = rx * sx + ry * sy, cx * sx + cy * sy
+                if not (along >= _LEAST_STEP and abs(aside) <= _MOST_ASIDE):
+                    return 0.0
+            if i < last_row:
+                sx = p[a[0] + (i + 1) * a[1] + j * a[2]] - x
+                sy = q[a[3] + (i + 1) * a[4] + j * a[5]] - y
+                along, aside = cx * sx + cy * sy, rx * sx + ry * sy
+                if not (along >= _LEAST_STEP and abs(aside) <= _MOST_ASIDE):
+                    return 0.0
+    # heights in the frame of M are above 0.3 (steps of 0.5, 0.2 aside); M shrinks none by more
+    # than its smaller singular value, which is above |det| / (u + v)
+    return 0.3 * abs(det) / (u + v)
+
+
+@scalar
+def _half(c, rising, half):
+    """Heights of one triangle, from those of a `_cell`."""
+    if rising == 1:
+        return (c[0], c[2], c[3]) if half == 1 else (c[0], c[1], c[2])
+    return (c[1], c[2], c[3]) if half == 1 else (c[0], c[1], c[3])
+
+
+@scalar
+def _cell(z, a, row, col):
+    """Heights of the nodes around a cell: (0, 0) (0, 1) (1, 1) (1, 0)."""
+    at = a[6] + row * a[7] + col * a[8]
+    return z[at], z[at + a[8]], z[at + a[7] + a[8]], z[at + a[7]]
+
+
+@scalar
+def _note_full(z, a, s, b, first_row, first_col, full):
+    """Which cells of a block and around it have all four nodes in both lattices.
+
+    ``full[i, j]`` is cell ``(first_row - 1 + i, first_col - 1 + j)``; none outside is asked for.
+    """
+    for row in range(max(first_row - 1, 0), min(first_row + BLOCK + 1, a[N_ROW] - 1)):
+        for col in range(max(first_col - 1, 0), min(first_col + BLOCK + 1, a[N_COL] - 1)):
+            c, d = _cell(z, a, row, col), _cell(s, b, row, col)
+            total = c[0] + c[1] + c[2] + c[3] + d[0] + d[1] + d[2] + d[3]
+            full[row - first_row + 1, col - first_col + 1] = total == total
+
+
+@scalar
+def _push(pairs, n, one, two):
+    if n < pairs.shape[0]:
+        pairs[n, 0], pairs[n, 1] = one, two
+    return n + 1
+
+
+@scalar
+def _above_one_triangle(c, d, rising, key, slip, steepness, pairs, n):
+    """The pairs above each half of a cell, where heights do not tell them apart."""
+    for half in range(2):
+        u, v, w = _half(c, rising, half)
+        e, f, g = _half(d, rising, half)
+        low, high = min(u - e, min(v - f, w - g)), max(u - e, max(v - f, w - g))
+        if low > slip or high < -slip:
+            # sure, unless a move of all coordinates by `slip` could change it
+            span = max(u, max(v, w)) - min(u, min(v, w)) + max(e, max(f, g)) - min(e, min(f, g))
+            near = slip * (1.0 + steepness * span)
+            if low > near or high < -near:
+                continue
+        n = _push(pairs, n, key + half, key + half)
+    return n
+
+
+@scalar
+def _all_of(c, rising_c, key_c, d, rising_d, key_d, pairs, n):
+    """Pairs of two cells whose heights meet; an absent node leaves its triangles out."""
+    for half in range(2):
+        u, v, w = _half(c, rising_c, half)
+        for other in range(2):
+            e, f, g = _half(d, rising_d, other)
+            total = u + v + w + e + f + g
+            if (
+                total == total
+                and min(u, min(v, w)) <= max(e, max(f, g))
+                and min(e, min(f, g)) <= max(u, max(v, w))
+            ):
+                n = _push(pairs, n, key_c + half, key_d + other)
+    return n
+
+
+@scalar
+def _beside_holes(z, a, s, b, full, first_row, first_col, row, col, pairs, n):
+    """Pairs of a cell of the first lattice with the cells around it, where one has a hole."""
+    n_row, n_col = a[N_ROW] - 1, a[N_COL] - 1
+    c = _cell(z, a, row, col)
+    mine = full[row - first_row + 1, col - first_col + 1]
+    for i in range(max(row - 1, 0), min(row + 2, n_row)):
+        for j in range(max(col - 1, 0), min(col + 2, n_col)):
+            if (mine and full[i - first_row + 1, j - first_col + 1]) or (i == row and j == col):
+                continue
+            key, other = 2 * (row * n_col + col), 2 * (i * n_col + j)
+            n = _all_of(c, a[RISING], key, _cell(s, b, i, j), b[RISING], other, pairs, n)
+    return n
+
+
+@scalar
+def _block_reach(nodes, i, j, levels, rim):
+    """Lowest and highest elevation of a block and of `rim` blocks around it."""
+    n_row, n_col = levels[0, 1], levels[0, 2]
+    low, high = np.inf, -np.inf
+    for k in range(max(i - rim, 0), min(i + rim + 1, n_row)):
+        for m in range(max(j - rim, 0), min(j + rim + 1, n_col)):
+            low = min(low, nodes[k * n_col + m, 2])
+            high = max(high, nodes[k * n_col + m, 5])
+    return low, high
+
+
+@entry("d1 l1 d2 d1 l1 d2 l2 b d d l2 -> l l")
+def aligned_pairs(z, a, na, s, b, nb, levels, whole, slip, steepness, pairs):
+    """Pairs of triangles that may meet, as far as `pairs` has room; their number, blocks visited.
+
+    The two have one map and trees of one window (`levels`). With `whole`, none has a
+    hole. A pair above one triangle of the map is left out only if no move of coordinates by `slip`
+    can make it meet; `steepness` is one over the least height of a triangle in the map.
+    """
+    n = 0
+    visited = 0
+    rim = 0 if whole else 1
+    full = np.ones((BLOCK + 2, BLOCK + 2), dtype=np.bool_)
+    for i in range(levels[0, 1]):
+        for j in range(levels[0, 2]):
+            visited += 1
+            low, high = _block_reach(na, i, j, levels, 0)
+            lower, upper = _block_reach(nb, i, j, levels, rim)
+            near = slip * (1.0 + steepness * ((high - low) + (upper - lower)))
+            if not (low <= upper + near and lower <= high + near):
+                continue
+            first_row, first_col = BLOCK * i, BLOCK * j
+            if not whole:
+                _note_full(z, a, s, b, first_row, first_col, full)
+            for row in range(first_row, min(first_row + BLOCK, a[N_ROW] - 1)):
+                for col in range(first_col, min(first_col + BLOCK, a[N_COL] - 1)):
+                    key = 2 * (row * (a[N_COL] - 1) + col)
+                    c, d = _cell(z, a, row, col), _cell(s, b, row, col)
+                    if full[row - first_row + 1, col - first_col + 1] and a[RISING] == b[RISING]:
+                        n = _above_one_triangle(c, d, a[RISING], key, slip, steepness, pairs, n)
+                    else:
+                        n = _all_of(c, a[RISING], key, d, b[RISING], key, pairs, n)
+                    if not whole:
+                        n = _beside_holes(
+                            z, a, s, b, full, first_row, first_col, row, col, pairs, n
+                        )  # fmt: skip
+    return n, visited

@@ -1,0 +1,48 @@
+"""Cells on a rising axis that reach an interval: by a guess, or by bisection where steps differ."""
+
+from __future__ import annotations
+
+from geosurf.kernels.compile.jit import scalar
+
+
+@scalar
+def _guess(axis, n, value, pace):
+    """Where a value would be among n cells of even steps; 0 if that is not a number."""
+    steps = (value - axis[0]) * pace
+    return int(min(steps, 1.0 * n)) if steps > 0.0 else 0
+
+
+@scalar
+def range_on(axis, n, pace, low, high):
+    """First and last cell (one more) of n on a rising axis that reach an interval.
+
+    `pace` is cells per metre: where steps are even, a guess by it is right or nearly so.
+    """
+    first = _guess(axis, n, low, pace)  # the first cell that ends at `low` or after
+    if first > 0 and axis[first] >= low:
+        first -= 1
+    elif first < n and axis[first + 1] < low:
+        first += 1
+    if (first > 0 and axis[first] >= low) or (first < n and axis[first + 1] < low):
+        first, end = 0, n
+        while first < end:
+            middle = (first + end) >> 1
+            if axis[middle + 1] < low:
+                first = middle + 1
+            else:
+                end = middle
+    last = _guess(axis, n, high, pace) + 1  # the first cell that begins after `high`
+    last = min(last, n)
+    if last > 0 and axis[last - 1] > high:
+        last -= 1
+    elif last < n and axis[last] <= high:
+        last += 1
+    if (last > 0 and axis[last - 1] > high) or (last < n and axis[last] <= high):
+        last, end = 0, n
+        while last < end:
+            middle = (last + end) >> 1
+            if axis[middle] <= high:
+                last = middle + 1
+            else:
+                end = middle
+    return first, last

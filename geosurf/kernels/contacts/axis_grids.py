@@ -1,0 +1,267 @@
+"""Where a grid with straight axes meets another grid: pairs of triangles, decided where floats can.
+
+In the map, cells of a grid with rising axes are found by bisection. So each cell of the other grid
+asks only the cells below or above it, a patch of them at its height; whatever part of its pyramid
+(`tree`) that of the first grid shows to be above or below is passed over as a whole. Which
+triangles of the patch meet those of the cell is seen from the sides of nodes (`under`, `sided`).
+
+Notation, beside that of `tree` and `sided`: side A has the axes, side B any coordinates
+    box  float64 (6,): of a block, then of a cell of B
+    at   cells of A below or above a cell of B, int64 (4,): first and last (one more) row, column
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.contacts.axis_cells import range_on
+from geosurf.kernels.contacts.cell_contacts import N_TERM, OPEN, corners_of_cell
+from geosurf.kernels.contacts.column_pairs import pairs_under
+from geosurf.kernels.contacts.contact_table import codes_of_ways
+from geosurf.kernels.lattices.prefetch import ahead
+from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, low_high
+
+__all__ = ["OPEN", "upright_pairs"]
+
+_FINE = 7  # nodes of a pyramid in a row, less one, that are asked for a block
+
+
+@scalar
+def _heights_over(nodes, levels, r0, r1, c0, c1, most):
+    """Lowest and highest node over a rectangle of cells, from few nodes of a pyramid.
+
+    At most `most` and one of them in a row or column.
+    """
+    r0, r1, c0, c1 = r0 // BLOCK, (r1 - 1) // BLOCK, c0 // BLOCK, (c1 - 1) // BLOCK
+    level = 0
+    while r1 - r0 > most or c1 - c0 > most:
+        r0, r1, c0, c1 = r0 >> 1, r1 >> 1, c0 >> 1, c1 >> 1
+        level += 1
+    low, high = np.inf, -np.inf
+    for i in range(r0, r1 + 1):
+        for j in range(c0, c1 + 1):
+            node = levels[level, 0] + i * levels[level, 2] + j
+            low = min(low, nodes[node, 2])
+            high = max(high, nodes[node, 5])
+    return low, high
+
+
+@scalar
+def _column_extremes(values, a, axis, first, last, j, ends):
+    """Lowest and highest number of column j, rows first to last; inf, -inf if there is none."""
+    low, high = np.inf, -np.inf
+    for i in range(first, last + 1):
+        value = values[a[3 * axis] + i * a[3 * axis + 1] + j * a[3 * axis + 2]]
+        low = value if value < low else low
+        high = value if value > high else high
+    ends[axis], ends[3 + axis] = low, high
+
+
+@scalar
+def _column_box(p, q, r, a, first, last, j, ends):
+    """Box around the nodes of column j, rows first to last."""
+    _column_extremes(p, a, 0, first, last, j, ends)
+    _column_extremes(q, a, 1, first, last, j, ends)
+    _column_extremes(r, a, 2, first, last, j, ends)
+
+
+@scalar
+def _hull(one, two, box):
+    """The box around two boxes."""
+    for k in range(3):
+        box[k], box[3 + k] = min(one[k], two[k]), max(one[3 + k], two[3 + k])
+
+
+@scalar
+def _cell_box(values, a, axis, i, j, box):
+    up, on = a[3 * axis + 1], a[3 * axis + 2]
+    low, high = low_high(values, a[3 * axis] + i * up + j * on, up, on)
+    box[axis], box[3 + axis] = low, high
+
+
+@scalar
+def _load_axis(values, a, axis, i, j, origin, c):
+    """One coordinate of the four corners of a cell, counter-clockwise, in the local frame."""
+    up, on = a[3 * axis + 1], a[3 * axis + 2]
+    at = a[3 * axis] + i * up + j * on
+    c[4, axis] = values[at] - origin
+    c[5, axis] = values[at + on] - origin
+    c[6, axis] = values[at + up + on] - origin
+    c[7, axis] = values[at + up] - origin
+
+
+@scalar
+def _load_cell(p, q, r, a, i, j, origin, c):
+    """Corners of a cell of B into the last four rows of c."""
+    _load_axis(p, a, 0, i, j, origin[0], c)
+    _load_axis(q, a, 1, i, j, origin[1], c)
+    _load_axis(r, a, 2, i, j, origin[2], c)
+
+
+@scalar
+def _set_reach(x, y, at, floor, roof, box, slip, reach):
+    """How far nodes of a patch may be from corners of a cell with a box, by axis."""
+    reach[0] = max(x[at[3]], box[3]) - min(x[at[2]], box[0]) + 8.0 * slip
+    reach[1] = max(y[at[1]], box[4]) - min(y[at[0]], box[1]) + 8.0 * slip
+    reach[2] = max(roof, box[5]) - min(floor, box[2]) + 8.0 * slip
+
+
+@scalar
+def _near_heights(pa, qa, aa, na, la, nb, block, pace_x, pace_y, fine):
+    """Lowest and highest node of A near a node of B, from few; none (inf, -inf) if it is beyond.
+
+    First from the fewest, which tell of most that they are far; then, with `fine`, from more.
+    """
+    c0, c1 = range_on(pa, aa[N_COL] - 1, pace_x, nb[block, 0], nb[block, 3])
+    r0, r1 = range_on(qa, aa[N_ROW] - 1, pace_y, nb[block, 1], nb[block, 4])
+    if not (c0 < c1 and r0 < r1 and nb[block, 2] <= nb[block, 5]):
+        return np.inf, -np.inf
+    low, high = _heights_over(na, la, r0, r1, c0, c1, 1)
+    if fine and low <= nb[block, 5] and nb[block, 2] <= high:
+        low, high = _heights_over(na, la, r0, r1, c0, c1, _FINE)
+    if low <= nb[block, 5] and nb[block, 2] <= high:
+        return low, high
+    return np.inf, -np.inf
+
+
+@scalar
+def _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at):
+    """Cells of A below or above a box, into `at`; lowest and highest node there."""
+    at[0], at[1] = range_on(qa, aa[N_ROW] - 1, pace_y, box[1], box[4])
+    at[2], at[3] = range_on(pa, aa[N_COL] - 1, pace_x, box[0], box[3])
+    return _heights_over(na, la, at[0], at[1], at[2], at[3], 1)
+
+
+@scalar
+def _below(nodes, levels, level, i, j, stack, top):
+    """Put the nodes below a node of a pyramid on a stack; ask for those, and for what is below."""
+    for row in range(2 * i, min(2 * i + 2, levels[level - 1, 1])):
+        for col in range(2 * j, min(2 * j + 2, levels[level - 1, 2])):
+            stack[top, 0], stack[top, 1], stack[top, 2] = level - 1, row, col
+            top += 1
+            if level > 1:
+                first = levels[level - 2, 0] + 2 * row * levels[level - 2, 2] + 2 * col
+                ahead(nodes, first)
+                ahead(nodes, first + levels[level - 2, 2])
+    return top
+
+
+@scalar
+def _near_blocks(pa, qa, aa, na, la, nb, lb, pace_x, pace_y):
+    """Blocks of B (row, column) with nodes of A near, and the lowest and highest of these nodes."""
+    stack = np.empty((4 * lb.shape[0] + 4, 3), dtype=np.int64)
+    stack[0, 0], stack[0, 1], stack[0, 2] = lb.shape[0] - 1, 0, 0
+    blocks, levels = np.empty((64, 2), dtype=np.int64), np.empty((64, 2))
+    top, n = 1, 0
+    while top > 0:
+        top -= 1
+        level, row, col = stack[top, 0], stack[top, 1], stack[top, 2]
+        node = lb[level, 0] + row * lb[level, 2] + col
+        low, high = _near_heights(pa, qa, aa, na, la, nb, node, pace_x, pace_y, level == 0)
+        if not low <= high:
+            continue
+        if level > 0:
+            top = _below(nb, lb, level, row, col, stack, top)
+            continue
+        if n == blocks.shape[0]:
+            blocks = np.concatenate((blocks, np.empty((n, 2), dtype=np.int64)))
+            levels = np.concatenate((levels, np.empty((n, 2))))
+        blocks[n, 0], blocks[n, 1], levels[n, 0], levels[n, 1] = row, col, low, high
+        n += 1
+    return blocks[:n], levels[:n]
+
+
+@scalar
+def _ask_for_block(p, q, r, a, row, col):
+    """Ask for the nodes of a block of B, the first and the last of each row."""
+    last = min(col + BLOCK, a[N_COL] - 1)
+    for i in range(row, min(row + BLOCK, a[N_ROW] - 1) + 1):
+        ahead(p, a[0] + i * a[1] + col * a[2])
+        ahead(p, a[0] + i * a[1] + last * a[2])
+        ahead(q, a[3] + i * a[4] + col * a[5])
+        ahead(q, a[3] + i * a[4] + last * a[5])
+        ahead(r, a[6] + i * a[7] + col * a[8])
+        ahead(r, a[6] + i * a[7] + last * a[8])
+
+
+@scalar
+def _ask_for_patch(r, a, at):
+    """Ask for the nodes of a patch of A, the first and the last of each row."""
+    for i in range(at[0], at[1] + 1):
+        ahead(r, a[6] + i * a[7] + at[2] * a[8])
+        ahead(r, a[6] + i * a[7] + at[3] * a[8])
+
+
+@scalar
+def _near_columns(
+    pa, qa, ra, aa, na, la, pb, qb, rb, ab, pace_x, pace_y,
+    row0, row1, col0, col1, low, high, box, ends, at, spans,
+):  # fmt: skip
+    """Lowest and highest node of A near each column of cells of a block, into `spans`.
+
+    inf, -inf where none is as high as the column. Patches are asked for: each is looked at once
+    those of all columns are on their way.
+    """
+    _column_box(pb, qb, rb, ab, row0, row1, col0, ends[col0 & 1])
+    for j in range(col0, col1):
+        _column_box(pb, qb, rb, ab, row0, row1, j + 1, ends[(j + 1) & 1])
+        _hull(ends[0], ends[1], box)
+        k = j - col0
+        spans[k, 0], spans[k, 1] = np.inf, -np.inf
+        if not (low <= box[5] and box[2] <= high):
+            continue
+        least, most = _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at)
+        if least <= box[5] and box[2] <= most:
+            spans[k, 0], spans[k, 1] = least, most
+            _ask_for_patch(ra, aa, at)
+
+
+@entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d b l2 -> l l")
+def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, swapped, pairs):
+    """Pairs (key of A, key of B, codes or OPEN) that meet or may, and how many cells were asked.
+
+    Tells how many there are; `pairs` takes as many as it has room for. `codes` are those of the
+    two corners of a contact, ``64 * first + second``. With `swapped`, B comes first in all of it.
+    """
+    c, f, v = np.empty((8, 3)), np.empty((4, 7)), np.empty((4, 3), dtype=np.int64)
+    box, reach, h, w = np.empty(6), np.empty(3), np.empty((2, N_TERM)), np.empty((4, 4))
+    at, ends, spans = np.empty(4, dtype=np.int64), np.empty((2, 6)), np.empty((BLOCK, 2))
+    rows = np.empty((2, aa[N_ROW]))  # a cell of B may be above all of A
+    heights, marks = np.empty((4, aa[N_COL])), np.empty((2, aa[N_COL]), dtype=np.int64)
+    ways = codes_of_ways(swapped)
+    corners_of_cell(aa, v, 0)
+    corners_of_cell(ab, v, 4)
+    pace_x = (aa[N_COL] - 1) / (pa[aa[N_COL] - 1] - pa[0])
+    pace_y = (aa[N_ROW] - 1) / (qa[aa[N_ROW] - 1] - qa[0])
+    blocks, levels = _near_blocks(pa, qa, aa, na, la, nb, lb, pace_x, pace_y)
+    n, asked = 0, 0
+    for b in range(blocks.shape[0]):
+        if b + 1 < blocks.shape[0]:
+            _ask_for_block(pb, qb, rb, ab, BLOCK * blocks[b + 1, 0], BLOCK * blocks[b + 1, 1])
+        row0, col0 = BLOCK * blocks[b, 0], BLOCK * blocks[b, 1]
+        row1, col1 = min(row0 + BLOCK, ab[N_ROW] - 1), min(col0 + BLOCK, ab[N_COL] - 1)
+        _near_columns(
+            pa, qa, ra, aa, na, la, pb, qb, rb, ab, pace_x, pace_y,
+            row0, row1, col0, col1, levels[b, 0], levels[b, 1], box, ends, at, spans,
+        )  # fmt: skip
+        for j in range(col0, col1):
+            least, most = spans[j - col0, 0], spans[j - col0, 1]
+            if not least <= most:
+                continue
+            for i in range(row0, row1):
+                _cell_box(rb, ab, 2, i, j, box)
+                if not (least <= box[5] and box[2] <= most):
+                    continue
+                asked += 1
+                _cell_box(pb, ab, 0, i, j, box)
+                _cell_box(qb, ab, 1, i, j, box)
+                floor, roof = _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at)
+                if floor <= box[5] and box[2] <= roof:
+                    _load_cell(pb, qb, rb, ab, i, j, origin, c)
+                    _set_reach(pa, qa, at, floor, roof, box, slip, reach)
+                    n = pairs_under(
+                        pa, qa, ra, aa, at, 2 * (i * (ab[N_COL] - 1) + j), box, reach, origin,
+                        slip, swapped, c, f, v, h, w, ways, heights, marks, rows, pairs, n,
+                    )  # fmt: skip
+    return n, asked

@@ -1,0 +1,185 @@
+"""Pairs of triangles of one cell and of the patch of a grid with axes below or above it.
+
+Rows of the patch that are as high as the cell are asked, node by node, how high they are over the
+planes of both of its triangles. A cell of the patch with all nodes above a plane, or all below, for
+sure, is passed over, and so is one beyond an edge of the triangle; few are left to `sided`.
+
+Notation, beside that of `sided` and `upright`
+    box      of the cell, float64 (6,), in the world
+    heights  of nodes, float64 (4, n): two rows, this one and the last, over both planes
+    marks    of nodes, int64 (2, n): bits for above and below each plane, and the box
+    rows     lowest and highest node of each row of the patch, float64 (2, n)
+    there    which triangles of the cell have three nodes, as bits
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.contacts.cell_contacts import (
+    BOUND,
+    CORNER,
+    NORMAL,
+    ask_edges,
+    ask_plane,
+    decide,
+    insides_of_cell,
+    meet_by_heights,
+)
+from geosurf.kernels.contacts.contact_table import DOUBT
+from geosurf.kernels.search.tree import N_COL
+
+_FIRST, _SECOND, _BOX = 3, 12, 48  # bits of marks: above and below
+_ALL = _FIRST | _SECOND | _BOX  # of an absent node, which leaves it to the others of a cell
+
+
+@scalar
+def _extremes_of_rows(z, a, at, rows):
+    """Lowest and highest node of each row of the patch; one that is not a number is passed over.
+
+    Column by column: rows are far apart in memory, and are fetched side by side that way.
+    """
+    n = at[1] - at[0] + 1
+    for i in range(n):
+        rows[0, i], rows[1, i] = np.inf, -np.inf
+    for j in range(at[2], at[3] + 1):
+        start = a[6] + at[0] * a[7] + j * a[8]
+        for i in range(n):
+            value = z[start + i * a[7]]
+            rows[0, i] = value if value < rows[0, i] else rows[0, i]
+            rows[1, i] = value if value > rows[1, i] else rows[1, i]
+
+
+@scalar
+def _ask_row(x, y, z, a, i, first, last, origin, box, h, heights, marks):
+    """Heights of the nodes of row i, columns first to last, over both planes; and their marks."""
+    row = i & 1
+    x0, z0, nx, nz = h[0, CORNER], h[0, CORNER + 2], h[0, NORMAL], h[0, NORMAL + 2]
+    x1, z1, mx, mz = h[1, CORNER], h[1, CORNER + 2], h[1, NORMAL], h[1, NORMAL + 2]
+    far, off = h[0, BOUND], h[1, BOUND]
+    ox, oz, roof, floor = origin[0], origin[2], box[5], box[2]
+    level = y[i] - origin[1]
+    ny = (level - h[0, CORNER + 1]) * h[0, NORMAL + 1]
+    my = (level - h[1, CORNER + 1]) * h[1, NORMAL + 1]
+    start, step = a[6] + i * a[7] + first * a[8], a[8]
+    for k in range(last - first + 1):
+        value = z[start + k * step]
+        u, w = x[first + k] - ox, value - oz
+        p = (u - x0) * nx + ny + (w - z0) * nz
+        q = (u - x1) * mx + my + (w - z1) * mz
+        heights[2 * row, k], heights[2 * row + 1, k] = p, q
+        mark = (1 if p > far else 0) + (2 if p < -far else 0)
+        mark += (4 if q > off else 0) + (8 if q < -off else 0)
+        mark += (16 if value > roof else 0) + (32 if value < floor else 0)
+        marks[row, k] = mark if value == value else _ALL
+
+
+@scalar
+def _load_patch_cell(x, y, z, a, i, j, origin, c):
+    """Corners of a cell of the patch into the first four rows of c."""
+    at = a[6] + i * a[7] + j * a[8]
+    c[0, 0] = c[3, 0] = x[j] - origin[0]
+    c[1, 0] = c[2, 0] = x[j + 1] - origin[0]
+    c[0, 1] = c[1, 1] = y[i] - origin[1]
+    c[2, 1] = c[3, 1] = y[i + 1] - origin[1]
+    c[0, 2], c[1, 2] = z[at] - origin[2], z[at + a[8]] - origin[2]
+    c[2, 2], c[3, 2] = z[at + a[7] + a[8]] - origin[2], z[at + a[7]] - origin[2]
+
+
+@scalar
+def _add_pair(pairs, n, key_a, key_b, codes, swapped):
+    if n < pairs.shape[0]:
+        pairs[n, 0] = key_b if swapped else key_a
+        pairs[n, 1] = key_a if swapped else key_b
+        pairs[n, 2] = codes
+    return n + 1
+
+
+@scalar
+def _pairs_of_cell(
+    c, f, v, h, w, ways, heights, row, k, other, key_a, key_b, slip, swapped, pairs, n
+):
+    """Pairs of both triangles of a loaded cell of the patch and one of the cell, 2 + `other`."""
+    low, high = 2 * (row & 1) + other, 2 - 2 * (row & 1) + other
+    w[0, 0], w[0, 1] = heights[low, k], heights[low, k + 1]
+    w[0, 2], w[0, 3] = heights[high, k + 1], heights[high, k]
+    if not insides_of_cell(c, h[other], w):
+        return n
+    for half in range(2):
+        codes = meet_by_heights(w, v, half, h[other], ways)
+        if codes == DOUBT:
+            codes = decide(c, f, v, half, 2 + other, slip, swapped)
+        if codes != 0:
+            n = _add_pair(pairs, n, key_a + half, key_b + other, codes, swapped)
+    return n
+
+
+@scalar
+def _ask_planes(c, f, v, reach, slip, h):
+    """Ask for the planes of both triangles of the loaded cell; which of them are there, as bits."""
+    there = 0
+    for other in range(2):
+        if ask_plane(c, f, v, 2 + other, reach, slip, h[other]):
+            there |= 1 << other
+        else:
+            h[other, : BOUND + 1] = 0.0
+    return there
+
+
+@scalar
+def _pairs_of_row(
+    x, y, z, a, i, first, last, there, key_b, reach, origin, slip, swapped,
+    c, f, v, h, w, ways, heights, marks, asked, pairs, n,
+):  # fmt: skip
+    """Pairs of the cells of row i of the patch; and the triangles whose edges are `asked` for."""
+    right = marks[0, 0] & marks[1, 0]
+    for k in range(last - first):
+        left, right = right, marks[0, k + 1] & marks[1, k + 1]
+        beside = left & right
+        near = (1 if beside & _FIRST == 0 else 0) + (2 if beside & _SECOND == 0 else 0)
+        near &= there
+        if near == 0 or beside & _BOX != 0:
+            continue
+        _load_patch_cell(x, y, z, a, i, first + k, origin, c)
+        key_a = 2 * (i * (a[N_COL] - 1) + first + k)
+        for other in range(2):
+            bit = 1 << other
+            if near & bit == 0:
+                continue
+            if asked & bit == 0:
+                ask_edges(c, f, v, 2 + other, reach, slip, h[other])
+                asked |= bit
+            n = _pairs_of_cell(
+                c, f, v, h, w, ways, heights, i, k, other, key_a, key_b, slip, swapped, pairs, n
+            )
+    return n, asked
+
+
+@scalar
+def pairs_under(
+    x, y, z, a, at, key_b, box, reach, origin, slip, swapped,
+    c, f, v, h, w, ways, heights, marks, rows, pairs, n,
+):  # fmt: skip
+    """Pairs of triangles of a loaded cell of B and the cells of A below or above it, `at`."""
+    there, asked, ready = -1, 0, -1  # triangles there; those asked for edges; the last row asked
+    first, last = at[2], at[3]
+    _extremes_of_rows(z, a, at, rows)
+    for i in range(at[0], at[1]):
+        k = i - at[0]
+        low, high = min(rows[0, k], rows[0, k + 1]), max(rows[1, k], rows[1, k + 1])
+        if not (low <= box[5] and box[2] <= high):
+            continue
+        if there < 0:
+            there = _ask_planes(c, f, v, reach, slip, h)
+        if there == 0:
+            return n
+        if ready != i:
+            _ask_row(x, y, z, a, i, first, last, origin, box, h, heights, marks)
+        _ask_row(x, y, z, a, i + 1, first, last, origin, box, h, heights, marks)
+        ready = i + 1
+        n, asked = _pairs_of_row(
+            x, y, z, a, i, first, last, there, key_b, reach, origin, slip, swapped,
+            c, f, v, h, w, ways, heights, marks, asked, pairs, n,
+        )  # fmt: skip
+    return n

@@ -1,0 +1,56 @@
+"""Codes of a contact by the ways of two edges: a table takes no branch that has to be guessed.
+
+Two edges of a triangle, those at its lone corner, pass the plane of another one, each beyond some
+edges of that. Mostly this tells where the contact begins and ends.
+
+Notation
+    i      the lone corner of the first triangle; its edge i goes out from there, i + 2 comes in
+    way    edges of the second triangle, as bits, beyond which an edge passes; or UNSURE
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.contacts.triangle_contact import FACE
+
+DOUBT = -2  # what heights leave open
+UNSURE, N_WAY = 8, 9
+
+
+@scalar
+def code_of_edge(edge, of_first):
+    """Code of a corner of a contact: an edge of one triangle, the face of the other."""
+    return 8 * (3 + edge) + FACE if of_first else 8 * FACE + 3 + edge
+
+
+@scalar
+def codes_of_ways(swapped):
+    """What `meet_by_heights` tells, for each lone corner and what its two edges pass beyond.
+
+    With `swapped`, codes are those of the second and the first triangle.
+    """
+    ways = np.full(3 * N_WAY * N_WAY, DOUBT)
+    for i in range(3):
+        for first in range(UNSURE):
+            for last in range(UNSURE):
+                ways[(N_WAY * i + first) * N_WAY + last] = _codes_of_way(i, first, last, swapped)
+    return ways
+
+
+@scalar
+def _codes_of_way(i, first, last, swapped):
+    """Codes where edge i of a triangle passes the plane of another beyond the edges `first` of it,
+    and edge i + 2 beyond `last`.
+    """
+    i2 = (i + 2) % 3
+    if first & last != 0:
+        return 0
+    out = first + last
+    if out == 0:
+        return 64 * code_of_edge(min(i, i2), not swapped) + code_of_edge(max(i, i2), not swapped)
+    if (first != 0 and last != 0) or out & (out - 1) != 0:
+        return DOUBT
+    own, other = code_of_edge(i if last != 0 else i2, not swapped), code_of_edge(out >> 1, swapped)
+    return 64 * other + own if swapped else 64 * own + other

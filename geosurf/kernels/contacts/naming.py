@@ -1,0 +1,300 @@
+"""Contacts of triangles -> named points, and what each triangle has to be cut by.
+
+A point is named by what makes it: a corner, or an edge and a face, or two edges in one plane. Names
+come first, from integers alone; then each point is placed, many side by side (`placing`); then
+points that are one by several names get one number.
+
+A record is (triangle, p, q, support): a segment p-q inside the triangle and a plane that
+holds it, or a single point (q = support = -1). Both triangles of a contact get
+the point or the segment, so neighbours see the same points on a common edge by
+themselves, and the children conform without any exchange between faces.
+
+Letters as in `exact`, contacts as in `packed`, and
+    names    hash table of names (`points`): of edge planes, and of points that no list holds
+    heads    first point of each list, -1 if there is none: lists of faces, then lists of vertices
+    onward   the next point in the list of each
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.contacts.merging import merge_points
+from geosurf.kernels.contacts.packed_contact import (
+    HOW,
+    TRIANGLE_A,
+    TRIANGLE_B,
+    code_of,
+    lies_in_plane,
+    n_corner_of,
+)
+from geosurf.kernels.contacts.placing import place_points
+from geosurf.kernels.contacts.triangle_contact import BY_SECOND, FACE
+from geosurf.kernels.exact.constructed_points import (
+    EDGE_PLANE,
+    FULL,
+    LPI,
+    edge_plane,
+    file_name,
+    slot_of,
+)
+from geosurf.kernels.exact.exact_signs import N_EDGE_PLANE, N_NAME, N_POINT, N_TRIANGLE, N_VERTEX
+from geosurf.kernels.exact.predicates import normal_axis
+from geosurf.kernels.lattices.prefetch import ahead
+
+FEW = 4  # contacts of a face, up to which its points are listed by face, else by vertex
+_LONG = 16  # points in a list, above which names go into a table
+_EARLY = 16  # contacts after the one at hand, whose second face lies anywhere
+
+
+@scalar
+def _edge_and_face(t, a, b, code):
+    """The edge (lower vertex first) and the face that make a corner of a contact."""
+    fa, fb = (code >> 3) & 7, code & 7
+    if fa < FACE and (code >> 3) < BY_SECOND:
+        of, i, face = a, fa - 3, b
+    else:
+        of, i, face = b, fb - 3, a
+    p, q = t[of, i], t[of, 0 if i == 2 else i + 1]
+    return min(p, q), max(p, q), face
+
+
+@scalar
+def _count_rows(t, rows):
+    """Number of contacts of each face, and of all their corners."""
+    count = np.zeros(t.shape[0], dtype=np.int32)  # 32 bits, here and below: tables stay in a cache
+    n_corner = 0
+    for k in range(rows.shape[0]):
+        count[rows[k, TRIANGLE_A]] += 1
+        count[rows[k, TRIANGLE_B]] += 1
+        n_corner += n_corner_of(rows[k, HOW])
+    return count, n_corner
+
+
+@scalar
+def _with_room(m, names):
+    """The table of names, made anew and larger if one more contact could fill it."""
+    if 2 * (m[N_NAME] + 16) < names.shape[0]:
+        return names
+    larger = np.zeros((2 * names.shape[0], 5), dtype=np.int64)
+    m[N_NAME] = 0
+    for i in range(names.shape[0]):
+        if names[i, 0] != 0:
+            kind, a, b, c = names[i, 0], names[i, 1], names[i, 2], names[i, 3]
+            file_name(m, larger, slot_of(larger, kind, a, b, c), kind, a, b, c, names[i, 4])
+    return larger
+
+
+@scalar
+def _new_point(d, m, p, q, plane):
+    """Define the next point: edge p-q through a plane. Its row in `d`."""
+    row = m[N_POINT]
+    d[row, 0], d[row, 1], d[row, 2], d[row, 3] = LPI, p, q, plane
+    m[N_POINT] += 1
+    return row
+
+
+@scalar
+def _in_table(d, m, names, p, q, plane):
+    """Row in `d` of a point by the table of names, made if it is new."""
+    slot = slot_of(names, LPI, p, q, plane)
+    if names[slot, 0] == 0:
+        file_name(m, names, slot, LPI, p, q, plane, _new_point(d, m, p, q, plane))
+    return names[slot, 4]
+
+
+@scalar
+def _in_list(d, m, names, heads, onward, head, p, q, face):
+    """Row in `d` of a point by a list, made if it is new.
+
+    Neighbours name it, too. A short list has them side by side, a table of all names is in no
+    cache; but where a list grows long (a hub, an edge through thousands of faces), a table takes
+    what follows.
+    """
+    first = heads[head]
+    row = first
+    for _ in range(_LONG):
+        if row < 0:
+            row = _new_point(d, m, p, q, face)
+            onward[row] = first
+            heads[head] = row
+            return row
+        if d[row, 1] == p and d[row, 2] == q and d[row, 3] == face:
+            return row
+        row = onward[row]
+    return _in_table(d, m, names, p, q, face)
+
+
+@scalar
+def _corner_in_plane(t, e, d, m, names, a, b, axis, code):
+    """Id of the point of two features in one plane."""
+    fa = (code >> 3) & 7
+    fb = code & 7
+    if fa < 3:
+        return t[a, fa]
+    if fb < 3:
+        return t[b, fb]
+    support = edge_plane(e, m, names, t[b, fb - 3], t[b, (fb - 2) % 3], axis)
+    if support == FULL:
+        return FULL
+    p, q = t[a, fa - 3], t[a, (fa - 2) % 3]
+    return m[N_VERTEX] + _in_table(d, m, names, min(p, q), max(p, q), support)
+
+
+@scalar
+def _name_corners(x, t, e, d, m, w, rows, count, ids):
+    """Ids of the corners of all contacts, by names alone; whether there was room."""
+    heads = np.full(t.shape[0] + m[N_VERTEX], -1, dtype=np.int32)
+    onward = np.empty(d.shape[0], dtype=np.int32)
+    names = np.zeros((64, 5), dtype=np.int64)
+    for k in range(rows.shape[0]):
+        a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+        if k + _EARLY < rows.shape[0]:
+            ahead(t, rows[k + _EARLY, TRIANGLE_B])
+            ahead(heads, rows[k + _EARLY, TRIANGLE_B])
+        names = _with_room(m, names)
+        coplanar = lies_in_plane(rows[k, HOW])
+        axis = 0
+        if coplanar:
+            axis, _ = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
+        for c in range(n_corner_of(rows[k, HOW])):
+            code = code_of(rows[k, HOW], c)
+            if coplanar:
+                ids[k, c] = _corner_in_plane(t, e, d, m, names, a, b, axis, code)
+                if ids[k, c] == FULL:
+                    return False
+            elif (code >> 3) & 7 < 3:
+                ids[k, c] = t[a, (code >> 3) & 7]
+            elif code & 7 < 3:
+                ids[k, c] = t[b, code & 7]
+            else:
+                p, q, face = _edge_and_face(t, a, b, code)
+                head = face if count[face] <= FEW else t.shape[0] + p
+                row = _in_list(d, m, names, heads, onward, head, p, q, face)
+                ids[k, c] = m[N_VERTEX] + row
+    return True
+
+
+@scalar
+def _has(t, tri, p):
+    return t[tri, 0] == p or t[tri, 1] == p or t[tri, 2] == p
+
+
+@scalar
+def _record(records, n, t, tri, p, q, support):
+    """File a segment or a point (q = -1) for a triangle, unless it is there already."""
+    if q < 0:
+        if _has(t, tri, p):
+            return n
+    elif _has(t, tri, p) and _has(t, tri, q):
+        return n
+    records[n, 0] = tri
+    if 0 <= q < p:
+        p, q = q, p
+    records[n, 1], records[n, 2], records[n, 3] = p, q, support
+    return n + 1
+
+
+@scalar
+def _edge_records(rows, k, ids, t, e, m, names, tri, of, shift, axis, records, n):
+    """Segments in `tri` along the edges of the coplanar triangle `of`; -1 if a table is full.
+
+    `shift` picks the features of `of` from a code: 3 for the first triangle, 0 for the second.
+    """
+    for i in range(3):
+        first = -1
+        second = -1
+        for c in range(n_corner_of(rows[k, HOW])):
+            feature = (code_of(rows[k, HOW], c) >> shift) & 7
+            if feature == i or feature == (i + 1) % 3 or feature == 3 + i:
+                if first < 0:
+                    first = ids[k, c]
+                elif ids[k, c] != first:
+                    second = ids[k, c]
+        if second >= 0 and not (_has(t, tri, first) and _has(t, tri, second)):
+            support = edge_plane(e, m, names, t[of, i], t[of, (i + 1) % 3], axis)
+            if support == FULL:
+                return -1
+            n = _record(records, n, t, tri, first, second, support)
+    return n
+
+
+@scalar
+def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
+    """Corners and edges of two faces of one plane for each other; -1 if a table is full."""
+    a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+    for c in range(n_corner_of(rows[k, HOW])):
+        n = _record(records, n, t, a, ids[k, c], -1, -1)
+        n = _record(records, n, t, b, ids[k, c], -1, -1)
+    n = _edge_records(rows, k, ids, t, e, m, names, a, b, 0, axis, records, n)
+    if n >= 0:
+        n = _edge_records(rows, k, ids, t, e, m, names, b, a, 3, axis, records, n)
+    return n
+
+
+@scalar
+def _renumber(number, n_vertex, rows, ids):
+    """Give points in `ids` the numbers that they have after merging."""
+    for k in range(rows.shape[0]):
+        for c in range(n_corner_of(rows[k, HOW])):
+            if ids[k, c] >= n_vertex:
+                ids[k, c] = number[ids[k, c] - n_vertex]
+
+
+@entry("d2 l2 l2 l2 l1 l1 l2 l2 -> l")
+def name_contacts(x, t, e, d, m, w, rows, ids):
+    """Ids of all points of contact (rows of `ids`); their number or FULL.
+
+    `x` and `d` have room for a point a corner behind the vertices.
+    """
+    count, n_corner = _count_rows(t, rows)
+    if min(d.shape[0], x.shape[0] - m[N_VERTEX]) < n_corner:
+        return FULL
+    if not _name_corners(x, t, e, d, m, w, rows, count, ids):
+        return FULL
+    place_points(x, t, e, d, m, w)
+    number = merge_points(x, t, e, d, m, w, count)
+    if number.shape[0] > 0:
+        _renumber(number, m[N_VERTEX], rows, ids)
+    m[N_NAME] = 0  # the table is gone
+    return m[N_POINT]
+
+
+@scalar
+def _edge_planes(e, m):
+    """A table of the names of all edge planes."""
+    m[N_NAME] = 0
+    names = np.zeros((64, 5), dtype=np.int64)
+    for row in range(m[N_EDGE_PLANE]):
+        names = _with_room(m, names)
+        a, b, axis = e[row, 0], e[row, 1], e[row, 2]
+        slot = slot_of(names, EDGE_PLANE, a, b, axis)
+        file_name(m, names, slot, EDGE_PLANE, a, b, axis, m[N_TRIANGLE] + row)
+    return names
+
+
+@entry("d2 l2 l2 l1 l1 l2 l2 l2 -> l")
+def file_records(x, t, e, m, w, rows, ids, records):
+    """Write what cuts which face; the number of records, or FULL.
+
+    `records` has room for two a contact and twelve more for one in a plane, `e` for six of these.
+    """
+    names = _edge_planes(e, m)
+    n = 0
+    for k in range(rows.shape[0]):
+        a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+        if lies_in_plane(rows[k, HOW]):
+            names = _with_room(m, names)
+            axis, _ = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
+            n = _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n)
+            if n < 0:
+                return FULL
+        elif n_corner_of(rows[k, HOW]) == 2:
+            n = _record(records, n, t, a, ids[k, 0], ids[k, 1], b)
+            n = _record(records, n, t, b, ids[k, 0], ids[k, 1], a)
+        else:
+            n = _record(records, n, t, a, ids[k, 0], -1, -1)
+            n = _record(records, n, t, b, ids[k, 0], -1, -1)
+    m[N_NAME] = 0
+    return n

@@ -1,0 +1,164 @@
+"""Which points lie so near a segment that they may lie in it, group by group.
+
+A group is what lies in one face: its segments, and the points that are known to lie in the face.
+Few of either are compared one by one; the points of large groups are put into a tree, halved along
+the widest side of their box, and a segment visits the boxes that it passes. So the cost follows
+what is near, also where thousands of segments cross one wide face.
+
+Notation
+    x             coordinates, float64 (n, 3)
+    segments      rows of x (n, 2); points: rows of x (m,)
+    first_segment, first_point      of each group, and one behind the last
+    reach         [m], at least 0: what is farther from a line than this is not near it
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+
+LEAF = 8
+_FEW = 256  # segments times points of a group, up to which there is no tree
+
+
+@scalar
+def _is_beside(x, a, b, p, reach):
+    """Whether point p, no end of segment a-b, is within reach of it."""
+    if p == a or p == b:
+        return False
+    for k in range(3):
+        low, high = min(x[a, k], x[b, k]), max(x[a, k], x[b, k])
+        if x[p, k] < low - reach or x[p, k] > high + reach:
+            return False
+    ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+    vx, vy, vz = x[p, 0] - x[a, 0], x[p, 1] - x[a, 1], x[p, 2] - x[a, 2]
+    wx, wy, wz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    away, along = wx * wx + wy * wy + wz * wz, ux * ux + uy * uy + uz * uz
+    most = reach * reach * along
+    return away <= most or most < 1e-280  # squares of what is tiny vanish: it passes for near
+
+
+@scalar
+def _widest(x, points, low, high, box, node):
+    """Write the box of some points; its widest axis."""
+    for k in range(3):
+        box[node, k], box[node, 3 + k] = np.inf, -np.inf
+    for i in range(low, high):
+        for k in range(3):
+            value = x[points[i], k]
+            box[node, k] = min(box[node, k], value)
+            box[node, 3 + k] = max(box[node, 3 + k], value)
+    axis = 0
+    for k in range(1, 3):
+        if box[node, 3 + k] - box[node, k] > box[node, 3 + axis] - box[node, axis]:
+            axis = k
+    return axis
+
+
+@scalar
+def _halve(x, points, low, high, axis):
+    """Put the points below the middle one along an axis before it."""
+    middle = (low + high) // 2
+    first, last = low, high - 1
+    while first < last:
+        pivot = x[points[(first + last) // 2], axis]
+        i, j = first, last
+        while i <= j:
+            while x[points[i], axis] < pivot:
+                i += 1
+            while x[points[j], axis] > pivot:
+                j -= 1
+            if i <= j:
+                points[i], points[j] = points[j], points[i]
+                i += 1
+                j -= 1
+        if middle <= j:
+            last = j
+        elif middle >= i:
+            first = i
+        else:
+            break
+    return middle
+
+
+@scalar
+def _tree(x, points):
+    """Boxes, and first and last point of each node, of a tree over points, which are put in order.
+
+    The children of node i are 2 i + 1 and 2 i + 2.
+    """
+    n_node = 1
+    while n_node * LEAF < points.shape[0]:
+        n_node *= 2
+    n_node = 2 * n_node - 1
+    box = np.empty((n_node, 6))
+    span = np.zeros((n_node, 2), dtype=np.int64)
+    span[0, 1] = points.shape[0]
+    for node in range(n_node):
+        low, high = span[node, 0], span[node, 1]
+        axis = _widest(x, points, low, high, box, node)
+        if 2 * node + 2 < n_node:
+            middle = _halve(x, points, low, high, axis)
+            span[2 * node + 1, 0], span[2 * node + 1, 1] = low, middle
+            span[2 * node + 2, 0], span[2 * node + 2, 1] = middle, high
+    return box, span
+
+
+@scalar
+def _passes(x, a, b, box, node, reach):
+    """Whether a segment may come within reach of a box."""
+    first, last = 0.0, 1.0
+    for k in range(3):
+        low, high = box[node, k] - 2.0 * reach, box[node, 3 + k] + 2.0 * reach
+        start, way = x[a, k], x[b, k] - x[a, k]
+        if max(start, x[b, k]) < low or min(start, x[b, k]) > high:
+            return False
+        if abs(way) > 4.0 * reach:
+            one, two = (low - start) / way, (high - start) / way
+            first, last = max(first, min(one, two)), min(last, max(one, two))
+    return first <= last + 1e-9
+
+
+@scalar
+def _add(pairs, n, segment, point):
+    if n < pairs.shape[0]:
+        pairs[n, 0], pairs[n, 1] = segment, point
+    return n + 1
+
+
+@entry("d2 l2 l1 l1 l1 d l2 -> l")
+def beside_lines(x, segments, first_segment, points, first_point, reach, pairs):
+    """Write rows (segment, point): places in `segments`, and rows of x; how many there are.
+
+    No end of a segment is listed with it. What `pairs` has no room for is counted only.
+    """
+    n = 0
+    stack = np.empty(128, dtype=np.int64)
+    for group in range(first_segment.shape[0] - 1):
+        start, stop = first_segment[group], first_segment[group + 1]
+        low, high = first_point[group], first_point[group + 1]
+        if (stop - start) * (high - low) <= _FEW:
+            for s in range(start, stop):
+                for k in range(low, high):
+                    if _is_beside(x, segments[s, 0], segments[s, 1], points[k], reach):
+                        n = _add(pairs, n, s, points[k])
+            continue
+        mine = points[low:high].copy()
+        box, span = _tree(x, mine)
+        for s in range(start, stop):
+            a, b = segments[s, 0], segments[s, 1]
+            top, stack[0] = 1, 0
+            while top > 0:
+                top -= 1
+                node = stack[top]
+                if not _passes(x, a, b, box, node, reach):
+                    continue
+                if 2 * node + 2 < span.shape[0]:
+                    stack[top], stack[top + 1] = 2 * node + 1, 2 * node + 2
+                    top += 2
+                    continue
+                for k in range(span[node, 0], span[node, 1]):
+                    if _is_beside(x, a, b, mine[k], reach):
+                        n = _add(pairs, n, s, mine[k])
+    return n

@@ -1,0 +1,264 @@
+"""Constructed points, sixty-four at a time: by plain doubles, then in double-double arithmetic.
+
+What `points.lpi_plainly` and `doubled.lpi_doubled` do for one point, the same operations with the
+same bounds, as loops without a branch over the lanes of a block: machine code works on several
+lanes at once, and a point costs a fifth. Where edges are short beside coordinates, as in grids,
+plain doubles are sure of nine points in ten, and of none where edges are long.
+
+Letters as in `exact`, and
+    f      a block: rows of `LANES` doubles, one after the other, at the places below
+A pair (two rows) is a double-double. All rows lie in one array at known places, so that a compiler
+sees that they do not overlap.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.exact.constructed_points import place_exactly
+from geosurf.kernels.exact.double_double import UNDERFLOW, dd_add, dd_minor, dd_mul, rounds, two_sum
+from geosurf.kernels.exact.exact_signs import N_POINT, N_TRIANGLE, N_VERTEX
+from geosurf.kernels.exact.predicates import ORIENT3D_BOUND, TINY
+from geosurf.kernels.lattices.prefetch import ahead
+
+LANES = 64
+# the ends of the edge, the corners of the triangle: three coordinates each
+_A0, _A1, _A2 = 0, LANES, 2 * LANES
+_B0, _B1, _B2 = 3 * LANES, 4 * LANES, 5 * LANES
+_O0, _O1, _O2 = 6 * LANES, 7 * LANES, 8 * LANES
+_P0, _P1, _P2 = 9 * LANES, 10 * LANES, 11 * LANES
+_Q0, _Q1, _Q2 = 12 * LANES, 13 * LANES, 14 * LANES
+# the normal, pairs; the sizes of its terms
+_N0, _N1, _N2 = 15 * LANES, 17 * LANES, 19 * LANES
+_S0, _S1, _S2 = 21 * LANES, 22 * LANES, 23 * LANES
+# heights of the ends over the plane, pairs, and the sum of the sizes of their terms
+_HA, _HB, _SIZE = 24 * LANES, 26 * LANES, 28 * LANES
+# the part of the edge, a pair; how far it can be wrong; 1.0 while all is known
+_PART, _LOOSE, _SURE = 29 * LANES, 31 * LANES, 32 * LANES
+_ROWS = 33
+
+
+@scalar
+def _load(x, t, d, m, row, lane, f):
+    """Coordinates of the edge and the triangle of a point; of any triangle for an edge plane."""
+    a, b, plane = d[row, 1], d[row, 2], d[row, 3] if d[row, 3] < m[N_TRIANGLE] else 0
+    o, p, q = t[plane, 0], t[plane, 1], t[plane, 2]
+    f[_A0 + lane], f[_A1 + lane], f[_A2 + lane] = x[a, 0], x[a, 1], x[a, 2]
+    f[_B0 + lane], f[_B1 + lane], f[_B2 + lane] = x[b, 0], x[b, 1], x[b, 2]
+    f[_O0 + lane], f[_O1 + lane], f[_O2 + lane] = x[o, 0], x[o, 1], x[o, 2]
+    f[_P0 + lane], f[_P1 + lane], f[_P2 + lane] = x[p, 0], x[p, 1], x[p, 2]
+    f[_Q0 + lane], f[_Q1 + lane], f[_Q2 + lane] = x[q, 0], x[q, 1], x[q, 2]
+
+
+@scalar
+def _ask_for_blocks(x, t, d, m, first):
+    """Ask for what the block after this one will load, and for the triangles of the next but one.
+
+    Edges and triangles of a point may lie anywhere: a tenth less time.
+    """
+    last = m[N_POINT]
+    for row in range(first + LANES, min(first + 2 * LANES, last)):
+        plane = d[row, 3] if d[row, 3] < m[N_TRIANGLE] else 0
+        ahead(x, d[row, 1])
+        ahead(x, d[row, 2])
+        ahead(x, t[plane, 0])
+        ahead(x, t[plane, 1])
+        ahead(x, t[plane, 2])
+    for row in range(first + 2 * LANES, min(first + 3 * LANES, last)):
+        ahead(t, d[row, 3])
+
+
+@scalar
+def _plain_normals(f):
+    """Normals of the planes by plain doubles, and the sizes of their terms."""
+    for i in range(LANES):
+        g0, g1, g2 = f[_P0 + i] - f[_O0 + i], f[_P1 + i] - f[_O1 + i], f[_P2 + i] - f[_O2 + i]
+        h0, h1, h2 = f[_Q0 + i] - f[_O0 + i], f[_Q1 + i] - f[_O1 + i], f[_Q2 + i] - f[_O2 + i]
+        f[_N0 + i], f[_S0 + i] = g1 * h2 - g2 * h1, abs(g1 * h2) + abs(g2 * h1)
+        f[_N1 + i], f[_S1 + i] = g2 * h0 - g0 * h2, abs(g2 * h0) + abs(g0 * h2)
+        f[_N2 + i], f[_S2 + i] = g0 * h1 - g1 * h0, abs(g0 * h1) + abs(g1 * h0)
+
+
+@scalar
+def _plain_parts(f):
+    """Which part of each edge lies before the plane, and how far it can be wrong: `lpi_plainly`."""
+    for i in range(LANES):
+        n0, n1, n2 = f[_N0 + i], f[_N1 + i], f[_N2 + i]
+        s0, s1, s2 = f[_S0 + i], f[_S1 + i], f[_S2 + i]
+        c0, c1, c2 = f[_A0 + i] - f[_O0 + i], f[_A1 + i] - f[_O1 + i], f[_A2 + i] - f[_O2 + i]
+        ha, fa = c0 * n0 + c1 * n1 + c2 * n2, abs(c0) * s0 + abs(c1) * s1 + abs(c2) * s2
+        c0, c1, c2 = f[_B0 + i] - f[_O0 + i], f[_B1 + i] - f[_O1 + i], f[_B2 + i] - f[_O2 + i]
+        hb, fb = c0 * n0 + c1 * n1 + c2 * n2, abs(c0) * s0 + abs(c1) * s1 + abs(c2) * s2
+        below = ha - hb
+        off = 4.0 * ORIENT3D_BOUND * (fa + fb)
+        known = (min(fa, fb) > TINY) & (ha * hb <= 0.0) & (off < abs(below)) & (abs(below) < np.inf)
+        below = below if known else 1.0
+        f[_PART + i] = ha / below
+        f[_LOOSE + i] = 1.34 * ORIENT3D_BOUND * max(fa, fb) / abs(below) + 2.0**-50
+        f[_SURE + i] = 1.0 if known else 0.0
+
+
+@scalar
+def _plainly_along(start, end, part, loose):
+    """One coordinate, and whether it is the next double for certain."""
+    way = end - start
+    s, r = two_sum(start, way * part)
+    level = start == end
+    sure = rounds(s, r, loose * abs(way) + 1e-300) | level
+    return (start if level else s) + 0.0, 1.0 if sure else 0.0
+
+
+@scalar
+def _plain_places(f):
+    """Coordinates of the points by plain doubles, written over those of the first end."""
+    for i in range(LANES):
+        part, loose = f[_PART + i], f[_LOOSE + i]
+        f[_A0 + i], s0 = _plainly_along(f[_A0 + i], f[_B0 + i], part, loose)
+        f[_A1 + i], s1 = _plainly_along(f[_A1 + i], f[_B1 + i], part, loose)
+        f[_A2 + i], s2 = _plainly_along(f[_A2 + i], f[_B2 + i], part, loose)
+        f[_SURE + i] = f[_SURE + i] * s0 * s1 * s2
+
+
+@scalar
+def _normals(f):
+    """Normals of the planes, and the sizes of their terms."""
+    for i in range(LANES):
+        g0, g1 = two_sum(f[_P0 + i], -f[_O0 + i])
+        g2, g3 = two_sum(f[_P1 + i], -f[_O1 + i])
+        g4, g5 = two_sum(f[_P2 + i], -f[_O2 + i])
+        h0, h1 = two_sum(f[_Q0 + i], -f[_O0 + i])
+        h2, h3 = two_sum(f[_Q1 + i], -f[_O1 + i])
+        h4, h5 = two_sum(f[_Q2 + i], -f[_O2 + i])
+        f[_N0 + i], f[_N0 + LANES + i] = dd_minor(g2, g3, h4, h5, g4, g5, h2, h3)
+        f[_N1 + i], f[_N1 + LANES + i] = dd_minor(g4, g5, h0, h1, g0, g1, h4, h5)
+        f[_N2 + i], f[_N2 + LANES + i] = dd_minor(g0, g1, h2, h3, g2, g3, h0, h1)
+        f[_S0 + i] = abs(g2 * h4) + abs(g4 * h2)
+        f[_S1 + i] = abs(g4 * h0) + abs(g0 * h4)
+        f[_S2 + i] = abs(g0 * h2) + abs(g2 * h0)
+
+
+@scalar
+def _step(hi, lo, end, start, nh, nl):
+    """hi + lo, and one term more of a height; and how far the end is from the start."""
+    dh, dl = two_sum(end, -start)
+    ph, pl = dd_mul(nh, nl, dh, dl)
+    hi, lo = dd_add(hi, lo, ph, pl)
+    return hi, lo, abs(dh)
+
+
+@scalar
+def _heights(f):
+    """Heights of both ends over the planes, and the sizes of all terms."""
+    for i in range(LANES):
+        n0, r0 = f[_N0 + i], f[_N0 + LANES + i]
+        n1, r1 = f[_N1 + i], f[_N1 + LANES + i]
+        n2, r2 = f[_N2 + i], f[_N2 + LANES + i]
+        hi, lo, d0 = _step(0.0, 0.0, f[_A0 + i], f[_O0 + i], n0, r0)
+        hi, lo, d1 = _step(hi, lo, f[_A1 + i], f[_O1 + i], n1, r1)
+        f[_HA + i], f[_HA + LANES + i], d2 = _step(hi, lo, f[_A2 + i], f[_O2 + i], n2, r2)
+        size = f[_S0 + i] * d0 + f[_S1 + i] * d1 + f[_S2 + i] * d2
+        hi, lo, d0 = _step(0.0, 0.0, f[_B0 + i], f[_O0 + i], n0, r0)
+        hi, lo, d1 = _step(hi, lo, f[_B1 + i], f[_O1 + i], n1, r1)
+        f[_HB + i], f[_HB + LANES + i], d2 = _step(hi, lo, f[_B2 + i], f[_O2 + i], n2, r2)
+        f[_SIZE + i] = size + f[_S0 + i] * d0 + f[_S1 + i] * d1 + f[_S2 + i] * d2
+
+
+@scalar
+def _parts(f):
+    """Which part of the edge lies before the plane: a quotient and one Newton step."""
+    for i in range(LANES):
+        ha, la = f[_HA + i], f[_HA + LANES + i]
+        dh, dl = dd_add(ha, la, -f[_HB + i], -f[_HB + LANES + i])
+        size = f[_SIZE + i]
+        known = (size > 1e-200) & (abs(dh) > 1e-24 * size) & (abs(ha) <= 2.0 * abs(dh))
+        f[_SURE + i] = 1.0 if known else 0.0
+        below = dh if known else 1.0
+        part = ha / below
+        ph, pl = dd_mul(dh, dl, part, 0.0)
+        rh, rl = dd_add(ha, la, -ph, -pl)
+        f[_PART + i], f[_PART + LANES + i] = two_sum(part, (rh + rl) / below)
+        f[_LOOSE + i] = 2.0**-94 * (size / abs(below))
+
+
+@scalar
+def _along(start, end, o, p, q, th, tl, loose):
+    """One coordinate, and whether it is the next double for certain; exact where all are level."""
+    dh, dl = two_sum(end, -start)
+    ph, pl = dd_mul(dh, dl, th, tl)
+    s, r = dd_add(start, 0.0, ph, pl)
+    slack = loose * abs(dh) + 2.0**-98 * (abs(start) + abs(end)) + UNDERFLOW
+    s = s + 0.0
+    flat = (p == o) & (q == o)
+    level = start == end
+    sure = rounds(s, r, slack) | flat | level
+    s = start if level else s
+    return (o if flat else s) + 0.0, 1.0 if sure else 0.0
+
+
+@scalar
+def _places(f):
+    """Coordinates of the points, written over those of the first end."""
+    for i in range(LANES):
+        th, tl, loose = f[_PART + i], f[_PART + LANES + i], f[_LOOSE + i]
+        f[_A0 + i], s0 = _along(
+            f[_A0 + i], f[_B0 + i], f[_O0 + i], f[_P0 + i], f[_Q0 + i], th, tl, loose
+        )
+        f[_A1 + i], s1 = _along(
+            f[_A1 + i], f[_B1 + i], f[_O1 + i], f[_P1 + i], f[_Q1 + i], th, tl, loose
+        )
+        f[_A2 + i], s2 = _along(
+            f[_A2 + i], f[_B2 + i], f[_O2 + i], f[_P2 + i], f[_Q2 + i], th, tl, loose
+        )
+        f[_SURE + i] = f[_SURE + i] * s0 * s1 * s2
+
+
+@scalar
+def _store(x, m, row, lane, f):
+    """Take a point out of a block; False if it is open there."""
+    i = m[N_VERTEX] + row
+    x[i, 0], x[i, 1], x[i, 2] = f[_A0 + lane], f[_A1 + lane], f[_A2 + lane]
+    return f[_SURE + lane] != 0.0
+
+
+@scalar
+def _place_plainly(x, t, e, d, m, w, f):
+    """Points where edges pass triangles, by plain doubles; the rows of those left open.
+
+    Points in edge planes are placed one by one.
+    """
+    n_point = m[N_POINT]
+    waiting = np.empty(n_point, dtype=np.int64)
+    n = 0
+    for first in range(0, n_point, LANES):
+        _ask_for_blocks(x, t, d, m, first)
+        for lane in range(LANES):
+            _load(x, t, d, m, min(first + lane, n_point - 1), lane, f)
+        _plain_normals(f)
+        _plain_parts(f)
+        _plain_places(f)
+        for row in range(first, min(first + LANES, n_point)):
+            if d[row, 3] >= m[N_TRIANGLE]:
+                place_exactly(x, t, e, d, m, w, m[N_VERTEX] + row)
+            elif not _store(x, m, row, row - first, f):
+                waiting[n] = row
+                n += 1
+    return waiting[:n]
+
+
+@scalar
+def place_points(x, t, e, d, m, w):
+    """Correctly rounded coordinates of all constructed points, each of an edge and a plane."""
+    f = np.empty(_ROWS * LANES)
+    waiting = _place_plainly(x, t, e, d, m, w, f)
+    n = waiting.shape[0]
+    for first in range(0, n, LANES):
+        for lane in range(LANES):
+            _load(x, t, d, m, waiting[min(first + lane, n - 1)], lane, f)
+        _normals(f)
+        _heights(f)
+        _parts(f)
+        _places(f)
+        for k in range(first, min(first + LANES, n)):
+            if not _store(x, m, waiting[k], k - first, f):
+                place_exactly(x, t, e, d, m, w, m[N_VERTEX] + waiting[k])

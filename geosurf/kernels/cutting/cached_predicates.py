@@ -1,0 +1,241 @@
+"""Exact signs of the points of one face: the integers of each point are made once, and short.
+
+Letters as in `exact` and `delaunay`. A point of the face has homogeneous coordinates (U, V, W) on
+the two axes of its projection, W > 0, all integers. `exact` makes them anew for every sign, at
+the length that the worst input needs. Here they are kept from one sign to the next, in the part
+of `w` behind what `exact` works with, and without limbs that say nothing at either end: most
+coordinates have few digits, and so have their differences.
+
+Only signs are asked, so each point may have its own positive factor: U and V are kept as
+integers times 2**(26 shift), where shift may be negative, and W as an integer. A row holds the
+shift, the lengths of U, V and W, and their limbs. Where the part of `w` is full, all rows are
+forgotten: a row that is needed again is made again.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.exact.bigint import BITS, clear, mul_add, sign
+from geosurf.kernels.exact.exact_signs import (
+    EQUALITY_TESTS,
+    EXACT_INCIRCLE,
+    EXACT_ORIENT2D,
+    LIMBS,
+    WORK,
+    point,
+)
+
+POINTS, AXIS, USED = 0, 2, 6  # of the state s
+KEPT = 2  # column of q: where the row of a point begins, -1: not made
+_HEAD = 4
+_SCRATCH = 240  # units of w from here on are free between two signs
+_MOST = 1 << 20
+
+
+def roomy_workspace(limbs: int, n_local: int) -> np.ndarray:
+    """A limb workspace with room for the rows of a face of so many points."""
+    n = max(int(limbs), 4)
+    rows = min(_MOST, 24 * n * n_local)
+    return np.empty(WORK * n + max(rows, 5 * (20 * n + _HEAD)), dtype=np.int64)
+
+
+@scalar
+def _zeros_below(w, a, n):
+    """Number of lowest limbs that are zero; n if all are."""
+    for i in range(n):
+        if w[a + i] != 0:
+            return i
+    return n
+
+
+@scalar
+def _shortened(w, a, n):
+    """Length of a number once it is rid of upper limbs that only repeat its sign."""
+    while n > 1 and (w[a + n - 1] == 0 or w[a + n - 1] == -1):
+        w[a + n - 2] += w[a + n - 1] << BITS
+        n -= 1
+    return n
+
+
+@scalar
+def _store(w, to, a, n):
+    """Copy a number; returns the place behind it."""
+    for i in range(n):
+        w[to + i] = w[a + i]
+    return to + n
+
+
+@scalar
+def _row(x, t, e, d, m, w, q, s, p):
+    """Where the row of local point p begins; made if it is not there."""
+    if q[p, KEPT] >= 0:
+        return q[p, KEPT]
+    n = m[LIMBS]
+    lx, lw = point(x, t, e, d, m, w, 0, q[p, 0])
+    u, v, below = ((s[AXIS] + 1) % 3) * 7 * n, ((s[AXIS] + 2) % 3) * 7 * n, 21 * n
+    low = min(_zeros_below(w, u, lx), _zeros_below(w, v, lx))
+    low = min(low, lx - 1)  # where both are zero, a limb is left of each
+    low_w = _zeros_below(w, below, lw)
+    nu = _shortened(w, u + low, lx - low)
+    nv = _shortened(w, v + low, lx - low)
+    nw = _shortened(w, below + low_w, lw - low_w)
+    at = WORK * max(n, 4) + s[USED]
+    w[at], w[at + 1], w[at + 2], w[at + 3] = low - low_w, nu, nv, nw
+    to = _store(w, at + _HEAD, u + low, nu)
+    to = _store(w, to, v + low, nv)
+    to = _store(w, to, below + low_w, nw)
+    s[USED] = to - WORK * max(n, 4)
+    q[p, KEPT] = at
+    return at
+
+
+@scalar
+def _make_room(m, w, q, s):
+    """See that four rows can be added; if not, forget all."""
+    n = m[LIMBS]
+    if WORK * max(n, 4) + s[USED] + 4 * (20 * n + _HEAD) > w.shape[0]:
+        for p in range(s[POINTS]):
+            q[p, KEPT] = -1
+        s[USED] = 0
+
+
+@scalar
+def _minor(w, r, a, b):
+    """r = U_a V_b - V_a U_b for the rows a, b, short of their shifts; returns its length."""
+    ua, va = a + _HEAD, a + _HEAD + w[a + 1]
+    ub, vb = b + _HEAD, b + _HEAD + w[b + 1]
+    n = max(w[a + 1] + w[b + 2], w[a + 2] + w[b + 1]) + 1
+    clear(w, r, n)
+    mul_add(w, r, n, ua, w[a + 1], vb, w[b + 2], 1)
+    mul_add(w, r, n, va, w[a + 2], ub, w[b + 1], -1)
+    return n
+
+
+@scalar
+def _below(w, a):
+    """Where W of a row is."""
+    return a + _HEAD + w[a + 1] + w[a + 2]
+
+
+@scalar
+def kept_orient2d(x, t, e, d, m, w, q, s, a, b, c):
+    """Sign of the turn of local points a, b, c."""
+    m[EXACT_ORIENT2D] += 1
+    _make_room(m, w, q, s)
+    i = _row(x, t, e, d, m, w, q, s, a)
+    j = _row(x, t, e, d, m, w, q, s, b)
+    k = _row(x, t, e, d, m, w, q, s, c)
+    # det of the rows (U, V, W), by W: shifts of the three terms are those of the other rows
+    shift = min(w[j] + w[k], min(w[k] + w[i], w[i] + w[j]))
+    acc = _SCRATCH * m[LIMBS]
+    longest = max(w[i + 1], w[i + 2]) + w[i + 3]
+    longest += max(w[j + 1], w[j + 2]) + w[j + 3]
+    longest += max(w[k + 1], w[k + 2]) + w[k + 3]
+    total = longest + max(w[j] + w[k], max(w[k] + w[i], w[i] + w[j])) - shift + 2
+    minor = acc + total
+    clear(w, acc, total)
+    for _ in range(3):
+        n = _minor(w, minor, i, j)
+        up = w[i] + w[j] - shift
+        mul_add(w, acc + up, total - up, minor, n, _below(w, k), w[k + 3], 1)
+        i, j, k = j, k, i
+    return sign(w, acc, total)
+
+
+@scalar
+def kept_compare(x, t, e, d, m, w, q, s, a, b, second):
+    """Sign of a coordinate of local point a minus that of b: U, or V with `second` = 1."""
+    m[EQUALITY_TESTS] += 1
+    _make_room(m, w, q, s)
+    i = _row(x, t, e, d, m, w, q, s, a)
+    j = _row(x, t, e, d, m, w, q, s, b)
+    at, n = i + _HEAD + second * w[i + 1], w[i + 1 + second]
+    other, n_other = j + _HEAD + second * w[j + 1], w[j + 1 + second]
+    shift = min(w[i], w[j])
+    up, lift = w[i] - shift, w[j] - shift
+    total = max(n + w[j + 3] + up, n_other + w[i + 3] + lift) + 1
+    acc = _SCRATCH * m[LIMBS]
+    clear(w, acc, total)
+    mul_add(w, acc + up, total - up, at, n, _below(w, j), w[j + 3], 1)
+    mul_add(w, acc + lift, total - lift, other, n_other, _below(w, i), w[i + 3], -1)
+    return sign(w, acc, total)
+
+
+@scalar
+def _lifted(w, r, a, b):
+    """r = (U_a^2 + V_a^2) W_b^2 - (U_b^2 + V_b^2) W_a^2, and its length and shift."""
+    shift = 2 * min(w[a], w[b])
+    na, nb = 2 * max(w[a + 1], w[a + 2]) + 1, 2 * max(w[b + 1], w[b + 2]) + 1
+    la, lb = 2 * w[a + 3], 2 * w[b + 3]
+    up, lift = 2 * w[a] - shift, 2 * w[b] - shift
+    n = max(na + lb + up, nb + la + lift) + 1
+    square = r + n
+    below = square + max(na, nb)
+    clear(w, r, n)
+    _square(w, square, na, a)
+    clear(w, below, lb)
+    mul_add(w, below, lb, _below(w, b), w[b + 3], _below(w, b), w[b + 3], 1)
+    mul_add(w, r + up, n - up, square, na, below, lb, 1)
+    _square(w, square, nb, b)
+    clear(w, below, la)
+    mul_add(w, below, la, _below(w, a), w[a + 3], _below(w, a), w[a + 3], 1)
+    mul_add(w, r + lift, n - lift, square, nb, below, la, -1)
+    return n, shift
+
+
+@scalar
+def _square(w, r, n, a):
+    """r = U_a^2 + V_a^2, short of its shift."""
+    u, v = a + _HEAD, a + _HEAD + w[a + 1]
+    clear(w, r, n)
+    mul_add(w, r, n, u, w[a + 1], u, w[a + 1], 1)
+    mul_add(w, r, n, v, w[a + 2], v, w[a + 2], 1)
+
+
+@scalar
+def kept_incircle(x, t, e, d, m, w, q, s, a, b, c, o):
+    """Sign > 0 if local point o is inside the circle of counter-clockwise a, b, c.
+
+    Rows (U W, V W, U^2 + V^2, W^2), by 2 x 2 minors of the first two columns (i, j) and of the
+    last two (k, the fourth): (U_i V_j - V_i U_j) W_i W_j ((U_k^2 + V_k^2) W^2 - ...).
+    """
+    m[EXACT_INCIRCLE] += 1
+    _make_room(m, w, q, s)
+    rows = (
+        _row(x, t, e, d, m, w, q, s, a),
+        _row(x, t, e, d, m, w, q, s, b),
+        _row(x, t, e, d, m, w, q, s, c),
+        _row(x, t, e, d, m, w, q, s, o),
+    )
+    low, high, longest, longest_w = w[rows[0]], w[rows[0]], 0, 0
+    for r in rows:
+        low, high = min(low, w[r]), max(high, w[r])
+        longest = max(longest, max(w[r + 1], w[r + 2]))
+        longest_w = max(longest_w, w[r + 3])
+    total = 4 * (longest + longest_w + high - low) + 8
+    acc = _SCRATCH * m[LIMBS]
+    minor = acc + total
+    clear(w, acc, total)
+    for i in range(3):
+        for j in range(i + 1, 4):
+            k = 0
+            while k == i or k == j:
+                k += 1
+            p, r = rows[i], rows[j]
+            n = _minor(w, minor, p, r)
+            one = minor + n
+            n_one = n + w[p + 3]
+            clear(w, one, n_one)
+            mul_add(w, one, n_one, minor, n, _below(w, p), w[p + 3], 1)
+            left = one + n_one
+            n_left = n_one + w[r + 3]
+            clear(w, left, n_left)
+            mul_add(w, left, n_left, one, n_one, _below(w, r), w[r + 3], 1)
+            right = left + n_left
+            n_right, shift = _lifted(w, right, rows[k], rows[6 - i - j - k])
+            up = w[p] + w[r] + shift - 4 * low
+            factor = 1 - 2 * ((i + j + 1) % 2)
+            mul_add(w, acc + up, total - up, left, n_left, right, n_right, factor)
+    return sign(w, acc, total)

@@ -1,0 +1,220 @@
+"""The cavity of a segment: the triangles that it crosses, and what is put in their place.
+
+Both sides, seen from the segment, are polygons of which every point can be seen from that edge,
+so that each corner that turns the right way is an ear (Toussaint & Avis 1982). Ears are cut, every
+other one of a row at a time, and added again in the opposite order with flips after each: corners
+of a polygon in a good order, one by one (Chew 1990). Cut in a row, ears are fans, and to flip a fan
+is quadratic. Notation as in `delaunay`.
+"""
+
+from __future__ import annotations
+
+from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.cutting.delaunay import flip, following, link, preceding, put
+from geosurf.kernels.cutting.face_circles import in_circle
+from geosurf.kernels.cutting.face_signs import SEGMENT, turn
+
+_FEW = 8  # a chain so short is cut in a row
+_DUG, _ADDED = -2, -3  # marks of half-edges: of the corridor, of an ear that was added
+
+
+@scalar
+def side_of_segment(x, t, e, d, m, w, q, f, s, a, b, p):
+    """Side of p of the line of the segment under way, from a to b."""
+    if q[p, 3] == s[SEGMENT]:
+        return 0
+    return turn(x, t, e, d, m, w, q, f, s, a, b, p)
+
+
+@scalar
+def _cut_ear(h, v, k, free, tri, a, b, point):
+    """The triangle of the rows a and b of k and a point; row a then leads to that point."""
+    slot = k[free + tri, 3]
+    i = 3 * slot
+    put(h, v, slot, k[a, 0], k[b, 0], point)
+    _join(h, i, k[a, 1], k[a, 2], k[a, 3])
+    _join(h, i + 1, k[b, 1], k[b, 2], k[b, 3])
+    k[a, 1], k[a, 2], k[a, 3] = i + 2, -1, -1
+
+
+@scalar
+def _move_row(k, to, c):
+    """Copy a row of a chain."""
+    k[to, 0], k[to, 1], k[to, 2], k[to, 3] = k[c, 0], k[c, 1], k[c, 2], k[c, 3]
+
+
+@scalar
+def _fill(x, t, e, d, m, w, h, v, q, f, s, k, low, high, free, tri):
+    """Triangulate the chain k[low:high] seen from its base: (base half-edge, next triangle).
+
+    Rows of k: point, twin and support of the link to the next row, old half-edge of
+    the link. Triangles are written to the slots k[free + n, 3], in the order of the ears.
+    """
+    many = True
+    while many and high - low > _FEW:  # every other ear, as long as there are many
+        n = high - low
+        top = low
+        c = low + 1
+        while c < high - 1:
+            if turn(x, t, e, d, m, w, q, f, s, k[top, 0], k[c, 0], k[c + 1, 0]) > 0:
+                _cut_ear(h, v, k, free, tri, top, c, k[c + 1, 0])
+                tri += 1
+                c += 1
+            top += 1
+            _move_row(k, top, c)
+            c += 1
+        if c < high:
+            top += 1
+            _move_row(k, top, c)
+        high = top + 1
+        many = 4 * (n - (high - low)) >= n
+    top = low
+    for c in range(low + 1, high):  # the rest in a row: Graham's scan, the stack at `low`
+        point, twin, support, old = k[c, 0], k[c, 1], k[c, 2], k[c, 3]
+        while top > low and turn(x, t, e, d, m, w, q, f, s, k[top - 1, 0], k[top, 0], point) > 0:
+            _cut_ear(h, v, k, free, tri, top - 1, top, point)
+            tri += 1
+            top -= 1
+        top += 1
+        k[top, 0], k[top, 1], k[top, 2], k[top, 3] = point, twin, support, old
+    return k[low, 1], tri
+
+
+@scalar
+def _settle_ears(x, t, e, d, m, w, h, v, q, f, s, k, free, n):
+    """Add n ears in the opposite order, and flip what is opposite to the tip of each.
+
+    Only edges between ears that were added are flipped.
+    """
+    for r in range(n - 1, -1, -1):
+        slot = k[free + r, 3]
+        h[3 * slot, 3] = _ADDED
+        k[0, 0] = 3 * slot + 2
+        count = 1
+        while count > 0:
+            count -= 1
+            i = k[count, 0]
+            j = h[i, 1]
+            if j < 0 or h[i, 2] >= 0 or h[j - j % 3, 3] != _ADDED:
+                continue
+            a, b, c, o = h[i, 0], h[j, 0], h[preceding(i), 0], h[preceding(j), 0]
+            if in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
+                flip(h, v, i)
+                k[count, 0], k[count + 1, 0] = following(i), preceding(j)
+                count += 2
+    for r in range(n):
+        h[3 * k[free + r, 3], 3] = 0
+
+
+@scalar
+def _join(h, i, twin, support, old):
+    """Link a new half-edge to what lies behind its link; note where an old one went."""
+    link(h, i, twin, support)
+    if old >= 0:
+        h[old, 3] = i
+
+
+@scalar
+def _push_link(h, k, n, point, i):
+    """Chain row: point, and the link that old half-edge i makes to the next row."""
+    k[n, 0], k[n, 1], k[n, 2], k[n, 3] = point, h[i, 1], h[i, 2], i
+
+
+@scalar
+def _corridor(x, t, e, d, m, w, h, q, f, s, k, first, a, b, goal):
+    """Half-edges that the segment crosses, right end to left end, into k[:, 0].
+
+    (number, point reached, -1), or (0, -1, half-edge) where a constraint is in the way.
+    """
+    n = 0
+    i = first
+    while True:
+        if h[i, 2] >= 0:
+            return 0, -1, i
+        k[n, 0] = i
+        n += 1
+        j = h[i, 1]
+        apex = h[preceding(j), 0]
+        side = 0 if apex == goal else side_of_segment(x, t, e, d, m, w, q, f, s, a, b, apex)
+        if side == 0:
+            return n, apex, -1
+        i = preceding(j) if side < 0 else following(j)
+
+
+@scalar
+def _build_chains(h, k, n, p, left, right, free):
+    """Both borders of a corridor, counter-clockwise, and the slots of its triangles, k[free:, 3].
+
+    The left chain leads to p and ends at row left + n + 1, since it is filled from behind; the
+    right one starts at p. Returns the first row of the left one and the last one of the right one.
+    """
+    _push_link(h, k, right, p, preceding(k[0, 0]))
+    k[left + n + 1, 0] = p
+    nl = n
+    _push_link(h, k, left + nl, h[following(k[0, 0]), 0], following(k[0, 0]))
+    nr = 1
+    k[right + nr, 0] = h[k[0, 0], 0]
+    k[free, 3] = k[0, 0] // 3
+    for c in range(n):
+        i = k[c, 0]
+        j = h[i, 1]
+        k[free + c + 1, 3] = j // 3
+        y, z = following(j), preceding(j)  # y: right end -> apex, z: apex -> left end
+        onward = k[c + 1, 0] if c + 1 < n else -1
+        if onward != y:  # the edge y is on the right border
+            _push_link(h, k, right + nr, h[i, 0], y)
+            nr += 1
+            k[right + nr, 0] = h[z, 0]
+        if onward != z:
+            nl -= 1
+            _push_link(h, k, left + nl, h[z, 0], z)
+    for last in (right + nr, left + n + 1):
+        k[last, 1], k[last, 2], k[last, 3] = -1, -1, -1
+    return left + nl, right + nr
+
+
+@scalar
+def _note_inner(h, k, low, high, behind, n):
+    """Links whose other side is a link of the same corridor: cut them, to be joined later."""
+    for c in range(low, high):
+        if k[c, 1] >= 0 and h[k[c, 1], 3] == _DUG:
+            if k[c, 3] < k[c, 1]:
+                k[behind + n, 0], k[behind + n, 1], k[behind + n, 2] = k[c, 3], k[c, 1], k[c, 2]
+                n += 1
+            k[c, 1] = -1
+    return n
+
+
+@scalar
+def _mark(h, k, free, n, value):
+    """Mark the half-edges of n triangles."""
+    for c in range(n):
+        i = 3 * k[free + c, 3]
+        h[i, 3] = h[i + 1, 3] = h[i + 2, 3] = value
+
+
+@scalar
+def dig(x, t, e, d, m, w, h, v, q, f, s, k, p, first, a, b, goal, support):
+    """Insert the constraint from p across half-edge `first` on to the next point of the line.
+
+    Returns (point reached, -1), or (-1, constrained half-edge) where one has to be split first.
+    """
+    n, reached, wall = _corridor(x, t, e, d, m, w, h, q, f, s, k, first, a, b, goal)
+    if wall >= 0:
+        return -1, wall
+    left = n + 2
+    right = left + n + 3
+    free = right + n + 3
+    behind = free + n + 2
+    low, last = _build_chains(h, k, n, p, left, right, free)
+    _mark(h, k, free, n + 1, _DUG)  # a link may lead back into the corridor
+    inner = _note_inner(h, k, low, left + n + 1, behind, 0)
+    inner = _note_inner(h, k, right, last, behind, inner)
+    one, tri = _fill(x, t, e, d, m, w, h, v, q, f, s, k, low, left + n + 2, free, 0)
+    two, tri = _fill(x, t, e, d, m, w, h, v, q, f, s, k, right, last + 1, free, tri)
+    link(h, one, two, support)
+    for c in range(inner):
+        link(h, h[k[behind + c, 0], 3], h[k[behind + c, 1], 3], k[behind + c, 2])
+    _mark(h, k, free, n + 1, 0)
+    _settle_ears(x, t, e, d, m, w, h, v, q, f, s, k, free, n + 1)
+    return reached, -1

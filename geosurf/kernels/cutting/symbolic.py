@@ -1,0 +1,205 @@
+"""What the names of a face's points tell of them, without arithmetic on the points themselves.
+
+Letters as in `delaunay`. A line is the number of a plane that cuts the face, or a negative one
+that was found by arithmetic: points that were proven collinear remember it, so that n points on
+one line cost n proofs, not one for each three.
+"""
+
+from __future__ import annotations
+
+from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.exact.double_double import plane_is_level
+from geosurf.kernels.exact.exact_signs import N_TRIANGLE, N_VERTEX
+from geosurf.kernels.exact.predicates import flat_by_zeros, normal_axis, orient3d
+
+POINTS, AXIS, LINES = 0, 2, 7  # of the state s
+# a line that was found in a plane of edges: its number (-1: none), the plane that cuts these, and
+# three vertices that span theirs
+KNOWN, _SUPPORT, _ONE, _TWO, _THREE = 9, 10, 11, 12, 13
+SOUGHT = 14  # how many lines all points of the face were asked for
+_FIRST_LINE, _LAST_LINE = 4, 7
+_MANY = 64  # points of a face, above which all are asked for the first lines that are found
+_FEW = 4  # such lines
+
+
+@scalar
+def is_exact(x, t, e, d, m, row, axis):
+    """Whether a constructed point is known exactly on an axis: what makes it is level there."""
+    a, b, c = d[row, 1], d[row, 2], d[row, 3]
+    if d[row, 0] == 1:
+        return x[a, axis] == x[b, axis] or plane_is_level(x, t, e, m, c, axis)
+    return (
+        plane_is_level(x, t, e, m, a, axis)
+        or plane_is_level(x, t, e, m, b, axis)
+        or plane_is_level(x, t, e, m, c, axis)
+    )
+
+
+@scalar
+def of_one_plane(x, d, m, w, q, s, a, b, c):
+    """Whether three points are where edges of one plane meet another one: then they are collinear.
+
+    A fault that is flat in parts, or extruded, cuts large triangles in such points. The line they
+    lie on is the known one from now on.
+    """
+    n = m[N_VERTEX]
+    if q[a, 0] < n or q[b, 0] < n or q[c, 0] < n:
+        return False
+    i, j, k = q[a, 0] - n, q[b, 0] - n, q[c, 0] - n
+    if d[i, 0] != 1 or d[j, 0] != 1 or d[k, 0] != 1:
+        return False
+    if d[i, 3] != d[j, 3] or d[j, 3] != d[k, 3]:
+        return False
+    one, two, three = d[i, 1], d[i, 2], d[j, 1]
+    if normal_axis(x, m, w, one, two, three)[0] < 0:  # on the line of the first edge
+        three = d[j, 2]
+        if normal_axis(x, m, w, one, two, three)[0] < 0:
+            return False
+    for o in (d[j, 1], d[j, 2], d[k, 1], d[k, 2]):
+        if o not in (one, two, three) and not _of_plane(x, m, w, one, two, three, o):
+            return False
+    s[KNOWN] = learn_line(q, s, a, b, c)
+    s[_SUPPORT], s[_ONE], s[_TWO], s[_THREE] = d[i, 3], one, two, three
+    if s[KNOWN] != -1 and s[POINTS] > _MANY and s[SOUGHT] < _FEW:
+        # one after the other, as they lie in memory; one by one costs a miss of the cache for each
+        s[SOUGHT] += 1
+        for p in range(s[POINTS]):
+            _put_on_known_line(x, d, m, w, q, s, p)
+    return True
+
+
+@scalar
+def on_known_line(x, d, m, w, q, s, a, b, c):
+    """Whether one of three points is seen to lie on the known line, as the other two do.
+
+    Points on one line mostly come one after the other; so only the new one is looked at.
+    """
+    line = s[KNOWN]
+    if line == -1:
+        return False
+    on_a, on_b, on_c = _holds(q, a, line), _holds(q, b, line), _holds(q, c, line)
+    if int(on_a) + int(on_b) + int(on_c) != 2:
+        return False
+    return _put_on_known_line(x, d, m, w, q, s, c if not on_c else (b if not on_b else a))
+
+
+@scalar
+def _put_on_known_line(x, d, m, w, q, s, p):
+    """Whether a point is where an edge of the plane of the known line meets the other plane."""
+    row = q[p, 0] - m[N_VERTEX]
+    if row < 0 or d[row, 0] != 1 or d[row, 3] != s[_SUPPORT]:
+        return False
+    for o in (d[row, 1], d[row, 2]):
+        if o not in (s[_ONE], s[_TWO], s[_THREE]) and not _of_plane(
+            x, m, w, s[_ONE], s[_TWO], s[_THREE], o
+        ):
+            return False
+    add_line(q, p, s[KNOWN])
+    return True
+
+
+@scalar
+def _of_plane(x, m, w, one, two, three, o):
+    """Whether vertex o lies in the plane of three others; what is extruded is seen to by zeros."""
+    if flat_by_zeros(x, one, two, three, o):
+        return True
+    return orient3d(x, m, w, one, two, three, o, 0.0) == 0
+
+
+@scalar
+def made_alike(x, t, e, d, m, q, s, a, b, second):
+    """Whether two points have the same U (V with `second` = 1) since they are made alike.
+
+    Two lines through level planes of one height that look the same from the side: model grids and
+    what is extruded along an axis have thousands of such points, each dear to make in integers.
+    """
+    n = m[N_VERTEX]
+    if q[a, 0] < n or q[b, 0] < n:
+        return False
+    i, j = q[a, 0] - n, q[b, 0] - n
+    if d[i, 0] != 1 or d[j, 0] != 1:
+        return False
+    axis = (s[AXIS] + 1 + second) % 3
+    for r in range(1, 3):
+        level = (axis + r) % 3
+        if not plane_is_level(x, t, e, m, d[i, 3], level):
+            continue
+        if not plane_is_level(x, t, e, m, d[j, 3], level):
+            continue
+        if _corner_of(x, t, e, m, d[i, 3], level) != _corner_of(x, t, e, m, d[j, 3], level):
+            continue
+        one, two = d[i, 1], d[i, 2]
+        for three, four in ((d[j, 1], d[j, 2]), (d[j, 2], d[j, 1])):
+            if (
+                x[one, level] == x[three, level]
+                and x[two, level] == x[four, level]
+                and x[one, axis] == x[three, axis]
+                and x[two, axis] == x[four, axis]
+            ):
+                return True
+    return False
+
+
+@scalar
+def _corner_of(x, t, e, m, p, axis):
+    """A coordinate of the first vertex of plane p."""
+    o = t[p, 0] if p < m[N_TRIANGLE] else e[p - m[N_TRIANGLE], 0]
+    return x[o, axis]
+
+
+@scalar
+def _holds(q, p, line):
+    """Whether a local point is known to lie on a line."""
+    return q[p, 4] == line or q[p, 5] == line or q[p, 6] == line
+
+
+@scalar
+def add_line(q, p, line):
+    """Note that a local point lies on a line; False if there is no room for it."""
+    for i in range(_FIRST_LINE, _LAST_LINE + 1):
+        if q[p, i] == line:
+            return True
+        if q[p, i] == -1:
+            q[p, i] = line
+            return True
+    return False
+
+
+@scalar
+def _line_of(q, a, b):
+    """A line that both points are known to lie on, or -1."""
+    for i in range(_FIRST_LINE, _LAST_LINE + 1):
+        if q[a, i] != -1 and _holds(q, b, q[a, i]):
+            return q[a, i]
+    return -1
+
+
+@scalar
+def on_one_line(q, a, b, c):
+    """Whether three local points are collinear by name."""
+    for i in range(_FIRST_LINE, _LAST_LINE + 1):
+        if q[a, i] != -1 and _holds(q, b, q[a, i]) and _holds(q, c, q[a, i]):
+            return True
+    return False
+
+
+@scalar
+def learn_line(q, s, a, b, c):
+    """Three distinct points are collinear: those without the line of the others get it.
+
+    Returns the line, or -1 where there is no room for a new one.
+    """
+    line = _line_of(q, a, b)
+    if line == -1:
+        line = _line_of(q, b, c)
+    if line == -1:
+        line = _line_of(q, c, a)
+    if line == -1:
+        if q[a, _LAST_LINE] != -1 or q[b, _LAST_LINE] != -1 or q[c, _LAST_LINE] != -1:
+            return -1
+        line = -2 - s[LINES]
+        s[LINES] += 1
+    add_line(q, a, line)
+    add_line(q, b, line)
+    add_line(q, c, line)
+    return line

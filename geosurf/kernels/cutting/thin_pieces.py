@@ -1,0 +1,115 @@
+"""Which pieces of faces are thinner than what rounding can do.
+
+A piece is thin if its height, times the sine of the flattest contact of its face, is less than a
+reach. Contacts of faces that lie side by side in the map and have in common what lies on edges and
+corners of both do not count: the vertical plane between them meets both at an angle, and
+searches differ in which of them they list. Letters as in `exact`, contacts as in `packed`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.contacts.packed_contact import (
+    HOW,
+    TRIANGLE_A,
+    TRIANGLE_B,
+    lies_in_plane,
+    lies_on_rims,
+)
+from geosurf.kernels.exact.predicates import orient2d
+
+_LEAST = 1e-300  # so that nothing is divided by 0
+_UPRIGHT = 2.0**-9  # faces whose normal has less of a vertical part may come near to such a plane
+
+
+@scalar
+def _cross(ax, ay, az, bx, by, bz):
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@scalar
+def _cross_of_sides(x, i, j, k):
+    """Cross product of sides i-j and i-k, its square, and the square of the longest side."""
+    ax, ay, az = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
+    bx, by, bz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
+    cx, cy, cz = bx - ax, by - ay, bz - az
+    longest = max(ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz)
+    longest = max(longest, cx * cx + cy * cy + cz * cz)
+    nx, ny, nz = _cross(ax, ay, az, bx, by, bz)
+    return nx, ny, nz, nx * nx + ny * ny + nz * nz, longest
+
+
+@scalar
+def _write_normals(x, t, normal):
+    """Unit normals of faces."""
+    for i in range(t.shape[0]):
+        nx, ny, nz, square, _ = _cross_of_sides(x, t[i, 0], t[i, 1], t[i, 2])
+        size = max(np.sqrt(square), _LEAST)
+        normal[i, 0], normal[i, 1], normal[i, 2] = nx / size, ny / size, nz / size
+
+
+@scalar
+def _beyond_an_edge(x, t, none, m, w, i, j):
+    """Whether in the map all of face j lies beyond an edge of face i, or on its line."""
+    turn = orient2d(x, none, none, none, m, w, t[i, 0], t[i, 1], t[i, 2], 0, 1)
+    for k in range(3):
+        a, b = t[i, k], t[i, 0 if k == 2 else k + 1]
+        inside = False
+        for c in range(3):
+            p = t[j, c]
+            if p != a and p != b:
+                side = orient2d(x, none, none, none, m, w, a, b, p, 0, 1)
+                inside = inside or side * turn > 0
+        if not inside:
+            return True
+    return False
+
+
+@scalar
+def _counts(x, t, none, m, w, rows, k, normal):
+    """Whether a contact can bring pieces of its faces together."""
+    i, j = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+    if lies_in_plane(rows[k, HOW]):
+        return False
+    if min(abs(normal[i, 2]), abs(normal[j, 2])) < _UPRIGHT or not lies_on_rims(rows[k, HOW]):
+        return True
+    return not (_beyond_an_edge(x, t, none, m, w, i, j) or _beyond_an_edge(x, t, none, m, w, j, i))
+
+
+@entry("d2 l2 l1 l1 l2 d2 l2 l1 d -> l1")
+def thin_children(x, t, m, w, rows, y, children, parent, part):
+    """Rows of the children that are thin; corners of faces are in `x`, those of children in `y`.
+
+    `rows` are contacts of faces; the reach is a part of the largest coordinate of all parents.
+    """
+    none = np.empty((0, 4), dtype=np.int64)
+    normal = np.empty((t.shape[0], 3))
+    _write_normals(x, t, normal)
+    flattest = np.ones(t.shape[0])  # squares of sines
+    for k in range(rows.shape[0]):
+        if _counts(x, t, none, m, w, rows, k, normal):
+            i, j = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+            nx, ny, nz = _cross(
+                normal[i, 0], normal[i, 1], normal[i, 2], normal[j, 0], normal[j, 1], normal[j, 2]
+            )
+            square = nx * nx + ny * ny + nz * nz
+            flattest[i], flattest[j] = min(flattest[i], square), min(flattest[j], square)
+    largest = 0.0
+    for c in range(children.shape[0]):
+        if c == 0 or parent[c] != parent[c - 1]:
+            for k in range(3):
+                for axis in range(3):
+                    largest = max(largest, abs(x[t[parent[c], k], axis]))
+    reach = (part * largest) ** 2
+    thin = np.empty(children.shape[0], dtype=np.int64)
+    n = 0
+    for c in range(children.shape[0]):
+        _, _, _, square, longest = _cross_of_sides(
+            y, children[c, 0], children[c, 1], children[c, 2]
+        )
+        if not square * flattest[parent[c]] > reach * longest:  # heights are square / longest
+            thin[n] = c
+            n += 1
+    return thin[:n].copy()

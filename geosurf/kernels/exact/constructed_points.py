@@ -1,0 +1,254 @@
+"""Constructed points: named by what makes them, placed by correct rounding, one id each.
+
+A point's name is its definition (see `exact`). Two names may be one point (coplanar
+faces, three surfaces through a line): points whose correctly rounded coordinates are equal
+are compared exactly and become one id. Rounding is a function of the value alone and
+monotone, so unequal rounded coordinates decide order and inequality exactly.
+
+Letters as in `exact`, and
+    names      hash table of names, int64 (size, 5): definition and id, first word 0 if empty
+    places     hash table of ids by rounded coordinates, int64 (size,), -1 if empty
+Both sizes are powers of two and never more than half full: the front door makes `places` large
+enough for all points that `x` has room for, and `names` tells when it is full.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.exact.double_double import point_doubled, rounds, two_sum
+from geosurf.kernels.exact.exact_signs import (
+    COLLISIONS,
+    N_EDGE_PLANE,
+    N_NAME,
+    N_POINT,
+    N_TRIANGLE,
+    N_VERTEX,
+    exact_compare,
+    exact_position,
+    point,
+)
+from geosurf.kernels.exact.predicates import ORIENT3D_BOUND, TINY, plane_terms
+
+LPI, TPI, EDGE_PLANE = 1, 2, 3
+_MASK = (1 << 38) - 1
+FULL = -9  # a table is full: the front door starts again with larger ones
+
+
+@scalar
+def _mixed(h, key):
+    """A hash of 38 bits with a key of up to 62 bits mixed in; no product passes 2**62.
+
+    Coordinates of grids differ in their upper bits only, names in their lower ones: both have to
+    reach all bits, or tables of a million grid nodes are one long chain.
+    """
+    h = (h ^ key ^ (key >> 38)) & _MASK
+    h *= 0xB5297B
+    h = (h ^ (h >> 27)) & _MASK
+    h *= 0x9E3779
+    return (h ^ (h >> 25)) & _MASK
+
+
+@scalar
+def hash_of_row(x, i):
+    """Hash of the coordinates of point i: of their bits, but alike for 0.0 and -0.0."""
+    bits = x[i].view(np.int64)
+    h = 0
+    for axis in range(3):
+        if x[i, axis] != 0.0:
+            h = _mixed(h + (bits[axis] & 0xFFFF), (bits[axis] >> 16) & 0xFFFFFFFFFFFF)
+    return h
+
+
+@scalar
+def hash_of_name(kind, a, b, c):
+    """Hash of a definition."""
+    return _mixed(_mixed(_mixed(kind, a), b), c)
+
+
+@scalar
+def same_point(x, t, e, d, m, w, a, b):
+    """Whether points a and b, whose rounded coordinates are equal, are one point."""
+    if a < m[N_VERTEX] and b < m[N_VERTEX]:
+        return True
+    for axis in range(3):
+        if exact_compare(x, t, e, d, m, w, a, b, axis) != 0:
+            return False
+    return True
+
+
+@scalar
+def slot_at_place(x, places, i, slot):
+    """First slot, from one on, that is empty or holds a point with the coordinates of point i.
+
+    Short, and with few arrays, so that it is compiled into its callers: a call that hands on seven
+    arrays takes longer than all of this.
+    """
+    while places[slot] >= 0:
+        j = places[slot]
+        if x[j, 0] == x[i, 0] and x[j, 1] == x[i, 1] and x[j, 2] == x[i, 2]:
+            break
+        slot = (slot + 1) & (places.shape[0] - 1)
+    return slot
+
+
+@scalar
+def id_beside(x, t, e, d, m, w, places, i, slot):
+    """Id of point i, where another point has its coordinates."""
+    collided = 0
+    while places[slot] >= 0:
+        j = places[slot]
+        if j == i or same_point(x, t, e, d, m, w, i, j):
+            return j
+        collided = 1
+        slot = slot_at_place(x, places, i, (slot + 1) & (places.shape[0] - 1))
+    places[slot] = i
+    m[COLLISIONS] += collided
+    return i
+
+
+@scalar
+def id_at_place(x, t, e, d, m, w, places, i):
+    """Id of the point that is exactly point i (i itself if it is new, and then filed)."""
+    slot = slot_at_place(x, places, i, hash_of_row(x, i) & (places.shape[0] - 1))
+    if places[slot] >= 0:
+        return id_beside(x, t, e, d, m, w, places, i, slot)
+    places[slot] = i
+    return i
+
+
+@scalar
+def slot_of(names, kind, a, b, c):
+    """Slot of a definition in the table of names, or the empty one where it belongs."""
+    size = names.shape[0]
+    slot = hash_of_name(kind, a, b, c) & (size - 1)
+    while names[slot, 0] != 0:
+        if (
+            names[slot, 0] == kind
+            and names[slot, 1] == a
+            and names[slot, 2] == b
+            and names[slot, 3] == c
+        ):
+            break
+        slot = (slot + 1) & (size - 1)
+    return slot
+
+
+@scalar
+def file_name(m, names, slot, kind, a, b, c, i):
+    """Enter a definition and what it stands for into an empty slot."""
+    names[slot, 0], names[slot, 1], names[slot, 2], names[slot, 3] = kind, a, b, c
+    names[slot, 4] = i
+    m[N_NAME] += 1
+
+
+@scalar
+def edge_plane(e, m, names, a, b, axis):
+    """Id of the plane through edge a-b along an axis; FULL if there is no room."""
+    if a > b:
+        a, b = b, a
+    slot = slot_of(names, EDGE_PLANE, a, b, axis)
+    if names[slot, 0] != 0:
+        return names[slot, 4]
+    row = m[N_EDGE_PLANE]
+    if row >= e.shape[0] or 2 * m[N_NAME] >= names.shape[0]:
+        return FULL
+    e[row, 0], e[row, 1], e[row, 2] = a, b, axis
+    m[N_EDGE_PLANE] += 1
+    file_name(m, names, slot, EDGE_PLANE, a, b, axis, m[N_TRIANGLE] + row)
+    return m[N_TRIANGLE] + row
+
+
+@scalar
+def _height(x, n, o, p):
+    """Height of vertex p over the plane at o with terms n, and a bound of its error."""
+    c0, c1, c2 = x[p, 0] - x[o, 0], x[p, 1] - x[o, 1], x[p, 2] - x[o, 2]
+    size = abs(c0) * n[3] + abs(c1) * n[4] + abs(c2) * n[5]
+    bound = ORIENT3D_BOUND * size if size > TINY else np.inf
+    return c0 * n[0] + c1 * n[1] + c2 * n[2], bound
+
+
+@scalar
+def lpi_plainly(x, t, a, b, c):
+    """Where edge a-b passes triangle c, by plain doubles: (sure that they are the next ones, x).
+
+    With heights h of the ends over the plane, each off by at most f, the part ``ha / (ha - hb)``
+    of the edge is off by ``max(fa, fb) / |Ha - Hb|``, H being the true ones. What is left out in
+    adding this part to the start is known, so coordinates are the next doubles mostly where edges
+    are short beside them: in grids, every tenth point needs more digits.
+    """
+    o = t[c, 0]
+    n = plane_terms(x, o, t[c, 1], t[c, 2])
+    ha, fa = _height(x, n, o, a)
+    hb, fb = _height(x, n, o, b)
+    below = ha - hb
+    if not (ha * hb <= 0.0 and 4.0 * (fa + fb) < abs(below) < np.inf):
+        return False, 0.0, 0.0, 0.0
+    part = ha / below
+    # 4/3 for H beside h; five roundings of 2**-53 follow
+    relative = 1.34 * max(fa, fb) / abs(below) + 2.0**-50
+    s0, p0 = _part_way(x[a, 0], x[b, 0], part, relative)
+    s1, p1 = _part_way(x[a, 1], x[b, 1], part, relative)
+    s2, p2 = _part_way(x[a, 2], x[b, 2], part, relative)
+    return s0 and s1 and s2, p0, p1, p2
+
+
+@scalar
+def _part_way(start, end, part, relative):
+    """A part of the way from start to end: (sure that it is the next double, coordinate)."""
+    if start == end:
+        return True, start + 0.0
+    p, rest = two_sum(start, (end - start) * part)
+    return rounds(p, rest, relative * abs(end - start) + 1e-300), p + 0.0
+
+
+@scalar
+def place_exactly(x, t, e, d, m, w, i):
+    """Coordinates of constructed point i, by more digits, and all of them where that is open.
+
+    None is -0.0, see `doubled`.
+    """
+    row = i - m[N_VERTEX]
+    known, p, rest, slack = point_doubled(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
+    x[i, 0], x[i, 1], x[i, 2] = p[0], p[1], p[2]
+    if not (
+        known
+        and rounds(p[0], rest[0], slack[0])
+        and rounds(p[1], rest[1], slack[1])
+        and rounds(p[2], rest[2], slack[2])
+    ):
+        point(x, t, e, d, m, w, 0, i)
+        for axis in range(3):
+            # what is nearest to 0 from below is 0, too, as on the other ways here
+            x[i, axis] = exact_position(x, t, e, d, m, w, i, axis) + 0.0
+
+
+@scalar
+def named_point(x, t, e, d, m, w, names, places, kind, a, b, c):
+    """Id of the point with this definition, made if it is new; FULL if there is no room."""
+    if a > b:
+        a, b = b, a
+    if kind == TPI:
+        if b > c:
+            b, c = c, b
+        if a > b:
+            a, b = b, a
+    slot = slot_of(names, kind, a, b, c)
+    if names[slot, 0] != 0:
+        return names[slot, 4]
+    row = m[N_POINT]
+    i = m[N_VERTEX] + row
+    if i >= x.shape[0] or 2 * m[N_NAME] >= names.shape[0]:
+        return FULL
+    d[row, 0], d[row, 1], d[row, 2], d[row, 3] = kind, a, b, c
+    sure = False
+    if kind == LPI and c < m[N_TRIANGLE]:
+        sure, x[i, 0], x[i, 1], x[i, 2] = lpi_plainly(x, t, a, b, c)
+    if not sure:
+        place_exactly(x, t, e, d, m, w, i)
+    found = id_at_place(x, t, e, d, m, w, places, i)
+    if found == i:
+        m[N_POINT] += 1
+    file_name(m, names, slot, kind, a, b, c, found)
+    return found

@@ -1,0 +1,275 @@
+"""Signs of orientation: a float filter first, exact integers behind it. Never wrong.
+
+Sign conventions
+    orient2d(a, b, c)      > 0 where a, b, c turn counter-clockwise on axes (u, v)
+    orient3d(a, b, c, o)   > 0 where o sees a, b, c counter-clockwise: (b-a) x (c-a) . (o-a) > 0
+
+The filters are those of Shewchuk (1997, section 4, error bounds A), the exact route is
+limb integers. Letters as in `exact`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.errors import SurfaceError
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.exact.bigint import BITS
+from geosurf.kernels.exact.exact_signs import (
+    LIMBS,
+    N_META,
+    N_VERTEX,
+    NEAR,
+    SCALE,
+    exact_normal_axis,
+    exact_orient2d,
+    exact_orient3d,
+    workspace,
+)
+
+_EPS = 2.0**-53
+ORIENT2D_BOUND = (3.0 + 16.0 * _EPS) * _EPS
+ORIENT3D_BOUND = (7.0 + 56.0 * _EPS) * _EPS
+INCIRCLE_BOUND = (10.0 + 96.0 * _EPS) * _EPS
+TINY = 1e-270  # below it products may underflow, so that bounds say nothing
+MAX_BITS = 980
+# of input that points are made from: three coordinates multiplied, and what rounding leaves out of
+# that, are normal numbers then, so that error bounds of doubles and double-doubles hold
+MAX_SCALE = 300
+LEAST_COORDINATE = 1e-74  # has all of its 53 digits above 2**-MAX_SCALE
+MAX_COORDINATE = 2.0**60
+SIZES_THAT_CAN_BE_USED = (
+    f"exact arithmetic takes 0 and sizes from {LEAST_COORDINATE:g} to "
+    f"{MAX_COORDINATE:.2g} m. Set numbers that mean zero to zero"
+)
+_BLOCK = 256  # coordinates that are looked at together
+
+
+@scalar
+def sure_sign(value, bound):
+    """Sign of a number that is off by at most `bound`; 0 where that leaves it open."""
+    if value > bound:
+        return 1
+    return -1 if -value > bound else 0
+
+
+@scalar
+def orient2d(x, t, e, d, m, w, a, b, c, u, v):
+    """Sign of the turn of three *vertices* on axes (u, v)."""
+    left = (x[b, u] - x[a, u]) * (x[c, v] - x[a, v])
+    right = (x[b, v] - x[a, v]) * (x[c, u] - x[a, u])
+    det = left - right
+    size = abs(left) + abs(right)
+    sign = sure_sign(det, ORIENT2D_BOUND * size) if size > TINY else 0
+    if sign != 0:
+        return sign
+    if (x[a, u] == x[b, u] and x[b, u] == x[c, u]) or (x[a, v] == x[b, v] and x[b, v] == x[c, v]):
+        return 0
+    return exact_orient2d(x, t, e, d, m, w, a, b, c, u, v)
+
+
+@scalar
+def plane_terms(x, a, b, c):
+    """Normal of vertices a, b, c and the magnitudes of its terms: what `side_of` needs."""
+    ax, ay, az = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+    bx, by, bz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+    p, q = ay * bz, az * by
+    r, s = az * bx, ax * bz
+    g, h = ax * by, ay * bx
+    span = abs(ax) + abs(ay) + abs(az) + abs(bx) + abs(by) + abs(bz)
+    return p - q, r - s, g - h, abs(p) + abs(q), abs(r) + abs(s), abs(g) + abs(h), span
+
+
+@scalar
+def plain_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip):
+    """Side of a plane on which a point lies, at c from one on it; 0 if floats cannot be sure.
+
+    `n0` to `span` are `plane_terms`; sure means: whatever moves all coordinates by up to `slip`.
+    """
+    det = cx * n0 + cy * n1 + cz * n2
+    size = abs(cx) * s0 + abs(cy) * s1 + abs(cz) * s2
+    reach = abs(cx) + abs(cy) + abs(cz)
+    bound = ORIENT3D_BOUND * size + 2.0 * slip * (s0 + s1 + s2 + reach * span)
+    return sure_sign(det, bound) if size > TINY else 0
+
+
+@scalar
+def side_of(x, m, w, a, b, c, o, terms, slip):
+    """Sign of the side on which vertex o lies of the plane of vertices a, b, c.
+
+    A sign that could change if all coordinates moved by up to `slip` goes the exact way, and
+    is counted as near where it is not zero.
+    """
+    n0, n1, n2, s0, s1, s2, span = terms
+    cx, cy, cz = x[o, 0] - x[a, 0], x[o, 1] - x[a, 1], x[o, 2] - x[a, 2]
+    side = plain_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip)
+    if side != 0:
+        return side
+    for k in range(3):  # a wall of the box, a contact, a row of a grid: no need for long integers
+        if x[a, k] == x[o, k] and x[b, k] == x[o, k] and x[c, k] == x[o, k]:
+            return 0
+    if flat_by_zeros(x, a, b, c, o):
+        return 0
+    sign = exact_orient3d(x, m, w, a, b, c, o)
+    if sign != 0:
+        m[NEAR] += 1
+    return sign
+
+
+@scalar
+def flat_by_zeros(x, a, b, c, o):
+    """Whether four vertices are coplanar since each term of their determinant has a factor zero.
+
+    So are the edges of what is extruded along an axis: a quarter of a microsecond saved each. Equal
+    numbers have a difference of exactly zero, others have not (gradual underflow).
+    """
+    ax, ay, az = x[b, 0] != x[a, 0], x[b, 1] != x[a, 1], x[b, 2] != x[a, 2]
+    bx, by, bz = x[c, 0] != x[a, 0], x[c, 1] != x[a, 1], x[c, 2] != x[a, 2]
+    n0 = (ay and bz) or (az and by)
+    n1 = (az and bx) or (ax and bz)
+    n2 = (ax and by) or (ay and bx)
+    for p in (a, b, c):  # the height over the plane is the same from any of its points
+        if not (
+            (n0 and x[o, 0] != x[p, 0])
+            or (n1 and x[o, 1] != x[p, 1])
+            or (n2 and x[o, 2] != x[p, 2])
+        ):
+            return True
+    return False
+
+
+@scalar
+def orient3d(x, m, w, a, b, c, o, slip):
+    """Sign of the side on which vertex o lies of the plane of vertices a, b, c."""
+    return side_of(x, m, w, a, b, c, o, plane_terms(x, a, b, c), slip)
+
+
+@scalar
+def normal_axis(x, m, w, a, b, c):
+    """Axis of the largest component of a normal, and its sign; the first axis wins ties."""
+    ax, ay, az = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+    bx, by, bz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+    n0, n1, n2 = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    size = max(
+        abs(ay * bz) + abs(az * by), max(abs(az * bx) + abs(ax * bz), abs(ax * by) + abs(ay * bx))
+    )
+    axis = 0
+    best = abs(n0)
+    second = 0.0
+    value = n0
+    if abs(n1) > best:
+        second = best
+        axis, best, value = 1, abs(n1), n1
+    else:
+        second = abs(n1)
+    if abs(n2) > best:
+        second = best
+        axis, best, value = 2, abs(n2), n2
+    else:
+        second = max(second, abs(n2))
+    if size > TINY and best - second > 4.0 * ORIENT2D_BOUND * size:
+        return axis, (1 if value > 0 else -1)
+    return exact_normal_axis(x, m, w, a, b, c)
+
+
+@scalar
+def _lowest_bit(value):
+    """Exponent of the lowest bit of a double that is not zero."""
+    fraction, exponent = math.frexp(value)
+    mantissa = abs(int(fraction * 9007199254740992.0))
+    return exponent - 53 + math.frexp(float(mantissa & -mantissa))[1] - 1
+
+
+@scalar
+def _all_multiples(x, first, last, unit, limit):
+    """Whether x[first:last] are below a limit and multiples of 1 / unit, a power of two from 1.
+
+    Short and without branches, so that it is compiled for several numbers at a time.
+    """
+    bad = 0
+    for i in range(first, last):
+        bad += int(not (abs(x[i]) < limit and x[i] * unit == np.floor(x[i] * unit)))
+    return bad == 0
+
+
+@entry("d1 -> l l")
+def scale_of(x):
+    """Least k such that all coordinates are multiples of 2**-k, and their bits at that k.
+
+    (k, bits); bits = -1 if a coordinate is not finite. Once a few are known, most blocks hold
+    nothing that is larger or has a lower bit.
+    """
+    low = 4000
+    high = -4000
+    bits = x.view(np.int64)
+    powers = np.zeros(2, dtype=np.float64)  # 2**-low and 2**high, where they are normal numbers
+    exponents = powers.view(np.int64)
+    for first in range(0, x.shape[0], _BLOCK):
+        last = min(first + _BLOCK, x.shape[0])
+        if -1000 < low <= 0 and high < 1000:
+            exponents[0], exponents[1] = (1023 - low) << 52, (1023 + high) << 52
+            if _all_multiples(x, first, last, powers[0], powers[1]):
+                continue
+        for i in range(first, last):
+            exponent = (bits[i] >> 52) & 0x7FF
+            mantissa = bits[i] & 0xFFFFFFFFFFFFF
+            if exponent == 0x7FF:
+                return 0, -1
+            if exponent == 0:
+                if mantissa == 0:
+                    continue
+                exponent = math.frexp(x[i])[1] + 1022  # below the least normal number
+            high = max(high, exponent - 1022)
+            below = low - exponent + 1075  # digits of the number that are below 2**low
+            if below > 0 and (below > 52 or mantissa & ((1 << below) - 1) != 0):
+                low = min(low, _lowest_bit(x[i]))
+    if high == -4000:
+        return 0, 1
+    return -low, high - low
+
+
+@entry("d2 l2 l1 l1 -> l1")
+def flat_triangles(x, t, m, w):
+    """Rows of the triangles whose area is exactly zero."""
+    flat = np.empty(t.shape[0], dtype=np.int64)
+    n = 0
+    for i in range(t.shape[0]):
+        axis, _ = normal_axis(x, m, w, t[i, 0], t[i, 1], t[i, 2])
+        if axis < 0:
+            flat[n] = i
+            n += 1
+    return flat[:n].copy()
+
+
+def frame_of(x: np.ndarray, n_triangle: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """The rulers `m` and the limb workspace `w` for coordinates (n, d)."""
+    k, bits = scale_of(np.ravel(x))
+    if bits < 0:
+        raise SurfaceError("a coordinate is not finite; leave out nodes that are undefined.")
+    if bits > MAX_BITS:
+        raise SurfaceError(
+            f"coordinates span {bits} binary digits, from tiny to huge; {SIZES_THAT_CAN_BE_USED}."
+        )
+    m = np.zeros(N_META, dtype=np.int64)
+    m[N_VERTEX] = len(x)
+    m[1] = n_triangle
+    m[LIMBS] = (bits + 3 + BITS - 1) // BITS
+    m[SCALE] = k
+    return m, workspace(m[LIMBS])
+
+
+@entry("d2 l2 l1 l1 l1 -> .")
+def orient2d_rows(x, rows, m, w, out):
+    """out[i] = turn of the vertices rows[i] on axes (0, 1)."""
+    none = np.empty((0, 4), dtype=np.int64)
+    for i in range(rows.shape[0]):
+        out[i] = orient2d(x, none, none, none, m, w, rows[i, 0], rows[i, 1], rows[i, 2], 0, 1)
+
+
+@entry("d2 l2 l1 l1 l1 -> .")
+def orient3d_rows(x, rows, m, w, out):
+    """out[i] = side of vertex rows[i, 3] of the plane of the first three."""
+    for i in range(rows.shape[0]):
+        out[i] = orient3d(x, m, w, rows[i, 0], rows[i, 1], rows[i, 2], rows[i, 3], 0.0)

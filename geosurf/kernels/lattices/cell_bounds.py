@@ -1,0 +1,246 @@
+"""How the cells of a tile of a lattice lie, from bounds of their edges.
+
+Within eight rows, the edges of one column of cells differ little. How far they are off their
+middle bounds all products of two of them: in the plane of two coordinates, e x u of a corner is
+twice an area, and where it cannot be zero, no corner of that column is flat; the gain of one
+diagonal over the other is 2 (e_x u_z + e_z u_x) for mean e and u of a cell. Normals add up to
+what the rim tells (Stokes). Noise as large as cells leaves all of this open.
+
+Notation, beside that of `tree` (p, q, r, a) and of `survey` (a b c d, tile)
+    e        edges along rows: b - a, c - d
+    u        edges across: d - a at column j, c - b at column j + 1
+    steps    scratch rows, for each coordinate: extremes of e and u, then middle and reach of each
+    out      scratch rows, for each of two planes: what bounds tell, by column
+    totals   rows of sums, by column of a tile, over all tiles: sums along a row are no vector code
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.lattices.strips import load
+from geosurf.kernels.search.tree import BLOCK, N_ROW
+
+TILE = 16 * BLOCK
+ROW_SIZE = TILE + 2 * BLOCK
+PART = 4 * ROW_SIZE
+FIVE = 5  # rows at once; loops that read more than eight arrays do not become vector code
+# places in `sums`: over whole cells, differences of the products of diagonals, a to c less b to d
+# (x z and y z), and how far off they may be; normals of both diagonals together (three); squared
+# edges or more, beside holes those of each triangle; the least of |u|^2 |v|^2 - (u v)^2 over the
+# corners that were asked one by one; normals of triangles that only one diagonal has (2 x 3)
+GAIN, REACH, NORMAL, EDGES, MARGIN, ONLY_RISING, ONLY_FALLING, N_SUM = 0, 2, 4, 7, 8, 9, 12, 15
+_ROUNDING = 1e-10  # of products, which are off by less than a part in 1e15
+_UNDERFLOW = 1e-290
+# places in `steps` and in `out`: how far corners are from flat, gains, how far these may be off
+_E_LOW, _E_HIGH, _U_LOW, _U_HIGH = 0, 1, 2, 3
+_E, _E_REACH, _U, _U_REACH = 0, 1, 2, 3
+_OPEN, _GAIN, _REACH = 0, 1, 2
+# rows of `totals`: gains and how far off they may be in two planes, then squared edges
+_SQUARES, N_TOTAL = 4, 5
+
+
+@scalar
+def fill(work, first, last, value):
+    """Put one value into some scratch rows."""
+    for k in range(first * ROW_SIZE, last * ROW_SIZE):
+        work[k] = value
+
+
+@scalar
+def least(low, p, q, r, s, t):
+    """The least of six numbers; of the last five, what is not a number is passed over."""
+    low = p if p < low else low
+    low = q if q < low else low
+    low = r if r < low else low
+    low = s if s < low else low
+    return t if t < low else low
+
+
+@scalar
+def most(high, p, q, r, s, t):
+    """The largest of six numbers, like `least`."""
+    high = p if p > high else high
+    high = q if q > high else high
+    high = r if r > high else high
+    high = s if s > high else high
+    return t if t > high else high
+
+
+@scalar
+def _along(one, two, three, four, five, n, steps):
+    """Widen the extremes of edges along five rows, by column."""
+    for j in range(min(n, TILE)):
+        p, q, r = one[j + 1] - one[j], two[j + 1] - two[j], three[j + 1] - three[j]
+        s, t = four[j + 1] - four[j], five[j + 1] - five[j]
+        low, high = steps[_E_LOW * ROW_SIZE + j], steps[_E_HIGH * ROW_SIZE + j]
+        steps[_E_LOW * ROW_SIZE + j] = least(low, p, q, r, s, t)
+        steps[_E_HIGH * ROW_SIZE + j] = most(high, p, q, r, s, t)
+
+
+@scalar
+def _across(one, two, three, four, five, n, steps):
+    """Widen the extremes of edges from each of five rows to the next, by column."""
+    for j in range(min(n, TILE + 1)):
+        p, q, r, s = two[j] - one[j], three[j] - two[j], four[j] - three[j], five[j] - four[j]
+        low, high = steps[_U_LOW * ROW_SIZE + j], steps[_U_HIGH * ROW_SIZE + j]
+        steps[_U_LOW * ROW_SIZE + j] = least(low, p, q, r, s, s)
+        steps[_U_HIGH * ROW_SIZE + j] = most(high, p, q, r, s, s)
+
+
+@scalar
+def _steps_of_rows(values, start, step, n, steps):
+    """Widen the extremes of edges with those between five rows of n + 1 nodes."""
+    one = values[start : start + n + 1]
+    two = values[start + step : start + step + n + 1]
+    three = values[start + 2 * step : start + 2 * step + n + 1]
+    four = values[start + 3 * step : start + 3 * step + n + 1]
+    five = values[start + 4 * step : start + 4 * step + n + 1]
+    _along(one, two, three, four, five, n, steps)
+    _across(one, two, three, four, five, n + 1, steps)
+
+
+@scalar
+def _steps_of_tile(values, a, axis, block, first, n, rows, steps):
+    """Extremes of one coordinate of all edges of the cells of a tile, by column.
+
+    In the last row of blocks, edges of rows before it may be among them.
+    """
+    for k in range(0, 4, 2):
+        fill(steps, k, k + 1, np.inf)
+        fill(steps, k + 1, k + 2, -np.inf)
+    step = a[3 * axis + 1]
+    start = a[3 * axis] + first * a[3 * axis + 2]
+    for part in range(2):
+        begin = start + min(block * BLOCK + 4 * part, a[N_ROW] - FIVE) * step
+        if a[3 * axis + 2] == 1:
+            _steps_of_rows(values, begin, step, n, steps)
+        else:  # all columns are alike
+            for k in range(FIVE):
+                fill(rows, k, k + 1, values[begin + k * step])
+            _steps_of_rows(rows, 0, ROW_SIZE, n, steps)
+    for j in range(min(n, TILE)):
+        low, high = steps[_E_LOW * ROW_SIZE + j], steps[_E_HIGH * ROW_SIZE + j]
+        steps[_E * ROW_SIZE + j] = 0.5 * low + 0.5 * high
+        steps[_E_REACH * ROW_SIZE + j] = 0.5 * high - 0.5 * low
+    for j in range(min(n, TILE)):
+        low, other = steps[_U_LOW * ROW_SIZE + j], steps[_U_LOW * ROW_SIZE + j + 1]
+        low = other if other < low else low
+        high, other = steps[_U_HIGH * ROW_SIZE + j], steps[_U_HIGH * ROW_SIZE + j + 1]
+        high = other if other > high else high
+        steps[_U * ROW_SIZE + j] = 0.5 * low + 0.5 * high
+        steps[_U_REACH * ROW_SIZE + j] = 0.5 * high - 0.5 * low
+
+
+@scalar
+def _bound_cells(p, q, n, out):
+    """What bounds of two coordinates of edges tell of the cells of each column.
+
+    Products of steps of e and u: their difference is a corner of a cell, twice its area; their
+    sum is half of what the products of steps of both diagonals differ by.
+    """
+    for j in range(min(n, TILE)):
+        a, b = p[_E * ROW_SIZE + j], q[_U * ROW_SIZE + j]
+        one, far, wide = a * b, abs(a), q[_U_REACH * ROW_SIZE + j]
+        reach = far * wide + p[_E_REACH * ROW_SIZE + j] * (abs(b) + wide)
+        a, b = q[_E * ROW_SIZE + j], p[_U * ROW_SIZE + j]
+        two, far, wide = a * b, abs(a), p[_U_REACH * ROW_SIZE + j]
+        reach += far * wide + q[_E_REACH * ROW_SIZE + j] * (abs(b) + wide)
+        turn = abs(one - two) - reach - _ROUNDING * (abs(one) + abs(two) + reach)
+        least = out[_OPEN * ROW_SIZE + j]
+        out[_OPEN * ROW_SIZE + j] = turn if turn > least else least
+        out[_GAIN * ROW_SIZE + j] = one + two
+        out[_REACH * ROW_SIZE + j] = reach
+
+
+@scalar
+def _add_gains(out, n, weight, row, totals):
+    """Add the gains of a tile in one of two planes, and how far they may be off, by column."""
+    for j in range(min(n, TILE)):
+        totals[row * ROW_SIZE + j] += weight * out[_GAIN * ROW_SIZE + j]
+        totals[(row + 1) * ROW_SIZE + j] += weight * out[_REACH * ROW_SIZE + j]
+
+
+@scalar
+def _add_squares(steps, n, weight, totals):
+    """Add the squares of the longest steps of e and u of each column."""
+    for j in range(min(n, TILE)):
+        e = abs(steps[_E * ROW_SIZE + j]) + steps[_E_REACH * ROW_SIZE + j]
+        u = abs(steps[_U * ROW_SIZE + j]) + steps[_U_REACH * ROW_SIZE + j]
+        totals[_SQUARES * ROW_SIZE + j] += weight * (e * e + u * u)
+
+
+@scalar
+def add_totals(totals, sums):
+    """Add what was added by column."""
+    for j in range(TILE):
+        for k in range(2):
+            sums[GAIN + k] += totals[2 * k * ROW_SIZE + j]
+            sums[REACH + k] += totals[(2 * k + 1) * ROW_SIZE + j]
+        sums[EDGES] += totals[_SQUARES * ROW_SIZE + j]
+
+
+@scalar
+def _all_open(out, n):
+    """Whether bounds show that no corner of a cell is flat."""
+    n_open = 0
+    for j in range(min(n, TILE)):  # a count becomes vector code, the least of all does not
+        n_open += 1 if out[_OPEN * ROW_SIZE + j] > _UNDERFLOW else 0
+    return n_open == n
+
+
+@scalar
+def clear_tile(p, q, r, a, block, first, n, rows, steps, out, totals):
+    """Add the cells of a tile without holes, if bounds show that no corner of them is flat.
+
+    Normals are left to the rim.
+    """
+    if a[N_ROW] < FIVE:
+        return False
+    one, two, three = steps[:PART], steps[PART : 2 * PART], steps[2 * PART :]
+    _steps_of_tile(p, a, 0, block, first, n, rows, one)
+    _steps_of_tile(q, a, 1, block, first, n, rows, two)
+    _steps_of_tile(r, a, 2, block, first, n, rows, three)
+    xz, yz = out[:PART], out[PART:]
+    fill(xz, _OPEN, _OPEN + 1, 0.0)
+    _bound_cells(one, three, n, xz)
+    for j in range(ROW_SIZE):
+        yz[j] = xz[j]
+    _bound_cells(two, three, n, yz)
+    if not _all_open(yz, n):
+        _bound_cells(one, two, n, yz)
+        if not _all_open(yz, n):
+            return False
+        _bound_cells(two, three, n, yz)
+    weight = 2.0 * min(BLOCK, a[N_ROW] - 1 - block * BLOCK)
+    _add_gains(xz, n, weight, 0, totals)
+    _add_gains(yz, n, weight, 2, totals)
+    _add_squares(one, n, weight, totals)
+    _add_squares(two, n, weight, totals)
+    _add_squares(three, n, weight, totals)
+    return True
+
+
+@scalar
+def add_rim(p, q, r, a, first, last, left, right, sums):
+    """Add twice the area inside the rim of some cells, rows first to last, columns left to right.
+
+    By Stokes' theorem the sum of all normals there is that of the steps around, seen from a corner.
+    """
+    x, y, z = load(p, a, 0, first, left), load(q, a, 1, first, left), load(r, a, 2, first, left)
+    ux, uy, uz = 0.0, 0.0, 0.0
+    i, j, up, on = first, left, 0, 1
+    for _ in range(2 * (last - first + right - left)):
+        if on == 1 and j == right:
+            up, on = 1, 0
+        elif up == 1 and i == last:
+            up, on = 0, -1
+        elif on == -1 and j == left:
+            up, on = -1, 0
+        i, j = i + up, j + on
+        vx, vy, vz = load(p, a, 0, i, j) - x, load(q, a, 1, i, j) - y, load(r, a, 2, i, j) - z
+        sums[NORMAL] += uy * vz - uz * vy
+        sums[NORMAL + 1] += uz * vx - ux * vz
+        sums[NORMAL + 2] += ux * vy - uy * vx
+        ux, uy, uz = vx, vy, vz

@@ -1,0 +1,108 @@
+"""Corners and normals of a lattice, all at once.
+
+Letters as in `strips`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.lattices.prefetch import ahead
+from geosurf.kernels.lattices.strips import corner_of, load
+from geosurf.kernels.search.tree import N_COL, N_ROW, RISING, TURNED
+
+# each component of a cross product is off by less than 4 rounding units of its terms,
+# or by more where they underflow
+_DOUBT = 8 * 2.0**-52
+_UNDERFLOW = 1e-290
+_EARLY = 24  # nodes after the one at hand, asked for as if they were in its row
+
+
+@scalar
+def in_doubt(ax, ay, az, bx, by, bz):
+    """Whether a triangle with two edges a and b may have no area, for all that floats can tell."""
+    xp, xm, yp, ym, zp, zm = ay * bz, az * by, az * bx, ax * bz, ax * by, ay * bx
+    return (
+        abs(xp - xm) <= _DOUBT * (abs(xp) + abs(xm)) + _UNDERFLOW
+        and abs(yp - ym) <= _DOUBT * (abs(yp) + abs(ym)) + _UNDERFLOW
+        and abs(zp - zm) <= _DOUBT * (abs(zp) + abs(zm)) + _UNDERFLOW
+    )
+
+
+@entry("d1 d1 d1 l1 -> d1 l1")
+def lattice_normals(p, q, r, a):
+    """Sum of all normals (length: area) and of areas, and the keys of triangles that may be flat.
+
+    Triangles without three nodes are left out, and none is turned.
+    """
+    out = np.zeros(4)
+    doubted = np.empty(64, dtype=np.int64)
+    n = 0
+    for key in range(2 * max(a[N_ROW] - 1, 0) * max(a[N_COL] - 1, 0)):
+        i, j = corner_of(a, key, 0)
+        x, y, z = load(p, a, 0, i, j), load(q, a, 1, i, j), load(r, a, 2, i, j)
+        i, j = corner_of(a, key, 1)
+        ax, ay, az = load(p, a, 0, i, j) - x, load(q, a, 1, i, j) - y, load(r, a, 2, i, j) - z
+        i, j = corner_of(a, key, 2)
+        bx, by, bz = load(p, a, 0, i, j) - x, load(q, a, 1, i, j) - y, load(r, a, 2, i, j) - z
+        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        if not (nx + ny + nz == nx + ny + nz):
+            continue
+        out[0] += 0.5 * nx
+        out[1] += 0.5 * ny
+        out[2] += 0.5 * nz
+        out[3] += 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
+        if in_doubt(ax, ay, az, bx, by, bz):
+            if n == doubted.shape[0]:
+                larger = np.empty(2 * n, dtype=np.int64)
+                larger[:n] = doubted
+                doubted = larger
+            doubted[n] = key
+            n += 1
+    return out, doubted[:n].copy()
+
+
+@entry("l1 l1 -> l2")
+def lattice_corners(a, keys):
+    """Nodes (row by row) of triangles by key."""
+    out = np.empty((keys.shape[0], 3), dtype=np.int64)
+    n_col = a[N_COL]
+    for i in range(keys.shape[0]):
+        cell = keys[i] >> 1
+        low = cell + cell // (n_col - 1)  # one node more than cells in each row
+        high = low + n_col
+        if a[RISING] == 1:
+            one, two, three = low, low + 1, high + 1
+            if keys[i] & 1 == 1:
+                two, three = high + 1, high
+        else:
+            one, two, three = low, low + 1, high
+            if keys[i] & 1 == 1:
+                one, two, three = low + 1, high + 1, high
+        out[i, 0] = one
+        out[i, 1] = three if a[TURNED] == 1 else two
+        out[i, 2] = two if a[TURNED] == 1 else three
+    return out
+
+
+@entry("d1 d1 d1 l1 l1 -> d2")
+def lattice_nodes(p, q, r, a, nodes):
+    """World coordinates of nodes, counted row by row."""
+    out = np.empty((nodes.shape[0], 3))
+    n_col = a[N_COL]
+    i = 0
+    for k in range(nodes.shape[0]):
+        if k + _EARLY < nodes.shape[0]:
+            j = nodes[k + _EARLY] - i * n_col
+            ahead(p, a[0] + i * a[1] + j * a[2])
+            ahead(q, a[3] + i * a[4] + j * a[5])
+            ahead(r, a[6] + i * a[7] + j * a[8])
+        j = nodes[k] - i * n_col
+        if not 0 <= j < n_col:  # most are in the row of the one before: divisions are dear
+            i = nodes[k] // n_col
+            j = nodes[k] - i * n_col
+        out[k, 0] = load(p, a, 0, i, j)
+        out[k, 1] = load(q, a, 1, i, j)
+        out[k, 2] = load(r, a, 2, i, j)
+    return out

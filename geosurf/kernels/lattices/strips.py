@@ -1,0 +1,237 @@
+"""What curves leave of a lattice: runs of triangles, row by row, without a list of triangles.
+
+The triangles of one row of cells form a strip, each sharing an edge with the next. A triangle has
+a place in it: ``2 * col + half`` where diagonals fall, ``2 * col + 1 - half`` where they rise.
+Triangles that are taken (cut, or touched by a curve) or absent divide a strip into runs; runs of
+neighbouring rows that share an edge are joined. So a lattice of a million triangles is a few
+thousand runs, and its patches, sides and volumes follow from those.
+
+Notation
+    a        where what is, as in `geosurf.kernels.search.tree`
+    keys     taken triangles (``2 * cell + half``), rising
+    absent   1 for triangles without three nodes, by key; empty if there are none
+    runs     int64 (n_run, 4): row, first place, last place, and 1 if the run lies on a rim
+    start    int64 (n_row + 1,): first run of each row
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.search.tree import N_COL, N_ROW, RISING
+
+ROW, FIRST, LAST, RIM = 0, 1, 2, 3
+
+
+@scalar
+def key_at(a, row, place):
+    """Key of the triangle at a place of a strip."""
+    half = place % 2 if a[RISING] == 0 else 1 - place % 2
+    return 2 * (row * (a[N_COL] - 1) + place // 2) + half
+
+
+@scalar
+def _place_of(a, key):
+    col = (key >> 1) % (a[N_COL] - 1)
+    half = key & 1
+    return 2 * col + (half if a[RISING] == 0 else 1 - half)
+
+
+@scalar
+def _across(a, row, place):
+    """Row of the triangle that shares the edge along the rows, and its place there."""
+    half = place % 2 if a[RISING] == 0 else 1 - place % 2
+    # half 0 has the lower edge, half 1 the upper one, with either diagonal
+    other = place + 1 if place % 2 == 0 else place - 1
+    return (row - 1 if half == 0 else row + 1), other
+
+
+@scalar
+def _gone(a, absent, row, place):
+    """Whether there is no triangle: beyond the lattice, or without its nodes."""
+    if row < 0 or row >= a[N_ROW] - 1 or place < 0 or place >= 2 * (a[N_COL] - 1):
+        return True
+    return absent.shape[0] > 0 and absent[key_at(a, row, place)] == 1
+
+
+@scalar
+def _on_rim(a, absent, row, first, last):
+    """Whether a run has an edge that no other triangle of the surface shares."""
+    if _gone(a, absent, row, first - 1) or _gone(a, absent, row, last + 1):
+        return True
+    stop = last
+    if absent.shape[0] == 0:
+        stop = min(last, first + 1)  # whole rows above and below: two places tell
+    for place in range(first, stop + 1):
+        other_row, other = _across(a, row, place)
+        if _gone(a, absent, other_row, other):
+            return True
+    return False
+
+
+@scalar
+def _add_run(a, absent, runs, n, row, first, last):
+    if n < runs.shape[0]:
+        runs[n, ROW], runs[n, FIRST], runs[n, LAST] = row, first, last
+        runs[n, RIM] = 1 if _on_rim(a, absent, row, first, last) else 0
+    return n + 1
+
+
+@scalar
+def _runs_of_row(a, absent, row, taken, n_taken, runs, n):
+    """Runs between the taken places (sorted) of a strip."""
+    first = 0
+    width = 2 * (a[N_COL] - 1)
+    for k in range(n_taken + 1):
+        stop = taken[k] if k < n_taken else width
+        if absent.shape[0] == 0:
+            if stop > first:
+                n = _add_run(a, absent, runs, n, row, first, stop - 1)
+        else:
+            begin = -1
+            for place in range(first, stop):
+                gone = absent[key_at(a, row, place)] == 1
+                if not gone and begin < 0:
+                    begin = place
+                if gone and begin >= 0:
+                    n = _add_run(a, absent, runs, n, row, begin, place - 1)
+                    begin = -1
+            if begin >= 0:
+                n = _add_run(a, absent, runs, n, row, begin, stop - 1)
+        first = stop + 1
+    return n
+
+
+@entry("l1 l1 l1 l2 -> l1 l")
+def find_runs(a, keys, absent, runs):
+    """Fill `runs` as far as there is room; start of each row, and the number of runs."""
+    n_row = max(a[N_ROW] - 1, 0)
+    start = np.zeros(n_row + 1, dtype=np.int64)
+    taken = np.empty(2 * max(a[N_COL] - 1, 1), dtype=np.int64)
+    n = 0
+    p = 0
+    for row in range(n_row):
+        count = 0
+        while p < keys.shape[0] and (keys[p] >> 1) // (a[N_COL] - 1) == row:
+            place = _place_of(a, keys[p])
+            k = count  # halves of one cell may come the other way round
+            while k > 0 and taken[k - 1] > place:
+                taken[k] = taken[k - 1]
+                k -= 1
+            taken[k] = place
+            count += 1
+            p += 1
+        n = _runs_of_row(a, absent, row, taken, count, runs, n)
+        start[row + 1] = n
+    return start, n
+
+
+@scalar
+def _columns(a, runs, i, half):
+    """First and last column of the triangles of one half in a run; (1, 0) where there are none."""
+    parity = half if a[RISING] == 0 else 1 - half
+    first = (runs[i, FIRST] - parity + 1) // 2
+    last = (runs[i, LAST] - parity) // 2
+    return first, last
+
+
+@entry("l1 l2 l1 -> l2")
+def join_runs(a, runs, start):
+    """Pairs of runs of neighbouring rows that share an edge."""
+    pairs = np.empty((2 * runs.shape[0] + 1, 2), dtype=np.int64)
+    n = 0
+    for row in range(start.shape[0] - 2):
+        i, j = start[row], start[row + 1]
+        while i < start[row + 1] and j < start[row + 2]:
+            upper_first, upper_last = _columns(a, runs, i, 1)
+            lower_first, lower_last = _columns(a, runs, j, 0)
+            if max(upper_first, lower_first) <= min(upper_last, lower_last):
+                pairs[n, 0], pairs[n, 1] = i, j
+                n += 1
+            if upper_last < lower_last:
+                i += 1
+            elif lower_last < upper_last:
+                j += 1
+            elif runs[i, LAST] <= runs[j, LAST]:
+                i += 1
+            else:
+                j += 1
+    return pairs[:n].copy()
+
+
+@entry("l1 l2 l1 l1 -> l1")
+def runs_of_keys(a, runs, start, keys):
+    """The run that holds each triangle; -1 if none does."""
+    out = np.empty(keys.shape[0], dtype=np.int64)
+    for k in range(keys.shape[0]):
+        row = (keys[k] >> 1) // (a[N_COL] - 1)
+        place = _place_of(a, keys[k])
+        low, high = start[row], start[row + 1]
+        while low < high:  # the first run that ends at or behind the place
+            middle = (low + high) // 2
+            if runs[middle, LAST] < place:
+                low = middle + 1
+            else:
+                high = middle
+        out[k] = low if low < start[row + 1] and runs[low, FIRST] <= place else -1
+    return out
+
+
+@entry("l1 l1 b l1 l1 -> l1")
+def keys_behind(a, absent, turned, keys, edge):
+    """The triangle on the other side of an edge of each triangle; -1 where there is none.
+
+    Edge k joins corner k to the next; a turned lattice has its corners 1 and 2 exchanged.
+    """
+    out = np.empty(keys.shape[0], dtype=np.int64)
+    for k in range(keys.shape[0]):
+        row = (keys[k] >> 1) // (a[N_COL] - 1)
+        place = _place_of(a, keys[k])
+        one, two = edge[k], (edge[k] + 1) % 3
+        if turned:
+            one, two = (3 - one) % 3, (3 - two) % 3
+        i, j = corner_of(a, keys[k], one)
+        u, v = corner_of(a, keys[k], two)
+        if i == u:
+            row, place = _across(a, row, place)
+        elif j == v:  # the edge at the side of the cell
+            place += 1 if j > place // 2 else -1
+        else:  # the diagonal
+            place += 1 if place % 2 == 0 else -1
+        out[k] = -1 if _gone(a, absent, row, place) else key_at(a, row, place)
+    return out
+
+
+@entry("l1 l2 -> l1")
+def lowest_keys(a, runs):
+    """The lowest key in each run."""
+    out = np.empty(runs.shape[0], dtype=np.int64)
+    for i in range(runs.shape[0]):
+        low = key_at(a, runs[i, ROW], runs[i, FIRST])
+        if runs[i, LAST] > runs[i, FIRST]:
+            low = min(low, key_at(a, runs[i, ROW], runs[i, FIRST] + 1))
+        out[i] = low
+    return out
+
+
+@scalar
+def corner_of(a, key, corner):
+    """Row and column of a corner of a triangle, before it is turned."""
+    cell = key >> 1
+    half = key & 1
+    row, col = cell // (a[N_COL] - 1), cell % (a[N_COL] - 1)
+    # corners 0, 1, 2, 3 around the cell: 0 1 2 + 0 2 3, or 0 1 3 + 1 2 3
+    if corner == 0:
+        at = 1 if half == 1 and a[RISING] == 0 else 0
+    elif corner == 1:
+        at = 2 if half == 1 else 1
+    else:
+        at = 2 if half == 0 and a[RISING] == 1 else 3
+    return row + (1 if at >= 2 else 0), col + (1 if at == 1 or at == 2 else 0)
+
+
+@scalar
+def load(values, a, axis, i, j):
+    """A coordinate of a node."""
+    return values[a[3 * axis] + i * a[3 * axis + 1] + j * a[3 * axis + 2]]

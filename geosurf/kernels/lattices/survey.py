@@ -1,0 +1,347 @@
+"""What a lattice is like, in one pass over its nodes: boxes of blocks, holes, how cells lie.
+
+Whoever reads a grid asks the same few things of all of its nodes: are they numbers, how far do they
+reach, which diagonal fits, has each triangle an area, which way does the surface face. Here all
+of that costs little more than reading the numbers once: tiles of a few rows stay in the cache
+while they are asked, and loops run over scratch rows, so that they become vector code.
+
+How the cells of a tile lie is told by bounds of their edges (`clear`), or, where there are holes or
+noise as large as cells, cell by cell. Either decides only what is clear; where it is not,
+`geosurf.triangulate` asks exactly.
+
+Notation, beside that of `tree` (p, q, r, a)
+    a b c d  corners of a cell, counter-clockwise: (i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)
+    tile     TILE columns of one row of blocks
+    work     scratch rows of ROW_SIZE numbers, one after the other
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.lattices.cell_bounds import (
+    EDGES,
+    FIVE,
+    GAIN,
+    MARGIN,
+    N_SUM,
+    N_TOTAL,
+    NORMAL,
+    ONLY_FALLING,
+    ONLY_RISING,
+    PART,
+    ROW_SIZE,
+    TILE,
+    add_rim,
+    add_totals,
+    clear_tile,
+    fill,
+    least,
+    most,
+)
+from geosurf.kernels.lattices.strips import load
+from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, build_above, levels_of
+
+# places in `marks`: triangles with either diagonal; 1 where a coordinate (three of them) is not a
+# number, where one is -0.0, or where easting and northing are axes that rise
+N_RISING, N_FALLING, NOT_A_NUMBER, MINUS_ZERO, AXES_RISE, N_MARK = 0, 1, 2, 5, 6, 7
+# two bits for each coordinate
+_NOT_A_NUMBER, _MINUS_ZEROS = 0b010101, 0b101010
+_NEARLY = 1.0 - 1e-10  # a corner of 1e-5 radians or less is left to exact arithmetic
+# scratch rows: extremes of nodes by column
+_LOW, _HIGH = 0, 1
+
+
+@scalar
+def _is_minus_zero(value):
+    return value == 0.0 and math.copysign(1.0, value) < 0.0
+
+
+@scalar
+def _has_minus_zero(values, a, axis, block, first, n):
+    """Whether -0.0 is among the values of a tile."""
+    for i in range(block * BLOCK, min(block * BLOCK + BLOCK, a[N_ROW] - 1) + 1):
+        for j in range(first, first + n):
+            if _is_minus_zero(load(values, a, axis, i, j)):
+                return True
+    return False
+
+
+@scalar
+def _five_rows(values, start, step, last, n, work):
+    """Widen extremes by column with rows 0 to `last`, at most 4; how many columns have a NaN."""
+    one = values[start : start + n]
+    two = values[start + min(1, last) * step : start + min(1, last) * step + n]
+    three = values[start + min(2, last) * step : start + min(2, last) * step + n]
+    four = values[start + min(3, last) * step : start + min(3, last) * step + n]
+    five = values[start + last * step : start + last * step + n]
+    n_nan = 0
+    for j in range(min(n, ROW_SIZE)):  # plain selections: they become vector code
+        p, q, r, s, t = one[j], two[j], three[j], four[j], five[j]
+        low, high = work[_LOW * ROW_SIZE + j], work[_HIGH * ROW_SIZE + j]
+        work[_LOW * ROW_SIZE + j] = least(low, p, q, r, s, t)
+        work[_HIGH * ROW_SIZE + j] = most(high, p, q, r, s, t)
+        total = ((p + q) + (r + s)) + t  # of infinite ones, too, but boxes tell those
+        n_nan += 1 if total != total else 0
+    return n_nan
+
+
+@scalar
+def _least(work, j):
+    """The least of nine numbers, which a block with its rim has in a row."""
+    a, b, c, d = work[j], work[j + 1], work[j + 2], work[j + 3]
+    e, f, g, h = work[j + 4], work[j + 5], work[j + 6], work[j + 7]
+    a, b = a if a < b else b, c if c < d else d
+    e, f = e if e < f else f, g if g < h else h
+    a, e = a if a < b else b, e if e < f else f
+    a = a if a < e else e
+    return a if a < work[j + 8] else work[j + 8]
+
+
+@scalar
+def _most(work, j):
+    """The largest of nine numbers."""
+    a, b, c, d = work[j], work[j + 1], work[j + 2], work[j + 3]
+    e, f, g, h = work[j + 4], work[j + 5], work[j + 6], work[j + 7]
+    a, b = a if a > b else b, c if c > d else d
+    e, f = e if e > f else f, g if g > h else h
+    a, e = a if a > b else b, e if e > f else f
+    a = a if a > e else e
+    return a if a > work[j + 8] else work[j + 8]
+
+
+@scalar
+def _tile_extremes(values, a, axis, block, first, work, boxes, n_block):
+    """Extremes of one coordinate, with a number for each node, in the blocks of a tile.
+
+    Returns 1 if there is something that is not a number, plus 2 if there is a -0.0.
+    """
+    fill(work, _LOW, _LOW + 1, np.inf)
+    fill(work, _HIGH, _HIGH + 1, -np.inf)
+    step = a[3 * axis + 1]
+    start = a[3 * axis] + block * BLOCK * step + first
+    last = min(BLOCK, a[N_ROW] - 1 - block * BLOCK)
+    n = min(TILE + BLOCK, a[N_COL] - first)  # whole vectors of columns, so that none is left over
+    n_nan = _five_rows(values, start, step, min(last, 4), n, work)
+    if last > 4:
+        n_nan += _five_rows(values, start + 4 * step, step, last - 4, n, work)
+    lowest, highest = np.inf, -np.inf
+    for b in range(first // BLOCK, min((first + TILE) // BLOCK, n_block)):
+        lower = _least(work, _LOW * ROW_SIZE + b * BLOCK - first)
+        upper = _most(work, _HIGH * ROW_SIZE + b * BLOCK - first)
+        boxes[block * n_block + b, axis] = lower
+        boxes[block * n_block + b, 3 + axis] = upper
+        lowest, highest = min(lowest, lower), max(highest, upper)
+    found = 1 if n_nan > 0 else 0
+    n = min(TILE + 1, a[N_COL] - first)
+    if lowest <= 0.0 <= highest and _has_minus_zero(values, a, axis, block, first, n):
+        found += 2
+    return found
+
+
+@scalar
+def _axis_extremes(values, a, axis, boxes, n_block):
+    """The same in all blocks, of a coordinate that is alike in all rows, or else in all columns."""
+    along = a[3 * axis + 1] == 0
+    n = a[N_COL] if along else a[N_ROW]
+    step = a[3 * axis + 2] if along else a[3 * axis + 1]
+    n_row = boxes.shape[0] // n_block
+    found = 0
+    for b in range(n_block if along else n_row):
+        low, high = np.inf, -np.inf
+        for k in range(b * BLOCK, min(b * BLOCK + BLOCK + 1, n)):
+            value = values[a[3 * axis] + k * step]
+            low = value if value < low else low
+            high = value if value > high else high
+            found |= (1 if value != value else 0) | (2 if _is_minus_zero(value) else 0)
+        for k in range(n_row if along else n_block):
+            row = k * n_block + b if along else b * n_block + k
+            boxes[row, axis], boxes[row, 3 + axis] = low, high
+    return found
+
+
+@scalar
+def _axis_rises(values, first, step, n):
+    """Whether n values rise from each to the next, and neither end is infinite."""
+    for k in range(1, n):
+        if not values[first + k * step] > values[first + (k - 1) * step]:
+            return False
+    return values[first] > -np.inf and values[first + (n - 1) * step] < np.inf
+
+
+@scalar
+def _axes_rise(p, q, a):
+    """Whether easting rises from column to column, northing from row to row, and neither else."""
+    if a[1] != 0 or a[2] == 0 or a[4] == 0 or a[5] != 0:
+        return False
+    return _axis_rises(p, a[0], a[2], a[N_COL]) and _axis_rises(q, a[3], a[4], a[N_ROW])
+
+
+@scalar
+def _add_corner(c, one, two, three, sums):
+    """Squared edges and margin of the corner at `two`; half the normal of the triangle there."""
+    ax, ay, az = c[two, 0] - c[one, 0], c[two, 1] - c[one, 1], c[two, 2] - c[one, 2]
+    bx, by, bz = c[three, 0] - c[two, 0], c[three, 1] - c[two, 1], c[three, 2] - c[two, 2]
+    aa, bb = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz
+    ab = ax * bx + ay * by + az * bz
+    sums[EDGES] += aa + bb
+    sums[MARGIN] = min(sums[MARGIN], _NEARLY * aa * bb - ab * ab)
+    return 0.5 * (ay * bz - az * by), 0.5 * (az * bx - ax * bz), 0.5 * (ax * by - ay * bx)
+
+
+@scalar
+def _add_cell(c, missing, sums):
+    """Add one cell: whole (missing is -1), or with one corner missing."""
+    if missing >= 0:
+        nx, ny, nz = _add_corner(c, (missing + 1) % 4, (missing + 2) % 4, (missing + 3) % 4, sums)
+        place = ONLY_FALLING if missing % 2 == 0 else ONLY_RISING
+        sums[place] += nx
+        sums[place + 1] += ny
+        sums[place + 2] += nz
+        return
+    for k in range(4):
+        nx, ny, nz = _add_corner(c, k, (k + 1) % 4, (k + 2) % 4, sums)
+        sums[NORMAL] += nx
+        sums[NORMAL + 1] += ny
+        sums[NORMAL + 2] += nz
+    sz, tz = c[2, 2] - c[0, 2], c[3, 2] - c[1, 2]
+    sums[GAIN] += (c[2, 0] - c[0, 0]) * sz - (c[3, 0] - c[1, 0]) * tz
+    sums[GAIN + 1] += (c[2, 1] - c[0, 1]) * sz - (c[3, 1] - c[1, 1]) * tz
+
+
+@scalar
+def _load_cell(values, a, axis, i, j, c):
+    up, on = a[3 * axis + 1], a[3 * axis + 2]
+    at = a[3 * axis] + i * up + j * on
+    c[0, axis] = values[at]
+    c[1, axis] = values[at + on]
+    c[2, axis] = values[at + up + on]
+    c[3, axis] = values[at + up]
+
+
+@scalar
+def _every_cell(p, q, r, a, block, first, n_cell, quads, c, marks, sums):
+    """Count the triangles of a tile one by one, and add its cells."""
+    for i in range(block * BLOCK, min(block * BLOCK + BLOCK, a[N_ROW] - 1)):
+        for j in range(first, first + n_cell):
+            _load_cell(p, a, 0, i, j, c)
+            _load_cell(q, a, 1, i, j, c)
+            _load_cell(r, a, 2, i, j, c)
+            missing = -1
+            n = 0
+            for k in range(4):
+                if not (abs(c[k, 0]) < np.inf and abs(c[k, 1]) < np.inf and abs(c[k, 2]) < np.inf):
+                    missing = k
+                    n += 1
+            if n > 1:
+                continue
+            if n == 0:
+                marks[N_RISING] += 2
+                marks[N_FALLING] += 2
+            elif missing % 2 == 0:
+                marks[N_FALLING] += 1
+            else:
+                marks[N_RISING] += 1
+            if quads:
+                _add_cell(c, missing, sums)
+
+
+@scalar
+def _is_far(boxes):
+    """Whether one of some boxes is empty or has no end."""
+    far = False
+    for i in range(boxes.shape[0]):
+        for k in range(3):
+            lower, upper = boxes[i, k], boxes[i, 3 + k]
+            far = far or not (lower > -np.inf and upper < np.inf and lower <= upper)
+    return far
+
+
+@scalar
+def _extremes(p, q, r, a, block, first, work, boxes, n_block):
+    """Extremes of all coordinates with a number for each node: bits of what is found, by axis."""
+    bits = 0
+    if a[1] != 0 and a[2] != 0:
+        bits |= _tile_extremes(p, a, 0, block, first, work, boxes, n_block)
+    if a[4] != 0 and a[5] != 0:
+        bits |= _tile_extremes(q, a, 1, block, first, work, boxes, n_block) << 2
+    if a[7] != 0 and a[8] != 0:
+        bits |= _tile_extremes(r, a, 2, block, first, work, boxes, n_block) << 4
+    return bits
+
+
+@scalar
+def _axes(p, q, r, a, boxes, n_block):
+    """The same of all coordinates that are alike in all rows or columns."""
+    bits = 0
+    if a[1] == 0 or a[2] == 0:
+        bits |= _axis_extremes(p, a, 0, boxes, n_block)
+    if a[4] == 0 or a[5] == 0:
+        bits |= _axis_extremes(q, a, 1, boxes, n_block) << 2
+    if a[7] == 0 or a[8] == 0:
+        bits |= _axis_extremes(r, a, 2, boxes, n_block) << 4
+    return bits
+
+
+@scalar
+def _add_rims(p, q, r, a, clear, sums):
+    """Add the normals of clear tiles: around all of them if all are clear, else around each."""
+    if clear.all():
+        add_rim(p, q, r, a, 0, a[N_ROW] - 1, 0, a[N_COL] - 1, sums)
+        return
+    for block in range(clear.shape[0]):
+        for tile in range(clear.shape[1]):
+            if clear[block, tile]:
+                i, j = block * BLOCK, tile * TILE
+                last, right = min(i + BLOCK, a[N_ROW] - 1), min(j + TILE, a[N_COL] - 1)
+                add_rim(p, q, r, a, i, last, j, right, sums)
+
+
+@entry("d1 d1 d1 l1 b -> d2 l2 l1 d1")
+def survey_lattice(p, q, r, a, quads):
+    """Boxes of blocks and of all nodes above them, and levels: see `tree`; `marks`; and `sums`, if
+    they are asked for.
+    """
+    n_row, n_col = max((a[N_ROW] + BLOCK - 2) // BLOCK, 1), max((a[N_COL] + BLOCK - 2) // BLOCK, 1)
+    levels, n_node = levels_of(n_row, n_col, 2, 2)
+    nodes = np.empty((n_node, 6), dtype=np.float64)
+    boxes = nodes[: n_row * n_col]
+    marks = np.zeros(N_MARK, dtype=np.int64)
+    sums = np.zeros(N_SUM, dtype=np.float64)
+    sums[MARGIN] = np.inf
+    work, rows = np.empty(2 * ROW_SIZE), np.empty(FIVE * ROW_SIZE)
+    steps, out, c = np.empty(3 * PART), np.empty(2 * PART), np.empty((4, 3))
+    totals = np.zeros(N_TOTAL * ROW_SIZE)
+    clear = np.zeros((n_row, (n_col * BLOCK + TILE - 1) // TILE), dtype=np.bool_)
+    axes = _axes(p, q, r, a, boxes, n_col)
+    bits = axes
+    for block in range(n_row):
+        for first in range(0, n_col * BLOCK, TILE):
+            found = _extremes(p, q, r, a, block, first, work, boxes, n_col) | axes
+            bits |= found
+            n = min(TILE, a[N_COL] - 1 - first)
+            n_cell = n * max(min(BLOCK, a[N_ROW] - 1 - block * BLOCK), 0)
+            start, stop = first // BLOCK, min((first + TILE) // BLOCK, n_col)
+            whole = found & _NOT_A_NUMBER == 0 and not _is_far(
+                boxes[block * n_col + start : block * n_col + stop]
+            )
+            if whole and quads and n_cell > 0:
+                whole = clear_tile(p, q, r, a, block, first, n, rows, steps, out, totals)
+                clear[block, first // TILE] = whole
+            if whole:
+                marks[N_RISING] += 2 * n_cell
+                marks[N_FALLING] += 2 * n_cell
+            else:
+                _every_cell(p, q, r, a, block, first, n, quads, c, marks, sums)
+    if quads:
+        add_totals(totals, sums)
+        _add_rims(p, q, r, a, clear, sums)
+    for axis in range(3):
+        marks[NOT_A_NUMBER + axis] = (bits >> 2 * axis) & 1
+    marks[MINUS_ZERO] = 1 if bits & _MINUS_ZEROS != 0 else 0
+    marks[AXES_RISE] = 1 if _axes_rise(p, q, a) else 0
+    build_above(nodes, levels, 2, 2)
+    return nodes, levels, marks, sums

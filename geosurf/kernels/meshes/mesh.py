@@ -1,0 +1,272 @@
+"""Welding, edges and connected pieces of triangle meshes, by integer keys.
+
+Notation
+    x      coordinates, float64 (n_vertex, 3)
+    t      triangles, int64 (n_triangle, 3)
+    half-edge 3 * i + c of triangle i runs from corner c to the next
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.exact.constructed_points import hash_of_row
+from geosurf.kernels.exact.predicates import normal_axis, orient2d
+
+_LONG = 32  # half-edges of one lower vertex that are matched by searching
+
+
+@scalar
+def welded(x):
+    """`weld`, for kernels."""
+    n = x.shape[0]
+    size = 16
+    while size < 2 * n:
+        size *= 2
+    slots = np.full(size, -1, dtype=np.int64)
+    number = np.empty(n, dtype=np.int64)
+    count = 0
+    for i in range(n):
+        slot = hash_of_row(x, i) & (size - 1)
+        while slots[slot] >= 0:
+            j = slots[slot]
+            if x[j, 0] == x[i, 0] and x[j, 1] == x[i, 1] and x[j, 2] == x[i, 2]:
+                break
+            slot = (slot + 1) & (size - 1)
+        if slots[slot] < 0:
+            slots[slot] = i
+            number[i] = count
+            count += 1
+        else:
+            number[i] = number[slots[slot]]
+    return number, count
+
+
+@entry("d2 -> l1 l")
+def weld(x):
+    """Number of the first vertex with equal coordinates, renumbered from 0, and how many."""
+    return welded(x)
+
+
+@scalar
+def _bucket(t, n_vertex):
+    """Half-edges by their lower vertex: first place of each vertex, half-edges, upper vertices."""
+    start = np.zeros(n_vertex + 2, dtype=np.int64)
+    for i in range(t.shape[0]):
+        a, b, c = t[i, 0], t[i, 1], t[i, 2]
+        start[min(a, b) + 2] += 1
+        start[min(b, c) + 2] += 1
+        start[min(c, a) + 2] += 1
+    for v in range(2, n_vertex + 2):
+        start[v] += start[v - 1]
+    half = np.empty(3 * t.shape[0], dtype=np.int64)
+    upper = np.empty(3 * t.shape[0], dtype=np.int64)
+    for i in range(t.shape[0]):
+        for c in range(3):
+            a, b = t[i, c], t[i, 0 if c == 2 else c + 1]
+            v = min(a, b) + 1
+            half[start[v]] = 3 * i + c
+            upper[start[v]] = max(a, b)
+            start[v] += 1
+    return start, half, upper
+
+
+@entry("l2 l -> l1 l")
+def edges(t, n_vertex):
+    """A ring through the half-edges of each edge, and the number of edges.
+
+    Half-edges are put into buckets by their lower vertex, and matched inside a bucket: a hash
+    over all half-edges takes six times as long, since it jumps through memory. A corner of
+    thousands of triangles has a bucket too long to be searched: there each upper vertex
+    remembers the last half-edge that led to it.
+    """
+    start, half, upper = _bucket(t, n_vertex)
+    ring = np.arange(3 * t.shape[0])
+    last = np.empty(0, dtype=np.int64)
+    count = 0
+    for v in range(n_vertex):
+        low, high = start[v], start[v + 1]
+        long = high - low > _LONG
+        if long and last.shape[0] == 0:
+            last = np.full(n_vertex, -1, dtype=np.int64)
+        for p in range(low, high):
+            found = p - 1
+            if long:
+                found = last[upper[p]]  # below `low`: of an earlier bucket
+                last[upper[p]] = p
+            else:
+                while found >= low and upper[found] != upper[p]:
+                    found -= 1
+            if found >= low:
+                ring[half[p]] = ring[half[found]]
+                ring[half[found]] = half[p]
+            else:
+                count += 1
+    return ring, count
+
+
+@scalar
+def find(parent, i):
+    """Root of i, halving the path."""
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
+@scalar
+def join(parent, i, j):
+    """Unite two sets; the lower number leads, so that the result has one order."""
+    i = find(parent, i)
+    j = find(parent, j)
+    if i < j:
+        parent[j] = i
+    elif j < i:
+        parent[i] = j
+
+
+@scalar
+def _numbered(parent):
+    """Sets numbered by their first element: number of each element, and how many."""
+    number = np.full(parent.shape[0], -1, dtype=np.int64)
+    count = 0
+    for i in range(parent.shape[0]):
+        root = find(parent, i)
+        if number[root] < 0:
+            number[root] = count
+            count += 1
+        number[i] = number[root]
+    return number, count
+
+
+@entry("l2 l -> l1")
+def join_pairs(pairs, n):
+    """Set of each of n elements once all pairs are joined: its lowest element."""
+    parent = np.arange(n)
+    for i in range(pairs.shape[0]):
+        join(parent, pairs[i, 0], pairs[i, 1])
+    for i in range(n):
+        parent[i] = find(parent, i)
+    return parent
+
+
+@scalar
+def _around(owners, ring, twin, i, seen):
+    """Of the distinct triangles around an edge: number, last two, and whether owners differ.
+
+    `seen` is set for all half-edges of the ring.
+    """
+    count = 0
+    one = other = -1
+    mixed = False
+    j = i
+    while not seen[j]:
+        seen[j] = True
+        if twin[j // 3] == j // 3:
+            count += 1
+            one, other = other, j // 3
+            mixed = mixed or (one >= 0 and owners[one] != owners[other])
+        j = ring[j]
+    return count, one, other, mixed
+
+
+@entry("l2 l1 l1 l1 l1 l -> l1 l2")
+def patches_and_rim(t, surface, owners, ring, twin, n_edge):
+    """Patch of each triangle, numbered by first triangle, and the edges (n, 2) between them.
+
+    Triangles are joined over edges that exactly two distinct triangles share, if the same
+    surfaces own both (`owners`: a number for that set). Edges where owners differ or more than two
+    triangles meet are the rim. `twin` is the first triangle with the same corners (itself, mostly).
+    """
+    n = t.shape[0]
+    parent = np.arange(n)
+    rim = np.empty((n_edge, 2), dtype=np.int64)
+    n_rim = 0
+    seen = np.zeros(3 * n, dtype=np.bool_)
+    for i in range(3 * n):
+        j = ring[i]
+        if j <= i and (j == i or ring[j] == i):
+            continue  # alone, or the second of two
+        one, other = i // 3, j // 3
+        if ring[j] == i and twin[one] == one and twin[other] == other:  # nearly all
+            same = owners[one] == owners[other]
+            count, mixed = 2, not same
+        elif seen[i]:
+            continue
+        else:  # once for each edge: thousands may share one
+            count, one, other, mixed = _around(owners, ring, twin, i, seen)
+            same = count == 2 and owners[one] == owners[other]
+        if same:
+            join(parent, one, other)
+        if mixed or count > 2:
+            a, b = t[i // 3, i % 3], t[i // 3, (i + 1) % 3]
+            rim[n_rim, 0], rim[n_rim, 1] = min(a, b), max(a, b)
+            n_rim += 1
+    _join_coinciding(parent, surface, ring, twin)
+    return _numbered(parent)[0], rim[:n_rim].copy()
+
+
+@scalar
+def _join_coinciding(parent, surface, ring, twin):
+    """Join coinciding triangles as their twins are, surface by surface."""
+    for i in range(twin.shape[0]):
+        if twin[i] == i:
+            continue
+        if surface[twin[i]] == surface[i]:  # a surface that lies on itself: one patch, any order
+            join(parent, i, twin[i])
+        for c in range(3):
+            j = ring[3 * i + c]
+            while j != 3 * i + c:
+                if surface[j // 3] == surface[i] and _same_patch(parent, twin, i, j // 3):
+                    join(parent, i, j // 3)
+                j = ring[j]
+
+
+@scalar
+def _same_patch(parent, twin, i, j):
+    """Whether triangles i and j, both coinciding with others, lie in one patch there."""
+    return twin[j] != j and find(parent, twin[i]) == find(parent, twin[j])
+
+
+@entry("l1 l1 l -> l1")
+def numbered_in_order(number, order, n):
+    """Numbers below n made anew: as they are met first in an order of the elements."""
+    new = np.full(n, -1, dtype=np.int64)
+    out = np.empty(number.shape[0], dtype=np.int64)
+    count = 0
+    for i in range(order.shape[0]):
+        old = number[order[i]]
+        if new[old] < 0:
+            new[old] = count
+            count += 1
+        out[order[i]] = new[old]
+    return out
+
+
+@entry("l2 l1 -> l1 l")
+def pieces(t, ring):
+    """Connected pieces over common edges: number of each triangle, and how many."""
+    n = t.shape[0]
+    parent = np.arange(n)
+    for i in range(3 * n):
+        join(parent, i // 3, ring[i] // 3)
+    return _numbered(parent)
+
+
+@entry("d2 l2 l2 l1 l1 l1 -> l1")
+def turned_over(x, t, parents, parent, m, w):
+    """Rows of the triangles that do not face as their parents do, on the same axis."""
+    none = np.empty((0, 4), dtype=np.int64)
+    rows = np.empty(t.shape[0], dtype=np.int64)
+    n = 0
+    axis, side = 0, 0
+    for i in range(t.shape[0]):
+        p = parent[i]
+        if i == 0 or p != parent[i - 1]:
+            axis, side = normal_axis(x, m, w, parents[p, 0], parents[p, 1], parents[p, 2])
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        if side * orient2d(x, none, none, none, m, w, t[i, 0], t[i, 1], t[i, 2], u, v) <= 0:
+            rows[n] = i
+            n += 1
+    return rows[:n].copy()

@@ -1,0 +1,155 @@
+"""Numbering a few keys out of many, at the cost of the few."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+
+
+def number_keys(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct keys in rising order, and the number of each key among them.
+
+    A table and a sort of the distinct ones: three times as fast as sorting all where each key comes
+    five times, as triangles do in candidate pairs. numpy sorts three times as fast as compiled
+    kernels do, with vector instructions.
+
+    Parameters
+    ----------
+    keys : ndarray of int64, shape (n,)
+
+    Returns
+    -------
+    found : ndarray of int64, shape (n_distinct,)
+    number : ndarray of int64, shape (n,)
+
+    Examples
+    --------
+    >>> number_keys(np.array([7, 3, 7]))
+    (array([3, 7]), array([1, 0, 1]))
+    """
+    found, number = first_seen(keys)
+    order = np.argsort(found)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return found[order], rank[number]
+
+
+@entry("l1 -> l1 l1")
+def first_seen(keys):
+    """Distinct keys in the order in which they come, and the number of each key among them."""
+    n = keys.shape[0]
+    size = 16
+    while size < 2 * n:
+        size *= 2
+    slots = np.full(size, -1, dtype=np.int64)
+    number = np.empty(n, dtype=np.int64)
+    found = np.empty(n, dtype=np.int64)
+    count = 0
+    for i in range(n):
+        key = keys[i]
+        h = (key & 0x3FFFFFFF) * 0x1E3779B1 + (key >> 30) * 8388593  # below 2**63
+        slot = (h ^ (h >> 29)) & (size - 1)
+        while slots[slot] >= 0 and found[slots[slot]] != key:
+            slot = (slot + 1) & (size - 1)
+        if slots[slot] < 0:
+            slots[slot] = count
+            found[count] = key
+            count += 1
+        number[i] = slots[slot]
+    return found[:count].copy(), number
+
+
+_SHIFT = 5
+WORD = 1 << _SHIFT  # keys whose bits are in one number, below the count of those before
+
+
+@scalar
+def _ones(v):
+    """Number of bits of a word of 32 bits."""
+    v = v - ((v >> 1) & 0x55555555)
+    v = (v & 0x33333333) + ((v >> 2) & 0x33333333)
+    v = (v + (v >> 4)) & 0x0F0F0F0F
+    return ((v * 0x01010101) >> 24) & 0xFF
+
+
+def number_below(keys: np.ndarray, limit: int) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct keys in rising order, and the number of each: `number_keys` for keys below a limit.
+
+    Parameters
+    ----------
+    keys : ndarray of int64, shape (n,)
+        At least 0.
+    limit : int
+        Above all keys.
+
+    Returns
+    -------
+    found : ndarray of int64, shape (n_distinct,)
+    number : ndarray of int64, shape (n,)
+
+    Examples
+    --------
+    >>> number_below(np.array([7, 3, 7]), 8)
+    (array([3, 7]), array([1, 0, 1]))
+    """
+    number = np.reshape(np.array(keys, dtype=np.int64), (-1, 1))
+    return number_in_place(number, 1, limit), number[:, 0]
+
+
+def number_in_place(table: np.ndarray, n_column: int, limit: int) -> np.ndarray:
+    """Write the number among all distinct keys over each key in the first columns of a table.
+
+    One bit for each possible key, and no sort: five times as fast as `number_keys`, which does it
+    where keys are too few for so many bits.
+
+    Parameters
+    ----------
+    table : ndarray of int64, shape (n, m)
+        Written. Its first `n_column` columns hold keys, at least 0.
+    n_column : int
+    limit : int
+        Above all keys.
+
+    Returns
+    -------
+    ndarray of int64, shape (n_distinct,)
+        The keys, rising.
+
+    Examples
+    --------
+    >>> table = np.array([[7, 3, -1], [3, 9, -1]])
+    >>> number_in_place(table, 2, 10), table.tolist()
+    (array([3, 7, 9]), [[1, 0, -1], [0, 2, -1]])
+    """
+    if limit <= 512 * n_column * len(table) + (1 << 20):
+        found: np.ndarray = number_by_bits(table, n_column, limit)
+        return found
+    found, number = number_keys(np.reshape(table[:, :n_column], -1))
+    table[:, :n_column] = np.reshape(number, (-1, n_column))
+    return found
+
+
+@entry("l2 l l -> l1")
+def number_by_bits(table, n_column, limit):
+    """`number_in_place` by a bit for each possible key."""
+    words = np.zeros((limit >> _SHIFT) + 1, dtype=np.int64)
+    for k in range(table.shape[0]):
+        for column in range(n_column):
+            key = table[k, column]
+            words[key >> _SHIFT] |= 1 << (key & (WORD - 1))
+    count = 0
+    for i in range(words.shape[0]):  # how many there are before goes beside the bits
+        bits = words[i]
+        if bits != 0:  # few are: the others are read, and never asked
+            words[i] = (count << WORD) + bits
+            count += _ones(bits)
+    found = np.empty(count, dtype=np.int64)
+    for k in range(table.shape[0]):
+        for column in range(n_column):
+            key = table[k, column]
+            word = words[key >> _SHIFT]
+            number = (word >> WORD) + _ones(word & ((1 << (key & (WORD - 1))) - 1))
+            found[number] = key
+            table[k, column] = number
+    return found

@@ -1,0 +1,152 @@
+"""Elements -> parts that see the same; parts -> cells, joined around the edges where they end.
+
+Notation
+    t         triangles, int64 (n, 3); x their rounded vertices
+    elements  the triangles, then runs of a lattice, which face as it does
+    ring      next half-edge around the same edge
+    link      behind a half-edge that is alone: the run (counted behind the triangles), or below 0
+    part      of each element, -1 for one that is left out
+    sides     union-find: part p has the sides 2 p (front, where normals point) and 2 p + 1 (back)
+
+Nearly all edges lie inside of parts. What is left, a few curves, is put in radial order: a
+model of a million triangles has some dozens of parts.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.meshes.mesh import find, join
+from geosurf.kernels.meshes.radial_order import N_AROUND, main_axis, sort_around, sorted_by_floats
+
+DONE, NEEDS_EXACT = -1, -2
+_SEEN, _FULL = 0, -1
+
+
+@scalar
+def _within(x, t, i, bounds):
+    """Whether no corner of a triangle lies outside of bounds (2, 3)."""
+    for c in range(3):
+        for k in range(3):
+            if not bounds[0, k] <= x[t[i, c], k] <= bounds[1, k]:
+                return False
+    return True
+
+
+@entry("d2 l2 l1 l1 l1 l1 l l2 d2 -> l1 l1")
+def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
+    """Part of each element, and the first element of each.
+
+    Triangles of one surface are joined over edges that two of them alone share, running opposite
+    ways; runs with the triangles that they are linked to, and in `pairs` (elements). Triangles
+    beyond the bounds, and all but the first (`twin`) of those with the same corners, are left out.
+    """
+    n = t.shape[0]
+    takes = np.ones(n + n_run, dtype=np.bool_)
+    for i in range(n):
+        takes[i] = twin[i] == i and _within(x, t, i, bounds)
+    parent = np.arange(takes.shape[0])
+    for i in range(n):
+        if not takes[i]:
+            continue
+        for c in range(3):
+            start = 3 * i + c
+            j = ring[start]
+            if j == start:
+                if link[start] >= 0:
+                    join(parent, i, n + link[start])
+            elif j > start and ring[j] == start:
+                other = j // 3
+                if takes[other] and surface[other] == surface[i] and t[other, j % 3] != t[i, c]:
+                    join(parent, i, other)
+    for k in range(pairs.shape[0]):
+        join(parent, pairs[k, 0], pairs[k, 1])
+    part = np.full(takes.shape[0], -1, dtype=np.int64)
+    first = np.empty(takes.shape[0], dtype=np.int64)
+    count = 0
+    for i in range(takes.shape[0]):
+        if not takes[i]:
+            continue
+        root = find(parent, i)  # the lowest element
+        if root == i:
+            part[i] = count
+            first[count] = i
+            count += 1
+        else:
+            part[i] = part[root]
+    return part, first[:count].copy()
+
+
+@scalar
+def _gather_around(t, ring, part, start, order, ways):
+    """Triangles around the edge of a half-edge and how they run; how many there are.
+
+    0 if an earlier half-edge had this edge, `_FULL` if there is no room.
+    """
+    n = 0
+    u = t[start // 3, start % 3]
+    j = start
+    while True:
+        if part[j // 3] >= 0:
+            if j < start:
+                return _SEEN
+            if n == order.shape[0]:
+                return _FULL
+            order[n] = j // 3
+            ways[n] = 1 if t[j // 3, j % 3] == u else -1
+            n += 1
+        j = ring[j]
+        if j == start:
+            return n
+
+
+@scalar
+def _inside(t, ring, link, part, start):
+    """Whether an edge lies inside of a part: what is around it has been joined."""
+    i, j = start // 3, ring[start]
+    if j == start:
+        return link[start] >= 0 and part[t.shape[0] + link[start]] >= 0
+    if ring[j] != start or part[i] != part[j // 3]:
+        return False
+    return t[i, start % 3] != t[j // 3, j % 3]
+
+
+@scalar
+def _side_after(part, way):
+    """The side of a part met when turning on counter-clockwise around an edge."""
+    return 2 * part if way > 0 else 2 * part + 1
+
+
+@entry("d2 l2 l1 l1 l1 l1 d2 l2 l1 l1 l1 l1 -> l")
+def join_parts(x, t, ring, link, part, parent, px, pt, m, w, sides, pieces):
+    """Unite sides that see each other across edges, and in `pieces` all parts that touch.
+
+    Returns `DONE`; `NEEDS_EXACT` if `m` is empty and doubles do not tell: to be called again; or a
+    half-edge of a place where two triangles lie in one half-plane.
+    """
+    order = np.empty(16, dtype=np.int64)
+    ways, turns, around = np.empty_like(order), np.empty(16), np.empty((16, N_AROUND))
+    for start in range(3 * t.shape[0]):
+        if part[start // 3] < 0 or _inside(t, ring, link, part, start):
+            continue
+        n = _gather_around(t, ring, part, start, order, ways)
+        while n == _FULL:
+            order = np.empty(2 * order.shape[0], dtype=np.int64)
+            ways, turns = np.empty_like(order), np.empty(order.shape[0])
+            around = np.empty((order.shape[0], N_AROUND))
+            n = _gather_around(t, ring, part, start, order, ways)
+        if n > 2:
+            u, v = t[start // 3, start % 3], t[start // 3, (start + 1) % 3]
+            axis, heading = main_axis(x, u, v)
+            if not sorted_by_floats(px, parent, axis, heading, order, ways, n, turns):
+                if m.shape[0] == 0:
+                    return NEEDS_EXACT
+                if not sort_around(x, u, v, order, ways, around, n, parent, px, pt, m, w):
+                    return start
+        for a in range(n):
+            b = (a + 1) % n
+            one, other = part[order[a]], part[order[b]]
+            join(sides, _side_after(one, ways[a]), _side_after(other, -ways[b]))
+            join(pieces, one, other)
+    return DONE

@@ -1,0 +1,37 @@
+"""Polylines as segments between points that are there once.
+
+Notation
+    x        points (n, 3), polyline after polyline
+    stops    where each polyline ends in `x`
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry
+from geosurf.kernels.meshes.mesh import welded
+
+
+@entry("d2 l1 l2 -> d2 l1 l2 l2")
+def weld_lines(x, stops, owners):
+    """Points with equal coordinates once, rows of them in place of `x`; segments, the smaller row
+    first, and the owners of each: `owners` (n_polyline, 2).
+    """
+    number, count = welded(x)
+    once, n_line = np.empty((count, 3)), stops.shape[0]
+    n = max(x.shape[0] - n_line, 0)
+    segments, owned = np.empty((n, 2), dtype=np.int64), np.empty((n, 2), dtype=np.int64)
+    at, first = 0, 0
+    for line in range(n_line):
+        for k in range(first, stops[line]):
+            one = number[k]
+            for axis in range(3):
+                once[one, axis] = x[k, axis]
+            if k > first:
+                before = number[k - 1]
+                segments[at, 0], segments[at, 1] = min(one, before), max(one, before)
+                owned[at, 0], owned[at, 1] = owners[line, 0], owners[line, 1]
+                at += 1
+        first = stops[line]
+    return once, number, segments, owned

@@ -1,0 +1,213 @@
+"""In which order are triangles around an edge? Exactly, by the triangles they are parts of.
+
+Notation
+    x        rounded vertices
+    order    triangles around an edge, and `ways` how they run along it
+    parent   row of the input triangle (in pt) that each triangle is a part of
+    px, pt   corners of the input triangles, three rows of px each
+    d        direction of an edge u -> v; n the normal of a triangle
+    way      +1 where the triangle runs along u -> v, -1 where it runs back
+    around   a row for each triangle around an edge: normal, magnitudes, parent, half turn
+
+Half-planes h = way n x d are sorted by angle: sin has the sign of (n1 x n2) . d, and as
+n1 x n2 is parallel to d, one component decides, with the sign of that component of d;
+cos has the sign of n1 . n2. So only input coordinates enter (degree 4), no constructed point.
+
+Mostly doubles suffice: along the axis on which d is longest, normals become vectors in a plane,
+which turn as the half-planes do, and a number that rises with their angle puts them in order
+where all are farther apart than rounding can move them.
+"""
+
+from __future__ import annotations
+
+from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.exact.bigint import clear, mul_add, sign
+from geosurf.kernels.exact.exact_signs import _MISC, LIMBS, _cross, _dot, _vector
+from geosurf.kernels.exact.predicates import TINY
+
+OF, HALF, N_AROUND = 6, 7, 8  # columns of `around` behind the normal
+# with u = 2**-53: components of normals are off by 4 u times their magnitudes, shares by twice that
+# over the length, and 7 u; so differences of turns from the first by 46 u times the worst ratio
+_TURN_BOUND = 1e-14
+
+
+@scalar
+def main_axis(x, u, v):
+    """The axis on which an edge is longest, and whether it rises (1) or falls (-1) on it."""
+    axis = 0
+    for k in range(1, 3):
+        if abs(x[v, k] - x[u, k]) > abs(x[v, axis] - x[u, axis]):
+            axis = k
+    return axis, 1 if x[v, axis] > x[u, axis] else -1
+
+
+@scalar
+def _turn(p, q):
+    """A number in [0, 4) that rises with the angle of a vector."""
+    share = q / (abs(p) + abs(q))
+    if p < 0.0:
+        return 2.0 - share
+    return share if share >= 0.0 else 4.0 + share
+
+
+@scalar
+def sorted_by_floats(px, parent, axis, heading, order, ways, n, turns):
+    """Sort n triangles around an edge behind the first; False where doubles do not tell."""
+    k, o = (axis + 1) % 3, (axis + 2) % 3
+    doubt = 1.0
+    first = 0.0
+    for a in range(n):
+        i = 3 * parent[order[a]]
+        pk, po, pa = px[i + 1, k] - px[i, k], px[i + 1, o] - px[i, o], px[i + 1, axis] - px[i, axis]
+        qk, qo, qa = px[i + 2, k] - px[i, k], px[i + 2, o] - px[i, o], px[i + 2, axis] - px[i, axis]
+        normal_k, normal_o = po * qa - pa * qo, pa * qk - pk * qa
+        length = abs(normal_k) + abs(normal_o)
+        if not length > TINY:
+            return False
+        size = abs(po * qa) + abs(pa * qo) + abs(pa * qk) + abs(pk * qa)
+        doubt = max(doubt, size / length)
+        turn = _turn(ways[a] * normal_k, ways[a] * heading * normal_o)
+        first = turn if a == 0 else first
+        turns[a] = turn - first if turn >= first else turn - first + 4.0
+    for a in range(2, n):
+        b = a
+        while b > 1 and turns[b] < turns[b - 1]:
+            turns[b - 1], turns[b] = turns[b], turns[b - 1]
+            order[b - 1], order[b] = order[b], order[b - 1]
+            ways[b - 1], ways[b] = ways[b], ways[b - 1]
+            b -= 1
+    least = 4.0 - turns[n - 1]
+    for a in range(1, n):
+        least = min(least, turns[a] - turns[a - 1])
+    return least > _TURN_BOUND * doubt
+
+
+@scalar
+def _normal(x, t, i):
+    """Normal of a triangle and the sum of the magnitudes of its terms, as six doubles."""
+    a, b, c = t[i, 0], t[i, 1], t[i, 2]
+    px, py, pz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+    qx, qy, qz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+    return (
+        py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx,
+        abs(py * qz) + abs(pz * qy), abs(pz * qx) + abs(px * qz), abs(px * qy) + abs(py * qx),
+    )  # fmt: skip
+
+
+@scalar
+def _exact_normals(x, t, m, w, i, j, r):
+    """Exact normals of triangles i and j, 3 x 2 units each, at r."""
+    n = m[LIMBS]
+    u = _MISC * n
+    for k in range(2):
+        tri = i if k == 0 else j
+        _vector(x, m, w, u, t[tri, 0], t[tri, 1])
+        _vector(x, m, w, u + 3 * n, t[tri, 0], t[tri, 2])
+        _cross(w, r + k * 6 * n, 2 * n, u, n, u + 3 * n, n)
+
+
+@scalar
+def _exact_cross(x, t, m, w, i, j, axis):
+    """Sign of component `axis` of n_i x n_j, in exact numbers."""
+    k, o = (axis + 1) % 3, (axis + 2) % 3
+    n = m[LIMBS]
+    r = (_MISC + 100) * n
+    _exact_normals(x, t, m, w, i, j, r)
+    acc = r + 12 * n
+    clear(w, acc, 4 * n + 1)
+    mul_add(w, acc, 4 * n + 1, r + k * 2 * n, 2 * n, r + (3 + o) * 2 * n, 2 * n, 1)
+    mul_add(w, acc, 4 * n + 1, r + o * 2 * n, 2 * n, r + (3 + k) * 2 * n, 2 * n, -1)
+    return sign(w, acc, 4 * n + 1)
+
+
+@scalar
+def _exact_dot(x, t, m, w, i, j):
+    """Sign of n_i . n_j, in exact numbers."""
+    n = m[LIMBS]
+    r = (_MISC + 100) * n
+    _exact_normals(x, t, m, w, i, j, r)
+    acc = r + 12 * n
+    _dot(w, acc, 4 * n + 1, r, 2 * n, r + 6 * n, 2 * n)
+    return sign(w, acc, 4 * n + 1)
+
+
+@scalar
+def _cross_sign(x, t, m, w, around, a, b, axis):
+    """Sign of component `axis` of the cross product of the normals of two triangles `around`."""
+    i, j = int(around[a, OF]), int(around[b, OF])
+    if i == j:  # two parts of one triangle, as beside each curve: no need of exact numbers
+        return 0
+    k, o = (axis + 1) % 3, (axis + 2) % 3
+    value = around[a, k] * around[b, o] - around[a, o] * around[b, k]
+    size = around[a, 3 + k] * around[b, 3 + o] + around[a, 3 + o] * around[b, 3 + k]
+    if size > TINY and abs(value) > 2e-15 * size:
+        return 1 if value > 0 else -1
+    return _exact_cross(x, t, m, w, i, j, axis)
+
+
+@scalar
+def _dot_sign(x, t, m, w, around, a, b):
+    """Sign of the scalar product of the normals of two triangles `around`."""
+    i, j = int(around[a, OF]), int(around[b, OF])
+    if i == j:
+        return 1
+    value = size = 0.0
+    for k in range(3):
+        value += around[a, k] * around[b, k]
+        size += around[a, 3 + k] * around[b, 3 + k]
+    if size > TINY and abs(value) > 2e-15 * size:
+        return 1 if value > 0 else -1
+    return _exact_dot(x, t, m, w, i, j)
+
+
+@scalar
+def _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading):
+    """Fill `around`: normals, and the half turn behind the first that each half-plane is in.
+
+    False if one is the first half-plane itself.
+    """
+    for a in range(n):
+        i = parent[order[a]]
+        normal = _normal(px, pt, i)
+        for k in range(6):
+            around[a, k] = normal[k]
+        around[a, OF] = i
+        half = 0
+        if a > 0:
+            way = ways[0] * ways[a]
+            s = way * heading * _cross_sign(px, pt, m, w, around, 0, a, axis)
+            if s == 0 and way * _dot_sign(px, pt, m, w, around, 0, a) > 0:
+                return False
+            if s <= 0:
+                half = 1
+        around[a, HALF] = half
+    return True
+
+
+@scalar
+def _swap(order, ways, around, a, b):
+    order[a], order[b] = order[b], order[a]
+    ways[a], ways[b] = ways[b], ways[a]
+    for k in range(N_AROUND):
+        around[a, k], around[b, k] = around[b, k], around[a, k]
+
+
+@scalar
+def sort_around(x, u, v, order, ways, around, n, parent, px, pt, m, w):
+    """Sort n triangles around edge u-v behind the first; False if two share a half-plane."""
+    axis, heading = main_axis(x, u, v)
+    if not _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading):
+        return False
+    for a in range(2, n):
+        b = a
+        while b > 1 and around[b, HALF] <= around[b - 1, HALF]:
+            if around[b, HALF] == around[b - 1, HALF]:
+                turn = ways[b - 1] * ways[b] * heading
+                turn *= _cross_sign(px, pt, m, w, around, b - 1, b, axis)
+                if turn == 0:
+                    return False
+                if turn > 0:
+                    break
+            _swap(order, ways, around, b - 1, b)
+            b -= 1
+    return True

@@ -1,0 +1,152 @@
+"""Volume below, area and bounds of faces: sums over triangles and over runs of a lattice.
+
+The volume between a triangle and a level is its area in the map times its mean height. Over a
+closed shell these add up to the volume inside, if nothing is lost on the way: a sum is kept as two
+numbers, the second being all that rounding took from the first (Knuth's two-sum; Ogita, Rump &
+Oishi 2005). What is asked for most, volumes, needs neither square roots nor bounds.
+
+Letters as in `strips`. Each row of what is added up belongs to the face `face[row]`. Heights count
+from a level, since what is far from it loses digits.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.lattices.strips import FIRST, LAST, ROW, load
+from geosurf.kernels.search.tree import RISING, TURNED
+
+
+@scalar
+def _add(out, i, k, term):
+    """Add a term to the pair of numbers at out[i, k]."""
+    total = out[i, k] + term
+    back = total - out[i, k]
+    out[i, k + 1] += (out[i, k] - (total - back)) + (term - back)
+    out[i, k] = total
+
+
+@scalar
+def _lowest(x, t, i):
+    """Corner of a triangle that comes first by its coordinates, whichever it starts at."""
+    low = 0
+    for corner in range(1, 3):
+        for k in range(3):
+            if x[t[i, corner], k] != x[t[i, low], k]:
+                if x[t[i, corner], k] < x[t[i, low], k]:
+                    low = corner
+                break
+    return low
+
+
+@entry("d2 l2 l1 d d2 -> .")
+def below_triangles(x, t, face, level, out):
+    """Add six times the volume between triangles and a level (two numbers), and twice their area in
+    the map, to the rows (n_face, 3) of their faces; below 0 where normals look down.
+    """
+    for i in range(t.shape[0]):
+        low = _lowest(x, t, i)
+        a, b, c = t[i, low], t[i, (low + 1) % 3], t[i, (low + 2) % 3]
+        ax, ay = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1]
+        bx, by = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1]
+        flat = ax * by - ay * bx
+        _add(out, face[i], 0, flat * ((x[a, 2] - level) + (x[b, 2] - level) + (x[c, 2] - level)))
+        out[face[i], 2] += flat
+
+
+@scalar
+def _first_node(a, axis, row):
+    """Where a coordinate of the first node of a row is, and the step to the next."""
+    return a[3 * axis] + row * a[3 * axis + 1], a[3 * axis + 2]
+
+
+@entry("d1 d1 d1 l1 l2 l1 d d2 -> .")
+def below_runs(p, q, r, a, runs, face, level, out):
+    """Add the same of runs.
+
+    Cell by cell: two corners of each are those of the cell before.
+    """
+    rising = a[RISING] != 0
+    way = -1.0 if a[TURNED] != 0 else 1.0
+    for i in range(runs.shape[0]):
+        (x, dx), (u, du) = _first_node(a, 0, runs[i, ROW]), _first_node(a, 0, runs[i, ROW] + 1)
+        (y, dy), (v, dv) = _first_node(a, 1, runs[i, ROW]), _first_node(a, 1, runs[i, ROW] + 1)
+        (z, dz), (w, dw) = _first_node(a, 2, runs[i, ROW]), _first_node(a, 2, runs[i, ROW] + 1)
+        first, last = runs[i, FIRST], runs[i, LAST]
+        j = first >> 1
+        # corners 0, 1, 2, 3 around the cell: 1 and 2 are 0 and 3 of the next
+        x1, y1, z1 = p[x + j * dx], q[y + j * dy], r[z + j * dz] - level
+        x2, y2, z2 = p[u + j * du], q[v + j * dv], r[w + j * dw] - level
+        high = low = flat = 0.0
+        for col in range(j, (last >> 1) + 1):
+            x0, y0, z0, x3, y3, z3 = x1, y1, z1, x2, y2, z2
+            x1, y1, z1 = p[x + (col + 1) * dx], q[y + (col + 1) * dy], r[z + (col + 1) * dz] - level
+            x2, y2, z2 = p[u + (col + 1) * du], q[v + (col + 1) * dv], r[w + (col + 1) * dw] - level
+            if rising:  # 0 2 3, then 0 1 2
+                one = (x2 - x0) * (y3 - y0) - (y2 - y0) * (x3 - x0)
+                two = (x1 - x0) * (y2 - y0) - (y1 - y0) * (x2 - x0)
+                term, then = one * (z0 + z2 + z3), two * (z0 + z1 + z2)
+            else:  # 0 1 3, then 1 2 3
+                one = (x1 - x0) * (y3 - y0) - (y1 - y0) * (x3 - x0)
+                two = (x2 - x1) * (y3 - y1) - (y2 - y1) * (x3 - x1)
+                term, then = one * (z0 + z1 + z3), two * (z1 + z2 + z3)
+            if 2 * col < first:  # the run starts at the second one
+                one = term = 0.0
+            if 2 * col == last:
+                two = then = 0.0
+            flat += one + two
+            total = high + term
+            back = total - high
+            low += (high - (total - back)) + (term - back)
+            high = total + then
+            back = high - total
+            low += (total - (high - back)) + (then - back)
+        _add(out, face[i], 0, way * high)
+        out[face[i], 1] += way * low
+        out[face[i], 2] += way * flat
+
+
+@scalar
+def _extend(out, i, c):
+    """Add the triangle with corners c to row i."""
+    ax, ay, az = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]
+    bx, by, bz = c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    _add(out, i, 0, 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz))
+    for k in range(3):
+        out[i, 2 + k] = min(out[i, 2 + k], min(c[0, k], min(c[1, k], c[2, k])))
+        out[i, 5 + k] = max(out[i, 5 + k], max(c[0, k], max(c[1, k], c[2, k])))
+
+
+@entry("d2 l2 l1 d2 -> .")
+def extent_triangles(x, t, face, out):
+    """Add area (two numbers), lower and upper corner of triangles to the rows (n_face, 8)."""
+    c = np.empty((3, 3))
+    for i in range(t.shape[0]):
+        low = _lowest(x, t, i)
+        for corner in range(3):
+            for k in range(3):
+                c[corner, k] = x[t[i, (low + corner) % 3], k]
+        _extend(out, face[i], c)
+
+
+@entry("d1 d1 d1 l1 l2 l1 d1 d2 -> .")
+def extent_runs(p, q, r, a, runs, face, origin, out):
+    """Add the same of runs; `origin` is taken from their nodes."""
+    c = np.empty((3, 3))
+    for i in range(runs.shape[0]):
+        row = runs[i, ROW]
+        for place in range(runs[i, FIRST], runs[i, LAST] + 1):
+            col = place >> 1
+            half = place & 1 if a[RISING] == 0 else 1 - (place & 1)
+            # corners 0, 1, 2, 3 around the cell: 0 1 2 + 0 2 3, or 0 1 3 + 1 2 3
+            v0 = col + (half if a[RISING] == 0 else 0)
+            v2 = col + 1 if a[RISING] == 1 and half == 0 else col
+            for corner in range(3):
+                u = row if corner == 0 else (row + half if corner == 1 else row + 1)
+                v = v0 if corner == 0 else (col + 1 if corner == 1 else v2)
+                c[corner, 0] = load(p, a, 0, u, v) - origin[0]
+                c[corner, 1] = load(q, a, 1, u, v) - origin[1]
+                c[corner, 2] = load(r, a, 2, u, v) - origin[2]
+            _extend(out, face[i], c)

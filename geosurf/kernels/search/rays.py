@@ -1,0 +1,235 @@
+"""What rays along an axis meet first beyond the sets that they start in, where floats are sure.
+
+A ray starts inside a triangle and runs up one axis. It leaves its own set of triangles (a piece of
+a surface) at the topmost of them that it passes, and what it meets next holds that piece. Triangles
+come from a tree of boxes, nearest first; each is missed or met at a height, with bounds for the
+errors of both. Where bounds do not decide (a ray through an edge, two at one height), the ray is
+aimed anew, and left to exact arithmetic after a few attempts.
+
+Notation
+    x, t          points (n, 3), triangles (m, 3)
+    order         triangles as they lie in leaves; nodes, levels: boxes of the tree, see `tree`
+    set_of        the set of each triangle (m,)
+    seen          whether a triangle holds others; if not, only its own set knows it
+    u, v, axis    the axes that follow `axis`, and the axis of a ray
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.exact.predicates import TINY
+from geosurf.kernels.search.tree import FAN, LEAF
+
+NOTHING, UNSURE = -1, -2
+_AIMS = 4
+_MISSED, _MET, _DOUBTED = 0, 1, 2
+_AREA = 3.4e-16  # Shewchuk's bound for a turn of three points in the plane is 3.33e-16
+_HEIGHT = 1e-14  # of a coordinate: ten times what sums of three can lose
+
+
+@scalar
+def _turn(px, py, qx, qy, ax, ay):
+    """Twice the area of a, p, q, and its error."""
+    left = (px - ax) * (qy - ay)
+    right = (py - ay) * (qx - ax)
+    return left - right, _AREA * (abs(left) + abs(right)) + TINY
+
+
+@scalar
+def _height(x, t, row, u, v, axis, ax, ay):
+    """Whether a ray passes a triangle, at which height, its error, and where the front looks."""
+    p, q, r = t[row, 0], t[row, 1], t[row, 2]
+    a, ea = _turn(x[q, u], x[q, v], x[r, u], x[r, v], ax, ay)
+    b, eb = _turn(x[r, u], x[r, v], x[p, u], x[p, v], ax, ay)
+    c, ec = _turn(x[p, u], x[p, v], x[q, u], x[q, v], ax, ay)
+    if (a > ea or b > eb or c > ec) and (a < -ea or b < -eb or c < -ec):
+        return _MISSED, 0.0, 0.0, 0
+    if not ((a > ea and b > eb and c > ec) or (a < -ea and b < -eb and c < -ec)):
+        return _DOUBTED, 0.0, 0.0, 0
+    total, error = a + b + c, ea + eb + ec
+    if abs(total) < 8.0 * error:
+        return _DOUBTED, 0.0, 0.0, 0
+    z, zq, zr = x[p, axis], x[q, axis] - x[p, axis], x[r, axis] - x[p, axis]
+    size = abs(x[p, axis]) + abs(x[q, axis]) + abs(x[r, axis])
+    span = abs(zq) + abs(zr)
+    reach = 8.0 * error / abs(total) * span + _HEIGHT * size + TINY
+    return _MET, z + (b * zq + c * zr) / total, reach, 1 if total > 0.0 else -1
+
+
+@scalar
+def _push_children(nodes, levels, node, level, axis, aim, low, high, stack, top):
+    """Put the children that a ray passes between two heights on the stack, the lowest on top."""
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    ax, ay = aim[u], aim[v]
+    first = levels[level - 1, 0] + (node - levels[level, 0]) * FAN
+    begin = top
+    for child in range(first, min(first + FAN, levels[level, 0])):
+        if nodes[child, 3 + axis] < low or nodes[child, axis] > high:
+            continue
+        if nodes[child, u] > ax or nodes[child, 3 + u] < ax:
+            continue
+        if nodes[child, v] > ay or nodes[child, 3 + v] < ay:
+            continue
+        k = top
+        while k > begin and nodes[stack[k - 1, 0], axis] < nodes[child, axis]:
+            stack[k, 0], stack[k, 1] = stack[k - 1, 0], stack[k - 1, 1]
+            k -= 1
+        stack[k, 0], stack[k, 1] = child, level - 1
+        top += 1
+    return top
+
+
+@scalar
+def _side_of_top(x, t, order, nodes, levels, set_of, mine, axis, aim, low, high, stack):
+    """Topmost side of a set that a ray passes, the bounds of its height; UNSURE."""
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    ax, ay = aim[u], aim[v]
+    side, best_low, best_high = UNSURE, -np.inf, -np.inf
+    one, two = -np.inf, -np.inf  # the highest that any may be, and the one after it
+    stack[0, 0], stack[0, 1], top = nodes.shape[0] - 1, levels.shape[0] - 1, 1
+    while top > 0:
+        top -= 1
+        node, level = stack[top, 0], stack[top, 1]
+        if level > 0:
+            top = _push_children(nodes, levels, node, level, axis, aim, low, high, stack, top)
+            continue
+        for k in range(LEAF * node, min(LEAF * node + LEAF, order.shape[0])):
+            if set_of[order[k]] != mine:
+                continue
+            met, z, reach, way = _height(x, t, order[k], u, v, axis, ax, ay)
+            if met == _DOUBTED:
+                return UNSURE, 0.0, 0.0
+            if met == _MISSED:
+                continue
+            if z + reach > one:
+                one, two = z + reach, one
+            elif z + reach > two:
+                two = z + reach
+            if z - reach > best_low:
+                best_low, best_high = z - reach, z + reach
+                side = 2 * order[k] + (0 if way > 0 else 1)
+    if side == UNSURE or (best_high == one and two >= best_low) or best_high != one:
+        return UNSURE, 0.0, 0.0
+    return side, best_low, best_high
+
+
+@scalar
+def _side_above(x, t, order, nodes, levels, set_of, seen, mine, axis, aim, below, above, stack):
+    """First side of other sets that a ray meets above a height between bounds; NOTHING, UNSURE."""
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    ax, ay = aim[u], aim[v]
+    side, best_low, best_high = NOTHING, np.inf, np.inf
+    one, two = np.inf, np.inf  # the lowest that any may be, and the one after it
+    stack[0, 0], stack[0, 1], top = nodes.shape[0] - 1, levels.shape[0] - 1, 1
+    while top > 0:
+        top -= 1
+        node, level = stack[top, 0], stack[top, 1]
+        if nodes[node, axis] > best_high:
+            continue
+        if level > 0:
+            top = _push_children(
+                nodes, levels, node, level, axis, aim, below, best_high, stack, top
+            )
+            continue
+        for k in range(LEAF * node, min(LEAF * node + LEAF, order.shape[0])):
+            row = order[k]
+            if set_of[row] == mine or not seen[row]:
+                continue
+            if max(x[t[row, 0], axis], x[t[row, 1], axis], x[t[row, 2], axis]) < below:
+                continue
+            met, z, reach, way = _height(x, t, row, u, v, axis, ax, ay)
+            if met == _DOUBTED:
+                return UNSURE
+            if met == _MISSED or z + reach < below:
+                continue
+            if z - reach <= above:
+                return UNSURE
+            if z - reach < one:
+                one, two = z - reach, one
+            elif z - reach < two:
+                two = z - reach
+            if z + reach < best_high:
+                best_low, best_high = z - reach, z + reach
+                side = 2 * row + (1 if way > 0 else 0)
+    if side != NOTHING and (best_low != one or two <= best_high):
+        return UNSURE
+    return side
+
+
+@entry("d2 l2 l1 d2 l2 l1 b1 l1 l1 d1 l2 -> .")
+def shoot_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, sides):
+    """Write for each ray the side where it leaves its set, and the side of others it meets then.
+
+    A ray starts in triangle `starts[i]` along `axes[i]`; no triangle of its set reaches above
+    `tops[i]`. Sides are ``2 * triangle`` for the front and one more for the back. NOTHING: it
+    meets no more; UNSURE in both: floats cannot tell.
+    """
+    stack = np.empty((FAN * (levels.shape[0] + 1) + 8, 2), dtype=np.int64)
+    aim = np.empty(3)
+    for i in range(starts.shape[0]):
+        row, axis = starts[i], axes[i]
+        a, b, c = t[row, 0], t[row, 1], t[row, 2]
+        low = min(x[a, axis], x[b, axis], x[c, axis])
+        sides[i, 0] = sides[i, 1] = UNSURE
+        mine = set_of[row]
+        for attempt in range(_AIMS):
+            ratio = (31.0 + attempt) / 40.0
+            total = 1.0 + ratio + ratio * ratio
+            for k in range(3):
+                aim[k] = (x[a, k] + ratio * x[b, k] + ratio * ratio * x[c, k]) / total
+            outer, below, above = _side_of_top(
+                x, t, order, nodes, levels, set_of, mine, axis, aim, low, tops[i], stack
+            )
+            if outer == UNSURE:
+                continue
+            holding = _side_above(
+                x,
+                t,
+                order,
+                nodes,
+                levels,
+                set_of,
+                seen,
+                set_of[row],
+                axis,
+                aim,
+                below,
+                above,
+                stack,
+            )
+            if holding != UNSURE:
+                sides[i, 0], sides[i, 1] = outer, holding
+                break
+
+
+@entry("l1 d2 l2 d2 d1 l1 -> l")
+def rows_in_box(order, nodes, levels, boxes, box, rows):
+    """Write the triangles whose boxes meet a box, as far as there is room; how many they are."""
+    stack = np.empty((FAN * (levels.shape[0] + 1) + 8, 2), dtype=np.int64)
+    stack[0, 0], stack[0, 1], top = nodes.shape[0] - 1, levels.shape[0] - 1, 1
+    n = 0
+    while top > 0:
+        top -= 1
+        node, level = stack[top, 0], stack[top, 1]
+        if level > 0:
+            first = levels[level - 1, 0] + (node - levels[level, 0]) * FAN
+            for child in range(first, min(first + FAN, levels[level, 0])):
+                apart = False
+                for k in range(3):
+                    apart |= nodes[child, k] > box[3 + k] or nodes[child, 3 + k] < box[k]
+                if not apart:
+                    stack[top, 0], stack[top, 1] = child, level - 1
+                    top += 1
+            continue
+        for k in range(LEAF * node, min(LEAF * node + LEAF, order.shape[0])):
+            row = order[k]
+            apart = False
+            for axis in range(3):
+                apart |= boxes[row, axis] > box[3 + axis] or boxes[row, 3 + axis] < box[axis]
+            if not apart:
+                if n < rows.shape[0]:
+                    rows[n] = row
+                n += 1
+    return n

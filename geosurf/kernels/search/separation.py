@@ -1,0 +1,232 @@
+"""Which triangles of a mesh are surely apart, but for the corners and edges that they share.
+
+Two convex sets are apart if a plane lies between them, and a plane that is found with rounding
+errors is a plane all the same: whether all corners lie on its two sides is decided by numbers that
+are larger than what rounding can have done to them. So nothing here rests on how a mesh was made,
+or on how contacts of triangles are classified (`contact`); that is asked for pairs that stay open.
+
+three corners in common   the same triangle
+two                       apart if not in one plane, or if a projection has them on two sides of
+                          the edge
+one, none                 apart if the plane half-way between them has them on two sides, or the
+                          plane of one has the other on one side, or a projection has them on two
+                          sides of an edge
+
+Notation
+    x, t     corners and triangles
+    boxes    lower and upper corner of each triangle
+    offsets, filled   triangles of each voxel, as `voxels.fill_voxels` has them
+    first    voxel that holds the lower corner of each box: a pair is looked at in one voxel only
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.exact.predicates import TINY, plain_side, plane_terms
+
+# rounding takes less than 8 units (2**-53) of the sum of magnitudes from sums of three products of
+# differences, and less than 16 from those of six products of three
+PLANE_BOUND, VOLUME_BOUND = 1e-15, 2e-15
+
+
+@scalar
+def _common(t, a, b, at):
+    """Number of common corners; their places in a and b first in `at`, the others behind."""
+    n = 0
+    for i in range(3):
+        for j in range(3):
+            if t[a, i] == t[b, j]:
+                at[0, n], at[1, n] = i, j
+                n += 1
+    if n == 1:
+        at[0, 1], at[0, 2] = (at[0, 0] + 1) % 3, (at[0, 0] + 2) % 3
+        at[1, 1], at[1, 2] = (at[1, 0] + 1) % 3, (at[1, 0] + 2) % 3
+    elif n == 2:
+        at[0, 2] = 3 - at[0, 0] - at[0, 1]
+        at[1, 2] = 3 - at[1, 0] - at[1, 1]
+    return n
+
+
+@scalar
+def _turn(x, p, q, r, u, v):
+    """Sign of the turn p, q, r on axes u and v; 0 if it is not sure."""
+    one = (x[q, u] - x[p, u]) * (x[r, v] - x[p, v])
+    two = (x[q, v] - x[p, v]) * (x[r, u] - x[p, u])
+    size = abs(one) + abs(two)
+    if size > TINY and abs(one - two) > PLANE_BOUND * size:
+        return 1 if one > two else -1
+    return 0
+
+
+@scalar
+def _apart_at_edge(x, p, q, a, b):
+    """Whether triangles p, q, a and p, q, b surely meet in their common edge only."""
+    ux, uy, uz = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
+    ax, ay, az = x[a, 0] - x[p, 0], x[a, 1] - x[p, 1], x[a, 2] - x[p, 2]
+    bx, by, bz = x[b, 0] - x[p, 0], x[b, 1] - x[p, 1], x[b, 2] - x[p, 2]
+    volume = bx * (uy * az - uz * ay) + by * (uz * ax - ux * az) + bz * (ux * ay - uy * ax)
+    size = abs(bx) * (abs(uy * az) + abs(uz * ay)) + abs(by) * (abs(uz * ax) + abs(ux * az))
+    size += abs(bz) * (abs(ux * ay) + abs(uy * ax))
+    if size > TINY and abs(volume) > VOLUME_BOUND * size:
+        return True
+    for k in range(3):  # the map first
+        u, v = k, (k + 1) % 3
+        if _turn(x, p, q, a, u, v) * _turn(x, p, q, b, u, v) < 0:
+            return True
+    return False
+
+
+@scalar
+def _span(x, t, tri, o, nx, ny, nz):
+    """Least and largest height of the corners of a triangle over the plane through o, surely."""
+    low, high = np.inf, -np.inf
+    for i in range(3):
+        v = t[tri, i]
+        if v == o:
+            continue
+        hx, hy, hz = nx * (x[v, 0] - x[o, 0]), ny * (x[v, 1] - x[o, 1]), nz * (x[v, 2] - x[o, 2])
+        height = hx + hy + hz
+        slack = PLANE_BOUND * (abs(hx) + abs(hy) + abs(hz)) + TINY
+        low, high = min(low, height - slack), max(high, height + slack)
+    return low, high
+
+
+@scalar
+def _way(x, p, q, r):
+    """Direction from p half-way between q and r, of length 1."""
+    ax, ay, az = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
+    bx, by, bz = x[r, 0] - x[p, 0], x[r, 1] - x[p, 1], x[r, 2] - x[p, 2]
+    a = 1.0 / max(np.sqrt(ax * ax + ay * ay + az * az), TINY)
+    b = 1.0 / max(np.sqrt(bx * bx + by * by + bz * bz), TINY)
+    cx, cy, cz = ax * a + bx * b, ay * a + by * b, az * a + bz * b
+    c = 1.0 / max(np.sqrt(cx * cx + cy * cy + cz * cz), TINY)
+    return cx * c, cy * c, cz * c
+
+
+@scalar
+def _beside_plane(x, t, a, b, shared):
+    """Whether triangle b, but for a corner shared with a, is surely on one side of a's plane."""
+    o = t[a, 0]
+    n0, n1, n2, s0, s1, s2, span = plane_terms(x, o, t[a, 1], t[a, 2])
+    before = 0
+    for i in range(3):
+        v = t[b, i]
+        if v == shared:
+            continue
+        cx, cy, cz = x[v, 0] - x[o, 0], x[v, 1] - x[o, 1], x[v, 2] - x[o, 2]
+        side = plain_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, 0.0)
+        if side == 0 or side == -before:
+            return False
+        before = side
+    return True
+
+
+@scalar
+def _beside_edge(x, t, a, b, shared, u, v):
+    """Whether an edge of a, on axes u and v, surely parts it from b, but for a shared corner."""
+    for i in range(3):
+        p, q, r = t[a, i], t[a, (i + 1) % 3], t[a, (i + 2) % 3]
+        if r == shared:
+            continue
+        side = _turn(x, p, q, r, u, v)
+        parted = side != 0
+        for j in range(3):
+            c = t[b, j]
+            if parted and c != shared:
+                parted = _turn(x, p, q, c, u, v) == -side
+        if parted:
+            return True
+    return False
+
+
+@scalar
+def _parted(x, t, a, b, shared):
+    """Whether a plane through one of two triangles surely has the other beyond it."""
+    if _beside_plane(x, t, a, b, shared) or _beside_plane(x, t, b, a, shared):
+        return True
+    for k in range(3):
+        u, v = k, (k + 1) % 3
+        if _beside_edge(x, t, a, b, shared, u, v) or _beside_edge(x, t, b, a, shared, u, v):
+            return True
+    return False
+
+
+@scalar
+def _apart_at_corner(x, t, a, b, at):
+    """Whether a plane half-way surely parts triangles, but for their common corner."""
+    o = t[a, at[0, 0]]
+    ax, ay, az = _way(x, o, t[a, at[0, 1]], t[a, at[0, 2]])
+    bx, by, bz = _way(x, o, t[b, at[1, 1]], t[b, at[1, 2]])
+    nx, ny, nz = ax - bx, ay - by, az - bz
+    return _span(x, t, a, o, nx, ny, nz)[0] > 0.0 > _span(x, t, b, o, nx, ny, nz)[1]
+
+
+@scalar
+def _apart(x, t, a, b):
+    """Whether a plane half-way surely parts triangles without a common corner."""
+    nx = x[t[a, 0], 0] + x[t[a, 1], 0] + x[t[a, 2], 0]
+    ny = x[t[a, 0], 1] + x[t[a, 1], 1] + x[t[a, 2], 1]
+    nz = x[t[a, 0], 2] + x[t[a, 1], 2] + x[t[a, 2], 2]
+    nx -= x[t[b, 0], 0] + x[t[b, 1], 0] + x[t[b, 2], 0]
+    ny -= x[t[b, 0], 1] + x[t[b, 1], 1] + x[t[b, 2], 1]
+    nz -= x[t[b, 0], 2] + x[t[b, 1], 2] + x[t[b, 2], 2]
+    o = t[a, 0]  # its own height is 0
+    return min(0.0, _span(x, t, a, o, nx, ny, nz)[0]) > _span(x, t, b, o, nx, ny, nz)[1]
+
+
+@scalar
+def surely_apart(x, t, a, b, at):
+    """Whether two triangles surely meet in common corners and edges only."""
+    n = _common(t, a, b, at)
+    if n == 3:
+        return True
+    if n == 2:
+        p, q = t[a, at[0, 0]], t[a, at[0, 1]]
+        return _apart_at_edge(x, p, q, t[a, at[0, 2]], t[b, at[1, 2]])
+    if n == 1:
+        return _apart_at_corner(x, t, a, b, at) or _parted(x, t, a, b, t[a, at[0, 0]])
+    return _apart(x, t, a, b) or _parted(x, t, a, b, -1)
+
+
+@scalar
+def boxes_meet(boxes, a, b):
+    """Whether two boxes have a point in common."""
+    for k in range(3):
+        if boxes[a, k] > boxes[b, 3 + k] or boxes[b, k] > boxes[a, 3 + k]:
+            return False
+    return True
+
+
+@entry("d2 l2 l d2 l1 l1 l1 l2 l2 -> l")
+def open_pairs(x, t, n_first, boxes, shape, offsets, filled, first, pairs):
+    """Pairs of triangles that are not surely apart, the lower row first; written as far as there
+    is room. Returns their number.
+
+    Of the triangles from row `n_first` on, none is compared with another.
+    """
+    at = np.empty((2, 9), dtype=np.int64)
+    n = 0
+    for voxel in range(offsets.shape[0] - 1):
+        k = voxel % shape[2]
+        j = voxel // shape[2] % shape[1]
+        i = voxel // (shape[1] * shape[2])
+        for s in range(offsets[voxel], offsets[voxel + 1]):
+            a = filled[s]
+            if a >= n_first:
+                break  # rows rise in a voxel
+            for r in range(s + 1, offsets[voxel + 1]):
+                b = filled[r]
+                if (
+                    max(first[a, 2], first[b, 2]) != k
+                    or max(first[a, 1], first[b, 1]) != j
+                    or max(first[a, 0], first[b, 0]) != i
+                    or not boxes_meet(boxes, a, b)
+                    or surely_apart(x, t, a, b, at)
+                ):
+                    continue
+                if n < pairs.shape[0]:
+                    pairs[n, 0], pairs[n, 1] = a, b
+                n += 1
+    return n

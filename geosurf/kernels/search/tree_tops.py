@@ -1,0 +1,76 @@
+"""Which of many trees can meet at all, seen from their upper levels: one call for all pairs.
+
+Boxes around faults that run side by side meet, while few of their parts do. The upper levels of a
+tree, its crown, tell most of such pairs apart at once; a walk through both whole trees takes a
+call for each pair, with all of their arrays.
+
+Notation, beside that of `tree`
+    nodes    nodes of all crowns, one after the other
+    levels   int64 (n, 5): first row of `nodes`, rows and columns of nodes of each level, and how
+             many rows and columns of nodes each node of the level above holds
+    first    int64 (n_tree + 1,): the lowest level of each crown, and one behind the last
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.search.tree import _apart, _extent, _push
+
+_FAN_ROW, _FAN_COL = 3, 4
+
+
+@scalar
+def _push_children(levels, level, node, other, level_other, swapped, stack, top):
+    """Put each node below a node on the stack, with the other tree's node beside it."""
+    at, width = node - levels[level, 0], levels[level, 2]
+    row, col = at // width, at % width
+    below = level - 1
+    fan_row, fan_col = levels[below, _FAN_ROW], levels[below, _FAN_COL]
+    for i in range(row * fan_row, min(row * fan_row + fan_row, levels[below, 1])):
+        for j in range(col * fan_col, min(col * fan_col + fan_col, levels[below, 2])):
+            kid = levels[below, 0] + i * levels[below, 2] + j
+            if swapped:
+                top = _push(stack, top, other, level_other, kid, below)
+            else:
+                top = _push(stack, top, kid, below, other, level_other)
+    return top
+
+
+@scalar
+def _crowns_meet(nodes, levels, first, one, two, stack):
+    """Whether two nodes of the lowest levels of two crowns meet."""
+    top = _push(
+        stack, 0, levels[first[one + 1] - 1, 0], first[one + 1] - 1,
+        levels[first[two + 1] - 1, 0], first[two + 1] - 1,
+    )  # fmt: skip
+    while top > 0:
+        top -= 1
+        i, level_i, j, level_j = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
+        if _apart(nodes, i, nodes, j):
+            continue
+        low_i, low_j = level_i == first[one], level_j == first[two]
+        if low_i and low_j:
+            return True
+        if low_j or (not low_i and _extent(nodes, i) >= _extent(nodes, j)):
+            top = _push_children(levels, level_i, i, j, level_j, False, stack, top)
+        else:
+            top = _push_children(levels, level_j, j, i, level_i, True, stack, top)
+    return False
+
+
+@entry("d2 l2 l1 l2 -> b1")
+def crowns_meet(nodes, levels, first, pairs):
+    """Whether two trees (rows of `first`) of each pair have nodes that meet, as far as crowns go.
+
+    A level above another one has one node at least for each `fan` of it: see `tree`.
+    """
+    most = 1
+    for level in range(levels.shape[0]):
+        most = max(most, levels[level, _FAN_ROW] * levels[level, _FAN_COL])
+    stack = np.empty((2 * most * levels.shape[0] + 2, 4), dtype=np.int64)
+    found = np.empty(pairs.shape[0], dtype=np.bool_)
+    for k in range(pairs.shape[0]):
+        found[k] = _crowns_meet(nodes, levels, first, pairs[k, 0], pairs[k, 1], stack)
+    return found

@@ -1,0 +1,203 @@
+"""Triangles as they are seen from one point: boxes of their directions, and which of those meet.
+
+Two triangles meet only if they are seen in a common direction, from wherever it is. Seen from a
+vertex that thousands of triangles share, each of these is an arc on the sphere of directions; all
+of their boxes in space meet at that vertex, those of the arcs meet where the triangles do, and
+beside one another.
+
+Notation
+    x        points (n, 3); corners: rows of x (m, 3)
+    boxes    lower and upper corners (m, 6)
+    label    int64 (m,): what has the same label, from 0 on, is not compared
+    order    rows of boxes, LEAF in a leaf; nodes, levels: boxes of the tree above, see `tree`
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.search.tree import FAN, LEAF, build_above, clear_boxes, levels_of
+
+ROOM = 1e-6  # of a direction; so far apart, no rounding makes triangles meet but next to the eye
+_BESIDE = 1e-14  # ten times what the area of a triangle on the sphere rounds off
+_WIDE = 1.5  # square of the chord between two corners, from which anything may be seen
+_MIXED, _EMPTY = -1, -2
+
+
+@scalar
+def _bend(to, a, b, k):
+    """Extremes of a coordinate inside the arc of two directions; those of one end if it has none.
+
+    Along the arc it is ``to[a, k] cos(t) + q sin(t)``, q being that of the way from a, of length 1.
+    """
+    dot = to[a, 0] * to[b, 0] + to[a, 1] * to[b, 1] + to[a, 2] * to[b, 2]
+    sine = math.sqrt(max(1.0 - dot * dot, 0.0))
+    leaves, arrives = to[b, k] - dot * to[a, k], dot * to[b, k] - to[a, k]
+    if sine < 1e-7 or leaves * arrives >= 0.0:  # what an arc so short bends is far below the error
+        return to[a, k], to[a, k]
+    size = math.sqrt(to[a, k] ** 2 + (leaves / sine) ** 2)
+    return (to[a, k], size) if leaves > 0.0 else (-size, to[a, k])
+
+
+@scalar
+def _around_axis(to, k, chord):
+    """1 if three directions may be around an axis, -1 for the other way along it, else 0."""
+    if abs(to[0, k]) < 1.0 - 0.5 * chord - 1e-9:  # no corner is farther from it than from another
+        return 0
+    u, v = (k + 1) % 3, (k + 2) % 3
+    a = to[0, u] * to[1, v] - to[0, v] * to[1, u]
+    b = to[1, u] * to[2, v] - to[1, v] * to[2, u]
+    c = to[2, u] * to[0, v] - to[2, v] * to[0, u]
+    if min(a, min(b, c)) < -_BESIDE and max(a, max(b, c)) > _BESIDE:
+        return 0
+    # each side is shorter than a quarter: all are on one side
+    return 1 if to[0, k] + to[1, k] + to[2, k] > 0.0 else -1
+
+
+@entry("d2 l2 d1 d -> d2")
+def directions_of(x, corners, eye, slip):
+    """Boxes of the directions in which triangles are seen from a point.
+
+    A corner at the point itself is left out: the triangle is an arc then. Coordinates may be off by
+    `slip`. What is near or wide is seen everywhere.
+    """
+    boxes = np.empty((corners.shape[0], 6))
+    to = np.empty((3, 3))
+    for i in range(corners.shape[0]):
+        n = 0
+        nearest = np.inf
+        for corner in range(3):
+            at = corners[i, corner]
+            ux, uy, uz = x[at, 0] - eye[0], x[at, 1] - eye[1], x[at, 2] - eye[2]
+            away = math.sqrt(ux * ux + uy * uy + uz * uz)
+            if ux == 0.0 and uy == 0.0 and uz == 0.0:
+                continue
+            nearest = min(nearest, away)
+            if 1e-140 < away < 1e140:
+                to[n, 0], to[n, 1], to[n, 2] = ux / away, uy / away, uz / away
+            else:
+                nearest = 0.0
+            n += 1
+        for k in range(3):
+            boxes[i, k], boxes[i, 3 + k] = -2.0, 2.0
+        if n < 2 or not 8.0 * slip < 0.01 * nearest:
+            continue
+        chord = 0.0
+        for a in range(n):
+            for b in range(a):
+                square = 0.0
+                for k in range(3):
+                    square += (to[a, k] - to[b, k]) ** 2
+                chord = max(chord, square)
+        if chord >= _WIDE:
+            continue
+        room = ROOM + 16.0 * slip / nearest
+        for k in range(3):
+            low = high = to[0, k]
+            for a in range(1, n):
+                low, high = min(low, to[a, k]), max(high, to[a, k])
+            for a in range(n if n == 3 else 1):
+                least, most = _bend(to, a, (a + 1) % n, k)
+                low, high = min(low, least), max(high, most)
+            if n == 3:
+                inside = _around_axis(to, k, chord)
+                high, low = (1.0 if inside > 0 else high), (-1.0 if inside < 0 else low)
+            boxes[i, k], boxes[i, 3 + k] = low - room, high + room
+    return boxes
+
+
+@entry("d2 l1 l1 -> d2 l2 l1")
+def tree_of_boxes(boxes, order, label):
+    """Boxes and levels of a tree over boxes in an order, and the label of all below each node."""
+    n = order.shape[0]
+    levels, n_node = levels_of(1, (n + LEAF - 1) // LEAF, 1, FAN)
+    nodes = np.empty((n_node, 6))
+    common = np.full(n_node, _EMPTY, dtype=np.int64)
+    clear_boxes(nodes, 0, levels[0, 2])
+    for place in range(n):
+        leaf, i = place // LEAF, order[place]
+        for k in range(3):
+            nodes[leaf, k] = min(nodes[leaf, k], boxes[i, k])
+            nodes[leaf, 3 + k] = max(nodes[leaf, 3 + k], boxes[i, 3 + k])
+        if common[leaf] == _EMPTY:
+            common[leaf] = label[i]
+        elif common[leaf] != label[i]:
+            common[leaf] = _MIXED
+    build_above(nodes, levels, 1, FAN)
+    for level in range(1, levels.shape[0]):
+        for i in range(levels[level - 1, 2]):
+            below, node = levels[level - 1, 0] + i, levels[level, 0] + i // FAN
+            if common[node] == _EMPTY:
+                common[node] = common[below]
+            elif common[node] != common[below]:
+                common[node] = _MIXED
+    return nodes, levels, common
+
+
+@scalar
+def _meet(p, i, q, j):
+    """Whether two boxes meet."""
+    for k in range(3):
+        if p[i, k] > q[j, 3 + k] or q[j, k] > p[i, 3 + k]:
+            return False
+    return True
+
+
+@scalar
+def _extent(nodes, i):
+    return (nodes[i, 3] - nodes[i, 0]) + (nodes[i, 4] - nodes[i, 1]) + (nodes[i, 5] - nodes[i, 2])
+
+
+@entry("d2 d2 l1 l1 d2 l2 l1 l2 -> l")
+def seen_together(boxes, spaces, label, order, nodes, levels, common, pairs):
+    """Write rows of boxes that meet, in `spaces`, too, and have no label in common; how many.
+
+    Each pair once, the lower row first. What `pairs` has no room for is counted only.
+    """
+    stack = np.empty((4096, 4), dtype=np.int64)
+    stack[0, 0] = stack[0, 2] = nodes.shape[0] - 1
+    stack[0, 1] = stack[0, 3] = levels.shape[0] - 1
+    top = 1
+    n = 0
+    while top > 0:
+        top -= 1
+        i, level_i, j, level_j = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
+        if (common[i] >= 0 and common[i] == common[j]) or not _meet(nodes, i, nodes, j):
+            continue
+        if level_i == 0 and level_j == 0:
+            for p in range(LEAF * i, min(LEAF * i + LEAF, order.shape[0])):
+                one = order[p]
+                start = p + 1 if i == j else LEAF * j
+                for q in range(start, min(LEAF * j + LEAF, order.shape[0])):
+                    two = order[q]
+                    if label[one] >= 0 and label[one] == label[two]:
+                        continue
+                    if _meet(boxes, one, boxes, two) and _meet(spaces, one, spaces, two):
+                        if n < pairs.shape[0]:
+                            pairs[n, 0], pairs[n, 1] = min(one, two), max(one, two)
+                        n += 1
+            continue
+        if top + FAN * FAN > stack.shape[0]:
+            larger = np.empty((2 * stack.shape[0], 4), dtype=np.int64)
+            larger[: stack.shape[0]] = stack
+            stack = larger
+        if level_j == 0 or (level_i > 0 and (i == j or _extent(nodes, i) >= _extent(nodes, j))):
+            split, level, other, level_other = i, level_i, j, level_j
+        else:
+            split, level, other, level_other = j, level_j, i, level_i
+        first = levels[level - 1, 0] + (split - levels[level, 0]) * FAN
+        last = min(first + FAN, levels[level, 0])
+        for child in range(first, last):
+            if i != j:
+                stack[top, 0], stack[top, 1] = child, level - 1
+                stack[top, 2], stack[top, 3] = other, level_other
+                top += 1
+                continue
+            for second in range(child, last):  # a node with itself: each pair of children once
+                stack[top, 0], stack[top, 1] = child, level - 1
+                stack[top, 2], stack[top, 3] = second, level - 1
+                top += 1
+    return n

@@ -1,0 +1,225 @@
+"""The equations of the smoothest surface, in a narrow envelope: ordered, filled and solved.
+
+A band along faults is nearly one-dimensional: taken in the order of steps from its far end, as
+Cuthill & McKee (1969), Proc. 24th Nat. Conf. ACM, 157-172, do, an unknown meets none but its near
+neighbours. Cholesky's method then fills nothing outside the envelope: from the first entry of each
+row to the diagonal (George & Liu 1981, Computer Solution of Large Sparse
+Positive Definite Systems).
+
+Legend
+    number   of an unknown, -1 for a known node; as the caller counts them
+    place    of an unknown in the order of elimination
+    first    first column of each row; row i holds columns first[i] .. i in
+             lower[start[i] : start[i + 1]]
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.sheets.smooth_surface import KINDS, NODES, fill_forms, nodes_of_differences
+
+
+@scalar
+def _neighbours(east, north):
+    """Where those of each node start (n + 1,), and which they are: both ways along all links.
+
+    At a tip two sheets may have a neighbour in common, so that a node has more than four.
+    """
+    n = east.shape[0]
+    start = np.zeros(n + 1, dtype=np.int64)
+    for v in range(n):
+        for u in (east[v], north[v]):
+            if u >= 0:
+                start[v + 1] += 1
+                start[u + 1] += 1
+    for v in range(n):
+        start[v + 1] += start[v]
+    free = start[:n].copy()
+    beside = np.empty(start[n], dtype=np.int64)
+    for v in range(n):
+        for u in (east[v], north[v]):
+            if u >= 0:
+                beside[free[v]], beside[free[u]] = u, v
+                free[v] += 1
+                free[u] += 1
+    return start, beside
+
+
+@scalar
+def _spread(node, start, beside, seen, mark, queue):
+    """Nodes in the order of their steps from one, written to a queue; their number."""
+    queue[0] = node
+    seen[node] = mark
+    count, done = 1, 0
+    while done < count:
+        v = queue[done]
+        done += 1
+        for k in range(start[v], start[v + 1]):
+            u = beside[k]
+            if seen[u] != mark:
+                seen[u] = mark
+                queue[count] = u
+                count += 1
+    return count
+
+
+@entry("l1 l1 l1 -> l1")
+def places_in_order(east, north, number):
+    """Place (n_unknown,) of each unknown: unknowns that share a difference are near each other.
+
+    Steps are counted along links of known nodes, too, since differences reach across them.
+    """
+    n = east.shape[0]
+    start, beside = _neighbours(east, north)
+    n_unknown = 0
+    for v in range(n):
+        n_unknown = max(n_unknown, number[v] + 1)
+    seen = np.full(n, -1, dtype=np.int64)
+    queue = np.empty(n, dtype=np.int64)
+    place = np.empty(n_unknown, dtype=np.int64)
+    left = n_unknown
+    for v in range(n):
+        if seen[v] >= 0:
+            continue
+        # one end of the part that v is in: the last node from any; then all from there, backwards
+        count = _spread(v, start, beside, seen, 2 * v, queue)
+        count = _spread(queue[count - 1], start, beside, seen, 2 * v + 1, queue)
+        for k in range(count):
+            at = number[queue[k]]
+            if at >= 0:
+                left -= 1
+                place[at] = left
+    return place
+
+
+@entry("l1 l1 b1 l1 d1 d1 l1 -> l1 d1 l1 d1")
+def fill_envelope(east, north, square, number, value, weights, place):
+    """Envelope of the energy's matrix, and right side (n_unknown,), both in the order of places.
+
+    `value` holds where `number` is -1. See `bending` for the rest.
+    """
+    n, n_unknown = east.shape[0], place.shape[0]
+    forms = np.zeros((KINDS, NODES * NODES))
+    fill_forms(weights, forms)
+    g, at = np.empty(NODES, dtype=np.int64), np.empty(NODES, dtype=np.int64)
+    first = np.arange(n_unknown)
+    for v in range(n):
+        form = forms[nodes_of_differences(v, east, north, square, g)]
+        least = _look_up(g, form, number, place, at)
+        for i in range(NODES):
+            if at[i] >= 0:
+                first[at[i]] = min(first[at[i]], least)
+    start = np.zeros(n_unknown + 1, dtype=np.int64)
+    for row in range(n_unknown):
+        start[row + 1] = start[row] + row - first[row] + 1
+    lower, right = np.zeros(start[n_unknown]), np.zeros(n_unknown)
+    for v in range(n):
+        form = forms[nodes_of_differences(v, east, north, square, g)]
+        if _look_up(g, form, number, place, at) == n_unknown:
+            continue
+        for i in range(NODES):
+            p = at[i]
+            if p >= 0:
+                lower[start[p + 1] - 1] += form[NODES * i + i]
+            if g[i] < 0:
+                continue
+            for j in range(i):
+                w = form[NODES * i + j]
+                q = at[j]
+                if w == 0.0:
+                    continue
+                if p >= 0 and q >= 0:
+                    row = max(p, q)
+                    lower[start[row] + min(p, q) - first[row]] += w
+                elif p >= 0:
+                    right[p] -= w * value[g[j]]
+                elif q >= 0:
+                    right[q] -= w * value[g[i]]
+    return first, lower, start, right
+
+
+@scalar
+def _look_up(g, form, number, place, at):
+    """Write the places of the ten nodes of a node, -1 for known and absent ones; the least one."""
+    least = place.shape[0]
+    for i in range(NODES):
+        # a form without second and third differences has three nodes
+        k = number[g[i]] if form[NODES * i + i] != 0.0 else -1
+        at[i] = place[k] if k >= 0 else -1
+        if k >= 0:
+            least = min(least, at[i])
+    return least
+
+
+@entry("l1 d1 l1 -> l")
+def factorise(first, lower, start):
+    """Cholesky factor of an envelope matrix, in place; the row that is not positive, or -1."""
+    for i in range(first.shape[0]):
+        at = start[i] - first[i]
+        for j in range(first[i], i):
+            low = max(first[i], first[j])
+            below = start[j] - first[j]
+            total = lower[at + j]
+            for k in range(low, j):
+                total -= lower[at + k] * lower[below + k]
+            lower[at + j] = total / lower[below + j]
+        pivot = lower[at + i]
+        for k in range(first[i], i):
+            pivot -= lower[at + k] * lower[at + k]
+        if not pivot > 0.0:
+            return i
+        lower[at + i] = np.sqrt(pivot)
+    return -1
+
+
+@entry("l1 d1 l1 d1 -> d1")
+def substitute(first, lower, start, right):
+    """Solution (n,) for a factor of `factorise`."""
+    n = first.shape[0]
+    x = right.copy()
+    for i in range(n):
+        at = start[i] - first[i]
+        for k in range(first[i], i):
+            x[i] -= lower[at + k] * x[k]
+        x[i] /= lower[at + i]
+    for i in range(n - 1, -1, -1):
+        at = start[i] - first[i]
+        x[i] /= lower[at + i]
+        for k in range(first[i], i):
+            x[k] -= lower[at + k] * x[i]
+    return x
+
+
+@entry("l1 d1 l1 l1 l1 d1 l1 -> l1 d1 l1")
+def add_squares(first, lower, start, row, column, weight, place):
+    """An envelope with squares of rows added to it, wide enough for them.
+
+    Row k has weights row[k] .. row[k + 1] at unknowns `column`, each of them once.
+    """
+    n = first.shape[0]
+    wide = first.copy()
+    for r in range(row.shape[0] - 1):
+        least = n
+        for k in range(row[r], row[r + 1]):
+            least = min(least, place[column[k]])
+        for k in range(row[r], row[r + 1]):
+            p = place[column[k]]
+            wide[p] = min(wide[p], least)
+    begin = np.zeros(n + 1, dtype=np.int64)
+    for i in range(n):
+        begin[i + 1] = begin[i] + i - wide[i] + 1
+    out = np.zeros(begin[n])
+    for i in range(n):
+        at = begin[i] + first[i] - wide[i]
+        for k in range(start[i + 1] - start[i]):
+            out[at + k] = lower[start[i] + k]
+    for r in range(row.shape[0] - 1):
+        for k in range(row[r], row[r + 1]):
+            p = place[column[k]]
+            for m in range(row[r], k + 1):
+                q = place[column[m]]
+                high = max(p, q)
+                out[begin[high] + min(p, q) - wide[high]] += weight[k] * weight[m]
+    return wide, out, begin

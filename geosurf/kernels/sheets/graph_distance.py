@@ -1,0 +1,58 @@
+"""How far is each node of a lattice graph from some, along its links?
+
+`east` and `north` are the neighbours of each node, -1 where the link is cut or missing; no node
+is the neighbour of two in one direction.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry
+
+
+@entry("l1 l1 b1 l -> l1")
+def steps_from(east, north, start, longest):
+    """Number of links (n,) from each node to the nearest of `start`, at most `longest`."""
+    n = east.shape[0]
+    beside = np.full((n, 4), -1, dtype=np.int64)
+    for v in range(n):
+        if east[v] >= 0:
+            beside[v, 0] = east[v]
+            beside[east[v], 1] = v
+        if north[v] >= 0:
+            beside[v, 2] = north[v]
+            beside[north[v], 3] = v
+    steps = np.full(n, longest, dtype=np.int64)
+    queue = np.empty(n, dtype=np.int64)
+    count = done = 0
+    for v in range(n):
+        if start[v]:
+            steps[v] = 0
+            queue[count] = v
+            count += 1
+    while done < count:
+        v = queue[done]
+        done += 1
+        ahead = steps[v] + 1
+        for k in range(4):
+            u = beside[v, k]
+            if u >= 0 and ahead < steps[u]:
+                steps[u] = ahead
+                queue[count] = u
+                count += 1
+    return steps
+
+
+@entry("l1 l1 b1 -> l1 l1")
+def links_among(east, north, present):
+    """The links between nodes that are both present; -1 elsewhere."""
+    n = east.shape[0]
+    out = np.full((2, n), -1, dtype=np.int64)
+    for v in range(n):
+        if present[v]:
+            if east[v] >= 0 and present[east[v]]:
+                out[0, v] = east[v]
+            if north[v] >= 0 and present[north[v]]:
+                out[1, v] = north[v]
+    return out[0].copy(), out[1].copy()

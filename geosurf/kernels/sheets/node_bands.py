@@ -1,0 +1,142 @@
+"""Some nodes of a lattice, increasing: a band of it, never the whole.
+
+Node = row * n_col + column. What is asked costs as much as the band has nodes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+
+
+@entry("l1 l1 l1 l -> l1")
+def nodes_of_blocks(starts, cols, rows, n_col):
+    """Nodes in the blocks that have items, increasing.
+
+    Block b has ``starts[b + 1] - starts[b]`` items; in column x of blocks are columns ``cols[x]``
+    .. ``cols[x + 1] - 1`` of nodes, and rows alike.
+    """
+    wide, tall = cols.shape[0] - 1, rows.shape[0] - 1
+    total = 0
+    for y in range(tall):
+        for x in range(wide):
+            if starts[y * wide + x + 1] > starts[y * wide + x]:
+                total += (rows[y + 1] - rows[y]) * (cols[x + 1] - cols[x])
+    out = np.empty(total, dtype=np.int64)
+    n = 0
+    for y in range(tall):
+        for row in range(rows[y], rows[y + 1]):
+            for x in range(wide):
+                if starts[y * wide + x + 1] > starts[y * wide + x]:
+                    for col in range(cols[x], cols[x + 1]):
+                        out[n] = row * n_col + col
+                        n += 1
+    return out
+
+
+@entry("l1 l d d -> d2")
+def places_of_nodes(nodes, n_col, wide, tall):
+    """Places (n, 2) of nodes: columns `wide` and rows `tall` apart."""
+    out = np.empty((nodes.shape[0], 2))
+    for k in range(nodes.shape[0]):
+        row = nodes[k] // n_col
+        out[k, 0], out[k, 1] = (nodes[k] - row * n_col) * wide, row * tall
+    return out
+
+
+@entry("d2 d1 l1 l1 d -> l1 l1")
+def in_blocks(points, corner, shape, starts, size):
+    """Rows of the points (n, m) that lie, by their first two, in blocks with items; the blocks.
+
+    Block (x, y) reaches from ``(corner + (x, y)) * size`` on; ``y * shape[0] + x`` is its number.
+    """
+    n = 0
+    rows = np.empty(points.shape[0], dtype=np.int64)
+    blocks = np.empty(points.shape[0], dtype=np.int64)
+    for k in range(points.shape[0]):
+        x = np.floor(points[k, 0] / size) - corner[0]
+        y = np.floor(points[k, 1] / size) - corner[1]
+        if x >= 0.0 and x < shape[0] and y >= 0.0 and y < shape[1]:
+            block = int(y) * shape[0] + int(x)
+            if starts[block + 1] > starts[block]:
+                rows[n], blocks[n] = k, block
+                n += 1
+    return rows[:n].copy(), blocks[:n].copy()
+
+
+@entry("l1 l1 l -> l1 l1")
+def links_between(nodes, cut, n_col):
+    """East and north neighbour of each node, as a row of `nodes`; -1 without, or across a cut.
+
+    `cut` has bit 0 set where the link to the east is cut, bit 1 for the one to the north.
+    """
+    n = nodes.shape[0]
+    east, north = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
+    above = 0
+    for k in range(n):
+        node = nodes[k]
+        if k + 1 < n and nodes[k + 1] == node + 1 and (node + 1) % n_col != 0 and not cut[k] & 1:
+            east[k] = k + 1
+        while above < n and nodes[above] < node + n_col:
+            above += 1
+        if above < n and nodes[above] == node + n_col and not cut[k] & 2:
+            north[k] = above
+    return east, north
+
+
+@scalar
+def _widened(first, last, n, low, high, reach):
+    """Runs first[k] .. last[k] widened by reach, cut to low .. high and joined; their number."""
+    m = 0
+    for k in range(n):
+        a, b = max(first[k] - reach, low), min(last[k] + reach, high)
+        if m > 0 and a <= last[m - 1] + 1:
+            last[m - 1] = max(last[m - 1], b)
+        else:
+            first[m], last[m] = a, b
+            m += 1
+    return m
+
+
+@entry("l1 l l l -> l1")
+def nodes_around(nodes, n_row, n_col, reach):
+    """Nodes within some rows and columns of increasing ones, increasing."""
+    n = nodes.shape[0]
+    first, last = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    start = np.full(n_row + 1, n, dtype=np.int64)
+    m = k = 0
+    for row in range(n_row):  # runs of each row, widened along it
+        start[row] = m
+        runs = 0
+        while k < n and nodes[k] < (row + 1) * n_col:
+            if runs > 0 and last[m + runs - 1] + 1 == nodes[k]:
+                last[m + runs - 1] = nodes[k]
+            else:
+                first[m + runs] = last[m + runs] = nodes[k]
+                runs += 1
+            k += 1
+        m += _widened(first[m:], last[m:], runs, row * n_col, (row + 1) * n_col - 1, reach)
+    start[n_row] = m
+    mark = np.zeros(n_col + 1, dtype=np.int64)
+    out = np.empty(max(16, 2 * n), dtype=np.int64)
+    count = 0
+    for row in range(n_row):
+        low, high = max(row - reach, 0), min(row + reach, n_row - 1)
+        a, b = n_col, 0
+        for other in range(low, high + 1):
+            for run in range(start[other], start[other + 1]):
+                c, d = first[run] - other * n_col, last[run] - other * n_col + 1
+                mark[c] += 1
+                mark[d] -= 1
+                a, b = min(a, c), max(b, d)
+        inside = 0
+        if count + n_col > out.shape[0]:
+            out = np.concatenate((out, np.empty(out.shape[0] + n_col, dtype=np.int64)))
+        for col in range(a, b + 1):
+            inside += mark[col]
+            mark[col] = 0
+            if inside > 0:
+                out[count] = row * n_col + col
+                count += 1
+    return out[:count].copy()

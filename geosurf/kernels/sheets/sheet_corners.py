@@ -1,0 +1,100 @@
+"""Which corners of the pieces of a torn sheet are vertices of the sheet itself, and which of its
+triangles lie over one another in the map?
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.exact.predicates import orient2d
+
+
+@entry("d2 l2 l1 l2 d2 d1 -> l2")
+def named_corners(local, triangles, rows, faces, vertices, origin):
+    """Vertex (n, 3) of the sheet at each corner of some triangles, -1 for points that were made.
+
+    `faces` (n, 3) are the corners of their parents, `vertices` those of the sheet in the world.
+    """
+    out = np.full((rows.shape[0], 3), -1, dtype=np.int64)
+    for k in range(rows.shape[0]):
+        for c in range(3):
+            p = triangles[rows[k], c]
+            for d in range(3):
+                v = faces[k, d]
+                same = True
+                for axis in range(3):
+                    if local[p, axis] != vertices[v, axis] - origin[axis]:
+                        same = False
+                        break
+                if same:
+                    out[k, c] = v
+                    break
+    return out
+
+
+@scalar
+def _turn(x, none, m, w, a, b, c):
+    return orient2d(x, none, none, none, m, w, a, b, c, 0, 1)
+
+
+@scalar
+def _goes_on(x, a, b, p, q):
+    """Whether pq, on the line of ab, has nothing but a corner of the mesh in common with it."""
+    if (p == a or p == b) and (q == a or q == b):
+        return True
+    if q == a or q == b:
+        p, q = q, p
+    if p != a and p != b:
+        return False
+    end = b if p == a else a
+    axis = 0 if x[a, 0] != x[b, 0] else 1
+    return (x[q, axis] > x[p, axis]) != (x[end, axis] > x[p, axis])
+
+
+@scalar
+def _beside(x, t, none, m, w, f, own, g):
+    """Whether an edge of triangle f, which turns `own`, has g on its other side.
+
+    There g may have a corner in common with that edge, or the edge itself, but not another
+    edge over the same line.
+    """
+    for k in range(3):
+        a, b = t[f, k], t[f, (k + 1) % 3]
+        parted, on = True, 0
+        p = q = -1
+        for i in range(3):
+            c = t[g, i]
+            turn = 0
+            if c != a and c != b:
+                turn = _turn(x, none, m, w, a, b, c)
+            if turn == own:
+                parted = False
+                break
+            if turn == 0:
+                p, q = q, c
+                on += 1
+        if parted and (on < 2 or _goes_on(x, a, b, p, q)):
+            return True
+    return False
+
+
+@entry("d2 l2 l2 l1 l1 -> b1")
+def over_one_another(x, t, pairs, m, w):
+    """Whether two triangles (rows of `t`) may meet but in a corner or an edge of the mesh.
+
+    In the map they have an area in common, or part of an edge that is not one of the mesh. Exact:
+    two triangles of the plane are parted by a line along an edge of one of them, if at all.
+    True where one stands upright.
+    """
+    none = np.empty((0, 4), dtype=np.int64)
+    out = np.ones(pairs.shape[0], dtype=np.bool_)
+    for k in range(pairs.shape[0]):
+        f, g = pairs[k, 0], pairs[k, 1]
+        one = _turn(x, none, m, w, t[f, 0], t[f, 1], t[f, 2])
+        two = _turn(x, none, m, w, t[g, 0], t[g, 1], t[g, 2])
+        if one != 0 and two != 0:
+            out[k] = not (
+                _beside(x, t, none, m, w, f, one, g) or _beside(x, t, none, m, w, g, two, f)
+            )
+    return out

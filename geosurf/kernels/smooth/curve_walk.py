@@ -1,0 +1,291 @@
+"""All curves of two smooth lattices at once: landings in pairs of cells, a walk from each new one.
+
+From a landing (`land`) that lies beside no walk, the curve is walked both ways until it closes
+or leaves a surface, from knot to knot. A step goes on along the cubic of the last arc and comes
+back by Newton's method in the plane across. It is kept if the cubic arc between the two knots
+(`arcs`), measured at its quarters as in `resample`, is near enough to the curve; its length
+follows the fourth root of that distance. Chords are cut from the arcs at the end, by what the
+estimate along the whole curve (`doubt`) leaves of the tolerance.
+
+A pair of cells is settled if its surfaces are transverse, and a walk runs through it or beside its
+landing. All other pairs are handed back, to be split.
+
+Letters as in `lift` and `arcs`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.smooth.hermite_arcs import (
+    K_AWAY,
+    K_DOUBT,
+    K_LENGTH,
+    K_SINE,
+    K_SLOPE,
+    N_KNOT,
+    along_arc,
+    on_arc,
+    set_length,
+)
+from geosurf.kernels.smooth.knots import cut_chords, doubt_knot, set_knot, turn_round, with_room
+from geosurf.kernels.smooth.lift import (
+    F_POINT,
+    F_TANGENT,
+    LIFTED,
+    N_WORK,
+    OUTSIDE,
+    meet_line,
+    meet_to,
+)
+from geosurf.kernels.smooth.newton_seeds import (
+    LEFT,
+    NOT_PASSED,
+    holds_nothing,
+    is_beside,
+    keys_passed,
+    land,
+    open_pairs,
+    pass_through,
+)
+from geosurf.kernels.smooth.patch_pairs import near_patches
+from geosurf.kernels.smooth.trace import AT_RIM, CLOSED, LOST, passed, put_on
+
+NOISY = 4  # or a hole within three cells; beside AT_RIM, CLOSED, LOST
+_FIRST_STEP, _FARTHEST = 0.25, 2.0  # [cells] of one step
+_COARSEST = 0.25  # [cells] of a tolerance
+_MOST = 200_000
+_SHORTEST = 1e-6  # of the first step
+_SAME = 4.0  # [tolerances]: what is nearer to a walk is on it
+# how far an arc may be from the curve: a part of the tolerance, and no farther than the cubics may
+# be from the surfaces, or a smaller part, so that points stay as good as the nodes allow
+_ARC, _FINEST = 0.1, 0.002
+# steps are a little shorter than the last arc tells, and grow by so much at most: what is measured
+# jumps where cells change, and a step in vain costs as much as three
+_CAREFUL, _GROWTH = 0.85, 1.4
+
+
+@scalar
+def _allowed(knot, tolerance):
+    """How far the next arc may be from the curve [m]."""
+    doubted = (knot[K_DOUBT] + knot[K_DOUBT + 3]) / knot[K_SINE]
+    return min(_ARC * tolerance, max(doubted, _FINEST * tolerance))
+
+
+@scalar
+def away_from_arc(xa, ya, za, xb, yb, zb, c, one, two, target, enough, row, f):
+    """Largest distance of the curve from an arc at its quarters; inf if it cannot be measured."""
+    largest = 0.0
+    for k in range(3):
+        t = 0.5 if k == 0 else (0.25 if k == 1 else 0.75)
+        on_arc(one, two, t, row)
+        x, y, z = row[0], row[1], row[2]
+        p, q, r = along_arc(one, two, t)
+        found = meet_to(xa, ya, za, xb, yb, zb, c, 0, row[3:7], x, y, z, p, q, r, enough, f)
+        if found != LIFTED:
+            return np.inf
+        x, y, z = f[F_POINT] - x, f[F_POINT + 1] - y, f[F_POINT + 2] - z
+        largest = max(largest, math.sqrt(x * x + y * y + z * z))
+        if largest > target:
+            break
+    return largest
+
+
+@scalar
+def _ahead(xa, ya, za, xb, yb, zb, c, knots, first, n, step, enough, row, f):
+    """Newton from a step beyond knot n - 1: the arc before goes on, the first goes straight.
+
+    Parameters come into `row` (7,). Returns how it ended, and whether at a rim.
+    """
+    here = knots[n - 1]
+    if n - first > 1:
+        on_arc(knots[n - 2], here, 1.0 + step / here[K_LENGTH], row)
+    else:
+        for k in range(7):
+            row[k] = here[k] + step * here[K_SLOPE + k]
+    p, q, r = here[K_SLOPE], here[K_SLOPE + 1], here[K_SLOPE + 2]
+    w = row[3:7]
+    found = meet_to(xa, ya, za, xb, yb, zb, c, 0, w, row[0], row[1], row[2], p, q, r, enough, f)
+    if found != OUTSIDE:
+        return found, False
+    hold = passed(za, zb, w)
+    put_on(za, zb, hold, w)
+    return meet_line(xa, ya, za, xb, yb, zb, c, 0, w, hold, f), True
+
+
+@scalar
+def _way_on(here, step, f):
+    """+1 or -1: how to turn the tangent that was found; 0 if the step is not to be kept.
+
+    The tangent turns by 37 degrees at most, and the walk goes on.
+    """
+    gone, along = 0.0, 0.0
+    for k in range(3):
+        gone += (f[F_POINT + k] - here[k]) * here[K_SLOPE + k]
+        along += f[F_TANGENT + k] * here[K_SLOPE + k]
+    if abs(along) < 0.8 or gone < 0.0 or gone > 2.0 * step:
+        return 0.0
+    return 1.0 if along > 0.0 else -1.0
+
+
+@scalar
+def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, knots, first, row, f, g):
+    """Append knots from a seed (7,), itself included, to where the walk ends; that end.
+
+    f: what was found at the next knot, g: beside arcs.
+    """
+    n, loose = first, math.sqrt(1e-3 * tolerance * min(1.0, step))
+    knots = with_room(knots, n)
+    knots[n, :7], knots[n, K_LENGTH], knots[n, K_AWAY] = seed, -1.0, 0.0
+    x, y, z = seed[0], seed[1], seed[2]
+    found = meet_to(xa, ya, za, xb, yb, zb, c, 0, knots[n, 3:7], x, y, z, 0.0, 0.0, 0.0, enough, f)
+    if found != LIFTED:
+        return knots, n, LOST
+    steepest = set_knot(way, f, knots[n])
+    doubt_knot(xa, ya, za, xb, yb, zb, f, knots[n], knots[n])
+    shortest = _SHORTEST * step
+    n += 1
+    while n - first < _MOST and step > shortest:
+        knots = with_room(knots, n)
+        start, here, goal = knots[first], knots[n - 1], knots[n]
+        step, target = min(step, _FARTHEST / steepest), _allowed(here, tolerance)
+        ax, ay, az = start[0] - here[0], start[1] - here[1], start[2] - here[2]
+        left = math.sqrt(ax * ax + ay * ay + az * az)
+        ahead = ax * here[K_SLOPE] + ay * here[K_SLOPE + 1] + az * here[K_SLOPE + 2]
+        if n - first > 3 and left < 1.2 * step and ahead > 0.5 * left:
+            goal[:] = start
+            set_length(here, goal)
+            goal[K_AWAY] = away_from_arc(
+                xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, g
+            )
+            if goal[K_AWAY] <= target:
+                return knots, n + 1, CLOSED
+            step = min(step, 0.4 * left)
+        found, at_rim = _ahead(xa, ya, za, xb, yb, zb, c, knots, first, n, step, enough, row, f)
+        turn = _way_on(here, step, f) if found == LIFTED else 0.0
+        if turn == 0.0:
+            step *= 0.5
+            continue
+        goal[3:7] = row[3:7]
+        rate = set_knot(turn, f, goal)
+        set_length(here, goal)
+        away = away_from_arc(xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, g)
+        if away > target:
+            step *= max(0.3, _CAREFUL * math.sqrt(math.sqrt(target / away)))
+            continue
+        doubt_knot(xa, ya, za, xb, yb, zb, f, here, goal)
+        goal[K_AWAY] = away
+        n += 1
+        if at_rim:
+            return knots, n, AT_RIM
+        steepest = rate
+        step *= min(_GROWTH, _CAREFUL * math.sqrt(math.sqrt(target / max(away, 1e-3 * target))))
+    return knots, n, LOST
+
+
+@scalar
+def _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, knots, first, row, f,
+                    g):  # fmt: skip
+    """The whole curve through a seed: knots, how many there are now, how it ends."""
+    knots, n, end = _walk(
+        xa, ya, za, xb, yb, zb, c, seed, -1.0, step, tolerance, enough, knots, first, row, f, g
+    )
+    if end != AT_RIM:
+        return knots, n, end
+    turn_round(knots, first, n)
+    middle = n - 1  # the seed comes once more
+    length, away = knots[middle, K_LENGTH], knots[middle, K_AWAY]
+    knots, n, end = _walk(
+        xa, ya, za, xb, yb, zb, c, seed, 1.0, step, tolerance, enough, knots, middle, row, f, g
+    )
+    knots[middle, K_LENGTH], knots[middle, K_AWAY] = length, away
+    return knots, n, AT_RIM if end == AT_RIM else LOST
+
+
+@scalar
+def _walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, patches_a, patches_b, step,
+             tolerance):  # fmt: skip
+    """Curves of two lattices: points (n, 3), offsets, how each ends, its bound and the estimate of
+    the cubics in it, the pairs not settled, and keys of pairs that walks run through.
+
+    `step`: the first [m].
+    """
+    row, seed, f, g = np.empty(7), np.empty(7), np.empty(N_WORK), np.empty(N_WORK)
+    small = min(1.0, step)
+    near, enough = math.sqrt(0.25 * tolerance * small), min(1e-6, 1e-3 * tolerance)
+    enough, reach = math.sqrt(enough * small), _SAME * tolerance
+    keys, order, knot_of = open_pairs(
+        xa, ya, za, xb, yb, zb, pairs, cell_a, cell_b, patches_a, patches_b
+    )
+    knots, rows, m, n, count = np.empty((256, N_KNOT)), np.empty((1024, 3)), 0, 0, 0
+    n_pair = pairs.shape[0]
+    offsets, ends = np.zeros(n_pair + 1, dtype=np.int64), np.empty(n_pair, dtype=np.int64)
+    figures = np.empty((n_pair, 2))
+    for k in range(n_pair):
+        if knot_of[k] != NOT_PASSED:
+            continue
+        a, b = pairs[k, 0], pairs[k, 1]
+        found = land(xa, ya, za, xb, yb, zb, c, patches_a[a], cell_a[a], cell_b[b], near, seed, f)
+        if found != LIFTED:
+            knot_of[k] = LEFT
+            continue
+        if is_beside(za, zb, knots, m, seed, reach, keys, order, knot_of):
+            continue
+        if holds_nothing(xa, ya, za, xb, yb, zb, cell_a[a], cell_b[b], seed):
+            continue  # a walk starts where the cells that it runs through are looked at
+        first = m
+        knots, m, end = _walk_both_ways(
+            xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, knots, first, row, f, g
+        )
+        if end != LOST:
+            pass_through(za, zb, knots, first, m, keys, order, knot_of, row)
+            rows, n, figures[count, 0], figures[count, 1], noisy = cut_chords(
+                knots, first, m, tolerance, rows, n
+            )
+            end = NOISY if noisy else end
+        ends[count] = end
+        count += 1
+        offsets[count] = n
+        if end == LOST or end == NOISY:
+            break
+    return (
+        rows[:n].copy(), offsets[: count + 1].copy(), ends[:count].copy(), figures[:count].copy(),
+        np.where(knot_of <= LEFT)[0], keys_passed(keys, order, knot_of),
+    )  # fmt: skip
+
+
+@scalar
+def _not_walked():
+    """As `_walk_all`, with no offset."""
+    none, nobody = np.empty((0, 3)), np.empty(0, dtype=np.int64)
+    return none, nobody, nobody, np.empty((0, 2)), nobody, nobody
+
+
+@entry("d2 d2 d2 d2 d2 d2 d3 d2 l2 d2 d2 d2 d2 d -> l1 l1 d2 d2 l1 l1 l2 d l d2 l1 l1 d2 l1 l1")
+def find_and_walk(
+    xa, ya, za, xb, yb, zb, c, boxes, shape, bends_a, items, planes, bends_b, tolerance
+):
+    """All that `near_patches` finds, then the curves of two whole lattices (`_walk_all`).
+
+    There is no offset where walks do not help: something is not whole, is a triangle, or the
+    tolerance [m] is 0, or so large that the plain curve has more points than are needed.
+    """
+    a, b = (xa, ya, za, c, bends_a), (xb, yb, zb, c, bends_b)
+    cells_a, cells_b, patches_a, patches_b, flags_a, flags_b, pairs, size, whole = near_patches(
+        a, b, boxes, shape, items, planes
+    )
+    fine = pairs.shape[0] == 0 or tolerance <= _COARSEST * size
+    if zb.shape[0] > 1 and whole == 1 and tolerance > 0.0 and fine:
+        rows, offsets, ends, figures, unsettled, keys = _walk_all(
+            xa, ya, za, xb, yb, zb, c, pairs, cells_a, cells_b, patches_a, patches_b,
+            _FIRST_STEP * size, tolerance,
+        )  # fmt: skip
+    else:
+        rows, offsets, ends, figures, unsettled, keys = _not_walked()
+    return (
+        cells_a, cells_b, patches_a, patches_b, flags_a, flags_b, pairs, size, whole,
+        rows, offsets, ends, figures, unsettled, keys,
+    )  # fmt: skip

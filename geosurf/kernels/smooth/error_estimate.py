@@ -1,0 +1,56 @@
+"""How far the curve of the cubics may be from the true one, from what interpolants say along it.
+
+Interpolants of 4, 6 and 8 points are compared (`patch.trust`). Their differences are summed like a
+geometric series, ``d / (1 - q)``, with q the ratio of the second to the first over a window, at
+most ROUGH. The noise that would make the second difference is added, since noise passes through
+all of them. Where q is more than ROUGH, interpolants do not converge: there it is noise. Errors of
+both surfaces add up, over the sine of the angle between them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+
+ROUGH = 0.3  # differences of interpolants that do not shrink to this part are noise
+WINDOW = 8  # rows to each side over which they are compared
+
+
+@scalar
+def _mean(rows, column, a, b):
+    """Root mean square of a column over rows a to b."""
+    total = 0.0
+    for k in range(a, b):
+        total += rows[k, column] * rows[k, column]
+    return math.sqrt(total / (b - a))
+
+
+@scalar
+def doubt_at(rows, first, k, a, b):
+    """Estimate at row k of a curve, rows a to b, and the part of it that is noise [m].
+
+    `first`: of seven columns, three lengths of `trust` for each surface and the sine.
+    """
+    low, high = max(k - WINDOW, a), min(k + WINDOW + 1, b)
+    total, rough = 0.0, 0.0
+    for column in (first, first + 3):
+        d, after = _mean(rows, column, low, high), _mean(rows, column + 1, low, high)
+        noise = _mean(rows, column + 2, low, high)
+        q = after / d if d > 0.0 else 0.0
+        total += rows[k, column] / (1.0 - min(q, ROUGH)) + noise
+        if q > ROUGH:
+            rough += noise
+    return total / rows[k, first + 6], rough / rows[k, first + 6]
+
+
+@entry("d2 -> d1 d1")
+def doubts_along(rows):
+    """`doubt_at` for all rows (n, 7) of one curve."""
+    n = rows.shape[0]
+    total, rough = np.empty(n), np.empty(n)
+    for k in range(n):
+        total[k], rough[k] = doubt_at(rows, 0, k, 0, n)
+    return total, rough

@@ -1,0 +1,131 @@
+"""Knots of a walk: what Newton's method found there, and at the end the chords between them.
+
+Letters as in `lift` and `arcs`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.smooth.coverage import key_of
+from geosurf.kernels.smooth.error_estimate import doubt_at
+from geosurf.kernels.smooth.hermite_arcs import (
+    K_AWAY,
+    K_DOUBT,
+    K_LENGTH,
+    K_SINE,
+    K_SLOPE,
+    N_KNOT,
+    chords,
+    point_on_arc,
+)
+from geosurf.kernels.smooth.lift import F_POINT, F_SINE, F_TANGENT, doubt, parameters_of
+
+_LEAST = 0.05  # of the tolerance: if less is left for a chord
+_BEYOND = 0.25  # it gets this part, since the tolerance cannot be met
+# the curve turns a corner where it goes from cell to cell: between the places at which it was
+# measured it has been up to 1.8 times as far from an arc
+ARC_SAFETY = 2.0
+
+
+@scalar
+def set_knot(way, f, knot):
+    """Point, tangent that goes `way`, parameters per metre along it and sine, of what Newton found.
+
+    `knot` has its parameters already. Returns the largest rate.
+    """
+    for k in range(3):
+        knot[k] = f[F_POINT + k]
+        knot[K_SLOPE + k] = way * f[F_TANGENT + k]
+    knot[K_SINE] = f[F_SINE]
+    p, q, r = knot[K_SLOPE], knot[K_SLOPE + 1], knot[K_SLOPE + 2]
+    largest = 0.0
+    for k in range(2):
+        du, dv = parameters_of(f, 9 * k, p, q, r)
+        knot[K_SLOPE + 3 + 2 * k], knot[K_SLOPE + 4 + 2 * k] = du, dv
+        largest = max(largest, abs(du), abs(dv))
+    return largest
+
+
+@scalar
+def doubt_knot(xa, ya, za, xb, yb, zb, f, before, knot):
+    """How far the cells of a knot are to be trusted; looked up where cells change."""
+    same = before[K_LENGTH] >= 0.0
+    if same and key_of(za, zb, knot[3:7], 0) == key_of(za, zb, before[3:7], 0):
+        for k in range(K_DOUBT, K_SINE):
+            knot[k] = before[k]
+    else:
+        doubt(xa, ya, za, xb, yb, zb, knot[3:7], f, knot[K_DOUBT:K_SINE])
+
+
+@scalar
+def with_room(knots, n):
+    """Knots with room for one more."""
+    if n < knots.shape[0]:
+        return knots
+    more = np.empty((2 * n, N_KNOT))
+    more[:n] = knots
+    return more
+
+
+@scalar
+def turn_round(knots, a, b):
+    """Reverse knots a to b and the way through them; an arc goes with what is now its end."""
+    low, high = a, b - 1
+    while low < high:
+        for k in range(N_KNOT):
+            knots[low, k], knots[high, k] = knots[high, k], knots[low, k]
+        low += 1
+        high -= 1
+    for i in range(b - 1, a - 1, -1):
+        for k in range(K_SLOPE, K_LENGTH):
+            knots[i, k] = -knots[i, k]
+        knots[i, K_LENGTH] = knots[i - 1, K_LENGTH] if i > a else -1.0
+        knots[i, K_AWAY] = knots[i - 1, K_AWAY] if i > a else 0.0
+
+
+@scalar
+def _largest(values, first, last):
+    """The largest of some of values, or NaN; what numba makes of `max` cannot be frozen."""
+    largest = values[first]
+    for k in range(first + 1, last):
+        if values[k] > largest or math.isnan(values[k]):
+            largest = values[k]
+    return largest
+
+
+@scalar
+def cut_chords(knots, a, b, tolerance, rows, n):
+    """Append points (3,) along knots a to b; the bound, the estimate in it, and whether that is
+    noise or not known.
+
+    Chords get what is left of the tolerance at both ends of their arc and at the knots beside.
+    """
+    doubts = np.empty(b - a)
+    noisy = False
+    for k in range(a, b):
+        doubts[k - a], rough = doubt_at(knots, K_DOUBT, k, a, b)
+        noisy = noisy or not (rough <= 0.5 * tolerance and math.isfinite(doubts[k - a]))
+    worst, bound = _largest(doubts, 0, b - a), 0.0
+    for k in range(a, b):
+        if k == a:
+            count = 1
+        else:
+            fault = ARC_SAFETY * knots[k, K_AWAY]
+            taken = _largest(doubts, max(k - a - 2, 0), min(k - a + 2, b - a)) + fault
+            left = tolerance - taken
+            left = left if left > _LEAST * tolerance else _BEYOND * tolerance
+            count, error = chords(knots[k - 1], knots[k], left)
+            bound = max(bound, taken + error)
+        if n + count > rows.shape[0]:
+            more = np.empty((2 * (n + count), 3))
+            more[:n] = rows[:n]
+            rows = more
+        for i in range(1, count):
+            point_on_arc(knots[k - 1], knots[k], i / count, rows[n + i - 1])
+        n += count
+        rows[n - 1] = knots[k, :3]
+    return rows, n, bound, worst, noisy

@@ -1,0 +1,291 @@
+"""Points of plain curves -> points on the cubics of both surfaces, by Newton's method.
+
+One step intersects three planes: the tangent planes of the two surfaces at the present
+parameters, and a third that holds the place along the curve. Parameters follow by projecting
+the step on the tangents. Steps shrink quadratically: a step e leaves e^2 / 2 R, with R the radius
+of curvature of the surfaces, taken to be more than a metre, or e^2 (e / d^2), as the step d before
+it shows. It is over when either is below what a step `enough` leaves with R = 1 m (the second
+tenfold); for 1e-6 m that is far below what float64 holds at a UTM northing. At the rim of a surface
+the curve ends, so there the third plane is replaced by the rim: the line on which one parameter is
+held.
+
+Letters as in `patch`, and
+    a, b    as suffix: of the first surface (a lattice), of the second (a lattice or triangles)
+    c       triangles (n_triangle, 3, 3) of the second surface, if its z has one row
+    w       parameters (4,): u, v on a; u, v on b, or coordinates s, t in triangle `tri` of b
+    f       workspace (25,): point and tangents of a, of b; point, tangent and sine of the meeting
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.smooth.cubic_patch import evaluate, trust
+
+LIFTED, ASTRAY, HOLE, OUTSIDE = 0, 1, 2, 3
+F_POINT, F_TANGENT, F_SINE, N_WORK = 18, 21, 24, 25
+# what is held: nothing; u or v on a; u or v on b (or a side of its triangle); s + t on b
+HOLD_UA, HOLD_VA, HOLD_UB, HOLD_VB, HOLD_SUM = 1, 2, 3, 4, 5
+_STEP = 1e-6  # [m]: Newton is over when a step is shorter
+_MARGIN = 400.0  # 4 (e^3 / d^2)^2, tenfold
+_EDGE = 1e-6  # [cells]: how far past a rim a parameter still counts as on it
+_PARALLEL = 1e-6  # least sine of the angle between the surfaces
+_ALONG = 0.05  # least cosine of the angle between the curve and what the plane is across
+
+
+@scalar
+def second(xb, yb, zb, c, tri, s, t, f):
+    """Point and tangents of the second surface into f[9 : 18]."""
+    if zb.shape[0] > 1:
+        evaluate(xb, yb, zb, s, t, f, 9)
+        return
+    for k in range(3):
+        f[12 + k] = c[tri, 1, k] - c[tri, 0, k]
+        f[15 + k] = c[tri, 2, k] - c[tri, 0, k]
+        f[9 + k] = c[tri, 0, k] + s * f[12 + k] + t * f[15 + k]
+
+
+@scalar
+def _across(f, o):
+    """Cross product of the tangents in f[o + 3 : o + 9]."""
+    return (
+        f[o + 4] * f[o + 8] - f[o + 5] * f[o + 7],
+        f[o + 5] * f[o + 6] - f[o + 3] * f[o + 8],
+        f[o + 3] * f[o + 7] - f[o + 4] * f[o + 6],
+    )
+
+
+@scalar
+def normal(f, o):
+    """Unit normal of the surface whose tangents are in f[o + 3 : o + 9]."""
+    p, q, r = _across(f, o)
+    size = math.sqrt(p * p + q * q + r * r)
+    return p / size, q / size, r / size
+
+
+@scalar
+def parameters_of(f, o, dx, dy, dz):
+    """Changes of both parameters of a surface for a step along it (its part across is left out)."""
+    ux, uy, uz = f[o + 3], f[o + 4], f[o + 5]
+    vx, vy, vz = f[o + 6], f[o + 7], f[o + 8]
+    uu, uv, vv = (
+        ux * ux + uy * uy + uz * uz,
+        ux * vx + uy * vy + uz * vz,
+        vx * vx + vy * vy + vz * vz,
+    )
+    du, dv = ux * dx + uy * dy + uz * dz, vx * dx + vy * dy + vz * dz
+    size = uu * vv - uv * uv
+    return (du * vv - dv * uv) / size, (dv * uu - du * uv) / size
+
+
+@scalar
+def _follow(f, o, p, q, r, size, dx, dy, dz, w, k):
+    """Move parameters w[k], w[k + 1] so that the point moves by (dx, dy, dz); two cells at most.
+
+    (p, q, r) the cross product of the tangents, `size` its square.
+    """
+    ux, uy, uz = f[o + 3], f[o + 4], f[o + 5]
+    vx, vy, vz = f[o + 6], f[o + 7], f[o + 8]
+    du = (dy * vz - dz * vy) * p + (dz * vx - dx * vz) * q + (dx * vy - dy * vx) * r
+    dv = (uy * dz - uz * dy) * p + (uz * dx - ux * dz) * q + (ux * dy - uy * dx) * r
+    w[k] += min(max(du / size, -2.0), 2.0)
+    w[k + 1] += min(max(dv / size, -2.0), 2.0)
+
+
+@scalar
+def _set_point(f, x, y, z, tx, ty, tz, size, most):
+    """Point, tangent (tx, ty, tz) of length `size`; `most`: that length, were the sine 1."""
+    f[18], f[19], f[20] = x, y, z
+    f[21], f[22], f[23], f[24] = tx / size, ty / size, tz / size, size / most
+
+
+@scalar
+def _crossing(f):
+    """Normals of both surfaces and their cross product with its length."""
+    ax, ay, az = normal(f, 0)
+    bx, by, bz = normal(f, 9)
+    tx, ty, tz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return ax, ay, az, bx, by, bz, tx, ty, tz, math.sqrt(tx * tx + ty * ty + tz * tz)
+
+
+@scalar
+def meet(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, f):
+    """Newton in the plane through (px, py, pz) across (dx, dy, dz); zeros: across the curve."""
+    return meet_to(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, _STEP, f)
+
+
+@scalar
+def meet_to(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, enough, f):
+    """`meet`, over when the next step can no longer matter: see the head of this file."""
+    left, before = enough * enough, 0.0
+    for _ in range(16):
+        evaluate(xa, ya, za, w[0], w[1], f, 0)
+        second(xb, yb, zb, c, tri, w[2], w[3], f)
+        # normals as long as they are: roots and quotients are what a step would wait for
+        ax, ay, az = _across(f, 0)
+        bx, by, bz = _across(f, 9)
+        tx, ty, tz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        aa, bb = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz
+        tt = tx * tx + ty * ty + tz * tz
+        if math.isnan(f[0] + f[1] + f[2] + f[9] + f[10] + f[11]):
+            return HOLE
+        if not tt > _PARALLEL * _PARALLEL * aa * bb:
+            return ASTRAY
+        if dx == 0.0 and dy == 0.0 and dz == 0.0:
+            dx, dy, dz = tx, ty, tz
+        det = dx * tx + dy * ty + dz * tz
+        if det * det < _ALONG * _ALONG * tt * (dx * dx + dy * dy + dz * dz):
+            return ASTRAY
+        a = (ax * (f[0] - px) + ay * (f[1] - py) + az * (f[2] - pz)) / det
+        b = (bx * (f[9] - px) + by * (f[10] - py) + bz * (f[11] - pz)) / det
+        x = px + a * (by * dz - bz * dy) + b * (dy * az - dz * ay)
+        y = py + a * (bz * dx - bx * dz) + b * (dz * ax - dx * az)
+        z = pz + a * (bx * dy - by * dx) + b * (dx * ay - dy * ax)
+        ex, ey, ez = x - f[0], y - f[1], z - f[2]
+        gx, gy, gz = x - f[9], y - f[10], z - f[11]
+        _follow(f, 0, ax, ay, az, aa, ex, ey, ez, w, 0)
+        _follow(f, 9, bx, by, bz, bb, gx, gy, gz, w, 2)
+        size = ex * ex + ey * ey + ez * ez + gx * gx + gy * gy + gz * gz
+        if size < left or _MARGIN * size * size * size < left * left * before * before:
+            _set_point(f, x, y, z, tx, ty, tz, math.sqrt(tt), math.sqrt(aa * bb))
+            return inside(za, zb, w)
+        before = size
+    return ASTRAY
+
+
+@scalar
+def meet_line(xa, ya, za, xb, yb, zb, c, tri, w, hold, f):
+    """Newton where one parameter of one surface is held: a line on it through the other."""
+    first = hold <= HOLD_VA
+    o, k, g, m = (0, 0, 9, 2) if first else (9, 2, 0, 0)
+    eu = 0.0 if (hold == HOLD_UA or hold == HOLD_UB) else (-1.0 if hold == HOLD_SUM else 1.0)
+    ev = 0.0 if (hold == HOLD_VA or hold == HOLD_VB) else 1.0
+    for _ in range(16):
+        evaluate(xa, ya, za, w[0], w[1], f, 0)
+        second(xb, yb, zb, c, tri, w[2], w[3], f)
+        _, _, _, _, _, _, tx, ty, tz, sine = _crossing(f)
+        if math.isnan(f[0] + f[1] + f[2] + f[9] + f[10] + f[11]):
+            return HOLE
+        if not sine > _PARALLEL:
+            return ASTRAY
+        p, q, r = normal(f, g)
+        lx = eu * f[o + 3] + ev * f[o + 6]
+        ly = eu * f[o + 4] + ev * f[o + 7]
+        lz = eu * f[o + 5] + ev * f[o + 8]
+        across = p * lx + q * ly + r * lz
+        if not abs(across) > _PARALLEL * math.sqrt(lx * lx + ly * ly + lz * lz):
+            return ASTRAY
+        step = (p * (f[g] - f[o]) + q * (f[g + 1] - f[o + 1]) + r * (f[g + 2] - f[o + 2])) / across
+        x, y, z = f[o] + step * lx, f[o + 1] + step * ly, f[o + 2] + step * lz
+        ex, ey, ez = x - f[g], y - f[g + 1], z - f[g + 2]
+        size = step * step * (lx * lx + ly * ly + lz * lz) + ex * ex + ey * ey + ez * ez
+        step = min(max(step, -2.0), 2.0)
+        w[k] += step * eu
+        w[k + 1] += step * ev
+        du, dv = parameters_of(f, g, ex, ey, ez)
+        w[m] += min(max(du, -2.0), 2.0)
+        w[m + 1] += min(max(dv, -2.0), 2.0)
+        if size < _STEP * _STEP:
+            _set_point(f, x, y, z, tx, ty, tz, sine, 1.0)
+            return inside(za, zb, w)
+    return ASTRAY
+
+
+@scalar
+def inside(za, zb, w):
+    """LIFTED if the parameters are on both surfaces, or hardly past a rim and brought back."""
+    for k in range(4):
+        z = za if k < 2 else zb
+        if z.shape[0] > 1:
+            top = (z.shape[1] if k % 2 == 0 else z.shape[0]) - 1.0
+        else:
+            top = 1.0 if k == 2 else 1.0 - w[2]
+        if not (-_EDGE <= w[k] <= top + _EDGE):
+            return OUTSIDE
+        w[k] = min(max(w[k], 0.0), max(top, 0.0))
+    return LIFTED
+
+
+@scalar
+def doubt(xa, ya, za, xb, yb, zb, w, f, out):
+    """`trust` along the normals of a and b: three numbers each."""
+    p, q, r = normal(f, 0)
+    out[0], out[1], out[2] = trust(xa, ya, za, w[0], w[1], p, q, r)
+    out[3], out[4], out[5] = 0.0, 0.0, 0.0
+    if zb.shape[0] > 1:
+        p, q, r = normal(f, 9)
+        out[3], out[4], out[5] = trust(xb, yb, zb, w[2], w[3], p, q, r)
+
+
+@entry("d2 d2 d2 d2 d2 d2 d3 l1 l1 d2 d2 d2 d2 d2 -> l1")
+def lift_points(xa, ya, za, xb, yb, zb, c, tri, hold, start, w, p, tangents, doubts):
+    """Lift points in place of `start` (n, 3); w (n, 4) come in near and go out exact.
+
+    Fills p (n, 3), tangents (n, 4) with the sine of the angle between the surfaces last, and
+    doubts (n, 6). Returns LIFTED, ASTRAY, HOLE or OUTSIDE for each.
+    """
+    n = start.shape[0]
+    status = np.empty(n, dtype=np.int64)
+    f = np.empty(N_WORK)
+    for i in range(n):
+        if hold[i] < 0:
+            status[i] = HOLE
+            continue
+        if hold[i] > 0:
+            found = meet_line(xa, ya, za, xb, yb, zb, c, tri[i], w[i], hold[i], f)
+        else:
+            q = start[i]
+            found = meet(
+                xa, ya, za, xb, yb, zb, c, tri[i], w[i], q[0], q[1], q[2], 0.0, 0.0, 0.0, f
+            )
+        if found == LIFTED:
+            p[i] = f[F_POINT : F_POINT + 3]
+            tangents[i] = f[F_TANGENT:N_WORK]
+            doubt(xa, ya, za, xb, yb, zb, w[i], f, doubts[i])
+            if math.isnan(doubts[i, 0] + doubts[i, 3]):
+                found = HOLE
+        status[i] = found
+    return status
+
+
+@entry("d2 d2 d2 l1 l1 l1 l -> ")
+def keep_order(start, p, tangents, must, offsets, status, dropped):
+    """Drop lifted points that are not ahead of the one before, as the plain curve goes.
+
+    Points that must stay, and are not ahead, go ASTRAY.
+    """
+    for curve in range(offsets.shape[0] - 1):
+        vote = 0
+        for i in range(offsets[curve], offsets[curve + 1] - 1):
+            if status[i] == LIFTED:
+                along = 0.0
+                for k in range(3):
+                    along += (start[i + 1, k] - start[i, k]) * tangents[i, k]
+                vote += 1 if along > 0.0 else -1
+        way = 1.0 if vote >= 0 else -1.0
+        last = -1
+        for i in range(offsets[curve], offsets[curve + 1]):
+            if status[i] == dropped:
+                continue
+            if status[i] != LIFTED:
+                last = -1
+                continue
+            if last >= 0:
+                out, back = 0.0, 0.0
+                for k in range(3):
+                    out += (p[i, k] - p[last, k]) * tangents[last, k] * way
+                    back += (p[i, k] - p[last, k]) * tangents[i, k] * way
+                if not (out > 0.0 and back > 0.0):
+                    if must[i] == 0:
+                        status[i] = dropped
+                        continue
+                    if must[last] == 0:
+                        status[last] = dropped
+                    else:
+                        status[i] = ASTRAY
+                        last = -1
+                        continue
+            last = i

@@ -1,0 +1,121 @@
+"""Blocks of cells and their quarters, or triangles: in which box and in which slab they lie.
+
+Letters as in `pyramid`; s facts (11,) of a block, quarter or cell: box, normal, least and largest
+along it; side (x, y, z, c, bends): one of two surfaces, c its triangles (n, 3, 3) if z has one row.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.kernels.compile.jit import scalar
+from geosurf.kernels.smooth.patch_pyramid import BLOCK, SLACK, box_of, node, span_along
+
+HALF = BLOCK // 2
+PARTS = 5  # a block and its quarters
+N_FACT = 11
+
+
+@scalar
+def cells_of(z, block, part):
+    """First and last row and column of the cells of a block (part 0) or a quarter; maybe none."""
+    n_row, n_col = z.shape[0] - 1, z.shape[1] - 1
+    across = (n_col + BLOCK - 1) // BLOCK
+    r0, c0, size = block // across * BLOCK, block % across * BLOCK, BLOCK
+    if part > 0:
+        size = HALF
+        r0 += (part - 1) // 2 * HALF
+        c0 += (part - 1) % 2 * HALF
+    return r0, min(r0 + size, n_row), c0, min(c0 + size, n_col)
+
+
+@scalar
+def _span(side, block, part, p, q, r):
+    """Bounds of p x + q y + r z over a part of a block, or a triangle."""
+    x, y, z, c, bends = side
+    if z.shape[0] > 1:
+        r0, r1, c0, c1 = cells_of(z, block, part)
+        return span_along(x, y, z, bends[block], r0, r1, c0, c1, p, q, r)
+    low, high = np.inf, -np.inf
+    for k in range(3):
+        value = p * c[block, k, 0] + q * c[block, k, 1] + r * c[block, k, 2]
+        low, high = min(low, value - SLACK), max(high, value + SLACK)
+    return low, high
+
+
+@scalar
+def across(ux, uy, uz, vx, vy, vz):
+    """Unit vector across two; NaN if they are parallel or absent."""
+    p, q, r = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    size = math.sqrt(p * p + q * q + r * r)
+    return p / size, q / size, r / size
+
+
+@scalar
+def _normal_of(side, block, part):
+    """Unit vector across the diagonals of a part, or across a triangle; NaN if there is none."""
+    x, y, z, c, _ = side
+    if z.shape[0] == 1:
+        t = c[block]
+        return across(
+            t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2],
+            t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2],
+        )  # fmt: skip
+    r0, r1, c0, c1 = cells_of(z, block, part)
+    return across(
+        node(x, r1, c1) - node(x, r0, c0), node(y, r1, c1) - node(y, r0, c0), z[r1, c1] - z[r0, c0],
+        node(x, r1, c0) - node(x, r0, c1), node(y, r1, c0) - node(y, r0, c1), z[r1, c0] - z[r0, c1],
+    )  # fmt: skip
+
+
+@scalar
+def _describe(side, block, part, s):
+    """Facts of a part; its box is empty if it has no cells, or is a whole block."""
+    x, y, z, c, bends = side
+    for k in range(3):
+        s[k], s[3 + k], s[6 + k] = np.inf, -np.inf, np.nan
+    if z.shape[0] == 1:
+        if part > 1:
+            return
+        if part == 1:
+            for k in range(3):
+                s[k] = min(c[block, 0, k], c[block, 1, k], c[block, 2, k]) - SLACK
+                s[3 + k] = max(c[block, 0, k], c[block, 1, k], c[block, 2, k]) + SLACK
+    else:
+        r0, r1, c0, c1 = cells_of(z, block, part)
+        if r0 >= r1 or c0 >= c1:
+            return
+        if part > 0:
+            box_of(x, y, z, bends[block], r0, r1, c0, c1, s)
+    s[6], s[7], s[8] = _normal_of(side, block, part)
+    if math.isfinite(s[6]):
+        s[9], s[10] = _span(side, block, part, s[6], s[7], s[8])
+
+
+@scalar
+def describe_to(side, block, wanted, known, s, place):
+    """Describe the first parts of a block that are not known yet; how many are is in `known`."""
+    for part in range(known[place], wanted):
+        _describe(side, block, part, s[place * PARTS + part])
+    known[place] = max(known[place], wanted)
+
+
+@scalar
+def beyond(side, block, part, slab):
+    """Whether a part is outside of another one's slab."""
+    if not math.isfinite(slab[6]):
+        return False
+    low, high = _span(side, block, part, slab[6], slab[7], slab[8])
+    return low > slab[10] or high < slab[9]
+
+
+@scalar
+def clear(s, t):
+    """Whether two boxes are apart; an empty or undefined one is apart from all."""
+    return not (
+        s[0] <= t[3] and t[0] <= s[3]
+        and s[1] <= t[4] and t[1] <= s[4]
+        and s[2] <= t[5] and t[2] <= s[5]
+    )  # fmt: skip

@@ -1,0 +1,194 @@
+"""The faults of a scene, made ready: read, extended, then truncated by each other.
+
+Faults that truncation links, directly or over others, are one group and are split in one
+arrangement; a change of one fault touches its own group only. Each fault is extended by itself.
+Every result is kept by what went into it, as all results of a scene are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from geosurf.arrangement import find_contacts
+from geosurf.faults import extend_fault, truncate_faults
+from geosurf.faults.bridge import bridge_to
+from geosurf.faults.propose import check_reach, propose_network
+from geosurf.faults.rules import Rule, read_extend, read_truncations
+from geosurf.model import Patches, TriSurface
+from geosurf.model.faults import (
+    ExtendedFault,
+    Extension,
+    FaultNetwork,
+    TruncatedFaults,
+    Truncation,
+)
+from geosurf.rebuild import patches_from
+from geosurf.scene.memory import Memory
+from geosurf.triangulate import build_walls, orient_fault
+
+
+class FaultStage:
+    """Faults of a scene from their inputs and rules, each when it is first asked for.
+
+    Parameters
+    ----------
+    names : sequence of str
+        All faults.
+    truncations, extend
+        As for `Scene`.
+    given : callable
+        Name of a fault -> its surface as given.
+    limits : callable
+        () -> the model box, and the area of interest or None; asked only where a fault is
+        truncated.
+    extent : callable
+        () -> the box that extended faults leave.
+    memory : Memory
+        Of the scene.
+
+    Raises
+    ------
+    InputError
+        For rules that name no fault, or go round in a circle.
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        truncations: Any,
+        extend: Any,
+        *,
+        given: Callable[[str], TriSurface],
+        limits: Callable[[], tuple[Any, Any]],
+        extent: Callable[[], Any],
+        memory: Memory,
+    ) -> None:
+        self.names = tuple(names)
+        self.rules = read_truncations(truncations, self.names)
+        self.sides = read_extend(extend, self.names)
+        self._given, self._limits, self._extent = given, limits, extent
+        self._remember, self._key = memory.remembered, memory.key_of
+
+    def surface(self, name: str) -> TriSurface:
+        """Return one fault as the model has it."""
+        if not any(name in (rule.fault, rule.main) for rule in self.rules):
+            return self._extended(name).surface
+        return self._truncated(name).surfaces[name]
+
+    def actions(self) -> tuple[Extension | Truncation, ...]:
+        """Return what was done to all faults: extensions, then truncations, by fault."""
+        out: list[Extension | Truncation] = []
+        for name in self.names:
+            out += self._extended(name).extensions
+            for rule in self.rules:
+                if rule.fault == name and rule.extend:
+                    out += self._bridged(rule).extensions
+        for name in self.names:
+            if any(rule.fault == name for rule in self.rules):
+                out += [cut for cut in self._truncated(name).truncations if cut.fault == name]
+        return tuple(out)
+
+    def propose(self, reach: float | None) -> FaultNetwork:
+        """Return contacts, near misses and dangling ends of the faults as the model has them."""
+        check_reach(reach)
+        surfaces = [self.surface(name) for name in self.names]
+        box, _ = self._limits()
+        key = ("network", *map(self._key, surfaces), box, reach)
+        return self._remember(
+            "propose", f"{len(surfaces)} faults", key,
+            lambda: propose_network(_split(list(map(orient_fault, surfaces))), box, reach=reach),
+            lambda network: f"{len(network.rows)} contacts, near misses and dangling ends",
+        )  # fmt: skip
+
+    # ------------------------------------------------------------------ steps
+    def _extended(self, name: str) -> ExtendedFault:
+        """One fault beyond the model box, on the sides that were asked for."""
+        given, sides = self._given(name), self.sides.get(name, ())
+        if not sides:
+            return ExtendedFault(given, given.n_triangle, ())
+        box = self._extent()
+        return self._remember(
+            "extend", name, ("extend", self._key(given), sides, box),
+            lambda: extend_fault(given, box, sides=sides), _describe_extension, again=False,
+        )  # fmt: skip
+
+    def _bridged(self, rule: Rule) -> ExtendedFault:
+        """One fault beyond its main fault, from its nearest side, after its other bridges."""
+        fault, main = self._extended(rule.fault).surface, self._extended(rule.main).surface
+        for earlier in self.rules:
+            if earlier == rule:
+                break
+            if earlier.fault == rule.fault and earlier.extend:
+                fault = self._bridged(earlier).surface
+        key = ("bridge", self._key(fault), self._key(main), rule.keep)
+        subject = f"{rule.fault} to {rule.main}"
+        return self._remember(
+            "extend", subject, key, lambda: bridge_to(fault, main, rule.keep, _split),
+            _describe_extension, again=False,
+        )  # fmt: skip
+
+    def _truncated(self, name: str) -> TruncatedFaults:
+        """The group of a fault, split and truncated."""
+        group = self._group(name)
+        rules = tuple(rule for rule in self.rules if rule.fault in group)
+        surfaces = []
+        for member in sorted(group):
+            bridges = [r for r in rules if r.fault == member and r.extend]
+            made = self._bridged(bridges[-1]) if bridges else self._extended(member)
+            surfaces.append(made.surface)
+        said: dict[str, tuple[tuple[str, str, bool], ...]] = {}
+        for rule in rules:
+            said[rule.fault] = (*said.get(rule.fault, ()), (rule.main, rule.keep, rule.extend))
+        box, aoi = self._limits()
+        area = None if aoi is None else aoi.tobytes()
+        key = ("truncate", *map(self._key, surfaces), box, area, *said.items())
+        return self._remember(
+            "truncate", ", ".join(sorted(group)), key,
+            lambda: truncate_faults(
+                _split([*surfaces, *build_walls(box, aoi)]), said, whole=_split(surfaces)
+            ),
+            _describe_truncation, again=False,
+        )  # fmt: skip
+
+    def _group(self, name: str) -> set[str]:
+        """The faults that truncation links with one."""
+        group, grown = {name}, True
+        while grown:
+            linked = {
+                other
+                for rule in self.rules
+                if rule.fault in group or rule.main in group
+                for other in (rule.fault, rule.main)
+            }
+            grown, group = not linked <= group, group | linked
+        return group
+
+
+def _split(surfaces: Sequence[TriSurface]) -> Patches:
+    """Surfaces in one arrangement in world coordinates.
+
+    What is cut out of it is handed on as surfaces in world coordinates; with an origin of its own
+    the points would be rounded once more, after all checks.
+    """
+    return patches_from(find_contacts(surfaces, origin=np.zeros(3)))
+
+
+def _describe_extension(made: ExtendedFault) -> str:
+    words = [f"{e.side} {e.distance:.1f} m ({e.lines} lines)" for e in made.extensions]
+    return ", ".join(words) if words else "is there already"
+
+
+def _describe_truncation(made: TruncatedFaults) -> str:
+    words = [
+        f"{t.fault} at {t.main}: {t.dropped_area:.6g} of {t.kept_area + t.dropped_area:.6g} m2 gone"
+        for t in made.truncations
+    ]
+    moved = f"; vertices moved by up to {made.largest_move:.1e} m" if made.largest_move else ""
+    ends = "; cut at the model box, where one of them has to end" if made.cut_by_walls else ""
+    return "; ".join(words) + ends + moved
+
+
+__all__ = ["FaultStage"]

@@ -1,0 +1,279 @@
+"""What a scene remembers: results by what went into them, and the steps that gave them."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import counted
+from geosurf.conventions.crs import crs_of
+from geosurf.errors import GeosurfWarning
+from geosurf.model import FaultSticks, Sheet, TriSurface
+from geosurf.scene.store import Store
+from geosurf.warning import collected, issue, pass_on
+
+MANY = 10_000  # steps, from which on answers from memory are no longer written down
+
+
+@dataclass(frozen=True)
+class Step:
+    """One line of `Scene.explain`."""
+
+    stage: str
+    subject: str
+    outcome: str
+    detail: str
+    seconds: float = 0.0
+
+    def words(self, width: int, seconds: bool) -> str:
+        """Return the line, with subjects padded to one width."""
+        clock = f", {self.seconds:.3f} s" if seconds and self.outcome == "ran" else ""
+        subject = self.subject.ljust(width)
+        return f"{self.stage:<11} {subject}  {self.outcome:<11} {self.detail}{clock}"
+
+
+class Memory:
+    """
+    Results by key, shared by scenes that differ little, and the steps of one scene.
+
+    Examples
+    --------
+    >>> memory = Memory()
+    >>> for _ in range(2):
+    ...     two = memory.remembered("add", "1 + 1", "key", lambda: 2, str)
+    >>> [step.outcome for step in memory.steps]
+    ['ran', 'from memory']
+    """
+
+    def __init__(self, warnings: Iterable[GeosurfWarning] = ()) -> None:
+        self.steps: list[Step] = []
+        self.warnings: list[GeosurfWarning] = list(warnings)
+        self._own: dict[Hashable, tuple[Any, tuple[GeosurfWarning, ...]]] = {}
+        self._move_to(Store())
+        self.store.issued.update(self.warnings)
+
+    def _move_to(self, store: Store) -> None:
+        self.store, self._used = store, store.enter(self)
+
+    def __reduce__(self) -> tuple[type[Memory], tuple[tuple[GeosurfWarning, ...]]]:
+        """Copies and other processes begin with an empty memory: results are made anew there.
+
+        Warnings go along: what they are about is still in the results that the scene itself holds.
+        """
+        return Memory, (tuple(self.warnings),)
+
+    def share(self, other: Memory) -> None:
+        """Take the results of another memory as one's own, from now on for both."""
+        self._move_to(other.store)
+
+    def warn(self, *warnings: GeosurfWarning, issued: bool = False) -> None:
+        """Keep warnings of this scene, and issue those that no scene of the family has issued.
+
+        Parameters
+        ----------
+        *warnings : GeosurfWarning
+        issued : bool
+            Whether whoever found them has issued them.
+        """
+        for warning in warnings:
+            pass_on(warning)  # a step within a step: both carry it
+            if warning not in self.warnings:
+                self.warnings.append(warning)
+        for warning in warnings:
+            if warning not in self.store.issued:
+                self.store.issued.add(warning)
+                if not issued:
+                    issue(warning)
+
+    @contextmanager
+    def collecting(self) -> Iterator[None]:
+        """Keep what is warned of inside the ``with`` block as warnings of this scene."""
+        found: list[GeosurfWarning] = []
+        try:
+            with collected() as found:
+                yield
+        finally:
+            self.warn(*found)
+
+    def key_of(self, surface: TriSurface) -> Hashable:
+        """Return what tells a surface: what it was made of, else its fingerprint, taken once."""
+        keys = self.store.keys
+        if surface not in keys:
+            keys[surface] = fingerprint(surface)
+        return keys[surface]
+
+    def made_of(self, surface: TriSurface, key: Hashable) -> None:
+        """Let a surface be told by the key of the step that made it."""
+        self.store.keys.setdefault(surface, key)
+
+    def hold(self, value: Any) -> str:
+        """Return the fingerprint of an input, and hold it where only its identity tells it."""
+        strangers: list[Any] = []
+        found = fingerprint(value, strangers)
+        self.store.held.update((id(one), one) for one in strangers)
+        return found
+
+    def remembered(
+        self,
+        stage: str,
+        subject: str,
+        key: Any,
+        run: Callable[[], Any],
+        describe: Callable[[Any], str],
+        *,
+        again: bool = True,
+    ) -> Any:
+        """Return the result of a step: from memory if it is there.
+
+        Without `again` it is a step on the way, such as a surface: the scene itself holds its
+        result, since it asks often, and explains it once.
+        """
+        known = self._own.get(key) or self._shared(key)
+        if known is not None:
+            result, warnings = known
+            self.warn(*warnings)
+            if again or not any(s.stage == stage and s.subject == subject for s in self.steps):
+                self.note(stage, subject, "from memory", describe(result))
+        else:
+            result, warnings = self._run(stage, subject, key, run, describe)
+        if not again:
+            self._own[key] = result, warnings
+        return result
+
+    def _shared(self, key: Hashable) -> tuple[Any, tuple[GeosurfWarning, ...]] | None:
+        entry = self.store.get(key, self._used)
+        return None if entry is None else (entry.result, entry.warnings)
+
+    def _run(
+        self,
+        stage: str,
+        subject: str,
+        key: Hashable,
+        run: Callable[[], Any],
+        describe: Callable[[Any], str],
+    ) -> tuple[Any, tuple[GeosurfWarning, ...]]:
+        """Run a step, keep its result with its warnings, and issue these."""
+        start = time.perf_counter()
+        found: list[GeosurfWarning] = []
+        try:
+            with collected() as found:
+                result = run()
+            warnings = tuple(dict.fromkeys(found))
+            self.store.put(key, result, warnings, self._used)
+            self.note(stage, subject, "ran", describe(result), time.perf_counter() - start)
+        finally:
+            self.warn(*found)
+        return result, warnings
+
+    def summary(self) -> Step:
+        """What is kept for scenes of the family, and what was dropped, as a line of `explain`."""
+        store = self.store
+        kept = f"{counted(store.n_kept, 'result')}, {in_bytes(store.bytes_kept())}"
+        dropped = f"{counted(store.n_dropped, 'result')}, {in_bytes(store.bytes_dropped)}"
+        detail = f"{kept} of at most {in_bytes(store.budget)}; dropped: {dropped}"
+        return Step("memory", "of the family", "kept", detail)
+
+    def note(
+        self, stage: str, subject: str, outcome: str, detail: str, seconds: float = 0.0
+    ) -> None:
+        """Write down one step; of endless questions only what ran."""
+        if outcome == "from memory" and len(self.steps) >= MANY:
+            return
+        self.steps.append(Step(stage, subject, outcome, detail, seconds))
+
+
+def in_bytes(n: int) -> str:
+    """Return a number of bytes as people read it.
+
+    Examples
+    --------
+    >>> in_bytes(512), in_bytes(2_300_000), in_bytes(1 << 34)
+    ('512 B', '2.3 MB', '17 GB')
+    """
+    for unit, size in (("GB", 10**9), ("MB", 10**6), ("kB", 10**3)):
+        if n >= size:
+            return f"{n / size:.2g} {unit}" if n < 10 * size else f"{n / size:.0f} {unit}"
+    return f"{n} B"
+
+
+def fingerprint(value: Any, strangers: list[Any] | None = None) -> str:
+    """
+    Return a hash of what an input of a scene holds.
+
+    Parameters
+    ----------
+    value : path, TriSurface, Sheet, FaultSticks, xarray object, arrays, or anything else
+        Files count by path and content; what is none of these by its identity.
+    strangers : list, optional
+        Gets what counted by its identity, which means something while it is held only.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> one, two = (TriSurface("F1", "fault", np.eye(3), [[0, 1, 2]]) for _ in range(2))
+    >>> fingerprint(one) == fingerprint(two) != fingerprint(one.renamed("F2"))
+    True
+    """
+    digest = hashlib.sha256()
+    _add(digest, value, [] if strangers is None else strangers)
+    return digest.hexdigest()
+
+
+def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
+    """Add one input to a hash, with the lengths and kinds that tell its parts apart."""
+    if isinstance(value, Sheet):
+        _add(digest, value.surface, strangers)
+    elif isinstance(value, str | Path):
+        path = Path(value)
+        name = str(path.resolve()).encode()
+        digest.update(f"{len(name)} ".encode() + name)
+        digest.update(path.read_bytes() if path.is_file() else b"missing")
+    elif isinstance(value, TriSurface):
+        digest.update(f"{value.name} {value.role} {value.crs}".encode())
+        if value.lattice is None:
+            _add(digest, (value.vertices, value.triangles), strangers)
+        else:  # as a lattice: its triangles need not be made
+            grid = value.lattice
+            digest.update(f"{grid.rising} {grid.reverse}".encode())
+            _add(digest, (grid.easting, grid.northing, grid.elevation), strangers)
+        for key, array in sorted(value.vertex_data.items()):
+            digest.update(key.encode())
+            _add(digest, array, strangers)
+    elif isinstance(value, FaultSticks):
+        _add(digest, tuple(value.sticks), strangers)
+    elif hasattr(value, "to_dict") and hasattr(value, "coords"):
+        arrays = {**getattr(value, "data_vars", {"": value}), **value.coords}
+        _add_attrs(digest, value.attrs)
+        digest.update(f"{crs_of(value)}".encode())
+        for key, array in arrays.items():
+            digest.update(f"{key} {array.dims}".encode())
+            _add_attrs(digest, array.attrs)
+            _add(digest, array.values, strangers)
+    elif isinstance(value, np.ndarray) and not value.dtype.hasobject:
+        digest.update(f"{value.dtype} {value.shape}".encode())
+        digest.update(np.ascontiguousarray(value))
+        if isinstance(value, np.ma.MaskedArray):
+            _add(digest, np.ma.getmaskarray(value), strangers)
+    elif isinstance(value, tuple | list):
+        digest.update(f"{type(value).__name__} {len(value)}".encode())
+        for part in value:
+            _add(digest, part, strangers)
+    elif isinstance(value, int | float | np.number):
+        digest.update(repr(value).encode())
+    else:
+        strangers.append(value)
+        digest.update(f"{id(value)}".encode())
+
+
+def _add_attrs(digest: Any, attrs: Any) -> None:
+    digest.update(repr(sorted((str(k), str(v)) for k, v in attrs.items())).encode())

@@ -1,0 +1,91 @@
+"""Links of the lattice that faults cut: one table, from which solve and mesh take their parts.
+
+One predicate makes it (`geosurf.kernels.sheets.fault_distance.cut_links`), so that a triangle has
+an odd number of cut edges exactly where a trace ends in it. The solve tears past the ends of a
+fault, the mesh never does: a tear that is longer than its fault is a hole.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.kernels.sheets.fault_distance import UNIT, cut_links
+from geosurf.sheets.faults.traces import Trace
+from geosurf.sheets.lattice.frame import Frame
+
+EAST, NORTH, RISING, FALLING = range(4)
+
+
+@dataclass(frozen=True, eq=False)
+class Cuts:
+    """Cut links, one row each, every fault by itself.
+
+    Attributes
+    ----------
+    node, kind : ndarray of int64 (n,)
+        The link: its west or lower node (its cell's lower left one for diagonals), and which.
+    trace : ndarray of int64 (n,)
+        Row of the traces.
+    place : ndarray of float64 (n,)
+        Where along the trace, as a vertex number.
+    left : ndarray of int64 (n,)
+        +1 if the link's first node is left of the trace; FALLING starts at its east node.
+    """
+
+    node: np.ndarray
+    kind: np.ndarray
+    trace: np.ndarray
+    place: np.ndarray
+    left: np.ndarray
+
+    def take(self, rows: np.ndarray) -> Cuts:
+        """Some of the rows."""
+        return Cuts(*(getattr(self, k)[rows] for k in ("node", "kind", "trace", "place", "left")))
+
+    def ends(self, n_col: int) -> tuple[np.ndarray, np.ndarray]:
+        """First and second node of each link."""
+        first = self.node + (self.kind == FALLING)
+        second = self.node + np.array([1, n_col, n_col + 1, n_col])[self.kind]
+        return first, second
+
+    def bits(self, n_node: int) -> np.ndarray:
+        """One byte per node: bit k is set if its link of kind k is cut."""
+        out = np.zeros(n_node, dtype=np.uint8)
+        np.bitwise_or.at(out, self.node, (1 << self.kind).astype(np.uint8))
+        return out
+
+
+def cuts_of(traces: list[Trace], frame: Frame) -> Cuts:
+    """All links that are crossed an odd number of times by a trace."""
+    tables = []
+    for number, trace in enumerate(traces):
+        x, y = whole_units(trace.line[:, :2] / frame.stretch).T
+        ends = np.stack([x[:-1], y[:-1], x[1:], y[1:]], axis=1)
+        rows, place = cut_links(ends, *frame.shape)
+        key = rows[:, 0] * 4 + rows[:, 1]
+        order = np.lexsort((rows[:, 2] + place, key))
+        rows, place, key = rows[order], place[order], key[order]
+        _, first, times = np.unique(key, return_index=True, return_counts=True)
+        first = first[times % 2 == 1]
+        rows, place = rows[first], place[first]
+        tables.append((rows, np.full(len(rows), number), rows[:, 2] + place))
+    if not tables:
+        none = np.empty(0, dtype=np.int64)
+        return Cuts(none, none, none, np.empty(0), none)
+    rows = np.concatenate([t[0] for t in tables])
+    trace, place = (np.concatenate([t[k] for t in tables]) for k in (1, 2))
+    return Cuts(rows[:, 0], rows[:, 1], trace, place, rows[:, 3])
+
+
+def whole_units(xy: np.ndarray) -> np.ndarray:
+    """Columns and rows (n, 2) in units of 2**-22, off all lines of the lattice; see `cut_links`."""
+    x = 2 * (2 * np.floor(xy[:, 0] * (UNIT // 4)).astype(np.int64) + 1)
+    y = 2 * np.floor(xy[:, 1] * (UNIT // 2)).astype(np.int64) + 1
+    return np.stack([x, y], axis=1)
+
+
+def within(cuts: Cuts, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Rows whose place lies between limits given per trace."""
+    return (cuts.place >= low[cuts.trace]) & (cuts.place <= high[cuts.trace])

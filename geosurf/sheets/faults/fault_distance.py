@@ -1,0 +1,220 @@
+"""How far is a datum from a fault at its own height; how far is a node from a trace in the map.
+
+The distance at the datum's own height does not depend on heave: a value that was gridded across
+a normal fault lies on the fault itself, wherever it is in the heave zone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from geosurf.arrangement.threads import side_by_side
+from geosurf.kernels.sheets.fault_distance import own_height
+from geosurf.kernels.sheets.link_lines import NEAR, to_line
+from geosurf.kernels.sheets.node_bands import in_blocks, nodes_of_blocks
+from geosurf.sheets.faults.traces import FaultMesh, Trace
+from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.sets import distinct
+
+BLOCK = 8.0  # cells: what can be near is listed by blocks of this size
+ROUNDED = 1e-6  # cells and shares of edges by which boxes are wider than what was computed
+
+
+class Blocks:
+    """Boxes in the map, listed by the blocks of some size that they come within reach of."""
+
+    def __init__(
+        self, low: np.ndarray, high: np.ndarray, reach: float, size: float = BLOCK
+    ) -> None:
+        self.boxes, self.size = np.hstack([low, high]), size
+        self.corner = np.floor((low.min(axis=0) - reach) / size)
+        last = np.floor((high.max(axis=0) + reach) / size)
+        self.shape = (last - self.corner + 1).astype(np.int64)
+        a = (np.floor((low - reach) / size) - self.corner).astype(np.int64)
+        b = (np.floor((high + reach) / size) - self.corner).astype(np.int64)
+        n = b - a + 1
+        total = n.prod(axis=1)
+        item = np.repeat(np.arange(len(low)), total)
+        k = np.arange(len(item)) - np.repeat(np.cumsum(total) - total, total)
+        x, y = a[item, 0] + k % n[item, 0], a[item, 1] + k // n[item, 0]
+        block = y * self.shape[0] + x
+        order = np.argsort(block, kind="stable")
+        self.items = item[order]
+        self.starts = np.searchsorted(block[order], np.arange(self.shape.prod() + 1))
+
+    def of(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of the points (n, 2 or more) in a block with anything, and their blocks."""
+        return in_blocks(xy, self.corner, self.shape, self.starts, self.size)
+
+
+def window(frame: Frame, blocks: Blocks) -> np.ndarray:
+    """Nodes in the blocks that hold anything, increasing: all that can be near."""
+    n_row, n_col = frame.shape
+    limits = []
+    for k, most in enumerate((n_col, n_row)):
+        edge = (blocks.corner[k] + np.arange(blocks.shape[k] + 1)) * blocks.size / frame.stretch[k]
+        limits.append(np.clip(np.ceil(edge).astype(np.int64), 0, most))
+    return nodes_of_blocks(blocks.starts, limits[0], limits[1], n_col)
+
+
+def mesh_blocks(mesh: FaultMesh, reach: float) -> Blocks:
+    """Blocks of the triangles of a fault, as wide as reach: each triangle is in a few."""
+    return Blocks(*_boxes(mesh), reach, max(BLOCK, reach))
+
+
+def _boxes(mesh: FaultMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corner (n, 2) in the map of the triangles of a fault."""
+    a, b, c = (mesh.points[mesh.triangles[:, k], :2] for k in range(3))
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+
+
+def blocks_between(
+    mesh: FaultMesh, reach: float, low: float, high: float
+) -> tuple[FaultMesh, Blocks | None]:
+    """The triangles of a fault that have something between two levels, and blocks of that part."""
+    z = mesh.points[mesh.triangles, 2]
+    rows = np.flatnonzero((z.min(axis=1) <= high) & (z.max(axis=1) >= low))
+    part = replace(mesh, triangles=mesh.triangles[rows], normals=mesh.normals[rows])
+    if not len(rows):
+        return part, None
+    least, most = zip(*(_between(part, k, low, high) for k in range(3)), strict=True)
+    boxes = np.fmin.reduce(least) - ROUNDED, np.fmax.reduce(most) + ROUNDED
+    return part, Blocks(*boxes, reach)
+
+
+def _between(mesh: FaultMesh, k: int, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    """Boxes in the map of what edge k of each triangle has between two levels; NaN without."""
+    p, q = (mesh.points[mesh.triangles[:, i % 3]] for i in (k, k + 1))
+    rise = q[:, 2] - p[:, 2]
+    level = rise == 0.0
+    ends = np.sort((np.array([[low], [high]]) - p[:, 2]) / np.where(level, 1.0, rise), axis=0)
+    first, last = np.where(level, [[0.0], [1.0]], ends)
+    out = (first > 1.0 + ROUNDED) | (last < -ROUNDED)
+    out |= level & ((p[:, 2] < low) | (p[:, 2] > high))
+    away = (q - p)[:, :2]
+    one, two = (p[:, :2] + np.clip(t, 0.0, 1.0)[:, None] * away for t in (first, last))
+    one[out] = two[out] = np.nan
+    return np.fmin(one, two), np.fmax(one, two)
+
+
+def side_at_own_height(mesh: FaultMesh, blocks: Blocks, points: np.ndarray, reach: float):
+    """Distance (n,) [cells], at most `reach`, and side (n,): +1 hanging wall, -1, 0 far."""
+    far, side = np.full(len(points), reach), np.zeros(len(points))
+    rows, block = blocks.of(points)
+    if len(rows):
+        corners = mesh.points[mesh.triangles].reshape(-1, 9)
+        far[rows], side[rows] = own_height(
+            points[rows], block, corners, blocks.boxes, mesh.normals[:, :2], blocks.starts,
+            blocks.items, reach,
+        )  # fmt: skip
+    return far, side
+
+
+def side_of_few(mesh: FaultMesh, points: np.ndarray, reach: float):
+    """`side_at_own_height` of a few points, for which no blocks are worth making."""
+    corners = mesh.points[mesh.triangles]
+    low, high = _boxes(mesh)
+    x, y = points[:, 0, None], points[:, 1, None]
+    close = (x >= low[:, 0] - reach) & (x <= high[:, 0] + reach)
+    close &= (y >= low[:, 1] - reach) & (y <= high[:, 1] + reach)
+    point, items = np.nonzero(close)
+    starts = np.searchsorted(point, np.arange(len(points) + 1))
+    every, boxes = np.arange(len(points)), np.hstack([low, high])
+    return own_height(
+        points, every, corners.reshape(-1, 9), boxes, mesh.normals[:, :2], starts, items, reach
+    )
+
+
+def near_traces(frame: Frame, traces: Sequence[Trace], reach: float) -> list[NearTrace]:
+    """What is near each of some traces."""
+    return [NearTrace(frame, trace, reach) for trace in traces]
+
+
+def rows_near(near: Sequence[NearTrace], nodes: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Rows of nodes near each of some traces, as from `NearTrace.look_up`."""
+    return side_by_side(NearTrace.look_up, list(zip(near, nodes, strict=True)))
+
+
+class NearTrace:
+    """Nodes within reach of a trace, with distance, side and place along it.
+
+    Nodes are measured when they are first asked for, and get the next rows; rows stay what they
+    are.
+
+    Attributes
+    ----------
+    node : ndarray of int64 (n,)
+    distance, side, place : ndarray (n,)
+        [cells]; +1 left (the fault's front); vertex number along the line. Row 0 is no node's.
+    """
+
+    def __init__(self, frame: Frame, trace: Trace, reach: float) -> None:
+        self.frame, self.reach, self.pieces = frame, reach, trace.segments
+        first = np.arange(0, len(self.pieces), NEAR)
+        one, two = self.pieces[:, :2], self.pieces[:, 2:]
+        self._low = np.minimum.reduceat(np.minimum(one, two), first)
+        self._high = np.maximum.reduceat(np.maximum(one, two), first)
+        self._blocks = Blocks(self._low, self._high, reach)
+        self.node = np.array([-1])
+        self.distance, self.side, self.place = np.array([[np.inf], [0.0], [np.nan]])
+        self._searched = -1.0  # cells: all nodes up to here are measured
+        # nodes that were asked for, increasing, and their rows, -1 for those that are far
+        self._asked, self._row = np.empty((2, 0), dtype=np.int64)
+
+    def look_up(self, node: np.ndarray) -> np.ndarray:
+        """Row of each node here, -1 where it is not near, or no node."""
+        at, known = self._known(node)
+        if not known.all():
+            new = distinct(node[~known])
+            self._measure(new, self._blocks, self.reach)
+            at, _ = self._known(node)
+        return self._row[at]
+
+    def nodes_within(self, far: float) -> np.ndarray:
+        """All nodes that are no farther than `far` cells, and than reach; increasing."""
+        rows = self.within(far)
+        return self.node[rows]
+
+    def within(self, far: float) -> np.ndarray:
+        """Rows of `nodes_within`."""
+        far = min(far, self.reach)
+        if far > self._searched:
+            blocks = Blocks(self._low, self._high, far, 0.5 * BLOCK)
+            new = window(self.frame, blocks)
+            self._measure(new[~self._known(new)[1]], blocks, far)
+            self._searched = far
+        rows = self._row[self._row >= 0]
+        return rows[self.distance[rows] <= far]
+
+    def _known(self, node: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where nodes are, or would be, among those asked for; whether they were."""
+        at = np.searchsorted(self._asked, node)
+        if len(self._asked) == 0:
+            return at, np.zeros(len(node), dtype=bool)
+        at[at == len(self._asked)] = 0
+        return at, self._asked[at] == node
+
+    def _measure(self, node: np.ndarray, blocks: Blocks, far: float) -> None:
+        """Append nodes, increasing, that were not asked for yet."""
+        points = self.frame.cells_of_node(node)
+        some, block = blocks.of(points)
+        distance, side, nearest, t = to_line(
+            points[some], block, self.pieces, blocks.boxes, blocks.starts, blocks.items, far
+        )
+        near = (nearest >= 0) & (node[some] >= 0)
+        some, nearest = some[near], nearest[near]
+        row = np.full(len(node), -1)
+        row[some] = len(self.node) + np.arange(len(some))
+        if far < self.reach:  # the others may yet be near
+            node, row = node[some], row[some]
+            some = np.arange(len(some))
+        self.node = np.concatenate([self.node, node[some]])
+        self.distance = np.concatenate([self.distance, distance[near]])
+        self.side = np.concatenate([self.side, side[near]])
+        self.place = np.concatenate([self.place, nearest + t[near]])
+        asked = np.concatenate([self._asked, node])
+        order = np.argsort(asked, kind="stable")
+        self._asked, self._row = asked[order], np.concatenate([self._row, row])[order]

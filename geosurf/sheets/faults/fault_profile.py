@@ -1,0 +1,291 @@
+"""A fault seen along its strike: how far across it is, for a distance along and an elevation.
+
+A wall that moves along its fault goes down by its throw, along strike as the line down its dip
+does (`diplines`), and across strike as the fault does between the two places. So a fault is read
+as a function r(s, z). It may be vertical or overturned, listric or curved, but must not turn back
+on itself.
+
+Legend
+    s      distance along the mean strike, from the fault's first end by the right-hand rule [m]
+    r      distance across strike, in the mean dip direction [m]
+    z      elevation [m]
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import GeometryError
+from geosurf.model import TriSurface
+from geosurf.sheets.faults.fault_distance import Blocks
+
+MOST = (513, 257)  # nodes of the table along strike and down, at most
+PAIRS = 2_000_000  # candidates that are looked at at once
+INSIDE = -1e-9  # barycentric: a point this far outside a triangle is on its edge
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """A fault as a table of r over s and z, bilinear between its nodes.
+
+    Attributes
+    ----------
+    name : str
+    axes : ndarray (2, 2)
+        Horizontal unit vectors along the mean strike and in the mean dip direction.
+    first : float
+        Where s is 0, along the first axis.
+    length : float
+        Largest s.
+    z : ndarray (2,)
+        Lowest and highest elevation of the fault.
+    table : ndarray (n_s, n_z)
+    slope : float
+        Mean change of r with z, by which the fault goes on above and below.
+    ends : ndarray (n, 2)
+        First and last s of the fault at levels from the lowest to the highest.
+    turned : ndarray (n, 3, 2)
+        Corners over s and z of triangles that turn back, which the table leaves out.
+    """
+
+    name: str
+    axes: np.ndarray
+    first: float
+    length: float
+    z: np.ndarray
+    table: np.ndarray
+    slope: float
+    ends: np.ndarray
+    turned: np.ndarray
+
+    def extent(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where the fault starts and ends along strike at elevations (n,)."""
+        level = np.linspace(*self.z, len(self.ends))
+        return np.interp(z, level, self.ends[:, 0]), np.interp(z, level, self.ends[:, 1])
+
+    def of(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Along (n,) and across strike (n,) of places (n, 2)."""
+        s, r = self.axes @ xy.T
+        return s - self.first, r
+
+    def places(self, s: np.ndarray, r: np.ndarray) -> np.ndarray:
+        """Places (n, 2) from along and across strike."""
+        return np.stack([s + self.first, r], axis=-1) @ self.axes
+
+    def across(self, s: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """Where the fault is across strike: straight on past its ends, at its mean dip beyond."""
+        n_s, n_z = self.table.shape
+        low, high = self.z
+        within = np.clip(z, low, high)
+        u = np.clip(s / self.length, 0.0, 1.0) * (n_s - 1)
+        v = (within - low) / (high - low) * (n_z - 1)
+        return bilinear(self.table, u, v) + self.slope * (z - within)
+
+
+def bilinear(table: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Values (n,) of a table at rows u and columns v, which may be broken and lie within it.
+
+    Examples
+    --------
+    >>> bilinear(np.array([[0.0, 1.0], [2.0, 5.0]]), np.array([0.5, 1.0]), np.array([0.5, 0.0]))
+    array([2., 2.])
+    """
+    i = np.minimum(u.astype(np.int64), table.shape[0] - 2)
+    j = np.minimum(v.astype(np.int64), table.shape[1] - 2)
+    f, g = u - i, v - j
+    lower = table[i, j] * (1.0 - f) + table[i + 1, j] * f
+    upper = table[i, j + 1] * (1.0 - f) + table[i + 1, j + 1] * f
+    found: np.ndarray = lower * (1.0 - g) + upper * g
+    return found
+
+
+def section_of(
+    fault: TriSurface,
+    corner: np.ndarray,
+    step: float,
+    levels: tuple[float, float] | None = (-np.inf, np.inf),
+) -> Section:
+    """
+    Read a fault along its strike.
+
+    Parameters
+    ----------
+    fault : TriSurface
+        Normals into its hanging wall.
+    corner : ndarray (2,)
+        Easting and northing that places are counted from [m].
+    step : float
+        Distance between nodes of the table along strike [m], if there are not too many.
+    levels : (float, float) or None
+        Elevations between which walls move [m]. Triangles above and below them that turn back are
+        left out; so are level ones, which have no place in a section. None leaves out all that
+        turn back: whoever asks for that has to look at `turned`.
+
+    Returns
+    -------
+    Section
+
+    Raises
+    ------
+    GeometryError
+        If the fault has no strike, or turns back between the levels, so that it has two places in
+        one section.
+    """
+    points = fault.vertices - np.append(corner, 0.0)
+    corners = points[fault.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    mean = normals.sum(axis=0)
+    across = float(np.hypot(*mean[:2]))
+    if across <= 1e-9 * float(np.abs(normals).sum()):
+        raise GeometryError(
+            f"fault {fault.name!r} is flat on average, so that it has no strike to measure throw "
+            "across. Throw needs a fault that dips.",
+            surfaces=(fault.name,),
+        )
+    dip = mean[:2] / across
+    axes = np.array([[-dip[1], dip[0]], dip])
+    ahead = normals[:, :2] @ dip
+    z = points[fault.triangles, 2]
+    level = (normals[:, :2] == 0.0).all(axis=1)
+    turned = np.flatnonzero((ahead <= 0) & ~level)
+    back = turned[:0]
+    if levels is not None:
+        back = turned[(z[turned].min(1) <= levels[1]) & (z[turned].max(1) >= levels[0])]
+    if len(back):
+        where = fault.vertices[fault.triangles[back[0]]].mean(axis=0)
+        raise GeometryError(
+            f"fault {fault.name!r} turns back against its mean dip direction at {place(where)}, so "
+            "that a wall cannot move along it. Give the part beyond as a fault of its own.",
+            place=where,
+            surfaces=(fault.name,),
+        )
+    left_out = fault.triangles[turned]
+    triangles, normals = fault.triangles[ahead > 0], normals[ahead > 0]
+    used = np.unique(triangles)
+    s, r = axes @ points[:, :2].T
+    first, length = float(s[used].min()), float(np.ptp(s[used]))
+    z = np.array([points[used, 2].min(), points[used, 2].max()])
+    slope = float(-mean[2] / across)
+    n_s = int(np.clip(np.ceil(length / step), 2, MOST[0] - 1)) + 1
+    unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    n_z = MOST[1] if np.ptp(unit, axis=0).max() > 1e-12 else 2  # a plane is linear in z
+    at_s, at_z = np.meshgrid(np.linspace(0.0, length, n_s), np.linspace(*z, n_z), indexing="ij")
+    plane = np.column_stack([s - first, points[:, 2]])
+    table = _read(plane, r, triangles, np.column_stack([at_s.ravel(), at_z.ravel()]), slope)
+    ends = _ends(plane, triangles, z)
+    table = table.reshape(n_s, n_z)
+    return Section(fault.name, axes, first, length, z, table, slope, ends, plane[left_out])
+
+
+def overlapping(triangle: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Which triangles (n, 3, 2) share a place with one (3, 2), rounding aside; numbers (m,).
+
+    Two convex figures are apart if some line along an edge of one of them parts them; the sides of
+    their boxes are asked first, and decide for those without area.
+
+    Examples
+    --------
+    >>> one = np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]])
+    >>> overlapping(one, np.stack([one + 1.0, one + 1.9, one + 2.1, one + 5.0]))
+    array([0, 1])
+    """
+    low, high = triangle.min(axis=0), triangle.max(axis=0)
+    near = ((others.min(axis=1) <= high) & (others.max(axis=1) >= low)).all(axis=1)
+    rows = np.flatnonzero(near)
+    theirs = others[rows]
+    own = np.broadcast_to(triangle, theirs.shape)
+    apart = np.zeros(len(rows), dtype=bool)
+    for edges in (np.roll(own, -1, axis=1) - own, np.roll(theirs, -1, axis=1) - theirs):
+        for k in range(3):
+            normal = np.stack([-edges[:, k, 1], edges[:, k, 0]], axis=1)[:, :, None]
+            a, b = (own @ normal)[:, :, 0], (theirs @ normal)[:, :, 0]
+            apart |= (a.max(1) < b.min(1)) | (b.max(1) < a.min(1))
+    return rows[~apart]
+
+
+def _rim(triangles: np.ndarray) -> np.ndarray:
+    """Edges (n, 2) that one triangle has."""
+    edges = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    edges, times = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
+    found: np.ndarray = edges[times == 1]
+    return found
+
+
+def _ends(plane: np.ndarray, triangles: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """First and last s (n, 2) of a mesh at levels from the lowest to the highest."""
+    a, b = plane[_rim(triangles)].transpose(1, 0, 2)
+    low, high = np.minimum(a[:, 1], b[:, 1]), np.maximum(a[:, 1], b[:, 1])
+    out = np.empty((MOST[1], 2))
+    for i, level in enumerate(np.linspace(*z, MOST[1])):
+        met = np.flatnonzero((low <= level) & (level <= high))
+        rise = b[met, 1] - a[met, 1]
+        f = np.where(rise == 0, 0.0, (level - a[met, 1]) / np.where(rise == 0, 1.0, rise))
+        s = a[met, 0] + f * (b[met, 0] - a[met, 0])
+        s = np.concatenate([s, b[met[rise == 0], 0]])
+        out[i] = (s.min(), s.max()) if len(s) else out[i - 1]  # between parts that were left out
+    return out
+
+
+def _read(plane, r, triangles, points, slope: float) -> np.ndarray:
+    """Values at points (n, 2) of the plane: on the mesh, else from its nearest place."""
+    found = _on_mesh(plane, r, triangles, points)
+    outside = np.flatnonzero(np.isnan(found))
+    if len(outside):
+        rim = _rim(triangles)
+        for rows in np.array_split(outside, len(outside) * len(rim) // PAIRS + 1):
+            at, value = _nearest(plane, r, rim, points[rows])
+            found[rows] = value + slope * (points[rows, 1] - at[:, 1])
+    return found
+
+
+def _on_mesh(plane, r, triangles, points) -> np.ndarray:
+    """Linear interpolation in the triangle that holds each point; NaN outside."""
+    corners = plane[triangles]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    scale = 4.0 / np.maximum((high - low).mean(axis=0), 1e-300)
+    blocks = Blocks(low * scale, high * scale, 1e-6)
+    rows, block = blocks.of(points * scale)
+    out = np.full(len(points), np.nan)
+    best = np.full(len(points), INSIDE)
+    count = blocks.starts[block + 1] - blocks.starts[block]
+    for part in np.array_split(np.arange(len(rows)), int(count.sum()) // PAIRS + 1):
+        n = count[part]
+        pair = np.repeat(part, n)
+        k = np.arange(len(pair)) - np.repeat(np.cumsum(n) - n, n)
+        t = blocks.items[blocks.starts[block[pair]] + k]
+        weight = _barycentric(corners[t], points[rows[pair]])
+        least = weight.min(axis=1)
+        order = np.lexsort((least, pair))  # the last of each point is the one it is deepest in
+        last = np.flatnonzero(np.append(np.diff(pair[order]) != 0, True))
+        chosen = order[last] if len(order) else order
+        row = rows[pair[chosen]]
+        good = least[chosen] >= best[row]
+        row, chosen = row[good], chosen[good]
+        out[row] = (weight[chosen] * r[triangles[t[chosen]]]).sum(axis=1)
+    return out
+
+
+def _barycentric(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Weights (n, 3) of the corners (n, 3, 2) of triangles at points (n, 2)."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    one, two, to = b - a, c - a, points - a
+    det = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
+    v = (to[:, 0] * two[:, 1] - to[:, 1] * two[:, 0]) / det
+    w = (one[:, 0] * to[:, 1] - one[:, 1] * to[:, 0]) / det
+    return np.stack([1.0 - v - w, v, w], axis=1)
+
+
+def _nearest(plane, r, rim, points) -> tuple[np.ndarray, np.ndarray]:
+    """Nearest place (n, 2) on the rim of a mesh to each point, and the value there."""
+    a, b = plane[rim[:, 0]], plane[rim[:, 1]]
+    t = b - a
+    along = ((points[:, None] - a[None]) * t).sum(axis=2)
+    f = np.clip(along / np.maximum((t * t).sum(axis=1), 1e-300), 0.0, 1.0)
+    at = a[None] + f[..., None] * t
+    k = ((points[:, None] - at) ** 2).sum(axis=2).argmin(axis=1)
+    i = np.arange(len(points))
+    f = f[i, k]
+    return at[i, k], r[rim[k, 0]] * (1.0 - f) + r[rim[k, 1]] * f

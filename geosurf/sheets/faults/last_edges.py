@@ -1,0 +1,70 @@
+"""The last link of a tear: both of its nodes on their own sides of the fault, or the sheet leaks.
+
+There the walls are one again, so that throw dies there. Between the cut-offs of a fault that leaves
+a gap, neither wall has rock, and a node has the height of one of them carried on past the fault.
+That is cut off again, except at the last link, whose nodes both walls have: one that is past
+the fault, or on it, goes to the fault, on its own side. A trace along a line of nodes has such
+nodes only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from geosurf.sheets.faults.cut_edges import FALLING, RISING, Cuts
+from geosurf.sheets.faults.fault_distance import side_of_few
+from geosurf.sheets.faults.traces import FaultMesh
+from geosurf.sheets.lattice.frame import Frame
+
+CLEAR = 1e-4  # cells above and below a node within which it is still on its own side
+HALVINGS = 60  # of the way between both walls, until the fault is found
+
+
+def last_link(
+    cuts: Cuts, trace: int, end: int, limit: float, rising: bool, n_col: int
+) -> tuple[int, ...]:
+    """Both nodes of the link of the mesh at which a tear ends: the first one outside of a limit."""
+    rows = np.flatnonzero((cuts.trace == trace) & (cuts.kind != (FALLING if rising else RISING)))
+    past = limit - cuts.place[rows] if end == 0 else cuts.place[rows] - limit
+    rows, past = rows[past > 0], past[past > 0]
+    if not len(rows) or not np.isfinite(limit):
+        return ()
+    one, two = cuts.take(rows[[past.argmin()]]).ends(n_col)
+    return int(one[0]), int(two[0])
+
+
+def on_own_side(
+    mesh: FaultMesh, frame: Frame, node: int, side: float, height: float, other: float
+) -> float:
+    """Height at which a node is on a side (+1 hanging wall) of a fault, as near as can be.
+
+    `height` is that of its own wall, `other` that of the other one, carried on to it.
+    """
+    cells = frame.cells_of_node(np.array([node]))[0]
+    reach = 1.0 + abs(other - height) / frame.cell
+    clear = CLEAR * frame.cell
+
+    def own(z: float) -> bool:
+        """Whether the node is on its side at an elevation."""
+        found = side_of_few(mesh, np.array([[*cells, z]]), reach)[1]
+        return bool(found[0] == side)
+
+    above, below = own(height + clear), own(height - clear)
+    if above and below:
+        return height
+    if above or below:
+        return height + 2.0 * clear if above else height - 2.0 * clear
+    return _between(own, height, other, clear)
+
+
+def _between(own: Callable[[float], bool], height: float, other: float, clear: float) -> float:
+    """The elevation nearest to a height, on the way to another one, that is on its own side."""
+    if not own(other):
+        return height
+    good, bad = other, height
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if own(middle) else (good, middle)
+    return good + float(np.clip(other - good, -2.0 * clear, 2.0 * clear))

@@ -1,0 +1,204 @@
+"""Traces of all faults and how each ends: at a tip, at the rim of the data, or on another fault.
+
+An end that reaches another trace, or passes it by a little, is a branch: its tear ends there. The
+solve tears one cell past a tip, so that throw can die at it, and some cells past the rim of
+the data, so that it does not heal there.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from geosurf.arrangement.threads import side_by_side
+from geosurf.kernels.sheets.fault_distance import UNIT
+from geosurf.kernels.sheets.fault_trace import block_bounds
+from geosurf.kernels.sheets.link_lines import line_crossings
+from geosurf.sheets.faults.branches import Contact, contacts, led_to, mains_first, wall_field
+from geosurf.sheets.faults.cut_edges import Cuts, cuts_of, whole_units
+from geosurf.sheets.faults.traces import FaultMesh, Trace, extended, sample, trace_lines
+from geosurf.sheets.lattice.frame import Frame
+
+EXTENSION = 3.0  # cells that every end is drawn out by, to see what it runs into
+TIP = 1.0  # cells past a free tip that the solve tears: less, and the last link may be whole
+REACHES = 1.0  # cells that a branch may stop short of its main fault
+OVERSHOOT = 6.0  # cells that a branch may run past its main fault
+SHORTEST = 1.5  # cells: shorter traces tear nothing
+
+
+class Network:
+    """Traces, and between which places the solve and the mesh are torn.
+
+    Of the nodes of a drape, those in `filled` (increasing) had no value to trust; with them, faults
+    that end on others are traced on the wall that they are in.
+
+    Attributes
+    ----------
+    traces : list of Trace
+    solve, mesh : ndarray (n_trace, 2)
+        First and last place (vertex number along the line) that is torn.
+    dropped : list of (int, float)
+        Fault and length [cells] of traces too short to tear anything.
+    """
+
+    def __init__(
+        self,
+        meshes: list[FaultMesh],
+        drape: np.ndarray,
+        frame: Frame,
+        filled: np.ndarray | None = None,
+    ) -> None:
+        self.frame = frame
+        self.traces: list[Trace] = []
+        self.dropped: list[tuple[int, float]] = []
+        stretch = frame.stretch
+        bounds = block_bounds(drape)
+        found = side_by_side(trace_lines, [(mesh, drape, stretch, bounds) for mesh in meshes])
+        for number, lines in enumerate(found):
+            self._add(number, lines, stretch)
+        self.on: list[Contact] = []
+        if filled is not None:
+            self._trace_branches(meshes, drape, frame, filled)
+        self.solve = np.array([[0.0, len(t.line) - 1] for t in self.traces]).reshape(-1, 2)
+        self.mesh = np.array([[t.start, t.stop] for t in self.traces]).reshape(-1, 2)
+        self._at_rims(drape, stretch)
+        self._at_faults([mesh.name for mesh in meshes])
+        self._at_tips()
+
+    def _add(self, number: int, lines: list[np.ndarray], stretch: np.ndarray) -> None:
+        """Make traces of the lines of one fault, drawn out at their ends."""
+        for line in lines:
+            length = float(np.hypot(*np.diff(line[:, :2], axis=0).T).sum())
+            if length < SHORTEST:
+                self.dropped.append((number, length))
+                continue
+            closed = bool((line[0, :2] == line[-1, :2]).all())
+            longer, start, stop = extended(line, *([0.0 if closed else EXTENSION] * 2))
+            ends = ["closed", "closed"] if closed else ["tip", "tip"]
+            self.traces.append(Trace(number, on_units(longer, stretch), start, stop, ends))
+
+    def _trace_branches(self, meshes, drape: np.ndarray, frame: Frame, filled) -> None:
+        """Trace each fault that ends on another on the wall that it is in."""
+        found = contacts(self.traces, meshes)
+        if not found:
+            return
+        mains: dict[int, set[int]] = {}
+        for i, _, main in found:
+            mains.setdefault(self.traces[i].fault, set()).add(main)
+        for fault in mains_first(mains):
+            others = [(main, meshes[main]) for main in sorted(mains[fault])]
+            field = wall_field(
+                drape.ravel(), filled, frame, self.traces, meshes[fault], fault, others
+            )
+            lines = trace_lines(meshes[fault], field, frame.stretch)
+            if lines:
+                self.traces = [trace for trace in self.traces if trace.fault != fault]
+                self._add(fault, lines, frame.stretch)
+        self.traces.sort(key=lambda trace: trace.fault)
+        for i, k, main in contacts(self.traces, meshes):
+            if self.traces[i].fault in mains and main in mains[self.traces[i].fault]:
+                self._lead(i, k, main, frame.stretch)
+
+    def _lead(self, i: int, k: int, main: int, stretch: np.ndarray) -> None:
+        """Draw out the end of a branch to the trace of its main fault."""
+        trace = self.traces[i]
+        choice = [other for other in self.traces if other.fault == main]
+        if not choice:
+            return
+        first, last = int(np.ceil(trace.start)), int(np.floor(trace.stop))
+        line = trace.line[first:] if k == 0 else trace.line[: last + 1]
+        best = min(choice, key=lambda other: gap_to(line[0 if k == 0 else -1], other))
+        longer = on_units(led_to(line, k, best), stretch)
+        new = len(longer) - len(line)
+        start = float(new) if k == 0 else trace.start
+        stop = trace.stop - first + new if k == 0 else trace.stop
+        self.traces[i] = Trace(trace.fault, longer, start, stop, trace.ends)
+        self.on.append((i, k, main))
+
+    def _at_rims(self, drape: np.ndarray, stretch: np.ndarray) -> None:
+        """An end that has no data within a cell beyond it leaves the data."""
+        for i, trace in enumerate(self.traces):
+            along = trace.along
+            for k in range(2):
+                if trace.ends[k] != "tip":
+                    continue
+                real = np.interp((trace.start, trace.stop)[k], np.arange(len(along)), along)
+                beyond = real + (-1.0 if k == 0 else 1.0)
+                xy = [np.interp(beyond, along, trace.line[:, c]) / stretch[c] for c in (0, 1)]
+                if np.isnan(sample(drape, np.array([xy]))[0]):
+                    trace.ends[k] = "rim"
+                    self.mesh[i, k] = self.solve[i, k]
+
+    def _at_faults(self, names: list[str]) -> None:
+        """An end that runs into another fault's trace, or a little past it, is a branch."""
+        found = []
+        for i in range(len(self.traces)):
+            for j in range(i + 1, len(self.traces)):
+                for p, q in crossings(self.traces[i], self.traces[j]):
+                    found += [(i, j, p, q), (j, i, q, p)]
+        for i, k, main in self.on:
+            met = [p for a, j, p, _ in found if a == i and self.traces[j].fault == main]
+            self.traces[i].ends[k] = f"branch of {names[main]}"
+            if met:  # torn up to the main fault, through the gap between both walls of that
+                self.solve[i, k] = self.mesh[i, k] = min(met) if k == 0 else max(met)
+        for i, j, p, q in found:
+            one, two = self.traces[i], self.traces[j]
+            if one.fault == two.fault:
+                continue
+            if not two.start - 0.5 * EXTENSION <= q <= two.stop + 0.5 * EXTENSION:
+                continue
+            along = np.interp([p, one.start, one.stop], np.arange(len(one.along)), one.along)
+            gap = along[1] - along[0], along[0] - along[2]  # beyond the real ends if positive
+            for k in range(2):
+                if (i, k, two.fault) in self.on:
+                    continue
+                if gap[k] > REACHES:
+                    continue  # it stops short of the other fault: a tip
+                if gap[k] > -min(OVERSHOOT, 0.3 * (along[2] - along[1])):
+                    if not one.ends[k].startswith("branch"):
+                        one.ends[k] = f"branch of {names[two.fault]}"
+                        self.solve[i, k] = p
+                    inner = max if k == 0 else min
+                    self.solve[i, k] = inner(self.solve[i, k], p)
+                    self.mesh[i, k] = inner(self.mesh[i, k], self.solve[i, k])
+
+    def _at_tips(self) -> None:
+        for i, trace in enumerate(self.traces):
+            for k in range(2):
+                if trace.ends[k] == "tip":
+                    self.solve[i, k] = past_tip(trace, k, (trace.start, trace.stop)[k])
+
+    @cached_property
+    def cuts(self) -> Cuts:
+        """All links that the traces cut, drawn out as they are."""
+        return cuts_of(self.traces, self.frame)
+
+    @property
+    def declared_tips(self) -> int:
+        """Number of ends that are free."""
+        return sum(end == "tip" for trace in self.traces for end in trace.ends)
+
+
+def past_tip(trace: Trace, end: int, place: float) -> float:
+    """The place one cell past a tip at some place: throw dies there, not before."""
+    along = trace.along
+    real = np.interp(place, np.arange(len(along)), along)
+    return float(np.interp(real + (-TIP if end == 0 else TIP), along, np.arange(len(along))))
+
+
+def on_units(line: np.ndarray, stretch: np.ndarray) -> np.ndarray:
+    """A line on whole units: sides of nodes and cut links are asked of one and the same line."""
+    out = line.copy()
+    out[:, :2] = whole_units(line[:, :2] / stretch) / UNIT * stretch
+    return out
+
+
+def gap_to(point: np.ndarray, trace: Trace) -> float:
+    """Distance of a point from a trace in the map [cells], to its vertices."""
+    return float(np.hypot(*(trace.line[:, :2] - point[:2]).T).min())
+
+
+def crossings(one: Trace, two: Trace) -> list[tuple[float, float]]:
+    """Places (on one, on two) where two traces cross in the map."""
+    return [(p, q) for p, q in line_crossings(one.segments, two.segments).tolist()]

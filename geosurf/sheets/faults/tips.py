@@ -1,0 +1,200 @@
+"""How throw dies at the tips of a fault, which the smoothest sheet alone cannot know.
+
+Around a fault that ends, walls bend as around a crack: throw grows from the tip with the root of
+the distance, or another power, and no sheet with small third differences does. Smoothed alone,
+throw would die along the fault for some cells more than it does. So shapes that bend like that are
+taken out of the sheet before it is smoothed, and put back after it: as much of each as leaves the
+smoothest rest (`geosurf.sheets.heights.tip_residual`). Throw that dies in another way is left to
+the rest.
+
+The shapes of a fault between two tips are the imaginary parts of J, J^2, .. with z = (J + 1/J) / 2,
+|J| < 1, z = s + i r: harmonic, fading away from the fault, and on it sin(k t) at s = cos(t), the
+series of throws of a crack (Muskhelishvili 1953; Pollard & Segall 1987). Those of a fault with one
+tip are the first terms at it alone, z^(1/2) and z^(3/2) (Williams 1957), and fade out before its
+other end. To add known shapes to a space of smooth ones: Belytschko & Black (1999), Int. J. Numer.
+Methods Eng. 45, 601-620.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.sheets.faults.cut_edges import Cuts
+from geosurf.sheets.faults.fault_distance import NearTrace
+from geosurf.sheets.faults.traces import Trace
+
+TERMS = 5  # shapes between two tips; docs/sheets.md says what fewer and more do
+POWERS = (0.5, 1.5)  # of the distance from a single tip
+FADE = 30.0  # cells from a single tip at which its shapes are nothing, or sooner
+SHORTEST = 3.0  # cells: shorter faults have no shapes
+STEP = 0.5  # cells between the places of a line
+CHORD = 2.0  # cells that a line is drawn on straight by
+
+
+@dataclass(frozen=True, eq=False)
+class Tips:
+    """The tips of one trace, in coordinates along it and across it.
+
+    Attributes
+    ----------
+    trace : int
+    tips : ndarray (n, 2)
+        Where it ends [cells].
+    origin, ahead : ndarray (2,)
+        Of the coordinates: between both tips, or at the single one; a unit vector along the line.
+    line : ndarray (2, n)
+        How far the trace lies across, at places along, increasing.
+    size : float
+        Half length between two tips, or distance at which shapes have faded.
+    near : NearTrace
+        Sides of nodes: those that the links were cut by.
+    turn : float
+        -1 if the coordinates run against the trace.
+    """
+
+    trace: int
+    tips: np.ndarray
+    origin: np.ndarray
+    ahead: np.ndarray
+    line: np.ndarray
+    size: float
+    near: NearTrace
+    turn: float = 1.0
+
+    def _flat(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates along and across, the trace being straight."""
+        x, y = _along_across(places - self.origin, self.ahead)
+        return x, y - np.interp(x, *self.line)
+
+    def side(self, nodes: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """On which side of the coordinates nodes at places [cells] are; whether beside the tear."""
+        x, y = self._flat(places)
+        beside = np.abs(x) < self.size if len(self.tips) == 2 else x < 0
+        row = self.near.look_up(nodes)
+        known = beside & (row >= 0)
+        side = np.where(y >= 0, 1.0, -1.0)
+        side[known] = self.turn * self.near.side[row[known]]
+        return side, beside
+
+    @property
+    def n_shape(self) -> int:
+        """Number of shapes."""
+        return TERMS if len(self.tips) == 2 else len(POWERS)
+
+    def throw_towards(self) -> np.ndarray:
+        """Throw (n_tip, 2, k) of each shape close to each tip, and further in, up to factors > 0.
+
+        A sum of shapes whose two throws differ in sign would turn over before it dies.
+        """
+        if len(self.tips) == 2:
+            k = np.arange(1, TERMS + 1)
+            there = np.stack([k, np.sin(0.25 * np.pi * k)])
+            return np.stack([there * (-1.0) ** (k + 1), there])  # the first tip is at s = -1
+        p = np.array(POWERS)
+        turned = np.sin(np.pi * p)
+        return np.stack([np.where(p == p.min(), turned, 0.0), 0.25**p * turned])[None]
+
+    def shapes(
+        self, nodes: np.ndarray, places: np.ndarray, wall: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Shapes (n, k) at places [cells]; `wall`: the side of a sheet carried on past the tear."""
+        x, y = self._flat(places)
+        side, _ = self.side(nodes, places)
+        z = (x + 1j * side * np.maximum(np.abs(y), 1e-12)) / self.size
+        past = np.zeros(len(x), dtype=bool) if wall is None else (wall != 0) & (wall != side)
+        if len(self.tips) == 2:
+            j = z - np.sqrt(z - 1.0) * np.sqrt(z + 1.0)
+            j = np.where(past, 1.0 / j, j)
+            return np.stack([-(j**k).imag for k in range(1, TERMS + 1)], axis=1)
+        angle = np.angle(z) - np.where(past, 2.0 * np.pi * side, 0.0)
+        far = np.abs(z)
+        fade = (1.0 - np.minimum(far, 1.0) ** 2) ** 4
+        return np.stack([fade * far**p * np.sin(p * angle) for p in POWERS], axis=1)
+
+
+def tips_of(traces: Sequence[Trace], near: Sequence[NearTrace], cuts: Cuts) -> list[Tips]:
+    """The tips of all traces, as far as they are torn."""
+    found = []
+    for number, trace in enumerate(traces):
+        place = cuts.place[cuts.trace == number]
+        free = [k for k in range(2) if trace.ends[k] == "tip"]
+        if not free or not len(place):
+            continue
+        ends = max(trace.start, place.min()), min(trace.stop, place.max())
+        if len(free) == 2:
+            tips = [_between(number, trace, near[number], ends)]
+            if tips[0] is None:
+                tips = [_single(number, trace, near[number], ends, k) for k in free]
+        else:
+            tips = [_single(number, trace, near[number], ends, free[0])]
+        found += [t for t in tips if t is not None]
+    return found
+
+
+def _line(trace: Trace, ends: tuple[float, float]) -> np.ndarray:
+    """Places (n, 2) along a trace between two of its places [cells]."""
+    along = trace.along
+    first, last = np.interp(ends, np.arange(len(along)), along)
+    s = np.linspace(first, last, max(int((last - first) / STEP), 1) + 1)
+    return np.stack([np.interp(s, along, trace.line[:, c]) for c in (0, 1)], axis=1)
+
+
+def _between(number: int, trace: Trace, near: NearTrace, ends) -> Tips | None:
+    """Coordinates between two tips; None if the trace turns back on the line through them."""
+    line = _line(trace, ends)
+    half = 0.5 * (line[-1] - line[0])
+    size = float(np.hypot(*half))
+    if size < SHORTEST:
+        return None
+    origin, ahead = line[0] + half, half / size
+    x, y = _along_across(line - origin, ahead)
+    if len(_turned(x, y)):
+        return None
+    table = _drawn_on(x, y, (True, True))
+    return Tips(number, line[[0, -1]], origin, ahead, table, size, near)
+
+
+def _single(number: int, trace: Trace, near: NearTrace, ends, k: int) -> Tips | None:
+    """Coordinates at one tip, along the last cells of the trace."""
+    line = _line(trace, ends)
+    line = line[::-1] if k == 0 else line
+    tip = line[-1]
+    ahead = tip - line[-1 - min(int(CHORD / STEP), len(line) - 1)]
+    size = float(np.hypot(*ahead))
+    if size == 0.0:
+        return None
+    ahead = ahead / size
+    x, y = _along_across(line - tip, ahead)
+    turned = _turned(x, y)
+    first = int(turned[-1]) + 1 if len(turned) else 0
+    reach = min(FADE, -float(x[first]))
+    if reach < SHORTEST:
+        return None
+    table = _drawn_on(x[first:], y[first:], (False, True))
+    return Tips(number, tip[None], tip, ahead, table, reach, near, -1.0 if k == 0 else 1.0)
+
+
+def _along_across(away: np.ndarray, ahead: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates along and across."""
+    return away @ ahead, away @ np.array([-ahead[1], ahead[0]])
+
+
+def _turned(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Steps of a line that lead by more than 60 degrees away from its coordinate along."""
+    return np.flatnonzero(np.diff(x) <= 0.5 * np.hypot(np.diff(x), np.diff(y)))
+
+
+def _drawn_on(x: np.ndarray, y: np.ndarray, ends: tuple[bool, bool]) -> np.ndarray:
+    """The table of a line (2, n), straight on past its ends."""
+    k = min(int(CHORD / STEP), len(x) - 1)
+    far = 1000.0
+    if ends[0]:
+        slope = (y[k] - y[0]) / (x[k] - x[0])
+        x, y = np.append(x[0] - far, x), np.append(y[0] - far * slope, y)
+    if ends[1]:
+        slope = (y[-1] - y[-1 - k]) / (x[-1] - x[-1 - k])
+        x, y = np.append(x, x[-1] + far), np.append(y, y[-1] + far * slope)
+    return np.stack([x, y])

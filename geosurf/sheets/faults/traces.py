@@ -1,0 +1,236 @@
+"""Faults on the lattice of a horizon: where each meets the horizon in the map.
+
+A fault is a mesh of any shape: vertical, overturned, listric. Its mid trace is the zero line, on
+the mesh, of its height above the drape: the horizon filled across the fault without any tear. The
+mesh is split until its triangles are smaller than half a cell, near that line only
+(`geosurf.kernels.sheets.fault_trace`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from geosurf.kernels.meshes.numbering import number_keys
+from geosurf.kernels.sheets.fault_trace import block_bounds, may_meet, zero_pieces
+from geosurf.kernels.sheets.link_lines import directed_lines
+from geosurf.model import TriSurface
+from geosurf.sheets.lattice.frame import Frame
+
+Bounds = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+FINE = 0.5  # cells: longest edge, in the map, of the triangles that the trace runs through
+UNEVEN = 4.0  # times the usual width: wider triangles of a fault are halved by themselves
+
+
+@dataclass(frozen=True, eq=False)
+class FaultMesh:
+    """A fault in the frame of a horizon: x, y in cells, z in metres.
+
+    Attributes
+    ----------
+    name : str
+    points : ndarray (n, 3)
+    triangles : ndarray (m, 3)
+    normals : ndarray (m, 3)
+        Into the hanging wall; x, y, z in cells.
+    cell : float
+        Length of a cell [m].
+    """
+
+    name: str
+    points: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray
+    cell: float
+
+
+@dataclass(eq=False)
+class Trace:
+    """A line in the map along which a fault cuts a horizon, the fault's front on its left.
+
+    Attributes
+    ----------
+    fault : int
+    line : ndarray (n, 6)
+        x, y in cells, z in metres, and the normal of the fault there, in cells; straight
+        extensions at both ends included.
+    start, stop : float
+        Places along the line (vertex number) between which the fault really is.
+    ends : list of str
+        How it ends at the start and at the stop: "tip", "rim" (of the data), "branch of F2".
+    """
+
+    fault: int
+    line: np.ndarray
+    start: float
+    stop: float
+    ends: list[str] = field(default_factory=lambda: ["tip", "tip"])
+
+    @property
+    def segments(self) -> np.ndarray:
+        """Pieces (n, 4) of the line in the map."""
+        return np.hstack([self.line[:-1, :2], self.line[1:, :2]])
+
+    @cached_property
+    def along(self) -> np.ndarray:
+        """Length along the line, in cells, at each vertex."""
+        step = np.hypot(*np.diff(self.line[:, :2], axis=0).T)
+        return np.concatenate([[0.0], np.cumsum(step)])
+
+
+def mesh_in_frame(surface: TriSurface, frame: Frame) -> FaultMesh:
+    """A fault in the frame of a horizon."""
+    uv = frame.to_lattice(surface.vertices[:, :2]) * frame.stretch
+    points = np.column_stack([uv, surface.vertices[:, 2]])
+    scaled = points * (1.0, 1.0, 1.0 / frame.cell)
+    a, b, c = (scaled[surface.triangles[:, k]] for k in range(3))
+    return FaultMesh(surface.name, points, surface.triangles, np.cross(b - a, c - a), frame.cell)
+
+
+def sample(grid: np.ndarray, xy: np.ndarray) -> np.ndarray:
+    """Bilinear values of a grid at columns and rows (n, 2); NaN outside and beside NaN."""
+    n_row, n_col = grid.shape
+    x, y = xy[:, 0], xy[:, 1]
+    inside = (x >= 0) & (x <= n_col - 1) & (y >= 0) & (y <= n_row - 1)
+    j = np.clip(np.floor(np.where(inside, x, 0)).astype(np.int64), 0, n_col - 2)
+    i = np.clip(np.floor(np.where(inside, y, 0)).astype(np.int64), 0, n_row - 2)
+    s, t = x - j, y - i
+    low = grid[i, j] * (1 - s) + grid[i, j + 1] * s
+    high = grid[i + 1, j] * (1 - s) + grid[i + 1, j + 1] * s
+    return np.where(inside, low * (1 - t) + high * t, np.nan)
+
+
+def trace_lines(
+    mesh: FaultMesh, drape: np.ndarray, stretch: np.ndarray, bounds: Bounds | None = None
+) -> list[np.ndarray]:
+    """Lines (n, 6) on a fault where it meets the drape, its front on their left.
+
+    `bounds` are those of `block_bounds`, for many faults on one drape.
+    """
+    low, high, levels = block_bounds(drape) if bounds is None else bounds
+    near = may_meet(drape, low, high, levels, stretch, mesh.points, mesh.triangles)
+    rows = np.flatnonzero(near)
+    if len(rows) == 0:
+        return []
+    wide = _widths(mesh.points, mesh.triangles[rows]).max(axis=1)
+    limit = max(UNEVEN * float(np.median(wide)), FINE)
+    points, faces, rows = _evened(mesh.points, mesh.triangles[rows], rows, limit)
+    ahead = np.roll(faces, -1, axis=1)
+    keys = np.minimum(faces, ahead) * len(points) + np.maximum(faces, ahead)
+    edges = np.unique(keys.ravel(), return_inverse=True)[1].reshape(-1, 3)
+    wide = _widths(points, faces).max(axis=1)
+    depth, needed = _depth(wide) + 1, _depth(wide)
+    while needed < depth:
+        depth = needed  # as fine as the triangles ask for that the trace runs through
+        names, places = zero_pieces(
+            drape, low, high, levels, stretch, points, faces, edges, faces < ahead, depth
+        )
+        needed = _depth(wide[names[:, 4]])
+    if len(names) == 0:
+        return []
+    number = _numbered(*(np.concatenate([names[:, k], names[:, k + 2]]) for k in (0, 1)))
+    tail, head = number[: len(names)], number[len(names) :]
+    where, face = np.empty((number.max() + 1, 3)), np.empty(number.max() + 1, dtype=np.int64)
+    where[tail], where[head] = places[:, :3], places[:, 3:]
+    face[head] = names[:, 4]
+    face[tail] = names[:, 4]
+    normals = mesh.normals[rows]
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    found = []
+    for line in split_lines(directed_lines(tail, head, len(where))):
+        kept = line[_kept(where[line, 0], where[line, 1])]
+        found.append(np.hstack([where[kept], normals[face[kept]]]))
+    return found
+
+
+def split_lines(found: tuple[np.ndarray, np.ndarray]) -> list[np.ndarray]:
+    """Lines of points, from what kernels give: all points, and where each line starts."""
+    points, starts = found
+    return np.split(points, starts[1:-1]) if len(starts) > 1 else []
+
+
+def _depth(wide: np.ndarray) -> int:
+    """How often triangles are halved until all are fine."""
+    return int(np.ceil(np.log2(max(float(wide.max(initial=0.0)), FINE) / FINE)))
+
+
+def _widths(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Length (n, 3) in the map of the edges of triangles, from each corner to the next."""
+    edge = points[np.roll(faces, -1, axis=1), :2] - points[faces, :2]
+    return np.hypot(edge[..., 0], edge[..., 1])
+
+
+def _evened(points, faces, rows, limit: float):
+    """Edges longer than a limit halved, on both sides alike: small triangles stay what they are.
+
+    A fault that was drawn out has triangles a thousand times as wide as its others.
+    """
+    while (long := _widths(points, faces) > limit).any():
+        ahead = np.roll(faces, -1, axis=1)
+        keys = (np.minimum(faces, ahead) * len(points) + np.maximum(faces, ahead))[long]
+        edge, number = np.unique(keys, return_inverse=True)
+        middle = np.full(faces.shape, -1)
+        middle[long] = len(points) + number
+        points = np.concatenate(
+            [points, 0.5 * (points[edge // len(points)] + points[edge % len(points)])]
+        )
+        # turned so that long edges come first
+        turn = np.where(long[:, 0] & ~long[:, 2], 0, np.where(long[:, 1] & ~long[:, 0], 1, 2))
+        at = (turn[:, None] + np.arange(3)) % 3
+        a, b, c = np.take_along_axis(faces, at, axis=1).T
+        ab, bc, ca = np.take_along_axis(middle, at, axis=1).T
+        many = long.sum(axis=1)
+        parts = {
+            0: [(a, b, c)],
+            1: [(a, ab, c), (ab, b, c)],
+            2: [(ab, b, bc), (a, ab, bc), (a, bc, c)],
+            3: [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)],
+        }
+        made = [(np.stack(part, 1)[many == k], rows[many == k]) for k in parts for part in parts[k]]
+        faces, rows = (np.concatenate(some) for some in zip(*made, strict=True))
+    return points, faces, rows
+
+
+def _numbered(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+    """Numbers (n,) from 0, in the order of names (one, two), the same for the same ones."""
+    least, low = int(one.min()), int(two.min())
+    wide = int(two.max()) - low + 1
+    if (int(one.max()) - least + 1) * wide >= 2**63:
+        return np.unique(np.stack([one, two], axis=1), axis=0, return_inverse=True)[1].ravel()
+    return number_keys((one - least) * wide + (two - low))[1]
+
+
+def _kept(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Which points of a line stay: those that do not repeat the one before by a fifth of a cell."""
+    place = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    keep = np.ones(len(x), dtype=bool)
+    fifth = np.floor(place / 0.2)
+    keep[1:-1] = fifth[1:-1] > fifth[:-2]
+    return keep
+
+
+def extended(line: np.ndarray, first: float, last: float) -> tuple[np.ndarray, float, float]:
+    """A line with straight pieces of given lengths [cells] at its ends, and where it was."""
+    parts, start = [line], 0.0
+    if first > 0:
+        far = _beyond(line, first)
+        parts.insert(0, far)
+        start = float(len(far))
+    stop = start + len(line) - 1
+    if last > 0:
+        parts.append(_beyond(line[::-1], last)[::-1])
+    return np.concatenate(parts), start, stop
+
+
+def _beyond(line: np.ndarray, length: float) -> np.ndarray:
+    """Points from `length` cells before the line up to it, along its first two cells."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
+    k = min(int(np.searchsorted(along, 2.0)), len(line) - 1)
+    away = line[0] - line[k]
+    away = away / max(float(np.hypot(*away[:2])), 1e-9)
+    away[3:] = 0.0
+    n = max(int(np.ceil(length / FINE)), 1)
+    return line[0] + away * (length * np.arange(n, 0, -1) / n)[:, None]

@@ -1,0 +1,132 @@
+"""Blocks beside a fault in which a horizon has no data at all.
+
+A horizon whose data end before a fault has no wall on it: no trace, and nothing to tear. Where its
+lattice goes on beyond the fault, a block of the model would lack the horizon without a word.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import GeometryError
+from geosurf.sheets.faults.fault_distance import mesh_blocks, side_at_own_height
+from geosurf.sheets.faults.traces import FaultMesh
+from geosurf.sheets.heights.heights import FILL, Heights
+from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.lattice.drape import around, draped
+from geosurf.sheets.lattice.sets import distinct
+
+WAY_OUT = "Give data there, say carry=True to go on over the fault, or leave the fault out."
+
+
+@dataclass(frozen=True, eq=False)
+class Missing:
+    """A side of a fault on which a horizon has no data, though it ends near that fault.
+
+    Attributes
+    ----------
+    fault : str
+    side : str
+        Of the fault: ``"F1+"`` is its hanging wall.
+    far : float
+        From the data to the fault, at their own height [m].
+    place : ndarray (3,)
+        The nearest datum [m].
+    nodes : ndarray of int64
+        Absent nodes beside the fault on that side.
+    """
+
+    fault: str
+    side: str
+    far: float
+    place: np.ndarray
+    nodes: np.ndarray
+
+
+def missing_blocks(picks: Picks, state: Heights, meshes: Sequence[FaultMesh]) -> list[Missing]:
+    """Sides of faults without a trace on which data are missing within 16 cells.
+
+    Raises
+    ------
+    GeometryError
+        If data lie on both sides of such a fault, in a gap too wide to find the trace in.
+    """
+    if not picks.on_nodes:
+        return []
+    met = {trace.fault for trace in state.network.traces}
+    met |= {fault for fault, _ in state.network.dropped}
+    absent = np.isnan(picks.means)
+    found = []
+    for number, mesh in enumerate(meshes):
+        if number in met or not absent.any():
+            continue
+        blocks = mesh_blocks(mesh, FILL)
+        uv = picks.columns(np.arange(len(picks.z))) * picks.frame.stretch
+        rows, _ = blocks.of(uv)
+        points = np.column_stack([uv[rows], picks.z[rows]])
+        far, side = side_at_own_height(mesh, blocks, points, FILL)
+        rows, far, side = rows[side != 0], far[side != 0], side[side != 0]
+        if not len(rows):
+            continue
+        nearest = int(far.argmin())
+        nodes = around(picks.nodes_of(rows), picks.frame.shape, int(FILL))
+        nodes = nodes[absent[nodes]]
+        level = np.full(len(nodes), np.median(picks.z[rows]))
+        there = np.column_stack([picks.frame.cells_of_node(nodes), level])
+        beyond, of = side_at_own_height(mesh, blocks, there, FILL)
+        nodes = nodes[(of == -side[nearest]) & (beyond < FILL)]
+        at = picks.places(rows[nearest : nearest + 1])[0]
+        if len(nodes) and (side == side[nearest]).all():
+            name = f"{mesh.name}{'-' if side[nearest] > 0 else '+'}"
+            found.append(Missing(mesh.name, name, far[nearest] * picks.frame.cell, at, nodes))
+        elif len(nodes):
+            raise GeometryError(
+                f"horizon {picks.name!r} has data on both sides of fault {mesh.name!r}, near "
+                f"{place(at)}, but a gap of more than {FILL:g} cells between them. Interpolate the "
+                "horizon over the fault, as a mapping package does, then tear it.",
+                place=at,
+                surfaces=(picks.name, mesh.name),
+            )
+    return found
+
+
+def refuse_missing(picks: Picks, missing: Sequence[Missing]) -> None:
+    """Name the blocks without data."""
+    if missing:
+        sides = ", ".join(repr(one.side) for one in missing)
+        first = missing[0]
+        raise GeometryError(
+            f"horizon {picks.name!r} has no data in the block {sides}: they end {first.far:.0f} m "
+            f"before fault {first.fault!r}, the nearest at {place(first.place)}. {WAY_OUT}",
+            place=first.place,
+            surfaces=(picks.name, *(one.fault for one in missing)),
+        )
+
+
+def continued(picks: Picks, missing: Sequence[Missing]) -> tuple[Picks, list[dict]]:
+    """The data with the absent parts beyond their faults filled by a membrane; what was filled."""
+    from scipy.ndimage import label
+
+    shape = picks.frame.shape
+    part, _ = label(np.isnan(picks.means).reshape(shape), np.ones((3, 3)))
+    part = part.ravel()
+    heights = picks.means.copy()
+    notes, filled = [], []
+    for one in missing:
+        fill = np.flatnonzero(np.isin(part, distinct(part[one.nodes])) & np.isnan(heights))
+        if not len(fill):
+            continue
+        heights[fill] = draped(heights, fill, shape, picks.frame.stretch)
+        filled.append(fill)
+        at = [float(c) for c in one.place[:2]]
+        notes.append({"nodes": len(fill), "over": one.fault, "place": at})
+    fill = distinct(*filled)
+    fill = fill[np.isfinite(heights[fill])]
+    node = np.concatenate([picks.node, fill])
+    z = np.concatenate([picks.z, heights[fill]])
+    order = np.argsort(node, kind="stable")
+    return replace(picks, given_node=node[order], z=z[order]), notes

@@ -1,0 +1,235 @@
+"""The smoothest rest: a sheet around the tips of its faults, less the shapes that bend it there.
+
+With heights u = v + B a, v what is smooth, B the shapes of `geosurf.sheets.faults.tips` and a their
+shares, the energy is v' K v, and data draw u. So unknown heights obey K u - K B a = data, and
+shares B' K (B a - u) + hold a = 0; both come from one factor of K. Shares are
+thought to be about as large as half the throw (`likely`); a fault has its shapes only if the
+sheet is likelier with them than without, in the sense of Bayes (MacKay 1992, Neural Comput. 4,
+415-447): gain > log det(1 + S likely^2), both in units of noise, or, where there is none, of the
+energy that a node has without them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.kernels.sheets.column_products import products_of_columns, sums_of_columns
+from geosurf.kernels.sheets.smooth_surface import bent_by
+from geosurf.sheets.faults.tips import Tips
+from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.solve import BEND, Common, Graph, equations, weights_of
+
+AT_MOST = 10.0  # times the likely size: what shares are held by where data have no noise
+AROUND = 16.0  # cells from a tip within which the sheet is solved with its shapes
+
+
+@dataclass(frozen=True, eq=False)
+class Bent:
+    """How much of each shape a sheet has.
+
+    Attributes
+    ----------
+    tips : list of Tips
+    share : ndarray (k,)
+        Of the shapes of all tips, one after another [m].
+    """
+
+    tips: list[Tips]
+    share: np.ndarray
+
+    def of(self, frame: Frame, nodes: np.ndarray, anchors: np.ndarray | None = None) -> np.ndarray:
+        """By how much nodes (n,) are bent [m], on the wall of each or on that of its anchor."""
+        parts = np.split(self.share, np.cumsum([tip.n_shape for tip in self.tips])[:-1])
+        bent = [(tip, part) for tip, part in zip(self.tips, parts, strict=True) if part.any()]
+        shapes = shapes_of([tip for tip, _ in bent], frame, nodes, anchors)
+        share = np.concatenate([np.empty(0), *(part for _, part in bent)])
+        found: np.ndarray = sums_of_columns(shapes, share)
+        return found
+
+    def only(self, traces: Sequence[int]) -> Bent:
+        """Of some traces only."""
+        mine = [np.full(tip.n_shape, tip.trace in traces) for tip in self.tips]
+        return Bent(self.tips, np.where(np.concatenate(mine), self.share, 0.0))
+
+
+def shapes_of(
+    tips: Sequence[Tips], frame: Frame, nodes: np.ndarray, anchors: np.ndarray | None = None
+) -> np.ndarray:
+    """Shapes (n, k) of all tips at nodes, on the wall of each or on that of its anchor."""
+    places = frame.cells_of_node(nodes)
+    found = [np.empty((len(nodes), 0))]
+    for tip in tips:
+        wall = None
+        if anchors is not None:
+            side, beside = tip.side(anchors, frame.cells_of_node(anchors))
+            wall = np.where(beside, side, 0.0)
+        found.append(tip.shapes(nodes, places, wall))
+    return np.concatenate(found, axis=1)
+
+
+def close_to(tip: Tips, frame: Frame, nodes: np.ndarray) -> np.ndarray:
+    """Which nodes are within reach of a tip, bool (n,)."""
+    places = frame.cells_of_node(nodes)
+    far = [np.hypot(*(places - at).T) for at in tip.tips]
+    return np.min(far, axis=0) < AROUND
+
+
+def groups_of(
+    tips: Sequence[Tips], frame: Frame, nodes: np.ndarray
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Columns of the shapes of each fault, and which of some nodes are around its tips."""
+    last = np.cumsum([tip.n_shape for tip in tips])
+    return [
+        (np.arange(end - tip.n_shape, end), close_to(tip, frame, nodes))
+        for tip, end in zip(tips, last, strict=True)
+    ]
+
+
+def likely_shares(tips: Sequence[Tips], throw: Sequence[float]) -> np.ndarray:
+    """How large the shares of all shapes may well be (k,) [m]; `throw`: the largest of each trace.
+
+    Half the throw is one wall's; later terms of a smooth profile are smaller.
+    """
+    found = [0.5 * throw[tip.trace] / np.arange(1, tip.n_shape + 1) for tip in tips]
+    return np.concatenate([np.empty(0), *found])
+
+
+def smoothest_rest(
+    graph: Graph,
+    unknown: np.ndarray,
+    value: np.ndarray,
+    stretch: np.ndarray,
+    shapes: np.ndarray,
+    groups: Sequence[tuple[np.ndarray, np.ndarray]],
+    likely: np.ndarray,
+    doubt: float,
+    pull: np.ndarray,
+    target: np.ndarray,
+    scale: float = 1.0,
+    towards: Sequence[np.ndarray] = (),
+    common: Common | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Solve for unknown nodes, and for the shapes that leave the smoothest rest.
+
+    Parameters
+    ----------
+    graph, unknown, value, stretch, pull, target, scale
+        As for `smoothest`.
+    shapes : ndarray (n, k)
+    groups : sequence of (ndarray of int64, ndarray of bool (n,))
+        Columns of the shapes of each fault, and the nodes around its tips.
+    likely : ndarray (k,)
+        How large shares may well be [m].
+    doubt : float
+        Energy of one deviation of noise; 0 for data without.
+    towards : sequence of ndarray (n_tip, 2, k)
+        Of each group: see `Tips.throw_towards`.
+    common : Common, optional
+        What walls have in common. Every node is unknown then, node k number k, and coefficients
+        follow as nodes that no link joins to any.
+
+    Returns
+    -------
+    ndarray (n_unknown,), ndarray (k,)
+        Heights, and the share of each shape in them: 0 where it does not pay.
+    """
+    weights = weights_of(stretch, BEND, scale=scale)
+    system, right, level = equations(graph, unknown, value, weights, pull, target, common)
+
+    def bent(heights: np.ndarray) -> np.ndarray:
+        """Derivatives (n, k) of half the energy by heights (n, k)."""
+        found = bent_by(graph.east, graph.north, graph.square, heights, weights)
+        if common is not None:
+            found += common.matrix.T @ (common.matrix @ heights)
+        return found
+
+    drawn = bent(shapes)
+    free = unknown >= 0
+    at = np.empty(len(right), dtype=np.int64)
+    at[unknown[free]] = np.flatnonzero(free)
+    plain, *moves = system.solved([right, *drawn[at].T])
+    moved = np.stack(moves, axis=1) if moves else np.empty((len(plain), 0))
+    heights = np.where(free, 0.0, value - level)
+    heights[at] = plain
+    own = products_of_columns(shapes, drawn) - products_of_columns(drawn[at], moved)
+    wanted = products_of_columns(drawn, heights[:, None])[:, 0]
+    units = [doubt] * len(groups)
+    if not doubt:
+        cost = heights * bent(heights[:, None])[:, 0]
+        cost[at] += pull * np.where(pull > 0, target - level - plain, 0.0) ** 2
+        units = [cost[a].sum() / max((a & free).sum(), 1) for _, a in groups]
+    columns = [columns for columns, _ in groups]
+    share = paying_shares(own, wanted, columns, likely, doubt, units, towards)
+    return plain + sums_of_columns(moved, share) + level, share
+
+
+def paying_shares(
+    own: np.ndarray,
+    wanted: np.ndarray,
+    groups: Sequence[np.ndarray],
+    likely: np.ndarray,
+    doubt: float,
+    units: Sequence[float],
+    towards: Sequence[np.ndarray] = (),
+) -> np.ndarray:
+    """Shares (k,) of shapes that leave the smoothest rest, 0 of those that do not pay.
+
+    Parameters
+    ----------
+    own, wanted : ndarray (k, k), ndarray (k,)
+        Energy of the shapes and how much the sheet has of it, both less what it could take itself.
+    groups : sequence of ndarray of int64
+        Columns of the shapes of each fault.
+    likely, doubt, towards
+        As for `smoothest_rest`.
+    units : sequence of float
+        Energy in which what each group gains is counted: that of one deviation of noise, or, where
+        there is none, of a node.
+    """
+    paying, unit_of = np.zeros(len(likely), dtype=bool), np.zeros(len(likely))
+    for columns, unit in zip(groups, units, strict=True):
+        some = np.ix_(columns, columns)
+        paying[columns] = _pays(own[some], wanted[columns], likely[columns], unit)
+        unit_of[columns] = doubt or unit / AT_MOST**2
+    share = np.zeros(len(likely))
+    some = np.flatnonzero(paying)
+    # data decide, but for shares that the nodes could take as well: free, those run away
+    held = own[np.ix_(some, some)] + np.diag(unit_of[some] / likely[some] ** 2)
+    share[some] = np.linalg.lstsq(held, wanted[some], rcond=None)[0]
+    rows: list[np.ndarray] = []
+    while len(new := _turning_over(share, groups, towards, rows)):
+        rows += new
+        none = np.stack(rows)[:, some]
+        inverse = np.linalg.pinv(held)
+        much = np.linalg.lstsq(none @ inverse @ none.T, none @ share[some], rcond=None)[0]
+        share[some] -= inverse @ none.T @ much
+    return share
+
+
+def _turning_over(share, groups, towards, known: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Throw (k,) of all shapes close to each tip at which it would turn over before it dies.
+
+    Without those of the tips that are `known` already.
+    """
+    found = []
+    for columns, ends in zip(groups, towards, strict=len(towards) > 0):
+        for close, further in ends:
+            row = np.zeros(len(share))
+            row[columns] = close
+            turns = (close @ share[columns]) * (further @ share[columns]) < 0.0
+            if turns and not any((row == one).all() for one in known):
+                found.append(row)
+    return found
+
+
+def _pays(own: np.ndarray, wanted: np.ndarray, likely: np.ndarray, unit: float) -> bool:
+    """Whether shares that are likely up to some size make the sheet likelier; energies in units."""
+    if not (unit > 0.0 and (likely > 0.0).all()):
+        return False
+    scaled = own * np.outer(likely, likely) / unit
+    side = wanted * likely / unit
+    whole = np.eye(len(likely)) + scaled
+    return bool(side @ np.linalg.solve(whole, side) > np.linalg.slogdet(whole)[1])

@@ -1,0 +1,176 @@
+"""Heights of solved nodes again, with the shapes of a throw that dies at tips.
+
+Without noise around the tips alone. Under noise everywhere, first each wall from its own data, then
+with what walls have in common (`geosurf.sheets.heights.relief`), unless data speak against that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from geosurf.sheets.faults.fault_distance import NearTrace
+from geosurf.sheets.faults.tips import Tips
+from geosurf.sheets.heights.relief import FREE, SEEN
+from geosurf.sheets.heights.tip_residual import (
+    Bent,
+    close_to,
+    groups_of,
+    likely_shares,
+    shapes_of,
+    smoothest_rest,
+)
+from geosurf.sheets.lattice.drape import around, without_absent
+from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.sets import distinct, is_among
+from geosurf.sheets.lattice.solve import Common, lattice_graph, with_more
+
+Solved = tuple[np.ndarray, Bent | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What is to be solved for.
+
+    Attributes
+    ----------
+    frame : Frame
+    heights : ndarray (n_node,)
+        Of all nodes; NaN where there is none.
+    nodes : ndarray of int64 (n,)
+        To be solved for, increasing.
+    data, pull : ndarray (n,)
+        What draws each node, and with what weight; 0: nothing.
+    bits : ndarray of uint8 (n_node,)
+        Cut links.
+    tips : list of Tips
+    throws : list of float
+        The largest of each trace [m].
+    doubt, scale : float
+        Energy of one deviation of noise; over how many cells noisy data are meant.
+    """
+
+    frame: Frame
+    heights: np.ndarray
+    nodes: np.ndarray
+    data: np.ndarray
+    pull: np.ndarray
+    bits: np.ndarray
+    tips: list[Tips]
+    throws: list[float]
+    doubt: float
+    scale: float
+
+    def near_tips(self) -> Bent | None:
+        """Write heights of the nodes around the tips, all others held; what bends them."""
+        close = [close_to(tip, self.frame, self.nodes) for tip in self.tips]
+        some = np.any(close, axis=0) if close else np.zeros(len(self.nodes), dtype=bool)
+        nodes = self.nodes[some]
+        if not len(nodes):
+            return None
+        band = around(nodes, self.frame.shape, 3)
+        found, bent = self._solved(band, np.searchsorted(band, nodes), np.flatnonzero(some))
+        self.heights[nodes] = found
+        return bent
+
+    def everywhere(self, common: Common | None = None) -> Solved:
+        """Heights (n,) of all nodes, none held, and what bends them."""
+        every = np.arange(len(self.nodes))
+        return self._solved(self.nodes, every, every, common)
+
+    @cached_property
+    def _shapes(self) -> np.ndarray:
+        """Shapes (n, k) of all tips at the nodes."""
+        return shapes_of(self.tips, self.frame, self.nodes)
+
+    def _solved(self, band, free, rows, common: Common | None = None) -> Solved:
+        """Heights of some rows of a band of nodes, which are `rows` of the task's."""
+        graph = lattice_graph(band, self.frame.shape, self.bits)
+        value = self.heights[band]
+        held = np.isfinite(value)
+        held[free] = True
+        graph = without_absent(graph, held)
+        value = np.where(np.isfinite(value), value, 0.0)
+        number = np.full(len(band), -1)
+        number[free] = np.arange(len(free))
+        pull, data = self.pull[rows], self.data[rows]
+        every = band is self.nodes
+        shapes = self._shapes if every else shapes_of(self.tips, self.frame, band)
+        groups = groups_of(self.tips, self.frame, band)
+        if common is not None:
+            more = common.n_coefficient
+            graph, number = with_more(graph, more), np.arange(len(band) + more)
+            pull, data, value = (np.append(a, np.zeros(more)) for a in (pull, data, value))
+            shapes = np.concatenate([shapes, np.zeros((more, shapes.shape[1]))])
+        found, share = smoothest_rest(
+            graph, number, value, self.frame.stretch, shapes, groups,
+            likely_shares(self.tips, self.throws), self.doubt, pull, data, self.scale,
+            [tip.throw_towards() for tip in self.tips], common,
+        )  # fmt: skip
+        return found[: len(free)], Bent(self.tips, share) if share.any() else None
+
+    def shared(
+        self,
+        near: Sequence[NearTrace],
+        apart: set[int],
+        common_of: Callable[[], Common | None],
+        known: bool,
+    ) -> Solved:
+        """`everywhere`, with what walls have in common unless data speak against it."""
+        told = self.pull > 0
+        nodes, data, weight = self.nodes[told], self.data[told], self.pull[told] / self.doubt
+
+        def against(found: np.ndarray, alone: np.ndarray) -> set[int]:
+            """Traces beside which data are missed by too much."""
+            missed, before = ((z[told] - data) ** 2 for z in (found, alone))
+            return losing(near, nodes, weight * (missed - before), self.scale)
+
+        return shared_unless(against, self.everywhere, common_of, apart, known)
+
+
+def shared_unless(
+    against: Callable[[np.ndarray, np.ndarray], set[int]],
+    solve: Callable[[Common | None], Solved],
+    common_of: Callable[[], Common | None],
+    apart: set[int],
+    known: bool,
+) -> Solved:
+    """Heights with what walls have in common, without where that misses data too much.
+
+    `against(found, alone)` gives traces where it does: they join `apart`, which `common_of` knows.
+    Where all of them are `known` nothing is asked.
+    """
+    if known:
+        return solve(common_of())
+    alone = solve(None)
+    while (common := common_of()) is not None:
+        found = solve(common)
+        missed = against(found[0], alone[0])
+        if missed <= apart:
+            return found
+        apart |= missed
+    return alone
+
+
+def losing(
+    near: Sequence[NearTrace], nodes: np.ndarray, worse: np.ndarray, scale: float
+) -> set[int]:
+    """Traces beside which data are missed by more than walls have freedom to lose.
+
+    An information criterion (Akaike 1974, IEEE Trans. Autom. Control 19, 716-723): squared misfit,
+    in noise, may grow by twice the degrees of freedom that are lost. Where there are several traces
+    beside a node, all their walls lose some. `worse` (n,) is by how much squares grew, in those of
+    noise, `nodes` (n,) where.
+    """
+    every = distinct(nodes)
+    beside = [trace.nodes_within(SEEN) for trace in near]
+    lost = np.sum([is_among(every, some) for some in beside], axis=0) * FREE / scale**2
+    found = set()
+    for k, some in enumerate(beside):
+        most = 2.0 * lost[is_among(every, some)].sum()
+        if worse[is_among(nodes, some)].sum() > most:
+            found.add(k)
+    return found

@@ -1,0 +1,70 @@
+"""How noisy are data on a lattice, and how hard may a sheet be held to them?
+
+Third differences at steps of one node and more: those of a smooth signal grow with the cube of
+the step, those of noise do not, so that the two can be told apart.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.arrangement.threads import side_by_side
+from geosurf.kernels.lattices.third_differences import third_differences
+
+ROWS = 400  # rows and columns that are looked at
+STEPS = (1, 2, 4, 8)  # nodes
+SEEN = 3.0  # variance of third differences, in those of noise, from which there is a signal
+LOUD = 0.01  # cells: noise below this does not move a cut-off, data are then met exactly
+GAIN = 10.0  # of the weight: see docs/sheets.md for what 5 to 40 do over worlds that are known
+LEAST = 1e-4  # weight: means over five cells, a third of the collar in which noise is smoothed
+
+
+def noise_of(heights: np.ndarray) -> tuple[float, float]:
+    """Standard deviation of noise, and typical third difference of the signal, of a grid [m]."""
+    single, double = side_by_side(_spread, [(heights, step) for step in STEPS[:2]])
+    if not np.isfinite(double):
+        return 0.0, 0.0
+    signal = max((double - single) / 63.0, 0.0)
+    noise = max(single - signal, 0.0)
+    for step in STEPS[1:]:
+        now = double if step == STEPS[1] else _spread(heights, step)
+        if np.isfinite(now):  # the first step at which the signal stands out tells it best
+            signal = max((now - noise) / (step**6 - 1), 0.0)
+            if now > SEEN * noise:
+                break
+    return float(np.sqrt(noise / 20.0)), float(np.sqrt(signal))
+
+
+def signal_of(heights: np.ndarray) -> float:
+    """Typical third difference of a grid that noise was taken out of [m], by its widest steps."""
+    for step in STEPS[::-1]:
+        spread = _spread(heights, step)
+        if np.isfinite(spread):
+            return float(np.sqrt(spread)) / step**3
+    return 0.0
+
+
+def _spread(heights: np.ndarray, step: int) -> float:
+    """Variance of third differences over rows and columns, none of them across a hole."""
+    every = [max(n // ROWS, 1) for n in heights.shape]
+    sizes = third_differences(heights, step, *every)
+    if not len(sizes):
+        return np.nan
+    # medians, since data beside faults may have outliers: 1.4826 makes them deviations
+    return float((1.4826 * np.median(sizes, overwrite_input=True)) ** 2)
+
+
+def weight_of(noise: float, signal: float, cell: float) -> float | None:
+    """Weight of noisy data against the smoothness of the sheet; None to meet them exactly.
+
+    A mean over h cells errs by about signal h^3 and noise / h. Both are equal at
+    h^-6 = (signal / noise)^1.5, and h^-6 is the weight at which third differences mean over h.
+    """
+    if noise <= LOUD * cell:
+        return None
+    return float(np.clip(GAIN * (signal / noise) ** 1.5, LEAST, 1.0))
+
+
+def scale_of(weight: float | None) -> float:
+    """Over how many cells data of a weight are meant: 1 where they are met exactly."""
+    return 1.0 if weight is None else weight ** (-1.0 / 6.0)

@@ -1,0 +1,240 @@
+"""The smoothest sheet through trusted data: only the nodes near faults are unknown.
+
+See `geosurf.kernels.sheets.smooth_surface` for the energy. Differences across cut links do not
+exist, so each side is built from its own side only, bends freely at the fault, and heals past a
+tip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.errors import InvariantError
+from geosurf.kernels.sheets.envelope_solver import (
+    add_squares,
+    factorise,
+    fill_envelope,
+    places_in_order,
+    substitute,
+)
+from geosurf.kernels.sheets.graph_distance import steps_from
+from geosurf.kernels.sheets.node_bands import links_between
+from geosurf.sheets.lattice.sets import distinct
+
+BEND, STRETCH = 0.3, 0.01  # shares of second and first differences, against third ones
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """Nodes with their neighbours across uncut links.
+
+    Attributes
+    ----------
+    east, north : ndarray of int64 (n,)
+        Neighbour, or -1.
+    square : ndarray of bool (n,)
+        Whether both diagonals of the block north-east of the node are uncut.
+    cell : ndarray of int64 (n, 2)
+        Row and column.
+    """
+
+    east: np.ndarray
+    north: np.ndarray
+    square: np.ndarray
+    cell: np.ndarray
+
+
+def lattice_graph(
+    nodes: np.ndarray, shape: tuple[int, int], cut: np.ndarray | None = None
+) -> Graph:
+    """The graph of some nodes of a lattice, increasing; `cut` as from `Cuts.bits`, if any is."""
+    bits = np.zeros(len(nodes), dtype=np.int64) if cut is None else cut[nodes].astype(np.int64)
+    east, north = links_between(nodes, bits, shape[1])
+    return Graph(east, north, bits & 12 == 0, np.stack(np.divmod(nodes, shape[1]), axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Common:
+    """Rows of the energy that reach across traces, over nodes and coefficients of throws.
+
+    Attributes
+    ----------
+    start, column, weight : ndarray
+        Row k has columns column[start[k] : start[k + 1]]: nodes first, then coefficients.
+    place : ndarray of int64 (n_unknown,)
+        Of nodes and coefficients in the order in which they are solved for.
+    n_coefficient : int
+    """
+
+    start: np.ndarray
+    column: np.ndarray
+    weight: np.ndarray
+    place: np.ndarray
+    n_coefficient: int
+
+    @property
+    def matrix(self):
+        """The rows as a sparse matrix."""
+        from scipy.sparse import csr_array
+
+        shape = len(self.start) - 1, len(self.place)
+        return csr_array((self.weight, self.column, self.start), shape=shape)
+
+
+def smoothest(
+    graph: Graph,
+    unknown: np.ndarray,
+    value: np.ndarray,
+    stretch: np.ndarray,
+    bend: float = BEND,
+    third: float = 1.0,
+    pull: np.ndarray | None = None,
+    target: np.ndarray | None = None,
+    scale: float = 1.0,
+) -> np.ndarray:
+    """Solve for the unknown nodes.
+
+    Parameters
+    ----------
+    graph : Graph
+    unknown : ndarray of int64 (n,)
+        Number of each unknown node, 0 .. n_unknown - 1; -1 where `value` holds.
+    value : ndarray (n,)
+        Heights of the known nodes.
+    pull, target : ndarray (n_unknown,), optional
+        Weight and height of data that an unknown is drawn to, for noisy ones.
+    scale : float
+        Over how many cells such data are meant.
+
+    Returns
+    -------
+    ndarray (n_unknown,)
+    """
+    n = int(unknown.max(initial=-1)) + 1
+    if n == 0:
+        return np.empty(0)
+    weights = weights_of(stretch, bend, third, scale)
+    system, right, level = equations(graph, unknown, value, weights, pull, target)
+    return system.solved([right])[0] + level
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """A symmetric matrix in its envelope; see `geosurf.kernels.sheets.envelope_solver`.
+
+    Attributes
+    ----------
+    place : ndarray of int64 (n_unknown,)
+        Of each unknown, in the order in which it is solved for.
+    first, start : ndarray of int64
+    lower : ndarray
+    """
+
+    place: np.ndarray
+    first: np.ndarray
+    lower: np.ndarray
+    start: np.ndarray
+
+    def solved(self, rights: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Solve for some right sides (n_unknown,); once, since the matrix becomes its factor."""
+        stuck = factorise(self.first, self.lower, self.start)
+        if stuck >= 0:
+            number = int(np.flatnonzero(self.place == stuck)[0])
+            raise InvariantError(
+                f"the sheet's equations are singular at unknown {number} of {len(self.place)}; "
+                "please report this with the horizon and its faults."
+            )
+        found, placed = [], np.empty(len(self.place))
+        for right in rights:
+            placed[self.place] = right
+            found.append(substitute(self.first, self.lower, self.start, placed)[self.place])
+        return found
+
+
+def equations(
+    graph: Graph, unknown, value, weights, pull=None, target=None, common: Common | None = None
+) -> tuple[System, np.ndarray, float]:
+    """Matrix, right side, and the level that heights are counted from; see `smoothest`.
+
+    With what walls have in `common` there is no known node, and its coefficients are unknowns, too.
+    """
+    known = value[unknown < 0]
+    if pull is not None and target is not None:
+        known = np.append(known, target[pull > 0])
+    level = float(known.mean()) if len(known) else 0.0
+    if common is None:
+        place = places_in_order(graph.east, graph.north, unknown)
+    else:
+        place = common.place
+    first, lower, start, right = fill_envelope(
+        graph.east, graph.north, graph.square, unknown, value - level, weights, place
+    )
+    if common is not None:
+        row, column, weight = common.start, common.column, common.weight
+        first, lower, start = add_squares(first, lower, start, row, column, weight, place)
+    right = right[place]
+    if pull is not None and target is not None:
+        lower[start[place + 1] - 1] += pull
+        right += pull * np.where(pull > 0, target - level, 0.0)
+    return System(place, first, lower, start), right, level
+
+
+def weights_of(
+    stretch: np.ndarray, bend: float, third: float = 1.0, scale: float = 1.0
+) -> np.ndarray:
+    """Weights of first, second and third differences, and of the two ways of a cell.
+
+    Noise that is meant over `scale` cells leaves a sheet as on a lattice with cells so wide: there
+    a second difference weighs, against a third one, as `scale` times less does here.
+    """
+    return np.array([STRETCH / scale**2, bend / scale, third, *(1.0 / stretch)])
+
+
+def with_more(graph: Graph, n: int) -> Graph:
+    """A graph with n more nodes that no link joins to any."""
+    none = np.full(n, -1)
+    return Graph(
+        np.concatenate([graph.east, none]),
+        np.concatenate([graph.north, none]),
+        np.concatenate([graph.square, np.zeros(n, dtype=bool)]),
+        np.concatenate([graph.cell, np.zeros((n, 2), dtype=np.int64)]),
+    )
+
+
+def grounded(graph: Graph, unknown: np.ndarray) -> np.ndarray:
+    """Whether each unknown is tied to a known node by uncut links, bool (n_unknown,)."""
+    far = len(unknown) + 1
+    steps = steps_from(graph.east, graph.north, unknown < 0, far)
+    out = np.zeros(int(unknown.max(initial=-1)) + 1, dtype=bool)
+    mine = np.flatnonzero(unknown >= 0)
+    out[unknown[mine]] = steps[mine] < far
+    return out
+
+
+def steps_to_known(graph: Graph, unknown: np.ndarray, longest: int = 64) -> np.ndarray:
+    """Number of uncut links from each node to the nearest known one, at most `longest`."""
+    return steps_from(graph.east, graph.north, unknown < 0, longest)
+
+
+def on_the_way(graph: Graph, steps: np.ndarray, far: int) -> np.ndarray:
+    """Nodes more than `far` steps from known ones, and those on shortest ways there; increasing.
+
+    `steps` (n,) as from `steps_to_known`: each step of a shortest way is one less.
+    """
+    beside = []
+    for ahead in (graph.east, graph.north):
+        back = np.full(len(ahead), -1)
+        linked = np.flatnonzero(ahead >= 0)
+        back[ahead[linked]] = linked
+        beside += [ahead, back]
+    found = [np.flatnonzero(steps > far)]
+    front = found[0][steps[found[0]] == far + 1]
+    for level in range(far, 0, -1):
+        front = distinct(*(neighbour[front] for neighbour in beside))
+        front = front[front >= 0]
+        front = front[steps[front] == level]
+        found.append(front)
+    return distinct(*found)

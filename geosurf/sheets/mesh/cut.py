@@ -1,0 +1,224 @@
+"""The exact cut of a torn sheet by its faults, near the faults: cut-offs, and leaks if there are
+any.
+
+Only triangles near the tears take part, all others are met by no fault; islands that no fault
+joins are cut side by side. A leak is an outer edge of the ghosts, cut by a fault, of which a part
+stays in the sheet, or through which real parts far from the fault and ghosts are one; or a copy
+inside which a fault ends, so that they are one round it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from geosurf.arrangement.search import find_contacts
+from geosurf.arrangement.threads import side_by_side
+from geosurf.conventions import frame_origin
+from geosurf.model import Patches, TriSurface
+from geosurf.model.base import all_of, any_of
+from geosurf.rebuild import patches_from
+from geosurf.rebuild.ghosts import kept_parts
+from geosurf.sheets.faults.fault_distance import Blocks
+from geosurf.sheets.lattice.drape import around
+from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.sets import distinct, is_among
+from geosurf.sheets.mesh.islands import islands
+from geosurf.sheets.mesh.leaks import (
+    Leak,
+    ends_in_copies,
+    false_rims,
+    free_edges,
+    leaks_of,
+    sides_at_curves,
+)
+from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_ghosts, renumbered
+
+
+@dataclass(eq=False)
+class Band:
+    """The part of a torn sheet that faults can meet.
+
+    Attributes
+    ----------
+    surface : TriSurface
+        With ``vertex_data["ghost"]``.
+    vertex : ndarray of int64 (n_vertex,)
+        Vertex in the numbering of `Torn`.
+    outer : ndarray of int64
+        Outermost ghosts, in the numbering of `Torn`.
+    """
+
+    surface: TriSurface
+    vertex: np.ndarray
+    outer: np.ndarray
+
+    def only(self, rows: np.ndarray) -> Band:
+        """Some triangles of it."""
+        surface = self.surface
+        used, faces = renumbered(surface.triangles.take(rows, axis=0), surface.n_vertex)
+        part = TriSurface(
+            surface.name,
+            surface.role,
+            surface.vertices.take(used, axis=0),
+            faces,
+            vertex_data={key: values.take(used) for key, values in surface.vertex_data.items()},
+        )
+        return Band(part, self.vertex.take(used), self.outer)
+
+
+@dataclass(eq=False)
+class Part:
+    """What the exact cut gave of one island.
+
+    Attributes
+    ----------
+    faults : list of int
+        Numbers of the faults that can meet it.
+    patches : Patches
+        Of its triangles and these faults, ghosts included.
+    corners : ndarray of int64 (n, 3)
+        Corners of its triangles, as vertices of `Torn`.
+    keep : ndarray of bool (n_triangle,)
+        See `kept_parts`.
+    curve_sides : list of (ndarray, ndarray)
+        By surface, see `sides_at_curves`.
+    leaks, dead_ends
+        As of `Cut`.
+    """
+
+    faults: list[int]
+    patches: Patches
+    corners: np.ndarray
+    keep: np.ndarray
+    curve_sides: list[tuple[np.ndarray, np.ndarray]]
+    leaks: list[Leak]
+    dead_ends: list[tuple[int, int]]
+
+
+@dataclass(eq=False)
+class Cut:
+    """What the exact cut gave.
+
+    Attributes
+    ----------
+    parts : list of Part
+        One for each island.
+    leaks : list of (int, int, frozenset of int)
+        Outer edges, as vertices of `Torn`, that the sheet would end on inside the data, and the
+        faults that cut them.
+    dead_ends : list of (int, int)
+        Copies, by two vertices, inside which a fault ends.
+    """
+
+    parts: list[Part]
+    leaks: list[Leak]
+    dead_ends: list[tuple[int, int]]
+
+    def part_of(self, fault: int) -> Part:
+        """The part in which a fault is."""
+        return next(part for part in self.parts if fault in part.faults)
+
+
+def band_of(
+    torn: Torn,
+    triangles: Triangles,
+    frame: Frame,
+    heights: np.ndarray,
+    ghosts: np.ndarray,
+    reach: int,
+) -> Band:
+    """Copies, and the triangles within `reach` cells of them; of an untorn sheet, of its first."""
+    nodes = torn.node_of_ghost
+    outer = outer_ghosts(torn, triangles)
+    near = around(nodes if len(nodes) else triangles.first() // 2, frame.shape, reach)
+    t, corners = triangles.of_cells(near)
+    whole = np.flatnonzero(~is_among(t, torn.divided))
+    faces = np.concatenate([corners.take(whole, axis=0), torn.corners])
+    used, faces = renumbered(faces, torn.n_node + len(ghosts))
+    real = used < torn.n_node
+    z = np.concatenate([heights[used[real]], ghosts[used[~real] - torn.n_node]])
+    nodes = torn.node_of(used)
+    surface = TriSurface(
+        "sheet",
+        "horizon",
+        np.column_stack([frame.node_places(nodes), z]),
+        faces,
+        vertex_data={"ghost": ~real, "outer": is_among(used, outer), "node": nodes},
+    )
+    return Band(surface, used, outer)
+
+
+def cut_band(
+    band: Band,
+    torn: Torn,
+    triangles: Triangles,
+    faults: Sequence[TriSurface],
+    frame: Frame,
+    blocks: Sequence[Blocks],
+    is_own: Callable[[np.ndarray, Sequence[int]], np.ndarray],
+) -> Cut:
+    """Cut a band by its faults, exactly, and look for leaks.
+
+    `blocks` of each fault hold something wherever it can meet the band. `is_own` tells which nodes
+    are clearly on their own side of some faults, at their own height.
+    """
+    # points are rounded once, in the frame of all: the same for any islands
+    origin = frame_origin(band.surface.extent, *(fault.extent for fault in faults))
+    found = islands(band.surface.vertex_data["node"], band.surface.triangles, frame, blocks)
+    parts = side_by_side(
+        partial(_cut_part, torn=torn, triangles=triangles, origin=origin, is_own=is_own),
+        [
+            (band if len(found) == 1 else band.only(rows), mine, [faults[k] for k in mine])
+            for rows, mine in found
+        ],
+    )
+    leaks = sorted((leak for part in parts for leak in part.leaks), key=lambda leak: leak[:2])
+    return Cut(parts, leaks, [pair for part in parts for pair in part.dead_ends])
+
+
+def _cut_part(band: Band, numbers: list[int], faults, *, torn, triangles, origin, is_own) -> Part:
+    """Cut one island by its faults."""
+    patches = patches_from(find_contacts([band.surface, *faults], origin=origin))
+    keep, corner, part = kept_parts(patches)
+    own = partial(is_own, faults=numbers)
+    open_part = keep | _dropped_with_own(band, patches, keep, part, own)
+    corner = np.where(corner >= 0, band.vertex[corner], -1)
+    sides = sides_at_curves(patches)
+    rim = free_edges(patches, sides)
+    leaks = [
+        (a, b, frozenset(numbers[k] for k in met))
+        for a, b, met in leaks_of(patches, rim, open_part, corner, torn, triangles)
+    ]
+    dead_ends = _named(band, false_rims(patches, keep, sides))
+    if not keep[open_part].all():
+        dead_ends += _named(band, ends_in_copies(patches, rim, open_part, sides))
+    corners = band.vertex[band.surface.triangles]
+    return Part(numbers, patches, corners, keep, sides, leaks, dead_ends)
+
+
+def _dropped_with_own(band: Band, patches: Patches, keep, part, is_own) -> np.ndarray:
+    """Triangles of parts that are dropped though they have real triangles far from the faults.
+
+    Such a part runs into ghosts somewhere.
+    """
+    rows = np.flatnonzero((patches.surface_of_triangle == 0) & ~keep)
+    corners = band.surface.triangles[patches.parent_of_triangle[rows]]
+    # a tip is a corner of copies on both of its sides, so only whole triangles tell
+    whole = ~any_of(band.surface.vertex_data["ghost"][corners])
+    rows, corners = rows[whole], corners[whole]
+    nodes = distinct(corners)
+    own = is_own(band.vertex[nodes])
+    rows = rows[all_of(own[np.searchsorted(nodes, corners)])] if len(rows) else rows
+    found = np.zeros(part.max(initial=-1) + 2, dtype=bool)
+    found[part[rows]] = True
+    return found[part]
+
+
+def _named(band: Band, faces: np.ndarray) -> list[tuple[int, int]]:
+    """Triangles of a band, by two of their corners, as vertices of `Torn`."""
+    corners = np.sort(band.vertex[band.surface.triangles[faces]], axis=1)
+    return [(int(a), int(b)) for a, b in np.unique(corners[:, [0, 2]], axis=0)]

@@ -1,0 +1,162 @@
+"""From a closed mesh to a `Sheet`: what sheets as picked and sheets by throw have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
+from geosurf.errors import GeometryError, InputError
+from geosurf.model import FaultCut, Lattice, Sheet, TriSurface, frozen
+from geosurf.sheets.heights.heights import Heights
+from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.mesh.build import Built
+from geosurf.triangulate import triangulate_fault
+
+FAR_OVER = 2.0  # cells of overlap from which it is what keeps scattered points open at a tip
+
+
+def fault_surfaces(faults: Mapping[str, Any] | Sequence[TriSurface]) -> tuple[TriSurface, ...]:
+    """Faults in any form, as surfaces with normals into their hanging walls."""
+    if isinstance(faults, Mapping):
+        _refuse_names({f"faults[{key!r}]": fault for key, fault in faults.items()})
+        made = tuple(triangulate_fault(fault, name=str(key)) for key, fault in faults.items())
+    elif isinstance(faults, TriSurface | str | PathLike) or not isinstance(faults, Sequence):
+        _refuse_names({"faults": faults})
+        raise InputError(
+            f"faults is a {type(faults).__name__}; give a mapping {{name: fault}} or a list of "
+            "surfaces."
+        )
+    else:
+        _refuse_names({f"faults[{k}]": fault for k, fault in enumerate(faults)})
+        made = tuple(triangulate_fault(fault) for fault in faults)
+    names = [fault.name for fault in made]
+    for fault in names:
+        if names.count(fault) > 1:
+            raise InputError(f"{names.count(fault)} faults are called {fault!r}; rename them.")
+    return made
+
+
+def crs_among(name: str, data: Any, faults: Sequence[TriSurface]) -> str | None:
+    """The coordinate reference system of a horizon's data; refuses faults in another one."""
+    crs = data.crs if isinstance(data, TriSurface) else crs_of(data)
+    known = {} if crs is None else {name: crs}
+    for fault in faults:
+        refuse_other_crs(fault.name, fault.crs, known)
+        if fault.crs is not None:
+            known[fault.name] = fault.crs
+    warn_of_unclear_crs(known)
+    return crs
+
+
+def _refuse_names(given: Mapping[str, Any]) -> None:
+    """Refuse names and paths where faults themselves are expected."""
+    for where, fault in given.items():
+        if isinstance(fault, str | PathLike):
+            raise InputError(
+                f"{where} is the text {str(fault)!r}, not a fault. Give the surfaces themselves: a "
+                "mapping {name: fault}, or a list of what geosurf.read_fault(path) or "
+                "triangulate_fault returns."
+            )
+
+
+def sheet_of(picks: Picks, state: Heights, built: Built, faults, rising, cuts, report) -> Sheet:
+    """The noun from its parts."""
+    frame, torn = picks.frame, built.torn
+    lattice = Lattice(frame.easting, frame.northing, state.values.reshape(frame.shape), rising)
+    ghosts = np.column_stack([frame.node_places(torn.node_of_ghost), built.ghosts])
+    outer = np.zeros(len(ghosts), dtype=bool)
+    outer[built.outer - torn.n_node] = True
+    return Sheet(
+        name=picks.name,
+        lattice=lattice,
+        divided=frozen(torn.divided, np.int64),
+        copies=frozen(torn.corners, np.int64),
+        ghosts=frozen(ghosts.reshape(-1, 3), np.float64),
+        outer=frozen(outer, np.bool_),
+        faults=tuple(faults),
+        cuts=cuts,
+        report=report,
+    )
+
+
+def refuse_leaks(
+    picks: Picks,
+    state: Heights,
+    built: Built,
+    faults: Sequence[TriSurface],
+    trim: float | None = None,
+) -> None:
+    """Say where a sheet could not be closed against its faults, and what may be the reason."""
+    open_edges = built.cut.leaks or built.cut.dead_ends
+    if not open_edges:
+        return
+    names = _faults_at(state, built, faults)
+    node = built.torn.node_of(np.array(open_edges[0][:1]))
+    at = np.append(picks.frame.node_places(node)[0], state.values[node])
+    widest = max((-w.heave(w.place).min(initial=0.0) for w in state.walls), default=0.0)
+    way_out = (
+        "Extend it there with gs.extend_fault(fault, box, sides=('up', 'down')), or end it on its "
+        "main fault with gs.truncate_faults before tearing."
+    )
+    if trim is not None:
+        way_out += (
+            f" If neither helps, data may be smeared farther than trim ({trim:g} cells of "
+            f"{picks.frame.cell:.3g} m): try trim={trim + 1.0:g}."
+        )
+    if not picks.on_nodes and widest > FAR_OVER:
+        way_out = (
+            f"It overlaps itself by up to {widest:.1f} cells, and scattered points leave its tips "
+            "open there. Give points on a lattice, one per wall, or a wider spacing."
+        )
+    raise GeometryError(
+        f"horizon {picks.name!r} cannot be closed against {_listed(names)}: {len(open_edges)} "
+        f"edges stay open, the first at {place(at)}. {way_out}",
+        place=at,
+        surfaces=(picks.name, *names),
+    )
+
+
+def _faults_at(state: Heights, built: Built, faults: Sequence[TriSurface]) -> list[str]:
+    """Names of the faults at the first open edge: those that cut it, and the nearest in the map."""
+    leak = [*built.cut.leaks, *built.cut.dead_ends][0]
+    numbers = set(leak[2]) if len(leak) > 2 else set()
+    nodes = built.torn.node_of(np.array(leak[:2]))
+    far = {}
+    for trace, near in zip(state.network.traces, state.near, strict=True):
+        at = near.look_up(nodes)
+        if (at >= 0).any():
+            least = float(near.distance[at[at >= 0]].min())
+            far[trace.fault] = min(far.get(trace.fault, np.inf), least)
+    if far:
+        numbers |= {fault for fault, cells in far.items() if cells <= min(far.values()) + 1.0}
+    return [faults[k].name for k in sorted(numbers)]
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Faults in words."""
+    if not names:
+        return "its faults"
+    return ("fault " if len(names) == 1 else "faults ") + ", ".join(map(repr, names))
+
+
+def refuse_lost_cutoffs(
+    picks: Picks, state: Heights, built: Built, cuts: Mapping[str, FaultCut]
+) -> None:
+    """Refuse a sheet that is torn at a fault on which none of its walls ends."""
+    for number, (name, cut) in enumerate(cuts.items()):
+        traces = [i for i, trace in enumerate(state.network.traces) if trace.fault == number]
+        torn = np.isin(built.cuts.trace, traces).any()
+        if torn and not all(cut.cutoffs.values()):
+            at = cut.stations[len(cut.stations) // 2]
+            raise GeometryError(
+                f"horizon {picks.name!r} is torn at fault {name!r} near {place(at)}, but a wall "
+                "does not reach the fault there. Extend the fault up and down with extend_fault, "
+                "or correct the data beside it.",
+                place=at,
+                surfaces=(picks.name, name),
+            )

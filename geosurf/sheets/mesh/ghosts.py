@@ -1,0 +1,269 @@
+"""Heights of ghosts: each sheet carried on past the fault, by the same energy as the sheet itself.
+
+A second, small solve on the torn mesh, with all real nodes fixed: ghosts must not draw on them.
+Neighbours are taken in the mesh, so that each sector where faults meet is carried on by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from geosurf.sheets.faults.cut_edges import EAST, NORTH
+from geosurf.sheets.lattice.drape import around
+from geosurf.sheets.lattice.noise import scale_of
+from geosurf.sheets.lattice.sets import distinct, is_among
+from geosurf.sheets.lattice.solve import STRETCH, Graph, lattice_graph, smoothest
+from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_edges
+
+HOLD = 1e-8  # weight that ties each ghost to the height of its anchor
+JOINED = 8  # cells around ghosts with noisy data, in which real nodes are solved for with them
+APART = 1e-6  # cells: a ghost is kept this far from the other vertices of its node
+
+
+def ghost_heights(
+    torn: Torn,
+    triangles: Triangles,
+    cut: np.ndarray,
+    heights: np.ndarray,
+    stretch: np.ndarray,
+    cell: float,
+    fixed: dict[int, float],
+    bent: Callable[..., np.ndarray] | None = None,
+    scale: float = 1.0,
+) -> np.ndarray:
+    """Heights (n_ghost,) of all ghosts; `fixed` has those that data give.
+
+    `bent(nodes, anchors)` is what they and the sheet are bent by at tips: only the rest is smooth;
+    `scale` is that of the sheet.
+    """
+    n_ghost = len(torn.anchor)
+    if n_ghost == 0:
+        return np.empty(0)
+    shape = (triangles.n_row, triangles.n_col)
+    nodes = around(torn.node_of_ghost, shape, 3)
+    nodes = nodes[np.isfinite(heights[nodes])]
+    graph, lost = mesh_graph(torn, triangles, nodes, cut)
+    bend = bends(bent, torn, nodes)
+    value = np.concatenate([heights[nodes], np.zeros(n_ghost)]) - bend
+    known = np.zeros(n_ghost, dtype=bool)
+    given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
+    picked = np.fromiter(fixed.values(), dtype=np.float64, count=len(fixed))
+    known[given] = True
+    value[len(nodes) + given] += picked
+    number = np.full(len(value), -1)
+    free = np.flatnonzero(~known)
+    number[len(nodes) + free] = np.arange(len(free))
+    # each is drawn a very little to its anchor, and at tips to neighbours that have another
+    pull = np.full(len(free), HOLD)
+    anchor = torn.anchor[free]
+    target = HOLD * (heights[anchor] - (0.0 if bent is None else bent(anchor)))
+    rows = number[lost[:, 1]]
+    lost, rows = lost[rows >= 0], rows[rows >= 0]
+    drawn = (STRETCH / scale**2) ** 2
+    np.add.at(pull, rows, drawn)
+    np.add.at(target, rows, drawn * value[lost[:, 0]])
+    out = value[len(nodes) :]
+    out[free] = smoothest(
+        graph, number, value, stretch, pull=pull, target=target / pull, scale=scale
+    )
+    out += bend[len(nodes) :]
+    out[given] = picked
+    return _apart(torn, heights, out, APART * cell)
+
+
+def bends(bent: Callable[..., np.ndarray] | None, torn: Torn, nodes: np.ndarray) -> np.ndarray:
+    """By how much nodes, then all ghosts, are bent at tips [m]."""
+    if bent is None:
+        return np.zeros(len(nodes) + len(torn.anchor))
+    return np.concatenate([bent(nodes), bent(torn.node_of_ghost, torn.anchor)])
+
+
+def joined_heights(
+    torn: Torn,
+    triangles: Triangles,
+    cut: np.ndarray,
+    heights: np.ndarray,
+    stretch: np.ndarray,
+    fixed: dict[int, float],
+    data: Callable[[np.ndarray], np.ndarray],
+    weight: float,
+    bent: Callable[..., np.ndarray] | None = None,
+) -> tuple[np.ndarray, dict[int, float]]:
+    """Where a sheet has noisy data past its trace, it and they are smoothed together.
+
+    `data` gives those of some nodes, NaN where there are none; `bent(nodes, anchors)` is what they
+    are bent by at tips, which is not smoothed. Writes new `heights` around the ghosts of `fixed`,
+    and returns these nodes and smooth heights of the ghosts.
+    """
+    shape = (triangles.n_row, triangles.n_col)
+    given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
+    picked = np.fromiter(fixed.values(), dtype=np.float64, count=len(fixed))
+    inner = around(distinct(torn.node_of_ghost[given]), shape, JOINED)
+    nodes = distinct(around(inner, shape, 3), around(torn.node_of_ghost, shape, 3))
+    nodes = nodes[np.isfinite(heights[nodes])]
+    graph, _ = mesh_graph(torn, triangles, nodes, cut)
+    n, n_ghost = len(nodes), len(torn.anchor)
+    bend = bends(bent, torn, nodes)
+    start = heights[torn.anchor] - (0.0 if bent is None else bent(torn.anchor))
+    value = np.concatenate([heights[nodes] - bend[:n], start])
+    free = np.concatenate([is_among(nodes, inner), np.ones(n_ghost, dtype=bool)])
+    number = np.where(free, np.cumsum(free) - 1, -1)
+    pull, target = np.full(n + n_ghost, HOLD), value.copy()
+    known = data(nodes)
+    seen = np.flatnonzero(np.isfinite(known))
+    pull[seen], target[seen] = weight, known[seen] - bend[seen]
+    pull[n + given], target[n + given] = weight, picked - bend[n + given]
+    value[free] = smoothest(
+        graph, number, value, stretch, pull=pull[free], target=target[free], scale=scale_of(weight)
+    )
+    value += bend
+    moved = free[:n]
+    heights[nodes[moved]] = value[:n][moved]
+    return nodes[moved], dict(zip(given.tolist(), value[n + given].tolist(), strict=True))
+
+
+def mesh_graph(torn: Torn, triangles: Triangles, nodes: np.ndarray, cut: np.ndarray):
+    """Real nodes, then ghosts, with their neighbours in the torn mesh.
+
+    Also the pairs (real, ghost) that are neighbours, though the real one has another there.
+    """
+    shape = (triangles.n_row, triangles.n_col)
+    base = lattice_graph(nodes, shape, cut)
+    n, n_ghost = len(nodes), len(torn.anchor)
+    cell = np.stack(np.divmod(torn.node_of_ghost, triangles.n_col), axis=1)
+    ways = [np.concatenate([to, np.full(n_ghost, -1)]) for to in (base.east, base.north)]
+    real = [to >= 0 for to in ways]
+    lost = []
+    _, kind = triangles.links(torn.node_of(torn.corners.ravel()).reshape(-1, 3))
+    for way, code in enumerate((EAST, NORTH)):
+        copy, k = np.nonzero(kind == code)
+        one, two = torn.corners[copy, k], torn.corners[copy, (k + 1) % 3]
+        back = torn.node_of(one) > torn.node_of(two)
+        one, two = np.where(back, two, one), np.where(back, one, two)
+        some = (one >= torn.n_node) | (two >= torn.n_node)
+        a, b = (_row(v[some], nodes, torn.n_node) for v in (one, two))
+        known = (a >= 0) & (b >= 0)
+        a, b = a[known], b[known]
+        free = ~real[way][a]  # a real neighbour goes first: at a tip there are both
+        ways[way][a[free]] = b[free]
+        lost.append(np.stack([a[~free], b[~free]], axis=1))
+    east, north = ways
+    touches = np.zeros(len(east), dtype=bool)
+    touches[n:] = True
+    touches[:n] = (east[:n] >= n) | (north[:n] >= n)
+    square = np.concatenate([base.square, np.ones(n_ghost, dtype=bool)]) | touches
+    pairs = np.unique(np.concatenate(lost), axis=0)
+    pairs = pairs[(pairs[:, 0] < n) & (pairs[:, 1] >= n)]
+    return Graph(east, north, square, np.concatenate([base.cell, cell])), pairs
+
+
+def _row(vertex: np.ndarray, nodes: np.ndarray, n_node: int) -> np.ndarray:
+    """Row of each vertex: real nodes (increasing), then ghosts; -1 where it is neither."""
+    at = np.searchsorted(nodes, vertex)
+    at[at == len(nodes)] = 0
+    found = nodes[at] == vertex if len(nodes) else np.zeros(len(vertex), dtype=bool)
+    return np.where(vertex >= n_node, len(nodes) + vertex - n_node, np.where(found, at, -1))
+
+
+def _apart(torn: Torn, heights: np.ndarray, ghosts: np.ndarray, least: float) -> np.ndarray:
+    """Where throw is nothing, sheets would coincide and be welded: keep them apart."""
+    node = torn.node_of_ghost
+    for _ in range(8):
+        real = np.abs(ghosts - heights[node]) < least
+        ghosts = np.where(real, heights[node] - least, ghosts)
+        order = np.lexsort((ghosts, node))
+        same = (np.diff(node[order]) == 0) & (np.diff(ghosts[order]) < least)
+        if not real.any() and not same.any():
+            break
+        ghosts[order[:-1][same]] -= 1.5 * least
+    return ghosts
+
+
+def grow(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None = None) -> Torn:
+    """One more ring of ghosts, along all outer edges of the copies or along chosen ones."""
+    seeds = _seeds(torn, triangles, chosen)
+    pieces: list[tuple[int, dict[int, int]]] = []
+    at: dict[tuple[int, int], int] = {}
+    for t, ends in seeds:
+        mates = {at[t, v] for v in ends.values() if (t, v) in at}
+        mates_list = sorted(mates)
+        if mates_list:
+            piece = mates_list[0]
+            pieces[piece][1].update(ends)
+        else:
+            piece = len(pieces)
+            pieces.append((t, dict(ends)))
+        for v in pieces[piece][1].values():
+            at[t, v] = piece
+    return _with_pieces(torn, triangles, pieces)
+
+
+def _seeds(torn, triangles, chosen):
+    """(triangle beyond, {node: vertex}) of the outer edges, or of chosen ones."""
+    if chosen is not None and not chosen:
+        return []
+    copy, edge, beyond = outer_edges(torn, triangles)
+    one, two = torn.corners[copy, edge], torn.corners[copy, (edge + 1) % 3]
+    if chosen is not None:
+        some = distinct(*(np.array(ends) for ends in zip(*chosen, strict=True)))
+        rows = np.flatnonzero(is_among(one, some) & is_among(two, some))
+        one, two, beyond = one[rows], two[rows], beyond[rows]
+    at_one, at_two = torn.node_of(one).tolist(), torn.node_of(two).tolist()
+    edges = zip(beyond.tolist(), one.tolist(), two.tolist(), at_one, at_two, strict=True)
+    return [
+        (t, {m: a, n: b})
+        for t, a, b, m, n in edges
+        if chosen is None or (min(a, b), max(a, b)) in chosen
+    ]
+
+
+def _with_pieces(torn, triangles, pieces) -> Torn:
+    """Add pieces of new triangles; new corners over a common edge with a common end are one."""
+    n_old = torn.n_node + len(torn.anchor)
+    corners = triangles.corners(np.array([t for t, _ in pieces], dtype=np.int64))
+    lead: dict[tuple[int, int], tuple[int, int]] = {}
+
+    def find(x):
+        """The corner that stands for all that are one with x."""
+        while lead.get(x, x) != x:
+            x = lead[x]
+        return x
+
+    edges: dict[tuple[int, int, int], list[int]] = {}
+    for p, (_, known) in enumerate(pieces):
+        for m in corners[p].tolist():
+            for n in corners[p].tolist():
+                if m != n and m in known:
+                    edges.setdefault((m, n, known[m]), []).append(p)
+    for (_, n, _), members in edges.items():
+        for p in members[1:]:
+            a, b = find((members[0], n)), find((p, n))
+            if a != b:
+                lead[max(a, b)] = min(a, b)
+    vertex: dict[tuple[int, int], int] = {}
+    for p, (_, known) in enumerate(pieces):
+        for n, v in known.items():
+            vertex[find((p, n))] = v
+    anchors, nodes, rows = [], [], []
+    for p, (_, known) in enumerate(pieces):
+        for n in corners[p].tolist():
+            root = find((p, n))
+            if root not in vertex:
+                vertex[root] = n_old + len(nodes)
+                some = next(iter(known.values()))
+                of = some if some < torn.n_node else int(torn.anchor[some - torn.n_node])
+                anchors.append(of)
+                nodes.append(n)
+        rows.append([vertex[find((p, n))] for n in corners[p].tolist()])
+    if not rows:
+        return torn
+    return Torn(
+        np.concatenate([torn.triangle, [t for t, _ in pieces]]),
+        np.concatenate([torn.corners, np.array(rows, dtype=np.int64)]),
+        np.concatenate([torn.anchor, np.array(anchors, dtype=np.int64)]),
+        np.concatenate([torn.node_of_ghost, np.array(nodes, dtype=np.int64)]),
+        torn.n_node,
+        torn.divided,
+    )

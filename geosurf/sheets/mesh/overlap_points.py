@@ -1,0 +1,142 @@
+"""Scattered points of an overlapping sheet that lie past the trace of their fault.
+
+A reverse fault makes a horizon overlap itself: points of each wall go on past the trace, over the
+other wall. They say what the ghosts of their own wall are between the four vertices of a cell, as
+points in front of the trace do of the nodes (`geosurf.sheets.heights.scattered`). Ghosts and the
+nodes around them are solved for together, so that a wall is as smooth past its trace as before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from geosurf.kernels.sheets.smooth_surface import bent_by
+from geosurf.sheets.heights.heights import Heights
+from geosurf.sheets.heights.scattered import CHOLESKY, EXACT, Scattered, energy_of
+from geosurf.sheets.lattice.drape import around
+from geosurf.sheets.lattice.noise import scale_of
+from geosurf.sheets.lattice.sets import distinct, is_among
+from geosurf.sheets.lattice.solve import BEND, Graph, weights_of
+from geosurf.sheets.mesh.ghosts import HOLD, JOINED, bends, mesh_graph
+from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
+
+
+def points_past(
+    picks: Scattered, state: Heights, torn: Torn
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points past a trace whose cell has all four vertices on the sheet of their own wall.
+
+    Returns
+    -------
+    vertex : ndarray of int64 (n, 4)
+        Of `torn`: nodes of that wall, and its ghosts over those of the other one.
+    share : ndarray (n, 4)
+        Of each vertex in the height at the point.
+    pick : ndarray of int64 (n,)
+    """
+    nodes, shares = picks.corners()
+    found = [(np.empty((0, 4), np.int64), np.empty((0, 4)), np.empty(0, np.int64))]
+    for trace, side in np.unique(state.beyond[:, 1:], axis=0).tolist():
+        mine = (state.beyond[:, 1:] == (trace, side)).all(axis=1)
+        pick = state.beyond[mine, 0]
+        vertex = on_sheet(nodes[pick], state.near[trace], side, torn)
+        whole = (vertex >= 0).all(axis=1)
+        found.append((vertex[whole], shares[pick[whole]], pick[whole]))
+    vertex, share, pick = (np.concatenate(part) for part in zip(*found, strict=True))
+    return vertex, share, pick
+
+
+def on_sheet(nodes: np.ndarray, near, side: int, torn: Torn) -> np.ndarray:
+    """The vertex of one wall's sheet over each node, of any shape; -1 where there is not one."""
+    at = near.look_up(nodes.ravel())
+    own = (at >= 0) & (near.side[at] == side)
+    of = near.look_up(torn.anchor)
+    ghosts = np.flatnonzero((of >= 0) & (near.side[of] == side))
+    ghosts = ghosts[np.argsort(torn.node_of_ghost[ghosts], kind="stable")]
+    over = torn.node_of_ghost[ghosts]
+    first, stop = (np.searchsorted(over, nodes.ravel(), side=end) for end in ("left", "right"))
+    out = np.full(nodes.size, -1)
+    single = stop - first == 1  # where sectors meet a wall may have several: no point tells which
+    out[single] = torn.n_node + ghosts[first[single]]
+    out[own] = nodes.ravel()[own]
+    return out.reshape(nodes.shape)
+
+
+def ghosts_by_points(
+    picks: Scattered, weight: float | None
+) -> Callable[[Torn, Triangles, np.ndarray, Heights, Callable | None], dict[int, float]]:
+    """Function that gives heights of the ghosts that points tell of, and writes those of nodes."""
+
+    def found(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, bent):
+        """Heights of ghosts, by number."""
+        vertex, share, pick = points_past(picks, state, torn)
+        if not len(pick):
+            return {}
+        told = distinct(vertex[vertex >= torn.n_node]) - torn.n_node
+        shape = picks.frame.shape
+        inner = around(distinct(torn.node_of_ghost[told]), shape, JOINED)
+        nodes = distinct(around(inner, shape, 3), around(torn.node_of_ghost, shape, 3))
+        nodes = nodes[np.isfinite(state.values[nodes])]
+        used = np.flatnonzero(state.used)
+        own, shares = picks.corners()
+        used = used[is_among(own[used].ravel(), nodes).reshape(-1, 4).all(axis=1)]
+        vertex, pick = np.concatenate([own[used], vertex]), np.concatenate([used, pick])
+        known = is_among(vertex.ravel(), nodes).reshape(-1, 4) | (vertex >= torn.n_node)
+        rows = known.all(axis=1)
+        vertex, pick, share = vertex[rows], pick[rows], np.concatenate([shares[used], share])[rows]
+        slot = np.where(
+            vertex >= torn.n_node,
+            len(nodes) + vertex - torn.n_node,
+            np.searchsorted(nodes, vertex),
+        )
+        graph, _ = mesh_graph(torn, triangles, nodes, bits)
+        bend = bends(bent, torn, nodes)
+        start = state.values[torn.anchor] - (0.0 if bent is None else bent(torn.anchor))
+        value = np.concatenate([state.values[nodes] - bend[: len(nodes)], start])
+        moves = np.concatenate([is_among(nodes, inner), np.ones(len(torn.anchor), dtype=bool)])
+        z = picks.z[pick] - (share * bend[slot]).sum(axis=1)
+        value = _drawn_to(graph, value, moves, slot, share, z, picks.frame.stretch, weight) + bend
+        moved = moves[: len(nodes)]
+        state.values[nodes[moved]] = value[: len(nodes)][moved]
+        return dict(zip(told.tolist(), value[len(nodes) + told].tolist(), strict=True))
+
+    return found
+
+
+def _drawn_to(
+    graph: Graph,
+    value: np.ndarray,
+    moves: np.ndarray,
+    slot: np.ndarray,
+    share: np.ndarray,
+    z: np.ndarray,
+    stretch: np.ndarray,
+    weight: float | None,
+) -> np.ndarray:
+    """Heights (n,) that are smooth where they move, bool (n,), and near points z (m,).
+
+    Each point lies between the vertices `slot` (m, 4), by `share` (m, 4). What no point and no
+    fixed height reaches stays about where it was.
+    """
+    from scipy.sparse import csc_array, eye_array
+    from scipy.sparse.linalg import splu
+
+    level = float(z.mean())
+    free = np.flatnonzero(moves)
+    number = np.where(moves, np.cumsum(moves) - 1, -1)
+    weights = weights_of(stretch, BEND, scale=scale_of(weight))
+    fixed = np.where(moves, 0.0, value - level)
+    held = bent_by(graph.east, graph.north, graph.square, fixed[:, None], weights)[free, 0]
+    where = np.repeat(np.arange(len(z)), 4), slot.ravel()
+    points = csc_array((share.ravel(), where), shape=(len(z), len(value)))
+    left = z - level - points @ fixed
+    points = csc_array(points[:, free])
+    pull = weight or EXACT
+    matrix = energy_of(graph, number, weights) + pull * (points.T @ points)
+    factor = splu(csc_array(matrix + HOLD * eye_array(len(free))), **CHOLESKY)
+    right = pull * (points.T @ left) - held + HOLD * (value[free] - level)
+    out = value.copy()
+    out[free] = factor.solve(right) + level
+    return out

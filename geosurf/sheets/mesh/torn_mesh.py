@@ -1,0 +1,257 @@
+"""Lattice and cut links -> a mesh that is torn there: the virtual node construction.
+
+Each triangle with cut edges falls into fragments: corners joined by uncut edges. One copy of the
+triangle is made per fragment; its own corners are real, the others ghosts. Two copies are glued
+over a common edge if an end of it is real in both. So the sheet of each wall reaches past the
+fault by one ring of ghosts, tips close on shared nodes with nothing to weld, and where faults
+meet each sector has ghosts of its own (Molino, Bao & Fedkiw 2004, ACM Trans. Graph. 23, 385-392).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.model.base import all_of
+from geosurf.sheets.faults.cut_edges import EAST, FALLING, NORTH, RISING, Cuts
+from geosurf.sheets.lattice.sets import distinct, is_among
+
+
+@dataclass(eq=False)
+class Torn:
+    """Copies of torn triangles. Vertices below n_node are nodes of the lattice, others ghosts.
+
+    Attributes
+    ----------
+    triangle : ndarray of int64 (n_copy,)
+        The lattice triangle of each copy: 2 * lower left node, plus 1 for its second one.
+    corners : ndarray of int64 (n_copy, 3)
+        Vertices, in the order of the lattice triangle's corners.
+    anchor : ndarray of int64 (n_ghost,)
+        A real node on whose sheet the ghost is.
+    node_of_ghost : ndarray of int64 (n_ghost,)
+    n_node : int
+    divided : ndarray of int64
+        Lattice triangles that copies stand for; further rings lie over whole ones.
+    """
+
+    triangle: np.ndarray
+    corners: np.ndarray
+    anchor: np.ndarray
+    node_of_ghost: np.ndarray
+    n_node: int
+    divided: np.ndarray
+
+    def node_of(self, vertex: np.ndarray) -> np.ndarray:
+        """Lattice node under each vertex."""
+        ghost = vertex >= self.n_node
+        out = vertex.copy()
+        out[ghost] = self.node_of_ghost[vertex[ghost] - self.n_node]
+        return out
+
+    def anchored(self, vertex: np.ndarray) -> np.ndarray:
+        """Real nodes for vertices: themselves, or the anchors of ghosts."""
+        ghost = vertex >= self.n_node
+        out = vertex.copy()
+        out[ghost] = self.anchor[vertex[ghost] - self.n_node]
+        return out
+
+
+class Triangles:
+    """Triangles of the lattice by number: corners, edges and what lies across them."""
+
+    def __init__(self, shape: tuple[int, int], rising: bool, present: np.ndarray) -> None:
+        self.n_row, self.n_col = shape
+        self.rising, self.present = rising, present
+
+    def corners(self, t: np.ndarray) -> np.ndarray:
+        """Nodes (n, 3) of triangles."""
+        a = t // 2
+        b, d, c = a + 1, a + self.n_col, a + self.n_col + 1
+        half = (t % 2).astype(bool)[:, None]
+        if self.rising:
+            pair = np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)
+        else:
+            pair = np.stack([a, b, d], axis=1), np.stack([b, c, d], axis=1)
+        return np.where(half, pair[1], pair[0])
+
+    def exists(self, t: np.ndarray) -> np.ndarray:
+        """Whether triangles lie in the lattice and have their three nodes."""
+        a = t // 2
+        row, col = np.divmod(a, self.n_col)
+        inside = (t >= 0) & (row < self.n_row - 1) & (col < self.n_col - 1)
+        out = inside.copy()
+        out[inside] = all_of(self.present[self.corners(t[inside])])
+        return out
+
+    def of_cells(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles (n,) of some cells, increasing, that exist, and their nodes (n, 3)."""
+        row, col = np.divmod(cells, self.n_col)
+        cells = cells[(row < self.n_row - 1) & (col < self.n_col - 1)]
+        t = np.stack([2 * cells, 2 * cells + 1], axis=1).ravel()
+        corners = self.corners(t)
+        there = np.flatnonzero(all_of(self.present[corners]))
+        if len(there) == len(t):
+            return t, corners
+        return t.take(there), corners.take(there, axis=0)
+
+    def first(self) -> np.ndarray:
+        """The first triangle that exists, (1,); (0,) where there is none."""
+        t = np.arange(2 * self.n_row * self.n_col)
+        return t[self.exists(t)][:1]
+
+    def beside(self, node: np.ndarray, kind: np.ndarray) -> np.ndarray:
+        """The two triangles (n, 2) of links named as in `Cuts`; they need not exist."""
+        row, col = np.divmod(node, self.n_col)
+        below, west = 2 * (node - self.n_col), 2 * (node - 1)
+        here = 2 * node
+        east = np.stack([here, below + 1], axis=1)
+        left, right = (1, 0) if self.rising else (0, 1)  # the triangle at that side of a cell
+        north = np.stack([here + left, west + right], axis=1)
+        diagonal = np.stack([here, here + 1], axis=1)
+        east[row == 0, 1] = -1
+        north[col == 0, 1] = -1
+        return np.select(
+            [(kind == EAST)[:, None], (kind == NORTH)[:, None]], [east, north], diagonal
+        )
+
+    def links(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Node and kind (n, 3) of the links from each corner to the next."""
+        other = np.roll(corners, -1, axis=1)
+        low, high = np.minimum(corners, other), np.maximum(corners, other)
+        step = high - low
+        kind = np.select(
+            [step == 1, step == self.n_col, step == self.n_col + 1],
+            [EAST, NORTH, RISING],
+            FALLING,
+        )
+        return np.where(kind == FALLING, low - 1, low), kind
+
+
+def renumbered(vertices: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct vertices out of 0 .. n - 1, rising, and the row of each; sorts nothing."""
+    mark = np.zeros(n, dtype=bool)
+    mark[vertices] = True
+    used = np.flatnonzero(mark)
+    row = np.empty(n, dtype=np.int32)  # as little memory as can be: each page of it costs
+    row[used] = np.arange(len(used), dtype=np.int32)
+    return used, row[vertices].astype(np.int64)
+
+
+def tear(cuts: Cuts, triangles: Triangles) -> Torn:
+    """Copies of all triangles that cut links divide."""
+    diagonal = RISING if triangles.rising else FALLING
+    mine = cuts.take(np.flatnonzero((cuts.kind < 2) | (cuts.kind == diagonal)))
+    cut = distinct(mine.node * 4 + mine.kind)
+    near = distinct(triangles.beside(cut // 4, cut % 4))
+    near = near[triangles.exists(near)]
+    corners = triangles.corners(near)
+    node, kind = triangles.links(corners)
+    is_cut = is_among(node * 4 + kind, cut)
+    divided = is_cut.sum(axis=1) >= 2
+    near, corners, is_cut = near[divided], corners[divided], is_cut[divided]
+    # the corner that is alone: between two cut edges; with three cut edges all are
+    alone = is_cut & np.roll(is_cut, 1, axis=1)
+    parts = []
+    every = is_cut.all(axis=1)
+    for k in range(3):
+        rows = np.flatnonzero(alone[:, k])
+        own = np.zeros((len(rows), 3), dtype=bool)
+        own[:, k] = True
+        parts.append((rows, own))
+        rows = np.flatnonzero(alone[:, k] & ~every)
+        own = np.ones((len(rows), 3), dtype=bool)
+        own[:, k] = False
+        parts.append((rows, own))
+    row = np.concatenate([p[0] for p in parts])
+    real = np.concatenate([p[1] for p in parts])
+    order = np.lexsort((real[:, 2], real[:, 1], real[:, 0], row))
+    row, real = row[order], real[order]
+    return _glued(near[row], corners[row], real, triangles)
+
+
+def _glued(triangle, corners, real, triangles: Triangles) -> Torn:
+    """Number the ghosts: corners of copies that are glued are one."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    n, divided = len(triangle), distinct(triangle)
+    corner = np.arange(3 * n).reshape(n, 3)
+    node, kind = triangles.links(corners)
+    one, two = [], []  # corners that are the same; numbers from 3 n on are real nodes
+    for k in range(3):
+        e = (k + 1) % 3
+        a_real, b_real = real[:, k], real[:, e]
+        both = triangles.beside(node[:, k], kind[:, k])
+        across = np.where(both[:, 0] == triangle, both[:, 1], both[:, 0])
+        exists = triangles.exists(across)
+        whole = exists & ~is_among(across, divided)
+        for here, there, is_real, other in ((k, e, a_real, b_real), (e, k, b_real, a_real)):
+            rows = np.flatnonzero(is_real & ~other & whole)
+            one.append(corner[rows, there])
+            two.append(3 * n + corners[rows, there])  # an untorn neighbour: real after all
+            rows = np.flatnonzero(is_real & exists & ~whole)
+            mates = _mates(rows, here, across, corners, triangle, real)
+            for mine, mate in mates:
+                for shared in (here, there):
+                    twin = (corners[mate] == corners[mine, shared][:, None]).argmax(axis=1)
+                    one.append(corner[mine, shared])
+                    two.append(corner[mate, twin])
+    one.append(corner[real])
+    two.append(3 * n + corners[real])
+    a, b = np.concatenate(one), np.concatenate(two)
+    nodes, b_node = np.unique(b[b >= 3 * n], return_inverse=True)
+    b[b >= 3 * n] = 3 * n + b_node
+    total = 3 * n + len(nodes)
+    number = connected_components(
+        coo_array((np.ones(len(a)), (a, b)), shape=(total, total)), directed=False
+    )[1]
+    real_of = np.full(total, -1)
+    real_of[number[3 * n :]] = nodes - 3 * n
+    vertex = real_of[number[: 3 * n]]
+    ghost = vertex < 0
+    _, first, name = np.unique(number[: 3 * n][ghost], return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(first))  # in the order of first appearance
+    n_node = len(triangles.present)
+    vertex[ghost] = n_node + rank[name]
+    where = np.flatnonzero(ghost)[np.sort(first)]
+    copy, k = np.divmod(where, 3)
+    anchor = corners[copy, real[copy].argmax(axis=1)]
+    return Torn(triangle, vertex.reshape(n, 3), anchor, corners[copy, k], n_node, divided)
+
+
+def _mates(rows, here, across, corners, triangle, real):
+    """For copies `rows`: the copies across an edge in which their corner `here` is real, too."""
+    order = np.argsort(triangle, kind="stable")
+    start = np.searchsorted(triangle[order], across[rows])
+    for k in range(3):
+        at = np.minimum(start + k, len(order) - 1)
+        mate = order[at]
+        same = triangle[mate] == across[rows]
+        is_mine = (corners[mate] == corners[rows, here][:, None]) & real[mate]
+        found = np.flatnonzero(same & is_mine.any(axis=1))
+        yield rows[found], mate[found]
+
+
+def outer_edges(torn: Torn, triangles: Triangles) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Copy, edge and lattice triangle beyond of all edges with a ghost that end inside the data."""
+    one, two = torn.corners, np.roll(torn.corners, -1, axis=1)
+    key = np.minimum(one, two) * (torn.n_node + len(torn.anchor)) + np.maximum(one, two)
+    _, inverse, times = np.unique(key, return_inverse=True, return_counts=True)
+    outer = (times[inverse.ravel()] == 1).reshape(-1, 3)
+    outer &= (one >= torn.n_node) | (two >= torn.n_node)
+    copy, k = np.nonzero(outer)
+    nodes = torn.node_of(torn.corners.ravel()).reshape(-1, 3)
+    node, kind = triangles.links(nodes)
+    both = triangles.beside(node[copy, k], kind[copy, k])
+    beyond = np.where(both[:, 0] == torn.triangle[copy], both[:, 1], both[:, 0])
+    there = triangles.exists(beyond)
+    return copy[there], k[there], beyond[there]
+
+
+def outer_ghosts(torn: Torn, triangles: Triangles) -> np.ndarray:
+    """Ghosts on outer edges, which must lie beyond the faults."""
+    copy, k, _ = outer_edges(torn, triangles)
+    ends = np.stack([torn.corners[copy, k], torn.corners[copy, (k + 1) % 3]])
+    return distinct(ends[ends >= torn.n_node])

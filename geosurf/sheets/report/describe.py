@@ -1,0 +1,231 @@
+"""What a user is told about a sheet: the `SheetReport`, and the profiles of each fault."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from geosurf.arrangement.threads import side_by_side
+from geosurf.conventions import place
+from geosurf.model import FaultCut, SheetReport, TriSurface
+from geosurf.sheets.faults.cut_edges import FALLING, RISING
+from geosurf.sheets.faults.traces import Trace
+from geosurf.sheets.heights.heights import Heights, Near
+from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.sets import distinct, is_among
+from geosurf.sheets.mesh.build import Built
+from geosurf.sheets.mesh.torn_mesh import Triangles
+from geosurf.sheets.report.cutoffs import cutoff_lines, longest, profile
+from geosurf.sheets.report.holdout_misfit import hidden_misfit
+from geosurf.sheets.report.tip_throw import throw_at_tips
+
+FAR = 4.0  # cells of extrapolation from which a place is listed
+OVERLAP = 0.5  # cells of overlap from which a user is told that data do not show it
+LINKS = 3  # side by side that overlap: a single one at a contact may reach over the other fault
+STATION = 1.0  # cells between the stations of a profile
+
+
+def fault_cuts(
+    frame: Frame, state: Heights, built: Built, faults: Sequence[TriSurface]
+) -> dict[str, FaultCut]:
+    """Cut-offs and profiles of all faults."""
+
+    def cut_by(number: int, fault: TriSurface) -> FaultCut:
+        """Cut-offs and profiles of one fault."""
+        walls = cutoff_lines(built.cut.part_of(number), state, built.torn, number)
+        traces = [t for t in state.network.traces if t.fault == number]
+        parts = [_stations(trace, frame) for trace in traces]
+        stations = np.concatenate([p[0] for p in parts]) if parts else np.empty((0, 3))
+        direction = np.concatenate([p[1] for p in parts]) if parts else np.empty((0, 2))
+        along = np.concatenate([p[2] for p in parts]) if parts else np.empty(0)
+        throw, heave = profile(stations[:, :2], direction, walls, longest(state) * frame.cell)
+        ends = tuple(end for trace in traces for end in trace.ends)
+        lines = {wall: tuple(lines) for wall, lines in walls.items()}
+        return FaultCut(fault.name, lines, stations, along, throw, heave, ends)
+
+    found = side_by_side(cut_by, list(enumerate(faults)))
+    return {cut.fault: cut for cut in found}
+
+
+def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stations (n, 3), dip directions (n, 2) and distance along the trace (n,), in metres."""
+    vertex = np.arange(len(trace.line))
+    first, last = np.interp([trace.start, trace.stop], vertex, trace.along)
+    n = max(int((last - first) / STATION), 1) + 1
+    along = np.linspace(first, last, n)
+    line = np.stack([np.interp(along, trace.along, c) for c in trace.line.T], axis=1)
+    xy = frame.to_world(line[:, :2] / frame.stretch)
+    axes = frame.step / frame.spacing[:, None]
+    direction = line[:, 3:5] @ axes
+    direction /= np.maximum(np.hypot(*direction.T), 1e-12)[:, None]
+    return np.column_stack([xy, line[:, 2]]), direction, (along - first) * frame.cell
+
+
+def make_report(
+    picks: Picks,
+    state: Heights,
+    built: Built,
+    cuts: dict[str, FaultCut],
+    triangles: Triangles,
+    trim: float,
+    noise: float | None,
+    near: Sequence[Near],
+) -> SheetReport:
+    """All numbers of a sheet."""
+    names = list(cuts)
+    traces = state.network.traces
+    shortened: dict[str, int] = {}
+    for (trace, _), n in built.shortened.items():
+        name = names[traces[trace].fault]
+        shortened[name] = shortened.get(name, 0) + n
+    notes = [
+        f"fault {name!r} does not meet the horizon" for name in names if not len(cuts[name].along)
+    ]
+    notes += _overlap_notes(picks, state, names, trim)
+    notes += _branch_notes(picks.frame, state, built, names)
+    warnings = throw_at_tips(picks, state, names, trim)
+    notes += map(str, warnings)
+    return SheetReport(
+        trim=trim,
+        cell=picks.frame.cell,
+        n_data=len(picks.z),
+        n_distrusted=int(state.distrusted.sum()),
+        n_solved=len(state.unknown),
+        kept=_kept_misfit(picks, state),
+        hidden=_misfit(hidden_misfit(picks, near, state, built)),
+        extrapolation=_far_places(picks.frame, state, names),
+        sign_changes={name: _sign_changes(cut.throw) for name, cut in cuts.items()},
+        tips=count_tips(built, triangles),
+        declared_tips=state.network.declared_tips,
+        shortened=shortened,
+        noise=noise,
+        carried=state.carried,
+        notes=notes,
+        warnings=tuple(warnings),
+    )
+
+
+def _branch_notes(frame: Frame, state: Heights, built: Built, names: Sequence[str]) -> list[str]:
+    """A sentence for each branch whose tear ends before its main fault: throw is false there."""
+    notes = []
+    for (number, end), n in sorted(built.shortened.items()):
+        trace = state.network.traces[number]
+        places = built.cuts.place[built.cuts.trace == number]
+        if not trace.ends[end].startswith("branch") or n < 1 or not len(places):
+            continue
+        last = float(places.max() if end else places.min())
+        vertex = np.arange(len(trace.line))
+        x, y, z = (float(np.interp(last, vertex, column)) for column in trace.line[:, :3].T)
+        along, whole = np.interp([last, state.network.mesh[number][end]], vertex, trace.along)
+        at = place((*frame.to_world(np.array([[x, y]]) / frame.stretch)[0], z))
+        notes.append(
+            f"fault {names[trace.fault]!r}, {trace.ends[end]}, is torn up to {at} only, "
+            f"{abs(whole - along) * frame.cell:.0f} m before it ends: the sheet could not be "
+            "closed nearer to the main fault, and throw dies there as at a tip. Truncate the "
+            "branch at its main fault first (truncate_faults), then tear."
+        )
+    return notes
+
+
+def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: float) -> list[str]:
+    """A sentence for each fault over which the horizon overlaps where its data do not."""
+    found: dict[str, float] = {}
+    if not picks.on_nodes:
+        return []
+    several = np.zeros(picks.n_node, dtype=bool) if picks.several is None else picks.several
+    lines = zip(state.network.traces, state.near, state.walls, strict=True)
+    for trace, near, walls in lines:
+        heave = walls.left + walls.right
+        if len(heave) < LINKS:
+            continue
+        overlap = -float(sliding_window_view(heave, LINKS).max(axis=1).min())
+        if overlap > OVERLAP and not several[near.nodes_within(overlap)].any():
+            name = names[trace.fault]
+            found[name] = max(found.get(name, 0.0), overlap)
+    cell = picks.frame.cell
+    return [
+        f"fault {name!r} is reverse: the horizon overlaps by up to {cells * cell:.0f} m "
+        "there, which one value per node cannot show; give points of both walls"
+        + (f", or a trim of {0.5 * cells + 2.25:.1f}." if trim < 0.5 * cells + 2.0 else ".")
+        for name, cells in found.items()
+    ]
+
+
+def _kept_misfit(picks: Picks, state: Heights) -> dict[str, float]:
+    """Misfit at data in use: most are met bit for bit, and only counted."""
+    missed = picks.missed(state.values, state.used)
+    met = int(state.used.sum()) - len(missed)
+    return _misfit(picks.misfit(state.values, missed), met)
+
+
+def _misfit(values: np.ndarray, met: int = 0) -> dict[str, float]:
+    """Figures of some misfits and of `met` that are 0."""
+    values = np.sort(values[np.isfinite(values)])
+    n = met + len(values)
+    if n == 0:
+        return {}
+
+    def share(of: float) -> float:
+        """The value below which a share of all lies, linear between two."""
+        at = of * (n - 1)
+        k = np.array([np.floor(at), np.ceil(at)], dtype=np.int64) - met
+        low, high = (float(values[i]) if i >= 0 else 0.0 for i in k)
+        return float(low + (at - np.floor(at)) * (high - low))
+
+    return {
+        "mean": float(values.sum()) / n,
+        "median": share(0.5),
+        "p95": share(0.95),
+        "max": float(values.max(initial=0.0)),
+    }
+
+
+def _sign_changes(throw: np.ndarray) -> int:
+    throw = throw[np.isfinite(throw)]
+    large = throw[np.abs(throw) > 0.05 * np.abs(throw).max(initial=0.0)]
+    return int((np.diff(np.sign(large)) != 0).sum())
+
+
+def _far_places(frame: Frame, state: Heights, names: Sequence[str]) -> list[dict]:
+    """Nodes that are farthest from data of their side, one for each ten cells around."""
+    steps = state.extrapolation
+    order = np.argsort(-steps, kind="stable")
+    order = order[steps[order] > FAR]
+    places: list[np.ndarray] = []
+    found = []
+    for k in order.tolist():
+        at = frame.uv_of_node(state.unknown[k : k + 1])[0]
+        if any(np.abs(at - other).max() < 10 for other in places):
+            continue
+        places.append(at)
+        node = state.unknown[k : k + 1]
+        xy = frame.node_places(node)[0]
+        world = [float(xy[0]), float(xy[1]), float(state.values[node[0]])]
+        fault = _nearest_fault(state, int(node[0]), names)
+        found.append({"cells": float(steps[k]), "place": world, "fault": fault})
+        if len(found) == 20:
+            break
+    return found
+
+
+def _nearest_fault(state: Heights, node: int, names: Sequence[str]) -> str:
+    best, found = np.inf, ""
+    for trace, near in zip(state.network.traces, state.near, strict=True):
+        at = int(near.look_up(np.array([node]))[0])
+        if at >= 0 and near.distance[at] < best:
+            best, found = near.distance[at], names[trace.fault]
+    return found
+
+
+def count_tips(built: Built, triangles: Triangles) -> int:
+    """Tips of the mesh: cut links with a divided triangle on one side and a whole one beyond."""
+    cuts, torn = built.cuts, built.torn
+    links = distinct(cuts.node * 4 + cuts.kind)
+    beside = triangles.beside(links // 4, links % 4)
+    divided = is_among(beside, torn.divided)
+    there = np.stack([triangles.exists(beside[:, k]) for k in (0, 1)], axis=1)
+    mesh = (links % 4 < 2) | (links % 4 == (RISING if triangles.rising else FALLING))
+    return int((mesh & (divided.sum(axis=1) == 1) & (there & ~divided).any(axis=1)).sum())

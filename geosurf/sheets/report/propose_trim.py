@@ -1,0 +1,101 @@
+"""How far are data smeared over their faults? Asked of the data that a generous trim hides.
+
+Sheets are rebuilt without any datum near a fault, and hidden data are compared with the sheet of
+their side. Where data were smeared they miss it by a share of the throw, farther away by no more
+than the rebuild errs; so the misfit drops at the end of the smear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from geosurf.errors import GeometryError
+from geosurf.model import TrimProposal, TriSurface
+from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.heights.heights import Rebuild, Settings
+from geosurf.sheets.heights.smear import hidden_misfits
+from geosurf.sheets.lattice.data import picks_of
+from geosurf.sheets.lattice.noise import weight_of
+from geosurf.sheets.mesh.finish import fault_surfaces
+
+HIDDEN = 6  # cells from a fault within which data are hidden
+DROP = 2.0  # a misfit this many times that of the next cell may be smear
+OF_THROW = 0.05  # share of the largest throw below which a misfit is no smear
+SHARE = 1.5  # cells of trim for each cell of smear
+SPARE = 0.5  # cells more than that
+USUAL = 2.0  # cells of trim where smear cannot be told
+FEWEST = 20  # data that a bin has to have
+
+
+def propose_trim(
+    data: Any,
+    faults: Mapping[str, Any] | Sequence[TriSurface],
+    *,
+    name: str | None = None,
+    positive: str | None = None,
+    units: str | None = None,
+) -> TrimProposal:
+    """
+    Propose the trim of `tear_horizon`, from how far the data are smeared over their faults.
+
+    Parameters
+    ----------
+    data, faults, name, positive, units
+        As for `tear_horizon`.
+
+    Returns
+    -------
+    TrimProposal
+        Smear and trim [cells of the grid], and the misfits that they were read from. It is a
+        proposal: give ``trim=`` what you choose.
+
+    Raises
+    ------
+    HorizonError
+        If the data cannot be used.
+    GeometryError
+        If too few data are near the faults to tell.
+
+    Notes
+    -----
+    Sheets are rebuilt with all data hidden that are nearer to a fault than six cells. The smear
+    ends with the last cell whose misfit (90th percentile) is twice that of the next one, and a
+    twentieth of the largest throw.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.torn("normal", n=61, smear=2)
+    >>> gs.propose_trim(world.horizons["Top"], world.faults).trim
+    3.5
+    """
+    surfaces = fault_surfaces(faults)
+    picks = picks_of(data, name, positive, units)
+    meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
+    settings = Settings(float(HIDDEN), float(HIDDEN))
+    rebuild = Rebuild(picks, meshes, settings)
+    settings.noise_weight = weight_of(*rebuild.noise(), picks.frame.cell)
+    state = rebuild.hidden(float(HIDDEN))
+    state.find_walls(picks.frame)
+    _, far, misfit = hidden_misfits(picks, rebuild.nearby, state, rebuild.in_gap(state))
+    far, misfit = far[far < HIDDEN], misfit[far < HIDDEN]
+    number = np.bincount(far.astype(np.int64), minlength=HIDDEN)
+    if (number[:HIDDEN] < FEWEST).any():
+        raise GeometryError(
+            f"horizon {picks.name!r}: {int(number.sum())} data within {HIDDEN} cells of its faults "
+            "can be hidden and rebuilt from others, too few to see a smear. Choose trim by what "
+            "is known of the gridding: one and a half times the half width of its smear."
+        )
+    tenth = [float(np.percentile(misfit[far.astype(np.int64) == k], 90)) for k in range(HIDDEN)]
+    throws = np.abs(np.concatenate([walls.throw for walls in state.walls]))
+    least = OF_THROW * float(throws.max(initial=0.0))
+    smeared = [k + 1 for k in range(HIDDEN - 1) if tenth[k] > max(DROP * tenth[k + 1], least)]
+    if smeared:
+        smear = float(max(smeared))
+        return TrimProposal(SHARE * smear + SPARE, smear, tuple(tenth))
+    if tenth[0] > least:  # missed all along: by what the sheets err, or by noise
+        return TrimProposal(USUAL, None, tuple(tenth))
+    return TrimProposal(1.0, 0.0, tuple(tenth))

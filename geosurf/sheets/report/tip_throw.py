@@ -1,0 +1,157 @@
+"""Throw that the data still show where a fault ends inside them.
+
+A sheet is whole beyond a tip, so throw dies there. If the fault was picked too short, the data have
+throw ahead of it, too: the horizon jumps across the continuation of the trace. Both walls are drawn
+straight from data that are farther from that line than smear and heave reach, up to the line. What
+the relief and the noise of the horizon make of that is seen on parallel lines beside it.
+
+Around a tip where throw dies properly walls bend as around a crack, and lines drawn from some cells
+away miss each other close to it. So the jump is read as far ahead as those data are aside, and
+again from the nearest data that are not smeared: a jump stays, a bend becomes less.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import GeosurfWarning
+from geosurf.sheets.faults.traces import Trace, sample
+from geosurf.sheets.heights.heights import Heights
+from geosurf.sheets.lattice.data import Picks
+
+CHORD = 4.0  # cells of the trace by which it is continued straight
+SAMPLES = 5  # on each side, a cell apart
+SMEAR = 1.5  # trims for each cell of smear, at least: see docs/sheets.md
+SPARE = 0.5  # cells beyond trim and half the heave, where they begin
+FARTHEST = 64.0  # cells that the continuation is followed
+STATIONS = 3  # side by side, of which the median counts
+SHARE = 0.15  # of the largest throw: less at a tip is left unsaid
+CLEARLY = 3.0  # times what parallel lines have
+
+
+@dataclass(frozen=True, eq=False)
+class Ahead:
+    """The horizon across the continuation of a trace.
+
+    Attributes
+    ----------
+    tip, along, left : ndarray (2,)
+        Where the trace ends, and unit vectors [cells].
+    first : float
+        Cells from the line at which samples begin.
+    """
+
+    tip: np.ndarray
+    along: np.ndarray
+    left: np.ndarray
+    first: float
+
+    def jumps(
+        self, grid: np.ndarray, stretch: np.ndarray, first: float, n: int, aside: float = 0.0
+    ) -> np.ndarray:
+        """Right wall above left one [m], each cell ahead; NaN where data or another fault end.
+
+        Each is drawn straight through `n` places, a cell apart, the nearest `first` cells away.
+        """
+        away = first + np.arange(n)
+        x = np.arange(SPARE, FARTHEST)
+        line = self.tip + aside * self.left + x[:, None] * self.along
+        # the straight line through samples at `away`, at 0
+        weight = np.linalg.pinv(np.column_stack([np.ones(n), away]))[0]
+        walls = []
+        for sign in (-1.0, 1.0):
+            at = line[:, None] + sign * away[:, None] * self.left
+            heights = sample(grid, at.reshape(-1, 2) / stretch)
+            walls.append(heights.reshape(len(x), n) @ weight)
+        return walls[0] - walls[1]
+
+
+def throw_at_tips(
+    picks: Picks, state: Heights, names: Sequence[str], trim: float
+) -> list[GeosurfWarning]:
+    """A warning for each free end of a fault at which the data still show throw."""
+    found = []
+    for number, trace in enumerate(state.network.traces):
+        for end in (0, 1):
+            if trace.ends[end] == "tip":
+                told = _at_tip(picks, state, number, trace, end, trim, names[trace.fault])
+                found += [told] if told is not None else []
+    return found
+
+
+def _at_tip(
+    picks: Picks, state: Heights, number: int, trace: Trace, end: int, trim: float, name: str
+) -> GeosurfWarning | None:
+    """A warning if the data show throw at one end of a trace."""
+    walls, frame = state.walls[number], picks.frame
+    if not len(walls.place):
+        return None
+    place_of = (trace.start, trace.stop)[end]
+    ahead = _ahead(trace, end, trim, walls.heave(np.array([place_of]))[0])
+    read = partial(ahead.jumps, _without_others(picks, state, number, trim), frame.stretch)
+    jumps = read(ahead.first, SAMPLES)
+    at = int(np.ceil(ahead.first))
+    window = slice(at - 1, at - 1 + STATIONS)
+    closest = ahead.first - SPARE - trim + max(trim / SMEAR, 1.0)
+    farther = slice(window.stop, window.stop + STATIONS)
+    throws = [
+        float(np.median(some[part]))
+        for some in (jumps, read(closest, 2))
+        for part in (window, farther)
+    ]
+    beside = 2.0 * (ahead.first + SAMPLES)
+    relief = [read(ahead.first, SAMPLES, side)[window] for side in (-beside, beside)]
+    seen = max((float(np.median(np.abs(r))) for r in relief if np.isfinite(r).all()), default=0.0)
+    least = max(SHARE * float(np.abs(walls.throw).max()), CLEARLY * seen)
+    near = walls.throw[np.argsort(np.abs(walls.place - place_of))[:SAMPLES]]
+    sign = float(np.sign(np.median(near)))
+    if not all(sign * throw > least for throw in throws):
+        return None
+    throw = throws[0]
+    gone = np.flatnonzero(~(np.abs(jumps) > max(SHARE * abs(throw), CLEARLY * seen)))
+    last = int(gone[gone >= at][0]) if (gone >= at).any() else len(jumps)
+    known = last < len(jumps) and bool(np.isfinite(jumps[last]))
+    level = float(np.interp(place_of, np.arange(len(trace.line)), trace.line[:, 2]))
+    cells = np.stack([ahead.tip, ahead.tip + last * ahead.along])
+    xy = frame.to_world(cells / frame.stretch)
+    first = float(jumps[np.isfinite(jumps)][0])
+    far = f"{last * frame.cell:.0f} m" if known else f"at least {last * frame.cell:.0f} m"
+    return GeosurfWarning(
+        "throw at tip",
+        name,
+        f"Fault {name!r} ends inside horizon {picks.name!r} at {place((*xy[0], level))}, where the "
+        f"data show a throw of {first:.3g} m; the sheet lets it die there, though in the data it "
+        f"goes on for {far}.",
+        f"Continue fault {name!r} to about (easting {xy[1, 0]:.0f}, northing {xy[1, 1]:.0f}), or "
+        "with gs.extend_fault(fault, box, sides='strike').",
+        (*xy[0], level),
+    )
+
+
+def _ahead(trace: Trace, end: int, trim: float, heave: float) -> Ahead:
+    """The continuation of a trace past one of its ends."""
+    vertex, forward = np.arange(len(trace.line)), -1.0 if end == 0 else 1.0
+    stop = float(np.interp((trace.start, trace.stop)[end], vertex, trace.along))
+    tip, back = (
+        np.array([np.interp(s, trace.along, trace.line[:, k]) for k in (0, 1)])
+        for s in (stop, stop - forward * CHORD)
+    )
+    along = (tip - back) / max(float(np.hypot(*(tip - back))), 1e-9)
+    left = forward * np.array([-along[1], along[0]])
+    return Ahead(tip, along, left, trim + SPARE + max(0.5 * float(heave), 0.0))
+
+
+def _without_others(picks: Picks, state: Heights, number: int, trim: float) -> np.ndarray:
+    """Heights (n_row, n_col), NaN beside all other traces: a line must not be drawn across them."""
+    grid = state.values.copy()
+    for other, (trace, near) in enumerate(zip(state.network.traces, state.near, strict=True)):
+        if other != number:
+            rows = near.within(trim + 1.0)
+            rows = rows[(near.place[rows] >= trace.start) & (near.place[rows] <= trace.stop)]
+            grid[near.node[rows]] = np.nan
+    return grid.reshape(picks.frame.shape)

@@ -1,0 +1,173 @@
+"""A horizon moved by its faults: the height of each sheet anywhere, as if its wall had no end.
+
+The sheet of a wall at a place is found from the particle that has come there: its place before is
+the fixed point of "the place less the movement". Faults act from the oldest to the youngest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import GeometryError
+from geosurf.sheets.faults.slip import Slip
+from geosurf.sheets.lattice.frame import Frame
+
+ROUNDS = 200  # steps to the fixed point; each halves the rest at least, unless beds fold
+RIM = 1e-9  # cells: nearer than this to the rim of a hole is on it
+CLOSE = 1e-10  # cells: how near the particle has to come
+
+Parts = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+class Before:
+    """The horizon before it was faulted, linear on its triangles, and on past its rim."""
+
+    def __init__(self, name: str, values: np.ndarray, frame: Frame, rising: bool) -> None:
+        self.name, self.frame = name, frame
+        self.values, self.rising = values, rising
+        self.to_columns = np.linalg.inv(frame.step)
+        self.holes = bool(np.isnan(values).any())
+        self.filled = _filled(values) if self.holes else values
+
+    def _corners(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes (n, 3) of the triangle at each place, and their weights (n, 3)."""
+        n_row, n_col = self.values.shape
+        x, y = (xy @ self.to_columns).T
+        j = np.clip(np.floor(x), 0, n_col - 2).astype(np.int64)
+        i = np.clip(np.floor(y), 0, n_row - 2).astype(np.int64)
+        f, g = x - j, y - i
+        a = i * n_col + j
+        b, d, c = a + 1, a + n_col, a + n_col + 1
+        if self.rising:  # a joins c
+            low = f >= g
+            middle = np.where(low, b, d)
+            large, small = np.maximum(f, g), np.minimum(f, g)
+            return np.stack([a, middle, c], axis=1), np.stack([1 - large, large - small, small], 1)
+        low = f + g <= 1.0
+        corner = np.where(low, a, c)
+        rest = np.where(low, 1 - f - g, f + g - 1)
+        one, two = np.where(low, f, 1 - g), np.where(low, g, 1 - f)
+        return np.stack([corner, b, d], axis=1), np.stack([rest, one, two], axis=1)
+
+    def at(self, xy: np.ndarray) -> np.ndarray:
+        """Elevation (n,) at places (n, 2) from the corner; holes take the nearest value."""
+        node, weight = self._corners(xy)
+        grid = self.filled.ravel()
+        base = grid[node[:, 0]]  # a node itself comes back bit for bit
+        one, two = grid[node[:, 1]] - base, grid[node[:, 2]] - base
+        found: np.ndarray = base + weight[:, 1] * one + weight[:, 2] * two
+        return found
+
+    def lost(self, xy: np.ndarray) -> np.ndarray:
+        """Mask (n,) of places in holes; the rim of a hole is not in it."""
+        if not self.holes:
+            return np.zeros(len(xy), dtype=bool)
+        node, weight = self._corners(xy)
+        found: np.ndarray = (np.isnan(self.values.ravel()[node]) & (weight > RIM)).any(axis=1)
+        return found
+
+    def outside(self, xy: np.ndarray) -> np.ndarray:
+        """Distance (n,) by which places lie outside of the lattice [cells]."""
+        uv = xy @ self.to_columns
+        last = np.array(self.values.shape[::-1]) - 1.0
+        out: np.ndarray = np.maximum(np.maximum(-uv, uv - last), 0.0).max(axis=1)
+        return out
+
+
+def _filled(values: np.ndarray) -> np.ndarray:
+    """Holes take the nearest value, so that a particle may be sought across them."""
+    from scipy.ndimage import distance_transform_edt
+
+    nearest = distance_transform_edt(np.isnan(values), return_distances=False, return_indices=True)
+    out: np.ndarray = values[tuple(nearest)]
+    return out
+
+
+def sheet_heights(
+    before: Before, slips: Sequence[Slip], xy: np.ndarray, parts: np.ndarray | Parts, cell: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Elevations of the moved horizon at places, and where its particles were.
+
+    Parameters
+    ----------
+    before : Before
+    slips : sequence of Slip
+        Youngest first.
+    xy : ndarray (n, 2)
+        From the corner of the frame [m].
+    parts : ndarray (n_slip, n) or callable
+        See `Slip.move`; or a function of places and elevations.
+    cell : float
+        [m]
+
+    Returns
+    -------
+    elevation : ndarray (n,)
+        Holes of the horizon take the nearest value.
+    was : ndarray (n, 2)
+        `Before.lost` tells which are in a hole.
+
+    Raises
+    ------
+    GeometryError
+        If the movement changes so quickly that beds would fold over: names the place.
+    """
+    was, z = xy.copy(), before.at(xy)
+    todo = np.arange(len(xy))
+    close = CLOSE * cell + 4.0 * np.finfo(np.float64).eps * np.abs(xy).max(initial=0.0)
+    for _ in range(ROUNDS):
+        there = parts(xy[todo], z[todo]) if callable(parts) else parts[:, todo]
+        old = z[todo]
+        now, z[todo] = was[todo], before.at(was[todo])
+        height = z[todo]
+        for slip, part in zip(reversed(slips), reversed(list(there)), strict=True):
+            now, height = slip.move(now, height, part)
+        miss = xy[todo] - now
+        z[todo] = height
+        far = np.abs(miss).max(axis=1)
+        if callable(parts):
+            far = np.maximum(far, np.abs(height - old))
+        left = far > close
+        was[todo] += np.where(left[:, None], miss, 0.0)
+        todo = todo[left]
+        if len(todo) == 0:
+            break
+    if len(todo):
+        raise _folded(before, np.append(xy[todo[0]] + before.frame.corner, z[todo[0]]))
+    return z, was
+
+
+def refuse_folds(before: Before, slips: Sequence[Slip], xy: np.ndarray, parts: np.ndarray) -> None:
+    """Say where cells of the lattice, its nodes at xy, would be turned over by the movement."""
+    z = before.at(xy)
+    now, height = xy, z
+    for slip, part in zip(reversed(slips), reversed(list(parts)), strict=True):
+        now, height = slip.move(now, height, part)
+    shape = before.values.shape
+    grid, same = now.reshape(*shape, 2), parts.reshape(len(parts), *shape)
+    a, b, d, c = grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]
+    alike = (same[:, :-1, :-1] == same[:, :-1, 1:]) & (same[:, :-1, :-1] == same[:, 1:, :-1])
+    alike = (alike & (same[:, :-1, :-1] == same[:, 1:, 1:])).all(axis=0)
+    least = np.minimum(_turn(b - a, d - a), _turn(d - c, b - c))
+    bad = np.argwhere(alike & (least <= 0))
+    if len(bad):
+        node = int(bad[0, 0]) * shape[1] + int(bad[0, 1])
+        raise _folded(before, np.append(xy[node] + before.frame.corner, z[node]))
+
+
+def _turn(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+    found: np.ndarray = one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0]
+    return found
+
+
+def _folded(before: Before, where: np.ndarray) -> GeometryError:
+    return GeometryError(
+        f"horizon {before.name!r}: throw changes so quickly at {place(where)} that beds would "
+        "fold over each other. Let it change over a longer distance, or lower it.",
+        place=where,
+        surfaces=(before.name,),
+    )

@@ -1,0 +1,289 @@
+"""A continuous horizon and the throw of its faults -> a sheet that is torn there.
+
+No datum is distrusted and nothing is solved for: each wall is the horizon itself, moved along its
+faults (`slip`, `moved`), so that ghosts are known as well as nodes. Traces, tearing and the exact
+cut are those of sheets as picked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import did_you_mean, is_word
+from geosurf.errors import HorizonError, InputError
+from geosurf.model import FaultCut, Lattice, Sheet, ThrowReport, TriSurface, frozen
+from geosurf.sheets.faults.dip_lines import DIRECTIONS, beyond
+from geosurf.sheets.faults.dip_lines import SPARE as FAULT_SPARE
+from geosurf.sheets.faults.fault_profile import section_of
+from geosurf.sheets.faults.slip import slips_of
+from geosurf.sheets.heights.heights import Heights
+from geosurf.sheets.lattice.data import picks_of
+from geosurf.sheets.mesh.build import SPARE, Builder, Built
+from geosurf.sheets.mesh.finish import (
+    crs_among,
+    fault_surfaces,
+    refuse_leaks,
+    refuse_lost_cutoffs,
+    sheet_of,
+)
+from geosurf.sheets.mesh.torn_mesh import Triangles
+from geosurf.sheets.report.cutoffs import longest
+from geosurf.sheets.report.describe import count_tips, fault_cuts
+from geosurf.sheets.throw.measured_throw import down_dip, lost_at_tips
+from geosurf.sheets.throw.thrown import Thrown
+
+LEANS = (0.5, 0.3, 0.7)  # shares of the movement at which traces are tried
+SPARES = (1.0, 0.5, 1.5, 0.0)  # cells beyond an overlap that rings are tried to cover
+FAR = 1e-6  # cells outside of the data from which a particle is told of
+
+
+def throw_horizon(
+    horizon: Any,
+    faults: Mapping[str, Any] | Sequence[TriSurface],
+    throw: Mapping[str, Any],
+    *,
+    name: str | None = None,
+    reach: float | Mapping[str, float] | None = None,
+    hanging_wall: float | Mapping[str, float] = 1.0,
+    direction: str | Mapping[str, str] = "local",
+    positive: str | None = None,
+    units: str | None = None,
+) -> Sheet:
+    """
+    Tear a horizon that is still continuous, by the throw of its faults.
+
+    The hanging wall moves along each fault, also a curved or listric one, so that both cut-offs lie
+    on it, one throw apart down its dip at each place.
+
+    Parameters
+    ----------
+    horizon : xarray.DataArray or gridded TriSurface
+        The horizon before it was faulted, as for `triangulate_horizon`.
+    faults : mapping of str to fault, or sequence of TriSurface
+        Anything that `triangulate_fault` takes, where they are today.
+    throw : mapping of str to throw
+        By fault, the youngest first; faults that are not named do not tear. Below 0 for reverse
+        faults. Each is a number [m]; an array (n, 2) of distance along strike and throw, or a
+        DataArray with coordinate ``along_strike``, linear between and constant beyond; a function
+        of the distance; a DataArray over northing and easting; or an `EllipticThrow`.
+        Distances count from the fault's first end by the right-hand rule, along its mean strike.
+    name : str, optional
+        Default: the name of the data.
+    reach : float or mapping of str to float, optional
+        Distance across strike over which the movement dies away from the fault [m], as its
+        square: reverse drag. Default: never.
+    hanging_wall : float or mapping of str to float
+        Part of the throw that the hanging wall takes, 0 to 1; the footwall rises by the rest. By
+        fault, those that are not named have 1.
+    direction : {"local", "mean"} or mapping of str to these
+        Whether walls move down the dip that a fault has at each place, or all across its mean
+        strike, as a block does that slides along the grooves of a corrugated fault; by fault, those
+        left out are "local".
+    positive, units : str, optional
+        As for `triangulate_horizon`.
+
+    Returns
+    -------
+    Sheet
+        With cut-offs, throw and heave for each fault, and a `ThrowReport`.
+
+    Raises
+    ------
+    HorizonError, InputError
+        If the data or a throw cannot be used, or reference systems differ.
+    GeometryError
+        If a fault turns back on itself, throw is left at a tip inside the horizon, beds would
+        fold over, or the sheet cannot be closed: names the place.
+
+    See Also
+    --------
+    tear_horizon : for a horizon that was picked on both sides of its faults.
+
+    Notes
+    -----
+    A fault that ends on another one acts on that side of it only, so that throws add up on the
+    main fault beyond the contact. Where faults cross, each is taken where it is today on
+    both sides of the other: exact for planes. See docs/sheets.md.
+
+    Examples
+    --------
+    >>> import numpy as np, geosurf as gs
+    >>> world = gs.synthetic.graben(n=41)
+    >>> sheet = gs.throw_horizon(world.horizons["Top"], world.faults, {"F1": 60.0, "F2": 40.0})
+    >>> [bool(np.allclose(sheet.cuts[f].throw, t)) for f, t in (("F1", 60.0), ("F2", 40.0))]
+    [True, True]
+    """
+    surfaces = fault_surfaces(faults)
+    picks = picks_of(horizon, name, positive, units)
+    if picks.several is not None:
+        raise HorizonError(
+            f"horizon {picks.name!r} has several values at one node, so that it is torn already. "
+            "Give it as it was before faulting, or use tear_horizon."
+        )
+    crs = crs_among(picks.name, horizon, surfaces)
+    frame = picks.frame
+    _check_names(throw, reach, hanging_wall, direction, [surface.name for surface in surfaces])
+    low, high = float(picks.z.min()), float(picks.z.max())
+    most = 0.0
+    while True:  # the fault is looked at where walls move, which its throw has to tell
+        levels = beyond((low, high), frame.cell, most)
+        sections = {
+            s.name: section_of(s, frame.corner, 0.5 * frame.cell, levels)
+            for s in surfaces
+            if s.name in throw
+        }
+        slips = slips_of(throw, sections, frame.corner, reach, hanging_wall)
+        largest = sum(slip.extremes(low, high)[0] for slip in slips)
+        if largest <= max(most, FAULT_SPARE * frame.cell):
+            break
+        most = largest
+    torn_by = {surface.name: surface for surface in surfaces}
+    mine = [torn_by[slip.section.name] for slip in slips]
+    across = dict.fromkeys(throw, direction) if isinstance(direction, str) else direction
+    turning = [across.get(fault.name, "local") == "local" for fault in mine]
+    thrown = Thrown(picks, mine, slips, turning)
+    return replace(_sheet(thrown), crs=crs)
+
+
+def _check_names(
+    throw: Any, reach: Any, hanging_wall: Any, direction: Any, known: list[str]
+) -> None:
+    """Throw is given for faults that there are; the other words for some of these."""
+    if not isinstance(throw, Mapping):
+        raise InputError(
+            f"throw is a {type(throw).__name__}; give a mapping {{fault: throw}}, as in "
+            '{"F1": 60.0}.'
+        )
+    for key in throw:
+        if key not in known:
+            raise InputError(
+                f"throw is given for {key!r}, which is no fault; there are "
+                f"{', '.join(map(repr, known))}.{did_you_mean(str(key), known)}"
+            )
+    options = {"reach": reach, "hanging_wall": hanging_wall, "direction": direction}
+    for word, given in options.items():
+        for key in given if isinstance(given, Mapping) else ():
+            if key not in throw:
+                raise InputError(
+                    f"{word} is given for {key!r}, for which no throw is; throw is given for "
+                    f"{', '.join(map(repr, throw))}.{did_you_mean(str(key), throw)}"
+                )
+    for one in direction.values() if isinstance(direction, Mapping) else (direction,):
+        if not is_word(one, DIRECTIONS):
+            raise InputError(f"direction is {one!r}, expected one of {DIRECTIONS}.")
+
+
+def _sheet(thrown: Thrown) -> Sheet:
+    """Trace, move, tear and cut."""
+    state, built, triangles = _closed(thrown)
+    if built is None or triangles is None:
+        return _untorn(thrown, state)
+    found = fault_cuts(thrown.frame, state, built, thrown.faults)
+    refuse_lost_cutoffs(thrown.picks, state, built, found)
+    cuts, lost = {}, []
+    for slip, largest in zip(thrown.slips, thrown.largest, strict=True):
+        name = slip.section.name
+        cuts[name], asked = down_dip(found[name], slip, thrown.frame, longest(state))
+        lost += lost_at_tips(cuts[name], asked, largest, thrown.frame.cell)
+    shortened: dict[str, int] = {}
+    for (trace, _), n in built.shortened.items():
+        name = thrown.faults[state.network.traces[trace].fault].name
+        shortened[name] = shortened.get(name, 0) + n
+    report = replace(
+        _report(thrown, state, cuts),
+        tips=count_tips(built, triangles),
+        declared_tips=state.network.declared_tips,
+        shortened=shortened,
+        lost=tuple(lost),
+        notes=[
+            *thrown.notes,
+            *thrown.left_at(built.cuts, state, built.shortened),
+            *map(str, lost),
+        ],
+    )
+    return sheet_of(thrown.picks, state, built, thrown.faults, thrown.rising, cuts, report)
+
+
+def _untorn(thrown: Thrown, state: Heights) -> Sheet:
+    """The sheet where no fault has throw: the horizon itself."""
+    frame, none = thrown.frame, np.empty(0)
+    values = state.values.reshape(frame.shape)
+    cuts = {
+        fault.name: FaultCut(fault.name, {"+": (), "-": ()}, np.empty((0, 3)), none, none, none, ())
+        for fault in thrown.faults
+    }
+    return Sheet(
+        name=thrown.picks.name,
+        lattice=Lattice(frame.easting, frame.northing, values, thrown.rising),
+        divided=frozen(none, np.int64),
+        copies=frozen(np.empty((0, 3)), np.int64),
+        ghosts=frozen(np.empty((0, 3)), np.float64),
+        outer=frozen(none, np.bool_),
+        faults=tuple(thrown.faults),
+        cuts=cuts,
+        report=_report(thrown, state, cuts),
+    )
+
+
+def _closed(thrown: Thrown) -> tuple[Heights, Built | None, Triangles | None]:
+    """The torn mesh: the first that closes without an early end, else that which ends least early.
+
+    Where traces run between both cut-offs, and how far rings reach beyond an overlap, is free;
+    at a tip it decides on which side of the fault the last nodes are.
+    """
+    best: tuple[tuple[bool, int], Heights, Built, Triangles] | None = None
+    for lean in LEANS:
+        state = thrown.run(lean)
+        if not len(state.cuts.node):
+            return state, None, None
+        walls = state.walls
+        overlaps = any((np.minimum(w.left, w.right) < -SPARE).any() for w in walls)
+        for spare in SPARES if overlaps else SPARES[:1]:
+            state.walls = [
+                replace(w, left=_wider(w.left, spare), right=_wider(w.right, spare)) for w in walls
+            ]
+            builder = Builder(
+                thrown.picks, state, thrown.faults, thrown.rising, thrown.carry_on, thrown.end_at
+            )
+            built = builder.run()
+            open_still = bool(built.cut.leaks or built.cut.dead_ends)
+            failed = open_still, sum(built.shortened.values())
+            if best is None or failed < best[0]:
+                best = failed, builder.state, built, builder.triangles
+            if failed == (False, 0):
+                return builder.state, built, builder.triangles
+    assert best is not None
+    _, state, built, triangles = best
+    refuse_leaks(thrown.picks, state, built, thrown.faults)
+    return state, built, triangles
+
+
+def _report(thrown: Thrown, state: Heights, cuts: Mapping[str, FaultCut]) -> ThrowReport:
+    """What was asked for and found, fault by fault, and where the horizon was carried on."""
+    outside = thrown.before.outside(thrown.was[np.isfinite(state.values)])
+    found = {}
+    for name, largest in zip(cuts, thrown.largest, strict=True):
+        throw = cuts[name].throw
+        most = np.abs(throw[np.isfinite(throw)]).max(initial=0.0)
+        found[name] = {"asked": largest, "found": float(most)}
+    branches = {
+        fault.name: tuple(thrown.faults[main].name for main in sorted(mains))
+        for fault, mains in zip(thrown.faults, thrown.mains, strict=True)
+        if mains
+    }
+    return ThrowReport(
+        throw=found,
+        branches=branches,
+        n_outside=int((outside > FAR).sum()),
+        farthest_outside=float(outside.max(initial=0.0)) * thrown.frame.cell,
+        notes=thrown.notes,
+    )
+
+
+def _wider(gap: np.ndarray, spare: float) -> np.ndarray:
+    """Overlaps (gaps below 0) made larger, the small ones near tips by no more than they are."""
+    return np.where(gap < 0, gap - spare * np.minimum(-gap, 1.0), gap)

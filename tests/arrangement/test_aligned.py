@@ -1,0 +1,200 @@
+"""Lattices with one map: what is left out never meets, results are the voxels' to the byte."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
+from geosurf.arrangement.aligned import needed, of_one_map, pairs_of_one_map
+from geosurf.arrangement.search import ULP, find_contacts
+from geosurf.arrangement.tree import tree_of
+from geosurf.model import Lattice
+
+BYTES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
+TURN = np.array([[3.0, -4.0], [4.0, 3.0]]) / 5.0
+
+
+def horizon(name, z, *, rising=True, turned=False, corner=(0.0, 0.0)):
+    """A horizon over unit cells, or over cells turned by about 53 degrees."""
+    z = np.asarray(z, dtype=float)
+    y, x = (np.arange(n, dtype=float) for n in z.shape)
+    x, y = x + corner[0], y + corner[1]
+    if turned:
+        x, y = np.einsum("ij,jkl->ikl", TURN, np.stack(np.meshgrid(x, y)))
+    return TriSurface(name, "horizon", lattice=Lattice(x, y, z, rising=rising))
+
+
+@st.composite
+def of_one_map_horizons(draw, n_row=4, n_col=4, n=2):
+    """Horizons with whole heights, holes and either diagonal over one map."""
+    turned = draw(st.booleans())
+    made = []
+    for name in "ABC"[:n]:
+        z = np.array(
+            draw(st.lists(st.integers(0, 2), min_size=n_row * n_col, max_size=n_row * n_col))
+        )
+        z = z.astype(float)
+        z[draw(st.lists(st.integers(1, n_row * n_col - 1), max_size=2))] = np.nan
+        surface = horizon(name, z.reshape(n_row, n_col), rising=draw(st.booleans()), turned=turned)
+        if surface.n_triangle:
+            made.append(surface)
+    return made
+
+
+def listed(one, two):
+    """Pairs as listed for one map."""
+    pairs, _ = pairs_of_one_map((one.lattice, two.lattice), (tree_of(one), tree_of(two)))
+    found = {tuple(row) for row in pairs.tolist()}
+    assert len(found) == len(pairs)
+    return found
+
+
+def as_lists(surfaces):
+    """The same triangles as meshes that know of no map: every pair that is near is tested."""
+    return [TriSurface(s.name, s.role, s.vertices, s.triangles) for s in surfaces]
+
+
+def assert_one_result(surfaces):
+    """Curves and patches by trees and by voxels are the same bytes, and lists have the same curves.
+
+    Lattices leave out the same pairs by either method; lists leave out none, so that they tell
+    whether what was left out was needed.
+    """
+    one, two = (intersect_surfaces(surfaces, method=m) for m in ("tree", "voxels"))
+    lists = intersect_surfaces(as_lists(surfaces), method="voxels")
+    for other in (two, lists):
+        assert one.points.tobytes() == other.points.tobytes()
+        assert one.segments.tobytes() == other.segments.tobytes()
+        assert len(one.contacts) == len(other.contacts)
+        for a, b in zip(one.contacts, other.contacts, strict=True):
+            assert (a.kind, a.surfaces, a.area) == (b.kind, b.surfaces, b.area)
+            assert a.points.tobytes() == b.points.tobytes()
+    one, two = (rebuild_surfaces(surfaces, method=m) for m in ("tree", "voxels"))
+    for name in BYTES:
+        assert getattr(one, name).tobytes() == getattr(two, name).tobytes(), name
+    lists = rebuild_surfaces(as_lists(surfaces), method="voxels")
+    if one.report["moved_vertices"] == lists.report["moved_vertices"] == 0:
+        assert in_order(one).tobytes() == in_order(lists).tobytes()
+
+
+def in_order(patches):
+    """Corners, surface and parent of all triangles, in a common order."""
+    corners = np.sort(patches.local[patches.triangles].view("f8,f8,f8"), axis=1)
+    columns = [patches.surface_of_triangle, patches.parent_of_triangle]
+    rows = np.column_stack([*columns, corners.view("f8").reshape(-1, 9)])
+    return rows[np.lexsort(rows.T[::-1])]
+
+
+@settings(max_examples=60, deadline=None)
+@given(of_one_map_horizons())
+def test_results_are_the_voxels_to_the_byte(surfaces):
+    assert_one_result(surfaces)
+
+
+@settings(max_examples=15, deadline=None)
+@given(of_one_map_horizons(n_row=3, n_col=4, n=3))
+def test_three_at_once(surfaces):
+    assert_one_result(surfaces)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("holes", [0, 40])
+def test_blocks_and_their_rims(rng, turned, holes):
+    """More than one block of cells; holes on both sides of the seams between blocks."""
+    made = []
+    for name in "AB":
+        z = rng.integers(0, 30, (21, 19)).astype(float)
+        z[rng.integers(0, 21, holes), rng.integers(0, 19, holes)] = np.nan
+        made.append(horizon(name, z, turned=turned))
+    assert_one_result(made)
+
+
+@settings(max_examples=40, deadline=None)
+@given(of_one_map_horizons())
+def test_the_list_has_all_that_meet_and_no_more_than_is_needed(surfaces):
+    if len(surfaces) == 2:
+        one, two = surfaces
+        contacts = find_contacts(surfaces, method="voxels")
+        meeting = contacts.key_of_face[contacts.rows[:, :2]]
+        found = listed(one, two)
+        assert {tuple(row) for row in meeting.tolist()} <= found
+        assert needed(one.lattice, two.lattice, np.array(sorted(found)).reshape(-1, 2)).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(of_one_map_horizons())
+def test_near_pairs_above_one_triangle_are_kept(surfaces):
+    """What rounding could make meet stays a candidate, however little apart it is."""
+    if len(surfaces) < 2:
+        return
+    one, two = surfaces
+    z = two.lattice.elevation
+    largest = max(np.abs(s.extent).max() for s in surfaces)
+    lifted = TriSurface(
+        "B", "horizon",
+        lattice=Lattice(
+            two.lattice.easting, two.lattice.northing, z + ULP * largest, rising=two.lattice.rising
+        ),
+    )  # fmt: skip
+    by_voxels = find_contacts((one, lifted), method="voxels")
+    near = by_voxels.key_of_face[by_voxels.near]
+    assert {tuple(row) for row in near.tolist()} <= listed(one, lifted)
+
+
+def test_only_one_map_is_taken(rng):
+    """Another corner, another shape or another turn: the trees' own walk."""
+    z = rng.uniform(size=(5, 6))
+    one = horizon("A", z)
+    others = [
+        horizon("B", z, corner=(0.5, 0)),
+        horizon("B", z[:, :5]),
+        horizon("B", z, turned=True),
+    ]
+    assert not any(of_one_map(one, other) for other in others)
+    assert of_one_map(one, horizon("B", z + 0.25))
+
+
+def map_heights(lattice):
+    """Signed areas and heights of all triangles in the map, the slow way."""
+    x, y = lattice.horizontal()
+    corners = np.stack([x.ravel(), y.ravel()], axis=1)
+    c = corners[lattice.corners_of_keys(np.arange(2 * (x.shape[0] - 1) * (x.shape[1] - 1)))]
+    u, v = c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]
+    area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    sides = np.stack([u, v, v - u])
+    return area, np.abs(area) / np.linalg.norm(sides, axis=2).max(axis=0)
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0), st.booleans())
+def test_what_counts_as_a_graph_does_not_fold(seed, wild, rising):
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.arange(5.0), np.arange(4.0))
+    shear = np.array([[1.0, rng.uniform(-2, 2)], [0.0, 10.0 ** rng.uniform(-3, 3)]])
+    x, y = np.einsum("ij,jkl->ikl", TURN @ shear, np.stack([x, y]))
+    x, y = (part + wild * rng.uniform(-0.2, 0.2, x.shape) for part in (x, y))
+    lattice = Lattice(x, y, np.zeros(x.shape), rising=rising)
+    area, height = map_heights(lattice)
+    if lattice.is_graph:
+        assert (area > 0).all() or (area < 0).all()
+        assert lattice.map_height <= height.min()
+    elif wild == 0.0:
+        raise AssertionError("a sheared lattice is a graph")
+
+
+def test_folds_and_rings_are_no_graphs():
+    t = np.linspace(0.0, 2.0 * np.pi, 9)
+    ring = (
+        np.cos(t)[None, :] * np.array([[1.0], [2.0]]),
+        np.sin(t)[None, :] * np.array([[1.0], [2.0]]),
+    )
+    fold = np.meshgrid([0.0, 1.0, 2.0, 1.5, 3.0], [0.0, 1.0])
+    upright = np.meshgrid(np.arange(4.0), np.zeros(3))
+    for x, y in (ring, fold, upright):
+        assert not Lattice(x, y, np.zeros(x.shape)).is_graph
+        assert Lattice(x, y, np.zeros(x.shape)).map_height == 0.0
+    assert not Lattice([0.0, 1.0, 1.0], [0.0, 1.0], np.zeros((2, 3))).is_graph
+    assert Lattice([2.0, 1.0, -1.0], [0.0, 1.0], np.zeros((2, 3))).is_graph

@@ -1,0 +1,135 @@
+"""Candidate pairs against comparing all boxes with all boxes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from geosurf import intersect_surfaces
+from geosurf.arrangement import search_voxels
+from geosurf.arrangement.broad import candidate_pairs, fit_voxels
+from geosurf.arrangement.search import find_contacts
+from geosurf.errors import InputError
+from geosurf.kernels.search.voxels import triangle_boxes
+from tests.strategies import grid, sheet
+
+SIZES = (None, 0.3, 1.0, 1.7, 100.0)
+
+
+def all_pairs(a, b, same=False):
+    meets = (a[:, None, :3] <= b[None, :, 3:]).all(axis=2)
+    meets &= (b[None, :, :3] <= a[:, None, 3:]).all(axis=2)
+    pairs = np.argwhere(meets)
+    return pairs[pairs[:, 0] < pairs[:, 1]] if same else pairs
+
+
+def assert_all_once(a, b, size, same=False):
+    pairs, cost = candidate_pairs(a, b, size=size, same=same)
+    found = pairs[np.lexsort(pairs.T[::-1])]
+    np.testing.assert_array_equal(found, all_pairs(a, b, same))
+    assert cost["pairs"] == len(pairs)
+    return cost
+
+
+@st.composite
+def boxes(draw):
+    corners = draw(
+        st.lists(
+            st.tuples(*[st.integers(0, 6)] * 3, *[st.integers(0, 3)] * 3), min_size=1, max_size=12
+        )
+    )
+    corners = np.array(corners, dtype=float)
+    return np.hstack([corners[:, :3], corners[:, :3] + corners[:, 3:]])
+
+
+@given(boxes(), boxes(), st.sampled_from(SIZES))
+def test_any_boxes_and_any_voxel_size(a, b, size):
+    assert_all_once(a, b, size)
+
+
+@given(boxes(), st.sampled_from(SIZES))
+def test_a_surface_with_itself(a, size):
+    assert_all_once(a, a, size, same=True)
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("flat_axes", [(2,), (0, 2), (0, 1, 2)])
+def test_flat_boxes(rng, size, flat_axes):
+    """Level horizons, lines and points: voxels have no height to divide."""
+    low = rng.integers(0, 8, (40, 3)).astype(float)
+    box = np.hstack([low, low + rng.integers(0, 3, (40, 3))])
+    for axis in flat_axes:
+        box[:, axis] = box[:, 3 + axis] = 5.0
+    cost = assert_all_once(box[:20], box[20:], size)
+    assert cost["pairs"] > 0
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_one_huge_face_and_many_small_ones(rng, size):
+    low = rng.uniform(0, 20, (300, 3))
+    small = np.hstack([low, low + rng.uniform(0, 1, (300, 3))])
+    huge = np.array([[-1e6, -1e6, 9.0, 1e6, 1e6, 9.5], [5.0, 5.0, 5.0, 6.0, 6.0, 6.0]])
+    assert_all_once(huge, small, size)
+    assert_all_once(small, huge, size)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_utm(rng, size):
+    low = rng.integers(0, 12, (200, 3)) * 0.7 + [456_000.3, 6_780_000.1, -2_000.9]
+    box = np.hstack([low, low + rng.integers(0, 3, (200, 3)) * 0.7])
+    assert assert_all_once(box[:100], box[100:], size)["pairs"] > 0
+
+
+def test_boxes_apart_cost_nothing():
+    a = np.array([[0.0, 0, 0, 1, 1, 1]])
+    for axis in range(3):
+        b = a.copy()
+        b[:, [axis, 3 + axis]] += 1.5
+        pairs, cost = candidate_pairs(a, b)
+        assert len(pairs) == 0
+        assert cost == {"voxels": 0, "pairs": 0}
+
+
+def test_only_faces_near_the_other_surface_are_candidates():
+    """A small fault in a large horizon: the global box is cut to where both are."""
+    top = grid("Top", np.zeros((41, 41)))
+    small = sheet("F1", [(20.3, 20.2, -1), (20.3, 21.1, -1), (20.3, 21.1, 1), (20.3, 20.2, 1)])
+    a, b = (triangle_boxes(s.vertices, s.triangles) for s in (top, small))
+    pairs, _ = candidate_pairs(a, b)
+    assert len(np.unique(pairs[:, 0])) <= 4 * 2
+    assert len(top.triangles) == 3200
+
+
+def test_voxels_that_would_fill_the_memory_are_refused():
+    a = np.array([[0.0, 0, 0, 1000, 1000, 1000]])
+    with pytest.raises(InputError, match=r"voxels of 0\.001 m would be 1e\+18.*larger voxel size"):
+        fit_voxels(a, a, 1e-3)
+
+
+@pytest.mark.parametrize("size", [0.0, -1.0, np.nan, np.inf])
+def test_sizes_that_make_no_sense_are_refused(size):
+    top = grid("Top", np.zeros((3, 3)))
+    with pytest.raises(InputError, match="voxel"):
+        find_contacts([top, top.renamed("Base")], voxel_size=size)
+
+
+def test_unknown_methods_are_refused():
+    top = grid("Top", np.zeros((3, 3)))
+    with pytest.raises(InputError, match=r"method is 'octree', expected one of \('auto'"):
+        intersect_surfaces([top, top], method="octree")
+
+
+def test_search_for_the_picture(rng):
+    top = grid("Top", rng.integers(0, 3, (9, 9)))
+    wall = sheet("F1", [(3.5, -1, -1), (3.5, 9, -1), (5.5, 9, 3), (5.5, -1, 3)], (4, 8))
+    found = search_voxels(top, wall)
+    boxes = [triangle_boxes(s.vertices, s.triangles) for s in (top, wall)]
+    pairs = all_pairs(*boxes)
+    np.testing.assert_array_equal(found.faces_a, np.unique(pairs[:, 0]))
+    np.testing.assert_array_equal(found.faces_b, np.unique(pairs[:, 1]))
+    assert (found.occupied >= 0).all()
+    assert (found.occupied < found.n_cell).all()
+    assert len(found.occupied) > 0
+    assert search_voxels(top, sheet("F2", [(50, 0, 0), (50, 1, 0), (50, 1, 1), (50, 0, 1)])) is None

@@ -1,0 +1,34 @@
+"""The number of threads changes nothing but the time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.arrangement import search
+from geosurf.errors import InputError
+from tests.strategies import grid, sheet
+
+NAMES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
+
+
+def test_same_bytes_for_any_number_of_threads(monkeypatch, rng):
+    monkeypatch.setattr(search, "_PAIRS_OF_A_THREAD", 10)
+    surfaces = [grid(name, rng.integers(0, 4, (20, 20))) for name in ("Top", "Middle", "Base")]
+    surfaces.append(sheet("F1", [(3, -1, -5), (9, 20, -5), (11, 20, 9), (5, -1, 9)]))
+    found = []
+    for n in (1, 2, 5):
+        monkeypatch.setenv("GEOSURF_THREADS", str(n))
+        found.append(gs.rebuild_surfaces(surfaces))
+    for other in found[1:]:
+        for name in NAMES:
+            assert getattr(other, name).tobytes() == getattr(found[0], name).tobytes()
+
+
+@pytest.mark.parametrize("said", ["0", "two", "-1", ""])
+def test_a_number_of_threads_that_is_none(monkeypatch, said):
+    monkeypatch.setenv("GEOSURF_THREADS", said)
+    flat = grid("Top", np.zeros((2, 2)))
+    with pytest.raises(InputError, match=r"GEOSURF_THREADS is '.*'; give a whole number above 0"):
+        gs.intersect_surfaces([flat, grid("Base", np.ones((2, 2)))])

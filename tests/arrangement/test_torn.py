@@ -1,0 +1,106 @@
+"""Where a torn sheet meets itself: both ways of asking against clipping in rational arithmetic."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import TriSurface, rebuild_surfaces
+from geosurf.arrangement.torn import over_itself, pairs_with_itself
+from geosurf.arrangement.tree import tree_of
+from tests import oracles
+
+N = 3
+ORIGIN = np.zeros(3)
+
+
+def corners_of(n: int) -> np.ndarray:
+    """Nodes of the triangles of a lattice of n x n nodes."""
+    low = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    return np.concatenate([low[:, None] + (0, 1, n), low[:, None] + (1, n + 1, n)])
+
+
+@st.composite
+def torn_sheets(draw):
+    """A lattice, and copies of some of its triangles that share some corners with it."""
+    whole = corners_of(N)
+    z = draw(st.lists(st.integers(0, 3), min_size=N * N, max_size=N * N))
+    node, triangles, ghost = list(range(N * N)), [], [False] * N * N
+    for t in range(len(whole)):
+        for copy in range(draw(st.sampled_from([1, 1, 2, 3]))):
+            row = []
+            for k in range(3):
+                if copy == 0 or draw(st.booleans()):
+                    row.append(int(whole[t, k]))
+                    continue
+                row.append(len(node))
+                node.append(int(whole[t, k]))
+                z.append(draw(st.integers(0, 3)))
+                ghost.append(True)
+            triangles.append(row)
+    y, x = np.divmod(np.array(node), N)
+    vertices = np.column_stack([x, y, z]).astype(float)
+    marks = {"ghost": np.array(ghost), "outer": np.array(ghost), "node": np.array(node)}
+    return vertices, np.array(triangles), marks
+
+
+def surface_of(vertices, triangles, marks, *names) -> TriSurface:
+    """A sheet with some of its marks."""
+    kept = {name: marks[name] for name in names}
+    return TriSurface("Top", "horizon", vertices, triangles, vertex_data=kept)
+
+
+def crossing(vertices, triangles, marks) -> set[tuple[int, int]]:
+    """Pairs with a ghost that have more in common than corners of both and what is between."""
+    found = set()
+    for i, j in combinations(range(len(triangles)), 2):
+        if not marks["ghost"][triangles[[i, j]]].any():
+            continue
+        P, Q = vertices[triangles[i]], vertices[triangles[j]]
+        both = set(map(tuple, P.tolist())) & set(map(tuple, Q.tolist()))
+        corners = {tuple(map(float, corner)) for corner in oracles.meet_triangles(P, Q)}
+        if not corners <= both:
+            found.add((i, j))
+    return found
+
+
+def places_of(patches):
+    """Triangles with their parents, and curves, by coordinates: points may be numbered apart."""
+    corners = np.round(patches.vertices[patches.triangles], 9).tolist()
+    parents = zip(patches.surface_of_triangle, patches.parent_of_triangle, strict=True)
+    curves = np.round(patches.vertices[patches.curve_edges], 9).tolist()
+    return (
+        sorted((*of, sorted(place)) for of, place in zip(parents, corners, strict=True)),
+        sorted(sorted(ends) for ends in curves),
+    )
+
+
+@settings(max_examples=40, deadline=None)
+@given(torn_sheets())
+def test_all_crossings_of_a_sheet_with_itself_are_found(sheet):
+    expected = crossing(*sheet)
+    plain, noded = surface_of(*sheet, "ghost"), surface_of(*sheet, "ghost", "node")
+    for surface in (plain, noded):
+        rows, _ = pairs_with_itself(surface, tree_of(surface), ORIGIN)
+        found = {tuple(pair) for pair in rows.tolist()}
+        assert len(found) == len(rows)
+        assert expected <= found
+        assert all(a < b for a, b in found)
+    assert over_itself(plain, rows, ORIGIN).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(torn_sheets(), st.integers(0, 2))
+def test_a_sheet_is_split_alike_however_it_is_asked(sheet, slope):
+    x = np.array([[-1.0, 0.3, -9], [3, 0.7 + slope, -9], [1, 1.9, 9]])
+    fault = TriSurface("F1", "fault", x, [[0, 1, 2]])
+    ways = [
+        rebuild_surfaces([surface_of(*sheet, "ghost", "node"), fault]),
+        rebuild_surfaces([surface_of(*sheet, "ghost"), fault]),
+        rebuild_surfaces([surface_of(*sheet, "ghost", "node"), fault], method="voxels"),
+    ]
+    first, *others = (places_of(way) for way in ways)
+    assert all(first == other for other in others)

@@ -1,0 +1,195 @@
+"""Trees of boxes: no pair is missed, none comes twice, results are the voxels' to the byte."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import TriSurface, rebuild_surfaces
+from geosurf.arrangement.search import find_contacts
+from geosurf.arrangement.tree import (
+    Tree,
+    apart,
+    apart_by_crowns,
+    candidate_pairs,
+    pairs_of_some,
+    tree_of,
+)
+from geosurf.errors import SurfaceError
+from geosurf.kernels.lattices.triangle_list import build_list_tree, survey_list
+from geosurf.kernels.search.voxels import triangle_boxes
+from geosurf.model import Lattice
+from tests.strategies import faulted_worlds, grid, sheet, soup, soups
+
+BYTES = ("local", "triangles", "surface_of_triangle", "parent_of_triangle", "patch_of_triangle")
+
+
+def pairs_of(one, two, same=False):
+    pairs, cost = candidate_pairs(tree_of(one), tree_of(two), same=same)
+    assert cost["pairs"] == len(pairs)
+    assert len(np.unique(pairs, axis=0)) == len(pairs)
+    return {tuple(pair) for pair in pairs.tolist()}
+
+
+def meeting(one, two, same=False):
+    """Pairs in contact, as found through voxels, and all pairs whose boxes meet."""
+    surfaces = (one,) if same else (one, two)
+    found = find_contacts(surfaces, method="voxels", self_intersections=same)
+    rows = found.key_of_face[found.rows[:, :2]]
+    a, b = (triangle_boxes(s.vertices, s.triangles) for s in (one, two))
+    near = (a[:, None, :3] <= b[None, :, 3:]).all(axis=2)
+    near &= (b[None, :, :3] <= a[:, None, 3:]).all(axis=2)
+    return {tuple(row) for row in rows.tolist()}, {tuple(p) for p in np.argwhere(near).tolist()}
+
+
+@settings(max_examples=60, deadline=None)
+@given(soups(most=12))
+def test_no_contact_is_missed(surfaces):
+    one, two = surfaces
+    touching, near = meeting(one, two)
+    assert touching <= pairs_of(one, two) <= near
+
+
+@settings(max_examples=30, deadline=None)
+@given(soups(most=12))
+def test_a_surface_with_itself(surfaces):
+    one = surfaces[0]
+    touching, near = meeting(one, one, same=True)
+    found = pairs_of(one, one, same=True)
+    assert touching <= found <= near
+    assert all(a < b for a, b in found)
+
+
+@settings(max_examples=30, deadline=None)
+@given(soups(most=12), st.integers(0, 2**12 - 1))
+def test_some_triangles_of_a_surface_with_all_of_it(surfaces, bits):
+    one = surfaces[0]
+    some = np.array([bits >> k & 1 == 1 for k in range(one.n_triangle)])
+    touching, near = meeting(one, one, same=True)
+    rows, cost = pairs_of_some(one, tree_of(one), some)
+    found = {tuple(pair) for pair in rows.tolist()}
+    assert cost["pairs"] == len(found) == len(rows)
+    assert {(a, b) for a, b in touching if some[a] or some[b]} <= found <= near
+    assert all(a < b and (some[a] or some[b]) for a, b in found)
+
+
+def lowest_boxes(tree: Tree):
+    """Boxes of the lowest level of the crown."""
+    nodes, levels = tree.crown()
+    return nodes[levels[0, 0] : levels[0, 0] + levels[0, 1] * levels[0, 2]]
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32))
+def test_crowns_meet_where_two_of_their_lowest_nodes_do(seed):
+    """Large flat grids of any shape, and a list: whole numbers, so that many boxes touch."""
+    rng = np.random.default_rng(seed)
+    trees = []
+    for _ in range(4):
+        n_row, n_col = rng.integers(2, 300, 2)
+        z = np.floor(rng.uniform(-4, 4) + rng.uniform(-9, 9) * np.arange(n_col) / n_col)
+        x, y = np.arange(n_col) * 8.0, np.arange(n_row) * 8.0 + rng.integers(0, 2000)
+        lattice = Lattice(x, y, np.tile(z, (n_row, 1)))
+        trees.append(tree_of(TriSurface("Top", "horizon", lattice=lattice)))
+    corners = rng.integers(0, 2400, (5000, 1, 3)) * (1.0, 1.0, 0.01)
+    corners = np.floor(corners + rng.integers(0, 3, (5000, 3, 3)) * (8.0, 8.0, 1.0))
+    trees.append(
+        tree_of(TriSurface("S", "fault", corners.reshape(-1, 3), np.arange(15000).reshape(-1, 3)))
+    )
+    pairs = np.array([(i, j) for i in range(5) for j in range(5) if i != j])
+    beyond = apart_by_crowns(trees, pairs)
+    for (i, j), far in zip(pairs.tolist(), beyond.tolist(), strict=True):
+        a, b = lowest_boxes(trees[i]), lowest_boxes(trees[j])
+        near = (a[:, None, :3] <= b[None, :, 3:]) & (b[None, :, :3] <= a[:, None, 3:])
+        assert far != near.all(axis=2).any()
+        if far:
+            assert len(candidate_pairs(trees[i], trees[j])[0]) == 0
+
+
+def test_crowns_tell_some_pairs_apart_that_boxes_do_not():
+    """Faults that run side by side, dipping: boxes meet, surfaces do not; one crosses all."""
+    u, v = np.meshgrid(np.arange(150.0), np.arange(150.0))
+    dipping = [Lattice(u + at, v, -2.0 * u, True, False) for at in (0.0, 20.0, 40.0, 60.0)]
+    dipping.append(Lattice(3 * u, v, 2.0 * u - 100.0, True, False))
+    trees = [tree_of(TriSurface("F", "fault", lattice=lattice)) for lattice in dipping]
+    pairs = np.array([(i, j) for i in range(5) for j in range(i + 1, 5)])
+    assert not apart(trees)[:4, :4].any()
+    beyond = apart_by_crowns(trees, pairs)
+    assert beyond[pairs[:, 1] < 4].all()
+    assert not beyond[pairs[:, 1] == 4].any()
+
+
+@settings(max_examples=25, deadline=None)
+@given(faulted_worlds())
+def test_trees_and_voxels_give_the_same_bytes(world):
+    one = rebuild_surfaces(world, method="tree")
+    two = rebuild_surfaces(world, method="voxels")
+    for name in BYTES:
+        assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
+
+
+@pytest.mark.parametrize("power", [-356, -358, -359, -361, -1000])
+def test_sizes_whose_products_underflow_are_refused(power):
+    one, two = (soup(name, np.eye(3)[None] * 2.0**power) for name in "AB")
+    with pytest.raises(SurfaceError, match=r"sizes from 1e-74 to 1\.2e\+18 m"):
+        meeting(one, two)
+
+
+@pytest.mark.parametrize("power", [-200, -230, -240, -243])
+def test_no_pair_is_lost_where_products_are_near_to_underflow(power):
+    """Heights of 1e-324 over bounds of 0 once told that triangles are beside each other."""
+    for seed in range(25):
+        corners = np.random.default_rng(seed).integers(0, 4, (8, 3, 3)).astype(float)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        corners = corners[normal.any(axis=1)] * 2.0**power
+        one, two = soup("A", corners[::2]), soup("B", corners[1::2])
+        touching, _ = meeting(one, two)
+        assert touching <= pairs_of(one, two)
+
+
+def test_the_tree_of_a_grid_is_that_of_its_survey(rng):
+    """Whatever asks, and however often: no copy, and none for another diagonal."""
+    lattice = Lattice(np.arange(50.0), np.arange(40.0), rng.normal(size=(40, 50)))
+    nodes = lattice.survey.nodes
+    top = TriSurface("Top", "horizon", lattice=lattice)
+    twin = TriSurface("Top", "horizon", lattice=lattice.turned_as(not lattice.rising, None))
+    assert tree_of(top) is tree_of(top)
+    assert tree_of(top).nodes is tree_of(twin).nodes is nodes
+
+
+def test_a_huge_flat_face_reaches_only_what_its_plane_passes(rng):
+    top = grid("Top", rng.uniform(0, 1, (65, 65)))
+    fault = sheet("F1", [(10.3, -1, -40), (10.3, 65, -40), (55.1, 65, 40), (55.1, -1, 40)])
+    by_voxels = find_contacts([top, fault], method="voxels").cost
+    by_tree = find_contacts([top, fault], method="tree").cost
+    assert by_tree["pairs_meeting"] == by_voxels["pairs_meeting"] > 60
+    assert by_tree["pairs_tested"] < by_voxels["pairs_tested"] / 10
+
+
+def test_a_fault_of_one_cell_reaches_no_more_than_its_two_triangles(rng):
+    axis = np.arange(129.0)
+    z = Lattice(axis, axis, rng.uniform(0, 1, (129, 129)))
+    top = TriSurface("Top", "horizon", lattice=z)
+    nodes = np.array([[[10.3, -1, -40], [60.3, 130, -40]], [[55.1, -1, 40], [99.1, 130, 40.0]]])
+    cell = TriSurface("F1", "fault", lattice=Lattice(*np.moveaxis(nodes, 2, 0), True, False))
+    pair = TriSurface("F1", "fault", cell.vertices, cell.triangles)
+    costs = [find_contacts([top, fault]).cost for fault in (cell, pair)]
+    assert costs[0]["pairs_tested"] == costs[1]["pairs_tested"] > 100
+    assert costs[0]["nodes"] <= 2 * costs[1]["nodes"]
+
+
+@pytest.mark.parametrize("n", [1, 7, 8, 9, 64, 65, 513])
+def test_every_triangle_is_in_its_leaf_and_every_node_in_its_parent(rng, n):
+    x = rng.integers(0, 50, (3 * n, 3)).astype(float)
+    t = rng.permutation(3 * n).reshape(-1, 3)
+    boxes, codes, _, _ = survey_list(x, t)
+    np.testing.assert_array_equal(boxes, triangle_boxes(x, t))
+    order, nodes, levels = build_list_tree(boxes, codes)
+    np.testing.assert_array_equal(order, np.argsort(codes, kind="stable"))
+    assert levels[-1].tolist() == [len(nodes) - 1, 1, 1]
+    for k, row in enumerate(order):
+        assert (nodes[k // 8, :3] <= boxes[row, :3]).all()
+        assert (nodes[k // 8, 3:] >= boxes[row, 3:]).all()
+    np.testing.assert_array_equal(nodes[-1], [*boxes[:, :3].min(0), *boxes[:, 3:].max(0)])

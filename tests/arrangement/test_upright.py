@@ -1,0 +1,273 @@
+"""Grids with straight axes: what floats settle is what exact signs say, and no pair is missed."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geosurf import TriSurface
+from geosurf.arrangement import gather
+from geosurf.arrangement.search import find_contacts
+from geosurf.arrangement.tree import Tree, apart
+from geosurf.kernels.contacts.axis_cells import range_on
+from geosurf.kernels.contacts.axis_grids import OPEN
+from geosurf.kernels.contacts.packed_contact import (
+    code_of,
+    in_plane,
+    n_corners,
+    on_rims,
+    pack_settled,
+    packed,
+    sorted_by_faces,
+)
+from geosurf.kernels.contacts.triangle_contact import FACE
+from geosurf.kernels.exact.constructed_points import lpi_plainly
+from geosurf.kernels.meshes.numbering import number_below, number_in_place
+from geosurf.model import Lattice
+
+
+@st.composite
+def pairs_of_grids(draw):
+    """An upright grid and any other one, small whole numbers, some nodes absent."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    n_row, n_col, m, k = rng.integers(2, 12, 4)
+    z = rng.integers(-2, 3, (n_row, n_col)) * 1.0
+    z[rng.random(z.shape) < draw(st.sampled_from([0.0, 0.2]))] = np.nan
+    axes = [np.cumsum(rng.integers(1, 4, n)) * 1.0 for n in (n_col, n_row)]
+    top = Lattice(*axes, z, bool(rng.integers(2)))
+    u, v = np.meshgrid(np.arange(k) * 1.0, np.arange(m) * 1.0)
+    scale = draw(st.sampled_from([1.0, 0.37]))
+    x = scale * (u + rng.integers(0, 3, (m, k))) + rng.integers(0, 4)
+    y = scale * (rng.integers(0, 6, (m, k)) if draw(st.booleans()) else 2 * v)
+    h = scale * rng.integers(-3, 4, (m, k))
+    h[rng.random(h.shape) < 0.1] = np.nan
+    x, y = 1.0 * x, 1.0 * y
+    if draw(st.booleans()):  # whole cells without a place, though with a height
+        i, j = rng.integers(0, (m, k))
+        draw(st.sampled_from([x, y]))[i : i + 3, j : j + 4] = np.nan
+    wall = Lattice(x, y, h * 1.0, bool(rng.integers(2)), bool(rng.integers(2)))
+    a = TriSurface("A", "horizon", lattice=top)
+    b = TriSurface("B", "fault", lattice=wall)
+    a.checked = b.checked = True  # as they are: triangles without area are not asked for here
+    return (b, a) if draw(st.booleans()) else (a, b)
+
+
+def usable(surfaces):
+    """Whether all triangles have an area, and there are some."""
+    for surface in surfaces:
+        x = surface.vertices[surface.triangles]
+        normal = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+        if not len(x) or not normal.any(axis=1).all():
+            return False
+    return True
+
+
+def contacts_by_key(found):
+    """Triangles of all contacts, and all that is known of each."""
+    keys = found.key_of_face[found.rows[:, :2]]
+    return {(*key, how) for key, how in zip(keys.tolist(), found.rows[:, 2].tolist(), strict=True)}
+
+
+@settings(max_examples=80, deadline=None)
+@given(pairs_of_grids())
+def test_contacts_are_those_of_voxels(surfaces):
+    if not usable(surfaces):
+        return
+    by_axes = find_contacts(surfaces)
+    by_voxels = find_contacts(surfaces, method="voxels")
+    assert contacts_by_key(by_axes) == contacts_by_key(by_voxels)
+    np.testing.assert_array_equal(by_axes.x[by_axes.n_vertex :], by_voxels.x[by_voxels.n_vertex :])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_nearly_all_pairs_are_settled_by_floats(rng, turned, monkeypatch):
+    axis = np.arange(40.0) ** 1.3  # uneven steps: places are found by bisection
+    top = Lattice(axis, axis, rng.uniform(0, 1, (40, 40)))
+    v, u = np.meshgrid(np.linspace(-1, 3, 9), np.linspace(-2, 130, 30))
+    wall = Lattice(40 + 3 * v + 0.2 * u, u, v + 0.01 * u, True, False)
+    surfaces = [TriSurface("A", "horizon", lattice=top), TriSurface("B", "fault", lattice=wall)]
+    seen = []
+    monkeypatch.setattr(gather, "settled_pairs", watched(gather.settled_pairs, seen))
+    found = find_contacts(surfaces[::-1] if turned else surfaces)
+    assert len(found.rows) == len(seen[0]) > 100
+    assert (seen[0][:, 2] != OPEN).all()
+
+
+@pytest.mark.parametrize("cells", [(3, 2), (9, 6), (40, 30)])
+@pytest.mark.parametrize("offset", [0.0, 6.5e6])
+def test_rough_grids_of_all_sizes_of_cells(rng, cells, offset):
+    """Edges inside, through one edge, past corners: what heights tell is what exact signs say."""
+    axis = offset + np.linspace(0.0, 30.0, 25)
+    top = Lattice(axis, axis + rng.uniform(0, 0.3, 25), rng.normal(0, 0.6, (25, 25)))
+    v, u = np.meshgrid(np.linspace(-3, 3, cells[1] + 1), np.linspace(1, 29, cells[0] + 1))
+    bent = rng.normal(0, 3.0 / cells[0], (3, *u.shape))
+    wall = Lattice(offset + 15 + v + bent[0], offset + u + bent[1], 1.5 * v + bent[2], True, False)
+    surfaces = [TriSurface("A", "horizon", lattice=top), TriSurface("B", "fault", lattice=wall)]
+    by_axes = find_contacts(surfaces)
+    by_voxels = find_contacts(surfaces, method="voxels")
+    assert len(by_axes.rows) > 25
+    assert contacts_by_key(by_axes) == contacts_by_key(by_voxels)
+    np.testing.assert_array_equal(by_axes.x[by_axes.n_vertex :], by_voxels.x[by_voxels.n_vertex :])
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32), st.sampled_from([1.0, 1e3, 1e6]))
+def test_nodes_within_an_ulp_of_planes_and_edges(seed, offset):
+    """Whole numbers moved by the last place or not: floats say nothing that is not so."""
+    rng = np.random.default_rng(seed)
+    axes = [offset + np.arange(5.0), offset + np.arange(4.0)]
+    top = Lattice(*axes, rng.integers(-1, 2, (4, 5)) * 1.0)
+    v, u = np.meshgrid(np.arange(-1.0, 2.0), np.arange(4.0))
+    places = np.stack([offset + 2 + v, offset + u, rng.integers(-2, 3, u.shape) * 1.0])
+    last = 2.0**-52 * (offset + 8.0)
+    moved = places + rng.choice([-last, last], places.shape)
+    wall = Lattice(*np.where(rng.random(places.shape) < 0.4, moved, places), True, False)
+    surfaces = [TriSurface("A", "horizon", lattice=top), TriSurface("B", "fault", lattice=wall)]
+    if usable(surfaces):
+        by_voxels = find_contacts(surfaces, method="voxels")
+        assert contacts_by_key(find_contacts(surfaces)) == contacts_by_key(by_voxels)
+
+
+def watched(function, seen):
+    def call(*arguments):
+        pairs, cost = function(*arguments)
+        seen.append(pairs)
+        return pairs, cost
+
+    return call
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.integers(0, 200), max_size=60))
+def test_numbers_of_keys_are_their_ranks(keys):
+    keys = np.array(keys, dtype=np.int64)
+    expected = np.unique(keys, return_inverse=True)
+    for found, right in zip(number_below(keys, 201), expected, strict=True):
+        np.testing.assert_array_equal(found, right.reshape(-1))
+
+
+@pytest.mark.parametrize("limit", [2000, 10**14])
+def test_keys_in_some_columns_of_a_table_become_their_ranks(rng, limit):
+    table = rng.integers(0, limit, (300, 3))
+    keys, number = np.unique(table[:, :2], return_inverse=True)
+    last = table[:, 2].copy()
+    np.testing.assert_array_equal(number_in_place(table, 2, limit), keys)
+    np.testing.assert_array_equal(table, np.column_stack([number.reshape(-1, 2), last]))
+
+
+def test_few_keys_of_many_are_sorted():
+    found, number = number_below(np.array([10**14, 5, 10**14]), 10**15)
+    assert (found.tolist(), number.tolist()) == ([5, 10**14], [1, 0, 1])
+
+
+@pytest.mark.parametrize("n_face", [1, 3, 40])
+def test_rows_are_ordered_by_both_faces(rng, n_face):
+    rows = rng.permutation(np.stack(np.divmod(np.arange(n_face * 50), 50), axis=1))[: 25 * n_face]
+    rows = np.column_stack([rows, rng.integers(0, 9, len(rows))])
+    for width in (2, 3):
+        some = np.ascontiguousarray(rows[:, :width])
+        expected = some[np.lexsort((rows[:, 1], rows[:, 0]))]
+        np.testing.assert_array_equal(sorted_by_faces(some, n_face), expected)
+
+
+def codes(rows):
+    """Codes of the corners of packed contacts, int64 (n, 6); -1 where there are no more."""
+    each = zip(rows[:, 2].tolist(), n_corners(rows).tolist(), strict=True)
+    found = [[code_of(how, k) if k < n else -1 for k in range(6)] for how, n in each]
+    return np.array(found, dtype=np.int64).reshape(-1, 6)
+
+
+def test_contacts_are_packed_and_unpacked(rng):
+    n = rng.integers(0, 7, 200)
+    code = np.where(np.arange(6) < n[:, None], rng.integers(0, 128, (200, 6)), -1)
+    rows = np.column_stack([rng.integers(0, 99, (200, 2)), rng.integers(0, 2, (200, 2)), n, code])
+    found = packed(rows)
+    np.testing.assert_array_equal(found[:, :2], rows[:, :2])
+    np.testing.assert_array_equal(in_plane(found), rows[:, 2] == 1)
+    np.testing.assert_array_equal(n_corners(found), n)
+    np.testing.assert_array_equal(codes(found), code)
+    inside = ((code >= 0) & (((code >> 3 & 7) >= FACE) | ((code & 7) >= FACE))).any(axis=1)
+    np.testing.assert_array_equal(on_rims(found), (n < 3) & ~inside)
+    assert 10 < on_rims(found).sum() < (n < 3).sum()
+    two = (n == 2) & (rows[:, 2] == 0) & (rows[:, 3] == 1) & (code[:, :2].max(axis=1) < 64)
+    two = np.concatenate([rows[two], [[4, 7, 0, 1, 2, 30, 63, -1, -1, -1, -1]]])
+    settled = np.column_stack([two[:, :2], 64 * two[:, 5] + two[:, 6]])
+    pack_settled(settled)
+    np.testing.assert_array_equal(settled, packed(two))
+    assert len(np.unique(packed(rows)[:, 2])) == len(np.unique(rows[:, 2:], axis=0))
+
+
+def test_points_that_doubles_place_are_the_next_doubles(rng):
+    sure = 0
+    for size in (1.0, 30.0, 1e3):
+        for _ in range(60):
+            x = rng.uniform(-1, 1, (5, 3)) * size + (4000.0, -3000.0, 1700.0)
+            step = rng.uniform(-1, 1, 3) * size / 5
+            x[3], x[4] = x[:3].mean(axis=0) + step, x[:3].mean(axis=0) - rng.uniform(0, 1) * step
+            t = np.array([[0, 1, 2]])
+            known, *place = lpi_plainly(x, t, 3, 4, 0)
+            if not known:
+                continue
+            a, b, o, p, q = ([Fraction(v) for v in x[i].tolist()] for i in (3, 4, 0, 1, 2))
+            g = [[v - w for v, w in zip(end, o, strict=True)] for end in (p, q, a, b)]
+            n = [
+                g[0][1] * g[1][2] - g[0][2] * g[1][1],
+                g[0][2] * g[1][0] - g[0][0] * g[1][2],
+                g[0][0] * g[1][1] - g[0][1] * g[1][0],
+            ]
+            ha, hb = (sum(u * v for u, v in zip(n, end, strict=True)) for end in g[2:])
+            right = [float(u + (v - u) * ha / (ha - hb)) for u, v in zip(a, b, strict=True)]
+            assert place == right
+            sure += 1
+    assert sure > 30
+
+
+@pytest.mark.parametrize(("low", "high"), [(np.nan, np.nan), (np.nan, 3.0), (3.0, np.nan)])
+@pytest.mark.parametrize("pace", [0.2, np.inf])
+def test_a_cell_without_a_place_asks_for_cells_that_exist(low, high, pace):
+    """All four nodes of a cell may lack an easting and have an elevation; tiny steps have no pace.
+
+    A guess from what is not a number is no row of anything.
+    """
+    axis = np.arange(6.0)
+    first, last = range_on(axis, 5, pace, low, high)
+    assert 0 <= first <= 5
+    assert 0 <= last <= 5
+
+
+def test_trees_whose_boxes_do_not_meet_are_apart(rng):
+    """Touching boxes meet; a surface without triangles is apart from all, itself included."""
+    corners = rng.integers(0, 4, (12, 3)) * 1.0
+    boxes = np.hstack([corners, corners + rng.integers(0, 3, (12, 3))])
+    none = np.empty(0)
+    trees = [
+        Tree((none, none, none), none, none, none, nodes, none)
+        for nodes in [*boxes[:, None, :], np.empty((0, 6))]
+    ]
+    far = apart(trees)
+    for i, j in np.ndindex(12, 12):
+        meet = all(
+            boxes[i, k] <= boxes[j, 3 + k] and boxes[j, k] <= boxes[i, 3 + k] for k in range(3)
+        )
+        assert far[i, j] != meet
+    assert far[12].all()
+    assert far[:, 12].all()
+    assert 0 < far.sum() < far.size
+
+
+@given(
+    st.lists(st.integers(1, 40), min_size=1, max_size=9), st.integers(-9, 90), st.integers(0, 50)
+)
+def test_cells_that_reach_an_interval_are_those_of_asking_each(steps, low, size):
+    """Whole numbers, so that intervals end on nodes; guesses by a mean step are often far off."""
+    axis = np.concatenate([[0.0], np.cumsum(steps)])
+    n, high = len(steps), low + size
+    ends = [i for i in range(n) if axis[i + 1] >= low]
+    begins = [i for i in range(n) if axis[i] <= high]
+    expected = (ends[0] if ends else n, begins[-1] + 1 if begins else 0)
+    for pace in (n / axis[-1], 1.0 / steps[0], 0.0, 7.0):
+        assert range_on(axis, n, pace, float(low), float(high)) == expected

@@ -1,0 +1,140 @@
+"""Count what readers do with mutated files.
+
+``python -m tests.field_data.mutated [files] [--seed S]``.
+
+Files of every format, whole or compressed, with one to three mutations: bits turned over, cuts,
+lines and blocks twice, counts exchanged, huge numbers, compression within compression, marks of
+byte order, other encodings and line ends, zeros; and files built to take memory. Each is read in
+a process of its own with every warning an error and a limit on its address space: a result, or an
+error of ours that names the file. Counted are foreign exceptions, hangs, crashes, and files that
+took more memory than `geosurf.read._guard.limit_of` their size. What hangs or crashes inside the
+HDF5 library, which cannot be interrupted, is counted apart. The run ends with 1 if a file is wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import faulthandler
+import os
+import resource
+import signal
+import sys
+import tempfile
+import time
+import warnings
+from collections import Counter
+from pathlib import Path
+
+from geosurf.errors import GeosurfError, GeosurfWarning, InvariantError
+from geosurf.read._guard import limit_of
+from tests.field_data import spoiled
+from tests.field_data.mutations import case_of, read, whole_files
+
+SECONDS = 30.0  # for one file; most take milliseconds
+SLACK = 32 << 20  # bytes that a process takes whatever it reads: buffers, modules loaded late
+LARGE = 4 << 20  # bytes of files whose limit is a multiple of their size
+SPACE = 2 << 30  # bytes of address space beyond those at the start
+
+
+# ------------------------------------------------------------------------ verdict
+def memory_of_this_process() -> int:
+    """Bytes of memory that are resident now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize()
+
+
+def address_space() -> int:
+    """Bytes of address space that are taken now."""
+    return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+
+
+def verdict_of(path: Path) -> tuple[str, str]:
+    """One of "read", "refused" and "foreign", and why."""
+    warnings.simplefilter("error")
+    warnings.simplefilter("ignore", GeosurfWarning)
+    try:
+        read(path)
+    except GeosurfError as error:
+        if isinstance(error, InvariantError):
+            return "foreign", f"{type(error).__name__}: {error}"
+        return ("refused", "") if path.name in str(error) else ("foreign", f"no name: {error}")
+    except Exception as error:
+        return "foreign", f"{type(error).__name__}: {error}"
+    return "read", ""
+
+
+def read_apart(path: Path) -> tuple[str, str, int]:
+    """Verdict on a file, why, and how many bytes its process took to read it."""
+    size = path.stat().st_size
+    told, stack = path.with_name("told"), path.with_name("stack")
+    for old in (told, stack):
+        old.unlink(missing_ok=True)
+    faulthandler.cancel_dump_traceback_later()
+    with warnings.catch_warnings(action="ignore"):  # of threads, none at work
+        child = os.fork()
+    if child == 0:
+        try:
+            resource.setrlimit(resource.RLIMIT_AS, (address_space() + SPACE,) * 2)
+            start = memory_of_this_process()
+            with stack.open("w") as file:
+                faulthandler.enable(file)
+                faulthandler.dump_traceback_later(SECONDS, file=file)
+                word, why = verdict_of(path)
+                told.write_text(f"{start}\n{word}\n{why}", encoding="utf-8", errors="replace")
+        finally:  # nothing of a child's goes on where its parent does
+            os._exit(0)
+    end = time.monotonic() + SECONDS + 2.0
+    while not (done := os.wait4(child, os.WNOHANG))[0] and time.monotonic() < end:
+        time.sleep(0.001)
+    if not done[0]:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+    if told.exists() and (text := told.read_text(encoding="utf-8")):
+        start, word, why = text.split("\n", 2)
+        taken = 1024 * done[2].ru_maxrss - int(start) if done[0] else 0
+        if taken > limit_of(size) + SLACK:
+            return "over the limit", f"{taken >> 20} MB for {size} bytes", taken
+        return word, why, taken
+    where, why = spoiled.at_fault(stack.read_text(), "crashed" if done[0] else "hung")
+    return where if where != "wrong" else why.split()[0], why, 0
+
+
+def load_all(files: dict[str, bytes], folder: Path) -> None:
+    """Read whole files: they are right, and no case has to load a module."""
+    for name, data in files.items():
+        (folder / name).write_bytes(data)
+        read(folder / name)
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="?", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=0, help="number of the first file")
+    options = parser.parse_args(arguments)
+    start, done, most, widest = time.monotonic(), Counter(), 0, 0.0
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        files = whole_files(folder)
+        load_all(files, folder)
+        for seed in range(options.seed, options.seed + options.files):
+            name, data = case_of(seed, files)
+            path = folder / name
+            path.write_bytes(data)
+            word, why, taken = read_apart(path)
+            done[word] += 1
+            most = max(most, taken)
+            if len(data) > LARGE:
+                widest = max(widest, taken / len(data))
+            if word not in ("read", "refused"):
+                sys.stdout.write(f"file {seed}, {name}: {word}: {' '.join(why.split())[:300]}\n")
+    counts = ", ".join(f"{n} {word}" for word, n in sorted(done.items()))
+    sys.stdout.write(
+        f"{done.total()} files: {counts}; at most {most >> 20} MB, and {widest:.0f} times "
+        f"the size of files over {LARGE >> 20} MB; {time.monotonic() - start:.0f} s\n"
+    )
+    right = ("read", "refused", *(word for word in done if " in " in word))
+    return int(any(word not in right for word in done))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,39 @@
+"""Some of the cases of `checked`, and those in which it found something."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.field_data import checked
+
+FOUND = {
+    122: "curves were forgotten where a surface with an overlap crosses itself",
+    1117: "a surface that lies on itself had no curve where it crosses itself",
+}
+
+
+@pytest.fixture(scope="module")
+def kit(shared):
+    return checked.kit()
+
+
+@pytest.mark.parametrize("seed", [*range(24), *FOUND])
+def test_small_surfaces(kit, seed):
+    kind, _ = checked.check(seed, *kit)
+    assert kind in checked.KINDS
+
+
+def test_a_wrong_curve_is_found(kit, monkeypatch):
+    """The check itself can fail."""
+    whole = checked.intersect_surfaces
+
+    def halved(*args, **options):
+        """All but the first segment."""
+        curves = whole(*args, **options)
+        object.__setattr__(curves, "segments", curves.segments[1:])
+        object.__setattr__(curves, "surfaces_of_segment", curves.surfaces_of_segment[1:])
+        return curves
+
+    monkeypatch.setattr(checked, "intersect_surfaces", halved)
+    with pytest.raises(kit[0].CheckError, match="missing"):
+        checked.check(2, *kit)
