@@ -49,16 +49,16 @@ _HOME = {
     "intersect_triangles": "geosurf.arrangement",
     "intersect_surfaces": "geosurf.intersect",
     "rebuild_surfaces": "geosurf.rebuild",
-    "drop_ghosts": "geosurf.rebuild",
+    "trim_sheets": "geosurf.rebuild",
     "carve_units": "geosurf.carve",
     # nouns
-    "Contact": "geosurf.model",
+    "FluidContact": "geosurf.model",
     "TriSurface": "geosurf.model",
     "Lattice": "geosurf.model",
     "FaultSticks": "geosurf.model",
     "FaultNetwork": "geosurf.model",
     "Curves": "geosurf.model",
-    "Place": "geosurf.model",
+    "CurveIssue": "geosurf.model",
     "Patches": "geosurf.model",
     "Sheet": "geosurf.model",
     "SheetReport": "geosurf.model",
@@ -99,14 +99,14 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.intersect import intersect_surfaces as intersect_surfaces
     from geosurf.model import (
         Certificate as Certificate,
-        Contact as Contact,
+        FluidContact as FluidContact,
         Curves as Curves,
         FaultCut as FaultCut,
         FaultNetwork as FaultNetwork,
         FaultSticks as FaultSticks,
         Lattice as Lattice,
         Patches as Patches,
-        Place as Place,
+        CurveIssue as CurveIssue,
         Sheet as Sheet,
         SheetReport as SheetReport,
         ThrowReport as ThrowReport,
@@ -122,7 +122,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         read_polygons as read_polygons,
     )
     from geosurf.rebuild import (
-        drop_ghosts as drop_ghosts,
+        trim_sheets as trim_sheets,
         rebuild_surfaces as rebuild_surfaces,
     )
     from geosurf.render import (

@@ -23,7 +23,7 @@ def made():
 
 def told(scene):
     """Volumes, curves and the sides of faults of a scene."""
-    units = {name: (unit.volume, unit.area, unit.lies_on) for name, unit in scene.units.items()}
+    units = {name: (unit.volume, unit.area, unit.fault_sides) for name, unit in scene.units.items()}
     return units, laws.curve_bytes(scene.curves), scene.units.sides.tobytes()
 
 
@@ -51,12 +51,12 @@ def test_units(again):
     units = again(fresh.units)
     for name, unit in fresh.units.items():
         one = units[name]
-        assert (one.volume, one.area, one.lies_on) == (unit.volume, unit.area, unit.lies_on)
+        assert (one.volume, one.area, one.fault_sides) == (unit.volume, unit.area, unit.fault_sides)
         np.testing.assert_array_equal(one.vertices, unit.vertices)
         np.testing.assert_array_equal(one.triangles, unit.triangles)
         alone = again(unit)
         np.testing.assert_array_equal(alone.triangles, unit.triangles)
-        assert alone.lies_on == unit.lies_on
+        assert alone.fault_sides == unit.fault_sides
     np.testing.assert_array_equal(units.sides, fresh.units.sides)
     assert units.table.identical(fresh.units.table)
 

@@ -145,24 +145,24 @@ def test_contacts_of_zones_and_blocks_that_there_are_not(world):
             _ = scene(world, contacts=contacts).units
 
     refused(
-        {"OWC": gs.Contact(-2100.0, zones="Top/Bse")},
+        {"OWC": gs.FluidContact(-2100.0, zones="Top/Bse")},
         r"'OWC' is given for zone 'Top/Bse', which is none of \['above Top', ",
     )
     refused(
-        {"OWC": gs.Contact(-2100.0, block="F9+")},
+        {"OWC": gs.FluidContact(-2100.0, block="F9+")},
         r"'OWC' is given for block 'F9\+', which no unit is in; blocks and sides are \['F1\+', ",
     )
     refused({"OWC": float("nan")}, r"the elevation of fluid contact 'OWC' is nan; give a number")
-    called = gs.Contact(-2100.0, name="GOC")
-    refused({"OWC": called}, r"'OWC' is given a Contact that is called 'GOC'; say one of them")
+    called = gs.FluidContact(-2100.0, name="GOC")
+    refused({"OWC": called}, r"'OWC' is given a FluidContact that is called 'GOC'; say one of them")
     refused({"OWC": -2.1}, r"'OWC' is at elevation -2\.1 m, outside the model box .*enlarge")
 
 
 def test_elsewhere_is_a_word_for_all_other_blocks_in_every_way_to_say_it(world):
     ways = (
         {"F1-": -2100.0, "elsewhere": -2150.0},
-        [gs.Contact(-2100.0, block="F1-"), gs.Contact(-2150.0, block="elsewhere")],
-        [gs.Contact(-2100.0, block="F1-"), gs.Contact(-2150.0)],
+        [gs.FluidContact(-2100.0, block="F1-"), gs.FluidContact(-2150.0, block="elsewhere")],
+        [gs.FluidContact(-2100.0, block="F1-"), gs.FluidContact(-2150.0)],
     )
     one, *others = (scene(world, contacts={"OWC": way}).volumes for way in ways)
     assert len(set(one.contact.values.tolist())) == 2

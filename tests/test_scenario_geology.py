@@ -109,7 +109,7 @@ def test_contacts_of_some_zones(folder):
     units = read_scenario(scenario(folder, one + two)).scene().units
     assert {u.zone for u in units.values() if u.contact} == {"Top/Base", "below Base"}
     scene = read_scenario(scenario(folder, one)).scene()
-    scene = scene.replace(contacts={"OWC": gs.Contact(-2050.0, "Top/Bas")})
+    scene = scene.replace(contacts={"OWC": gs.FluidContact(-2050.0, "Top/Bas")})
     with pytest.raises(InputError, match=r"zone 'Top/Bas', which is none of \['above Top'"):
         scene.patches  # noqa: B018
     assert [step.stage for step in scene.steps if step.stage == "rebuild"] == []

@@ -15,7 +15,7 @@ from geosurf.arrangement.aligned import needed, of_one_map, pairs_of_one_map
 from geosurf.arrangement.broad import candidate_pairs
 from geosurf.arrangement.hubs import hubs_of, pairs_around_hubs
 from geosurf.arrangement.memory_limit import PAIR, TooManyPairs, lack_of_room, refusal
-from geosurf.arrangement.threads import side_by_side
+from geosurf.arrangement.threads import map_threads
 from geosurf.arrangement.torn import is_torn, over_itself, pairs_with_itself
 from geosurf.arrangement.upright import are_alike, settled_pairs
 from geosurf.kernels.contacts.axis_grids import OPEN
@@ -110,7 +110,7 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
         except TooManyPairs as error:
             raise refusal(error.n, [surfaces[i].name, surfaces[j].name]) from error
 
-    for (i, j), (rows, spent) in zip(wanted, side_by_side(searched, wanted), strict=True):
+    for (i, j), (rows, spent) in zip(wanted, map_threads(searched, wanted), strict=True):
         for key, value in spent.items():
             cost["pairs_tested" if key == "pairs" else key] += value
         found.append((i, j, rows))

@@ -16,7 +16,7 @@ import numpy as np
 from geosurf.arrangement.broad import candidate_pairs, fit_voxels
 from geosurf.arrangement.gather import Faces, find_candidates, gather
 from geosurf.arrangement.memory_limit import CONTACT, IN_PLANE, lack_of_room, refusal
-from geosurf.arrangement.threads import n_threads, side_by_side
+from geosurf.arrangement.threads import map_threads, n_threads
 from geosurf.arrangement.tree import look_at_list
 from geosurf.conventions import frame_origin, is_number, is_word, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
@@ -265,7 +265,7 @@ def _meet(x, t, pairs):
     slip = ULP * float(np.abs(x).max(initial=0.0))
     n_part = max(1, min(n_threads(), len(waiting) // _PAIRS_OF_A_THREAD))
     parts = [(x, t, part, slip) for part in np.array_split(waiting, n_part)]
-    found = side_by_side(_meet_part, parts)
+    found = map_threads(_meet_part, parts)
     rows, near = (np.concatenate(part) for part in zip(*found, strict=True))
     rows = sorted_by_faces(np.concatenate([rows, known]), len(t))
     return rows, sorted_by_faces(near, len(t))

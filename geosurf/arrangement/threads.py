@@ -26,12 +26,12 @@ def n_threads() -> int:
     return int(said)
 
 
-def side_by_side(work: Callable[..., Any], rows: Sequence[tuple], worth: bool = True) -> list[Any]:
+def map_threads(work: Callable[..., Any], rows: Sequence[tuple], worth: bool = True) -> list[Any]:
     """Return ``[work(*row) for row in rows]``, on several threads if that is worth it.
 
     Examples
     --------
-    >>> side_by_side(divmod, [(7, 2), (9, 4)])
+    >>> map_threads(divmod, [(7, 2), (9, 4)])
     [(3, 1), (2, 1)]
     """
     n = min(n_threads(), len(rows)) if worth else 1

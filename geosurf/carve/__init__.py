@@ -52,7 +52,7 @@ from geosurf.carve.shells import Shells, beside_triangles, build_unit, shells_of
 from geosurf.carve.zones import distinct_pairs, faces_between, owned_by, signatures
 from geosurf.errors import InputError
 from geosurf.kernels.meshes.mesh import join_pairs
-from geosurf.model import Contact, Patches, Unit, Units, check_column
+from geosurf.model import FluidContact, Patches, Unit, Units, check_column
 from geosurf.model.base import in_crs_of
 from geosurf.model.column import Remnant
 from geosurf.model.expected import expect
@@ -63,7 +63,7 @@ __all__ = ["carve_units"]
 def carve_units(
     patches: Patches,
     column: Mapping[str, str] | None = None,
-    contacts: Sequence[Contact] = (),
+    contacts: Sequence[FluidContact] = (),
 ) -> Units:
     """
     Carve the model box into closed units, named by zone and fault block.
@@ -78,7 +78,7 @@ def carve_units(
         ``"conformable"``, ``"erosional"`` (removes what lies below), ``"base"`` (what
         lies above laps onto it and is removed below it) or ``"discontinuous"`` (both), by horizon.
         Default: all are conformable.
-    contacts : sequence of Contact, optional
+    contacts : sequence of FluidContact, optional
         Which contact counts in which zones and block, from the top down; see `build_contacts`.
 
     Returns
@@ -89,9 +89,9 @@ def carve_units(
         ``report["clipped"]`` lists each, with place and amount. A fault separates
         blocks only where there is no way around it; one that dies inside leaves a slit
         (``report["slits"]``). A contact that is given for some blocks counts on these sides of
-        faults (`Unit.lies_on`); ``report["without_contact"]`` lists the units that it leaves out,
-        and ``report["outside"]`` the faults that do not reach the model. Surfaces that meet in a
-        point or a line but for the last digits have a unit between them:
+        faults (`Unit.fault_sides`); ``report["without_contact"]`` lists the units that it leaves
+        out, and ``report["outside"]`` the faults that do not reach the model. Surfaces that meet
+        in a point or a line but for the last digits have a unit between them:
         ``report["thin"]`` lists those that are as thin as the rounding of their corners.
 
     Raises
@@ -141,14 +141,14 @@ def carve_units(
     zone_of_unit[whole[1:]] = zone[1:]
     words = fault_sides(patches, cells, whole, zone_of_unit, faults)
     blocks = name_blocks(words, zone_of_unit, shells.volumes, shells.corner)
-    lies_on = _LiesOn(cells, whole, faults, words)
+    sides_of_blocks = _FaultSides(cells, whole, faults, words)
     every = list(range(len(blocks)))
     named = _Named(zone_of_unit, blocks, [""] * len(blocks), [()] * len(blocks), every, every)
     left: dict[str, tuple[str, ...]] = {}
     if levels:
         names = [patches.names[i] for i in faults]
         zones = [zone_names[k] for k in zone_of_unit.tolist()]
-        counted = contacts_of_units(contacts, zones, words, lies_on.found, names)
+        counted = contacts_of_units(contacts, zones, words, sides_of_blocks.found, names)
         left = _left_out(named, not_reached(contacts, counted, zones), zone_names)
         sides_of_level = signature[len(horizons) :]
         part, of, labels, beneath = split_by_contacts(
@@ -159,7 +159,7 @@ def carve_units(
             zone_of_unit[of], [blocks[u] for u in of], labels, beneath, list(range(len(of))), of,
         )  # fmt: skip
     order = _order(named)
-    units = _units(patches, shells, named, order, zone_names, lies_on)
+    units = _units(patches, shells, named, order, zone_names, sides_of_blocks)
     report = {
         "slits": _slits(patches, cells, shells, faults),
         "clipped": clipped_by(patches, cells, turns, horizons),
@@ -184,7 +184,7 @@ def carve_units(
 
 
 @dataclass(frozen=True, eq=False)
-class _LiesOn:
+class _FaultSides:
     """Sides of faults that units lie on, found when they are first asked for; can be pickled."""
 
     cells: Cells
@@ -257,7 +257,7 @@ def _units(
     named: _Named,
     order: list[int],
     zone_names: list[str],
-    lies_on: _LiesOn,
+    fault_sides: _FaultSides,
 ) -> list[Unit]:
     """All units in order."""
     units = (
@@ -270,7 +270,7 @@ def _units(
             block=named.block[u],
             contact=named.contact[u],
             beneath=named.beneath[u],
-            sides=partial(lies_on.of, named.whole[u]),
+            sides=partial(fault_sides.of, named.whole[u]),
         )
         for u in order
     )

@@ -35,7 +35,7 @@ def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Chec
     codes = (surface * len(parts) + found.unit[shell]) * 2 + behind
     for code in np.unique(codes).tolist():
         (one, u), back = divmod(code // 2, len(parts)), code % 2 == 1
-        if patches.names[one] + ("+" if back else "-") in parts[u].lies_on:
+        if patches.names[one] + ("+" if back else "-") in parts[u].fault_sides:
             wrong.append(parts[u].name)
     if divided:
         wrong += [parts[u].name for u in _beyond_horizons(patches, parts, around, upward)]
@@ -94,7 +94,7 @@ def _on_other_sides(patches: Patches, parts: list[Unit], around: Around) -> Iter
         for u, side in np.argwhere(seen & ~seen[:, ::-1]).tolist():
             told[u].add(name + "+-"[side])
     for unit, sides in zip(parts, told, strict=True):
-        if set(unit.lies_on) != sides or len(unit.lies_on) != len(sides):
+        if set(unit.fault_sides) != sides or len(unit.fault_sides) != len(sides):
             yield unit.name
 
 
@@ -133,7 +133,7 @@ def _spelt(patches: Patches, unit: Unit) -> bool:
         and 0 <= unit.zone_index < len(zones)
         and unit.zone == zones[unit.zone_index]
         and sides is not None
-        and sides <= set(unit.lies_on)
+        and sides <= set(unit.fault_sides)
     )
 
 

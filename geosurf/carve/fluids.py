@@ -16,7 +16,7 @@ from geosurf.carve.cells import Cells
 from geosurf.carve.zones import ABOVE, UNKNOWN, raise_leak
 from geosurf.conventions import did_you_mean, place
 from geosurf.errors import GeometryError, InputError
-from geosurf.model import Contact, Patches
+from geosurf.model import FluidContact, Patches
 from geosurf.model.expected import expect, listed
 
 
@@ -46,7 +46,7 @@ def parse_sides(block: str, faults: Sequence[str]) -> frozenset[str] | None:
     return frozenset(found)
 
 
-def level_of(patches: Patches, contact: Contact) -> int:
+def level_of(patches: Patches, contact: FluidContact) -> int:
     """Row of the surface of a contact; horizons and walls may have its name, too."""
     for i, source in enumerate(patches.sources):
         if source.role == "contact" and source.name == contact.surface:
@@ -58,7 +58,7 @@ def level_of(patches: Patches, contact: Contact) -> int:
     )
 
 
-def check_zones(contacts: Sequence[Contact], zones: Sequence[str]) -> None:
+def check_zones(contacts: Sequence[FluidContact], zones: Sequence[str]) -> None:
     """
     Refuse a contact for a zone that there is not.
 
@@ -68,14 +68,14 @@ def check_zones(contacts: Sequence[Contact], zones: Sequence[str]) -> None:
 
     Examples
     --------
-    >>> check_zones([Contact(-9.0, "A/C", name="OWC")], ["above A", "A/B"])
+    >>> check_zones([FluidContact(-9.0, "A/C", name="OWC")], ["above A", "A/B"])
     Traceback (most recent call last):
     geosurf.errors.InputError: fluid contact 'OWC' is given for zone 'A/C', which is none of ['above A', 'A/B']. Did you mean 'A/B'?
     """  # noqa: E501 - a message
     how = "build_contacts makes them"
-    takes = "carve_units takes a list of Contact"
+    takes = "carve_units takes a list of FluidContact"
     for contact in listed(contacts, takes, how):
-        expect(contact, Contact, takes, how)
+        expect(contact, FluidContact, takes, how)
         for zone in contact.zones:
             if zone not in zones:
                 raise InputError(
@@ -85,10 +85,10 @@ def check_zones(contacts: Sequence[Contact], zones: Sequence[str]) -> None:
 
 
 def contacts_of_units(
-    contacts: Sequence[Contact],
+    contacts: Sequence[FluidContact],
     zones: Sequence[str],
     words: Sequence[tuple[str, ...]],
-    lies_on: Sequence[tuple[str, ...]],
+    fault_sides: Sequence[tuple[str, ...]],
     faults: Sequence[str],
 ) -> list[list[int]]:
     """
@@ -100,11 +100,11 @@ def contacts_of_units(
 
     Parameters
     ----------
-    contacts : sequence of Contact
+    contacts : sequence of FluidContact
         From the top down; entries of one name stand for different zones and blocks.
     zones : sequence of str
         Zone of each unit.
-    words, lies_on : sequence of tuple of str
+    words, fault_sides : sequence of tuple of str
         Sides of faults that name the block of each unit, and those that it lies on.
     faults : sequence of str
         Names of all faults.
@@ -122,14 +122,14 @@ def contacts_of_units(
     wanted = []
     for contact in contacts:
         sides = parse_sides(contact.block, faults)
-        if sides is None or not any(sides <= set(on) for on in lies_on):
+        if sides is None or not any(sides <= set(on) for on in fault_sides):
             blocks = {" ".join(word) or WHOLE for word in words}
-            known = sorted(blocks.union(*lies_on))
+            known = sorted(blocks.union(*fault_sides))
             raise InputError(
                 f"fluid contact {contact.name!r} is given for block {contact.block!r}, which no "
                 f"unit is in; blocks and sides are {known}.{did_you_mean(contact.block, known)}"
             )
-        if not any(_fits(contact, sides, z, on) for z, on in zip(zones, lies_on, strict=True)):
+        if not any(_fits(contact, sides, z, on) for z, on in zip(zones, fault_sides, strict=True)):
             raise InputError(
                 f"fluid contact {contact.name!r} is given for block {contact.block or WHOLE!r} of "
                 f"{', '.join(contact.zones)}, where there is no unit. Leave the zones out, or give "
@@ -138,7 +138,7 @@ def contacts_of_units(
         wanted.append(sides)
     names = list(dict.fromkeys(contact.name for contact in contacts))
     found: list[list[int]] = []
-    for zone, word, on in zip(zones, words, lies_on, strict=True):
+    for zone, word, on in zip(zones, words, fault_sides, strict=True):
         rows = []
         for name in names:
             fits = {
@@ -159,12 +159,14 @@ def contacts_of_units(
     return found
 
 
-def _fits(contact: Contact, sides: frozenset[str], zone: str, on: Sequence[str]) -> bool:
+def _fits(contact: FluidContact, sides: frozenset[str], zone: str, on: Sequence[str]) -> bool:
     """Whether an entry for some sides of faults is for a unit that lies on others."""
     return sides <= set(on) and (not contact.zones or zone in contact.zones)
 
 
-def _undecided(name: str, rivals: Sequence[Contact], zone: str, on: Sequence[str]) -> InputError:
+def _undecided(
+    name: str, rivals: Sequence[FluidContact], zone: str, on: Sequence[str]
+) -> InputError:
     """Say which entries are for one unit, and neither for less than the other."""
     block = " ".join(on) or WHOLE
     if any(contact.zones for contact in rivals):
@@ -184,7 +186,7 @@ def _undecided(name: str, rivals: Sequence[Contact], zone: str, on: Sequence[str
 
 
 def not_reached(
-    contacts: Sequence[Contact],
+    contacts: Sequence[FluidContact],
     rows_of_unit: Sequence[Sequence[int]],
     zones: Sequence[str],
 ) -> dict[str, list[int]]:
@@ -195,10 +197,10 @@ def not_reached(
 
     Examples
     --------
-    >>> entries = [Contact(-5.0, name="GOC"), Contact(-9.0, block="F1+", name="OWC")]
+    >>> entries = [FluidContact(-5.0, name="GOC"), FluidContact(-9.0, block="F1+", name="OWC")]
     >>> not_reached(entries, [[0, 1], [0]], ["Top/Base", "Top/Base"])
     {'OWC': [1]}
-    >>> not_reached([Contact(-9.0, "A/B", name="OWC")], [[0], []], ["A/B", "B/C"])
+    >>> not_reached([FluidContact(-9.0, "A/B", name="OWC")], [[0], []], ["A/B", "B/C"])
     {}
     """
     left: dict[str, list[int]] = {}
@@ -215,7 +217,7 @@ def split_by_contacts(
     patches: Patches,
     cells: Cells,
     side: np.ndarray,
-    contacts: Sequence[Contact],
+    contacts: Sequence[FluidContact],
     rows_of_unit: list[list[int]],
     unit_of_cell: np.ndarray,
 ) -> tuple[np.ndarray, list[int], list[str], list[tuple[str, ...]]]:
@@ -226,7 +228,7 @@ def split_by_contacts(
     ----------
     side : ndarray of int64, shape (n_contact, n_cell + 1)
         Side of each contact that each cell is on.
-    contacts : sequence of Contact
+    contacts : sequence of FluidContact
     rows_of_unit : list of list of int
         See `contacts_of_units`.
     unit_of_cell : ndarray of int64, shape (n_cell + 1,)

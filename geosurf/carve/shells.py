@@ -207,7 +207,7 @@ class _Carved(Unit):
         return shells.triangles(u)
 
     @cached_property
-    def lies_on(self) -> tuple[str, ...]:
+    def fault_sides(self) -> tuple[str, ...]:
         """Sides of faults that it lies on."""
         sides: tuple[str, ...] = self._sides()
         return sides

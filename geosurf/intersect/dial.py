@@ -16,7 +16,7 @@ from geosurf.intersect.loops import find_lost, pair_keys
 from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, side_of
 from geosurf.intersect.walk import walk_curves
 from geosurf.kernels.meshes.polylines import weld_lines
-from geosurf.model import Curves, Place, Touch, TriSurface, frozen
+from geosurf.model import CurveIssue, Curves, Touch, TriSurface, frozen
 from geosurf.model.expected import listed
 
 Linker = Callable[..., Curves]
@@ -218,7 +218,7 @@ def _assemble(names, origin, found, places, touches, cost) -> Curves:
         cost=cost,
         error_bound=frozen([line.bound for line in lines], np.float64),
         places=tuple(
-            Place(why, pair, frozen(x + origin, np.float64), size, k)
+            CurveIssue(why, pair, frozen(x + origin, np.float64), size, k)
             for why, pair, x, size, k in said
         ),
     )

@@ -24,7 +24,7 @@ def shared_curves(patches: Patches, first: str, second: str) -> Curves:
     Parameters
     ----------
     patches : Patches
-        Without what lies beyond the faults (`drop_ghosts`).
+        Without what lies beyond the faults (`trim_sheets`).
     first, second : str
         Names of two surfaces that differ.
 

@@ -8,8 +8,8 @@ metres; results keep local coordinates (`local`, exact to the frame) and an
 from __future__ import annotations
 
 from geosurf.model.base import frozen
-from geosurf.model.column import RULES, Clipped, Contact, Remnant, check_column
-from geosurf.model.curves import Curves, Place, Touch, TriangleContact, VoxelSearch
+from geosurf.model.column import RULES, Clipped, FluidContact, Remnant, check_column
+from geosurf.model.curves import CurveIssue, Curves, Touch, TriangleContact, VoxelSearch
 from geosurf.model.faults import (
     ExtendedFault,
     Extension,
@@ -30,18 +30,18 @@ __all__ = [
     "Certificate",
     "Check",
     "Clipped",
-    "Contact",
+    "CurveIssue",
     "Curves",
     "ExtendedFault",
     "Extension",
     "FaultCut",
     "FaultNetwork",
     "FaultSticks",
+    "FluidContact",
     "Lattice",
     "LostThrow",
     "NetworkRow",
     "Patches",
-    "Place",
     "Remnant",
     "Sheet",
     "SheetReport",

@@ -126,7 +126,7 @@ class Remnant:
 
 
 @dataclass(frozen=True, eq=False)
-class Contact:
+class FluidContact:
     """
     Where a fluid contact is, and in which zones and block it counts.
 
@@ -152,7 +152,7 @@ class Contact:
     >>> import geosurf as gs
     >>> world = gs.synthetic.tilted_planes(n=9)
     >>> (_, _, _, _, bottom, top) = world.box
-    >>> level = Contact(0.5 * (bottom + top), zones="Top/Base")
+    >>> level = FluidContact(0.5 * (bottom + top), zones="Top/Base")
     >>> scene = gs.Scene(world.horizons, world.faults, world.box, contacts={"OWC": level})
     >>> sorted({unit.zone for unit in scene.units.values() if unit.contact})
     ['Top/Base']

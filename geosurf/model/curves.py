@@ -66,7 +66,7 @@ class Touch(Noun):
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class CurveIssue:
     """Where a curve is not what its tolerance asked for, and why.
 
     Attributes
@@ -122,7 +122,7 @@ class Curves(Noun):
         With a tolerance: how far each curve can be from that of the smooth surfaces [m]; 0 for
         plain curves of surfaces that are no lattices, inf where a part is not known. None for
         plain curves.
-    places : tuple of Place
+    places : tuple of CurveIssue
         With a tolerance: where it is not met, or not known to be, and why.
     """
 
@@ -137,7 +137,7 @@ class Curves(Noun):
     contacts: tuple[Touch, ...] = ()
     cost: dict[str, int] = field(default_factory=dict)
     error_bound: np.ndarray | None = None
-    places: tuple[Place, ...] = ()
+    places: tuple[CurveIssue, ...] = ()
 
     def __repr__(self) -> str:
         surfaces = ", ".join(self.names)

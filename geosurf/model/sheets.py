@@ -306,7 +306,7 @@ class Sheet(Noun):
         """The torn mesh, role "horizon", carried on past its faults.
 
         ``vertex_data["ghost"]`` marks what is no data, ``["outer"]`` what lies beyond the faults:
-        `rebuild_surfaces` with all faults, then `drop_ghosts`, leaves the sheet itself.
+        `rebuild_surfaces` with all faults, then `trim_sheets`, leaves the sheet itself.
         """
         lattice, n_col = self.lattice, self.lattice.shape[1]
         present = lattice.present

@@ -55,7 +55,7 @@ class Unit(Noun):
         ``above OWC``, ``GOC/OWC``, ``below OWC``; empty where no fluid contact counts.
     beneath : tuple of str
         Names of the fluid contacts that count in it and lie above it, from the top down.
-    lies_on : tuple of str
+    fault_sides : tuple of str
         Sides of faults that it lies on: those in `block`, and those of faults that part the model
         elsewhere. From a unit on ``F1+`` no way leads to the back of F1 but through F1.
     """
@@ -73,7 +73,7 @@ class Unit(Noun):
     area: float
     contact: str = ""
     beneath: tuple[str, ...] = ()
-    lies_on: tuple[str, ...] = ()
+    fault_sides: tuple[str, ...] = ()
 
     @cached_property
     def vertices(self) -> np.ndarray:
@@ -236,7 +236,7 @@ class Units(Noun, Mapping[str, Unit]):
         Parameters
         ----------
         *sides : str
-            As in `Unit.lies_on`: ``"F1+"``, ``"F2-"``. All of them hold.
+            As in `Unit.fault_sides`: ``"F1+"``, ``"F2-"``. All of them hold.
 
         Returns
         -------
@@ -255,14 +255,14 @@ class Units(Noun, Mapping[str, Unit]):
         >>> [unit.zone for unit in units.on("F1+")]
         ['above Top', 'Top/Base', 'below Base']
         """
-        known = list(dict.fromkeys(s for unit in self._units.values() for s in unit.lies_on))
+        known = list(dict.fromkeys(s for unit in self._units.values() for s in unit.fault_sides))
         for side in sides:
             if not is_word(side, known):
                 raise InputError(
                     f"no unit lies on {side!r}; sides of faults are {known}."
                     f"{did_you_mean(side, known)}"
                 )
-        return tuple(unit for unit in self._units.values() if set(sides) <= set(unit.lies_on))
+        return tuple(unit for unit in self._units.values() if set(sides) <= set(unit.fault_sides))
 
     def remnants(self, min_volume: float = 0.0) -> tuple[Remnant, ...]:
         """

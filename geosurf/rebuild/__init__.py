@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.model import Patches, TriSurface
 from geosurf.rebuild.assemble import assemble
-from geosurf.rebuild.ghosts import drop_ghosts
+from geosurf.rebuild.ghosts import trim_sheets
 from geosurf.rebuild.repair import cut_soundly
 
-__all__ = ["drop_ghosts", "patches_from", "rebuild_surfaces"]
+__all__ = ["patches_from", "rebuild_surfaces", "trim_sheets"]
 
 
 def rebuild_surfaces(

@@ -19,7 +19,7 @@ from geosurf.model import Patches, frozen
 from geosurf.model.expected import expect
 
 
-def drop_ghosts(patches: Patches) -> Patches:
+def trim_sheets(patches: Patches) -> Patches:
     """
     Drop the parts of torn sheets that lie beyond their faults.
 
@@ -42,10 +42,10 @@ def drop_ghosts(patches: Patches) -> Patches:
     >>> marks = {"ghost": beyond, "outer": beyond}
     >>> sheet = TriSurface("Top", "horizon", corners, [[0, 1, 2]], vertex_data=marks)
     >>> fault = TriSurface("F1", "fault", [[3, -9, -5], [3, 9, -5], [3, 4, 9]], [[0, 1, 2]])
-    >>> drop_ghosts(rebuild_surfaces([sheet, fault])).surface("Top").bounds
+    >>> trim_sheets(rebuild_surfaces([sheet, fault])).surface("Top").bounds
     (0.0, 3.0, 0.0, 9.0, 0.0, 0.0)
     """
-    expect(patches, Patches, "drop_ghosts takes Patches", "rebuild_surfaces makes them")
+    expect(patches, Patches, "trim_sheets takes Patches", "rebuild_surfaces makes them")
     if not any("ghost" in source.vertex_data for source in patches.sources):
         return patches
     keep, _, _ = kept_parts(patches)

@@ -12,7 +12,7 @@ from geosurf.carve.fluids import parse_sides
 from geosurf.conventions import counted, did_you_mean
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import read_truncations
-from geosurf.model import Contact
+from geosurf.model import FluidContact
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import path_of
 from geosurf.read import read_fault, read_horizon
@@ -175,16 +175,16 @@ def _check_contacts(scenario: Scenario, place: Place) -> None:
             )
 
 
-def _contacts(scenario: Scenario) -> dict[str, list[Contact]]:
+def _contacts(scenario: Scenario) -> dict[str, list[FluidContact]]:
     """Fluid contacts by name, from the top down, each with its zones and block."""
-    found: dict[str, list[Contact]] = {}
+    found: dict[str, list[FluidContact]] = {}
     for entry in scenario.contacts:
         value: Any = entry.elevation_m
         if entry.file is not None:
             value = read_horizon(
                 entry.file, name=entry.name, positive=entry.positive, units=entry.units
             )
-        found.setdefault(entry.name, []).append(Contact(value, entry.zones, entry.block or ""))
+        found.setdefault(entry.name, []).append(FluidContact(value, entry.zones, entry.block or ""))
     return found
 
 

@@ -20,7 +20,7 @@ from geosurf.conventions import counted, did_you_mean, elevation_sign, metres_pe
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Certificate, Patches, TriSurface, Units, check_column
 from geosurf.model.expected import box_of_sides, flag_of
-from geosurf.rebuild import drop_ghosts, patches_from
+from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.scene.curves import check_scene_tolerance
 from geosurf.scene.faults import FaultStage
@@ -62,7 +62,7 @@ class Scene(Provided):
         that cross, the older one ends on the younger. ``units.report["clipped"]`` lists it all.
     contacts : mapping of str to contact, optional
         Fluid contacts from the top down, which split units: ``{"OWC": -1705.0}``, also by
-        block and zone; see `build_contacts` and `Contact`. A path is a gridded horizon.
+        block and zone; see `build_contacts` and `FluidContact`. A path is a gridded horizon.
     aoi : array_like of float, shape (n, 2), or path, optional
         Area of interest: easting and northing around a polygon, which the model then fills.
     positive : {"up", "down"}, optional
@@ -251,7 +251,7 @@ class Scene(Provided):
         """All surfaces and the walls of the box, split along their curves."""
         self._prepare()
         n, place = len(self._enclosed) - len(self._walls), "box" if self.aoi is None else "area"
-        found: Patches = self._memory.remembered(
+        found: Patches = self._memory.get_or_compute(
             "rebuild", f"{counted(n, 'surface')} and the {place}", self._patches_key, self._rebuild,
             lambda p: counted(p.n_patch, "patch"),
         )  # fmt: skip
@@ -282,14 +282,14 @@ class Scene(Provided):
     def _rebuild(self) -> Patches:
         surfaces, origin = self._enclosed, self._origin
         options = {"voxel_size": self._voxel_size, "self_intersections": self._self}
-        return drop_ghosts(patches_from(find_contacts(surfaces, origin=origin, **options)))
+        return trim_sheets(patches_from(find_contacts(surfaces, origin=origin, **options)))
 
     @cached_property
     def units(self) -> Units:
         """Closed units: zone x fault block (x fluid contact)."""
         patches, contacts = self.patches, self._fluids[1]
         subject = "the box" if self.aoi is None else "the area"
-        found: Units = self._memory.remembered(
+        found: Units = self._memory.get_or_compute(
             "carve", subject, self._units_key,
             lambda: carve_units(patches, self.column, contacts), lambda u: counted(len(u), "unit"),
         )  # fmt: skip

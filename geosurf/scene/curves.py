@@ -119,7 +119,7 @@ class Joined(Measured):
 
         keys = (self._memory.key_of(s) for s in pair)
         key = ("curves", *keys, origin.tobytes(), self._voxel_size, self._tolerance)
-        return self._memory.remembered(
+        return self._memory.get_or_compute(
             "curves", subject, key, run, lambda c: counted(c.n_curve, "curve")
         )
 
@@ -153,7 +153,7 @@ class Joined(Measured):
             return plain
         tolerance, lattice = self._tolerance, plain.lattice
         key = ("simplified", self._memory.key_of(plain), name, tolerance)
-        return self._memory.remembered(
+        return self._memory.get_or_compute(
             "simplify",
             name,
             key,

@@ -70,7 +70,7 @@ class FaultStage:
         self.rules = read_truncations(truncations, self.names)
         self.sides = read_extend(extend, self.names)
         self._given, self._limits, self._extent = given, limits, extent
-        self._remember, self._key = memory.remembered, memory.key_of
+        self._remember, self._key = memory.get_or_compute, memory.key_of
 
     def surface(self, name: str) -> TriSurface:
         """Return one fault as the model has it."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from geosurf.conventions import did_you_mean, frame_origin, shift_is_exact
 from geosurf.errors import InputError
-from geosurf.model import Contact, FaultSticks, Sheet, TriSurface
+from geosurf.model import FaultSticks, FluidContact, Sheet, TriSurface
 from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_horizon
 from geosurf.triangulate.horizon_mesh import check_horizon_mesh
 from geosurf.triangulate.outline import check_outline
@@ -117,7 +117,7 @@ def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, 
 
 def _opened(name: str, value: Any, options: Options) -> Any:
     """A contact with its paths read; a mapping has one for each block, a list several."""
-    if isinstance(value, Contact):
+    if isinstance(value, FluidContact):
         return replace(value, at=_opened(name, value.at, options))
     if isinstance(value, list | tuple):
         return [_opened(name, one, options) for one in value]

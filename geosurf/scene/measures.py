@@ -100,7 +100,7 @@ class Measured:
     def _measured(self, what: str, run: Callable[[], Any], *more: Any) -> Any:
         size = lambda found: ", ".join(counted(n, dim) for dim, n in found.sizes.items())  # noqa: E731
         key = ("measure", what, self._units_key, *more)
-        return self._memory.remembered("measure", what, key, run, size)
+        return self._memory.get_or_compute("measure", what, key, run, size)
 
     def thickness(
         self, zone: str, grid: Any = None, *, kind: str = "isochore", contact: str | None = None

@@ -47,7 +47,7 @@ class Memory:
     --------
     >>> memory = Memory()
     >>> for _ in range(2):
-    ...     two = memory.remembered("add", "1 + 1", "key", lambda: 2, str)
+    ...     two = memory.get_or_compute("add", "1 + 1", "key", lambda: 2, str)
     >>> [step.outcome for step in memory.steps]
     ['ran', 'from memory']
     """
@@ -120,7 +120,7 @@ class Memory:
         self.store.held.update((id(one), one) for one in strangers)
         return found
 
-    def remembered(
+    def get_or_compute(
         self,
         stage: str,
         subject: str,

@@ -14,7 +14,7 @@ from geosurf.conventions import did_you_mean
 from geosurf.conventions.crs import refuse_other_crs, warn_of_unclear_crs
 from geosurf.errors import InputError
 from geosurf.faults.outside import lies_beside, warning_of_fault
-from geosurf.model import Contact, Sheet, TriSurface, check_column
+from geosurf.model import FluidContact, Sheet, TriSurface, check_column
 from geosurf.model.expected import name_of
 from geosurf.model.faults import Extension, FaultNetwork, Truncation
 from geosurf.scene.curves import Joined
@@ -175,12 +175,12 @@ class Provided(Joined):
         return dict(zip(self._horizons, rules, strict=True))
 
     @property
-    def contacts(self) -> tuple[Contact, ...]:
+    def contacts(self) -> tuple[FluidContact, ...]:
         """Fluid contacts, from the top down, each with its name, zones and block."""
         return tuple(self._fluids[1])
 
     @cached_property
-    def _fluids(self) -> tuple[list[TriSurface], list[Contact]]:
+    def _fluids(self) -> tuple[list[TriSurface], list[FluidContact]]:
         """Surfaces of fluid contacts, and the zones and blocks in which they count."""
         options = {"positive": self._positive, "units": self._units_word}
         box = self.box
@@ -229,7 +229,7 @@ class Provided(Joined):
             options = {"positive": self._positive, "units": self._units_word}
             return as_surface(name, role, value, options, self.surface)
 
-        found: TriSurface = self._memory.remembered(
+        found: TriSurface = self._memory.get_or_compute(
             "triangulate", name, key, run, lambda s: f"{s.n_triangle} triangles", again=False
         )
         self._memory.made_of(found, key)

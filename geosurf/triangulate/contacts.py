@@ -10,20 +10,20 @@ import numpy as np
 
 from geosurf.conventions import is_number
 from geosurf.errors import InputError
-from geosurf.model import Contact, TriSurface
+from geosurf.model import FluidContact, TriSurface
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import box_of_sides
 from geosurf.triangulate.horizon import triangulate_horizon
 
 _HOW = (
-    "Give an elevation [m], a gridded horizon, a surface, a Contact, {block: one of these}, or a "
-    "list of Contacts."
+    "Give an elevation [m], a gridded horizon, a surface, a FluidContact, {block: one of these}, "
+    "or a list of FluidContacts."
 )
 
 
 def build_contacts(
     contacts: Mapping[str, Any], box: Sequence[float]
-) -> tuple[list[TriSurface], list[Contact]]:
+) -> tuple[list[TriSurface], list[FluidContact]]:
     """
     Return the surfaces of fluid contacts, and in which zones and blocks they count.
 
@@ -33,11 +33,11 @@ def build_contacts(
         From the top down: ``{"GOC": -1650.0, "OWC": -1705.0}``. A contact is an elevation
         [m, positive up], a gridded horizon (`xarray.DataArray`), a `TriSurface`, or a mapping of
         block to one of these: ``{"F1+": -1705.0, "F1- F2+": -1720.0, "elsewhere": -1690.0}``.
-        A block is given by sides of faults that units lie on (`Unit.lies_on`); of several that
+        A block is given by sides of faults that units lie on (`Unit.fault_sides`); of several that
         fit, the one with most sides in the name of the unit's block counts, then most sides. Units
         that no entry fits are not split, and are listed in ``units.report["without_contact"]``.
-        A `Contact`, or a list of them, says in which zones it counts, too:
-        ``[Contact(-1705.0, zones="Top/Middle"), Contact(-1720.0, zones="Middle/Base")]``.
+        A `FluidContact`, or a list of them, says in which zones it counts, too:
+        ``[FluidContact(-1705.0, zones="Top/Middle"), FluidContact(-1720.0, zones="Middle/Base")]``.
     box : (west, east, south, north, bottom, top)
         Of the model [m].
 
@@ -45,7 +45,7 @@ def build_contacts(
     -------
     surfaces : list of TriSurface
         Role ``"contact"``.
-    contacts : list of Contact
+    contacts : list of FluidContact
         One for each surface, with its name.
 
     Raises
@@ -74,8 +74,8 @@ def build_contacts(
         for entry in entries:
             if entry.name not in ("", str(name)):
                 raise InputError(
-                    f"fluid contact {name!r} is given a Contact that is called {entry.name!r}; say "
-                    "one of them."
+                    f"fluid contact {name!r} is given a FluidContact that is called "
+                    f"{entry.name!r}; say one of them."
                 )
             one = replace(entry, name=str(name))
             if any(one.surface == surface.name for surface in surfaces):
@@ -88,25 +88,25 @@ def build_contacts(
     return surfaces, found
 
 
-def _entries(name: str, value: Any) -> list[Contact]:
+def _entries(name: str, value: Any) -> list[FluidContact]:
     """What is given for one contact, each with its zones and block."""
-    if isinstance(value, Contact):
+    if isinstance(value, FluidContact):
         return [value]
     if isinstance(value, list | tuple):
-        odd = [one for one in value if not isinstance(one, Contact)]
+        odd = [one for one in value if not isinstance(one, FluidContact)]
         if odd:
             raise InputError(f"fluid contact {name!r} is a list with {odd[0]!r} in it. {_HOW}")
         return list(value)
     if not isinstance(value, Mapping) or hasattr(value, "data_vars"):
-        return [Contact(value)]
+        return [FluidContact(value)]
     return [one for key, part in value.items() for one in _of_block(name, str(key), part)]
 
 
-def _of_block(name: str, key: str, value: Any) -> list[Contact]:
+def _of_block(name: str, key: str, value: Any) -> list[FluidContact]:
     """What is given for one block of a contact."""
     block = "" if key == ELSEWHERE else key
     parts = list(value) if isinstance(value, list | tuple) else [value]
-    entries = [one if isinstance(one, Contact) else Contact(one) for one in parts]
+    entries = [one if isinstance(one, FluidContact) else FluidContact(one) for one in parts]
     for one in entries:
         if one.block not in ("", block):
             raise InputError(

@@ -196,7 +196,7 @@ def beside_the_box(true: dict[tuple, float], faults: list[str]) -> set[str]:
 
 def key_of(unit) -> tuple:
     """Zone, sides of faults and contact interval."""
-    return (unit.zone, *unit.lies_on, *([unit.contact] if unit.contact else []))
+    return (unit.zone, *unit.fault_sides, *([unit.contact] if unit.contact else []))
 
 
 # ---------------------------------------------------------------------- one world

@@ -149,7 +149,7 @@ def exchanged(units, **of_unit):
 
 
 def labels(unit):
-    names = ("name", "zone", "zone_index", "block", "contact", "lies_on")
+    names = ("name", "zone", "zone_index", "block", "contact", "fault_sides")
     return {name: getattr(unit, name) for name in names}
 
 
@@ -204,7 +204,7 @@ def test_units_that_have_each_others_names(patches, units, pair):
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"zone_index": 1}, {"zone": "Top/Base"}, {"block": "F2+"}, {"lies_on": ()}]
+    "wrong", [{"zone_index": 1}, {"zone": "Top/Base"}, {"block": "F2+"}, {"fault_sides": ()}]
 )
 def test_a_label_that_nothing_bears_out(patches, units, wrong):
     name = next(iter(units))
@@ -241,7 +241,11 @@ def assert_noticed(surfaces):
     assert fits(patches, units)
     for name, unit in units.items():
         damages = [
-            {"lies_on": tuple(side for side in sides if (side in unit.lies_on) != (side == other))}
+            {
+                "fault_sides": tuple(
+                    side for side in sides if (side in unit.fault_sides) != (side == other)
+                )
+            }
             for other in sides
         ]
         for k, zone in enumerate(zones):
@@ -280,15 +284,19 @@ def test_a_zone_that_no_horizon_around_a_unit_tells_is_told_by_its_neighbours(wa
     moved = [u for u in inner if patches.names.index(far) not in u.surface_of_triangle]
     assert len(moved) == 1 + lidded
     for unit in moved:
-        words = {"zone": zone, "zone_index": index, "block": "whole #2", "lies_on": ()}
+        words = {"zone": zone, "zone_index": index, "block": "whole #2", "fault_sides": ()}
         damage = {unit.name: {**words, "name": unit_name(zone, "whole #2")}}
         others = [u for u in inner if u is not unit]
-        left = {side for u in others for side in u.lies_on}
+        left = {side for u in others for side in u.fault_sides}
         for other in others:
-            opposite = {side: side[:-1] + "-+"[side[-1] == "-"] for side in other.lies_on}
-            sides = tuple(side for side in other.lies_on if opposite[side] in left)
+            opposite = {side: side[:-1] + "-+"[side[-1] == "-"] for side in other.fault_sides}
+            sides = tuple(side for side in other.fault_sides if opposite[side] in left)
             block = " ".join(sides) or "whole"
-            named_anew = {"block": block, "lies_on": sides, "name": unit_name(other.zone, block)}
+            named_anew = {
+                "block": block,
+                "fault_sides": sides,
+                "name": unit_name(other.zone, block),
+            }
             damage[other.name] = named_anew
         assert not fits(patches, exchanged(units, **damage)), damage
 

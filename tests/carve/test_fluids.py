@@ -286,7 +286,7 @@ def test_a_block_is_one_in_zones_that_its_fault_has_left():
         "F1", [(-2, -1, 8), (-2, 5, 8), (4, 5, 2), (4, -1, 2)]
     )  # x + z = 6, to x = 4, z = 2
     plain = scene_of({}, (one,))
-    names = {u.name: u.lies_on for u in plain.units.values()}
+    names = {u.name: u.fault_sides for u in plain.units.values()}
     assert names["below Base"] == ("F1-",)  # wholly below the fault
     scene = scene_of({"OWC": {"F1-": 0.5}}, (one,))
     assert {u.contact for u in scene.units.values() if u.zone == "below Base"} == {
@@ -342,7 +342,7 @@ def test_around_a_fault_that_dies_there_is_no_side():
     """F1 ends upwards inside the upper zone: only below it has sides, and nothing is guessed."""
     short = sheet("F1", [(1, -1, -5), (1, 5, -5), (1, 5, 2), (1, -1, 2)])
     scene = scene_of({"OWC": {"F1+": -1.0}}, (short,))
-    names = {u.name: u.lies_on for u in scene.units.values()}
+    names = {u.name: u.fault_sides for u in scene.units.values()}
     assert names["Top/Base"] == names["above Top"] == ()
     assert names["below Base F1+ above OWC"] == ("F1+",)
     assert scene.units.report["without_contact"] == {
@@ -355,19 +355,19 @@ def test_around_a_fault_that_dies_there_is_no_side():
 def test_each_contact_reaches_a_unit_or_says_that_it_does_not(surfaces):
     """On every side of every fault: units are split by a contact, below it, above it, or listed."""
     whole = carve_units(rebuild_surfaces(surfaces))
-    sides = sorted({side for unit in whole.values() for side in unit.lies_on})
+    sides = sorted({side for unit in whole.values() for side in unit.fault_sides})
     for side in sides[:2]:
         extra, contacts = build_contacts({"OWC": {side: 0.5}}, BOX)
         units = carve_units(rebuild_surfaces([*surfaces, *extra]), contacts=contacts)
         left = units.report["without_contact"].get("OWC", ())
         for unit in units.values():
             named = unit.name.removesuffix(unit.contact).strip()
-            assert (side in unit.lies_on) == (unit.contact != "") == (named not in left)
-        assert set(left) == {name for name, unit in whole.items() if side not in unit.lies_on}
+            assert (side in unit.fault_sides) == (unit.contact != "") == (named not in left)
+        assert set(left) == {name for name, unit in whole.items() if side not in unit.fault_sides}
     for unit in whole.values():
-        assert unit.block == "whole" or set(sides_in(unit.block)) <= set(unit.lies_on)
-        opposite = {side[:-1] + "+-"["-+".index(side[-1])] for side in unit.lies_on}
-        assert not opposite & set(unit.lies_on)
+        assert unit.block == "whole" or set(sides_in(unit.block)) <= set(unit.fault_sides)
+        opposite = {side[:-1] + "+-"["-+".index(side[-1])] for side in unit.fault_sides}
+        assert not opposite & set(unit.fault_sides)
 
 
 def sides_in(block):
@@ -400,7 +400,7 @@ def test_sides_are_where_no_way_leads_around(surfaces):
             met = {"+-"[k] for a in beside[patches.surface_of_triangle == i] for k in range(2)
                    if a[k] in region}  # fmt: skip
             if len(met) == 1:
-                assert source.name + met.pop() in units[name].lies_on
+                assert source.name + met.pop() in units[name].fault_sides
 
 
 def same_places(patches, surface):

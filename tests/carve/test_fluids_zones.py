@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geosurf import Contact, Scene, carve_units, rebuild_surfaces
+from geosurf import FluidContact, Scene, carve_units, rebuild_surfaces
 from geosurf.errors import InputError, OpenUnitError
 from geosurf.scenario.execute import contacts_left_out
 from tests import laws
@@ -45,7 +45,7 @@ def test_a_zone_that_is_not_named_is_not_split():
     """The level cuts through both zones; what is above and below it adds up to the zone's unit."""
     plain = scene_of({})
     slope = tilted("level", 1.5, 3.5)
-    scene = scene_of({"OWC": Contact(slope, zones="Middle/Base")})
+    scene = scene_of({"OWC": FluidContact(slope, zones="Middle/Base")})
     assert split(scene) == {("Middle/Base", "F1+"), ("Middle/Base", "F1-")}
     for zone in ("above Top", "Top/Middle", "below Base"):
         assert volumes(scene, zone) == pytest.approx(volumes(plain, zone), rel=1e-12)
@@ -65,9 +65,9 @@ def test_a_zone_that_is_not_named_is_not_split():
 def test_each_zone_has_its_own_level_and_each_block_in_it():
     contacts = {
         "OWC": [
-            Contact(2.5, zones=["Top/Middle"]),
-            Contact(1.25, zones=["Middle/Base"]),
-            Contact(1.75, zones=["Middle/Base"], block="F1+"),
+            FluidContact(2.5, zones=["Top/Middle"]),
+            FluidContact(1.25, zones=["Middle/Base"]),
+            FluidContact(1.75, zones=["Middle/Base"], block="F1+"),
         ]
     }
     scene = scene_of(contacts)
@@ -78,28 +78,37 @@ def test_each_zone_has_its_own_level_and_each_block_in_it():
     names = {s.name for s in scene.patches.sources if s.role == "contact"}
     assert names == {"OWC in Top/Middle", "OWC in Middle/Base", "OWC in F1+ of Middle/Base"}
     # deeper in one zone than the other contact in the other: out of order nowhere
-    swapped = {"GOC": Contact(1.25, zones="Middle/Base"), "OWC": Contact(2.5, zones="Top/Middle")}
+    swapped = {
+        "GOC": FluidContact(1.25, zones="Middle/Base"),
+        "OWC": FluidContact(2.5, zones="Top/Middle"),
+    }
     assert {u.contact for u in scene_of(swapped).units.values()} == {
         "", "above GOC", "below GOC", "above OWC", "below OWC"
     }  # fmt: skip
 
 
 def test_a_zone_may_be_said_within_a_block():
-    one = scene_of({"OWC": {"F1+": Contact(1.5, zones="Middle/Base"), "elsewhere": 1.25}})
-    two = scene_of({"OWC": [Contact(1.5, zones="Middle/Base", block="F1+"), Contact(1.25)]})
+    one = scene_of({"OWC": {"F1+": FluidContact(1.5, zones="Middle/Base"), "elsewhere": 1.25}})
+    two = scene_of(
+        {"OWC": [FluidContact(1.5, zones="Middle/Base", block="F1+"), FluidContact(1.25)]}
+    )
     assert [(u.name, u.volume) for u in one.units.values()] == [
         (u.name, u.volume) for u in two.units.values()
     ]
     assert volumes(one, "Middle/Base")["F1+", "below OWC"] == pytest.approx(12 * 0.5)
     assert volumes(one, "Middle/Base")["F1-", "below OWC"] == pytest.approx(4 * 0.25)
-    parted = {"OWC": {"F1+": [Contact(2.5, zones="Top/Middle"), Contact(1.5, zones="Middle/Base")]}}
+    parted = {
+        "OWC": {
+            "F1+": [FluidContact(2.5, zones="Top/Middle"), FluidContact(1.5, zones="Middle/Base")]
+        }
+    }
     assert split(scene_of(parted)) == {("Top/Middle", "F1+"), ("Middle/Base", "F1+")}
 
 
 def test_what_is_left_out_on_purpose_is_no_oversight():
     """Units of zones that are not named are not listed; blocks of named zones are."""
-    assert contacts_left_out(scene_of({"OWC": Contact(1.5, zones="Middle/Base")})) == []
-    scene = scene_of({"OWC": Contact(1.5, zones="Middle/Base", block="F1+")})
+    assert contacts_left_out(scene_of({"OWC": FluidContact(1.5, zones="Middle/Base")})) == []
+    scene = scene_of({"OWC": FluidContact(1.5, zones="Middle/Base", block="F1+")})
     assert scene.units.report["without_contact"] == {"OWC": ("Middle/Base F1-",)}
     (note,) = contacts_left_out(scene)
     assert "is given for no block of Middle/Base F1-: they are not split" in note
@@ -111,34 +120,42 @@ def test_a_grid_need_not_reach_zones_that_are_not_named():
     low = part.vertices.copy()
     low[:, 0] = np.where(low[:, 0] > 0, 2.0, low[:, 0])  # ends at x = 2, at z = 3.25: in Top/Middle
     short = type(part)("level", "surface", low, part.triangles)
-    whole = scene_of({"OWC": Contact(short, zones="below Base")})
+    whole = scene_of({"OWC": FluidContact(short, zones="below Base")})
     assert split(whole) == {("below Base", "F1+"), ("below Base", "F1-")}
     with pytest.raises(OpenUnitError, match="leak around contact 'OWC in Top/Middle'"):
-        scene_of({"OWC": Contact(short, zones="Top/Middle")})
+        scene_of({"OWC": FluidContact(short, zones="Top/Middle")})
 
 
 @pytest.mark.parametrize(
     ("contacts", "words"),
     [
         (
-            {"OWC": Contact(1.5, zones="Midle/Base")},
+            {"OWC": FluidContact(1.5, zones="Midle/Base")},
             r"given for zone 'Midle/Base', which is none of \['above Top', .* mean 'Middle/Base'\?",
         ),
         (
-            {"OWC": [Contact(1.5, zones="Middle/Base"), Contact(1.25, block="F1+")]},
+            {"OWC": [FluidContact(1.5, zones="Middle/Base"), FluidContact(1.25, block="F1+")]},
             r"block 'whole' of Middle/Base and for block 'F1\+' of all zones, and .* is in both",
         ),
         (
-            {"OWC": [Contact(1.5, zones=["Middle/Base"]), Contact(1.2, zones=["Middle/Base"])]},
+            {
+                "OWC": [
+                    FluidContact(1.5, zones=["Middle/Base"]),
+                    FluidContact(1.2, zones=["Middle/Base"]),
+                ]
+            },
             "contact 'OWC in Middle/Base' is given twice; leave one of them out",
         ),
         ({"OWC": [1.5]}, r"contact 'OWC' is a list with 1\.5 in it\. Give an elevation"),
         (
-            {"OWC": {"F1+": Contact(1.5, block="F1-")}},
+            {"OWC": {"F1+": FluidContact(1.5, block="F1-")}},
             r"for block 'F1\+' and, in it, for block 'F1-'; say one of them",
         ),
-        ({"OWC": Contact("none.gri")}, r"none\.gri"),
-        ({"OWC": Contact(99.0, zones="Top/Middle")}, "at elevation 99 m, outside the model box"),
+        ({"OWC": FluidContact("none.gri")}, r"none\.gri"),
+        (
+            {"OWC": FluidContact(99.0, zones="Top/Middle")},
+            "at elevation 99 m, outside the model box",
+        ),
     ],
 )
 def test_refusals(contacts, words):
@@ -152,15 +169,15 @@ def test_a_block_that_has_nothing_of_a_zone_is_refused():
     with pytest.raises(
         InputError, match=r"for block 'F1\+' of Top/Middle, where there is no unit. Leave the zones"
     ):
-        scene_of({"OWC": Contact(0.0, zones="Top/Middle", block="F1+")}, (short,))
+        scene_of({"OWC": FluidContact(0.0, zones="Top/Middle", block="F1+")}, (short,))
 
 
 def test_refusals_of_a_contact_itself():
     for zones in (3, [3], [""], {"Top/Base": 1}):
         with pytest.raises(InputError, match=r"zones of a fluid contact are .*; give names of zon"):
-            Contact(1.5, zones=zones)
+            FluidContact(1.5, zones=zones)
     with pytest.raises(InputError, match="block of a fluid contact is 3; give sides of faults"):
-        Contact(1.5, block=3)
+        FluidContact(1.5, block=3)
 
 
 @settings(max_examples=12)
@@ -173,7 +190,7 @@ def test_parts_add_up_in_named_zones_and_others_stay(surfaces, z, k):
     whole = carve_units(rebuild_surfaces(surfaces))
     if not any(unit.zone == named for unit in whole.values()):
         return
-    for unit, parts in parts_of(whole, surfaces, {"OWC": Contact(float(z), zones=named)}):
+    for unit, parts in parts_of(whole, surfaces, {"OWC": FluidContact(float(z), zones=named)}):
         cut = unit.zone == named and crosses(unit, -9, z) and crosses(unit, z, 9)
         assert len(parts) == 1 + cut
         assert all(bool(u.contact) == (unit.zone == named) for u in parts)

@@ -11,7 +11,7 @@ import pytest
 from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.blocks import name_blocks
 from geosurf.carve.certificate import certify
-from geosurf.model import Contact, Units
+from geosurf.model import FluidContact, Units
 from tests.carve.test_units import level, upright, volumes
 from tests.strategies import BOX, grid, sheet
 
@@ -128,7 +128,7 @@ def sound(surfaces):
     patches = rebuild_surfaces([*surfaces, *build_walls(BOX)])
     units = carve_units(patches)
     assert certify(patches, units).ok
-    return {name: (round(unit.volume, 9), unit.lies_on) for name, unit in units.items()}
+    return {name: (round(unit.volume, 9), unit.fault_sides) for name, unit in units.items()}
 
 
 ALL, SOUTH, NORTH = (-1, 5), (-1, 3), (2, 5)
@@ -165,7 +165,7 @@ def test_faults_that_coincide_leave_a_slit_each():
     faults = [wall("F1", -1, 2), wall("F2", -1, 3, turned=True)]
     for surfaces in (faults, faults[::-1]):
         units = carve(*surfaces)
-        assert {name: unit.lies_on for name, unit in units.items()} == {"box": ()}
+        assert {name: unit.fault_sides for name, unit in units.items()} == {"box": ()}
         assert units.report["slits"] == pytest.approx({"F1": 24.0, "F2": 36.0})
 
 
@@ -176,10 +176,10 @@ def test_a_side_that_a_name_leaves_out_or_exchanges_is_seen(turned):
     for change in (lambda side: "", lambda side: other_side(side, "F2")):
         wrong = []
         for unit in units.values():
-            words = [change(w) if w.startswith("F2") else w for w in unit.lies_on]
+            words = [change(w) if w.startswith("F2") else w for w in unit.fault_sides]
             block = " ".join(word for word in words if word)
             sides = tuple(word for word in words if word)
-            wrong.append(replace(unit, name=f"box {block}", block=block, lies_on=sides))
+            wrong.append(replace(unit, name=f"box {block}", block=block, fault_sides=sides))
         found = certify(patches, Units(wrong, units.box))
         assert [check.name for check in found.checks if not check.passed] == [
             "units are where their names say"
@@ -191,7 +191,7 @@ def test_levels_that_coincide_may_be_wound_either_way():
     top = grid("Top", np.tile([2.0, 2.0, 2.0, 2.0], (4, 1)), spacing=2.0, corner=(-1.0, -1.0))
     base = grid("Base", np.tile([2.0, 2.0, 0.0, 0.0], (4, 1)), spacing=2.0, corner=(-1.0, -1.0))
     water = level("OWC", 0, role="contact")
-    entry = Contact(0.0, name="OWC")
+    entry = FluidContact(0.0, name="OWC")
     expected = None
     for ways in itertools.product((False, True), repeat=3):
         levels = [

@@ -80,7 +80,7 @@ def test_the_order_of_surfaces_changes_no_volume(order):
     planes = three_planes()
     one = carve_units(rebuild_surfaces([*planes, *build_walls(BOX)]))
     two = carve_units(rebuild_surfaces([*(planes[k] for k in order), *build_walls(BOX)]))
-    volumes = [{u.lies_on: u.volume for u in units.values()} for units in (one, two)]
+    volumes = [{u.fault_sides: u.volume for u in units.values()} for units in (one, two)]
     assert volumes[0] == volumes[1]
 
 

@@ -63,13 +63,16 @@ BUILDING = {
     "build_contacts.box": (
         lambda g, v: gs.build_contacts({"OWC": -2100.0}, v), lambda g: [*wrong.boxes(), None],
     ),
-    "Contact.zones": (
-        lambda g, v: gs.Contact(-1.0, v), lambda g: [5, None, [5], {}, [None], object()],
+    "FluidContact.zones": (
+        lambda g, v: gs.FluidContact(-1.0, v), lambda g: [5, None, [5], {}, [None], object()],
     ),
-    "Contact.block": (
-        lambda g, v: gs.Contact(-1.0, block=v), lambda g: [5, None, [5], {}, object()],
+    "FluidContact.block": (
+        lambda g, v: gs.FluidContact(-1.0, block=v), lambda g: [5, None, [5], {}, object()],
     ),
-    "Contact.name": (lambda g, v: gs.Contact(-1.0, name=v), lambda g: [None, [5], {}, object()]),
+    "FluidContact.name": (
+        lambda g, v: gs.FluidContact(-1.0, name=v),
+        lambda g: [None, [5], {}, object()],
+    ),
     "extend_fault": (lambda g, v: gs.extend_fault(v, g.box), lambda g: wrong.things(g.scene)),
     "extend_fault.box": (
         lambda g, v: gs.extend_fault(g.f1, v), lambda g: [*wrong.boxes(), None],
@@ -170,7 +173,7 @@ BUILDING = {
         lambda g, v: gs.intersect_surfaces(g.surfaces, self_intersections=v), lambda g: FLAGS,
     ),
     "rebuild_surfaces": (lambda g, v: gs.rebuild_surfaces(v), lambda g: wrong.things(g.scene)),
-    "drop_ghosts": (lambda g, v: gs.drop_ghosts(v), lambda g: wrong.things(g.scene)),
+    "trim_sheets": (lambda g, v: gs.trim_sheets(v), lambda g: wrong.things(g.scene)),
     "carve_units": (lambda g, v: gs.carve_units(v), lambda g: wrong.things(g.scene)),
     "carve_units.column": (
         lambda g, v: gs.carve_units(g.patches, v),
@@ -178,7 +181,7 @@ BUILDING = {
     ),
     "carve_units.contacts": (
         lambda g, v: gs.carve_units(g.patches, None, v),
-        lambda g: ["abc", 5, None, [5], {"OWC": -1.0}, [gs.Contact(-1.0, name="x")], object()],
+        lambda g: ["abc", 5, None, [5], {"OWC": -1.0}, [gs.FluidContact(-1.0, name="x")], object()],
     ),
     "Scene": (lambda g, v: gs.Scene(v), lambda g: [*wrong.mappings()[:5], {}]),
     "Scene.horizon": (
@@ -197,7 +200,7 @@ BUILDING = {
     "Scene.contacts": (
         lambda g, v: model(g, contacts=v),
         lambda g: [*wrong.mappings()[:6], {"Top": -2100.0}, {"OWC": "no.nc"}, {"OWC": g.top.T},
-                   {"OWC": {"F9+": -2100.0}}, {"OWC": gs.Contact(None)}, {"OWC": g.scene}],
+                   {"OWC": {"F9+": -2100.0}}, {"OWC": gs.FluidContact(None)}, {"OWC": g.scene}],
     ),
     "Scene.aoi": (
         lambda g, v: model(g, aoi=v), lambda g: [v for v in wrong.arrays() if v is not None],

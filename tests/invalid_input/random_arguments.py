@@ -43,7 +43,7 @@ BETWEEN_STAGES = {
     "TriSurface": ("corners_of_keys", "places_of_nodes", "rows_of_keys"),
     "Patches": ("changed",), "Sheet": ("surface_among",), "EllipticThrow": ("at",),
 }  # fmt: skip
-MADE_BY_USERS = ("TriSurface", "Contact", "FaultSticks", "EllipticThrow", "Scene")
+MADE_BY_USERS = ("TriSurface", "FluidContact", "FaultSticks", "EllipticThrow", "Scene")
 CHEAP = 12  # calls that draw or tear are made once where others are made so often
 DEAR = ("render", "report", "run_", "tear", "throw_", "propose_trim", "check", "Scene", "write")
 

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from geosurf import (
-    Contact,
+    FluidContact,
     Scene,
     TriSurface,
     build_walls,
@@ -135,7 +135,7 @@ def test_the_hanging_wall_of_each_of_two_faults_that_coincide_in_part(turned, or
             assert all(f"{name}{sign}" in block for block in table[f"block_{side}"])
         found = allan_diagram(patches, units, name)
         for label, side in zip(found.label.values, found.side.values, strict=True):
-            assert label not in units or f"{name}{side}" in units[label].lies_on
+            assert label not in units or f"{name}{side}" in units[label].fault_sides
 
 
 def test_order_of_surfaces_does_not_matter():
@@ -191,10 +191,10 @@ def test_cutoffs_of_the_allan_diagram_lie_where_they_should():
 def test_each_wall_of_the_allan_diagram_has_its_own_contacts():
     """Two contacts in the hanging wall, another level in the footwall; one zone left out."""
     contacts = {
-        "GOC": Contact(-17.0, zones="Top/Base", block="F1+"),
+        "GOC": FluidContact(-17.0, zones="Top/Base", block="F1+"),
         "OWC": [
-            Contact(-19.0, zones="Top/Base", block="F1+"),
-            Contact(-15.0, zones="Top/Base", block="F1-"),
+            FluidContact(-19.0, zones="Top/Base", block="F1+"),
+            FluidContact(-15.0, zones="Top/Base", block="F1-"),
         ],
     }
     found = faulted().replace(contacts=contacts).allan("F1")

@@ -21,7 +21,7 @@ WEST, EAST, SOUTH, NORTH, BOTTOM, TOP = BOX
 
 @pytest.fixture(scope="module")
 def scene():
-    return faulted((4.0, 4.0), contacts={"OWC": gs.Contact(-13.0, zones="Top/Base")})
+    return faulted((4.0, 4.0), contacts={"OWC": gs.FluidContact(-13.0, zones="Top/Base")})
 
 
 def lines(section, kind):

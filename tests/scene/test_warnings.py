@@ -23,7 +23,7 @@ OTHER = gs.GeosurfWarning("area", "box", "The box covers 18 % of the field.", "G
 
 def told(memory, *notes, key="key"):
     """A step that warns."""
-    return memory.remembered("stage", "Top", key, lambda: list(map(warn, notes)), str)
+    return memory.get_or_compute("stage", "Top", key, lambda: list(map(warn, notes)), str)
 
 
 def test_a_step_keeps_its_warnings_and_issues_each_once():
@@ -50,9 +50,9 @@ def test_a_step_within_a_step_warns_for_both():
     memory, twin = Memory(), Memory()
     twin.share(memory)
     with pytest.warns(gs.GeosurfWarning) as issued:
-        memory.remembered("outer", "", "outer", lambda: told(memory, NOTE), str)
+        memory.get_or_compute("outer", "", "outer", lambda: told(memory, NOTE), str)
     assert len(issued) == 1
-    twin.remembered("outer", "", "outer", lambda: None, str)
+    twin.get_or_compute("outer", "", "outer", lambda: None, str)
     assert twin.warnings == [NOTE]
 
 
@@ -65,7 +65,7 @@ def test_a_step_that_fails_has_warned():
         raise ZeroDivisionError
 
     with pytest.warns(gs.GeosurfWarning), pytest.raises(ZeroDivisionError):
-        memory.remembered("stage", "Top", "key", fail, str)
+        memory.get_or_compute("stage", "Top", "key", fail, str)
     assert memory.warnings == [NOTE]
 
 

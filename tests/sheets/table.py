@@ -145,7 +145,7 @@ def distances(points: np.ndarray, lines) -> np.ndarray:
 
 def open_edges(world, sheet) -> int:
     """Rims of the exactly cut sheet that are neither the data's own outline nor on a fault."""
-    patches = gs.drop_ghosts(gs.rebuild_surfaces([sheet.surface, *sheet.faults]))
+    patches = gs.trim_sheets(gs.rebuild_surfaces([sheet.surface, *sheet.faults]))
     of = patches.surface_of_triangle
     edges = [
         np.sort(np.stack([t, np.roll(t, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)

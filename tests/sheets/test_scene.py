@@ -85,7 +85,7 @@ def test_a_sheet_needs_the_faults_that_tear_it(pair):
 def test_surfaces_without_ghosts_come_back_unchanged():
     flat = gs.TriSurface("Top", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
     patches = gs.rebuild_surfaces([flat])
-    assert gs.drop_ghosts(patches) is patches
+    assert gs.trim_sheets(patches) is patches
 
 
 def test_what_is_dropped_is_accounted_for(pair):

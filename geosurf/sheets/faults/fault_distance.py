@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from geosurf.arrangement.threads import side_by_side
+from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.sheets.fault_distance import own_height
 from geosurf.kernels.sheets.link_lines import NEAR, to_line
 from geosurf.kernels.sheets.node_bands import in_blocks, nodes_of_blocks
@@ -135,7 +135,7 @@ def near_traces(frame: Frame, traces: Sequence[Trace], reach: float) -> list[Nea
 
 def rows_near(near: Sequence[NearTrace], nodes: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Rows of nodes near each of some traces, as from `NearTrace.look_up`."""
-    return side_by_side(NearTrace.look_up, list(zip(near, nodes, strict=True)))
+    return map_threads(NearTrace.look_up, list(zip(near, nodes, strict=True)))
 
 
 class NearTrace:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from geosurf.arrangement.threads import side_by_side
+from geosurf.arrangement.threads import map_threads
 from geosurf.sheets.faults.cut_edges import Cuts, within
 from geosurf.sheets.faults.fault_distance import (
     NearTrace,
@@ -152,7 +152,7 @@ class Rebuild:
             settings.first_trim = half + 1.0  # no mean of both walls is taken for a datum
         self.reach = max(settings.trim, settings.first_trim) + 1.0
         self.levels = float(picks.z.min()), float(picks.z.max())
-        self.nearby = side_by_side(self._near, [(mesh,) for mesh in meshes])
+        self.nearby = map_threads(self._near, [(mesh,) for mesh in meshes])
         self.throws: list[float] | None = None  # largest of each trace: not known yet
         self.hiding = settings.trim
         self.doubts = Doubts(picks, self.nearby)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.arrangement.threads import side_by_side
+from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.lattices.third_differences import third_differences
 
 ROWS = 400  # rows and columns that are looked at
@@ -21,7 +21,7 @@ LEAST = 1e-4  # weight: means over five cells, a third of the collar in which no
 
 def noise_of(heights: np.ndarray) -> tuple[float, float]:
     """Standard deviation of noise, and typical third difference of the signal, of a grid [m]."""
-    single, double = side_by_side(_spread, [(heights, step) for step in STEPS[:2]])
+    single, double = map_threads(_spread, [(heights, step) for step in STEPS[:2]])
     if not np.isfinite(double):
         return 0.0, 0.0
     signal = max((double - single) / 63.0, 0.0)

@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from geosurf.arrangement.search import find_contacts
-from geosurf.arrangement.threads import side_by_side
+from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import frame_origin
 from geosurf.model import Patches, TriSurface
 from geosurf.model.base import all_of, any_of
@@ -169,7 +169,7 @@ def cut_band(
     # points are rounded once, in the frame of all: the same for any islands
     origin = frame_origin(band.surface.extent, *(fault.extent for fault in faults))
     found = islands(band.surface.vertex_data["node"], band.surface.triangles, frame, blocks)
-    parts = side_by_side(
+    parts = map_threads(
         partial(_cut_part, torn=torn, triangles=triangles, origin=origin, is_own=is_own),
         [
             (band if len(found) == 1 else band.only(rows), mine, [faults[k] for k in mine])

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from geosurf.arrangement.threads import side_by_side
+from geosurf.arrangement.threads import map_threads
 from geosurf.conventions import place
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.faults.cut_edges import FALLING, RISING
@@ -46,7 +46,7 @@ def fault_cuts(
         lines = {wall: tuple(lines) for wall, lines in walls.items()}
         return FaultCut(fault.name, lines, stations, along, throw, heave, ends)
 
-    found = side_by_side(cut_by, list(enumerate(faults)))
+    found = map_threads(cut_by, list(enumerate(faults)))
     return {cut.fault: cut for cut in found}
 
 
