@@ -42,7 +42,7 @@ GIVEN = {
     "Lattice",
     "FaultSticks",
     "Curves",
-    "Place",
+    "CurveIssue",
     "Patches",
     "Unit",
     "Units",

@@ -32,10 +32,10 @@ MOST = 4000  # of them on an edge
 PAST = 0.5  # cells that a branch is led past the trace of its main fault
 
 # trace number, end (0 or 1), main fault
-Contact = tuple[int, int, int]
+TraceContact = tuple[int, int, int]
 
 
-def contacts(traces: list[Trace], meshes: list[FaultMesh]) -> list[Contact]:
+def contacts(traces: list[Trace], meshes: list[FaultMesh]) -> list[TraceContact]:
     """Ends of traces that lie on another fault, at their own height."""
     if not traces:
         return []

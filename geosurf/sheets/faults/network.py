@@ -15,7 +15,7 @@ from geosurf.arrangement.threads import map_threads
 from geosurf.kernels.sheets.fault_distance import UNIT
 from geosurf.kernels.sheets.fault_trace import block_bounds
 from geosurf.kernels.sheets.link_lines import line_crossings
-from geosurf.sheets.faults.branches import FluidContact, contacts, led_to, mains_first, wall_field
+from geosurf.sheets.faults.branches import TraceContact, contacts, led_to, mains_first, wall_field
 from geosurf.sheets.faults.cut_edges import Cuts, cuts_of, whole_units
 from geosurf.sheets.faults.traces import FaultMesh, Trace, extended, sample, trace_lines
 from geosurf.sheets.lattice.frame import Frame
@@ -57,7 +57,7 @@ class Network:
         found = map_threads(trace_lines, [(mesh, drape, stretch, bounds) for mesh in meshes])
         for number, lines in enumerate(found):
             self._add(number, lines, stretch)
-        self.on: list[FluidContact] = []
+        self.on: list[TraceContact] = []
         if filled is not None:
             self._trace_branches(meshes, drape, frame, filled)
         self.solve = np.array([[0.0, len(t.line) - 1] for t in self.traces]).reshape(-1, 2)
