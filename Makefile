@@ -8,8 +8,8 @@ WARM := .venv/.warm
 SCENARIO := data/synthetic_horizons/faulted_reservoir.toml
 
 OLDEST := .venv-oldest/bin
-TESTED_OLDEST := $(addprefix tests/,carve arrangement faults intersect measure read rebuild render report write) \
-	$(addprefix tests/test_,scenario.py scene.py synthetic.py triangulate.py)
+TESTED_OLDEST := $(wildcard $(addprefix tests/,arrangement carve faults files intersect measure model \
+	read rebuild render report scenario scene synthetic triangulate write))
 
 .PHONY: help demo test test-oldest lint wheel clean
 

@@ -29,7 +29,7 @@ from geosurf import TriSurface, build_contacts, build_walls, carve_units, rebuil
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.carve.certificate import certify
 from geosurf.errors import RoundingError
-from tests.half_spaces import Pieces
+from tests.carve.half_spaces import Pieces
 from tests.strategies import UTM
 
 REACH = 64

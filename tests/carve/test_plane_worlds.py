@@ -12,8 +12,8 @@ from geosurf.carve.certificate import certify
 from geosurf.carve.volume import exact_volume, volume_of
 from geosurf.errors import GeosurfWarning
 from tests import oracles
+from tests.carve.half_spaces import Pieces
 from tests.carve.plane_worlds import KINDS, check, corners_of, plane_world
-from tests.half_spaces import Pieces
 
 THREE = [((0, 1, -1), 0), ((1, -1, 1), -2), ((2, 1, -2), 0)]
 SHIFT = np.array([0.1, 0.2, 0.3])

@@ -10,7 +10,7 @@ from geosurf.intersect import dial
 from geosurf.intersect.sides import find_candidates, side_of
 from geosurf.kernels.smooth.newton_seeds import patch_cone
 from geosurf.kernels.smooth.patch_pyramid import BLOCK
-from tests.cubics import points_on
+from tests.intersect.cubics import points_on
 from tests.intersect.smooth_worlds import (
     along,
     distance_from,

@@ -24,7 +24,8 @@ import pytest
 from geosurf import build_walls, carve_units, rebuild_surfaces
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeometryError, GeosurfError, InvariantError, OpenUnitError
-from tests import laws, oracles, spaces
+from tests import laws, oracles
+from tests.rebuild import spaces
 from tests.rebuild.worlds import again, as_list, boxed_world, world
 from tests.strategies import BOX
 

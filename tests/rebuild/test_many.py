@@ -10,8 +10,8 @@ import pytest
 from geosurf import build_walls, carve_units, rebuild_surfaces
 from geosurf.errors import GeometryError, OpenUnitError, RoundingError
 from geosurf.model import Units
-from tests import oracles, spaces
-from tests.rebuild import many
+from tests import oracles
+from tests.rebuild import many, spaces
 from tests.rebuild.worlds import boxed_world
 from tests.strategies import BOX, sheet
 

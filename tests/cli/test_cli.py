@@ -22,7 +22,7 @@ from geosurf.cli.exit_codes import Ending
 from geosurf.errors import InvariantError
 from geosurf.model import Certificate, Check
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="module")

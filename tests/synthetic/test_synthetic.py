@@ -23,7 +23,7 @@ from geosurf.synthetic.rough import hashed_noise
 from geosurf.synthetic.world import zone_names
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 
-FILES = Path(__file__).resolve().parents[1] / "data" / "synthetic_horizons"
+FILES = Path(__file__).resolve().parents[2] / "data" / "synthetic_horizons"
 WORLDS = [
     synthetic.tilted_planes,
     synthetic.graben,

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "geosurf").rglob("*.py"))
 BIN = Path(sys.executable).parent
 HEAVY = ("xarray", "pandas", "pyvista", "vtk", "vtkmodules", "scipy", "numba", "meshio")

@@ -173,7 +173,7 @@ def error_classes() -> list[type[errors.GeosurfError]]:
 
 @pytest.mark.parametrize("error", error_classes(), ids=lambda error: error.__name__)
 def test_every_error_has_its_entry_in_the_docs(error: type[errors.GeosurfError]) -> None:
-    page = (Path(__file__).resolve().parents[1] / "docs" / "errors.md").read_text()
+    page = (Path(__file__).resolve().parents[2] / "docs" / "errors.md").read_text()
     entry = re.search(rf"^#+ `{error.__name__}`.*?(?=^#|\Z)", page, re.MULTILINE | re.DOTALL)
     assert entry, f"docs/errors.md has no heading for {error.__name__}"
     assert f"exit code {error.exit_code}" in entry[0]
