@@ -239,27 +239,6 @@ def stress_command(options: argparse.Namespace) -> int:
     return OUR_FAULT if wrong else 0
 
 
-def bench_command(options: argparse.Namespace) -> int:
-    """Measure, print the tables, and write them with pictures and a page."""
-    from geosurf.prove.bench import bench_text, run_bench, write_bench
-
-    tables = [*(options.only or ()), *(["targets"] if options.targets else [])]
-    found = run_bench(
-        tables or None,
-        size=options.size,
-        quick=options.quick,
-        targets=options.target,
-        core=options.core,
-        progress=_speaker(options.quiet),
-    )
-    print(f"\n{bench_text(found)}\n")
-    for path in write_bench(found, options.out) if options.out else ():
-        print(path)
-    for sentence in found["wrong"]:
-        print(f"geosurf: {sentence}", file=sys.stderr)
-    return OUR_FAULT if found["wrong"] else 0
-
-
 # ---- what they share -------------------------------------------------------------------
 
 
@@ -378,16 +357,6 @@ def _add_proofs(add: Callable[..., Any]) -> None:
     stress.add_argument("-o", "--out", help="a .json file for the table and all that failed")
     stress.add_argument("--replay", metavar="FILE", help="run one .npz case again that failed")
     stress.add_argument("--quiet", action="store_true", help="no table")
-    bench = add("bench", bench_command, "measure time, error, memory; 4 if an answer is wrong")
-    bench.add_argument("--quick", action="store_true", help="tiny sizes: to see that it runs")
-    bench.add_argument("--only", action="append", metavar="TABLE",
-                       help="error, growth, questions or targets; repeat")  # fmt: skip
-    bench.add_argument("--targets", action="store_true", help="the table of targets")
-    bench.add_argument("--target", action="append", metavar="NAME", help="only this row; repeat")
-    bench.add_argument("--size", type=float, help="most triangles (2e6; targets: 2e7)")
-    bench.add_argument("--core", type=int, help="core to measure on (default: the last)")
-    bench.add_argument("-o", "--out", help="folder for JSON, pictures and one page")
-    bench.add_argument("--quiet", action="store_true", help="no progress")
 
 
 if __name__ == "__main__":

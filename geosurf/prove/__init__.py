@@ -1,8 +1,7 @@
 """Proof that geosurf does what it promises, for anyone to run.
 
 `geosurf.prove.stress` feeds the engine what breaks engines, and judges its answers with arithmetic
-that shares nothing with it. `geosurf.prove.bench` measures it beside other packages. The names
-are imported when first used.
+that shares nothing with it. The names are imported when first used.
 """
 
 from __future__ import annotations

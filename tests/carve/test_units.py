@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.scenes import make_setting
 from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces, synthetic
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeometryError, InputError, OpenUnitError
-from geosurf.prove.bench.scenes import make_setting
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 from tests import laws, oracles
 from tests.strategies import BOX, faulted_worlds, grid, moved, sheet, shuffled, soup

@@ -381,7 +381,7 @@ def test_without_numba_nothing_imports_it():
 
 def test_a_curve_of_two_triangles_imports_little():
     """No compiler, no threads, no masked arrays, none of the kernels of the dial and of cutting."""
-    from geosurf.prove.bench.tasks import _START
+    from benchmarks.tasks import _START
 
     code = "import atexit, sys; atexit.register(lambda: print(*sys.modules)); " + _START
     said = subprocess.run(

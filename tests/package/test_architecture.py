@@ -16,6 +16,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "geosurf").rglob("*.py"))
+BENCHMARKS = sorted((ROOT / "benchmarks").rglob("*.py"))
 BIN = Path(sys.executable).parent
 HEAVY = ("xarray", "pandas", "pyvista", "vtk", "vtkmodules", "scipy", "numba", "meshio")
 LONGEST_FILE = 450
@@ -129,7 +130,7 @@ def test_importing_a_stage_does_not_load_vtk(stage: str) -> None:
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=name_of)
-def test_what_is_imported_is_declared(path: Path) -> None:
+def test_every_import_is_declared(path: Path) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     declared = {"geosurf", *sys.stdlib_module_names}
     extras = project["optional-dependencies"]
@@ -181,7 +182,7 @@ def _is_main_guard(node: ast.stmt) -> bool:
     return isinstance(node, ast.If) and ast.unparse(node.test) == "__name__ == '__main__'"
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+@pytest.mark.parametrize("path", [*SOURCES, *BENCHMARKS], ids=name_of)
 def test_fastmath_is_never_on(path: Path) -> None:
     """Exact sums and products of doubles are wrong as soon as a compiler may reorder them."""
     for node in ast.walk(tree_of(path)):
@@ -192,7 +193,7 @@ def test_fastmath_is_never_on(path: Path) -> None:
             raise AssertionError(f"{name_of(path)}:{node.lineno}: 'fastmath' as a key")
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+@pytest.mark.parametrize("path", [*SOURCES, *BENCHMARKS], ids=name_of)
 def test_nothing_is_left_to_do_and_nothing_is_swallowed(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert not re.search(r"\b(TODO|FIXME|XXX|HACK)\b", text), name_of(path)
@@ -217,7 +218,7 @@ def test_errors_that_say_where_have_the_place_as_data(path: Path) -> None:
             assert has or not says, f"{name_of(path)}:{node.lineno}"
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+@pytest.mark.parametrize("path", [*SOURCES, *BENCHMARKS], ids=name_of)
 def test_files_fit_in_a_head(path: Path) -> None:
     lines = len(path.read_text(encoding="utf-8").splitlines())
     assert lines <= LONGEST_FILE, f"{name_of(path)} has {lines} lines; split it into two rooms"

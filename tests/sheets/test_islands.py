@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.prove.bench.geology import torn_sources
+from benchmarks.geology import torn_sources
 from geosurf.sheets.mesh import cut, islands
 
 

@@ -8,5 +8,5 @@ from pathlib import Path
 
 def drogon_folder() -> Path:
     """Return where the data of the field are, whether there or not."""
-    here = Path(__file__).resolve().parents[3].parent / "shared"
+    here = Path(__file__).resolve().parents[1].parent / "shared"
     return Path(os.environ.get("GEOSURF_SHARED", here)) / "data"

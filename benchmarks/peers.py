@@ -1,8 +1,8 @@
 """Other packages, each in a few lines: what they take, what is timed, what comes out.
 
-None of them is needed: ``pip install geosurf[peers]`` brings those that a registry has. They run in
-processes of their own, so that one that crashes takes nothing with it. Vertices and triangles
-are made beside the clock, and so is the package's own mesh where it has one.
+None of them is needed: ``pip install -r benchmarks/requirements.txt`` brings those that a registry
+has. They run in processes of their own, so that one that crashes takes nothing with it. Vertices
+and triangles are made before the clock starts, and so is the package's own mesh where it has one.
 
 ==============  ==========================================================================
 compas_cgal     CGAL's curve of two meshes, and its split of the first one; exact
@@ -26,13 +26,13 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.scenes import Mesh, Setting
+from benchmarks.solids import body_below, body_beside
+from benchmarks.tasks import TASKS, Task, pieces_answer, segments_answer, start_process
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
-from geosurf.prove.bench.scenes import Mesh, Setting
-from geosurf.prove.bench.solids import body_below, body_beside
-from geosurf.prove.bench.tasks import TASKS, Task, pieces_answer, segments_answer, start_process
 
-HOW_TO_INSTALL = "not installed: pip install geosurf[peers]"
+HOW_TO_INSTALL = "not installed: pip install -r benchmarks/requirements.txt"
 
 
 @dataclass(frozen=True)

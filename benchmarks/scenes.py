@@ -25,12 +25,12 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.folders import drogon_folder
+from benchmarks.geology import field_sources, torn_sources
 from geosurf import synthetic
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
 from geosurf.model import TriSurface
-from geosurf.prove.bench.folders import drogon_folder
-from geosurf.prove.bench.geology import field_sources, torn_sources
 from geosurf.synthetic.world import make_fault, make_horizon
 from geosurf.triangulate import triangulate_fault, triangulate_horizon
 

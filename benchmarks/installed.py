@@ -20,7 +20,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-PACKAGE = Path(__file__).resolve().parents[2]
+import geosurf
+
+PACKAGE = Path(geosurf.__file__).resolve().parent
 _LONGEST = 1800  # [s] that building may take
 _WHERE = "import geosurf; print(geosurf.__file__)"
 

@@ -14,8 +14,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from geosurf.prove.bench.peers import PEERS
-from geosurf.prove.bench.stats import median
+from benchmarks.peers import PEERS
+from benchmarks.stats import median
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -27,10 +27,10 @@ class Job:
     Attributes
     ----------
     task : str
-        One of `geosurf.prove.bench.tasks.TASKS`, or of the peer's tasks.
+        One of `benchmarks.tasks.TASKS`, or of the peer's tasks.
     scene : str
     size : float
-        See `geosurf.prove.bench.scenes`.
+        See `benchmarks.scenes`.
     peer : str
         Name of another package; empty for geosurf.
     options : dict
@@ -135,10 +135,10 @@ def run_jobs(jobs: Sequence[Job], *, core: int | None = None, limit: float = 600
 
 def _one_process(jobs: list[Job], core: int | None, limit: float) -> tuple[list[str], str]:
     """Lines of results, and why there are not as many as jobs."""
-    package = Path(__file__).resolve().parents[3]
-    path = os.pathsep.join(filter(None, [str(package), os.environ.get("PYTHONPATH")]))
+    checkout = Path(__file__).resolve().parents[1]
+    path = os.pathsep.join(filter(None, [str(checkout), os.environ.get("PYTHONPATH")]))
     environment = os.environ | dict.fromkeys(ONE_THREAD, "1") | {"PYTHONPATH": path}
-    command = [sys.executable, "-m", "geosurf.prove.bench.child"]
+    command = [sys.executable, "-m", "benchmarks.child"]
     orders = "\n".join(json.dumps({**asdict(job), "core": core}) for job in jobs)
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         late = ""

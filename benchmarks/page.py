@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from geosurf.prove.bench.stats import count_text, metres_text, seconds_text
+from benchmarks.stats import count_text, metres_text, seconds_text
 from geosurf.report.page import fill_page, html_pictures, html_table, paragraph
 from geosurf.report.tables import NOTHING, Table
 
@@ -208,4 +208,4 @@ def write_page(found: dict[str, Any], folder: Path) -> str:
         if name in PICTURES:
             body += html_pictures({PICTURES[name]: folder / f"bench_{name}.png"})
         sections.append((TITLES[name], body + html_table(tables_of(name, table))))
-    return fill_page("geosurf bench", header, sections)
+    return fill_page("geosurf: benchmarks", header, sections)

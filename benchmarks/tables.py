@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from geosurf.prove.bench.jobs import Job
-from geosurf.prove.bench.measure import Measuring
-from geosurf.prove.bench.stats import SEEN_BYTES, exponent
-from geosurf.prove.bench.tasks import has_tolerance
+from benchmarks.jobs import Job
+from benchmarks.measure import Measuring
+from benchmarks.stats import SEEN_BYTES, exponent
+from benchmarks.tasks import has_tolerance
 
 Row = dict[str, Any]
 TOLERANCES = (1.0, 0.1, 1e-2, 1e-3)  # [m]

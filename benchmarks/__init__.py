@@ -1,4 +1,4 @@
-"""`geosurf bench`: run time against error, against size, against what is asked, against others.
+"""``python -m benchmarks``: run time against error, size and targets, next to other packages.
 
 ===========  ===============================================================
 scenes       what is measured, by name and size
@@ -22,16 +22,16 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmarks.jobs import Job, default_core, machine
+from benchmarks.measure import Measuring
+from benchmarks.page import TITLES, machine_lines, tables_of, text_table, write_page
+from benchmarks.plots import draw_errors, draw_growth, draw_questions
+from benchmarks.reached import target_table
+from benchmarks.tables import JOBS, LAYOUT, decades
+from benchmarks.targets import FULL_SIZE, select
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError, OutputError
 from geosurf.files.atomic import write_whole
-from geosurf.prove.bench.jobs import Job, default_core, machine
-from geosurf.prove.bench.measure import Measuring
-from geosurf.prove.bench.page import TITLES, machine_lines, tables_of, text_table, write_page
-from geosurf.prove.bench.plots import draw_errors, draw_growth, draw_questions
-from geosurf.prove.bench.reached import target_table
-from geosurf.prove.bench.tables import JOBS, LAYOUT, decades
-from geosurf.prove.bench.targets import FULL_SIZE, select
 
 SIZE = 2e6
 SMALLEST = 2e4

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmarks.stats import SEEN_BYTES, count_text, metres_text, seconds_text
 from geosurf.errors import OutputError
-from geosurf.prove.bench.stats import SEEN_BYTES, count_text, metres_text, seconds_text
 
 Row = dict[str, Any]
 INK, FAINT, RULE = "#26292e", "#7d838c", "#d8dbe0"

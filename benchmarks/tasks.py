@@ -20,13 +20,13 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks import geology, truth
+from benchmarks.distance import hausdorff
+from benchmarks.installed import Start, prepare_start
+from benchmarks.scenes import Setting
 from geosurf.carve import carve_units
 from geosurf.intersect import intersect_surfaces
 from geosurf.model import Curves, Patches, Units
-from geosurf.prove.bench import geology, truth
-from geosurf.prove.bench.distance import hausdorff
-from geosurf.prove.bench.installed import Start, prepare_start
-from geosurf.prove.bench.scenes import Setting
 from geosurf.rebuild import rebuild_surfaces
 from geosurf.scene import Scene
 from geosurf.triangulate import build_walls

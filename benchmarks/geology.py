@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.folders import drogon_folder
 from geosurf.errors import InputError
 from geosurf.model import FaultSticks, Sheet
-from geosurf.prove.bench.folders import drogon_folder
 from geosurf.scene import Scene
 from geosurf.sheets import tear_horizon
 from geosurf.triangulate import triangulate_fault

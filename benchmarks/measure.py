@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from geosurf.prove.bench.jobs import Job, Result, run_jobs
-from geosurf.prove.bench.judge import UNITS, judge, known_truth
-from geosurf.prove.bench.peers import HOW_TO_INSTALL, find_peer
-from geosurf.prove.bench.stats import count_text, median, seconds_text
+from benchmarks.jobs import Job, Result, run_jobs
+from benchmarks.judge import UNITS, judge, known_truth
+from benchmarks.peers import HOW_TO_INSTALL, find_peer
+from benchmarks.stats import count_text, median, seconds_text
 
 
 @dataclass

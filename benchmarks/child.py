@@ -15,11 +15,11 @@ import time
 from pathlib import Path
 from typing import Any
 
+from benchmarks.peers import find_peer
+from benchmarks.scenes import Setting, make_setting
+from benchmarks.tasks import TASKS, Task
 from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError
-from geosurf.prove.bench.peers import find_peer
-from geosurf.prove.bench.scenes import Setting, make_setting
-from geosurf.prove.bench.tasks import TASKS, Task
 
 WARM_SIZE = 2000.0
 ENOUGH_SECONDS = 0.4  # quick calls are repeated until so much time went into them,
@@ -50,12 +50,12 @@ def measure(order: dict[str, Any]) -> dict[str, Any]:
     Parameters
     ----------
     order : dict
-        The fields of `geosurf.prove.bench.jobs.Job`.
+        The fields of `benchmarks.jobs.Job`.
 
     Returns
     -------
     dict
-        The fields of `geosurf.prove.bench.jobs.Result`, but for the job.
+        The fields of `benchmarks.jobs.Result`, but for the job.
 
     Examples
     --------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from geosurf.prove.bench.jobs import Job, Result
+from benchmarks.jobs import Job, Result
 
 LENGTH = 1e-6  # relative; float32 at UTM coordinates is off by 1e-4, exact packages by 1e-12
 AREA = 1e-9

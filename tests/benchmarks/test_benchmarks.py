@@ -1,4 +1,4 @@
-"""The bench measures, judges and draws; what it says of right and wrong is checked here."""
+"""The benchmarks measure, judge and draw; what they say of right and wrong is checked here."""
 
 from __future__ import annotations
 
@@ -15,23 +15,25 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from geosurf import Scene, cli, intersect_surfaces, synthetic
-from geosurf.errors import InputError, OutputError
-from geosurf.prove import bench
-from geosurf.prove.bench import child, measure, page, peers, plots, reached, targets, tasks, truth
-from geosurf.prove.bench.distance import distance_to_segments, hausdorff
-from geosurf.prove.bench.installed import (
+import benchmarks
+from benchmarks import child, measure, page, peers, plots, reached, targets, tasks, truth
+from benchmarks.__main__ import main
+from benchmarks.distance import distance_to_segments, hausdorff
+from benchmarks.installed import (
     Installed,
     installed,
     place_of,
     prepare_start,
     unpack,
 )
-from geosurf.prove.bench.jobs import Job, Result, run_jobs
-from geosurf.prove.bench.judge import judge
-from geosurf.prove.bench.measure import Measuring
-from geosurf.prove.bench.scenes import SCENES, make_setting
-from geosurf.prove.bench.stats import exponent
+from benchmarks.jobs import Job, Result, run_jobs
+from benchmarks.judge import judge
+from benchmarks.measure import Measuring
+from benchmarks.scenes import SCENES, make_setting
+from benchmarks.stats import exponent
+from geosurf import Scene, intersect_surfaces, synthetic
+from geosurf.cli.exit_codes import OUR_FAULT
+from geosurf.errors import InputError, OutputError
 from geosurf.synthetic.waves import _BOX as WAVES_BOX
 from geosurf.synthetic.waves import _east_of, _height
 
@@ -69,7 +71,7 @@ class Links(HTMLParser):
 
 def test_quick_writes_all_files(without_processes, tmp_path, capsys):
     out = tmp_path / "new" / "folder"
-    assert cli.main(["bench", "--quick", "-o", str(out)]) == 0
+    assert main(["--quick", "-o", str(out)]) == 0
     said = capsys.readouterr()
     assert said.err == ""
     assert "These times measure nothing" in said.out
@@ -82,7 +84,7 @@ def test_quick_writes_all_files(without_processes, tmp_path, capsys):
     assert all(row["error"] == "" and row["wrong"] == [] and row["seconds"] > 0 for row in ours)
     others = {row["who"]: row["error"] for row in rows if row["who"] != "geosurf"}
     assert set(others) == {"compas_cgal", "vtk", "loop_cgal", "manifold3d"}
-    assert set(others.values()) == {"not installed: pip install geosurf[peers]"}
+    assert set(others.values()) == {"not installed: pip install -r benchmarks/requirements.txt"}
     assert "geosurf: curve" in found["tables"]["growth"]["exponents"]
     for name in ("error", "growth", "questions"):
         assert (out / f"bench_{name}.png").read_bytes().startswith(PNG)
@@ -96,7 +98,7 @@ def test_quick_writes_all_files(without_processes, tmp_path, capsys):
 def test_errors_shrink_with_the_cells(without_processes):
     run = Measuring(repeats=1, budget=0.0, warm=False)
     jobs = [run.job(task, "waves", n) for task in ("curve", "units") for n in (500, 8000)]
-    rows = bench.tables.error_table(run.rows(jobs))["rows"]
+    rows = benchmarks.tables.error_table(run.rows(jobs))["rows"]
     assert run.wrong == []
     coarse, fine, rough, smooth = rows
     # cells of a quarter of the length; both errors are of second order
@@ -107,12 +109,12 @@ def test_errors_shrink_with_the_cells(without_processes):
 def test_the_dial_is_measured_when_there_is_one(monkeypatch):
     run = Measuring()
     assert (
-        not any("tolerance" in job.options for job in bench.tables.error_jobs(run, [1e4, 1e6]))
+        not any("tolerance" in job.options for job in benchmarks.tables.error_jobs(run, [1e4, 1e6]))
         or tasks.has_tolerance()
     )
     monkeypatch.setattr(tasks, "intersect_surfaces", lambda surfaces, *, tolerance=0: None)
-    dialled = [j for j in bench.tables.error_jobs(run, [1e4, 1e6]) if "tolerance" in j.options]
-    assert {job.options["tolerance"] for job in dialled} == set(bench.tables.TOLERANCES)
+    dialled = [j for j in benchmarks.tables.error_jobs(run, [1e4, 1e6]) if "tolerance" in j.options]
+    assert {job.options["tolerance"] for job in dialled} == set(benchmarks.tables.TOLERANCES)
     assert {job.size for job in dialled} == {1e4}
 
 
@@ -123,7 +125,7 @@ def test_a_crash_takes_nothing_else_down(tmp_path, monkeypatch):
     """A peer that dies, one that fails and one that hangs: the others are measured."""
     (tmp_path / "peers_that_break.py").write_text(
         "import os, time, signal\n"
-        "from geosurf.prove.bench import peers, tasks\n"
+        "from benchmarks import peers, tasks\n"
         "def fresh(setting, options): return setting\n"
         "def die(s, o): os.kill(os.getpid(), signal.SIGKILL)\n"
         "def fail(s, o): raise RuntimeError('mesh is empty')\n"
@@ -288,9 +290,9 @@ def test_a_wrong_answer_of_ours_ends_with_4(without_processes, monkeypatch, caps
         return results
 
     monkeypatch.setattr(measure, "run_jobs", wrong)
-    arguments = ["bench", "--quick", "--quiet", "--only", "growth", "--size", "2e3"]
-    assert cli.main([*arguments, "-o", str(tmp_path)]) == cli.OUR_FAULT
-    assert re.search(r"geosurf: S1 2e3: curve: length \d+\.\d+ m, true", capsys.readouterr().err)
+    arguments = ["--quick", "--quiet", "--only", "growth", "--size", "2e3"]
+    assert main([*arguments, "-o", str(tmp_path)]) == OUR_FAULT
+    assert re.search(r"benchmarks: S1 2e3: curve: length \d+\.\d+ m, true", capsys.readouterr().err)
     assert "WRONG" in (tmp_path / "bench.html").read_text()
 
 
@@ -413,7 +415,7 @@ def test_a_target_without_its_peer_says_how_to_get_it(monkeypatch):
     monkeypatch.setattr(targets, "TARGETS", (target,))
     [row] = reached.target_table(Measuring())["rows"]
     assert (row["ratio"], row["met"]) == (None, None)
-    assert row["why"] == "not installed: pip install geosurf[peers]"
+    assert row["why"] == "not installed: pip install -r benchmarks/requirements.txt"
     assert row["ours"]
 
 
@@ -456,7 +458,7 @@ def test_targets_are_measured(without_processes, monkeypatch, capsys):
     """The rows with scenes of their own, at a hundredth of their size."""
     monkeypatch.setattr(reached, "installed", lambda: Installed("", "from sources"))
     names = ["parallel chords", "crossing chords", "cells", "memory", "start", "start from files"]
-    found = bench.run_bench(["targets"], targets=names, size=FULL / 400, quick=True)
+    found = benchmarks.run_bench(["targets"], targets=names, size=FULL / 400, quick=True)
     assert found["wrong"] == []
     rows = {row["name"]: row for row in found["tables"]["targets"]["rows"]}
     assert set(rows) == set(names)
@@ -465,7 +467,7 @@ def test_targets_are_measured(without_processes, monkeypatch, capsys):
         assert row["measured"][0]["wrong"] == []
     assert rows["parallel chords"]["measured"][0]["answer"]["segments"] == 100
     assert rows["cells"]["measured"][0]["answer"]["units"] == 6
-    assert "Target" in bench.bench_text(found)
+    assert "Target" in benchmarks.bench_text(found)
     assert rows["start"]["what"].endswith("curve of two triangles (from sources)")
     assert rows["start from files"]["measured"][0]["answer"]["bytes"] > 100
     assert rows["start from files"]["why"] == ""
@@ -508,7 +510,7 @@ def test_where_no_wheel_can_be_built_the_sources_are_timed_and_named(monkeypatch
     def fails(root, out):
         raise subprocess.CalledProcessError(1, "pip", stderr="much\nno C compiler\n")
 
-    monkeypatch.setattr("geosurf.prove.bench.installed.build_wheel", fails)
+    monkeypatch.setattr("benchmarks.installed.build_wheel", fails)
     found = installed.__wrapped__()
     assert found == Installed("", "from sources, no wheel: no C compiler")
 
@@ -578,7 +580,7 @@ def test_who_waited_is_marked():
     ],
 )
 def test_what_cannot_be_asked_is_refused_before_anything_runs(options, said, capsys):
-    assert cli.main(["bench", *options]) == 2
+    assert main(options) == 2
     assert re.search(said, capsys.readouterr().err)
 
 
@@ -592,9 +594,9 @@ def test_unknown_scenes_and_tasks():
 def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     settings = {"core": 0, "repeats": 1, "budget": 1, "limit": 1, "quick": False}
-    found = {"machine": bench.machine(), "wrong": [], "tables": {}, "settings": settings}
+    found = {"machine": benchmarks.machine(), "wrong": [], "tables": {}, "settings": settings}
     with pytest.raises(OutputError, match=r"bench.json: cannot be written.*Choose another -o"):
-        bench.write_bench(found, tmp_path / "file")
+        benchmarks.write_bench(found, tmp_path / "file")
     table = {"rows": [], "notes": []}
     with pytest.raises(OutputError, match=r"x.png: cannot be written.*Choose another -o"):
         plots.draw_questions(table, tmp_path / "file" / "x.png")

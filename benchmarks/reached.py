@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from geosurf.prove.bench.installed import installed
-from geosurf.prove.bench.jobs import Job
-from geosurf.prove.bench.measure import Measuring
-from geosurf.prove.bench.stats import exponent, metres_text, seconds_text
-from geosurf.prove.bench.tables import NO_DIAL
-from geosurf.prove.bench.targets import UNSCALED, Target, select
-from geosurf.prove.bench.tasks import has_tolerance
+from benchmarks.installed import installed
+from benchmarks.jobs import Job
+from benchmarks.measure import Measuring
+from benchmarks.stats import exponent, metres_text, seconds_text
+from benchmarks.tables import NO_DIAL
+from benchmarks.targets import UNSCALED, Target, select
+from benchmarks.tasks import has_tolerance
 
 _COARSER = (100.0, 140.0, 200.0, 280.0, 400.0)  # grids of the dial, until the bound is too large
 Row = dict[str, Any]
