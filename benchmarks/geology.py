@@ -79,7 +79,7 @@ def field_sources() -> tuple[Sources, dict[str, Any]]:
     from geosurf.read import read_fault, read_points
 
     folder = drogon_folder() / "drogon"
-    words = {"positive": "down", "units": "m"}
+    words = {"positive": "down", "length_unit": "m"}
     sticks = sorted((folder / "fault_sticks_pol").glob("F*.pol"))
     files = [folder / "horizons_poi" / f"{name}.poi" for name in FIELD]
     if len(sticks) != FAULTS or not all(path.exists() for path in files):

@@ -221,7 +221,7 @@ def _drogon(size: float) -> Setting:
             f"{folder}: the four horizons and six faults of Drogon are not there. "
             "Set GEOSURF_SHARED to the folder that holds data/drogon and data/drogon_xtgeo."
         )
-    words = {"positive": "down", "units": "m"}
+    words = {"positive": "down", "length_unit": "m"}
     sources: list[tuple[str, str, Any]] = [
         ("horizon", path.stem, read_horizon(path, **words)) for path in grids
     ]

@@ -154,7 +154,7 @@ def _start_from_files(made: tuple[Start, Path], options: dict) -> int:
     """The curve of the two files, by the command that users have, as a file; its size."""
     start, folder = made
     one, two, out = (str(folder / name) for name in ("one.gri", "two.gri", "curve.vtp"))
-    words = ("curves", one, two, "-o", out, "--positive", "up", "--units", "m")
+    words = ("curves", one, two, "-o", out, "--positive", "up", "--length-unit", "m")
     start_process(_FROM_FILES, start.environment, *words)
     return Path(out).stat().st_size
 

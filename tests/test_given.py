@@ -69,7 +69,7 @@ def test_a_horizon_in_feet_that_nobody_said_is_told(world):
     with pytest.raises(
         GeometryError,
         match=r"'Top' .*elevation -6974 to -6674\) does not reach the model box .* In feet its "
-        r"elevations would lie inside \(-2126 to -2034 m\): say units='ft' if they are\. Else",
+        r"elevations would lie inside \(-2126 to -2034 m\): set length_unit='ft' if they are\.",
     ):
         _ = gs.Scene({"Top": top}, world.faults, world.box).units
     top = top.assign_attrs(units="ft")

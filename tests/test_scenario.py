@@ -270,7 +270,7 @@ def test_direction_and_unit_can_be_said_for_each_file(inputs, scenario):
         "-996 2 2000 2000\n0 2000 0 2000\n2 0 0 0\n0 0 0 0 0 0 0\n5000 5000\n5000 5000\n"
     )
     table = '[[horizons]]\nname = "Deep"\nfile = "deep.irap"\n'
-    path = scenario(body=table + 'positive = "down"\nunits = "ft"\n')
+    path = scenario(body=table + 'positive = "down"\nlength_unit = "ft"\n')
     assert read_scenario(path).scene().surface("Deep").bounds[4] == -5000 * 0.3048
 
 
@@ -292,7 +292,7 @@ BAD = {
     "table for tables": (("[[faults]]", "[faults]"), r"faults must be tables in double brackets, as in \[\[faults\]\]"),
     "text for a table": (('title = "Tilted planes"', "search = 3"), r"search is 3; it must be a table"),
     "unknown direction": (('file = "Top.nc"', 'file = "Top.nc"\npositive = "dwon"'), r"horizons\['Top'\].positive is 'dwon'; it must be one of 'up', 'down'. Did you mean 'down'"),
-    "unknown units": (('file = "Top.nc"', 'file = "Top.nc"\nunits = "furlong"'), r"horizons\['Top'\].units is 'furlong'; it must be one of 'm'"),
+    "unknown units": (('file = "Top.nc"', 'file = "Top.nc"\nlength_unit = "furlong"'), r"horizons\['Top'\].length_unit is 'furlong'; it must be one of 'm'"),
     "unknown view": (('["southwest"]', '["southwets"]'), r"output.views has 'southwets'; it may have .*Did you mean 'southwest'"),
     "view twice": (('["southwest"]', '["top", "top"]'), r"output.views is \['top', 'top'\]; it must be a list of any of .* each once"),
     "unknown format": (("size_px", 'formats = ["vtl"]\nsize_px'), r"output.formats has 'vtl'; it may have"),

@@ -208,7 +208,7 @@ def test_a_gridded_contact_follows_the_words_of_the_scene(scene):
         np.full((2, 2), -2.0 / 0.3048), dims=("northing", "easting"),
         coords={"northing": x, "easting": x},
     )  # fmt: skip
-    split = scene.replace(contacts={"OWC": {"F1+": owc}}, positive="down", units="ft")
+    split = scene.replace(contacts={"OWC": {"F1+": owc}}, positive="down", length_unit="ft")
     assert "Top/Base F1+ below OWC" in split.units
     above = split.units["Top/Base F1+ above OWC"].vertices[:, 2]
     assert above.min() == pytest.approx(2.0, abs=1e-12)
@@ -220,7 +220,7 @@ def test_words_of_a_scene_are_not_said_twice(tmp_path):
     """Sticks from a file of depths in feet once were turned and scaled by the reader and again."""
     file = tmp_path / "F1.pol"
     file.write_text("1 0 10\n1 0 20\n999 999 999\n1 9 10\n1 9 20\n999 999 999\n")
-    words = {"positive": "down", "units": "ft"}
+    words = {"positive": "down", "length_unit": "ft"}
     for fault in (file, str(file), read_fault(file, **words)):
         bounds = Scene({}, {"F1": fault}, BOX, **words).surface("F1").bounds
         assert bounds == pytest.approx((1, 1, 0, 9, -6.096, -3.048), abs=1e-12)
@@ -234,11 +234,13 @@ def test_a_gridded_fault_that_says_its_units_keeps_them(said):
         "northing": (dims, [[0.0, 9.0], [0.0, 9.0]]),
         "elevation": (dims, [[8.0, 8.0], [-8.0, -8.0]], said),
     })  # fmt: skip
-    scene = Scene({}, {"F1": fault}, BOX, positive="down", units="ft")
+    scene = Scene({}, {"F1": fault}, BOX, positive="down", length_unit="ft")
     assert scene.surface("F1").bounds == (1.0, 2.0, 0.0, 9.0, -8.0, 8.0)
     plain = fault.assign(elevation=fault.elevation.drop_attrs())
     for whole in ({}, {"units": "m"}):  # which once kept the word of the scene away
-        feet = Scene({}, {"F1": plain.assign_attrs(whole)}, BOX, units="ft").surface("F1").bounds
+        feet = (
+            Scene({}, {"F1": plain.assign_attrs(whole)}, BOX, length_unit="ft").surface("F1").bounds
+        )
         assert feet[4:] == pytest.approx((-2.4384, 2.4384), abs=1e-12)
 
 

@@ -55,8 +55,8 @@ def seen(scene):
 @pytest.mark.parametrize("kind", PAIRS)
 def test_horizons_that_differ_in_one_thing(kind):
     one, two = PAIRS[kind]
-    words = {"positive": None if kind == "what is up" else "up", "units": "m"}
-    words["units"] = None if kind == "unit of the heights" else "m"
+    words = {"positive": None if kind == "what is up" else "up", "length_unit": "m"}
+    words["length_unit"] = None if kind == "unit of the heights" else "m"
     family = Scene({"Top": one}, {"F1": wall()}, BOX, **words)
     found = [seen(family.replace(horizons={"Top": top})) for top in (one, two, one)]
     assert found[1] == seen(Scene({"Top": two}, {"F1": wall()}, BOX, **words))
@@ -64,7 +64,7 @@ def test_horizons_that_differ_in_one_thing(kind):
 
 
 def test_units_and_order_of_axes():
-    scene = Scene({"Top": array()}, {"F1": wall()}, BOX, positive="up", units="m")
+    scene = Scene({"Top": array()}, {"F1": wall()}, BOX, positive="up", length_unit="m")
     assert scene.surface("Top").bounds[:2] == (-1.0, 5.0)
     feet = array().easting.assign_attrs(units="ft")
     found = scene.replace(horizons={"Top": array().assign_coords(easting=feet)}).surface("Top")
@@ -76,11 +76,11 @@ def test_units_and_order_of_axes():
 
 @pytest.mark.parametrize(("word", "values"), [
     ("positive", ("up", "down")),
-    ("units", ("m", "ft")),
+    ("length_unit", ("m", "ft")),
     ("voxel_size", (None, 0.7)),
 ])  # fmt: skip
 def test_words_for_inputs_that_do_not_say(word, values):
-    words = {"positive": "up", "units": "m"}
+    words = {"positive": "up", "length_unit": "m"}
     family = Scene({"Top": array()}, {"F1": wall()}, BOX, **words)
     found = [seen(family.replace(**{word: value})) for value in (*values, values[0])]
     fresh = Scene({"Top": array()}, {"F1": wall()}, BOX, **(words | {word: values[1]}))
@@ -92,10 +92,12 @@ def test_words_for_inputs_that_do_not_say(word, values):
 def test_areas_with_the_same_bounds():
     """The box around them is one; half of it is in either area."""
     areas = [(0, 0), (4, 0), (0, 4)], [(4, 0), (4, 4), (0, 4)], None
-    family = Scene({"Top": array()}, {"F1": wall()}, BOX, positive="up", units="m")
+    family = Scene({"Top": array()}, {"F1": wall()}, BOX, positive="up", length_unit="m")
     found = [seen(family.replace(aoi=aoi)) for aoi in areas]
     for aoi, one in zip(areas, found, strict=True):
-        again = Scene({"Top": array()}, {"F1": wall()}, BOX, aoi=aoi, positive="up", units="m")
+        again = Scene(
+            {"Top": array()}, {"F1": wall()}, BOX, aoi=aoi, positive="up", length_unit="m"
+        )
         assert one == seen(again)
     halves = [sum(volumes.values()) for *_, volumes in found]
     assert halves == pytest.approx([96.0, 96.0, 192.0])
@@ -155,11 +157,11 @@ def test_a_file_that_was_written_anew_is_read_anew(tmp_path):
 
 def test_an_array_that_was_changed_in_place_is_another_one():
     top = array()
-    first = Scene({"Top": top}, {"F1": wall()}, BOX, positive="up", units="m")
+    first = Scene({"Top": top}, {"F1": wall()}, BOX, positive="up", length_unit="m")
     before = seen(first)
     top.values[...] = STEPS + 1.0
     after = seen(first.replace(horizons={"Top": top}))
-    fresh = Scene({"Top": array(STEPS + 1.0)}, {"F1": wall()}, BOX, positive="up", units="m")
+    fresh = Scene({"Top": array(STEPS + 1.0)}, {"F1": wall()}, BOX, positive="up", length_unit="m")
     assert after == seen(fresh)
     assert seen(first) == before != after
 

@@ -140,7 +140,8 @@ def _not_reached(patches: Patches, surface: int) -> GeometryError:
         elif bottom <= FOOT * b and FOOT * t <= top:
             hint = (
                 f"In feet its elevations would lie inside ({FOOT * b:.0f} to {FOOT * t:.0f} m): "
-                f"say units='ft' if they are. Else enlarge the box, or leave the {source.role} out."
+                f"set length_unit='ft' if they are. Else enlarge the box, or leave the "
+                f"{source.role} out."
             )
     return GeometryError(
         f"{_extent_of(source)} does not reach the model box ({west:.0f} to {east:.0f}, "

@@ -168,7 +168,7 @@ def curves_command(options: argparse.Namespace) -> int:
     from geosurf.intersect import intersect_surfaces
     from geosurf.write import write
 
-    words = {"positive": options.positive, "units": options.units}
+    words = {"positive": options.positive, "length_unit": options.length_unit}
     surfaces = [_surface(Path(path), words) for path in (options.first, options.second)]
     if surfaces[0].name == surfaces[1].name:
         surfaces = [surfaces[0].renamed(options.first), surfaces[1].renamed(options.second)]
@@ -340,7 +340,7 @@ def build_parser() -> argparse.ArgumentParser:
     curves.add_argument("second", help="another one")
     curves.add_argument("-o", "--out", required=True, help="a .vtp, .pl or .pol file")
     curves.add_argument("--positive", choices=("up", "down"), help="where files do not say")
-    curves.add_argument("--units", help="length unit, where files do not say")
+    curves.add_argument("--length-unit", help="length unit, where files do not say")
 
     add("doctor", doctor_command, "say what geosurf stands on here, and whether it can draw")
     add("warmup", warmup_command, "compile the kernels, where they are not frozen")

@@ -41,13 +41,13 @@ METRES_PER_UNIT = {
 }
 
 
-def metres_per_unit(units: str | None, what: str) -> float:
-    """Return the factor from `units` to metres, or say which units are known.
+def metres_per_unit(length_unit: str | None, what: str) -> float:
+    """Return the factor from a length unit to metres.
 
     Parameters
     ----------
-    units : str or None
-        Name of a length unit, as in CF attributes: ``"m"``, ``"ft"``, ``"km"`` ...
+    length_unit : str or None
+        Its name, as in CF attributes: ``"m"``, ``"ft"``, ``"km"`` ...
     what : str
         What carries the unit, for the message: ``"horizon 'Top'"``.
 
@@ -65,16 +65,18 @@ def metres_per_unit(units: str | None, what: str) -> float:
     >>> metres_per_unit("ft", "horizon 'Top'")
     0.3048
     """
-    if units is None:
+    if length_unit is None:
         raise InputError(
-            f"{what}: units are missing. Say them with attrs['units'] = 'm' or units='m'."
+            f"{what}: the length unit is missing. Set attrs['units'] = 'm' or length_unit='m'."
         )
-    factor = METRES_PER_UNIT.get(units.strip().lower()) if isinstance(units, str) else None
+    factor = (
+        METRES_PER_UNIT.get(length_unit.strip().lower()) if isinstance(length_unit, str) else None
+    )
     if factor is None:
         known = ", ".join(sorted(METRES_PER_UNIT))
         raise InputError(
-            f"{what}: unknown units {units!r}; known are {known}. "
-            "Say the right one with attrs['units'] or units=."
+            f"{what}: unknown length unit {length_unit!r}. "
+            f"Set attrs['units'] or length_unit= to one of {known}."
         )
     return factor
 

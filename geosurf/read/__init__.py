@@ -56,7 +56,7 @@ def read_horizon(
     *,
     name: str | None = None,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
     format: str | None = None,  # noqa: A002 - the word users know
     variable: str | None = None,
 ) -> xr.DataArray | TriSurface:
@@ -75,7 +75,7 @@ def read_horizon(
     positive : {"up", "down"}, optional
         Whether values are elevations or depths, where the file does not say; meshes are elevations
         by default.
-    units : str, optional
+    length_unit : str, optional
         Unit of the values, where the file does not say: ``"m"``, ``"ft"`` ...
         Default metres for IRAP and ZMAP+, which have no place for it. Horizontal
         coordinates are not scaled by it.
@@ -101,7 +101,7 @@ def read_horizon(
         If the suffix is unknown, or the file is not what it should be: path,
         line or byte, found, expected.
     InputError
-        If the file cannot be opened, or nobody says `positive` (or `units`), or file and
+        If the file cannot be opened, or nobody says `positive` (or `length_unit`), or file and
         argument disagree.
     DependencyError
         If NetCDF support is not installed.
@@ -117,7 +117,12 @@ def read_horizon(
     (('northing', 'easting'), [500.0, 510.0], [[-1600.0, -1610.0], [-1605.0, nan]])
     """
     found = read_nodes(
-        path, name=name, positive=positive, units=units, format=format, variable=variable
+        path,
+        name=name,
+        positive=positive,
+        length_unit=length_unit,
+        format=format,
+        variable=variable,
     )
     return found.to_xarray() if hasattr(found, "to_xarray") else found
 
@@ -127,7 +132,7 @@ def read_nodes(
     *,
     name: str | None = None,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
     format: str | None = None,  # noqa: A002
     variable: str | None = None,
 ) -> Any:
@@ -135,7 +140,7 @@ def read_nodes(
 
     Parameters
     ----------
-    path, name, positive, units, format, variable
+    path, name, positive, length_unit, format, variable
         As for `read_horizon`.
 
     Returns
@@ -152,10 +157,10 @@ def read_nodes(
         )
     name = None if name is None else name_of(name, "horizon") or None
     if key in MESH_FORMATS:
-        mesh: TriSurface = read(path, name=name, positive=positive, units=units)
+        mesh: TriSurface = read(path, name=name, positive=positive, length_unit=length_unit)
         return mesh.renamed(mesh.name, "horizon")
     name = name or path.stem
-    return read(path, name=name, positive=positive, units=units, **extra)
+    return read(path, name=name, positive=positive, length_unit=length_unit, **extra)
 
 
 def read_fault(
@@ -163,7 +168,7 @@ def read_fault(
     *,
     name: str | None = None,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
     format: str | None = None,  # noqa: A002 - the word users know
     columns: Sequence[str] | Sequence[int] | None = None,
     decimal: str = ".",
@@ -182,7 +187,7 @@ def read_fault(
     positive : {"up", "down"}, optional
         Whether z is elevation or depth, where the file does not say. Required
         for sticks; TSurf and meshes are elevations by default.
-    units : str, optional
+    length_unit : str, optional
         Unit of elevations, where the file does not declare it. Default metres, but required for
         NetCDF. Easting and northing are metres unless the file declares another unit for them.
     format : {"tsurf", "sticks", "netcdf", "vtp", "mesh"}, optional
@@ -227,13 +232,13 @@ def read_fault(
             f"{path}: columns= and decimal= are for fault sticks, this is {key}. Leave them out."
         )
     fault: TriSurface | FaultSticks | xr.Dataset = read(
-        path, name=name, positive=positive, units=units, **extra
+        path, name=name, positive=positive, length_unit=length_unit, **extra
     )
     return fault
 
 
 def read_tsurf(
-    path: str | PathLike[str], *, positive: str | None = None, units: str | None = None
+    path: str | PathLike[str], *, positive: str | None = None, length_unit: str | None = None
 ) -> list[TriSurface]:
     r"""
     Read all triangulated surfaces of a GOCAD file.
@@ -243,7 +248,7 @@ def read_tsurf(
     path : path-like
     positive : {"up", "down"}, optional
         For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
-    units : str, optional
+    length_unit : str, optional
         Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
 
     Returns
@@ -256,7 +261,7 @@ def read_tsurf(
     FormatError
         If the file has no TSurf, is cut short, or a line cannot be understood.
     InputError
-        If `positive` or `units` contradict the file or are unknown.
+        If `positive` or `length_unit` contradicts the file or is unknown.
 
     Examples
     --------
@@ -270,14 +275,14 @@ def read_tsurf(
     """
     from geosurf.read import gocad
 
-    return gocad.read_tsurf(Path(path), positive=positive, units=units)
+    return gocad.read_tsurf(Path(path), positive=positive, length_unit=length_unit)
 
 
 def read_points(
     path: str | PathLike[str],
     *,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
     format: str | None = None,  # noqa: A002 - the word users know
     columns: Sequence[str] | Sequence[int] | None = None,
     decimal: str = ".",
@@ -293,7 +298,7 @@ def read_points(
         ``.csv``: a header with the columns ``X_UTME,Y_UTMN,Z_TVDSS`` or ``X,Y,Z`` among others.
     positive : {"up", "down"}
         Whether z is elevation or depth; the formats do not say.
-    units : str, optional
+    length_unit : str, optional
         Unit of z. Default ``"m"``.
     format : {"xyz"}, optional
         Overrides the suffix.
@@ -329,14 +334,14 @@ def read_points(
     array([777574.2])
     """
     path, _, read = _reader(path, POINT_FORMATS, format, "read_points")
-    return read(path, positive=positive, units=units, columns=columns, decimal=decimal)
+    return read(path, positive=positive, length_unit=length_unit, columns=columns, decimal=decimal)
 
 
 def read_polygons(
     path: str | PathLike[str],
     *,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
     format: str | None = None,  # noqa: A002 - the word users know
     columns: Sequence[str] | Sequence[int] | None = None,
     decimal: str = ".",
@@ -351,7 +356,7 @@ def read_polygons(
         with a column ``POLY_ID``.
     positive : {"up", "down"}, optional
         Whether z is elevation or depth; may be left out where all z are 0.
-    units : str, optional
+    length_unit : str, optional
         Unit of z. Default ``"m"``.
     format : {"polygons"}, optional
         Overrides the suffix.
@@ -381,7 +386,7 @@ def read_polygons(
     (3, 3)
     """
     path, _, read = _reader(path, POLYGON_FORMATS, format, "read_polygons")
-    return read(path, positive=positive, units=units, columns=columns, decimal=decimal)
+    return read(path, positive=positive, length_unit=length_unit, columns=columns, decimal=decimal)
 
 
 def _who_reads(suffix: str) -> str:

@@ -166,7 +166,7 @@ class Otherwise(str):
 
 
 def otherwise(words: Mapping[str, str | None]) -> dict[str, str | None]:
-    """Return ``positive`` and ``units`` for a reader, as words for files that say nothing."""
+    """Return ``positive`` and ``length_unit`` for a reader, as words for files that say nothing."""
     return {key: None if word is None else Otherwise(word) for key, word in words.items()}
 
 
@@ -199,8 +199,8 @@ def agreed_scale(said: str | None, asked: str | None, default: str | None, what:
     if said is not None and asked is not None:
         if metres_per_unit(said, what) != metres_per_unit(asked, what):
             raise InputError(
-                f"{what}: the file says units {said!r}, the argument says units={asked!r}. "
-                "Leave the argument out, or correct the file."
+                f"{what}: the file has the length unit {said!r}, but length_unit={asked!r} was "
+                "given. Leave the argument out, or correct the file."
             )
         return metres_per_unit(said, what)
     return metres_per_unit(first_said(said, asked, default), what)

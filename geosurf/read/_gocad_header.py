@@ -100,7 +100,7 @@ class Header:
         return [0, 1, 2]
 
     def to_metres(
-        self, points: np.ndarray, positive: str | None, units: str | None, what: str
+        self, points: np.ndarray, positive: str | None, length_unit: str | None, what: str
     ) -> np.ndarray:
         """Points (n, 3) in the order x, y, z: metres, elevation up."""
         order = self.order(what)
@@ -113,7 +113,7 @@ class Header:
         direction = positive if positive is not None or self.positive is not None else "up"
         sign = agreed_sign(self.positive, direction, what)
         said = [self.axis_units[k] for k in order] if self.axis_units else [None] * 3
-        asked = (None, None, units)  # a caller's word is that of elevations
+        asked = (None, None, length_unit)  # a caller's word is that of elevations
         pairs = zip(said, asked, strict=True)
         scale = np.array([agreed_scale(*pair, "m", what) for pair in pairs])
         world: np.ndarray = points[:, order] * scale * [1.0, 1.0, sign]

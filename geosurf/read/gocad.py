@@ -70,7 +70,11 @@ class _Draft:
 
 
 def read_gocad(
-    path: Path, *, name: str | None = None, positive: str | None = None, units: str | None = None
+    path: Path,
+    *,
+    name: str | None = None,
+    positive: str | None = None,
+    length_unit: str | None = None,
 ) -> TriSurface:
     r"""
     Read the one TSurf of a file, or the one called `name`.
@@ -82,7 +86,7 @@ def read_gocad(
         Which surface, where the file has several; otherwise the name to give.
     positive : {"up", "down"}, optional
         For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
-    units : str, optional
+    length_unit : str, optional
         Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
 
     Returns
@@ -94,7 +98,7 @@ def read_gocad(
     ------
     InputError
         If there are several surfaces and `name` is none of them, or only one of several
-        equally named ones; or if `positive` or `units` contradict the file.
+        equally named ones; or if `positive` or `length_unit` contradicts the file.
     FormatError
         As `read_tsurf`.
 
@@ -107,7 +111,7 @@ def read_gocad(
     >>> read_gocad(file)
     <TriSurface 'F1' (fault): 3 vertices, 1 triangles>
     """
-    surfaces = read_tsurf(path, positive=positive, units=units)
+    surfaces = read_tsurf(path, positive=positive, length_unit=length_unit)
     if len(surfaces) == 1:
         return surfaces[0] if name is None else surfaces[0].renamed(name)
     names = [surface.name for surface in surfaces]
@@ -123,7 +127,7 @@ def read_gocad(
 
 
 def read_tsurf(
-    path: str | Path, *, positive: str | None = None, units: str | None = None
+    path: str | Path, *, positive: str | None = None, length_unit: str | None = None
 ) -> list[TriSurface]:
     r"""
     Read all TSurf of a GOCAD file.
@@ -133,7 +137,7 @@ def read_tsurf(
     path : str or pathlib.Path
     positive : {"up", "down"}, optional
         For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
-    units : str, optional
+    length_unit : str, optional
         Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
 
     Returns
@@ -147,7 +151,7 @@ def read_tsurf(
     FormatError
         If the file has no TSurf, is cut short, or a line cannot be understood.
     InputError
-        If `positive` or `units` contradict the file or are unknown.
+        If `positive` or `length_unit` contradicts the file or is unknown.
 
     Examples
     --------
@@ -177,7 +181,7 @@ def read_tsurf(
         body = _body(path, lines, i)
         if kind == "tsurf":
             _fill(draft, body)
-            surfaces.append(_finish(draft, positive, units))
+            surfaces.append(_finish(draft, positive, length_unit))
         else:
             for _ in body:  # another kind of object: pass over it
                 pass
@@ -324,7 +328,7 @@ def _row(draft: _Draft, i: int, word: str) -> int:
     return row
 
 
-def _finish(draft: _Draft, positive: str | None, units: str | None) -> TriSurface:
+def _finish(draft: _Draft, positive: str | None, length_unit: str | None) -> TriSurface:
     """Turn a draft into a surface in metres, elevation up."""
     path, header = draft.path, draft.header
     name = header.name or path.stem
@@ -334,7 +338,7 @@ def _finish(draft: _Draft, positive: str | None, units: str | None) -> TriSurfac
             f"{path}: surface {name!r}, which begins on line {draft.line}, has no TRGL lines. "
             "Export it as a triangulated surface."
         )
-    points = header.to_metres(np.concatenate(draft.points), positive, units, what)
+    points = header.to_metres(np.concatenate(draft.points), positive, length_unit, what)
     triangles = np.array(draft.corners, dtype=np.int64).reshape(-1, 3)
     surface = TriSurface(name, "fault", points, triangles, vertex_data=_vertex_data(draft))
     surface.crs = header.crs

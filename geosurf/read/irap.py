@@ -37,7 +37,7 @@ HEADER_RECORDS = (">ii6f", ">i3f", ">7i")
 
 
 def read_irap(
-    path: Path, *, name: str, positive: str | None = None, units: str | None = None
+    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
 ) -> GridNodes:
     r"""
     Read an IRAP grid, classic or binary, whichever the content is.
@@ -49,7 +49,7 @@ def read_irap(
         Name of the horizon.
     positive : {"up", "down"}
         The format does not say, so the caller must.
-    units : str, optional
+    length_unit : str, optional
         Unit of the values (z only; x and y are metres). Default ``"m"``, which
         is what RMS writes.
 
@@ -63,7 +63,7 @@ def read_irap(
     FormatError
         If the content is not an IRAP grid, is cut short, or holds values that are not finite.
     InputError
-        If `positive` is missing or `units` unknown.
+        If `positive` is missing or `length_unit` unknown.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def read_irap(
            [-3., nan]])
     """
     what = f"{path.name}: horizon {name!r}"
-    scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
+    scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
     head = read_bytes(path)[:64].lstrip()
     header, values = _read_classic(path) if head.startswith(b"-996") else _read_binary(path)
     return nodes_from_grid(header, scale * values + 0.0, name=name, source=path.name)

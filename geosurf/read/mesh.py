@@ -66,7 +66,11 @@ PASSED_OVER = ("vertex", "line", "line3")
 
 
 def read_mesh(
-    path: Path, *, name: str | None = None, positive: str | None = None, units: str | None = None
+    path: Path,
+    *,
+    name: str | None = None,
+    positive: str | None = None,
+    length_unit: str | None = None,
 ) -> TriSurface:
     r"""
     Read a triangulated surface with meshio.
@@ -79,7 +83,7 @@ def read_mesh(
         Default: the file name without suffix.
     positive : {"up", "down"}, optional
         Default ``"up"``.
-    units : str, optional
+    length_unit : str, optional
         Unit of elevations. Default ``"m"``. Easting and northing are metres.
 
     Returns
@@ -93,7 +97,7 @@ def read_mesh(
     FormatError
         If the file is damaged, of a kind that meshio does not know, or holds volumes.
     InputError
-        If `positive` or `units` are unknown.
+        If `positive` or `length_unit` is unknown.
 
     Examples
     --------
@@ -106,7 +110,7 @@ def read_mesh(
     if path.suffix.lower() == ".vtu":
         from geosurf.read.vtp import read_vtu
 
-        return read_vtu(path, name=name, positive=positive, units=units)
+        return read_vtu(path, name=name, positive=positive, length_unit=length_unit)
     name = name or path.stem
     _refuse_cut_short(path, read_bytes(path))
     mesh = _meshio_read(path)
@@ -123,7 +127,7 @@ def read_mesh(
         for key, value in mesh.point_data.items()
         if np.asarray(value).dtype.kind in "biuf"
     }
-    return surface_from_mesh(path, name, points, triangles, numeric, positive, units)
+    return surface_from_mesh(path, name, points, triangles, numeric, positive, length_unit)
 
 
 def surface_from_mesh(
@@ -133,12 +137,12 @@ def surface_from_mesh(
     triangles: np.ndarray,
     vertex_data: dict[str, Any],
     positive: str | None,
-    units: str | None,
+    length_unit: str | None,
 ) -> TriSurface:
     """Turn what a mesh file holds into a surface in metres, elevation up."""
     what = f"{path}: surface {name!r}"
     sign = agreed_sign(None, first_said(positive, "up"), what)
-    scale = agreed_scale(None, units, "m", what)
+    scale = agreed_scale(None, length_unit, "m", what)
     if len(triangles) == 0:
         raise FormatError(
             f"{path}: found no triangles, expected a triangulated surface. "

@@ -31,7 +31,7 @@ HORIZON_KINDS = ("top", "intraformational", "unconformity", "topographic")
 
 
 def read_model3d(
-    path: str | Path, *, positive: str | None = None, units: str | None = None
+    path: str | Path, *, positive: str | None = None, length_unit: str | None = None
 ) -> dict[str, TriSurface]:
     r"""
     Read all surfaces of a GOCAD Model3d.
@@ -41,7 +41,7 @@ def read_model3d(
     path : str or pathlib.Path
     positive : {"up", "down"}, optional
         For files without ZPOSITIVE; default ``"up"``, the default of GOCAD.
-    units : str, optional
+    length_unit : str, optional
         Unit of elevations, for files without AXIS_UNIT; default ``"m"``.
 
     Returns
@@ -58,7 +58,7 @@ def read_model3d(
         If the file is not a Model3d, names a surface that is not in it, holds two of
         one name, or a line cannot be understood.
     InputError
-        If `positive` or `units` contradict the file or are unknown.
+        If `positive` or `length_unit` contradicts the file or is unknown.
 
     Examples
     --------
@@ -74,7 +74,7 @@ def read_model3d(
     path = Path(path)
     roles = _roles(path)
     surfaces: dict[str, TriSurface] = {}
-    for part in read_tsurf(path, positive=positive, units=units):
+    for part in read_tsurf(path, positive=positive, length_unit=length_unit):
         if part.name in surfaces:
             raise FormatError(
                 f"{path}: surface {part.name!r} is there twice, expected names to be unique "
@@ -91,7 +91,7 @@ def read_model3d(
 
 
 def read_regions(
-    path: str | Path, *, positive: str | None = None, units: str | None = None
+    path: str | Path, *, positive: str | None = None, length_unit: str | None = None
 ) -> dict[str, float]:
     r"""
     Read the regions of a GOCAD Model3d: the volume inside the parts of surfaces that bound each.
@@ -99,7 +99,7 @@ def read_regions(
     Parameters
     ----------
     path : str or pathlib.Path
-    positive, units
+    positive, length_unit
         As for `read_model3d`.
 
     Returns
@@ -125,7 +125,7 @@ def read_regions(
     >>> read_regions(file)
     {'Corner': 36.0}
     """
-    shells = read_region_faces(path, positive=positive, units=units)
+    shells = read_region_faces(path, positive=positive, length_unit=length_unit)
     return {name: volume_inside(corners) for name, corners in shells.items()}
 
 
@@ -138,7 +138,7 @@ def volume_inside(corners: np.ndarray) -> float:
 
 
 def read_region_faces(
-    path: str | Path, *, positive: str | None = None, units: str | None = None
+    path: str | Path, *, positive: str | None = None, length_unit: str | None = None
 ) -> dict[str, np.ndarray]:
     """
     Read the closed shells of the regions of a sealed model.
@@ -146,7 +146,7 @@ def read_region_faces(
     Parameters
     ----------
     path : str or pathlib.Path
-    positive, units
+    positive, length_unit
         As for `read_model3d`.
 
     Returns
@@ -161,7 +161,7 @@ def read_region_faces(
     """
     path = Path(path)
     lines = read_text(path, final_line_end=False).split("\n")
-    parts = _corners_of_parts(path, lines, positive, units)
+    parts = _corners_of_parts(path, lines, positive, length_unit)
     found = {}
     for name, signed, line in _region_lists(path, lines):
         wrong = [k for k in signed if abs(k) > len(parts)]
@@ -176,9 +176,9 @@ def read_region_faces(
     return found
 
 
-def _corners_of_parts(path: Path, lines: list[str], positive, units) -> list[np.ndarray]:
+def _corners_of_parts(path: Path, lines: list[str], positive, length_unit) -> list[np.ndarray]:
     """Corners (n, 3, 3) of the triangles of each TFACE, in the order of the file."""
-    surfaces = read_tsurf(path, positive=positive, units=units)
+    surfaces = read_tsurf(path, positive=positive, length_unit=length_unit)
     corners = np.concatenate([surface.vertices[surface.triangles] for surface in surfaces])
     counts: list[int] = []
     for line in lines:

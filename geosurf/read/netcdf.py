@@ -55,7 +55,7 @@ def read_netcdf_horizon(
     *,
     name: str,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
     variable: str | None = None,
 ) -> xr.DataArray:
     """
@@ -68,7 +68,7 @@ def read_netcdf_horizon(
         Name of the horizon.
     positive : {"up", "down"}, optional
         If the variable has no attribute ``positive``.
-    units : str, optional
+    length_unit : str, optional
         If the variable has no attribute ``units``.
     variable : str, optional
         Which variable, where several are gridded.
@@ -84,7 +84,7 @@ def read_netcdf_horizon(
     FormatError
         If the file is damaged, or has no gridded variable, or no coordinates.
     InputError
-        If `positive` or `units` are missing, unknown or contradicted.
+        If `positive` or `length_unit` is missing, unknown or contradicted.
     DependencyError
         If no NetCDF engine is installed.
     """
@@ -92,7 +92,7 @@ def read_netcdf_horizon(
     data = _pick(path, dataset, variable)
     what = f"{path}: variable {data.name!r}"
     sign = agreed_sign(_said(data, "positive"), positive, what)
-    scale = agreed_scale(_said(data, "units"), units, None, what)
+    scale = agreed_scale(_said(data, "units"), length_unit, None, what)
     easting = _coordinate(path, data, EASTING)
     northing = _coordinate(path, data, NORTHING)
     values = _finite_or_nan(path, data.transpose(*_dims(path, data, easting, northing)))
@@ -106,7 +106,7 @@ def read_netcdf_horizon(
 
 
 def read_netcdf_fault(
-    path: Path, *, name: str, positive: str | None = None, units: str | None = None
+    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
 ) -> xr.Dataset:
     """
     Read a fault given as a parametric grid.
@@ -120,7 +120,7 @@ def read_netcdf_fault(
         Name of the fault.
     positive : {"up", "down"}, optional
         If the elevation has no attribute ``positive``.
-    units : str, optional
+    length_unit : str, optional
         If the elevation has no attribute ``units``.
 
     Returns
@@ -134,7 +134,7 @@ def read_netcdf_fault(
     FormatError
         If the file is damaged or a variable is missing.
     InputError
-        If `positive` or `units` are missing, unknown or contradicted.
+        If `positive` or `length_unit` is missing, unknown or contradicted.
     DependencyError
         If no NetCDF engine is installed.
     """
@@ -158,7 +158,7 @@ def read_netcdf_fault(
     z = found["elevation"]
     what = f"{path}: fault {name!r}"
     sign = agreed_sign(_said(z, "positive"), positive, what)
-    scale = agreed_scale(_said(z, "units"), units, None, what)
+    scale = agreed_scale(_said(z, "units"), length_unit, None, what)
     arrays = {
         "easting": _metres(path, found["easting"]),
         "northing": _metres(path, found["northing"]),

@@ -20,7 +20,7 @@ def read_xyz(
     path: Path,
     *,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
     columns: Sequence[str] | Sequence[int] | None = None,
     decimal: str = ".",
 ) -> xr.Dataset:
@@ -36,7 +36,7 @@ def read_xyz(
     positive : {"up", "down"}
         The formats do not say, so the caller must. (The column name Z_TVDSS is
         no promise: it is written for elevations and for times, too.)
-    units : str, optional
+    length_unit : str, optional
         Unit of z (x and y are metres). Default ``"m"``.
     columns : sequence of str or of int, optional
         Names of easting, northing and z in the header, or numbers of their columns from 1.
@@ -54,7 +54,8 @@ def read_xyz(
     FormatError
         If a line is not three numbers, or a column is missing.
     InputError
-        If `positive` is missing, `units` unknown, or `columns` are not three names or numbers.
+        If `positive` is missing, `length_unit` unknown, or `columns` are not three names or
+        numbers.
 
     Examples
     --------
@@ -67,7 +68,7 @@ def read_xyz(
     import xarray as xr
 
     what = f"{path.name}: points"
-    scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
+    scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
     points = _without_end(path, columns, decimal)
     metre = {"units": "m"}
     return xr.Dataset(

@@ -25,7 +25,7 @@ def read_sticks(
     *,
     name: str,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
     columns: Sequence[str] | Sequence[int] | None = None,
     decimal: str = ".",
 ) -> FaultSticks:
@@ -39,7 +39,7 @@ def read_sticks(
         Name of the fault.
     positive : {"up", "down"}
         The format does not say, so the caller must.
-    units : str, optional
+    length_unit : str, optional
         Unit of z (x and y are metres). Default ``"m"``.
     columns, decimal
         Which columns x, y and z are, and the decimal sign, as for points.
@@ -54,7 +54,7 @@ def read_sticks(
     FormatError
         If a line is not three numbers, a stick has one point, or the last is not ended.
     InputError
-        If `positive` is missing or `units` unknown.
+        If `positive` is missing or `length_unit` unknown.
 
     Examples
     --------
@@ -65,7 +65,7 @@ def read_sticks(
     array([-1500., -1600.])
     """
     what = f"{path.name}: fault {name!r}"
-    scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
+    scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
     sticks = _parts(path, columns, decimal)
     for i, (stick, line) in enumerate(sticks):
         if len(stick) < 2:
@@ -80,7 +80,7 @@ def read_polylines(
     path: Path,
     *,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
     columns: Sequence[str] | Sequence[int] | None = None,
     decimal: str = ".",
 ) -> list[np.ndarray]:
@@ -92,7 +92,7 @@ def read_polylines(
     path : pathlib.Path
     positive : {"up", "down"}, optional
         May be left out only where all z are 0 (outlines drawn on a map).
-    units : str, optional
+    length_unit : str, optional
         Unit of z (x and y are metres). Default ``"m"``.
     columns, decimal
         Which columns x, y and z are, and the decimal sign, as for points.
@@ -107,7 +107,7 @@ def read_polylines(
     FormatError
         If a line is not three numbers, or the last polygon is not ended.
     InputError
-        If `positive` is missing while some z is not 0, or `units` is unknown.
+        If `positive` is missing while some z is not 0, or `length_unit` is unknown.
 
     Examples
     --------
@@ -121,7 +121,7 @@ def read_polylines(
     if positive is None and not any(line[:, 2].any() for line in lines):
         return lines
     what = f"{path.name}: polygons"
-    scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
+    scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
     return [_elevated(line, scale) for line in lines]
 
 

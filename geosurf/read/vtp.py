@@ -22,7 +22,11 @@ PASSED_OVER = (1, 3, 21)  # vertex, line, line of three points
 
 
 def read_vtp(
-    path: Path, *, name: str | None = None, positive: str | None = None, units: str | None = None
+    path: Path,
+    *,
+    name: str | None = None,
+    positive: str | None = None,
+    length_unit: str | None = None,
 ) -> TriSurface:
     """
     Read a triangulated surface from VTK XML PolyData.
@@ -35,7 +39,7 @@ def read_vtp(
         file name without suffix.
     positive : {"up", "down"}, optional
         Default ``"up"``.
-    units : str, optional
+    length_unit : str, optional
         Unit of elevations. Default ``"m"``. Easting and northing are metres.
 
     Returns
@@ -49,21 +53,25 @@ def read_vtp(
     FormatError
         If the file is damaged, cut short, or has strips or polygons of more than four corners.
     InputError
-        If `positive` or `units` are unknown.
+        If `positive` or `length_unit` is unknown.
     """
     file = open_xml(path, "PolyData")
-    return _surface(file, file.tree.findall("PolyData/Piece"), _polys, name, positive, units)
+    return _surface(file, file.tree.findall("PolyData/Piece"), _polys, name, positive, length_unit)
 
 
 def read_vtu(
-    path: Path, *, name: str | None = None, positive: str | None = None, units: str | None = None
+    path: Path,
+    *,
+    name: str | None = None,
+    positive: str | None = None,
+    length_unit: str | None = None,
 ) -> TriSurface:
     """
     Read a triangulated surface from a VTK XML UnstructuredGrid.
 
     Parameters
     ----------
-    path, name, positive, units
+    path, name, positive, length_unit
         As for `read_vtp`.
 
     Returns
@@ -76,11 +84,11 @@ def read_vtu(
     FormatError
         If the file is damaged, cut short, or has cells other than triangles and quads.
     InputError
-        If `positive` or `units` are unknown.
+        If `positive` or `length_unit` is unknown.
     """
     file = open_xml(path, "UnstructuredGrid")
     pieces = file.tree.findall("UnstructuredGrid/Piece")
-    return _surface(file, pieces, _cells, name, positive, units)
+    return _surface(file, pieces, _cells, name, positive, length_unit)
 
 
 def _surface(
@@ -89,7 +97,7 @@ def _surface(
     cells_of: Callable[[XmlFile, Element, int], np.ndarray],
     name: str | None,
     positive: str | None,
-    units: str | None,
+    length_unit: str | None,
 ) -> TriSurface:
     """Join the pieces of a file: points, triangles, point data that all of them have."""
     points, triangles, columns = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], []
@@ -116,7 +124,7 @@ def _surface(
         np.concatenate(triangles),
         data,
         positive,
-        units,
+        length_unit,
     )
     found.crs = file.word("crs")
     return found

@@ -31,7 +31,7 @@ PASSED_OVER = re.compile(r"^[ \t]*[!+].*", re.MULTILINE)  # comments and extensi
 
 
 def read_zmap(
-    path: Path, *, name: str, positive: str | None = None, units: str | None = None
+    path: Path, *, name: str, positive: str | None = None, length_unit: str | None = None
 ) -> GridNodes:
     r"""
     Read a ZMAP+ grid.
@@ -43,7 +43,7 @@ def read_zmap(
         Name of the horizon.
     positive : {"up", "down"}
         The format does not say, so the caller must.
-    units : str, optional
+    length_unit : str, optional
         Unit of the values (z only; x and y are metres). Default ``"m"``.
 
     Returns
@@ -56,7 +56,7 @@ def read_zmap(
     FormatError
         If the header is incomplete, or values are missing, too many or not numbers.
     InputError
-        If `positive` is missing or `units` unknown.
+        If `positive` is missing or `length_unit` unknown.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def read_zmap(
            [ 1.,  3.]])
     """
     what = f"{path.name}: horizon {name!r}"
-    scale = agreed_sign(None, positive, what) * agreed_scale(None, units, "m", what)
+    scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
     text = PASSED_OVER.sub("", read_text(path))
     marks = list(itertools.islice(re.finditer(r"^[ \t]*@", text, re.MULTILINE), 2))
     head = text[: marks[-1].start()] if marks else ""

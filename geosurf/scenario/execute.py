@@ -246,7 +246,7 @@ def _regions(scenario: Scenario, scene: Scene) -> dict[str, tuple[float, str]]:
     if scenario.model is None:
         return {}
     model = scenario.model
-    shells = read_region_faces(model.file, positive=model.positive, units=model.units)
+    shells = read_region_faces(model.file, positive=model.positive, length_unit=model.length_unit)
     return {n: (volume_inside(s), unit_of_body(s, scene.units)) for n, s in shells.items()}
 
 

@@ -182,7 +182,7 @@ def _contacts(scenario: Scenario) -> dict[str, list[FluidContact]]:
         value: Any = entry.elevation_m
         if entry.file is not None:
             value = read_horizon(
-                entry.file, name=entry.name, positive=entry.positive, units=entry.units
+                entry.file, name=entry.name, positive=entry.positive, length_unit=entry.length_unit
             )
         found.setdefault(entry.name, []).append(FluidContact(value, entry.zones, entry.block or ""))
     return found
@@ -210,14 +210,14 @@ def build_scene(scenario: Scenario, told: Told = lambda *_: None, out: Path | No
             entry.file,
             name=entry.name,
             positive=entry.positive,
-            units=entry.units,
+            length_unit=entry.length_unit,
             variable=entry.variable,
         )
         for entry in scenario.horizons
     }
     faults = {
         entry.name: read_fault(
-            entry.file, name=entry.name, positive=entry.positive, units=entry.units
+            entry.file, name=entry.name, positive=entry.positive, length_unit=entry.length_unit
         )
         for entry in scenario.faults
     }

@@ -32,7 +32,7 @@ def _positive() -> Any:
     return key(meaning, values.one_of("up", "down"), default=None)
 
 
-def _units() -> Any:
+def _length_unit() -> Any:
     meaning = "Length unit of elevations, where the file does not declare it."
     return key(meaning, values.one_of(*METRES_PER_UNIT), default=None)
 
@@ -48,7 +48,7 @@ class HorizonInput:
         values.file,
     )
     positive: str | None = _positive()
-    units: str | None = _units()
+    length_unit: str | None = _length_unit()
     variable: str | None = key(
         "Which variable of a NetCDF file, where there are several.", values.text, default=None
     )
@@ -70,7 +70,7 @@ class FaultInput:
         values.file,
     )
     positive: str | None = _positive()
-    units: str | None = _units()
+    length_unit: str | None = _length_unit()
     extend: tuple[str, ...] = key(
         "Sides on which the fault is continued until it leaves the model box: `strike` is both "
         "ends, `start` and `end` follow the right-hand rule.",
@@ -95,7 +95,7 @@ class ModelInput:
         default=(),
     )
     positive: str | None = _positive()
-    units: str | None = _units()
+    length_unit: str | None = _length_unit()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -240,7 +240,7 @@ class ContactInput:
         default=(),
     )
     positive: str | None = _positive()
-    units: str | None = _units()
+    length_unit: str | None = _length_unit()
 
 
 @dataclass(frozen=True, kw_only=True)

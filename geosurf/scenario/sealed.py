@@ -35,7 +35,7 @@ def scene_of_sealed(scenario: Scenario, model: ModelInput, **options: object) ->
     FormatError
         If the file cannot be read, a surface says not what it is, or the boundary is no box.
     """
-    surfaces = read_model3d(model.file, positive=model.positive, units=model.units)
+    surfaces = read_model3d(model.file, positive=model.positive, length_unit=model.length_unit)
     roles: dict[str, dict[str, TriSurface]] = {"horizon": {}, "fault": {}, "wall": {}}
     for surface in surfaces.values():
         if surface.role not in roles:

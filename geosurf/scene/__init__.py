@@ -67,7 +67,7 @@ class Scene(Provided):
         Area of interest: easting and northing around a polygon, which the model then fills.
     positive : {"up", "down"}, optional
         Whether inputs that do not say so hold elevations or depths.
-    units : str, optional
+    length_unit : str, optional
         Length unit of elevations (or depths) of inputs that do not declare theirs. Easting and
         northing are metres, unless an input declares another unit for them.
     voxel_size : float, optional
@@ -114,7 +114,7 @@ class Scene(Provided):
         contacts: Mapping[str, Any] | None = None,
         aoi: Any = None,
         positive: str | None = None,
-        units: str | None = None,
+        length_unit: str | None = None,
         voxel_size: float | None = None,
         self_intersections: bool = False,
         extend: Any = (),
@@ -135,10 +135,10 @@ class Scene(Provided):
         self._aoi = aoi
         if positive is not None:
             elevation_sign(positive, "the scene")
-        if units is not None:
-            metres_per_unit(units, "the scene")
+        if length_unit is not None:
+            metres_per_unit(length_unit, "the scene")
         check_voxel_size(voxel_size)
-        self._positive, self._units_word, self._voxel_size = positive, units, voxel_size
+        self._positive, self._length_unit, self._voxel_size = positive, length_unit, voxel_size
         self._self = flag_of(self_intersections, "self_intersections")
         self._tolerance = check_scene_tolerance(tolerance, self._horizons)
         self._memory = Memory()
@@ -198,7 +198,7 @@ class Scene(Provided):
             own extension and truncations. New horizons come last, as the oldest.
         box, column, contacts, aoi, extend, truncations : optional
             As for `Scene`; they replace those that there were.
-        positive, units, voxel_size, self_intersections, tolerance : optional
+        positive, length_unit, voxel_size, self_intersections, tolerance : optional
             As for `Scene`.
 
         Returns
@@ -235,7 +235,7 @@ class Scene(Provided):
             contacts=changes.get("contacts", self._contacts),
             aoi=changes.get("aoi", self._aoi),
             positive=changes.get("positive", self._positive),
-            units=changes.get("units", self._units_word),
+            length_unit=changes.get("length_unit", self._length_unit),
             voxel_size=changes.get("voxel_size", self._voxel_size),
             self_intersections=changes.get("self_intersections", self._self),
             extend=changes.get("extend", only_of(self.extend, inputs["faults"])),

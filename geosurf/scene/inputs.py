@@ -21,7 +21,7 @@ Options = Mapping[str, Any]
 
 # what a scene is made of, as `Scene` and `Scene.replace` call it
 INPUTS = (
-    "horizons", "faults", "box", "column", "contacts", "aoi", "positive", "units",
+    "horizons", "faults", "box", "column", "contacts", "aoi", "positive", "length_unit",
     "voxel_size", "self_intersections", "extend", "truncations", "tolerance",
 )  # fmt: skip
 
@@ -80,7 +80,7 @@ def as_surface(
     role : {"horizon", "fault"}
     value : path, xarray object, FaultSticks, TriSurface, (vertices, triangles) or Sheet
     options : mapping
-        ``positive`` and ``units``, for inputs that do not say theirs.
+        ``positive`` and ``length_unit``, for inputs that do not say theirs.
     others : callable, optional
         Surface of a name: a sheet asks for the faults that tear it.
 
@@ -211,4 +211,9 @@ def _only_if_unsaid(value: Any, options: Options) -> dict[str, Any]:
         height = "elevation" if "elevation" in value.variables else "depth"
         # what it says counts, as it does for triangulate_fault; attributes of the whole do not
         attrs = {"positive": None, **(value[height].attrs if height in value.variables else {})}
-    return {key: word for key, word in options.items() if word is not None and key not in attrs}
+    attribute = {"length_unit": "units"}  # the name that CF gives it
+    return {
+        key: word
+        for key, word in options.items()
+        if word is not None and attribute.get(key, key) not in attrs
+    }

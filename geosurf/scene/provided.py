@@ -42,7 +42,7 @@ class Provided(Joined):
     _column: dict[str, str]
     _contacts: dict[str, Any]
     _positive: str | None
-    _units_word: str | None
+    _length_unit: str | None
     _network: FaultStage
     _read: dict[str, str]
     _crs: dict[str, str]
@@ -182,7 +182,7 @@ class Provided(Joined):
     @cached_property
     def _fluids(self) -> tuple[list[TriSurface], list[FluidContact]]:
         """Surfaces of fluid contacts, and the zones and blocks in which they count."""
-        options = {"positive": self._positive, "units": self._units_word}
+        options = {"positive": self._positive, "length_unit": self._length_unit}
         box = self.box
         with self._memory.collecting():
             surfaces, contacts = build_contacts(opened_contacts(self._contacts, options), box)
@@ -222,11 +222,11 @@ class Provided(Joined):
             if isinstance(value, Sheet):
                 value.surface_among(self.surface)  # with other faults it is not to be remembered
             self._read[name] = self._memory.hold(value)
-        key = ("surface", name, role, self._read[name], self._positive, self._units_word)
+        key = ("surface", name, role, self._read[name], self._positive, self._length_unit)
 
         def run() -> TriSurface:
             """Compute it; called unless it is remembered."""
-            options = {"positive": self._positive, "units": self._units_word}
+            options = {"positive": self._positive, "length_unit": self._length_unit}
             return as_surface(name, role, value, options, self.surface)
 
         found: TriSurface = self._memory.get_or_compute(

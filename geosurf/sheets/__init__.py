@@ -82,7 +82,7 @@ def tear_horizon(
     spacing: float | None = None,
     carry: bool = False,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
 ) -> Sheet:
     """
     Tear a horizon at its faults, as it was picked.
@@ -113,7 +113,7 @@ def tear_horizon(
     positive : {"up", "down"}, optional
         Whether values are elevation or depth. Default: ``attrs["positive"]`` of a grid, or of the
         elevations of a Dataset of points; arrays and tables without it need the argument.
-    units : str, optional
+    length_unit : str, optional
         As for `triangulate_horizon`; points are in metres by default.
 
     Returns
@@ -161,7 +161,7 @@ def tear_horizon(
         raise InputError(f"noise is {noise!r}, expected metres, 0 or more.")
     carry = flag_of(carry, "carry")
     surfaces = fault_surfaces(faults)
-    picks = picks_or_points(data, name, positive, units, spacing)
+    picks = picks_or_points(data, name, positive, length_unit, spacing)
     crs = crs_among(picks.name, data, surfaces)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
     rebuild, settings, state = _rebuilt(picks, meshes, trim, noise, carry)

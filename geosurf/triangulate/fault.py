@@ -28,7 +28,7 @@ def triangulate_fault(
     *,
     name: str | None = None,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
 ) -> TriSurface:
     """Turn a fault into a triangulated surface.
 
@@ -45,7 +45,7 @@ def triangulate_fault(
     positive : {"up", "down"}, optional
         Whether the third coordinate is elevation or depth. A Dataset says so
         by the name of its variable; sticks and vertices are elevations by default.
-    units : str, optional
+    length_unit : str, optional
         Unit of elevation or depth. Default: ``attrs["units"]`` of that variable of a
         Dataset; metres for sticks and vertices. Easting and northing are
         metres unless their own ``attrs["units"]`` say otherwise.
@@ -63,7 +63,7 @@ def triangulate_fault(
         If the input cannot be used, a triangle has exactly zero area, or the
         surface has only one side.
     InputError
-        If `positive` or `units` are missing or unknown.
+        If `positive` or `length_unit` is missing or unknown.
 
     Examples
     --------
@@ -88,13 +88,15 @@ def triangulate_fault(
         raise SurfaceError("a fault has no name. Say it with triangulate_fault(..., name='F1').")
     title = str(title)
     if is_mesh(obj):
-        scale = _scale(title, first_said(positive, "up"), first_said(units, "m"))
-        surface = triangulate_mesh(obj, title, "fault", scale=scale, words=(positive, units))
+        scale = _scale(title, first_said(positive, "up"), first_said(length_unit, "m"))
+        surface = triangulate_mesh(obj, title, "fault", scale=scale, words=(positive, length_unit))
     elif hasattr(obj, "data_vars"):
-        surface = TriSurface(title, "fault", lattice=_read_lattice(obj, title, positive, units))
+        surface = TriSurface(
+            title, "fault", lattice=_read_lattice(obj, title, positive, length_unit)
+        )
         surface.crs = crs_of(obj)
     elif hasattr(obj, "sticks"):
-        scale = _scale(title, first_said(positive, "up"), first_said(units, "m"))
+        scale = _scale(title, first_said(positive, "up"), first_said(length_unit, "m"))
         sticks = [np.asarray(stick, dtype=np.float64) * (1.0, 1.0, scale) for stick in obj.sticks]
         return triangulate_sticks(sticks, name=title)
     else:
@@ -116,12 +118,12 @@ def triangulate_fault(
     return surface
 
 
-def _scale(title: str, positive: str | None, units: str | None) -> float:
+def _scale(title: str, positive: str | None, length_unit: str | None) -> float:
     what = f"fault {title!r}"
-    return elevation_sign(positive, what) * metres_per_unit(units, what)
+    return elevation_sign(positive, what) * metres_per_unit(length_unit, what)
 
 
-def _read_lattice(ds: Any, title: str, positive: str | None, units: str | None) -> Lattice:
+def _read_lattice(ds: Any, title: str, positive: str | None, length_unit: str | None) -> Lattice:
     """The lattice of a Dataset over (down_dip, along_strike), in metres, positive up."""
     easting, northing = (_plane(ds, key, title) for key in ("easting", "northing"))
     height = "elevation" if "elevation" in ds.variables else "depth"
@@ -138,7 +140,7 @@ def _read_lattice(ds: Any, title: str, positive: str | None, units: str | None) 
             f"fault {title!r}: {height} is said to be positive {said!r}, expected {implied!r}. "
             "Name the variable elevation (positive up) or depth (positive down)."
         )
-    scale = _scale(title, said, first_said(units, attrs.get("units")))
+    scale = _scale(title, said, first_said(length_unit, attrs.get("units")))
     elevation = _plane(ds, height, title, metres=False)
     if scale != 1.0:
         elevation = elevation * scale
@@ -183,11 +185,11 @@ def _plane(ds: Any, key: str, title: str, metres: bool = True) -> np.ndarray:
     if variable.dims != FAULT_DIMS:  # a new variable costs ten times as much as its values
         variable = variable.transpose(*FAULT_DIMS)
     values = np.asarray(variable.values, dtype=np.float64)
-    units = variable.attrs.get("units")
-    if not metres or units is None:
+    length_unit = variable.attrs.get("units")
+    if not metres or length_unit is None:
         return values
     try:
-        factor = metres_per_unit(units, f"{key} of fault {title!r}")
+        factor = metres_per_unit(length_unit, f"{key} of fault {title!r}")
     except InputError as error:
         raise SurfaceError(str(error)) from error
     return values if factor == 1.0 else values * factor

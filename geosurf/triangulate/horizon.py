@@ -35,7 +35,7 @@ def triangulate_horizon(
     *,
     name: str | None = None,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
     tolerance: float = 0.0,
 ) -> TriSurface:
     """Turn a horizon into a triangulated surface.
@@ -60,7 +60,7 @@ def triangulate_horizon(
     positive : {"up", "down"}, optional
         Whether values are elevation or depth. Default: ``da.attrs["positive"]``; vertices are
         elevations.
-    units : str, optional
+    length_unit : str, optional
         Unit of the values. Default: ``da.attrs["units"]``; metres for vertices.
     tolerance : float
         0: all nodes. Above 0 [m]: fewer triangles, nowhere farther than this from the plain
@@ -78,7 +78,7 @@ def triangulate_horizon(
     Raises
     ------
     HorizonError
-        If dims, coordinates, values, `positive` or `units` cannot be used, or
+        If dims, coordinates, values, `positive` or `length_unit` cannot be used, or
         if a curvilinear grid is folded, or if a tolerance is no length or meets uneven steps.
 
     See Also
@@ -97,7 +97,7 @@ def triangulate_horizon(
     ...     np.full((3, 4), 1850.0), dims=("northing", "easting"),
     ...     coords={"northing": [0.0, 50.0, 100.0], "easting": [0.0, 50.0, 100.0, 150.0]},
     ... )
-    >>> top = triangulate_horizon(depth, name="Top", positive="down", units="m")
+    >>> top = triangulate_horizon(depth, name="Top", positive="down", length_unit="m")
     >>> top.n_triangle, top.bounds
     (12, (0.0, 150.0, 0.0, 100.0, -1850.0, -1850.0))
 
@@ -118,11 +118,11 @@ def triangulate_horizon(
             f"{what}: tolerance is {tolerance!r}; give a length in metres, or 0 for all nodes."
         )
     if is_mesh(da):
-        return _from_mesh(da, title, positive, units, tolerance)
+        return _from_mesh(da, title, positive, length_unit, tolerance)
     values = _checked_values(da, what)
     try:
         sign = elevation_sign(first_said(positive, da.attrs.get("positive")), what)
-        scale = sign * metres_per_unit(first_said(units, da.attrs.get("units")), what)
+        scale = sign * metres_per_unit(first_said(length_unit, da.attrs.get("units")), what)
     except InputError as error:
         raise HorizonError(str(error)) from error
     easting, northing = _coordinates(da, what)
@@ -142,13 +142,13 @@ def triangulate_horizon(
 
 
 def _from_mesh(
-    obj: Any, title: str, positive: str | None, units: str | None, tolerance: float
+    obj: Any, title: str, positive: str | None, length_unit: str | None, tolerance: float
 ) -> TriSurface:
     """A horizon from vertices and triangles."""
     what = f"horizon {title!r}"
     scale = elevation_sign(first_said(positive, "up"), what)
-    scale *= metres_per_unit(first_said(units, "m"), what)
-    surface = triangulate_mesh(obj, title, "horizon", scale=scale, words=(positive, units))
+    scale *= metres_per_unit(first_said(length_unit, "m"), what)
+    surface = triangulate_mesh(obj, title, "horizon", scale=scale, words=(positive, length_unit))
     if surface.lattice is not None:
         return coarsen_lattice(title, surface.lattice, tolerance) if tolerance > 0 else surface
     if tolerance > 0:
@@ -252,11 +252,11 @@ def _metres(coord: Any, what: str) -> np.ndarray:
             f"{what}: values have dtype {coord.dtype}, expected metres. Convert them to float."
         )
     values = np.asarray(coord.values, dtype=np.float64)
-    units = coord.attrs.get("units")
-    if units is None:
+    length_unit = coord.attrs.get("units")
+    if length_unit is None:
         return values
     try:
-        factor = metres_per_unit(units, what)
+        factor = metres_per_unit(length_unit, what)
     except InputError as error:
         raise HorizonError(str(error)) from error
     return values if factor == 1.0 else values * factor

@@ -33,7 +33,7 @@ def triangulate_mesh(
     role : {"horizon", "fault"}
     scale : float
         Metres and direction of the third coordinate: what elevations are multiplied by.
-    words : (positive, units)
+    words : (positive, length_unit)
         What the caller says of the third coordinate; a `TriSurface` has only one way.
 
     Raises

@@ -238,14 +238,17 @@ def test_words_count_where_files_do_not_say_their_own(tmp_path, capsys):
     fault = gs.TriSurface("F1", "fault", corners, [[0, 1, 2], [0, 2, 3]])
     gs.write(fault, tmp_path / "F1.ts")
     words = ["curves", str(tmp_path / "top.irap"), str(tmp_path / "F1.ts")]
-    words += ["--positive", "down", "--units", "ft", "-o", str(tmp_path / "c.vtp")]
+    words += ["--positive", "down", "--length-unit", "ft", "-o", str(tmp_path / "c.vtp")]
     assert cli.main(words) == 0
     assert "1 curve, 0 closed, 10.000 m" in capsys.readouterr().out
     scene = gs.Scene({"Top": tmp_path / "top.irap"}, {"F1": tmp_path / "F1.ts"},
-                     positive="down", units="ft")  # fmt: skip
+                     positive="down", length_unit="ft")  # fmt: skip
     np.testing.assert_allclose(scene.surface("Top").vertices[:, 2], -30.48, rtol=1e-15)
     assert scene.surface("F1").bounds == fault.bounds
-    for wrong in ({"positive": "dwon", "units": "ft"}, {"positive": "down", "units": "fet"}):
+    for wrong in (
+        {"positive": "dwon", "length_unit": "ft"},
+        {"positive": "down", "length_unit": "fet"},
+    ):
         with pytest.raises(gs.errors.InputError, match=r"'dwon'|'fet'"):
             gs.Scene({"Top": tmp_path / "top.irap"}, {"F1": tmp_path / "F1.ts"}, **wrong)
     with pytest.raises(gs.errors.InputError, match="the file says positive='up', the argument"):
@@ -394,7 +397,7 @@ BAD = {
     "decreasing axis": (lambda: _triangulate(_top()[[1, 0, 2]]), "HorizonError", r"'Top': northing decreases at index 1.*sortby"),
     "all NaN": (lambda: _triangulate(_top(np.nan)), "HorizonError", r"'Top': all 9 nodes are NaN. Check"),
     "no positive": (lambda: _triangulate(_top(positive="")), "HorizonError", r"'Top': whether values are elevation or depth is not said. Say"),
-    "unknown units": (lambda: _triangulate(_top(units="furlong")), "HorizonError", r"'Top': unknown units 'furlong'; known are .*Say"),
+    "unknown units": (lambda: _triangulate(_top(units="furlong")), "HorizonError", r"'Top': unknown length unit 'furlong'\. Set"),
     "infinite values": (lambda: _triangulate(_top(np.inf)), "HorizonError", r"9 nodes are infinite, the first is node \(0, 0\) at .*NaN"),
     "empty mesh": (lambda: gs.intersect_surfaces([gs.TriSurface("F1", "fault", np.empty((0, 3)), np.empty((0, 3), int)), FLAT]), "SurfaceError", r"'F1' has no triangles; leave it out"),
     "index out of range": (lambda: gs.TriSurface("F1", "fault", CORNERS, [[1, 2, 4]]), "SurfaceError", r"'F1': triangle 0 names vertices \[1, 2, 4\], but there are 4 .*counted from 1"),

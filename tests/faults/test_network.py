@@ -398,7 +398,7 @@ def drogon(shared):
 
     folder = shared / "data" / "drogon" / "fault_sticks_pol"
     faults = {
-        path.stem: gs.read_fault(path, positive="down", units="m")
+        path.stem: gs.read_fault(path, positive="down", length_unit="m")
         for path in sorted(folder.glob("F*.pol"))
     }
     return Scene({}, faults, (459e3, 466.5e3, 5929.5e3, 5938.5e3, -2000.0, -1450.0))

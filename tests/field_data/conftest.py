@@ -32,7 +32,7 @@ def drogon_faults(data: Path) -> list[gs.TriSurface]:
     """The six faults of the Drogon field, from sticks."""
     found = []
     for path in sorted((data / "drogon" / "fault_sticks_pol").glob("F*.pol")):
-        sticks = gs.read_fault(path, positive="down", units="m")
+        sticks = gs.read_fault(path, positive="down", length_unit="m")
         found.append(gs.triangulate_fault(sticks, name=path.stem))
     return found
 
@@ -53,7 +53,7 @@ def read_grids(folder: Path) -> list[gs.TriSurface]:
     """The numbered IRAP grids of a folder, triangulated."""
     found = []
     for path in sorted(folder.glob("0*.gri")):
-        grid = gs.read_horizon(path, positive="down", units="m")
+        grid = gs.read_horizon(path, positive="down", length_unit="m")
         found.append(gs.triangulate_horizon(grid, name=path.stem[3:]))
     return found
 

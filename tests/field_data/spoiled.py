@@ -33,7 +33,7 @@ from geosurf.errors import GeosurfError, GeosurfWarning, InvariantError
 from geosurf.scenario import read_scenario
 from geosurf.scenario.inputs import build_scene
 
-WORDS = {"positive": "up", "units": "m"}
+WORDS = {"positive": "up", "length_unit": "m"}
 WALL = gs.TriSurface(
     "Wall",
     "fault",

@@ -34,7 +34,7 @@ def test_crossing_grids_are_clipped_and_each_zone_is_the_sum_of_its_columns(
 @pytest.fixture(scope="module")
 def with_contact(data, reek_horizons, drogon_faults):
     """A small part of the field, cut by the free-water level."""
-    grid = gs.read_horizon(data / "reek" / "reek_fwl.gri", positive="down", units="m")
+    grid = gs.read_horizon(data / "reek" / "reek_fwl.gri", positive="down", length_unit="m")
     level = gs.triangulate_horizon(grid, name="fwl").renamed("fwl", "fault")
     part = [cropped(s, BOX) for s in (*reek_horizons, level)]
     faults = {"fwl": part[-1], **{f.name: f for f in drogon_faults if f.name in ("F3", "F6")}}

@@ -35,7 +35,7 @@ BUILDING = {
         lambda g: [["F1"], ("F1",), object(), 1.5, {"a": 1}],
     ),
     "triangulate_horizon.units": (
-        lambda g, v: gs.triangulate_horizon(g.top, units=v), lambda g: wrong.words(),
+        lambda g, v: gs.triangulate_horizon(g.top, length_unit=v), lambda g: wrong.words(),
     ),
     "triangulate_horizon.positive": (
         lambda g, v: gs.triangulate_horizon(g.top, positive=v), lambda g: wrong.words(),
@@ -206,7 +206,7 @@ BUILDING = {
         lambda g, v: model(g, aoi=v), lambda g: [v for v in wrong.arrays() if v is not None],
     ),
     "Scene.positive": (lambda g, v: model(g, positive=v), lambda g: wrong.words()),
-    "Scene.units": (lambda g, v: model(g, units=v), lambda g: wrong.words()),
+    "Scene.length_unit": (lambda g, v: model(g, length_unit=v), lambda g: wrong.words()),
     "Scene.voxel_size": (lambda g, v: model(g, voxel_size=v), lambda g: wrong.lengths()),
     "Scene.self_intersections": (
         lambda g, v: model(g, self_intersections=v), lambda g: FLAGS,

@@ -56,7 +56,7 @@ def test_tsurf_without_direction_is_elevation_unless_the_caller_says_depth(tmp_p
     path = tsurf(tmp_path, frame="")
     assert gs.read_fault(path).vertices[0, 2] == 10
     assert gs.read_fault(path, positive="down").vertices[0, 2] == -10
-    assert gs.read_fault(path, units="km").vertices[1].tolist() == [9, 0, 20000]
+    assert gs.read_fault(path, length_unit="km").vertices[1].tolist() == [9, 0, 20000]
 
 
 def test_tsurf_contradicted_by_the_caller(tmp_path):
@@ -68,7 +68,7 @@ def test_tsurf_contradicted_by_the_caller(tmp_path):
 def test_tsurf_units_per_axis(tmp_path):
     fault = gs.read_fault(tsurf(tmp_path, unit="ft", direction="Elevation"))
     assert fault.vertices[1].tolist() == [9, 0, 20 * 0.3048]
-    with pytest.raises(InputError, match=r"surface 'F1': unknown units 'ms'; known are"):
+    with pytest.raises(InputError, match=r"surface 'F1': unknown length unit 'ms'"):
         gs.read_fault(tsurf(tmp_path, unit="ms"))
 
 
@@ -145,7 +145,7 @@ def test_sticks(tmp_path):
     assert isinstance(fault, FaultSticks)
     assert [len(stick) for stick in fault.sticks] == [2, 3]
     assert fault.sticks[0].tolist() == [[0, 0, -1500], [0, 50, -1600]]
-    feet = gs.read_fault(write(tmp_path, STICKS), positive="down", units="ft")
+    feet = gs.read_fault(write(tmp_path, STICKS), positive="down", length_unit="ft")
     assert feet.sticks[0][1].tolist() == [0, 50, -1600 * 0.3048]
 
 

@@ -56,7 +56,7 @@ def test_classic_and_binary_are_told_apart_by_content(tmp_path):
 
 
 def test_depth_in_feet_becomes_elevation_in_metres_and_leaves_x_and_y_alone(tmp_path):
-    top = gs.read_horizon(classic(tmp_path), positive="down", units="ft")
+    top = gs.read_horizon(classic(tmp_path), positive="down", length_unit="ft")
     assert top.values[0, 0] == -0.3048
     assert top.easting.values.tolist() == [500, 510, 520]
 
@@ -118,8 +118,10 @@ def test_without_positive_the_error_names_both_ways(tmp_path):
 
 
 def test_unknown_units_are_refused(tmp_path):
-    with pytest.raises(InputError, match=r"horizon 'top': unknown units 'fathom'; known are .*ft"):
-        gs.read_horizon(classic(tmp_path), positive="up", units="fathom")
+    with pytest.raises(
+        InputError, match=r"horizon 'top': unknown length unit 'fathom'.* to one of .*ft"
+    ):
+        gs.read_horizon(classic(tmp_path), positive="up", length_unit="fathom")
 
 
 @pytest.mark.parametrize(
@@ -248,17 +250,21 @@ def test_netcdf_that_says_nothing_needs_arguments(tmp_path):
     path = stored(tmp_path, depth_grid())
     with pytest.raises(InputError, match=r"variable 'depth'.*positive='up'"):
         gs.read_horizon(path)
-    with pytest.raises(InputError, match=r"variable 'depth': units are missing.*units='m'"):
+    with pytest.raises(
+        InputError, match=r"variable 'depth': the length unit is missing.*length_unit='m'"
+    ):
         gs.read_horizon(path, positive="down")
-    assert gs.read_horizon(path, positive="down", units="m").values[1, 0] == -1
+    assert gs.read_horizon(path, positive="down", length_unit="m").values[1, 0] == -1
 
 
 def test_netcdf_contradiction_is_refused(tmp_path):
     path = stored(tmp_path, depth_grid(positive="down", units="m"))
     with pytest.raises(InputError, match=r"file says positive='down', the argument says.*'up'"):
         gs.read_horizon(path, positive="up")
-    with pytest.raises(InputError, match=r"file says units 'm', the argument says units='ft'"):
-        gs.read_horizon(path, units="ft")
+    with pytest.raises(
+        InputError, match=r"file has the length unit 'm', but length_unit='ft' was given"
+    ):
+        gs.read_horizon(path, length_unit="ft")
 
 
 def test_netcdf_with_several_grids_asks_for_variable(tmp_path):

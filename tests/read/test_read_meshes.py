@@ -28,7 +28,7 @@ def test_quads_are_split(tmp_path):
 
 def test_depth_and_units_of_a_mesh(tmp_path):
     (tmp_path / "F1.obj").write_text(OBJ)
-    fault = gs.read_fault(tmp_path / "F1.obj", positive="down", units="km")
+    fault = gs.read_fault(tmp_path / "F1.obj", positive="down", length_unit="km")
     assert fault.vertices[2].tolist() == [9, 9, -9000]
 
 

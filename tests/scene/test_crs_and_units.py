@@ -50,7 +50,7 @@ def in_feet(kind, folder):
 def test_units_are_those_of_elevations(kind, tmp_path):
     """Whatever the format: heights are scaled, easting and northing stay metres."""
     given = in_feet(kind, tmp_path)
-    scene = gs.Scene({}, {"F1": given}, (0, 9000, -9, 9, -9, 9), units="ft", positive="up")
+    scene = gs.Scene({}, {"F1": given}, (0, 9000, -9, 9, -9, 9), length_unit="ft", positive="up")
     wall = scene.surface("F1").vertices
     assert set(wall[:, 0]) == {3000.0}
     assert (wall[:, 1].min(), wall[:, 1].max()) == (-900.0, 900.0)
@@ -65,13 +65,15 @@ def test_axes_that_declare_their_unit_keep_it(tmp_path):
     frame = "\n".join([*lines, "TFACE"])
     path = tmp_path / "said.ts"
     path.write_text(text.replace("TFACE", frame.format("ft", "ft", "m")))
-    with pytest.raises(InputError, match=r"file says units 'm', the argument says units='ft'"):
-        gs.read_fault(path, units="ft")
+    with pytest.raises(
+        InputError, match=r"file has the length unit 'm', but length_unit='ft' was given"
+    ):
+        gs.read_fault(path, length_unit="ft")
     wall = gs.read_fault(path).vertices
     assert wall[:, 0].max() == pytest.approx(3000 * FT)
     assert wall[:, 2].min() == -10000
     path.write_text(text.replace("TFACE", frame.format("m", "m", "ft")))
-    assert gs.read_fault(path, units="ft").vertices[:, 0].max() == 3000.0
+    assert gs.read_fault(path, length_unit="ft").vertices[:, 0].max() == 3000.0
 
 
 # ---- coordinate reference systems ----------------------------------------------------------

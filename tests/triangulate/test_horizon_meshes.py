@@ -55,7 +55,7 @@ def test_a_scenario_takes_a_mesh(top, truth, tmp_path):
 
 def test_depths_in_feet_are_turned(top, truth):
     down = np.asarray(top.vertices) * (1.0, 1.0, -1.0 / 0.3048)
-    words = {"positive": "down", "units": "ft"}
+    words = {"positive": "down", "length_unit": "ft"}
     scene = gs.Scene({"Top": (down, top.triangles)}, WORLD.faults, WORLD.box, **words)
     np.testing.assert_allclose(scene.volumes.values, truth, rtol=1e-9)
 

@@ -179,7 +179,7 @@ def test_depth_is_turned_and_feet_are_converted():
     assert surface.role == "horizon"
     np.testing.assert_allclose(surface.bounds, (0, 25000, 0, 50, -609.6, -304.8))
     assert (normals(surface)[:, 2] > 0).all()
-    said = triangulate_horizon(da, positive="up", units="m")
+    said = triangulate_horizon(da, positive="up", length_unit="m")
     assert said.bounds[4:] == (1000.0, 2000.0)
 
 
@@ -188,7 +188,7 @@ def test_the_volume_under_a_dome_converges_with_order_two():
         x = np.linspace(-1.0, 1.0, n)
         dome = 1.0 - x[None, :] ** 2 - x[:, None] ** 2
         da = xr.DataArray(dome, dims=("northing", "easting"), coords={"northing": x, "easting": x})
-        surface = triangulate_horizon(da, **UP)
+        surface = triangulate_horizon(da, positive="up", length_unit="m")
         heights = surface.vertices[surface.triangles][:, :, 2].mean(axis=1)
         return abs((normals(surface)[:, 2] * heights).sum() - 4.0 / 3.0)
 
@@ -309,12 +309,15 @@ WRONG_HORIZONS = {
         lambda: horizon(FLAT).assign_coords(
             easting=("easting", [1.0, 2.0, 3.0], {"units": "degrees_east"})
         ),
-        r"easting of horizon 'Top': unknown units 'degrees_east'; known are",
+        r"easting of horizon 'Top': unknown length unit 'degrees_east'",
     ),
     "no direction": (lambda: horizon(FLAT, positive=None), r"is not said.*positive='up'"),
     "wrong direction": (lambda: horizon(FLAT, positive="north"), r"is 'north'.*positive='down'"),
-    "no units": (lambda: horizon(FLAT, units=None), r"units are missing.*units='m'"),
-    "wrong units": (lambda: horizon(FLAT, units="fathom"), r"unknown units 'fathom'; known are"),
+    "no units": (lambda: horizon(FLAT, units=None), r"length unit is missing.*length_unit='m'"),
+    "wrong units": (
+        lambda: horizon(FLAT, units="fathom"),
+        r"unknown length unit 'fathom'\. Set .* to one of",
+    ),
     "no array": (lambda: FLAT, r"found ndarray, expected an xarray\.DataArray .* Make one"),
     "dataset": (
         lambda: horizon(FLAT).to_dataset(),

@@ -145,10 +145,13 @@ WRONG_FAULTS = {
         lambda: (fault_grid(), {"positive": "down"}),
         r"elevation is said to be positive 'down', expected 'up'.*Name the variable",
     ),
-    "no units": (lambda: (_with_units("elevation", None), {}), r"'F1': units are missing.*units="),
+    "no units": (
+        lambda: (_with_units("elevation", None), {}),
+        r"'F1': the length unit is missing.*length_unit=",
+    ),
     "map units": (
         lambda: (_with_units("northing", "degrees"), {}),
-        r"northing of fault 'F1': unknown units 'degrees'",
+        r"northing of fault 'F1': unknown length unit 'degrees'",
     ),
     "one row": (lambda: (fault_grid(n_row=1), {}), r"1 x 5 nodes make no cell.*larger"),
     "infinite": (

@@ -274,7 +274,7 @@ def test_netcdf_horizon_comes_back(tmp_path, rotated, positive):
 def test_netcdf_horizon_must_say_what_it_holds(tmp_path):
     with pytest.raises(InputError, match=r"'top': whether values are elevation or depth"):
         gs.write(horizon(positive=None).rename("top"), tmp_path / "top.nc")
-    with pytest.raises(InputError, match="units are missing"):
+    with pytest.raises(InputError, match="length unit is missing"):
         gs.write(horizon(units=None), tmp_path / "top.nc")
     assert list(tmp_path.iterdir()) == []
 

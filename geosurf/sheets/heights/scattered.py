@@ -109,7 +109,11 @@ class Scattered(Picks):
 
 
 def picks_or_points(
-    data: Any, name: str | None, positive: str | None, units: str | None, spacing: float | None
+    data: Any,
+    name: str | None,
+    positive: str | None,
+    length_unit: str | None,
+    spacing: float | None,
 ) -> Picks:
     """Picks on a lattice, or scattered points: those that are on none, or if a spacing is given."""
     if spacing is not None and not (is_number(spacing) and spacing > 0):
@@ -120,8 +124,8 @@ def picks_or_points(
                 f"spacing is {spacing:g} m, but the data are a grid, which has its own. "
                 "Leave it out."
             )
-        return picks_of(data, name, positive, units)
-    title, points = points_of(data, name, positive, units)
+        return picks_of(data, name, positive, length_unit)
+    title, points = points_of(data, name, positive, length_unit)
     if spacing is None:
         found = find_lattice(points[:, :2], f"horizon {title!r}")
         if found is not None:

@@ -145,7 +145,7 @@ class Picks:
 
 
 def picks_of(
-    data: Any, name: str | None, positive: str | None = None, units: str | None = None
+    data: Any, name: str | None, positive: str | None = None, length_unit: str | None = None
 ) -> Picks:
     """Read horizon data: a DataArray, a gridded TriSurface, a table or array of points.
 
@@ -162,8 +162,8 @@ def picks_of(
             )
         return _from_lattice(data.renamed(name or data.name))
     if are_points(data):
-        return points_on_lattice(*points_of(data, name, positive, units))
-    surface = triangulate_horizon(data, name=name, positive=positive, units=units)
+        return points_on_lattice(*points_of(data, name, positive, length_unit))
+    surface = triangulate_horizon(data, name=name, positive=positive, length_unit=length_unit)
     check_spikes(surface)
     return _from_lattice(surface)
 
@@ -196,7 +196,7 @@ def points_on_lattice(title: str, points: np.ndarray) -> Picks:
 
 
 def points_of(
-    data: Any, name: str | None, positive: str | None, units: str | None
+    data: Any, name: str | None, positive: str | None, length_unit: str | None
 ) -> tuple[str, np.ndarray]:
     """Name and points (n, 3) of a table or array: easting, northing, elevation [m]."""
     title = str(name or getattr(data, "attrs", {}).get("name") or "horizon")
@@ -212,13 +212,13 @@ def points_of(
         attrs = data["elevation"].attrs
         declared = attrs.get("positive", data.attrs.get("positive"))
         positive = _agreed(declared, positive, what)
-        units = first_said(units, attrs.get("units"), "m")
+        length_unit = first_said(length_unit, attrs.get("units"), "m")
         points = np.stack(
             [np.ravel(data[k].values) for k in ("easting", "northing", "elevation")], axis=1
         )
     else:
         points = np.asarray(data)
-        units = first_said(units, "m")
+        length_unit = first_said(length_unit, "m")
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         raise HorizonError(
             f"{what}: points have shape {points.shape}, expected numbers (n, 3): easting, "
@@ -232,7 +232,7 @@ def points_of(
             "points that are undefined."
         )
     try:
-        scale = elevation_sign(positive, what) * metres_per_unit(units, what)
+        scale = elevation_sign(positive, what) * metres_per_unit(length_unit, what)
     except InputError as error:
         raise HorizonError(str(error)) from error
     points[:, 2] *= scale

@@ -36,14 +36,14 @@ def propose_trim(
     *,
     name: str | None = None,
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
 ) -> TrimProposal:
     """
     Propose the trim of `tear_horizon`, from how far the data are smeared over their faults.
 
     Parameters
     ----------
-    data, faults, name, positive, units
+    data, faults, name, positive, length_unit
         As for `tear_horizon`.
 
     Returns
@@ -73,7 +73,7 @@ def propose_trim(
     3.5
     """
     surfaces = fault_surfaces(faults)
-    picks = picks_of(data, name, positive, units)
+    picks = picks_of(data, name, positive, length_unit)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
     settings = Settings(float(HIDDEN), float(HIDDEN))
     rebuild = Rebuild(picks, meshes, settings)

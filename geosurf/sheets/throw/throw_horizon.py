@@ -51,7 +51,7 @@ def throw_horizon(
     hanging_wall: float | Mapping[str, float] = 1.0,
     direction: str | Mapping[str, str] = "local",
     positive: str | None = None,
-    units: str | None = None,
+    length_unit: str | None = None,
 ) -> Sheet:
     """
     Tear a horizon that is still continuous, by the throw of its faults.
@@ -83,7 +83,7 @@ def throw_horizon(
         Whether walls move down the dip that a fault has at each place, or all across its mean
         strike, as a block does that slides along the grooves of a corrugated fault; by fault, those
         left out are "local".
-    positive, units : str, optional
+    positive, length_unit : str, optional
         As for `triangulate_horizon`.
 
     Returns
@@ -118,7 +118,7 @@ def throw_horizon(
     [True, True]
     """
     surfaces = fault_surfaces(faults)
-    picks = picks_of(horizon, name, positive, units)
+    picks = picks_of(horizon, name, positive, length_unit)
     if picks.several is not None:
         raise HorizonError(
             f"horizon {picks.name!r} has several values at one node, so that it is torn already. "
