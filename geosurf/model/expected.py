@@ -137,9 +137,9 @@ def flag_of(value: Any, what: str) -> bool:
 
     Examples
     --------
-    >>> flag_of("no", "carry")
+    >>> flag_of("no", "refine")
     Traceback (most recent call last):
-    geosurf.errors.InputError: carry is 'no'; give True or False.
+    geosurf.errors.InputError: refine is 'no'; give True or False.
     """
     if isinstance(value, bool | np.bool_) or (type(value) is int and value in (0, 1)):
         return bool(value)

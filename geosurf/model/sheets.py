@@ -63,21 +63,27 @@ class FaultCut(Noun):
         return f"<FaultCut {self.fault!r}: {len(self.along)} stations, {throw}{ends}>"
 
 
+def _grouped(number: int) -> str:
+    """A whole number with spaces between its thousands."""
+    return f"{number:,}".replace(",", " ")
+
+
 @dataclass(frozen=True, repr=False)
 class SheetReport:
-    """How a sheet was made, in numbers; lengths in metres unless they are said to be cells.
+    """How a sheet was made, in numbers; lengths in metres, except where cells are named.
 
     Attributes
     ----------
     trim : float
-        Data nearer to a fault than this were distrusted [cells of the grid].
+        Data closer to a fault than this were ignored [cells of the grid].
     cell : float
         One cell [m].
-    n_data, n_distrusted, n_solved : int
-        Data in all, distrusted ones, nodes that were solved for.
-    kept, hidden : dict of str to float
-        Misfit at data in use and at distrusted data of single-valued nodes: ``mean``,
-        ``median``, ``p95``, ``max`` [m].
+    n_data, n_ignored, n_solved : int
+        Data in total, data that were ignored near faults, nodes that were interpolated.
+    misfit : dict of str to float
+        Misfit of the surface at the data in use: ``mean``, ``median``, ``p95``, ``max`` [m].
+    holdout_misfit : dict of str to float
+        The same at the ignored data, which test the surface: each against the wall that it is on.
     extrapolation : list of dict
         Places farthest from data of their own side: ``cells``, ``place`` (3,), ``fault``.
     sign_changes : dict of str to int
@@ -89,70 +95,73 @@ class SheetReport:
         Links by which tears end earlier than their faults, by fault.
     noise : float or None
         Standard deviation of the noise that data were taken to have [m].
-    carried : list of dict
-        Blocks without data that were carried on from a neighbour.
+    filled_blocks : list of dict
+        Blocks without data that were filled from a neighbouring block: ``nodes``, ``over`` (the
+        fault between the two), ``place`` (2,).
     notes : list of str
-        What a user should look at.
+        Sentences for the user.
     warnings : tuple of GeosurfWarning
-        What data show that the sheet has not: throw where a fault ends.
+        Throw that the data show where a fault ends, and the sheet does not have.
     """
 
     trim: float = 0.0
     cell: float = 0.0
     n_data: int = 0
-    n_distrusted: int = 0
+    n_ignored: int = 0
     n_solved: int = 0
-    kept: dict[str, float] = field(default_factory=dict)
-    hidden: dict[str, float] = field(default_factory=dict)
+    misfit: dict[str, float] = field(default_factory=dict)
+    holdout_misfit: dict[str, float] = field(default_factory=dict)
     extrapolation: list[dict[str, Any]] = field(default_factory=list)
     sign_changes: dict[str, int] = field(default_factory=dict)
     tips: int = 0
     declared_tips: int = 0
     shortened: dict[str, int] = field(default_factory=dict)
     noise: float | None = None
-    carried: list[dict[str, Any]] = field(default_factory=list)
+    filled_blocks: list[dict[str, Any]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     warnings: tuple[GeosurfWarning, ...] = ()
 
     def __repr__(self) -> str:
-        def misfit(values: dict[str, float]) -> str:
+        def figures(values: dict[str, float]) -> str:
             """Figures of a misfit in one line."""
             return ", ".join(f"{key} {value:.3g}" for key, value in values.items()) or "none"
 
         changes = sum(self.sign_changes.values())
         lines = [
             f"trim {self.trim:g} cells of {self.cell:.6g} m",
-            f"{self.n_distrusted} of {self.n_data} data distrusted, {self.n_solved} nodes solved",
-            f"misfit at kept data [m]: {misfit(self.kept)}",
-            f"misfit at hidden data [m]: {misfit(self.hidden)}",
-            f"tips {self.tips}, declared {self.declared_tips}; sign changes of throw {changes}",
+            f"{_grouped(self.n_ignored)} of {_grouped(self.n_data)} data ignored near faults",
+            f"{_grouped(self.n_solved)} nodes interpolated",
+            f"misfit at the data in use [m]: {figures(self.misfit)}",
+            f"misfit at the ignored data [m]: {figures(self.holdout_misfit)}",
+            f"tips: {self.tips} in the mesh, {self.declared_tips} in the faults",
+            f"changes of the sign of throw: {changes}",
         ]
         lines += [
-            f"extrapolated over {e['cells']:g} cells beside {e['fault']} at "
+            f"extrapolated over {e['cells']:g} cells next to fault {e['fault']!r} at "
             f"({e['place'][0]:.0f}, {e['place'][1]:.0f}, {e['place'][2]:.0f})"
             for e in self.extrapolation[:3]
         ]
         lines += [
-            f"{c['nodes']} nodes without data carried on over {c['over']} at "
+            f"{_grouped(c['nodes'])} nodes without data filled across fault {c['over']!r} at "
             f"({c['place'][0]:.0f}, {c['place'][1]:.0f})"
-            for c in self.carried[:3]
+            for c in self.filled_blocks[:3]
         ]
         return "\n".join([*lines, *self.notes])
 
 
 @dataclass(frozen=True, repr=False)
 class TrimProposal:
-    """How far data are smeared over their faults, and the trim that follows.
+    """How far data are smeared across their faults, and the trim that follows.
 
     Attributes
     ----------
     trim : float
-        What is proposed for ``tear_horizon(trim=)`` [cells of the grid].
+        The proposal for ``tear_horizon(trim=)`` [cells of the grid].
     smear : float or None
-        Half width of the smear [cells]; 0 where none is seen, None where it cannot be told,
-        because data that are far from the faults are missed as well.
+        Half width of the smear [cells]. 0 if there is none; None if it cannot be determined,
+        because the surface misses data far from the faults as well.
     misfit : tuple of float
-        90th percentile of the misfit of hidden data, by distance from the nearest fault: below one
+        90th percentile of the misfit of ignored data, by distance from the nearest fault: below one
         cell, one to two, and so on [m].
     """
 
@@ -162,12 +171,12 @@ class TrimProposal:
 
     def __repr__(self) -> str:
         bins = ", ".join(f"{value:.3g}" for value in self.misfit)
-        why = "how far data are smeared cannot be told"
+        why = "the width of the smear cannot be determined"
         if self.smear is not None:
-            why = f"data are smeared over {self.smear:g}"
+            why = f"data are smeared over {self.smear:g} cells"
         return (
-            f"trim {self.trim:g} cells proposed: {why}\n"
-            f"misfit of hidden data by cells from a fault [m]: {bins}"
+            f"proposed trim: {self.trim:g} cells ({why})\n"
+            f"misfit of ignored data by distance from a fault in cells [m]: {bins}"
         )
 
 
@@ -180,27 +189,27 @@ class LostThrow:
     fault : str
     place : (easting, northing, elevation)
         Where most is lost [m].
-    asked, found : float
-        Throw there [m].
+    requested, measured : float
+        Throw there, as given and as read between the cut-offs [m].
     cell : float
-        Of the horizon [m].
-    finer : float
-        Cells on which 2 % of the largest throw would be lost [m].
+        Cell of the horizon [m].
+    suggested_cell : float
+        Cell on which 2 % of the largest throw would be lost [m].
     """
 
     fault: str
     place: tuple[float, float, float]
-    asked: float
-    found: float
+    requested: float
+    measured: float
     cell: float
-    finer: float
+    suggested_cell: float
 
     def __str__(self) -> str:
         return (
-            f"fault {self.fault!r} shows {self.found:.3g} m of {self.asked:.3g} m of throw at "
-            f"{place(self.place)}, next to its tip: cells of {self.cell:.3g} m are too coarse for "
-            f"it. Give the horizon on cells of {self.finer:.2g} m or less, and 2 % of the largest "
-            "throw or less are lost."
+            f"Fault {self.fault!r} has {self.measured:.3g} m of the requested {self.requested:.3g} "
+            f"m of throw next to its tip at {place(self.place)}: cells of {self.cell:.3g} m are "
+            f"too coarse there. On cells of {self.suggested_cell:.2g} m or less, at most 2 % of "
+            "the largest throw is lost."
         )
 
 
@@ -211,8 +220,8 @@ class ThrowReport:
     Attributes
     ----------
     throw : dict of str to dict
-        By fault, the largest size of throw that was ``asked`` for at the elevations of the horizon,
-        and that was ``found`` between the cut-offs [m]. Throws of branches add to it.
+        By fault, the largest throw that was ``requested`` at the elevations of the horizon, and the
+        largest that was ``measured`` between the cut-offs [m]. Throws of branches add to it.
     branches : dict of str to tuple of str
         Faults that end on others, which act on one side of those only.
     tips, declared_tips : int
@@ -226,7 +235,7 @@ class ThrowReport:
     farthest_outside : float
         How far, at most [m].
     notes : list of str
-        What a user should look at.
+        Sentences for the user.
     warnings : tuple of GeosurfWarning
     """
 
@@ -243,17 +252,24 @@ class ThrowReport:
 
     def __repr__(self) -> str:
         lines = [
-            f"throw of {name}: up to {t['asked']:.6g} m asked for, {t['found']:.6g} m found"
-            for name, t in self.throw.items()
+            f"throw of {name!r}: up to {of['requested']:.6g} m requested, "
+            f"{of['measured']:.6g} m measured"
+            for name, of in self.throw.items()
         ]
-        lines += [f"{name} ends on {', '.join(mains)}" for name, mains in self.branches.items()]
-        lines.append(f"tips {self.tips}, declared {self.declared_tips}")
+        lines += [
+            f"{name!r} ends on {', '.join(map(repr, mains))}"
+            for name, mains in self.branches.items()
+        ]
+        lines.append(f"tips: {self.tips} in the mesh, {self.declared_tips} in the faults")
         if self.n_outside:
             lines.append(
-                f"{self.n_outside} nodes were up to {self.farthest_outside:.3g} m outside of the "
-                "data before they moved"
+                f"{_grouped(self.n_outside)} nodes came from up to {self.farthest_outside:.3g} m "
+                "outside of the data"
             )
-        lines += [f"tear of {name} ends {n} links early" for name, n in self.shortened.items()]
+        lines += [
+            f"the tear of {name!r} ends {n} lattice links before the fault does"
+            for name, n in self.shortened.items()
+        ]
         return "\n".join([*lines, *self.notes])
 
 

@@ -122,8 +122,8 @@ class TearSettings:
 
     horizons: tuple[str, ...] = key("Which ones. Left empty: all.", values.names, default=())
     trim_cells: float = key(
-        "Data nearer to a fault than this are not believed: one and a half times as far as they "
-        "are smeared, at least.",
+        "Ignore data closer to a fault than this; at least one and a half times the half width of "
+        "the smear.",
         values.above_zero,
         unit="cells of the grid",
         default=2.0,
@@ -134,8 +134,8 @@ class TearSettings:
         unit="m",
         default=None,
     )
-    carry: bool = key(
-        "Whether blocks without data are carried on from a neighbour, and listed.",
+    fill_empty_blocks: bool = key(
+        "Fill blocks without data from a neighbouring block; the report lists them.",
         values.switch,
         default=False,
     )

@@ -120,7 +120,11 @@ def _as_picked(scenario: Scenario, scene: Scene, name: str, horizon: Any) -> She
     """A sheet from data that smear the horizon over its faults."""
     tear = scenario.tear
     faults = [scene.surface(fault) for fault in scene.fault_names]
-    words = {"trim": tear.trim_cells, "noise": tear.noise_m, "carry": tear.carry}
+    words = {
+        "trim": tear.trim_cells,
+        "noise": tear.noise_m,
+        "fill_empty_blocks": tear.fill_empty_blocks,
+    }
     return tear_horizon(horizon, faults, name=name, **words)
 
 

@@ -1,231 +1,27 @@
-"""Horizon data + faults -> horizon sheets that are torn at the faults.
+"""Horizon data and faults -> horizon sheets that are torn at the faults.
 
-=============  ====================================================================
-data, frame    grid or points -> picks on one lattice
-scattered      points on no lattice: unknowns on one, a row of the equations for each point
-near           how far from a fault a datum is, at its own height
-traces         where a fault meets the horizon in the map
-network        how traces end: at tips, at rims, on other faults
-branches       faults that end on others, traced on the wall that they are in
-links          which links of the lattice are cut
-drape, solve   the smoothest heights, across no cut link
-tips, rest     how throw dies at a tip, and the smoothest rest without that
-smear          how far off distrusted data are, seen where sheets reach them
-relief, bent   what both walls have in common under noise; heights with all of that
-heights        the two passes: which data are trusted, heights of all nodes
-walls          how wide the gap or the overlap is along a trace
-missing        blocks beside a fault without any data
-overlap        how far data overlap at a fault, before anything is rebuilt
-mesh, ghosts   the torn mesh, and each sheet carried on past its fault
-past           scattered points of an overlapping sheet past its trace
-cut, build     the exact cut by the faults; rings and ends until nothing leaks
-islands        what is cut by itself, since no fault joins it to the rest
-cutoffs        cut-off lines, throw and heave
-hidden         distrusted data against the wall that they are on
-describe       the report
-tip_throw      throw that the data still show where a fault ends
-propose        how far data are smeared, and the trim that follows
-section, slip  by throw: a fault along its strike, and how its walls move
-diplines       by throw: lines down the dip of a fault
-found          by throw: what is measured between the cut-offs, and lost at tips
-moved, thrown  by throw: heights of the moved sheets; which wall a node belongs to
-given          by throw: `throw_horizon`
-finish         the noun from its parts
-=============  ====================================================================
+Two ways lead to a `Sheet`. `tear_horizon` rebuilds a horizon that gridding smeared across its
+faults; `throw_horizon` moves a horizon that is still continuous by the throw of its faults.
 
-`geosurf.rebuild` cuts, `geosurf.triangulate` reads grids and faults, so this room lies above both.
+==============  ===================================================================
+tear            `tear_horizon`: the steps of the first way, in order
+throw/          `throw_horizon`: the second way
+report/         what the user learns about a sheet: cut-offs, misfit, trim
+mesh/           heights and cut links -> a torn mesh that the faults close exactly
+heights/        heights of all nodes, each wall from data of its own side only
+faults/         faults on the lattice of a horizon: traces, cut links, tips, slip
+lattice/        the lattice of a horizon, its data, and the smoothest surface on it
+==============  ===================================================================
+
+A room uses rooms below it in this table only. The surface minimises its third differences
+(Briggs 1974), is torn by virtual nodes (Molino, Bao & Fedkiw 2004), and is cut exactly.
+
+`geosurf.rebuild` cuts, `geosurf.triangulate` reads grids and faults: `sheets` lies above both.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from typing import Any
-
-import numpy as np
-
-from geosurf.conventions import is_number, rising_diagonal
-from geosurf.errors import GeometryError, InputError
-from geosurf.model import Sheet, TriSurface
-from geosurf.model.expected import flag_of
 from geosurf.sheets.faults.slip import EllipticThrow
-from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
-from geosurf.sheets.heights.heights import FIRST_TRIM, Heights, Rebuild, Settings
-from geosurf.sheets.heights.missing import continued, missing_blocks, refuse_missing
-from geosurf.sheets.heights.scattered import Scattered, picks_or_points, rebuild_of
-from geosurf.sheets.lattice.data import Picks
-from geosurf.sheets.lattice.noise import weight_of
-from geosurf.sheets.mesh.build import Builder, carry_on_by, ghosts_by_picks
-from geosurf.sheets.mesh.finish import (
-    crs_among,
-    fault_surfaces,
-    refuse_leaks,
-    refuse_lost_cutoffs,
-    sheet_of,
-)
-from geosurf.sheets.mesh.overlap_points import ghosts_by_points
-from geosurf.sheets.report.describe import fault_cuts, make_report
 from geosurf.sheets.report.propose_trim import propose_trim
+from geosurf.sheets.tear import tear_horizon
 from geosurf.sheets.throw.throw_horizon import throw_horizon
-from geosurf.warning import warn
 
 __all__ = ["EllipticThrow", "propose_trim", "tear_horizon", "throw_horizon"]
-
-
-def tear_horizon(
-    data: Any,
-    faults: Mapping[str, Any] | Sequence[TriSurface],
-    *,
-    name: str | None = None,
-    trim: float = 2.0,
-    noise: float | None = None,
-    spacing: float | None = None,
-    carry: bool = False,
-    positive: str | None = None,
-    length_unit: str | None = None,
-) -> Sheet:
-    """
-    Tear a horizon at its faults, as it was picked.
-
-    Data near a fault are distrusted: gridding smears a horizon over its faults. Each
-    wall is rebuilt from data of its own side only, carried on to the fault, and cut by it.
-
-    Parameters
-    ----------
-    data : xarray.DataArray, xarray.Dataset, pandas.DataFrame or array_like (n, 3)
-        A grid as for `triangulate_horizon`, or points: easting, northing, elevation. Points on a
-        regular lattice, rotated or not, may share a node, one for each wall; others are scattered.
-    faults : mapping of str to fault, or sequence of TriSurface
-        Anything that `triangulate_fault` takes. They tear the horizon exactly as far as they reach.
-    name : str, optional
-        Default: the name of the data.
-    trim : float
-        Data nearer to a fault than this are distrusted, measured at their own height [cells of
-        the grid]. At least one and a half times the half width of the smear.
-    noise : float, optional
-        Standard deviation of the data's noise [m]; 0 to meet them exactly. Default: estimated.
-    spacing : float, optional
-        Width of the lattice on which scattered points are solved for [m]. Default: points on a
-        lattice keep theirs, scattered ones get one cell for each point.
-    carry : bool
-        Whether a block between faults without data of its own is carried on from its neighbour over
-        the fault with the smaller throw there, and listed. Default: it is refused.
-    positive : {"up", "down"}, optional
-        Whether values are elevation or depth. Default: ``attrs["positive"]`` of a grid, or of the
-        elevations of a Dataset of points; arrays and tables without it need the argument.
-    length_unit : str, optional
-        As for `triangulate_horizon`; points are in metres by default.
-
-    Returns
-    -------
-    Sheet
-        With cut-offs, throw and heave for each fault, and a report that should be read.
-
-    Raises
-    ------
-    HorizonError
-        If the data cannot be used.
-    InputError
-        If data and faults say different coordinate reference systems.
-    GeometryError
-        If a block has no data, or the sheet cannot be closed against its faults: names the place.
-
-    Warns
-    -----
-    GeosurfWarning
-        If the data still show throw where a fault ends: kind ``"throw at tip"``. `Sheet.warnings`
-        has the same.
-
-    See Also
-    --------
-    rebuild_surfaces : takes the sheet's surface; `Scene` takes the sheet itself.
-
-    Notes
-    -----
-    The surface minimises its third differences (`geosurf.kernels.sheets.smooth_surface`), is torn
-    by virtual nodes (Molino, Bao & Fedkiw 2004), and cut exactly. See docs/sheets.md.
-
-    Examples
-    --------
-    >>> import numpy as np, geosurf as gs
-    >>> world = gs.synthetic.torn("normal", n=41)
-    >>> sheet = gs.tear_horizon(world.horizons["Top"], world.faults)
-    >>> bool(55 < np.nanmax(sheet.cuts["F1"].throw) < 57)
-    True
-    >>> sheet.report.tips, sheet.report.declared_tips
-    (2, 2)
-    """
-    if not (is_number(trim) and trim > 0):
-        raise InputError(f"trim is {trim!r}, expected cells above 0; 2 is a good start.")
-    if noise is not None and not (is_number(noise) and noise >= 0):
-        raise InputError(f"noise is {noise!r}, expected metres, 0 or more.")
-    carry = flag_of(carry, "carry")
-    surfaces = fault_surfaces(faults)
-    picks = picks_or_points(data, name, positive, length_unit, spacing)
-    crs = crs_among(picks.name, data, surfaces)
-    meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    rebuild, settings, state = _rebuilt(picks, meshes, trim, noise, carry)
-    missing = missing_blocks(picks, state, meshes)
-    if missing and carry:
-        picks, notes = continued(picks, missing)
-        rebuild, settings, state = _rebuilt(picks, meshes, trim, noise, carry)
-        state.carried = [*notes, *state.carried]
-        missing = missing_blocks(picks, state, meshes)
-    refuse_missing(picks, missing)
-    names = [surface.name for surface in surfaces]
-    _refuse_empty_blocks(picks, state, names)
-    rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
-    weight = settings.noise_weight
-    known = (
-        ghosts_by_points(picks, weight)
-        if isinstance(picks, Scattered)
-        else ghosts_by_picks(picks, weight, rebuild.canvas.changing)
-    )
-    carry_on = carry_on_by(picks.frame, weight, known)
-    builder = Builder(picks, state, surfaces, rising, carry_on, rebuild.torn_between)
-    built = builder.run()
-    state = builder.state
-    refuse_leaks(picks, state, built, surfaces, float(trim))
-    cuts = fault_cuts(picks.frame, state, built, surfaces)
-    refuse_lost_cutoffs(picks, state, built, cuts)
-    used = settings.noise if settings.noise_weight is not None else None
-    report = make_report(
-        picks, state, built, cuts, builder.triangles, float(trim), used, rebuild.nearby
-    )
-    for warning in report.warnings:
-        warn(warning)
-    return replace(sheet_of(picks, state, built, surfaces, rising, cuts, report), crs=crs)
-
-
-def _rebuilt(
-    picks: Picks, meshes: list[FaultMesh], trim: float, noise: float | None, carry: bool
-) -> tuple[Rebuild, Settings, Heights]:
-    """Heights of all nodes, and what made them."""
-    settings = Settings(float(trim), max(FIRST_TRIM, float(trim)), carry=carry)
-    rebuild = rebuild_of(picks, meshes, settings)
-    sigma, signal = rebuild.noise()
-    settings.noise = sigma if noise is None else float(noise)
-    settings.noise_weight = weight_of(settings.noise, signal, picks.frame.cell)
-    return rebuild, settings, rebuild.run()
-
-
-def _refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> None:
-    """Say where a block between faults has no data of its own."""
-    if len(state.stray) == 0:
-        return
-    at = picks.frame.node_places(state.stray[:1])[0]
-    beside = sorted(
-        {
-            names[trace.fault]
-            for trace, near in zip(state.network.traces, state.near, strict=True)
-            if (near.look_up(state.stray) >= 0).any()
-        }
-    )
-    level = float(np.median(picks.z))  # the block has no height of its own
-    raise GeometryError(
-        f"horizon {picks.name!r}: {len(state.stray)} nodes beside {', '.join(beside)} have no "
-        f"datum of their own block, the first at (easting {at[0]:.3f}, northing {at[1]:.3f}). "
-        "Lower trim there, add data, or say carry=True to go on from the neighbour.",
-        place=(*at, level),
-        surfaces=(picks.name, *beside),
-    )

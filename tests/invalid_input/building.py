@@ -118,8 +118,8 @@ BUILDING = {
     "tear_horizon.spacing": (
         lambda g, v: gs.tear_horizon(g.grid, g.faults, spacing=v), lambda g: wrong.lengths(),
     ),
-    "tear_horizon.carry": (
-        lambda g, v: gs.tear_horizon(g.grid, g.faults, carry=v), lambda g: FLAGS,
+    "tear_horizon.fill_empty_blocks": (
+        lambda g, v: gs.tear_horizon(g.grid, g.faults, fill_empty_blocks=v), lambda g: FLAGS,
     ),
     "propose_trim": (
         lambda g, v: gs.propose_trim(v, g.faults), lambda g: wrong.horizons(g.grid),

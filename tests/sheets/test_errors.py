@@ -120,7 +120,9 @@ def test_a_block_without_data_is_refused_by_name():
     top, turn = world.horizons["Top"], np.radians(12.0)
     across = (top["easting"] - 500.0) * np.cos(turn) - (top["northing"] - 500.0) * np.sin(turn)
     top = top.where(abs(across) > 60.0)  # nothing between the two faults
-    with pytest.raises(GeometryError, match=r"nodes beside F1, F2 have no datum.*say carry=True"):
+    with pytest.raises(
+        GeometryError, match=r"block next to faults 'F1', 'F2' has no data.*fill_empty_blocks=True"
+    ):
         gs.tear_horizon(top, world.faults, trim=1.0)
 
 
@@ -169,5 +171,7 @@ def test_an_overlap_that_scattered_points_cannot_close_is_told_with_its_width(mo
     monkeypatch.setattr(build, "ROUNDS", 1)  # it stays so, however many rings it gets
     world = gs.synthetic.torn("thrust", n=61)
     points = world.truth["scattered"](6000)
-    with pytest.raises(GeometryError, match=r"open, .* up to 6\.9 cells, .* or a wider spacing\."):
+    with pytest.raises(
+        GeometryError, match=r"not end on a fault, .* 6\.9 cells, .* or a larger spacing\."
+    ):
         gs.tear_horizon(points, world.faults, name="Top", trim=0.5, spacing=25.0, positive="up")

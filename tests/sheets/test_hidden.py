@@ -41,11 +41,11 @@ def test_exact_points_are_met_on_both_walls(parts, kind, scattered):
     """The other wall is 40 to 100 m away, and a mixture of both up to half of that."""
     report, (picks, near, state, built) = parts(kind, scattered)
     misfit = hidden_misfit(picks, near, state, built)
-    assert report.hidden["max"] == misfit.max() < 3.0
-    assert report.hidden["p95"] < 0.6
-    assert report.hidden["median"] < 0.3
+    assert report.holdout_misfit["max"] == misfit.max() < 3.0
+    assert report.holdout_misfit["p95"] < 0.6
+    assert report.holdout_misfit["median"] < 0.3
     if scattered:
-        assert len(misfit) > 0.8 * (report.n_distrusted - len(state.in_gap) - len(state.beyond))
+        assert len(misfit) > 0.8 * (report.n_ignored - len(state.in_gap) - len(state.beyond))
 
 
 @pytest.mark.parametrize("kind", ["vertical", "reverse", "thrust"])
@@ -54,4 +54,4 @@ def test_walls_that_are_swapped_are_seen(parts, kind):
     swapped = [replace(fault, side=-fault.side) for fault in near]
     misfit = hidden_misfit(picks, swapped, state, built)
     assert len(misfit) > 20
-    assert np.median(misfit) > 20.0 > 50.0 * report.hidden["median"]
+    assert np.median(misfit) > 20.0 > 50.0 * report.holdout_misfit["median"]

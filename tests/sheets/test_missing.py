@@ -39,10 +39,12 @@ def test_data_that_end_before_a_fault_are_refused_or_carried_on(short, lean, wes
     side = r"'F1\+'" if west == (lean <= 0) else "'F1-'"
     if lean == 0.0:
         side = "'F1[+-]'"
-    with pytest.raises(GeometryError, match=rf"'H' has no data in the block {side}: .*carry=True"):
+    with pytest.raises(
+        GeometryError, match=rf"'H' has no data in the block {side}: .*fill_empty_blocks=True"
+    ):
         gs.tear_horizon(grid, {"F1": fault}, name="H", trim=1.5)
-    sheet = gs.tear_horizon(grid, {"F1": fault}, name="H", trim=1.5, carry=True)
-    assert sheet.report.carried[0]["over"] == "F1"
+    sheet = gs.tear_horizon(grid, {"F1": fault}, name="H", trim=1.5, fill_empty_blocks=True)
+    assert sheet.report.filled_blocks[0]["over"] == "F1"
     if short < 100.0:
         assert len(gs.Scene({"H": sheet}, {"F1": fault}, BOX).units) == 4
 
@@ -52,7 +54,9 @@ def test_a_block_between_two_faults():
     for there in ((X < 1150) | (X > 2850), X < 1150):
         with pytest.raises(GeometryError, match=r"'H' has no data in the block .*'F1\+'"):
             gs.tear_horizon(level_where(there), faults, name="H", trim=1.5)
-        sheet = gs.tear_horizon(level_where(there), faults, name="H", trim=1.5, carry=True)
+        sheet = gs.tear_horizon(
+            level_where(there), faults, name="H", trim=1.5, fill_empty_blocks=True
+        )
         if there[-1]:
             assert len(gs.Scene({"H": sheet}, faults, BOX).units) == 6
 

@@ -1,4 +1,4 @@
-"""Trim is proposed from hidden data; what data cannot show is said; blocks are carried if asked."""
+"""Trim is proposed from ignored data; what data cannot show is reported; blocks are filled."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def test_the_smear_of_a_grid_is_found(kind, smear, trim):
     world = gs.synthetic.torn(kind, 81, smear=smear)
     proposal = gs.propose_trim(world.horizons["Top"], world.faults)
     assert (proposal.smear, proposal.trim) == (smear, trim)
-    assert f"trim {trim:g} cells proposed: data are smeared over {smear}" in str(proposal)
+    assert f"proposed trim: {trim:g} cells (data are smeared over {smear} cells)" in str(proposal)
 
 
 def test_smear_that_cannot_be_told_is_not_guessed():
@@ -25,7 +25,7 @@ def test_smear_that_cannot_be_told_is_not_guessed():
     proposal = gs.propose_trim(top.copy(data=top.values + noise), world.faults)
     assert proposal.smear is None
     assert proposal.trim == 2.0
-    assert "how far data are smeared cannot be told" in str(proposal)
+    assert "the width of the smear cannot be determined" in str(proposal)
 
 
 def test_too_few_data_to_see_a_smear():
@@ -56,11 +56,13 @@ def test_a_block_without_data_is_carried_on_if_asked():
     world = gs.synthetic.torn("parallel", n=41, smear=0)
     top, turn = world.horizons["Top"], np.radians(12.0)
     across = (top["easting"] - 500.0) * np.cos(turn) - (top["northing"] - 500.0) * np.sin(turn)
-    sheet = gs.tear_horizon(top.where(abs(across) > 60.0), world.faults, trim=1.0, carry=True)
-    (block,) = sheet.report.carried
+    sheet = gs.tear_horizon(
+        top.where(abs(across) > 60.0), world.faults, trim=1.0, fill_empty_blocks=True
+    )
+    (block,) = sheet.report.filled_blocks
     assert block["nodes"] > 100
     assert block["over"] in ("F1", "F2")
-    assert f"{block['nodes']} nodes without data carried on over" in str(sheet.report)
+    assert f"{block['nodes']} nodes without data filled across" in str(sheet.report)
     throw = sheet.cuts[block["over"]].throw
     assert np.nanmax(np.abs(throw)) < 1.0  # it is one with its neighbour there
 

@@ -122,7 +122,7 @@ def test_what_is_no_surface_is_refused(normal):
     with pytest.raises(HorizonError, match=r"all 200 points are on one line, through \(.*both"):
         gs.tear_horizon(line, normal.faults, name="Top", spacing=25.0, positive="up")
     points = normal.truth["scattered"](300)
-    with pytest.raises(HorizonError, match=r"0.01 m would have \d+ x \d+ nodes.*Give a wider"):
+    with pytest.raises(HorizonError, match=r"0.01 m would have \d+ x \d+ nodes.*Give a larger"):
         gs.tear_horizon(points, normal.faults, name="Top", spacing=0.01, positive="up")
     with pytest.raises(InputError, match="spacing is -1, expected metres above 0"):
         gs.tear_horizon(points, normal.faults, spacing=-1, positive="up")
@@ -136,7 +136,9 @@ def test_a_block_without_points_is_refused_by_name():
     world = gs.synthetic.torn("parallel", n=41, smear=0)
     points = world.truth["scattered"](3000)
     across = world.truth["faults"]["F1"].along_across(points[:, 0], points[:, 1])[1] - 2.2 * 25.0
-    with pytest.raises(GeometryError, match=r"nodes beside F1, F2 have no datum.*say carry=True"):
+    with pytest.raises(
+        GeometryError, match=r"block next to faults 'F1', 'F2' has no data.*fill_empty_blocks=True"
+    ):
         gs.tear_horizon(
             points[np.abs(across) > 75.0], world.faults, spacing=25.0, trim=1.0, positive="up"
         )

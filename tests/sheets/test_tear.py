@@ -201,7 +201,7 @@ def test_smoothing_does_not_bend_the_rim_of_its_collar(kind):
     assert solved.sum() > 1000
     assert np.sqrt(np.mean(error**2)) < 0.5
     assert np.abs(error).max() < 4.0
-    assert sheet.report.kept["max"] < 10.0  # five deviations of the noise
+    assert sheet.report.misfit["max"] < 10.0  # five deviations of the noise
 
 
 def test_a_thrust_is_closed_under_noise():
@@ -235,8 +235,8 @@ def test_noise_and_signal_are_told_apart(sigma):
 def test_clean_data_are_met_exactly(torn_world):
     _, sheet = torn_world("normal", n=N)
     assert sheet.report.noise is None
-    assert sheet.report.kept["max"] == 0.0
-    assert sheet.report.n_distrusted < 0.2 * sheet.report.n_data
+    assert sheet.report.misfit["max"] == 0.0
+    assert sheet.report.n_ignored < 0.2 * sheet.report.n_data
 
 
 def test_a_rotated_grid_gives_the_same_sheet(torn_world):

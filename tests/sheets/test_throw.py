@@ -407,6 +407,6 @@ def test_a_horizon_that_is_torn_already_is_refused():
 def test_the_report_says_what_was_asked_and_found():
     sheet = gs.throw_horizon(horizon(), {"F1": wall(45.0)}, {"F1": -40.0})
     words = str(sheet.report)
-    assert "throw of F1: up to 40 m asked for, 40 m found" in words
-    assert "nodes were up to" in words
-    assert "outside of the data before they moved" in words
+    assert "throw of 'F1': up to 40 m requested, 40 m measured" in words
+    assert "nodes came from up to" in words
+    assert "outside of the data" in words

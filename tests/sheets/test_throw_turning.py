@@ -191,9 +191,9 @@ def test_throw_that_cells_are_too_coarse_for_is_told_with_its_place():
         s = along(np.array([one.place]), half=400.0)[0]
         assert min(s, 800.0 - s) < 101.0  # two cells of 50 m
         truth = gs.EllipticThrow(50.0, 400.0, centre=(400.0, None)).at(np.array([s]), np.zeros(1))
-        assert one.asked == pytest.approx(truth[0], abs=1e-6)
-        assert one.asked - one.found > 0.02 * 50.0
-        assert 20.0 < one.finer < one.cell == pytest.approx(50.0)
+        assert one.requested == pytest.approx(truth[0], abs=1e-6)
+        assert one.requested - one.measured > 0.02 * 50.0
+        assert 20.0 < one.suggested_cell < one.cell == pytest.approx(50.0)
     finer = gs.throw_horizon(horizon(41), {"F1": tips}, {"F1": asked}).report
     assert finer.lost == ()
     assert not [note for note in finer.notes if "too coarse" in note]
@@ -207,9 +207,9 @@ def test_throw_that_dies_within_a_cell_is_told_what_to_do():
     assert report.lost
     (note, *_) = [note for note in report.notes if "too coarse" in note]
     assert note in str(report)
-    assert note.startswith("fault 'F1' shows ")
-    assert "of throw at (easting" in note
-    assert "next to its tip: cells of 50 m are too coarse for it. Give the horizon on" in note
+    assert note.startswith("Fault 'F1' has ")
+    assert "of throw next to its tip at (easting" in note
+    assert "cells of 50 m are too coarse there. On cells of" in note
 
 
 def test_a_fault_without_length_at_the_horizon_has_no_throw_there():

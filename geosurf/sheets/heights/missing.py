@@ -20,7 +20,10 @@ from geosurf.sheets.lattice.data import Picks
 from geosurf.sheets.lattice.drape import around, draped
 from geosurf.sheets.lattice.sets import distinct
 
-WAY_OUT = "Give data there, say carry=True to go on over the fault, or leave the fault out."
+REMEDY = (
+    "Add data there, set fill_empty_blocks=True to continue the horizon across the fault, or leave "
+    "the fault out."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +104,7 @@ def refuse_missing(picks: Picks, missing: Sequence[Missing]) -> None:
         first = missing[0]
         raise GeometryError(
             f"horizon {picks.name!r} has no data in the block {sides}: they end {first.far:.0f} m "
-            f"before fault {first.fault!r}, the nearest at {place(first.place)}. {WAY_OUT}",
+            f"before fault {first.fault!r}, the nearest at {place(first.place)}. {REMEDY}",
             place=first.place,
             surfaces=(picks.name, *(one.fault for one in missing)),
         )

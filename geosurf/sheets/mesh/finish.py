@@ -91,7 +91,7 @@ def refuse_leaks(
     faults: Sequence[TriSurface],
     trim: float | None = None,
 ) -> None:
-    """Say where a sheet could not be closed against its faults, and what may be the reason."""
+    """Raise an error where a sheet does not end on its faults, with the place and a remedy."""
     open_edges = built.cut.leaks or built.cut.dead_ends
     if not open_edges:
         return
@@ -99,23 +99,23 @@ def refuse_leaks(
     node = built.torn.node_of(np.array(open_edges[0][:1]))
     at = np.append(picks.frame.node_places(node)[0], state.values[node])
     widest = max((-w.heave(w.place).min(initial=0.0) for w in state.walls), default=0.0)
-    way_out = (
-        "Extend it there with gs.extend_fault(fault, box, sides=('up', 'down')), or end it on its "
+    remedy = (
+        "Extend the fault with gs.extend_fault(fault, box, sides=('up', 'down')), or end it on its "
         "main fault with gs.truncate_faults before tearing."
     )
     if trim is not None:
-        way_out += (
-            f" If neither helps, data may be smeared farther than trim ({trim:g} cells of "
+        remedy += (
+            f" If neither helps, the data may be smeared farther than trim ({trim:g} cells of "
             f"{picks.frame.cell:.3g} m): try trim={trim + 1.0:g}."
         )
     if not picks.on_nodes and widest > FAR_OVER:
-        way_out = (
-            f"It overlaps itself by up to {widest:.1f} cells, and scattered points leave its tips "
-            "open there. Give points on a lattice, one per wall, or a wider spacing."
+        remedy = (
+            f"The horizon overlaps itself by up to {widest:.1f} cells, and scattered points do not "
+            "close its tips there. Give points on a lattice, one per wall, or a larger spacing."
         )
     raise GeometryError(
-        f"horizon {picks.name!r} cannot be closed against {_listed(names)}: {len(open_edges)} "
-        f"edges stay open, the first at {place(at)}. {way_out}",
+        f"horizon {picks.name!r} could not be cut at {faults_in_words(names)}: {len(open_edges)} "
+        f"edges do not end on a fault, the first at {place(at)}. {remedy}",
         place=at,
         surfaces=(picks.name, *names),
     )
@@ -137,8 +137,8 @@ def _faults_at(state: Heights, built: Built, faults: Sequence[TriSurface]) -> li
     return [faults[k].name for k in sorted(numbers)]
 
 
-def _listed(names: Sequence[str]) -> str:
-    """Faults in words."""
+def faults_in_words(names: Sequence[str]) -> str:
+    """Quoted names of faults after the word for one or several."""
     if not names:
         return "its faults"
     return ("fault " if len(names) == 1 else "faults ") + ", ".join(map(repr, names))

@@ -97,7 +97,7 @@ def throw_horizon(
         If the data or a throw cannot be used, or reference systems differ.
     GeometryError
         If a fault turns back on itself, throw is left at a tip inside the horizon, beds would
-        fold over, or the sheet cannot be closed: names the place.
+        fold over, or the sheet does not end on the faults. Names the place.
 
     See Also
     --------
@@ -269,7 +269,7 @@ def _report(thrown: Thrown, state: Heights, cuts: Mapping[str, FaultCut]) -> Thr
     for name, largest in zip(cuts, thrown.largest, strict=True):
         throw = cuts[name].throw
         most = np.abs(throw[np.isfinite(throw)]).max(initial=0.0)
-        found[name] = {"asked": largest, "found": float(most)}
+        found[name] = {"requested": largest, "measured": float(most)}
     branches = {
         fault.name: tuple(thrown.faults[main].name for main in sorted(mains))
         for fault, mains in zip(thrown.faults, thrown.mains, strict=True)
