@@ -143,8 +143,8 @@ def scattered(name: str, points: np.ndarray, spacing: float) -> Scattered:
     n_col, n_row = (max(int(n), 3) + 1 for n in last)
     if n_col * n_row > MOST:
         raise HorizonError(
-            f"{what}: a lattice of {spacing:g} m would have {n_row} x {n_col} nodes; the limit is "
-            f"{MOST}. Give a larger spacing; {proposed_spacing(points):.3g} m is one cell per point."
+            f"{what}: a lattice of {spacing:g} m would have {n_row} x {n_col} nodes; at most "
+            f"{MOST} are solved for. Give a larger spacing, such as {proposed_spacing(points):.3g}."
         )
     easting, northing = (low[k] + spacing * np.arange(n) for k, n in ((0, n_col), (1, n_row)))
     frame = Frame((n_row, n_col), low, spacing * np.eye(2), easting, northing)
