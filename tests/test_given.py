@@ -113,12 +113,12 @@ def test_grids_in_two_reference_systems_are_refused_by_name(world, tmp_path):
     for other in (here["Base"].assign_attrs(crs="EPSG:23031"), tmp_path / "Base.nc"):
         with pytest.raises(
             InputError,
-            match=r"'Base' is in EPSG:23031 and 'Top' in EPSG:32631, and coordinates are never con",
+            match=r"'Base' is in EPSG:23031, but 'Top' is in EPSG:32631\. geosurf does not",
         ):
             _ = gs.Scene({**here, "Base": other}, world.faults, world.box).units
     fault = world.faults["F1"].assign_attrs(crs="epsg:23031")
     mixed = gs.Scene(here, {"F1": fault}, world.box)
-    with pytest.raises(InputError, match=r"'F1' is in epsg:23031 and 'Top' in EPSG:32631"):
+    with pytest.raises(InputError, match=r"'F1' is in epsg:23031, but 'Top' is in EPSG:32631"):
         _ = mixed.surfaces
     with pytest.raises(InputError, match=r"'F1' is in epsg:23031"):
         _ = mixed.replace(box=world.box).surfaces  # what is remembered is compared, too

@@ -212,7 +212,7 @@ def test_a_gridded_contact_follows_the_words_of_the_scene(scene):
     assert "Top/Base F1+ below OWC" in split.units
     above = split.units["Top/Base F1+ above OWC"].vertices[:, 2]
     assert above.min() == pytest.approx(2.0, abs=1e-12)
-    with pytest.raises(InputError, match="horizon 'OWC': whether values are elevation or depth"):
+    with pytest.raises(InputError, match=r"horizon 'OWC': are the values depth or elevation\?"):
         scene.replace(contacts={"OWC": owc}).units  # noqa: B018
 
 

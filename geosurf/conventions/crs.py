@@ -1,8 +1,9 @@
-"""Coordinate reference systems: where inputs declare theirs, and whether two are one.
+"""Coordinate reference systems: read the declaration of an input, and compare two.
 
 Coordinates are never converted. An array declares its system in ``attrs["crs"]``, in the variable
 that its CF attribute ``grid_mapping`` names, or in a coordinate ``spatial_ref`` or ``crs``, as
-rioxarray writes it. What cannot be compared (a code beside a name) is not guessed at.
+rioxarray writes it. geosurf does not guess whether an EPSG code and a name mean the
+same system; it warns.
 """
 
 from __future__ import annotations
@@ -59,9 +60,9 @@ def crs_of(value: Any, variables: Mapping[Any, Any] | None = None) -> str | None
     for other in found[1:]:
         if are_same(found[0], other) is False:
             raise InputError(
-                f"{_title(value)} declares two coordinate reference systems, {label(found[0])} "
-                f"and {label(other)}. Keep the right one: attrs['crs'] = {label(found[0])!r}, and "
-                "drop the grid mapping."
+                f"{_title(value)} declares two coordinate reference systems: {label(found[0])} "
+                f"and {label(other)}. Keep the right one, as in attrs['crs'] = "
+                f"{label(found[0])!r}, and drop the grid mapping."
             )
     return found[0] if found else None
 
@@ -76,7 +77,7 @@ def are_same(one: str, other: str) -> bool | None:
     >>> are_same("EPSG:32631", "epsg:23031"), are_same("EPSG:32631", "UTM zone 31")
     (False, None)
     """
-    (kind, first), (kind_of_other, second) = _sorted_out(one), _sorted_out(other)
+    (kind, first), (kind_of_other, second) = _kind_and_key(one), _kind_and_key(other)
     return first == second if kind == kind_of_other else None
 
 
@@ -98,9 +99,9 @@ def refuse_other_crs(name: str, crs: str | None, others: Mapping[str, str]) -> N
     for other, known in others.items():
         if crs is not None and are_same(crs, known) is False:
             raise InputError(
-                f"{name!r} is in {label(crs)} and {other!r} in {label(known)}, and coordinates are "
-                "never converted here. Convert one of them, or correct attrs['crs'] if they are "
-                "the same."
+                f"{name!r} is in {label(crs)}, but {other!r} is in {label(known)}. geosurf "
+                "does not convert coordinates. Convert one of them, or correct attrs['crs'] if "
+                "both are in the same system."
             )
 
 
@@ -113,17 +114,17 @@ def warn_of_unclear_crs(known: Mapping[str, str]) -> None:
                 GeosurfWarning(
                     "crs",
                     name,
-                    f"{name!r} declares the coordinate reference system {label(known[name])!r} and "
-                    f"{names[0]!r} {label(known[names[0]])!r}, which cannot be compared: both are "
-                    "taken as one.",
-                    "If they are one, give both the same code: attrs['crs'] = 'EPSG:...'. Else "
-                    "convert one of them.",
+                    f"{name!r} declares the coordinate reference system {label(known[name])!r} "
+                    f"and {names[0]!r} {label(known[names[0]])!r}. geosurf cannot compare them "
+                    "and treats both as the same system.",
+                    "If they are the same, give both the same code: attrs['crs'] = 'EPSG:...'. "
+                    "If not, convert one of them.",
                 )
             )
             return
 
 
-# ---- where it is declared --------------------------------------------------------------
+# ---- declarations ----------------------------------------------------------------------
 
 
 def _declared(value: Any, variables: Mapping[Any, Any] | None) -> list[Any]:
@@ -131,7 +132,7 @@ def _declared(value: Any, variables: Mapping[Any, Any] | None) -> list[Any]:
     attrs = getattr(value, "attrs", {})
     found = [attrs.get("crs")]
     if variables is None:
-        # variables, not arrays with labels: making those takes longer than all the rest
+        # `variables` is much faster than making a DataArray of each
         if hasattr(type(value), "data_vars"):
             variables = value.variables
             found += [variables[key].attrs.get("crs") for key in value.data_vars]
@@ -156,28 +157,28 @@ def _mapping_named_by(value: Any) -> str | None:
 
 
 def _of_mapping(attrs: Mapping[Any, Any]) -> Any:
-    """What a grid mapping says: a whole reference system, or else its parameters as a text."""
+    """Return the reference system of a grid mapping, or its parameters as a text."""
     for key in WHOLE:
-        said = attrs.get(key)
-        if said is not None and str(said).strip():
-            return f"EPSG:{said}" if key.startswith("epsg") and str(said).isdigit() else said
+        value = attrs.get(key)
+        if value is not None and str(value).strip():
+            return f"EPSG:{value}" if key.startswith("epsg") and str(value).isdigit() else value
     if "grid_mapping_name" not in attrs:
         return None
     words = (f"{key}={attrs[key]}" for key in sorted(map(str, attrs)))
     return f"grid mapping {', '.join(words)}"
 
 
-# ---- what it means ---------------------------------------------------------------------
+# ---- comparison ------------------------------------------------------------------------
 
 
-def _text(said: Any) -> str:
+def _text(declared: Any) -> str:
     """A declaration as a text; a long one with an EPSG code as that code."""
-    text = str(said).strip()
-    kind, key = _sorted_out(text)
+    text = str(declared).strip()
+    kind, key = _kind_and_key(text)
     return f"EPSG:{key}" if kind == "code" and not EPSG.fullmatch(text) else text
 
 
-def _sorted_out(text: str) -> tuple[str, str]:
+def _kind_and_key(text: str) -> tuple[str, str]:
     """Return how a reference system is written, and what is compared."""
     found = EPSG.fullmatch(text)
     if found or text.isdigit():

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import STRANGE, is_number, real_numbers
+from geosurf.conventions import CONVERSION_ERRORS, is_number, real_numbers
 from geosurf.errors import InputError
 
 SIDES = ("west", "east", "south", "north", "bottom", "top")
@@ -66,7 +66,7 @@ def path_of(path: Any, what: str) -> Path:
     if isinstance(path, str | os.PathLike):
         try:
             text = os.fspath(path)
-        except (TypeError, ValueError, *STRANGE):
+        except (TypeError, ValueError, *CONVERSION_ERRORS):
             text = ""
         if isinstance(text, str) and text and "\0" not in text and _is_encodable(text):
             return Path(text)
@@ -214,5 +214,5 @@ def listed(values: Any, takes: str, how: str) -> Sequence[Any]:
     """
     try:
         return tuple(values)
-    except (TypeError, ValueError, *STRANGE) as error:
+    except (TypeError, ValueError, *CONVERSION_ERRORS) as error:
         raise InputError(f"{takes}, not {type(values).__name__}; {how}.") from error

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geosurf.conventions import elevation_sign, first_said, metres_per_unit
+from geosurf.conventions import elevation_sign, first_given, metres_per_unit
 from geosurf.errors import FormatError, InputError
 from geosurf.read._guard import read_bytes
 
@@ -203,4 +203,4 @@ def agreed_scale(said: str | None, asked: str | None, default: str | None, what:
                 "given. Leave the argument out, or correct the file."
             )
         return metres_per_unit(said, what)
-    return metres_per_unit(first_said(said, asked, default), what)
+    return metres_per_unit(first_given(said, asked, default), what)

@@ -20,7 +20,7 @@ from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
-from geosurf.conventions import first_said
+from geosurf.conventions import first_given
 from geosurf.errors import FormatError, SurfaceError
 from geosurf.model import TriSurface
 from geosurf.read._common import agreed_scale, agreed_sign
@@ -141,7 +141,7 @@ def surface_from_mesh(
 ) -> TriSurface:
     """Turn what a mesh file holds into a surface in metres, elevation up."""
     what = f"{path}: surface {name!r}"
-    sign = agreed_sign(None, first_said(positive, "up"), what)
+    sign = agreed_sign(None, first_given(positive, "up"), what)
     scale = agreed_scale(None, length_unit, "m", what)
     if len(triangles) == 0:
         raise FormatError(

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import FAULT_DIMS, elevation_sign, first_said, metres_per_unit, place
+from geosurf.conventions import FAULT_DIMS, elevation_sign, first_given, metres_per_unit, place
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import InputError, SurfaceError
 from geosurf.model import Lattice, TriSurface
@@ -88,7 +88,7 @@ def triangulate_fault(
         raise SurfaceError("a fault has no name. Say it with triangulate_fault(..., name='F1').")
     title = str(title)
     if is_mesh(obj):
-        scale = _scale(title, first_said(positive, "up"), first_said(length_unit, "m"))
+        scale = _scale(title, first_given(positive, "up"), first_given(length_unit, "m"))
         surface = triangulate_mesh(obj, title, "fault", scale=scale, words=(positive, length_unit))
     elif hasattr(obj, "data_vars"):
         surface = TriSurface(
@@ -96,7 +96,7 @@ def triangulate_fault(
         )
         surface.crs = crs_of(obj)
     elif hasattr(obj, "sticks"):
-        scale = _scale(title, first_said(positive, "up"), first_said(length_unit, "m"))
+        scale = _scale(title, first_given(positive, "up"), first_given(length_unit, "m"))
         sticks = [np.asarray(stick, dtype=np.float64) * (1.0, 1.0, scale) for stick in obj.sticks]
         return triangulate_sticks(sticks, name=title)
     else:
@@ -134,13 +134,13 @@ def _read_lattice(ds: Any, title: str, positive: str | None, length_unit: str | 
         )
     attrs = ds.variables[height].attrs
     implied = "up" if height == "elevation" else "down"
-    said = first_said(positive, attrs.get("positive"), implied)
+    said = first_given(positive, attrs.get("positive"), implied)
     if said != implied:
         raise SurfaceError(
             f"fault {title!r}: {height} is said to be positive {said!r}, expected {implied!r}. "
             "Name the variable elevation (positive up) or depth (positive down)."
         )
-    scale = _scale(title, said, first_said(length_unit, attrs.get("units")))
+    scale = _scale(title, said, first_given(length_unit, attrs.get("units")))
     elevation = _plane(ds, height, title, metres=False)
     if scale != 1.0:
         elevation = elevation * scale

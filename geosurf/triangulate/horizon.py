@@ -10,7 +10,7 @@ import numpy as np
 from geosurf.conventions import (
     HORIZON_DIMS,
     elevation_sign,
-    first_said,
+    first_given,
     is_number,
     metres_per_unit,
     place,
@@ -121,8 +121,8 @@ def triangulate_horizon(
         return _from_mesh(da, title, positive, length_unit, tolerance)
     values = _checked_values(da, what)
     try:
-        sign = elevation_sign(first_said(positive, da.attrs.get("positive")), what)
-        scale = sign * metres_per_unit(first_said(length_unit, da.attrs.get("units")), what)
+        sign = elevation_sign(first_given(positive, da.attrs.get("positive")), what)
+        scale = sign * metres_per_unit(first_given(length_unit, da.attrs.get("units")), what)
     except InputError as error:
         raise HorizonError(str(error)) from error
     easting, northing = _coordinates(da, what)
@@ -146,8 +146,8 @@ def _from_mesh(
 ) -> TriSurface:
     """A horizon from vertices and triangles."""
     what = f"horizon {title!r}"
-    scale = elevation_sign(first_said(positive, "up"), what)
-    scale *= metres_per_unit(first_said(length_unit, "m"), what)
+    scale = elevation_sign(first_given(positive, "up"), what)
+    scale *= metres_per_unit(first_given(length_unit, "m"), what)
     surface = triangulate_mesh(obj, title, "horizon", scale=scale, words=(positive, length_unit))
     if surface.lattice is not None:
         return coarsen_lattice(title, surface.lattice, tolerance) if tolerance > 0 else surface

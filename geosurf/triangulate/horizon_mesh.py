@@ -37,7 +37,7 @@ def check_horizon_mesh(surface: TriSurface) -> None:
     >>> check_horizon_mesh(TriSurface("Salt", "horizon", corners, faces))
     Traceback (most recent call last):
     geosurf.errors.SurfaceError: horizon 'Salt' is a closed body of 121.5 m3 around \
-(easting 2.250, northing 2.250, elevation 2.250): nothing is above or below it. Give it among \
+(E 2.25, N 2.25, elevation 2.25 m): nothing is above or below it. Give it among \
 the faults, faults={'Salt': ...}: then its inside is a block of its own.
     """
     if surface.lattice is not None or surface.n_triangle == 0:

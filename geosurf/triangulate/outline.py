@@ -93,7 +93,7 @@ def _refuse_self_contact(ring: np.ndarray) -> None:
             met = _meet(a[i], b[i], a[j], b[j], neighbours)
             if met is not None:
                 raise InputError(
-                    f"aoi: the ring meets itself at {place((*met, 0.0)).rpartition(',')[0]}), "
+                    f"aoi: the ring meets itself at {place(met)}, "
                     f"where side {i} and side {j} (counted from 0) "
                     f"{'fold back' if neighbours else 'cross or touch'}. Give a ring that does not."
                 )

@@ -55,7 +55,7 @@ def check_spikes(surface: TriSurface) -> None:
     >>> check_spikes(TriSurface("Top", "horizon", lattice=Lattice(axis, axis, heights)))
     Traceback (most recent call last):
     geosurf.errors.HorizonError: horizon 'Top': 1 node has the value -999.25, a usual mark of \
-absent values, as at (easting 150.000, northing 100.000, elevation -999.250); the others lie \
+absent values, as at (E 150, N 100, elevation -999.25 m); the others lie \
 between -2000 and -2000 m. Make them absent: grid.where(abs(abs(grid) - 999.25) > 0.01).
     """
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused elsewhere
@@ -82,7 +82,7 @@ def check_marks(name: str, points: np.ndarray) -> None:
     >>> check_marks("Top", np.array([[0, 0, -2000.0], [50, 0, -2010.0], [50, 50, -999.25]]))
     Traceback (most recent call last):
     geosurf.errors.HorizonError: horizon 'Top': 1 point has the value -999.25, a usual mark of \
-absent values, as at (easting 50.000, northing 50.000, elevation -999.250); the others lie \
+absent values, as at (E 50, N 50, elevation -999.25 m); the others lie \
 between -2010 and -2000 m. Leave them out: points[abs(abs(elevation) - 999.25) > 0.01].
     """
     z = points[:, 2]

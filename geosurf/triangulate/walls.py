@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import place
 from geosurf.errors import InputError
 from geosurf.model import TriSurface
 from geosurf.model.expected import SIDES, box_of_sides
@@ -76,9 +77,8 @@ def _fence(ring: np.ndarray, limits: np.ndarray) -> list[TriSurface]:
             for side, limit, out in zip(sides, limits[axis], (-1.0, 1.0), strict=True):
                 if out * (corner[axis] - limit) > 0:
                     raise InputError(
-                        f"aoi: corner (easting {corner[0]:.3f}, northing {corner[1]:.3f}) lies "
-                        f"beyond the {side} of the box ({limit:.3f}). Enlarge the box, or leave it "
-                        "out."
+                        f"aoi: corner {place(corner)} lies beyond the {side} of the box "
+                        f"({limit:.1f} m). Enlarge the box, or leave it out."
                     )
     n = len(ring)
     low, high = (np.column_stack([ring, np.full(n, z)]) for z in limits[2])

@@ -210,5 +210,5 @@ def test_a_wall_that_is_missing_under_a_fault_is_called_by_its_name():
 def test_a_piece_without_an_area_is_refused():
     x = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [1, 1, 1], [2, 2, 1], [3, 3, 1]], dtype=float)
     t = np.array([[0, 1, 2], [3, 4, 5]])
-    with pytest.raises(InvariantError, match=r"no ray passes .* at \(easting 1\.000.*report this"):
+    with pytest.raises(InvariantError, match=r"no ray passes .* at \(E 1,.*report this"):
         place_floating(x, t, np.array([0, 1]), np.array([0]), np.array([0, 1, 2, 2]))

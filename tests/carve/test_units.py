@@ -239,7 +239,7 @@ def test_a_horizon_with_a_hole_leaks():
         carve([torn])
     words = str(caught.value)
     assert re.search(r"leak around horizon 'Top': 4 m of its rim are open", words), words
-    place = re.search(r"easting ([\d.]+), northing ([\d.]+), elevation ([\d.]+)", words)
+    place = re.search(r"E ([\d.]+), N ([\d.]+), elevation ([\d.]+)", words)
     x, y, z = map(float, place.groups())
     assert max(abs(x - 2.5), abs(y - 2.5)) == 0.5
     assert z == 3.0

@@ -396,7 +396,7 @@ BAD = {
     "wrong dims": (lambda: _triangulate(_top().transpose()), "HorizonError", r"'Top': dims are .*expected .*transpose"),
     "decreasing axis": (lambda: _triangulate(_top()[[1, 0, 2]]), "HorizonError", r"'Top': northing decreases at index 1.*sortby"),
     "all NaN": (lambda: _triangulate(_top(np.nan)), "HorizonError", r"'Top': all 9 nodes are NaN. Check"),
-    "no positive": (lambda: _triangulate(_top(positive="")), "HorizonError", r"'Top': whether values are elevation or depth is not said. Say"),
+    "no positive": (lambda: _triangulate(_top(positive="")), "HorizonError", r"'Top': are the values depth or elevation\? Set"),
     "unknown units": (lambda: _triangulate(_top(units="furlong")), "HorizonError", r"'Top': unknown length unit 'furlong'\. Set"),
     "infinite values": (lambda: _triangulate(_top(np.inf)), "HorizonError", r"9 nodes are infinite, the first is node \(0, 0\) at .*NaN"),
     "empty mesh": (lambda: gs.intersect_surfaces([gs.TriSurface("F1", "fault", np.empty((0, 3)), np.empty((0, 3), int)), FLAT]), "SurfaceError", r"'F1' has no triangles; leave it out"),

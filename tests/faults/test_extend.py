@@ -107,7 +107,7 @@ def test_a_triangular_fault_leaves_the_box_with_all_four_sides():
     given = TriSurface("F1", "fault", [[4, 3, 3], [4, 5, 3], [4, 5, 5]], [[0, 1, 2]])
     assert_leaves(extend_fault(given, BOX), given)
     (point,) = (side for side, arc in find_rim(given).arcs.items() if len(arc) == 1)
-    with pytest.raises(GeometryError, match=r"its side '.*' is but the point \(easting 4\.000, n"):
+    with pytest.raises(GeometryError, match=r"its side '.*' is but the point \(E 4, N"):
         extend_fault(given, BOX, sides=point)
 
 
@@ -247,7 +247,7 @@ def test_holes_stay_and_pieces_are_refused():
     two = np.ones(32, dtype=bool)
     two[8:16] = False
     apart = grid("F1", np.zeros((5, 5)), role="fault", present=two)
-    with pytest.raises(SurfaceError, match=r"'F1' is in 2 pieces, one of them at \(easting"):
+    with pytest.raises(SurfaceError, match=r"'F1' is in 2 pieces, one of them at \(E"):
         extend_fault(apart, BOX)
     assert len(find_rims(apart)) == 2
 
@@ -284,9 +284,7 @@ def test_refusals():
     # a ring of triangles that closes in one corner only
     x = [[4, 1, 3], [4, 1, 1], [4, 3, 3], [4, 5, 1], [4, 5, 3], [4, 0, 0], [4, 0, 2], [4, 6, 0]]
     ring = [[0, 1, 2], [1, 0, 6], [1, 6, 7], [1, 7, 3], [3, 7, 4], [2, 3, 4]]
-    with pytest.raises(
-        SurfaceError, match=r"'F1': its rim touches itself at \(easting 4\.000, nor"
-    ):
+    with pytest.raises(SurfaceError, match=r"'F1': its rim touches itself at \(E 4, N"):
         extend_fault(TriSurface("F1", "fault", x, ring), BOX)
 
 

@@ -56,7 +56,7 @@ REFUSED = {
     ),
     "flat": (
         [[0.0, 0, 0], [1, 1, 0], [3, 3, 0]],
-        r"'Top': 1 of 1 triangles have no area, the first is triangle 0 at \(easting .*Remove",
+        r"'Top': 1 of 1 triangles have no area, the first is triangle 0 at \(E .*Remove",
     ),
     "too many digits": (
         [[5e-324, 0, 0], [1, 0, 0], [0, 1, 0]],

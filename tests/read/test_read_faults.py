@@ -184,7 +184,7 @@ def test_sticks_in_csv_are_those_of_the_text(tmp_path):
 
 
 def test_sticks_do_not_say_what_z_is(tmp_path):
-    with pytest.raises(InputError, match=r"fault 'F1'.*positive='up' .*positive='down'"):
+    with pytest.raises(InputError, match=r"fault 'F1'.*positive='down' .*positive='up' "):
         gs.read_fault(write(tmp_path, STICKS))
 
 

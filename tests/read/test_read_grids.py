@@ -112,7 +112,7 @@ def test_undefined_values_are_nan(tmp_path):
 
 def test_without_positive_the_error_names_both_ways(tmp_path):
     with pytest.raises(
-        InputError, match=r"top.irap: horizon 'top'.*positive='up' .*positive='down'"
+        InputError, match=r"top.irap: horizon 'top'.*positive='down' .*positive='up' "
     ):
         gs.read_horizon(classic(tmp_path))
 

@@ -127,7 +127,7 @@ def test_a_fault_beyond_a_slanted_area_is_left_out(sheets):
 def test_a_fault_that_is_not_tall_enough_is_refused_with_the_place(field):
     """F2 as it was picked ends above the base of the reservoir."""
     points, sticks = field
-    with pytest.raises(gs.errors.GeometryError, match=r"could not be cut.*first at \(easting 46"):
+    with pytest.raises(gs.errors.GeometryError, match=r"could not be cut.*first at \(E 46"):
         gs.tear_horizon(points["BaseVolantis"], {"F2": sticks["F2"]}, name="BaseVolantis")
 
 

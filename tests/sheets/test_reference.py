@@ -44,7 +44,9 @@ def test_faults_in_another_reference_system_are_refused(world, make):
     (fault,) = world.faults.values()
     same = make(top, {"F1": fault.assign_attrs(crs=UTM31.lower())})
     assert same.crs == UTM31
-    with pytest.raises(gs.errors.InputError, match=r"'F1' is in EPSG:32632 and 'Top' in EPSG:326"):
+    with pytest.raises(
+        gs.errors.InputError, match=r"'F1' is in EPSG:32632, but 'Top' is in EPSG:326"
+    ):
         make(top, {"F1": fault.assign_attrs(crs=UTM32)})
 
 
@@ -62,5 +64,5 @@ def test_a_scene_compares_torn_horizons_with_its_other_surfaces(world):
     base = (top - 300.0).assign_attrs(crs=UTM32)
     box = (100, 600, 100, 600, -2200, -1600)
     scene = gs.Scene({"Top": sheet, "Base": base}, {f.name: f for f in sheet.faults}, box)
-    with pytest.raises(gs.errors.InputError, match=r"in EPSG:32632 and .*'Top' in EPSG:32631"):
+    with pytest.raises(gs.errors.InputError, match=r"in EPSG:32632, but .*'Top' is in EPSG:32631"):
         _ = scene.units

@@ -208,7 +208,7 @@ def test_throw_that_dies_within_a_cell_is_told_what_to_do():
     (note, *_) = [note for note in report.notes if "too coarse" in note]
     assert note in str(report)
     assert note.startswith("Fault 'F1' has ")
-    assert "of throw next to its tip at (easting" in note
+    assert "of throw next to its tip at (E" in note
     assert "cells of 50 m are too coarse there. On cells of" in note
 
 

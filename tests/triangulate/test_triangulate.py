@@ -286,7 +286,7 @@ WRONG_HORIZONS = {
     "all absent": (lambda: horizon(FLAT * np.nan), r"all 9 nodes are NaN\. Check the value"),
     "infinite": (
         lambda: _with(1, 2, np.inf),
-        r"1 nodes are infinite, the first is node \(1, 2\) at .*easting 50.*elevation inf.*NaN",
+        r"1 nodes are infinite, the first is node \(1, 2\) at \(E 50,.*elevation inf.*NaN",
     ),
     "one row": (lambda: horizon(FLAT[:1]), r"1 x 3 nodes make no cell, expected 2 x 2.*larger"),
     "no triangle": (_holes, r"no triangle has its three nodes; 3 of 9 nodes are present.*NaN mask"),
@@ -296,7 +296,7 @@ WRONG_HORIZONS = {
     ),
     "folded": (
         _folded,
-        r"folded: \d+ of 18 triangles are turned over, the first at \(easting .*2-D coordinates",
+        r"folded: \d+ of 18 triangles are turned over, the first at \(E .*2-D coordinates",
     ),
     "pinched": (_pinched, r"folded: 1 of 8 triangles are without area in the map.*NaN"),
     "no place": (_placeless, r"1 nodes have a value but no place, .*\(1, 2\), easting nan.*NaN"),
@@ -311,7 +311,10 @@ WRONG_HORIZONS = {
         ),
         r"easting of horizon 'Top': unknown length unit 'degrees_east'",
     ),
-    "no direction": (lambda: horizon(FLAT, positive=None), r"is not said.*positive='up'"),
+    "no direction": (
+        lambda: horizon(FLAT, positive=None),
+        r"depth or elevation\? Set.*positive='up'",
+    ),
     "wrong direction": (lambda: horizon(FLAT, positive="north"), r"is 'north'.*positive='down'"),
     "no units": (lambda: horizon(FLAT, units=None), r"length unit is missing.*length_unit='m'"),
     "wrong units": (

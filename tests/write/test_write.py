@@ -272,7 +272,7 @@ def test_netcdf_horizon_comes_back(tmp_path, rotated, positive):
 
 
 def test_netcdf_horizon_must_say_what_it_holds(tmp_path):
-    with pytest.raises(InputError, match=r"'top': whether values are elevation or depth"):
+    with pytest.raises(InputError, match=r"'top': are the values depth or elevation\?"):
         gs.write(horizon(positive=None).rename("top"), tmp_path / "top.nc")
     with pytest.raises(InputError, match="length unit is missing"):
         gs.write(horizon(units=None), tmp_path / "top.nc")

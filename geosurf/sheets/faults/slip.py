@@ -14,7 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import HORIZON_DIMS, STRANGE, is_number, metres_per_unit, real_numbers
+from geosurf.conventions import (
+    CONVERSION_ERRORS,
+    HORIZON_DIMS,
+    is_number,
+    metres_per_unit,
+    real_numbers,
+)
 from geosurf.errors import InputError
 from geosurf.sheets.faults.dip_lines import STEPS, DipLines
 from geosurf.sheets.faults.fault_profile import Section
@@ -77,7 +83,7 @@ class EllipticThrow:
         """Distance along strike and elevation; either may be left to the fault."""
         try:
             centre = tuple(self.centre)
-        except (TypeError, ValueError, *STRANGE):
+        except (TypeError, ValueError, *CONVERSION_ERRORS):
             centre = ()
         if len(centre) != 2 or not all(one is None or is_number(one) for one in centre):
             raise InputError(

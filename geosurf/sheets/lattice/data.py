@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import elevation_sign, first_said, metres_per_unit, place
+from geosurf.conventions import elevation_sign, first_given, metres_per_unit, place
 from geosurf.errors import HorizonError, InputError
 from geosurf.model import TriSurface
 from geosurf.sheets.lattice.frame import Frame, fit_steps, frame_of_lattice
@@ -212,13 +212,13 @@ def points_of(
         attrs = data["elevation"].attrs
         declared = attrs.get("positive", data.attrs.get("positive"))
         positive = _agreed(declared, positive, what)
-        length_unit = first_said(length_unit, attrs.get("units"), "m")
+        length_unit = first_given(length_unit, attrs.get("units"), "m")
         points = np.stack(
             [np.ravel(data[k].values) for k in ("easting", "northing", "elevation")], axis=1
         )
     else:
         points = np.asarray(data)
-        length_unit = first_said(length_unit, "m")
+        length_unit = first_given(length_unit, "m")
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         raise HorizonError(
             f"{what}: points have shape {points.shape}, expected numbers (n, 3): easting, "
@@ -276,7 +276,7 @@ def find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray] | None:
     if (off > OFF).mean() > SCATTERED:
         return None
     if off[worst] > OFF:
-        where = place((*xy[worst], np.nan)).rsplit(",", 1)[0] + ")"
+        where = place(xy[worst])
         raise HorizonError(
             f"{what}: {int((off > OFF).sum())} of {len(xy)} points lie off the lattice that the "
             f"others sit on, the farthest at {where}, {off[worst]:.2f} cells off. Leave "

@@ -1,0 +1,142 @@
+"""Axes of grids, the sign of elevation, and the diagonal that splits grid cells."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.conventions.checks import is_word
+from geosurf.errors import InputError
+
+HORIZON_DIMS = ("northing", "easting")
+FAULT_DIMS = ("down_dip", "along_strike")
+
+
+def elevation_sign(positive: str | None, what: str) -> float:
+    """Return the factor from values to elevation: +1.0 for elevations, -1.0 for depths.
+
+    Parameters
+    ----------
+    positive : {"up", "down"} or None
+        Direction in which the values grow, as in the CF attribute.
+    what : str
+        Name of the object that carries the values, for the message.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        If the direction is missing or unknown.
+
+    Examples
+    --------
+    >>> elevation_sign("down", "horizon 'Top'")
+    -1.0
+    """
+    if is_word(positive, ("up", "down")):
+        return 1.0 if positive == "up" else -1.0
+    found = (
+        "are the values depth or elevation?" if positive is None else f"positive is {positive!r}."
+    )
+    raise InputError(
+        f"{what}: {found} Set positive='down' (depth) or positive='up' (elevation), as an argument "
+        "or in attrs['positive']."
+    )
+
+
+def rising_diagonal(easting: np.ndarray, northing: np.ndarray) -> bool:
+    """Return which diagonal splits the cells of a gridded horizon: the diagonal rule.
+
+    The rule takes the diagonal that runs from south-west to north-east: the one with the larger
+    ``dx * dy``, summed over all cells. If the two agree to a part in a million (square cells,
+    rotated by 45 degrees), it takes the one that runs north, with the larger ``dy * dy``. If that
+    ties too (a full ring), the westernmost cell decides. The rule depends on directions in the
+    world only, so rows and columns may be reversed or transposed.
+
+    Parameters
+    ----------
+    easting, northing : ndarray of float64
+        World coordinates [m]: 1-D ``(n_col,)`` and ``(n_row,)``, or both 2-D
+        ``(n_row, n_col)``; nodes that are not finite are left out.
+
+    Returns
+    -------
+    bool
+        True for node ``(i, j)`` to ``(i + 1, j + 1)``, as in `Lattice.rising`.
+
+    Examples
+    --------
+    >>> rising_diagonal(np.array([0.0, 50.0]), np.array([0.0, 50.0]))
+    True
+    >>> rising_diagonal(np.array([50.0, 0.0]), np.array([0.0, 50.0]))
+    False
+    """
+    x, y = easting, northing
+    if x.ndim == 1:
+        n, m = len(x) - 1, len(y) - 1
+        return bool((x.item(n) > x.item(0)) == (y.item(m) > y.item(0)))
+    gain, reach, size = _gain_of_diagonals(x, y)
+    if abs(gain) - reach > 1e-3 * size and size < 1e150:  # rounding cannot change the answer
+        return gain > 0
+    return _rising_by_every_cell(x, y)
+
+
+def _gain_of_diagonals(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
+    """Return three sums over the cells, for the diagonal rule.
+
+    They are ``dx * dy`` along one diagonal minus the other, a bound of its rounding error, and an
+    upper bound of all squared diagonals.
+    """
+    from geosurf.kernels.lattices.cell_bounds import EDGES, GAIN, REACH
+    from geosurf.kernels.lattices.survey import survey_lattice
+    from geosurf.kernels.search.tree import N_PLACE
+
+    n_row, n_col = x.shape
+    places = np.zeros(N_PLACE, dtype=np.int64)  # the second coordinate is one zero
+    places[[1, 2, 7, 8, 9, 10]] = n_col, 1, n_col, 1, n_row, n_col
+    flat = np.ascontiguousarray(x).reshape(-1), np.zeros(1), np.ascontiguousarray(y).reshape(-1)
+    _, _, _, sums = survey_lattice(*flat, places, True)
+    # squared diagonals of a cell are at most its squared edges (Euler)
+    return float(sums[GAIN]), float(sums[REACH]), float(sums[EDGES])
+
+
+def _rising_by_every_cell(x: np.ndarray, y: np.ndarray) -> bool:
+    """Apply the rule of `rising_diagonal` to every cell, exactly as it is stated there."""
+    rising = np.stack([x[1:, 1:] - x[:-1, :-1], y[1:, 1:] - y[:-1, :-1]], axis=-1)
+    falling = np.stack([x[1:, :-1] - x[:-1, 1:], y[1:, :-1] - y[:-1, 1:]], axis=-1)
+    whole = np.isfinite(rising).all(axis=-1) & np.isfinite(falling).all(axis=-1)
+    if not whole.any():
+        return True
+    choice = _compare_diagonals(rising[whole], falling[whole])
+    if choice == 0:
+        # sums over pairs of opposite corners do not depend on the order of corners
+        west = ((x[1:, 1:] + x[:-1, :-1]) + (x[1:, :-1] + x[:-1, 1:]))[whole]
+        south = ((y[1:, 1:] + y[:-1, :-1]) + (y[1:, :-1] + y[:-1, 1:]))[whole]
+        first = np.lexsort((south, west))[:1]
+        choice = _compare_diagonals(rising[whole][first], falling[whole][first])
+    return choice >= 0
+
+
+def _compare_diagonals(rising: np.ndarray, falling: np.ndarray) -> int:
+    """Return +1 or -1 for the diagonals (n_cell, 2) that run more to the north-east; 0 for a tie.
+
+    Where the two agree to a part in a million, the diagonals that run more to the north win.
+    """
+    terms = (
+        (rising[:, 0] * rising[:, 1], falling[:, 0] * falling[:, 1]),
+        (rising[:, 1] ** 2, falling[:, 1] ** 2),
+    )
+    size = float((rising**2).sum() + (falling**2).sum())
+    for plus, minus in terms:
+        gain = float(plus.sum() - minus.sum())
+        if abs(abs(gain) - 1e-6 * size) < 1e-9 * size:
+            # close to the limit, the order of cells could decide: sum with one rounding only
+            size = math.fsum((rising**2).ravel()) + math.fsum((falling**2).ravel())
+            gain = math.fsum(plus) - math.fsum(minus)
+        if abs(gain) > 1e-6 * size:
+            return 1 if gain > 0 else -1
+    return 0

@@ -1,0 +1,113 @@
+"""Checks of values that users pass in: words, whole numbers, numbers, arrays."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+
+def first_given(*words: Any) -> Any:
+    """Return the first value that is given: neither None nor an empty text.
+
+    Examples
+    --------
+    >>> first_given(None, "", "m")
+    'm'
+    """
+    given = (word for word in words if word is not None and not (type(word) is str and not word))
+    return next(given, None)
+
+
+def is_word(value: Any, known: Iterable[str]) -> bool:
+    """Return whether a value is a text and one of the known words; arrays and lists never are.
+
+    Examples
+    --------
+    >>> is_word("up", ("up", "down")), is_word(np.array(["up", "up"]), ("up", "down"))
+    (True, False)
+    """
+    return isinstance(value, str) and value in known
+
+
+# errors that objects of other packages raise when they are converted to an array, list or path
+CONVERSION_ERRORS = (ArithmeticError, AttributeError, LookupError, RuntimeError, UserWarning)
+
+
+def is_whole(value: Any) -> bool:
+    """Return whether a value is an integer; booleans and time spans are not.
+
+    Examples
+    --------
+    >>> is_whole(3), is_whole(np.int8(3)), is_whole(3.0), is_whole(True)
+    (True, True, False, False)
+    """
+    return isinstance(value, int | np.integer) and not isinstance(value, bool | np.timedelta64)
+
+
+def is_number(value: Any) -> bool:
+    """Return whether a value is one finite real number; booleans and texts are not.
+
+    Examples
+    --------
+    >>> is_number(25), is_number(np.float32(0.5)), is_number("25"), is_number(float("nan"))
+    (True, True, False, False)
+    """
+    plain = type(value) in (
+        float,
+        int,
+    )  # the usual case, and a faster check
+    excluded = (bool, np.timedelta64)  # both count as numbers in Python
+    known = plain or (isinstance(value, Real) and not isinstance(value, excluded))
+    try:
+        return known and math.isfinite(value)
+    except OverflowError:  # an integer too large for a float
+        return False
+
+
+def real_numbers(values: Any) -> np.ndarray:
+    """
+    Return values as float64; refuse complex numbers, dates and time spans.
+
+    numpy would convert those silently.
+
+    Parameters
+    ----------
+    values : array_like
+
+    Returns
+    -------
+    ndarray of float64
+        The same object if it is a float64 array already; masked values become NaN.
+
+    Raises
+    ------
+    TypeError
+        For complex numbers, dates and time spans.
+    ValueError
+        For words, and rows of several lengths.
+
+    Examples
+    --------
+    >>> real_numbers([1, 2])
+    array([1., 2.])
+    >>> real_numbers(np.array(["2001-01-01"], dtype="datetime64[D]"))
+    Traceback (most recent call last):
+    TypeError: datetime64[D]
+    """
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        return values
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind in "cmM":
+            raise TypeError(array.dtype)
+        if "numpy.ma" in sys.modules and np.ma.isMaskedArray(values):  # importing numpy.ma is slow
+            array = np.ma.filled(values.astype(np.float64), np.nan)
+        found: np.ndarray = np.asarray(array, dtype=np.float64)
+    except CONVERSION_ERRORS as error:
+        raise ValueError(f"{type(error).__name__}: {error}") from error
+    return found

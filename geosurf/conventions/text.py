@@ -1,0 +1,136 @@
+"""How messages, reports and the command line write names, counts, places and sizes."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable
+from typing import Any
+
+
+def did_you_mean(word: Any, known: Iterable[str]) -> str:
+    """Return ' Did you mean ...?' for a misspelt word, or '' if no known word is close.
+
+    Examples
+    --------
+    >>> did_you_mean("horizns", ["horizons", "faults"])
+    " Did you mean 'horizons'?"
+    """
+    close = difflib.get_close_matches(str(word), [str(one) for one in known], n=1)
+    return f" Did you mean {close[0]!r}?" if close else ""
+
+
+def counted(n: int, word: str) -> str:
+    """Return a number with its noun, in the plural where the number asks for it.
+
+    Examples
+    --------
+    >>> counted(1, "curve"), counted(0, "fault"), counted(2, "patch")
+    ('1 curve', '0 faults', '2 patches')
+    """
+    ending = "" if n == 1 else "es" if word.endswith("ch") else "s"
+    return f"{n} {word}{ending}"
+
+
+def number_text(value: float, digits: int = 3) -> str:
+    """Return a number as people read it: rounded, and grouped by spaces from five digits on.
+
+    Parameters
+    ----------
+    value : float
+    digits : int, default 3
+        Significant digits; digits before the decimal point are never dropped.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> number_text(5931870.4), number_text(1291), number_text(0.123456), number_text(-2.50)
+    ('5 931 870', '1291', '0.123', '-2.5')
+    >>> number_text(1.5e-7)
+    '1.5e-07'
+    """
+    if not math.isfinite(value):
+        return str(value)
+    size = abs(value)
+    if size < 10**digits:
+        text = f"{value:.{digits}g}"
+        return text if "e" not in text or size < 1.0 else f"{value:.0f}"
+    grouping = "," if round(size) >= 10_000 else ""
+    return f"{value:{grouping}.0f}".replace(",", " ")
+
+
+def length_text(metres: float, digits: int = 3) -> str:
+    """Return a length with its unit, for messages: metres, and kilometres from 1000 m on.
+
+    Examples
+    --------
+    >>> length_text(12.345), length_text(12748.0)
+    ('12.3 m', '12.7 km')
+    """
+    in_km = abs(metres) >= 1e3
+    return (
+        f"{number_text(metres / 1e3, digits)} km" if in_km else f"{number_text(metres, digits)} m"
+    )
+
+
+def area_text(square_metres: float, digits: int = 3) -> str:
+    """Return an area with its unit, for messages: m², and km² from 0.1 km² on.
+
+    Examples
+    --------
+    >>> area_text(2500.0), area_text(3.5e6)
+    ('2500 m²', '3.5 km²')
+    """
+    if abs(square_metres) >= 1e5:
+        return f"{number_text(square_metres / 1e6, digits)} km²"
+    return f"{number_text(square_metres, digits)} m²"
+
+
+def volume_text(cubic_metres: float, digits: int = 3) -> str:
+    """Return a volume with its unit, for messages: m³, and million m³ from one million on.
+
+    Examples
+    --------
+    >>> volume_text(84.52e6), volume_text(12500.0), volume_text(1.2345e10)
+    ('84.5 million m³', '12 500 m³', '12 345 million m³')
+    """
+    if abs(cubic_metres) >= 1e6:
+        return f"{number_text(cubic_metres / 1e6, digits)} million m³"
+    return f"{number_text(cubic_metres, digits)} m³"
+
+
+def place(point: Iterable[float]) -> str:
+    """Return a position as people read it, for messages: decimetres, or millimetres below 1000 m.
+
+    Parameters
+    ----------
+    point : iterable of float
+        Easting and northing, or easting, northing and elevation [m].
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> place((456000.125, 6780000.5, -2000))
+    '(E 456 000.1, N 6 780 000.5, elevation -2000 m)'
+    >>> place((4.0, 0.5))
+    '(E 4, N 0.5)'
+    """
+    east, north, *elevation = (_coordinate_text(float(value)) for value in point)
+    height = f", elevation {elevation[0]} m" if elevation else ""
+    return f"(E {east}, N {north}{height})"
+
+
+def _coordinate_text(value: float) -> str:
+    """One coordinate [m], without zeros at its end, grouped by spaces from five digits on."""
+    if not math.isfinite(value):
+        return str(value)
+    grouping = "," if abs(value) >= 10_000 else ""
+    text = f"{value:{grouping}.{1 if abs(value) >= 1000 else 3}f}".replace(",", " ")
+    text = text.rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
