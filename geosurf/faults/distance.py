@@ -76,7 +76,11 @@ def nearest_of(segments: np.ndarray, triangles: np.ndarray) -> Approach:
     low_t, high_t = _boxes(t, t_blocks)
     gap = np.maximum(low_s[:, None] - high_t, low_t - high_s[:, None])
     bound = np.sqrt((np.maximum(gap, 0.0) ** 2).sum(axis=2))
-    best = (np.inf, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    best: tuple[float, tuple[float, ...], tuple[float, ...]] = (
+        np.inf,
+        (0.0, 0.0, 0.0),
+        (0.0, 0.0, 0.0),
+    )
     for flat in np.argsort(bound, axis=None, kind="stable"):
         i, j = np.unravel_index(flat, bound.shape)
         if bound[i, j] > best[0]:
@@ -103,7 +107,9 @@ def _along_curve(shapes: np.ndarray) -> np.ndarray:
     return np.argsort(key, kind="stable")
 
 
-def _closest_pair(s: np.ndarray, t: np.ndarray):
+def _closest_pair(
+    s: np.ndarray, t: np.ndarray
+) -> tuple[float, tuple[float, ...], tuple[float, ...]]:
     """(distance, point on a segment, point on a triangle) of all pairs of two blocks."""
     n, m = len(s), len(t)
     i, j = (grid.ravel() for grid in np.meshgrid(np.arange(n), np.arange(m), indexing="ij"))

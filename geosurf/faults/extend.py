@@ -107,7 +107,9 @@ def extend_to(
     return ExtendedFault(longer, surface.n_triangle, (extension,))
 
 
-def _extended(surface, low, high, wanted, until) -> ExtendedFault:
+def _extended(
+    surface: TriSurface, low: np.ndarray, high: np.ndarray, wanted: Sequence[str], until: str
+) -> ExtendedFault:
     """All sides in turn, each from what the others have made.
 
     A side that is but a point (of a triangular fault) waits until its neighbours make it a line.
@@ -125,7 +127,16 @@ def _extended(surface, low, high, wanted, until) -> ExtendedFault:
     return ExtendedFault(longer, surface.n_triangle, tuple(found))
 
 
-def _continued(surface, rim: Rim, guides: Guides, side, low, high, until, longest=np.inf):
+def _continued(
+    surface: TriSurface,
+    rim: Rim,
+    guides: Guides,
+    side: str,
+    low: np.ndarray,
+    high: np.ndarray,
+    until: str,
+    longest: float = np.inf,
+) -> tuple[TriSurface, Guides, Extension]:
     """(surface, guides, extension) with one more side.
 
     Lines of a grid go on as they are. Those of sticks, too, unless they would cross; then, and
@@ -232,7 +243,15 @@ def clip_steps(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.
     return np.maximum(enter.max(axis=1), 0.0), np.minimum(leave.min(axis=1), 1.0)
 
 
-def _lengths(start, way, low, high, name, side, until) -> np.ndarray:
+def _lengths(
+    start: np.ndarray,
+    way: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    name: str,
+    side: str,
+    until: str,
+) -> np.ndarray:
     """How far each line goes on (n,), so that the new rim lies outside the box."""
     margin = _MARGIN * float(np.linalg.norm(high - low))
     length = exits(start, way, low - margin, high + margin)

@@ -92,7 +92,9 @@ def mean_axes(normals: np.ndarray) -> Axes:
     return Axes(strike[0], up[0], sign)
 
 
-def plane_axes(units: np.ndarray, strike: np.ndarray, flat: float = FLAT):
+def plane_axes(
+    units: np.ndarray, strike: np.ndarray, flat: float = FLAT
+) -> tuple[np.ndarray, np.ndarray]:
     """Strike and way up (n, 3 each) of planes with unit normals; flat ones take a given strike.
 
     The way up, normal x strike, never points down, even where the fault is overturned.
@@ -218,7 +220,7 @@ def _steps(line: np.ndarray) -> np.ndarray:
     return np.linalg.norm(np.roll(line, -1, axis=0) - line, axis=1)
 
 
-def _parted(x: np.ndarray, t: np.ndarray, loop: np.ndarray, normals, axes: Axes) -> Rim:
+def _parted(x: np.ndarray, t: np.ndarray, loop: np.ndarray, normals: np.ndarray, axes: Axes) -> Rim:
     """Cut a loop of half-edges into the four sides that suit its edges best."""
     if axes.sign < 0:
         loop = loop[::-1]

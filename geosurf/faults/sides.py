@@ -17,6 +17,7 @@ elsewhere.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -139,7 +140,9 @@ def adjacency(
     return Adjacency(piece, beside, within, ends, half, edge_of_half, piece[neighbours])
 
 
-def _refuse_sheets(patches, main, tf, half, sheets) -> None:
+def _refuse_sheets(
+    patches: Patches, main: np.ndarray, tf: np.ndarray, half: np.ndarray, sheets: np.ndarray
+) -> None:
     """Refuse a main fault that has no two sides along the curve."""
     if len(half) == 0:
         return
@@ -167,7 +170,16 @@ def _coincident(tf: np.ndarray, tm: np.ndarray) -> np.ndarray:
     return np.isin(number[: len(tf)], number[len(tf) :])
 
 
-def _between(patches, c, way_c, a, way_a, b, way_b, key) -> np.ndarray:
+def _between(
+    patches: Patches,
+    c: np.ndarray,
+    way_c: np.ndarray,
+    a: np.ndarray,
+    way_a: np.ndarray,
+    b: np.ndarray,
+    way_b: np.ndarray,
+    key: np.ndarray,
+) -> np.ndarray:
     """Whether triangles c come before b, turning from a around the edges `key`."""
     u, v = np.divmod(key, len(patches.local))
     d = patches.local[v] - patches.local[u]
@@ -175,11 +187,11 @@ def _between(patches, c, way_c, a, way_a, b, way_b, key) -> np.ndarray:
     heading = np.sign(d[np.arange(len(d)), axis]).astype(np.int64)
     normals = _Normals(patches)
 
-    def sine(i, way_i, j, way_j):
+    def sine(i: np.ndarray, way_i: np.ndarray, j: np.ndarray, way_j: np.ndarray) -> np.ndarray:
         """Sign of the sine of the angle from sheet i to sheet j around the edge."""
         return way_i * way_j * heading * normals.cross_sign(i, j, axis)
 
-    def half(j, way_j):
+    def half(j: np.ndarray, way_j: np.ndarray) -> np.ndarray:
         """Whether sheet j lies half a turn or more after sheet a."""
         s = sine(a, way_a, j, way_j)
         ahead = way_a * way_j * normals.dot_sign(a, j) > 0
@@ -240,7 +252,7 @@ class _Normals:
         return _signs((p * q).sum(axis=1), (size_p * size_q).sum(axis=1), exact)
 
 
-def _signs(value: np.ndarray, size: np.ndarray, exact) -> np.ndarray:
+def _signs(value: np.ndarray, size: np.ndarray, exact: Callable[[int], Fraction]) -> np.ndarray:
     """Signs of values that are known to a part of `size`; those in doubt from `exact(row)`."""
     signs = np.sign(value).astype(np.int64)
     for row in np.flatnonzero(~((np.abs(value) > _BOUND * size) & (size > _TINY))):

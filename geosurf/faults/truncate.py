@@ -8,6 +8,7 @@ add up. Main faults come first, and others end at what is left of them.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -174,7 +175,7 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> tuple[Truncati
 
 def _sizes(
     patches: Patches, mine: np.ndarray, beside: Adjacency, dropped: np.ndarray
-) -> dict[str, float]:
+) -> dict[str, Any]:
     """Areas kept and dropped of a fault's rows, and the length of the line that it ends on."""
     area = _areas(patches, mine)
     kept_edges = np.unique(beside.edge_of_half[~dropped[beside.half_edges // 3]])
@@ -188,7 +189,10 @@ def _sizes(
 
 
 def _without_walls(
-    patches: Patches, whole: Patches, rules: list[Rule], steps: list[tuple[Truncation, np.ndarray]]
+    patches: Patches,
+    whole: Patches,
+    rules: Sequence[Rule],
+    steps: list[tuple[Truncation, np.ndarray]],
 ) -> tuple[np.ndarray, list[Truncation]] | None:
     """Drop the same from faults that no wall has cut; None where a fault has to end at the box.
 
@@ -278,7 +282,9 @@ def _goes_around(patches: Patches, rule: Rule, beside: Adjacency, mine: np.ndarr
     )
 
 
-def _not_reached(patches: Patches, rule: Rule, rows, inside: np.ndarray) -> Exception:
+def _not_reached(
+    patches: Patches, rule: Rule, rows: Mapping[str, np.ndarray], inside: np.ndarray
+) -> Exception:
     """Say how far a fault stays off its main one in the model box, and where."""
     for name in (rule.fault, rule.main):
         if not inside[rows[name]].any():

@@ -94,6 +94,8 @@ def exchange(one: Path, two: Path) -> bool:
     """
     names = os.fsencode(one), os.fsencode(two)
     library = ctypes.CDLL(None, use_errno=True) if sys.platform != "win32" else None
+    if library is None:
+        return False
     if sys.platform.startswith("linux") and hasattr(library, "renameat2"):
         failed = library.renameat2(_HERE_FLAG, names[0], _HERE_FLAG, names[1], _SWAP)
     elif sys.platform == "darwin" and hasattr(library, "renamex_np"):

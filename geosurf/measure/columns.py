@@ -108,7 +108,9 @@ def signs_of_turns(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return sign
 
 
-def _seen_from(points, a, b, foot, push) -> np.ndarray:
+def _seen_from(
+    points: np.ndarray, a: np.ndarray, b: np.ndarray, foot: np.ndarray, push: np.ndarray
+) -> np.ndarray:
     """Whether feet, moved by nearly nothing, lie left (+1) or right (-1) of edges a -> b.
 
     Never 0, unless a and b are one place in the map.
@@ -121,7 +123,9 @@ def _seen_from(points, a, b, foot, push) -> np.ndarray:
     return sign
 
 
-def _near(x, triangles, rows, feet) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def _near(
+    x: np.ndarray, triangles: np.ndarray, rows: np.ndarray, feet: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Pairs of a triangle and a foot in the box around its shadow, some at a time.
 
     Feet lie in strips from south to north, sorted by easting in each.

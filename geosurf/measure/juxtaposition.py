@@ -8,6 +8,7 @@ of triangles and add up to the fault's area. The diagram is that of Allan (1989)
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from geosurf.measure.cutoffs import contact_chains, cutoff_chains
 from geosurf.measure.faces import MINUS, PLUS, Faces, faces_of
 from geosurf.measure.lines import ragged, rings_of
-from geosurf.model import Patches, Units
+from geosurf.model import Patches, Unit, Units
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -100,7 +101,7 @@ def _pairs(faces: Faces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return pairs.reshape(-1, 2), group.ravel(), between
 
 
-def _kind(listed, a: int, b: int) -> str:
+def _kind(listed: Sequence[Unit], a: int, b: int) -> str:
     if a == b:
         return SLIT
     return SELF if listed[a].zone == listed[b].zone else ACROSS

@@ -132,7 +132,7 @@ def thickness_map(
         mine = [unit for unit in chosen if unit.block == block]
         values[i] = _block(mine, nodes.feet, units.box, kind, horizons)
     words, definition = _WORDS[kind]
-    attrs = {
+    attrs: dict[str, Any] = {
         "units": "m",
         "long_name": f"{words} of {zone}" + (f", {contact}" if contact else ""),
         "definition": definition,
@@ -236,7 +236,9 @@ def _cells(width: Any, w: float, e: float, s: float, n: float) -> Nodes:
     return _rectangle(north, east, dx * dy, HORIZON_DIMS)
 
 
-def _rectangle(north, east, cell_area: float | None, dims: tuple[str, ...]) -> Nodes:
+def _rectangle(
+    north: np.ndarray, east: np.ndarray, cell_area: float | None, dims: tuple[str, ...]
+) -> Nodes:
     x, y = np.meshgrid(east, north)
     coords = {
         name: (dim, values, _axis_attrs(name))
@@ -249,7 +251,9 @@ def _axis_attrs(name: str) -> dict[str, str]:
     return {"units": "m", "long_name": name}
 
 
-def _block(mine: list[Unit], feet, box, kind: str, horizons: Sequence[str]) -> np.ndarray:
+def _block(
+    mine: list[Unit], feet: np.ndarray, box: Sequence[float], kind: str, horizons: Sequence[str]
+) -> np.ndarray:
     """Thickness at the feet of some units that do not overlap; NaN where there is none."""
     total, seen = np.zeros(len(feet)), np.zeros(len(feet), dtype=bool)
     found = []
@@ -282,7 +286,7 @@ def _check_balance(unit: Unit, crossings: Crossings, feet: np.ndarray) -> None:
         )
 
 
-def _cosine(found, n: int, horizons: Sequence[str]) -> np.ndarray:
+def _cosine(found: Sequence[tuple[Unit, Any]], n: int, horizons: Sequence[str]) -> np.ndarray:
     """Cosine of the dip of bedding at each foot: the highest way in, or else the lowest way out."""
     best = np.full(n, np.nan)
     for way in (-1, 1):  # ways out first: ways in count more

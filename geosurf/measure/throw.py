@@ -93,7 +93,9 @@ def separation(
     foot = [_section("footwall", line, axes, level) for line in footwall]
     for lines in (hanging, foot):
         lines.sort(key=lambda line: tuple(line[0]))  # pairs follow each other along the strike
-    parts, pairs, at = [], [], []
+    parts: list[np.ndarray] = []
+    pairs: list[np.ndarray] = []
+    at: list[np.ndarray] = []
     for h in hanging:
         for f in foot:
             low, high = max(h[0, 0], f[0, 0]), min(h[-1, 0], f[-1, 0])

@@ -391,7 +391,7 @@ def read_polygons(
 
 def _who_reads(suffix: str) -> str:
     """A sentence on the functions that know a suffix, or nothing."""
-    known = {
+    known: dict[str, Mapping[str, tuple[str, str, tuple[str, ...]]]] = {
         "read_horizon": HORIZON_FORMATS,
         "read_fault": FAULT_FORMATS,
         "read_points": POINT_FORMATS,

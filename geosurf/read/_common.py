@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -165,7 +166,7 @@ class Otherwise(str):
     __slots__ = ()
 
 
-def otherwise(words: Mapping[str, str | None]) -> dict[str, str | None]:
+def otherwise(words: Mapping[str, str | None]) -> dict[str, Any]:
     """Return ``positive`` and ``length_unit`` for a reader, as words for files that say nothing."""
     return {key: None if word is None else Otherwise(word) for key, word in words.items()}
 

@@ -176,7 +176,9 @@ def read_region_faces(
     return found
 
 
-def _corners_of_parts(path: Path, lines: list[str], positive, length_unit) -> list[np.ndarray]:
+def _corners_of_parts(
+    path: Path, lines: list[str], positive: str | None, length_unit: str | None
+) -> list[np.ndarray]:
     """Corners (n, 3, 3) of the triangles of each TFACE, in the order of the file."""
     surfaces = read_tsurf(path, positive=positive, length_unit=length_unit)
     corners = np.concatenate([surface.vertices[surface.triangles] for surface in surfaces])

@@ -128,7 +128,7 @@ def fault_tables(actions: Iterable[Extension | Truncation]) -> tuple[Table, Tabl
 def volume_table(units: Units) -> Table:
     """Return volumes [million m3]: zones (by fluid contact) down, blocks across, with sums."""
     table = units.table
-    names = table["zone"].values
+    names: Iterable[str] = table["zone"].values
     if "contact" in table.coords:
         pairs = zip(names, table["contact"].values, strict=True)
         names = [", ".join(word for word in pair if word) for pair in pairs]

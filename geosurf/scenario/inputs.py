@@ -195,7 +195,7 @@ def build_scene(scenario: Scenario, told: Told = lambda *_: None, out: Path | No
     into the folder `out`, if it is given.
     """
     aoi = None if scenario.aoi is None else scenario.aoi.file or scenario.aoi.corners_m
-    shared = {
+    shared: dict[str, Any] = {
         "contacts": _contacts(scenario),
         "aoi": aoi,
         "voxel_size": scenario.search.voxel_size_m,

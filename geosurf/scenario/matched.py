@@ -47,8 +47,9 @@ def unit_of_body(corners: np.ndarray, units: Mapping[str, Unit]) -> str:
         if cut is None or len(cut) < 2 or len(cut) % 2:
             continue
         thickness, z = max((b - a, (a + b) / 2) for a, b in zip(cut[::2], cut[1::2], strict=True))
-        above = {name: _heights(shell, x, y) for name, shell in shells.items()}
-        if thickness == 0 or any(one is None or z in one for one in above.values()):
+        found = {name: _heights(shell, x, y) for name, shell in shells.items()}
+        above = {name: one for name, one in found.items() if one is not None}
+        if thickness == 0 or len(above) < len(found) or any(z in one for one in above.values()):
             continue
         holds = [name for name, one in above.items() if sum(level > z for level in one) % 2]
         return holds[0] if holds else ""
@@ -70,7 +71,7 @@ def _heights(corners: np.ndarray, x: Fraction, y: Fraction) -> list[Fraction] | 
     low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
     at = np.array([float(x), float(y)])
     near = ((low <= at) & (at <= high)).all(axis=1)
-    found = []
+    found: list[Fraction] = []
     for triangle in corners[near].tolist():
         a, b, c = ([Fraction(value) for value in corner] for corner in triangle)
         turns = [_turn(x, y, p, q) for p, q in ((b, c), (c, a), (a, b))]
@@ -78,7 +79,8 @@ def _heights(corners: np.ndarray, x: Fraction, y: Fraction) -> list[Fraction] | 
             continue
         if 0 in turns:
             return None
-        found.append(sum(t * p[2] for t, p in zip(turns, (a, b, c), strict=True)) / sum(turns))
+        height = sum(t * p[2] for t, p in zip(turns, (a, b, c), strict=True)) / sum(turns)
+        found.append(Fraction(height))
     return sorted(found)
 
 

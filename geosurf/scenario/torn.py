@@ -120,7 +120,8 @@ def _as_picked(scenario: Scenario, scene: Scene, name: str, horizon: Any) -> She
     """A sheet from data that smear the horizon over its faults."""
     tear = scenario.tear
     faults = [scene.surface(fault) for fault in scene.fault_names]
-    words = {
+    assert tear is not None
+    words: dict[str, Any] = {
         "trim": tear.trim_cells,
         "noise": tear.noise_m,
         "fill_empty_blocks": tear.fill_empty_blocks,
@@ -142,7 +143,7 @@ def _by_throw(scene: Scene, throws: list[ThrowInput], name: str, horizon: Any) -
     reach = {entry.fault: entry.reach_m for entry in throws if entry.reach_m is not None}
     across = {entry.fault: entry.direction for entry in throws}
     shares = {entry.fault: entry.hanging_wall for entry in throws}
-    words = {"reach": reach, "hanging_wall": shares, "direction": across}
+    words: dict[str, Any] = {"reach": reach, "hanging_wall": shares, "direction": across}
     return throw_horizon(horizon, faults, throw, name=name, **words)
 
 

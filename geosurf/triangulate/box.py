@@ -72,7 +72,9 @@ def propose_box(horizons: Sequence[TriSurface], aoi: np.ndarray | None = None) -
     return w, e, s, n, b, t
 
 
-def _largest_rectangle(lattices: Sequence[Lattice], low: np.ndarray, high: np.ndarray):
+def _largest_rectangle(
+    lattices: Sequence[Lattice], low: np.ndarray, high: np.ndarray
+) -> tuple[float, float, float, float]:
     """Largest rectangle of sampled places that all lattices cover, one sample inside."""
     step = float((high[:2] - low[:2]).max()) / SAMPLES
     x = np.arange(low[0] + 0.5 * step, high[0], step)

@@ -107,7 +107,7 @@ def _check_even(name: str, lattice: Lattice) -> None:
                 )
 
 
-def _from_anchor(lattice: Lattice):
+def _from_anchor(lattice: Lattice) -> tuple[tuple[bool, bool], np.ndarray, np.ndarray, bool]:
     """Elevation from the westernmost (then southernmost) corner on, kinds of cells, diagonal.
 
     So the triangles do not depend on the direction in which rows and columns run.
@@ -141,7 +141,9 @@ def _plain_of(cells: np.ndarray, z: np.ndarray, rising: bool) -> np.ndarray:
     return faces[np.isfinite(z.ravel()[faces]).all(axis=1)]
 
 
-def _surface(name: str, lattice: Lattice, i: np.ndarray, j: np.ndarray, errors) -> TriSurface:
+def _surface(
+    name: str, lattice: Lattice, i: np.ndarray, j: np.ndarray, errors: np.ndarray
+) -> TriSurface:
     """A surface from nodes (n, 3) of triangles, turned as the lattice turns, in order of nodes."""
     turn = (j[:, 1] - j[:, 0]) * (i[:, 2] - i[:, 0]) - (i[:, 1] - i[:, 0]) * (j[:, 2] - j[:, 0])
     nodes = i * lattice.shape[1] + j

@@ -65,7 +65,8 @@ def build_contacts(
             f"contacts is a {type(contacts).__name__}; give a mapping {{name: contact}}, as in "
             '{"OWC": -1705.0}.'
         )
-    surfaces, found = [], []
+    surfaces: list[TriSurface] = []
+    found: list[FluidContact] = []
     box = box_of_sides(box).tolist()
     for name, value in contacts.items():
         entries = _entries(str(name), value)

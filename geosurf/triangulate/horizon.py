@@ -22,7 +22,7 @@ from geosurf.model import Lattice, TriSurface
 from geosurf.model.expected import name_of
 from geosurf.triangulate.coarsen import coarsen_lattice
 from geosurf.triangulate.degenerate import map_turns
-from geosurf.triangulate.mesh import is_mesh, refuse_flat_triangles, triangulate_mesh
+from geosurf.triangulate.mesh import refuse_flat_triangles, triangulate_mesh
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -117,7 +117,7 @@ def triangulate_horizon(
         raise HorizonError(
             f"{what}: tolerance is {tolerance!r}; give a length in metres, or 0 for all nodes."
         )
-    if is_mesh(da):
+    if isinstance(da, TriSurface | tuple | list):
         return _from_mesh(da, title, positive, length_unit, tolerance)
     values = _checked_values(da, what)
     try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -99,14 +99,18 @@ def _refuse_self_contact(ring: np.ndarray) -> None:
                 )
 
 
-def _meet(p, q, r, s, neighbours: bool) -> tuple[float, float] | None:
+def _meet(
+    p: Sequence[float], q: Sequence[float], r: Sequence[float], s: Sequence[float], neighbours: bool
+) -> tuple[float, float] | None:
     """A common point of two segments, but for the corner that neighbours share."""
     (px, py), (qx, qy), (rx, ry), (sx, sy) = (
         (Fraction(float(x)), Fraction(float(y))) for x, y in (p, q, r, s)
     )
     ends = {(px, py), (qx, qy)} & {(rx, ry), (sx, sy)} if neighbours else set()
 
-    def turn(ax, ay, bx, by, cx, cy):
+    def turn(
+        ax: Fraction, ay: Fraction, bx: Fraction, by: Fraction, cx: Fraction, cy: Fraction
+    ) -> Fraction:
         """Twice the area of a, b, c; positive if they turn left."""
         return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 
@@ -168,11 +172,16 @@ def triangulate_ring(ring: np.ndarray) -> np.ndarray:
                 break
         else:
             raise InvariantError("a ring has no ear; please report this with the area of interest.")
-    faces.append(tuple(left))
+    faces.append((left[0], left[1], left[2]))
     return np.array(faces, dtype=np.int64)
 
 
-def _holds_any(ear: tuple[int, int, int], left: Sequence[int], ring: np.ndarray, turns) -> bool:
+def _holds_any(
+    ear: tuple[int, int, int],
+    left: Sequence[int],
+    ring: np.ndarray,
+    turns: Callable[..., np.ndarray],
+) -> bool:
     """Whether any other corner lies in the closed triangle."""
     others = np.array([i for i in left if i not in ear], dtype=np.int64)
     corners = ring[list(ear)]

@@ -67,11 +67,13 @@ def triangulate_sticks(
     >>> fault.n_vertex, fault.n_triangle
     (7, 6)
     """
-    if name is None and not isinstance(sticks, FaultSticks):
+    if name is None and isinstance(sticks, FaultSticks):
+        name = sticks.name
+    if name is None:
         raise SurfaceError(
             "the sticks of a fault have no name. Say it with triangulate_sticks(..., name='F1')."
         )
-    name = name_of(sticks.name if name is None else name, "fault")
+    name = name_of(name, "fault")
     sticks = sticks.sticks if isinstance(sticks, FaultSticks) else sticks
     sticks = listed(sticks, "triangulate_sticks takes sticks", "give arrays (n_point, 3)")
     lines = [_checked(stick, i, name) for i, stick in enumerate(sticks)]

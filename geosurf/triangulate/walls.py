@@ -83,10 +83,10 @@ def _fence(ring: np.ndarray, limits: np.ndarray) -> list[TriSurface]:
     n = len(ring)
     low, high = (np.column_stack([ring, np.full(n, z)]) for z in limits[2])
     here, there = np.arange(n), (np.arange(n) + 1) % n
-    sides = [np.stack([here, there, there + n], 1), np.stack([here, there + n, here + n], 1)]
+    strips = [np.stack([here, there, there + n], 1), np.stack([here, there + n, here + n], 1)]
     faces = triangulate_ring(ring)
     return [
-        TriSurface("aoi", "wall", np.concatenate([low, high]), np.concatenate(sides)),
+        TriSurface("aoi", "wall", np.concatenate([low, high]), np.concatenate(strips)),
         TriSurface("bottom", "wall", low, faces[:, ::-1]),
         TriSurface("top", "wall", high, faces),
     ]
