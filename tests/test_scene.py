@@ -250,7 +250,7 @@ def test_replace_adds_and_removes(scene):
     smaller = scene.replace(box=(0, 2, 0, 4, -4, 8))
     assert smaller.units.box_volume == 96.0
     assert scene.units.box_volume == 192.0
-    with pytest.raises(InputError, match=r"a scene has no 'fault'.*Did you mean 'faults'\?"):
+    with pytest.raises(InputError, match=r"a scene has no input 'fault'.*Did you mean 'faults'\?"):
         scene.replace(fault={})
 
 

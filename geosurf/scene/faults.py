@@ -16,7 +16,7 @@ from geosurf.arrangement import find_contacts
 from geosurf.faults import extend_fault, truncate_faults
 from geosurf.faults.bridge import bridge_to
 from geosurf.faults.propose import check_reach, propose_network
-from geosurf.faults.rules import Rule, read_extend, read_truncations
+from geosurf.faults.rules import Rule
 from geosurf.model import Patches, TriSurface
 from geosurf.model.faults import (
     ExtendedFault,
@@ -26,6 +26,7 @@ from geosurf.model.faults import (
     Truncation,
 )
 from geosurf.rebuild import patches_from
+from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_walls, orient_fault
 
@@ -35,10 +36,10 @@ class FaultStage:
 
     Parameters
     ----------
-    names : sequence of str
-        All faults.
-    truncations, extend
-        As for `Scene`.
+    inputs : SceneInputs
+        Names of the faults, how they end at each other, and which sides are continued.
+    memory : Memory
+        Of the scene.
     given : callable
         Name of a fault -> its surface as given.
     limits : callable
@@ -46,29 +47,18 @@ class FaultStage:
         truncated.
     extent : callable
         () -> the box that extended faults leave.
-    memory : Memory
-        Of the scene.
-
-    Raises
-    ------
-    InputError
-        For rules that name no fault, or go round in a circle.
     """
 
     def __init__(
         self,
-        names: Sequence[str],
-        truncations: Any,
-        extend: Any,
+        inputs: SceneInputs,
+        memory: Memory,
         *,
         given: Callable[[str], TriSurface],
         limits: Callable[[], tuple[Any, Any]],
         extent: Callable[[], Any],
-        memory: Memory,
     ) -> None:
-        self.names = tuple(names)
-        self.rules = read_truncations(truncations, self.names)
-        self.sides = read_extend(extend, self.names)
+        self.names, self.rules, self.sides = tuple(inputs.faults), inputs.rules, inputs.extend
         self._given, self._limits, self._extent = given, limits, extent
         self._remember, self._key = memory.get_or_compute, memory.key_of
 

@@ -16,6 +16,7 @@ from geosurf.conventions import counted
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import GeosurfWarning
 from geosurf.model import FaultSticks, Sheet, TriSurface
+from geosurf.model.expected import flag_of
 from geosurf.scene.store import Store
 from geosurf.warning import collected, issue, pass_on
 
@@ -52,15 +53,13 @@ class Memory:
     ['ran', 'from memory']
     """
 
-    def __init__(self, warnings: Iterable[GeosurfWarning] = ()) -> None:
+    def __init__(self, warnings: Iterable[GeosurfWarning] = (), store: Store | None = None) -> None:
         self.steps: list[Step] = []
         self.warnings: list[GeosurfWarning] = list(warnings)
-        self._own: dict[Hashable, tuple[Any, tuple[GeosurfWarning, ...]]] = {}
-        self._move_to(Store())
+        self.store = Store() if store is None else store
         self.store.issued.update(self.warnings)
-
-    def _move_to(self, store: Store) -> None:
-        self.store, self._used = store, store.enter(self)
+        self._own: dict[Hashable, tuple[Any, tuple[GeosurfWarning, ...]]] = {}
+        self._used = self.store.enter(self)
 
     def __reduce__(self) -> tuple[type[Memory], tuple[tuple[GeosurfWarning, ...]]]:
         """Copies and other processes begin with an empty memory: results are made anew there.
@@ -69,9 +68,9 @@ class Memory:
         """
         return Memory, (tuple(self.warnings),)
 
-    def share(self, other: Memory) -> None:
-        """Take the results of another memory as one's own, from now on for both."""
-        self._move_to(other.store)
+    def twin(self) -> Memory:
+        """Return a memory for another scene of the family, with the same results."""
+        return Memory(store=self.store)
 
     def warn(self, *warnings: GeosurfWarning, issued: bool = False) -> None:
         """Keep warnings of this scene, and issue those that no scene of the family has issued.
@@ -179,6 +178,14 @@ class Memory:
         dropped = f"{counted(store.n_dropped, 'result')}, {in_bytes(store.bytes_dropped)}"
         detail = f"{kept} of at most {in_bytes(store.budget)}; dropped: {dropped}"
         return Step("memory", "of the family", "kept", detail)
+
+    def explain(self, seconds: bool) -> str:
+        """Return all steps, one a line; see `Scene.explain`."""
+        steps = list(self.steps)
+        if flag_of(seconds, "seconds") and steps:
+            steps.append(self.summary())
+        width = max((len(step.subject) for step in steps), default=0)
+        return "\n".join(step.words(width, seconds) for step in steps)
 
     def note(
         self, stage: str, subject: str, outcome: str, detail: str, seconds: float = 0.0

@@ -7,9 +7,10 @@ and the reason.
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -17,7 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, OutputError
+from geosurf.conventions import did_you_mean
+from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError, OutputError
 from geosurf.measure.section import check_line
 from geosurf.model.expected import listed, path_of
 from geosurf.render import (
@@ -281,6 +283,25 @@ def _search(scene: Any, first: str, second: str, style: dict[str, Any]) -> Pictu
         draw,
         "search",
     )
+
+
+def render_pictures(
+    scene: Any,
+    folder: str | os.PathLike[str],
+    on_file: Callable[[str], object] | None,
+    choice: Mapping[str, Any],
+) -> dict[str, Path]:
+    """Choose and draw pictures; see `Scene.render_pictures`."""
+    known = [word for word in inspect.signature(pictures_of).parameters if word != "scene"]
+    for key in choice:
+        if key not in known:
+            raise InputError(
+                f"pictures have no option {key!r}; the options are {', '.join(known)}."
+                f"{did_you_mean(key, known)}"
+            )
+    if on_file is not None and not callable(on_file):
+        raise InputError(f"on_file is {on_file!r}; give a function of one text, such as print.")
+    return draw_pictures(pictures_of(scene, **choice), folder, on_file)
 
 
 def cannot_draw() -> str:

@@ -143,7 +143,7 @@ def test_contact_intervals_add_up():
 
 def test_all_zones_and_blocks_fill_the_box_at_every_node(graben):
     """On edges, corners and the rim of the model as well: each node counts once."""
-    top = graben._horizons["Top"]
+    top = graben._inputs.horizons["Top"]
     zones = list(dict.fromkeys(unit.zone for unit in graben.units.values()))
     total = sum(graben.thickness(zone, top).sum("block") for zone in zones)
     assert total.shape == (9, 9)

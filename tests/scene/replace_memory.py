@@ -40,7 +40,7 @@ def main(n: int = 1000, seed: int = 0) -> int:
         _ = scene.units, scene.curves, scene.thickness("Top/Middle", 250.0)
         if (step + 1) % max(n // 10, 1) == 0:
             seen.append(resident())
-            store = scene._memory.store
+            store = scene._graph.memory.store
             print(  # noqa: T201
                 f"{step + 1:6d} steps: {seen[-1]:7.1f} MB resident; shared results "
                 f"{store.bytes_kept() / 1e6:6.1f} MB, dropped {store.bytes_dropped / 1e6:8.1f} MB",

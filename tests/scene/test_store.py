@@ -150,7 +150,7 @@ def test_no_result_depends_on_the_budget(budget, monkeypatch):
     assert [seen(first), seen(second)] == fresh
     assert seen(second.replace(horizons={"Top": world.horizons["Top"]})) == fresh[0]
     assert seen(first) == fresh[0]
-    store = first._memory.store
+    store = first._graph.memory.store
     assert store.bytes_kept() <= store.budget
 
 
@@ -161,7 +161,7 @@ def test_a_living_scene_reads_its_inputs_once_whatever_is_dropped(monkeypatch):
     _ = scene.units, scene.curves, scene.check(), scene.throw("Top", "F1")
     ran = [(step.stage, step.subject) for step in scene.steps if step.outcome == "ran"]
     assert len([one for one in ran if one[0] in ("triangulate", "rebuild", "carve")]) == 5 + 1 + 1
-    assert scene._memory.store.n_kept == 0
+    assert scene._graph.memory.store.n_kept == 0
     assert "dropped: " in scene.explain()
 
 
@@ -195,7 +195,7 @@ def test_a_chain_keeps_the_last_few():
         top = (world.horizons["Top"] + 0.5 * step).assign_attrs(world.horizons["Top"].attrs)
         scene = scene.replace(horizons={"Top": top})
         _ = scene.units
-        kept.append(scene._memory.store.bytes_kept())
+        kept.append(scene._graph.memory.store.bytes_kept())
     gc.collect()
     assert max(kept[15:]) <= 1.05 * max(kept[:15])
     (line,) = [line for line in scene.explain().splitlines() if line.startswith("memory")]

@@ -35,7 +35,7 @@ def test_other_names_cannot_be_set(scene, name, guess):
     assert not hasattr(scene, name)
 
 
-@pytest.mark.parametrize("name", ["units", "patches", "_memory", "warnings"])
+@pytest.mark.parametrize("name", ["units", "patches", "_graph", "warnings"])
 def test_results_cannot_be_set(scene, name):
     with pytest.raises(InputError):
         setattr(scene, name, None)

@@ -37,8 +37,8 @@ def test_a_step_keeps_its_warnings_and_issues_each_once():
 
 
 def test_results_that_are_shared_carry_their_warnings():
-    first, twin, stranger = Memory(), Memory(), Memory()
-    twin.share(first)
+    first, stranger = Memory(), Memory()
+    twin = first.twin()
     with pytest.warns(gs.GeosurfWarning):
         told(first, NOTE)
     told(twin, NOTE)  # from memory, and not issued again
@@ -47,8 +47,8 @@ def test_results_that_are_shared_carry_their_warnings():
 
 
 def test_a_step_within_a_step_warns_for_both():
-    memory, twin = Memory(), Memory()
-    twin.share(memory)
+    memory = Memory()
+    twin = memory.twin()
     with pytest.warns(gs.GeosurfWarning) as issued:
         memory.get_or_compute("outer", "", "outer", lambda: told(memory, NOTE), str)
     assert len(issued) == 1

@@ -1,0 +1,340 @@
+"""What depends on what in a scene, on one page.
+
+::
+
+    inputs
+      │ read, triangulate              surfaces.py
+      ├── horizons ──┐
+      └── faults     ├─> box, area     area.py       where all horizons are, if it is not given
+            │        │       │
+            └────────┼───────┴─> faults, extended and truncated            faults.py
+                     v                │
+              horizon, simplified <── ┼ ── tolerance
+                     │                │
+                     └─> surfaces <───┘
+                           │    │
+             curves  <─────┘    └─────> enclosed <── fluid contacts, walls of the box
+        pair by pair                       │
+                                        patches
+                                           │
+                                         units ──> measures                measures.py
+
+A torn horizon needs the faults that tear it, and a pair with a torn horizon takes its curves from
+the patches. Every result is computed when it is first asked for. `Memory` finds it again by what
+went into it, also for other scenes that were made by `Scene.replace`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from geosurf.arrangement import find_contacts
+from geosurf.carve import carve_units
+from geosurf.carve.column import names_of_zones
+from geosurf.carve.fluids import check_zones
+from geosurf.carve.order import warnings_of_order
+from geosurf.carve.thin import warnings_of_thin_units
+from geosurf.conventions import counted, did_you_mean
+from geosurf.conventions.crs import warn_of_unclear_crs
+from geosurf.errors import GeosurfWarning, InputError
+from geosurf.faults.outside import lies_beside, warning_of_fault
+from geosurf.intersect.shared import is_torn, shared_curves
+from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
+from geosurf.model.base import in_crs_of
+from geosurf.model.expected import name_of
+from geosurf.rebuild import patches_from, trim_sheets
+from geosurf.rebuild.moves import warnings_of_moves
+from geosurf.scene import area
+from geosurf.scene.curves import curves_of_pair, merge_pairs
+from geosurf.scene.faults import FaultStage
+from geosurf.scene.inputs import Box, SceneInputs
+from geosurf.scene.memory import Memory
+from geosurf.scene.surfaces import InputSurfaces, opened_contacts, opened_outline
+from geosurf.triangulate import build_contacts, build_walls
+from geosurf.triangulate.coarsen import coarsen_lattice
+
+
+class Graph:
+    """
+    The results of one scene, each computed when it is first asked for.
+
+    Parameters
+    ----------
+    inputs : SceneInputs
+    memory : Memory
+        Of this scene; its results may be shared with other scenes.
+
+    Examples
+    --------
+    >>> from geosurf.synthetic import tilted_planes
+    >>> world = tilted_planes()
+    >>> graph = Graph(SceneInputs(world.horizons, world.faults, world.box), Memory())
+    >>> graph.curves.n_curve, len(graph.units)
+    (2, 6)
+    """
+
+    def __init__(self, inputs: SceneInputs, memory: Memory) -> None:
+        self.inputs, self.memory = inputs, memory
+        self.read = InputSurfaces(inputs, memory)
+
+    # ---- inputs -> surfaces --------------------------------------------------------------
+
+    def surface(self, name: str) -> TriSurface:
+        """Return a horizon or fault as the model has it."""
+        surface = self.unsimplified(name)
+        return self._simplified(surface) if name in self.inputs.horizons else surface
+
+    def unsimplified(self, name: str) -> TriSurface:
+        """Return a horizon or fault with all its nodes."""
+        name = name_of(name, "surface")
+        if name in self.inputs.horizons:
+            return self.read.horizon(name, self.surface)
+        if name in self.inputs.faults:
+            return self.faults.surface(name)
+        known = self.inputs.names
+        raise InputError(
+            f"no surface is called {name!r}; there are {', '.join(known)}."
+            f"{did_you_mean(name, known)}"
+        )
+
+    @property
+    def faults(self) -> FaultStage:
+        """The faults, extended and truncated. Not stored: it refers back to this graph."""
+        return FaultStage(
+            self.inputs, self.memory, given=self.read.fault,
+            limits=lambda: (self.given_box, self.given_area), extent=lambda: self.extent,
+        )  # fmt: skip
+
+    @property
+    def surfaces(self) -> tuple[TriSurface, ...]:
+        """All horizons, then all faults."""
+        return tuple(self.surface(name) for name in self.inputs.names)
+
+    def _simplified(self, plain: TriSurface) -> TriSurface:
+        """A horizon with as few triangles as the tolerance allows; one without a grid as it is."""
+        name, tolerance, lattice = plain.name, self.inputs.tolerance, plain.lattice
+        if tolerance is None or lattice is None:
+            return plain
+        key = ("simplified", self.memory.key_of(plain), name, tolerance)
+        found: TriSurface = self.memory.get_or_compute(
+            "simplify", name, key, lambda: coarsen_lattice(name, lattice, tolerance),
+            lambda s: f"{s.n_triangle} of {plain.n_triangle} triangles, within {tolerance:g} m",
+            again=False,
+        )  # fmt: skip
+        return found
+
+    # ---- box and area --------------------------------------------------------------------
+
+    @cached_property
+    def box(self) -> Box:
+        """West, east, south, north, bottom, top of the model [m]."""
+        if self.inputs.box is None or self.aoi is not None:
+            return self._box_around(self.aoi)
+        return area.box_off_rims(self.given_box, self._untorn_horizons(), self.memory)
+
+    @cached_property
+    def given_box(self) -> Box:
+        """The box before its sides are moved off rims: a given box needs no horizon."""
+        return self.box if self.inputs.box is None else self._box_around(self.given_area)
+
+    @property
+    def extent(self) -> Box:
+        """The box that extended faults leave: a given box holds the horizons around the area."""
+        return self.box if self.inputs.box is None else self.inputs.box
+
+    @cached_property
+    def aoi(self) -> np.ndarray | None:
+        """Corners of the area of interest (n, 2), counter-clockwise [m]; None if it is the box."""
+        if self.given_area is None:
+            return None
+        horizons = self._untorn_horizons()
+        return area.outline_off_rims(self.given_area, horizons, "area of interest", self.memory)
+
+    @cached_property
+    def given_area(self) -> np.ndarray | None:
+        """The area of interest before its sides are moved off rims."""
+        if self.inputs.aoi is None:
+            return None
+        with self.memory.collecting():
+            return opened_outline(self.inputs.aoi)
+
+    def _box_around(self, outline: np.ndarray | None) -> Box:
+        """The given box, or the default one, as wide as an area in it."""
+        given = self.inputs.horizons
+        horizons = lambda: [self.unsimplified(name) for name in given]  # noqa: E731
+        return area.box_around(self.inputs.box, outline, horizons, self.memory)
+
+    def _untorn_horizons(self) -> list[TriSurface]:
+        """All horizons; torn ones as they were given, which needs no fault that leaves the box."""
+        return [
+            value.surface if isinstance(value, Sheet) else self.unsimplified(name)
+            for name, value in self.inputs.horizons.items()
+        ]
+
+    def origin_for(self, surfaces: Sequence[TriSurface]) -> np.ndarray:
+        """Return the origin of the local frame: the box's where exact, so that results share it."""
+        box = None if self.inputs.box is None else self.given_box
+        return area.shared_origin(box, surfaces)
+
+    # ---- column and fluid contacts -------------------------------------------------------
+
+    @property
+    def column(self) -> dict[str, str]:
+        """The rule of each horizon, youngest first."""
+        rules = check_column(tuple(self.inputs.horizons), self.inputs.column)
+        return dict(zip(self.inputs.horizons, rules, strict=True))
+
+    @cached_property
+    def fluids(self) -> tuple[list[TriSurface], list[FluidContact]]:
+        """Surfaces of fluid contacts, and the zones and blocks in which they count."""
+        box = self.box
+        with self.memory.collecting():
+            opened = opened_contacts(self.inputs.contacts, self.inputs.options)
+            surfaces, contacts = build_contacts(opened, box)
+        zones = names_of_zones(tuple(self.inputs.horizons))
+        check_zones(contacts, zones)  # before anything is cut
+        return surfaces, contacts
+
+    # ---- surfaces -> curves --------------------------------------------------------------
+
+    @cached_property
+    def curves(self) -> Curves:
+        """Curves of all pairs of surfaces, and of each with itself if that was asked for."""
+        names, smooth = self.inputs.names, self.inputs.tolerance is not None
+        parts = []
+        for i, first in enumerate(names):
+            alone = self.inputs.self_intersections and not smooth
+            itself = alone and not is_torn(self.unsimplified(first))
+            for j in range(i if itself else i + 1, len(names)):
+                part = self.curves_between(first, names[j])
+                if part is not None:
+                    parts.append(((i, j), part))
+        merged = merge_pairs(names, self.origin_for(self.surfaces), parts, smooth=smooth)
+        return in_crs_of(merged, self.surfaces)
+
+    def curves_between(self, first: str, second: str) -> Curves | None:
+        """Return the curves of two surfaces; None where their boxes do not meet."""
+        first, second = name_of(first, "surface"), name_of(second, "surface")
+        pair = tuple(self.unsimplified(name) for name in dict.fromkeys((first, second)))
+        if any(map(is_torn, pair)):  # it ends on its faults
+            return shared_curves(self.patches, first, second)
+        subject = f"{first} x {second}"
+        if not area.boxes_meet(pair[0].bounds, pair[-1].bounds):
+            self.memory.note("curves", subject, "skipped", "boxes do not meet")
+            return None
+
+        origin, keys = self.origin_for(pair), map(self.memory.key_of, pair)
+        options = {"voxel_size": self.inputs.voxel_size, "tolerance": self.inputs.tolerance}
+        found: Curves = self.memory.get_or_compute(
+            "curves", subject, ("curves", *keys, origin.tobytes(), *options.values()),
+            lambda: curves_of_pair(pair, origin, **options),
+            lambda curves: counted(curves.n_curve, "curve"),
+        )  # fmt: skip
+        return found
+
+    # ---- surfaces -> patches -------------------------------------------------------------
+
+    @cached_property
+    def patches(self) -> Patches:
+        """All surfaces and the walls of the box, split along their curves."""
+        self.prepare()
+        n_surface = len(self._enclosed) - len(self._walls)
+        place = "box" if self.inputs.aoi is None else "area"
+        patches: Patches = self.memory.get_or_compute(
+            "rebuild", f"{counted(n_surface, 'surface')} and the {place}",
+            self._patches_key, self.rebuild, lambda p: counted(p.n_patch, "patch"),
+        )  # fmt: skip
+        self.memory.warn(*warnings_of_moves(self._enclosed, patches))
+        return patches
+
+    def rebuild(self) -> Patches:
+        """Split all that is enclosed, without memory; a certificate compares it with `patches`."""
+        contacts = find_contacts(
+            self._enclosed, origin=self._origin, voxel_size=self.inputs.voxel_size,
+            self_intersections=self.inputs.self_intersections,
+        )  # fmt: skip
+        return trim_sheets(patches_from(contacts))
+
+    @cached_property
+    def _walls(self) -> list[TriSurface]:
+        return build_walls(self.box, self.aoi)
+
+    @cached_property
+    def _enclosed(self) -> tuple[TriSurface, ...]:
+        """All that is split: surfaces, fluid contacts and walls."""
+        return (*self.surfaces, *self.fluids[0], *self._walls)
+
+    @cached_property
+    def _origin(self) -> np.ndarray:
+        return self.origin_for(self._enclosed)
+
+    @cached_property
+    def _patches_key(self) -> Hashable:
+        """What patches depend on."""
+        surfaces = self._enclosed[: len(self._enclosed) - len(self._walls)]
+        ring = None if self.aoi is None else self.aoi.tobytes()
+        options = self.inputs.voxel_size, self.inputs.self_intersections
+        shape = (self.box, ring, self._origin.tobytes(), *options)
+        return ("patches", *(self.memory.key_of(s) for s in surfaces), shape)
+
+    # ---- patches -> units ----------------------------------------------------------------
+
+    @cached_property
+    def units(self) -> Units:
+        """Closed units: zone x fault block (x fluid contact)."""
+        patches, contacts = self.patches, self.fluids[1]
+        units: Units = self.memory.get_or_compute(
+            "carve", "the box" if self.aoi is None else "the area", self.units_key,
+            lambda: carve_units(patches, self.column, contacts), lambda u: counted(len(u), "unit"),
+        )  # fmt: skip
+        where = "model box" if self.aoi is None else "area of interest"
+        for fault in units.report["outside"]:
+            words = f"does not reach the {where}, and parts nothing"
+            self.memory.note("carve", fault, "skipped", words)
+            self._warn_of_outside(fault)
+        self.memory.warn(*warnings_of_order(units), *warnings_of_thin_units(units))
+        return units
+
+    @cached_property
+    def units_key(self) -> Hashable:
+        """What units, and all that is measured of them, depend on."""
+        fluids = tuple((one.name, one.block, one.zones) for one in self.fluids[1])
+        return ("units", self._patches_key, tuple(self.column.values()), fluids)
+
+    # ---- checks and warnings -------------------------------------------------------------
+
+    def prepare(self) -> None:
+        """Read all inputs, check them against each other, and warn of what looks wrong."""
+        _ = self.surfaces, self.fluids
+        for name in self.inputs.faults:
+            if lies_beside(self.surface(name), self.box):
+                self._warn_of_outside(name)
+        with self.memory.collecting():
+            systems = self.read.crs
+            names = [name for name in self.inputs.names if name in systems]
+            warn_of_unclear_crs({name: systems[name] for name in names})
+        for sheet in self.sheets.values():
+            self.memory.warn(*sheet.warnings, issued=True)
+
+    @property
+    def sheets(self) -> dict[str, Sheet]:
+        """Horizons that are torn at their faults, by name."""
+        horizons = self.inputs.horizons.items()
+        return {name: one for name, one in horizons if isinstance(one, Sheet)}
+
+    def _warn_of_outside(self, name: str) -> None:
+        """Warn of a fault that does not reach the model."""
+        self.memory.warn(warning_of_fault(self.surface(name), self.box, self.aoi))
+
+    def warnings(self) -> tuple[GeosurfWarning, ...]:
+        """Return all warnings so far: first of the whole model, then by surface."""
+        rank = {name: i for i, name in enumerate(self.inputs.names)}
+        found: list[Any] = self.memory.warnings
+        return tuple(sorted(found, key=lambda one: (rank.get(one.subject, -1), str(one))))
+
+
+__all__ = ["Graph"]

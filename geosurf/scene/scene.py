@@ -1,0 +1,448 @@
+"""`Scene`: what users build and ask. All work is done in `Graph` and in functions of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.arrangement import search_voxels
+from geosurf.carve.certificate import certify, same_bytes
+from geosurf.errors import GeosurfWarning
+from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
+from geosurf.model.curves import Curves, VoxelSearch
+from geosurf.model.faults import Extension, FaultNetwork, Truncation
+from geosurf.scene import measures
+from geosurf.scene.graph import Graph
+from geosurf.scene.inputs import Box, SceneInputs, refuse_assignment
+from geosurf.scene.memory import Memory, Step
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+
+class Scene:
+    """
+    Horizons and faults in a model box: a small graph of stages with memory.
+
+    Nothing is computed until it is asked for, and nothing twice: results are found
+    by what went into them. Asking for the curves of one pair reads and intersects that pair only.
+    A scene never changes: `replace` gives another one, with some inputs changed.
+
+    Parameters
+    ----------
+    horizons : mapping of str to horizon
+        Youngest first. A horizon is an `xarray.DataArray`, a `TriSurface`, (vertices, triangles),
+        a `Sheet`, or a path.
+    faults : mapping of str to fault, optional
+        A fault is an `xarray.Dataset`, `FaultSticks`, a `TriSurface`, (vertices, triangles), or a
+        path.
+    box : (west, east, south, north, bottom, top), optional
+        The model box [m]. Default: the largest upright rectangle that all horizons cover, with a
+        margin above and below; it moves with them, so give a box to compare scenes.
+    column : mapping of str to str, optional
+        Which of two crossing horizons ends at the other: ``"erosional"`` removes what lies below,
+        ``"base"`` what lies above, ``"discontinuous"`` both. The others are ``"conformable"``: of
+        two that cross, the older one ends on the younger. ``units.report["clipped"]`` lists all.
+    contacts : mapping of str to contact, optional
+        Fluid contacts from the top down, which split units: ``{"OWC": -1705.0}``, also by
+        block and zone; see `build_contacts` and `FluidContact`. A path is a gridded horizon.
+    aoi : array_like of float, shape (n, 2), or path, optional
+        Area of interest: easting and northing around a polygon, which the model then fills.
+    positive : {"up", "down"}, optional
+        Whether inputs hold elevations or depths, for those that do not declare it.
+    length_unit : str, optional
+        Length unit of elevations (or depths), for inputs that do not declare theirs. Easting and
+        northing are metres, unless an input declares another unit for them.
+    voxel_size : float, optional
+        Edge of the search voxels [m]. Changes the cost, never the result.
+    self_intersections : bool
+        Whether surfaces are also split where they cross themselves.
+    extend : bool, sequence of str, or mapping of str to sides, optional
+        Faults that are continued until they leave the model box (the given box, where `aoi` is
+        smaller): all, some, or some of their sides (``"strike"``, ``"start"``, ``"end"``,
+        ``"up"``, ``"down"``).
+    truncations : mapping of str to (main, keep[, extend]), optional
+        Faults that end at others: ``{"F2": ("F1", "hanging wall")}``. A third word True
+        first continues F2 to F1. See docs/faults.md.
+    tolerance : float, optional
+        [m], for pictures and quick volumes: gridded horizons get as few triangles as stay this
+        near, above and below, and `volume_error_bound` bounds the effect on volumes. `curves` are
+        those of smooth surfaces through all nodes, to this error: docs/accuracy.md.
+
+    Raises
+    ------
+    InputError
+        If an input is missing, has an unknown type, or its name is used twice; if the box or the
+        tolerance cannot be used. Later, when results are asked for: inputs that cannot be read, or
+        are in different coordinate reference systems.
+
+    Examples
+    --------
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes()
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+    >>> scene.curves.n_curve, len(scene.units)
+    (2, 6)
+    >>> round(scene.units["Top/Base F1+"].volume / world.truth["volumes"]["Top/Base", ("F1+",)], 12)
+    1.0
+    """
+
+    _inputs: SceneInputs
+    _graph: Graph
+
+    def __init__(
+        self,
+        horizons: Mapping[str, Any],
+        faults: Mapping[str, Any] | None = None,
+        box: Box | None = None,
+        *,
+        column: Mapping[str, str] | None = None,
+        contacts: Mapping[str, Any] | None = None,
+        aoi: Any = None,
+        positive: str | None = None,
+        length_unit: str | None = None,
+        voxel_size: float | None = None,
+        self_intersections: bool = False,
+        extend: Any = (),
+        truncations: Mapping[str, Any] | None = None,
+        tolerance: float | None = None,
+    ) -> None:
+        inputs = SceneInputs(
+            horizons, faults, box, column, contacts, aoi, positive, length_unit,
+            voxel_size, self_intersections, extend, truncations, tolerance,
+        )  # fmt: skip
+        self.__dict__.update(_inputs=inputs, _graph=Graph(inputs, Memory()))
+
+    def replace(self, **changes: Any) -> Scene:
+        """Return a new scene with some inputs changed, which shares all results still valid.
+
+        Parameters
+        ----------
+        horizons, faults : mapping, optional
+            Named inputs to exchange or add; None as a value removes one, and with a fault its
+            own extension and truncations. New horizons come last, as the oldest.
+        box, column, contacts, aoi, extend, truncations : optional
+            As for `Scene`; they replace the previous ones.
+        positive, length_unit, voxel_size, self_intersections, tolerance : optional
+            As for `Scene`.
+
+        Returns
+        -------
+        Scene
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> scene.replace(faults={"F1": None}).fault_names
+        ()
+        """
+        inputs, twin = self._inputs.replaced(**changes), object.__new__(Scene)
+        twin.__dict__.update(_inputs=inputs, _graph=Graph(inputs, self._graph.memory.twin()))
+        return twin
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refuse: results would stay those of the previous inputs."""
+        refuse_assignment(name)
+
+    def __delattr__(self, name: str) -> None:
+        """Refuse: results would stay those of the previous inputs."""
+        refuse_assignment(name)
+
+    def __repr__(self) -> str:
+        return f"<Scene: horizons {list(self.horizon_names)}, faults {list(self.fault_names)}>"
+
+    # ---- inputs --------------------------------------------------------------------------
+
+    @property
+    def horizon_names(self) -> tuple[str, ...]:
+        """Names of the horizons, youngest first."""
+        return tuple(self._inputs.horizons)
+
+    @property
+    def fault_names(self) -> tuple[str, ...]:
+        """Names of the faults."""
+        return tuple(self._inputs.faults)
+
+    @property
+    def truncations(self) -> Mapping[str, Any]:
+        """Faults that end at others, as they were given; read-only."""
+        return MappingProxyType(self._inputs.truncations)
+
+    @property
+    def extend(self) -> Mapping[str, tuple[str, ...]]:
+        """Faults that are continued, and on which sides; read-only."""
+        return MappingProxyType(self._inputs.extend)
+
+    @property
+    def tolerance(self) -> float | None:
+        """How far grids may be simplified, and the error of curves [m]; None: all nodes."""
+        return self._inputs.tolerance
+
+    @property
+    def sheets(self) -> dict[str, Sheet]:
+        """Horizons that are torn at their faults, by name, each with its cut-offs and report."""
+        return self._graph.sheets
+
+    @property
+    def column(self) -> dict[str, str]:
+        """The rule of each horizon, youngest first."""
+        return self._graph.column
+
+    @property
+    def box(self) -> Box:
+        """West, east, south, north, bottom, top of the model [m]."""
+        return self._graph.box
+
+    @property
+    def aoi(self) -> np.ndarray | None:
+        """Corners of the area of interest (n, 2), counter-clockwise [m]; None if it is the box."""
+        return self._graph.aoi
+
+    # ---- surfaces ------------------------------------------------------------------------
+
+    def surface(self, name: str) -> TriSurface:
+        """Return one horizon or fault by name, as the model has it; reads only what it needs."""
+        return self._graph.surface(name)
+
+    @property
+    def surfaces(self) -> tuple[TriSurface, ...]:
+        """All horizons, then all faults, triangulated."""
+        return self._graph.surfaces
+
+    @property
+    def contacts(self) -> tuple[FluidContact, ...]:
+        """Fluid contacts, from the top down, each with its name, zones and block."""
+        return tuple(self._graph.fluids[1])
+
+    @property
+    def fault_actions(self) -> tuple[Extension | Truncation, ...]:
+        """What was done to the faults: every extension and truncation, with its size."""
+        return self._graph.faults.actions()
+
+    def propose_fault_network(self, *, reach: float | None = None) -> FaultNetwork:
+        """Return every contact, near miss (within `reach` [m]) and dangling end of the faults.
+
+        It prints as a table, and its method `apply` gives the scene with the proposals; see
+        `propose_network`.
+        """
+        return self._graph.faults.propose(reach)
+
+    # ---- curves, patches, units ----------------------------------------------------------
+
+    @property
+    def curves(self) -> Curves:
+        """Curves of all pairs of surfaces; with a tolerance, see `curves_between`.
+
+        With `self_intersections` also of each surface with itself, except torn sheets.
+        """
+        return self._graph.curves
+
+    def curves_between(self, first: str, second: str) -> Curves | None:
+        """Return the curves of two surfaces; None where their boxes do not meet.
+
+        One name twice gives the curves along which that surface crosses itself. With a tolerance
+        they are those of the smooth surfaces through all nodes (`intersect_surfaces`), with their
+        accuracy in `Curves.error_bound` and `Curves.places`; patches and units meet in the curves
+        of the simplified surfaces.
+        """
+        return self._graph.curves_between(first, second)
+
+    def search(self, first: str, second: str) -> VoxelSearch | None:
+        """Return what the voxel search found for two surfaces, for `render_search`."""
+        return search_voxels(self.surface(first), self.surface(second), self._inputs.voxel_size)
+
+    @property
+    def patches(self) -> Patches:
+        """All surfaces and the walls of the box, split along their curves."""
+        return self._graph.patches
+
+    @property
+    def units(self) -> Units:
+        """Closed units: zone x fault block (x fluid contact)."""
+        return self._graph.units
+
+    @property
+    def volumes(self) -> xarray.DataArray:
+        """Volume of each unit by zone and block, and contact where there are some [m3]."""
+        return self.units.table["volume"]
+
+    @property
+    def volume_error_bound(self) -> float:
+        """By how much the volume of units, one or several, may differ from that of all nodes [m3].
+
+        The volume inside the box between each horizon as it is given and as it is simplified, all
+        horizons together; 0 without a tolerance. It holds where both models have the same units.
+        """
+        return measures.volume_error_bound(self._graph)
+
+    @property
+    def faults_inside(self) -> tuple[str, ...]:
+        """Names of the faults that reach into the model."""
+        return measures.names_inside(self._graph, "fault")
+
+    @property
+    def horizons_inside(self) -> tuple[str, ...]:
+        """Names of the horizons that reach into the model, youngest first."""
+        return measures.names_inside(self._graph, "horizon")
+
+    # ---- measures ------------------------------------------------------------------------
+
+    def thickness(
+        self, zone: str, grid: Any = None, *, kind: str = "isochore", contact: str | None = None
+    ) -> xarray.DataArray:
+        """Return a thickness map of a zone, block by block [m].
+
+        Parameters
+        ----------
+        zone : str
+            ``"Top/Base"``, ``"above Top"`` ...
+        grid : None, float or xarray object
+            Where: None for the middles of 100 cells along the longer side of the box; a number for
+            cells about as wide [m]; anything with coordinates ``northing`` and ``easting``.
+        kind : {"isochore", "isopach"}
+            Vertical thickness, or that normal to bedding by the local dip.
+        contact : str, optional
+            One interval between fluid contacts, ``"above OWC"``; default: all together.
+
+        Returns
+        -------
+        xarray.DataArray
+            (block, northing, easting); NaN where a block has none of the zone.
+        """
+        return measures.thickness(self._graph, zone, grid, kind, contact)
+
+    def juxtaposition(self, fault: str) -> xarray.Dataset:
+        """Return the areas of all pairs of units that face each other across a fault [m2].
+
+        They are in ``area`` over ``pair``; see `geosurf.measure.juxtaposition_table`.
+        """
+        return measures.juxtaposition(self._graph, fault)
+
+    def allan(self, fault: str) -> xarray.Dataset:
+        """Return the Allan diagram of a fault: zones, cut-offs and contacts of both walls, on it.
+
+        Its lines have ``along_strike`` and ``elevation``; see `geosurf.measure.allan_diagram`.
+        """
+        return measures.allan(self._graph, fault)
+
+    def section(self, line: Any) -> xarray.Dataset:
+        """Return a vertical section of the model along a line in the map, points (n, 2) [m].
+
+        Rings of units and lines of surfaces have ``along_section`` and ``elevation``; see
+        `geosurf.measure.vertical_section`.
+        """
+        return measures.section(self._graph, line)
+
+    def cutoffs(self, horizon: str, fault: str, side: str | None = None) -> list[np.ndarray]:
+        """Return the lines where a horizon meets a fault, or those on one wall of it.
+
+        Parameters
+        ----------
+        side : {"+", "-", "hanging wall", "footwall"}, optional
+            One wall, as in the model: only where the zone next to the fault changes there. By
+            default the two surfaces alone are asked, and no model is built.
+
+        Returns
+        -------
+        list of ndarray, each (n, 3)
+            World coordinates [m], in order along the line.
+        """
+        return measures.cutoffs(self._graph, horizon, fault, side)
+
+    def fault_polygons(self, horizon: str) -> xarray.Dataset:
+        """Return the fault polygons of a horizon: rings of hanging-wall and footwall cut-offs.
+
+        Each ring has its fault's name; see `geosurf.measure.fault_polygons`.
+        """
+        return measures.fault_polygons(self._graph, horizon)
+
+    def throw(self, horizon: str, fault: str, *, direction: str = "local") -> xarray.Dataset:
+        """Return throw, heave and dip separation of a horizon along a fault.
+
+        Parameters
+        ----------
+        direction : {"local", "mean"}
+            Whether cut-offs are compared down the local dip of the fault, as `throw_horizon` moves
+            walls, or everywhere across its mean strike. Equal on a fault that is straight in map.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``point`` with ``along_strike``; see `geosurf.measure.separation`.
+        """
+        return measures.throw(self._graph, horizon, fault, direction)
+
+    def orientation(self, name: str) -> xarray.Dataset:
+        """Return area, dip and azimuth of a horizon or fault, as a whole and by triangle.
+
+        See `geosurf.measure.orientation`.
+        """
+        return measures.orientation(self._graph, name)
+
+    # ---- what was done -------------------------------------------------------------------
+
+    def render_pictures(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        on_file: Callable[[str], object] | None = None,
+        **choice: Any,
+    ) -> dict[str, Path]:
+        """Draw pictures of the scene into ``pictures`` in a folder; return captions and files.
+
+        `on_file` is called with the name of each file, when it is written. `choice` selects the
+        pictures and their style; see `geosurf.scene.pictures.pictures_of`. A picture that cannot be
+        drawn is missing; `warnings` names it, with the reason.
+        """
+        from geosurf.scene.pictures import render_pictures
+
+        with self._graph.memory.collecting():
+            return render_pictures(self, folder, on_file, choice)
+
+    def check(self) -> Certificate:
+        """Return the certificate of the model, see `certify`; its last line repeats the rebuild."""
+        repeat = same_bytes(self.patches, self._graph.rebuild())
+        return Certificate((*certify(self.patches, self.units).checks, repeat))
+
+    def explain(self, *, seconds: bool = True) -> str:
+        """Return what ran, what came from memory, and what was skipped and why.
+
+        Parameters
+        ----------
+        seconds : bool
+            Whether to add the run time of each step, and how much memory shared results take;
+            without, two runs explain the same.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> lines = scene.cutoffs("Top", "F1")
+        >>> [line.split()[:2] for line in scene.explain(seconds=False).splitlines()]
+        [['triangulate', 'Top'], ['triangulate', 'F1'], ['curves', 'Top']]
+        """
+        return self._graph.memory.explain(seconds)
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The lines of `explain`, as data."""
+        return tuple(self._graph.memory.steps)
+
+    @property
+    def warnings(self) -> tuple[GeosurfWarning, ...]:
+        """What geosurf assumed and you could not know, each with its effect and a remedy.
+
+        Asking prepares all inputs: they are read, faults are extended and truncated, the box is
+        chosen. What later stages (units, measures, pictures) warn of is there once they have run.
+        Each warning is also issued once by Python's `warnings`; docs/warnings.md lists the kinds.
+        """
+        self._graph.prepare()
+        return self._graph.warnings()

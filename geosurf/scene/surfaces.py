@@ -1,0 +1,174 @@
+"""What users hand to a scene -> surfaces: files are opened, grids triangulated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions.crs import refuse_other_crs
+from geosurf.model import FaultSticks, FluidContact, Sheet, TriSurface
+from geosurf.scene.inputs import SceneInputs
+from geosurf.scene.memory import Memory
+from geosurf.triangulate import orient_fault, triangulate_fault, triangulate_horizon
+from geosurf.triangulate.horizon_mesh import check_horizon_mesh
+from geosurf.triangulate.outline import check_outline
+from geosurf.triangulate.spikes import check_spikes
+
+Options = Mapping[str, Any]
+Lookup = Callable[[str], TriSurface]
+
+
+class InputSurfaces:
+    """
+    The horizons and faults of a scene as surfaces, each read when it is first asked for.
+
+    Parameters
+    ----------
+    inputs : SceneInputs
+    memory : Memory
+
+    Attributes
+    ----------
+    crs : dict of str to str
+        Coordinate reference systems that inputs declare, as far as they have been read.
+
+    Raises
+    ------
+    InputError
+        When a surface is read that is in another coordinate reference system than those before.
+    """
+
+    def __init__(self, inputs: SceneInputs, memory: Memory) -> None:
+        self.inputs, self.memory = inputs, memory
+        self.crs: dict[str, str] = {}
+        self._fingerprints: dict[str, str] = {}
+
+    def horizon(self, name: str, others: Lookup) -> TriSurface:
+        """Return a horizon with all its nodes; one that is torn looks up its faults in `others`."""
+        return self._surface(name, "horizon", self.inputs.horizons[name], others)
+
+    def fault(self, name: str) -> TriSurface:
+        """Return a fault as given: neither extended nor truncated."""
+        return self._surface(name, "fault", self.inputs.faults[name], None)
+
+    def _surface(self, name: str, role: str, value: Any, others: Lookup | None) -> TriSurface:
+        """Read and triangulate one input, or take it from memory."""
+        if name not in self._fingerprints:  # once: the scene stands for its inputs as read first
+            if isinstance(value, Sheet):
+                value.surface_among(others)  # with other faults it must not come from memory
+            self._fingerprints[name] = self.memory.hold(value)
+
+        options = self.inputs.options
+        key = ("surface", name, role, self._fingerprints[name], *options.values())
+        surface: TriSurface = self.memory.get_or_compute(
+            "triangulate", name, key,
+            lambda: as_surface(name, role, value, options, others),
+            lambda found: f"{found.n_triangle} triangles", again=False,
+        )  # fmt: skip
+
+        self.memory.made_of(surface, key)
+        refuse_other_crs(name, surface.crs, self.crs)
+        if surface.crs is not None:
+            self.crs[name] = surface.crs
+        return surface
+
+
+def as_surface(
+    name: str, role: str, value: Any, options: Options, others: Lookup | None = None
+) -> TriSurface:
+    """Return a horizon or fault as a surface, whatever it was.
+
+    Parameters
+    ----------
+    name : str
+    role : {"horizon", "fault"}
+    value : path, xarray object, FaultSticks, TriSurface, (vertices, triangles) or Sheet
+    options : mapping
+        ``positive`` and ``length_unit``, for inputs that do not declare theirs.
+    others : callable, optional
+        Surface of a name: a sheet asks for the faults that tear it.
+
+    Returns
+    -------
+    TriSurface
+        A fault has its normals in the hanging wall, however its file or mesh was wound.
+    """
+    found = _read(value, role, options) if isinstance(value, str | Path) else value
+    if role == "horizon" and isinstance(found, tuple | list):
+        found = triangulate_horizon(found, name=name, **_undeclared(found, options))
+    torn = isinstance(found, Sheet)  # one that ends on its faults has been checked
+    if torn:
+        found = found.surface_among(others)
+
+    if isinstance(found, TriSurface):
+        found = found.renamed(name, role)
+        if role == "horizon" and not torn:
+            check_horizon_mesh(found)
+            check_spikes(found)
+        return orient_fault(found) if role == "fault" else found
+
+    if found is value and hasattr(found, "coords"):
+        found = found.copy(deep=True)  # a scene outlives what is done to its inputs afterwards
+    make = triangulate_horizon if role == "horizon" else triangulate_fault
+    made = make(found, name=name, **_undeclared(found, options))
+    if role == "horizon":
+        check_spikes(made)
+    return made
+
+
+def opened_contacts(contacts: Mapping[str, Any], options: Options) -> dict[str, Any]:
+    """Return fluid contacts, paths and grids as surfaces, for `build_contacts`."""
+    return {name: _opened(name, value, options) for name, value in contacts.items()}
+
+
+def _opened(name: str, value: Any, options: Options) -> Any:
+    """A contact with its paths read; a mapping has one for each block, a list several."""
+    if isinstance(value, FluidContact):
+        return replace(value, at=_opened(name, value.at, options))
+    if isinstance(value, list | tuple):
+        return [_opened(name, one, options) for one in value]
+    if isinstance(value, str | Path) or hasattr(value, "dims"):
+        return as_surface(name, "horizon", value, options)
+    if isinstance(value, Mapping) and not hasattr(value, "data_vars"):
+        return {block: _opened(f"{name} in {block}", one, options) for block, one in value.items()}
+    return value
+
+
+def opened_outline(aoi: Any) -> np.ndarray:
+    """Return the corners of an area of interest, given as an array or a file of polygons."""
+    if isinstance(aoi, str | Path):
+        from geosurf.read import read_polygons
+
+        aoi = read_polygons(aoi, positive="up")
+    return check_outline(aoi)
+
+
+def _read(path: Any, role: str, options: Options) -> Any:
+    from geosurf.read import otherwise, read_fault, read_nodes
+
+    return (read_nodes if role == "horizon" else read_fault)(path, **otherwise(options))
+
+
+def _undeclared(value: Any, options: Options) -> dict[str, Any]:
+    """The options of a scene that an input does not declare itself."""
+    if isinstance(value, FaultSticks):
+        return {}  # metres, elevation positive up: a reader has turned what a file held
+    attrs = dict(getattr(value, "attrs", {}))
+    if hasattr(value, "data_vars"):  # a fault: its third variable says by its name which way is up
+        height = "elevation" if "elevation" in value.variables else "depth"
+        # what it says counts, as it does for triangulate_fault; attributes of the whole do not
+        attrs = {"positive": None, **(value[height].attrs if height in value.variables else {})}
+
+    attribute = {"length_unit": "units"}  # the name that CF gives it
+    return {
+        key: word
+        for key, word in options.items()
+        if word is not None and attribute.get(key, key) not in attrs
+    }
+
+
+__all__ = ["InputSurfaces", "as_surface", "opened_contacts", "opened_outline"]
