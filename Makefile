@@ -11,7 +11,7 @@ OLDEST := .venv-oldest/bin
 TESTED_OLDEST := $(wildcard $(addprefix tests/,arrangement carve faults files intersect measure model \
 	read rebuild render report scenario scene synthetic triangulate write))
 
-.PHONY: help demo test test-oldest lint wheel clean
+.PHONY: help demo test test-oldest lint docs gallery wheel clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
@@ -40,13 +40,21 @@ lint: $(READY) ## check style, types and who may import whom
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+docs: $(WARM) ## build the documentation: docs/_build/html/index.html
+	@echo "Building the documentation (the notebooks run: about two minutes the first time) ..."
+	@$(BIN)/python -m sphinx -W --keep-going -q -j auto docs docs/_build/html
+	@echo "Open docs/_build/html/index.html."
+
+gallery: $(WARM) ## draw all pictures of the documentation again, into docs/pictures
+	@$(BIN)/python docs/gallery/make.py
+
 wheel: $(READY) ## build dist/geosurf-*.whl with the kernels compiled inside (needs a C compiler)
 	@echo "Building the wheel (two CPU levels are compiled: about two minutes on two cores) ..."
 	@$(BIN)/python -m pip wheel -q --no-deps -w dist .
 	@ls dist/*.whl
 
 clean: ## remove results and caches (.venv stays: delete the folder to start afresh)
-	rm -rf out build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf out build dist docs/_build docs/generated .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
 	find geosurf tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # The stamps are younger than what they stand for, or it is done again.
