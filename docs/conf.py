@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import geosurf
 
-for name in geosurf.__all__:  # public names before modules: `geosurf.write` is both
-    getattr(geosurf, name)
+geosurf.write = import_module("geosurf.write").write  # the function, not the folder of that name
 
 project = "geosurf"
 author = "the geosurf authors"

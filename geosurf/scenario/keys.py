@@ -53,7 +53,7 @@ class HorizonInput:
         "Which variable of a NetCDF file, where there are several.", values.text, default=None
     )
     rule: str = key(
-        "How horizons that cross yield, see [column.md](column.md).",
+        "How horizons that cross yield, see [the column](guides/column.md).",
         values.one_of(*RULES),
         default="conformable",
     )
@@ -117,7 +117,7 @@ class TruncationInput:
 @dataclass(frozen=True, kw_only=True)
 class TearSettings:
     """``[tear]``: horizons that were picked or gridded across their faults, torn there; the report
-    says how. Leave the table out for horizons as they are. See [sheets.md](sheets.md).
+    says how. Leave the table out for horizons as they are. See [tearing](guides/tearing.md).
     """
 
     horizons: tuple[str, ...] = key("Which ones. Left empty: all.", values.names, default=())
@@ -144,7 +144,8 @@ class TearSettings:
 @dataclass(frozen=True, kw_only=True)
 class ThrowInput:
     """One ``[[throws]]``: throw of a fault, for horizons that are still continuous. The youngest
-    fault comes first. Give one of `throw_m`, `profile_m`, `elliptic_m`; see [sheets.md](sheets.md).
+    fault comes first. Give one of `throw_m`, `profile_m`, `elliptic_m`; see
+    [tearing](guides/tearing.md).
     """
 
     fault: str = key("The fault, as it is after extension and truncation.", values.text)
