@@ -73,7 +73,8 @@ class CurveIssue:
     ----------
     reason : str
         In words: ``"noise"``, ``"hole"``, ``"tangency"``, ``"rim"``, ``"interpolation"``,
-        ``"touching"``, ``"coarse lattice"``, ``"overlap"``; `docs/accuracy.md` explains them.
+        ``"touching"``, ``"coarse lattice"``, ``"overlap"``;
+        docs/how_it_works/tolerance.md explains them.
     surfaces : (int, int)
         Rows of `Curves.names`.
     points : ndarray of float64, shape (n, 3)

@@ -68,11 +68,11 @@ class Scene:
         ``"up"``, ``"down"``).
     truncations : mapping of str to (main, keep[, extend]), optional
         Faults that end at others: ``{"F2": ("F1", "hanging wall")}``. A third word True
-        first continues F2 to F1. See docs/faults.md.
+        first continues F2 to F1. See docs/guides/faults.md.
     tolerance : float, optional
         [m], for pictures and quick volumes: gridded horizons get as few triangles as stay this
         near, above and below, and `volume_error_bound` bounds the effect on volumes. `curves` are
-        those of smooth surfaces through all nodes, to this error: docs/accuracy.md.
+        those of smooth surfaces through all nodes, to this error: docs/how_it_works/tolerance.md.
 
     Raises
     ------

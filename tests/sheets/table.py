@@ -1,4 +1,4 @@
-"""What torn sheets reach on worlds whose cut-offs are known: the table of docs/sheets.md.
+"""Accuracy of torn sheets on worlds with known cut-offs: docs/validation/torn_sheets.md.
 
     python -m tests.sheets.table            # minutes
     python -m tests.sheets.table thrust X   # some worlds only

@@ -405,7 +405,7 @@ def test_sticks_are_refused_with_what_where_and_what_next(case):
 
 
 def test_grids_in_metres_are_not_copied(rng):
-    """Peak memory of a curve is that of its inputs and half as much (docs/bench.md)."""
+    """Peak memory of a curve is that of its inputs and half as much (docs/validation/bench.md)."""
     dims, (i, j) = ("down_dip", "along_strike"), np.mgrid[:9, :7] * 10.0
     ds = xr.Dataset(
         {

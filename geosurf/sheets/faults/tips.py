@@ -26,7 +26,7 @@ from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.traces import Trace
 
-TERMS = 5  # shapes between two tips; docs/sheets.md says what fewer and more do
+TERMS = 5  # shapes between two tips; docs/validation/torn_sheets.md says what fewer and more do
 POWERS = (0.5, 1.5)  # of the distance from a single tip
 FADE = 30.0  # cells from a single tip at which its shapes are nothing, or sooner
 SHORTEST = 3.0  # cells: shorter faults have no shapes

@@ -27,7 +27,8 @@ from geosurf.sheets.faults.network import Network
 from geosurf.sheets.lattice.solve import Common
 
 KNOT = 4.0  # cells between the knots of a throw
-LONGER = 4.0  # times as far as relief throw is meant along its fault: see docs/sheets.md
+# times as far as relief throw is averaged along its fault: see docs/validation/torn_sheets.md
+LONGER = 4.0
 CLEAR = 1.5  # cells from another trace within which walls have nothing in common
 HOLD = 1e-4  # weight that keeps a coefficient which no difference holds
 ORDERS = 3  # of the derivative across the fault, up to which walls may differ

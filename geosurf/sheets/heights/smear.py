@@ -136,7 +136,8 @@ class Doubts:
 
         Those farther than `reach`, and once the smear is seen also those on shortest ways there:
         good data near trusted ones keep a wedge from turning about those. The worst place of
-        72 acute faults (docs/sheets.md) misses 1.2 % instead of 1.7, with a trim of two cells.
+        72 acute faults (docs/validation/torn_sheets.md) misses 1.2 % instead of 1.7, with a
+        trim of two cells.
         """
         if self.smear is None or not (steps > reach).any():
             return np.flatnonzero(steps > reach)

@@ -15,7 +15,8 @@ ROWS = 400  # rows and columns that are looked at
 STEPS = (1, 2, 4, 8)  # nodes
 SEEN = 3.0  # variance of third differences, in those of noise, from which there is a signal
 LOUD = 0.01  # cells: noise below this does not move a cut-off, data are then met exactly
-GAIN = 10.0  # of the weight: see docs/sheets.md for what 5 to 40 do over worlds that are known
+# of the weight: docs/validation/torn_sheets.md has what 5 to 40 do on known worlds
+GAIN = 10.0
 LEAST = 1e-4  # weight: means over five cells, a third of the collar in which noise is smoothed
 
 

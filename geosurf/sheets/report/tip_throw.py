@@ -26,7 +26,7 @@ from geosurf.sheets.lattice.data import Picks
 
 CHORD = 4.0  # cells of the trace by which it is continued straight
 SAMPLES = 5  # on each side, a cell apart
-SMEAR = 1.5  # trims for each cell of smear, at least: see docs/sheets.md
+SMEAR = 1.5  # trims for each cell of smear, at least: see docs/validation/torn_sheets.md
 SPARE = 0.5  # cells beyond trim and half the heave, where they begin
 FARTHEST = 64.0  # cells that the continuation is followed
 STATIONS = 3  # side by side, of which the median counts

@@ -107,7 +107,7 @@ def throw_horizon(
     -----
     A fault that ends on another one acts on that side of it only, so that throws add up on the
     main fault beyond the contact. Where faults cross, each is taken where it is today on
-    both sides of the other: exact for planes. See docs/sheets.md.
+    both sides of the other: exact for planes. See docs/guides/tearing.md.
 
     Examples
     --------
