@@ -3,8 +3,9 @@
     python -m tests.sheets.variation               # some minutes
     python -m tests.sheets.variation 20 "acute Y"  # draws of noise, some worlds only
 
-The table of docs/validation/torn_sheets.md has the worst of five draws, which is a draw itself: here that is its
-median, over draws that the table does not have. Worlds are those of the table and those held out.
+The table of docs/validation/torn_sheets.md has the worst of five draws, which is a draw itself:
+here that is its median, over draws that the table does not have.
+Worlds are those of the table and those held out.
 """
 
 from __future__ import annotations
