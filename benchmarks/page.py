@@ -7,7 +7,7 @@ from typing import Any
 
 from benchmarks.stats import count_text, metres_text, seconds_text
 from geosurf.report.page import fill_page, html_pictures, html_table, paragraph
-from geosurf.report.tables import NOTHING, Table
+from geosurf.report.table import NOTHING, Table
 
 Row = dict[str, Any]
 WAITED = 1.3  # wall clock over processor time, from which on others were at work

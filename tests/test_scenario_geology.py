@@ -66,7 +66,7 @@ corners_m = [[100, 100], [3900, 200], [3800, 2900], [2000, 1500], [200, 2800]]
     total = sum(float(row["volume_m3"]) for row in rows)
     assert total == pytest.approx(scene.units.footprint * 800, rel=1e-12)
     page = (tmp_path / "out" / "report" / "index.html").read_text()
-    assert "Remnants" in page
+    assert "Slivers and detached pieces" in page
     assert "above OWC" in page
 
 

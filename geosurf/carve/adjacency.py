@@ -1,8 +1,8 @@
-"""What lies between units, told anew from the triangles of their shells (see `consistent`).
+"""Recompute the adjacency of units from the triangles of their shells.
 
-Units with a triangle between them are neighbours, over all surfaces that lie on it. What no shell
-has (a fault that dies inside, a horizon where the column took it away) hangs in a unit: which one,
-a ray tells.
+Units with a common triangle are neighbours across all surfaces that lie on it (see
+`check_partition`). Some triangles belong to no shell: a fault that ends inside a unit, or a horizon
+that the column removed. A ray finds the unit around them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ ABOVE, BELOW = 1, -1
 
 @dataclass(frozen=True)
 class Around:
-    """Units and what lies between them.
+    """Units, and the surfaces between them.
 
     Attributes
     ----------
@@ -38,9 +38,9 @@ class Around:
 
     @cached_property
     def on(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Each triangle of a shell, each surface that it lies on, whether the unit is behind that.
+        """Triangles of shells, each surface they lie on, and whether the unit is behind it.
 
-        Where surfaces coincide a shell names one of them, and each is turned its own way.
+        Where surfaces coincide, a shell names only one of them, and each has its own orientation.
         """
         found = self.found
         times = np.bincount(found.of_patches, minlength=found.n_key)
@@ -57,7 +57,7 @@ class Around:
         return shell, self.patches.surface_of_triangle[row], behind
 
     def on_each_side(self, of: np.ndarray) -> np.ndarray:
-        """What `of` says of the shells on either side of each triangle, -1 where there is none."""
+        """Value of `of` for the shell on either side of each triangle; -1 without a shell."""
         beside = np.full((self.found.n_key, 2), -1)
         beside[self.found.key, self.found.turn.astype(np.int64)] = of
         return beside
@@ -68,7 +68,7 @@ class Around:
 
     @cached_property
     def _links(self) -> tuple[np.ndarray, np.ndarray]:
-        """Pairs of neighbours (n, 2), and the pair of each triangle; n where it has no two."""
+        """Pairs of neighbours (n, 2), and the pair of each triangle; n if it has fewer than two."""
         inner = np.flatnonzero((self._beside >= 0).all(axis=1))
         low, high = self._beside[inner].min(axis=1), self._beside[inner].max(axis=1)
         codes, code = np.unique(low * self.n_unit + high, return_inverse=True)
@@ -77,7 +77,7 @@ class Around:
         return np.stack(np.divmod(codes, self.n_unit), axis=1), link
 
     def _times(self, surfaces: list[int]) -> np.ndarray:
-        """Number of triangles that some surfaces have between each pair of neighbours."""
+        """Number of triangles of some surfaces between each pair of neighbours."""
         shell, surface, _ = self.on
         wanted = np.zeros(len(self.patches.sources), dtype=bool)
         wanted[surfaces] = True
@@ -96,16 +96,18 @@ class Around:
         level = [*rows_of(self.patches, "horizon"), *rows_of(self.patches, "contact")]
         return self._times(level)
 
-    def neighbours_but_over(self, one: int, *, level: bool = False) -> np.ndarray:
-        """Pairs of neighbours over a triangle that a surface is not on: over any other surface, or
-        over horizons and contacts.
+    def neighbours_except_across(self, one: int, *, level: bool = False) -> np.ndarray:
+        """Pairs of neighbours across a triangle that is not on surface `one`.
+
+        With `level`, only across horizons and contacts.
         """
         some = self._level if level else self._all
         return self._links[0][some > self._times([one])]
 
     def touched(self, one: int, *, inside: bool = False) -> np.ndarray:
-        """Whether each unit lies on the front and on the back of a surface, bool (n_unit, 2);
-        everywhere, or `inside` of the walls.
+        """Whether each unit touches the front and the back of a surface, bool (n_unit, 2).
+
+        With `inside`, triangles on walls do not count.
         """
         shell, surface, behind = self.on
         mine = surface == one
@@ -116,34 +118,35 @@ class Around:
         return out
 
     def seen(self, one: int) -> np.ndarray:
-        """Whether front and back of a surface can be reached from each unit, other than through it,
-        bool (n_unit, 2); from a unit that it hangs in, both.
+        """Whether front and back of a surface are reachable without crossing it, bool (n_unit, 2).
+
+        Both are reachable from a unit that contains a part of the surface.
         """
-        region = join_pairs(self.neighbours_but_over(one), self.n_unit)
+        region = join_pairs(self.neighbours_except_across(one), self.n_unit)
         seen = _gathered(self.touched(one), region)
         if (seen[:, 0] != seen[:, 1]).any():
             seen[np.isin(region, region[self.holding(one)])] = True
         return seen
 
-    def told(self, one: int, front: int) -> np.ndarray:
-        """Side of a horizon that each unit is on: ABOVE, BELOW, or 0 where nothing tells.
+    def side_of_horizon(self, one: int, front: int) -> np.ndarray:
+        """Side of a horizon that each unit is on: ABOVE, BELOW, or 0 if it is unknown.
 
-        What a unit touches holds across all other horizons, and across faults for stacks that the
-        horizon is not in at all, if all around them say the same: as in `zones`.
+        The side holds across all other horizons. It holds across faults for stacks of units
+        without this horizon, if all stacks around them agree: as in `zones`.
 
         Parameters
         ----------
         one : int
         front : int
-            The side that its front looks to.
+            The side that its front faces.
         """
-        stack = join_pairs(self.neighbours_but_over(one, level=True), self.n_unit)
+        stack = join_pairs(self.neighbours_except_across(one, level=True), self.n_unit)
         touched = _gathered(self.touched(one, inside=True), stack)
         side = front * (touched[:, 0].astype(np.int64) - touched[:, 1])
         torn = touched.all(axis=1)
-        links = self.neighbours_but_over(one)
+        links = self.neighbours_except_across(one)
         links = links[~torn[links].any(axis=1)]
-        links = np.concatenate([links, links[:, ::-1]])  # who tells, who is told
+        links = np.concatenate([links, links[:, ::-1]])  # from a known unit to an open one
         while True:
             open_ = links[(side[links[:, 0]] != 0) & (side[links[:, 1]] == 0)]
             says = np.zeros((self.n_unit, 2), dtype=bool)
@@ -155,7 +158,7 @@ class Around:
             side[new] = np.where(says[new, 0], ABOVE, BELOW)
 
     def holding(self, one: int) -> np.ndarray:
-        """Units that some of a surface hangs in, which no shell has."""
+        """Units that contain a part of a surface which belongs to no shell."""
         mine = self._bare[self.found.of_patches] & (self.patches.surface_of_triangle == one)
         rows = np.flatnonzero(mine & self._within)
         if len(rows) == 0:
@@ -173,7 +176,7 @@ class Around:
 
     @cached_property
     def _bare(self) -> np.ndarray:
-        """Whether no shell has a triangle."""
+        """Whether each triangle belongs to no shell."""
         bare = np.ones(self.found.n_key, dtype=bool)
         bare[self.found.key] = False
         return bare
@@ -188,7 +191,7 @@ class Around:
 
     @cached_property
     def _shell_rows(self) -> np.ndarray:
-        """Triangles of the patches that shells have, one of those with the same corners."""
+        """Triangles of the patches that belong to shells, one per set of corners."""
         first = np.full(self.found.n_key, -1)
         n = len(self.found.of_patches)
         first[self.found.of_patches[::-1]] = np.arange(n)[::-1]
@@ -196,7 +199,7 @@ class Around:
         return first[first >= 0]
 
     def _pieces(self, rows: np.ndarray) -> np.ndarray:
-        """Number of the piece of each of some triangles: joined by edges that no shell has."""
+        """Connected piece of each triangle: joined by edges that belong to no shell."""
         t, n = self.patches.triangles, len(self.patches.local)
         used = np.zeros(n, dtype=bool)
         used[t[rows]] = True
@@ -210,21 +213,21 @@ class Around:
 
 
 def lie_on(patches: Patches, found: Matched, surfaces: list[int]) -> np.ndarray:
-    """Which triangles are those of one of some surfaces, by key."""
+    """Whether each key is a triangle of one of the surfaces."""
     out = np.zeros(found.n_key, dtype=bool)
     out[found.of_patches[np.isin(patches.surface_of_triangle, surfaces)]] = True
     return out
 
 
 def within_bounds(patches: Patches) -> np.ndarray:
-    """Which triangles have no corner outside of the bounds of the walls."""
+    """Whether all corners of each triangle are within the bounds of the walls."""
     lower, upper = box_of(patches)
     inside: np.ndarray = ((patches.local >= lower) & (patches.local <= upper)).all(axis=1)
     return inside[patches.triangles].all(axis=1)
 
 
 def _gathered(marks: np.ndarray, region: np.ndarray) -> np.ndarray:
-    """Marks (n, 2) of elements, for each element those of all in its region."""
+    """Marks (n, 2), combined over all elements of each region."""
     whole = np.zeros_like(marks)
     for k in range(2):
         whole[region[marks[:, k]], k] = True

@@ -1,4 +1,4 @@
-"""The certificate: promises, each checked anew on the result, with exact tests where it matters."""
+"""Certify a model: recompute each property from the result, with exact tests where signs matter."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ EPS = 2.0**-53
 
 def certify(patches: Patches, units: Units | None = None) -> Certificate:
     """
-    Check the promises of a rebuilt mesh and of the units carved from it.
+    Check the properties of a rebuilt mesh and of the units carved from it.
 
     Parameters
     ----------
     patches : Patches
     units : Units, optional
-        Without them, only the mesh is checked.
+        Default: only the mesh is checked.
 
     Returns
     -------
     Certificate
-        One line per promise: units closed and oriented; volumes add up to the box; units and
-        surfaces share their vertices; each triangle of a surface inside has one unit on each
-        side; names of units are what the surfaces around them tell; nothing crosses between
-        curves (exact, on the rounded mesh); each triangle lies on the input triangle that it
-        names and faces the same way (exact); areas add up.
+        One check per property. Units are closed and oriented. Volumes add up to the box. Units
+        and surfaces share their vertices. Each triangle inside the box has one unit on each side.
+        The zone, block and contact of each unit match its bounding surfaces. Surfaces meet only
+        in shared edges and vertices (exact, on the rounded mesh). Each triangle lies on its input
+        triangle and keeps its orientation (exact). Areas add up.
 
     Examples
     --------
@@ -64,10 +64,10 @@ def certify(patches: Patches, units: Units | None = None) -> Certificate:
 
 
 def open_edges(triangles: np.ndarray) -> tuple[int, int]:
-    """Number of edges without as many triangles on one side as on the other, and Euler number."""
+    """Count open edges (more triangles on one side than on the other), and the Euler number."""
     n = int(triangles.max(initial=0)) + 1
     a, b = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    # one number for each edge of each triangle, odd where it runs back: one sort tells all
+    # one key per edge of each triangle, odd if it runs backwards: one sort groups equal edges
     keys = np.sort(2 * (np.minimum(a, b) * n + np.maximum(a, b)) + (a > b))
     edge = keys >> 1
     first = np.flatnonzero(np.concatenate([[True], edge[1:] != edge[:-1]])[: len(edge)])
@@ -79,7 +79,7 @@ def open_edges(triangles: np.ndarray) -> tuple[int, int]:
 
 
 def _volumes(patches: Patches, units: Units) -> dict[str, float]:
-    """Volumes inside shells; those that are small beside the box without an error."""
+    """Volumes of shells; volumes that are small compared with the box are exact."""
     small = _surely_exact(patches)
     found = {name: volume_of(unit.local, unit.triangles) for name, unit in units.items()}
     for name, unit in units.items():
@@ -89,12 +89,12 @@ def _volumes(patches: Patches, units: Units) -> dict[str, float]:
 
 
 def _surely_exact(patches: Patches) -> float:
-    """Volumes up to this one are sums without an error, in `carve_units` as well as here."""
+    """Volumes up to this one are exact sums, in `carve_units` as well as here."""
     return 0.5 * doubtful_volume(box_of(patches))
 
 
 def _closed(units: Units, volumes: dict[str, float]) -> Check:
-    """Shells have no open edges, and face outward: what they hold is more than nothing."""
+    """Shells have no open edges and face outward, so their volume is positive."""
     found = {name: open_edges(unit.triangles) for name, unit in units.items()}
     leaking = [name for name, (edges, _) in found.items() if edges]
     turned = [name for name in found if volumes[name] <= 0.0]
@@ -110,7 +110,7 @@ def _closed(units: Units, volumes: dict[str, float]) -> Check:
 
 
 def _euler_in_words(euler: dict[str, int]) -> str:
-    """The Euler number that most units have (2: like a ball), and those that have another."""
+    """The Euler number of most units (2 for a ball), and the units with another number."""
     numbers = list(euler.values())
     usual = max(sorted(set(numbers), reverse=True), key=numbers.count, default=2)
     others = [f"{name} {number}" for name, number in euler.items() if number != usual]
@@ -119,10 +119,10 @@ def _euler_in_words(euler: dict[str, int]) -> str:
 
 
 def _adds_up(patches: Patches, units: Units, anew: dict[str, float]) -> Check:
-    """Volumes, taken anew from the shells, against those stated and against the box.
+    """Compare volumes recomputed from the shells with the stated volumes and with the box.
 
-    A volume that is stated may differ by what rounding does to prisms as high as the model, if it
-    is not so small that it was summed up exactly.
+    A stated volume may differ by the rounding error of prisms as high as the model, unless it is so
+    small that it was summed exactly.
     """
     lower, upper = box_of(patches)
     total, box = math.fsum(anew.values()), units.box_volume
@@ -138,23 +138,26 @@ def _adds_up(patches: Patches, units: Units, anew: dict[str, float]) -> Check:
     world = np.stack([lower, upper], axis=1) + patches.origin[:, None]
     moved = units.box != tuple(world.ravel().tolist())
     passed = abs(error) <= VOLUME_TOLERANCE and not off and not moved
-    detail = f"sum {total:.15g} m3, box {box:.15g} m3, relative {error:.1e}"
+    detail = (
+        f"sum of units {total / 1e6:.15g} million m³, box {box / 1e6:.15g} million m³, "
+        f"relative difference {error:.1e}"
+    )
     if off:
-        detail += f"; volume or area stated of {', '.join(off[:8])} is not that of its shell"
+        detail += f"; the stated volume or area of {', '.join(off[:8])} differs from its shell"
     if moved:
-        detail += "; the box stated is not that of the walls"
+        detail += "; the stated box differs from the walls"
     return Check("volumes add up to the box", passed, float(error), detail)
 
 
 def _shell_area(unit: Unit) -> tuple[float, float]:
-    """Area of a shell, and the most by which rounding may change it."""
+    """Area of a shell, and a bound of its rounding error."""
     a, b, c = (unit.local[unit.triangles[:, k]] for k in range(3))
     sizes = np.abs(b - a).sum(axis=1) * np.abs(c - a).sum(axis=1)
     return math.fsum(_area(a, b, c)), 16 * EPS * float(sizes.sum())
 
 
 def _shared_vertices(patches: Patches, units: Units, x: np.ndarray, number: np.ndarray) -> Check:
-    """Every corner of a shell is a vertex of the patches, bit for bit."""
+    """Each corner of a shell is a vertex of the patches, bit for bit."""
     parts = [unit.local for unit in units.values()]
     n_local = len(patches.local)
     first = np.empty(int(number.max(initial=-1)) + 1, dtype=np.int64)
@@ -165,24 +168,25 @@ def _shared_vertices(patches: Patches, units: Units, x: np.ndarray, number: np.n
     of = zip(units, itertools.pairwise(ends.tolist()), strict=True)
     foreign = [name for name, (start, stop) in of if not known[start:stop].all()]
     n = np.count_nonzero(np.bincount(number[n_local:]))
-    detail = f"{n} vertices of shells are vertices of the patches, bit for bit"
+    detail = f"{n} vertices of units are vertices of the surfaces, bit for bit"
     if foreign:
-        detail = f"corners of {', '.join(foreign[:8])} are no vertices of the patches"
+        detail = f"corners of {', '.join(foreign[:8])} are not vertices of the surfaces"
     return Check("units share the surfaces' vertices", not foreign, float(len(foreign)), detail)
 
 
 def _nothing_crosses(patches: Patches) -> Check:
+    """Triangles meet only in shared corners and edges: an exact test of all pairs."""
     triangles = patches.triangles
     bad = crossing_pairs(patches.local, triangles)
-    name = "nothing crosses between curves"
+    name = "surfaces meet only along shared edges"
     if len(bad) == 0:
-        detail = f"{len(triangles)} triangles meet in common corners and edges only (exact test)"
+        detail = f"{len(triangles)} triangles meet only in shared corners and edges (exact test)"
         return Check(name, True, 0.0, detail)
     one, two = (patches.names[patches.surface_of_triangle[i]] for i in bad[0])
     where = place(patches.vertices[triangles[bad[0, 0], 0]])
-    detail = f"{len(bad)} pairs of triangles, the first of {one!r} and {two!r} at {where}"
+    detail = f"{len(bad)} pairs of triangles cross, the first of {one!r} and {two!r} at {where}"
     if one == two:
-        detail += "; it crosses itself: rebuild with self_intersections=True"
+        detail += "; the surface crosses itself: rebuild with self_intersections=True"
     return Check(name, False, float(len(bad)), detail)
 
 
@@ -197,19 +201,20 @@ def _parent_corners(patches: Patches) -> np.ndarray:
 
 
 def _new_triangles(patches: Patches) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the triangles that are not the input triangle they name, bit for bit, and the corners
-    (n, 3, 3) of that one; for copies there is nothing to doubt.
+    """Rows of the triangles that are not copies of their input triangle, and its corners (n, 3, 3).
+
+    Copies need no check: they have the same bits.
     """
     parent, corners = _parent_corners(patches), patches.local[patches.triangles]
     rows = np.flatnonzero((corners != parent).any(axis=2).any(axis=1))
-    for k in (1, 2):  # the same from another corner on
+    for k in (1, 2):  # a copy may start at another corner
         turned = np.roll(parent[rows], k, axis=1)
         rows = rows[(corners[rows] != turned).any(axis=2).any(axis=1)]
     return rows, parent[rows]
 
 
 def _on_parents(patches: Patches, rows: np.ndarray, parent: np.ndarray) -> Check:
-    """Distance of each corner from its parent's plane, and of its place from the parent's sides."""
+    """Distance of each corner from the plane of its input triangle, and beyond the sides of it."""
     size = np.ptp(parent, axis=1).max(axis=1)  # of each parent: products of tiny sides underflow
     a, b, c = (parent[:, k] / size[:, None] for k in range(3))
     normal = np.cross(b - a, c - a)
@@ -228,28 +233,30 @@ def _on_parents(patches: Patches, rows: np.ndarray, parent: np.ndarray) -> Check
         np.ptp(patches.local, axis=0).max(initial=0) + np.abs(patches.local).max(initial=0)
     )
     bound = 1e-12 * max(span, 1.0)
-    # the plane of a sliver is known no better than this
+    # the plane of a sliver has a larger rounding error
     passed = bool((off <= bound + 16 * EPS * size / width).all())
     far = float(off.max(initial=0.0))
-    detail = f"farthest corner {far:.1e} m off the input triangle it names (bound {bound:.1e} m)"
-    return Check("triangles lie on their parents", passed, far, detail)
+    detail = f"largest distance from the input triangle {far:.1e} m (bound {bound:.1e} m)"
+    return Check("triangles lie on their input triangles", passed, far, detail)
 
 
 def _oriented(patches: Patches, rows: np.ndarray, parent: np.ndarray) -> Check:
-    """Triangles face as the input triangles they name: exact for all that are not copies."""
+    """Triangles have the orientation of their input triangles: an exact test."""
     x = np.concatenate([patches.local, parent.reshape(-1, 3)])
     of = np.arange(len(patches.local), len(x)).reshape(-1, 3)
     m, w = frame_of(x)
     bad = turned_over(x, patches.triangles[rows], of, np.arange(len(rows)), m, w)
-    detail = f"{len(rows)} new triangles face as their parents do (exact), the others are copies"
+    detail = f"orientation of {len(rows)} new triangles tested exactly; all others are copies"
     if len(bad):
         where = place(patches.vertices[patches.triangles[rows[bad[0]], 0]])
-        detail = f"{len(bad)} triangles are turned over or flat, one at {where}"
-    return Check("triangles face as their parents do", len(bad) == 0, float(len(bad)), detail)
+        detail = f"{len(bad)} triangles are turned over or flat, the first at {where}"
+    return Check(
+        "triangles keep the orientation of their input", len(bad) == 0, float(len(bad)), detail
+    )
 
 
 def _areas(patches: Patches) -> Check:
-    """Areas of the parts of each surface against its own, within what rounded corners allow."""
+    """The parts of each surface have its area, within the rounding error of their corners."""
     worst, passed = 0.0, True
     a, b, c = (patches.local[patches.triangles[:, k]] for k in range(3))
     area = _area(a, b, c)
@@ -259,11 +266,11 @@ def _areas(patches: Patches) -> Check:
         mine = patches.surface_of_triangle == i
         x = source.vertices - patches.origin
         before = math.fsum(_area(*(x[source.triangles[:, k]] for k in range(3))))
-        before -= patches.report.get("dropped_area", {}).get(i, 0.0)  # beyond the faults of a sheet
+        before -= patches.report.get("dropped_area", {}).get(i, 0.0)  # beyond faults
         difference = abs(math.fsum(area[mine]) - before)
         passed &= difference <= 1e-12 * before + 4 * step * float(rim[mine].sum())
         worst = max(worst, difference / before if before else 0.0)
-    detail = f"largest relative difference of a surface {worst:.1e}"
+    detail = f"largest relative difference {worst:.1e}"
     return Check("areas add up", bool(passed), worst, detail)
 
 

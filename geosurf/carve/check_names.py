@@ -1,7 +1,7 @@
-"""Names of units against the surfaces around them: zones, blocks, sides of faults, contacts.
+"""Check the names of units: recompute zones, blocks, fault sides and contacts.
 
-All of it is told anew from triangles of shells, by all surfaces that each of them lies on (see
-`geosurf.carve.check_partition`), and not from the cells that the units were made of.
+Everything is recomputed from the triangles of shells and from all surfaces that each triangle lies
+on (see `geosurf.carve.check_partition`), not from the cells that made the units.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from geosurf.model import Check, Patches, Unit, Units
 
 
 def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Check:
-    """Zones, blocks and contacts in names are those that the surfaces around each unit tell.
+    """Zone, block and contact in each name match the bounding surfaces of the unit.
 
-    What sets blocks apart is told by all units of a zone, and the sides of faults and horizons that
-    a unit lies on by all units: only where these are `divided`, see `partition`.
+    Blocks depend on all units of a zone; sides of faults and horizons depend on all units. These
+    are only checked if units fill the box (`divided`), see `partition`.
     """
     parts = list(units.values())
     wrong = [unit.name for unit in parts if not _spelt(patches, unit)]
@@ -43,17 +43,17 @@ def named(patches: Patches, units: Units, found: Matched, divided: bool) -> Chec
         wrong += _on_other_sides(patches, parts, around)
     wrong += _contacts_apart(patches, parts, found, upward)
     wrong = list(dict.fromkeys(wrong))
-    detail = f"{len(parts)} units lie in the zones and on the sides of faults that name them"
+    detail = f"zone, block and contact of {len(parts)} units recomputed from their surfaces"
     if wrong:
-        detail = f"surfaces around {', '.join(wrong[:8])} tell another zone, block or contact"
-    return Check("units are where their names say", not wrong, float(len(wrong)), detail)
+        detail = f"bounding surfaces give another zone, block or contact: {', '.join(wrong[:8])}"
+    return Check("unit names match their bounding surfaces", not wrong, float(len(wrong)), detail)
 
 
 def _in_other_blocks(patches: Patches, parts: list[Unit], around: Around) -> Iterable[str]:
-    """Units whose block has other sides of faults than those that set it apart in its zone.
+    """Units whose block name differs from the recomputed sides of faults.
 
-    These are told anew by all triangles of shells: a fault sets apart what touches only its front
-    from what touches only its back. Fluid contacts part no blocks.
+    The sides are recomputed from all triangles of shells: a fault separates units that touch only
+    its front from units that touch only its back. Fluid contacts do not separate blocks.
     """
     blocks = dict.fromkeys((unit.zone, unit.block) for unit in parts)
     number = {block: k for k, block in enumerate(blocks)}
@@ -66,34 +66,34 @@ def _in_other_blocks(patches: Patches, parts: list[Unit], around: Around) -> Ite
     touched = np.zeros((len(patches.sources), len(blocks), 2), dtype=bool)
     of = of_unit[found.unit[shell[apart]]]
     touched[surface[apart], of, behind[apart].astype(np.int64)] = True
-    told: list[set[str]] = [set() for _ in blocks]
+    recomputed: list[set[str]] = [set() for _ in blocks]
     faults = rows_of(patches, "fault")
     for fault in faults:
         alone = touched[fault] & ~touched[fault][:, ::-1]
         both = np.isin(zone, zone[alone[:, 0]]) & np.isin(zone, zone[alone[:, 1]])
         for block, side in np.argwhere(alone & both[:, None]).tolist():
-            told[block].add(patches.names[fault] + "+-"[side])
+            recomputed[block].add(patches.names[fault] + "+-"[side])
     names = [patches.names[i] for i in faults]
-    said = [_sides_said(block, names) for _, block in blocks]
+    stated = [_stated_sides(block, names) for _, block in blocks]
     for unit, k in zip(parts, of_unit.tolist(), strict=True):
-        if said[k] != told[k]:
+        if stated[k] != recomputed[k]:
             yield unit.name
 
 
 def _on_other_sides(patches: Patches, parts: list[Unit], around: Around) -> Iterable[str]:
-    """Units that lie on other sides of faults than those in their block and those told anew.
+    """Units whose `fault_sides` differ from the recomputed sides.
 
-    What can be reached from a unit through all but one fault touches only its front, only its
-    back, or both and neither: then the fault is no border there.
+    The region that is reachable from a unit without crossing a fault touches only its front, or
+    only its back; otherwise the fault does not bound the region.
     """
     faults = rows_of(patches, "fault")
     names = [patches.names[i] for i in faults]
-    told = [set(_sides_said(unit.block, names) or ()) for unit in parts]
+    recomputed = [set(_stated_sides(unit.block, names) or ()) for unit in parts]
     for fault, name in zip(faults, names, strict=True):
         seen = around.seen(fault)
         for u, side in np.argwhere(seen & ~seen[:, ::-1]).tolist():
-            told[u].add(name + "+-"[side])
-    for unit, sides in zip(parts, told, strict=True):
+            recomputed[u].add(name + "+-"[side])
+    for unit, sides in zip(parts, recomputed, strict=True):
         if set(unit.fault_sides) != sides or len(unit.fault_sides) != len(sides):
             yield unit.name
 
@@ -101,33 +101,33 @@ def _on_other_sides(patches: Patches, parts: list[Unit], around: Around) -> Iter
 def _beyond_horizons(
     patches: Patches, parts: list[Unit], around: Around, upward: np.ndarray
 ) -> list[int]:
-    """Units told to lie above the horizon at the top of their zone, or below that at its base.
+    """Units that lie above the horizon at the top of their zone, or below that at its base.
 
-    A horizon that the column took away in some unit does not tell of others: rules of the column,
-    which are not known here, might carry it on.
+    A horizon that the column removed in some unit is skipped: the rules of the column, which are
+    unknown here, could extend the removal to other units.
     """
     zone = np.array([unit.zone_index for unit in parts])
     wrong = np.zeros(len(parts), dtype=bool)
     for rank, i in enumerate(rows_of(patches, "horizon")):
         if len(around.holding(i)) == 0:
-            side = around.told(i, ABOVE if upward[i] else BELOW)
+            side = around.side_of_horizon(i, ABOVE if upward[i] else BELOW)
             wrong |= (zone == rank + 1) & (side == ABOVE) | (zone == rank) & (side == BELOW)
     return np.flatnonzero(wrong).tolist()
 
 
-def _sides_said(block: str, faults: list[str]) -> frozenset[str] | None:
-    """Sides of faults in the name of a block; None if it is made of something else."""
+def _stated_sides(block: str, faults: list[str]) -> frozenset[str] | None:
+    """Sides of faults in the name of a block; None if the name has other parts."""
     name = re.sub(r" #\d+$", "", block)
     return frozenset() if name == WHOLE else parse_sides(name, faults)
 
 
 def _spelt(patches: Patches, unit: Unit) -> bool:
-    """Whether a name is made of zone, block and contact, and these of names that there are."""
+    """Whether a name consists of zone, block and contact, and these of existing names."""
     horizons, faults = (
         [patches.names[i] for i in rows_of(patches, r)] for r in ("horizon", "fault")
     )
     zones = names_of_zones(horizons)
-    sides = _sides_said(unit.block, faults)
+    sides = _stated_sides(unit.block, faults)
     return (
         unit.name == unit_name(unit.zone, unit.block, unit.contact)
         and 0 <= unit.zone_index < len(zones)
@@ -138,7 +138,7 @@ def _spelt(patches: Patches, unit: Unit) -> bool:
 
 
 def _upward(patches: Patches) -> np.ndarray:
-    """Whether the front of each surface looks up, in the bounds of the walls."""
+    """Whether the front of each surface faces up, within the bounds of the walls."""
     a, b, c = (patches.local[patches.triangles[:, k]] for k in range(3))
     inside = within_bounds(patches)
     rise = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
@@ -149,11 +149,11 @@ def _upward(patches: Patches) -> np.ndarray:
 def _in_other_zones(
     patches: Patches, parts: list[Unit], found: Matched, upward: np.ndarray
 ) -> list[int]:
-    """Units above a horizon in a zone below it, or the other way round.
+    """Units above a horizon in a zone below it, or the reverse.
 
-    Where horizons coincide, the column may have taken away all but one. Where one lies on a wall,
-    or on a fault or contact with one zone on both sides, it may have taken away that one: the
-    other surface bounds the units all the same.
+    Where horizons coincide, the column may have removed all of them except one. Where a horizon
+    lies on a wall, or on a fault or contact within one zone, the column may have removed the
+    horizon, and the other surface still bounds the units.
     """
     horizons = rows_of(patches, "horizon")
     zone = np.array([unit.zone_index for unit in parts])[found.unit]
@@ -177,7 +177,7 @@ def _in_other_zones(
 def _contacts_apart(
     patches: Patches, parts: list[Unit], found: Matched, upward: np.ndarray
 ) -> Iterable[str]:
-    """Names of units that a fluid contact parts, where these do not say so."""
+    """Names of units that a fluid contact separates although their names do not show it."""
     mine = np.flatnonzero(np.isin(found.surface, rows_of(patches, "contact")) & (found.row >= 0))
     below = found.behind[mine] == upward[found.surface[mine]]
     order = np.lexsort((below, found.key[mine]))  # above, then below
@@ -192,5 +192,5 @@ def _contacts_apart(
 
 
 def _begins(unit: Unit, word: str) -> bool:
-    """Whether a unit is the lowest or uppermost of its block; names may hold the word, too."""
+    """Whether a unit is the lowest or uppermost of its block; contact names may have the word."""
     return unit.contact.startswith(word) and "/" not in unit.contact

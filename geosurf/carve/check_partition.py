@@ -1,9 +1,9 @@
-"""Units against the patches that they were carved from: they divide the box.
+"""Check that units fill the box without gaps or overlaps.
 
-Closed shells whose volumes add up to the box might still leave a gap as large as an overlap. So
-triangles of shells are looked up among those of the patches. Crossing one that is no wall leaves
-one unit and enters another: then the number of units around a place is the same all over the
-inside of the walls, and since volumes add up to the box, it is one.
+Closed shells with the volume of the box could still have a gap as large as an overlap. Therefore
+the triangles of shells are looked up among those of the patches. Each one that is not a wall must
+have one unit on each side. Then the number of units at a point is the same everywhere inside the
+walls, and it is one because volumes add up to the box.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from geosurf.model import Check, Patches, Unit, Units
 
 @dataclass(frozen=True)
 class Matched:
-    """Triangles of all shells among those of the patches.
+    """The triangles of all shells, looked up among those of the patches.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Matched:
 
 
 def numbered(patches: Patches, units: Units) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices of the patches and of all shells, and a number of each place, in their order."""
+    """Vertices of the patches and of all shells, and one number per distinct position."""
     x = np.concatenate([patches.local, *(unit.local for unit in units.values())])
     return x, weld(x)[0]
 
@@ -85,13 +85,13 @@ def matched(patches: Patches, units: Units, number: np.ndarray) -> Matched:
 
 
 def _surfaces(unit: Unit) -> np.ndarray:
-    """Surface of each triangle of a shell; -1 where that is not one for each."""
+    """Surface of each triangle of a shell; -1 if the array has another length."""
     n = len(unit.triangles)
     return unit.surface_of_triangle if len(unit.surface_of_triangle) == n else np.full(n, -1)
 
 
 def partition(patches: Patches, units: Units, found: Matched) -> Check:
-    """Each triangle of a shell is one of the surface it names, with one unit on each side of it."""
+    """Each triangle of a shell is a triangle of its surface, with one unit on each side."""
     times = np.bincount(2 * found.key + found.turn, minlength=2 * found.n_key).reshape(-1, 2)
     alone = times.sum(axis=1) == 1
     is_wall = np.isin(patches.surface_of_triangle, rows_of(patches, "wall"))
@@ -99,11 +99,11 @@ def partition(patches: Patches, units: Units, found: Matched) -> Check:
     foreign = found.row < 0
     twice = times[found.key, found.turn.astype(np.int64)] > 1
     gap = alone[found.key]
-    detail = f"{len(found.key)} triangles of shells, each on one side of one of a surface"
+    detail = f"{len(found.key)} triangles of units; each triangle inside has one unit on each side"
     for bad, what in (
-        (foreign, "is no triangle of the surface it names"),
+        (foreign, "is not a triangle of its surface"),
         (twice, "has two units on one side"),
-        (gap, "has a unit on one side only, and is no wall"),
+        (gap, "has a unit on one side only and is not a wall"),
     ):
         if bad.any():
             i = int(np.flatnonzero(bad)[0])
@@ -113,7 +113,7 @@ def partition(patches: Patches, units: Units, found: Matched) -> Check:
             detail = f"{int(bad.sum())} triangles: the first, of {unit.name} at {where}, {what}"
             break
     n_bad = int((foreign | twice | gap).sum())
-    return Check("units divide the box", n_bad == 0, float(n_bad), detail)
+    return Check("units fill the box without overlap", n_bad == 0, float(n_bad), detail)
 
 
 def rows_of(patches: Patches, role: str) -> list[int]:

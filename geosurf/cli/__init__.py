@@ -62,7 +62,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def run_command(options: argparse.Namespace) -> int:
     """Run a scenario and write everything."""
-    from geosurf.report.tables import as_plain_text, volume_table
+    from geosurf.report.table import as_plain_text
+    from geosurf.report.tables import volume_table
     from geosurf.scenario import read_scenario, run
 
     say = _speaker(options.quiet)

@@ -1,4 +1,4 @@
-"""Draw layers with VTK, off-screen. The only file that imports pyvista."""
+"""Draw layers off-screen with VTK; the only module that imports pyvista."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from geosurf.render.backend import off_screen
 from geosurf.render.layers import Layer
 from geosurf.render.views import Camera
 
-OVERSAMPLING = 2  # edges are smoothed by averaging, so that every driver smooths them alike
-LIFT = 1.5e-3  # of the size of the model: lines stand in front of the surfaces they lie on,
-LIFT_STEEP = 3.0  # and by some widths of the line, where the surface is steep
+OVERSAMPLING = 2  # edges are smoothed by averaging, which is the same for every driver
+LIFT = 1.5e-3  # lines are moved to the viewer by this fraction of the size of the model
+LIFT_STEEP = 3.0  # plus this number of line widths, for steep surfaces
 FEATURE_ANGLE = 40.0
 
 
 def draw_layers(layers: tuple[Layer, ...], camera: Camera) -> np.ndarray:
-    """Return the picture of some layers on white paper.
+    """Return the picture of some layers on a white background.
 
     Parameters
     ----------
@@ -30,9 +30,9 @@ def draw_layers(layers: tuple[Layer, ...], camera: Camera) -> np.ndarray:
     Raises
     ------
     DependencyError
-        If nothing here can draw.
+        If no graphics driver can draw.
     """
-    # to the end, because pyvista opens further windows to try what they can do
+    # until the end, because pyvista opens further windows to test the driver
     with off_screen():
         import pyvista
 
@@ -51,7 +51,7 @@ def draw_layers(layers: tuple[Layer, ...], camera: Camera) -> np.ndarray:
 
 
 def _theme():
-    """The house theme, so that people's own global theme changes nothing here."""
+    """A theme of its own, independent of the global theme of the user."""
     import pyvista
 
     theme = pyvista.themes.Theme()
@@ -62,7 +62,7 @@ def _theme():
 
 
 def _add_layers(plotter, layers: tuple[Layer, ...], camera: Camera) -> float:
-    """Hand shifted copies to VTK; return the distance from the middle to the farthest point."""
+    """Add shifted copies of the layers; return the largest distance from the centre."""
     local = [camera.to_local(layer.points) for layer in layers]
     reach = max(float(np.linalg.norm(points, axis=1).max(initial=0.0)) for points in local)
     for layer, points in zip(layers, local, strict=True):
@@ -135,7 +135,7 @@ def _point_camera(plotter, camera: Camera, reach: float) -> None:
 
 
 def _light(plotter) -> None:
-    """A key light from the upper left, as maps are shaded, and a weak one against it."""
+    """Add a key light from the upper left, as in shaded maps, and a weak light against it."""
     import pyvista
 
     for position, intensity in (((-0.65, 0.9, 0.75), 0.93), ((0.8, -0.1, 0.8), 0.38)):
@@ -146,7 +146,7 @@ def _light(plotter) -> None:
 
 
 def _average(image: np.ndarray) -> np.ndarray:
-    """Average blocks of pixels (rounded half up)."""
+    """Average blocks of pixels, rounded half up."""
     n = OVERSAMPLING
     height, width = image.shape[0] // n, image.shape[1] // n
     blocks = image[: height * n, : width * n].reshape(height, n, width, n, 3).astype(np.uint16)

@@ -1,11 +1,10 @@
-"""Allan diagram of a fault: what lies across it from what, seen along its strike.
+"""Draw the Allan diagram of a fault: the zones juxtaposed across it.
 
-After Allan (1989), AAPG Bulletin 73, 803-811: the fault is drawn over distance along strike and
-elevation, with the cut-offs of its footwall as full lines and those of its hanging wall dashed.
-An area has the colour of the zone in the footwall; stripes in the colour of the zone in the
-hanging wall say that it is another one. Fluid contacts are blue lines in the same two styles,
-each wall with its own. What lies far above and below all these lines faces itself, and is not
-shown.
+The diagram follows Allan (1989), AAPG Bulletin 73, 803-811. It shows the fault plane over distance
+along strike and elevation. Solid lines are cut-offs of the footwall, dashed lines those of the
+hanging wall. The fill is the colour of the footwall zone; stripes have the colour of the
+hanging-wall zone where it differs. Fluid contacts are blue, solid or dashed like the cut-offs.
+The parts of the fault far above and below these lines are not shown.
 """
 
 from __future__ import annotations
@@ -22,15 +21,15 @@ from geosurf.model.expected import listed, name_of
 from geosurf.render import furniture, palette
 from geosurf.render.compose import png_path, save_png
 from geosurf.render.diagram import diagram_axes, lines_of, outline_of, range_shown
-from geosurf.render.layers import Entry
+from geosurf.render.layers import Entry, number_text
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
-LINES = {"cut-off": palette.INK, "contact": palette.CONTACT}  # kinds that are drawn as lines
-ROOM = 96.0  # for names of cut-offs at both sides [design pixels]
-HALO = 1.9  # width of the paper around a contact over its own, so that it is seen on any zone
+LINES = {"cut-off": palette.INK, "contact": palette.CONTACT}  # kinds drawn as lines
+ROOM = 96.0  # margin for names of cut-offs on both sides [design pixels]
+HALO = 1.9  # width of the white rim of a contact over the width of its line
 
 
 def render_allan(
@@ -42,19 +41,19 @@ def render_allan(
     size: tuple[int, int] = (1280, 800),
     title: str | None = None,
 ) -> Path:
-    """Draw the Allan diagram of a fault, with the areas of zones that face each other.
+    """Draw the Allan diagram of a fault, with the area of each pair of juxtaposed zones.
 
     Parameters
     ----------
     diagram : xarray.Dataset
-        What `Scene.allan` gives.
+        Result of `Scene.allan`.
     table : xarray.Dataset
-        What `Scene.juxtaposition` gives for the same fault: areas for the legend.
+        Result of `Scene.juxtaposition` for the same fault: areas for the legend.
     path : path-like
         A ``.png`` file; its folder is created.
     zones : sequence of str
-        Youngest first: zones take the colours of the column in that order, as in
-        `render_units`. Default: as they come.
+        Zones from the youngest to the oldest. They take the colours of the column in this
+        order, as in `render_units`. Default: the order of the table.
     size : (int, int)
         Width and height in pixels.
     title : str, optional
@@ -67,7 +66,7 @@ def render_allan(
     Raises
     ------
     InputError
-        If diagram and table are of different faults, or there is nothing to draw.
+        If diagram and table are of different faults, or if the diagram is empty.
     OutputError
         If the file cannot be written.
 
@@ -84,8 +83,8 @@ def render_allan(
     """
     path = png_path(path)
     _check(diagram, table)
-    how = "give a list of names, as Scene.juxtaposition has them"
-    zones = [name_of(zone, "zone") for zone in listed(zones, "zones are names of zones", how)]
+    how = "give a list of names, as in Scene.juxtaposition"
+    zones = [name_of(zone, "zone") for zone in listed(zones, "zones must be names of zones", how)]
     pairs = _areas_of_pairs(table)
     seen = dict.fromkeys(zone for pair in pairs for zone in pair)
     order = [*zones, *(zone for zone in seen if zone not in zones)]
@@ -99,10 +98,10 @@ def render_allan(
     _fill(axes, lines, colours)
     _draw_cutoffs(sheet, axes, lines)
     furniture.draw_legend(sheet, _legend(pairs, colours), 640.0)
-    blue = " Fluid contacts are blue." if (diagram.kind == "contact").any() else ""
+    blue = " Fluid contacts: blue." if (diagram.kind == "contact").any() else ""
     words = (
-        "Footwall cut-offs and their names at the right: full lines; hanging wall, at the left: "
-        f"dashed.{blue} Areas are of the whole fault. Vertical exaggeration {exaggeration:.2g}×."
+        "Cut-offs: footwall solid, named on the right; hanging wall dashed, named on the left."
+        f"{blue} Areas: whole fault. Vertical exaggeration {exaggeration:.2g}×."
     )
     strike = float(diagram.attrs["strike"])
     words_above = f"{diagram.attrs['fault']}: Allan diagram, strike {strike:03.0f}°"
@@ -117,19 +116,19 @@ def _check(diagram: xarray.Dataset, table: xarray.Dataset) -> None:
     ):
         if not hasattr(given, "attrs") or any(not hasattr(given, name) for name in names):
             raise InputError(
-                f"render_allan takes what {maker} gives, not {type(given).__name__} without "
+                f"render_allan takes the result of {maker}; {type(given).__name__} lacks one of "
                 f"{', '.join(names)}."
             )
     one, two = diagram.attrs.get("fault"), table.attrs.get("fault")
     if one != two:
         raise InputError(
-            f"the diagram is of fault {one!r} and the table of {two!r}; hand over "
-            "Scene.allan and Scene.juxtaposition of one fault."
+            f"the diagram is of fault {one!r}, the table of fault {two!r}. "
+            "Pass scene.allan(name) and scene.juxtaposition(name) of the same fault."
         )
     if not (diagram.kind == "juxtaposition").any():
         raise InputError(
-            f"nothing lies across fault {one!r}: it has the model on one side only. "
-            "Enlarge the box, or leave its diagram out."
+            f"fault {one!r} has units on one side only, so it has no Allan diagram. "
+            "Enlarge the box, or skip this fault."
         )
 
 
@@ -144,7 +143,7 @@ def _areas_of_pairs(table: xarray.Dataset) -> dict[tuple[str, str], float]:
 
 
 def _fill(axes, lines, colours: dict[str, palette.RGB]) -> None:
-    """Areas of contact: footwall in full colour, hanging wall as stripes."""
+    """Fill juxtaposed areas: footwall in full colour, hanging wall as stripes."""
     from matplotlib.patches import PathPatch
 
     rings: dict[str, tuple[str, list[np.ndarray]]] = {}
@@ -164,7 +163,7 @@ def _fill(axes, lines, colours: dict[str, palette.RGB]) -> None:
 
 
 def _draw_cutoffs(sheet, axes, lines) -> None:
-    """Cut-offs and contacts of both walls, and their names at their ends."""
+    """Draw cut-offs and contacts of both walls, with their names at the ends."""
     unit = sheet.layout.unit
     width = 1.9 * unit * 72.0 / furniture.DPI
     ends: dict[str, dict[tuple[str, str], float]] = {"+": {}, "-": {}}
@@ -174,7 +173,7 @@ def _draw_cutoffs(sheet, axes, lines) -> None:
         if kind not in LINES:
             continue
         look = {"linestyle": (0, (4.0, 1.8))} if side == "+" else {}
-        over = 2 if kind == "contact" else 3  # cut-offs run on over the halo of a contact
+        over = 2 if kind == "contact" else 3  # cut-offs are drawn over the halo of a contact
         if kind == "contact":
             axes.plot(*line.T, color=palette.PAPER, linewidth=HALO * width, zorder=over)
         axes.plot(*line.T, color=LINES[kind], linewidth=width, zorder=over, **look)
@@ -196,7 +195,7 @@ def _draw_cutoffs(sheet, axes, lines) -> None:
 
 
 def _spread(levels: list[float], step: float) -> list[float]:
-    """Levels, lowest first, moved up and down as little as leaves `step` between them.
+    """Levels, lowest first, moved as little as possible to have `step` between them.
 
     Examples
     --------
@@ -215,7 +214,7 @@ def _spread(levels: list[float], step: float) -> list[float]:
 
 
 def _legend(pairs: dict[tuple[str, str], float], colours) -> tuple[Entry, ...]:
-    """Pairs of zones, the largest contact between different ones first."""
+    """Pairs of zones: different zones first, the largest area first."""
     legend = []
     order = sorted(pairs.items(), key=lambda item: (item[0][0] == item[0][1], -item[1]))
     for (minus, plus), area in order:
@@ -227,13 +226,13 @@ def _legend(pairs: dict[tuple[str, str], float], colours) -> tuple[Entry, ...]:
 
 
 def area_text(square_metres: float) -> str:
-    """Return an area as people write it.
+    """Return an area in square kilometres or square metres.
 
     Examples
     --------
     >>> area_text(1_234_000.0), area_text(5300.0)
-    ('1.23 km²', '5,300 m²')
+    ('1.23 km²', '5\u202f300 m²')
     """
     if square_metres >= 1e4:
         return f"{square_metres / 1e6:.3g} km²"
-    return f"{square_metres:,.0f} m²"
+    return f"{number_text(square_metres)} m²"

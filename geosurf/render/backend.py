@@ -1,10 +1,10 @@
-"""Choose what draws, and look before drawing.
+"""Choose the graphics backend for off-screen pictures, and test it first.
 
-VTK draws without a screen through EGL or OSMesa. Where neither works it does not
-raise: it kills the interpreter; and left to itself it first knocks at an X
-server and complains. So the choice is made here, before VTK opens a window, and
-each candidate has to draw in a process of its own (`probe.py`, some 0.1 s, once per
-process). Windows and macOS draw off-screen with what they bring.
+VTK draws without a screen through EGL or OSMesa. If neither works, VTK ends the interpreter
+instead of raising an error; by default it also tries an X server first and prints warnings.
+Therefore geosurf chooses the backend before VTK opens a window, and tests each candidate in a
+separate process (`probe.py`, about 0.1 s, once per process). Windows and macOS draw off-screen
+with their own drivers.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _lock = threading.Lock()
 
 @dataclass(frozen=True)
 class Backend:
-    """One way to draw: its name, VTK's window class, the libraries that bring it, what may lack."""
+    """A graphics backend: name, window class of VTK, shared libraries, and what it needs."""
 
     name: str
     window: str
@@ -49,13 +49,13 @@ EGL = Backend("egl", "vtkEGLRenderWindow", ("libEGL.so.1", "libEGL.so"))
 OSMESA = Backend(
     "osmesa", "vtkOSOpenGLRenderWindow", ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
 )
-X = Backend("x", "vtkXOpenGLRenderWindow", ("libX11.so.6",), "an X server that answers")
+X = Backend("x", "vtkXOpenGLRenderWindow", ("libX11.so.6",), "a running X server")
 BACKENDS = (EGL, OSMESA, X)
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What a probe found: the renderer's name, or '' and the reason."""
+    """Result of a probe: the name of the renderer, or '' and the reason."""
 
     backend: Backend
     renderer: str
@@ -63,7 +63,7 @@ class Finding:
 
 
 def probe(backend: Backend) -> Finding:
-    """Let a process of its own try whether a back end draws.
+    """Test in a separate process whether a backend can draw.
 
     Parameters
     ----------
@@ -81,25 +81,27 @@ def probe(backend: Backend) -> Finding:
                 command, capture_output=True, text=True, timeout=PROBE_SECONDS, check=False
             )
         except subprocess.TimeoutExpired:
-            return Finding(backend, "", f"{library} did not answer in {PROBE_SECONDS} s")
+            return Finding(backend, "", f"{library} did not respond within {PROBE_SECONDS} s")
         except OSError as error:
             return Finding(backend, "", f"{sys.executable} cannot be started: {error.strerror}")
         if run.returncode == 0:
-            return Finding(backend, run.stdout.strip(), f"{library} draws")
+            return Finding(backend, run.stdout.strip(), f"{library} can draw")
         if f"{library}: cannot open shared object" not in run.stderr:
-            died = f" (it died with signal {-run.returncode})" if run.returncode < 0 else ""
-            return Finding(backend, "", f"{library} is there, but not {backend.needs}{died}")
+            died = f" (it crashed with signal {-run.returncode})" if run.returncode < 0 else ""
+            return Finding(
+                backend, "", f"{library} is installed, but {backend.needs} is missing{died}"
+            )
     return Finding(backend, "", reason)
 
 
 @functools.cache
 def find_backend(asked: str = "") -> Finding:
-    """Return the first back end that draws: EGL, then OSMesa.
+    """Return the first backend that can draw: EGL, then OSMesa.
 
     Parameters
     ----------
     asked : str
-        A window class of VTK that the user asked for, or ''. Only that one is tried.
+        A window class of VTK that the user chose, or ''. Then only this one is tried.
 
     Returns
     -------
@@ -108,13 +110,13 @@ def find_backend(asked: str = "") -> Finding:
     Raises
     ------
     DependencyError
-        If none draws: what was tried, and which packages bring one.
+        If no backend can draw. The message lists the attempts and the packages to install.
     """
     known = {backend.window: backend for backend in BACKENDS}
     if asked and asked not in known:
         raise DependencyError(
-            f"the environment says {CHOICE}={asked}, which cannot draw here; "
-            f"unset it or choose one of {', '.join(known)}."
+            f"the environment variable {CHOICE} is {asked!r}, which geosurf cannot use. "
+            f"Unset it, or set it to one of {', '.join(known)}."
         )
     findings = []
     for backend in [known[asked]] if asked else [EGL, OSMESA]:
@@ -129,15 +131,14 @@ def find_backend(asked: str = "") -> Finding:
 
 @contextmanager
 def off_screen() -> Iterator[None]:
-    """Make VTK open its windows with a back end that works, one picture at a time.
+    """Make VTK open its windows with a working backend, one picture at a time.
 
-    The choice lasts as long as the ``with`` block, so that people's own
-    windows open as they always did.
+    The choice ends with the ``with`` block, so windows that users open are not affected.
 
     Raises
     ------
     DependencyError
-        If nothing here can draw.
+        If no backend can draw.
     """
     if not sys.platform.startswith("linux"):
         yield
@@ -156,12 +157,12 @@ def off_screen() -> Iterator[None]:
 
 
 def doctor() -> list[tuple[str, bool, str]]:
-    """Describe what geosurf stands on here, for ``geosurf doctor``.
+    """Check the installation, for ``geosurf doctor``.
 
     Returns
     -------
     list of (str, bool, str)
-        Name, whether it is fit, and one sentence: version, or what to do.
+        Name, whether it works, and one sentence: the version, or how to fix it.
 
     Examples
     --------
@@ -183,12 +184,12 @@ def _package(name: str) -> tuple[str, bool, str]:
     try:
         return name, True, f"{name} {importlib.metadata.version(name)} is installed."
     except importlib.metadata.PackageNotFoundError:
-        return name, False, f"{name} is not installed; mend it with: pip install {name}"
+        return name, False, f"{name} is not installed. Install it with: pip install {name}"
 
 
 def _pictures() -> tuple[str, bool, str]:
     if not sys.platform.startswith("linux"):
-        return "pictures", True, f"drawn off-screen by what {platform.system()} brings."
+        return "pictures", True, f"drawn off-screen by the drivers of {platform.system()}."
     try:
         found = find_backend(os.environ.get(CHOICE) or "")
     except DependencyError as error:

@@ -1,8 +1,8 @@
-"""What of surfaces and lines lies inside the model, for pictures.
+"""Clip surfaces and lines to the model, for pictures.
 
-A model is a prism: the area of interest on the map, between two levels. It is taken apart into
-convex prisms, and triangles are cut by their sides, one after the other (Sutherland & Hodgman
-1974). Nothing here decides topology: cuts are rounded, and only looked at.
+The model is a prism: the area of interest on the map, between two levels. It is split into convex
+prisms, and triangles are clipped by their sides one after the other (Sutherland & Hodgman 1974).
+The result is rounded and used only for pictures, never for topology.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from geosurf.model import TriSurface
 
 
 def as_modelled(scene: Any, surface: TriSurface) -> TriSurface:
-    """Return a surface as a model has it: a torn horizon ends on its faults, not beyond them."""
+    """Return the modelled part of a surface: a torn horizon ends on its faults, not beyond them."""
     return scene.patches.surface(surface.name) if "ghost" in surface.vertex_data else surface
 
 
 class Prism:
-    """The part of space that a model fills.
+    """The region of space of a model: an area of interest between two levels.
 
     Parameters
     ----------
@@ -60,13 +60,13 @@ class Prism:
         return found
 
     def holds(self, points: np.ndarray) -> bool:
-        """Whether all points (n, 3) are inside for certain: of convex areas only."""
+        """Whether all points (n, 3) are certainly inside; only tested for convex areas."""
         return len(self.parts) == 1 and bool((_distances(points, self.parts[0][0]) >= 0).all())
 
     def triangles(
         self, points: np.ndarray, triangles: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return points, triangles and the edges along walls, of what lies inside."""
+        """Return points, triangles and edges along walls of the part inside the prism."""
         if self.holds(points):
             return points, triangles, np.empty((0, 2), dtype=np.int64)
         corners = points[triangles]
@@ -88,7 +88,7 @@ class Prism:
         return x, found, np.unique(np.sort(edges, axis=1), axis=0)
 
     def segments(self, points: np.ndarray, segments: np.ndarray) -> np.ndarray:
-        """Return ends (n, 2, 3) of what of some segments (n, 2) lies inside."""
+        """Return the ends (n, 2, 3) of the parts of segments (n, 2) inside the prism."""
         ends = points[segments]
         if self.holds(points):
             return ends
@@ -104,7 +104,7 @@ class Prism:
 
 def convex_parts(ring: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """
-    Take a simple polygon apart into convex ones.
+    Split a simple polygon into convex ones.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def convex_parts(ring: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def _ear(ring: np.ndarray) -> int:
-    """A corner that can be cut off: no other corner is in its triangle. The flattest, if none."""
+    """A corner that can be cut off: no other corner is in its triangle; else the flattest."""
     before, after = np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0)
     turn = _turn(before, ring, after)
     for k in np.flatnonzero(turn > 0).tolist():
@@ -171,7 +171,7 @@ def _may_meet(low: np.ndarray, high: np.ndarray, sides: np.ndarray) -> np.ndarra
 
 
 def _cut_triangles(corners, flag, side, wall: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles (n, 3, 3) inside a half-space; flags (n, 3) say which edges are along walls."""
+    """Clip triangles (n, 3, 3) to a half-space; flags (n, 3) mark edges along walls."""
     d = corners @ side[:3] + side[3]
     inside = d >= 0
     count = inside.sum(axis=1)

@@ -1,4 +1,4 @@
-"""Put a picture together: layers, furniture, file."""
+"""Compose a picture: layers, axes, legend, caption, file."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from geosurf.errors import OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model.expected import path_of
 from geosurf.render import furniture
+from geosurf.render.axes import draw_axes
 from geosurf.render.layers import Content, show_box
 from geosurf.render.views import aim, bounds_of, check_exaggeration, check_size
 
@@ -33,18 +34,18 @@ def draw_picture(
     ----------
     content : Content
     path : path-like
-        Folders are created.
+        A ``.png`` file; its folder is created.
     title, note : str
-        Above the picture, and the first words of its caption.
+        Text above the picture, and the start of its caption.
     view : str
     size : (int, int)
     exaggeration : float or None
     box : (west, east, south, north, bottom, top), optional
-        What the axes frame [m]; default: the bounds of the content.
+        Box with the axes [m]; default: the bounds of the content.
     axes : bool
-        Whether there are axes; they would mean nothing where units are drawn apart.
+        Whether to draw axes; an exploded view has none.
     relief_of : (west, east, south, north, bottom, top), optional
-        The box [m] that the exaggeration is chosen for; default: all that is seen.
+        Box [m] for the default exaggeration; default: everything that is visible.
 
     Returns
     -------
@@ -54,7 +55,7 @@ def draw_picture(
     layout = furniture.lay_out(check_size(size))
     extent = bounds_of([layer.points for layer in content.layers])
     box = extent if box is None else box
-    # the eye has to see both the frame and whatever sticks out of it
+    # the view contains both the box and the content outside of it
     seen = tuple(
         (min if i % 2 == 0 else max)(a, b) for i, (a, b) in enumerate(zip(extent, box, strict=True))
     )
@@ -68,7 +69,7 @@ def draw_picture(
     sheet = furniture.Sheet(layout)
     sheet.paste(image)
     if axes:
-        furniture.draw_axes(sheet, camera, box)
+        draw_axes(sheet, camera, box)
     furniture.draw_legend(sheet, content.legend, layout.height / layout.unit - 84 - 250)
     furniture.draw_compass(sheet, camera)
     furniture.draw_scale_bar(sheet, camera.metres_per_pixel)
@@ -77,7 +78,7 @@ def draw_picture(
 
 
 def caption(view: str, exaggeration: float, note: str = "") -> str:
-    """Return the words below a picture.
+    """Return the caption of a picture.
 
     Examples
     --------
@@ -94,25 +95,23 @@ def caption(view: str, exaggeration: float, note: str = "") -> str:
 
 
 def png_path(path: Any) -> Path:
-    """Return the path of a picture, or say why it cannot be one, before anything is drawn.
+    """Return the path of a picture, or raise an error before anything is drawn.
 
     Raises
     ------
     InputError
-        If it is no path.
+        If it is not a path.
     OutputError
         If the name does not end in .png.
     """
     target = path_of(path, "a picture")
     if target.suffix.lower() != ".png":
-        raise OutputError(
-            f"{target}: pictures are written as PNG only; let the file name end in .png."
-        )
+        raise OutputError(f"{target}: pictures are PNG files. Use a file name that ends in .png.")
     return target
 
 
 def save_png(data: bytes, path: str | os.PathLike[str]) -> Path:
-    """Write a picture in one go: readers see the old file or the new one, never half of it.
+    """Write a picture atomically: readers see the old file or the new one, never a part.
 
     Raises
     ------
@@ -126,6 +125,6 @@ def save_png(data: bytes, path: str | os.PathLike[str]) -> Path:
     except OSError as error:
         raise OutputError(
             f"{target}: the picture cannot be written ({error.strerror}). "
-            "Choose a folder that you may write to."
+            "Choose a folder that you can write to."
         ) from error
     return target

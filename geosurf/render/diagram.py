@@ -1,4 +1,4 @@
-"""Diagrams of lines: Allan diagrams and sections have elevation upwards, maps have northing."""
+"""Draw the axes of Allan diagrams and sections, and read the lines of their datasets."""
 
 from __future__ import annotations
 
@@ -8,42 +8,41 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geosurf.render import furniture, palette
+from geosurf.render.ticks import fitting, tick_texts, ticks
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 RELIEF = 0.6  # height over width that reads well
-AROUND = 0.3  # of the height of what matters, shown above and below it
+AROUND = 0.3  # margin above and below, as a fraction of the height of the lines
 
 
 def lines_of(
     lines: xarray.Dataset, axes: tuple[str, str], words: Sequence[str]
 ) -> list[tuple[dict[str, str], np.ndarray]]:
     """
-    Return some words of each line of a dataset, and its points, ndarray (n, 2).
+    Return the attributes and the points (n, 2) of each line of a dataset.
 
     Parameters
     ----------
     lines : xarray.Dataset
-        Points of one line after the other, ``count`` of each.
+        Points of all lines, one line after the other; ``count`` is the number of points of each.
     axes : (str, str)
-        Which values of a point are drawn to the right, and which upwards.
+        Coordinates that are drawn to the right and upwards.
     words : sequence of str
-        Values of lines.
+        Names of the attributes.
     """
     points = np.stack([lines[name].values for name in axes], axis=1)
     count = lines["count"].values
-    told = zip(*(lines[name].values for name in words), strict=True)
+    attributes = zip(*(lines[name].values for name in words), strict=True)
     return [
         (dict(zip(words, map(str, row), strict=True)), points[end - n : end])
-        for row, end, n in zip(told, np.cumsum(count), count, strict=True)
+        for row, end, n in zip(attributes, np.cumsum(count), count, strict=True)
     ]
 
 
 def outline_of(rings: Sequence[np.ndarray]) -> Any:
-    """Return one path of matplotlib around rings (n, 2); holes, which run the other way round, stay
-    empty.
-    """
+    """Return one matplotlib path around rings (n, 2); rings of opposite direction are holes."""
     from matplotlib.path import Path as Outline
 
     closed = (Outline(np.vstack([ring, ring[:1]]), closed=True) for ring in rings)
@@ -52,14 +51,14 @@ def outline_of(rings: Sequence[np.ndarray]) -> Any:
 
 def range_shown(points: np.ndarray, levels: Sequence[np.ndarray]) -> tuple[float, ...]:
     """
-    Return what a diagram shows: left, right, bottom, top of what matters, and a part around it.
+    Return the range of a diagram: left, right, bottom, top, with a margin around its lines.
 
     Parameters
     ----------
     points : ndarray of float64, shape (n, 2)
-        Distance and elevation of all that there is [m].
+        Distance and elevation of all points [m].
     levels : sequence of ndarray of float64
-        Elevations of the lines that matter [m]; without any, all is shown.
+        Elevations of the lines that must be visible [m]; if empty, all points are shown.
 
     Examples
     --------
@@ -79,13 +78,13 @@ def range_shown(points: np.ndarray, levels: Sequence[np.ndarray]) -> tuple[float
 def diagram_axes(
     sheet: furniture.Sheet, shown: tuple[float, ...], along: str, room: float
 ) -> tuple[Any, float]:
-    """Axes in metres with some room on both sides [design pixels]; and the exaggeration."""
+    """Return axes in metres with a margin on both sides [design pixels], and the exaggeration."""
     layout, unit = sheet.layout, sheet.layout.unit
     left, right, bottom, top = shown
     wide, high = max(right - left, 1.0), max(top - bottom, 1.0)
     margin = room * unit
     across = layout.view_size[0] - 2.0 * margin
-    # not taller than reads well, never squeezed below true scale where there is room
+    # not taller than reads well, but never below true scale if the picture is high enough
     up = min(layout.view_size[1], max(RELIEF * across, across * high / wide))
     exaggeration = (up / high) / (across / wide)
     low = layout.bottom + (layout.view_size[1] - up) / 2.0
@@ -98,8 +97,8 @@ def diagram_axes(
         (axes.xaxis, along, left, wide, 1000.0, across),
         (axes.yaxis, "Elevation [m]", bottom, high, 1.0, up),
     ):
-        values = furniture.ticks(first, first + span, furniture.fitting(sheet, pixels))
-        axis.set_ticks(values, furniture.tick_texts(values, per))
+        values = ticks(first, first + span, fitting(pixels, unit))
+        axis.set_ticks(values, tick_texts(values, per))
         look = {"fontsize": points_high * 1.08, "color": palette.INK, "family": furniture.FONT}
         axis.set_label_text(name, **look)
     axes.tick_params(labelsize=points_high, colors=palette.INK, width=0.8, color=palette.FAINT)

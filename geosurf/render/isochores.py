@@ -1,9 +1,8 @@
-"""Thickness of a zone in map view: colours, contours block by block, fault polygons.
+"""Draw a thickness map of a zone: colours, contours block by block, fault polygons.
 
-Thickness jumps across faults, so contours are drawn inside each region where the same blocks
-lie, and never from one to the next. Where a fault cuts through the zone itself, from its polygon at
-the top to that at the base, thickness falls off within a few cells: colours show it, and neither
-contours nor the range of colours follow it.
+Thickness jumps across faults, so each set of blocks has contours of its own. Where a fault cuts
+the zone between its polygons at top and base, thickness drops to zero within a few cells. The
+colours show this drop; contours and the range of the colours ignore it.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from geosurf.render import furniture, palette
 from geosurf.render.compose import png_path, save_png
 from geosurf.render.diagram import lines_of
 from geosurf.render.layers import Entry, length_text
-from geosurf.render.map import (
+from geosurf.render.map_frame import (
     colours_of,
     contour_levels,
     draw_colour_bar,
@@ -53,13 +52,13 @@ def render_thickness(
     Parameters
     ----------
     thickness : xarray.DataArray
-        (block, northing, easting) [m], as `Scene.thickness` gives it. Where blocks lie above each
-        other (reverse faults), their sum is shown.
+        Result of `Scene.thickness`: (block, northing, easting) [m]. Where blocks overlap on the map
+        (reverse faults), the map shows their sum.
     path : path-like
         A ``.png`` file; its folder is created.
     polygons : mapping of str to xarray.Dataset, optional
-        Fault polygons by horizon, as `Scene.fault_polygons` gives them; those of the first are
-        drawn solid, of the second dashed.
+        Results of `Scene.fault_polygons` by horizon. Polygons of the first horizon are solid,
+        those of the second are dashed.
     size : (int, int)
         Width and height in pixels.
     title : str, optional
@@ -72,7 +71,7 @@ def render_thickness(
     Raises
     ------
     InputError
-        If there is no thickness anywhere, or the map has other dimensions.
+        If the map has no values, or has other dimensions.
     OutputError
         If the file cannot be written.
 
@@ -93,7 +92,7 @@ def render_thickness(
     layout = furniture.lay_out(check_size(size))
     sheet = furniture.Sheet(layout)
     total = np.where(np.isfinite(values).any(axis=0), np.nansum(values, axis=0), np.nan)
-    total = np.round(total, 6)  # rounding of the last bits has no contours
+    total = np.round(total, 6)  # no contours of rounding errors
     cut = _cut_by_faults(x, y, polygons)
     whole = np.where(cut, np.nan, total) if np.isfinite(total[~cut]).any() else total
     levels = contour_levels(float(np.nanmin(whole)), float(np.nanmax(whole)), N_CONTOUR)
@@ -117,14 +116,14 @@ def render_thickness(
     meaning = {"isochore": "vertical thickness", "isopach": "thickness normal to bedding"}
     words += f". {kind.capitalize()}: {meaning[kind]}." if kind in meaning else "."
     if cut.any():
-        words += " Colours and contours leave out where faults cut through the zone."
+        words += " Contours end where faults cut the zone."
     title = f"{zone}: {kind} map" if title is None else title
     furniture.draw_words(sheet, title, words)
     return save_png(sheet.png(), path)
 
 
 def _where_level(values: np.ndarray, cut: np.ndarray) -> str:
-    """Where one thickness for all of the map is true; the legend has those of single blocks."""
+    """The part of the map that has the only thickness; the legend lists the blocks."""
     if cut.any():
         return "away from faults"
     held = values[np.isfinite(values)]
@@ -133,25 +132,25 @@ def _where_level(values: np.ndarray, cut: np.ndarray) -> str:
 
 
 def _checked(thickness: xarray.DataArray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Values (block, n, m), and eastings and northings (n, m)."""
+    """Return values (block, n, m), eastings and northings (n, m)."""
     if not (hasattr(thickness, "dims") and hasattr(thickness, "values")) or not all(
         name in getattr(thickness, "coords", ()) for name in HORIZON_DIMS
     ):
         raise InputError(
             f"render_thickness takes a map with northing and easting, not "
-            f"{type(thickness).__name__}; hand over what Scene.thickness gave."
+            f"{type(thickness).__name__}. Pass scene.thickness(zone, cell)."
         )
     if len(thickness.dims) != 3 or thickness.dims[0] != "block":
         raise InputError(
-            f"a thickness map has dimensions {thickness.dims}, expected block and two of the map; "
-            "hand over what Scene.thickness gave."
+            f"the thickness map has dimensions {thickness.dims}, expected block and two map axes. "
+            "Pass scene.thickness(zone, cell)."
         )
     values = thickness.values if thickness.dtype.kind in "fiu" else np.empty(0)
     values = np.asarray(values, dtype=np.float64)
     if min(values.shape[1:], default=0) < 2 or not np.isfinite(values).any():
         raise InputError(
-            f"the thickness map of {thickness.attrs.get('zone', 'a zone')!r} has no value on two "
-            "rows and columns; ask for smaller cells."
+            f"the thickness map of {thickness.attrs.get('zone', 'a zone')!r} has no values, or "
+            "fewer than two rows or columns. Use smaller cells."
         )
     x, y = (np.asarray(thickness[name].values, np.float64) for name in ("easting", "northing"))
     if x.ndim == 1:
@@ -160,19 +159,19 @@ def _checked(thickness: xarray.DataArray) -> tuple[np.ndarray, np.ndarray, np.nd
 
 
 def _checked_polygons(polygons: Any) -> dict[str, xarray.Dataset]:
-    """Fault polygons by horizon, or an InputError."""
-    how = "hand over {name: scene.fault_polygons(name)}"
-    expect({} if polygons is None else polygons, Mapping, "polygons are a mapping", how)
+    """Return fault polygons by horizon, or raise an InputError."""
+    how = "pass {name: scene.fault_polygons(name)}"
+    expect({} if polygons is None else polygons, Mapping, "polygons must be a mapping", how)
     for name, found in (polygons or {}).items():
         if any(not hasattr(found, key) for key in ("easting", "northing", "count", "fault")):
             raise InputError(
-                f"polygons[{name!r}] is {type(found).__name__} without fault polygons; {how}."
+                f"polygons[{name!r}] is a {type(found).__name__} without fault polygons; {how}."
             )
     return {str(name): found for name, found in (polygons or {}).items()}
 
 
 def _cut_by_faults(x: np.ndarray, y: np.ndarray, polygons: Mapping[str, xarray.Dataset]):
-    """Which nodes (n, m) lie in a fault polygon, or between those of one fault at two horizons."""
+    """Mark nodes (n, m) in a fault polygon, or between polygons of one fault at two horizons."""
     from matplotlib.path import Path as Outline
     from scipy.spatial import cKDTree
 
@@ -229,7 +228,7 @@ def _colour(axes, x, y, total, levels) -> None:
 
 
 def _contour(sheet, axes, place, heights, levels) -> None:
-    """Contour lines inside each region that the same blocks make; every fifth is bold."""
+    """Contour lines inside each region with the same set of blocks; every fifth is bold."""
     if len(levels) < 2:
         return
     total, values = heights
@@ -253,7 +252,7 @@ def _contour(sheet, axes, place, heights, levels) -> None:
 
 
 def _outline(sheet, axes, rings: xarray.Dataset, dashes, corner, metres: float) -> None:
-    """Fault polygons of one horizon; each fault is named once, where its longest ring is."""
+    """Fault polygons of one horizon; each fault is named once, at its longest ring."""
     width = 1.1 * sheet.layout.unit * 72.0 / furniture.DPI
     longest: dict[str, np.ndarray] = {}
     for (fault, ring), kind in zip(_rings_of(rings), rings.kind.values, strict=True):
@@ -271,7 +270,7 @@ def _outline(sheet, axes, rings: xarray.Dataset, dashes, corner, metres: float) 
 
 
 def _letter_blocks(sheet, axes, x, y, values) -> list[str]:
-    """A letter for each block, at the place of it that is farthest from all others."""
+    """Write a letter on each block, as far from other blocks as possible."""
     from scipy.ndimage import distance_transform_edt
 
     letters = []
@@ -287,15 +286,15 @@ def _letter_blocks(sheet, axes, x, y, values) -> list[str]:
 
 
 def _legend(thickness, values, letters, horizons) -> tuple[Entry, ...]:
-    """Mean and largest thickness of each block, and what the lines are."""
+    """Entries for the fault polygons, and mean and largest thickness of each block."""
     legend = []
     for k, horizon in enumerate(horizons[:2]):
         look = ("line", "dashes")[k]
         legend.append(Entry("Fault polygons", palette.ACCENT, f"at {horizon}", look))
     for name, letter, block in zip(thickness.block.values, letters, values, strict=True):
-        words = "nothing at any node"
+        words = "no values"
         if np.isfinite(block).any():
-            words = f"mean {np.nanmean(block):.4g} m, at most {np.nanmax(block):.4g} m"
+            words = f"mean {np.nanmean(block):.4g} m, max {np.nanmax(block):.4g} m"
         label = f"{letter}: {name}" if len(values) > 1 else str(name)
         legend.append(Entry(label, detail=words, kind="heading"))
     return tuple(legend)

@@ -1,9 +1,10 @@
-"""A horizon in map view: elevation in colour, contour lines, curves, scale, north."""
+"""Draw a map of a horizon: elevation in colour, contours, intersection lines, scale, north."""
 
 from __future__ import annotations
 
-import math
+import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,15 +12,78 @@ import numpy as np
 from geosurf.conventions import real_numbers
 from geosurf.errors import InputError
 from geosurf.model import Curves, TriSurface
-from geosurf.model.expected import expect
+from geosurf.model.expected import expect, listed
 from geosurf.render import furniture, palette
 from geosurf.render.clip import Prism
-from geosurf.render.layers import Entry, length_text, thinned
+from geosurf.render.compose import save_png
+from geosurf.render.layers import Entry, length_text
+from geosurf.render.map_frame import (
+    colours_of,
+    contour_levels,
+    draw_colour_bar,
+    draw_north,
+    map_axes,
+    number_contours,
+)
+from geosurf.render.surface_layers import thinned
+from geosurf.render.views import SIZE, check_size
 
 MAX_MAP_TRIANGLE = 250_000
-N_CONTOUR = 20  # contour intervals, about
-NUMBERED = 120.0  # contours shorter than this get no number [design pixels]
 N_BAND = 3  # bands of colour per contour interval
+
+
+def render_map(
+    surface: TriSurface,
+    curves: Curves | None = None,
+    *,
+    path: str | os.PathLike[str],
+    size: tuple[int, int] = SIZE,
+    title: str | None = None,
+    outline: np.ndarray | None = None,
+    faults: Sequence[str] = (),
+) -> Path:
+    """Draw a map of a horizon: elevation in colour, contours, intersection lines in bold.
+
+    Parameters
+    ----------
+    surface : TriSurface
+    curves : Curves, optional
+        Lines on the surface are drawn, with one colour per other surface.
+    path : path-like
+        A ``.png`` file; its folder is created.
+    size : (int, int)
+        Width and height in pixels.
+    title : str, optional
+        Default: the name of the surface.
+    outline : ndarray of float64, shape (n, 2), optional
+        Outline of the area that is shown: easting and northing, counter-clockwise [m].
+        Default: the whole surface.
+    faults : sequence of str
+        Names of all faults, for the same colours as in other pictures.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If the surface is empty or vertical, or the curves do not include it.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> dip = TriSurface("Top", "horizon", [[0, 0, -9], [900, 0, -50], [0, 900, -80]], [[0, 1, 2]])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     render_map(dip, path=f"{folder}/map.png", size=(400, 250)).name
+    'map.png'
+    """
+    expect(surface, TriSurface, "render_map takes a TriSurface", "pass scene.surface(name)")
+    title = f"{surface.name}: elevation" if title is None else title
+    faults = listed(faults, "faults must be names of faults", "give a list, as scene.fault_names")
+    return save_png(draw_map(surface, curves, check_size(size), title, outline, faults), path)
 
 
 def draw_map(
@@ -36,14 +100,14 @@ def draw_map(
     ----------
     surface : TriSurface
     curves : Curves or None
-        Those that lie on the surface are drawn.
+        Lines that lie on the surface are drawn.
     size : (int, int)
         Pixels.
     title : str
     outline : ndarray of float64, shape (n, 2), optional
-        Around what is shown.
+        Area that is shown.
     faults : sequence of str
-        Names that have the colours of faults in that order; other lines are dark grey then.
+        Names of faults in the order of their colours; then other lines are dark grey.
 
     Returns
     -------
@@ -52,12 +116,14 @@ def draw_map(
     Raises
     ------
     InputError
-        If the surface has no triangles inside the outline, or is seen edge-on from above.
+        If the surface is vertical or has no triangles inside the outline.
     """
     layout = furniture.lay_out(size)
     light, within = thinned(surface, MAX_MAP_TRIANGLE), None
     if not light.n_triangle:
-        raise InputError(f"surface {surface.name!r} has no triangles, so there is no map of it.")
+        raise InputError(
+            f"surface {surface.name!r} has no triangles. Pass a surface with triangles."
+        )
     if outline is not None:
         outline = _corners_of(outline)
         (w, s), (e, n) = np.min(outline, axis=0), np.max(outline, axis=0)
@@ -65,15 +131,15 @@ def draw_map(
         x, t, _ = within.triangles(light.vertices, light.triangles)
         if not len(t):
             raise InputError(
-                f"surface {surface.name!r} has nothing inside the outline of the map. "
+                f"surface {surface.name!r} lies outside the outline of the map. "
                 "Leave the outline out, or check its coordinates."
             )
         light = TriSurface(surface.name, surface.role, x, t)
     west, east, south, north, bottom, top = light.bounds
     if not (east > west and north > south):
         raise InputError(
-            f"surface {surface.name!r} is vertical: from above it is a line. "
-            "Draw it with render_surfaces and view='south' or another one."
+            f"surface {surface.name!r} is vertical, so its map is only a line. "
+            "Draw it with render_surfaces(..., view='south') or another view."
         )
     sheet = furniture.Sheet(layout)
     axes, metres_per_pixel = map_axes(sheet, (west, east, south, north))
@@ -93,7 +159,7 @@ def draw_map(
 
 
 def _corners_of(outline: Any) -> np.ndarray:
-    """Corners (n, 2) of what is shown, or an InputError."""
+    """Return the corners (n, 2) of the area that is shown, or raise an InputError."""
     how = "give easting and northing [m] of three corners or more, shape (n, 2)"
     try:
         corners = real_numbers(outline)
@@ -104,57 +170,6 @@ def _corners_of(outline: Any) -> np.ndarray:
     if not np.isfinite(corners).all():
         raise InputError(f"the outline of a map has values that are not finite; {how}.")
     return corners
-
-
-def contour_levels(bottom: float, top: float, n: int = N_CONTOUR) -> np.ndarray:
-    """Return about `n` round values that enclose a range; one only, where it has no width.
-
-    Examples
-    --------
-    >>> contour_levels(-2041.0, -1985.0).tolist()[:3]
-    [-2045.0, -2040.0, -2035.0]
-    """
-    if not top > bottom:
-        return np.array([bottom])
-    step = furniture.nice_step(top - bottom, n)
-    return step * np.arange(math.floor(bottom / step), math.ceil(top / step) + 1)
-
-
-def map_axes(sheet: furniture.Sheet, extent: tuple[float, float, float, float]):
-    """Return axes in local metres, as large as the layout allows; and metres per pixel."""
-    layout, unit = sheet.layout, sheet.layout.unit
-    west, east, south, north = extent
-    wide, high = layout.view_size
-    metres_per_pixel = max((east - west) / wide, (north - south) / high)
-    width, height = (east - west) / metres_per_pixel, (north - south) / metres_per_pixel
-    left, bottom = layout.left + (wide - width) / 2.0, layout.bottom + (high - height) / 2.0
-    total = (layout.width, layout.height)
-    place = (left / total[0], bottom / total[1], width / total[0], height / total[1])
-    axes = sheet.figure.add_axes(place)
-    axes.set_xlim(0.0, east - west)
-    axes.set_ylim(0.0, north - south)
-    points = 12.0 * unit * 72.0 / furniture.DPI
-    for axis, name, low, span in (
-        (axes.xaxis, "Easting [km]", west, east - west),
-        (axes.yaxis, "Northing [km]", south, north - south),
-    ):
-        n_tick = furniture.fitting(sheet, span / metres_per_pixel)
-        values = furniture.ticks(low, low + span, n_tick)
-        axis.set_ticks(values - low, furniture.tick_texts(values, 1000.0))
-        axis.set_label_text(name, fontsize=points * 1.08, color=palette.INK, family=furniture.FONT)
-    axes.tick_params(labelsize=points, colors=palette.INK, width=0.8, color=palette.FAINT)
-    for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
-        label.set_family(furniture.FONT)
-    for spine in axes.spines.values():
-        spine.set_color(palette.FRAME)
-    return axes, metres_per_pixel
-
-
-def colours_of(codes: tuple[str, ...]):
-    """Return a colour map of matplotlib's through some colours, low to high."""
-    from matplotlib.colors import LinearSegmentedColormap
-
-    return LinearSegmentedColormap.from_list("geosurf", codes)
 
 
 def _draw_elevation(sheet, axes, surface: TriSurface, levels: np.ndarray) -> None:
@@ -177,38 +192,26 @@ def _draw_elevation(sheet, axes, surface: TriSurface, levels: np.ndarray) -> Non
                 number_contours(sheet, axes, lines)
 
 
-def number_contours(sheet: furniture.Sheet, axes, lines) -> None:
-    """Write the value of each contour on its longest line, where that is long enough."""
-    unit = sheet.layout.unit
-    places = []
-    for parts in lines.allsegs:
-        pixels = [axes.transData.transform(part) for part in parts if len(part) > 1]
-        lengths = [np.hypot(*np.diff(part, axis=0).T).cumsum() for part in pixels]
-        if lengths and max(length[-1] for length in lengths) > NUMBERED * unit:
-            k = max(range(len(lengths)), key=lambda k: lengths[k][-1])
-            at = np.searchsorted(lengths[k], 0.4 * lengths[k][-1])
-            places.append(tuple(axes.transData.inverted().transform(pixels[k][at])))
-    if not places:
-        return
-    points = 9.5 * unit * 72.0 / furniture.DPI
-    look = {"fmt": furniture.plain_number, "inline_spacing": 3, "manual": places}
-    for text in axes.clabel(lines, fontsize=points, **look):
-        text.set_family(furniture.FONT)
-
-
 def _draw_curves(
     sheet, axes, surface, curves: Curves, within: Prism | None, faults: list[str]
 ) -> list[Entry]:
-    """Bold lines for the curves on a surface: faults have their colours, beside them all else is
-    dark grey. Where no faults are named each surface has a colour.
+    """Draw the intersection lines of a surface as bold lines.
+
+    Lines of named faults have the colours of the faults, other lines are dark grey. If no faults
+    are named, each surface has a colour.
     """
     from matplotlib.collections import LineCollection
 
     name = surface.name
-    expect(curves, Curves, "curves takes Curves", "scene.curves and intersect_surfaces are some")
+    expect(
+        curves,
+        Curves,
+        "curves must be Curves",
+        "pass scene.curves",
+    )
     if name not in curves.names:
         raise InputError(
-            f"the curves know no surface {name!r}; they are those of {list(curves.names)}."
+            f"the curves have no surface {name!r}. Their surfaces are {list(curves.names)}."
         )
     west, _, south, *_ = surface.bounds
     row = curves.names.index(name)
@@ -248,49 +251,6 @@ def _draw_curves(
         look = {"ha": "left", "fontweight": "bold"}
         furniture.halo_text(sheet, axes, at, curves.names[other], 11.5, colour, **look)
     return [
-        Entry(f"with {name}", colours[name], length_text(length), "line")
+        Entry(name, colours[name], f"intersection, {length_text(length)}", "line")
         for name, length in ((curves.names[k], length) for k, length in others.items())
     ]
-
-
-def draw_colour_bar(
-    sheet: furniture.Sheet,
-    levels: np.ndarray,
-    words: str,
-    codes: tuple[str, ...],
-    n_band: int,
-    ends: tuple[float, float],
-    where: str = "everywhere",
-) -> None:
-    """Draw a value against its colour, on the right; `n_band` bands between two levels.
-
-    `ends` are its lower and upper end, in design pixels. Where there is one level only, `where`
-    says for which part of the map that holds.
-    """
-    layout, unit = sheet.layout, sheet.layout.unit
-    left, low, high = layout.width - 250.0 * unit, ends[0] * unit, ends[1] * unit
-    if len(levels) < 2:
-        sheet.text((left, high), f"{where} {furniture.plain_number(levels[0])} m", 12.5)
-        return
-    n_band *= len(levels) - 1
-    colours = colours_of(codes)
-    height = (high - low) / n_band
-    for i in range(n_band):
-        face = {"facecolor": colours((i + 0.5) / n_band), "linewidth": 0.0}
-        sheet.rectangle((left, low + i * height), 22.0 * unit, height * 1.02, **face)
-    span = levels[-1] - levels[0]
-    values = furniture.ticks(float(levels[0]), float(levels[-1]), 5)
-    for value, number in zip(values, furniture.tick_texts(values, 1.0), strict=True):
-        y = low + (high - low) * (value - levels[0]) / span
-        sheet.line([(left + 22 * unit, y), (left + 28 * unit, y)], 1.0, palette.FAINT)
-        sheet.text((left + 34 * unit, y), number, 12.0)
-    sheet.text((left, high + 22 * unit), words, 13.0)
-
-
-def draw_north(sheet: furniture.Sheet) -> None:
-    """Draw an arrow to the north, on the lower right."""
-    unit = sheet.layout.unit
-    foot = np.array([sheet.layout.width - 239.0 * unit, 160.0 * unit])
-    tip = foot + np.array([0.0, 62.0 * unit])
-    furniture.arrow_head(sheet, foot, tip, 2.2, palette.INK)
-    sheet.text(tip + np.array([0.0, 14.0 * unit]), "N", 15.0, ha="center", weight="bold")

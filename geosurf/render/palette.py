@@ -1,6 +1,6 @@
-"""Colours: sober, stratigraphic, and told apart on paper and by colour-blind readers.
+"""Colours of zones, faults and maps: distinct in print and for colour-blind readers.
 
-All are sRGB triples in 0 to 1.
+All colours are sRGB triples from 0 to 1.
 """
 
 from __future__ import annotations

@@ -1,9 +1,11 @@
-"""A close-up of a place: the surfaces around it, cut to a small box, and a mark."""
+"""Draw a close-up of a place: the surfaces around it, clipped to a small box, and a marker."""
 
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -12,26 +14,83 @@ from geosurf.errors import InputError
 from geosurf.model import TriSurface
 from geosurf.model.expected import expect, listed
 from geosurf.render import palette
-from geosurf.render.layers import Content, Entry, Layer, show_surfaces
+from geosurf.render.compose import draw_picture
+from geosurf.render.layers import Content, Entry, Layer, number_text
+from geosurf.render.surface_layers import show_surfaces
+from geosurf.render.views import SIZE, view_vectors
 
 REACH = 1 / 12  # of the larger side of all surfaces
 FLATTEST = 0.25  # height of the box over its width, where surfaces are flat
+
+
+def render_place(
+    surfaces: Iterable[TriSurface],
+    place: Sequence[float],
+    path: str | os.PathLike[str],
+    *,
+    reach: float | None = None,
+    view: str = "southwest",
+    size: tuple[int, int] = SIZE,
+    exaggeration: float | None = None,
+    title: str = "Close-up",
+) -> Path:
+    """Draw a close-up of one place: the surfaces around it, and a marker.
+
+    Errors of the geometry have a place: `GeometryError.place`.
+
+    Parameters
+    ----------
+    surfaces : iterable of TriSurface
+    place : (easting, northing, elevation)
+        World coordinates [m].
+    path : path-like
+        A ``.png`` file; its folder is created.
+    reach : float, optional
+        Half the width of the close-up [m]; default: a twelfth of the extent of all surfaces.
+    view, size, exaggeration
+        As in `render_scene`.
+    title : str
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If `place` is not a point or `reach` is not positive.
+    OutputError, DependencyError
+        As `render_scene`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> ramp = TriSurface("F1", "fault", [[0, 0, 0], [900, 0, 0], [0, 900, 500]], [[0, 1, 2]])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     render_place([ramp], (300, 300, 166), f"{folder}/place.png", size=(400, 250)).name
+    'place.png'
+    """
+    view_vectors(view)
+    content, box = show_place(surfaces, place, reach)
+    return draw_picture(
+        content, path, title=title, view=view, size=size, exaggeration=exaggeration, box=box
+    )
 
 
 def show_place(
     surfaces: Iterable[TriSurface], place: Sequence[float], reach: float | None
 ) -> tuple[Content, tuple[float, ...]]:
     """
-    Return what is around a place, and the box it is cut to.
+    Return the surfaces around a place, and the box they are clipped to.
 
     Parameters
     ----------
     surfaces : iterable of TriSurface
-        Those that the close-up does not meet are left out.
+        Surfaces outside the close-up are left out.
     place : (easting, northing, elevation)
         World coordinates [m].
     reach : float or None
-        How far the close-up goes to each side [m]; default: a twelfth of all that is there.
+        Half the width of the close-up [m]; default: a twelfth of the extent of all surfaces.
 
     Returns
     -------
@@ -42,10 +101,10 @@ def show_place(
     Raises
     ------
     InputError
-        If the place or the reach is no place or reach.
+        If `place` is not a point or `reach` is not positive.
     """
     x, y, z = _checked(place, reach)
-    how = "give a list of TriSurface, as in scene.surfaces"
+    how = "pass a list of TriSurface, as in scene.surfaces"
     given = listed(surfaces, "render_place takes surfaces", how)
     for surface in given:
         expect(surface, TriSurface, "render_place takes surfaces", how)
@@ -62,9 +121,11 @@ def show_place(
         top = max(max(cut.bounds[5] for cut in near), z + FLATTEST * reach)
         low[2], high[2] = bottom, top
     mark = _mark(np.array([x, y, z]), low, high)
-    label = f"({x:.1f}, {y:.1f}, {z:.1f})"
+    label = f"E {number_text(x)} N {number_text(y)}, {number_text(z)} m".replace(
+        "-", "\N{MINUS SIGN}"
+    )
     content = show_surfaces(near) + Content(
-        (mark,), (Entry("the place", palette.ACCENT, label, "line"),)
+        (mark,), (Entry("Location", palette.ACCENT, label, "line"),)
     )
     w, s, b, e, n, t = (*low.tolist(), *high.tolist())
     return content, (w, e, s, n, b, t)
@@ -80,13 +141,15 @@ def _checked(place: Sequence[float], reach: float | None) -> tuple[float, float,
             f"place is {place!r}, expected three finite numbers: easting, northing, elevation [m]."
         )
     if reach is not None and not (is_number(reach) and reach > 0):
-        raise InputError(f"reach is {reach!r}, expected metres above 0; leave it out for a choice.")
+        raise InputError(
+            f"reach is {reach!r}, expected a length above 0 m. Leave it out for the default."
+        )
     x, y, z = values.tolist()
     return x, y, z
 
 
 def _mark(place: np.ndarray, low: np.ndarray, high: np.ndarray) -> Layer:
-    """Three lines through a place, each a third as long as the box."""
+    """Three lines through a place, each a third of the length of the box."""
     arm = np.diag((high - low) / 6.0)
     points = np.concatenate([place - arm, place + arm])
     lines = np.array([[0, 3], [1, 4], [2, 5]])
@@ -94,7 +157,7 @@ def _mark(place: np.ndarray, low: np.ndarray, high: np.ndarray) -> Layer:
 
 
 def _cut(surface: TriSurface, low: np.ndarray, high: np.ndarray) -> TriSurface:
-    """The part of a surface in a box; for pictures, in floats."""
+    """The part of a surface inside a box, in floating point: for pictures only."""
     corners = surface.vertices[surface.triangles]
     lowest, highest = corners.min(axis=1), corners.max(axis=1)
     whole = (lowest >= low).all(axis=1) & (highest <= high).all(axis=1)
@@ -124,7 +187,7 @@ def _clip_ring(ring: list[np.ndarray], low: np.ndarray, high: np.ndarray) -> lis
 
 
 def _crossing(p: np.ndarray, q: np.ndarray, axis: int, limit: float) -> np.ndarray:
-    """Where an edge leaves the box: bit for bit the same for both of its triangles."""
+    """The point where an edge leaves the box, identical for both of its triangles."""
     a, b = sorted((p, q), key=tuple)
     point: np.ndarray = a + (limit - a[axis]) / (b[axis] - a[axis]) * (b - a)
     point[axis] = limit

@@ -1,9 +1,8 @@
-"""Ask a graphics driver, outside of our own process, whether it can draw.
+"""Test in a separate process whether a graphics driver can draw.
 
-This file is run as a script by `geosurf.render.backend`: a driver that dies takes
-this process with it and leaves the caller standing. It needs the standard
-library only. Prints the name of the renderer and exits with 0, or says why not
-on standard error and exits with 1.
+`geosurf.render.backend` runs this file as a script: a driver that crashes ends only this process.
+It uses the standard library only. It prints the name of the renderer and exits with 0, or prints
+the reason to standard error and exits with 1.
 """
 
 from __future__ import annotations
@@ -106,7 +105,7 @@ def probe_osmesa(library: str) -> str:
 
 
 def probe_x(library: str) -> str:
-    """Return 'X server' if there is one to talk to, or ''."""
+    """Return 'X server' if one responds, or ''."""
     return "X server" if call(ctypes.CDLL(library), "XOpenDisplay", None) else ""
 
 
@@ -114,7 +113,7 @@ PROBES = {"egl": probe_egl, "osmesa": probe_osmesa, "x": probe_x}
 
 
 def main(kind: str, library: str) -> int:
-    """Probe one kind of back end through one library."""
+    """Probe one kind of backend through one library."""
     try:
         renderer = PROBES[kind](library)
     except (OSError, AttributeError) as error:

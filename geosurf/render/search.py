@@ -1,24 +1,80 @@
-"""The picture that explains the search: global box, voxels, candidate faces, curve."""
+"""Draw how the voxel search finds an intersection line: common box, voxels, candidate triangles."""
 
 from __future__ import annotations
 
 import itertools
+import os
+from pathlib import Path
 
 import numpy as np
 
 from geosurf.errors import InputError
-from geosurf.model import TriSurface, VoxelSearch
+from geosurf.model import Curves, TriSurface, VoxelSearch
 from geosurf.model.expected import expect
 from geosurf.render import palette
-from geosurf.render.layers import BOX_EDGES, Content, Entry, Layer, show_box, triangle_layer
+from geosurf.render.compose import draw_picture
+from geosurf.render.layers import (
+    BOX_EDGES,
+    Content,
+    Entry,
+    Layer,
+    number_text,
+    show_box,
+    triangle_layer,
+)
+from geosurf.render.surface_layers import show_curves
+from geosurf.render.views import SIZE
 
 PALE = 0.32
 FAULT_OPACITY = 0.7
 MAX_VOXEL_SHOWN = 4000
 
 
+def render_search(
+    surface_a: TriSurface,
+    surface_b: TriSurface,
+    search: VoxelSearch,
+    curves: Curves | None,
+    path: str | os.PathLike[str],
+    *,
+    view: str = "southwest",
+    size: tuple[int, int] = SIZE,
+    exaggeration: float | None = None,
+    title: str = "Voxel search for intersection lines",
+) -> Path:
+    """Draw how the voxel search finds an intersection line: few triangles remain to be tested.
+
+    Parameters
+    ----------
+    surface_a, surface_b : TriSurface
+        Surfaces of the search, drawn semi-transparent; their candidate triangles are solid.
+    search : VoxelSearch
+    curves : Curves or None
+        The intersection lines, drawn in red.
+    path : path-like
+        A ``.png`` file; its folder is created.
+    view, size, exaggeration, title
+        As in `render_surfaces`.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If the search does not belong to these surfaces.
+    OutputError, DependencyError
+        As `render_scene`.
+    """
+    content = show_search(surface_a, surface_b, search)
+    if curves is not None:
+        content += show_curves(curves, palette.ACCENT, 3.6, {surface_a.name, surface_b.name})
+    return draw_picture(content, path, title=title, view=view, size=size, exaggeration=exaggeration)
+
+
 def show_search(first: TriSurface, second: TriSurface, search: VoxelSearch) -> Content:
-    """Return both surfaces as glass, and what the voxels leave of them in full colour.
+    """Return both surfaces semi-transparent and their candidate triangles in full colour.
 
     Parameters
     ----------
@@ -28,9 +84,9 @@ def show_search(first: TriSurface, second: TriSurface, search: VoxelSearch) -> C
     Raises
     ------
     InputError
-        If the search names faces that the surfaces do not have.
+        If the search refers to triangles that the surfaces do not have.
     """
-    expect(search, VoxelSearch, "render_search takes a VoxelSearch", "Scene.search gives one")
+    expect(search, VoxelSearch, "render_search takes a VoxelSearch", "pass scene.search(a, b)")
     content = Content()
     pairs = ((first, search.faces_a, 0), (second, search.faces_b, 2))
     for surface, faces, place in pairs:
@@ -41,13 +97,13 @@ def show_search(first: TriSurface, second: TriSurface, search: VoxelSearch) -> C
 
 
 def _checked_faces(surface: TriSurface, faces: np.ndarray) -> np.ndarray:
-    expect(surface, TriSurface, "render_search takes surfaces", "hand over those of the search")
+    expect(surface, TriSurface, "render_search takes surfaces", "pass those of the search")
     faces = np.asarray(faces, dtype=np.int64)
     bad = faces[(faces < 0) | (faces >= surface.n_triangle)]
     if len(bad):
         raise InputError(
-            f"the search names face {bad[0]} of surface {surface.name!r}, which has "
-            f"{surface.n_triangle} triangles; hand over the surfaces that were searched, in order."
+            f"the search refers to triangle {bad[0]} of surface {surface.name!r}, which has only "
+            f"{surface.n_triangle} triangles. Pass the surfaces of the search in the same order."
         )
     return faces
 
@@ -66,8 +122,8 @@ def _glass_and_candidates(surface: TriSurface, faces: np.ndarray, colour: palett
     sides = np.unique(np.sort(solid[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     rims = Layer(surface.vertices, lines=sides, colour=palette.INK, width=0.5)
     legend = (
-        Entry(surface.name, colour, f"{surface.n_triangle:,} faces", opacity=PALE),
-        Entry("candidate faces", chosen.colour, f"{len(faces):,} of {surface.name}"),
+        Entry(surface.name, colour, f"{number_text(surface.n_triangle)} triangles", opacity=PALE),
+        Entry("Candidate triangles", chosen.colour, f"{number_text(len(faces))} of {surface.name}"),
     )
     layers = (*([glass] if len(others) else []), *([chosen, rims] if len(faces) else []))
     return Content(layers, legend)
@@ -80,18 +136,18 @@ def _show_voxels(search: VoxelSearch) -> Content:
     if occupied:
         points, lines = voxel_edges(search)
         content += Content((Layer(points, lines=lines, colour=palette.VOXEL, width=0.8),))
-    detail = f"{occupied:,} of {n_cell:,} hold both"
+    detail = f"{number_text(occupied)} of {number_text(n_cell)} with both"
     legend = (
-        Entry("global box", palette.INK, "where both can be", "line"),
-        Entry("voxels", palette.VOXEL, detail, "line"),
+        Entry("Common box", palette.INK, "overlap of both bounds", "line"),
+        Entry("Voxels", palette.VOXEL, detail, "line"),
     )
     return content + Content(legend=legend)
 
 
 def voxel_edges(search: VoxelSearch) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (n, 3) and edges (n_edge, 2) of the occupied voxels, each edge once.
+    """Return points (n, 3) and distinct edges (n_edge, 2) of the occupied voxels.
 
-    Voxels beyond the first 4000 are left out: no eye would tell them apart.
+    Only the first 4000 voxels are drawn: more could not be distinguished.
     """
     cells = np.asarray(search.occupied, dtype=np.int64).reshape(-1, 3)[:MAX_VOXEL_SHOWN]
     corners = np.array(list(itertools.product((0, 1), repeat=3)))

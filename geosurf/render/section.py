@@ -1,4 +1,4 @@
-"""Vertical section: zones in colour, faults, horizons and contacts along a line in the map."""
+"""Draw a vertical section: zones, faults, horizons and fluid contacts along a line on the map."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from geosurf.render import furniture, palette
 from geosurf.render.allan import HALO, area_text
 from geosurf.render.compose import png_path, save_png
 from geosurf.render.diagram import diagram_axes, lines_of, outline_of, range_shown
-from geosurf.render.layers import Entry
+from geosurf.render.layers import Entry, number_text
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 WINDS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
-ROUNDING = 1e-12  # of the area of a section: a part of less has no thickness
-ROOM = 24.0  # for the winds at both ends [design pixels]
+ROUNDING = 1e-12  # fraction of the area of a section: smaller parts have no thickness
+ROOM = 24.0  # margin for the compass directions at both ends [design pixels]
 _NEEDED = ("kind", "label", "zone", "contact", "along_section", "elevation", "count", "area")
 
 
@@ -38,13 +38,13 @@ def render_section(
     Parameters
     ----------
     section : xarray.Dataset
-        What `Scene.section` gives.
+        Result of `Scene.section`.
     path : path-like
         A ``.png`` file; its folder is created.
     size : (int, int)
         Width and height in pixels.
     title : str, optional
-        Default: where the section begins and ends.
+        Default: the coordinates of both ends.
 
     Returns
     -------
@@ -53,7 +53,7 @@ def render_section(
     Raises
     ------
     InputError
-        If this is no section.
+        If `section` is not a section.
     OutputError
         If the file cannot be written.
 
@@ -72,7 +72,8 @@ def render_section(
     attrs = getattr(section, "attrs", {})
     if any(not hasattr(section, name) for name in _NEEDED) or not {"zones", "faults"} <= set(attrs):
         raise InputError(
-            f"render_section takes what Scene.section gives, not {type(section).__name__}."
+            f"render_section takes the result of Scene.section, not {type(section).__name__}. "
+            "Pass scene.section(line)."
         )
     parts = lines_of(section, ("along_section", "elevation"), ("kind", "label", "zone", "contact"))
     lines = [(*part, float(area)) for part, area in zip(parts, section.area.values, strict=True)]
@@ -88,15 +89,15 @@ def render_section(
     corners = _corners(section)
     _draw_ends(sheet, axes, corners)
     furniture.draw_legend(sheet, _legend(lines, areas, colours, faults), 640.0)
-    words = f"Vertical exaggeration {exaggeration:.2g}×. Areas are of the whole section."
+    words = f"Areas: whole section. Vertical exaggeration {exaggeration:.2g}×."
     if any(line["kind"] == "contact" for line, _, _ in lines):
-        words = f"Fluid contacts are blue. {words}"
+        words = f"Fluid contacts: blue. {words}"
     furniture.draw_words(sheet, _title(corners) if title is None else title, words)
     return save_png(sheet.png(), path)
 
 
 def _corners(section: xarray.Dataset) -> np.ndarray:
-    """Distance, easting and northing of the leftmost and the rightmost point, (2, 3)."""
+    """Distance, easting and northing of the first and the last point, (2, 3)."""
     at = section.along_section.values
     rows = [int(np.argmin(at)), int(np.argmax(at))]
     columns = (section.along_section, section.easting, section.northing)
@@ -104,15 +105,15 @@ def _corners(section: xarray.Dataset) -> np.ndarray:
 
 
 def _title(corners: np.ndarray) -> str:
-    west, east = (f"{x:.0f} E {y:.0f} N" for _, x, y in corners.tolist())
-    return f"Section from {west} to {east}"
+    first, last = (f"E {number_text(x)} N {number_text(y)}" for _, x, y in corners.tolist())
+    return f"Section from {first} to {last}"
 
 
 def _areas(lines, zones: list[str]) -> dict[tuple[str, str], float]:
-    """Area [m2] of each zone and interval between contacts, from the top down.
+    """Area [m2] of each zone and contact interval, from the top down.
 
-    A zone may have no thickness along the section; rounding gives it an area of either sign then.
-    It has no colour and no line in the legend.
+    A zone without thickness along the section has an area that is only rounding error, of either
+    sign. It gets no colour and no legend entry.
     """
     areas: dict[tuple[str, str], float] = {}
     rings: dict[tuple[str, str], list[np.ndarray]] = {}
@@ -128,7 +129,7 @@ def _areas(lines, zones: list[str]) -> dict[tuple[str, str], float]:
 
 
 def _colours(areas, zones: list[str]) -> dict[tuple[str, str], palette.RGB]:
-    """Zones have the colours of the column, intervals between contacts are shades of them."""
+    """Colours of zones from the column; contact intervals are shades of them."""
     found = {}
     for zone in zones:
         parts = [key for key in areas if key[0] == zone]
@@ -155,7 +156,7 @@ def _fill(axes, lines, colours: dict[tuple[str, str], palette.RGB]) -> None:
 
 
 def _draw_lines(sheet, axes, lines, faults: dict[str, palette.RGB]) -> None:
-    """Horizons, contacts, and faults, each of these in its colour with its name at the top."""
+    """Draw horizons, contacts, and faults in their colours with their names at the top."""
     unit = sheet.layout.unit
     width = 1.6 * unit * 72.0 / furniture.DPI
     bottom, top = axes.get_ylim()
@@ -183,7 +184,7 @@ def _draw_lines(sheet, axes, lines, faults: dict[str, palette.RGB]) -> None:
 
 
 def _highest(line: np.ndarray, bottom: float, top: float) -> np.ndarray | None:
-    """The highest place of a line (n, 2) between two levels; None if it is not between them."""
+    """The highest point of a line (n, 2) between two levels; None if there is none."""
     p, q = line[:-1], line[1:]
     across = np.flatnonzero((p[:, 1] > top) != (q[:, 1] > top))
     if len(across):
@@ -194,7 +195,7 @@ def _highest(line: np.ndarray, bottom: float, top: float) -> np.ndarray | None:
 
 
 def _draw_ends(sheet, axes, corners: np.ndarray) -> None:
-    """Which way the section runs: the winds at its ends."""
+    """Write the compass directions at both ends of the section."""
     (_, x0, y0), (_, x1, y1) = corners.tolist()
     turn = round(math.degrees(math.atan2(x1 - x0, y1 - y0)) / 45.0) % 8
     points = 14.0 * sheet.layout.unit * 72.0 / furniture.DPI

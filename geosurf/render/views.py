@@ -1,8 +1,7 @@
-"""Named views: where the eye is, and where a point of the world lands on paper.
+"""Named views: the direction of view, and the projection of world points to pixels.
 
-Projection is parallel, so that a length across the view is the same
-everywhere, lines may be lifted towards the eye without moving on paper, and
-labels are placed by six multiplications in float64.
+The projection is parallel. So a length across the picture has the same scale everywhere, lines can
+be moved towards the viewer without a shift on the picture, and labels are placed in float64.
 """
 
 from __future__ import annotations
@@ -16,8 +15,8 @@ import numpy as np
 from geosurf.conventions import did_you_mean, is_number, is_word
 from geosurf.errors import InputError
 
-# Where the eye stands: azimuth clockwise from north, height above the horizon [degrees].
-# Corner views stand a little off the diagonal, so that the two sides of a box differ.
+# Position of the viewer: azimuth clockwise from north, angle above the horizontal [degrees].
+# Corner views are a little off the diagonal, so that the two sides of a box differ.
 VIEWS = {
     "southwest": (213.0, 27.0),
     "southeast": (147.0, 27.0),
@@ -30,10 +29,11 @@ VIEWS = {
     "top": (180.0, 90.0),
 }
 
-# Vertical exaggerations that people can divide by in their heads.
+# Round vertical exaggerations.
 EXAGGERATIONS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
-# Smallest and largest width and height of a picture [pixels]: below, no words fit beside the model.
+# Smallest and largest width and height of a picture [pixels]; smaller ones have no room for text.
 SMALLEST, LARGEST = (200, 150), (8000, 8000)
+SIZE = (1280, 800)  # default width and height of a picture [pixels]
 RELIEF = 0.4  # height over width that reads well
 
 
@@ -44,9 +44,9 @@ class Camera:
     Attributes
     ----------
     right, up, towards : ndarray of float64, shape (3,)
-        Unit vectors: across the paper, up the paper, towards the eye.
+        Unit vectors: to the right, upwards, and towards the viewer.
     centre : ndarray of float64, shape (3,)
-        World point [m] in the middle of the paper; the origin of the local frame.
+        World point [m] in the centre of the picture; the origin of the local frame.
     exaggeration : float
         Elevations are stretched by this about `centre`.
     size : (int, int)
@@ -67,14 +67,14 @@ class Camera:
         return (points - self.centre) * (1.0, 1.0, self.exaggeration)
 
     def to_pixels(self, points: np.ndarray) -> np.ndarray:
-        """Return where world points (n, 3) land: pixels (n, 2) from the lower left."""
+        """Return the pixels (n, 2) of world points (n, 3), from the lower left."""
         local = self.to_local(np.asarray(points, dtype=np.float64))
         flat = np.stack([local @ self.right, local @ self.up], axis=-1)
         return flat / self.metres_per_pixel + np.array(self.size) / 2.0
 
 
 def view_vectors(view: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the unit vectors right, up and towards the eye of a named view.
+    """Return the unit vectors right, up and towards the viewer of a named view.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def view_vectors(view: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     if not is_word(view, VIEWS):
         raise InputError(
-            f"there is no view {view!r}; views are {', '.join(VIEWS)}.{did_you_mean(view, VIEWS)}"
+            f"unknown view {view!r}. Views are {', '.join(VIEWS)}.{did_you_mean(view, VIEWS)}"
         )
     azimuth, height = (math.radians(angle) for angle in VIEWS[view])
     ground = np.array([math.sin(azimuth), math.cos(azimuth), 0.0])
@@ -99,10 +99,10 @@ def view_vectors(view: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def choose_exaggeration(bounds: tuple[float, ...]) -> float:
-    """Return a round vertical exaggeration that reads well: never below 1.
+    """Return a round vertical exaggeration of 1 or more that suits the shape of the model.
 
-    Width is the side of the square that covers as much ground: long and narrow
-    models are not blown up for their length.
+    The width is the side of the square of the same area, so long and narrow models are not
+    exaggerated because of their length.
 
     Parameters
     ----------
@@ -136,14 +136,14 @@ def check_exaggeration(exaggeration: float | None, bounds: tuple[float, ...]) ->
         return choose_exaggeration(bounds)
     if not (is_number(exaggeration) and exaggeration > 0.0):
         raise InputError(
-            f"exaggeration is {exaggeration!r}, but elevations can be stretched by a positive "
-            "number only; leave it out for one that reads well."
+            f"exaggeration is {exaggeration!r}, expected a number above 0. "
+            "Leave it out for the default."
         )
     return float(exaggeration)
 
 
 def check_size(size: tuple[int, int]) -> tuple[int, int]:
-    """Return the size of a picture in pixels, or say what is wrong with it.
+    """Return the size of a picture in pixels, or raise an error.
 
     Raises
     ------
@@ -176,14 +176,14 @@ def corners(bounds: tuple[float, ...]) -> np.ndarray:
 
 
 def aim(view: str, bounds: tuple[float, ...], size: tuple[int, int], exaggeration: float) -> Camera:
-    """Return the camera that shows a box as large as a picture of some size allows.
+    """Return the camera that fits a box into a picture of some size.
 
     Parameters
     ----------
     view : str
         A key of `VIEWS`.
     bounds : (west, east, south, north, bottom, top)
-        What has to be seen [m].
+        Bounds that must be visible [m].
     size : (int, int)
         Pixels across and up.
     exaggeration : float
@@ -205,13 +205,13 @@ def bounds_of(arrays: list[np.ndarray]) -> tuple[float, float, float, float, flo
     Raises
     ------
     InputError
-        If there is not one point.
+        If there are no points.
     """
     arrays = [points for points in arrays if len(points)]
     if not arrays:
         raise InputError(
-            "there is nothing to draw: no triangle, no curve. "
-            "Hand over at least one surface, or show more of the scene."
+            "the picture is empty: it has no triangles and no lines. "
+            "Pass at least one surface, or add to `show`."
         )
     low = np.min([points.min(axis=0) for points in arrays], axis=0)
     high = np.max([points.max(axis=0) for points in arrays], axis=0)

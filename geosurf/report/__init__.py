@@ -1,7 +1,15 @@
-"""A scene as one HTML page: what went in, what came out, whether it is sealed.
+"""Write the report of a model: one HTML page with tables, pictures and the certificate.
 
-The page holds its pictures and its style, asks the network for nothing, prints
-well, and is the same, byte for byte, each time the same scene is reported.
+===============  ====================================================================
+table.py         a table of text, the number format, plain-text output
+tables.py        tables of a model: surfaces, volumes, contacts, intersection lines
+fault_tables.py  tables of faults: extension, juxtaposition, polygons, throw and heave
+run_tables.py    tables of a run: warnings, certificate, counts, versions
+page.py          tables and pictures as HTML
+===============  ====================================================================
+
+The page contains its pictures and its style sheet, so it is one file that needs no network and
+prints well. The same scene gives the same page, byte for byte.
 """
 
 from __future__ import annotations
@@ -17,7 +25,8 @@ from geosurf.errors import InputError, OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model import Certificate
 from geosurf.model.expected import expect, number_of, path_of
-from geosurf.report import page, tables
+from geosurf.report import fault_tables, page, run_tables, tables
+from geosurf.report.table import Table, number
 
 __all__ = ["report_scene"]
 
@@ -33,35 +42,36 @@ def report_scene(
     min_volume: float = 0.0,
     regions: Mapping[str, tuple[float, str]] | None = None,
 ) -> Path:
-    """Write ``index.html``: inputs, volumes, curves, certificate, pictures, cost.
+    """Write ``index.html``: volumes, pictures, certificate, inputs and run log of a model.
 
     Parameters
     ----------
     scene : Scene
-        Or anything with ``surfaces``, ``units``, ``curves``, ``patches``, ``box`` and ``check()``;
-        ``explain(seconds=False)``, ``render_pictures(folder)``, ``sheets``, ``warnings``, and
-        ``faults_inside`` with what is measured along them are used where they exist.
+        Any object with ``surfaces``, ``units``, ``curves``, ``patches``, ``box`` and ``check()``.
+        The report also uses ``explain(seconds=False)``, ``render_pictures(folder)``, ``sheets``,
+        ``warnings`` and ``faults_inside`` where the object has them.
     folder : path-like
-        Is created if need be.
+        Folder of the page. It is created if it does not exist.
     pictures : mapping of str to path-like, optional
-        Caption and PNG file of each picture. Default: what
-        ``scene.render_pictures(folder)`` draws, if the scene can.
+        Caption and PNG file of each picture. Default: the pictures that
+        ``scene.render_pictures(folder)`` draws.
     title : str
+        Heading of the page.
     made : str
-        A date or a name to print below the title. Nothing is printed by itself,
-        so that the same scene gives the same page.
+        A date or a name to print below the title. By default the page has no date, so
+        the same scene gives the same page.
     certificate : Certificate, optional
-        What ``scene.check()`` gave, if it is there already. Default: it is asked.
+        Result of an earlier ``scene.check()``. Default: the check is run.
     min_volume : float
-        Units smaller than this are listed as remnants, along with numbered ones [m3].
+        List units smaller than this among the slivers and detached pieces [m3].
     regions : mapping of str to (float, str), optional
-        Volumes that somebody else found for the same model [m3], each with the name of the unit
-        that lies there, or ''.
+        Volumes [m3] of the same model from another program, by region, each with the name of
+        the unit at that location, or ''.
 
     Returns
     -------
     Path
-        Of the page.
+        File of the page.
 
     Raises
     ------
@@ -72,7 +82,7 @@ def report_scene(
 
     Examples
     --------
-    A box of 1 km by 1 km by 100 m that nothing cuts:
+    A box of 1 km by 1 km by 100 m without surfaces:
 
     >>> import tempfile
     >>> from types import SimpleNamespace
@@ -96,8 +106,8 @@ def report_scene(
     for needed in ("surfaces", "units", "curves", "patches", "box", "check"):
         if not hasattr(scene, needed):
             raise InputError(
-                f"report_scene takes a Scene, not {type(scene).__name__}, which has no {needed}; "
-                "make one with geosurf.Scene(horizons, faults, box)."
+                f"report_scene takes a Scene; {type(scene).__name__} has no attribute {needed!r}. "
+                "Make a scene with geosurf.Scene(horizons, faults, box)."
             )
     min_volume = number_of(min_volume, "min_volume", "give cubic metres")
     if certificate is not None:
@@ -123,7 +133,7 @@ def report_scene(
 
 
 def _checked_regions(regions: Any) -> dict[str, tuple[float, str]]:
-    """Volumes that somebody else found, and names of units, by region."""
+    """Return volumes of another program and names of units, by region."""
     how = "give {region: (volume in m3, name of a unit or '')}"
     expect({} if regions is None else regions, Mapping, "regions takes a mapping", how)
     found = {}
@@ -146,8 +156,8 @@ def build_page(
     """Return the whole page as text."""
     surfaces, units, curves = tuple(scene.surfaces), scene.units, scene.curves
     facts = (
-        f"{counted(len(surfaces), 'surface')} meet along {counted(curves.n_curve, 'curve')} "
-        f"({tables.number(curves.length, 1)} m) and bound {counted(len(units), 'unit')}."
+        f"{counted(len(units), 'unit')} from {counted(len(surfaces), 'surface')}; "
+        f"{number(curves.length / 1000.0, 1)} km of intersection lines."
     )
     west, east, south, north, bottom, top = map(_metres, scene.box)
     box = (
@@ -159,7 +169,7 @@ def build_page(
             *([page.paragraph(made, "faint")] if made else []),
             page.paragraph(facts),
             page.paragraph(box, "faint"),
-            page.verdict(certificate.ok),
+            page.verdict(certificate.ok, len(certificate.checks)),
         ]
     )
     return page.fill_page(
@@ -174,99 +184,99 @@ def _sections(
     min_volume: float,
     regions: Mapping[str, tuple[float, str]],
 ) -> list[tuple[str, str]]:
-    """Headings, and what stands below each; what is empty is left out."""
+    """Headings and the HTML below each; empty sections are left out."""
     units, curves = scene.units, scene.curves
     volumes = page.html_table(tables.volume_table(units))
     balance = [tables.balance(units), *filter(None, [tables.simplified(scene)])]
     lengths = page.html_table(tables.curve_table(curves))
-    clipped, remnants = units.report.get("clipped", ()), units.remnants(min_volume)
-    told = (
-        "clipped",
-        "without_contact",
-        "outside",
-        "thin",
-    )  # in sections of their own, and by explain
-    carved = {key: value for key, value in units.report.items() if key not in told}
+    clipped, thin = (units.report.get(key, ()) for key in ("clipped", "thin"))
+    remnants = units.remnants(min_volume)
+
+    # these entries have sections of their own, or `explain` lists them
+    elsewhere = ("clipped", "without_contact", "outside", "thin")
+    carved = {key: value for key, value in units.report.items() if key not in elsewhere}
     rebuilt = dict(scene.patches.report)
-    if "dropped_area" in rebuilt:  # by row of the surfaces
+    if "dropped_area" in rebuilt:  # the keys are rows of surfaces: the page prints names
         names = scene.patches.names
         rebuilt["dropped_area"] = {names[i]: a for i, a in rebuilt["dropped_area"].items()}
-    costs = tables.cost_table(("intersect", curves.cost), ("rebuild", rebuilt), ("carve", carved))
+    costs = run_tables.count_table(
+        ("intersect", curves.cost), ("rebuild", rebuilt), ("carve", carved)
+    )
     return [
-        *_listed("Warnings", tables.warning_table(getattr(scene, "warnings", ()))),
+        *_listed("Warnings", run_tables.warning_table(getattr(scene, "warnings", ()))),
         ("Volumes [million m³]", "\n".join([volumes, *map(page.paragraph, balance)])),
-        *_listed("Regions of the file beside the units", tables.region_table(units, regions)),
-        *_listed("Horizons clipped by the column", tables.clipped_table(clipped)),
+        *_listed("Regions of the input file and the units", tables.region_table(units, regions)),
+        *_listed("Horizons clipped by the stratigraphic column", tables.clipped_table(clipped)),
         *_listed("Fluid contacts", tables.contact_table(scene)),
-        *_listed("Units that a fluid contact leaves out", tables.left_out_table(units)),
-        *_listed("Remnants: numbered and small units", tables.remnant_table(remnants)),
-        *_listed("Units as thin as rounding", tables.thin_table(units.report.get("thin", ()))),
+        *_listed("Units not covered by a fluid contact", tables.left_out_table(units)),
+        *_listed("Slivers and detached pieces", tables.remnant_table(remnants)),
+        *_listed("Units thinner than the rounding error", tables.thin_table(thin)),
         ("Pictures", page.html_pictures(pictures)),
-        ("Across the faults: areas of contact", _across(scene)),
+        ("Juxtaposition across faults", _across(scene)),
         ("Fault polygons", _polygons(scene)),
-        ("Torn horizons: throw and heave at their faults", _sheets(scene)),
-        ("Certificate", page.html_table(tables.check_table(certificate))),
-        ("Faults: what was extended and truncated", _fault_work(scene)),
-        ("Surfaces, with their bounds [m]", page.html_table(tables.surface_table(scene.surfaces))),
-        ("Curves", lengths or page.paragraph("No two surfaces meet.")),
-        ("What it took", page.html_table(costs) + _explanation(scene)),
-        ("Versions", page.html_table(tables.version_table())),
+        ("Throw and heave of torn horizons", _sheets(scene)),
+        ("Certificate", page.html_table(run_tables.check_table(certificate))),
+        ("Extended and truncated faults", _fault_work(scene)),
+        ("Surfaces and their extent [m]", page.html_table(tables.surface_table(scene.surfaces))),
+        ("Intersection lines", lengths or page.paragraph("No two surfaces intersect.")),
+        ("Run log", page.html_table(costs) + _explanation(scene)),
+        ("Versions", page.html_table(run_tables.version_table())),
     ]
 
 
 def _across(scene: Any) -> str:
-    """Areas of juxtaposition, where the scene can measure them."""
+    """Areas of juxtaposition, if the scene has faults inside the model."""
     names = getattr(scene, "faults_inside", ())
     return page.html_table(
-        tables.juxtaposition_table(map(scene.juxtaposition, names) if names else ())
+        fault_tables.juxtaposition_table(map(scene.juxtaposition, names) if names else ())
     )
 
 
 def _polygons(scene: Any) -> str:
-    """Fault polygons of all horizons inside the model, where there are faults."""
+    """Fault polygons of all horizons inside the model, if there are faults."""
     if not getattr(scene, "faults_inside", ()):
         return ""
     names = scene.horizons_inside
-    return page.html_table(tables.polygon_table(scene.fault_polygons(name) for name in names))
+    return page.html_table(fault_tables.polygon_table(scene.fault_polygons(name) for name in names))
 
 
 def _sheets(scene: Any) -> str:
-    """How horizons were torn, where any is: a table, and what was distrusted and missed."""
+    """Throw and heave of torn horizons, and the report of each torn sheet."""
     sheets = getattr(scene, "sheets", {})
-    told = "\n\n".join(f"{name}\n{sheet.report}" for name, sheet in sheets.items())
-    table = page.html_table(tables.sheet_table(sheets))
-    return f"{table}\n<pre>{escape(told)}</pre>" if sheets else ""
+    reports = "\n\n".join(f"{name}\n{sheet.report}" for name, sheet in sheets.items())
+    table = page.html_table(fault_tables.sheet_table(sheets))
+    return f"{table}\n<pre>{escape(reports)}</pre>" if sheets else ""
 
 
 def _fault_work(scene: Any) -> str:
-    """Extensions and truncations, where the scene has made any."""
-    extensions, truncations = tables.fault_tables(getattr(scene, "fault_actions", ()))
+    """Extensions and truncations, if the scene made any."""
+    extensions, truncations = fault_tables.fault_tables(getattr(scene, "fault_actions", ()))
     return "\n".join(filter(None, map(page.html_table, (extensions, truncations))))
 
 
-def _listed(heading: str, table: tables.Table) -> list[tuple[str, str]]:
-    """A section of its own, if there is anything to list."""
+def _listed(heading: str, table: Table) -> list[tuple[str, str]]:
+    """A section of its own, if the table has rows."""
     return [(heading, page.html_table(table))] if table.rows else []
 
 
 def _metres(value: float) -> str:
-    return tables.number(value, 0 if value == round(value) else 1)
+    return number(value, 0 if value == round(value) else 1)
 
 
 def _explanation(scene: Any) -> str:
-    """What ran and what was skipped, where the scene can tell; no times, so that pages agree."""
+    """The steps that ran or were skipped; without times, so that pages of two runs agree."""
     explain = getattr(scene, "explain", None)
     return f"\n<pre>{escape(str(explain(seconds=False)))}</pre>" if explain is not None else ""
 
 
 def _write(target: Path, html: str) -> Path:
-    """Write the page in one go: readers see the old page or the new one, never half of it."""
+    """Write the page atomically: readers see the old page or the new one, never a part."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         write_whole(target, html.encode("utf-8"))
     except OSError as error:
         raise OutputError(
             f"{target}: the report cannot be written ({error.strerror}). "
-            "Choose a folder that you may write to."
+            "Choose a folder that you can write to."
         ) from error
     return target

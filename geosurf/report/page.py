@@ -1,4 +1,4 @@
-"""Tables and pictures as one HTML page that needs nothing beside it."""
+"""Write tables and pictures as one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from html import escape
 from pathlib import Path
 from string import Template
 
+from geosurf.conventions import counted
 from geosurf.errors import InputError
-from geosurf.report.tables import Table
+from geosurf.report.table import Table
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-PAPER = 84  # letters that fit a line of A4 or Letter in print
-LABEL, GAP = 26, 2  # of these: a column of words, which may wrap, and between columns
+PAPER = 84  # characters per printed line of A4 or Letter paper
+LABEL, GAP = 26, 2  # characters for a column of text, which may wrap, and between columns
 
 PAGE = Template(
     """<!DOCTYPE html>
@@ -80,7 +81,7 @@ $sections
 
 
 def fill_page(title: str, header: str, sections: list[tuple[str, str]]) -> str:
-    """Return the page: a title, what stands below it, and headed sections of HTML."""
+    """Return the page: a title, the header below it, and sections of HTML with headings."""
     body = "\n".join(
         f"<section>\n<h2>{escape(head)}</h2>\n{html}\n</section>" for head, html in sections if html
     )
@@ -88,21 +89,25 @@ def fill_page(title: str, header: str, sections: list[tuple[str, str]]) -> str:
 
 
 def paragraph(words: str, kind: str = "") -> str:
-    """Return words as a paragraph."""
+    """Return text as an HTML paragraph."""
     attribute = f' class="{kind}"' if kind else ""
     return f"<p{attribute}>{escape(words)}</p>"
 
 
-def verdict(passed: bool) -> str:
-    """Return the badge of a certificate."""
-    words = "every check passed" if passed else "a check FAILED: see the certificate"
+def verdict(passed: bool, n_check: int) -> str:
+    """Return the badge of a certificate: green if all checks passed, else red."""
+    words = (
+        f"Certificate: all {counted(n_check, 'check')} passed"
+        if passed
+        else "A check FAILED: see the certificate"
+    )
     return f'<p class="verdict{"" if passed else " failed"}">{words}</p>'
 
 
 def html_table(table: Table) -> str:
-    """Return a table, or nothing for one without rows.
+    """Return a table as HTML, or an empty text for a table without rows.
 
-    One that is too wide for paper scrolls on the screen, and is printed in several parts.
+    A table that is too wide for paper scrolls on the screen and is printed in several parts.
     """
     if not table.rows:
         return ""
@@ -112,7 +117,7 @@ def html_table(table: Table) -> str:
         return f'<div class="wide">{_part(table, whole)}</div>'
     number = len(parts)
     printed = "\n".join(
-        f"{paragraph(f'Part {k} of {number} of this table', 'faint')}\n{_part(table, columns)}"
+        f"{paragraph(f'Table, part {k} of {number}', 'faint')}\n{_part(table, columns)}"
         for k, columns in enumerate(parts, 1)
     )
     screen = f'<div class="wide screen">{_part(table, whole)}</div>'
@@ -120,7 +125,7 @@ def html_table(table: Table) -> str:
 
 
 def groups_of_columns(table: Table) -> list[list[int]]:
-    """Return the columns of each printed part: words again in each, numbers in turn.
+    """Return the columns of each printed part: text columns in every part, numbers in turn.
 
     Examples
     --------
@@ -170,12 +175,12 @@ def _row(cells: tuple[str, ...], table: Table, columns: list[int], tag: str = "t
 
 
 def html_pictures(pictures: Mapping[str, Path]) -> str:
-    """Return pictures with their captions, held in the page itself.
+    """Return pictures with their captions, embedded in the page.
 
     Raises
     ------
     InputError
-        If a picture cannot be read or is no PNG.
+        If a picture cannot be read or is not a PNG file.
     """
     return "\n".join(_figure(caption, Path(path)) for caption, path in pictures.items())
 
@@ -185,12 +190,12 @@ def _figure(caption: str, path: Path) -> str:
         data = path.read_bytes()
     except OSError as error:
         raise InputError(
-            f"picture {caption!r}: {path} cannot be read ({error.strerror}); "
-            "draw it before the report is written."
+            f"picture {caption!r}: {path} cannot be read ({error.strerror}). "
+            "Draw it before you write the report."
         ) from error
     if not data.startswith(PNG_SIGNATURE):
         raise InputError(
-            f"picture {caption!r}: {path} is not a PNG file; hand over what render_scene wrote."
+            f"picture {caption!r}: {path} is not a PNG file. Pass a file that render_scene wrote."
         )
     words = escape(caption)
     source = base64.b64encode(data).decode("ascii")

@@ -144,7 +144,7 @@ def pictures_of(
     style: dict[str, Any] = {"size": size, "exaggeration": exaggeration}
     found = [
         Picture(
-            f"Horizons, faults and their curves, seen from the {view}.",
+            f"Horizons, faults and their intersection lines, seen from the {view}.",
             f"view_{view}.png",
             lambda path, view=view: render_scene(scene, path, view=view, clip=clip, **style),
             "views = []",
@@ -154,7 +154,7 @@ def pictures_of(
     if exploded:
         found.append(
             Picture(
-                "The units, drawn apart: zones up and down, blocks sideways.",
+                "Exploded view of the units: zones up and down, blocks sideways.",
                 "units_exploded.png",
                 lambda path: render_units(scene.units, path, **style),
                 "exploded = false",
@@ -199,7 +199,7 @@ def _map(scene: Any, name: str, size: tuple[int, int], clip: bool) -> Picture:
 
     row = scene.horizon_names.index(name)
     return Picture(
-        f"{name}: elevation, and the lines where other surfaces meet it.",
+        f"{name}: elevation and intersection lines with other surfaces.",
         f"map_{row:02d}_{_slug(name)}.png",
         draw,
         "maps = false",
@@ -218,8 +218,7 @@ def _thickness(scene: Any, pair: tuple[str, str], size: tuple[int, int]) -> Pict
     zone = "/".join(pair)
     row = scene.horizon_names.index(pair[0])
     return Picture(
-        f"{zone}: vertical thickness (isochore), block by block, with the fault polygons of both "
-        "horizons.",
+        f"{zone}: vertical thickness (isochore) by block, with fault polygons of both horizons.",
         f"isochore_{row:02d}_{_slug(zone)}.png",
         draw,
         "thickness = false",
@@ -236,8 +235,8 @@ def _allan(scene: Any, name: str, size: tuple[int, int]) -> Picture:
 
     row = scene.fault_names.index(name)
     return Picture(
-        f"{name}: Allan diagram. Colours are zones of the footwall, stripes those of the hanging "
-        "wall where they differ.",
+        f"{name}: Allan diagram. Fill: zone of the footwall. Stripes: zone of the hanging wall "
+        "where it differs.",
         f"allan_{row:02d}_{_slug(name)}.png",
         draw,
         "allan = false",
@@ -259,8 +258,8 @@ def _section(scene: Any, line: Any, row: int, size: tuple[int, int]) -> Picture:
 
     (x0, y0), (x1, y1) = line[0], line[-1]
     return Picture(
-        f"Vertical section from easting {x0:.0f}, northing {y0:.0f} to {x1:.0f}, {y1:.0f}: zones, "
-        "horizons, faults and fluid contacts.",
+        f"Vertical section from E {x0:.0f} N {y0:.0f} to E {x1:.0f} N {y1:.0f}: zones, horizons, "
+        "faults and fluid contacts.",
         f"section_{row:02d}.png",
         draw,
         "sections_m = []",
@@ -278,7 +277,7 @@ def _search(scene: Any, first: str, second: str, style: dict[str, Any]) -> Pictu
         render_search(a, b, found, scene.curves, path, **style)
 
     return Picture(
-        f"How {first} and {second} are searched: voxels leave few faces to compare.",
+        f"Search for the intersection of {first} and {second}: few candidate triangles remain.",
         "search.png",
         draw,
         "search",

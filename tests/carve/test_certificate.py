@@ -20,10 +20,10 @@ from tests.rebuild.worlds import boxed_world
 from tests.strategies import BOX, faulted_worlds, grid, sheet
 
 CLOSED, VOLUMES = "units are closed and oriented", "volumes add up to the box"
-CROSSES, PARENTS = "nothing crosses between curves", "triangles lie on their parents"
-AREAS, FACING = "areas add up", "triangles face as their parents do"
+CROSSES, PARENTS = "surfaces meet only along shared edges", "triangles lie on their input triangles"
+AREAS, FACING = "areas add up", "triangles keep the orientation of their input"
 SHARED = "units share the surfaces' vertices"
-DIVIDE, NAMED = "units divide the box", "units are where their names say"
+DIVIDE, NAMED = "units fill the box without overlap", "unit names match their bounding surfaces"
 
 
 @pytest.fixture(scope="module")
@@ -185,11 +185,11 @@ def test_a_wrong_area_of_a_shell_and_another_box(patches, units):
     damaged = exchanged(units, **{name: {"area": unit.area * (1 + 1e-9)}})
     certificate = certify(patches, damaged)
     assert failed(certificate) == {VOLUMES}
-    assert f"volume or area stated of {name} is not that of its shell" in str(certificate)
+    assert f"the stated volume or area of {name} differs from its shell" in str(certificate)
     west, east, *rest = units.box
     certificate = certify(patches, Units(units.values(), (west + 1, east + 1, *rest)))
     assert failed(certificate) == {VOLUMES}
-    assert "the box stated is not that of the walls" in str(certificate)
+    assert "the stated box differs from the walls" in str(certificate)
 
 
 @pytest.mark.parametrize("pair", [(0, 1), (0, 2), (1, 2), (0, 3)])
@@ -319,7 +319,7 @@ def test_a_shell_with_a_triangle_of_another_surface(patches, units):
     certificate = certify(patches, exchanged(units, **{name: {"surface_of_triangle": other}}))
     assert failed(certificate) == {DIVIDE}
     assert f"1 triangles: the first, of {name} at (" in str(certificate)
-    assert "is no triangle of the surface it names" in str(certificate)
+    assert "is not a triangle of its surface" in str(certificate)
 
 
 def test_a_gap_as_large_as_an_overlap():

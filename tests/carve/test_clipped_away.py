@@ -69,4 +69,4 @@ def test_wrong_zones_are_still_noticed_there():
                 for c in certify(patches, Units([*others, wrong], units.box)).checks
                 if not c.passed
             ]
-            assert failed == ["units are where their names say"], (unit.name, zone)
+            assert failed == ["unit names match their bounding surfaces"], (unit.name, zone)

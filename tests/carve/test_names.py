@@ -182,7 +182,7 @@ def test_a_side_that_a_name_leaves_out_or_exchanges_is_seen(turned):
             wrong.append(replace(unit, name=f"box {block}", block=block, fault_sides=sides))
         found = certify(patches, Units(wrong, units.box))
         assert [check.name for check in found.checks if not check.passed] == [
-            "units are where their names say"
+            "unit names match their bounding surfaces"
         ]
 
 

@@ -104,14 +104,16 @@ def test_a_choice_of_the_user_is_the_only_one_tried(monkeypatch, forgetful):
 
 
 def test_an_unknown_choice_is_named(forgetful):
-    with pytest.raises(DependencyError, match=r"=vtkNoWindow.*unset it or choose one of vtkEGL"):
+    with pytest.raises(
+        DependencyError, match=r"is 'vtkNoWindow'.*Unset it, or set it to one of vtkEGL"
+    ):
         backend.find_backend("vtkNoWindow")
 
 
 def test_a_library_that_is_no_graphics_library_is_refused_not_fatal(forgetful):
     found = backend.probe(Backend("egl", EGL.window, ("libm.so.6",)))
     assert found.renderer == ""
-    assert "libm.so.6 is there, but not a driver that draws" in found.reason
+    assert "libm.so.6 is installed, but a driver that draws" in found.reason
 
 
 def test_the_probe_is_asked_once_per_process(monkeypatch, forgetful):
@@ -146,7 +148,9 @@ def test_doctor_names_a_missing_package_and_the_cure(monkeypatch):
     assert found["numpy"][0]
     ok, sentence = found["no-such-package"]
     assert not ok
-    assert sentence == "no-such-package is not installed; mend it with: pip install no-such-package"
+    assert (
+        sentence == "no-such-package is not installed. Install it with: pip install no-such-package"
+    )
 
 
 def test_doctor_says_why_there_are_no_pictures(monkeypatch, forgetful):

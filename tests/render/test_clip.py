@@ -7,7 +7,7 @@ import pytest
 
 from geosurf import Scene, synthetic, tear_horizon
 from geosurf.model import TriSurface
-from geosurf.render import layers
+from geosurf.render import surface_layers
 from geosurf.render.clip import Prism, as_modelled, convex_parts
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
@@ -67,7 +67,7 @@ def test_levels_cut_too_and_neighbours_share_the_cut():
     assert (x[:, 2].min(), x[:, 2].max()) == (0.2, 0.5)
     assert map_area(x, t) == pytest.approx(3.0 * 10.0, rel=1e-12)
     assert set(np.unique(x[walls][:, :, 2])) == {0.2, 0.5}
-    rim = layers.rim(t)  # no seams inside
+    rim = surface_layers.rim(t)  # no seams inside
     on_rim = np.isin(x[rim][:, :, 2], (0.2, 0.5)) | np.isin(x[rim][:, :, 1], (-1.0, 9.0))
     assert on_rim.all()
 
@@ -90,7 +90,7 @@ def test_what_is_inside_is_handed_on_as_it_is():
 
 def test_a_surface_beyond_the_model_is_said_to_be_there():
     fault = TriSurface("F9", "fault", [[50, 0, 0], [50, 9, 0], [50, 0, 9]], [[0, 1, 2]])
-    content = layers.show_surfaces([fault], Prism((0, 8, 0, 8, -5, 5)))
+    content = surface_layers.show_surfaces([fault], Prism((0, 8, 0, 8, -5, 5)))
     assert content.layers == ()
     assert content.legend[0].detail == "fault, outside the model"
 

@@ -6,7 +6,7 @@ import pytest
 from geosurf import Scene
 from geosurf.errors import InputError
 from geosurf.model import Lattice, TriSurface
-from geosurf.render import layers, palette
+from geosurf.render import layers, palette, surface_layers, unit_layers
 from geosurf.render.furniture import shortened
 from geosurf.render.search import show_search, voxel_edges
 
@@ -22,26 +22,26 @@ def big_surface(n_row, n_col, rotated=False):
 @pytest.mark.parametrize("rotated", [False, True])
 def test_a_big_grid_is_strided_to_its_border_and_its_own_triangles_are_never_made(rotated):
     surface = big_surface(1501, 2003, rotated)
-    light = layers.thinned(surface)
-    assert 100_000 < light.n_triangle <= layers.MAX_TRIANGLE
+    light = surface_layers.thinned(surface)
+    assert 100_000 < light.n_triangle <= surface_layers.MAX_TRIANGLE
     assert "triangles" not in vars(surface)
     np.testing.assert_array_equal(light.vertices.min(axis=0), surface.vertices.min(axis=0))
     np.testing.assert_array_equal(light.vertices.max(axis=0), surface.vertices.max(axis=0))
 
 
 def test_a_small_grid_and_a_mesh_stay_what_they_are(top, fault):
-    assert layers.thinned(top) is top
-    assert layers.thinned(fault) is fault
+    assert surface_layers.thinned(top) is top
+    assert surface_layers.thinned(fault) is fault
 
 
 def test_layers_hold_no_point_that_no_triangle_uses():
     stray = TriSurface("F", "fault", [[9e9, 0, 0], [0, 0, 0], [9, 0, 0], [0, 9, 9]], [[1, 2, 3]])
-    for layer in layers.show_surfaces([stray]).layers[:1]:
+    for layer in surface_layers.show_surfaces([stray]).layers[:1]:
         assert layer.points.max() == 9.0
 
 
 def test_blocks_move_sideways_and_zones_up_and_down(units):
-    shifts = dict(zip(units, layers.explosion(units, 0.5), strict=True))
+    shifts = dict(zip(units, unit_layers.explosion(units, 0.5), strict=True))
     west, east = shifts["Top/Base, F1-"], shifts["Top/Base, F1+"]
     assert west[0] < 0 < east[0]
     assert west[2] == east[2] == 0.0
@@ -49,11 +49,11 @@ def test_blocks_move_sideways_and_zones_up_and_down(units):
     assert shifts["above Top, F1-"][2] == 0.5 * height
     assert shifts["below Base, F1-"][2] == -0.5 * height
     np.testing.assert_array_equal(shifts["above Top, F1-"][:2], west[:2])
-    assert all((shift == 0.0).all() for shift in layers.explosion(units, 0.0))
+    assert all((shift == 0.0).all() for shift in unit_layers.explosion(units, 0.0))
 
 
 def test_zones_differ_in_colour_and_blocks_in_shade(units):
-    legend = layers.show_units(units).legend
+    legend = unit_layers.show_units(units).legend
     colours = [entry.colour for entry in legend]
     assert len(set(colours)) == len(units)
     assert [entry.label for entry in legend] == list(units)
@@ -72,7 +72,7 @@ def test_long_names_of_units_differ_in_the_legend():
     }
     faults = {"Main fault": TriSurface("Main fault", "fault", fault, quad)}
     units = Scene(horizons, faults, box, contacts={"OWC": -4.5}).units
-    legend = layers.show_units(units).legend
+    legend = unit_layers.show_units(units).legend
     lines = [
         (shortened(entry.label), shortened(entry.detail, layers.DETAIL_ROOM)) for entry in legend
     ]
@@ -82,25 +82,25 @@ def test_long_names_of_units_differ_in_the_legend():
 
 def test_the_outline_of_a_block_closes_and_skips_flat_sides(units):
     unit = units["Top/Base, F1-"]
-    edges = layers.outline(unit)
+    edges = unit_layers.outline(unit)
     assert (np.bincount(edges.ravel())[np.unique(edges)] >= 2).all()
     n_rim = 2 * 4 * 11 + 4  # two rims of 4 x 11 edges, and four corners
     assert len(edges) == n_rim
 
 
 def test_the_rim_of_a_fault_is_its_border(fault):
-    assert len(layers.rim(fault.triangles)) == 4
+    assert len(surface_layers.rim(fault.triangles)) == 4
 
 
 def test_only_the_curves_of_a_pair_are_shown(curves):
-    content = layers.show_curves(curves, between={"F1", "Base"})
-    assert content.legend[0].detail.startswith("1 curve, 3")
+    content = surface_layers.show_curves(curves, between={"F1", "Base"})
+    assert content.legend[0].detail.startswith("1 line, 3")
     np.testing.assert_array_equal(content.layers[0].lines[0], curves.curves[1])
-    assert layers.show_curves(curves, between={"Top", "Base"}).layers == ()
+    assert surface_layers.show_curves(curves, between={"Top", "Base"}).layers == ()
 
 
 def test_patches_are_shades_of_their_surface(patches):
-    content = layers.show_patches(patches)
+    content = surface_layers.show_patches(patches)
     assert [entry.detail for entry in content.legend] == ["2 patches", "1 patch"]
     drawn = [layer for layer in content.layers if layer.triangles is not None]
     assert sum(len(layer.triangles) for layer in drawn) == patches.n_triangle
@@ -121,7 +121,7 @@ def test_candidates_and_the_rest_are_drawn_once_each(top, fault, search):
 
 
 def test_a_search_of_other_surfaces_is_refused(top, fault, search):
-    with pytest.raises(InputError, match=r"face \d+ of surface 'F1'.*2 triangles.*in order"):
+    with pytest.raises(InputError, match=r"triangle \d+ of surface 'F1'.*2 triangles.*same order"):
         show_search(fault, top, search)
 
 

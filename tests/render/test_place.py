@@ -21,7 +21,7 @@ def surfaces():
 
 def test_surfaces_are_cut_to_what_is_near(surfaces):
     content, box = show_place(surfaces, (52.0, 31.0, 1.0), 20.0)
-    assert [entry.label for entry in content.legend] == ["Top", "F1", "the place"]
+    assert [entry.label for entry in content.legend] == ["Top", "F1", "Location"]
     assert box[:4] == (32.0, 72.0, 11.0, 51.0)
     for layer in content.layers:
         assert (layer.points >= np.array(box[0::2]) - 1e-9).all()
@@ -54,7 +54,7 @@ def test_no_place(surfaces, place, tmp_path):
 
 
 def test_no_reach(surfaces, tmp_path):
-    with pytest.raises(InputError, match=r"reach is -1, expected metres above 0"):
+    with pytest.raises(InputError, match=r"reach is -1, expected a length above 0 m"):
         render_place(surfaces, (0, 0, 0), tmp_path / "place.png", reach=-1)
 
 

@@ -9,7 +9,16 @@ import pytest
 import geosurf.render as render
 from geosurf.errors import InputError, OutputError
 from geosurf.model import Curves, Lattice, TriSurface
-from geosurf.render import compose, furniture, layers, palette, views
+from geosurf.render import (
+    axes,
+    compose,
+    furniture,
+    layers,
+    palette,
+    surface_layers,
+    unit_layers,
+    views,
+)
 from geosurf.render._plot import draw_layers
 
 SMALL = (640, 400)
@@ -70,7 +79,7 @@ def test_utm_offsets_do_not_change_a_pixel(top, fault):
     """float32 steps are half a metre at these northings; none of it may show."""
 
     def draw(shift):
-        shown = layers.show_surfaces([top, fault]).moved(shift)
+        shown = surface_layers.show_surfaces([top, fault]).moved(shift)
         bounds = views.bounds_of([layer.points for layer in shown.layers])
         return draw_layers(shown.layers, views.aim("southwest", bounds, (300, 200), 2.0))
 
@@ -107,13 +116,15 @@ def test_a_fault_seen_edge_on_is_seen(scene, tmp_path):
 
 
 def test_a_word_that_no_scene_shows_gets_a_proposal(scene, tmp_path):
-    with pytest.raises(InputError, match=r"cannot show 'fualts'.*units.*Did you mean 'faults'"):
+    with pytest.raises(
+        InputError, match=r"unknown word in show: 'fualts'.*units.*Did you mean 'faults'"
+    ):
         render.render_scene(scene, tmp_path / "x.png", show=["fualts"])
 
 
 def test_mistakes_are_told_before_anything_is_computed(scene, tmp_path):
     lazy = Lazy(scene)
-    with pytest.raises(InputError, match="no view 'below'"):
+    with pytest.raises(InputError, match="unknown view 'below'"):
         render.render_scene(lazy, tmp_path / "x.png", view="below")
     with pytest.raises(InputError, match="size is"):
         render.render_scene(lazy, tmp_path / "x.png", size=(1, 1))
@@ -122,14 +133,14 @@ def test_mistakes_are_told_before_anything_is_computed(scene, tmp_path):
 
 def test_nothing_to_draw_is_an_error_not_an_empty_picture(tmp_path):
     empty = SimpleNamespace(surfaces=(), box=(0, 1, 0, 1, 0, 1))
-    with pytest.raises(InputError, match=r"nothing to draw.*show more of the scene"):
+    with pytest.raises(InputError, match=r"picture is empty.*add to `show`"):
         render.render_scene(empty, tmp_path / "x.png", show=["faults"])
 
 
 def test_units_are_drawn_apart_in_their_colours(units, tmp_path):
     path = render.render_units(units, tmp_path / "units.png", size=SMALL)
     image = pixels(path)
-    for entry in layers.show_units(units).legend:
+    for entry in unit_layers.show_units(units).legend:
         assert share(image, entry.colour, 0.06) > 0.004, entry.label
     whole = pixels(render.render_units(units, tmp_path / "whole.png", explode=0.0, size=SMALL))
     assert (whole != 1.0).any(axis=2).sum() != (image != 1.0).any(axis=2).sum()
@@ -199,7 +210,7 @@ def test_map_refuses_what_is_no_map(fault, top, curves, tmp_path):
     wall = TriSurface("W", "wall", [[0, 0, 0], [0, 9, 0], [0, 0, 9]], [[0, 1, 2]])
     with pytest.raises(InputError, match=r"'W' is vertical.*render_surfaces"):
         render.render_map(wall, path=tmp_path / "x.png")
-    with pytest.raises(InputError, match=r"know no surface 'Other'.*Top"):
+    with pytest.raises(InputError, match=r"have no surface 'Other'.*Top"):
         render.render_map(top.renamed("Other"), curves, path=tmp_path / "x.png")
     nothing = TriSurface("None", "horizon", np.empty((0, 3)), np.empty((0, 3), dtype=int))
     with pytest.raises(InputError, match="'None' has no triangles"):
@@ -215,7 +226,7 @@ def test_no_curves_is_no_line(top, fault, curves, tmp_path):
         segments=np.empty((0, 2), np.int64),
     )
     assert isinstance(none, Curves)
-    assert layers.show_curves(none).layers == ()
+    assert surface_layers.show_curves(none).layers == ()
     render.render_surfaces([top, fault], none, path=tmp_path / "x.png", size=(300, 200))
 
 
@@ -223,7 +234,7 @@ def test_files_that_cannot_be_written_are_named(top, tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OutputError, match=r"file/x\.png.*cannot be written.*Choose a folder"):
         compose.save_png(b"", tmp_path / "file" / "x.png")
-    with pytest.raises(OutputError, match=r"x\.jpg: pictures are written as PNG only"):
+    with pytest.raises(OutputError, match=r"x\.jpg: pictures are PNG files"):
         compose.save_png(b"", tmp_path / "x.jpg")
     (tmp_path / "folder.png").mkdir()
     with pytest.raises(OutputError, match=r"folder\.png.*cannot be written"):
@@ -245,7 +256,7 @@ def test_axes_say_kilometres_and_elevations_where_they_are(scene):
     layout = furniture.lay_out((1280, 800))
     sheet = furniture.Sheet(layout)
     camera = views.aim("south", scene.box, layout.view_size, 2.0)
-    furniture.draw_axes(sheet, camera, scene.box)
+    axes.draw_axes(sheet, camera, scene.box)
     places = {text.get_text(): text.get_position() for text in sheet.axes.texts}
     assert {"456", "460", "Easting [km]", "Elevation [m]", "\N{MINUS SIGN}2000"} <= set(places)
     assert "Northing [km]" not in places

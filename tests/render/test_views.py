@@ -60,14 +60,14 @@ def test_local_coordinates_do_not_know_the_origin():
 
 def test_a_misspelt_view_gets_a_proposal():
     with pytest.raises(
-        InputError, match=r"no view 'soutwest'.*southeast.*Did you mean 'southwest'"
+        InputError, match=r"unknown view 'soutwest'.*southeast.*Did you mean 'southwest'"
     ):
         views.view_vectors("soutwest")
 
 
 @pytest.mark.parametrize("bad", [0, -2.0, float("nan"), float("inf")])
 def test_exaggeration_has_to_be_a_positive_number(bad):
-    with pytest.raises(InputError, match=r"exaggeration is .*positive.*leave it out"):
+    with pytest.raises(InputError, match=r"exaggeration is .*above 0.*Leave it out"):
         views.check_exaggeration(bad, BOUNDS)
 
 
@@ -85,5 +85,5 @@ def test_chosen_exaggeration_never_flattens_and_never_overshoots():
 
 
 def test_nothing_has_no_bounds():
-    with pytest.raises(InputError, match=r"nothing to draw.*Hand over at least one surface"):
+    with pytest.raises(InputError, match=r"picture is empty.*Pass at least one surface"):
         views.bounds_of([np.empty((0, 3))])

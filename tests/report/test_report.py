@@ -18,9 +18,9 @@ from geosurf.model import (
     Unit,
     Units,
 )
-from geosurf.report import report_scene, tables
+from geosurf.report import report_scene, run_tables, tables
 from geosurf.report.page import PAPER, groups_of_columns, html_table
-from geosurf.report.tables import Table
+from geosurf.report.table import Table
 
 PNG = b"\x89PNG\r\n\x1a\n" + b"not much of a picture"
 BOX = (0.0, 1000.0, 0.0, 1000.0, -300.0, 0.0)
@@ -105,7 +105,7 @@ def test_the_page_holds_everything_and_asks_for_nothing(scene, tmp_path):
     assert [link[:22] for link in page.links] == ["data:image/png;base64,"]
     assert not re.search(r"https?://|@import|url\(", html)
     words = " ".join(page.words)
-    for wanted in ("Top <&>", "A <view>", "every check passed", "2 of 2 units", "numpy", "900.0"):
+    for wanted in ("Top <&>", "A <view>", "all 1 check passed", "2 of 2 units", "numpy", "0.9"):
         assert wanted in words
 
 
@@ -120,7 +120,7 @@ def test_the_same_scene_gives_the_same_page(scene, tmp_path):
 def test_a_failed_check_is_seen_first(scene, tmp_path):
     scene.check = lambda: Certificate((Check("closed", False, 3.0, "3 open edges"),))
     html = report_scene(scene, tmp_path).read_text(encoding="utf-8")
-    assert html.index("a check FAILED") < html.index("Volumes")
+    assert html.index("A check FAILED") < html.index("Volumes")
     assert '<td class="label failed">FAILED</td>' in html
 
 
@@ -143,7 +143,7 @@ def test_a_scene_without_curves_says_so(scene, tmp_path):
         ("Top",), np.empty((0, 3)), np.zeros(3), none, none, (), none, np.empty(0, bool)
     )
     html = report_scene(scene, tmp_path).read_text(encoding="utf-8")
-    assert "No two surfaces meet." in html
+    assert "No two surfaces intersect." in html
 
 
 def test_volumes_add_up_in_both_directions(scene):
@@ -151,12 +151,12 @@ def test_volumes_add_up_in_both_directions(scene):
     assert table.head == ("Zone", "F1-", "F1+", "all blocks")
     assert table.rows[0] == ("above Top", "100.000", "–", "100.000")
     assert table.foot == ("all zones", "100.000", "200.000", "300.000")
-    assert "relative difference of 0." in tables.balance(scene.units)
+    assert "Relative difference: 0." in tables.balance(scene.units)
 
 
 def test_counts_of_every_kind_become_words():
     counts = {"n": 1234, "f": 0.25, "ok": True, "many": list(range(20)), "few": [1, 2], "no": None}
-    rows = tables.cost_table(("stage", counts)).rows
+    rows = run_tables.count_table(("stage", counts)).rows
     assert [row[2] for row in rows] == [
         "1\N{NARROW NO-BREAK SPACE}234",
         "0.25",
@@ -168,7 +168,7 @@ def test_counts_of_every_kind_become_words():
 
 
 def test_pictures_that_are_none_are_named(scene, tmp_path):
-    with pytest.raises(InputError, match=r"picture 'gone': .*gone\.png cannot be read.*draw it"):
+    with pytest.raises(InputError, match=r"picture 'gone': .*gone\.png cannot be read.*Draw it"):
         report_scene(scene, tmp_path, {"gone": tmp_path / "gone.png"})
     (tmp_path / "text.png").write_text("hello")
     with pytest.raises(InputError, match=r"picture 'text': .*text\.png is not a PNG.*render_scene"):

@@ -1,0 +1,199 @@
+"""Choose how surfaces, patches and intersection lines are shown, clipped to the model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import counted
+from geosurf.model import Curves, Lattice, Patches, TriSurface
+from geosurf.model.expected import expect, listed
+from geosurf.render import palette
+from geosurf.render.clip import Prism
+from geosurf.render.layers import (
+    Content,
+    Entry,
+    Layer,
+    length_text,
+    segment_layer,
+    triangle_layer,
+)
+
+# more triangles than a screen has pixels would not be visible
+MAX_TRIANGLE = 1_000_000
+MAX_RIMMED = 200_000
+
+
+def thinned(surface: TriSurface, max_triangle: int = MAX_TRIANGLE) -> TriSurface:
+    """Return a surface with few enough triangles to draw.
+
+    A gridded surface with more than `max_triangle` triangles is reduced to every n-th row and
+    column. A surface without a lattice is returned unchanged.
+
+    Parameters
+    ----------
+    surface : TriSurface
+    max_triangle : int
+
+    Returns
+    -------
+    TriSurface
+    """
+    lattice = surface.lattice
+    if lattice is None:
+        return surface
+    n_row, n_col = lattice.shape
+    stride = math.ceil(math.sqrt(2.0 * n_row * n_col / max_triangle))
+    if stride <= 1:
+        return surface
+    rows, columns = _strided(n_row, stride), _strided(n_col, stride)
+    if lattice.easting.ndim == 1:
+        easting, northing = lattice.easting[columns], lattice.northing[rows]
+    else:
+        nodes = np.ix_(rows, columns)
+        easting, northing = lattice.easting[nodes], lattice.northing[nodes]
+    elevation = lattice.elevation[np.ix_(rows, columns)]
+    coarse = Lattice(easting, northing, elevation, lattice.rising, lattice.reverse)
+    return TriSurface(surface.name, surface.role, lattice=coarse)
+
+
+def _strided(n: int, stride: int) -> np.ndarray:
+    """Every `stride`-th row and the last one, so that the border stays in place."""
+    rows = np.arange(0, n, stride)
+    return rows if rows[-1] == n - 1 else np.append(rows, n - 1)
+
+
+def show_surfaces(surfaces: Iterable[TriSurface], within: Prism | None = None) -> Content:
+    """Return horizons in the colours of the column and faults semi-transparent.
+
+    Horizons take colours in the given order, youngest first. With `within`, only the part inside
+    the model is shown.
+    """
+    layers, legend = [], []
+    n_horizon = n_fault = 0
+    how = "pass scene.surfaces"
+    for surface in listed(surfaces, "surfaces must be a list of TriSurface", how):
+        expect(surface, TriSurface, "surfaces must be a list of TriSurface", how)
+        colour, opacity = palette.WALL, 0.25
+        if surface.role == "fault":
+            colour, opacity = palette.fault(n_fault), 0.55
+            n_fault += 1
+        elif surface.role != "wall":
+            colour, opacity = palette.stratum(n_horizon), 1.0
+            n_horizon += 1
+        light = thinned(surface)
+        shown = _surface_layers(light, within, colour, opacity)
+        layers += shown
+        detail = surface.role
+        if light.n_triangle and not shown:
+            detail += ", outside the model"
+        legend.append(Entry(surface.name, colour, detail, opacity=opacity))
+    return Content(tuple(layers), tuple(legend))
+
+
+def _surface_layers(surface: TriSurface, within: Prism | None, colour, opacity) -> list[Layer]:
+    """Triangles and rim of the visible part of a surface."""
+    points, triangles = surface.vertices, surface.triangles
+    walls = np.empty((0, 2), dtype=np.int64)
+    edges = rim(triangles) if len(triangles) <= MAX_RIMMED else walls
+    ends = points[edges]
+    if within is not None and len(triangles):
+        ends = within.segments(points, edges)
+        points, triangles, walls = within.triangles(points, triangles)
+    if not len(triangles):
+        return []
+    layers = [triangle_layer(points, triangles, colour=colour, opacity=opacity)]
+    ends = np.concatenate([ends, points[walls]])
+    if len(ends) > 0 and len(triangles) <= MAX_RIMMED:
+        # without its rim, a fault seen edge-on would be invisible
+        ink = palette.shade(colour, 1, 2)
+        layers.append(segment_layer(ends, colour=ink, width=1.2))
+    return layers
+
+
+def rim(triangles: np.ndarray) -> np.ndarray:
+    """Return the edges (n_edge, 2) that belong to one triangle only."""
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    unique, count = np.unique(edges, axis=0, return_counts=True)
+    return unique[count == 1]
+
+
+def show_patches(patches: Patches, within: Prism | None = None) -> Content:
+    """Return the patches of all surfaces in alternating shades, and their intersection lines.
+
+    With `within`, only the parts inside the model.
+    """
+    content = Content()
+    n_horizon = n_fault = 0
+    for i, source in enumerate(patches.sources):
+        fault = source.role == "fault"
+        colour = palette.fault(n_fault) if fault else palette.stratum(n_horizon)
+        n_fault, n_horizon = n_fault + fault, n_horizon + (not fault)
+        opacity = 0.25 if source.role == "wall" else 0.55 if fault else 1.0
+        of_surface = patches.surface_of_triangle == i
+        rows = np.unique(patches.patch_of_triangle[of_surface])
+        layers = []
+        for k, row in enumerate(rows):
+            points = patches.vertices
+            triangles = patches.triangles[of_surface & (patches.patch_of_triangle == row)]
+            if within is not None:
+                points, triangles, _ = within.triangles(points, triangles)
+            if len(triangles):
+                look = {"colour": palette.shade(colour, k, len(rows)), "opacity": opacity}
+                layers.append(triangle_layer(points, triangles, **look))
+        entry = Entry(source.name, colour, counted(len(layers), "patch"), opacity=opacity)
+        content += Content(tuple(layers), (entry,))
+    edges = patches.curve_edges
+    if len(edges):
+        ends = (
+            patches.vertices[edges] if within is None else within.segments(patches.vertices, edges)
+        )
+        content += Content((segment_layer(ends, colour=palette.CURVE, width=2.0),))
+    return content
+
+
+def show_curves(
+    curves: Curves,
+    colour: palette.RGB = palette.CURVE,
+    width: float = 2.8,
+    between: set[str] | None = None,
+    within: Prism | None = None,
+) -> Content:
+    """Return intersection lines as bold lines, with their number and length in the legend.
+
+    With `between`, only lines of the two named surfaces; with `within`, only the parts inside
+    the model.
+    """
+    expect(
+        curves,
+        Curves,
+        "curves must be Curves",
+        "pass scene.curves",
+    )
+    names = [{curves.names[i] for i in pair} for pair in curves.surfaces_of_curve.tolist()]
+    rows = [i for i, pair in enumerate(names) if between is None or pair == between]
+    if not rows:
+        return Content()
+    layer, lengths = _curve_layer(curves, rows, within, colour=colour, width=width)
+    if not len(lengths):
+        return Content()
+    detail = f"{counted(len(lengths), 'line')}, {length_text(float(np.sum(lengths)))}"
+    return Content((layer,), (Entry("Intersection lines", colour, detail, "line"),))
+
+
+def _curve_layer(curves: Curves, rows, within: Prism | None, **look: Any) -> tuple[Layer, Any]:
+    """The layer of some curves, and the length of each that is shown [m]."""
+    if within is None or within.holds(curves.points):
+        lines = tuple(curves.curves[i] for i in rows)
+        return Layer(curves.points, lines=lines, **look), curves.length_of_curve[rows]
+    parts, lengths = [np.empty((0, 2, 3))], []
+    for i in rows:
+        line = curves.curves[i]
+        ends = within.segments(curves.points, np.stack([line[:-1], line[1:]], axis=1))
+        if len(ends):
+            parts.append(ends)
+            lengths.append(float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()))
+    return segment_layer(np.concatenate(parts), **look), lengths

@@ -1,0 +1,102 @@
+"""Choose how units are shown: colours, edges, legend, and the shifts of an exploded view."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from geosurf.conventions import is_number
+from geosurf.errors import InputError
+from geosurf.model import Unit, Units
+from geosurf.render import palette
+from geosurf.render.layers import LABEL_ROOM, Content, Entry, Layer, volume_text
+
+CREASE = math.cos(math.radians(50.0))  # edges between triangles of a larger angle are drawn
+
+
+def show_units(units: Units, explode: float = 0.0) -> Content:
+    """Return the shells of units, one colour per zone and one shade per block.
+
+    Parameters
+    ----------
+    units : Units
+    explode : float
+        Gap between units, as a fraction of the size of the model box. Zones move up and
+        down, blocks move sideways from the centre.
+    """
+    shades = _shades(list(units.values()))
+    content = Content()
+    for unit, shift in zip(units.values(), explosion(units, explode), strict=True):
+        colour = shades[unit.name]
+        shell = Layer(unit.vertices, unit.triangles, colour=colour, sharp=True)
+        rims = Layer(unit.vertices, lines=outline(unit), colour=palette.INK, width=0.9)
+        entry = Entry(**_words_of(unit), colour=colour)
+        content += Content((shell, rims), (entry,)).moved(shift)
+    return content
+
+
+def _words_of(unit: Unit) -> dict[str, str]:
+    """Both lines of a legend entry: the end of a long name moves to the second line."""
+    volume = volume_text(unit.volume)
+    end = unit.name[len(unit.zone) :].strip()
+    if len(unit.name) <= LABEL_ROOM or not end:
+        return {"label": unit.name, "detail": volume}
+    return {"label": unit.zone, "detail": f"{end}, {volume}"}
+
+
+def _shades(units: list[Unit]) -> dict[str, palette.RGB]:
+    blocks_of_zone: dict[int, list[str]] = {}
+    for unit in units:
+        blocks_of_zone.setdefault(unit.zone_index, []).append(unit.name)
+    return {
+        name: palette.shade(palette.stratum(zone), i, len(names))
+        for zone, names in blocks_of_zone.items()
+        for i, name in enumerate(names)
+    }
+
+
+def explosion(units: Units, explode: float) -> list[np.ndarray]:
+    """Return the shift (3,) [m] of each unit in an exploded view.
+
+    Zones move up and down in steps of `explode` times the height of the model box; the middle
+    zone stays. Units of one block move together, away from the centre of the model, by
+    `explode` times the distance from there to the centre of the block.
+    """
+    if not (is_number(explode) and explode >= 0):
+        raise InputError(
+            f"explode is {explode!r}, expected a fraction of the size of the box. "
+            "Set a number of 0 or more, as in explode=0.3."
+        )
+    west, east, south, north, bottom, top = units.box
+    middle = np.array([west + east, south + north]) / 2.0
+    zones = sorted({unit.zone_index for unit in units.values()})
+    centres: dict[str, list[np.ndarray]] = {}
+    for unit in units.values():
+        low, high = unit.vertices.min(axis=0), unit.vertices.max(axis=0)
+        centres.setdefault(unit.block, []).append((low + high)[:2] / 2.0)
+    shifts = []
+    for unit in units.values():
+        aside = explode * (np.mean(centres[unit.block], axis=0) - middle)
+        step = (len(zones) - 1) / 2.0 - zones.index(unit.zone_index)
+        shifts.append(np.array([*aside, explode * (top - bottom) * step]))
+    return shifts
+
+
+def outline(unit: Unit) -> np.ndarray:
+    """Return the edges (n_edge, 2) of a shell at sharp creases or between two surfaces."""
+    faces = unit.triangles
+    p = unit.local[faces]
+    normals = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    size = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = np.divide(normals, size, out=np.zeros_like(normals), where=size > 0.0)
+    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    face_of_edge = np.repeat(np.arange(len(faces)), 3)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    edges, face_of_edge = edges[order], face_of_edge[order]
+    twins = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
+    one, two = face_of_edge[twins], face_of_edge[twins + 1]
+    turns = unit.surface_of_triangle[one] != unit.surface_of_triangle[two]
+    flat = size[one, 0] * size[two, 0] == 0.0
+    sharp = ~flat & ((normals[one] * normals[two]).sum(axis=1) < CREASE)
+    return edges[twins[turns | sharp]]

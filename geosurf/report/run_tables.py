@@ -1,0 +1,97 @@
+"""Tables of a run: warnings, certificate, counts of each stage, versions of packages."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import GeosurfWarning
+from geosurf.model import Certificate
+from geosurf.report.table import NOTHING, Table, number
+
+PACKAGES = ("geosurf", "numpy", "numba", "xarray", "pyvista", "vtk")
+
+# what the counts of the stages mean, as the page prints them
+COUNTS = {
+    "nodes": "grid nodes searched",
+    "candidate_faces": "candidate triangles",
+    "pairs_tested": "triangle pairs tested",
+    "cut_triangles": "input triangles cut",
+    "children": "triangles made by cutting",
+    "constructed_points": "new vertices",
+    "rounding_collisions": "vertices merged by rounding",
+    "moved_vertices": "vertices moved to keep triangles valid",
+    "largest_move": "largest move [m]",
+    "dropped_area": "area removed beyond faults [m²]",
+    "slits": "area of faults that end inside a unit [m²]",
+}
+
+
+def warning_table(warnings: Iterable[GeosurfWarning]) -> Table:
+    """Return the warnings: subject, effect, location and remedy."""
+    rows = tuple(
+        (
+            warning.subject,
+            warning.effect,
+            "" if warning.place is None else place(warning.place),
+            warning.remedy,
+        )
+        for warning in warnings
+    )
+    return Table(("Subject", "Effect", "Location", "Remedy"), rows, n_label=4)
+
+
+def check_table(certificate: Certificate) -> Table:
+    """Return the certificate: one row per check."""
+    rows = tuple(
+        ("passed" if check.passed else "FAILED", check.name, check.detail, f"{check.value:.6g}")
+        for check in certificate.checks
+    )
+    return Table(("", "Check", "Result", "Value"), rows, n_label=3)
+
+
+def count_table(*parts: tuple[str, Mapping[str, Any]]) -> Table:
+    """Return the counts that each stage reported."""
+    rows = tuple(
+        (stage, COUNTS.get(key, str(key).replace("_", " ")), _plain(value))
+        for stage, counts in parts
+        for key, value in counts.items()
+    )
+    return Table(("Stage", "Quantity", "Value"), rows, n_label=2)
+
+
+def _plain(value: Any) -> str:
+    """One value as text: integers grouped by thousands, long lists as their length."""
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
+    if isinstance(value, (int, np.integer)):
+        return number(int(value))
+    if isinstance(value, (float, np.floating)):
+        return f"{float(value):.6g}".replace("-", "\N{MINUS SIGN}")
+    if isinstance(value, (str, type(None))):
+        return value or NOTHING
+    if isinstance(value, Mapping):
+        return "; ".join(f"{key}: {_plain(entry)}" for key, entry in value.items()) or NOTHING
+    try:
+        entries = list(value)
+    except TypeError:
+        return str(value)
+    if len(entries) > 8:
+        return f"{number(len(entries))} entries"
+    return ", ".join(map(_plain, entries)) or NOTHING
+
+
+def version_table() -> Table:
+    """Return the versions of Python and of the packages that computed the model."""
+    rows = [("Python", platform.python_version())]
+    for package in PACKAGES:
+        try:
+            rows.append((package, importlib.metadata.version(package)))
+        except importlib.metadata.PackageNotFoundError:
+            rows.append((package, "not installed"))
+    return Table(("Package", "Version"), tuple(rows), n_label=2)
