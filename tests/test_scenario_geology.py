@@ -218,7 +218,7 @@ def test_sections_of_a_scenario(folder, tmp_path):
         "section_01.png",
     ]
     page = (tmp_path / "out" / "report" / "index.html").read_text()
-    assert "Vertical section from easting 100, northing 1500 to 3900, 1500" in page
+    assert "Vertical section from E 100 N 1500 to E 3900 N 1500" in page
     assert outcome.notes == ()
     with pytest.raises(ScenarioError, match=r"sections_m.*lines of two points or more"):
         read_scenario(scenario(folder, "sections_m = [[[100, 1500]]]"))

@@ -11,7 +11,7 @@ place.py          `render_place`: a close-up of the location of an error
 backend.py        `doctor`, and the choice of a graphics driver
 probe.py          the test of one graphics driver, in a separate process
 compose.py        content, frame and file of a picture
-layers.py         layers, legend entries, and the text of lengths and volumes
+layers.py         layers and legend entries of a picture
 surface_layers.py  triangles and lines of surfaces, patches and intersection lines
 unit_layers.py    triangles and lines of units, together or exploded
 clip.py           clipping to the model (Sutherland & Hodgman 1974)

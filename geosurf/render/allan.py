@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geosurf.conventions import area_text
 from geosurf.errors import InputError
 from geosurf.model.expected import listed, name_of
 from geosurf.render import furniture, palette
 from geosurf.render.compose import png_path, save_png
 from geosurf.render.diagram import diagram_axes, lines_of, outline_of, range_shown
-from geosurf.render.layers import Entry, number_text
+from geosurf.render.layers import Entry
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -223,16 +224,3 @@ def _legend(pairs: dict[tuple[str, str], float], colours) -> tuple[Entry, ...]:
         stripes = None if plus == minus else colours[plus]
         legend.append(Entry(minus, colours[minus], detail, stripes=stripes))
     return tuple(legend)
-
-
-def area_text(square_metres: float) -> str:
-    """Return an area in square kilometres or square metres.
-
-    Examples
-    --------
-    >>> area_text(1_234_000.0), area_text(5300.0)
-    ('1.23 km²', '5\u202f300 m²')
-    """
-    if square_metres >= 1e4:
-        return f"{square_metres / 1e6:.3g} km²"
-    return f"{number_text(square_metres)} m²"

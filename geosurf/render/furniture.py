@@ -14,10 +14,11 @@ from functools import cache
 
 import numpy as np
 
+from geosurf.conventions import length_text
 from geosurf.errors import GeosurfWarning
 from geosurf.model.expected import expect
 from geosurf.render import palette
-from geosurf.render.layers import DETAIL_ROOM, LABEL_ROOM, Entry, length_text
+from geosurf.render.layers import DETAIL_ROOM, LABEL_ROOM, Entry
 from geosurf.render.ticks import nice_step
 from geosurf.render.views import Camera
 from geosurf.warning import warn

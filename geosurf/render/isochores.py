@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import HORIZON_DIMS
+from geosurf.conventions import HORIZON_DIMS, length_text
 from geosurf.errors import InputError
 from geosurf.model.expected import expect
 from geosurf.render import furniture, palette
 from geosurf.render.compose import png_path, save_png
 from geosurf.render.diagram import lines_of
-from geosurf.render.layers import Entry, length_text
+from geosurf.render.layers import Entry
 from geosurf.render.map_frame import (
     colours_of,
     contour_levels,

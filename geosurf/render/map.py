@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import real_numbers
+from geosurf.conventions import length_text, real_numbers
 from geosurf.errors import InputError
 from geosurf.model import Curves, TriSurface
 from geosurf.model.expected import expect, listed
 from geosurf.render import furniture, palette
 from geosurf.render.clip import Prism
 from geosurf.render.compose import save_png
-from geosurf.render.layers import Entry, length_text
+from geosurf.render.layers import Entry
 from geosurf.render.map_frame import (
     colours_of,
     contour_levels,

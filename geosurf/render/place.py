@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from geosurf.conventions import is_number, real_numbers
+from geosurf.conventions import is_number, number_text, real_numbers
 from geosurf.errors import InputError
 from geosurf.model import TriSurface
 from geosurf.model.expected import expect, listed
 from geosurf.render import palette
 from geosurf.render.compose import draw_picture
-from geosurf.render.layers import Content, Entry, Layer, number_text
+from geosurf.render.layers import Content, Entry, Layer
 from geosurf.render.surface_layers import show_surfaces
 from geosurf.render.views import SIZE, view_vectors
 

@@ -8,20 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from geosurf.conventions import number_text
 from geosurf.errors import InputError
 from geosurf.model import Curves, TriSurface, VoxelSearch
 from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.compose import draw_picture
-from geosurf.render.layers import (
-    BOX_EDGES,
-    Content,
-    Entry,
-    Layer,
-    number_text,
-    show_box,
-    triangle_layer,
-)
+from geosurf.render.layers import BOX_EDGES, Content, Entry, Layer, show_box, triangle_layer
 from geosurf.render.surface_layers import show_curves
 from geosurf.render.views import SIZE
 

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geosurf.conventions import area_text, number_text
 from geosurf.errors import InputError
 from geosurf.render import furniture, palette
-from geosurf.render.allan import HALO, area_text
+from geosurf.render.allan import HALO
 from geosurf.render.compose import png_path, save_png
 from geosurf.render.diagram import diagram_axes, lines_of, outline_of, range_shown
-from geosurf.render.layers import Entry, number_text
+from geosurf.render.layers import Entry
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only

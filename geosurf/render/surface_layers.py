@@ -8,19 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import counted
+from geosurf.conventions import counted, length_text
 from geosurf.model import Curves, Lattice, Patches, TriSurface
 from geosurf.model.expected import expect, listed
 from geosurf.render import palette
 from geosurf.render.clip import Prism
-from geosurf.render.layers import (
-    Content,
-    Entry,
-    Layer,
-    length_text,
-    segment_layer,
-    triangle_layer,
-)
+from geosurf.render.layers import Content, Entry, Layer, segment_layer, triangle_layer
 
 # more triangles than a screen has pixels would not be visible
 MAX_TRIANGLE = 1_000_000

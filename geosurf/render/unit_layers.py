@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from geosurf.conventions import is_number
+from geosurf.conventions import is_number, volume_text
 from geosurf.errors import InputError
 from geosurf.model import Unit, Units
 from geosurf.render import palette
-from geosurf.render.layers import LABEL_ROOM, Content, Entry, Layer, volume_text
+from geosurf.render.layers import LABEL_ROOM, Content, Entry, Layer
 
 CREASE = math.cos(math.radians(50.0))  # edges between triangles of a larger angle are drawn
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from geosurf import Scene
+from geosurf.conventions import volume_text
 from geosurf.errors import InputError
 from geosurf.model import Lattice, TriSurface
 from geosurf.render import layers, palette, surface_layers, unit_layers
@@ -57,7 +58,7 @@ def test_zones_differ_in_colour_and_blocks_in_shade(units):
     colours = [entry.colour for entry in legend]
     assert len(set(colours)) == len(units)
     assert [entry.label for entry in legend] == list(units)
-    assert legend[0].detail == layers.volume_text(units["above Top, F1-"].volume)
+    assert legend[0].detail == volume_text(units["above Top, F1-"].volume)
 
 
 def test_long_names_of_units_differ_in_the_legend():
