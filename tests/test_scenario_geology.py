@@ -265,7 +265,7 @@ def test_picked_horizons_of_a_scenario_are_torn(folder, tmp_path):
         assert outcome.scene.units[name].volume == pytest.approx(unit.volume, rel=1e-3)
     assert any(re.match(r"tear +Top +at F1 ", line) for line in told)
     page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
-    section = page[page.index("Torn horizons: throw and heave") : page.index("Certificate")]
+    section = page[page.index("Throw and heave of torn") : page.index("<h2>Certificate")]
     assert "trim 1.5 cells" in section
     assert section.count(">F1</td>") == 1
 
