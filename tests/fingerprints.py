@@ -120,10 +120,11 @@ def torn_scene(horizons: dict, faults: dict, box: Any, **options: Any) -> gs.Sce
 
 def scenes() -> Iterator[tuple[str, gs.Scene]]:
     """Every scene that the project ships."""
-    from geosurf.scenario import read_scenario
+    from geosurf import scenario as files
 
     for path in sorted((ROOT / "data" / "synthetic_horizons").glob("*.toml")):
-        yield path.stem, read_scenario(path).scene()
+        read = files.read_scenario(path)
+        yield path.stem, files.build_scene(read) if hasattr(files, "build_scene") else read.scene()
     for name in WORLDS:
         world = getattr(gs.synthetic, name)()
         if world.faults or len(world.horizons) > 1:

@@ -82,9 +82,9 @@ def run_command(options: argparse.Namespace) -> int:
 
 def check_command(options: argparse.Namespace) -> int:
     """Print the certificate of a scenario."""
-    from geosurf.scenario import read_scenario
+    from geosurf.scenario import build_scene, read_scenario
 
-    certificate = read_scenario(options.scenario).scene().check()
+    certificate = build_scene(read_scenario(options.scenario)).check()
     print(certificate)
     return _verdict(certificate)
 
@@ -104,13 +104,14 @@ def render_command(options: argparse.Namespace) -> int:
 def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
     """Draw what is asked for in space; what is not said is as in the scenario."""
     from geosurf.render import render_scene
+    from geosurf.scenario import build_scene
 
     def given(option: Any, otherwise: Any) -> Any:
         """An option, or what is meant without it."""
         return otherwise if option is None else option
 
     return render_scene(
-        scenario.scene(),
+        build_scene(scenario),
         options.out,
         view=given(options.view, VIEW),
         show=tuple(word.strip() for word in given(options.show, SHOW).split(",")),
@@ -123,6 +124,7 @@ def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
 def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
     """Draw a vertical section; options of views are refused, since they would do nothing."""
     from geosurf.render import render_section
+    from geosurf.scenario import build_scene
 
     for word in ("view", "show", "exaggeration", "clip"):
         if getattr(options, word) is not None:
@@ -130,7 +132,8 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
                 f"--section draws a vertical section, which has no --{word}; leave one of them out."
             )
     line = _line_of(options.section)
-    return render_section(scenario.scene().section(line), options.out, size=scenario.output.size_px)
+    section = build_scene(scenario).section(line)
+    return render_section(section, options.out, size=scenario.output.size_px)
 
 
 def _line_of(text: str) -> list[tuple[float, float]]:

@@ -96,7 +96,7 @@ class Lattice(Noun):
     @cached_property
     def survey(self) -> Survey:
         """What one look at all nodes tells; faults are asked for the lie of their cells, too."""
-        return Survey.of(self, quads=self.reverse is not None)
+        return Survey.of(self.coordinates, self.places, quads=self.reverse is not None)
 
     def turned_as(self, rising: bool, reverse: bool | None) -> Lattice:
         """Return the lattice with another diagonal and sense; what is known of nodes is shared."""

@@ -5,14 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.model.base import frozen
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.model.lattice import Lattice
 
 # sums over cells, of a lattice that nobody asked for them
 _UNKNOWN = np.full(2, np.nan), np.full(2, np.inf), math.inf, 0.0, np.full((2, 3), np.nan)
@@ -63,12 +59,20 @@ class Survey:
     normals: np.ndarray
 
     @classmethod
-    def of(cls, lattice: Lattice, quads: bool) -> Survey:
-        """Look at all nodes once; with `quads`, at how each cell lies, too."""
+    def of(
+        cls,
+        coordinates: tuple[np.ndarray, np.ndarray, np.ndarray],
+        places: np.ndarray,
+        *,
+        quads: bool,
+    ) -> Survey:
+        """Look at all nodes of a lattice once; with `quads`, at the shape of each cell, too.
+
+        `coordinates` and `places` are those of `geosurf.model.Lattice`.
+        """
         from geosurf.kernels.lattices import cell_bounds, survey
 
-        given = *lattice.coordinates, lattice.places, quads
-        nodes, levels, marks, sums = survey.survey_lattice(*given)
+        nodes, levels, marks, sums = survey.survey_lattice(*coordinates, places, quads)
         counts = marks.tolist()
         gains, reach, edges, margin, normals = _UNKNOWN
         if quads:

@@ -20,14 +20,14 @@ from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
-from geosurf.conventions import first_given
-from geosurf.errors import FormatError, SurfaceError
+from geosurf.errors import FormatError
 from geosurf.model import TriSurface
-from geosurf.read._common import agreed_scale, agreed_sign
 from geosurf.read._guard import opened, read_bytes, same_file
 from geosurf.read._hdf5 import refuse_bombs
+from geosurf.read._triangles import split_quads, surface_from_mesh
 from geosurf.read._vtkxml import refuse_entities
 from geosurf.read.gmsh import refuse_wrong_counts
+from geosurf.read.vtp import read_vtu
 
 # What damaged files make meshio raise. Its readers index, unpack and convert whatever they find,
 # and its own errors have no common root, so that its one call catches what Python itself raises.
@@ -108,8 +108,6 @@ def read_mesh(
     <TriSurface 'F1' (fault): 3 vertices, 1 triangles>
     """
     if path.suffix.lower() == ".vtu":
-        from geosurf.read.vtp import read_vtu
-
         return read_vtu(path, name=name, positive=positive, length_unit=length_unit)
     name = name or path.stem
     _refuse_cut_short(path, read_bytes(path))
@@ -128,36 +126,6 @@ def read_mesh(
         if np.asarray(value).dtype.kind in "biuf"
     }
     return surface_from_mesh(path, name, points, triangles, numeric, positive, length_unit)
-
-
-def surface_from_mesh(
-    path: Path,
-    name: str,
-    points: np.ndarray,
-    triangles: np.ndarray,
-    vertex_data: dict[str, Any],
-    positive: str | None,
-    length_unit: str | None,
-) -> TriSurface:
-    """Turn what a mesh file holds into a surface in metres, elevation up."""
-    what = f"{path}: surface {name!r}"
-    sign = agreed_sign(None, first_given(positive, "up"), what)
-    scale = agreed_scale(None, length_unit, "m", what)
-    if len(triangles) == 0:
-        raise FormatError(
-            f"{path}: found no triangles, expected a triangulated surface. "
-            "Export the surface as a triangle mesh."
-        )
-    try:
-        world = points * [1.0, 1.0, scale * sign]
-        return TriSurface(name, "fault", world, triangles, vertex_data=vertex_data)
-    except (SurfaceError, ValueError) as error:
-        raise FormatError(f"{path}: {error}") from error
-
-
-def split_quads(quads: np.ndarray) -> np.ndarray:
-    """Triangles (2 n, 3) of quads (n, 4), each split from its first corner."""
-    return np.asarray(quads)[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
 
 
 def _meshio_read(path: Path) -> Any:

@@ -13,8 +13,8 @@ import numpy as np
 
 from geosurf.errors import FormatError
 from geosurf.model import TriSurface
+from geosurf.read._triangles import split_quads, surface_from_mesh
 from geosurf.read._vtkxml import XmlFile, open_xml
-from geosurf.read.mesh import split_quads, surface_from_mesh
 
 # cells of an UnstructuredGrid: type -> corners; those without an area are passed over
 CORNERS = {5: 3, 9: 4}

@@ -4,19 +4,26 @@
 keys.py       every key: type, unit, default, meaning
 drawn.py      of these: [search] and [output]
 declared.py   how a key is declared
+matched.py    which unit a region of a sealed model is
 values.py     how values are checked, and what the messages say
-inputs.py     file -> `Scenario` -> `Scene`
+validate.py   file -> `Scenario`: names and rules checked, no surface read
+build.py      `Scenario` -> `Scene`
+torn.py       of these: horizons torn at their faults
+sealed.py     of these: a sealed model made elsewhere
 output.py     the output folder: new results whole, or the old ones
 pictures.py   the pictures that a scenario asks for
-execute.py    all of it, stage by stage
+failure.py    a picture of the place where a model cannot be built
+step_log.py   one line per step
+execute.py    a run: all of it, stage by stage
 page.py       docs/scenario.md, from the keys
 ============  =========================================================
 """
 
 from __future__ import annotations
 
+from geosurf.scenario.build import build_scene
 from geosurf.scenario.execute import Outcome, run, run_scenario
-from geosurf.scenario.inputs import read_scenario
 from geosurf.scenario.keys import Scenario
+from geosurf.scenario.validate import read_scenario
 
-__all__ = ["Outcome", "Scenario", "read_scenario", "run", "run_scenario"]
+__all__ = ["Outcome", "Scenario", "build_scene", "read_scenario", "run", "run_scenario"]

@@ -4,29 +4,27 @@ from __future__ import annotations
 
 import os
 import tempfile
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from geosurf.errors import DependencyError, InputError
+from geosurf.errors import DependencyError
 from geosurf.model import Certificate
 from geosurf.model.column import CONFORMABLE
 from geosurf.model.expected import flag_of
 from geosurf.read.model3d import read_region_faces, volume_inside
 from geosurf.report import report_scene
+from geosurf.scenario.build import build_scene
 from geosurf.scenario.failure import pictured
-from geosurf.scenario.inputs import build_scene, read_scenario
 from geosurf.scenario.keys import FORMATS, Scenario
 from geosurf.scenario.matched import unit_of_body
 from geosurf.scenario.output import new_results, require_writable
 from geosurf.scenario.pictures import choice_of_pictures
+from geosurf.scenario.step_log import Progress, StepLog
+from geosurf.scenario.validate import read_scenario
 from geosurf.scene import Scene
 from geosurf.write import write
 from geosurf.write._files import commit
-
-Progress = Callable[[str], object]
 
 
 @dataclass(frozen=True)
@@ -48,31 +46,6 @@ class Outcome:
     certificate: Certificate
     out: Path
     notes: tuple[str, ...]
-
-
-class Teller:
-    """Tells one line per step: stage, what, outcome, seconds."""
-
-    def __init__(self, progress: Progress | None) -> None:
-        if progress is not None and not callable(progress):
-            raise InputError(f"progress is {progress!r}; give a function of one text, as print.")
-        self._progress = progress
-        self._told = 0
-        self._clock = time.perf_counter()
-
-    def say(self, stage: str, what: str, outcome: str = "", seconds: float | None = None) -> None:
-        """Tell one step, with the seconds that it took; default: since the one before."""
-        now = time.perf_counter()
-        seconds, self._clock = now - self._clock if seconds is None else seconds, now
-        if self._progress is not None:
-            self._progress(f"{stage:<11} {what:<38} {outcome:<20}{seconds:7.1f} s")
-
-    def steps(self, scene: Scene) -> None:
-        """Tell what a scene has run since the last time."""
-        for step in scene.steps[self._told :]:
-            if step.outcome == "ran":
-                self.say(step.stage, step.subject, step.detail, step.seconds)
-        self._told = len(scene.steps)
 
 
 def run_scenario(
@@ -157,16 +130,16 @@ def run(
     Outcome
         Also with the certificate and notes.
     """
-    teller = Teller(progress)
+    log = StepLog(progress)
     pictures = flag_of(pictures, "pictures")
     _check_formats(scenario)
     with new_results(out) as folder:
-        scene = compute(scenario, teller, Path(out) if pictures else None)
+        scene = compute(scenario, log, Path(out) if pictures else None)
         certificate = scene.check()
-        teller.say("check", "all promises", "kept" if certificate.ok else "one is BROKEN")
+        log.step("check", "all promises", "kept" if certificate.ok else "one is BROKEN")
         _write_files(scene, scenario, folder)
-        teller.say("write", ", ".join(scenario.output.formats), "")
-        drawn = _draw(scene, scenario, folder, teller) if pictures else {}
+        log.step("write", ", ".join(scenario.output.formats), "")
+        drawn = _draw(scene, scenario, folder, log) if pictures else {}
         _write_certificate(scene, scenario, certificate, folder)
         notes = model_notes(scene)
         report_scene(
@@ -178,7 +151,7 @@ def run(
             min_volume=scenario.output.remnants_below_m3,
             regions=_regions(scenario, scene),
         )
-        teller.say("report", scenario.title)
+        log.step("report", scenario.title)
     return Outcome(scene, certificate, Path(out), tuple(notes))
 
 
@@ -204,11 +177,11 @@ def write_report(
         The page, and notes on what could not be drawn.
     """
     require_writable(folder)
-    teller = Teller(progress)
-    scene = compute(scenario, teller, Path(folder) if pictures else None)
+    log = StepLog(progress)
+    scene = compute(scenario, log, Path(folder) if pictures else None)
     certificate = scene.check()
     with tempfile.TemporaryDirectory() as scratch:
-        drawn = _draw(scene, scenario, Path(scratch), teller) if pictures else {}
+        drawn = _draw(scene, scenario, Path(scratch), log) if pictures else {}
         notes = model_notes(scene)
         path = report_scene(
             scene,
@@ -222,22 +195,22 @@ def write_report(
     return certificate, path, tuple(notes)
 
 
-def compute(scenario: Scenario, teller: Teller, out: Path | None = None) -> Scene:
-    """Read the inputs and run all stages up to the units, telling each step.
+def compute(scenario: Scenario, log: StepLog, out: Path | None = None) -> Scene:
+    """Read the inputs and run all stages up to the units, with a line of the log for each step.
 
     What cannot be built is drawn into the folder `out`, if it is given.
     """
-    scene = build_scene(scenario, teller.say, out)
+    scene = build_scene(scenario, log.step, out)
     for name in (*scene.horizon_names, *scene.fault_names):
         scene.surface(name)
-        teller.steps(scene)
+        log.new_steps_of(scene)
     for stage in ("curves", "units"):
         with pictured(scene, out):
             getattr(scene, stage)
-        teller.steps(scene)
+        log.new_steps_of(scene)
     if scene.tolerance is not None:
         bound = f"volumes within {scene.volume_error_bound:.6g} m³ of those of all nodes"
-        teller.say("tolerance", f"{scene.tolerance:g} m", bound)
+        log.step("tolerance", f"{scene.tolerance:g} m", bound)
     return scene
 
 
@@ -271,10 +244,10 @@ def crossings(scene: Scene) -> list[str]:
     ]
 
 
-def _draw(scene: Scene, scenario: Scenario, folder: Path, teller: Teller) -> dict[str, Path]:
+def _draw(scene: Scene, scenario: Scenario, folder: Path, log: StepLog) -> dict[str, Path]:
     """Captions and files of the pictures asked for; `scene.warnings` has what is missing."""
     choice = choice_of_pictures(scenario.output)
-    return scene.render_pictures(folder, on_file=lambda file: teller.say("draw", file), **choice)
+    return scene.render_pictures(folder, on_file=lambda file: log.step("draw", file), **choice)
 
 
 def contacts_left_out(scene: Scene) -> list[str]:

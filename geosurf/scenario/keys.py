@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from geosurf.conventions import METRES_PER_UNIT
 from geosurf.faults.rules import KEEP
@@ -20,9 +20,6 @@ from geosurf.scenario import values
 from geosurf.scenario.declared import key
 from geosurf.scenario.drawn import FORMATS, VIEWS, OutputSettings, SearchSettings
 from geosurf.sheets.faults.dip_lines import DIRECTIONS
-
-if TYPE_CHECKING:  # pragma: no cover - types only
-    from geosurf.scene import Scene
 
 FAULT_SIDES = ("strike", *SIDES)
 
@@ -337,23 +334,6 @@ class Scenario:
     output: OutputSettings = key(
         "Which pictures and files are made.", values.table(OutputSettings), default=OutputSettings()
     )
-
-    def scene(self) -> Scene:
-        """
-        Read the inputs and return the scene; nothing is computed yet.
-
-        Returns
-        -------
-        Scene
-
-        Raises
-        ------
-        InputError
-            If an input cannot be read, or does not say its units or direction.
-        """
-        from geosurf.scenario.inputs import build_scene
-
-        return build_scene(self)
 
 
 __all__ = [

@@ -1,6 +1,6 @@
 """How values of a scenario are checked; each check says what it would have liked.
 
-A check takes a `Place` and the value that TOML gave, and returns the value for
+A check takes a `KeyPath` and the value that TOML gave, and returns the value for
 the dataclass. ``check.allowed`` says in words what it accepts, for messages and docs.
 """
 
@@ -19,15 +19,15 @@ from geosurf.render.views import LARGEST, SMALLEST, check_size
 
 
 @dataclass(frozen=True)
-class Place:
+class KeyPath:
     """Where a value stands: the file and the path of keys to it."""
 
     file: Path
     keys: str = ""
 
-    def inside(self, word: str) -> Place:
+    def inside(self, word: str) -> KeyPath:
         """Return the place of a key in this table."""
-        return Place(self.file, f"{self.keys}.{word}" if self.keys else word)
+        return KeyPath(self.file, f"{self.keys}.{word}" if self.keys else word)
 
     def refuse(self, sentence: str) -> NoReturn:
         """Raise a `ScenarioError` that begins with the file."""
@@ -39,22 +39,22 @@ class Check(Protocol):
 
     allowed: str
 
-    def __call__(self, place: Place, value: Any) -> Any:
+    def __call__(self, at: KeyPath, value: Any) -> Any:
         """Return the checked value, or raise `ScenarioError`."""
 
 
-def check(allowed: str) -> Callable[[Callable[[Place, Any], Any]], Check]:
+def check(allowed: str) -> Callable[[Callable[[KeyPath, Any], Any]], Check]:
     """Make a check of a function that returns None where it does not like a value."""
 
-    def wrap(function: Callable[[Place, Any], Any]) -> Check:
+    def wrap(function: Callable[[KeyPath, Any], Any]) -> Check:
         """Make the check of one function."""
 
         @wraps(function)
-        def checked(place: Place, value: Any) -> Any:
+        def checked(at: KeyPath, value: Any) -> Any:
             """Return the value as it is to be used, or refuse it."""
-            result = function(place, value)
+            result = function(at, value)
             if result is None:
-                place.refuse(f"{place.keys} is {value!r}; it must be {allowed}.")
+                at.refuse(f"{at.keys} is {value!r}; it must be {allowed}.")
             return result
 
         checked.allowed = allowed  # type: ignore[attr-defined]
@@ -64,43 +64,43 @@ def check(allowed: str) -> Callable[[Callable[[Place, Any], Any]], Check]:
 
 
 @check("text between quotes")
-def text(_: Place, value: Any) -> str | None:
+def text(_: KeyPath, value: Any) -> str | None:
     """A string with something in it."""
     return value if isinstance(value, str) and value.strip() else None
 
 
 @check("true or false")
-def switch(_: Place, value: Any) -> bool | None:
+def switch(_: KeyPath, value: Any) -> bool | None:
     """A truth value."""
     return value if isinstance(value, bool) else None
 
 
 @check("a number above 0")
-def above_zero(_: Place, value: Any) -> float | None:
+def above_zero(_: KeyPath, value: Any) -> float | None:
     """A finite number above zero."""
     return float(value) if is_number(value) and value > 0 else None
 
 
 @check("a number")
-def number(_: Place, value: Any) -> float | None:
+def number(_: KeyPath, value: Any) -> float | None:
     """A finite number."""
     return float(value) if is_number(value) else None
 
 
 @check("a number, 0 or above")
-def not_negative(_: Place, value: Any) -> float | None:
+def not_negative(_: KeyPath, value: Any) -> float | None:
     """A finite number that is not below zero."""
     return float(value) if is_number(value) and value >= 0 else None
 
 
 @check("a number from 0 to 1")
-def share(_: Place, value: Any) -> float | None:
+def share(_: KeyPath, value: Any) -> float | None:
     """A part of a whole."""
     return float(value) if is_number(value) and 0 <= value <= 1 else None
 
 
 @check("three or more corners: [[easting, northing], ...]")
-def corners(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
+def corners(_: KeyPath, value: Any) -> tuple[tuple[float, float], ...] | None:
     """Pairs of finite numbers."""
     if not isinstance(value, list) or len(value) < 3:
         return None
@@ -110,7 +110,7 @@ def corners(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
 
 
 @check("lines of two points or more, no two in a row the same: [[[easting, northing], ...], ...]")
-def lines(_: Place, value: Any) -> tuple[tuple[tuple[float, float], ...], ...] | None:
+def lines(_: KeyPath, value: Any) -> tuple[tuple[tuple[float, float], ...], ...] | None:
     """Lines in the map; an empty list stands for none."""
     if not isinstance(value, list) or not all(isinstance(one, list) for one in value):
         return None
@@ -127,7 +127,7 @@ def lines(_: Place, value: Any) -> tuple[tuple[tuple[float, float], ...], ...] |
 
 
 @check("one row or more: [[distance, throw], ...]")
-def profile(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
+def profile(_: KeyPath, value: Any) -> tuple[tuple[float, float], ...] | None:
     """Pairs of finite numbers."""
     if not isinstance(value, list) or len(value) == 0:
         return None
@@ -137,7 +137,7 @@ def profile(_: Place, value: Any) -> tuple[tuple[float, float], ...] | None:
 
 
 @check("a list of names, each once")
-def names(_: Place, value: Any) -> tuple[str, ...] | None:
+def names(_: KeyPath, value: Any) -> tuple[str, ...] | None:
     """Different names; whether they exist is asked when all are known."""
     if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
         return None
@@ -145,7 +145,7 @@ def names(_: Place, value: Any) -> tuple[str, ...] | None:
 
 
 @check("two numbers, the lower one first: [low, high]")
-def interval(_: Place, value: Any) -> tuple[float, float] | None:
+def interval(_: KeyPath, value: Any) -> tuple[float, float] | None:
     """Two finite numbers that increase."""
     if not isinstance(value, list) or len(value) != 2 or not all(map(is_number, value)):
         return None
@@ -154,7 +154,7 @@ def interval(_: Place, value: Any) -> tuple[float, float] | None:
 
 
 @check(f"two whole numbers, [width, height], from {list(SMALLEST)} to {list(LARGEST)}")
-def picture_size(_: Place, value: Any) -> tuple[int, int] | None:
+def picture_size(_: KeyPath, value: Any) -> tuple[int, int] | None:
     """Width and height in pixels."""
     if not isinstance(value, list) or not all(type(v) is int for v in value):
         return None
@@ -165,7 +165,7 @@ def picture_size(_: Place, value: Any) -> tuple[int, int] | None:
 
 
 @check('the names of two surfaces: ["Top", "F1"]')
-def pair_of_names(_: Place, value: Any) -> tuple[str, str] | None:
+def pair_of_names(_: KeyPath, value: Any) -> tuple[str, str] | None:
     """Two different names; whether they exist is asked when all names are known."""
     if not isinstance(value, list) or len(value) != 2 or not all(isinstance(v, str) for v in value):
         return None
@@ -173,16 +173,16 @@ def pair_of_names(_: Place, value: Any) -> tuple[str, str] | None:
 
 
 @check("a file that exists, its path relative to the scenario")
-def file(place: Place, value: Any) -> Path | None:
+def file(at: KeyPath, value: Any) -> Path | None:
     """The path of a file, found from the folder of the scenario."""
     if not isinstance(value, str) or not value.strip():
         return None
-    path = place.file.parent / value
+    path = at.file.parent / value
     if not path.is_file():
         near = [entry.name for entry in _entries(path.parent)]
         what = "a folder" if path.is_dir() else "not there"
-        place.refuse(
-            f"{place.keys} is {value!r}, and {path} is {what}. Paths are relative to the folder of "
+        at.refuse(
+            f"{at.keys} is {value!r}, and {path} is {what}. Paths are relative to the folder of "
             f"the scenario.{did_you_mean(path.name, near)}"
         )
     return path
@@ -200,11 +200,11 @@ def one_of(*allowed: str) -> Check:
     """Return the check for one word of a list."""
 
     @check(f"one of {_words(allowed)}")
-    def choice(place: Place, value: Any) -> str | None:
+    def choice(at: KeyPath, value: Any) -> str | None:
         """The word, if it is allowed."""
         if isinstance(value, str) and value not in allowed:
             guess = did_you_mean(value, allowed)
-            place.refuse(f"{place.keys} is {value!r}; it must be one of {_words(allowed)}.{guess}")
+            at.refuse(f"{at.keys} is {value!r}; it must be one of {_words(allowed)}.{guess}")
         return value if value in allowed else None
 
     return choice
@@ -214,14 +214,14 @@ def some_of(*allowed: str) -> Check:
     """Return the check for a list of words, each at most once."""
 
     @check(f"a list of any of {_words(allowed)}, each once")
-    def choices(place: Place, value: Any) -> tuple[str, ...] | None:
+    def choices(at: KeyPath, value: Any) -> tuple[str, ...] | None:
         """The words, if all are allowed and none comes twice."""
         if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
             return None
         for word in value:
             if word not in allowed:
                 guess = did_you_mean(word, allowed)
-                place.refuse(f"{place.keys} has {word!r}; it may have {_words(allowed)}.{guess}")
+                at.refuse(f"{at.keys} has {word!r}; it may have {_words(allowed)}.{guess}")
         return tuple(value) if len(set(value)) == len(value) else None
 
     return choices
@@ -231,9 +231,9 @@ def table(kind: type) -> Check:
     """Return the check for a table, ``[kind]``."""
 
     @check("a table")
-    def one_table(place: Place, value: Any) -> Any:
+    def one_table(at: KeyPath, value: Any) -> Any:
         """The table as an object."""
-        return read_table(kind, place, value) if isinstance(value, Mapping) else None
+        return read_table(kind, at, value) if isinstance(value, Mapping) else None
 
     one_table.kind = kind  # type: ignore[attr-defined]
     return one_table
@@ -243,13 +243,13 @@ def tables(kind: type) -> Check:
     """Return the check for tables in order, ``[[kind]]``, which all have different names."""
 
     @check("tables in double brackets")
-    def many_tables(place: Place, value: Any) -> tuple[Any, ...] | None:
+    def many_tables(at: KeyPath, value: Any) -> tuple[Any, ...] | None:
         """The tables as objects."""
         if not isinstance(value, list) or not all(isinstance(v, Mapping) for v in value):
-            name = place.keys
-            place.refuse(f"{name} must be tables in double brackets, as in [[{name}]].")
+            name = at.keys
+            at.refuse(f"{name} must be tables in double brackets, as in [[{name}]].")
         return tuple(
-            read_table(kind, Place(place.file, f"{place.keys}[{_label(row, entry)}]"), entry)
+            read_table(kind, KeyPath(at.file, f"{at.keys}[{_label(row, entry)}]"), entry)
             for row, entry in enumerate(value)
         )
 
@@ -268,14 +268,14 @@ def is_required(entry: Field[Any]) -> bool:
     return entry.default is MISSING
 
 
-def read_table(kind: type, place: Place, found: Mapping[str, Any], **more: Any) -> Any:
+def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -> Any:
     """Check all keys of a table and return its dataclass.
 
     Parameters
     ----------
     kind : type
         A dataclass of `geosurf.scenario.keys`.
-    place : Place
+    at : KeyPath
         Where the table stands.
     found : mapping
         What TOML gave.
@@ -292,19 +292,18 @@ def read_table(kind: type, place: Place, found: Mapping[str, Any], **more: Any) 
         For an unknown key, a missing one, or a value that its check refuses.
     """
     known = {entry.name: entry for entry in fields(kind) if "check" in entry.metadata}
-    where = f" in {place.keys}" if place.keys else ""
+    where = f" in {at.keys}" if at.keys else ""
     for word in found:
         if word not in known:
-            place.refuse(
+            at.refuse(
                 f"unknown key {word!r}{where}; known are {_words(tuple(known))}."
                 f"{did_you_mean(word, known)}"
             )
     for word, entry in known.items():
         if word not in found and is_required(entry):
             allowed = entry.metadata["check"].allowed
-            place.refuse(f"{word!r} is missing{where}; give {allowed}.")
+            at.refuse(f"{word!r} is missing{where}; give {allowed}.")
     checked = {
-        word: known[word].metadata["check"](place.inside(word), value)
-        for word, value in found.items()
+        word: known[word].metadata["check"](at.inside(word), value) for word, value in found.items()
     }
     return kind(**checked, **more)

@@ -147,9 +147,9 @@ def test_render_draws_a_section_along_a_line(folder, tmp_path, capsys):
     words = ["render", scenario, "-o", str(picture), "--section", "100.5,50 2e3,1500  3900,2950"]
     assert cli.main(words) == 0
     assert capsys.readouterr().out == f"{picture}\n"
-    from geosurf.scenario import read_scenario
+    from geosurf.scenario import build_scene, read_scenario
 
-    found = read_scenario(scenario).scene().section([(100.5, 50), (2000, 1500), (3900, 2950)])
+    found = build_scene(read_scenario(scenario)).section([(100.5, 50), (2000, 1500), (3900, 2950)])
     same = gs.render_section(found, tmp_path / "same.png", size=(400, 260))
     assert picture.read_bytes() == same.read_bytes()
 

@@ -30,8 +30,7 @@ import numpy as np
 import geosurf as gs
 from geosurf.carve.certificate import certify
 from geosurf.errors import GeosurfError, GeosurfWarning, InvariantError
-from geosurf.scenario import read_scenario
-from geosurf.scenario.inputs import build_scene
+from geosurf.scenario import build_scene, read_scenario
 
 WORDS = {"positive": "up", "length_unit": "m"}
 WALL = gs.TriSurface(

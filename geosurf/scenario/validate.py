@@ -1,27 +1,25 @@
-"""A scenario file -> `Scenario`, and a `Scenario` -> `Scene`."""
+"""A scenario file -> `Scenario`, with all names and rules checked before a surface is read."""
 
 from __future__ import annotations
 
 import os
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from geosurf.carve.column import names_of_zones
 from geosurf.carve.fluids import parse_sides
-from geosurf.conventions import counted, did_you_mean
+from geosurf.conventions import did_you_mean
 from geosurf.errors import InputError, ScenarioError
 from geosurf.faults.rules import read_truncations
-from geosurf.model import FluidContact
 from geosurf.model.column import ELSEWHERE
 from geosurf.model.expected import path_of
-from geosurf.read import read_fault, read_horizon
 from geosurf.read._guard import opened
 from geosurf.scenario.keys import Scenario
-from geosurf.scenario.sealed import scene_of_sealed
-from geosurf.scenario.torn import Told, check_sheets, torn_horizons
-from geosurf.scenario.values import Place, read_table
-from geosurf.scene import Scene
+from geosurf.scenario.values import KeyPath, read_table
+
+ELLIPSE = ("half_length_m", "half_height_m", "centre_along_m", "centre_elevation_m")
 
 
 def read_scenario(path: str | os.PathLike[str]) -> Scenario:
@@ -55,7 +53,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     "unknown key 'northing' in box"
     """
     path = path_of(path, "a scenario")
-    scenario: Scenario = read_table(Scenario, Place(path), _load(path), path=path)
+    scenario: Scenario = read_table(Scenario, KeyPath(path), _load(path), path=path)
     _check_names(scenario)
     return scenario
 
@@ -82,45 +80,146 @@ def _load(path: Path) -> dict[str, Any]:
 
 def _check_names(scenario: Scenario) -> None:
     """Names are unique over horizons and faults, and there is a horizon."""
-    place = Place(scenario.path)
+    at = KeyPath(scenario.path)
     if scenario.model is not None:
-        _check_model(scenario, place)
+        _check_model(scenario, at)
         return
     if not scenario.horizons:
-        place.refuse("there are no horizons; give at least one table [[horizons]], or [model].")
-    _check_places(scenario, place)
+        at.refuse("there are no horizons; give at least one table [[horizons]], or [model].")
+    _check_places(scenario, at)
     seen: dict[str, str] = {}
     for kind, entries in (("horizon", scenario.horizons), ("fault", scenario.faults)):
         for entry in entries:
             if entry.name in seen:
-                place.refuse(
+                at.refuse(
                     f"{entry.name!r} is the name of a {seen[entry.name]} and of another {kind}; "
                     "rename one."
                 )
             seen[entry.name] = kind
-    _check_contacts(scenario, place)
+    _check_contacts(scenario, at)
     try:
         read_truncations(truncations_of(scenario), [entry.name for entry in scenario.faults])
     except InputError as error:
-        place.refuse(str(error))
-    check_sheets(scenario, place)
+        at.refuse(str(error))
+    _check_sheets(scenario, at)
     for name in scenario.output.search or ():
         if name not in seen:
             known = ", ".join(repr(word) for word in seen)
-            place.refuse(
+            at.refuse(
                 f"output.search names {name!r}, which is no surface; there are {known}."
                 f"{did_you_mean(name, seen)}"
             )
 
 
-def _check_model(scenario: Scenario, place: Place) -> None:
+def _check_model(scenario: Scenario, at: KeyPath) -> None:
     """A sealed model comes alone: it has its surfaces, its box, and its faults as they are."""
     for word in ("horizons", "faults", "truncations", "tear", "throws", "box"):
         if getattr(scenario, word):
-            place.refuse(
+            at.refuse(
                 f"there is a [model] and {word}, too; a sealed model has its own. Leave one out."
             )
-    _check_places(scenario, place)
+    _check_places(scenario, at)
+
+
+def _check_places(scenario: Scenario, at: KeyPath) -> None:
+    """A contact and an area of interest are each given once, in one way."""
+    given = set()
+    for entry in scenario.contacts:
+        label = f"contacts[{entry.name!r}]"
+        if (entry.elevation_m is None) == (entry.file is None):
+            at.refuse(f"{label}: give elevation_m or file, one of them.")
+        where = entry.name, entry.block, tuple(sorted(entry.zones))
+        if where in given:
+            block = "without a block" if entry.block is None else f"for block {entry.block!r}"
+            zones = f" of {', '.join(entry.zones)}" if entry.zones else ""
+            at.refuse(f"{label} is given {block}{zones} twice; delete one.")
+        given.add(where)
+    aoi = scenario.aoi
+    if aoi is not None and (aoi.file is None) == (aoi.corners_m is None):
+        at.refuse("aoi: give file or corners_m, one of them.")
+
+
+def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
+    """Zones and sides of faults that contacts are given for exist, before anything is read."""
+    if not scenario.contacts:
+        return
+    try:
+        zones = names_of_zones([entry.name for entry in scenario.horizons])
+    except InputError as error:
+        at.refuse(str(error))
+    faults = [entry.name for entry in scenario.faults]
+    sides = [name + sign for name in faults for sign in "+-"]
+    for entry in scenario.contacts:
+        label = f"contacts[{entry.name!r}]"
+        for zone in entry.zones:
+            if zone not in zones:
+                known = ", ".join(map(repr, zones))
+                guess = did_you_mean(zone, zones)
+                at.refuse(f"{label}: {zone!r} is no zone; there are {known}.{guess}")
+        if entry.block not in (None, ELSEWHERE) and parse_sides(entry.block, faults) is None:
+            known = ", ".join(map(repr, sides)) or "none"
+            at.refuse(
+                f"{label}: block {entry.block!r} is not made of sides of faults; there are {known}."
+                f"{did_you_mean(entry.block, sides)}"
+            )
+
+
+def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
+    """Say what of ``[tear]`` and ``[[throws]]`` makes no sense, before anything is read."""
+    known = {
+        "fault": [entry.name for entry in scenario.faults],
+        "horizon": [entry.name for entry in scenario.horizons],
+    }
+    _check_throws(scenario, known, at)
+    if scenario.tolerance_m is not None and (scenario.tear is not None or scenario.throws):
+        table = "[tear]" if scenario.tear is not None else "[[throws]]"
+        at.refuse(
+            f"tolerance_m is {scenario.tolerance_m:g}, and {table} tears horizons, whose cut-offs "
+            f"it would move. Leave tolerance_m out, or {table}."
+        )
+    if scenario.tear is None:
+        return
+    if not known["fault"]:
+        at.refuse("there is a table [tear], and no fault to tear horizons at. Leave it out.")
+    for name in scenario.tear.horizons:
+        if name not in known["horizon"]:
+            guess = did_you_mean(name, known["horizon"])
+            at.refuse(f"tear.horizons: {name!r} is no horizon; name one of those.{guess}")
+    for entry in scenario.throws:
+        for name in entry.horizons or known["horizon"]:
+            if is_torn_as_picked(scenario, name):
+                at.refuse(
+                    f"horizon {name!r} is torn as it was picked, by [tear], and by the throw of "
+                    f"{entry.fault!r}, too. Give one of them: horizons = [...] names which."
+                )
+
+
+def _check_throws(scenario: Scenario, known: Mapping[str, list[str]], at: KeyPath) -> None:
+    """Each throw is given in one way, for a fault and horizons that there are, once."""
+    given = set()
+    for entry in scenario.throws:
+        label = f"throws of {entry.fault!r}"
+        for kind, names in (("fault", (entry.fault,)), ("horizon", entry.horizons)):
+            for name in names:
+                if name not in known[kind]:
+                    guess = did_you_mean(name, known[kind])
+                    at.refuse(f"{label}: {name!r} is no {kind}; name one of those.{guess}")
+        ways = (entry.throw_m, entry.profile_m, entry.elliptic_m)
+        if sum(way is not None for way in ways) != 1:
+            at.refuse(f"{label}: give one of throw_m, profile_m and elliptic_m.")
+        for word in ELLIPSE if entry.elliptic_m is None else ():
+            if getattr(entry, word) is not None:
+                at.refuse(f"{label}: {word} goes with elliptic_m. Give that, or leave it out.")
+        for name in entry.horizons or known["horizon"]:
+            if (entry.fault, name) in given:
+                at.refuse(f"{label} are given twice for horizon {name!r}; delete one.")
+            given.add((entry.fault, name))
+
+
+def is_torn_as_picked(scenario: Scenario, name: str) -> bool:
+    """Return whether ``[tear]`` tears a horizon as it was picked."""
+    tear = scenario.tear
+    return tear is not None and (not tear.horizons or name in tear.horizons)
 
 
 def truncations_of(scenario: Scenario) -> dict[str, tuple[tuple[str, str, bool], ...]]:
@@ -132,110 +231,4 @@ def truncations_of(scenario: Scenario) -> dict[str, tuple[tuple[str, str, bool],
     return found
 
 
-def _check_places(scenario: Scenario, place: Place) -> None:
-    """A contact and an area of interest are each given once, in one way."""
-    given = set()
-    for entry in scenario.contacts:
-        label = f"contacts[{entry.name!r}]"
-        if (entry.elevation_m is None) == (entry.file is None):
-            place.refuse(f"{label}: give elevation_m or file, one of them.")
-        where = entry.name, entry.block, tuple(sorted(entry.zones))
-        if where in given:
-            block = "without a block" if entry.block is None else f"for block {entry.block!r}"
-            zones = f" of {', '.join(entry.zones)}" if entry.zones else ""
-            place.refuse(f"{label} is given {block}{zones} twice; delete one.")
-        given.add(where)
-    aoi = scenario.aoi
-    if aoi is not None and (aoi.file is None) == (aoi.corners_m is None):
-        place.refuse("aoi: give file or corners_m, one of them.")
-
-
-def _check_contacts(scenario: Scenario, place: Place) -> None:
-    """Zones and sides of faults that contacts are given for exist, before anything is read."""
-    if not scenario.contacts:
-        return
-    try:
-        zones = names_of_zones([entry.name for entry in scenario.horizons])
-    except InputError as error:
-        place.refuse(str(error))
-    faults = [entry.name for entry in scenario.faults]
-    sides = [name + sign for name in faults for sign in "+-"]
-    for entry in scenario.contacts:
-        label = f"contacts[{entry.name!r}]"
-        for zone in entry.zones:
-            if zone not in zones:
-                known = ", ".join(map(repr, zones))
-                guess = did_you_mean(zone, zones)
-                place.refuse(f"{label}: {zone!r} is no zone; there are {known}.{guess}")
-        if entry.block not in (None, ELSEWHERE) and parse_sides(entry.block, faults) is None:
-            known = ", ".join(map(repr, sides)) or "none"
-            place.refuse(
-                f"{label}: block {entry.block!r} is not made of sides of faults; there are {known}."
-                f"{did_you_mean(entry.block, sides)}"
-            )
-
-
-def _contacts(scenario: Scenario) -> dict[str, list[FluidContact]]:
-    """Fluid contacts by name, from the top down, each with its zones and block."""
-    found: dict[str, list[FluidContact]] = {}
-    for entry in scenario.contacts:
-        value: Any = entry.elevation_m
-        if entry.file is not None:
-            value = read_horizon(
-                entry.file, name=entry.name, positive=entry.positive, length_unit=entry.length_unit
-            )
-        found.setdefault(entry.name, []).append(FluidContact(value, entry.zones, entry.block or ""))
-    return found
-
-
-def build_scene(scenario: Scenario, told: Told = lambda *_: None, out: Path | None = None) -> Scene:
-    """Read the surfaces of a scenario, and tear what is to be torn; see `Scenario.scene`.
-
-    `told` is called after each step: stage, what, outcome. A horizon that cannot be torn is drawn
-    into the folder `out`, if it is given.
-    """
-    aoi = None if scenario.aoi is None else scenario.aoi.file or scenario.aoi.corners_m
-    shared: dict[str, Any] = {
-        "contacts": _contacts(scenario),
-        "aoi": aoi,
-        "voxel_size": scenario.search.voxel_size_m,
-        "tolerance": scenario.tolerance_m,
-    }
-    if scenario.model is not None:
-        scene = scene_of_sealed(scenario, scenario.model, **shared)
-        told("read", _numbers(scene), "")
-        return scene
-    horizons = {
-        entry.name: read_horizon(
-            entry.file,
-            name=entry.name,
-            positive=entry.positive,
-            length_unit=entry.length_unit,
-            variable=entry.variable,
-        )
-        for entry in scenario.horizons
-    }
-    faults = {
-        entry.name: read_fault(
-            entry.file, name=entry.name, positive=entry.positive, length_unit=entry.length_unit
-        )
-        for entry in scenario.faults
-    }
-    box = scenario.box.sides if scenario.box is not None else None
-    scene = Scene(
-        horizons,
-        faults,
-        box,
-        column={entry.name: entry.rule for entry in scenario.horizons},
-        extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
-        truncations=truncations_of(scenario),
-        **shared,
-    )
-    told("read", _numbers(scene), "")
-    return torn_horizons(scenario, scene, horizons, told, out)
-
-
-def _numbers(scene: Scene) -> str:
-    """How many surfaces there are, in words."""
-    horizons, faults = len(scene.horizon_names), len(scene.fault_names)
-    return f"{counted(horizons, 'horizon')}, {counted(faults, 'fault')}"
+__all__ = ["is_torn_as_picked", "read_scenario", "truncations_of"]

@@ -1,14 +1,9 @@
-"""Scenario files: what they may say, what comes out, and what a wrong one is told."""
-
-# ruff: noqa: E501 - the wrong scenarios are a table, one case per line
+"""What a run of a scenario writes, and what it does when a step fails."""
 
 from __future__ import annotations
 
 import csv
 import hashlib
-import subprocess
-import sys
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -23,44 +18,11 @@ from geosurf.errors import (
     OutputError,
     ScenarioError,
 )
-from geosurf.scenario import read_scenario, run, run_scenario
-from geosurf.scenario.keys import BoxRanges, OutputSettings, Scenario
-from geosurf.scenario.page import scenario_page
-from tests.planes import INPUTS, write_grids
+from geosurf.scenario import build_scene, read_scenario, run, run_scenario
+from geosurf.scenario.keys import BoxRanges
+from tests.scenario.tilted_planes import BODY
 
-ROOT = Path(__file__).resolve().parents[1]
-
-TITLE = 'title = "Tilted planes"\n'
-OUTPUT = """
-[output]
-views = ["southwest"]
-search = ["Top", "F1"]
-size_px = [400, 260]
-"""
-BODY = TITLE + INPUTS + OUTPUT
-
-
-@pytest.fixture(scope="module")
-def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the grids of a small world."""
-    folder = tmp_path_factory.mktemp("inputs")
-    write_grids(folder)
-    return folder
-
-
-@pytest.fixture
-def scenario(inputs: Path, tmp_path: Path):
-    """A function that writes a scenario, with words exchanged, beside the grids."""
-
-    def make(*changes: tuple[str, str], body: str = BODY) -> Path:
-        for old, new in changes:
-            assert old in body
-            body = body.replace(old, new)
-        path = inputs / f"{hashlib.sha256(body.encode()).hexdigest()[:12]}.toml"
-        path.write_text(body, encoding="utf-8")
-        return path
-
-    return make
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -69,9 +31,6 @@ def digests(folder: Path) -> dict[str, str]:
         for path in sorted(folder.rglob("*"))
         if path.is_file()
     }
-
-
-# ---- what comes out ------------------------------------------------------------------
 
 
 def test_a_run_writes_everything_and_a_second_run_the_same_bytes(scenario, tmp_path):
@@ -236,7 +195,7 @@ def test_a_failure_is_reported_even_if_its_picture_fails_too(scenario, tmp_path,
 
 def test_the_box_may_be_left_out(scenario):
     start, end = BODY.index("[box]"), BODY.index("[output]")
-    scene = read_scenario(scenario((BODY[start:end], ""))).scene()
+    scene = build_scene(read_scenario(scenario((BODY[start:end], ""))))
     assert scene.box[:4] == (0.0, 4000.0, 0.0, 3000.0)
 
 
@@ -248,7 +207,7 @@ def test_what_the_scenario_says_reaches_the_scene(scenario):
     )
     assert (read.search.voxel_size_m, read.output.exaggeration) == (300.0, 3.0)
     assert (read.title, read.output.search) == ("Tilted planes", ("Top", "F1"))
-    coarse, default = read.scene(), read_scenario(scenario()).scene()
+    coarse, default = build_scene(read), build_scene(read_scenario(scenario()))
     assert np.array_equal(coarse.volumes.values, default.volumes.values)
 
 
@@ -271,63 +230,7 @@ def test_direction_and_unit_can_be_said_for_each_file(inputs, scenario):
     )
     table = '[[horizons]]\nname = "Deep"\nfile = "deep.irap"\n'
     path = scenario(body=table + 'positive = "down"\nlength_unit = "ft"\n')
-    assert read_scenario(path).scene().surface("Deep").bounds[4] == -5000 * 0.3048
-
-
-# ---- what a wrong scenario is told ---------------------------------------------------
-
-BAD = {
-    "unknown table": (("[box]", "[bax]"), r"unknown key 'bax'; known are .*Did you mean 'box'\?"),
-    "unknown key": (('file = "Base.nc"', 'flie = "Base.nc"'), r"unknown key 'flie' in horizons\['Base'\]; known are .*Did you mean 'file'"),
-    "unknown output": (("size_px", "sise_px"), r"unknown key 'sise_px' in output; .*Did you mean 'size_px'"),
-    "missing key": (('name = "F1"\n', ""), r"'name' is missing in faults\[number 1\]; give text between quotes"),
-    "missing file": (('"Base.nc"', '"Bsae.nc"'), r"horizons\['Base'\].file is 'Bsae.nc', and .* is not there. Paths are relative to .*Did you mean 'Base.nc'"),
-    "duplicate horizon": (('name = "Base"', 'name = "Top"'), r"'Top' is the name of a horizon and of another horizon; rename one"),
-    "duplicate fault": (('name = "F1"', 'name = "Top"'), r"'Top' is the name of a horizon and of another fault; rename"),
-    "box in the wrong order": (("[-2500, -1700]", "[-1700, -2500]"), r"box.elevation_m is \[-1700, -2500\]; it must be two numbers, the lower one first"),
-    "box of one number": (("[0, 4000]", "4000"), r"box.easting_m is 4000; it must be two numbers"),
-    "box without a side": (("northing_m = [0, 3000]\n", ""), r"'northing_m' is missing in box; give two numbers"),
-    "infinite box": (("[0, 4000]", "[0, inf]"), r"box.easting_m is \[0, inf\]; it must be two numbers"),
-    "number as text": (('name = "F1"', "name = 1"), r"faults\[number 1\].name is 1; it must be text between quotes"),
-    "table for tables": (("[[faults]]", "[faults]"), r"faults must be tables in double brackets, as in \[\[faults\]\]"),
-    "text for a table": (('title = "Tilted planes"', "search = 3"), r"search is 3; it must be a table"),
-    "unknown direction": (('file = "Top.nc"', 'file = "Top.nc"\npositive = "dwon"'), r"horizons\['Top'\].positive is 'dwon'; it must be one of 'up', 'down'. Did you mean 'down'"),
-    "unknown units": (('file = "Top.nc"', 'file = "Top.nc"\nlength_unit = "furlong"'), r"horizons\['Top'\].length_unit is 'furlong'; it must be one of 'm'"),
-    "unknown view": (('["southwest"]', '["southwets"]'), r"output.views has 'southwets'; it may have .*Did you mean 'southwest'"),
-    "view twice": (('["southwest"]', '["top", "top"]'), r"output.views is \['top', 'top'\]; it must be a list of any of .* each once"),
-    "unknown format": (("size_px", 'formats = ["vtl"]\nsize_px'), r"output.formats has 'vtl'; it may have"),
-    "picture size": (("[400, 260]", "[400, true]"), r"output.size_px is \[400, True\]; it must be two whole numbers, \[width, height\], from \[200, 150\]"),
-    "small picture": (("[400, 260]", "[64, 64]"), r"output.size_px is \[64, 64\]; it must be .* from \[200, 150\] to \[8000, 8000\]"),
-    "large picture": (("[400, 260]", "[8001, 260]"), r"output.size_px is \[8001, 260\]; it must be .* to \[8000, 8000\]"),
-    "point twice": (("size_px", "sections_m = [[[0, 0], [0, 0]]]\nsize_px"), r"output.sections_m is .*; it must be lines .* no two in a row the same"),
-    "switch": (("size_px", "maps = 1\nsize_px"), r"output.maps is 1; it must be true or false"),
-    "exaggeration": (("size_px", "exaggeration = 0\nsize_px"), r"output.exaggeration is 0; it must be a number above 0"),
-    "search names": (('["Top", "F1"]', '["Top", "F2"]'), r"output.search names 'F2', which is no surface; there are 'Top', 'Base', 'F1'"),
-    "search pair": (('["Top", "F1"]', '["Top", "Top"]'), r"output.search is \['Top', 'Top'\]; it must be the names of two surfaces"),
-    "syntax": (('title = "Tilted planes"', "title = Tilted"), r"this is no TOML: .*line 1,.*Mend that line"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("change", BAD)
-def test_a_wrong_scenario_is_told_where_and_what_next(change, scenario):
-    exchange, sentence = BAD[change]
-    path = scenario(exchange)
-    with pytest.raises(ScenarioError, match=sentence) as caught:
-        read_scenario(path)
-    assert str(caught.value).startswith(f"{path}: ")
-
-
-def test_an_empty_scenario_needs_a_horizon(scenario):
-    with pytest.raises(ScenarioError, match=r"there are no horizons; give .*\[\[horizons\]\]"):
-        read_scenario(scenario(body=""))
-
-
-def test_a_scenario_that_is_not_there_or_no_text(tmp_path):
-    with pytest.raises(ScenarioError, match=r"none.toml: cannot be read .*Check the path"):
-        read_scenario(tmp_path / "none.toml")
-    (tmp_path / "latin.toml").write_bytes(b'title = "\xe9"')
-    with pytest.raises(ScenarioError, match=r"byte 9 is no UTF-8 text. Save"):
-        read_scenario(tmp_path / "latin.toml")
+    assert build_scene(read_scenario(path)).surface("Deep").bounds[4] == -5000 * 0.3048
 
 
 @pytest.mark.parametrize("obstacle", ["out", "out/units", "out/pictures", "out/report"])
@@ -351,34 +254,8 @@ def test_netcdf_without_its_library_is_an_error_before_anything_is_read(
         run_scenario(scenario(), tmp_path / "out")
 
 
-# ---- the page ------------------------------------------------------------------------
-
-
-def test_the_page_is_in_step_with_the_code():
-    page = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
-    assert page == scenario_page(), "run: python -m geosurf.scenario.page > docs/scenario.md"
-    for kind in (OutputSettings, BoxRanges):
-        assert all(f"`{entry.name}`" in page for entry in fields(kind))
-
-
-def test_the_page_can_be_made_as_it_says():
-    said = subprocess.run(
-        [sys.executable, "-m", "geosurf.scenario.page"], capture_output=True, check=True
-    )
-    assert said.stdout.decode().splitlines() == scenario_page().splitlines()
-
-
-def test_every_key_has_a_meaning():
-    for kind in (Scenario, OutputSettings, BoxRanges):
-        keys = [entry for entry in fields(kind) if entry.name != "path"]
-        assert all(entry.metadata["meaning"].endswith(".") for entry in keys)
-
-
-# ---- the examples beside the data ----------------------------------------------------
-
-
 def test_the_graben_has_the_volumes_of_its_formula():
-    scene = read_scenario(ROOT / "data" / "synthetic_horizons" / "graben.toml").scene()
+    scene = build_scene(read_scenario(ROOT / "data" / "synthetic_horizons" / "graben.toml"))
     truth = gs.synthetic.graben(n=33).truth["volumes"]
     assert len(scene.units) == len(truth) == 12
     for (zone, sides), volume in truth.items():
@@ -388,7 +265,9 @@ def test_the_graben_has_the_volumes_of_its_formula():
 
 
 def test_the_demo_splits_only_where_a_fault_goes_through():
-    scene = read_scenario(ROOT / "data" / "synthetic_horizons" / "faulted_reservoir.toml").scene()
+    scene = build_scene(
+        read_scenario(ROOT / "data" / "synthetic_horizons" / "faulted_reservoir.toml")
+    )
     assert scene.fault_names == ("F1", "F2", "F3")
     assert set(scene.sheets) == {"Top", "Middle", "Base"}
     assert {unit.block for unit in scene.units.values()} == {"F1+", "F1-"}

@@ -11,7 +11,7 @@ import pytest
 import geosurf as gs
 from geosurf.cli import main
 from geosurf.errors import InputError, OpenUnitError, ScenarioError
-from geosurf.scenario import read_scenario, run
+from geosurf.scenario import build_scene, read_scenario, run
 from tests.planes import INPUTS, write_grids
 
 OUTPUT = """
@@ -104,11 +104,11 @@ def test_contacts_of_some_zones(folder):
     """Two tables of one name for two zones; a zone that there is not is told before any cut."""
     one = '[[contacts]]\nname = "OWC"\nelevation_m = -2050.0\nzones = ["Top/Base"]\n'
     two = '[[contacts]]\nname = "OWC"\nelevation_m = -2150.0\nzones = ["below Base"]\n'
-    units = read_scenario(scenario(folder, one)).scene().units
+    units = build_scene(read_scenario(scenario(folder, one))).units
     assert {u.zone for u in units.values() if u.contact} == {"Top/Base"}
-    units = read_scenario(scenario(folder, one + two)).scene().units
+    units = build_scene(read_scenario(scenario(folder, one + two))).units
     assert {u.zone for u in units.values() if u.contact} == {"Top/Base", "below Base"}
-    scene = read_scenario(scenario(folder, one)).scene()
+    scene = build_scene(read_scenario(scenario(folder, one)))
     scene = scene.replace(contacts={"OWC": gs.FluidContact(-2050.0, "Top/Bas")})
     with pytest.raises(InputError, match=r"zone 'Top/Bas', which is none of \['above Top'"):
         scene.patches  # noqa: B018
@@ -167,7 +167,7 @@ elliptic_m = 20.0
 half_length_m = 9000
 hanging_wall = 0.25
 """
-    scene = read_scenario(scenario(folder, more)).scene()
+    scene = build_scene(read_scenario(scenario(folder, more)))
     found = {name: scene.throw(name, "F1").throw for name in ("Top", "Base")}
     assert float(found["Top"].max() - found["Top"].min()) > 5.0
     assert 15.0 < float(found["Base"].max()) < 20.1
@@ -191,7 +191,7 @@ centre_along_m = 0
 centre_elevation_m = -1900
 """
     read = read_scenario(scenario(folder, more))
-    scene = read.scene()
+    scene = build_scene(read)
     fault = scene.surface("F1")
     grids = {name: gs.read_horizon(folder / f"{name}.nc") for name in ("Top", "Base")}
     ellipse = gs.EllipticThrow(20.0, 9000, 900, (0, -1900))
@@ -257,7 +257,7 @@ def test_picked_horizons_of_a_scenario_are_torn(folder, tmp_path):
     told = []
     path = scenario(folder, TEAR + 'horizons = ["Top"]')
     outcome = run(read_scenario(path), tmp_path / "out", pictures=False, progress=told.append)
-    plain = read_scenario(scenario(folder)).scene()
+    plain = build_scene(read_scenario(scenario(folder)))
     assert outcome.certificate.ok
     assert list(outcome.scene.sheets) == ["Top"]
     assert outcome.scene.sheets["Top"].report.trim == 1.5

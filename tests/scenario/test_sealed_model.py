@@ -11,7 +11,7 @@ import pytest
 import geosurf as gs
 from geosurf.errors import FormatError, ScenarioError
 from geosurf.read.model3d import read_region_faces, read_regions
-from geosurf.scenario import read_scenario, run
+from geosurf.scenario import build_scene, read_scenario, run
 from geosurf.scenario.matched import unit_of_body
 from geosurf.scenario.sealed import box_of_walls
 
@@ -134,13 +134,13 @@ def test_units_of_model_a4_are_the_regions_of_its_file(shared, tmp_path):
 def test_wrong_words_about_a_model(more, sentence, tmp_path):
     write_model(tmp_path / "model.ml")
     with pytest.raises(ScenarioError, match=sentence):
-        read_scenario(scenario(tmp_path, more)).scene()
+        build_scene(read_scenario(scenario(tmp_path, more)))
 
 
 def test_a_model_that_is_no_box_or_does_not_say_what_is_what(tmp_path):
     write_model(tmp_path / "model.ml", kind="none")
     with pytest.raises(FormatError, match=r"surface 'H' has no kind that says .*export it again"):
-        read_scenario(scenario(tmp_path)).scene()
+        build_scene(read_scenario(scenario(tmp_path)))
     tilted = gs.TriSurface("w", "wall", [[0, 0, 0], [1, 0, 1], [0, 1, 0]], [[0, 1, 2]])
     for walls in ([], [tilted], gs.build_walls((0, 1, 0, 1, 0, 1))[:5]):
         with pytest.raises(FormatError, match=r"m.ml: its boundary is not the six .*\[\[horizons"):

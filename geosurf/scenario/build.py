@@ -1,0 +1,103 @@
+"""A `Scenario` -> its `Scene`: surfaces are read, and horizons torn where that is asked for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from geosurf.conventions import counted
+from geosurf.model import FluidContact
+from geosurf.read import read_fault, read_horizon
+from geosurf.scenario.keys import Scenario
+from geosurf.scenario.sealed import scene_of_sealed
+from geosurf.scenario.step_log import OnStep
+from geosurf.scenario.torn import torn_horizons
+from geosurf.scenario.validate import truncations_of
+from geosurf.scene import Scene
+
+
+def build_scene(
+    scenario: Scenario, on_step: OnStep = lambda *_: None, out: Path | None = None
+) -> Scene:
+    """
+    Read the surfaces of a scenario, and tear the horizons that ``[tear]`` and ``[[throws]]`` name.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    on_step : callable, optional
+        Is called after each step: stage, subject, outcome.
+    out : pathlib.Path, optional
+        A folder for a picture of the place where a horizon cannot be torn.
+
+    Returns
+    -------
+    Scene
+        Its curves and units are not computed yet.
+
+    Raises
+    ------
+    InputError
+        If a surface cannot be read, or neither file nor scenario declares its unit or direction.
+    """
+    aoi = None if scenario.aoi is None else scenario.aoi.file or scenario.aoi.corners_m
+    shared: dict[str, Any] = {
+        "contacts": _contacts(scenario),
+        "aoi": aoi,
+        "voxel_size": scenario.search.voxel_size_m,
+        "tolerance": scenario.tolerance_m,
+    }
+    if scenario.model is not None:
+        scene = scene_of_sealed(scenario, scenario.model, **shared)
+        on_step("read", _numbers(scene), "")
+        return scene
+    horizons = {
+        entry.name: read_horizon(
+            entry.file,
+            name=entry.name,
+            positive=entry.positive,
+            length_unit=entry.length_unit,
+            variable=entry.variable,
+        )
+        for entry in scenario.horizons
+    }
+    faults = {
+        entry.name: read_fault(
+            entry.file, name=entry.name, positive=entry.positive, length_unit=entry.length_unit
+        )
+        for entry in scenario.faults
+    }
+    box = scenario.box.sides if scenario.box is not None else None
+    scene = Scene(
+        horizons,
+        faults,
+        box,
+        column={entry.name: entry.rule for entry in scenario.horizons},
+        extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
+        truncations=truncations_of(scenario),
+        **shared,
+    )
+    on_step("read", _numbers(scene), "")
+    return torn_horizons(scenario, scene, horizons, on_step, out)
+
+
+def _contacts(scenario: Scenario) -> dict[str, list[FluidContact]]:
+    """Fluid contacts by name, from the top down, each with its zones and block."""
+    found: dict[str, list[FluidContact]] = {}
+    for entry in scenario.contacts:
+        value: Any = entry.elevation_m
+        if entry.file is not None:
+            value = read_horizon(
+                entry.file, name=entry.name, positive=entry.positive, length_unit=entry.length_unit
+            )
+        found.setdefault(entry.name, []).append(FluidContact(value, entry.zones, entry.block or ""))
+    return found
+
+
+def _numbers(scene: Scene) -> str:
+    """How many surfaces there are, in words."""
+    horizons, faults = len(scene.horizon_names), len(scene.fault_names)
+    return f"{counted(horizons, 'horizon')}, {counted(faults, 'fault')}"
+
+
+__all__ = ["build_scene"]

@@ -1,0 +1,57 @@
+"""One line per step of a run, as it is done: for the console, and for callers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from geosurf.errors import InputError
+from geosurf.scene import Scene
+
+OnStep = Callable[[str, str, str], object]
+Progress = Callable[[str], object]
+
+
+class StepLog:
+    """
+    Formats each step as a line: stage, subject, outcome, seconds.
+
+    Parameters
+    ----------
+    progress : callable or None
+        Is called with each line; None writes nothing.
+
+    Examples
+    --------
+    >>> log = StepLog(print)
+    >>> log.step("read", "1 horizon, 2 faults", "done", 0.25)
+    read        1 horizon, 2 faults                    done                    0.2 s
+    """
+
+    def __init__(self, progress: Progress | None) -> None:
+        if progress is not None and not callable(progress):
+            raise InputError(
+                f"progress is {progress!r}; give a function of one text, such as print."
+            )
+        self._progress = progress
+        self._n_reported = 0
+        self._clock = time.perf_counter()
+
+    def step(
+        self, stage: str, subject: str, outcome: str = "", seconds: float | None = None
+    ) -> None:
+        """Report one step, with its run time; default: the time since the step before."""
+        now = time.perf_counter()
+        seconds, self._clock = now - self._clock if seconds is None else seconds, now
+        if self._progress is not None:
+            self._progress(f"{stage:<11} {subject:<38} {outcome:<20}{seconds:7.1f} s")
+
+    def new_steps_of(self, scene: Scene) -> None:
+        """Report the steps that a scene has run since the last call."""
+        for step in scene.steps[self._n_reported :]:
+            if step.outcome == "ran":
+                self.step(step.stage, step.subject, step.detail, step.seconds)
+        self._n_reported = len(scene.steps)
+
+
+__all__ = ["OnStep", "Progress", "StepLog"]
