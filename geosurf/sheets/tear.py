@@ -6,23 +6,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from geosurf.conventions import is_number, rising_diagonal
-from geosurf.errors import GeometryError, InputError
+from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
 from geosurf.model.expected import flag_of
-from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
-from geosurf.sheets.heights.heights import FIRST_TRIM, Heights, Rebuild, Settings
+from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.heights.empty_blocks import refuse_empty_blocks
 from geosurf.sheets.heights.missing import continued, missing_blocks, refuse_missing
-from geosurf.sheets.heights.scattered import Scattered, picks_or_points, rebuild_of
-from geosurf.sheets.lattice.data import Picks
-from geosurf.sheets.lattice.noise import weight_of
-from geosurf.sheets.mesh.build import Builder, carry_on_by, ghosts_by_picks
+from geosurf.sheets.heights.passes import Rebuilt, rebuild, solver_of
+from geosurf.sheets.heights.point_solver import PointSolver
+from geosurf.sheets.lattice.data import picks_or_points
+from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.mesh.build import Built, build
+from geosurf.sheets.mesh.carry_on import carry_on_by, ghosts_by_picks
 from geosurf.sheets.mesh.finish import (
     crs_among,
     fault_surfaces,
-    faults_in_words,
     refuse_leaks,
     refuse_lost_cutoffs,
     sheet_of,
@@ -122,73 +121,59 @@ def tear_horizon(
     if noise is not None and not (is_number(noise) and noise >= 0):
         raise InputError(f"noise is {noise!r}, expected metres, 0 or more.")
     fill = flag_of(fill_empty_blocks, "fill_empty_blocks")
+
+    # read horizon and faults
     surfaces = fault_surfaces(faults)
     picks = picks_or_points(data, name, positive, length_unit, spacing)
     crs = crs_among(picks.name, data, surfaces)
-    meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    rebuild, settings, state = _rebuilt(picks, meshes, trim, noise, fill)
-    missing = missing_blocks(picks, state, meshes)
-    if missing and fill:
-        picks, notes = continued(picks, missing)
-        rebuild, settings, state = _rebuilt(picks, meshes, trim, noise, fill)
-        state.carried = [*notes, *state.carried]
-        missing = missing_blocks(picks, state, meshes)
-    refuse_missing(picks, missing)
-    names = [surface.name for surface in surfaces]
-    _refuse_empty_blocks(picks, state, names)
-    rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
-    weight = settings.noise_weight
-    known = (
-        ghosts_by_points(picks, weight)
-        if isinstance(picks, Scattered)
-        else ghosts_by_picks(picks, weight, rebuild.canvas.changing)
-    )
-    carry_on = carry_on_by(picks.frame, weight, known)
-    builder = Builder(picks, state, surfaces, rising, carry_on, rebuild.torn_between)
-    built = builder.run()
-    state = builder.state
-    refuse_leaks(picks, state, built, surfaces, float(trim))
-    cuts = fault_cuts(picks.frame, state, built, surfaces)
-    refuse_lost_cutoffs(picks, state, built, cuts)
-    used = settings.noise if settings.noise_weight is not None else None
-    report = make_report(
-        picks, state, built, cuts, builder.triangles, float(trim), used, rebuild.nearby
-    )
+
+    # heights of all nodes, then a torn mesh that the faults close
+    picks, rebuilt, filled = _rebuilt_blocks(picks, surfaces, float(trim), noise, fill)
+    refuse_empty_blocks(picks, rebuilt.state, [surface.name for surface in surfaces])
+    built = _built(picks, rebuilt, surfaces)
+    refuse_leaks(picks, built, surfaces, float(trim))
+
+    # cut-offs and report
+    cuts = fault_cuts(picks.frame, built, surfaces)
+    refuse_lost_cutoffs(picks, built, cuts)
+    solver = rebuilt.solver
+    used = solver.noise.deviation if solver.noise.weight is not None else None
+    report = make_report(picks, built, cuts, float(trim), used, solver.inputs.nearby, filled)
     for warning in report.warnings:
         warn(warning)
-    return replace(sheet_of(picks, state, built, surfaces, rising, cuts, report), crs=crs)
+    return replace(sheet_of(picks, built, surfaces, cuts, report), crs=crs)
 
 
-def _rebuilt(
-    picks: Picks, meshes: list[FaultMesh], trim: float, noise: float | None, fill: bool
-) -> tuple[Rebuild, Settings, Heights]:
-    """Heights of all nodes, and what made them."""
-    settings = Settings(float(trim), max(FIRST_TRIM, float(trim)), carry=fill)
-    rebuild = rebuild_of(picks, meshes, settings)
-    sigma, signal = rebuild.noise()
-    settings.noise = sigma if noise is None else float(noise)
-    settings.noise_weight = weight_of(settings.noise, signal, picks.frame.cell)
-    return rebuild, settings, rebuild.run()
+def _rebuilt_blocks(
+    picks: Picks,
+    surfaces: Sequence[TriSurface],
+    trim: float,
+    noise: float | None,
+    fill_empty_blocks: bool,
+) -> tuple[Picks, Rebuilt, list[dict]]:
+    """Heights of all nodes, once more where blocks at a fault without data were filled.
+
+    Returns the picks with those blocks, the heights, and notes of the blocks.
+    """
+    meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
+    rebuilt = rebuild(solver_of(picks, meshes, trim, noise, fill_empty_blocks))
+    missing = missing_blocks(picks, rebuilt.state, meshes)
+    filled: list[dict] = []
+    if missing and fill_empty_blocks:
+        picks, filled = continued(picks, missing)
+        rebuilt = rebuild(solver_of(picks, meshes, trim, noise, fill_empty_blocks))
+        missing = missing_blocks(picks, rebuilt.state, meshes)
+    refuse_missing(picks, missing)
+    return picks, rebuilt, filled
 
 
-def _refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> None:
-    """Say where a block between faults has no data of its own."""
-    if len(state.stray) == 0:
-        return
-    at = picks.frame.node_places(state.stray[:1])[0]
-    beside = sorted(
-        {
-            names[trace.fault]
-            for trace, near in zip(state.network.traces, state.near, strict=True)
-            if (near.look_up(state.stray) >= 0).any()
-        }
-    )
-    level = float(np.median(picks.z))  # the block has no height of its own
-    raise GeometryError(
-        f"horizon {picks.name!r}: a block next to {faults_in_words(beside)} has no data. It has "
-        f"{len(state.stray)} nodes, the first at (easting {at[0]:.3f}, northing {at[1]:.3f}). Give "
-        "a smaller trim, add data there, or set fill_empty_blocks=True to fill it from its "
-        "neighbour.",
-        place=(*at, level),
-        surfaces=(picks.name, *beside),
-    )
+def _built(picks: Picks, rebuilt: Rebuilt, surfaces: Sequence[TriSurface]) -> Built:
+    """The torn mesh, with ghosts on the sheets of their walls."""
+    rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
+    solver, weight = rebuilt.solver, rebuilt.solver.noise.weight
+    if isinstance(solver, PointSolver):
+        known = ghosts_by_points(picks, weight)
+    else:
+        known = ghosts_by_picks(picks, weight, solver.grid.mark)
+    carry_on = carry_on_by(picks.frame, weight, known)
+    return build(picks, rebuilt.state, surfaces, rising, carry_on, rebuilt.torn_between)

@@ -86,7 +86,7 @@ BREACHES = {
     "undeclared room": ("helpers.py", ""),
     "kernels": ("kernels/exact/breach.py", "import xarray\n"),
     "rooms of kernels": ("kernels/exact/breach.py", "import geosurf.kernels.meshes.mesh\n"),
-    "rooms of sheets": ("sheets/lattice/breach.py", "import geosurf.sheets.heights.heights\n"),
+    "rooms of sheets": ("sheets/lattice/breach.py", "import geosurf.sheets.heights.passes\n"),
     "numba": ("intersect/breach.py", "from numba import njit\n"),
     "pyvista": ("write/breach.py", "def late():\n    import pyvista\n"),
     "vtk": ("read/breach.py", "from vtkmodules.vtkCommonCore import vtkPoints\n"),

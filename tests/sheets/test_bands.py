@@ -22,10 +22,10 @@ from geosurf.sheets.faults.fault_distance import (
     side_at_own_height,
 )
 from geosurf.sheets.faults.traces import FaultMesh, Trace, _numbered, mesh_in_frame, trace_lines
-from geosurf.sheets.lattice.data import Picks
 from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.sets import distinct, is_among
-from geosurf.sheets.lattice.working_grid import Canvas
+from geosurf.sheets.lattice.working_grid import WorkingGrid
 from geosurf.sheets.report.cutoffs import profile, undirected_chains
 from geosurf.sheets.report.describe import _misfit
 
@@ -171,10 +171,10 @@ def test_throw_is_read_where_the_nearest_lines_are_met():
 def test_means_without_some_picks_are_means_of_the_others(rows):
     node, z, out = (np.array([r[k] for r in rows]) for k in range(3))
     picks = Picks("Top", frame_of(3, 4), node.astype(np.int64), z.astype(float))
-    canvas = Canvas(picks)
+    canvas = WorkingGrid(picks)
     canvas.without(~out.astype(bool))  # and what was drawn before is taken back
     drawn = np.array([0, 3, 7])
-    canvas.changing(drawn)
+    canvas.mark(drawn)
     canvas.values[drawn] = 99.5
     lost, heights = canvas.without(out.astype(bool)), canvas.values
     for n in range(12):

@@ -9,7 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.sheets.report import describe
-from geosurf.sheets.report.holdout_misfit import hidden_misfit
+from geosurf.sheets.report.holdout_misfit import holdout_misfit
 
 # overlap and gap, faults that cross, and none of either
 KINDS = ("normal", "vertical", "X", "scissors", "reverse", "thrust")
@@ -24,9 +24,9 @@ def parts(monkeypatch):
 
         def seen(*args):
             told.append(args)
-            return hidden_misfit(*args)
+            return holdout_misfit(*args)
 
-        monkeypatch.setattr(describe, "hidden_misfit", seen)
+        monkeypatch.setattr(describe, "holdout_misfit", seen)
         world = gs.synthetic.torn(kind, 61)
         points = world.truth["scattered"](3700) if scattered else world.truth["points"]
         sheet = gs.tear_horizon(points, world.faults, name="Top", trim=1.0, positive="up")
@@ -39,8 +39,9 @@ def parts(monkeypatch):
 @pytest.mark.parametrize("kind", KINDS)
 def test_exact_points_are_met_on_both_walls(parts, kind, scattered):
     """The other wall is 40 to 100 m away, and a mixture of both up to half of that."""
-    report, (picks, near, state, built) = parts(kind, scattered)
-    misfit = hidden_misfit(picks, near, state, built)
+    report, (picks, near, built) = parts(kind, scattered)
+    state = built.state
+    misfit = holdout_misfit(picks, near, built)
     assert report.holdout_misfit["max"] == misfit.max() < 3.0
     assert report.holdout_misfit["p95"] < 0.6
     assert report.holdout_misfit["median"] < 0.3
@@ -50,8 +51,8 @@ def test_exact_points_are_met_on_both_walls(parts, kind, scattered):
 
 @pytest.mark.parametrize("kind", ["vertical", "reverse", "thrust"])
 def test_walls_that_are_swapped_are_seen(parts, kind):
-    report, (picks, near, state, built) = parts(kind, True)
+    report, (picks, near, built) = parts(kind, True)
     swapped = [replace(fault, side=-fault.side) for fault in near]
-    misfit = hidden_misfit(picks, swapped, state, built)
+    misfit = holdout_misfit(picks, swapped, built)
     assert len(misfit) > 20
     assert np.median(misfit) > 20.0 > 50.0 * report.holdout_misfit["median"]

@@ -10,13 +10,12 @@ from hypothesis import strategies as st
 import geosurf as gs
 from geosurf.kernels.sheets.envelope_solver import add_squares
 from geosurf.sheets.faults.traces import mesh_in_frame
-from geosurf.sheets.heights import heights as passes
-from geosurf.sheets.heights import scattered as off_lattice
-from geosurf.sheets.heights.heights import Rebuild, Settings
+from geosurf.sheets.heights import grid_solver, point_solver
+from geosurf.sheets.heights.passes import rebuild, solver_of
 from geosurf.sheets.heights.relief import ORDERS, common_relief
-from geosurf.sheets.heights.scattered import picks_or_points
-from geosurf.sheets.lattice.data import Picks
-from geosurf.sheets.lattice.noise import weight_of
+from geosurf.sheets.heights.state import Heights
+from geosurf.sheets.lattice.data import picks_or_points
+from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.solve import BEND, weights_of
 from tests.sheets.table import measure
 
@@ -45,18 +44,14 @@ def test_squares_are_added_where_they_belong(some, place, seed):
     assert np.array_equal(found, wanted + np.tril(dense.T @ dense))
 
 
-def rebuilt(points: np.ndarray, faults, noise: float = 2.0) -> tuple[Rebuild, passes.Heights]:
+def rebuilt(points: np.ndarray, faults, noise: float = 2.0) -> tuple[Picks, Heights]:
     """Both passes over noisy points on a lattice."""
     picks = picks_or_points(points, "Top", "up", None, None)
     assert type(picks) is Picks
     meshes = [
         mesh_in_frame(gs.triangulate_fault(f, name=k), picks.frame) for k, f in faults.items()
     ]
-    rebuild = Rebuild(picks, meshes, Settings(0.25))
-    rebuild.settings.noise = noise
-    weight = weight_of(noise, rebuild.noise()[1], picks.frame.cell)
-    rebuild.settings.noise_weight = weight
-    return rebuild, rebuild.run()
+    return picks, rebuild(solver_of(picks, meshes, 0.25, noise)).state
 
 
 def upright(height, n: int = 31, step: float = 10.0):
@@ -76,8 +71,8 @@ def upright(height, n: int = 31, step: float = 10.0):
 def test_a_throw_and_walls_that_tilt_and_bend_apart_cost_nothing():
     """Differences reach across the trace, and vanish on planes with the coefficients' own throw."""
     points, faults = upright(lambda x, y, side: 0.1 * x - 0.2 * y - 15.0 * side)
-    rebuild, state = rebuilt(points, faults)
-    frame, (trace,) = rebuild.picks.frame, state.network.traces
+    picks, state = rebuilt(points, faults)
+    frame, (trace,) = picks.frame, state.network.traces
     nodes = np.arange(frame.shape[0] * frame.shape[1])
     weights = weights_of(frame.stretch, BEND)
     common = common_relief(nodes, state.cuts, state.network, state.near, frame.shape, weights)
@@ -119,12 +114,12 @@ def test_walls_share_relief_unless_data_speak_against_it(monkeypatch):
         )
 
     points, faults = upright(relief(0.0), 81)
-    rebuild, state = rebuilt(points, faults, 1.0)
-    assert rebuild.apart == set()
+    _, state = rebuilt(points, faults, 1.0)
+    assert state.apart == set()
     slid, _ = upright(lambda x, y, side: relief(0.0)(x, y + 400.0 * side, side), 81)
-    against, moved = rebuilt(slid, faults, 1.0)
-    assert against.apart == {0}
-    monkeypatch.setattr(passes, "common_relief", lambda *_: None)
+    _, moved = rebuilt(slid, faults, 1.0)
+    assert moved.apart == {0}
+    monkeypatch.setattr(grid_solver, "common_relief", lambda *_: None)
     alone = [rebuilt(data, faults, 1.0)[1].values for data in (points, slid)]
     assert np.array_equal(moved.values, alone[1], equal_nan=True)
     assert not np.array_equal(state.values, alone[0], equal_nan=True)
@@ -133,11 +128,11 @@ def test_walls_share_relief_unless_data_speak_against_it(monkeypatch):
 def test_throw_may_jump_where_a_fault_meets_another():
     """The main fault of a Y has two throws: coefficients of one are in no row with the other's."""
     world = gs.synthetic.torn("Y", 61, noise=2.0)
-    rebuild, state = rebuilt(world.truth["points"], world.faults)
+    picks, state = rebuilt(world.truth["points"], world.faults)
     nodes = np.flatnonzero(np.isfinite(state.values))
-    weights = weights_of(rebuild.stretch, BEND)
+    weights = weights_of(picks.frame.stretch, BEND)
     common = common_relief(
-        nodes, state.cuts, state.network, state.near, rebuild.shape, weights, {1}
+        nodes, state.cuts, state.network, state.near, picks.frame.shape, weights, {1}
     )
     throws = common.matrix[:, len(nodes) :]
     meet = (throws.T @ throws).toarray() != 0.0
@@ -150,7 +145,7 @@ def test_noisy_cut_offs_gain_by_it(monkeypatch):
     found = []
     for share in (True, False):
         if not share:
-            monkeypatch.setattr(passes, "common_relief", lambda *_: None)
+            monkeypatch.setattr(grid_solver, "common_relief", lambda *_: None)
         errors = []
         for seed in (1, 2, 3):
             world = gs.synthetic.torn("Y", 81, noise=2.0, seed=seed)
@@ -168,7 +163,7 @@ def test_scattered_points_gain_by_it(monkeypatch):
     found = []
     for share in (True, False):
         if not share:
-            monkeypatch.setattr(off_lattice, "common_relief", lambda *_: None)
+            monkeypatch.setattr(point_solver, "common_relief", lambda *_: None)
         errors = []
         for seed in (1, 2):
             world = gs.synthetic.torn("through", 61)

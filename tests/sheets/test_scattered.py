@@ -10,8 +10,10 @@ import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
 from geosurf.sheets.faults.cut_edges import FALLING
 from geosurf.sheets.faults.traces import mesh_in_frame
-from geosurf.sheets.heights.heights import Settings
-from geosurf.sheets.heights.scattered import ScatteredRebuild, proposed_spacing, scattered
+from geosurf.sheets.heights.inputs import inputs_of
+from geosurf.sheets.heights.passes import rebuild
+from geosurf.sheets.heights.point_solver import PointSolver
+from geosurf.sheets.lattice.scattered import proposed_spacing, scattered
 from geosurf.sheets.mesh.finish import fault_surfaces
 from tests.sheets import held_out
 from tests.sheets.table import measure
@@ -100,15 +102,15 @@ def test_no_point_speaks_across_a_cut(normal):
     points = normal.truth["scattered"](3000)
     picks = scattered("Top", points, 25.0)
     meshes = [mesh_in_frame(f, picks.frame) for f in fault_surfaces(normal.faults)]
-    rebuild = ScatteredRebuild(picks, meshes, Settings(1.0))
-    cuts = rebuild.run().cuts
+    solver = PointSolver.over(inputs_of(picks, meshes, 1.0))
+    cuts = rebuild(solver).state.cuts
     links = set(zip(*(end.tolist() for end in cuts.ends(picks.frame.shape[1])), strict=True))
     links |= {(b, a) for a, b in links}
     nodes, share = picks.corners()
     assert np.allclose(share.sum(axis=1), 1.0)
     assert (cuts.kind == FALLING).any()
     whole = [not any((a, b) in links for a in cell for b in cell) for cell in nodes.tolist()]
-    assert rebuild._whole(cuts).tolist() == whole
+    assert solver.whole(cuts).tolist() == whole
     assert 10 < len(whole) - sum(whole) < 400
 
 

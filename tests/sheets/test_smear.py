@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf.sheets.faults.traces import mesh_in_frame
-from geosurf.sheets.heights.heights import Rebuild, Settings
+from geosurf.sheets.heights.passes import rebuild, solver_of
 from geosurf.sheets.heights.smear import BIN, Smear, distances, smear_of
 from geosurf.sheets.lattice.data import picks_of
+from geosurf.sheets.lattice.noise import Noise
 from geosurf.sheets.lattice.solve import lattice_graph, on_the_way, steps_to_known
 from geosurf.sheets.mesh.finish import fault_surfaces
 from tests.sheets.table import measure
@@ -25,10 +26,7 @@ def test_the_smear_of_a_grid_ends_where_its_window_does(kind):
     world = gs.synthetic.torn(kind, 81)
     picks = picks_of(world.horizons["Top"], "Top")
     meshes = [mesh_in_frame(fault, picks.frame) for fault in fault_surfaces(world.faults)]
-    rebuild = Rebuild(picks, meshes, Settings())
-    rebuild.noise()
-    rebuild.run()
-    spread = rebuild.doubts.smear.spread
+    spread = rebuild(solver_of(picks, meshes, 2.0, noise=0.0)).evidence.smear.spread
     end = int(np.ceil(np.sqrt(2.0) / BIN))
     assert (spread[end:] < 0.1).all()
     assert (spread[: end - 1] > 0.3).all()
@@ -38,14 +36,14 @@ def test_the_smear_of_a_grid_ends_where_its_window_does(kind):
 def test_nearer_data_and_noisier_ones_are_never_held_to_harder(spread, noise, signal):
     smear = Smear(np.sort(spread)[::-1])
     far = np.linspace(0.0, len(spread) * BIN + 1.0, 50)
-    weight = smear.weight(far, 0.0, signal, None)
+    weight = smear.weight(far, Noise(0.0, None, signal))
     assert ((weight >= 0.0) & (weight <= 1.0)).all()
     assert (np.diff(weight) >= 0.0).all()
     most = 0.01
-    noisy = smear.weight(far, noise, signal, most)
+    noisy = smear.weight(far, Noise(noise, most, signal))
     assert (noisy <= most).all()
     assert (noisy >= np.minimum(weight, most)).all()  # what is noise is no smear
-    assert (Smear(smear.spread + 1.0).weight(far, 0.0, signal, None) <= weight).all()
+    assert (Smear(smear.spread + 1.0).weight(far, Noise(0.0, None, signal)) <= weight).all()
 
 
 @given(st.lists(st.tuples(st.integers(0, 11), SMALL), max_size=60))

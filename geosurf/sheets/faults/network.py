@@ -7,6 +7,7 @@ the data, so that it does not heal there.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -202,3 +203,10 @@ def gap_to(point: np.ndarray, trace: Trace) -> float:
 def crossings(one: Trace, two: Trace) -> list[tuple[float, float]]:
     """Places (on one, on two) where two traces cross in the map."""
     return [(p, q) for p, q in line_crossings(one.segments, two.segments).tolist()]
+
+
+def faults_in_words(names: Sequence[str]) -> str:
+    """Quoted names of faults after the word for one or several."""
+    if not names:
+        return "its faults"
+    return ("fault " if len(names) == 1 else "faults ") + ", ".join(map(repr, names))

@@ -15,9 +15,10 @@ from geosurf.conventions import place
 from geosurf.errors import GeometryError
 from geosurf.sheets.faults.fault_distance import mesh_blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh
-from geosurf.sheets.heights.heights import FILL, Heights
-from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.heights.grid_solver import FILL
+from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.drape import around, draped
+from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.sets import distinct
 
 REMEDY = (

@@ -15,7 +15,7 @@ from geosurf.conventions import place
 from geosurf.errors import GeometryError
 from geosurf.sheets.faults.fault_distance import Blocks, mesh_blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh
-from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.lattice.picks import Picks
 
 WIDEST = 22.0  # cells of overlap: walls are told apart up to 12 cells from a trace
 SEEN = 64.0  # cells from a fault within which distances are asked for

@@ -25,6 +25,7 @@ from geosurf.sheets.heights.tip_residual import (
 )
 from geosurf.sheets.lattice.drape import around, without_absent
 from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.noise import Noise
 from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.lattice.solve import Common, lattice_graph, with_more
 
@@ -49,8 +50,7 @@ class Task:
     tips : list of Tips
     throws : list of float
         The largest of each trace [m].
-    doubt, scale : float
-        Energy of one deviation of noise; over how many cells noisy data are meant.
+    noise : Noise
     """
 
     frame: Frame
@@ -61,8 +61,7 @@ class Task:
     bits: np.ndarray
     tips: list[Tips]
     throws: list[float]
-    doubt: float
-    scale: float
+    noise: Noise
 
     def near_tips(self) -> Bent | None:
         """Write heights of the nodes around the tips, all others held; what bends them."""
@@ -107,7 +106,7 @@ class Task:
             shapes = np.concatenate([shapes, np.zeros((more, shapes.shape[1]))])
         found, share = smoothest_rest(
             graph, number, value, self.frame.stretch, shapes, groups,
-            likely_shares(self.tips, self.throws), self.doubt, pull, data, self.scale,
+            likely_shares(self.tips, self.throws), self.noise.energy, pull, data, self.noise.scale,
             [tip.throw_towards() for tip in self.tips], common,
         )  # fmt: skip
         return found[: len(free)], Bent(self.tips, share) if share.any() else None
@@ -115,44 +114,60 @@ class Task:
     def shared(
         self,
         near: Sequence[NearTrace],
-        apart: set[int],
-        common_of: Callable[[], Common | None],
-        known: bool,
-    ) -> Solved:
-        """`everywhere`, with what walls have in common unless data speak against it."""
-        told = self.pull > 0
-        nodes, data, weight = self.nodes[told], self.data[told], self.pull[told] / self.doubt
+        apart: frozenset[int],
+        common_of: Callable[[frozenset[int]], Common | None],
+        final: bool,
+    ) -> tuple[Solved, frozenset[int]]:
+        """`everywhere`, with what walls have in common unless data contradict it."""
+        drawn = self.pull > 0
+        nodes, data = self.nodes[drawn], self.data[drawn]
+        weight = self.pull[drawn] / self.noise.energy
 
         def against(found: np.ndarray, alone: np.ndarray) -> set[int]:
-            """Traces beside which data are missed by too much."""
-            missed, before = ((z[told] - data) ** 2 for z in (found, alone))
-            return losing(near, nodes, weight * (missed - before), self.scale)
+            """Traces next to which data are missed by too much."""
+            missed, before = ((z[drawn] - data) ** 2 for z in (found, alone))
+            return losing(near, nodes, weight * (missed - before), self.noise.scale)
 
-        return shared_unless(against, self.everywhere, common_of, apart, known)
+        return shared_unless(against, self.everywhere, common_of, apart, final)
 
 
 def shared_unless(
     against: Callable[[np.ndarray, np.ndarray], set[int]],
     solve: Callable[[Common | None], Solved],
-    common_of: Callable[[], Common | None],
-    apart: set[int],
-    known: bool,
-) -> Solved:
-    """Heights with what walls have in common, without where that misses data too much.
+    common_of: Callable[[frozenset[int]], Common | None],
+    apart: frozenset[int],
+    final: bool,
+) -> tuple[Solved, frozenset[int]]:
+    """Heights with what walls have in common, except at traces where that misses data too much.
 
-    `against(found, alone)` gives traces where it does: they join `apart`, which `common_of` knows.
-    Where all of them are `known` nothing is asked.
+    Parameters
+    ----------
+    against : callable
+        Of heights with and without what is common: the traces at which data contradict it.
+    solve : callable
+        Of what is common, or None: heights.
+    common_of : callable
+        Of traces whose walls are apart: what the others have in common; None if nothing is.
+    apart : frozenset of int
+        Traces whose walls are apart.
+    final : bool
+        Whether data have been compared already, so that `apart` stays as it is.
+
+    Returns
+    -------
+    Solved, frozenset of int
+        Heights, and the traces whose walls are apart in them.
     """
-    if known:
-        return solve(common_of())
+    if final:
+        return solve(common_of(apart)), apart
     alone = solve(None)
-    while (common := common_of()) is not None:
+    while (common := common_of(apart)) is not None:
         found = solve(common)
         missed = against(found[0], alone[0])
         if missed <= apart:
-            return found
-        apart |= missed
-    return alone
+            return found, apart
+        apart = apart | missed
+    return alone, apart
 
 
 def losing(

@@ -1,10 +1,12 @@
-"""How noisy are data on a lattice, and how hard may a sheet be held to them?
+"""Noise of data on a lattice, and the weight of noisy data against the smoothness of the surface.
 
-Third differences at steps of one node and more: those of a smooth signal grow with the cube of
-the step, those of noise do not, so that the two can be told apart.
+Third differences are taken at steps of one node and more. Those of a smooth signal grow with the
+cube of the step, those of noise do not: this separates the two.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,6 +22,35 @@ GAIN = 10.0
 LEAST = 1e-4  # weight: means over five cells, a third of the collar in which noise is smoothed
 
 
+@dataclass(frozen=True)
+class Noise:
+    """Noise of the data of a horizon, and what follows for a solve.
+
+    Attributes
+    ----------
+    deviation : float
+        Standard deviation of the noise [m].
+    weight : float or None
+        Weight of data against the smoothness of the surface; None: data are met exactly.
+    signal : float
+        Typical third difference of the surface itself [m].
+    """
+
+    deviation: float = 0.0
+    weight: float | None = None
+    signal: float = 0.0
+
+    @property
+    def energy(self) -> float:
+        """Energy of one standard deviation of noise; 0 for data that are met exactly."""
+        return 0.0 if self.weight is None else self.weight * self.deviation**2
+
+    @property
+    def scale(self) -> float:
+        """Cells over which noisy data are averaged; 1 for data that are met exactly."""
+        return scale_of(self.weight)
+
+
 def noise_of(heights: np.ndarray) -> tuple[float, float]:
     """Standard deviation of noise, and typical third difference of the signal, of a grid [m]."""
     single, double = map_threads(_spread, [(heights, step) for step in STEPS[:2]])
@@ -29,7 +60,7 @@ def noise_of(heights: np.ndarray) -> tuple[float, float]:
     noise = max(single - signal, 0.0)
     for step in STEPS[1:]:
         now = double if step == STEPS[1] else _spread(heights, step)
-        if np.isfinite(now):  # the first step at which the signal stands out tells it best
+        if np.isfinite(now):  # the first step at which the signal stands out measures it best
             signal = max((now - noise) / (step**6 - 1), 0.0)
             if now > SEEN * noise:
                 break
@@ -58,8 +89,8 @@ def _spread(heights: np.ndarray, step: int) -> float:
 def weight_of(noise: float, signal: float, cell: float) -> float | None:
     """Weight of noisy data against the smoothness of the sheet; None to meet them exactly.
 
-    A mean over h cells errs by about signal h^3 and noise / h. Both are equal at
-    h^-6 = (signal / noise)^1.5, and h^-6 is the weight at which third differences mean over h.
+    An average over h cells errs by about signal h^3 and noise / h. Both are equal at
+    h^-6 = (signal / noise)^1.5, and h^-6 is the weight at which third differences average over h.
     """
     if noise <= LOUD * cell:
         return None
@@ -67,5 +98,5 @@ def weight_of(noise: float, signal: float, cell: float) -> float | None:
 
 
 def scale_of(weight: float | None) -> float:
-    """Over how many cells data of a weight are meant: 1 where they are met exactly."""
+    """Cells over which data of a weight are averaged; 1 where they are met exactly."""
     return 1.0 if weight is None else weight ** (-1.0 / 6.0)

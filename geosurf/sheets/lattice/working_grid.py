@@ -1,20 +1,23 @@
-"""Heights of all nodes of a lattice, of which a band is made anew again and again."""
+"""Heights of all nodes of a lattice, of which a band near the faults is solved again and again."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.sets import distinct
 
 
-class Canvas:
+class WorkingGrid:
     """The means of all picks, changed in a band: each change costs as much as its band has nodes.
+
+    It is the one thing that passes over a grid share and write to: a copy of all nodes for each
+    pass would cost more than the pass.
 
     Attributes
     ----------
     values : ndarray (n_node,)
-        NaN where there is nothing. One array for good: who keeps it sees the next change.
+        NaN where there is no value. One array throughout: its holders see the next change.
     """
 
     def __init__(self, picks: Picks) -> None:
@@ -23,9 +26,9 @@ class Canvas:
         self._changed = [np.empty(0, dtype=np.int64)]
 
     def without(self, left_out: np.ndarray) -> np.ndarray:
-        """Take back all changes; leave out some picks, bool (n_pick,). Nodes that lose all theirs.
+        """Undo all changes and leave out some picks, bool (n_pick,).
 
-        Increasing; their values are NaN.
+        Returns the nodes that lose all their picks, increasing; their values are NaN.
         """
         for nodes in self._changed:
             self.values[nodes] = self.picks.means[nodes]
@@ -35,6 +38,6 @@ class Canvas:
         self._changed = [nodes]
         return nodes[np.isnan(self.values[nodes])]
 
-    def changing(self, nodes: np.ndarray) -> None:
-        """Remember that the values of some nodes are about to change."""
+    def mark(self, nodes: np.ndarray) -> None:
+        """Note nodes whose values the caller is about to change."""
         self._changed.append(nodes)

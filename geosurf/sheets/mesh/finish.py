@@ -11,9 +11,17 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.conventions.crs import crs_of, refuse_other_crs, warn_of_unclear_crs
 from geosurf.errors import GeometryError, InputError
-from geosurf.model import FaultCut, Lattice, Sheet, TriSurface, frozen
-from geosurf.sheets.heights.heights import Heights
-from geosurf.sheets.lattice.data import Picks
+from geosurf.model import (
+    FaultCut,
+    Lattice,
+    Sheet,
+    SheetReport,
+    ThrowReport,
+    TriSurface,
+    frozen,
+)
+from geosurf.sheets.faults.network import faults_in_words
+from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.build import Built
 from geosurf.triangulate import triangulate_fault
 
@@ -64,10 +72,17 @@ def _refuse_names(given: Mapping[str, Any]) -> None:
             )
 
 
-def sheet_of(picks: Picks, state: Heights, built: Built, faults, rising, cuts, report) -> Sheet:
+def sheet_of(
+    picks: Picks,
+    built: Built,
+    faults: Sequence[TriSurface],
+    cuts: Mapping[str, FaultCut],
+    report: SheetReport | ThrowReport,
+) -> Sheet:
     """The noun from its parts."""
     frame, torn = picks.frame, built.torn
-    lattice = Lattice(frame.easting, frame.northing, state.values.reshape(frame.shape), rising)
+    values = built.state.values.reshape(frame.shape)
+    lattice = Lattice(frame.easting, frame.northing, values, built.triangles.rising)
     ghosts = np.column_stack([frame.node_places(torn.node_of_ghost), built.ghosts])
     outer = np.zeros(len(ghosts), dtype=bool)
     outer[built.outer - torn.n_node] = True
@@ -86,7 +101,6 @@ def sheet_of(picks: Picks, state: Heights, built: Built, faults, rising, cuts, r
 
 def refuse_leaks(
     picks: Picks,
-    state: Heights,
     built: Built,
     faults: Sequence[TriSurface],
     trim: float | None = None,
@@ -95,7 +109,7 @@ def refuse_leaks(
     open_edges = built.cut.leaks or built.cut.dead_ends
     if not open_edges:
         return
-    names = _faults_at(state, built, faults)
+    state, names = built.state, _faults_at(built, faults)
     node = built.torn.node_of(np.array(open_edges[0][:1]))
     at = np.append(picks.frame.node_places(node)[0], state.values[node])
     widest = max((-w.heave(w.place).min(initial=0.0) for w in state.walls), default=0.0)
@@ -121,13 +135,13 @@ def refuse_leaks(
     )
 
 
-def _faults_at(state: Heights, built: Built, faults: Sequence[TriSurface]) -> list[str]:
+def _faults_at(built: Built, faults: Sequence[TriSurface]) -> list[str]:
     """Names of the faults at the first open edge: those that cut it, and the nearest in the map."""
     leak = [*built.cut.leaks, *built.cut.dead_ends][0]
     numbers = set(leak[2]) if len(leak) > 2 else set()
     nodes = built.torn.node_of(np.array(leak[:2]))
     far = {}
-    for trace, near in zip(state.network.traces, state.near, strict=True):
+    for trace, near in zip(built.state.network.traces, built.state.near, strict=True):
         at = near.look_up(nodes)
         if (at >= 0).any():
             least = float(near.distance[at[at >= 0]].min())
@@ -137,19 +151,10 @@ def _faults_at(state: Heights, built: Built, faults: Sequence[TriSurface]) -> li
     return [faults[k].name for k in sorted(numbers)]
 
 
-def faults_in_words(names: Sequence[str]) -> str:
-    """Quoted names of faults after the word for one or several."""
-    if not names:
-        return "its faults"
-    return ("fault " if len(names) == 1 else "faults ") + ", ".join(map(repr, names))
-
-
-def refuse_lost_cutoffs(
-    picks: Picks, state: Heights, built: Built, cuts: Mapping[str, FaultCut]
-) -> None:
+def refuse_lost_cutoffs(picks: Picks, built: Built, cuts: Mapping[str, FaultCut]) -> None:
     """Refuse a sheet that is torn at a fault on which none of its walls ends."""
     for number, (name, cut) in enumerate(cuts.items()):
-        traces = [i for i, trace in enumerate(state.network.traces) if trace.fault == number]
+        traces = [i for i, trace in enumerate(built.state.network.traces) if trace.fault == number]
         torn = np.isin(built.cuts.trace, traces).any()
         if torn and not all(cut.cutoffs.values()):
             at = cut.stations[len(cut.stations) // 2]

@@ -2,7 +2,7 @@
 
 A reverse fault makes a horizon overlap itself: points of each wall go on past the trace, over the
 other wall. They say what the ghosts of their own wall are between the four vertices of a cell, as
-points in front of the trace do of the nodes (`geosurf.sheets.heights.scattered`). Ghosts and the
+points in front of the trace do of the nodes (`geosurf.sheets.heights.point_solver`). Ghosts and the
 nodes around them are solved for together, so that a wall is as smooth past its trace as before it.
 """
 
@@ -13,12 +13,13 @@ from collections.abc import Callable
 import numpy as np
 
 from geosurf.kernels.sheets.smooth_surface import bent_by
-from geosurf.sheets.heights.heights import Heights
-from geosurf.sheets.heights.scattered import CHOLESKY, EXACT, Scattered, energy_of
+from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.drape import around
 from geosurf.sheets.lattice.noise import scale_of
+from geosurf.sheets.lattice.scattered import Scattered
 from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.lattice.solve import BEND, Graph, weights_of
+from geosurf.sheets.lattice.sparse import CHOLESKY, EXACT, energy_of
 from geosurf.sheets.mesh.ghosts import HOLD, JOINED, bends, mesh_graph
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from geosurf.kernels.sheets.link_lines import CHUNK, first_met, undirected_lines
 from geosurf.sheets.faults.traces import split_lines
-from geosurf.sheets.heights.heights import Heights
+from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.mesh.cut import Part
 from geosurf.sheets.mesh.torn_mesh import Torn

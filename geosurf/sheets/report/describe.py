@@ -12,14 +12,14 @@ from geosurf.conventions import place
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.faults.cut_edges import FALLING, RISING
 from geosurf.sheets.faults.traces import Trace
-from geosurf.sheets.heights.heights import Heights, Near
-from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.heights.inputs import NearPicks
+from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.mesh.build import Built
-from geosurf.sheets.mesh.torn_mesh import Triangles
 from geosurf.sheets.report.cutoffs import cutoff_lines, longest, profile
-from geosurf.sheets.report.holdout_misfit import hidden_misfit
+from geosurf.sheets.report.holdout_misfit import holdout_misfit
 from geosurf.sheets.report.tip_throw import throw_at_tips
 
 FAR = 4.0  # cells of extrapolation from which a place is listed
@@ -28,10 +28,9 @@ LINKS = 3  # side by side that overlap: a single one at a contact may reach over
 STATION = 1.0  # cells between the stations of a profile
 
 
-def fault_cuts(
-    frame: Frame, state: Heights, built: Built, faults: Sequence[TriSurface]
-) -> dict[str, FaultCut]:
+def fault_cuts(frame: Frame, built: Built, faults: Sequence[TriSurface]) -> dict[str, FaultCut]:
     """Cut-offs and profiles of all faults."""
+    state = built.state
 
     def cut_by(number: int, fault: TriSurface) -> FaultCut:
         """Cut-offs and profiles of one fault."""
@@ -66,15 +65,15 @@ def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.nd
 
 def make_report(
     picks: Picks,
-    state: Heights,
     built: Built,
     cuts: dict[str, FaultCut],
-    triangles: Triangles,
     trim: float,
     noise: float | None,
-    near: Sequence[Near],
+    near: Sequence[NearPicks],
+    filled_blocks: Sequence[dict] = (),
 ) -> SheetReport:
-    """All numbers of a sheet."""
+    """All numbers of a sheet; `filled_blocks` are those that were filled before the first pass."""
+    state = built.state
     names = list(cuts)
     traces = state.network.traces
     shortened: dict[str, int] = {}
@@ -85,41 +84,41 @@ def make_report(
         f"fault {name!r} does not meet the horizon" for name in names if not len(cuts[name].along)
     ]
     notes += _overlap_notes(picks, state, names, trim)
-    notes += _branch_notes(picks.frame, state, built, names)
+    notes += _branch_notes(picks.frame, built, names)
     warnings = throw_at_tips(picks, state, names, trim)
     notes += map(str, warnings)
     return SheetReport(
         trim=trim,
         cell=picks.frame.cell,
         n_data=len(picks.z),
-        n_ignored=int(state.distrusted.sum()),
+        n_ignored=int(state.ignored.sum()),
         n_solved=len(state.unknown),
         misfit=_kept_misfit(picks, state),
-        holdout_misfit=_misfit(hidden_misfit(picks, near, state, built)),
+        holdout_misfit=_misfit(holdout_misfit(picks, near, built)),
         extrapolation=_far_places(picks.frame, state, names),
         sign_changes={name: _sign_changes(cut.throw) for name, cut in cuts.items()},
-        tips=count_tips(built, triangles),
+        tips=count_tips(built),
         declared_tips=state.network.declared_tips,
         shortened=shortened,
         noise=noise,
-        filled_blocks=state.carried,
+        filled_blocks=[*filled_blocks, *state.filled_blocks],
         notes=notes,
         warnings=tuple(warnings),
     )
 
 
-def _branch_notes(frame: Frame, state: Heights, built: Built, names: Sequence[str]) -> list[str]:
+def _branch_notes(frame: Frame, built: Built, names: Sequence[str]) -> list[str]:
     """A sentence for each branch whose tear ends before its main fault: throw is false there."""
-    notes = []
+    notes, network = [], built.state.network
     for (number, end), n in sorted(built.shortened.items()):
-        trace = state.network.traces[number]
+        trace = network.traces[number]
         places = built.cuts.place[built.cuts.trace == number]
         if not trace.ends[end].startswith("branch") or n < 1 or not len(places):
             continue
         last = float(places.max() if end else places.min())
         vertex = np.arange(len(trace.line))
         x, y, z = (float(np.interp(last, vertex, column)) for column in trace.line[:, :3].T)
-        along, whole = np.interp([last, state.network.mesh[number][end]], vertex, trace.along)
+        along, whole = np.interp([last, network.mesh[number][end]], vertex, trace.along)
         at = place((*frame.to_world(np.array([[x, y]]) / frame.stretch)[0], z))
         notes.append(
             f"fault {names[trace.fault]!r}, {trace.ends[end]}, is torn up to {at} only, "
@@ -220,9 +219,9 @@ def _nearest_fault(state: Heights, node: int, names: Sequence[str]) -> str:
     return found
 
 
-def count_tips(built: Built, triangles: Triangles) -> int:
+def count_tips(built: Built) -> int:
     """Tips of the mesh: cut links with a divided triangle on one side and a whole one beyond."""
-    cuts, torn = built.cuts, built.torn
+    cuts, torn, triangles = built.cuts, built.torn, built.triangles
     links = distinct(cuts.node * 4 + cuts.kind)
     beside = triangles.beside(links // 4, links % 4)
     divided = is_among(beside, torn.divided)

@@ -13,20 +13,22 @@ from collections.abc import Sequence
 import numpy as np
 
 from geosurf.sheets.faults.cut_edges import EAST, NORTH, Cuts
-from geosurf.sheets.heights.heights import SENSE, Heights, Near
-from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.heights.inputs import NearPicks
+from geosurf.sheets.heights.state import SENSE, Heights
+from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.sets import is_among
 from geosurf.sheets.mesh.build import Built
 from geosurf.sheets.mesh.overlap_points import on_sheet
 
 
-def hidden_misfit(picks: Picks, near: Sequence[Near], state: Heights, built: Built) -> np.ndarray:
+def holdout_misfit(picks: Picks, near: Sequence[NearPicks], built: Built) -> np.ndarray:
     """By how much hidden data (n,) miss the sheet of their wall [m].
 
     Without those in gaps, where there is nothing to meet, those that ghosts are drawn to, those of
     nodes with several on a grid, and those where no single sheet goes: beside other faults.
     """
-    hidden = state.distrusted.copy()
+    state = built.state
+    hidden = state.ignored.copy()
     hidden[state.in_gap] = False
     hidden[state.beyond[:, 0]] = False
     rows = np.flatnonzero(hidden)
@@ -55,7 +57,7 @@ def hidden_misfit(picks: Picks, near: Sequence[Near], state: Heights, built: Bui
 
 
 def _walls_of(
-    picks: Picks, near: Sequence[Near], state: Heights, rows: np.ndarray
+    picks: Picks, near: Sequence[NearPicks], state: Heights, rows: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The nearest trace (n,) of picks beside one, -1 without; which side of it; if their node's."""
     far = np.full(len(rows), np.inf)

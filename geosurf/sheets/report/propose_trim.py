@@ -15,10 +15,9 @@ import numpy as np
 from geosurf.errors import GeometryError
 from geosurf.model import TrimProposal, TriSurface
 from geosurf.sheets.faults.traces import mesh_in_frame
-from geosurf.sheets.heights.heights import Rebuild, Settings
-from geosurf.sheets.heights.smear import hidden_misfits
+from geosurf.sheets.heights.evidence import ignored_misfits, picks_in_gaps
+from geosurf.sheets.heights.passes import single_pass, solver_of
 from geosurf.sheets.lattice.data import picks_of
-from geosurf.sheets.lattice.noise import weight_of
 from geosurf.sheets.mesh.finish import fault_surfaces
 
 HIDDEN = 6  # cells from a fault within which data are hidden
@@ -75,12 +74,11 @@ def propose_trim(
     surfaces = fault_surfaces(faults)
     picks = picks_of(data, name, positive, length_unit)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    settings = Settings(float(HIDDEN), float(HIDDEN))
-    rebuild = Rebuild(picks, meshes, settings)
-    settings.noise_weight = weight_of(*rebuild.noise(), picks.frame.cell)
-    state = rebuild.hidden(float(HIDDEN))
-    state.find_walls(picks.frame)
-    _, far, misfit = hidden_misfits(picks, rebuild.nearby, state, rebuild.in_gap(state))
+    solver = solver_of(picks, meshes, float(HIDDEN))
+    _, state = single_pass(solver, float(HIDDEN))
+    state = state.with_walls(picks.frame)
+    in_gap = picks_in_gaps(solver.inputs, state)
+    _, far, misfit = ignored_misfits(picks, solver.inputs.nearby, state, in_gap)
     far, misfit = far[far < HIDDEN], misfit[far < HIDDEN]
     number = np.bincount(far.astype(np.int64), minlength=HIDDEN)
     if (number[:HIDDEN] < FEWEST).any():

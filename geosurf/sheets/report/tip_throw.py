@@ -21,8 +21,8 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import GeosurfWarning
 from geosurf.sheets.faults.traces import Trace, sample
-from geosurf.sheets.heights.heights import Heights
-from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.heights.state import Heights
+from geosurf.sheets.lattice.picks import Picks
 
 CHORD = 4.0  # cells of the trace by which it is continued straight
 SAMPLES = 5  # on each side, a cell apart

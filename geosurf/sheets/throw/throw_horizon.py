@@ -20,9 +20,9 @@ from geosurf.sheets.faults.dip_lines import DIRECTIONS, beyond
 from geosurf.sheets.faults.dip_lines import SPARE as FAULT_SPARE
 from geosurf.sheets.faults.fault_profile import section_of
 from geosurf.sheets.faults.slip import slips_of
-from geosurf.sheets.heights.heights import Heights
+from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.data import picks_of
-from geosurf.sheets.mesh.build import SPARE, Builder, Built
+from geosurf.sheets.mesh.build import Built, build
 from geosurf.sheets.mesh.finish import (
     crs_among,
     fault_surfaces,
@@ -30,7 +30,7 @@ from geosurf.sheets.mesh.finish import (
     refuse_lost_cutoffs,
     sheet_of,
 )
-from geosurf.sheets.mesh.torn_mesh import Triangles
+from geosurf.sheets.mesh.rings import SPARE
 from geosurf.sheets.report.cutoffs import longest
 from geosurf.sheets.report.describe import count_tips, fault_cuts
 from geosurf.sheets.throw.measured_throw import down_dip, lost_at_tips
@@ -179,23 +179,23 @@ def _check_names(
 
 def _sheet(thrown: Thrown) -> Sheet:
     """Trace, move, tear and cut."""
-    state, built, triangles = _closed(thrown)
-    if built is None or triangles is None:
+    state, built = _closed(thrown)
+    if built is None:
         return _untorn(thrown, state)
-    found = fault_cuts(thrown.frame, state, built, thrown.faults)
-    refuse_lost_cutoffs(thrown.picks, state, built, found)
+    found = fault_cuts(thrown.frame, built, thrown.faults)
+    refuse_lost_cutoffs(thrown.picks, built, found)
     cuts, lost = {}, []
     for slip, largest in zip(thrown.slips, thrown.largest, strict=True):
         name = slip.section.name
-        cuts[name], asked = down_dip(found[name], slip, thrown.frame, longest(state))
-        lost += lost_at_tips(cuts[name], asked, largest, thrown.frame.cell)
+        cuts[name], requested = down_dip(found[name], slip, thrown.frame, longest(state))
+        lost += lost_at_tips(cuts[name], requested, largest, thrown.frame.cell)
     shortened: dict[str, int] = {}
     for (trace, _), n in built.shortened.items():
         name = thrown.faults[state.network.traces[trace].fault].name
         shortened[name] = shortened.get(name, 0) + n
     report = replace(
         _report(thrown, state, cuts),
-        tips=count_tips(built, triangles),
+        tips=count_tips(built),
         declared_tips=state.network.declared_tips,
         shortened=shortened,
         lost=tuple(lost),
@@ -205,7 +205,7 @@ def _sheet(thrown: Thrown) -> Sheet:
             *map(str, lost),
         ],
     )
-    return sheet_of(thrown.picks, state, built, thrown.faults, thrown.rising, cuts, report)
+    return sheet_of(thrown.picks, built, thrown.faults, cuts, report)
 
 
 def _untorn(thrown: Thrown, state: Heights) -> Sheet:
@@ -229,37 +229,36 @@ def _untorn(thrown: Thrown, state: Heights) -> Sheet:
     )
 
 
-def _closed(thrown: Thrown) -> tuple[Heights, Built | None, Triangles | None]:
+def _closed(thrown: Thrown) -> tuple[Heights, Built | None]:
     """The torn mesh: the first that closes without an early end, else that which ends least early.
 
     Where traces run between both cut-offs, and how far rings reach beyond an overlap, is free;
     at a tip it decides on which side of the fault the last nodes are.
     """
-    best: tuple[tuple[bool, int], Heights, Built, Triangles] | None = None
+    best: tuple[tuple[bool, int], Built] | None = None
     for lean in LEANS:
         state = thrown.run(lean)
         if not len(state.cuts.node):
-            return state, None, None
-        walls = state.walls
-        overlaps = any((np.minimum(w.left, w.right) < -SPARE).any() for w in walls)
+            return state, None
+        overlaps = any((np.minimum(w.left, w.right) < -SPARE).any() for w in state.walls)
         for spare in SPARES if overlaps else SPARES[:1]:
-            state.walls = [
-                replace(w, left=_wider(w.left, spare), right=_wider(w.right, spare)) for w in walls
+            walls = [
+                replace(w, left=_wider(w.left, spare), right=_wider(w.right, spare))
+                for w in state.walls
             ]
-            builder = Builder(
-                thrown.picks, state, thrown.faults, thrown.rising, thrown.carry_on, thrown.end_at
-            )
-            built = builder.run()
-            open_still = bool(built.cut.leaks or built.cut.dead_ends)
-            failed = open_still, sum(built.shortened.values())
+            built = build(
+                thrown.picks, replace(state, walls=walls), thrown.faults, thrown.rising,
+                thrown.carry_on, thrown.end_at,
+            )  # fmt: skip
+            failed = built.is_open, sum(built.shortened.values())
             if best is None or failed < best[0]:
-                best = failed, builder.state, built, builder.triangles
+                best = failed, built
             if failed == (False, 0):
-                return builder.state, built, builder.triangles
+                return built.state, built
     assert best is not None
-    _, state, built, triangles = best
-    refuse_leaks(thrown.picks, state, built, thrown.faults)
-    return state, built, triangles
+    built = best[1]
+    refuse_leaks(thrown.picks, built, thrown.faults)
+    return built.state, built
 
 
 def _report(thrown: Thrown, state: Heights, cuts: Mapping[str, FaultCut]) -> ThrowReport:

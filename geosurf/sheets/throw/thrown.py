@@ -22,9 +22,10 @@ from geosurf.sheets.faults.last_edges import last_link, on_own_side
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.slip import Slip
 from geosurf.sheets.faults.traces import Trace, mesh_in_frame
-from geosurf.sheets.heights.heights import MAP_REACH, Heights
-from geosurf.sheets.lattice.data import Picks
+from geosurf.sheets.heights.passes import MAP_REACH
+from geosurf.sheets.heights.state import Heights, Tears
 from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.ghosts import ghost_heights
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 from geosurf.sheets.throw.displacement import Before, refuse_folds, sheet_heights
@@ -90,15 +91,10 @@ class Thrown:
         self.values = values
         every = network.cuts
         self._torn_only_at_faults(every.take(np.flatnonzero(within(every, *network.mesh.T))))
-        cuts = every.take(np.flatnonzero(within(every, *network.solve.T)))
-        none = np.empty(0, dtype=np.int64)
-        everywhere = np.ones(len(self.picks.z), dtype=bool)
-        state = Heights(
-            values, network, cuts, near, [], none, everywhere, ~everywhere,
-            np.empty((0, 3), dtype=np.int64), none, np.empty(0),
-        )  # fmt: skip
-        state.find_walls(self.picks.frame)
-        return state
+        tears = Tears(network, near, every).between(network.solve)
+        used = np.ones(len(self.picks.z), dtype=bool)
+        state = Heights(values=values, tears=tears, used=used, ignored=~used)
+        return state.with_walls(self.picks.frame)
 
     def _network(self) -> Network:
         """Traces on the horizon as it is moved, blended over each fault; twice, for branches."""

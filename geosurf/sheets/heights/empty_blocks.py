@@ -1,0 +1,67 @@
+"""Blocks between faults without data of their own: joined to a neighbour, or refused."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geosurf.errors import GeometryError
+from geosurf.sheets.faults.cut_edges import Cuts
+from geosurf.sheets.faults.heave import throw_beside
+from geosurf.sheets.faults.network import faults_in_words
+from geosurf.sheets.heights.inputs import Inputs
+from geosurf.sheets.heights.state import Heights, Tears
+from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.sets import distinct, is_among
+
+SLIVER = 12  # nodes: blocks without data up to this size are always filled
+
+
+def bridge(
+    inputs: Inputs, stray: np.ndarray, tears: Tears, fill_empty_blocks: bool
+) -> tuple[Cuts, dict] | None:
+    """Join a block without data to a neighbour, across the fault with the smaller throw.
+
+    Returns the links that stay cut, and a note; None if the block is larger than a sliver and
+    `fill_empty_blocks` is not set, or if no fault bounds it.
+    """
+    if len(stray) > SLIVER and not fill_empty_blocks:
+        return None
+    cuts, frame = tears.cuts, inputs.picks.frame
+    first, second = cuts.ends(frame.shape[1])
+    inside = is_among(first, stray), is_among(second, stray)
+    border = inside[0] != inside[1]
+    if not border.any():
+        return None
+    choice = distinct(cuts.trace[border])
+    throw = [throw_beside(inputs.picks.means, tears.near[t], stray) for t in choice]
+    trace = int(choice[int(np.argmin(throw))])
+    gone = (cuts.trace == trace) & (inside[0] | inside[1])
+    name = inputs.meshes[tears.network.traces[trace].fault].name
+    xy = frame.node_places(stray[:1])[0]
+    note = {"nodes": len(stray), "over": name, "place": [float(c) for c in xy]}
+    return cuts.take(np.flatnonzero(~gone)), note
+
+
+def refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> None:
+    """Raise an error that names a block between faults without data of its own."""
+    if len(state.stray) == 0:
+        return
+    at = picks.frame.node_places(state.stray[:1])[0]
+    beside = sorted(
+        {
+            names[trace.fault]
+            for trace, near in zip(state.network.traces, state.near, strict=True)
+            if (near.look_up(state.stray) >= 0).any()
+        }
+    )
+    level = float(np.median(picks.z))  # the block has no height of its own
+    raise GeometryError(
+        f"horizon {picks.name!r}: a block next to {faults_in_words(beside)} has no data. It has "
+        f"{len(state.stray)} nodes, the first at (easting {at[0]:.3f}, northing {at[1]:.3f}). Give "
+        "a smaller trim, add data there, or set fill_empty_blocks=True to fill it from its "
+        "neighbour.",
+        place=(*at, level),
+        surfaces=(picks.name, *beside),
+    )

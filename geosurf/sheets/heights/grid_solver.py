@@ -1,0 +1,278 @@
+"""Heights of gridded picks: only the nodes near faults are unknown, all others keep their datum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from geosurf.sheets.faults.network import Network
+from geosurf.sheets.faults.tips import tips_of
+from geosurf.sheets.heights.empty_blocks import bridge
+from geosurf.sheets.heights.inputs import Inputs
+from geosurf.sheets.heights.relief import common_relief
+from geosurf.sheets.heights.smear import distance_of_nodes, wedge_nodes
+from geosurf.sheets.heights.state import Evidence, Heights, Selection, Tears
+from geosurf.sheets.heights.tip_residual import Bent
+from geosurf.sheets.heights.tip_solve import Task
+from geosurf.sheets.lattice.drape import around, narrow_gaps, without_absent
+from geosurf.sheets.lattice.noise import Noise, noise_of
+from geosurf.sheets.lattice.sets import distinct, is_among
+from geosurf.sheets.lattice.solve import (
+    BEND,
+    Common,
+    Graph,
+    grounded,
+    lattice_graph,
+    smoothest,
+    steps_to_known,
+    weights_of,
+)
+from geosurf.sheets.lattice.working_grid import WorkingGrid
+
+FILL = 16.0  # cells: absent nodes next to a trace are filled in gaps up to this width
+WEDGE = 1.5  # trims, and at least
+FEWEST = 4.0  # steps of extrapolation, from which ignored data are used in wedges
+UNSEEN_PULL = 0.1  # and their weight, while the smear is not known
+HOLDS = 0.5  # trims from a fault beyond which an ignored datum will do for a block without others
+BESIDE = 1.5  # cells from a trace within which noise is smoothed whatever was ignored
+COLLAR = 16  # nodes around the faults in which noise is smoothed
+
+
+def far_from_data(trim: float) -> float:
+    """Steps of extrapolation from which ignored data are used, in a pass with some trim."""
+    return max(FEWEST, WEDGE * trim)
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """Data that draw solved nodes (n,): heights, weights, and whether they may do so alone."""
+
+    data: np.ndarray
+    pull: np.ndarray
+    alone: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class GridSolver:
+    """Solves for the heights of one gridded horizon.
+
+    Attributes
+    ----------
+    inputs : Inputs
+    noise : Noise
+    fill_empty_blocks : bool
+        Whether blocks without data, larger than slivers, are joined to a neighbour.
+    grid : WorkingGrid
+        Its values are those of all heights that `solve` returns.
+    present : ndarray of bool (n_node,)
+        Nodes with a pick.
+    fillable : ndarray of int64
+        Absent nodes in narrow gaps.
+    """
+
+    inputs: Inputs
+    noise: Noise
+    fill_empty_blocks: bool
+    grid: WorkingGrid
+    present: np.ndarray
+    fillable: np.ndarray
+
+    @classmethod
+    def over(cls, inputs: Inputs) -> GridSolver:
+        """A solver that meets data exactly, until `replace` gives it their noise."""
+        present = np.isfinite(inputs.picks.means)
+        gaps = narrow_gaps(present.reshape(inputs.picks.frame.shape), FILL)
+        grid = WorkingGrid(inputs.picks)
+        return cls(inputs, Noise(), False, grid, present, np.flatnonzero(gaps.ravel()))
+
+    def trusted_grid(self) -> np.ndarray:
+        """Heights (n_row, n_col) of the picks that no pass ignores."""
+        self.grid.without(self.inputs.within(np.inf))
+        return self.grid.values.reshape(self.inputs.picks.frame.shape)
+
+    def estimate_noise(self) -> tuple[float, float]:
+        """Noise of the data, and typical third difference of the surface [m]."""
+        return noise_of(self.trusted_grid())
+
+    def first_network(self, ignored: np.ndarray) -> Network:
+        """Traces on the picks that are used, drawn across those that are ignored."""
+        lost = self.grid.without(ignored)
+        return self._network_across(lost)
+
+    def network_on(self, state: Heights, lost: np.ndarray) -> Network:
+        """Traces on solved heights, drawn again across some nodes: writes there."""
+        self.grid.mark(lost)
+        state.values[lost] = np.nan
+        return self._network_across(lost[self.present[lost]])
+
+    def _network_across(self, lost: np.ndarray) -> Network:
+        fill = distinct(lost, self.fillable)
+        self.grid.mark(fill)
+        return self.inputs.network_across(self.grid.values, fill)
+
+    def solve(
+        self,
+        selection: Selection,
+        tears: Tears,
+        evidence: Evidence,
+        filled_blocks: tuple[dict, ...] = (),
+    ) -> Heights:
+        """Solve for all nodes that no chosen pick holds, and for noisy ones around the faults."""
+        frame = self.inputs.picks.frame
+        n_node, heights = self.inputs.picks.n_node, self.grid.values
+
+        # a band of nodes: unknown ones, noisy ones around them, and a rim that holds both
+        unknown = self._unknown(self.grid.without(selection.ignored), tears)
+        noisy = self._noisy(unknown, tears)
+        every = distinct(unknown, noisy)
+        # a noisy rim is free: held to data beyond it, bit for bit, the surface would bend
+        band = every if len(noisy) else around(every, frame.shape, 3)
+        graph = lattice_graph(band, frame.shape, tears.cuts.bits(n_node))
+        at = np.searchsorted(band, every)
+        value = heights[band]
+        is_unknown = np.zeros(len(band), dtype=bool)
+        is_unknown[np.searchsorted(band, unknown)] = True
+        graph = without_absent(graph, np.isfinite(value) | is_unknown)
+
+        # data that draw nodes: noisy ones, and in wedges ignored ones
+        steps = steps_to_known(graph, np.where(is_unknown, 0, -1))
+        wedge = wedge_nodes(graph, steps, int(far_from_data(selection.trim)), evidence.smear)
+        targets = self._targets(every, noisy, band[wedge], selection, evidence)
+
+        # blocks that no datum reaches are joined to a neighbour, if they may
+        tied = _tied(graph, is_unknown, at[targets.alone])
+        stray = band[~tied]
+        bridged = bridge(self.inputs, stray, tears, self.fill_empty_blocks) if len(stray) else None
+        if bridged is not None:
+            cuts, note = bridged
+            tears = replace(tears, cuts=cuts)
+            return self.solve(selection, tears, evidence, (*filled_blocks, note))
+
+        # the smoothest heights of the others
+        solved = np.zeros(len(band), dtype=bool)
+        solved[at] = True
+        solved &= tied
+        graph = without_absent(graph, np.isfinite(value) | solved)
+        own = solved[at]
+        targets = Targets(targets.data[own], targets.pull[own], targets.alone[own])
+        nodes = band[solved]
+        self.grid.mark(nodes)
+        if evidence.throws is None or self.noise.weight is None:
+            number = np.where(solved, np.cumsum(solved) - 1, -1)
+            filled = np.where(np.isfinite(value), value, 0.0)
+            heights[nodes] = smoothest(
+                graph, number, filled, frame.stretch, pull=targets.pull, target=targets.data,
+                scale=self.noise.scale,
+            )  # fmt: skip
+        bent, apart = self._bend_at_tips(nodes, tears, targets, evidence)
+        return Heights(
+            values=heights,
+            tears=tears,
+            used=~selection.ignored,
+            ignored=selection.ignored,
+            unknown=unknown,
+            extrapolation=steps[is_unknown].astype(np.float64),
+            beyond=selection.beyond,
+            stray=stray,
+            filled_blocks=filled_blocks,
+            bent=bent,
+            apart=apart,
+        )
+
+    def _unknown(self, lost: np.ndarray, tears: Tears) -> np.ndarray:
+        """Nodes without a trusted value, and absent ones in gaps next to a trace."""
+        fill = self.fillable
+        if len(fill):
+            beside = [near.nodes_within(FILL) for near in tears.near]
+            fill = fill[is_among(fill, distinct(np.empty(0, np.int64), *beside))]
+        return distinct(lost, fill)
+
+    def _noisy(self, unknown: np.ndarray, tears: Tears) -> np.ndarray:
+        """Nodes with a noisy datum that are solved for as well; none if data are met exactly."""
+        if self.noise.weight is None:
+            return np.empty(0, dtype=np.int64)
+        # also where every node next to a trace has a datum of its side
+        beside = [near.nodes_within(BESIDE) for near in tears.near]
+        shape = self.inputs.picks.frame.shape
+        collar = around(distinct(unknown, *beside), shape, COLLAR)
+        return collar[np.isfinite(self.grid.values[collar]) & ~is_among(collar, unknown)]
+
+    def _targets(
+        self,
+        every: np.ndarray,
+        noisy: np.ndarray,
+        wedge: np.ndarray,
+        selection: Selection,
+        evidence: Evidence,
+    ) -> Targets:
+        """Data that draw solved nodes: noisy ones, and in wedges ignored ones.
+
+        Between two faults that meet at an acute angle all data are near a fault. Where the surface
+        would be extrapolated far, ignored data on the right side are used, with the weight that
+        their smear allows.
+        """
+        data, pull = np.zeros(len(every)), np.zeros(len(every))
+        alone = np.zeros(len(every), dtype=bool)
+        rows = np.searchsorted(every, noisy)
+        data[rows], pull[rows] = self.grid.values[noisy], self.noise.weight or 0.0
+        alone[rows] = True
+
+        wedge = wedge[self.present[wedge]]
+        if len(wedge):
+            picks = self.inputs.picks
+            values = picks.means_at(wedge, selection.single)
+            wedge, values = wedge[np.isfinite(values)], values[np.isfinite(values)]
+            far = distance_of_nodes(picks, self.inputs.nearby, wedge)
+            rows = np.searchsorted(every, wedge)
+            alone[rows] = far >= HOLDS * selection.trim
+            data[rows] = values
+            pull[rows] = (
+                np.where(alone[rows], UNSEEN_PULL, 0.0)
+                if evidence.smear is None
+                else evidence.smear.weight(far, self.noise)
+            )
+        return Targets(data, pull, alone & (pull > 0))
+
+    def _bend_at_tips(
+        self, nodes: np.ndarray, tears: Tears, targets: Targets, evidence: Evidence
+    ) -> tuple[Bent | None, frozenset[int]]:
+        """Solve again with the shapes of a throw that dies at tips: see `tip_solve`."""
+        if evidence.throws is None:
+            return None, evidence.apart
+        frame, network, cuts = self.inputs.picks.frame, tears.network, tears.cuts
+        task = Task(
+            frame=frame,
+            heights=self.grid.values,
+            nodes=nodes,
+            data=targets.data,
+            pull=targets.pull,
+            bits=cuts.bits(self.inputs.picks.n_node),
+            tips=tips_of(network.traces, tears.near, cuts),
+            throws=evidence.throws,
+            noise=self.noise,
+        )
+        if self.noise.weight is None:
+            return task.near_tips(), evidence.apart
+        weights = weights_of(frame.stretch, BEND, scale=self.noise.scale)
+
+        def common_of(apart: frozenset[int]) -> Common | None:
+            """What the walls have in common that are not apart."""
+            return common_relief(nodes, cuts, network, tears.near, frame.shape, weights, apart)
+
+        (self.grid.values[nodes], bent), apart = task.shared(
+            tears.near, evidence.apart, common_of, evidence.apart_is_final
+        )
+        return bent, apart
+
+
+def _tied(graph: Graph, unknown: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+    """Which nodes of a graph a datum reaches, bool (n,): a known height, or a node that is drawn.
+
+    `unknown` is bool (n,), `drawn` are nodes that a datum draws on its own.
+    """
+    held = unknown.copy()
+    held[drawn] = False  # data that only draw a surface ground it, too
+    tied = np.ones(len(unknown), dtype=bool)
+    tied[held] = grounded(graph, np.where(held, np.cumsum(held) - 1, -1))
+    return tied

@@ -1,0 +1,110 @@
+"""The picks and faults of one horizon, with what every pass over them needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.arrangement.threads import map_threads
+from geosurf.sheets.faults.fault_distance import blocks_between, side_at_own_height, window
+from geosurf.sheets.faults.network import Network
+from geosurf.sheets.faults.traces import FaultMesh
+from geosurf.sheets.heights.overlap import widest_overlap
+from geosurf.sheets.lattice.drape import draped
+from geosurf.sheets.lattice.picks import Picks
+
+FIRST_TRIM = 3.0  # cells
+
+
+@dataclass(frozen=True, eq=False)
+class NearPicks:
+    """Picks near one fault.
+
+    Attributes
+    ----------
+    rows : ndarray of int64 (n,)
+        Picks, increasing.
+    far : ndarray (n,)
+        Distance from the fault, at their own height [cells].
+    side : ndarray (n,)
+        1 in the hanging wall, -1 in the footwall.
+    """
+
+    rows: np.ndarray
+    far: np.ndarray
+    side: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """One horizon before any pass.
+
+    Attributes
+    ----------
+    picks : Picks
+    meshes : list of FaultMesh
+    nearby : list of NearPicks
+        For each fault.
+    trim, first_trim : float
+        Picks closer to a fault than this are ignored, in the last pass and in the first [cells].
+    """
+
+    picks: Picks
+    meshes: list[FaultMesh]
+    nearby: list[NearPicks]
+    trim: float
+    first_trim: float
+
+    def within(self, trim: float) -> np.ndarray:
+        """Picks closer to any fault than some cells, bool (n_pick,)."""
+        found = np.zeros(len(self.picks.z), dtype=bool)
+        for near in self.nearby:
+            found[near.rows[near.far < trim]] = True
+        return found
+
+    def network(self, heights: np.ndarray, filled: np.ndarray) -> Network:
+        """Traces of the faults on heights (n_node,), of which those of `filled` are no data."""
+        frame = self.picks.frame
+        return Network(self.meshes, heights.reshape(frame.shape), frame, filled)
+
+    def network_across(self, heights: np.ndarray, fill: np.ndarray) -> Network:
+        """Traces on heights (n_node,) that are drawn across the nodes of `fill`: writes there."""
+        frame = self.picks.frame
+        filled = fill[np.isnan(heights[fill])]
+        heights[fill] = draped(heights, fill, frame.shape, frame.stretch)
+        return self.network(heights, filled)
+
+
+def inputs_of(picks: Picks, meshes: list[FaultMesh], trim: float) -> Inputs:
+    """Find the picks near each fault, and how many of them the first pass ignores."""
+    first_trim = max(FIRST_TRIM, trim)
+    half = 0.5 * widest_overlap(picks, meshes)
+    if half > first_trim + 1.0:
+        first_trim = half + 1.0  # an average of both walls is not a datum of either
+    reach = first_trim + 1.0
+    if not picks.on_nodes and first_trim <= FIRST_TRIM:
+        first_trim = trim  # scattered points are not smeared
+    levels = float(picks.z.min()), float(picks.z.max())
+
+    def near(mesh: FaultMesh) -> NearPicks:
+        """Picks near one fault."""
+        return _near_picks(picks, mesh, reach, levels)
+
+    return Inputs(picks, meshes, map_threads(near, [(mesh,) for mesh in meshes]), trim, first_trim)
+
+
+def _near_picks(
+    picks: Picks, mesh: FaultMesh, reach: float, levels: tuple[float, float]
+) -> NearPicks:
+    """Picks within reach of a fault [cells]; `levels`: lowest and highest elevation of all [m]."""
+    mesh, blocks = blocks_between(mesh, reach, *levels)
+    if blocks is None:
+        return NearPicks(np.empty(0, dtype=np.int64), np.empty(0), np.empty(0))
+    near = picks.of_nodes(window(picks.frame, blocks))
+    uv = picks.columns(near) * picks.frame.stretch
+    rows, _ = blocks.of(uv)
+    points = np.column_stack([uv[rows], picks.z[near[rows]]])
+    far, side = side_at_own_height(mesh, blocks, points, reach)
+    close = side != 0
+    return NearPicks(near[rows[close]], far[close], side[close])

@@ -1,0 +1,110 @@
+"""The lattice that points sit on, rotated or not.
+
+It is found from the steps between neighbours: their lengths and, since a lattice looks the same
+after a quarter turn, the mean of exp(4i angle).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import HorizonError
+from geosurf.sheets.lattice.frame import Frame, fit_steps
+
+OFF = 0.05  # cells from its node from which a point is not on the lattice
+SCATTERED = 0.2  # share of the points off the lattice from which they are scattered
+
+
+def find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray] | None:
+    """The lattice that points sit on, and the node of each; None if they are scattered."""
+    if len(xy) < 9:
+        raise HorizonError(f"{what}: {len(xy)} points do not make a lattice. Give more points.")
+    guess = _first_guess(xy, what)
+    if guess is None:
+        return None
+    corner, step = guess
+    origin = xy[np.argmin(np.hypot(*(xy - np.median(xy, axis=0)).T))]
+    corner = origin
+    span = float(np.hypot(*np.ptp(xy, axis=0)))
+    radius = 8.0 * float(np.hypot(*step[0]))
+    while True:  # the fit is carried outward, so that small errors of the step never add up
+        near = np.hypot(*(xy - origin).T) <= radius
+        ij = np.rint(np.linalg.solve(step.T, (xy[near] - corner).T).T)
+        corner, step = fit_steps(ij, xy[near])
+        if radius >= span:
+            break
+        radius *= 4.0
+    uv = np.linalg.solve(step.T, (xy - corner).T).T
+    ij = np.rint(uv).astype(np.int64)
+    off = np.abs(uv - ij).max(axis=1)
+    worst = int(off.argmax())
+    if (off > OFF).mean() > SCATTERED:
+        return None
+    if off[worst] > OFF:
+        where = place(xy[worst])
+        raise HorizonError(
+            f"{what}: {int((off > OFF).sum())} of {len(xy)} points lie off the lattice that the "
+            f"others sit on, the farthest at {where}, {off[worst]:.2f} cells off. Leave "
+            "them out, or give spacing= to take all points as scattered."
+        )
+    low = ij.min(axis=0)
+    n_col, n_row = (int(n) for n in ij.max(axis=0) - low + 1)
+    if n_col * n_row > 64 * len(xy) + 4096:
+        raise HorizonError(
+            f"{what}: {len(xy)} points on a lattice of {n_row} x {n_col} nodes are too few to "
+            "carry a surface. Give spacing= to take them as scattered points."
+        )
+    corner = corner + low @ step
+    grid = np.stack(np.meshgrid(np.arange(n_col), np.arange(n_row)), axis=-1).reshape(-1, 2)
+    full = corner + grid @ step
+    node = (ij[:, 1] - low[1]) * n_col + ij[:, 0] - low[0]
+    full[node] = xy  # nodes with picks keep the coordinates that they came with
+    full = full.reshape(n_row, n_col, 2)
+    _on_lines(full, node, xy)
+    return Frame((n_row, n_col), corner, step, full[..., 0], full[..., 1]), node
+
+
+def _on_lines(full: np.ndarray, node: np.ndarray, xy: np.ndarray) -> None:
+    """Put nodes without a pick exactly on their column and row, where all picks of it are.
+
+    A fitted place may be off by a rounding, and then the rim of the data would lie inside a box
+    that has the same rim.
+    """
+    row, col = np.divmod(node, full.shape[1])
+    for k, line in ((0, col), (1, row)):
+        order = np.argsort(line, kind="stable")
+        some, first = np.unique(line[order], return_index=True)
+        low, high = (f.reduceat(xy[order, k], first) for f in (np.minimum, np.maximum))
+        straight = low == high
+        lines = full[..., k].T if k == 0 else full[..., k]
+        lines[some[straight]] = low[straight][:, None]
+
+
+def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Steps (2, 2) from neighbours of points near the middle: right-handed, columns eastward.
+
+    None if neighbours lie in no two ways at right angles.
+    """
+    from scipy.spatial import cKDTree
+
+    _, first = np.unique(np.rint(xy * 1e3).astype(np.int64), axis=0, return_index=True)
+    places = xy[np.sort(first)]
+    if len(places) < 9:
+        raise HorizonError(f"{what}: {len(places)} places do not make a lattice. Give more points.")
+    middle = places[cKDTree(places).query(np.median(places, axis=0), k=min(2000, len(places)))[1]]
+    length, near = cKDTree(middle).query(middle, k=5)
+    vectors = (middle[near[:, 1:]] - middle[:, None]).reshape(-1, 2)
+    short = length[:, 1:].ravel() < 1.3 * np.median(length[:, 1])
+    vectors = vectors[short]
+    angle = np.arctan2(vectors[:, 1], vectors[:, 0])
+    turn = np.angle(np.exp(4j * angle).mean()) / 4.0
+    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    along = np.abs(vectors @ axes.T)
+    steps = []
+    for k in range(2):
+        mine = along[:, k] > 0.9 * np.hypot(*vectors.T)
+        if not mine.any():
+            return None
+        steps.append(float(np.median(along[mine, k])))
+    return np.zeros(2), axes * np.array(steps)[:, None]

@@ -1,0 +1,87 @@
+"""Heights of the ghosts of picked sheets: by the energy, and by picks beyond the trace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from geosurf.sheets.heights.state import Heights
+from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.lattice.noise import scale_of
+from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.sets import distinct
+from geosurf.sheets.mesh.ghosts import ghost_heights, joined_heights
+from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
+
+CarryOn = Callable[[Torn, Triangles, np.ndarray, Heights], np.ndarray]
+Known = Callable[[Torn, Triangles, np.ndarray, Heights, Callable | None], dict[int, float]]
+
+
+def carry_on_by(frame: Frame, weight: float | None, known: Known) -> CarryOn:
+    """Make the function that gives the heights of all ghosts of one torn mesh.
+
+    `weight` is that of noisy data, `known` gives the heights of ghosts that picks determine.
+    """
+
+    def carry_on(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights):
+        """Heights of the ghosts of one sheet."""
+        bent = None if state.bent is None else partial(state.bent.of, frame)
+        fixed = known(torn, triangles, bits, state, bent)
+        past = None
+        if state.bent is not None:
+            past = partial(state.bent.only(_overlapping(state)).of, frame)
+        return ghost_heights(
+            torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed, past,
+            scale_of(weight),
+        )  # fmt: skip
+
+    return carry_on
+
+
+def ghosts_by_picks(
+    picks: Picks, weight: float | None, mark: Callable[[np.ndarray], None]
+) -> Known:
+    """Make the function that gives the heights of the ghosts that picks determine.
+
+    Where data are noisy the sheet changes with them: `mark` is called with its nodes.
+    """
+
+    def known(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, bent):
+        """Heights of ghosts, by number."""
+        fixed = _picked(picks, state, torn)
+        if weight is not None and fixed:  # the sheet is one with its part beyond the trace
+            nodes, fixed = joined_heights(
+                torn, triangles, bits, state.values, picks.frame.stretch, fixed,
+                lambda nodes: picks.means_at(nodes, state.used), weight, bent,
+            )  # fmt: skip
+            mark(nodes)
+        return fixed
+
+    return known
+
+
+def _overlapping(state: Heights) -> list[int]:
+    """Traces past which the sheets go on: there ghosts are part of them, and bend as they do."""
+    heaves = [walls.left + walls.right for walls in state.walls]
+    return [i for i, heave in enumerate(heaves) if len(heave) and np.median(heave) < 0.0]
+
+
+def _picked(picks: Picks, state: Heights, torn: Torn) -> dict[int, float]:
+    """Ghosts whose heights were picked: an overlapping sheet beyond the trace."""
+    found: dict[int, list[float]] = {}
+    order = np.argsort(torn.node_of_ghost, kind="stable")
+    nodes = torn.node_of_ghost[order]
+    for trace in distinct(state.beyond[:, 1]):
+        rows = state.beyond[state.beyond[:, 1] == trace]
+        near = state.near[trace]
+        at = near.look_up(torn.anchor)
+        side = np.where(at >= 0, near.side[at], 0)
+        start = np.searchsorted(nodes, picks.node[rows[:, 0]])
+        stop = np.searchsorted(nodes, picks.node[rows[:, 0]], side="right")
+        for pick, own, a, b in zip(rows[:, 0], rows[:, 2], start, stop, strict=True):
+            for ghost in order[a:b]:
+                if side[ghost] == own:
+                    found.setdefault(int(ghost), []).append(float(picks.z[pick]))
+    return {ghost: float(np.mean(z)) for ghost, z in found.items()}

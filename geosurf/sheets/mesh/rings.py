@@ -1,0 +1,68 @@
+"""Further rings of ghosts: where the horizon overlaps its own trace, and at edges that leak."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from geosurf.sheets.heights.state import Heights
+from geosurf.sheets.lattice.sets import is_among
+from geosurf.sheets.mesh.ghosts import grow
+from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
+
+RING = 0.3  # cells that a further ring of triangles reaches at least
+SPARE = 0.25  # cells of overlap that the first ring covers for certain; further rings go past by it
+
+
+def grown_over(torn: Torn, triangles: Triangles, state: Heights) -> Torn:
+    """Further rings where a reverse fault makes the horizon overlap its own trace."""
+    widest = max((-np.minimum(w.left, w.right).min(initial=0.0) for w in state.walls), default=0.0)
+    if widest <= SPARE:
+        return torn
+    for _ in range(int(np.ceil((widest + SPARE) / RING))):
+        needy = _short_of_overlap(torn, state)
+        if not needy.any():
+            break
+        torn = _grown_from(torn, triangles, torn.n_node + np.flatnonzero(needy))
+    return torn
+
+
+def grown_at(torn: Torn, triangles: Triangles, places: Iterable[tuple[int, int]]) -> Torn:
+    """Another ring where outer edges lie over given pairs of nodes, or next to them."""
+    near = list({node for pair in places for node in pair})
+    nodes = torn.node_of(torn.corners.ravel()).reshape(-1, 3)
+    chosen = set()
+    for k in range(3):
+        one, two = torn.corners[:, k], torn.corners[:, (k + 1) % 3]
+        touched = np.isin(nodes[:, k], near) | np.isin(nodes[:, (k + 1) % 3], near)
+        chosen |= _pairs(one[touched], two[touched])
+    return grow(torn, triangles, chosen)
+
+
+def _short_of_overlap(torn: Torn, state: Heights) -> np.ndarray:
+    """Ghosts that do not lie past their sheet's cut-off yet, bool (n_ghost,)."""
+    short = np.zeros(len(torn.anchor), dtype=bool)
+    for near, walls in zip(state.near, state.walls, strict=True):
+        of, at = near.look_up(torn.anchor), near.look_up(torn.node_of_ghost)
+        rows = np.flatnonzero((of >= 0) & (at >= 0))
+        own, at = near.side[of[rows]], at[rows]
+        beyond = near.side[at] != own  # around a tip rings may come back over their own wall
+        overlap = -walls.gap(near.place[at], own)
+        far = near.distance[at]
+        short[rows] |= beyond & (overlap > SPARE) & (far < overlap + SPARE)
+    return short
+
+
+def _grown_from(torn: Torn, triangles: Triangles, ghosts: np.ndarray) -> Torn:
+    """Another ring along the outer edges that have one of these ghosts."""
+    one, two = torn.corners.ravel(), np.roll(torn.corners, -1, axis=1).ravel()
+    mine = is_among(one, ghosts) | is_among(two, ghosts)
+    chosen = _pairs(one[mine], two[mine])
+    return grow(torn, triangles, chosen) if chosen else torn
+
+
+def _pairs(one: np.ndarray, two: np.ndarray) -> set[tuple[int, int]]:
+    """Edges between vertices, the smaller number first."""
+    pairs = zip(one.tolist(), two.tolist(), strict=True)
+    return {(min(a, b), max(a, b)) for a, b in pairs}
