@@ -96,7 +96,7 @@ def test_points_that_do_not_declare_elevation_or_depth_are_refused(world):
     )
     for data in (points, points.tolist(), table, dataset):
         for call in (gs.tear_horizon, gs.propose_trim):
-            with pytest.raises(HorizonError, match=r"elevation or depth.* positive='up'.*'down'"):
+            with pytest.raises(HorizonError, match=r"depth or elevation.* positive='down'.*'up'"):
                 call(data, world.faults)
     depths = dataset.assign(elevation=-dataset["elevation"])
     depths["elevation"].attrs["positive"] = "down"
