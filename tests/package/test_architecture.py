@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -106,6 +106,79 @@ def test_the_contracts_bite(breach: str, tmp_path: Path) -> None:
     )
     assert said.returncode == 1
     assert "geosurf." + Path(name).with_suffix("").as_posix().replace("/", ".") in said.stdout
+
+
+def modules() -> dict[str, Path]:
+    """Every module of the package by its dotted name; a folder has the name of its __init__."""
+    names = (path.relative_to(ROOT).with_suffix("").as_posix() for path in SOURCES)
+    dotted = (name.replace("/", ".").removesuffix(".__init__") for name in names)
+    return dict(zip(dotted, SOURCES, strict=True))
+
+
+def imports_of(path: Path, known: Collection[str]) -> set[str]:
+    """Modules of the package that a file names: at its top, in functions, for types only."""
+    found: set[str] = set()
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            below = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= below & set(known) or {node.module}
+    return found & set(known)
+
+
+def circle_in(graph: Mapping[str, set[str]]) -> list[str]:
+    """Names along one circle of a graph; empty if there is none."""
+    path: list[str] = []
+    done: set[str] = set()
+
+    def walk(name: str) -> list[str]:
+        """Follow all imports of a module; the circle that they close, if they do."""
+        if name in path:
+            return [*path[path.index(name) :], name]
+        if name in done:
+            return []
+        path.append(name)
+        for other in sorted(graph[name]):
+            circle = walk(other)
+            if circle:
+                return circle
+        done.add(path.pop())
+        return []
+
+    return next(filter(None, map(walk, sorted(graph))), [])
+
+
+def test_no_imports_go_in_a_circle() -> None:
+    """Imports in functions and below TYPE_CHECKING count as all others.
+
+    One file is excepted: ``geosurf/__init__.py`` names everything that is public, and imports it
+    when it is first used. Modules below it take ``from geosurf import room`` as an import of that
+    room. That Python runs the ``__init__`` of a folder before a module in it is no import here: the
+    test counts what files name.
+    """
+    known = modules()
+    graph = {name: imports_of(path, known) for name, path in known.items()}
+    graph["geosurf"] = set()
+    assert " -> ".join(circle_in(graph)) == ""
+
+
+@pytest.mark.parametrize(
+    ("second", "circle"),
+    [
+        ("def late():\n    import geosurf.first\n", ["geosurf.first", "geosurf.second"]),
+        ("if TYPE_CHECKING:\n    from geosurf import first\n", ["geosurf.first", "geosurf.second"]),
+        ("import geosurf.third\n", []),
+    ],
+    ids=["in a function", "for types only", "none"],
+)
+def test_a_circle_is_found(second: str, circle: list[str], tmp_path: Path) -> None:
+    texts = {"first": "from geosurf.second import name\n", "second": second, "third": ""}
+    known = {f"geosurf.{name}": tmp_path / f"{name}.py" for name in texts}
+    for name, text in texts.items():
+        (tmp_path / f"{name}.py").write_text(text)
+    graph = {name: imports_of(path, known) for name, path in known.items()}
+    assert circle_in(graph)[:-1] == circle
 
 
 def test_import_geosurf_loads_nothing_heavy() -> None:
