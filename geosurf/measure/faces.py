@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -141,7 +140,7 @@ def faces_of(patches: Patches, units: Units, name: str, role: str | None = None)
     )  # fmt: skip
 
 
-def check_model(patches: Any, units: Any) -> None:
+def check_model(patches: object, units: object) -> None:
     """Refuse what is not a model: patches, and the units that were carved from them."""
     expect(patches, Patches, "measures take Patches", "rebuild_surfaces makes them")
     expect(units, Units, "measures take Units", "carve_units makes them")

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from geosurf.model import TriSurface
+from geosurf.model.protocols import DrawnModel
 
 
-def as_modelled(scene: Any, surface: TriSurface) -> TriSurface:
+def as_modelled(scene: DrawnModel, surface: TriSurface) -> TriSurface:
     """Return the modelled part of a surface: a torn horizon ends on its faults, not beyond them."""
     return scene.patches.surface(surface.name) if "ghost" in surface.vertex_data else surface
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from geosurf.conventions import did_you_mean, is_word
 from geosurf.errors import InputError
 from geosurf.model import Curves, TriSurface, Units
 from geosurf.model.expected import expect, flag_of, listed, number_of
+from geosurf.model.protocols import DrawnModel
 from geosurf.render.clip import Prism, as_modelled
 from geosurf.render.compose import draw_picture, png_path
 from geosurf.render.layers import Content, show_outline
@@ -25,7 +25,7 @@ _SHOW = f"give a list of any of {', '.join(SHOWABLE)}"
 
 
 def render_scene(
-    scene: Any,
+    scene: DrawnModel,
     path: str | os.PathLike[str],
     *,
     view: str = "southwest",
@@ -40,8 +40,8 @@ def render_scene(
     Parameters
     ----------
     scene : Scene
-        Any object with ``box`` and with those of ``surfaces``, ``curves``, ``patches`` and
-        ``units`` that are shown.
+        Or any object with ``box``, ``aoi`` and with those of ``surfaces``, ``curves``, ``patches``
+        and ``units`` that are shown: see `geosurf.model.protocols.DrawnModel`.
     path : path-like
         A ``.png`` file; its folder is created.
     view : str
@@ -79,7 +79,7 @@ def render_scene(
     >>> import tempfile
     >>> from types import SimpleNamespace
     >>> ramp = TriSurface("F1", "fault", [[0, 0, 0], [900, 0, 0], [0, 900, 500]], [[0, 1, 2]])
-    >>> scene = SimpleNamespace(surfaces=(ramp,), box=(0, 900, 0, 900, -100, 600))
+    >>> scene = SimpleNamespace(surfaces=(ramp,), box=(0, 900, 0, 900, -100, 600), aoi=None)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     render_scene(scene, f"{folder}/view.png", show=["faults"], size=(400, 250)).name
     'view.png'
@@ -98,9 +98,9 @@ def render_scene(
             )
     _check_scene(scene, show)
     roles = {ROLES_SHOWN[word] for word in show if word in ROLES_SHOWN}
-    content, box = Content(), getattr(scene, "box", None)
-    outline = getattr(scene, "aoi", None) if clip and box is not None else None
-    within = Prism(box, outline) if clip and box is not None else None
+    content, box = Content(), scene.box
+    outline = scene.aoi if clip else None
+    within = Prism(box, outline) if clip else None
     if roles:
         shown = (as_modelled(scene, s) for s in scene.surfaces if s.role in roles)
         content += show_surfaces(shown, within)
@@ -125,10 +125,9 @@ def render_scene(
     )
 
 
-def _check_scene(scene: Any, show: Sequence[str]) -> None:
+def _check_scene(scene: object, show: Sequence[str]) -> None:
     """Raise an error if the scene lacks something that is to be shown."""
-    for word in show:
-        wanted = "surfaces" if word in ROLES_SHOWN else word
+    for wanted in ("box", "aoi", *("surfaces" if word in ROLES_SHOWN else word for word in show)):
         if not hasattr(scene, wanted) or isinstance(scene, Mapping):
             raise InputError(
                 f"render_scene takes a Scene; {type(scene).__name__} has no attribute {wanted!r}. "

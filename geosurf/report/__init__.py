@@ -25,6 +25,7 @@ from geosurf.errors import InputError, OutputError
 from geosurf.files.atomic import write_whole
 from geosurf.model import Certificate
 from geosurf.model.expected import expect, number_of, path_of
+from geosurf.model.protocols import ReportedModel, missing_members
 from geosurf.report import fault_tables, page, run_tables, tables
 from geosurf.report.table import Table, number
 
@@ -32,7 +33,7 @@ __all__ = ["report_scene"]
 
 
 def report_scene(
-    scene: Any,
+    scene: ReportedModel,
     folder: str | os.PathLike[str],
     pictures: Mapping[str, str | os.PathLike[str]] | None = None,
     *,
@@ -47,9 +48,7 @@ def report_scene(
     Parameters
     ----------
     scene : Scene
-        Any object with ``surfaces``, ``units``, ``curves``, ``patches``, ``box`` and ``check()``.
-        The report also uses ``explain(seconds=False)``, ``render_pictures(folder)``, ``sheets``,
-        ``warnings`` and ``faults_inside`` where the object has them.
+        Or any object with the members of `geosurf.model.protocols.ReportedModel`.
     folder : path-like
         Folder of the page. It is created if it does not exist.
     pictures : mapping of str to path-like, optional
@@ -82,40 +81,27 @@ def report_scene(
 
     Examples
     --------
-    A box of 1 km by 1 km by 100 m without surfaces:
-
     >>> import tempfile
-    >>> from types import SimpleNamespace
-    >>> import numpy as np
-    >>> from geosurf.model import Certificate, Curves, Units
-    >>> none = np.empty((0, 2), dtype=np.int64)
-    >>> scene = SimpleNamespace(
-    ...     surfaces=(),
-    ...     curves=Curves((), np.empty((0, 3)), np.zeros(3), none, none, (), none, np.empty(0)),
-    ...     patches=SimpleNamespace(report={}),
-    ...     units=Units([], (0, 1000, 0, 1000, -100, 0)),
-    ...     box=(0, 1000, 0, 1000, -100, 0),
-    ...     check=lambda: Certificate(()),
-    ... )
+    >>> import geosurf as gs
+    >>> world = gs.synthetic.tilted_planes(n=3)
+    >>> scene = gs.Scene(world.horizons, world.faults, world.box)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     page = report_scene(scene, folder, title="An empty box")
-    ...     "<h1>An empty box</h1>" in page.read_text(encoding="utf-8")
+    ...     page = report_scene(scene, folder, pictures={}, title="Two planes")
+    ...     "<h1>Two planes</h1>" in page.read_text(encoding="utf-8")
     True
     """
     folder = path_of(folder, "report_scene")
-    for needed in ("surfaces", "units", "curves", "patches", "box", "check"):
-        if not hasattr(scene, needed):
-            raise InputError(
-                f"report_scene takes a Scene; {type(scene).__name__} has no attribute {needed!r}. "
-                "Make a scene with geosurf.Scene(horizons, faults, box)."
-            )
+    for needed in missing_members(scene, ReportedModel):
+        raise InputError(
+            f"report_scene takes a Scene; {type(scene).__name__} has no attribute {needed!r}. "
+            "Make a scene with geosurf.Scene(horizons, faults, box)."
+        )
     min_volume = number_of(min_volume, "min_volume", "give cubic metres")
     if certificate is not None:
         expect(certificate, Certificate, "certificate takes a Certificate", "scene.check() is one")
     regions = _checked_regions(regions)
     if pictures is None:
-        draw = getattr(scene, "render_pictures", None)
-        pictures = draw(folder) if draw is not None else {}
+        pictures = scene.render_pictures(folder)
     how = "give {caption: path of a PNG file}"
     expect(pictures, Mapping, "pictures takes a mapping", how)
     files = {str(key): path_of(path, f"picture {key!r}") for key, path in pictures.items()}
@@ -145,7 +131,7 @@ def _checked_regions(regions: Any) -> dict[str, tuple[float, str]]:
 
 
 def build_page(
-    scene: Any,
+    scene: ReportedModel,
     pictures: Mapping[str, Path],
     title: str,
     made: str,
@@ -178,7 +164,7 @@ def build_page(
 
 
 def _sections(
-    scene: Any,
+    scene: ReportedModel,
     pictures: Mapping[str, Path],
     certificate: Certificate,
     min_volume: float,
@@ -203,7 +189,7 @@ def _sections(
         ("intersect", curves.cost), ("rebuild", rebuilt), ("carve", carved)
     )
     return [
-        *_listed("Warnings", run_tables.warning_table(getattr(scene, "warnings", ()))),
+        *_listed("Warnings", run_tables.warning_table(scene.warnings)),
         ("Volumes [million m³]", "\n".join([volumes, *map(page.paragraph, balance)])),
         *_listed("Regions of the input file and the units", tables.region_table(units, regions)),
         *_listed("Horizons clipped by the stratigraphic column", tables.clipped_table(clipped)),
@@ -224,33 +210,31 @@ def _sections(
     ]
 
 
-def _across(scene: Any) -> str:
+def _across(scene: ReportedModel) -> str:
     """Areas of juxtaposition, if the scene has faults inside the model."""
-    names = getattr(scene, "faults_inside", ())
-    return page.html_table(
-        fault_tables.juxtaposition_table(map(scene.juxtaposition, names) if names else ())
-    )
+    found = map(scene.juxtaposition, scene.faults_inside)
+    return page.html_table(fault_tables.juxtaposition_table(found))
 
 
-def _polygons(scene: Any) -> str:
+def _polygons(scene: ReportedModel) -> str:
     """Fault polygons of all horizons inside the model, if there are faults."""
-    if not getattr(scene, "faults_inside", ()):
+    if not scene.faults_inside:
         return ""
     names = scene.horizons_inside
     return page.html_table(fault_tables.polygon_table(scene.fault_polygons(name) for name in names))
 
 
-def _sheets(scene: Any) -> str:
+def _sheets(scene: ReportedModel) -> str:
     """Throw and heave of torn horizons, and the report of each torn sheet."""
-    sheets = getattr(scene, "sheets", {})
+    sheets = scene.sheets
     reports = "\n\n".join(f"{name}\n{sheet.report}" for name, sheet in sheets.items())
     table = page.html_table(fault_tables.sheet_table(sheets))
     return f"{table}\n<pre>{escape(reports)}</pre>" if sheets else ""
 
 
-def _fault_work(scene: Any) -> str:
+def _fault_work(scene: ReportedModel) -> str:
     """Extensions and truncations, if the scene made any."""
-    extensions, truncations = fault_tables.fault_tables(getattr(scene, "fault_actions", ()))
+    extensions, truncations = fault_tables.fault_tables(scene.fault_actions)
     return "\n".join(filter(None, map(page.html_table, (extensions, truncations))))
 
 
@@ -263,10 +247,9 @@ def _metres(value: float) -> str:
     return number(value, 0 if value == round(value) else 1)
 
 
-def _explanation(scene: Any) -> str:
+def _explanation(scene: ReportedModel) -> str:
     """The steps that ran or were skipped; without times, so that pages of two runs agree."""
-    explain = getattr(scene, "explain", None)
-    return f"\n<pre>{escape(str(explain(seconds=False)))}</pre>" if explain is not None else ""
+    return f"\n<pre>{escape(scene.explain(seconds=False))}</pre>"
 
 
 def _write(target: Path, html: str) -> Path:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.model import Clipped, Curves, Remnant, TriSurface, Units
+from geosurf.model.protocols import ReportedModel
 from geosurf.report.table import NOTHING, Table, number
 
 
@@ -58,10 +59,10 @@ def _in_order(words: Iterable[Any]) -> list[str]:
     return list(dict.fromkeys(str(word) for word in words))
 
 
-def contact_table(scene: Any) -> Table:
+def contact_table(scene: ReportedModel) -> Table:
     """Return the fluid contacts: their elevation, and the zones and blocks they apply to."""
     rows = []
-    for contact in getattr(scene, "contacts", ()):
+    for contact in scene.contacts:
         (source,) = (
             s for s in scene.patches.sources if s.role == "contact" and s.name == contact.surface
         )
@@ -156,14 +157,15 @@ def balance(units: Units) -> str:
     )
 
 
-def simplified(scene: Any) -> str:
+def simplified(scene: ReportedModel) -> str:
     """Return the effect of a tolerance on volumes and lines, as text; empty without a tolerance."""
-    tolerance = getattr(scene, "tolerance", None)
+    tolerance = scene.tolerance
     if tolerance is None:
         return ""
     bounds = scene.curves.error_bound
-    known = bounds is not None and len(bounds) > 0 and np.isfinite(bounds).all()
-    lines = f"{bounds.max():.3g} m" if known else "unknown in some places, see Curves.places"
+    lines = "unknown in some places, see Curves.places"
+    if bounds is not None and len(bounds) > 0 and np.isfinite(bounds).all():
+        lines = f"{bounds.max():.3g} m"
     return (
         f"Horizons are simplified to a tolerance of {tolerance:g} m. This changes the volume of "
         f"any unit by at most {number(scene.volume_error_bound / 1e6, 3)} million m³. "

@@ -22,6 +22,7 @@ from geosurf.conventions import did_you_mean
 from geosurf.errors import GeometryError, GeosurfError, GeosurfWarning, InputError, OutputError
 from geosurf.measure.section import check_line
 from geosurf.model.expected import listed, path_of
+from geosurf.model.protocols import MeasuredModel
 from geosurf.render import (
     doctor,
     render_allan,
@@ -95,7 +96,7 @@ class Attempt:
 
 
 def pictures_of(
-    scene: Any,
+    scene: MeasuredModel,
     *,
     views: Sequence[str] = ("southwest",),
     exploded: bool = True,
@@ -175,7 +176,7 @@ def pictures_of(
     return found
 
 
-def _neighbours(scene: Any) -> list[tuple[str, str]]:
+def _neighbours(scene: MeasuredModel) -> list[tuple[str, str]]:
     """Pairs of horizons with a zone between them, youngest first."""
     zones = {unit.zone for unit in scene.units.values()}
     names = scene.horizon_names
@@ -187,7 +188,7 @@ def _slug(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9+-]+", "_", name).strip("_")
 
 
-def _map(scene: Any, name: str, size: tuple[int, int], clip: bool) -> Picture:
+def _map(scene: MeasuredModel, name: str, size: tuple[int, int], clip: bool) -> Picture:
     def draw(path: Path) -> None:
         """Draw it, inside the model if asked."""
         west, east, south, north = scene.box[:4]
@@ -207,7 +208,7 @@ def _map(scene: Any, name: str, size: tuple[int, int], clip: bool) -> Picture:
     )
 
 
-def _thickness(scene: Any, pair: tuple[str, str], size: tuple[int, int]) -> Picture:
+def _thickness(scene: MeasuredModel, pair: tuple[str, str], size: tuple[int, int]) -> Picture:
     def draw(path: Path) -> None:
         """Measure and draw it."""
         west, east, south, north = scene.box[:4]
@@ -226,7 +227,7 @@ def _thickness(scene: Any, pair: tuple[str, str], size: tuple[int, int]) -> Pict
     )
 
 
-def _allan(scene: Any, name: str, size: tuple[int, int]) -> Picture:
+def _allan(scene: MeasuredModel, name: str, size: tuple[int, int]) -> Picture:
     def draw(path: Path) -> None:
         """Measure and draw it."""
         zones = list(dict.fromkeys(unit.zone for unit in scene.units.values()))
@@ -251,7 +252,7 @@ def _middles(box: Sequence[float]) -> list[list[tuple[float, float]]]:
     return [[(west, y), (east, y)], [(x, south), (x, north)]]
 
 
-def _section(scene: Any, line: Any, row: int, size: tuple[int, int]) -> Picture:
+def _section(scene: MeasuredModel, line: Any, row: int, size: tuple[int, int]) -> Picture:
     def draw(path: Path) -> None:
         """Cut the model and draw it."""
         render_section(scene.section(line), path, size=size)
@@ -267,7 +268,7 @@ def _section(scene: Any, line: Any, row: int, size: tuple[int, int]) -> Picture:
     )
 
 
-def _search(scene: Any, first: str, second: str, style: dict[str, Any]) -> Picture:
+def _search(scene: MeasuredModel, first: str, second: str, style: dict[str, Any]) -> Picture:
     def draw(path: Path) -> None:
         """Write the picture, if there is anything to show."""
         found = scene.search(first, second)
@@ -285,7 +286,7 @@ def _search(scene: Any, first: str, second: str, style: dict[str, Any]) -> Pictu
 
 
 def render_pictures(
-    scene: Any,
+    scene: MeasuredModel,
     folder: str | os.PathLike[str],
     on_file: Callable[[str], object] | None,
     choice: Mapping[str, Any],

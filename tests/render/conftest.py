@@ -161,5 +161,5 @@ def search(top, fault, curves):
 @pytest.fixture
 def scene(top, base, fault, curves, units, patches):
     return SimpleNamespace(
-        surfaces=(top, base, fault), curves=curves, units=units, patches=patches, box=BOX
+        surfaces=(top, base, fault), curves=curves, units=units, patches=patches, box=BOX, aoi=None
     )

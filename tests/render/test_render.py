@@ -132,7 +132,7 @@ def test_mistakes_are_told_before_anything_is_computed(scene, tmp_path):
 
 
 def test_nothing_to_draw_is_an_error_not_an_empty_picture(tmp_path):
-    empty = SimpleNamespace(surfaces=(), box=(0, 1, 0, 1, 0, 1))
+    empty = SimpleNamespace(surfaces=(), box=(0, 1, 0, 1, 0, 1), aoi=None)
     with pytest.raises(InputError, match=r"picture is empty.*add to `show`"):
         render.render_scene(empty, tmp_path / "x.png", show=["faults"])
 

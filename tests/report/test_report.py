@@ -42,6 +42,19 @@ def unit(zone, zone_index, block, volume):
     )
 
 
+# the other members that a report asks for, of a model that has nothing to tell there
+NOTHING_ELSE = {
+    **dict.fromkeys(("warnings", "contacts", "fault_actions", "faults_inside"), ()),
+    **dict.fromkeys(("horizons_inside", "horizon_names", "fault_names"), ()),
+    **dict.fromkeys(("surface", "search", "cutoffs", "thickness", "fault_polygons"), None),
+    **dict.fromkeys(("juxtaposition", "allan", "section", "aoi", "tolerance"), None),
+    "sheets": {},
+    "volume_error_bound": 0.0,
+    "explain": lambda **_: "",
+    "render_pictures": lambda *_, **__: {},
+}
+
+
 @pytest.fixture
 def scene():
     top = TriSurface("Top <&>", "horizon", [[0, 0, -9], [1e3, 0, -9], [0, 1e3, -9]], [[0, 1, 2]])
@@ -69,6 +82,7 @@ def scene():
         ),
         box=BOX,
         check=lambda: Certificate((Check("closed", True, 0.0, "2 of 2 units are closed"),)),
+        **NOTHING_ELSE,
     )
 
 

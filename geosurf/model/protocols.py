@@ -1,0 +1,161 @@
+"""What stages ask of a scene: drawing and reporting take any object that has these members.
+
+`geosurf.Scene` has them all. Stages lie below it and do not import it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from geosurf.errors import GeosurfWarning
+from geosurf.model.column import FluidContact
+from geosurf.model.curves import Curves, VoxelSearch
+from geosurf.model.faults import Extension, Truncation
+from geosurf.model.patches import Patches
+from geosurf.model.sheets import Sheet
+from geosurf.model.surfaces import TriSurface
+from geosurf.model.units import Certificate, Units
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray
+
+Box = tuple[float, float, float, float, float, float]
+
+
+class DrawnModel(Protocol):
+    """What `render_scene` draws; of surfaces, curves, patches and units only those it shows."""
+
+    @property
+    def surfaces(self) -> tuple[TriSurface, ...]:
+        """All horizons, then all faults."""
+
+    @property
+    def curves(self) -> Curves:
+        """Curves of all pairs of surfaces."""
+
+    @property
+    def patches(self) -> Patches:
+        """All surfaces and the walls of the box, split along their curves."""
+
+    @property
+    def units(self) -> Units:
+        """Closed units."""
+
+    @property
+    def box(self) -> Box:
+        """West, east, south, north, bottom, top [m]."""
+
+    @property
+    def aoi(self) -> np.ndarray | None:
+        """Corners of the area of interest (n, 2) [m]; None if it is the box."""
+
+
+class MeasuredModel(DrawnModel, Protocol):
+    """A model with names and measures: what maps, sections and diagrams are drawn of."""
+
+    @property
+    def horizon_names(self) -> tuple[str, ...]:
+        """Names of the horizons, youngest first."""
+
+    @property
+    def fault_names(self) -> tuple[str, ...]:
+        """Names of the faults."""
+
+    @property
+    def horizons_inside(self) -> tuple[str, ...]:
+        """Names of the horizons that reach into the model."""
+
+    @property
+    def faults_inside(self) -> tuple[str, ...]:
+        """Names of the faults that reach into the model."""
+
+    def surface(self, name: str) -> TriSurface:
+        """Return one surface by name."""
+
+    def search(self, first: str, second: str) -> VoxelSearch | None:
+        """Return what the voxel search found for two surfaces."""
+
+    def cutoffs(self, horizon: str, fault: str) -> list[np.ndarray]:
+        """Return the lines where a horizon meets a fault."""
+
+    def thickness(self, zone: str, grid: Any = None) -> xarray.DataArray:
+        """Return a thickness map of a zone."""
+
+    def fault_polygons(self, horizon: str) -> xarray.Dataset:
+        """Return the fault polygons of a horizon."""
+
+    def juxtaposition(self, fault: str) -> xarray.Dataset:
+        """Return the areas of pairs of units across a fault."""
+
+    def allan(self, fault: str) -> xarray.Dataset:
+        """Return the Allan diagram of a fault."""
+
+    def section(self, line: Any) -> xarray.Dataset:
+        """Return a vertical section along a line in the map."""
+
+
+class ReportedModel(MeasuredModel, Protocol):
+    """A model with what a report also tells: inputs, warnings, certificate and run log."""
+
+    @property
+    def contacts(self) -> tuple[FluidContact, ...]:
+        """Fluid contacts, from the top down."""
+
+    @property
+    def sheets(self) -> dict[str, Sheet]:
+        """Horizons that are torn at their faults, by name."""
+
+    @property
+    def fault_actions(self) -> tuple[Extension | Truncation, ...]:
+        """Every extension and truncation."""
+
+    @property
+    def tolerance(self) -> float | None:
+        """How far horizons were simplified [m]; None: all nodes."""
+
+    @property
+    def volume_error_bound(self) -> float:
+        """By how much that may change the volume of units [m3]."""
+
+    @property
+    def warnings(self) -> tuple[GeosurfWarning, ...]:
+        """What was assumed, each with its effect and a remedy."""
+
+    def render_pictures(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        on_file: Callable[[str], object] | None = None,
+        **choice: Any,
+    ) -> dict[str, Path]:
+        """Draw pictures into a folder; return captions and files."""
+
+    def check(self) -> Certificate:
+        """Return the certificate of the model."""
+
+    def explain(self, *, seconds: bool = True) -> str:
+        """Return what ran, what came from memory, and what was skipped."""
+
+
+def missing_members(thing: object, wanted: type) -> tuple[str, ...]:
+    """
+    Return the members of a protocol that an object does not have; no property is computed.
+
+    Examples
+    --------
+    >>> missing_members("text", DrawnModel)
+    ('surfaces', 'curves', 'patches', 'units', 'box', 'aoi')
+    """
+    members = [
+        name for base in reversed(wanted.__mro__) for name in vars(base) if not name.startswith("_")
+    ]
+    own: Mapping[str, Any] = getattr(thing, "__dict__", {})
+    return tuple(n for n in members if n not in own and not hasattr(type(thing), n))
+
+
+__all__ = ["DrawnModel", "MeasuredModel", "ReportedModel", "missing_members"]
