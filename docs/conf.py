@@ -47,7 +47,8 @@ html_theme = "pydata_sphinx_theme"
 html_title = "geosurf"
 html_show_sourcelink = False
 html_copy_source = False
-html_static_path: list[str] = []
+html_static_path = ["_static"]
+html_css_files = ["geosurf.css"]
 html_theme_options = {
     "header_links_before_dropdown": 8,
     "navbar_align": "left",
@@ -58,4 +59,4 @@ html_theme_options = {
     "footer_end": [],
     "pygment_light_style": "a11y-high-contrast-light",
 }
-html_sidebars = {"index": []}
+html_sidebars: dict[str, list[str]] = {"index": [], "gallery/index": []}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import subprocess
 import sys
@@ -180,6 +181,17 @@ def test_pictures_are_small() -> None:
 
 
 # ---- the site
+
+
+def test_docstrings_have_the_parameters_of_the_signature() -> None:
+    """By numpydoc: none is missing, none unknown, all in order."""
+    validation = pytest.importorskip("numpydoc.validate", reason="needs the extra geosurf[docs]")
+    public = [getattr(geosurf, name) for name in geosurf.__all__]
+    functions = [f"{o.__module__}.{o.__qualname__}" for o in public if inspect.isfunction(o)]
+    assert len(functions) > 20
+    for name in functions:
+        errors = dict(validation.validate(name)["errors"])
+        assert not errors.keys() & {"GL08", "PR01", "PR02", "PR03"}, (name, errors)
 
 
 @pytest.mark.skipif(util.find_spec("sphinx") is None, reason="needs the extra geosurf[docs]")
