@@ -98,7 +98,9 @@ def test_a_fault_in_the_corner_of_an_area_that_is_not_in_it_is_left_out_too(worl
     near = gs.TriSurface("Near", "fault", corners, [[0, 1, 2]])
     ring = [(0, 0), (5000, 0), (0, 4000)]
     model = scene(world, aoi=ring).replace(faults={"Near": near})
-    with pytest.warns(gs.GeosurfWarning, match="'Near' lies about 2499 m beside the area of int"):
+    with pytest.warns(
+        gs.GeosurfWarning, match="'Near' lies about 2499 m away from the area of int"
+    ):
         assert model.units.report["outside"] == ("Near",)
     (step,) = [step for step in model.steps if step.outcome == "skipped"]
     assert (step.stage, step.subject) == ("carve", "Near")

@@ -190,7 +190,7 @@ def test_a_removed_fault_takes_its_rules_along(scene):
     ruled = scene.replace(extend={"F1": "up"}, truncations={"F2": ("F1", "+")})
     assert ruled.replace(faults={"F2": None}).extend == {"F1": ("up",)}
     assert ruled.replace(faults={"F2": None}).truncations == {}
-    with pytest.raises(InputError, match="truncations name 'F1', which is no fault"):
+    with pytest.raises(InputError, match="truncations name 'F1', which is not a fault"):
         ruled.replace(faults={"F1": None})
 
 

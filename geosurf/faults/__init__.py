@@ -1,13 +1,13 @@
 """Fault networks: extended, truncated by each other, and proposals for both.
 
 ==============  =================================================================
-rules.py        truncations and extensions as users say them; their order
+rules.py        truncations and extensions as users give them; their order
 rim.py          the open rim of a fault: start, end, up and down
 lines.py        which way a fault goes on beyond its rim
 extend.py       extension until the fault leaves the model box
 bridge.py       extension beyond a main fault
 sides.py        on which side of a fault another one leaves their common curve
-truncate.py     truncation: parts of a fault kept and dropped
+truncate.py     truncation: which parts of a fault stay
 distance.py     the closest approach of an open end to another fault
 propose.py      contacts, near misses and dangling ends, each with a proposal
 dangling.py     ends in the model box that are left once a network is as proposed

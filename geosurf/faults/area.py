@@ -1,4 +1,4 @@
-"""What of the faults lies inside an area of interest, whose fence need not be convex.
+"""What of the faults lies inside an area of interest, not necessarily convex.
 
 Fence, bottom and top have cut all faults, so that each piece lies on one side of them. Which, is
 the exact sign of the turn around an edge of the cut from the wall to the piece, as for the sides

@@ -34,7 +34,7 @@ def bridge_to(
     Returns
     -------
     ExtendedFault
-        Only one side is longer: the one whose whole line comes nearest to the main fault. It
+        Only one side is longer: the one of which the whole line comes nearest to the main fault. It
         is as long as is needed to pass the main fault, up to a factor of two, or leaves the
         bounds of the main fault where that never happens. Nothing is added to a
         fault that passes the main one with a whole side already.

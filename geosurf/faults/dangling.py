@@ -39,7 +39,7 @@ class Fault:
 
 @dataclass
 class Gone:
-    """What is no open end of a fault: triangles to be dropped (bool), and edges on other faults.
+    """What is not an open end of a fault: triangles to drop (bool), and edges on other faults.
 
     Edges are numbers, lower vertex times number of vertices plus higher vertex.
     """

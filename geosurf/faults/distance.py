@@ -1,6 +1,6 @@
 """The closest approach of two surfaces, or of an open end to a surface.
 
-Nothing is decided by these distances: they tell people how far apart faults are. Floats in
+Nothing is decided by these distances: messages report them. Floats in
 coordinates around the middle of both; the result is right to a part in 10^9 of their size.
 Blocks of triangles are compared by their boxes first, nearest first, until no block can be nearer.
 """

@@ -146,7 +146,7 @@ def _continued(
     name, x, t, arc = surface.name, surface.vertices, surface.triangles, rim.arcs[side]
     if len(arc) < 2:
         raise GeometryError(
-            f"fault {name!r} cannot be extended to {until}: its side {side!r} is but the point "
+            f"fault {name!r} cannot be extended to {until}: its side {side!r} is a single point, "
             f"{place(x[arc[0]])}. Choose another side.",
             place=x[arc[0]],
             surfaces=(name,),
@@ -186,7 +186,7 @@ def _continued(
 
 
 def _without_notches(x: np.ndarray, arc: np.ndarray, way: np.ndarray) -> tuple[Any, np.ndarray]:
-    """An arc whose notches are filled, as seen along its mean direction, and the triangles in them.
+    """An arc with filled notches, as seen along its mean direction, and the triangles in them.
 
     The upper hull of the arc (Andrew 1979): of three vertices in turn the middle one is left
     behind if it lies short of the line that joins the others. No vertex is new. Whether the
@@ -198,22 +198,22 @@ def _without_notches(x: np.ndarray, arc: np.ndarray, way: np.ndarray) -> tuple[A
     along = along - (along @ ahead) * ahead
     plane = x[arc] @ np.stack([along, ahead], axis=1)
     reach = float(along @ along)
-    kept: list[int] = []
+    chain: list[int] = []
     filled = []
     for c in range(len(arc)):
-        while len(kept) > 1:
-            a, b = kept[-2:]
+        while len(chain) > 1:
+            a, b = chain[-2:]
             (s, h), (u, v) = plane[b] - plane[a], plane[c] - plane[a]
             if s * v - h * u <= 1e-9 * (abs(s * v) + abs(h * u)):  # on the line: no notch
                 break
-            filled.append((arc[a], arc[c], arc[kept.pop()]))
-        kept.append(c)
+            filled.append((arc[a], arc[c], arc[chain.pop()]))
+        chain.append(c)
     # steps at the ends that do not lead on belong to the sides next to this one
-    while len(kept) > 1 and plane[kept[1], 0] <= plane[kept[0], 0] + LEADS * reach:
-        kept.pop(0)
-    while len(kept) > 1 and plane[kept[-1], 0] <= plane[kept[-2], 0] + LEADS * reach:
-        kept.pop()
-    return arc[kept], np.array(filled, dtype=np.int64).reshape(-1, 3)
+    while len(chain) > 1 and plane[chain[1], 0] <= plane[chain[0], 0] + LEADS * reach:
+        chain.pop(0)
+    while len(chain) > 1 and plane[chain[-1], 0] <= plane[chain[-2], 0] + LEADS * reach:
+        chain.pop()
+    return arc[chain], np.array(filled, dtype=np.int64).reshape(-1, 3)
 
 
 def rim_in_box(rim: Rim, x: np.ndarray, side: str, low: np.ndarray, high: np.ndarray) -> bool:

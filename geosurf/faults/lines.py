@@ -20,7 +20,7 @@ class Guides:
     """For each vertex the one before it on its dip line and on its strike line, or -1.
 
     Only the ends of lines are asked for, where "before" is the way back into the fault. `exact`
-    tells lines of a grid, which are meant, from sticks, which are picked.
+    distinguishes lines of a grid, which are intended, from sticks, which are picked.
     """
 
     def __init__(self, dip: np.ndarray, strike: np.ndarray, exact: bool = False) -> None:

@@ -63,7 +63,7 @@ to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horiz
         w, e, s, n = box[:4]
         ring = np.array([(w, s), (e, s), (e, n), (w, n)], dtype=float) if aoi is None else aoi
         distance, place = _beside(points, ring)
-        effect = f"about {_metres(distance)} beside the {where}"
+        effect = f"about {_metres(distance)} away from the {where}"
         if aoi is None:  # above or below a part of it, as a dipping fault may
             effect = f"close to the {where}, but not in it,"
     remedy = f"enlarge {'box' if aoi is None else 'aoi'}= to it, if all horizons reach that far."

@@ -56,7 +56,7 @@ def propose_network(
     Raises
     ------
     InputError
-        If `reach` is no length.
+        If `reach` is not a length.
     SurfaceError
         If a fault is closed, or its triangles do not agree about their front.
 
@@ -67,7 +67,7 @@ def propose_network(
     which lies ahead of it (within 60 degrees) is to be extended and truncated. An end inside the
     model box is to be extended where a quarter of the fault's own length is missing along strike,
     or its own width along dip; otherwise it is left to die out. What these truncations drop, and
-    what lies on another fault, is no end.
+    what lies on another fault, is not an end.
 
     Examples
     --------
@@ -112,7 +112,7 @@ def propose_network(
 
 
 def check_reach(reach: Any) -> None:
-    """Refuse a largest distance of near misses that is no length."""
+    """Refuse a largest distance of near misses that is not a length."""
     if reach is not None and not (is_number(reach) and reach > 0):
         raise InputError(f"reach is {reach!r}; give a length in metres above 0.")
 
@@ -221,7 +221,7 @@ def _judge(cut: _Cut, cuts: list[_Cut]) -> tuple[str, str]:
     """What to do with two faults that meet, and why."""
     fault, main = cut.fault.name, cut.main.name
     if not cut.through:
-        return "leave", f"{fault} and {main} each end inside the other: extend one of them first"
+        return "leave", f"{fault} and {main} each end inside the other; extend one of them first"
     if cut.share == 0.0:
         return "leave", f"{fault} ends at {main} already"
     words = f"{100 * cut.share:.1f} % of {fault} ({min(cut.parts):.4g} m2) are beyond {main}"

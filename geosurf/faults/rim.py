@@ -1,7 +1,7 @@
 """The open rim of a fault: one loop, taken apart into start, end, up and down.
 
 At each edge of the rim, strike and the way up are those of the triangle there, so that traces may
-bend and dips may change. Each edge says how well it faces along strike or along dip; of
+bend and dips may change. Each edge has a measure of how well it faces along strike or along dip; of
 all ways to cut the loop into end, up, start and down, in this order, the one is taken that suits
 the edges best, by length. So grids, sticks and torn-off meshes are treated alike.
 """

@@ -1,4 +1,4 @@
-"""Truncations and extensions as users say them -> checked rules, in an order that works.
+"""Truncations and extensions as users give them -> checked rules, in an order that works.
 
 A fault can only end at what is left of its main fault, so mains are truncated first. Rules that
 go round in a circle have no such order, and are refused with the names of the circle.
@@ -18,7 +18,7 @@ from geosurf.model.faults import SIDES
 
 KEEP = ("hanging wall", "footwall", "right", "left", "+", "-")
 ALL_SIDES = ("strike", "up", "down")
-_HOW = "Say truncations={'F2': ('F1', 'hanging wall')}: F2 ends at F1, that part stays."
+_HOW = "Give truncations={'F2': ('F1', 'hanging wall')}: F2 ends at F1, that part stays."
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def read_truncations(truncations: Any, faults: Sequence[str] | None = None) -> t
     -------
     tuple of Rule
         By fault; a fault comes after all that it ends at. Otherwise by name, whatever the order
-        in which they were said.
+        in which they were given.
 
     Raises
     ------
@@ -76,8 +76,8 @@ def read_truncations(truncations: Any, faults: Sequence[str] | None = None) -> t
     if not isinstance(truncations, Mapping):
         raise InputError(f"truncations is a {type(truncations).__name__}, not a mapping. {_HOW}")
     found = {
-        str(fault): tuple(_rule(str(fault), entry, faults) for entry in _entries(said))
-        for fault, said in truncations.items()
+        str(fault): tuple(_rule(str(fault), entry, faults) for entry in _entries(given))
+        for fault, given in truncations.items()
     }
     for fault, rules in found.items():
         mains = [rule.main for rule in rules]
@@ -89,21 +89,21 @@ def read_truncations(truncations: Any, faults: Sequence[str] | None = None) -> t
     return tuple(rule for fault in _ordered(found) for rule in found[fault])
 
 
-def _entries(said: Any) -> Sequence[Any]:
+def _entries(given: Any) -> Sequence[Any]:
     """One rule, or several."""
-    many = isinstance(said, list | tuple) and said and not isinstance(said[0], str)
-    return said if many else (said,)
+    many = isinstance(given, list | tuple) and given and not isinstance(given[0], str)
+    return given if many else (given,)
 
 
 def _rule(fault: str, entry: Any, faults: Sequence[str] | None) -> Rule:
-    """One checked rule, or an InputError that says what is wrong with it."""
+    """One checked rule, or an InputError that names what is wrong with it."""
     if not isinstance(entry, list | tuple) or len(entry) not in (2, 3):
-        raise InputError(f"truncations: {entry!r} is no rule for {fault!r}. {_HOW}")
+        raise InputError(f"truncations: {entry!r} is not a rule for {fault!r}. {_HOW}")
     main, keep, extend = (*entry, False)[:3]
     for name in (fault, main):
         if faults is not None and name not in faults:
             raise InputError(
-                f"truncations name {name!r}, which is no fault; there are {list(faults)}."
+                f"truncations name {name!r}, which is not a fault. The faults are {list(faults)}."
                 f"{did_you_mean(str(name), faults)}"
             )
     if keep not in KEEP:
@@ -126,7 +126,7 @@ def _ordered(rules: Mapping[str, tuple[Rule, ...]]) -> list[str]:
         ready = [f for f in left if not any(r.main in left for r in rules[f])]
         if not ready:
             raise InputError(
-                f"truncations go round in a circle: {_circle(rules, left)}. Leave out one of them."
+                f"truncations form a circle: {_circle(rules, left)}. Leave out one of them."
             )
         order.append(ready[0])
         left.remove(ready[0])
@@ -185,7 +185,7 @@ def read_extend(extend: Any, faults: Sequence[str]) -> dict[str, tuple[str, ...]
     for name in sides_of:
         if name not in faults:
             raise InputError(
-                f"extend names {name!r}, which is no fault; there are {list(faults)}."
+                f"extend names {name!r}, which is not a fault. The faults are {list(faults)}."
                 f"{did_you_mean(str(name), faults)}"
             )
     return {
@@ -196,7 +196,7 @@ def read_extend(extend: Any, faults: Sequence[str]) -> dict[str, tuple[str, ...]
 
 
 def read_sides(sides: Any, what: str) -> tuple[str, ...]:
-    """Return the sides meant by some words, in the order in which they are continued.
+    """Return the sides that some words name, in the order in which they are continued.
 
     Examples
     --------

@@ -122,19 +122,19 @@ def adjacency(
     within = np.zeros(n_piece, dtype=bool)
     within[piece[twin]] = True
     # where the main fault has one triangle only, it ends: that edge has no sides
-    told = half[(sheets[half] >= 2) & ~twin[half // 3]]
-    a, b = order[first[told]], order[first[told] + 1]
-    odd = (sheets[told] > 2) | (way_m[a] == way_m[b])
+    pairs = half[(sheets[half] >= 2) & ~twin[half // 3]]
+    a, b = order[first[pairs]], order[first[pairs] + 1]
+    odd = (sheets[pairs] > 2) | (way_m[a] == way_m[b])
     if strict:
-        _refuse_sheets(patches, main, tf, told[odd], sheets[told[odd]])
-    told, a, b = told[~odd], a[~odd], b[~odd]
+        _refuse_sheets(patches, main, tf, pairs[odd], sheets[pairs[odd]])
+    pairs, a, b = pairs[~odd], a[~odd], b[~odd]
     c_before_b = _between(
-        patches, fault[told // 3], way_f[told], main[a // 3], way_m[a], main[b // 3], way_m[b],
-        key_f[told],
+        patches, fault[pairs // 3], way_f[pairs], main[a // 3], way_m[a], main[b // 3], way_m[b],
+        key_f[pairs],
     )  # fmt: skip
     front = c_before_b == (way_m[a] > 0)
     beside = np.zeros((n_piece, 2), dtype=bool)
-    beside[piece[told // 3], np.where(front, 0, 1)] = True
+    beside[piece[pairs // 3], np.where(front, 0, 1)] = True
     found, edge_of_half = np.unique(key_f[half], return_inverse=True)
     ends = np.stack(np.divmod(found, n), axis=1)
     return Adjacency(piece, beside, within, ends, half, edge_of_half, piece[neighbours])

@@ -1,4 +1,4 @@
-"""Faults that end at faults: parts kept and dropped, decided in one exact arrangement.
+"""Faults that end at faults: which parts stay is decided in one exact arrangement.
 
 All faults concerned are split along their common curves first, in one mesh. A truncation
 then drops whole pieces of it, so that what stays shares vertices with the main fault, and parts
@@ -44,7 +44,7 @@ def truncate_faults(
     truncations : mapping
         As for `Scene`: ``{"F2": ("F1", "hanging wall")}`` lets F2 end at F1 and keeps what lies in
         the hanging wall of F1. A fault may end at several: a tuple of such pairs. Faults
-        are extended before they are split; a third word True only says that this was done.
+        are extended before they are split; a third word True only records that this was done.
     whole : Patches, optional
         The same faults split without the walls. What stays then has no cuts along the walls;
         only where a fault has to end at the box, all of them keep these cuts.
@@ -122,7 +122,7 @@ def main_side(surface: TriSurface, keep: str) -> int:
     lead = next((c for c in normal[[2, 0, 1]] if abs(c) > _VERTICAL * area), 0.0)
     if keep in ("hanging wall", "footwall") and abs(normal[2]) <= _VERTICAL * area:
         raise InputError(
-            f"fault {surface.name!r} is vertical, so that it has no {keep}. Say 'right' or 'left' "
+            f"fault {surface.name!r} is vertical, so that it has no {keep}. Give 'right' or 'left' "
             "of its strike (right is east of it, or north where it strikes east), or '+' or '-'."
         )
     front = 1 if lead >= 0 else -1
@@ -138,7 +138,7 @@ def _rows(patches: Patches, alive: np.ndarray, rule: Rule) -> dict[str, np.ndarr
 
 
 def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> tuple[Truncation, np.ndarray]:
-    """Drop what one rule drops from `alive`; say what it was, and what does not meet the main."""
+    """Drop what one rule drops from `alive`; return that, and what does not meet the main fault."""
     rows = _rows(patches, alive, rule)
     main = patches.sources[patches.names.index(rule.main)]
     side = main_side(main, rule.keep)
@@ -176,7 +176,7 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> tuple[Truncati
 def _sizes(
     patches: Patches, mine: np.ndarray, beside: Adjacency, dropped: np.ndarray
 ) -> dict[str, Any]:
-    """Areas kept and dropped of a fault's rows, and the length of the line that it ends on."""
+    """Remaining and dropped areas of a fault's rows, and the length of the line that it ends on."""
     area = _areas(patches, mine)
     kept_edges = np.unique(beside.edge_of_half[~dropped[beside.half_edges // 3]])
     ends = patches.local[beside.edges[kept_edges]]
@@ -201,17 +201,17 @@ def _without_walls(
     nothing of it meets the main fault there must not be dropped for what it meets outside.
     """
     alive, found = np.ones(whole.n_triangle, dtype=bool), []
-    for rule, (said, apart) in zip(rules, steps, strict=True):
+    for rule, (step, apart) in zip(rules, steps, strict=True):
         rows = _rows(whole, alive, rule)
         mine = rows[rule.fault]
         beside = adjacency(whole, mine, rows[rule.main], strict=False)
-        right, wrong = beside.beside.T if said.side == "+" else beside.beside[:, ::-1].T
+        right, wrong = beside.beside.T if step.side == "+" else beside.beside[:, ::-1].T
         dropped = (wrong | beside.within)[beside.piece]
         stays = np.isin(whole.parent_of_triangle[mine], patches.parent_of_triangle[apart])
         if (right & wrong).any() or (dropped & stays).any():
             return None
         alive[mine[dropped]] = False
-        found.append(replace(said, **_sizes(whole, mine, beside, dropped)))
+        found.append(replace(step, **_sizes(whole, mine, beside, dropped)))
     return alive, found
 
 
@@ -231,7 +231,7 @@ def _refuse_others(patches: Patches, whole: Patches, faults: list[str]) -> None:
 
 
 def _inside(patches: Patches) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the walls, and which triangles lie in the model; all, where there are no walls.
+    """Rows of the walls, and which triangles lie in the model; all of them without walls.
 
     An area of interest has a fence, see `inside_area`. Walls of a box have cut all triangles, and
     points on an axis-parallel wall are rounded onto it, so a triangle lies inside if its corners
@@ -268,7 +268,7 @@ def _areas(patches: Patches, rows: np.ndarray) -> np.ndarray:
 
 
 def _goes_around(patches: Patches, rule: Rule, beside: Adjacency, mine: np.ndarray) -> Exception:
-    """Say where the curve ends inside the truncated fault."""
+    """Describe where the curve ends inside the truncated fault."""
     used, times = np.unique(beside.edges, return_counts=True)
     rim = np.unique(open_edges(patches.triangles[mine], len(patches.local)))
     tips = np.setdiff1d(used[times == 1], rim)
@@ -285,7 +285,7 @@ def _goes_around(patches: Patches, rule: Rule, beside: Adjacency, mine: np.ndarr
 def _not_reached(
     patches: Patches, rule: Rule, rows: Mapping[str, np.ndarray], inside: np.ndarray
 ) -> Exception:
-    """Say how far a fault stays off its main one in the model box, and where."""
+    """Describe how far a fault stays off its main one in the model box, and where."""
     for name in (rule.fault, rule.main):
         if not inside[rows[name]].any():
             x = patches.vertices[patches.triangles[rows[name]]].reshape(-1, 3)
@@ -294,7 +294,7 @@ def _not_reached(
                 f"nothing of fault {name!r} (easting {w:.6g} to {e:.6g}, northing {s:.7g} to "
                 f"{n:.7g}, elevation {b:.6g} to {t:.6g}) lies in the model box, so that "
                 f"{rule.fault!r} cannot end at {rule.main!r} there. Leave the rule out, enlarge "
-                "the box, or look at what is said of its depths and units.",
+                "the box, or check positive= and length_unit= of the fault.",
                 surfaces=(rule.fault, rule.main),
             )
     one, two = (patches.triangles[r[inside[r]]] for r in (rows[rule.fault], rows[rule.main]))

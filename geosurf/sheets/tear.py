@@ -46,10 +46,10 @@ def tear_horizon(
     length_unit: str | None = None,
 ) -> Sheet:
     """
-    Tear a horizon at its faults, as it was picked.
+    Tear a horizon at its faults, so that throw and juxtaposition there can be trusted.
 
-    Data near a fault are distrusted: gridding smears a horizon over its faults. Each
-    wall is rebuilt from data of its own side only, carried on to the fault, and cut by it.
+    Gridding smears a horizon across its faults, so data near a fault are ignored. Each wall is
+    rebuilt from data of its own side only, extended to the fault, and cut by it.
 
     Parameters
     ----------
@@ -61,8 +61,8 @@ def tear_horizon(
     name : str, optional
         Default: the name of the data.
     trim : float
-        Data nearer to a fault than this are distrusted, measured at their own height [cells of
-        the grid]. At least one and a half times the half width of the smear.
+        Ignore data closer to a fault than this, measured at their own height [cells of the grid].
+        Use at least one and a half times the half width of the smear.
     noise : float, optional
         Standard deviation of the data's noise [m]; 0 to meet them exactly. Default: estimated.
     spacing : float, optional
@@ -87,7 +87,7 @@ def tear_horizon(
     HorizonError
         If the data cannot be used.
     InputError
-        If data and faults say different coordinate reference systems.
+        If data and faults have different coordinate reference systems.
     GeometryError
         If a block has no data, or its sheet does not end on the faults. Names the place.
 

@@ -116,7 +116,7 @@ def egg_box(
     ------
     InputError
         If the level is not between 0 and 1 (at 0, the curves become lines through
-        the saddles), or there is no period.
+        the saddles), or the number of periods is below 1.
 
     Examples
     --------

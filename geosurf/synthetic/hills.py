@@ -43,7 +43,7 @@ def hills(
 ) -> World:
     """Hills of 10 by 10 km with hashed noise, cut right through by one fault or a row of them.
 
-    No two nodes are alike, and a grid of any size is the same land: made for measuring how cost
+    No two nodes are alike, and a grid of any size is the same surface: made for measuring how cost
     grows. The horizons do not cross, and neither do the faults.
 
     Parameters

@@ -64,7 +64,7 @@ def tilted_planes(
     Raises
     ------
     InputError
-        If horizons leave the box or each other's order, or the dip is no dip.
+        If horizons leave the box or each other's order, or the dip is out of range.
 
     Examples
     --------
@@ -114,7 +114,7 @@ def graben(
     Raises
     ------
     InputError
-        If horizons leave the box or each other's order, or the dip is no dip.
+        If horizons leave the box or each other's order, or the dip is out of range.
 
     Examples
     --------

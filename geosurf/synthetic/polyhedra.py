@@ -11,7 +11,7 @@ from fractions import Fraction
 from itertools import pairwise, product
 
 Point = tuple[Fraction, Fraction, Fraction]
-Plane = tuple[Fraction, Fraction, Fraction, Fraction]  # a x + b y + c z + d >= 0 is kept
+Plane = tuple[Fraction, Fraction, Fraction, Fraction]  # a x + b y + c z + d >= 0 stays
 Polyhedron = list[list[Point]]  # faces, each a convex ring of points
 
 
@@ -31,7 +31,7 @@ def box_polyhedron(box: Sequence[float]) -> Polyhedron:
 
 
 def clip(solid: Polyhedron, plane: Plane) -> Polyhedron:
-    """Return the part of a convex polyhedron on the kept side of a plane.
+    """Return the part of a convex polyhedron on the positive side of a plane.
 
     Examples
     --------
@@ -39,7 +39,7 @@ def clip(solid: Polyhedron, plane: Plane) -> Polyhedron:
     >>> volume(half), volume(clip(half, (1, 1, 0, -2)))
     (Fraction(4, 1), Fraction(4, 1))
     """
-    faces = [kept for face in solid if len(kept := _clip_ring(face, plane)) >= 3]
+    faces = [ring for face in solid if len(ring := _clip_ring(face, plane)) >= 3]
     inside = any(_side(point, plane) > 0 for face in solid for point in face)
     if not inside:
         return []
@@ -57,8 +57,8 @@ def section(solid: Polyhedron, plane: Plane) -> list[Point]:
 
 def _on_plane(ring: list[Point], plane: Plane) -> list[Point]:
     """Points where the rim of a ring meets a plane."""
-    kept = _clip_ring(ring, plane)
-    return [p for p in kept if _side(p, plane) == 0]
+    clipped = _clip_ring(ring, plane)
+    return [p for p in clipped if _side(p, plane) == 0]
 
 
 def chord(ring: list[Point], plane: Plane) -> tuple[Point, Point] | None:

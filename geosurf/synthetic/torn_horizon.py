@@ -1,4 +1,4 @@
-"""Faulted horizons whose cut-offs are known: what was picked, smeared or noisy, and the truth.
+"""Faulted horizons whose cut-offs are known: smeared or noisy picks, and the truth.
 
 Every side of the faults (a sector) has a smooth sheet of its own, defined everywhere:
 the relief, lowered by half the throw on a hanging wall and raised on a footwall. The horizon is
@@ -366,7 +366,7 @@ def _exists(faults, signs, x, y, z) -> np.ndarray:
 
 
 def _single(faults, x, y, heights, there) -> np.ndarray:
-    """One value per node: the highest sheet, and the fault itself where there is none."""
+    """One value per node: the highest sheet, and the fault itself in gaps."""
     every = np.stack([np.where(there[s], z, np.nan) for s, z in heights.items()])
     none = np.isnan(every).all(axis=0)
     top = np.where(none, -np.inf, np.nan_to_num(every, nan=-np.inf).max(axis=0))
@@ -417,8 +417,8 @@ def _cutoff(faults, name, wall, sheets, side) -> np.ndarray:
             above = z > sheet(*fault.place(s, fault.across(s, z)))
             a, b = np.where(above, a, z), np.where(above, z, b)
         x, y = fault.place(s, fault.across(s, z))
-        rest = tuple(0 if k == which else v for k, v in enumerate(signs))
-        mine = _exists(faults, rest, x, y, z)
+        others = tuple(0 if k == which else v for k, v in enumerate(signs))
+        mine = _exists(faults, others, x, y, z)
         mine &= (x >= 0) & (x <= side) & (y >= 0) & (y <= side)
         lines.append(np.stack([x, y, z], axis=1)[mine])
     return np.concatenate(lines)

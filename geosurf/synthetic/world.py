@@ -71,7 +71,7 @@ P = ParamSpec("P")
 
 
 def check_numbers(value: Any, n: int, what: str) -> tuple[Any, ...]:
-    """Return some finite numbers, or refuse what is none."""
+    """Return some finite numbers, or refuse other values."""
     takes = f"{what} takes {n} numbers"
     parts = listed(value, takes, "give a tuple")
     if len(parts) != n or not all(map(is_number, parts)):
@@ -83,7 +83,7 @@ def checked(make: Callable[P, World]) -> Callable[P, World]:
     """
     Let a world refuse arguments that are of another kind than their defaults.
 
-    Whole numbers, numbers and tuples of numbers are told apart; other arguments are left to it.
+    Whole numbers, numbers and tuples of numbers are distinguished; other arguments are left to it.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def checked(make: Callable[P, World]) -> Callable[P, World]:
 
 
 def check_count(value: Any, what: str, least: int | None = None) -> None:
-    """Refuse what is no whole number, or one that makes a world of more nodes than fit a memory."""
+    """Refuse what is not a whole number, or a world of more nodes than fit into memory."""
     if not is_whole(value):
         raise InputError(f"{what} is {value!r}; give a whole number.")
     if least is not None and value < least:

@@ -107,7 +107,7 @@ def test_a_triangular_fault_leaves_the_box_with_all_four_sides():
     given = TriSurface("F1", "fault", [[4, 3, 3], [4, 5, 3], [4, 5, 5]], [[0, 1, 2]])
     assert_leaves(extend_fault(given, BOX), given)
     (point,) = (side for side, arc in find_rim(given).arcs.items() if len(arc) == 1)
-    with pytest.raises(GeometryError, match=r"its side '.*' is but the point \(E 4, N"):
+    with pytest.raises(GeometryError, match=r"its side '.*' is a single point, \(E 4, N"):
         extend_fault(given, BOX, sides=point)
 
 

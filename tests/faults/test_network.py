@@ -232,11 +232,11 @@ def test_the_order_of_faults_does_not_matter(rng):
 
 
 def test_refusals_name_the_rule():
-    with pytest.raises(InputError, match=r"in a circle: F1 ends at F2, F2 ends at F1"):
+    with pytest.raises(InputError, match=r"form a circle: F1 ends at F2, F2 ends at F1"):
         scene(*SMALL.values(), truncations={"F1": ("F2", "+"), "F2": ("F1", "+")})
     with pytest.raises(InputError, match=r"truncations name 'F9'.*there are \['F1', 'F2', 'F3'\]"):
         scene(*SMALL.values(), truncations={"F9": ("F2", "+")})
-    with pytest.raises(InputError, match=r"extend names 'F9', which is no fault"):
+    with pytest.raises(InputError, match=r"extend names 'F9', which is not a fault"):
         scene(*SMALL.values(), extend=["F9"])
     with pytest.raises(InputError, match=r"truncations is a list; give a mapping"):
         scene(*SMALL.values(), truncations=["F1"])
@@ -337,7 +337,7 @@ def test_faults_that_cross_by_a_lot_are_left_to_cross_and_those_inside_each_othe
     outer = sheet("F1", [(2, 4, 6), (6, 4, 2), (6, 8, 2), (2, 8, 6)])
     rows = propose_network(rebuild_surfaces([outer, inner])).rows
     assert rows[0].proposal == "leave"
-    assert "each end inside the other: extend one" in rows[0].reason
+    assert "each end inside the other; extend one" in rows[0].reason
 
 
 def test_proposals_never_go_round_in_a_circle():

@@ -197,16 +197,18 @@ def test_rules_that_cannot_be_are_refused():
     circle = {"F1": ("F2", "+"), "F2": ("F3", "+"), "F3": ("F1", "-"), "F4": ("F1", "-")}
     with pytest.raises(
         InputError,
-        match=r"go round in a circle: F1 ends at F2, F2 ends at F3, F3 ends at F1. Leave out one",
+        match=r"form a circle: F1 ends at F2, F2 ends at F3, F3 ends at F1. Leave out one",
     ):
         read_truncations(circle)
-    with pytest.raises(InputError, match=r"in a circle: F1 ends at F1"):
+    with pytest.raises(InputError, match=r"form a circle: F1 ends at F1"):
         read_truncations({"F1": ("F1", "+")})
-    with pytest.raises(InputError, match=r"'F9', which is no fault; there are \['F1', 'F2'\]"):
+    with pytest.raises(
+        InputError, match=r"'F9', which is not a fault. The faults are \['F1', 'F2'\]"
+    ):
         read_truncations({"F2": ("F9", "+")}, ["F1", "F2"])
     with pytest.raises(InputError, match=r"keep 'hangingwall' of F1.*Did you mean 'hanging wall'"):
         read_truncations({"F2": ("F1", "hangingwall")})
-    with pytest.raises(InputError, match=r"'F1' is no rule for 'F2'\. Say truncations="):
+    with pytest.raises(InputError, match=r"'F1' is not a rule for 'F2'\. Give truncations="):
         read_truncations({"F2": "F1"})
     with pytest.raises(InputError, match=r"third word for F2 is 'yes'; it is True"):
         read_truncations({"F2": ("F1", "+", "yes")})
@@ -214,7 +216,7 @@ def test_rules_that_cannot_be_are_refused():
         read_truncations({"F2": (("F1", "+"), ("F1", "-"))})
     with pytest.raises(InputError, match=r"truncations is a list, not a mapping"):
         read_truncations(["F1"])
-    with pytest.raises(InputError, match=r"extend names 'F9', which is no fault"):
+    with pytest.raises(InputError, match=r"extend names 'F9', which is not a fault"):
         read_extend(["F9"], ["F1"])
     for wrong, words in (
         (5, r"extend is 5; give True"),

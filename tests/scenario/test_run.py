@@ -83,9 +83,7 @@ keep = "hanging wall"
     assert "Faults: what was extended and truncated" in page
     assert "hanging wall (+)" in page
     around = scenario(("[box]", more.replace('main = "F1"', 'main = "F2"')))
-    with pytest.raises(
-        ScenarioError, match=r"\.toml: truncations go round in a circle: F2 ends at"
-    ):
+    with pytest.raises(ScenarioError, match=r"\.toml: truncations form a circle: F2 ends at"):
         read_scenario(around)
 
 

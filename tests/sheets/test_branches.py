@@ -29,7 +29,7 @@ def test_a_branch_that_is_torn_short_of_its_main_fault_is_told_as_a_place(acute)
     notes = [note for note in sheet.report.notes if "truncate_faults" in note]
     assert (lost > 5.0) == bool(notes) == (sheet.report.shortened.get("F2", 0) > 0)
     assert notes  # if branches that run over are torn up to their end, the note is not needed
-    found = re.search(r"torn up to \(E ([\d. ]+), N ([\d. ]+), .*, (\d+) m", notes[0])
+    found = re.search(r"ends at \(E ([\d. ]+), N ([\d. ]+), .*, (\d+) m", notes[0])
     x, y, far = (float(number.replace(" ", "")) for number in found.groups())
     contact = acute.truth["cutoffs"]["F2", "-"][-1]  # on the main fault
     assert np.hypot(x - contact[0], y - contact[1]) == pytest.approx(far, abs=40.0)

@@ -52,16 +52,14 @@ def test_throw_and_reach_are_given_for_faults_that_there_are(world):
     with pytest.raises(InputError, match=r"throw is a int; give a mapping \{fault: throw\}, as in"):
         gs.throw_horizon(top, faults, 60)
     with pytest.raises(
-        InputError, match=r"throw is given for 'F2', which is no fault; there are 'F1'"
+        InputError, match=r"throw names 'F2', which is not a fault. The faults are 'F1'"
     ):
         gs.throw_horizon(top, faults, {"F2": 60.0})
     for other in (faults, {**faults, "F1b": faults["F1"]}):
-        words = (
-            r"reach is given for 'F1b', for which no throw is; throw is .* 'F1'. Did you mean 'F1'"
-        )
+        words = r"reach names 'F1b', which has no throw. The faults .* 'F1'. Did you mean 'F1'"
         with pytest.raises(InputError, match=words):
             gs.throw_horizon(top, other, {"F1": 60.0}, reach={"F1b": 500.0})
-        words = r"direction is given for 'F1b', for which no throw is; throw is given for 'F1'"
+        words = r"direction names 'F1b', which has no throw. The faults with throw are 'F1'"
         with pytest.raises(InputError, match=words):
             gs.throw_horizon(top, other, {"F1": 60.0}, direction={"F1b": "mean"})
     with pytest.raises(InputError, match=r"direction is 'down', expected one of \('local', 'mean'"):

@@ -64,4 +64,4 @@ def test_a_block_between_two_faults():
 def test_a_fault_beyond_the_lattice_or_far_from_the_data_is_noted_only():
     for grid, east in ((level_where(X < 9e9), 4300.0), (level_where(X < 1000.0), 3003.0)):
         sheet = gs.tear_horizon(grid, {"F1": wall("F1", east, 0.0)}, name="H", trim=1.5)
-        assert "fault 'F1' does not meet the horizon" in str(sheet.report)
+        assert "Fault 'F1' does not meet the horizon." in str(sheet.report)

@@ -31,7 +31,7 @@ def test_smear_that_cannot_be_told_is_not_guessed():
 def test_too_few_data_to_see_a_smear():
     world = gs.synthetic.torn("normal", 31)
     some = world.horizons["Top"][:4]
-    with pytest.raises(gs.errors.GeometryError, match=r"too few to see a smear. Choose trim by"):
+    with pytest.raises(gs.errors.GeometryError, match=r"too few to measure the smear. Set trim"):
         gs.propose_trim(some, world.faults)
 
 
@@ -39,8 +39,8 @@ def test_overlap_that_a_grid_cannot_show_is_said(torn_world):
     world, _ = torn_world("reverse", True, n=61)
     sheet = gs.tear_horizon(world.horizons["Top"], world.faults, trim=3)
     (note,) = sheet.report.notes
-    assert note.startswith("fault 'F1' is reverse: the horizon overlaps by up to ")
-    assert "one value per node cannot show; give points of both walls" in note
+    assert note.startswith("Fault 'F1' is reverse: the horizon overlaps by up to ")
+    assert "one value per node cannot show. Give points of both walls" in note
     assert note in str(sheet.report)
     for kind, points in (("reverse", True), ("normal", False), ("vertical", False)):
         assert torn_world(kind, points, n=61)[1].report.notes == []

@@ -158,7 +158,7 @@ def test_no_throw_is_no_change():
     top = horizon()
     sheet = gs.throw_horizon(top, {"F1": wall()}, {"F1": 0.0})
     assert (sheet.lattice.elevation == top.values).all()
-    assert sheet.report.notes == ["fault 'F1' has no throw at the horizon"]
+    assert sheet.report.notes == ["Fault 'F1' has no throw at the horizon."]
     assert len(sheet.ghosts) == 0
 
 
@@ -319,7 +319,7 @@ def short(**more):
         (short, 30.0, {}, GeometryError,
          r"'F1' ends inside horizon 'Top' at \(E .* still 30 m. Let throw die there"),
         (wall, {"F9": 30.0}, {}, InputError,
-         r"throw is given for 'F9', which is no fault; there are 'F1'\."),
+         r"throw names 'F9', which is not a fault. The faults are 'F1'\."),
         (wall, "much", {}, InputError, r"throw of 'F1' is 'much'; give metres, an array \(n, 2\)"),
         (wall, True, {}, InputError, "throw of 'F1' is True; give metres"),
         (wall, np.nan, {}, InputError, "throw of 'F1' is nan; give metres"),
@@ -391,7 +391,7 @@ def test_a_fault_that_misses_the_horizon_does_nothing():
     top = horizon(height=lambda x, y: plane(x, y) + 500.0)
     sheet = gs.throw_horizon(top, {"F1": wall()}, {"F1": 30.0})
     assert (sheet.lattice.elevation == top.values).all()
-    assert sheet.report.notes == ["fault 'F1' does not meet the horizon"]
+    assert sheet.report.notes == ["Fault 'F1' does not meet the horizon."]
 
 
 def test_a_horizon_that_is_torn_already_is_refused():

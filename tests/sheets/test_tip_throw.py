@@ -40,7 +40,7 @@ def test_throw_at_a_fault_that_is_too_short_is_a_warning(end, there, trim, large
     np.testing.assert_allclose(warning.place[:2], (EAST, end), atol=0.1 * CELL)
     words = str(warning)
     assert abs(float(words.split("a throw of ")[1].split(" m")[0]) - np.sign(largest) * there) < 3.0
-    assert abs(float(words.split("goes on for ")[1].split(" m")[0]) + end - 2440.0) < 3 * CELL
+    assert abs(float(words.split("continues for ")[1].split(" m")[0]) + end - 2440.0) < 3 * CELL
     assert words in str(sheet.report)
 
 

@@ -26,7 +26,7 @@ from geosurf.sheets.lattice.solve import grounded, lattice_graph, smoothest
 ON = 0.02  # cells from its main fault within which a fault ends on it
 CARRY = 6.0  # cells that a wall is carried on past its main fault
 FAR = 30.0  # cells from a main fault within which it is asked on which side a branch is
-WALL = 12.0  # cells from the trace of the main fault within which its walls are told apart
+WALL = 12.0  # cells from the trace of the main fault within which its walls are distinguished
 EVERY = 0.5  # cells between the places of a branch that are asked for their side
 MOST = 4000  # of them on an edge
 PAST = 0.5  # cells that a branch is led past the trace of its main fault

@@ -114,7 +114,7 @@ def side_at_own_height(mesh: FaultMesh, blocks: Blocks, points: np.ndarray, reac
 
 
 def side_of_few(mesh: FaultMesh, points: np.ndarray, reach: float):
-    """`side_at_own_height` of a few points, for which no blocks are worth making."""
+    """`side_at_own_height` of a few points, without blocks: those would cost more."""
     corners = mesh.points[mesh.triangles]
     low, high = _boxes(mesh)
     x, y = points[:, 0, None], points[:, 1, None]
@@ -148,7 +148,7 @@ class NearTrace:
     ----------
     node : ndarray of int64 (n,)
     distance, side, place : ndarray (n,)
-        [cells]; +1 left (the fault's front); vertex number along the line. Row 0 is no node's.
+        [cells]; +1 left (the fault's front); vertex number along the line. Row 0 is empty.
     """
 
     def __init__(self, frame: Frame, trace: Trace, reach: float) -> None:

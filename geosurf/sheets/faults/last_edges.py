@@ -2,7 +2,7 @@
 
 There the walls are one again, so that throw dies there. Between the cut-offs of a fault that leaves
 a gap, neither wall has rock, and a node has the height of one of them carried on past the fault.
-That is cut off again, except at the last link, whose nodes both walls have: one that is past
+That is cut off again, except at the last link, whose nodes both walls have: one that is beyond
 the fault, or on it, goes to the fault, on its own side. A trace along a line of nodes has such
 nodes only.
 """

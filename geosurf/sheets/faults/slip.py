@@ -128,7 +128,7 @@ class Slip:
     reach : float
         Distance across strike over which movement dies away from the fault [m]; may be infinite.
     share : float
-        Part of the throw that the hanging wall takes; the footwall rises by the rest.
+        Part of the throw that the hanging wall takes; the footwall rises by the remainder.
     lines : DipLines or None
         Ways down its dip, along which its walls move; None: across its mean strike.
     """
@@ -235,7 +235,7 @@ def _called(function: Callable, s: np.ndarray, what: str) -> np.ndarray:
     if len(bad):
         raise InputError(
             f"{what}: the function is not finite at {s[bad[0]]:.3f} m along strike. Let it be 0 "
-            "where there is none."
+            "where the fault has no throw."
         )
     return np.broadcast_to(found, s.shape)
 

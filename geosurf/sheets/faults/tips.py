@@ -4,8 +4,8 @@ Around a fault that ends, walls bend as around a crack: throw grows from the tip
 the distance, or another power, and no sheet with small third differences does. Smoothed alone,
 throw would die along the fault for some cells more than it does. So shapes that bend like that are
 taken out of the sheet before it is smoothed, and put back after it: as much of each as leaves the
-smoothest rest (`geosurf.sheets.heights.tip_residual`). Throw that dies in another way is left to
-the rest.
+smoothest residual (`geosurf.sheets.heights.tip_residual`). Throw that dies in another way is left
+to the residual.
 
 The shapes of a fault between two tips are the imaginary parts of J, J^2, .. with z = (J + 1/J) / 2,
 |J| < 1, z = s + i r: harmonic, fading away from the fault, and on it sin(k t) at s = cos(t), the
@@ -26,7 +26,7 @@ from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.traces import Trace
 
-TERMS = 5  # shapes between two tips; docs/validation/torn_sheets.md says what fewer and more do
+TERMS = 5  # shapes between two tips; docs/validation/torn_sheets.md has what fewer and more do
 POWERS = (0.5, 1.5)  # of the distance from a single tip
 FADE = 30.0  # cells from a single tip at which its shapes are nothing, or sooner
 SHORTEST = 3.0  # cells: shorter faults have no shapes

@@ -141,8 +141,8 @@ def trace_lines(
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     found = []
     for line in split_lines(directed_lines(tail, head, len(where))):
-        kept = line[_kept(where[line, 0], where[line, 1])]
-        found.append(np.hstack([where[kept], normals[face[kept]]]))
+        line = line[_kept(where[line, 0], where[line, 1])]
+        found.append(np.hstack([where[line], normals[face[line]]]))
     return found
 
 

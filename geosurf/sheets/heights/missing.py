@@ -1,7 +1,7 @@
-"""Blocks beside a fault in which a horizon has no data at all.
+"""Blocks next to a fault in which a horizon has no data.
 
 A horizon whose data end before a fault has no wall on it: no trace, and nothing to tear. Where its
-lattice goes on beyond the fault, a block of the model would lack the horizon without a word.
+lattice goes on beyond the fault, a block of the model would silently lack the horizon.
 """
 
 from __future__ import annotations
@@ -90,8 +90,8 @@ def missing_blocks(picks: Picks, state: Heights, meshes: Sequence[FaultMesh]) ->
         elif len(nodes):
             raise GeometryError(
                 f"horizon {picks.name!r} has data on both sides of fault {mesh.name!r}, near "
-                f"{place(at)}, but a gap of more than {FILL:g} cells between them. Interpolate the "
-                "horizon over the fault, as a mapping package does, then tear it.",
+                f"{place(at)}, with a gap of more than {FILL:g} cells between them. Interpolate "
+                "the horizon across the fault, as a mapping package does, then tear it.",
                 place=at,
                 surfaces=(picks.name, mesh.name),
             )
@@ -104,8 +104,8 @@ def refuse_missing(picks: Picks, missing: Sequence[Missing]) -> None:
         sides = ", ".join(repr(one.side) for one in missing)
         first = missing[0]
         raise GeometryError(
-            f"horizon {picks.name!r} has no data in the block {sides}: they end {first.far:.0f} m "
-            f"before fault {first.fault!r}, the nearest at {place(first.place)}. {REMEDY}",
+            f"horizon {picks.name!r} has no data in the block {sides}: its data end "
+            f"{first.far:.0f} m before fault {first.fault!r}, at {place(first.place)}. {REMEDY}",
             place=first.place,
             surfaces=(picks.name, *(one.fault for one in missing)),
         )

@@ -17,7 +17,7 @@ from geosurf.sheets.faults.fault_distance import Blocks, mesh_blocks, side_at_ow
 from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.lattice.picks import Picks
 
-WIDEST = 22.0  # cells of overlap: walls are told apart up to 12 cells from a trace
+WIDEST = 22.0  # cells of overlap: walls are distinguished up to 12 cells from a trace
 SEEN = 64.0  # cells from a fault within which distances are asked for
 
 
@@ -41,7 +41,7 @@ def widest_overlap(picks: Picks, meshes: Sequence[FaultMesh]) -> float:
             side_at_own_height(mesh, blocks, _points(picks, rows[both]), SEEN)[0]
             for rows in (high, low)
         )
-        # where the fault ends above or below a pick, its dip says how far it would be
+        # where the fault ends above or below a pick, its dip gives how far it would be
         overlap = np.minimum(overlap, at_dip[both])
         most = int(np.argmax(overlap))
         if overlap[most] > WIDEST:

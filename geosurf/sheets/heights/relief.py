@@ -4,12 +4,12 @@ A wall that is rebuilt from its own noisy data alone is least sure at its end, w
 But a horizon was whole once, and what moved it apart is smoother along the fault than its relief.
 So differences that reach across one trace are differences of what is left when the throw is taken
 out: of u - sign / 2 (t0(s) + t1(s) d + t2(s) d^2 / 2), at s along the trace and d across it. t0 is
-the throw, t1 and t2 say how slopes and bends of the walls differ; they are cubic splines along the
-trace, solved for with the heights. Heights have what a graph without the cut would have of a
-smooth prior, and throw one of its own: a partial spline (Wahba 1990, Spline Models for
+the throw, t1 and t2 are the differences of slopes and bends of the walls; they are cubic splines
+along the trace, solved for with the heights. Heights have the smooth prior of a graph without the
+cut, and throw one of its own: a partial spline (Wahba 1990, Spline Models for
 Observational Data, ch. 9).
 
-Data may speak against it: then walls are rebuilt apart (`geosurf.sheets.heights.tip_solve`).
+Data may contradict it: then walls are rebuilt apart (`geosurf.sheets.heights.tip_solve`).
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ LONGER = 4.0
 CLEAR = 1.5  # cells from another trace within which walls have nothing in common
 HOLD = 1e-4  # weight that keeps a coefficient which no difference holds
 ORDERS = 3  # of the derivative across the fault, up to which walls may differ
-SEEN = 6.0  # cells from a trace within which data may speak against it
-FREE = 0.06  # degrees of freedom that walls lose for each node so near, meant over one cell
+SEEN = 6.0  # cells from a trace within which data may contradict it
+FREE = 0.06  # degrees of freedom that walls lose for each node so near, averaged over one cell
 MANY = np.iinfo(np.int64).max
 
 CELL = ((0, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 0, 2), (0, 0, 3))  # column, row, kind

@@ -1,11 +1,11 @@
-"""The smoothest rest: a sheet around the tips of its faults, less the shapes that bend it there.
+"""The smoothest residual: a sheet around the tips of its faults, less the shapes that bend it.
 
 With heights u = v + B a, v what is smooth, B the shapes of `geosurf.sheets.faults.tips` and a their
 shares, the energy is v' K v, and data draw u. So unknown heights obey K u - K B a = data, and
 shares B' K (B a - u) + hold a = 0; both come from one factor of K. Shares are
 thought to be about as large as half the throw (`likely`); a fault has its shapes only if the
 sheet is likelier with them than without, in the sense of Bayes (MacKay 1992, Neural Comput. 4,
-415-447): gain > log det(1 + S likely^2), both in units of noise, or, where there is none, of the
+415-447): gain > log det(1 + S likely^2), both in units of noise, or, without noise, of the
 energy that a node has without them.
 """
 
@@ -112,7 +112,7 @@ def smoothest_rest(
     towards: Sequence[np.ndarray] = (),
     common: Common | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Solve for unknown nodes, and for the shapes that leave the smoothest rest.
+    """Solve for unknown nodes, and for the shapes that leave the smoothest residual.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def paying_shares(
     units: Sequence[float],
     towards: Sequence[np.ndarray] = (),
 ) -> np.ndarray:
-    """Shares (k,) of shapes that leave the smoothest rest, 0 of those that do not pay.
+    """Shares (k,) of shapes that leave the smoothest residual, 0 of those that do not pay.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def paying_shares(
         As for `smoothest_rest`.
     units : sequence of float
         Energy in which what each group gains is counted: that of one deviation of noise, or, where
-        there is none, of a node.
+        data are exact, of a node.
     """
     paying, unit_of = np.zeros(len(likely), dtype=bool), np.zeros(len(likely))
     for columns, unit in zip(groups, units, strict=True):
@@ -196,7 +196,7 @@ def paying_shares(
         unit_of[columns] = doubt or unit / AT_MOST**2
     share = np.zeros(len(likely))
     some = np.flatnonzero(paying)
-    # data decide, but for shares that the nodes could take as well: free, those run away
+    # data decide, except for shares that the nodes could take as well: free, those run away
     held = own[np.ix_(some, some)] + np.diag(unit_of[some] / likely[some] ** 2)
     share[some] = np.linalg.lstsq(held, wanted[some], rcond=None)[0]
     rows: list[np.ndarray] = []

@@ -107,7 +107,7 @@ def smoothest(
     pull, target : ndarray (n_unknown,), optional
         Weight and height of data that an unknown is drawn to, for noisy ones.
     scale : float
-        Over how many cells such data are meant.
+        Cells over which such data are averaged.
 
     Returns
     -------
@@ -159,7 +159,7 @@ def equations(
 ) -> tuple[System, np.ndarray, float]:
     """Matrix, right side, and the level that heights are counted from; see `smoothest`.
 
-    With what walls have in `common` there is no known node, and its coefficients are unknowns, too.
+    With what walls have in `common` no node is known, and its coefficients are unknowns, too.
     """
     known = value[unknown < 0]
     if pull is not None and target is not None:
@@ -187,8 +187,8 @@ def weights_of(
 ) -> np.ndarray:
     """Weights of first, second and third differences, and of the two ways of a cell.
 
-    Noise that is meant over `scale` cells leaves a sheet as on a lattice with cells so wide: there
-    a second difference weighs, against a third one, as `scale` times less does here.
+    Noise that is averaged over `scale` cells leaves a sheet as on a lattice with cells that wide:
+    there a second difference weighs, against a third one, as `scale` times less does here.
     """
     return np.array([STRETCH / scale**2, bend / scale, third, *(1.0 / stretch)])
 

@@ -163,7 +163,7 @@ def cut_band(
 ) -> Cut:
     """Cut a band by its faults, exactly, and look for leaks.
 
-    `blocks` of each fault hold something wherever it can meet the band. `is_own` tells which nodes
+    `blocks` of each fault hold something wherever it can meet the band. `is_own` gives which nodes
     are clearly on their own side of some faults, at their own height.
     """
     # points are rounded once, in the frame of all: the same for any islands
@@ -207,7 +207,7 @@ def _dropped_with_own(band: Band, patches: Patches, keep, part, is_own) -> np.nd
     """
     rows = np.flatnonzero((patches.surface_of_triangle == 0) & ~keep)
     corners = band.surface.triangles[patches.parent_of_triangle[rows]]
-    # a tip is a corner of copies on both of its sides, so only whole triangles tell
+    # a tip is a corner of copies on both of its sides, so only whole triangles decide
     whole = ~any_of(band.surface.vertex_data["ghost"][corners])
     rows, corners = rows[whole], corners[whole]
     nodes = distinct(corners)

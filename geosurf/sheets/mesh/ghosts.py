@@ -19,7 +19,7 @@ from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_edges
 
 HOLD = 1e-8  # weight that ties each ghost to the height of its anchor
 JOINED = 8  # cells around ghosts with noisy data, in which real nodes are solved for with them
-APART = 1e-6  # cells: a ghost is kept this far from the other vertices of its node
+APART = 1e-6  # cells: a ghost stays this far from the other vertices of its node
 
 
 def ghost_heights(
@@ -35,8 +35,8 @@ def ghost_heights(
 ) -> np.ndarray:
     """Heights (n_ghost,) of all ghosts; `fixed` has those that data give.
 
-    `bent(nodes, anchors)` is what they and the sheet are bent by at tips: only the rest is smooth;
-    `scale` is that of the sheet.
+    `bent(nodes, anchors)` is what they and the sheet are bent by at tips: only the residual is
+    smooth; `scale` is that of the sheet.
     """
     n_ghost = len(torn.anchor)
     if n_ghost == 0:

@@ -1,6 +1,6 @@
 """Where a torn sheet that was cut by its faults would end anywhere but on them.
 
-Curves part what is kept from what is dropped, so that only triangles at curves are asked.
+Curves separate the triangles that stay from those that are dropped: only triangles at curves count.
 """
 
 from __future__ import annotations

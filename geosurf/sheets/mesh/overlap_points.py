@@ -1,9 +1,10 @@
 """Scattered points of an overlapping sheet that lie past the trace of their fault.
 
 A reverse fault makes a horizon overlap itself: points of each wall go on past the trace, over the
-other wall. They say what the ghosts of their own wall are between the four vertices of a cell, as
-points in front of the trace do of the nodes (`geosurf.sheets.heights.point_solver`). Ghosts and the
-nodes around them are solved for together, so that a wall is as smooth past its trace as before it.
+other wall. They give the heights of the ghosts of their own wall between the four vertices of a
+cell, as points in front of the trace do for the nodes (`geosurf.sheets.heights.point_solver`).
+Ghosts and the nodes around them are solved for together, so that a wall is as smooth beyond its
+trace as before it.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ def on_sheet(nodes: np.ndarray, near, side: int, torn: Torn) -> np.ndarray:
     over = torn.node_of_ghost[ghosts]
     first, stop = (np.searchsorted(over, nodes.ravel(), side=end) for end in ("left", "right"))
     out = np.full(nodes.size, -1)
-    single = stop - first == 1  # where sectors meet a wall may have several: no point tells which
+    single = stop - first == 1  # where sectors meet a wall may have several
     out[single] = torn.n_node + ghosts[first[single]]
     out[own] = nodes.ravel()[own]
     return out.reshape(nodes.shape)
@@ -68,16 +69,16 @@ def on_sheet(nodes: np.ndarray, near, side: int, torn: Torn) -> np.ndarray:
 def ghosts_by_points(
     picks: Scattered, weight: float | None
 ) -> Callable[[Torn, Triangles, np.ndarray, Heights, Callable | None], dict[int, float]]:
-    """Function that gives heights of the ghosts that points tell of, and writes those of nodes."""
+    """Make the function that gives heights of the ghosts that points determine; it writes nodes."""
 
     def found(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, bent):
         """Heights of ghosts, by number."""
         vertex, share, pick = points_past(picks, state, torn)
         if not len(pick):
             return {}
-        told = distinct(vertex[vertex >= torn.n_node]) - torn.n_node
+        fixed = distinct(vertex[vertex >= torn.n_node]) - torn.n_node
         shape = picks.frame.shape
-        inner = around(distinct(torn.node_of_ghost[told]), shape, JOINED)
+        inner = around(distinct(torn.node_of_ghost[fixed]), shape, JOINED)
         nodes = distinct(around(inner, shape, 3), around(torn.node_of_ghost, shape, 3))
         nodes = nodes[np.isfinite(state.values[nodes])]
         used = np.flatnonzero(state.used)
@@ -101,7 +102,7 @@ def ghosts_by_points(
         value = _drawn_to(graph, value, moves, slot, share, z, picks.frame.stretch, weight) + bend
         moved = moves[: len(nodes)]
         state.values[nodes[moved]] = value[: len(nodes)][moved]
-        return dict(zip(told.tolist(), value[len(nodes) + told].tolist(), strict=True))
+        return dict(zip(fixed.tolist(), value[len(nodes) + fixed].tolist(), strict=True))
 
     return found
 

@@ -1,9 +1,9 @@
 """Cut-off lines of both walls after the exact cut, and throw and heave along the fault.
 
-A cut-off line is where the sheet ends on the fault: edges of one kept triangle of the sheet that a
-fault shares. Throw and heave are measured between the two lines in the dip direction of the fault
-at each station of its trace: throw is positive where the hanging wall is down, heave where
-there is a gap.
+A cut-off line is where the sheet ends on the fault: edges of one remaining triangle of the sheet
+that a fault shares. Throw and heave are measured between the two lines in the dip direction of
+the fault at each station of its trace: throw is positive where the hanging wall is down, heave
+where there is a gap.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def longest(state: Heights) -> float:
 
 
 def fault_edges(part: Part, fault: int) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (n, 2) of kept sheet triangles that a fault shares, and their triangles (n,)."""
+    """Edges (n, 2) of remaining sheet triangles that a fault shares, and their triangles (n,)."""
     keys, triangle = part.curve_sides[0]
     mine = part.keep[triangle]
     keys, triangle = keys[mine], triangle[mine]

@@ -1,4 +1,4 @@
-"""What a user is told about a sheet: the `SheetReport`, and the profiles of each fault."""
+"""The `SheetReport` of a sheet, and cut-offs and profiles of each fault."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from geosurf.sheets.report.holdout_misfit import holdout_misfit
 from geosurf.sheets.report.tip_throw import throw_at_tips
 
 FAR = 4.0  # cells of extrapolation from which a place is listed
-OVERLAP = 0.5  # cells of overlap from which a user is told that data do not show it
+OVERLAP = 0.5  # cells of overlap from which a note says that data do not show it
 LINKS = 3  # side by side that overlap: a single one at a contact may reach over the other fault
 STATION = 1.0  # cells between the stations of a profile
 
@@ -81,7 +81,7 @@ def make_report(
         name = names[traces[trace].fault]
         shortened[name] = shortened.get(name, 0) + n
     notes = [
-        f"fault {name!r} does not meet the horizon" for name in names if not len(cuts[name].along)
+        f"Fault {name!r} does not meet the horizon." for name in names if not len(cuts[name].along)
     ]
     notes += _overlap_notes(picks, state, names, trim)
     notes += _branch_notes(picks.frame, built, names)
@@ -108,7 +108,7 @@ def make_report(
 
 
 def _branch_notes(frame: Frame, built: Built, names: Sequence[str]) -> list[str]:
-    """A sentence for each branch whose tear ends before its main fault: throw is false there."""
+    """A sentence for each branch whose tear ends before its main fault: throw is wrong there."""
     notes, network = [], built.state.network
     for (number, end), n in sorted(built.shortened.items()):
         trace = network.traces[number]
@@ -121,10 +121,9 @@ def _branch_notes(frame: Frame, built: Built, names: Sequence[str]) -> list[str]
         along, whole = np.interp([last, network.mesh[number][end]], vertex, trace.along)
         at = place((*frame.to_world(np.array([[x, y]]) / frame.stretch)[0], z))
         notes.append(
-            f"fault {names[trace.fault]!r}, {trace.ends[end]}, is torn up to {at} only, "
-            f"{abs(whole - along) * frame.cell:.0f} m before it ends: the sheet could not be "
-            "closed nearer to the main fault, and throw dies there as at a tip. Truncate the "
-            "branch at its main fault first (truncate_faults), then tear."
+            f"The tear of fault {names[trace.fault]!r}, {trace.ends[end]}, ends at {at}, "
+            f"{abs(whole - along) * frame.cell:.0f} m before the fault does, and throw dies there "
+            "as at a tip. Truncate the branch at its main fault with truncate_faults, then tear."
         )
     return notes
 
@@ -146,9 +145,9 @@ def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: flo
             found[name] = max(found.get(name, 0.0), overlap)
     cell = picks.frame.cell
     return [
-        f"fault {name!r} is reverse: the horizon overlaps by up to {cells * cell:.0f} m "
-        "there, which one value per node cannot show; give points of both walls"
-        + (f", or a trim of {0.5 * cells + 2.25:.1f}." if trim < 0.5 * cells + 2.0 else ".")
+        f"Fault {name!r} is reverse: the horizon overlaps by up to {cells * cell:.0f} m "
+        "there, which one value per node cannot show. Give points of both walls"
+        + (f", or trim={0.5 * cells + 2.25:.1f}." if trim < 0.5 * cells + 2.0 else ".")
         for name, cells in found.items()
     ]
 

@@ -1,7 +1,7 @@
-"""Distrusted data against the finished sheet, each against the wall that it is on.
+"""Misfit of ignored data, each against the wall of the finished sheet that it is on.
 
-Data near a fault are hidden from the rebuild, so they test it. On grids a datum is on the wall of
-its side of the trace; where walls overlap, and for points that sit on no lattice, on that of its
+The rebuild ignores data near a fault, so they test it. On grids a datum is on the wall of
+its side of the trace; where walls overlap, and for scattered points, on that of its
 side of the fault at its own height. There its own wall's sheet goes on over the other one, by
 ghosts, and the sheet between the nodes of its cell would be a mixture of both.
 """
@@ -22,7 +22,7 @@ from geosurf.sheets.mesh.overlap_points import on_sheet
 
 
 def holdout_misfit(picks: Picks, near: Sequence[NearPicks], built: Built) -> np.ndarray:
-    """By how much hidden data (n,) miss the sheet of their wall [m].
+    """Misfit (n,) of ignored data against the sheet of their wall [m].
 
     Without those in gaps, where there is nothing to meet, those that ghosts are drawn to, those of
     nodes with several on a grid, and those where no single sheet goes: beside other faults.

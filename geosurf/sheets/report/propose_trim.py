@@ -1,8 +1,8 @@
-"""How far are data smeared over their faults? Asked of the data that a generous trim hides.
+"""How far data are smeared over their faults: `propose_trim`.
 
-Sheets are rebuilt without any datum near a fault, and hidden data are compared with the sheet of
-their side. Where data were smeared they miss it by a share of the throw, farther away by no more
-than the rebuild errs; so the misfit drops at the end of the smear.
+Sheets are rebuilt without any datum near a fault, and the ignored data are compared with the sheet
+of their side. Smeared data miss it by a share of the throw; data farther away miss it only by the
+error of the rebuild. So the misfit drops at the end of the smear.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from geosurf.sheets.heights.passes import single_pass, solver_of
 from geosurf.sheets.lattice.data import picks_of
 from geosurf.sheets.mesh.finish import fault_surfaces
 
-HIDDEN = 6  # cells from a fault within which data are hidden
+HIDDEN = 6  # cells from a fault within which data are ignored
 DROP = 2.0  # a misfit this many times that of the next cell may be smear
-OF_THROW = 0.05  # share of the largest throw below which a misfit is no smear
+OF_THROW = 0.05  # share of the largest throw below which a misfit is not counted as smear
 SHARE = 1.5  # cells of trim for each cell of smear
 SPARE = 0.5  # cells more than that
-USUAL = 2.0  # cells of trim where smear cannot be told
+USUAL = 2.0  # cells of trim where smear cannot be determined
 FEWEST = 20  # data that a bin has to have
 
 
@@ -56,11 +56,11 @@ def propose_trim(
     HorizonError
         If the data cannot be used.
     GeometryError
-        If too few data are near the faults to tell.
+        If too few data are near the faults.
 
     Notes
     -----
-    Sheets are rebuilt with all data hidden that are nearer to a fault than six cells. The smear
+    Sheets are rebuilt without the data closer to a fault than six cells. The smear
     ends with the last cell whose misfit (90th percentile) is twice that of the next one, and a
     twentieth of the largest throw.
 
@@ -83,9 +83,9 @@ def propose_trim(
     number = np.bincount(far.astype(np.int64), minlength=HIDDEN)
     if (number[:HIDDEN] < FEWEST).any():
         raise GeometryError(
-            f"horizon {picks.name!r}: {int(number.sum())} data within {HIDDEN} cells of its faults "
-            "can be hidden and rebuilt from others, too few to see a smear. Choose trim by what "
-            "is known of the gridding: one and a half times the half width of its smear."
+            f"horizon {picks.name!r} has {int(number.sum())} data within {HIDDEN} cells of its "
+            "faults that can be predicted from the others, too few to measure the smear. Set trim "
+            "to one and a half times the half width of the gridding's smear."
         )
     tenth = [float(np.percentile(misfit[far.astype(np.int64) == k], 90)) for k in range(HIDDEN)]
     throws = np.abs(np.concatenate([walls.throw for walls in state.walls]))
@@ -94,6 +94,6 @@ def propose_trim(
     if smeared:
         smear = float(max(smeared))
         return TrimProposal(SHARE * smear + SPARE, smear, tuple(tenth))
-    if tenth[0] > least:  # missed all along: by what the sheets err, or by noise
+    if tenth[0] > least:  # missed at all distances: by the error of the sheets, or by noise
         return TrimProposal(USUAL, None, tuple(tenth))
     return TrimProposal(1.0, 0.0, tuple(tenth))

@@ -30,7 +30,7 @@ SMEAR = 1.5  # trims for each cell of smear, at least: see docs/validation/torn_
 SPARE = 0.5  # cells beyond trim and half the heave, where they begin
 FARTHEST = 64.0  # cells that the continuation is followed
 STATIONS = 3  # side by side, of which the median counts
-SHARE = 0.15  # of the largest throw: less at a tip is left unsaid
+SHARE = 0.15  # of the largest throw: less at a tip is not reported
 CLEARLY = 3.0  # times what parallel lines have
 
 
@@ -79,8 +79,8 @@ def throw_at_tips(
     for number, trace in enumerate(state.network.traces):
         for end in (0, 1):
             if trace.ends[end] == "tip":
-                told = _at_tip(picks, state, number, trace, end, trim, names[trace.fault])
-                found += [told] if told is not None else []
+                warning = _at_tip(picks, state, number, trace, end, trim, names[trace.fault])
+                found += [warning] if warning is not None else []
     return found
 
 
@@ -125,8 +125,8 @@ def _at_tip(
         "throw at tip",
         name,
         f"Fault {name!r} ends inside horizon {picks.name!r} at {place((*xy[0], level))}, where the "
-        f"data show a throw of {first:.3g} m; the sheet lets it die there, though in the data it "
-        f"goes on for {far}.",
+        f"data show a throw of {first:.3g} m. The sheet has no throw beyond that point; in the "
+        f"data it continues for {far}.",
         f"Continue fault {name!r} to about (easting {xy[1, 0]:.0f}, northing {xy[1, 1]:.0f}), or "
         "with gs.extend_fault(fault, box, sides='strike').",
         (*xy[0], level),

@@ -15,7 +15,7 @@ from geosurf.errors import GeometryError
 from geosurf.sheets.faults.slip import Slip
 from geosurf.sheets.lattice.frame import Frame
 
-ROUNDS = 200  # steps to the fixed point; each halves the rest at least, unless beds fold
+ROUNDS = 200  # steps to the fixed point; each halves the error at least, unless beds fold
 RIM = 1e-9  # cells: nearer than this to the rim of a hole is on it
 CLOSE = 1e-10  # cells: how near the particle has to come
 
@@ -48,9 +48,9 @@ class Before:
             return np.stack([a, middle, c], axis=1), np.stack([1 - large, large - small, small], 1)
         low = f + g <= 1.0
         corner = np.where(low, a, c)
-        rest = np.where(low, 1 - f - g, f + g - 1)
+        first = np.where(low, 1 - f - g, f + g - 1)
         one, two = np.where(low, f, 1 - g), np.where(low, g, 1 - f)
-        return np.stack([corner, b, d], axis=1), np.stack([rest, one, two], axis=1)
+        return np.stack([corner, b, d], axis=1), np.stack([first, one, two], axis=1)
 
     def at(self, xy: np.ndarray) -> np.ndarray:
         """Elevation (n,) at places (n, 2) from the corner; holes take the nearest value."""
@@ -109,7 +109,7 @@ def sheet_heights(
     elevation : ndarray (n,)
         Holes of the horizon take the nearest value.
     was : ndarray (n, 2)
-        `Before.lost` tells which are in a hole.
+        `Before.lost` gives which are in a hole.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def sheet_heights(
 
 
 def refuse_folds(before: Before, slips: Sequence[Slip], xy: np.ndarray, parts: np.ndarray) -> None:
-    """Say where cells of the lattice, its nodes at xy, would be turned over by the movement."""
+    """Raise an error where the movement would turn over cells of the lattice, its nodes at xy."""
     z = before.at(xy)
     now, height = xy, z
     for slip, part in zip(reversed(slips), reversed(list(parts)), strict=True):

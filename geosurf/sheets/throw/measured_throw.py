@@ -1,6 +1,6 @@
-"""By throw: what is found between the cut-offs of a sheet, beside what was asked for.
+"""Throw measured between the cut-offs of a moved sheet, next to the throw that was requested.
 
-Both cut-offs are read along lines down the dip of the fault (`diplines`): in the plane of s and
+Both cut-offs are read along lines down the dip of the fault (`dip_lines`): in the plane of s and
 z, each point of a line is named by where its line is at one level, and compared there.
 """
 
@@ -16,13 +16,13 @@ from geosurf.sheets.faults.slip import Slip
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.report.cutoffs import met
 
-LOST = 0.02  # of the largest throw: less than this may be missing beside a tip unsaid
+LOST = 0.02  # of the largest throw: less than this may be missing next to a tip without a report
 BESIDE = 2.0  # cells from a tip within which it is looked for
 DYING = 1.5  # throw that dies at a tip is lost on a lattice as this power of its cell
 
 
 def down_dip(cut: FaultCut, slip: Slip, frame: Frame, reach: float) -> tuple[FaultCut, np.ndarray]:
-    """Throw and heave along the lines down the dip of a fault; and the throw asked for there (n,).
+    """Throw and heave along the lines down the dip of a fault; and the requested throw (n,).
 
     `reach` is how far cut-offs may be from their stations [cells]. Asked for is what the rock had
     to move by that is the footwall cut-off now; NaN where none is.
@@ -55,14 +55,16 @@ def down_dip(cut: FaultCut, slip: Slip, frame: Frame, reach: float) -> tuple[Fau
     known = np.isfinite(throw)
     z = (minus[:, 2] - (1.0 - slip.share) * throw)[known]  # before the footwall rose
     s = slip.along(stations[known, 0], np.full(len(z), level), z, FAR_STEPS)
-    asked = np.full(n, np.nan)
+    requested = np.full(n, np.nan)
     rock = section.places(s, section.across(s, z))
-    asked[known] = slip.amount(np.clip(s, 0.0, section.length), z, rock)
-    return replace(cut, throw=throw, heave=heave), asked
+    requested[known] = slip.amount(np.clip(s, 0.0, section.length), z, rock)
+    return replace(cut, throw=throw, heave=heave), requested
 
 
-def lost_at_tips(cut: FaultCut, asked: np.ndarray, largest: float, cell: float) -> list[LostThrow]:
-    """Where more of the throw that was asked for is missing beside a tip than may be unsaid.
+def lost_at_tips(
+    cut: FaultCut, requested: np.ndarray, largest: float, cell: float
+) -> list[LostThrow]:
+    """Places next to tips where more of the requested throw is missing than may go unreported.
 
     Throw that dies at a tip as its distance to the power of 3/2 is read from nodes of a lattice:
     what is lost is largest next to the tip, and falls as the cell to that power.
@@ -74,12 +76,12 @@ def lost_at_tips(cut: FaultCut, asked: np.ndarray, largest: float, cell: float) 
             if end != "tip":
                 continue
             near = rows[np.abs(cut.along[rows] - cut.along[at]) <= BESIDE * cell]
-            lost = np.copysign(1.0, asked[near]) * (asked[near] - cut.throw[near])
+            lost = np.copysign(1.0, requested[near]) * (requested[near] - cut.throw[near])
             lost = np.where(np.isfinite(lost), lost, 0.0)
             worst = int(near[lost.argmax()])
             if lost.max() > LOST * largest:
                 finer = cell * (LOST * largest / float(lost.max())) ** (1.0 / DYING)
                 where = tuple(cut.stations[worst].tolist())
-                amounts = float(asked[worst]), float(cut.throw[worst])
+                amounts = float(requested[worst]), float(cut.throw[worst])
                 found.append(LostThrow(cut.fault, where, *amounts, cell, finer))
     return found

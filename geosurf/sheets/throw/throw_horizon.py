@@ -1,8 +1,8 @@
 """A continuous horizon and the throw of its faults -> a sheet that is torn there.
 
-No datum is distrusted and nothing is solved for: each wall is the horizon itself, moved along its
-faults (`slip`, `moved`), so that ghosts are known as well as nodes. Traces, tearing and the exact
-cut are those of sheets as picked.
+No datum is ignored and nothing is solved for: each wall is the horizon itself, moved along its
+faults (`slip`, `displacement`), so that ghosts are known as well as nodes. Traces, tearing and the
+exact cut are those of sheets as picked.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from geosurf.sheets.throw.thrown import Thrown
 
 LEANS = (0.5, 0.3, 0.7)  # shares of the movement at which traces are tried
 SPARES = (1.0, 0.5, 1.5, 0.0)  # cells beyond an overlap that rings are tried to cover
-FAR = 1e-6  # cells outside of the data from which a particle is told of
+FAR = 1e-6  # cells outside of the data from which a particle is counted
 
 
 def throw_horizon(
@@ -66,7 +66,7 @@ def throw_horizon(
     faults : mapping of str to fault, or sequence of TriSurface
         Anything that `triangulate_fault` takes, where they are today.
     throw : mapping of str to throw
-        By fault, the youngest first; faults that are not named do not tear. Below 0 for reverse
+        By fault, the youngest first; faults without an entry do not tear. Negative for reverse
         faults. Each is a number [m]; an array (n, 2) of distance along strike and throw, or a
         DataArray with coordinate ``along_strike``, linear between and constant beyond; a function
         of the distance; a DataArray over northing and easting; or an `EllipticThrow`.
@@ -77,8 +77,8 @@ def throw_horizon(
         Distance across strike over which the movement dies away from the fault [m], as its
         square: reverse drag. Default: never.
     hanging_wall : float or mapping of str to float
-        Part of the throw that the hanging wall takes, 0 to 1; the footwall rises by the rest. By
-        fault, those that are not named have 1.
+        Part of the throw that the hanging wall takes, 0 to 1; the footwall rises by the
+        remainder. By fault; those without an entry have 1.
     direction : {"local", "mean"} or mapping of str to these
         Whether walls move down the dip that a fault has at each place, or all across its mean
         strike, as a block does that slides along the grooves of a corrugated fault; by fault, those
@@ -129,7 +129,7 @@ def throw_horizon(
     _check_names(throw, reach, hanging_wall, direction, [surface.name for surface in surfaces])
     low, high = float(picks.z.min()), float(picks.z.max())
     most = 0.0
-    while True:  # the fault is looked at where walls move, which its throw has to tell
+    while True:  # the fault is read where its walls move, which depends on its throw
         levels = beyond((low, high), frame.cell, most)
         sections = {
             s.name: section_of(s, frame.corner, 0.5 * frame.cell, levels)
@@ -161,7 +161,7 @@ def _check_names(
     for key in throw:
         if key not in known:
             raise InputError(
-                f"throw is given for {key!r}, which is no fault; there are "
+                f"throw names {key!r}, which is not a fault. The faults are "
                 f"{', '.join(map(repr, known))}.{did_you_mean(str(key), known)}"
             )
     options = {"reach": reach, "hanging_wall": hanging_wall, "direction": direction}
@@ -169,7 +169,7 @@ def _check_names(
         for key in given if isinstance(given, Mapping) else ():
             if key not in throw:
                 raise InputError(
-                    f"{word} is given for {key!r}, for which no throw is; throw is given for "
+                    f"{word} names {key!r}, which has no throw. The faults with throw are "
                     f"{', '.join(map(repr, throw))}.{did_you_mean(str(key), throw)}"
                 )
     for one in direction.values() if isinstance(direction, Mapping) else (direction,):

@@ -120,7 +120,7 @@ class Thrown:
         return network
 
     def _touching(self) -> list[dict[int, float]]:
-        """For each fault the faults that its rim lies on, while the rest is on one side of them."""
+        """For each fault the faults that its rim lies on, with its other points on one side."""
         found: list[dict[int, float]] = [{} for _ in self.slips]
         for k, fault in enumerate(self.faults):
             points = fault.vertices - np.append(self.frame.corner, 0.0)
@@ -277,12 +277,12 @@ class Thrown:
                     network.mesh[i, k] = network.solve[i, k] = float(first)
                     trace.ends[k] = "tip"
         self.notes = [
-            f"fault {slip.section.name!r} does not meet the horizon"
+            f"Fault {slip.section.name!r} does not meet the horizon."
             for k, slip in enumerate(self.slips)
             if k not in met
         ]
         self.notes += [
-            f"fault {self.slips[trace.fault].section.name!r} has no throw at the horizon"
+            f"Fault {self.slips[trace.fault].section.name!r} has no throw at the horizon."
             for i, trace in enumerate(network.traces)
             if i not in keep
         ]
@@ -298,8 +298,8 @@ class Thrown:
                 continue
             where, throw = self._throw_along(line, int(mine.min() if end == 0 else mine.max()))
             found.append(
-                f"the tear of {self.faults[line.fault].name!r} ends early at {place(where[0])}, "
-                f"where {throw[0]:.3g} m of its throw are left"
+                f"The tear of fault {self.faults[line.fault].name!r} ends early, at "
+                f"{place(where[0])}, where its throw is still {throw[0]:.3g} m."
             )
         return found
 
