@@ -68,8 +68,8 @@ def test_a_horizon_in_feet_that_nobody_said_is_told(world):
     top = (world.horizons["Top"] / 0.3048).assign_attrs(units="m", positive="up")
     with pytest.raises(
         GeometryError,
-        match=r"'Top' .*elevation -6974 to -6674\) does not reach the model box .* In feet its "
-        r"elevations would lie inside \(-2126 to -2034 m\): set length_unit='ft' if they are\.",
+        match=r"'Top' .*elevation -6974 to -6674\) does not reach the model box .* If its elevations are in feet "
+        r"\(-2126 to -2034 m\), pass length_unit='ft'\.",
     ):
         _ = gs.Scene({"Top": top}, world.faults, world.box).units
     top = top.assign_attrs(units="ft")
@@ -88,7 +88,7 @@ def test_a_fault_that_is_not_in_the_model_is_said_to_be_left_out(world):
     near = model.replace(faults={"Far": None})
     assert len(near.units) == len(model.units)
     assert not [step for step in near.steps if step.outcome == "skipped"]
-    with pytest.raises(GeometryError, match=r"'Far' does not reach into the model, so that"):
+    with pytest.raises(GeometryError, match=r"'Far' lies outside the model. Enlarge"):
         model.allan("Far")
 
 
@@ -148,11 +148,11 @@ def test_contacts_of_zones_and_blocks_that_there_are_not(world):
 
     refused(
         {"OWC": gs.FluidContact(-2100.0, zones="Top/Bse")},
-        r"'OWC' is given for zone 'Top/Bse', which is none of \['above Top', ",
+        r"'OWC': unknown zone 'Top/Bse'. Zones are \['above Top', ",
     )
     refused(
         {"OWC": gs.FluidContact(-2100.0, block="F9+")},
-        r"'OWC' is given for block 'F9\+', which no unit is in; blocks and sides are \['F1\+', ",
+        r"'OWC': no unit lies on 'F9\+'. Name a block or a side of a fault: \['F1\+', ",
     )
     refused({"OWC": float("nan")}, r"the elevation of fluid contact 'OWC' is nan; give a number")
     called = gs.FluidContact(-2100.0, name="GOC")

@@ -93,8 +93,8 @@ def fit_voxels(boxes_a, boxes_b, size=None):
         n_voxel = np.prod(shape)
     if n_voxel > _MOST_VOXELS:
         raise InputError(
-            f"voxels of {size:g} m would be {n_voxel:.3g} voxels, more than "
-            f"{_MOST_VOXELS}; choose a larger voxel size, or none to have it fitted."
+            f"voxel_size = {size:g} m gives {n_voxel:.3g} voxels; the limit is "
+            f"{_MOST_VOXELS}. Choose a larger voxel_size, or leave it out."
         )
     return VoxelGrid(bounds, size, shape.astype(np.int64), rows_a, rows_b)
 

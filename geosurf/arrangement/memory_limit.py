@@ -49,7 +49,7 @@ def refusal(
     Examples
     --------
     >>> print(refusal(5_000_000_000, ["Salt", "Salt"]))  # doctest: +ELLIPSIS
-    surface 'Salt' has 5 000 000 000 pairs of triangles that may meet, which take 400 GB of ...
+    surface 'Salt' has 5 000 000 000 pairs of triangles that may meet, which need 400 GB of ...
     """
     named = sorted(set(names))
     if len(named) == 1:
@@ -62,9 +62,9 @@ def refusal(
     have = "" if free is None else f" and {_gigabytes(free)} are free"
     count = f"{n:,}".replace(",", " ")
     return InputError(
-        f"{who} {count} {what}, which take {_gigabytes(n * size)} of memory"
-        f"{have}. Leave out surfaces that are there twice, coarsen the others "
-        "(triangulate_horizon(..., tolerance=...)), or use a larger machine.",
+        f"{who} {count} {what}, which need {_gigabytes(n * size)} of memory{have}. "
+        "Remove duplicate surfaces, coarsen the others (triangulate_horizon(..., "
+        "tolerance=...)), or use a larger machine.",
         surfaces=named,
     )
 

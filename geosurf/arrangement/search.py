@@ -127,12 +127,12 @@ def check_surfaces(surfaces: Sequence[TriSurface], least: int = 1) -> tuple[TriS
     """Return the surfaces as a tuple, or say which cannot be used and why."""
     surfaces = listed(surfaces, "surfaces are expected", "give a list of TriSurface")
     if len(surfaces) < least:
-        raise InputError(f"{len(surfaces)} surfaces were given, at least {least} are needed.")
+        raise InputError(f"{len(surfaces)} surfaces were passed; at least {least} are needed.")
     for i, surface in enumerate(surfaces):
         if not isinstance(surface, TriSurface):
             raise InputError(
-                f"surface {i} is a {type(surface).__name__}, not a TriSurface; "
-                "triangulate_horizon and triangulate_fault make one."
+                f"surface {i} is a {type(surface).__name__}, not a TriSurface. Convert it with "
+                "triangulate_horizon or triangulate_fault."
             )
         if not surface.checked:
             if surface.n_triangle == 0:
@@ -152,8 +152,8 @@ def _check_triangles(surface: TriSurface) -> None:
         doubted, small, large = look_at_list(surface)
     if large > MAX_COORDINATE:
         raise SurfaceError(
-            f"surface {surface.name!r} has a coordinate of {large:g} m; "
-            f"at most {MAX_COORDINATE:g} can be used. Is an undefined value left in it?"
+            f"surface {surface.name!r} has a coordinate of {large:g} m; the limit is "
+            f"{MAX_COORDINATE:g} m. Replace undefined values by NaN."
         )
     if lattice is not None and lattice.is_graph:
         return  # no triangle stands upright; whether digits suffice is seen where it is used

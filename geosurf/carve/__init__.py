@@ -124,7 +124,7 @@ def carve_units(
     >>> {name: round(unit.volume, 9) for name, unit in units.items()}
     {'above Top': 400.0, 'below Top': 600.0}
     """
-    expect(patches, Patches, "carve_units takes Patches", "rebuild_surfaces makes them")
+    expect(patches, Patches, "carve_units takes Patches", "pass the result of rebuild_surfaces")
     horizons, faults = (_with_role(patches, role) for role in ("horizon", "fault"))
     _refuse_namesakes(patches)
     rules = check_column([patches.names[i] for i in horizons], column)
@@ -226,8 +226,8 @@ def _refuse_namesakes(patches: Patches) -> None:
             continue
         if source.name in seen:
             raise InputError(
-                f"{source.name!r} is the name of a {seen[source.name]} and of another "
-                f"{source.role}; rename one."
+                f"the name {source.name!r} is used by a {seen[source.name]} and by another "
+                f"{source.role}. Rename one of them."
             )
         seen[source.name] = source.role
 

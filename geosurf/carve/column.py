@@ -137,7 +137,7 @@ def names_of_zones(horizons: Sequence[str]) -> list[str]:
     for name in names:
         if names.count(name) > 1:
             raise InputError(
-                f"two zones would be called {name!r}: names of horizons with '/' in them meet "
-                "there. Rename one of the horizons."
+                f"two zones would have the name {name!r} because names of horizons contain '/'. "
+                "Rename one of the horizons."
             )
     return names

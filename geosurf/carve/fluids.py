@@ -53,14 +53,15 @@ def level_of(patches: Patches, contact: FluidContact) -> int:
             return i
     known = [source.name for source in patches.sources if source.role == "contact"]
     raise InputError(
-        f"fluid contact {contact.name!r} has no surface {contact.surface!r} among the patches; "
-        f"contacts there are {known}. Rebuild the surfaces of build_contacts with the others."
+        f"fluid contact {contact.name!r}: the patches have no contact surface "
+        f"{contact.surface!r}; theirs are {known}. Rebuild the patches with the "
+        "surfaces of build_contacts."
     )
 
 
 def check_zones(contacts: Sequence[FluidContact], zones: Sequence[str]) -> None:
     """
-    Refuse a contact for a zone that there is not.
+    Raise an error for a contact in an unknown zone.
 
     Raises
     ------
@@ -70,16 +71,16 @@ def check_zones(contacts: Sequence[FluidContact], zones: Sequence[str]) -> None:
     --------
     >>> check_zones([FluidContact(-9.0, "A/C", name="OWC")], ["above A", "A/B"])
     Traceback (most recent call last):
-    geosurf.errors.InputError: fluid contact 'OWC' is given for zone 'A/C', which is none of ['above A', 'A/B']. Did you mean 'A/B'?
+    geosurf.errors.InputError: fluid contact 'OWC': unknown zone 'A/C'. Zones are ['above A', 'A/B']. Did you mean 'A/B'?
     """  # noqa: E501 - a message
-    how = "build_contacts makes them"
+    how = "pass the result of build_contacts"
     takes = "carve_units takes a list of FluidContact"
     for contact in listed(contacts, takes, how):
         expect(contact, FluidContact, takes, how)
         for zone in contact.zones:
             if zone not in zones:
                 raise InputError(
-                    f"fluid contact {contact.name!r} is given for zone {zone!r}, which is none of "
+                    f"fluid contact {contact.name!r}: unknown zone {zone!r}. Zones are "
                     f"{list(zones)}.{did_you_mean(zone, zones)}"
                 )
 
@@ -92,11 +93,10 @@ def contacts_of_units(
     faults: Sequence[str],
 ) -> list[list[int]]:
     """
-    Rows of the contacts that count in each unit, from the top down.
+    Rows of the contacts that apply to each unit, from the top down.
 
-    Of the entries of one name that fit a unit, the one counts that says most of its zone and of
-    its block: that names the zone, and has most sides in the name of the unit; of several such,
-    the one with most sides.
+    Several entries of one name may fit a unit. Then the most specific entry applies: it names the
+    zone and the most sides in the name of the unit, and among such entries the most sides.
 
     Parameters
     ----------
@@ -116,8 +116,7 @@ def contacts_of_units(
     Raises
     ------
     InputError
-        If a block is no unit's, or of the entries of one contact that fit a unit none says more
-        than all others.
+        If a block has no unit, or no entry of a contact is the most specific for a unit.
     """
     wanted = []
     for contact in contacts:
@@ -126,14 +125,14 @@ def contacts_of_units(
             blocks = {" ".join(word) or WHOLE for word in words}
             known = sorted(blocks.union(*fault_sides))
             raise InputError(
-                f"fluid contact {contact.name!r} is given for block {contact.block!r}, which no "
-                f"unit is in; blocks and sides are {known}.{did_you_mean(contact.block, known)}"
+                f"fluid contact {contact.name!r}: no unit lies on {contact.block!r}. Name a "
+                f"block or a side of a fault: {known}.{did_you_mean(contact.block, known)}"
             )
         if not any(_fits(contact, sides, z, on) for z, on in zip(zones, fault_sides, strict=True)):
             raise InputError(
-                f"fluid contact {contact.name!r} is given for block {contact.block or WHOLE!r} of "
-                f"{', '.join(contact.zones)}, where there is no unit. Leave the zones out, or give "
-                "a block that has them."
+                f"fluid contact {contact.name!r}: block {contact.block or WHOLE!r} has no unit "
+                f"in {', '.join(contact.zones)}. Leave the zones out, or name a block that has "
+                "them."
             )
         wanted.append(sides)
     names = list(dict.fromkeys(contact.name for contact in contacts))
@@ -160,14 +159,14 @@ def contacts_of_units(
 
 
 def _fits(contact: FluidContact, sides: frozenset[str], zone: str, on: Sequence[str]) -> bool:
-    """Whether an entry for some sides of faults is for a unit that lies on others."""
+    """Whether an entry for some sides of faults applies to a unit on other sides."""
     return sides <= set(on) and (not contact.zones or zone in contact.zones)
 
 
 def _undecided(
     name: str, rivals: Sequence[FluidContact], zone: str, on: Sequence[str]
 ) -> InputError:
-    """Say which entries are for one unit, and neither for less than the other."""
+    """Return the error for two entries of which neither is more specific than the other."""
     block = " ".join(on) or WHOLE
     if any(contact.zones for contact in rivals):
         given = " and for ".join(
@@ -175,13 +174,13 @@ def _undecided(
             for contact in rivals
         )
         return InputError(
-            f"fluid contact {name!r} is given for {given}, and block {block!r} of {zone} is in "
-            "both; give it for that block and zone, too."
+            f"fluid contact {name!r} has an entry for {given}, and block {block!r} of "
+            f"{zone} belongs to both. Add an entry for that block and zone."
         )
     blocks = " and ".join(repr(contact.block) for contact in rivals)
     return InputError(
-        f"fluid contact {name!r} is given for the blocks {blocks}, and block {block!r} is in both; "
-        "give it for that block, too."
+        f"fluid contact {name!r} has entries for the blocks {blocks}, and block "
+        f"{block!r} belongs to both. Add an entry for block {block!r}."
     )
 
 
@@ -290,8 +289,8 @@ def _raise_out_of_order(patches, cells, wrong, above, contacts) -> None:
     middle = patches.local[cells.triangles[rows]].mean(axis=(0, 1)) + patches.origin
     upper, lower = contacts[k].name, contacts[k + 1].name
     raise GeometryError(
-        f"fluid contact {upper!r} lies below {lower!r} at {place(middle)}. Give contacts from the "
-        "top down, and such that they do not cross where there are units.",
+        f"fluid contact {upper!r} lies below {lower!r} at {place(middle)}. List "
+        "contacts from the top down; they must not cross inside units.",
         place=middle,
         surfaces=(contacts[k].surface, contacts[k + 1].surface),
     )

@@ -1,21 +1,22 @@
-"""Horizons in the wrong order: an older one that lies above a younger one nearly everywhere."""
+"""Warn of horizons in the wrong order: an older one above a younger one nearly everywhere."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from geosurf.conventions import volume_text
 from geosurf.errors import GeosurfWarning
 from geosurf.model import Units
 from geosurf.model.column import CONFORMABLE
 
-_MOST = 0.5  # of the map: where horizons merely cross somewhere, the report lists it
+_MOST = 0.5  # fraction of the map; smaller crossings are only listed in the report
 
 
 def warnings_of_order(units: Units) -> Iterator[GeosurfWarning]:
     """
-    Yield a warning for each pair of conformable horizons of which the older one is mostly above.
+    Yield a warning for each pair of conformable horizons with the older one mostly above.
 
-    Rules of the column declare that one removes the other, so those are left alone.
+    Pairs with a rule of the column are skipped: the rule says which horizon removes the other.
 
     Examples
     --------
@@ -25,8 +26,8 @@ def warnings_of_order(units: Units) -> Iterator[GeosurfWarning]:
     >>> surfaces = [gs.triangulate_horizon(h, name=n) for n, h in turned_over.items()]
     >>> patches = gs.rebuild_surfaces([*surfaces, *gs.build_walls(world.box)])
     >>> (found,) = warnings_of_order(gs.carve_units(patches))
-    >>> found.kind, found.subject, found.effect[:47]
-    ('order', 'Top', "Horizon 'Top' lies above 'Base', which is given")
+    >>> found.kind, found.subject, found.effect[:37]
+    ('order', 'Top', "Horizon 'Top' lies above the younger h")
     """
     for clip in units.report.get("clipped", ()):
         share = min(clip.area / units.footprint, 1.0)
@@ -36,9 +37,10 @@ def warnings_of_order(units: Units) -> Iterator[GeosurfWarning]:
         yield GeosurfWarning(
             "order",
             clip.horizon,
-            f"Horizon {clip.horizon!r} lies above {clip.by!r}, which is given as the younger one, "
-            f"{where}: {clip.volume:.3g} m3 between them are clipped.",
-            "Give horizons youngest first. If these are depths, give positive='down'. If "
-            f"{clip.by!r} erodes {clip.horizon!r}, give column={{{clip.by!r}: 'erosional'}}.",
+            f"Horizon {clip.horizon!r} lies above the younger horizon {clip.by!r} {where}: "
+            f"{volume_text(clip.volume)} between them is clipped.",
+            "List horizons from the youngest to the oldest. If the values are depths, pass "
+            f"positive='down'. If {clip.by!r} erodes {clip.horizon!r}, pass "
+            f"column={{{clip.by!r}: 'erosional'}}.",
             clip.place,
         )

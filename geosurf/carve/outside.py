@@ -23,8 +23,8 @@ def box_of(patches: Patches) -> np.ndarray:
     walls = [s for s in patches.sources if s.role == "wall"]
     if not walls:
         raise GeometryError(
-            "there are no walls among the surfaces, so that no unit can close. Add the six "
-            "sides of the model box: surfaces + build_walls(box)."
+            "the surfaces include no walls, so units cannot be closed. Add the six sides "
+            "of the model box: surfaces + build_walls(box)."
         )
     corners = np.concatenate([wall.vertices for wall in walls]) - patches.origin
     return np.stack([corners.min(axis=0), corners.max(axis=0)])
@@ -92,8 +92,8 @@ def outside_of_box(
         name = next(patches.names[i] for i, _ in of if patches.sources[i].role == "wall")
         where = corners[leaks[0]].mean(axis=0) + patches.origin
         raise OpenUnitError(
-            f"the model box is open: wall {name!r} has the outside on both of its sides at "
-            f"{place(where)}. Give all six sides without holes, as build_walls(box) makes them.",
+            f"the model box is open: wall {name!r} has no unit on either side at "
+f"{place(where)}. Pass all six sides without holes, as from build_walls(box).",
             place=where, surfaces=(name,),
         )  # fmt: skip
     return outside
@@ -138,8 +138,8 @@ def outside_of_shells(
     if len(open_):
         where = x[triangles[open_[0]]].mean(axis=0) + patches.origin
         raise OpenUnitError(
-            f"the walls of the model are open: one has the outside on both of its sides at "
-            f"{place(where)}. Give all of them without holes, as build_walls(box, aoi) makes them.",
+            "the walls of the model are open: a wall has no unit on either side at "
+            f"{place(where)}. Pass all walls without holes, as from build_walls(box, aoi).",
             place=where,
         )
     outside: np.ndarray = numbers[root == beyond]

@@ -284,14 +284,15 @@ def _turned_inside_out(patches: Patches, shells: Shells, u: int, name: str) -> G
     names = [patches.names[i] for i in np.unique(surface).tolist()]
     if len(crossing_pairs(x, triangles)):
         return GeometryError(
-            f"unit {name!r} at {place(where)} is inside out: of {', '.join(names)}, one crosses "
-            "itself and was not split there. Split it with self_intersections=True.",
+            f"unit {name!r} at {place(where)} is inside out: one of {', '.join(names)} "
+            "crosses itself and was not split there. Rebuild with self_intersections=True.",
             place=where,
             surfaces=names,
         )
     return RoundingError(
-        f"unit {name!r} at {place(where)} is so thin that rounding its corners to float64 turns "
-        f"it inside out. It lies between {', '.join(names)}: move one of them a little.",
+        f"unit {name!r} at {place(where)} is so thin that rounding its vertices to "
+        f"float64 turns it inside out. It lies between {', '.join(names)}. Move one of "
+        "them slightly.",
         place=where,
         surfaces=names,
     )

@@ -1,4 +1,4 @@
-"""What to tell of units as thin as rounding: surfaces that meet but for the last digits."""
+"""Warn of units thinner than the rounding error: surfaces that almost coincide."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from geosurf.model import Units
 
 def warnings_of_thin_units(units: Units) -> tuple[GeosurfWarning, ...]:
     """
-    Return the warning that units are as thin as rounding, if there are any.
+    Return a warning if units are thinner than the rounding error of coordinates.
 
     Parameters
     ----------
@@ -17,7 +17,7 @@ def warnings_of_thin_units(units: Units) -> tuple[GeosurfWarning, ...]:
     Returns
     -------
     tuple of GeosurfWarning
-        One at most, with the place of the largest of them.
+        At most one, with the place of the largest thin unit.
     """
     thin = units.report.get("thin", ())
     if not thin:
@@ -30,10 +30,10 @@ def warnings_of_thin_units(units: Units) -> tuple[GeosurfWarning, ...]:
     warning = GeosurfWarning(
         "thin unit",
         largest.name,
-        f"{what} as thin as the rounding of coordinates ({largest.volume:.1e} m3): {surfaces} "
-        "meet there but for the last digits.",
-        "Leave such units out (units.report['thin'] lists them), or round the coordinates of these "
-        "surfaces and of the box: np.round(x * 1024) / 1024.",
+        f"{what} thinner than the rounding error of coordinates ({largest.volume:.1e} "
+        f"m³): {surfaces} almost coincide there.",
+        "Ignore such units (units.report['thin'] lists them), or round the coordinates "
+        "of these surfaces and of the box: np.round(x * 1024) / 1024.",
         largest.place,
     )
     return (warning,)

@@ -134,14 +134,13 @@ def _not_reached(patches: Patches, surface: int) -> GeometryError:
     if t < bottom or b > top:
         if b <= -bottom and t >= -top:
             hint = (
-                "Elevation is positive up: depths are negative, in the box too, and surfaces that "
-                "hold them say positive='down'."
+                "Elevation is positive up. If its values are depths, pass positive='down', and "
+                "use negative elevations in the box."
             )
         elif bottom <= FOOT * b and FOOT * t <= top:
             hint = (
-                f"In feet its elevations would lie inside ({FOOT * b:.0f} to {FOOT * t:.0f} m): "
-                f"set length_unit='ft' if they are. Else enlarge the box, or leave the "
-                f"{source.role} out."
+                f"If its elevations are in feet ({FOOT * b:.0f} to {FOOT * t:.0f} m), pass "
+                f"length_unit='ft'. Otherwise enlarge the box, or leave the {source.role} out."
             )
     return GeometryError(
         f"{_extent_of(source)} does not reach the model box ({west:.0f} to {east:.0f}, "
@@ -163,7 +162,7 @@ def _beyond(patches: Patches, surface: int) -> GeometryError:
     """Say where a surface is that lies in the bounds of the walls, and outside of them."""
     source = patches.sources[surface]
     return GeometryError(
-        f"{_extent_of(source)} lies beyond the area of interest, in a corner of its "
+        f"{_extent_of(source)} lies outside the area of interest, although inside its "
         f"bounds. Enlarge the area, or leave the {source.role} out.",
         surfaces=(source.name,),
     )
@@ -239,16 +238,16 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
         rows = torn[cells.cell_of_side].any(axis=1)
         where = patches.local[t[rows]].mean(axis=(0, 1)) + patches.origin
         raise OpenUnitError(
-            f"nothing tells whether {place(where)} lies above {what} {name!r} or below it: the "
-            f"{what} is not in that block, and the blocks around it lie on both sides. Extend the "
-            f"{what} into the block, or shrink the box.",
+            f"cannot determine whether {place(where)} lies above or below {what} {name!r}: "
+            f"the {what} is not in that block, and the blocks around it lie on both sides. "
+            f"Extend the {what} into the block, or shrink the box.",
             place=where,
             surfaces=(name,),
         )
     if len(rim) == 0:
         raise OpenUnitError(
-            f"{what} {name!r} does not separate what lies above it from what lies below: it "
-            "turns back on itself, or a surface crosses itself and was not split there. Check the "
+            f"{what} {name!r} does not separate the space above from the space below: it "
+            "folds back, or a surface crosses itself and was not split there. Check the "
             "orientation of its triangles, or rebuild with self_intersections=True.",
             surfaces=(name,),
         )
@@ -259,9 +258,9 @@ def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -
     middle = middles[np.lexsort(middles.T[::-1])[0]] + patches.origin  # whatever the order of edges
     whole = math.fsum(length)
     raise OpenUnitError(
-        f"units leak around {what} {name!r}: {whole:.6g} m of its rim are open inside the "
-        f"model box, for one at {place(middle)}. Shrink the box to "
-        f"where the {what} is, or extend or fill the {what}.",
+        f"units leak around {what} {name!r}: {whole:.6g} m of its rim are open "
+        f"inside the model box, for example at {place(middle)}. Shrink the box to the "
+        f"{what}, or extend or fill the {what}.",
         place=middle,
         surfaces=(name,),
     )

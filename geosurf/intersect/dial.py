@@ -26,12 +26,13 @@ def check_tolerance(tolerance: float, self_intersections: bool) -> float:
     """Return the tolerance [m], or say what is wrong with it."""
     if not (is_number(tolerance) and tolerance >= 0):
         raise InputError(
-            f"tolerance is {tolerance!r}; give a length in metres, or 0 for the plain curve."
+            f"tolerance is {tolerance!r}; give a length in metres, or 0 for the lines of "
+            "the triangles."
         )
     if tolerance > 0 and self_intersections:
         raise InputError(
-            "curves of a surface with itself are plain: tolerance and self_intersections "
-            "exclude each other. Call intersect_surfaces once with each."
+            "tolerance and self_intersections cannot be combined. Call intersect_surfaces "
+            "once with each option."
         )
     return float(tolerance)
 

@@ -48,8 +48,8 @@ def shared_curves(patches: Patches, first: str, second: str) -> Curves:
     """
     if first == second:
         raise InputError(
-            f"horizon {first!r} is torn and ends on its faults, so that it has no curves with "
-            "itself; ask for those with a fault or another horizon."
+            f"horizon {first!r} is torn, so it has no intersection lines with itself. Name "
+            "a fault or another horizon."
         )
     n = len(patches.local)
     edges = np.unique(patches.curve_edges.min(axis=1) * n + patches.curve_edges.max(axis=1))

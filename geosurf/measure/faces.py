@@ -61,8 +61,8 @@ class Faces:
         size = np.linalg.norm(total)
         if size == 0:
             raise GeometryError(
-                f"surface {self.name!r} has no mean normal inside the model: it is closed, or its "
-                "triangles cancel. Measure its parts apart.",
+                f"surface {self.name!r} has no mean normal inside the model: it is closed, or "
+                "the normals of its triangles cancel. Measure its parts separately.",
                 surfaces=(self.name,),
             )
         unit: np.ndarray = total / size
@@ -78,8 +78,8 @@ class Faces:
         size = math.hypot(east, north)
         if size < 1e-9:  # decides no topology: below this, the direction is rounding
             raise GeometryError(
-                f"fault {self.name!r} is flat on average, so that it has no strike. Profiles along "
-                "strike need a fault that dips.",
+                f"fault {self.name!r} is horizontal on average, so it has no strike. Use a "
+                "fault that dips.",
                 surfaces=(self.name,),
             )
         down = np.array([east, north]) / size
@@ -123,15 +123,14 @@ def faces_of(patches: Patches, units: Units, name: str, role: str | None = None)
     known = [source.name for source in patches.sources if source.role in roles]
     if not is_word(name, known):
         raise InputError(
-            f"no {' or '.join(roles)} is called {name!r}; there are {known}."
-            f"{did_you_mean(str(name), known)}"
+            f"no {' or '.join(roles)} has the name {name!r}. Names are "
+            f"{known}.{did_you_mean(str(name), known)}"
         )
     mine = patches.surface_of_triangle == row_of(patches, name, *roles)
     rows = np.flatnonzero(mine & (units.sides >= 0).any(axis=1))
     if len(rows) == 0:
         raise GeometryError(
-            f"surface {name!r} does not reach into the model, so that there is nothing to "
-            "measure. Enlarge the box, or leave it out.",
+            f"surface {name!r} lies outside the model. Enlarge the box, or skip this surface.",
             surfaces=(name,),
         )
     return Faces(
@@ -142,8 +141,8 @@ def faces_of(patches: Patches, units: Units, name: str, role: str | None = None)
 
 def check_model(patches: object, units: object) -> None:
     """Refuse what is not a model: patches, and the units that were carved from them."""
-    expect(patches, Patches, "measures take Patches", "rebuild_surfaces makes them")
-    expect(units, Units, "measures take Units", "carve_units makes them")
+    expect(patches, Patches, "measures take Patches", "pass the result of rebuild_surfaces")
+    expect(units, Units, "measures take Units", "pass the result of carve_units")
 
 
 def row_of(patches: Patches, name: str, *roles: str) -> int:

@@ -87,8 +87,8 @@ def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Datase
     if not any(words[0] == "unit" for _, words, _ in rows):
         w, e, s, n = units.box[:4]
         raise InputError(
-            f"the line of the section does not meet the model ({w:.0f} to {e:.0f}, {s:.0f} to "
-            f"{n:.0f}). Give easting and northing [m] of a line across it."
+            f"the line of the section lies outside the model ({w:.0f} to {e:.0f}, {s:.0f} "
+            f"to {n:.0f}). Give easting and northing [m] of a line across it."
         )
     labels: dict[str, Any] = {
         key: ([words[k] for _, words, _ in rows], {"long_name": told})
@@ -118,8 +118,8 @@ def check_line(line: Any) -> np.ndarray:
     still = np.flatnonzero((np.diff(corners, axis=0) == 0).all(axis=1))
     if len(still):
         raise InputError(
-            f"points {still[0]} and {still[0] + 1} of the line of the section are one place; "
-            "leave one out."
+            f"points {still[0]} and {still[0] + 1} of the line of the section are "
+            "identical. Remove one of them."
         )
     return corners
 

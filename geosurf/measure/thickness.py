@@ -121,7 +121,7 @@ def thickness_map(
     """
     import xarray as xr
 
-    expect(units, Units, "thickness_map takes Units", "carve_units makes them")
+    expect(units, Units, "thickness_map takes Units", "pass the result of carve_units")
     if not is_word(kind, KINDS):
         raise InputError(f"kind is {kind!r}, expected one of {KINDS}.{did_you_mean(kind, KINDS)}")
     chosen = units_of_zone(units, zone, contact)
@@ -156,7 +156,7 @@ def units_of_zone(units: Units, zone: str, contact: str | None = None) -> list[U
     if not found:
         known = list(dict.fromkeys(unit.zone for unit in units.values()))
         raise InputError(
-            f"no zone is called {zone!r}; there are {known}.{did_you_mean(str(zone), known)}"
+            f"unknown zone {zone!r}. Zones are {known}.{did_you_mean(str(zone), known)}"
         )
     if contact is None:
         return found
@@ -164,7 +164,7 @@ def units_of_zone(units: Units, zone: str, contact: str | None = None) -> list[U
     if not within:
         known = sorted({unit.contact for unit in found if unit.contact})
         raise InputError(
-            f"zone {zone!r} has no interval {contact!r}; its fluid contacts make {known}."
+            f"zone {zone!r} has no contact interval {contact!r}. Its intervals are {known}."
         )
     return within
 
@@ -223,13 +223,13 @@ def _cells(width: Any, w: float, e: float, s: float, n: float) -> Nodes:
             "xarray object with coordinates northing and easting."
         )
     if not (is_number(width) and width > 0):
-        raise InputError(f"the cells of a map are {width} m wide; give a width above 0.")
+        raise InputError(f"cells of {width} m: the width must be above 0. Give a width in metres.")
     width = max(float(width), 1e-9 * (e - w))  # finer is refused in any case, and overflows
     n_col, n_row = (max(1, round(size / width)) for size in (e - w, n - s))
     if n_col * n_row > MOST_CELLS:
         raise InputError(
-            f"cells of a map that are {width:g} m wide would be {n_col:.3g} x {n_row:.3g}, and "
-            f"{MOST_CELLS:g} are the most; give a larger width."
+            f"cells of {width:g} m give a map of {n_col:.3g} x {n_row:.3g} cells; the limit "
+            f"is {MOST_CELLS:g} cells. Choose a larger width."
         )
     dx, dy = (e - w) / n_col, (n - s) / n_row
     east, north = w + (np.arange(n_col) + 0.5) * dx, s + (np.arange(n_row) + 0.5) * dy

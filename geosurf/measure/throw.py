@@ -129,7 +129,7 @@ def _led(level: Callable[[np.ndarray], np.ndarray], points: np.ndarray) -> np.nd
     try:
         found = real_numbers(level(points))
     except (TypeError, ValueError) as error:
-        raise InputError(f"level fails: {error}; {how}.") from error
+        raise InputError(f"level raised an error: {error}; {how}.") from error
     if found.shape != (len(points), 2):
         raise InputError(f"level returns shape {found.shape}; {how}.")
     return found
@@ -148,8 +148,8 @@ def _section(
         points = real_numbers(line)
     except (TypeError, ValueError) as error:
         raise InputError(
-            f"a cut-off line of the {wall} is no array of numbers ({error}); give points (n, 3): "
-            "easting, northing, elevation [m]."
+            f"a cut-off line of the {wall} is not an array of numbers ({error}). Give "
+            "points (n, 3): easting, northing, elevation [m]."
         ) from error
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
         raise InputError(
@@ -170,8 +170,9 @@ def _section(
     if len(back):
         where = points[back[0] + 1]
         raise GeometryError(
-            f"the cut-off line of the {wall} turns back along the strike at {place(where)}, so "
-            "that throw has two values there. Cut it there, or give the strike of that part.",
+            f"the cut-off line of the {wall} turns back along the strike at {place(where)}, "
+            "so throw has two values there. Split the line there, or pass the strike of "
+            "that part.",
             place=where,
         )
     return section

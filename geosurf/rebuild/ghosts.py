@@ -45,7 +45,7 @@ def trim_sheets(patches: Patches) -> Patches:
     >>> trim_sheets(rebuild_surfaces([sheet, fault])).surface("Top").bounds
     (0.0, 3.0, 0.0, 9.0, 0.0, 0.0)
     """
-    expect(patches, Patches, "trim_sheets takes Patches", "rebuild_surfaces makes them")
+    expect(patches, Patches, "trim_sheets takes Patches", "pass the result of rebuild_surfaces")
     if not any("ghost" in source.vertex_data for source in patches.sources):
         return patches
     keep, _, _ = kept_parts(patches)

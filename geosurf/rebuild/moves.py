@@ -1,4 +1,4 @@
-"""What a repair moved, as a warning: inputs are used a little beside where they were given."""
+"""Warn of input vertices that a repair moved."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ import numpy as np
 from geosurf.errors import GeosurfWarning
 from geosurf.model import Patches, TriSurface
 
-_TOLD = 1e-6  # metres: what is finer is nobody's measurement, and most repairs move by 2 nm
+_REPORTED = 1e-6  # metres: smaller moves are below any measurement; most repairs move by 2 nm
 
 
 def warnings_of_moves(given: Sequence[TriSurface], patches: Patches) -> tuple[GeosurfWarning, ...]:
     """
-    Return the warning that inputs were moved where rounding would have broken triangles.
+    Return a warning if a repair moved input vertices, because rounding would break triangles.
 
     Parameters
     ----------
     given : sequence of TriSurface
-        What was rebuilt.
+        Input surfaces of the rebuild.
     patches : Patches
 
     Returns
     -------
     tuple of GeosurfWarning
-        One at most, if something was moved by more than 1 micrometre, with the place of the largest
-        move; ``patches.report`` has all moves.
+        At most one, for moves of more than 1 micrometre, with the place of the largest move.
+        ``patches.report`` has all moves.
     """
-    if patches.report["largest_move"] <= _TOLD:
+    if patches.report["largest_move"] <= _REPORTED:
         return ()
     names, far, place = [], 0.0, None
     for old, new in zip(given, patches.sources, strict=True):
@@ -44,9 +44,9 @@ def warnings_of_moves(given: Sequence[TriSurface], patches: Patches) -> tuple[Ge
     warning = GeosurfWarning(
         "moved",
         names[0],
-        f"{count} of {listed} moved by up to {far:.1e} m: surfaces there nearly meet in a point or "
-        "a line, and the exact result does not fit into float64.",
-        "To choose the places yourself, round the coordinates of these surfaces and of the box: "
+        f"{count} of {listed} moved by up to {far:.1e} m: surfaces almost touch there, "
+        "and float64 cannot represent the exact result.",
+        "To avoid this, round the coordinates of these surfaces and of the box: "
         "np.round(x * 1024) / 1024.",
         place,
     )

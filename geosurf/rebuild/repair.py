@@ -186,10 +186,10 @@ def _refusal(contacts: Contacts, bad: np.ndarray) -> RoundingError:
     met = np.unique(contacts.surface_of_face[contacts.rows[near, :2]])
     others = [contacts.surfaces[i].name for i in met.tolist()]
     return RoundingError(
-        f"the pieces of {len(np.unique(bad))} triangles cannot be held in float64, the first is of "
-        f"surface {name!r} at {place(where)}, and moving vertices there by up to "
-        f"{STEPS[-1] / 2:.0e} m does not help: surfaces are degenerate there up to rounding, but "
-        "not exactly. Move one of them a little.",
+        f"float64 cannot represent the pieces of {len(np.unique(bad))} triangles, the "
+        f"first of surface {name!r} at {place(where)}; moving vertices by up to "
+        f"{STEPS[-1] / 2:.0e} m does not help. Surfaces almost touch there. Move one of "
+        "them slightly.",
         place=where,
         surfaces=dict.fromkeys([name, *others]),
     )

@@ -22,7 +22,7 @@ from geosurf.prove.stress import run_case
 
 SIZES = (
     "exact arithmetic takes 0 and sizes from",
-    "at most 1.15292e+18 can",
+    "the limit is 1.15292e+18 m",
     "or beyond 1.15292e+18 m",
 )
 KINDS = ("scaled", "stretched", "mixed", "nearly zero", "denormal", "huge", "all sizes")

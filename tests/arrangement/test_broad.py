@@ -104,7 +104,7 @@ def test_only_faces_near_the_other_surface_are_candidates():
 
 def test_voxels_that_would_fill_the_memory_are_refused():
     a = np.array([[0.0, 0, 0, 1000, 1000, 1000]])
-    with pytest.raises(InputError, match=r"voxels of 0\.001 m would be 1e\+18.*larger voxel size"):
+    with pytest.raises(InputError, match=r"voxel_size = 0\.001 m gives 1e\+18.*larger voxel_size"):
         fit_voxels(a, a, 1e-3)
 
 

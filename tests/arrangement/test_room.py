@@ -42,7 +42,7 @@ except gs.errors.InputError as error:
 def test_a_limit_of_the_process_is_met_before_memory_is_taken():
     done = subprocess.run([sys.executable, "-c", CHILD], capture_output=True, text=True, check=True)
     assert "surface 'Salt' has" in done.stdout
-    assert "GB are free. Leave out" in done.stdout
+    assert "GB are free. Remove dup" in done.stdout
 
 
 @pytest.mark.parametrize("method", ["tree", "voxels"])
@@ -50,7 +50,7 @@ def test_candidates_beyond_what_is_free_are_an_error(method, monkeypatch):
     monkeypatch.setattr(memory_limit, "_SMALL", 0)
     monkeypatch.setattr(memory_limit, "free_memory", lambda: 1_000_000)
     with pytest.raises(
-        InputError, match=r"'A' and 'B' have .* pairs .* free\. Leave out"
+        InputError, match=r"'A' and 'B' have .* pairs .* free\. Remove dup"
     ) as caught:
         intersect_surfaces([grid("A", 160), grid("B", 160)], method=method)
     assert caught.value.surfaces == ("A", "B")
@@ -59,7 +59,7 @@ def test_candidates_beyond_what_is_free_are_an_error(method, monkeypatch):
 def test_contacts_beyond_what_is_free_are_an_error(monkeypatch):
     monkeypatch.setattr(memory_limit, "_SMALL", 0)
     monkeypatch.setattr(memory_limit, "free_memory", lambda: 80_000)
-    with pytest.raises(InputError, match=r"'Salt' has .* pairs of triangles that meet, which take"):
+    with pytest.raises(InputError, match=r"'Salt' has .* pairs of triangles that meet, which need"):
         intersect_surfaces([crossing(45)], self_intersections=True)
 
 

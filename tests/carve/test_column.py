@@ -235,7 +235,7 @@ def test_remnants_are_named_by_size_then_place_however_surfaces_are_shuffled():
     sizes = [r.volume for r in units.remnants(min_volume=1.0)]
     assert len(sizes) >= len(remnants)
     assert len(units) == len(found)  # the threshold is for the list only
-    assert str(remnants[0]).startswith(f"{remnants[0].name}: {remnants[0].volume:.6g} m3 at (east")
+    assert str(remnants[0]).startswith(f"{remnants[0].name}: {remnants[0].volume:.6g} m3 at (E ")
 
 
 def test_equal_remnants_are_numbered_from_the_west():

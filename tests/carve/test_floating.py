@@ -111,8 +111,8 @@ def test_islands_of_a_horizon_beyond_the_walls_change_nothing():
 
 def test_a_horizon_beyond_the_walls_is_told():
     words = (
-        r"horizon 'Top' \(easting 5 to 7, northing 5 to 7, elevation 0 to 0\) lies beyond the area "
-        r"of interest, .* Enlarge the area, or leave the horizon out\."
+        r"horizon 'Top' \(easting 5 to 7, northing 5 to 7, elevation 0 to 0\) lies outside the "
+        r"area of interest, .* Enlarge the area, or leave the horizon out\."
     )
     with pytest.raises(GeometryError, match=words):
         carve([sheet("Top", BEYOND["z"], role="horizon")])
@@ -188,7 +188,7 @@ def test_what_faults_have_inside_is_what_clipping_leaves(faults, scale):
 def test_in_an_open_box_the_walls_are_blamed(missing):
     walls = [wall for i, wall in enumerate(build_walls(BOX)) if i != missing]
     for corners in BEYOND.values():
-        with pytest.raises(OpenUnitError, match=r"the model box is open: wall '.*Give all six"):
+        with pytest.raises(OpenUnitError, match=r"the model box is open: wall '.*Pass all six"):
             carve_units(rebuild_surfaces([sheet("F1", corners), *walls]))
 
 

@@ -142,7 +142,7 @@ def test_a_grid_of_one_block_need_not_reach_the_others():
         scene_of({"OWC": part(0.5)})
     assert e.value.place == pytest.approx((0.5, 2.0, 2.0))
     with pytest.raises(
-        OpenUnitError, match=r"nothing tells whether .* above contact 'OWC' or below"
+        OpenUnitError, match=r"cannot determine whether .* above or below contact 'OWC'"
     ):
         scene_of({"OWC": part(1)})
 
@@ -195,7 +195,7 @@ def test_names_of_blocks_are_taken_apart():
     [
         ([], None),
         ([-1.0], r"contacts is a list; give a mapping \{name: "),
-        ({"OWC": {"F9+": 2.0}}, r"given for block 'F9\+', which no unit is in; .* mean 'F1\+'\?"),
+        ({"OWC": {"F9+": 2.0}}, r"no unit lies on 'F9\+'\. .* mean 'F1\+'\?"),
         ({"OWC": {}}, r"contact 'OWC' is given for no block\. Give an elevation"),
         ({"OWC": "deep.gri"}, r"deep\.gri"),
         ({"OWC": True}, r"contact 'OWC' is a bool\. Give an elevation \[m\]"),
@@ -213,7 +213,7 @@ def test_refusals(contacts, words):
 def test_blocks_that_fit_equally_well_are_refused():
     across = sheet("F2", [(-1, 2, -5), (5, 2, -5), (5, 2, 9), (-1, 2, 9)])
     with pytest.raises(InputError, match=r"for the blocks 'F1\+' and 'F2\+', and block 'F1\+ F2\+' "
-                       r"is in both; give it for that block"):  # fmt: skip
+                       r"belongs to both\. Add an entry for block"):  # fmt: skip
         scene_of({"OWC": {"F1+": 2.0, "F2+": 1.5}}, (UPRIGHT, across))
 
 
@@ -230,14 +230,16 @@ def test_a_contact_with_the_name_of_a_horizon_is_refused():
         scene_of({"Top": 2.0})
     extra, contacts = build_contacts({"Top": 2.0}, BOX)
     patches = rebuild_surfaces([TOP, BASE, *extra, *build_walls(BOX)])
-    with pytest.raises(InputError, match="'Top' is the name of a horizon and of another contact"):
+    with pytest.raises(InputError, match="name 'Top' is used by a horizon and by another contact"):
         carve_units(patches, contacts=contacts)
 
 
 def test_a_contact_without_its_surface_is_refused():
     _, contacts = build_contacts({"OWC": 2.0}, BOX)
     patches = rebuild_surfaces([TOP, BASE, *build_walls(BOX)])
-    with pytest.raises(InputError, match=r"'OWC' has no surface 'OWC' among the patches; .* \[\]"):
+    with pytest.raises(
+        InputError, match=r"'OWC': the patches have no contact surface 'OWC'; .* \[\]"
+    ):
         carve_units(patches, contacts=contacts)
 
 
@@ -271,7 +273,7 @@ def test_blocks_between_faults_that_cross_below_a_horizon():
     assert sorted(below.values()) == pytest.approx([4.0, 14.0, 14.0, 32.0])
     # where it may be above as well as below, nothing is guessed: Top ends at the faults
     left = TriSurface("Top", "horizon", [[-1, -1, 1], [1, -1, 1], [1, 5, 1], [-1, 5, 1]], [[0, 1, 2], [0, 2, 3]])  # fmt: skip  # noqa: E501
-    words = r"nothing tells whether \(E .* lies above horizon 'Top' or below it: the horizon"
+    words = r"cannot determine whether \(E .* lies above or below horizon 'Top': the horizon"
     with pytest.raises(OpenUnitError, match=words) as caught:
         scene.replace(horizons={"Top": left}).units  # noqa: B018
     assert caught.value.surfaces == ("Top",)

@@ -131,11 +131,11 @@ def test_a_grid_need_not_reach_zones_that_are_not_named():
     [
         (
             {"OWC": FluidContact(1.5, zones="Midle/Base")},
-            r"given for zone 'Midle/Base', which is none of \['above Top', .* mean 'Middle/Base'\?",
+            r"unknown zone 'Midle/Base'. Zones are \['above Top', .* mean 'Middle/Base'\?",
         ),
         (
             {"OWC": [FluidContact(1.5, zones="Middle/Base"), FluidContact(1.25, block="F1+")]},
-            r"block 'whole' of Middle/Base and for block 'F1\+' of all zones, and .* is in both",
+            r"block 'whole' of Middle/Base and for block 'F1\+' of all zones, and .* belongs to both",
         ),
         (
             {
@@ -167,7 +167,7 @@ def test_a_block_that_has_nothing_of_a_zone_is_refused():
     """F1 ends just above Base, so that the zones above have no sides of it."""
     short = sheet("F1", [(1, -1, -5), (1, 5, -5), (1, 5, 1.5), (1, -1, 1.5)])
     with pytest.raises(
-        InputError, match=r"for block 'F1\+' of Top/Middle, where there is no unit. Leave the zones"
+        InputError, match=r"block 'F1\+' has no unit in Top/Middle. Leave the zones"
     ):
         scene_of({"OWC": FluidContact(0.0, zones="Top/Middle", block="F1+")}, (short,))
 

@@ -48,7 +48,9 @@ def test_three_planes_that_nearly_meet_on_a_wall_bound_a_unit():
 
 def test_a_scene_warns_of_thin_units():
     scene = Scene({}, {s.name: s for s in three_planes()}, BOX)
-    with pytest.warns(GeosurfWarning, match="as thin as the rounding of coordinates .*'P0', 'P1'"):
+    with pytest.warns(
+        GeosurfWarning, match="thinner than the rounding error of coordinates .*'P0', 'P1'"
+    ):
         (thin,) = scene.units.report["thin"]
     (warning,) = scene.warnings
     assert (warning.kind, warning.subject, warning.place) == ("thin unit", thin.name, thin.place)
@@ -58,7 +60,7 @@ def test_a_scene_warns_of_thin_units():
 def test_a_scene_warns_of_inputs_that_a_repair_moved():
     world = plane_world(3396)  # one fault goes by an edge of the box, until it is moved by 70 µm
     scene = Scene({}, {s.name: s for s in world.surfaces}, world.box)
-    with pytest.warns(GeosurfWarning, match="moved by up to .* does not fit into float64"):
+    with pytest.warns(GeosurfWarning, match="moved by up to .* float64 cannot represent"):
         report = scene.patches.report
     (warning,) = scene.warnings
     assert warning.kind == "moved"

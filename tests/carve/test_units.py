@@ -255,7 +255,9 @@ def test_a_horizon_that_does_not_reach_leaks():
 def test_two_zones_of_one_name_are_refused():
     """One of them would be lost, since units go by name."""
     names = ("A", "B/C", "x", "A/B", "C")
-    with pytest.raises(InputError, match=r"two zones would be called 'A/B/C': .* Rename one"):
+    with pytest.raises(
+        InputError, match=r"two zones would have the name 'A/B/C' because .* Rename one"
+    ):
         carve([level(name, 4 - 0.5 * k) for k, name in enumerate(names)])
 
 
@@ -306,9 +308,11 @@ def test_a_horizon_along_a_wall():
 
 
 def test_refusals():
-    with pytest.raises(InputError, match="carve_units takes Patches, not list; rebuild_surfaces"):
+    with pytest.raises(
+        InputError, match="carve_units takes Patches, not list; pass the result of rebuild_surfaces"
+    ):
         carve_units([])
-    with pytest.raises(GeometryError, match=r"no walls among the surfaces.*build_walls\(box\)"):
+    with pytest.raises(GeometryError, match=r"surfaces include no walls.*build_walls\(box\)"):
         carve_units(rebuild_surfaces([level("Top", 3)]))
 
 

@@ -161,7 +161,7 @@ def test_render_draws_a_section_along_a_line(folder, tmp_path, capsys):
         (["--section", "0,1500 4000;1500"], "'4000;1500' is no point; give easting and northing"),
         (["--section", "0,1500,9 4000,1500"], "'0,1500,9' is no point"),
         (["--section", " "], "line of the section has shape (0,); give easting"),
-        (["--section", "-9,-9 -8,-8"], "does not meet the model (0 to 4000, 0 to 3000). Give"),
+        (["--section", "-9,-9 -8,-8"], "lies outside the model (0 to 4000, 0 to 3000). Give"),
         (["--section", "0,1 4000,1", "--view", "top"], "--section draws a vertical section, which has no --view; leave one"),
         (["--section", "0,1 4000,1", "--no-clip"], "no --clip"),
         (["--section", "0,1 4000,1", "--exaggeration", "0"], "no --exaggeration"),

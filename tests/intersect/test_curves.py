@@ -285,10 +285,11 @@ def test_surfaces_apart_have_no_curves():
 
 def test_refusals():
     top = grid("Top", np.zeros((3, 3)))
-    with pytest.raises(InputError, match=r"1 surfaces were given, at least 2 are needed"):
+    with pytest.raises(InputError, match=r"1 surfaces were passed; at least 2 are needed"):
         intersect_surfaces([top])
     with pytest.raises(
-        InputError, match=r"surface 1 is a list, not a TriSurface; triangulate_horizon"
+        InputError,
+        match=r"surface 1 is a list, not a TriSurface. Convert it with triangulate_horizon",
     ):
         intersect_surfaces([top, [[0, 0, 0]]])
     empty = TriSurface("Empty", "fault", [[0, 0, 0]], np.empty((0, 3), dtype=int))
@@ -299,7 +300,7 @@ def test_refusals():
     with pytest.raises(SurfaceError, match=words):
         intersect_surfaces([top, line])
     far = soup("F2", [[[0, 0, 0], [1e30, 1, 1], [0, 1, 0]]])
-    with pytest.raises(SurfaceError, match=r"'F2' has a coordinate of 1e\+30 m; at most"):
+    with pytest.raises(SurfaceError, match=r"'F2' has a coordinate of 1e\+30 m; the limit"):
         intersect_surfaces([top, far])
 
 

@@ -138,8 +138,8 @@ def test_rings_and_lines_end_where_a_leg_does():
         ([(0, 0)], r"has shape \(1, 2\); give easting and northing"),
         ("AB", r"line of the section is 'AB'; give"),
         ([(0, 0), (np.nan, 1)], r"has values that are not finite; give"),
-        ([(0, 0), (9, 9), (9, 9)], r"points 1 and 2 of the line of the section are one place; l"),
-        ([(900, 900), (999, 999)], r"does not meet the model \(0 to 60, 0 to 30\)\. Give easting"),
+        ([(0, 0), (9, 9), (9, 9)], r"points 1 and 2 of the line of the section are identical\. R"),
+        ([(900, 900), (999, 999)], r"lies outside the model \(0 to 60, 0 to 30\)\. Give easting"),
     ],
 )
 def test_lines_that_are_none(scene, line, words):

@@ -243,8 +243,8 @@ def test_columns_agree_with_rational_arithmetic(corners, east, north):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("Top/Bse",), r"no zone is called 'Top/Bse'; there are .* Did you mean 'Top/Base'\?"),
-        (("Top/Base", -1.0), r"cells of a map are -1\.0 m wide; give a width above 0"),
+        (("Top/Bse",), r"unknown zone 'Top/Bse'. Zones are .* Did you mean 'Top/Base'\?"),
+        (("Top/Base", -1.0), r"cells of -1\.0 m: the width must be above 0"),
         (("Top/Base", "50"), r"grid of a map is str; give the width of a cell"),
         (("Top/Base", xr.DataArray([1.0])), r"no coordinate 'northing'.*Give northing and easting"),
     ],
@@ -258,7 +258,7 @@ def test_words_that_are_unknown():
     scene = faulted()
     with pytest.raises(InputError, match=r"kind is 'isochor', expected .* mean 'isochore'\?"):
         scene.thickness("Top/Base", kind="isochor")
-    with pytest.raises(InputError, match=r"zone 'Top/Base' has no interval 'above OWC'"):
+    with pytest.raises(InputError, match=r"zone 'Top/Base' has no contact interval 'above OWC'"):
         scene.thickness("Top/Base", contact="above OWC")
     bad = nodes([1.0, np.nan], [1.0])
     with pytest.raises(InputError, match="coordinate 'easting' of the map has values that are not"):

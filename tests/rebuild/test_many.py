@@ -88,7 +88,7 @@ def test_refusals_without_a_reason_are_broken_promises(monkeypatch):
     with pytest.raises(AssertionError, match="does not leak"):
         many.assert_open(patches, OpenUnitError("100 m of its rim", surfaces=("H1",)))
     with pytest.raises(AssertionError, match="nothing around is"):
-        many.assert_open(patches, OpenUnitError("nothing tells", surfaces=("H1",)))
+        many.assert_open(patches, OpenUnitError("cannot determine whether", surfaces=("H1",)))
     beyond = GeometryError("does not reach the model box", surfaces=("H1",))
     with pytest.raises(AssertionError, match="H1 is in the box"):
         many.assert_beyond(patches, beyond)

@@ -44,7 +44,7 @@ def test_a_result_that_cannot_be_held_is_refused_with_its_place(monkeypatch, tmp
     monkeypatch.setattr(repair, "SHIFT", 2.0**-60)
     top = grid("Top", np.random.default_rng(3).integers(0, 4, (6, 6)))
     wall = sheet("F1", [(1, -1, -1), (3, 9, -1), (3, 9, 5), (1, -1, 5)], (3, 3))
-    words = r"cannot be held in float64, the first is of surface '\w+' at \(E .*Move one of"
+    words = r"float64 cannot represent .*, the first of surface '\w+' at \(E .*Move one of"
     with pytest.raises(RoundingError, match=words) as caught:
         rebuild_surfaces([top, wall])
     assert set(caught.value.surfaces) == {"Top", "F1"}

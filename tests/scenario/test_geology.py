@@ -110,7 +110,7 @@ def test_contacts_of_some_zones(folder):
     assert {u.zone for u in units.values() if u.contact} == {"Top/Base", "below Base"}
     scene = build_scene(read_scenario(scenario(folder, one)))
     scene = scene.replace(contacts={"OWC": gs.FluidContact(-2050.0, "Top/Bas")})
-    with pytest.raises(InputError, match=r"zone 'Top/Bas', which is none of \['above Top'"):
+    with pytest.raises(InputError, match=r"unknown zone 'Top/Bas'. Zones are \['above Top'"):
         scene.patches  # noqa: B018
     assert [step.stage for step in scene.steps if step.stage == "rebuild"] == []
 

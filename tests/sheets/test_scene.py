@@ -35,7 +35,7 @@ def test_units_of_torn_sheets_are_closed_and_certified(pair, kind, n_unit):
 
 def test_a_torn_sheet_has_no_curves_with_itself(pair):
     _, scene = pair("normal")
-    words = r"horizon 'Top' is torn and ends on its faults, so .* ask for those with a fault"
+    words = r"horizon 'Top' is torn, so .* Name a fault"
     with pytest.raises(gs.errors.InputError, match=words):
         scene.curves_between("Top", "Top")
 

@@ -362,7 +362,7 @@ def test_faults_that_cannot_guide_a_wall():
     flat = gs.TriSurface(
         "F1", "fault", [[0, 0, -1800], [1000, 0, -1800], [0, 1000, -1800]], [[0, 1, 2]]
     )
-    with pytest.raises(GeometryError, match="'F1' is flat on average, so that it has no strike"):
+    with pytest.raises(GeometryError, match="'F1' is horizontal on average, so it has no strike"):
         gs.throw_horizon(horizon(), [flat], {"F1": 10.0})
     x = np.array([[300.0, 500.0, 500.0, 300.0]]) + np.array([[0.0], [100.0]])
     y = np.array([[0.0, 300.0, 600.0, 1200.0]]) + np.zeros((2, 1))
