@@ -68,8 +68,8 @@ def test_a_horizon_in_feet_that_nobody_said_is_told(world):
     top = (world.horizons["Top"] / 0.3048).assign_attrs(units="m", positive="up")
     with pytest.raises(
         GeometryError,
-        match=r"'Top' .*elevation -6974 to -6674\) does not reach the model box .* If its elevations are in feet "
-        r"\(-2126 to -2034 m\), pass length_unit='ft'\.",
+        match=r"'Top' .*elevation -6974 to -6674\) does not reach the model box .* If "
+        r"its elevations are in feet \(-2126 to -2034 m\), pass length_unit='ft'\.",
     ):
         _ = gs.Scene({"Top": top}, world.faults, world.box).units
     top = top.assign_attrs(units="ft")

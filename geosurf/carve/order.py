@@ -27,7 +27,7 @@ def warnings_of_order(units: Units) -> Iterator[GeosurfWarning]:
     >>> patches = gs.rebuild_surfaces([*surfaces, *gs.build_walls(world.box)])
     >>> (found,) = warnings_of_order(gs.carve_units(patches))
     >>> found.kind, found.subject, found.effect[:37]
-    ('order', 'Top', "Horizon 'Top' lies above the younger h")
+    ('order', 'Top', "Horizon 'Top' lies above the younger ")
     """
     for clip in units.report.get("clipped", ()):
         share = min(clip.area / units.footprint, 1.0)
