@@ -234,7 +234,9 @@ def test_the_order_of_faults_does_not_matter(rng):
 def test_refusals_name_the_rule():
     with pytest.raises(InputError, match=r"form a circle: F1 ends at F2, F2 ends at F1"):
         scene(*SMALL.values(), truncations={"F1": ("F2", "+"), "F2": ("F1", "+")})
-    with pytest.raises(InputError, match=r"truncations name 'F9'.*The faults are \['F1', 'F2', 'F3'\]"):
+    with pytest.raises(
+        InputError, match=r"truncations name 'F9'.*The faults are \['F1', 'F2', 'F3'\]"
+    ):
         scene(*SMALL.values(), truncations={"F9": ("F2", "+")})
     with pytest.raises(InputError, match=r"extend names 'F9', which is not a fault"):
         scene(*SMALL.values(), extend=["F9"])
