@@ -157,7 +157,7 @@ def test_wherever_it_is_declared(how):
     assert gs.triangulate_horizon(made, name="A").crs == "EPSG:23031"
     base = (declared("attribute", "EPSG:32631") - 100.0).assign_attrs(grid(crs="EPSG:32631").attrs)
     scene = gs.Scene({"A": made, "B": base}, {}, BOX)
-    with pytest.raises(InputError, match=r"'B' is in EPSG:32631 and 'A' in EPSG:23031"):
+    with pytest.raises(InputError, match=r"'B' is in EPSG:32631, but 'A' is in EPSG:23031\."):
         _ = scene.units
     twin = gs.Scene({"A": grid()}, {}, BOX)
     assert twin.surface("A").crs is None
@@ -191,6 +191,6 @@ def test_an_array_that_contradicts_itself():
 def test_what_cannot_be_compared_is_a_warning():
     base = (grid() - 100.0).assign_attrs(grid(crs="UTM zone 31").attrs)
     scene = gs.Scene({"A": grid(crs="EPSG:32631"), "B": base}, {}, BOX)
-    with pytest.warns(gs.GeosurfWarning, match=r"'B' declares .*'UTM zone 31'.*cannot be compared"):
+    with pytest.warns(gs.GeosurfWarning, match=r"'B' declares .*'UTM zone 31'.*cannot compare"):
         (found,) = scene.warnings
     assert (found.kind, found.subject) == ("crs", "B")

@@ -110,13 +110,13 @@ def test_what_has_no_grid_stays_as_it_is():
     assert "simplify" not in scene.explain()
 
 
-def test_explain_tells_what_was_simplified_and_reports_tell_what_it_costs():
+def test_explain_lists_what_was_simplified_and_reports_state_the_effect():
     scene, exact = pair_of("waves", 8.0)
     assert scene.volumes is not None
     (line,) = [line for line in scene.explain().splitlines() if line.startswith("simplify")]
     assert "of 3200 triangles, within 8 m" in line
-    assert simplified(scene).startswith("Horizons are simplified to 8 m: the volume of any unit")
-    assert "Largest error of a curve: " in simplified(scene)
+    assert simplified(scene).startswith("Horizons are simplified to a tolerance of 8 m. This")
+    assert "Largest error of an intersection line: " in simplified(scene)
     assert simplified(exact) == ""
 
 

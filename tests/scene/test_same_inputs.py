@@ -1,0 +1,118 @@
+"""Which inputs count as the same, and which do not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from geosurf import (
+    FaultSticks,
+    Scene,
+    TriSurface,
+)
+from geosurf.errors import GeosurfWarning
+from geosurf.scene.memory import fingerprint
+from tests.scene.small import level, ran, upright
+from tests.strategies import BOX
+
+
+@pytest.mark.parametrize("kind", ["units of an axis", "sticks", "vertices", "stick of a vertex"])
+def test_inputs_that_differ_in_little_are_not_one(kind):
+    """Each of these was once taken for an input that a scene had seen before."""
+    quad = np.array([(1.0, -1, 9), (1, -1, -5), (1, 5, 9), (1, 5, -5)])
+    faces = [(0, 1, 2), (1, 3, 2)]
+    if kind == "units of an axis":
+        one = xr.DataArray(
+            np.zeros((2, 2)), dims=("northing", "easting"),
+            coords={"northing": [0.0, 9.0], "easting": [0.0, 9.0]},
+        )  # fmt: skip
+        two = one.assign_coords(easting=one.easting.assign_attrs(units="ft"))
+    elif kind == "sticks":
+        line = np.vstack([quad[:2], quad[:1] + 3.0, quad[2:]])
+        one, two = (FaultSticks("F1", (line[:n], line[n:])) for n in (2, 3))
+    elif kind == "vertices":
+        one, two = (quad, faces), (quad + 1.0, faces)
+    else:
+        sticks = [{"stick": [0, 0, 1, 1]}, {"stick": [0, 1, 2, 3]}]
+        one, two = (TriSurface("F1", "fault", quad, faces, vertex_data=d) for d in sticks)
+    assert fingerprint(one) != fingerprint(two)
+
+
+def test_arrays_are_compared_by_content(scene):
+    """By their identity, an array that is gone could be taken for the one in its place."""
+
+    def fault(x):
+        return np.array([(x, -1.0, -5), (x, 5, -5), (x, 5, 9)]), [[0, 1, 2]]
+
+    twin = scene.replace(faults={"F1": fault(2.0)})
+    assert set(twin.cutoffs("Top", "F1")[0][:, 0]) == {2.0}
+    again = twin.replace(faults={"F1": fault(2.0)})
+    assert set(again.cutoffs("Top", "F1")[0][:, 0]) == {2.0}
+    assert ran(again, "curves") == []
+
+
+def test_the_default_box_given_explicitly_is_the_same():
+    """Another local frame is another result: the certificate compares bytes."""
+    x = np.arange(2000.0, 3001.0, 250.0)
+    top = xr.DataArray(
+        np.full((5, 5), -100.3), dims=("northing", "easting"),
+        coords={"northing": x, "easting": x}, attrs={"units": "m", "positive": "up"},
+    )  # fmt: skip
+    corners = [(500, 500, -300), (500, 3500, -300), (3000, 3500, 300), (3000, 500, 300)]
+    scene = Scene({"Top": top}, {"F1": (corners, [[0, 1, 2], [0, 2, 3]])})
+    with pytest.warns(
+        GeosurfWarning, match=r"'F1' lies close to the model box, but not in it, and is left"
+    ):
+        assert len(scene.units) == 2
+    assert scene.replace(box=scene.box).check().ok
+
+
+def test_an_answer_is_never_that_of_another_question():
+    """Nothing is told by its identity, which a later object may have; nor by words run together."""
+    scene = Scene({"Top": level(3), "Base": level(1)}, {}, BOX)
+
+    class Grid:
+        """Has coordinates as a map needs them, and is no xarray object."""
+
+        def __init__(self, *east: float) -> None:
+            self.coords = {
+                name: xr.DataArray(np.array(at), dims=name)
+                for name, at in (("northing", [1.0, 2.0]), ("easting", east))
+            }
+
+    def eastings(grid: Grid) -> list[float]:
+        return scene.thickness("Top/Base", grid).easting.values.tolist()
+
+    for k in range(20):  # each is gone before the next is made
+        assert eastings(Grid(1.0 + k / 8, 3.75)) == [1.0 + k / 8, 3.75]
+    grid = Grid(1.0, 2.0)
+    assert eastings(grid) == [1.0, 2.0]
+    grid.coords["easting"][:] = [2.5, 3.5]
+    assert eastings(grid) == [2.5, 3.5]
+
+
+def test_names_with_a_cross_in_them_are_not_run_together():
+    faults = {"x C": upright(1), "C": upright(2)}
+    scene = Scene({"A": level(3), "A x": level(1)}, faults, BOX)
+    one, other = scene.throw("A", "x C"), scene.throw("A x", "C")
+    assert (one.horizon, one.fault) == ("A", "x C")
+    assert (other.horizon, other.fault) == ("A x", "C")
+
+
+def test_a_path_and_the_content_of_its_file_differ(tmp_path):
+    one, other = tmp_path / "a", tmp_path / "ab"
+    one.write_bytes(b"bc")
+    other.write_bytes(b"c")
+    assert fingerprint(one) != fingerprint(other)
+
+
+def test_results_do_not_depend_on_identities(scene):
+    """A scene made anew finds nothing, one with equal inputs everything, whatever was dropped."""
+    units = scene.units
+    twin = scene.replace(faults={"F1": upright(2)})
+    assert twin.units is not units
+    del twin
+    again = scene.replace(faults={"F1": upright(1)})
+    assert again.units is units
+    assert ran(again, "carve", "from memory") == ["the box"]

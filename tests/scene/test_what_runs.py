@@ -1,0 +1,86 @@
+"""A scene computes what is asked for, once; results come from memory by what went into them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geosurf import (
+    Scene,
+)
+from geosurf.errors import InputError
+from geosurf.scene import memory
+from tests.scene.small import level, ran, upright
+from tests.strategies import BOX
+
+
+def test_nothing_runs_before_it_is_asked_for(scene):
+    assert scene.steps == ()
+    assert scene.explain() == ""
+
+
+def test_one_cutoff_runs_one_pair_and_reads_two_surfaces(scene):
+    (line,) = scene.cutoffs("Top", "F1")
+    assert line.shape[1] == 3
+    assert set(line[:, 0]) == {1.0}
+    assert ran(scene, "triangulate") == ["Top", "F1"]
+    assert ran(scene, "curves") == ["Top x F1"]
+    assert len(scene.steps) == 3
+
+
+def test_files_that_are_not_asked_for_are_not_read(tmp_path):
+    missing = tmp_path / "missing.ts"
+    scene = Scene({"Top": level(3), "Base": missing}, {"F1": upright(1)}, BOX)
+    assert len(scene.cutoffs("Top", "F1")) == 1
+    with pytest.raises(InputError, match=r"missing\.ts"):
+        scene.surface("Base")
+
+
+def test_the_second_time_comes_from_memory(scene):
+    first = scene.curves_between("Top", "F1")
+    assert scene.curves_between("Top", "F1") is first
+    assert [s.outcome for s in scene.steps if s.stage == "curves"] == ["ran", "from memory"]
+    assert scene.curves is scene.curves
+    assert scene.units is scene.units
+    assert ran(scene, "rebuild") == ["4 surfaces and the box"]
+    assert ran(scene, "carve") == ["the box"]
+
+
+def test_skipped_pairs_are_listed(scene):
+    assert scene.cutoffs("Top", "F2") == []
+    (step,) = [s for s in scene.steps if s.outcome == "skipped"]
+    assert (step.stage, step.subject, step.detail) == ("curves", "Top x F2", "boxes do not meet")
+    assert scene.curves.n_curve == 4
+    assert ran(scene, "curves", "skipped") == ["Top x F2", "Top x Base", "Top x F2"]
+    assert "Top x F2" in scene.explain()
+
+
+def test_replace_recomputes_the_pairs_of_what_changed(scene):
+    before = scene.curves
+    other = scene.replace(faults={"F1": upright(2)})
+    assert other.steps == ()
+    after = other.curves
+    assert ran(other, "triangulate") == ["F1"]
+    assert sorted(ran(other, "curves")) == ["Base x F1", "F1 x F2", "Top x F1"]
+    assert ran(other, "curves", "from memory") == ["Base x F2"]
+    assert {*after.between("Top", "F1")[0][:, 0]} == {2.0}
+    np.testing.assert_array_equal(after.between("Base", "F2")[0], before.between("Base", "F2")[0])
+    # the first scene is what it was
+    assert scene.curves is before
+    assert {*scene.cutoffs("Top", "F1")[0][:, 0]} == {1.0}
+
+
+def test_an_equal_input_changes_nothing(scene):
+    first = scene.units
+    twin = scene.replace(faults={"F1": upright(1)})
+    assert twin.units is first
+    assert ran(twin, "rebuild") == ran(twin, "carve") == []
+
+
+def test_inputs_are_read_once(scene, monkeypatch):
+    """However many pairs ask: hashes of surfaces took longer than the pairs themselves."""
+    taken = []
+    plain = memory.fingerprint
+    monkeypatch.setattr(memory, "fingerprint", lambda *a: taken.append(a) or plain(*a))
+    scene.curves, scene.units  # noqa: B018
+    assert len(taken) == 4
