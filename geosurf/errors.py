@@ -1,8 +1,8 @@
 """Every exception that geosurf raises on purpose, and its one kind of warning.
 
 Each message is one or two sentences: what is wrong, where, and what to do next.
-The class says whose move it is: the input's (`InputError`), the geometry's
-(`GeometryError`) or geosurf's own (`InvariantError`). The command line turns
+The class names the cause: the input (`InputError`), the geometry (`GeometryError`) or a
+bug in geosurf (`InvariantError`). The command line turns
 them into exit codes 2, 3 and 4.
 """
 
@@ -28,14 +28,14 @@ __all__ = [
 
 
 class GeosurfError(Exception):
-    """Root of all errors raised on purpose.
+    """Base class of all errors that geosurf raises on purpose.
 
     Attributes
     ----------
     place : (easting, northing, elevation) or None
-        Where it is [m], if it is somewhere; `geosurf.render.render_place` draws it.
+        Position of the problem [m], if it has one; `geosurf.render.render_place` draws it.
     surfaces : tuple of str
-        Names of the surfaces that it is about.
+        Names of the surfaces involved.
     """
 
     exit_code = 4
@@ -49,13 +49,13 @@ class GeosurfError(Exception):
 
 
 class InputError(GeosurfError, ValueError):
-    """What was handed over cannot be used."""
+    """The input cannot be used."""
 
     exit_code = 2
 
 
 class FormatError(InputError):
-    """A file is not what its format says: path, place, found, expected."""
+    """A file does not follow its format; the message has path, line, found and expected."""
 
 
 class HorizonError(InputError):
@@ -71,7 +71,7 @@ class ScenarioError(InputError):
 
 
 class DependencyError(InputError):
-    """Something optional is not installed; the message says what brings it."""
+    """An optional package is not installed; the message has the command that installs it."""
 
 
 class OutputError(InputError):
@@ -79,42 +79,42 @@ class OutputError(InputError):
 
 
 class GeometryError(GeosurfError):
-    """Legal input, impossible geometry."""
+    """The input is valid, but its geometry cannot be used."""
 
     exit_code = 3
 
 
 class OpenUnitError(GeometryError):
-    """A unit leaks: the message gives the length and place of the open rim."""
+    """A unit is not closed; the message has the length and position of the open rim."""
 
 
 class RoundingError(GeometryError):
-    """The exact result cannot be held in float64 without crossing itself."""
+    """Rounding the exact result to float64 would make surfaces cross each other."""
 
 
 class InvariantError(GeosurfError, AssertionError):
-    """geosurf broke one of its own promises; please report it with the input."""
+    """A bug in geosurf: a result violates a guarantee. Please report it with the input."""
 
     exit_code = 4
 
 
 class GeosurfWarning(UserWarning):
-    """Something that geosurf assumed and the user could not know, with the size of its effect.
+    """An assumption that geosurf made, with the size of its effect and a remedy.
 
     `Scene.warnings` lists those of a scene; each is also issued once by Python's `warnings`.
 
     Parameters
     ----------
     kind : str
-        What sort of assumption it is, one or two words: ``"area"``, ``"spike"`` ...
+        Kind of assumption, one or two words: ``"area"``, ``"spike"`` ...
     subject : str
-        Name of the input that it is about.
+        Name of the input that is affected.
     effect : str
-        What was assumed or left out, and how much that is: one sentence.
+        What geosurf assumed or left out, and how large the effect is.
     remedy : str
-        What to type if that is not what was meant: one sentence.
+        What to type to change it.
     place : (easting, northing, elevation), optional
-        Where it is [m], if it is somewhere.
+        Position [m], if it has one.
 
     Examples
     --------

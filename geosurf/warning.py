@@ -1,6 +1,6 @@
-"""How a `GeosurfWarning` is issued: to the scene that is at work, else by Python's `warnings`.
+"""Issue a `GeosurfWarning`: to the scene that is being computed, else by Python's `warnings`.
 
-A scene collects what its steps warn of, keeps it beside their results, and issues each warning
+A scene collects the warnings of its steps, stores them with their results, and issues each warning
 once. Outside a scene a function issues its warnings itself. Both call `warn`.
 """
 

@@ -1,6 +1,6 @@
-"""Bytes to a file, whole or not at all: the one way in which geosurf writes.
+"""Write bytes to a file completely, or leave the old file: all writers use this module.
 
-Data go to a new file beside the destination, under a random name that cannot be planted (it is
+Data go to a new file next to the destination, under a random name that cannot be planted (it is
 created exclusively and never through a link); they are forced to the disk, and the new
 file takes the place of the old one in a single step. A kill or a power cut at any moment leaves
 the old file or the new one.

@@ -124,7 +124,7 @@ def replace_folder(folder: Path, stage: Path, names: Names, lock: str) -> bool:
         a folder above that cannot be written, or a system or disk that cannot swap.
     """
     real = folder.resolve()
-    beside = real.parent / (twin_prefix(real) + random_digits())
+    twin = real.parent / (twin_prefix(real) + random_digits())
     sync_tree(stage)
     try:
         here, old, new = Path.cwd(), real.stat(), stage.stat()
@@ -136,19 +136,19 @@ def replace_folder(folder: Path, stage: Path, names: Names, lock: str) -> bool:
             return False
         shutil.copystat(real, stage)
         os.utime(stage)  # copied with the rest
-        stage.rename(beside)
+        stage.rename(twin)
     except OSError:
         return False
-    if not exchange(beside, real):
-        beside.rename(stage)
+    if not exchange(twin, real):
+        twin.rename(stage)
         return False
     sync_folder(real.parent)
-    discard(beside, real, names)
+    discard(twin, real, names)
     return True
 
 
 def twin_prefix(folder: Path) -> str:
-    """How names of folders begin that lie beside a folder to swap with it."""
+    """Prefix of the names of folders that are swapped with a folder next to them."""
     return f"{PREFIX}{hashlib.sha256(os.fsencode(folder.name)).hexdigest()[:8]}-"
 
 
@@ -165,7 +165,7 @@ def discard(old: Path, new: Path, names: Names) -> None:
 
 
 def discard_twins(folder: Path, names: Names) -> None:
-    """Remove what killed runs left beside a folder; who calls holds the claim on the folder."""
+    """Remove what killed runs left next to a folder; the caller holds the claim on it."""
     real = folder.resolve()
     with suppress(OSError):
         for path in [*real.parent.glob(f"{glob.escape(twin_prefix(real))}{'[0-9a-f]' * N_RANDOM}")]:
@@ -280,7 +280,7 @@ def _read_list(path: Path, names: Names) -> tuple[list[PurePosixPath], list[Pure
         raise OSError(errno.EINVAL, f"{path} is not a list of files") from error
     for name in (*new, *old):
         if name not in names:
-            raise OSError(errno.EINVAL, f"{path} names {name}, which no run writes")
+            raise OSError(errno.EINVAL, f"{path} names {name}, which geosurf does not write")
     return new, old
 
 

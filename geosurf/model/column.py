@@ -6,7 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from geosurf.conventions import did_you_mean, is_word, place
+from geosurf.conventions import (
+    area_text,
+    did_you_mean,
+    is_word,
+    length_text,
+    place,
+    volume_text,
+)
 from geosurf.errors import InputError
 from geosurf.model.expected import name_of
 
@@ -34,7 +41,7 @@ def check_column(horizons: Sequence[str], column: Mapping[str, Any] | None) -> t
     Raises
     ------
     InputError
-        For a name that is no horizon, or a word that is no rule.
+        For an unknown horizon or rule.
 
     Examples
     --------
@@ -45,18 +52,18 @@ def check_column(horizons: Sequence[str], column: Mapping[str, Any] | None) -> t
         return (CONFORMABLE,) * len(horizons)
     if not isinstance(column, Mapping):
         raise InputError(
-            f"column is a {type(column).__name__}; give a mapping {{horizon: rule}} with the "
-            f"rules {', '.join(RULES)}."
+            f"`column` must be a mapping {{horizon: rule}}, not {type(column).__name__}. The "
+            f"rules are {', '.join(RULES)}."
         )
     for name, rule in column.items():
         if name not in horizons:
             raise InputError(
-                f"column names {name!r}, which is no horizon; there are {list(horizons)}."
-                f"{did_you_mean(str(name), horizons)}"
+                f"`column` names {name!r}, which is not a horizon. The horizons are "
+                f"{list(horizons)}.{did_you_mean(str(name), horizons)}"
             )
         if not is_word(rule, RULES):
             raise InputError(
-                f"column: the rule of horizon {name!r} is {rule!r}; it must be one of "
+                f"`column`: the rule of horizon {name!r} is {rule!r}. Use one of "
                 f"{', '.join(RULES)}.{did_you_mean(str(rule), RULES)}"
             )
     return tuple(str(column.get(name, CONFORMABLE)) for name in horizons)
@@ -98,8 +105,9 @@ class Clipped:
         n = len(self.places)
         count = "one place" if n == 1 else f"{n} places"
         return (
-            f"{self.horizon} is clipped by {self.by} ({self.rule}): {self.area:.6g} m2 of it and "
-            f"{self.volume:.6g} m3 in {count}, up to {self.thickness:.6g} m at {place(self.place)}"
+            f"{self.horizon} is clipped by {self.by} ({self.rule}): {area_text(self.area)} of "
+            f"it and {volume_text(self.volume)} in {count}, up to "
+            f"{length_text(self.thickness)} thick at {place(self.place)}"
         )
 
 
@@ -122,7 +130,7 @@ class Remnant:
     place: tuple[float, float, float]
 
     def __str__(self) -> str:
-        return f"{self.name}: {self.volume:.6g} m3 at {place(self.place)}"
+        return f"{self.name}: {volume_text(self.volume)} at {place(self.place)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,14 +146,14 @@ class FluidContact:
         ``"Top/Base"``, ``"above Top"`` ...: units of other zones are not split by it. Empty: all.
     block : str
         Sides of faults, ``"F1+ F2-"``: units that do not lie on them are not split by it. Empty or
-        ``"elsewhere"``: all, but where another one of the same name says more.
+        ``"elsewhere"``: all zones that no other contact of the same name lists.
     name : str
         ``"OWC"`` ...: `build_contacts` fills in what it is called among the contacts of a model.
 
     Raises
     ------
     InputError
-        If zones or block are no names.
+        If `zones` or `block` are not names.
 
     Examples
     --------
@@ -174,12 +182,12 @@ class FluidContact:
         listed = given if isinstance(given, list | tuple) else (None,)
         if not all(isinstance(zone, str) and zone.strip() for zone in listed):
             raise InputError(
-                f"zones of a fluid contact are {self.zones!r}; give names of zones, as in "
+                f"FluidContact: `zones` is {self.zones!r}. Give names of zones, as in "
                 "zones=['Top/Base']."
             )
         if not isinstance(self.block, str):
             raise InputError(
-                f"block of a fluid contact is {self.block!r}; give sides of faults, as in "
+                f"FluidContact: `block` is {self.block!r}. Give sides of faults, as in "
                 "block='F1+ F2-'."
             )
         object.__setattr__(self, "name", name_of(self.name, "fluid contact"))

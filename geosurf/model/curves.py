@@ -45,7 +45,7 @@ class TriangleContact(Noun):
 
 @dataclass(frozen=True, eq=False)
 class Touch(Noun):
-    """A contact that is no curve: a touching point or an overlap area.
+    """A contact other than a curve: a touching point or an overlap area.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Touch(Noun):
 
 @dataclass(frozen=True, eq=False)
 class CurveIssue:
-    """Where a curve is not what its tolerance asked for, and why.
+    """A position where a curve does not meet the requested tolerance, and the reason.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class Curves(Noun):
         What it took: numbers of voxels, candidate faces, pairs tested, pairs meeting.
     error_bound : ndarray of float64, shape (n_curve,), or None
         With a tolerance: how far each curve can be from that of the smooth surfaces [m]; 0 for
-        plain curves of surfaces that are no lattices, inf where a part is not known. None for
+        plain curves of surfaces other than lattices, inf where a part is not known. None for
         plain curves.
     places : tuple of CurveIssue
         With a tolerance: where it is not met, or not known to be, and why.
@@ -170,7 +170,9 @@ class Curves(Noun):
         """Return the curves of two named surfaces as world polylines (n, 3) [m]."""
         for name in (first, second):
             if not is_word(name, self.names):
-                raise InputError(f"no surface is called {name!r}; there are {list(self.names)}.")
+                raise InputError(
+                    f"there is no surface {name!r}. The surfaces are {list(self.names)}."
+                )
         wanted = sorted((self.names.index(first), self.names.index(second)))
         return [
             self.points[curve]

@@ -1,4 +1,4 @@
-"""What people hand over instead of what is asked for: refused by one sentence each.
+"""Checks of arguments of the wrong kind: each raises an error of one or two sentences.
 
 Front doors look at what they are given before anything is computed; names in place of surfaces,
 words in place of numbers and folders in place of files are told here, in the same words.
@@ -49,7 +49,7 @@ def expect(value: Any, kind: type | tuple[type, ...], takes: str, how: str) -> N
 
 def path_of(path: Any, what: str) -> Path:
     """
-    Return a path, or say that something else stands in its place.
+    Return a path, or raise an error for anything else.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def path_of(path: Any, what: str) -> Path:
     '.png'
     >>> path_of(5, "render_scene")
     Traceback (most recent call last):
-    geosurf.errors.InputError: render_scene: the path is 5; give text or a pathlib.Path.
+    geosurf.errors.InputError: render_scene: 5 is not a path. Give text or a pathlib.Path.
     """
     if isinstance(path, str | os.PathLike):
         try:
@@ -70,12 +70,12 @@ def path_of(path: Any, what: str) -> Path:
             text = ""
         if isinstance(text, str) and text and "\0" not in text and _is_encodable(text):
             return Path(text)
-    raise InputError(f"{what}: the path is {path!r}; give text or a pathlib.Path.")
+    raise InputError(f"{what}: {path!r} is not a path. Give text or a pathlib.Path.")
 
 
 def name_of(name: Any, what: str) -> str:
     """
-    Return a name as text, or say that it is none. Whole numbers are names, too.
+    Return a name as text, or raise an error. Integers are names, too.
 
     Raises
     ------
@@ -87,16 +87,17 @@ def name_of(name: Any, what: str) -> str:
     '7'
     >>> name_of(["F1"], "fault")
     Traceback (most recent call last):
-    geosurf.errors.InputError: the name of a fault is ['F1']; give text.
+    geosurf.errors.InputError: the name of a fault must be text, not ['F1'].
     """
     if isinstance(name, str | int | np.integer) and not isinstance(name, bool):
         found = name if type(name) is str else str(name)
         if _is_encodable(found):
             return found
         raise InputError(
-            f"the name of a {what} is {found!r}, which no file can hold; give letters of Unicode."
+            f"the name of a {what}, {found!r}, has characters that files cannot store. Use "
+            "Unicode letters."
         )
-    raise InputError(f"the name of a {what} is {name!r}; give text.")
+    raise InputError(f"the name of a {what} must be text, not {name!r}.")
 
 
 def _is_encodable(text: str) -> bool:
@@ -110,7 +111,7 @@ def _is_encodable(text: str) -> bool:
 
 def number_of(value: Any, what: str, hint: str = "give one finite number") -> float:
     """
-    Return one finite number, or say that it is none.
+    Return one finite number, or raise an error.
 
     Raises
     ------
@@ -129,7 +130,7 @@ def number_of(value: Any, what: str, hint: str = "give one finite number") -> fl
 
 def flag_of(value: Any, what: str) -> bool:
     """
-    Return whether something is to be done, or say that this is no yes or no.
+    Return a boolean, or raise an error for anything else.
 
     Raises
     ------
@@ -139,16 +140,16 @@ def flag_of(value: Any, what: str) -> bool:
     --------
     >>> flag_of("no", "refine")
     Traceback (most recent call last):
-    geosurf.errors.InputError: refine is 'no'; give True or False.
+    geosurf.errors.InputError: refine must be True or False, not 'no'.
     """
     if isinstance(value, bool | np.bool_) or (type(value) is int and value in (0, 1)):
         return bool(value)
-    raise InputError(f"{what} is {value!r}; give True or False.")
+    raise InputError(f"{what} must be True or False, not {value!r}.")
 
 
 def box_of_sides(box: Any) -> np.ndarray:
     """
-    Return a model box as an array, or say what is wrong with it.
+    Return a model box as an array, or raise an error that names the wrong side.
 
     Parameters
     ----------
@@ -168,14 +169,16 @@ def box_of_sides(box: Any) -> np.ndarray:
     --------
     >>> box_of_sides((0, 9, 0, 9, -100, -200))
     Traceback (most recent call last):
-    geosurf.errors.InputError: box: bottom (-100) is not less than top (-200). The order is (west, east, south, north, bottom, top). Elevation is positive up: depths are negative.
+    geosurf.errors.InputError: box: bottom (-100) is not less than top (-200). The order is (west, east, south, north, bottom, top). Elevation is positive up, so depths are negative.
     """  # noqa: E501 - a message
     from geosurf.kernels.exact.predicates import MAX_COORDINATE  # not for all who import the nouns
 
     try:
         limits = real_numbers(box)
     except (TypeError, ValueError) as error:
-        raise InputError(f"box: {box!r} is not six numbers. Give {ORDER} in metres.") from error
+        raise InputError(
+            f"box: expected six numbers, found {box!r}. Give {ORDER} in metres."
+        ) from error
     if limits.shape != (6,):
         raise InputError(
             f"box: found shape {limits.shape}, expected six numbers. Give {ORDER} in metres."
@@ -185,12 +188,12 @@ def box_of_sides(box: Any) -> np.ndarray:
             raise InputError(f"box: {side} is {value}. Give six finite numbers {ORDER} in metres.")
         if abs(value) > MAX_COORDINATE:
             raise InputError(
-                f"box: {side} is {value:g}, and at most {MAX_COORDINATE:g} m can be used. Give the "
-                f"box that the model fills, {ORDER} in metres."
+                f"box: {side} is {value:g} m, but coordinates are limited to "
+                f"{MAX_COORDINATE:g} m. Give the box that the model fills, {ORDER} in metres."
             )
     for low, high in ((0, 1), (2, 3), (4, 5)):
         if not limits[low] < limits[high]:
-            hint = " Elevation is positive up: depths are negative." if low == 4 else ""
+            hint = " Elevation is positive up, so depths are negative." if low == 4 else ""
             raise InputError(
                 f"box: {SIDES[low]} ({limits[low]:g}) is not less than {SIDES[high]} "
                 f"({limits[high]:g}). The order is {ORDER}.{hint}"
@@ -200,7 +203,7 @@ def box_of_sides(box: Any) -> np.ndarray:
 
 def listed(values: Any, takes: str, how: str) -> Sequence[Any]:
     """
-    Return values as a tuple, or refuse what cannot be gone through.
+    Return values as a tuple, or raise an error if they cannot be iterated.
 
     Raises
     ------

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from geosurf.conventions import area_text, length_text
 from geosurf.errors import InputError
 from geosurf.model.surfaces import TriSurface
 
@@ -49,8 +50,9 @@ class Extension:
     def __str__(self) -> str:
         """One sentence, as for a log."""
         return (
-            f"{self.fault} ({self.side}) was continued by {self.shortest:.4g} to "
-            f"{self.distance:.4g} m until {self.until}: {self.area:.4g} m2, lines: {self.lines}"
+            f"{self.fault} ({self.side}) was extended by {length_text(self.shortest)} to "
+            f"{length_text(self.distance)} until {self.until}: {area_text(self.area)}, lines: "
+            f"{self.lines}"
         )
 
 
@@ -86,7 +88,7 @@ class Truncation:
     fault, main : str
         The truncated fault, and the one that it ends at.
     keep : str
-        The part that stays, as asked for: ``"hanging wall"`` of the main fault ...
+        The part that is kept, as requested: ``"hanging wall"`` of the main fault ...
     side : {"+", "-"}
         The same by the normal of the main fault: ``+`` is where it points.
     kept_area, dropped_area : float
@@ -111,11 +113,14 @@ class Truncation:
 
     def __str__(self) -> str:
         """One sentence, as for a log."""
-        more = f", {self.coinciding_area:.4g} of them in it" if self.coinciding_area else ""
-        apart = f", {self.apart_area:.4g} of them apart from it" if self.apart_area else ""
+        more = (
+            f", {area_text(self.coinciding_area)} of it coincident" if self.coinciding_area else ""
+        )
+        apart = f", {area_text(self.apart_area)} of it detached" if self.apart_area else ""
         return (
-            f"{self.fault} ends at {self.main} along {self.length:.4g} m: {self.dropped_area:.4g} "
-            f"m2 were dropped{more}; {self.kept_area:.4g} m2 in its {self.keep} stay{apart}"
+            f"{self.fault} ends at {self.main} along {length_text(self.length)}: "
+            f"{area_text(self.dropped_area)} removed{more}; {area_text(self.kept_area)} in its "
+            f"{self.keep} kept{apart}"
         )
 
 
@@ -249,7 +254,7 @@ class FaultNetwork:
         return FaultNetwork(tuple(r for i, r in enumerate(self.rows) if i not in numbers))
 
     def apply(self, scene: Any) -> Any:
-        """Return a scene in which the proposals are carried out, beside the rules that it has.
+        """Return a scene with the proposals applied, in addition to its own rules.
 
         Parameters
         ----------
@@ -263,8 +268,8 @@ class FaultNetwork:
         """
         if not all(hasattr(scene, key) for key in ("replace", "truncations", "extend")):
             raise InputError(
-                f"a network applies to a Scene, not to {type(scene).__name__}; give the scene that "
-                "proposed it."
+                f"a FaultNetwork applies to a Scene, not to {type(scene).__name__}. Pass the "
+                "scene that proposed it."
             )
         truncations = {**self.truncations, **scene.truncations}
         return scene.replace(truncations=truncations, extend={**self.extend, **scene.extend})

@@ -40,12 +40,12 @@ class Lattice(Noun):
     reverse : bool or None
         How triangles turn. None (horizons): so that normals point up. False:
         from columns to rows; True: from rows to columns (faults, which may be
-        vertical, so that the map cannot tell).
+        vertical, so that the map does not determine it).
 
     Raises
     ------
     SurfaceError
-        If arrays are no numbers, empty, or their shapes do not fit together.
+        If arrays are not numeric, empty, or their shapes do not fit together.
     """
 
     easting: np.ndarray
@@ -64,7 +64,10 @@ class Lattice(Noun):
                 f"{shape}; expected (n_col,), (n_row,) and (n_row, n_col), or all (n_row, n_col)."
             )
         if 0 in shape:
-            raise SurfaceError(f"a lattice has {shape[0]} x {shape[1]} nodes; leave it out.")
+            raise SurfaceError(
+                f"a lattice has {shape[0]} x {shape[1]} nodes, but needs at least one. Leave "
+                "it out."
+            )
 
     def __repr__(self) -> str:
         n_row, n_col = self.shape
@@ -95,7 +98,7 @@ class Lattice(Noun):
 
     @cached_property
     def survey(self) -> Survey:
-        """What one look at all nodes tells; faults are asked for the lie of their cells, too."""
+        """The survey of all nodes; for faults, of the orientation of their cells, too."""
         return Survey.of(self.coordinates, self.places, quads=self.reverse is not None)
 
     def turned_as(self, rising: bool, reverse: bool | None) -> Lattice:
@@ -246,7 +249,7 @@ class Lattice(Noun):
         return np.stack([easting[keep], northing[keep], self.elevation[keep]], axis=1)
 
     def build_triangles(self) -> np.ndarray:
-        """Triangles (n_triangle, 3), cell by cell; normals point up, or as `reverse` says.
+        """Triangles (n_triangle, 3), cell by cell; normals point up, or down with `reverse`.
 
         A triangle exists only where its three nodes do.
         """
@@ -316,5 +319,5 @@ def _numbers(key: str, values: Any) -> Any:
         return real_numbers(values)
     except (TypeError, ValueError) as error:
         raise SurfaceError(
-            f"{key} of a lattice is not made of numbers ({error}). Give an array of metres."
+            f"{key} of a lattice is not numeric ({error}). Give an array of metres."
         ) from error

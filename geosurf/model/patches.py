@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 class Patches(Noun):
     """Surfaces split along their common curves, sharing one vertex per point.
 
-    Large arrays are made when they are first asked for: until then, what no curve touches of a
+    Large arrays are computed when they are first used: until then, what no curve touches of a
     gridded surface is only known as runs of its lattice (`Pieces`).
 
     Parameters
@@ -77,7 +77,7 @@ class Patches(Noun):
 
     @classmethod
     def of_pieces(cls, pieces: Pieces, curve_edges: np.ndarray, report: dict[str, Any]) -> Patches:
-        """Patches whose arrays are made when they are asked for."""
+        """Return patches whose arrays are computed on first use."""
         self = cls.__new__(cls)
         self.sources = tuple(pieces.sources)
         self.origin = frozen(pieces.origin, np.float64)
@@ -186,7 +186,7 @@ class Patches(Noun):
     def _row(self, i: int | str) -> int:
         if isinstance(i, str):
             if i not in self.names:
-                raise InputError(f"no surface is called {i!r}; there are {list(self.names)}.")
+                raise InputError(f"there is no surface {i!r}. The surfaces are {list(self.names)}.")
             return self.names.index(i)
         if not is_whole(i) or not 0 <= i < len(self.sources):
             raise InputError(f"there is no surface {i!r}; rows are 0 to {len(self.sources) - 1}.")

@@ -87,7 +87,7 @@ class Expanded(Noun):
     """Pieces as plain arrays: one row for each triangle, surface by surface, row by row.
 
     Points of the triangles come first, then nodes of the lattices. Each array is made when it
-    is first asked for.
+    is first used.
     """
 
     pieces: Pieces

@@ -229,9 +229,9 @@ class ThrowReport:
     shortened : dict of str to int
         Links by which tears end earlier than their faults, by fault; throw is lost there.
     lost : tuple of LostThrow
-        Tips beside which more than 2 % of the largest throw of a fault are missing.
+        Tips next to which more than 2 % of the largest throw of a fault are missing.
     n_outside : int
-        Nodes whose rock was outside of the data before it moved: the horizon is carried on there.
+        Nodes whose rock was outside of the data before it moved: the horizon is extrapolated there.
     farthest_outside : float
         How far, at most [m].
     notes : list of str
@@ -289,7 +289,7 @@ class Sheet(Noun):
         Triangles that stand for them and reach past the faults: nodes of the lattice, row by row,
         then ghosts.
     ghosts : ndarray of float64 (n_ghost, 3)
-        Vertices that are no data: each sheet carried on past the fault.
+        Vertices without data: each sheet continued beyond the fault.
     outer : ndarray of bool (n_ghost,)
         The outermost ghosts, which lie beyond the faults.
     faults : tuple of TriSurface
@@ -298,7 +298,7 @@ class Sheet(Noun):
         By fault.
     report : SheetReport or ThrowReport
     crs : str or None
-        Coordinate reference system that the data said, if they did.
+        Coordinate reference system of the data, if they declare one.
     """
 
     name: str
@@ -319,9 +319,9 @@ class Sheet(Noun):
 
     @cached_property
     def surface(self) -> TriSurface:
-        """The torn mesh, role "horizon", carried on past its faults.
+        """The torn mesh, role "horizon", continued beyond its faults.
 
-        ``vertex_data["ghost"]`` marks what is no data, ``["outer"]`` what lies beyond the faults:
+        ``vertex_data["ghost"]`` marks vertices without data, ``["outer"]`` those beyond faults:
         `rebuild_surfaces` with all faults, then `trim_sheets`, leaves the sheet itself.
         """
         lattice, n_col = self.lattice, self.lattice.shape[1]
@@ -375,14 +375,15 @@ class Sheet(Noun):
             ):
                 continue
             raise InputError(
-                f"horizon {self.name!r} is torn at fault {fault.name!r}, which {verb}. Give the "
-                "scene the sheet's own faults, unchanged: {f.name: f for f in sheet.faults}."
+                f"horizon {self.name!r} is torn at fault {fault.name!r}, which {verb}. Pass "
+                "the faults of the sheet to the scene, unchanged: {f.name: f for f in "
+                "sheet.faults}."
             )
         return self.surface
 
     @property
     def ghost(self) -> np.ndarray:
-        """Mask of the vertices of `surface` that are no data."""
+        """Mask of the vertices of `surface` without data."""
         mask: np.ndarray = self.surface.vertex_data["ghost"]
         return mask
 

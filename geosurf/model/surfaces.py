@@ -39,7 +39,7 @@ class TriSurface(Noun):
         and into the hanging wall for faults.
     lattice : Lattice, optional
         The grid that the surface comes from. With it, `vertices` and
-        `triangles` may be left out; they are then made when first asked for.
+        `triangles` may be left out; they are then computed on first use.
     vertex_data : mapping of str to array_like, optional
         Values on vertices, each ``(n_vertex, ...)``.
 
@@ -73,11 +73,11 @@ class TriSurface(Noun):
         if lattice is not None:
             expect(lattice, Lattice, f"surface {name!r} takes a Lattice", "geosurf.Lattice is one")
         self.lattice = lattice
-        self.checked = False  # whether the engine knows that all triangles have an area
+        self.checked = False  # whether all triangles are known to have an area
         if vertices is None or triangles is None:
             if lattice is None or not (vertices is None and triangles is None):
                 raise SurfaceError(
-                    f"surface {name!r}: give both vertices and triangles, or a lattice."
+                    f"surface {name!r}: pass both vertices and triangles, or a lattice."
                 )
         else:
             self.__dict__["vertices"] = _checked_vertices(name, vertices)
@@ -87,7 +87,7 @@ class TriSurface(Noun):
             self._take_vertex_data(vertex_data)
 
     def _take_vertex_data(self, given: Any) -> None:
-        """Keep values on vertices, or say what is wrong with them."""
+        """Set values on vertices, or raise an error that names the wrong array."""
         how = "give a mapping of names to arrays"
         expect(given, Mapping, f"surface {self.name!r} takes a mapping as vertex_data", how)
         for key, value in given.items():
@@ -150,7 +150,7 @@ class TriSurface(Noun):
     def bounds(self) -> tuple[float, float, float, float, float, float]:
         """West, east, south, north, bottom, top of the vertices in use [m]."""
         if self.n_triangle == 0:
-            raise SurfaceError(f"surface {self.name!r} has no triangles, so it has no bounds.")
+            raise SurfaceError(f"surface {self.name!r} has no triangles and therefore no bounds.")
         if self.lattice is not None and self.lattice.whole:
             used = self.lattice.corners_of_box()
         else:
@@ -218,8 +218,8 @@ def _checked_triangles(name: str, triangles: Any, n_vertex: int) -> np.ndarray:
     if array.size and not (array.min() >= 0 and array.max() < n_vertex):
         bad = np.flatnonzero(((array < 0) | (array >= n_vertex)).any(axis=1))
         raise SurfaceError(
-            f"surface {name!r}: triangle {bad[0]} names vertices {array[bad[0]].tolist()}, but "
-            f"there are {n_vertex} (0 to {n_vertex - 1}). Are the indices counted from 1?"
+            f"surface {name!r}: triangle {bad[0]} refers to vertices {array[bad[0]].tolist()}, "
+            f"but there are {n_vertex} (0 to {n_vertex - 1}). Are the indices counted from 1?"
         )
     # what a caller can still write to is copied: trees and vertices rest on it
     return frozen(array.copy() if array.flags.writeable else array, np.int64)

@@ -1,4 +1,4 @@
-"""What is known of a lattice after one look at all of its nodes."""
+"""The survey of a lattice: bounds and checks from one pass over its nodes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from geosurf.model.base import frozen
 
-# sums over cells, of a lattice that nobody asked for them
+# sums over cells, where they were not requested
 _UNKNOWN = np.full(2, np.nan), np.full(2, np.inf), math.inf, 0.0, np.full((2, 3), np.nan)
 
 
@@ -22,7 +22,7 @@ class Survey:
     ----------
     nodes : ndarray of float64, shape (n_node, 6)
         Lower, then upper corner around each block of nodes [m], row by row, and around all that is
-        below each node of the pyramid above them; an absent number is passed over.
+        below each node of the pyramid above them; an absent number is ignored.
     levels : ndarray of int64, shape (n_level, 3)
         First node, rows and columns of each level: see `geosurf.kernels.search.tree`.
     n_triangles : tuple of int
@@ -66,7 +66,7 @@ class Survey:
         *,
         quads: bool,
     ) -> Survey:
-        """Look at all nodes of a lattice once; with `quads`, at the shape of each cell, too.
+        """Pass over all nodes of a lattice once; with `quads`, survey each cell, too.
 
         `coordinates` and `places` are those of `geosurf.model.Lattice`.
         """
@@ -76,9 +76,9 @@ class Survey:
         counts = marks.tolist()
         gains, reach, edges, margin, normals = _UNKNOWN
         if quads:
-            told = sums.tolist()  # a few numbers: calls of numpy take longer
-            both = told[cell_bounds.NORMAL : cell_bounds.NORMAL + 3]
-            alone = (told[k : k + 3] for k in (cell_bounds.ONLY_FALLING, cell_bounds.ONLY_RISING))
+            found = sums.tolist()  # a few numbers: calls of numpy take longer
+            both = found[cell_bounds.NORMAL : cell_bounds.NORMAL + 3]
+            alone = (found[k : k + 3] for k in (cell_bounds.ONLY_FALLING, cell_bounds.ONLY_RISING))
             normals = np.array(
                 [[0.5 * b + a for b, a in zip(both, one, strict=True)] for one in alone]
             )
@@ -86,7 +86,7 @@ class Survey:
                 sums[cell_bounds.GAIN : cell_bounds.GAIN + 2],
                 sums[cell_bounds.REACH : cell_bounds.REACH + 2],
             )
-            edges, margin = told[cell_bounds.EDGES], told[cell_bounds.MARGIN]
+            edges, margin = found[cell_bounds.EDGES], found[cell_bounds.MARGIN]
         for part in (gains, reach, normals):
             part.flags.writeable = False
         made = object.__new__(cls)  # what is frozen takes its parts one by one otherwise

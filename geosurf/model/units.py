@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import counted, did_you_mean, is_word
+from geosurf.conventions import counted, did_you_mean, is_word, volume_text
 from geosurf.errors import InputError
 from geosurf.model.base import Noun, frozen, polydata
 from geosurf.model.column import Remnant
@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
 
 MOST_ROWS = 40  # of units that are printed
-MOST_CLIPS = 6  # pairs of horizons that cross, told below it
+MOST_CLIPS = 6  # pairs of horizons that cross, listed below the table
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +40,8 @@ class Unit(Noun):
     block : str
         Sides of the faults that separate it: ``F1+`` is the side into which
         the fault's normal points (the hanging wall of a dipping fault), ``F1-`` the
-        other. ``whole`` where no fault separates the zone. Pieces that no fault tells
-        apart are numbered by size, then by place: ``F1+``, ``F1+ #2``.
+        other. ``whole`` where no fault separates the zone. Pieces that no fault
+        separates are numbered by size, then by place: ``F1+``, ``F1+ #2``.
     local : ndarray of float64, shape (n_vertex, 3)
     triangles : ndarray of int64, shape (n_triangle, 3)
         Outward normals.
@@ -102,7 +102,7 @@ class Unit(Noun):
         return polydata(self.vertices, triangles=self.triangles, cell_data=labels)
 
     def __repr__(self) -> str:
-        return f"<Unit {self.name!r}: {self.volume:.6g} m3, {len(self.triangles)} triangles>"
+        return f"<Unit {self.name!r}: {volume_text(self.volume)}, {len(self.triangles)} triangles>"
 
 
 class Units(Noun, Mapping[str, Unit]):
@@ -148,7 +148,7 @@ class Units(Noun, Mapping[str, Unit]):
         self._units: dict[str, Unit] = {}
         for unit in units:
             if self._units.setdefault(unit.name, unit) is not unit:
-                raise InputError(f"two units are called {unit.name!r}; give each its own name.")
+                raise InputError(f"two units have the name {unit.name!r}. Give each its own name.")
         self._by_labels: dict[tuple[str, ...], Unit] = {}
         for unit in self._units.values():
             labels = (unit.zone, unit.block, unit.contact)
@@ -164,7 +164,7 @@ class Units(Noun, Mapping[str, Unit]):
         found: Unit | None = self._by_labels.get(labels) if labels else self._units.get(name)
         if found is None:
             guess = did_you_mean(key, self._units) if isinstance(key, str) else ""
-            raise KeyError(f"no unit {key!r}; there are {list(self._units)}.{guess}")
+            raise KeyError(f"there is no unit {key!r}. The units are {list(self._units)}.{guess}")
         return found
 
     def __repr__(self) -> str:
@@ -173,7 +173,7 @@ class Units(Noun, Mapping[str, Unit]):
         clipped = f"; horizons cross ({counted(n, 'pair')}): report['clipped']" if n else ""
         return (
             f"<Units: {len(self)}, of {counted(len(zones), 'zone')} in "
-            f"{counted(len(blocks), 'block')}, {self.volume:.6g} m3{clipped}>"
+            f"{counted(len(blocks), 'block')}, {volume_text(self.volume)}{clipped}>"
         )
 
     def __iter__(self) -> Iterator[str]:
@@ -188,12 +188,12 @@ class Units(Noun, Mapping[str, Unit]):
         rows = [(u.zone, u.block, u.contact) for u in self._units.values()]
         shown = range(3 if any(row[2] for row in rows) else 2)
         width = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-        lines = ["  ".join([*(head[k].ljust(width[k]) for k in shown), "  volume [m3]"])]
+        lines = ["  ".join([*(head[k].ljust(width[k]) for k in shown), "  volume [m³]"])]
         for row, unit in zip(rows[:MOST_ROWS], self._units.values(), strict=False):
             words = [row[k].ljust(width[k]) for k in shown]
             lines.append("  ".join([*words, f"{unit.volume:13.6g}"]))
         more = f", {len(rows) - MOST_ROWS} more of them" if len(rows) > MOST_ROWS else ""
-        lines.append(f"{len(rows)} units{more}, {self.volume:.6g} m3")
+        lines.append(f"{len(rows)} units{more}, {volume_text(self.volume)}")
         clipped = self.report.get("clipped", ())
         lines += map(str, clipped[:MOST_CLIPS])
         if len(clipped) > MOST_CLIPS:
@@ -209,8 +209,7 @@ class Units(Noun, Mapping[str, Unit]):
         """
         if self._sides is None:
             raise InputError(
-                "these units do not know the patches that they were carved from; carve_units "
-                "makes some that do."
+                "these units have no patches. Use units from carve_units or Scene.units."
             )
         return frozen(self._sides(), np.int64)
 
@@ -230,8 +229,8 @@ class Units(Noun, Mapping[str, Unit]):
         """
         Units that lie on some sides of faults, whatever their blocks are called.
 
-        Names of blocks have what tells units of one zone apart; a block may be ``F1+ F2-`` in a
-        zone and ``F2-`` in the next, which F1 has left.
+        Names of blocks hold what distinguishes the units of one zone; a block may be ``F1+ F2-`` in
+        a zone and ``F2-`` in the next, which F1 has left.
 
         Parameters
         ----------
@@ -259,19 +258,21 @@ class Units(Noun, Mapping[str, Unit]):
         for side in sides:
             if not is_word(side, known):
                 raise InputError(
-                    f"no unit lies on {side!r}; sides of faults are {known}."
-                    f"{did_you_mean(side, known)}"
+                    f"no unit is on {side!r}. The sides of faults are "
+                    f"{known}.{did_you_mean(side, known)}"
                 )
         return tuple(unit for unit in self._units.values() if set(sides) <= set(unit.fault_sides))
 
     def remnants(self, min_volume: float = 0.0) -> tuple[Remnant, ...]:
         """
-        List pockets: units that no fault tells apart from a larger one, and small ones.
+        List slivers and detached pieces of units.
+
+        A detached piece has the zone and block of a larger unit, which it does not touch.
 
         Parameters
         ----------
         min_volume : float
-            Units smaller than this are listed, too [m3]. Nothing is ever left out of the model.
+            Units smaller than this are listed, too [m3]. They stay in the model.
 
         Returns
         -------

@@ -1,6 +1,6 @@
 """Two triangles, every way they can meet: a list known by hand, and a systematic one.
 
-The first triangle is `BASE`. The list says what each pair has in common. The systematic
+The first triangle is `BASE`. The list has the expected contact of each pair. The systematic
 one puts the corners of the second triangle into every region that the first one's lines make
 of its plane (its corners, its edges, its inside, and twelve regions around), and below, in or
 above that plane.
@@ -35,7 +35,7 @@ CATALOGUE = [
     *_pairs("disjoint", 0, [
         ("plane above plane", ((1, 2, 5), (20, 1, 5), (3, 17, 5))),
         ("hovering over the face", ((5, 5, 1), (8, 4, 7), (4, 8, 9))),
-        ("astride the plane, beside", ((30, 3, -2), (33, 9, 5), (31, 4, 8))),
+        ("astride the plane, outside", ((30, 3, -2), (33, 9, 5), (31, 4, 8))),
         ("astride a corner, apart", ((-3, -3, -4), (-1, -1, 6), (-2, -5, 6))),
         ("a corner in the plane, outside", ((15, 15, 0), (17, 12, 6), (12, 19, 3))),
         ("an edge in the plane, outside", ((14, 14, 0), (26, 3, 0), (20, 20, 7))),

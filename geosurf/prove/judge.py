@@ -1,4 +1,4 @@
-"""What is right: results of the engine beside rational arithmetic and plain geometry.
+"""Compare results of the engine with rational arithmetic and plain geometry.
 
 Nothing here asks the engine what it decided, with one exception: `crossing_pairs` takes the
 finished, rounded mesh at face value and tests it exactly, whatever made it. Coordinates are
@@ -47,7 +47,7 @@ KINDS = ("disjoint", "point", "segment")
 
 def judge_contact(P: np.ndarray, Q: np.ndarray, contact: TriangleContact) -> Verdict:
     """
-    Judge what `intersect_triangles` says: kind, points, features, sides.
+    Judge the result of `intersect_triangles`: kind, points, features, sides.
 
     Parameters
     ----------
@@ -69,14 +69,14 @@ def judge_contact(P: np.ndarray, Q: np.ndarray, contact: TriangleContact) -> Ver
     first, second = exact.rational(P), exact.rational(Q)
     corners = exact.meet(first, second)
     kind = KINDS[len(corners)] if len(corners) < 3 else "area"
-    verdict.check(contact.kind == kind, f"contact is called {contact.kind}, it is {kind}")
+    verdict.check(contact.kind == kind, f"contact is {contact.kind}, expected {kind}")
     coplanar = not any(exact.sides(first, second))
-    verdict.check(contact.coplanar == coplanar, f"coplanar is called {contact.coplanar}")
+    verdict.check(contact.coplanar == coplanar, f"coplanar is {contact.coplanar}, which is wrong")
     crossing = kind == "segment" and exact.straddles(first, second)
     crossing = crossing and exact.straddles(second, first)
-    verdict.check(contact.crossing == crossing, f"crossing is called {contact.crossing}")
+    verdict.check(contact.crossing == crossing, f"crossing is {contact.crossing}, which is wrong")
     n = len(contact.points)
-    verdict.check(n == len(corners), f"contact has {n} points, exactly {len(corners)}")
+    verdict.check(n == len(corners), f"contact has {n} points, expected {len(corners)}")
     if verdict.wrong or not corners:
         return verdict
     ulp = ulp_of(P, Q)
@@ -89,7 +89,7 @@ def judge_contact(P: np.ndarray, Q: np.ndarray, contact: TriangleContact) -> Ver
             for pair, point in zip(contact.features, contact.points, strict=True)
             if (point == contact.points[row]).all()
         ]
-        verdict.check(names in found, f"point {k} is called {found}, it is {names}")
+        verdict.check(names in found, f"point {k} is {found}, expected {names}")
     return verdict
 
 
@@ -143,16 +143,16 @@ def judge_patches(
 
 
 def _judge_moves(given, patches: Patches, verdict: Verdict) -> None:
-    """Sources are the inputs, but for the moves that are reported."""
+    """Sources are the inputs, except for the reported moves."""
     count, far = 0, 0.0
     for old, new in zip(given, patches.sources, strict=True):
         same = old.name == new.name and old.vertices.shape == new.vertices.shape
-        verdict.check(same, f"surface {old.name!r} came back as another one")
+        verdict.check(same, f"surface {old.name!r} was changed")
         if same:
             steps = np.linalg.norm(new.vertices - old.vertices, axis=1)
             count, far = count + int((steps > 0).sum()), max(far, float(steps.max()))
-    told = patches.report["moved_vertices"], patches.report["largest_move"]
-    verdict.check(told == (count, far), f"moves {(count, far)} are reported as {told}")
+    given = patches.report["moved_vertices"], patches.report["largest_move"]
+    verdict.check(given == (count, far), f"moves are {(count, far)}, but reported as {given}")
 
 
 def _judge_children(name, parents, children, parent, ulp: float, verdict: Verdict) -> None:
@@ -179,7 +179,7 @@ def _judge_children(name, parents, children, parent, ulp: float, verdict: Verdic
     slack = 1e-12 * size + 8 * ulp * reach * (count + 2)
     for k in np.flatnonzero(~(np.abs(total - size) <= slack)):
         lack = (size[k] - total[k]) / 2
-        verdict.check(False, f"{name}: pieces of triangle {k} lack {lack:.3g} m2")
+        verdict.check(False, f"{name}: pieces of triangle {k} are {lack:.3g} m² short")
     points, owners = children.reshape(-1, 3), np.repeat(parent, 3)
     judge_distance(f"{name}: a piece", points, parents[owners], ulp, verdict)
 
@@ -227,14 +227,16 @@ def judge_known(known: dict[str, Any], contact: TriangleContact | None, curves: 
     """Judge by what was known when a case was made: kind and count, apart, area [m2]."""
     verdict = Verdict()
     if contact is not None and "kind" in known:
-        told, true = (contact.kind, len(contact.points)), (known["kind"], known["count"])
-        verdict.check(told == true, f"contact is {told}, the catalogue says {true}")
+        given, true = (contact.kind, len(contact.points)), (known["kind"], known["count"])
+        verdict.check(given == true, f"contact is {given}, the catalogue has {true}")
     if known.get("apart"):
         verdict.check(curves.n_curve + len(curves.contacts) == 0, "surfaces with a gap meet")
     if "area" in known:
         found = sum(t.area for t in curves.contacts if t.surfaces == (0, 1))
         true = known["area"]
-        verdict.check(abs(found - true) <= 1e-12 * (1 + true), f"overlap of {found} m2, not {true}")
+        verdict.check(
+            abs(found - true) <= 1e-12 * (1 + true), f"overlap {found} m², expected {true}"
+        )
     return verdict
 
 
@@ -244,7 +246,7 @@ def judge_order(one: Patches, two: Patches) -> Verdict:
     for name in one.names:
         first, second = (_pieces(patches, name) for patches in (one, two))
         same = first.shape == second.shape and bool((first == second).all())
-        verdict.check(same, f"pieces of {name!r} depend on the order of what is handed in")
+        verdict.check(same, f"pieces of {name!r} depend on the order of the input")
     return verdict
 
 

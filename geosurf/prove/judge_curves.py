@@ -52,10 +52,13 @@ def judge_curves(
             for k in (i, j):
                 _judge_on_surface(what, points, corners[k], ulp, verdict)
         touches = [t for t in curves.contacts if t.surfaces == (i, j)]
-        verdict.check(bool(mine) or not complete or not (len(ends) or touches), f"{what} are apart")
+        verdict.check(
+            bool(mine) or not complete or not (len(ends) or touches),
+            f"{what} have a gap, but are reported to meet",
+        )
         areas = any(len(m.corners) > 2 for m in mine)
         if areas and not any(t.kind == "area" for t in touches):
-            verdict.check(False, f"{what} overlap, and no area is reported")
+            verdict.check(False, f"{what} overlap, but no area is reported")
         if areas:
             _judge_through_areas(what, mine, (corners[i], corners[j]), ends, ulp, verdict)
         if not areas and not any(t.kind == "area" for t in touches):
@@ -93,7 +96,7 @@ def _judge_shared(what, met, ends, single, ulps, verdict: Verdict) -> None:
         if len(m.corners) == 1 and _among(single, m.corners[0], of_world):
             continue
         if len(ends) == 0:
-            verdict.check(False, f"{name} meet, and nothing is reported")
+            verdict.check(False, f"{name} meet, but nothing is reported")
             continue
         for corner in m.corners:
             verdict.measure(on_curve[nearest(on_curve, corner)], corner, ulp, name)
@@ -126,4 +129,4 @@ def _judge_covered(name, ends, a, b, ulp: float, verdict: Verdict) -> None:
     covered = np.linalg.norm(ends[on, 1] - ends[on, 0], axis=1).sum()
     lack = np.linalg.norm(b - a) - covered
     slack = NEAR * ulp * (2 + on.sum())
-    verdict.check(lack <= slack, f"{name}: {lack:.3g} m are on no curve")
+    verdict.check(lack <= slack, f"{name}: {lack:.3g} m of the line are missing in the curves")

@@ -22,7 +22,7 @@ def save_case(case: Case, folder: str | os.PathLike[str]) -> Path:
     ----------
     case : Case
     folder : path-like
-        Created if need be.
+        Created if it is missing.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def load_case(path: str | os.PathLike[str]) -> Case:
     Raises
     ------
     InputError
-        If it is no such file.
+        If it is not such a file.
     """
     try:
         with np.load(path, allow_pickle=False) as data:

@@ -219,13 +219,13 @@ def run_stress(
     (2, 0)
     """
     if cases < 1:
-        raise InputError(f"{cases} cases were asked for; give at least 1.")
+        raise InputError(f"cases is {cases}. Give at least 1.")
     names = list(dict.fromkeys(families or FAMILIES))
     for name in names:
         make_case(name, 0, seed)  # an unknown one is named before anything runs
-    say = progress or (lambda line: None)
+    report = progress or (lambda line: None)
     run_case(make_case("overlaps", 1))  # kernels are compiled before clocks start
-    say(HEAD)
+    report(HEAD)
     results = []
     for name in names:
         row = FamilyResult(name)
@@ -237,7 +237,7 @@ def run_stress(
             if outcome.wrong and keep is not None:
                 row.failures[-1]["file"] = str(save_case(case, keep))
         row.seconds = time.perf_counter() - start
-        say(row.line())
+        report(row.line())
         results.append(row)
     return results
 
@@ -251,7 +251,7 @@ def write_json(results: Sequence[FamilyResult], path: str | os.PathLike[str], **
     path : path-like
         Its folder is created.
     **settings
-        Written beside the families: seed, cases ...
+        Written in addition to the families: seed, cases ...
 
     Returns
     -------
@@ -288,7 +288,7 @@ def replay(path: str | os.PathLike[str]) -> tuple[Case, Outcome]:
     Raises
     ------
     InputError
-        If it is no such file.
+        If it is not such a file.
     """
     case = load_case(path)
     return case, run_case(case)

@@ -13,7 +13,7 @@ from geosurf.prove import rational as exact
 
 BOUND = 1.0  # ulp between a constructed coordinate and the exact one; correct rounding gives 0.5
 TINY = 1e-300  # instead of a division by zero
-NEAR = 4.0  # ulp between a point and what it lies on, as far as floats can tell
+NEAR = 4.0  # ulp between a point and what it lies on, as far as floats can show
 
 
 @dataclass
@@ -55,8 +55,8 @@ class Verdict:
 class Meeting:
     """What triangle f of surface i and triangle g of surface j have in common, exactly.
 
-    `joined` tells neighbours in one surface, which have no more in common than their own corners
-    and edges: that is no contact.
+    `joined` marks neighbours in one surface. They share their own corners and edges only, which
+    is not a contact.
     """
 
     i: int

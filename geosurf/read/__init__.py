@@ -66,17 +66,17 @@ def read_horizon(
     Parameters
     ----------
     path : path-like
-        ``.gri`` and ``.irap`` (IRAP classic or binary, told apart by content),
+        ``.gri`` and ``.irap`` (IRAP classic or binary, recognised by content),
         ``.nc`` (CF NetCDF), ``.zmap`` (ZMAP+); ``.ts`` (GOCAD TSurf), ``.vtp`` and other triangle
         meshes.
     name : str, optional
         Name of the horizon; for a TSurf file with several surfaces: which one. Default: the file
-        name without suffix; for meshes what the file says, if it does.
+        name without suffix; for meshes the name in the file, if it has one.
     positive : {"up", "down"}, optional
-        Whether values are elevations or depths, where the file does not say; meshes are elevations
-        by default.
+        Whether values are elevations or depths, if the file does not state it; meshes are
+        elevations by default.
     length_unit : str, optional
-        Unit of the values, where the file does not say: ``"m"``, ``"ft"`` ...
+        Unit of the values, if the file does not state it: ``"m"``, ``"ft"`` ...
         Default metres for IRAP and ZMAP+, which have no place for it. Horizontal
         coordinates are not scaled by it.
     format : {"irap", "netcdf", "zmap", "tsurf", "vtp", "mesh"}, optional
@@ -101,7 +101,7 @@ def read_horizon(
         If the suffix is unknown, or the file is not what it should be: path,
         line or byte, found, expected.
     InputError
-        If the file cannot be opened, or nobody says `positive` (or `length_unit`), or file and
+        If the file cannot be opened, if `positive` or `length_unit` is missing, or file and
         argument disagree.
     DependencyError
         If NetCDF support is not installed.
@@ -152,8 +152,8 @@ def read_nodes(
     extra: dict[str, Any] = {"variable": variable} if key == "netcdf" else {}
     if variable is not None and key != "netcdf":
         raise FormatError(
-            f"{path}: variable={variable!r} picks a variable of a NetCDF file, this is {key}. "
-            "Leave it out."
+            f"{path}: variable={variable!r} selects a variable of a NetCDF file, but this file "
+            f"is {key}. Leave variable= out."
         )
     name = None if name is None else name_of(name, "horizon") or None
     if key in MESH_FORMATS:
@@ -183,9 +183,9 @@ def read_fault(
         sticks), ``.nc`` (parametric grid).
     name : str, optional
         Name of the fault; for a TSurf file with several surfaces: which one.
-        Default: what the file says, else the file name without suffix.
+        Default: the name in the file, else the file name without suffix.
     positive : {"up", "down"}, optional
-        Whether z is elevation or depth, where the file does not say. Required
+        Whether z is elevation or depth, if the file does not state it. Required
         for sticks; TSurf and meshes are elevations by default.
     length_unit : str, optional
         Unit of elevations, where the file does not declare it. Default metres, but required for
@@ -208,7 +208,7 @@ def read_fault(
         If the suffix is unknown, or the file is not what it should be: path,
         line or byte, found, expected.
     InputError
-        If the file cannot be opened, has several surfaces, says nothing on `positive`
+        If the file cannot be opened, has several surfaces, does not state `positive`
         where it must be known, or contradicts the arguments.
     DependencyError
         If NetCDF support is not installed.
@@ -229,7 +229,8 @@ def read_fault(
     extra: dict[str, Any] = {"columns": columns, "decimal": decimal} if key == "sticks" else {}
     if not extra and (columns is not None or not is_word(decimal, (".",))):
         raise InputError(
-            f"{path}: columns= and decimal= are for fault sticks, this is {key}. Leave them out."
+            f"{path}: columns= and decimal= apply to fault sticks, but this file is {key}. "
+            "Leave them out."
         )
     fault: TriSurface | FaultSticks | xr.Dataset = read(
         path, name=name, positive=positive, length_unit=length_unit, **extra
@@ -297,7 +298,7 @@ def read_points(
         there is a header, or `columns` names them. A last line ``999 999 999`` ends the points.
         ``.csv``: a header with the columns ``X_UTME,Y_UTMN,Z_TVDSS`` or ``X,Y,Z`` among others.
     positive : {"up", "down"}
-        Whether z is elevation or depth; the formats do not say.
+        Whether z is elevation or depth; the formats do not state it.
     length_unit : str, optional
         Unit of z. Default ``"m"``.
     format : {"xyz"}, optional
@@ -402,8 +403,8 @@ def _who_reads(suffix: str) -> str:
     ]
     if not found:
         return ""
-    torn = "; tear_horizon takes points" if "read_points" in found else ""
-    return f" Such files are read by {', '.join(found)}{torn}."
+    torn = "; pass the points to tear_horizon" if "read_points" in found else ""
+    return f" Read such a file with {', '.join(found)}{torn}."
 
 
 def _reader(
@@ -423,9 +424,10 @@ def _reader(
     key = format or suffix_of.get(path.suffix.lower())
     if key is None:
         raise FormatError(
-            f"{path}: {caller} knows no suffix {path.suffix!r}; it knows {', '.join(suffix_of)}."
-            f"{did_you_mean(path.suffix.lower(), suffix_of)}{_who_reads(path.suffix.lower())} "
-            f"Or say what it is with format=, one of {', '.join(formats)}."
+            f"{path}: {caller} does not read files with the suffix {path.suffix!r}; it reads "
+            f"{', '.join(suffix_of)}.{did_you_mean(path.suffix.lower(), suffix_of)}"
+            f"{_who_reads(path.suffix.lower())} "
+            f"Or set format= to one of {', '.join(formats)}."
         )
     with opened(path):  # before anything is asked of it: it is there, and a regular file
         pass

@@ -1,6 +1,6 @@
-"""What all readers share: bytes, lines, numbers, and the direction of elevations.
+"""Helpers of all readers: bytes, lines, numbers, and the direction of elevations.
 
-Readers never guess. Whether a file holds elevation or depth is said by the file
+Readers never guess. Whether a file holds elevation or depth is stated by the file
 or by the caller; when both speak they must agree.
 """
 
@@ -36,22 +36,22 @@ def read_text(path: Path, *, final_line_end: bool = True) -> str:
         raise FormatError(f"{path}: the text is in UTF-16 or UTF-32. Save the file as UTF-8.")
     if b"\0" in data:
         raise FormatError(
-            f"{path}: byte {data.index(0)} is zero, so this is no text file. "
-            "Say which format it is with format=."
+            f"{path}: byte {data.index(0)} is zero, so this is not a text file. Set format= to "
+            "its format."
         )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = data.decode("latin-1")
     if not text or text.isspace():
-        raise FormatError(f"{path}: the file has no text in it. Export it again.")
+        raise FormatError(f"{path}: the file contains only white space. Export it again.")
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     if final_line_end and not text[-1].isspace():
         n_line = text.count("\n") + 1
         raise FormatError(
-            f"{path}, line {n_line}: the last line has no line end, so the file may be cut "
-            "short. Export it again, or add a line end if it is complete."
+            f"{path}, line {n_line}: the last line has no line end, so the file may be "
+            "truncated. Export it again, or add a line end if the file is complete."
         )
     return text
 
@@ -108,7 +108,7 @@ def is_number(word: str) -> bool:
 def number(token: str, path: Path, line: int, what: str) -> float:
     """Return a finite float, or name the line and the token."""
     if not is_number(token):
-        decimal = " Decimal commas are read with decimal=','." if COMMA.search(token) else ""
+        decimal = " If it has a decimal comma, pass decimal=','." if COMMA.search(token) else ""
         raise FormatError(
             f"{path}, line {line}: found {token!r}, expected a number ({what}).{decimal} "
             "Correct that line or export the file again."
@@ -161,18 +161,18 @@ def number_text(text: str, path: Path, first: int, what: str) -> np.ndarray:
 
 
 class Otherwise(str):
-    """A word said of several files at once: it counts for those that do not say their own."""
+    """A default for several files: it applies to the files that do not state their own value."""
 
     __slots__ = ()
 
 
 def otherwise(words: Mapping[str, str | None]) -> dict[str, Any]:
-    """Return ``positive`` and ``length_unit`` for a reader, as words for files that say nothing."""
+    """Return ``positive`` and ``length_unit`` for a reader, as defaults."""
     return {key: None if word is None else Otherwise(word) for key, word in words.items()}
 
 
 def agreed_sign(said: str | None, asked: str | None, what: str) -> float:
-    """Return +1 (elevation) or -1 (depth) from what a file says and a caller asks."""
+    """Return +1 (elevation) or -1 (depth) from a file and the argument of a caller."""
     if isinstance(asked, Otherwise):
         elevation_sign(asked, what)
         asked = asked if said is None else None
@@ -184,14 +184,14 @@ def agreed_sign(said: str | None, asked: str | None, what: str) -> float:
         and elevation_sign(said, what) != elevation_sign(asked, what)
     ):
         raise InputError(
-            f"{what}: the file says positive={said!r}, the argument says positive={asked!r}. "
+            f"{what}: the file has positive={said!r}, but the argument is positive={asked!r}. "
             "Leave the argument out, or correct the file."
         )
     return elevation_sign(said if said is not None else asked, what)
 
 
 def agreed_scale(said: str | None, asked: str | None, default: str | None, what: str) -> float:
-    """Return metres per unit from what a file says, a caller asks, or a format implies."""
+    """Return metres per unit from a file, the argument of a caller, or a format."""
     if isinstance(asked, Otherwise):
         metres_per_unit(asked, what)
         asked = asked if said is None else None

@@ -1,7 +1,7 @@
-"""What the head of a GOCAD object says: name, coordinate system, properties.
+"""The header of a GOCAD object: name, coordinate system, properties.
 
 Keys know no case. The names of the axes give their order; AXIS_UNIT follows the same order. A
-coordinate system called ``Default``, ``Unknown`` or ``... Local`` is none.
+coordinate system called ``Default``, ``Unknown`` or ``... Local`` is ignored.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ COUNT_OF_AXES = 3
 
 @dataclass
 class Header:
-    """What was said before the vertices of one object, as it stands there."""
+    """The header of one object, as it is written before the vertices."""
 
     name: str | None = None
     positive: str | None = None
@@ -48,7 +48,7 @@ class Header:
             self.name = value
 
     def take_line(self, path: Path, i: int, words: list[str]) -> None:
-        """Take one line that is no vertex or triangle; most are of no concern here."""
+        """Read one line that is not a vertex or triangle; most have no effect here."""
         key, rest = words[0].upper(), words[1:]
         if key.startswith("GOCAD_") and key.endswith("COORDINATE_SYSTEM"):
             self.inside = True
@@ -81,7 +81,7 @@ class Header:
         if len(sizes) != len(self.properties) or min(sizes, default=1) < 1:
             raise FormatError(
                 f"{path}: the surface that begins on line {line} has {len(self.properties)} "
-                f"PROPERTIES but ESIZES {sizes}, expected one positive size each. "
+                f"PROPERTIES but ESIZES {sizes}; each property needs one positive size. "
                 "Correct the header."
             )
         return sizes
@@ -94,8 +94,8 @@ class Header:
             return [known.index(k) for k in range(COUNT_OF_AXES)]
         if any(k not in (None, at) for at, k in enumerate(known)):
             raise FormatError(
-                f"{what}: AXIS_NAME is {self.axis_names}, so which column is x, y or z is unclear. "
-                'Write AXIS_NAME "X" "Y" "Z", in the order of the columns.'
+                f"{what}: AXIS_NAME is {self.axis_names}, so the order of x, y and z is "
+                'unclear. Write AXIS_NAME "X" "Y" "Z", in the order of the columns.'
             )
         return [0, 1, 2]
 
@@ -107,8 +107,9 @@ class Header:
         deep = self.axis_names[order[2]].lower() in DEPTHS if self.axis_names else False
         if self.positive is None and positive is None and deep:
             raise InputError(
-                f"{what}: the third axis is called {self.axis_names[order[2]]!r} and there is no "
-                "ZPOSITIVE. Give positive='down' for depths, positive='up' for elevations."
+                f"{what}: the third axis is called {self.axis_names[order[2]]!r}, and "
+                "ZPOSITIVE is missing. Pass positive='down' for depths or positive='up' for "
+                "elevations."
             )
         direction = positive if positive is not None or self.positive is not None else "up"
         sign = agreed_sign(self.positive, direction, what)

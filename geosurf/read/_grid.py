@@ -43,17 +43,17 @@ class GridHeader:
     rotation: float = 0.0
 
     def checked(self, path: Path, where: str) -> GridHeader:
-        """Return self, or say which header value is impossible."""
+        """Return self, or raise an error that names the impossible header value."""
         for key in ("ncol", "nrow"):
             if getattr(self, key) < 1:
                 raise FormatError(
                     f"{path}, {where}: {key} is {getattr(self, key)}, expected at least 1. "
-                    "The header is not that of a grid; export the file again."
+                    "This is not the header of a grid; export the file again."
                 )
         if self.ncol * self.nrow > MAX_NODES:
             raise FormatError(
                 f"{path}, {where}: {self.ncol} x {self.nrow} nodes, expected fewer than "
-                f"{MAX_NODES}. The header is damaged, or the byte order is another."
+                f"{MAX_NODES}. The header is damaged, or the byte order is wrong."
             )
         for key in ("xori", "yori", "xinc", "yinc", "rotation"):
             value = getattr(self, key)

@@ -72,8 +72,8 @@ def read_bytes(path: Path) -> bytes:
         free = free_memory()
         if free is not None and size > max(free, ALLOWANCE):
             raise InputError(
-                f"{path}: the file has {_megabytes(size)} and {_megabytes(free)} of memory are "
-                "free. Split the file, or read it on a larger machine."
+                f"{path}: the file has {_megabytes(size)}, but only {_megabytes(free)} of "
+                "memory are free. Split the file, or read it on a larger machine."
             )
         try:
             data = file.read(size + 1)
@@ -81,8 +81,8 @@ def read_bytes(path: Path) -> bytes:
             raise _unreadable(path, error) from error
     if len(data) != size:
         raise InputError(
-            f"{path}: the file changes while it is read: {size} bytes, then {len(data)} or more. "
-            "Read it when it is complete."
+            f"{path}: the file grew from {size} to {len(data)} bytes or more while geosurf "
+            "read it. Read it again when it is complete."
         )
     if not data:
         raise FormatError(f"{path}: the file is empty (0 bytes). Export it again.")
@@ -117,7 +117,9 @@ def limit_of(size: int) -> int:
         return max(ALLOWANCE, MULTIPLE * size)
     match = re.fullmatch(r"([0-9]{1,15})\s*([KMGT]?)(?:i?B)?", text, re.IGNORECASE)
     if match is None:
-        raise InputError(f"{BUDGET} is {text!r}, expected a size. Write it as in {BUDGET}=4GB.")
+        raise InputError(
+            f"the environment variable {BUDGET} is {text!r}, expected a size such as {BUDGET}=4GB."
+        )
     return int(match[1]) << SCALES[match[2].upper()]
 
 
@@ -143,15 +145,15 @@ def refuse_large(path: Path, needed: int, size: int, what: str) -> None:
     if needed > limit:
         more = max(1, -(-needed >> 30))
         raise FormatError(
-            f"{path}: {what} needs {_megabytes(needed)} of memory, and the limit for a file of "
-            f"{size} bytes is {_megabytes(limit)}. If the file is right, set the environment "
+            f"{path}: {what} needs {_megabytes(needed)} of memory, but the limit for a file of "
+            f"{size} bytes is {_megabytes(limit)}. If the file is correct, set the environment "
             f"variable {BUDGET}={more}GB."
         )
     free = free_memory() if needed > ALLOWANCE else None
     if free is not None and needed > free:
         raise FormatError(
-            f"{path}: {what} needs {_megabytes(needed)} of memory, and {_megabytes(free)} are "
-            "free. Thin the data out, or read them on a larger machine."
+            f"{path}: {what} needs {_megabytes(needed)} of memory, but only {_megabytes(free)} "
+            "are free. Thin out the data, or read them on a larger machine."
         )
 
 

@@ -2,7 +2,7 @@
 
 A dataset of some bytes may declare any shape (a fill value stands for what is not stored), chunks
 larger than itself, chunks that unpack to more than a chunk, texts that are referred to a million
-times, and data in other files. Such arrays are refused, or passed over if they are no numbers.
+times, and data in other files. Such arrays are refused, or ignored if they are not numeric.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def refuse_bombs(path: Path, file: h5py.File, size: int) -> list[str]:
     Returns
     -------
     list of str
-        Names of arrays of texts and other things that are no numbers, not to be read.
+        Names of arrays of texts and other things that are not numeric and are not read.
 
     Raises
     ------
@@ -53,8 +53,8 @@ def refuse_bombs(path: Path, file: h5py.File, size: int) -> list[str]:
             link = group.get(name, getlink=True)
             if isinstance(link, h5py.ExternalLink):
                 raise FormatError(
-                    f"{path}: {name!r} is a link to another file, {link.filename!r}. "
-                    "Copy the data into one file."
+                    f"{path}: {name!r} is a link to another file, {link.filename!r}. geosurf "
+                    "does not follow such links. Copy the data into one file."
                 )
             found = group.get(name)
             if found is None or (found.id in seen):  # a link to nothing, or a circle
@@ -90,8 +90,8 @@ def _refuse_packed(path: Path, data: Any, chunk: int, size: int) -> None:
     kinds = [filters.get_filter(k)[0] for k in range(filters.get_nfilters())]
     if kinds.count(DEFLATE) > 1:
         raise FormatError(
-            f"{path}: {data.name!r} is compressed {kinds.count(DEFLATE)} times over. "
-            "Write it with one compression."
+            f"{path}: {data.name!r} is compressed {kinds.count(DEFLATE)} times. Compress it "
+            "once only."
         )
     if kinds[-1:] != [DEFLATE] or data.id.get_storage_size() * LARGEST_RATIO <= ALLOWANCE:
         return

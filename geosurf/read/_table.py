@@ -1,8 +1,8 @@
 """Tables in text: which columns of a line are easting, northing and z.
 
-Nothing is taken for a coordinate because it comes first. Without a header and without
+Being first does not make a column a coordinate. Without a header and without
 ``columns=``, exactly three columns must hold numbers; they are x, y, z in that order. All others
-hold numbers on no line, so that a point's number or an inline is never taken for an easting.
+hold numbers on no line, so that a point's number or an inline is never treated as an easting.
 
 Values are separated by blanks, semicolons or commas. A comma inside numbers that are separated
 otherwise ('460000,25 5930000,5') is refused, or is the decimal sign with ``decimal=","``.
@@ -60,7 +60,7 @@ class _Draft:
     path: Path
     columns: Columns
     decimal: str
-    width: int | None = None  # values on each line, where a header says so
+    width: int | None = None  # values on each line, if a header states it
     places: list[int] | None = None  # of x, y and z
     header: bool = False
     points: list[np.ndarray] = field(default_factory=list)
@@ -74,7 +74,7 @@ class _Draft:
         if self.decimal == ",":
             words = [_with_point(self.path, lines[k // 3], word) for k, word in enumerate(words)]
         values = numbers(words)
-        if values is None:  # name the first that is none
+        if values is None:  # report the first invalid one
             values = np.array(
                 [
                     number(word, self.path, lines[k // 3], "x, y or z")
@@ -89,7 +89,7 @@ class _Draft:
         if not self.points:
             below = " below the header" if self.header else ""
             raise FormatError(
-                f"{self.path}: found no points{below}, expected x y z on each line. "
+                f"{self.path}: the file has no points{below}, expected x y z on each line. "
                 "Export the file again."
             )
         return Table(np.concatenate(self.points), np.concatenate(self.lines), labels)
@@ -106,14 +106,14 @@ def checked_columns(columns: Any) -> Columns:
     counts = all(type(word) is int and word > 0 for word in words)
     if len(words) != 3 or not (names or counts):
         raise InputError(
-            f"columns are {columns!r}; give three names of the header, as in columns=('X', 'Y', "
+            f"columns is {columns!r}. Give three names of the header, as in columns=('X', 'Y', "
             "'TVDSS'), or three numbers counted from 1, as in columns=(3, 4, 5)."
         )
     return tuple(word.strip().lower() if isinstance(word, str) else word for word in words)
 
 
 def checked_decimal(decimal: Any) -> str:
-    """Return the decimal sign, or the reason why it is none."""
+    """Return the decimal sign, or raise an error for anything else."""
     if not isinstance(decimal, str) or decimal not in (".", ","):
         raise InputError(f"decimal is {decimal!r}, expected '.' or ','. Write decimal=','.")
     return decimal
@@ -208,8 +208,9 @@ def _words(draft: _Draft, line: str, i: int) -> list[str]:
     inside = next((word for word in blank if COMMA.search(word)), None)
     if inside and sum(word[0] in "+-.0123456789" for word in blank) > 1:
         raise FormatError(
-            f"{draft.path}, line {i}: the comma in {inside!r} is a decimal sign or a separator. "
-            "Read decimal commas with decimal=','; else separate all values in one way."
+            f"{draft.path}, line {i}: the comma in {inside!r} may be a decimal sign or a "
+            "separator. For decimal commas pass decimal=','. Otherwise use one separator in "
+            "the whole file."
         )
     if inside:
         return [word.strip() for word in line.rstrip(",").split(",")]
@@ -243,9 +244,9 @@ def _numbered(draft: _Draft, i: int) -> list[int]:
     columns = draft.columns or ()
     if any(isinstance(word, str) for word in columns):
         raise FormatError(
-            f"{draft.path}, line {i}: found numbers, expected a header with the columns "
-            f"{', '.join(map(str, columns))}. Give numbers of columns instead, as in "
-            "columns=(1, 2, 3)."
+            f"{draft.path}, line {i}: the file has no header with the columns "
+            f"{', '.join(map(str, columns))}. Give column numbers instead, as in columns=(1, "
+            "2, 3)."
         )
     return [int(k) - 1 for k in columns]
 
@@ -258,19 +259,19 @@ def _only_numbers(draft: _Draft, words: list[str], i: int) -> list[int]:
             "Correct that line or export the file again."
         )
     if len(words) == 3 and draft.places in (None, [0, 1, 2]):
-        return [0, 1, 2]  # a word that is no number is named by who reads it
+        return [0, 1, 2]  # the reader reports a word that is not a number
     found = [k for k, word in enumerate(words) if _counts(draft, word)]
     if len(found) != 3:
         raise FormatError(
-            f"{draft.path}, line {i}: found {len(found)} numbers and no header, so which are "
-            "easting, northing and z is unknown. Name their columns, counted from 1, as in "
+            f"{draft.path}, line {i}: found {len(found)} numbers and no header, so the columns "
+            "of easting, northing and z are unknown. Give their columns, counted from 1, as in "
             "columns=(3, 4, 5)."
         )
     if draft.places not in (None, found):
         raise FormatError(
             f"{draft.path}, line {i}: numbers are in columns {[k + 1 for k in found]}, on the "
-            f"lines before in {[k + 1 for k in draft.places or []]}. Name the right ones, as in "
-            "columns=(1, 2, 3)."
+            f"lines before in {[k + 1 for k in draft.places or []]}. Give the right columns, "
+            "as in columns=(1, 2, 3)."
         )
     return found
 
@@ -283,8 +284,8 @@ def _with_point(path: Path, line: int, word: str) -> str:
     """Return a number with a decimal comma as one with a point."""
     if "." in word or word.count(",") > 1:
         raise FormatError(
-            f"{path}, line {line}: found {word!r}, expected a number with at most a decimal comma. "
-            "Leave decimal=',' out, or export without signs between thousands."
+            f"{path}, line {line}: found {word!r}, expected a number with one decimal comma at "
+            "most. Leave decimal=',' out, or export numbers without thousands separators."
         )
     return word.replace(",", ".")
 
@@ -305,7 +306,7 @@ def _from_csv(draft: _Draft, text: str, labels: Sequence[str]) -> Table:
             found += more
     except csv.Error as error:
         raise FormatError(
-            f"{draft.path}, line {reader.line_num}: this is no csv ({error}). "
+            f"{draft.path}, line {reader.line_num}: this line is not valid csv ({error}). "
             "Correct that line or export the file again."
         ) from error
     return draft.table(None if named is None else found)
@@ -357,8 +358,8 @@ def _places(draft: _Draft, header: list[str], line: int) -> list[int]:
         places = [int(k) - 1 for k in draft.columns]
         if max(places) >= len(header):
             raise FormatError(
-                f"{draft.path}, line {line}: the header has {len(header)} columns, and columns="
-                f"{draft.columns} are asked for. Count them from 1."
+                f"{draft.path}, line {line}: the header has {len(header)} columns, but "
+                f"columns={draft.columns}. Columns are counted from 1."
             )
         return places
     at = []
@@ -367,9 +368,9 @@ def _places(draft: _Draft, header: list[str], line: int) -> list[int]:
         found = [i for i, word in enumerate(header) if word in spellings]
         if len(found) != 1:
             raise FormatError(
-                f"{draft.path}, line {line}: found {len(found)} columns for {axis} in {header}, "
-                f"expected one of {', '.join(map(str, spellings))} (in any case). Rename the "
-                "columns, or, for points, name them with columns=."
+                f"{draft.path}, line {line}: found {len(found)} columns for {axis} in "
+                f"{header}, expected one of {', '.join(map(str, spellings))} (upper or lower "
+                "case). Rename the columns; for points, you can also set columns=."
             )
         at.append(found[0])
     return at

@@ -28,8 +28,7 @@ def surface_from_mesh(
     scale = agreed_scale(None, length_unit, "m", what)
     if len(triangles) == 0:
         raise FormatError(
-            f"{path}: found no triangles, expected a triangulated surface. "
-            "Export the surface as a triangle mesh."
+            f"{path}: the file has no triangles. Export the surface as a triangle mesh."
         )
     try:
         world = points * [1.0, 1.0, scale * sign]

@@ -56,8 +56,8 @@ class XmlFile:
         if node is None or kind is None:
             found = "no array" if node is None else f"an array of type {node.get('type')!r}"
             raise FormatError(
-                f"{self.path}: found {found} for {what}, expected numbers. "
-                "The file is damaged or no surface; export it again."
+                f"{self.path}: found {found} for {what}, expected numbers. The file is damaged "
+                "or does not hold a surface; export it again."
             )
         dtype = np.dtype(self.order + kind)
         try:
@@ -68,8 +68,8 @@ class XmlFile:
             if isinstance(error, FormatError):
                 raise
             raise FormatError(
-                f"{self.path}: array {what} cannot be decoded ({error}). "
-                "The file is damaged or cut short; export it again."
+                f"{self.path}: array {what} cannot be decoded ({error}). The file is damaged "
+                "or truncated; export it again."
             ) from error
 
     def payload(self, node: ElementTree.Element, what: str, itemsize: int = 1) -> bytes:
@@ -156,7 +156,8 @@ def open_xml(path: Path, kind: str) -> XmlFile:
     Raises
     ------
     FormatError
-        If it is no complete XML, of another kind, packed in an unknown way, or declares entities.
+        If the XML is incomplete, of another kind, declares entities, or has an unknown
+        compression.
     """
     data = read_bytes(path)
     size = len(data)
@@ -166,8 +167,8 @@ def open_xml(path: Path, kind: str) -> XmlFile:
         end = data.rfind(b"</AppendedData>")
         if end < mark.end():
             raise FormatError(
-                f"{path}, byte {mark.start()}: AppendedData has no end. "
-                "The file is cut short; export it again."
+                f"{path}, byte {mark.start()}: AppendedData has no end. The file is truncated; "
+                "export it again."
             )
         appended, raw = data[mark.end() : end], b"base64" not in mark.group(1)
         data = data[: mark.start()] + data[end + len(b"</AppendedData>") :]
@@ -176,7 +177,8 @@ def open_xml(path: Path, kind: str) -> XmlFile:
         tree = ElementTree.fromstring(data)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise FormatError(
-            f"{path}: no complete XML ({error}). The file is damaged or cut short; export it again."
+            f"{path}: the XML is incomplete ({error}). The file is damaged or truncated; "
+            "export it again."
         ) from error
     if tree.tag != "VTKFile" or tree.get("type") != kind:
         raise FormatError(
@@ -186,8 +188,8 @@ def open_xml(path: Path, kind: str) -> XmlFile:
     compressor = tree.get("compressor")
     if compressor is not None and compressor not in COMPRESSORS:
         raise FormatError(
-            f"{path}: arrays are packed with {compressor}, expected one of "
-            f"{', '.join(COMPRESSORS)}, or none. Save the file without compression."
+            f"{path}: arrays are compressed with {compressor}, which geosurf cannot read "
+            f"({', '.join(COMPRESSORS)} work). Save the file without compression."
         )
     order = ">" if tree.get("byte_order") == "BigEndian" else "<"
     header = np.dtype(order + ("u8" if tree.get("header_type") == "UInt64" else "u4"))
@@ -211,7 +213,7 @@ def _of_text(text: str, dtype: np.dtype) -> np.ndarray:
     """Numbers in text, as every program takes them."""
     pattern = REAL if dtype.kind == "f" else WHOLE
     if not text.isascii() or not pattern.fullmatch(text):
-        raise ValueError("a word is no number")
+        raise ValueError("a word is not a number")
     convert = float if dtype.kind == "f" else int
     return np.array(list(map(convert, text.split())), dtype=dtype)
 

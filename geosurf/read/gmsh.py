@@ -1,8 +1,8 @@
 """Counts and tags of a Gmsh file, checked before meshio makes room for them.
 
-meshio makes arrays as long as a file says that they are, and one as long as the largest tag of a
+meshio makes arrays as long as a file announces, and one as long as the largest tag of a
 node: one spoiled byte asks for gigabytes. What a file announces has to be in it; the format
-(Gmsh reference manual, MSH 2.2 and 4.1) lets tags be sparse, but not for nothing.
+(Gmsh reference manual, MSH 2.2 and 4.1) allows sparse tags, which must not be wasteful.
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ def refuse_wrong_counts(path: Path, data: bytes) -> None:
     limit = max(LARGEST_TAG, len(data))
     if len(tags) and int(tags.max()) > limit:
         raise FormatError(
-            f"{path}: a node has the tag {int(tags.max())}, which is more than a mesh of "
-            f"{len(tags)} nodes should need ({limit}). The file is damaged, or its nodes are to be "
-            "numbered anew; export it again."
+            f"{path}: a node has the tag {int(tags.max())}, but a mesh of {len(tags)} nodes "
+            f"may use tags up to {limit} only. The file is damaged, or its nodes need new "
+            "numbers; export it again."
         )
 
 
@@ -73,7 +73,7 @@ def _refuse_tag_lines(path: Path, data: bytes) -> None:
             if n > left:
                 raise FormatError(
                     f"{path}: {n} lines are announced in section ${match[1].decode()}, and the "
-                    f"file has {left} left. It is damaged or cut short; export it again."
+                    f"file has {left} left. It is damaged or truncated; export it again."
                 )
             for _ in range(max(n, 0) + 1):
                 at = data.find(b"\n", at) + 1 or len(data)
@@ -91,8 +91,8 @@ def _tags_of_words(path: Path, words: list[bytes], version: str) -> np.ndarray:
             if 4 * n > len(words) - at - 4:
                 raise FormatError(
                     f"{path}: {n} nodes are announced in section $Nodes, and it has "
-                    f"{len(words) - at - 4} numbers left. It is damaged or cut short; export it "
-                    "again."
+                    f"{len(words) - at - 4} numbers left. It is damaged or truncated; export "
+                    "it again."
                 )
             found += (
                 words[at + 4 : at + 4 + n]
@@ -169,5 +169,5 @@ def _refuse_more(path: Path, data: bytes, at: int, n: int, size: int) -> None:
     if n * size > left:
         raise FormatError(
             f"{path}, byte {at}: {n} entries are announced in section $Nodes, and the file has "
-            f"room for {left // size}. It is damaged or cut short; export it again."
+            f"room for {left // size}. It is damaged or truncated; export it again."
         )

@@ -11,7 +11,7 @@ What files in the wild do, and what is done with it:
   begin anywhere and skip.
 - ``ATOM`` and ``PATOM`` are other names of a vertex: triangles share that vertex.
 - Words after the coordinates (``CNXYZ``) are control-node flags and dropped.
-- Other objects in the file (SGrid, VSet ...) are passed over.
+- Other objects in the file (SGrid, VSet ...) are ignored.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def read_gocad(
     Raises
     ------
     InputError
-        If there are several surfaces and `name` is none of them, or only one of several
+        If there are several surfaces and `name` is not one of them, or only one of several
         equally named ones; or if `positive` or `length_unit` contradicts the file.
     FormatError
         As `read_tsurf`.
@@ -118,10 +118,10 @@ def read_gocad(
     found = [surface for surface in surfaces if surface.name == name]
     if len(found) != 1:
         guess = "" if name is None else did_you_mean(name, names)
-        asked = "none was asked for" if name is None else f"{len(found)} are called {name!r}"
+        asked = "name= is not given" if name is None else f"{len(found)} are called {name!r}"
         raise InputError(
-            f"{path}: the file has {len(surfaces)} surfaces, {names}, and {asked}.{guess} "
-            "Pick one with name=, or read all with geosurf.read.read_tsurf."
+            f"{path}: the file has {len(surfaces)} surfaces, {names}, but {asked}.{guess} "
+            "Select one with name=, or read all with geosurf.read.read_tsurf."
         )
     return found[0]
 
@@ -144,7 +144,7 @@ def read_tsurf(
     -------
     list of TriSurface
         In file order, role ``"fault"``. Vertices in metres, elevation positive up;
-        numeric properties in ``vertex_data``, NaN where the file says "no data".
+        numeric properties in ``vertex_data``, NaN where the file has its no-data value.
 
     Raises
     ------
@@ -173,8 +173,8 @@ def read_tsurf(
             continue
         if words[0].upper() != "GOCAD":
             raise FormatError(
-                f"{path}, line {i}: found {line[:40]!r}, expected 'GOCAD TSurf 1'. "
-                "This is not a GOCAD file, or an object before this line ended too early."
+                f"{path}, line {i}: found {line[:40]!r}, expected 'GOCAD TSurf 1'. This is not "
+                "a GOCAD file, or the object before this line ended too early."
             )
         kind = words[1].lower() if len(words) > 1 else ""
         draft = _Draft(path, len(text), i)
@@ -187,8 +187,8 @@ def read_tsurf(
                 pass
     if not surfaces:
         raise FormatError(
-            f"{path}: found no TSurf, expected 'GOCAD TSurf 1' at the top of one. "
-            "Faults are read from TSurf objects; export the surface as such."
+            f"{path}: the file has no TSurf object (a line 'GOCAD TSurf 1'). Export the "
+            "surface as TSurf."
         )
     return surfaces
 
@@ -204,13 +204,13 @@ def _body(path: Path, lines: Iterator[tuple[int, str]], start: int) -> Iterator[
             return
         if key == "GOCAD":
             raise FormatError(
-                f"{path}, line {i}: another object begins, expected END of the one that began on "
-                f"line {start}. Export the file again."
+                f"{path}, line {i}: a new object begins before the END of the object on line "
+                f"{start}. Export the file again."
             )
         yield i, words
     raise FormatError(
-        f"{path}: found no END for the object that began on line {start}. "
-        "The file is cut short; export it again."
+        f"{path}: the object that begins on line {start} has no END. The file is truncated; "
+        "export it again."
     )
 
 
@@ -311,8 +311,8 @@ def _new_id(draft: _Draft, i: int, word: str, row: int) -> None:
     key = _key(draft, i, word)
     if key in draft.row_of_id:
         raise FormatError(
-            f"{draft.path}, line {i}: vertex id {key} is there twice, expected ids to be unique "
-            "within a surface. Export the file again."
+            f"{draft.path}, line {i}: vertex id {key} occurs twice; ids must be unique within "
+            "a surface. Export the file again."
         )
     draft.row_of_id[key] = row
 
@@ -322,8 +322,8 @@ def _row(draft: _Draft, i: int, word: str) -> int:
     row = draft.row_of_id.get(key)
     if row is None:
         raise FormatError(
-            f"{draft.path}, line {i}: vertex {key} is named but not defined above, expected one of "
-            f"{len(draft.row_of_id)} ids. Export the file again."
+            f"{draft.path}, line {i}: vertex {key} is used but not defined above. Export the "
+            "file again."
         )
     return row
 

@@ -1,9 +1,9 @@
 """IRAP grids, classic (text) and binary: the map formats of RMS.
 
-Both headers say the same: ``-996 nrow xinc yinc``, ``xmin xmax ymin ymax``,
+Both headers hold the same: ``-996 nrow xinc yinc``, ``xmin xmax ymin ymax``,
 ``ncol rotation xrot yrot`` and seven zeros (the binary one has the increments last in
 its first record). Mind that the number of rows comes second and that of columns
-ninth. Values run along x fastest. Neither says whether it holds elevation or
+ninth. Values run along x fastest. Neither states whether it holds elevation or
 depth, nor in which unit.
 """
 
@@ -48,7 +48,7 @@ def read_irap(
     name : str
         Name of the horizon.
     positive : {"up", "down"}
-        The format does not say, so the caller must.
+        The format does not state it, so this argument is required.
     length_unit : str, optional
         Unit of the values (z only; x and y are metres). Default ``"m"``, which
         is what RMS writes.
@@ -88,8 +88,8 @@ def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
     words = list(itertools.islice(re.finditer(r"\S+", text), N_HEADER))
     if len(words) < N_HEADER:
         raise FormatError(
-            f"{path}: found {len(words)} header values, expected 19 "
-            "(-996 nrow xinc yinc ...). The file is cut short; export it again."
+            f"{path}: found {len(words)} header values, expected 19 (-996 nrow xinc yinc ...). "
+            "The file is truncated; export it again."
         )
     tokens = [word[0] for word in words]
     line_of_token = [text.count("\n", 0, word.start()) + 1 for word in words]
@@ -127,8 +127,8 @@ def _read_binary(path: Path) -> tuple[GridHeader, np.ndarray]:
     records = _fortran_records(path, read_bytes(path))
     if len(records) < 3:
         raise FormatError(
-            f"{path}: found {len(records)} records, expected 3 of header and some of values. "
-            "The file is cut short; export it again."
+            f"{path}: found {len(records)} records, expected 3 header records and the values. "
+            "The file is truncated; export it again."
         )
     fields = []
     for i, layout in enumerate(HEADER_RECORDS):
@@ -170,11 +170,11 @@ def _fortran_records(path: Path, data: bytes) -> list[bytes]:
         size = struct.unpack_from(">i", data, at)[0]
         end = at + 4 + size
         if size < 0 or end + 4 > len(data) or struct.unpack_from(">i", data, end)[0] != size:
-            what = "This is not an IRAP grid" if at == 0 else "The file is cut short or damaged"
+            what = "This is not an IRAP grid" if at == 0 else "The file is damaged or truncated"
             raise FormatError(
-                f"{path}, byte {at}: found a record length of {size}, expected one that is "
-                f"repeated after as many bytes ({len(data) - at - 4} are left). {what}; "
-                "export it again, or say the right format=."
+                f"{path}, byte {at}: found a record length of {size}, expected the same length "
+                f"after that many bytes ({len(data) - at - 4} are left). {what}; export it "
+                "again, or set the right format=."
             )
         records.append(data[at + 4 : end])
         at = end + 4
@@ -187,7 +187,8 @@ def _check_count(path: Path, found: float, header: GridHeader) -> None:
     if found != expected:
         raise FormatError(
             f"{path}: found {found:g} values, expected {expected} ({header.ncol} columns x "
-            f"{header.nrow} rows). The file is cut short or its header is wrong; export it again."
+            f"{header.nrow} rows). The file is truncated or its header is wrong; export it "
+            "again."
         )
 
 

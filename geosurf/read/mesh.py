@@ -1,7 +1,7 @@
 """Triangle meshes through meshio: the one place where geosurf reads with it.
 
 meshio prints, warns and ends the process (`sys.exit`) when a file is not what it
-expects; none of that gets past this file. z is elevation in metres unless the caller says
+expects; none of that gets past this file. z is elevation in metres unless the caller states
 otherwise; easting and northing are metres.
 """
 
@@ -61,7 +61,7 @@ COUNTS = {
     ".ply": re.compile(rb"^element[ \t]+\w+[ \t]+([0-9]+)", re.M),
     ".off": re.compile(rb"\AOFF\s+(?:#.*\s+)*([0-9]+)[ \t]+([0-9]+)"),
 }
-# cells that are no surface, and may stand beside it
+# cells other than surfaces, which a file may also hold
 PASSED_OVER = ("vertex", "line", "line3")
 
 
@@ -90,7 +90,7 @@ def read_mesh(
     -------
     TriSurface
         Role ``"fault"``. Quads are split along the diagonal of their first corner;
-        lines and points are passed over; numeric point data are kept.
+        lines and points are ignored; numeric point data are kept.
 
     Raises
     ------
@@ -117,8 +117,8 @@ def read_mesh(
         triangles = _triangles(path, mesh.cells)
     except (TypeError, ValueError, OverflowError) as error:
         raise FormatError(
-            f"{path}: points or cells are incomplete ({error}). "
-            "The file is damaged or cut short; export it again."
+            f"{path}: points or cells are incomplete ({error}). The file is damaged or "
+            "truncated; export it again."
         ) from error
     numeric = {
         key: value
@@ -148,8 +148,8 @@ def _meshio_read(path: Path) -> Any:
         except (meshio.ReadError, *DAMAGE) as error:
             reason = " ".join(said.getvalue().split()) or f"{type(error).__name__}: {error}"
             raise FormatError(
-                f"{path}: meshio cannot read it ({reason.replace(name, path.name)[:200]}). "
-                "The file is damaged or of an unusual kind; export it as .vtp or GOCAD .ts."
+                f"{path}: meshio cannot read it ({reason.replace(name, path.name)[:200]}). The "
+                "file is damaged or of an unsupported kind; export it as .vtp or GOCAD .ts."
             ) from error
 
 
@@ -163,8 +163,8 @@ def _refuse_counts(path: Path, data: bytes) -> None:
         counts.append(50 * int.from_bytes(data[80:84], "little"))
     if max(counts, default=0) > len(data):
         raise FormatError(
-            f"{path}: the header announces {max(counts)} points, cells or bytes, and the file has "
-            f"{len(data)} bytes. It is damaged or cut short; export it again."
+            f"{path}: the header announces {max(counts)} points, cells or bytes, but the file "
+            f"has {len(data)} bytes. It is damaged or truncated; export it again."
         )
 
 
@@ -175,7 +175,8 @@ def _refuse_foreign_data(path: Path, data: bytes) -> None:
         items = list(ElementTree.fromstring(data).iter("DataItem"))
     except (ParseError, ValueError, LookupError) as error:
         raise FormatError(
-            f"{path}: no complete XML ({error}). The file is damaged or cut short; export it again."
+            f"{path}: the XML is incomplete ({error}). The file is damaged or truncated; "
+            "export it again."
         ) from error
     for item in items:
         kind, text = (item.get("Format") or "XML").upper(), (item.text or "").strip()
@@ -194,7 +195,8 @@ def _refuse_foreign_data(path: Path, data: bytes) -> None:
                 if isinstance(error, FormatError):
                     raise
                 raise FormatError(
-                    f"{other}: no HDF5 file ({error}). Copy it beside {path.name} again."
+                    f"{other}: not an HDF5 file ({error}). Copy it again into the folder "
+                    f"of {path.name}."
                 ) from error
 
 
@@ -219,21 +221,21 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
     if path.suffix.lower() == ".ply" and not re.search(rb"^[ \t]*end_header[ \t\r]*$", data, re.M):
         # meshio would look for it for ever
         raise FormatError(
-            f"{path}: found no line 'end_header', expected one at the end of the header. "
-            "The file is cut short or no PLY file; export it again."
+            f"{path}: the header has no line 'end_header'. The file is truncated or not a PLY "
+            "file; export it again."
         )
     if path.suffix.lower() == ".off" and not re.search(rb"\n[ \t\r]*[^\s#]", data):
         raise FormatError(  # meshio would look for it for ever
-            f"{path}: found nothing after the first line, expected numbers of vertices and faces. "
-            "The file is cut short or no OFF file; export it again."
+            f"{path}: the numbers of vertices and faces are missing after the first line. The "
+            "file is truncated or not an OFF file; export it again."
         )
     if path.suffix.lower() == ".msh":
         names = set(re.findall(rb"^\$(\w+)", data, re.M))
         ends = {b"End" + name for name in names if not name.startswith(b"End")}
         if not names or ends ^ {name for name in names if name.startswith(b"End")}:
             raise FormatError(  # meshio would look for the end of a section for ever
-                f"{path}: its sections are not each a line '$Name' and a line '$EndName'. "
-                "The file is cut short or no Gmsh file; export it again."
+                f"{path}: a section does not begin with '$Name' and end with '$EndName'. The "
+                "file is truncated or not a Gmsh file; export it again."
             )
         refuse_wrong_counts(path, data)
     if path.suffix.lower() == ".xdmf":
@@ -245,13 +247,13 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
     if not data[-1:].isspace():
         line = data.count(b"\n") + 1
         raise FormatError(
-            f"{path}, line {line}: the last line has no line end, so the file may be cut short. "
-            "Export it again, or add a line end if it is complete."
+            f"{path}, line {line}: the last line has no line end, so the file may be "
+            "truncated. Export it again, or add a line end if the file is complete."
         )
     if path.suffix.lower() == ".stl":
         last = data.rstrip().splitlines()[-1:] or [b""]
         if not last[0].strip().lower().startswith(b"endsolid"):
             raise FormatError(
                 f"{path}: the last line is {last[0][:40].decode('latin-1')!r}, expected "
-                "'endsolid'. The file is cut short; export it again."
+                "'endsolid'. The file is truncated; export it again."
             )

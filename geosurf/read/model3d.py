@@ -6,10 +6,10 @@ files in the wild do, and what is done with it:
 
 - Parts of one surface repeat the vertices along their common border: vertices with
   equal coordinates become one, so that each surface is one welded mesh again.
-- A part's kind tells what the surface is: ``fault``, ``normal_fault`` and
+- The kind of a part determines the role of the surface: ``fault``, ``normal_fault`` and
   ``reverse_fault`` a fault, ``boundary`` a wall of the model box, ``top``,
   ``intraformational``, ``unconformity`` and ``topographic`` a horizon.
-- Regions, layers and fault blocks are no input: geosurf carves its own units, which
+- Regions, layers and fault blocks are not read: geosurf carves its own units, which
   `read_regions` lets one compare with those of the file.
 """
 
@@ -47,8 +47,8 @@ def read_model3d(
     Returns
     -------
     dict of str to TriSurface
-        In the order of the file. Roles as the model says: ``"horizon"`` (normals up),
-        ``"fault"``, ``"wall"`` or, where it says nothing, ``"surface"``. Vertices in
+        In the order of the file. Roles as in the model: ``"horizon"`` (normals up),
+        ``"fault"``, ``"wall"`` or, without a kind, ``"surface"``. Vertices in
         metres, elevation positive up, welded; properties are left out, since they may
         differ from part to part.
 
@@ -77,15 +77,15 @@ def read_model3d(
     for part in read_tsurf(path, positive=positive, length_unit=length_unit):
         if part.name in surfaces:
             raise FormatError(
-                f"{path}: surface {part.name!r} is there twice, expected names to be unique "
-                "within a model. Rename one of them in the file."
+                f"{path}: surface {part.name!r} occurs twice; names must be unique within a "
+                "model. Rename one of the surfaces in the file."
             )
         surfaces[part.name] = _welded(part, roles.get(part.name, "surface"))
     missing = [name for name in roles if name not in surfaces]
     if missing:
         raise FormatError(
-            f"{path}: the model names surface {missing[0]!r}, but there is no TSurf of that name; "
-            f"there are {list(surfaces)}. Export the model again, with all surfaces."
+            f"{path}: the model names the surface {missing[0]!r}, but the file has no such "
+            f"TSurf; it has {list(surfaces)}. Export the model again, with all surfaces."
         )
     return surfaces
 
@@ -167,8 +167,8 @@ def read_region_faces(
         wrong = [k for k in signed if abs(k) > len(parts)]
         if wrong:
             raise FormatError(
-                f"{path}, line {line}: region {name!r} names TFACE {abs(wrong[0])}, and the file "
-                f"has {len(parts)}. Export the model again, with all surfaces."
+                f"{path}, line {line}: region {name!r} names TFACE {abs(wrong[0])}, but the "
+                f"file has {len(parts)}. Export the model again, with all surfaces."
             )
         if name != "Universe":
             turned = [parts[abs(k) - 1][:, :: 1 if k > 0 else -1] for k in signed]
@@ -191,8 +191,8 @@ def _corners_of_parts(
             counts[-1] += 1
     if sum(counts) != len(corners):
         raise FormatError(
-            f"{path}: {len(corners)} triangles, but {sum(counts)} of them below a line TFACE, "
-            "which regions are told by. Export the model again."
+            f"{path}: only {sum(counts)} of {len(corners)} triangles belong to a TFACE. "
+            "Regions refer to TFACE numbers. Export the model again."
         )
     return np.split(corners, np.cumsum(counts)[:-1])
 
@@ -215,8 +215,8 @@ def _region_lists(path: Path, lines: list[str]) -> Iterator[tuple[str, list[int]
                 break
         if 0 not in signed:
             raise FormatError(
-                f"{path}, line {i}: the list of region {words[2].strip()!r} has no 0 at its end. "
-                "Correct it or export the model again."
+                f"{path}, line {i}: the list of region {words[2].strip()!r} does not end with "
+                "0. Add the 0 or export the model again."
             )
         yield words[2].strip(), signed[: signed.index(0)], i
 
@@ -228,8 +228,8 @@ def _roles(path: Path) -> dict[str, str]:
     if [word.lower() for word in first[:2]] != ["gocad", "model3d"]:
         found = lines[0][:40] if lines else ""
         raise FormatError(
-            f"{path}, line 1: found {found!r}, expected 'GOCAD Model3d 1'. "
-            "Single surfaces (GOCAD TSurf) are read by read_fault."
+            f"{path}, line 1: found {found!r}, expected 'GOCAD Model3d 1'. Read single "
+            "surfaces (GOCAD TSurf) with read_fault."
         )
     roles: dict[str, str] = {}
     for i, line in enumerate(lines[1:], start=2):
@@ -246,8 +246,8 @@ def _roles(path: Path) -> dict[str, str]:
                 )
             roles[" ".join(words[3:])] = _role(words[2])
     raise FormatError(
-        f"{path}: found no END for the model that begins on line 1. The file is cut short; "
-        "export it again."
+        f"{path}: the model that begins on line 1 has no END. The file is truncated; export it "
+        "again."
     )
 
 

@@ -1,6 +1,6 @@
 """CF NetCDF: gridded horizons, and faults as parametric grids.
 
-The file says ``positive`` and ``units`` on its elevation (or depth) variable, or
+The file has ``positive`` and ``units`` on its elevation (or depth) variable, or
 the caller does. Horizontal coordinates without ``units`` are metres.
 """
 
@@ -151,8 +151,9 @@ def read_netcdf_fault(
         if len(words) != 1 or set(dataset[words[0]].dims) != set(FAULT_DIMS):
             shape = {str(word): dataset[word].dims for word in dataset.data_vars}
             raise FormatError(
-                f"{path}: expected one variable {key!r} over {FAULT_DIMS}, found {shape}. "
-                "Rename variables and dimensions; a gridded horizon is read with read_horizon."
+                f"{path}: expected one variable {key!r} with dims {FAULT_DIMS}, found {shape}. "
+                "Rename variables and dimensions. If this is a gridded horizon, use "
+                "read_horizon."
             )
         found[key] = dataset[words[0]].transpose(*FAULT_DIMS)
     z = found["elevation"]
@@ -183,7 +184,7 @@ def holds_fault(path: Path) -> bool:
 
 
 def _load(path: Path) -> xr.Dataset:
-    """Return the whole file in memory, or say what is wrong or not installed."""
+    """Return the whole file in memory, or raise an error that names the damage or package."""
     import xarray as xr
 
     with opened(path) as (file, size), warnings.catch_warnings():
@@ -202,8 +203,8 @@ def _load(path: Path) -> xr.Dataset:
                 raise
             reason = f"{type(error).__name__}: {error}".replace(name, path.name)
             raise FormatError(
-                f"{path}: {engine} cannot read it ({reason[:300]}). "
-                "The file is damaged or cut short; export it again."
+                f"{path}: {engine} cannot read it ({reason[:300]}). The file is damaged or "
+                "truncated; export it again."
             ) from error
     return loaded
 
@@ -217,20 +218,20 @@ def _engine(path: Path, head: bytes) -> str:
     ]
     if not fitting:
         raise FormatError(
-            f"{path}, byte 0: found {head!r}, expected the mark of NetCDF (CDF or HDF). "
-            "This is no NetCDF file; say what it is with format=."
+            f"{path}, byte 0: found {head!r}, expected the signature of NetCDF (CDF or HDF). "
+            "This is not a NetCDF file; set format= to its format."
         )
     usable = [engine for engine in fitting if all(map(find_spec, MODULES[engine]))]
     if not usable:
         raise DependencyError(
-            f"{path}: reading this NetCDF file needs one of {', '.join(fitting)}, none of which "
-            'is installed. Install them with: pip install "geosurf[io]"'
+            f"{path}: reading this NetCDF file needs {' or '.join(fitting)}. Install them "
+            'with: pip install "geosurf[io]"'
         )
     return usable[0]
 
 
 def _texts_of_hdf5(path: Path, name: str, size: int) -> list[str]:
-    """Refuse a file that asks for too much; return the arrays that are no numbers.
+    """Refuse a file that needs too much memory; return the arrays that are not numeric.
 
     A damaged file fails here: h5netcdf, failing as it opens one, prints from its destructor. That
     happens up to the first attribute that it asks for, which is this one.
@@ -263,8 +264,8 @@ def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray
     asked = "" if variable is None else f" {variable!r} is not one of them."
     guess = "" if variable is None else did_you_mean(variable, grids)
     raise FormatError(
-        f"{path}: found {len(grids)} variables on a two-dimensional grid, {list(grids)}.{asked}"
-        f"{guess} Pick one with variable=."
+        f"{path}: found {len(grids)} variables on a two-dimensional grid, "
+        f"{list(grids)}.{asked}{guess} Select one with variable=."
     )
 
 
@@ -319,8 +320,8 @@ def _horizon(
         if not ((step > 0).all() or (step < 0).all()):
             at = int(np.flatnonzero(np.sign(step) != np.sign(step[0]))[:1].sum())
             raise FormatError(
-                f"{path}: {key} does not steadily grow or fall; it goes {coordinate[at]} to "
-                f"{coordinate[at + 1]} at position {at}. Sort the grid."
+                f"{path}: {key} is not monotonic: {coordinate[at + 1]} follows "
+                f"{coordinate[at]} at position {at}. Sort the grid."
             )
         if len(step) and step[0] < 0:
             values = np.flip(values, axis)
@@ -342,8 +343,8 @@ def _metres(path: Path, coordinate: xr.DataArray) -> np.ndarray:
     values = coordinate.values.astype(np.float64)
     if not np.isfinite(values).all():
         raise FormatError(
-            f"{what} has {int((~np.isfinite(values)).sum())} values that are not finite, "
-            "expected none. Give every node a position."
+            f"{what} has {int((~np.isfinite(values)).sum())} values that are not finite. Give "
+            "every node a position."
         )
     return values * agreed_scale(_said(coordinate, "units"), None, "m", what)
 
@@ -366,8 +367,8 @@ def _finite_or_nan(path: Path, data: xr.DataArray) -> np.ndarray:
     bad = np.argwhere(np.isinf(values))
     if len(bad):
         raise FormatError(
-            f"{path}: variable {data.name!r} is infinite at node {bad[0].tolist()}, expected a "
-            "number, or NaN where absent. Declare the value as _FillValue."
+            f"{path}: variable {data.name!r} is infinite at node {bad[0].tolist()}. Missing "
+            "nodes must be NaN: declare the value as _FillValue."
         )
     return values
 

@@ -34,7 +34,7 @@ def read_xyz(
         among others in any order. Other text may have one, too; without it, x, y, z are
         the only numbers on each line. RMS ends points with ``999 999 999``.
     positive : {"up", "down"}
-        The formats do not say, so the caller must. (The column name Z_TVDSS is
+        The formats do not state it, so this argument is required. (The column name Z_TVDSS is
         no promise: it is written for elevations and for times, too.)
     length_unit : str, optional
         Unit of z (x and y are metres). Default ``"m"``.
@@ -92,9 +92,10 @@ def _without_end(path: Path, columns: object, decimal: str) -> np.ndarray:
     inside = np.flatnonzero(ends[:n_point])
     if len(inside):
         raise FormatError(
-            f"{path}, line {table.lines[inside[0]]}: '999 999 999' ends a polyline, expected a "
-            "point. Read sticks with read_fault and outlines with read_polygons (suffix .pol)."
+            f"{path}, line {table.lines[inside[0]]}: '999 999 999' ends a polyline, but this "
+            "file should hold points. Read sticks with read_fault and outlines with "
+            "read_polygons (suffix .pol)."
         )
     if n_point == 0:
-        raise FormatError(f"{path}: found end marks only, expected x y z on each line.")
+        raise FormatError(f"{path}: the file has end marks only, expected x y z on each line.")
     return points[:n_point]

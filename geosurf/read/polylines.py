@@ -1,7 +1,7 @@
 """Polylines in text: fault sticks and polygons, ``x y z`` per line.
 
 RMS and Petrel end each polyline with a line ``999 999 999``. A file that does not
-end with one was cut short. In csv, a column says which polyline a point belongs to.
+end with one was cut short. In csv, a column holds the number of the polyline of each point.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from geosurf.model import FaultSticks
 from geosurf.read._common import agreed_scale, agreed_sign
 from geosurf.read._table import END_MARK, Table, read_table
 
-LABELS = ("poly_id", "stick_id")  # columns that tell polylines apart, lower case
+LABELS = ("poly_id", "stick_id")  # columns with the number of the polyline, lower case
 
 
 def read_sticks(
@@ -38,7 +38,7 @@ def read_sticks(
     name : str
         Name of the fault.
     positive : {"up", "down"}
-        The format does not say, so the caller must.
+        The format does not state it, so this argument is required.
     length_unit : str, optional
         Unit of z (x and y are metres). Default ``"m"``.
     columns, decimal
@@ -143,7 +143,8 @@ def _terminated(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
     if len(ends) == 0 or ends[-1] != len(points) - 1:
         raise FormatError(
             f"{path}, line {lines[-1]}: the last line is not '999 999 999', so the last "
-            "polyline is not ended. Export the file again, or add that line if it is complete."
+            "polyline may be truncated. Export the file again, or add that line if the file is "
+            "complete."
         )
     starts = np.concatenate([[0], ends[:-1] + 1])
     # two end marks in a row enclose nothing and mean nothing
@@ -153,7 +154,7 @@ def _terminated(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
         if end > start
     ]
     if not found:
-        raise FormatError(f"{path}: found end marks only, expected x y z per line.")
+        raise FormatError(f"{path}: the file has end marks only, expected x y z on each line.")
     return found
 
 
@@ -162,8 +163,8 @@ def _by_label(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
     points, labels, lines = table.points, table.labels, table.lines
     if labels is None:
         raise InputError(
-            f"{path}, line 1: no column POLY_ID (or STICK_ID) says which polyline a point is "
-            "of. Add one, or read the file with read_points."
+            f"{path}, line 1: the column POLY_ID (or STICK_ID) is missing, so the polyline of "
+            "each point is unknown. Add the column, or read the file with read_points."
         )
     breaks = [0, *(i for i in range(1, len(labels)) if labels[i] != labels[i - 1]), len(labels)]
     pieces = [(points[a:b], int(lines[a])) for a, b in itertools.pairwise(breaks)]
@@ -172,8 +173,8 @@ def _by_label(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
     for k, first in enumerate(firsts):
         if first in begun:
             raise FormatError(
-                f"{path}, line {lines[breaks[k]]}: polyline {first!r} goes on after another one "
-                "began. Sort the file by that column."
+                f"{path}, line {lines[breaks[k]]}: polyline {first!r} continues after another "
+                "one began. Sort the file by that column."
             )
         begun.add(first)
     return pieces

@@ -16,7 +16,7 @@ from geosurf.model import TriSurface
 from geosurf.read._triangles import split_quads, surface_from_mesh
 from geosurf.read._vtkxml import XmlFile, open_xml
 
-# cells of an UnstructuredGrid: type -> corners; those without an area are passed over
+# cells of an UnstructuredGrid: type -> corners; those without an area are ignored
 CORNERS = {5: 3, 9: 4}
 PASSED_OVER = (1, 3, 21)  # vertex, line, line of three points
 
@@ -45,7 +45,7 @@ def read_vtp(
     Returns
     -------
     TriSurface
-        Role ``"fault"``; quads are split, lines and points passed over, numeric point
+        Role ``"fault"``; quads are split, lines and points ignored, numeric point
         data kept.
 
     Raises
@@ -136,7 +136,7 @@ def _points(file: XmlFile, piece: Element) -> np.ndarray:
     if len(values) % 3:
         raise FormatError(
             f"{file.path}: found {len(values)} numbers for Points, expected three for each. "
-            "The file is damaged or cut short; export it again."
+            "The file is damaged or truncated; export it again."
         )
     return values.reshape(-1, 3)
 
@@ -163,7 +163,7 @@ def _polys(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
 
 
 def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
-    """Triangles (n, 3) of a piece of an UnstructuredGrid; quads are split, lines passed over."""
+    """Triangles (n, 3) of a piece of an UnstructuredGrid; quads are split, lines ignored."""
     _refuse_other_count(file, piece, n_point)
     if piece.get("NumberOfCells") in (None, "0"):
         return np.empty((0, 3), dtype=np.int64)

@@ -42,7 +42,7 @@ def read_zmap(
     name : str
         Name of the horizon.
     positive : {"up", "down"}
-        The format does not say, so the caller must.
+        The format does not state it, so this argument is required.
     length_unit : str, optional
         Unit of the values (z only; x and y are metres). Default ``"m"``.
 
@@ -77,7 +77,7 @@ def read_zmap(
     if len(marks) < 2 or text[: marks[0].start()].strip() or len(lines) < 3:
         raise FormatError(
             f"{path}: expected a header of at least two lines between two '@', found "
-            f"{len(marks)} '@'. This is not a ZMAP+ grid, or it is cut short."
+            f"{len(marks)} '@'. This is not a ZMAP+ grid, or the file is truncated."
         )
     header, nulls, decimals = _header(path, lines[1], lines[2])
     start = (text.find("\n", marks[1].end()) + 1) or len(text)
@@ -86,14 +86,14 @@ def read_zmap(
     if len(values) != header.ncol * header.nrow:
         raise FormatError(
             f"{path}: found {len(values)} values, expected {header.ncol * header.nrow} "
-            f"({header.ncol} columns x {header.nrow} rows). The file is cut short or its header "
-            "is wrong; export it again."
+            f"({header.ncol} columns x {header.nrow} rows). The file is truncated or its "
+            "header is wrong; export it again."
         )
     if decimals and not has_point:
         # old programs then read 12345 as 1.2345, newer ones do not
         raise FormatError(
-            f"{path}, line {lines[1][0]}: the header says {decimals} decimals but no value has a "
-            "decimal point. Export the file with decimal points."
+            f"{path}, line {lines[1][0]}: the header announces {decimals} decimals, but no "
+            "value has a decimal point. Export the file with decimal points."
         )
     # columns from the north-west corner -> rows from the south-west one
     grid = values.reshape(header.ncol, header.nrow).T[::-1]

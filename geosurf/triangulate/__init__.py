@@ -11,7 +11,7 @@ walls.py        the six sides of the model box, or a fence around a polygon
 outline.py      a polygon: refused where it meets itself, triangulated
 rims.py         sides along the rim of a horizon, moved off it by a stated amount
 contacts.py     fluid contacts: levels and grids
-degenerate.py   triangles without area, told exactly
+degenerate.py   triangles without area, found exactly
 ==============  ==================================================
 """
 

@@ -18,7 +18,7 @@ def propose_box(horizons: Sequence[TriSurface], aoi: np.ndarray | None = None) -
     Propose a model box inside the area that all horizons cover.
 
     For unrotated grids without holes this is where their edges overlap, exactly. For rotated
-    or holed grids it is the largest upright rectangle among sampled places that all horizons
+    or holed grids it is the largest axis-parallel rectangle among sampled places that all horizons
     cover, one sample inside; carving still checks that nothing leaks.
 
     Parameters
@@ -46,24 +46,30 @@ def propose_box(horizons: Sequence[TriSurface], aoi: np.ndarray | None = None) -
     (0.0, 3.0, 0.0, 2.0, -1.0, 1.0)
     """
     if not horizons:
-        raise InputError("a box cannot be proposed without horizons; give box=(west, ..., top).")
+        raise InputError(
+            "geosurf needs horizons to propose a box. Give box=(west, east, south, north, "
+            "bottom, top)."
+        )
     for horizon in horizons:
         if horizon.lattice is None and aoi is None:
             raise InputError(
-                f"horizon {horizon.name!r} is a mesh, so that its cover is not known; give "
-                "box=(west, east, south, north, bottom, top)."
+                f"horizon {horizon.name!r} is a mesh, and geosurf proposes boxes for grids "
+                "only. Give box=(west, east, south, north, bottom, top)."
             )
     bounds = np.array([horizon.bounds for horizon in horizons])
     low, high = bounds[:, 0::2].max(axis=0), bounds[:, 1::2].min(axis=0)
     if aoi is None and (low[:2] >= high[:2]).any():
-        raise InputError("the horizons have no area in common; give box=(west, ..., top).")
+        raise InputError(
+            "the horizons have no area in common, so geosurf cannot propose a box. Give "
+            "box=(west, east, south, north, bottom, top)."
+        )
     bottom, top = bounds[:, 4].min(), bounds[:, 5].max()
     margin = max(_MARGIN * (top - bottom), 1.0)
     if aoi is not None:
         low[:2], high[:2] = aoi.min(axis=0), aoi.max(axis=0)
     lattices = [h.lattice for h in horizons if h.lattice is not None]
-    upright = all(lattice.easting.ndim == 1 and lattice.present.all() for lattice in lattices)
-    if aoi is not None or upright:
+    regular = all(lattice.easting.ndim == 1 and lattice.present.all() for lattice in lattices)
+    if aoi is not None or regular:
         west, east, south, north = low[0], high[0], low[1], high[1]
     else:
         west, east, south, north = _largest_rectangle(lattices, low, high)
@@ -85,6 +91,7 @@ def _largest_rectangle(
     area, left, right, first, last = largest_of(covered)
     if area == 0 or right - left < 3 or last - first < 3:
         raise InputError(
-            "the horizons cover no common rectangle worth a model; give box=(west, ..., top)."
+            "the horizons have no rectangle in common that is large enough for a model. "
+            "Give box=(west, east, south, north, bottom, top)."
         )
     return x[left + 1], x[right - 1], y[first + 1], y[last - 1]

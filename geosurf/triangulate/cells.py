@@ -1,4 +1,4 @@
-"""How the cells of a gridded fault lie: what bounds of all of them tell, and what they leave open.
+"""Orientation of the cells of a gridded fault, from bounds where they suffice.
 
 `Lattice.survey` holds those bounds, made while the nodes were read. Each question here is answered
 from them where the answer is clear by far, and otherwise from scratch, with the very numbers that
@@ -67,7 +67,7 @@ def corners_are_open(lattice: Lattice) -> bool:
     """Return whether all triangles have an area, with either diagonal; False: perhaps.
 
     Every corner of a cell is then farther from a straight line than any rounding could hide:
-    bounds of the edges around say so, or an angle that is 1e-5 radians off 0 and 180 degrees.
+    bounds of the edges around show it, or an angle that is 1e-5 radians off 0 and 180 degrees.
 
     Parameters
     ----------

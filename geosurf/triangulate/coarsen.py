@@ -101,9 +101,9 @@ def _check_even(name: str, lattice: Lattice) -> None:
             if worst > _EVEN * step + 8 * np.finfo(float).eps * size:
                 at = np.unravel_index(np.nanargmax(bend), bend.shape)
                 raise HorizonError(
-                    f"horizon {name!r}: {key} has uneven steps near node {tuple(map(int, at))}, by "
-                    f"{worst:g} m; a tolerance needs even ones. Leave tolerance out, or "
-                    "interpolate to a regular grid first."
+                    f"horizon {name!r}: {key} has uneven steps near node "
+                    f"{tuple(map(int, at))}, by {worst:g} m, but a tolerance needs even steps. "
+                    "Leave tolerance= out, or interpolate to a regular grid first."
                 )
 
 

@@ -36,7 +36,7 @@ def build_contacts(
         A block is given by sides of faults that units lie on (`Unit.fault_sides`); of several that
         fit, the one with most sides in the name of the unit's block counts, then most sides. Units
         that no entry fits are not split, and are listed in ``units.report["without_contact"]``.
-        A `FluidContact`, or a list of them, says in which zones it counts, too:
+        A `FluidContact`, or a list of them, also names the zones where it applies:
         ``[FluidContact(-1705.0, zones="Top/Middle"), FluidContact(-1720.0, zones="Middle/Base")]``.
     box : (west, east, south, north, bottom, top)
         Of the model [m].
@@ -51,7 +51,7 @@ def build_contacts(
     Raises
     ------
     InputError
-        If a contact is none of these, an elevation is not inside the box, or one block and its
+        If a contact has another type, an elevation is not inside the box, or one block and its
         zones are given twice.
 
     Examples
@@ -62,8 +62,8 @@ def build_contacts(
     """
     if not isinstance(contacts, Mapping):
         raise InputError(
-            f"contacts is a {type(contacts).__name__}; give a mapping {{name: contact}}, as in "
-            '{"OWC": -1705.0}.'
+            "`contacts` must be a mapping such as {'OWC': -1705.0}, not "
+            f"{type(contacts).__name__}."
         )
     surfaces: list[TriSurface] = []
     found: list[FluidContact] = []
@@ -71,18 +71,18 @@ def build_contacts(
     for name, value in contacts.items():
         entries = _entries(str(name), value)
         if not entries:
-            raise InputError(f"fluid contact {name!r} is given for no block. {_HOW}")
+            raise InputError(f"fluid contact {name!r} has an empty mapping of blocks. {_HOW}")
         for entry in entries:
             if entry.name not in ("", str(name)):
                 raise InputError(
-                    f"fluid contact {name!r} is given a FluidContact that is called "
-                    f"{entry.name!r}; say one of them."
+                    f"fluid contact {name!r} holds a FluidContact with another name, "
+                    f"{entry.name!r}. Use one name for both."
                 )
             one = replace(entry, name=str(name))
             if any(one.surface == surface.name for surface in surfaces):
                 raise InputError(
-                    f"fluid contact {one.surface!r} is given twice; leave one of them out, or give "
-                    "each its own zones or block."
+                    f"fluid contact {one.surface!r} is given twice. Leave one of them out, or "
+                    "give each its own zones or block."
                 )
             surfaces.append(_surface(one.surface, one.at, box))
             found.append(one)
@@ -96,7 +96,7 @@ def _entries(name: str, value: Any) -> list[FluidContact]:
     if isinstance(value, list | tuple):
         odd = [one for one in value if not isinstance(one, FluidContact)]
         if odd:
-            raise InputError(f"fluid contact {name!r} is a list with {odd[0]!r} in it. {_HOW}")
+            raise InputError(f"fluid contact {name!r} is a list that holds {odd[0]!r}. {_HOW}")
         return list(value)
     if not isinstance(value, Mapping) or hasattr(value, "data_vars"):
         return [FluidContact(value)]
@@ -111,8 +111,8 @@ def _of_block(name: str, key: str, value: Any) -> list[FluidContact]:
     for one in entries:
         if one.block not in ("", block):
             raise InputError(
-                f"fluid contact {name!r} is given for block {key!r} and, in it, for block "
-                f"{one.block!r}; say one of them."
+                f"fluid contact {name!r} has two blocks: {key!r} as its key and {one.block!r} "
+                "in the FluidContact. Keep one of them."
             )
     return [replace(one, block=block) for one in entries]
 
@@ -123,15 +123,15 @@ def _surface(name: str, value: Any, box: Sequence[float]) -> TriSurface:
     if hasattr(value, "dims"):
         return triangulate_horizon(value, name=name).renamed(name, "contact")
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-        raise InputError(f"fluid contact {name!r} is a {type(value).__name__}. {_HOW}")
+        raise InputError(f"fluid contact {name!r} cannot be a {type(value).__name__}. {_HOW}")
     if not is_number(value):
-        raise InputError(f"the elevation of fluid contact {name!r} is {value}; give a number [m].")
+        raise InputError(f"the elevation of fluid contact {name!r} is {value}. Give a number [m].")
     west, east, south, north, bottom, top = box
     if not bottom < value < top:
         raise InputError(
             f"fluid contact {name!r} is at elevation {float(value):g} m, outside the model box "
-            f"({bottom:g} to {top:g} m). Elevation is positive up: depths are negative; or enlarge "
-            "the box."
+            f"({bottom:g} to {top:g} m). Elevation is positive up, so depths are negative. "
+            "Correct the elevation, or enlarge the box."
         )
     level = float(value)
     corners = [

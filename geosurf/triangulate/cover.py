@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from geosurf.conventions import area_text
 from geosurf.errors import GeosurfWarning, InputError
 from geosurf.model import Lattice, TriSurface
 
@@ -18,7 +19,7 @@ Box = tuple[float, float, float, float, float, float]
 
 
 def warning_of_area(horizons: Sequence[TriSurface], box: Box) -> GeosurfWarning | None:
-    """Return a warning if a default box leaves out much of where all horizons are, or None.
+    """Return a warning if a default box leaves out much of the area of all horizons, or None.
 
     The remedy is the largest rectangle along the rows of the first grid, ready to be typed.
 
@@ -28,7 +29,7 @@ def warning_of_area(horizons: Sequence[TriSurface], box: Box) -> GeosurfWarning 
     >>> turned = Lattice((east - north) * 50.0, (east + north) * 50.0, np.zeros((41, 21)))
     >>> top = TriSurface("Top", "horizon", lattice=turned)
     >>> print(warning_of_area([top], (-1000, 0, 700, 1700, -1, 1)).effect)
-    The default box covers 25 % of where all horizons are (1 of 4 km2).
+    The default box covers 25 % of the area of all horizons (1 km² of 4 km²).
     """
     lattices = [h.lattice for h in horizons if h.lattice is not None]
     if all(lattice.easting.ndim == 1 and lattice.present.all() for lattice in lattices):
@@ -40,19 +41,18 @@ def warning_of_area(horizons: Sequence[TriSurface], box: Box) -> GeosurfWarning 
         return None
     digits = max(0, 2 - math.floor(math.log10(max(east - west, north - south))))
     sides = f"box=({', '.join(f'{value:.{digits}f}' for value in box)})"
-    remedy = f"Give {sides} if that is what you want, or aoi= with the outline of your model."
+    remedy = f"Pass {sides} to keep this box, or aoi= with the outline of your model."
     if corners is not None and share_of_turned > _GAIN * share:
         typed = ", ".join(f"({x:.{digits}f}, {y:.{digits}f})" for x, y in corners.tolist())
         remedy = (
-            f"aoi=[{typed}] covers {100 * share_of_turned:.0f} %; or give aoi= with an outline of "
-            f"your own. Give {sides} to keep this box."
+            f"aoi=[{typed}] covers {100 * share_of_turned:.0f} %; you can also pass another "
+            f"outline. Pass {sides} to keep this box."
         )
-    unit, size = ("km2", 1e6) if area >= 1e5 else ("m2", 1.0)
-    words = f"{share * area / size:.3g} of {area / size:.3g} {unit}"
+    words = f"{area_text(share * area)} of {area_text(area)}"
     return GeosurfWarning(
         "area",
         "box",
-        f"The default box covers {100 * share:.0f} % of where all horizons are ({words}).",
+        f"The default box covers {100 * share:.0f} % of the area of all horizons ({words}).",
         remedy,
     )
 
@@ -120,7 +120,7 @@ def covers(lattice: Lattice, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     size = np.hypot(*along) + np.hypot(*up)
     if np.hypot(*(far - (easting[-1, -1], northing[-1, -1]))) > 1e-3 * size:
         raise InputError(
-            "a horizon is a curvilinear grid, so that its cover is not simply known; give "
+            "a horizon is a curvilinear grid, for which geosurf cannot propose a box. Give "
             "box=(west, east, south, north, bottom, top)."
         )
     det = along[0] * up[1] - along[1] * up[0]

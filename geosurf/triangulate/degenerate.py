@@ -1,4 +1,4 @@
-"""Triangles without area, told exactly.
+"""Triangles without area, found exactly.
 
 A float filter passes what clearly has area; only what it doubts is decided in
 rational arithmetic. Nothing is ever called degenerate because it is thin.

@@ -43,12 +43,12 @@ def triangulate_fault(
     name : str, optional
         Needed where the object has no name of its own.
     positive : {"up", "down"}, optional
-        Whether the third coordinate is elevation or depth. A Dataset says so
+        Whether the third coordinate is elevation or depth. A Dataset states it
         by the name of its variable; sticks and vertices are elevations by default.
     length_unit : str, optional
         Unit of elevation or depth. Default: ``attrs["units"]`` of that variable of a
         Dataset; metres for sticks and vertices. Easting and northing are
-        metres unless their own ``attrs["units"]`` say otherwise.
+        metres unless their own ``attrs["units"]`` differ.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def triangulate_fault(
         name = name_of(name, "fault")
     title = name or getattr(obj, "name", None) or attrs.get("name") or attrs.get("long_name")
     if not title:
-        raise SurfaceError("a fault has no name. Say it with triangulate_fault(..., name='F1').")
+        raise SurfaceError("a fault has no name. Pass it, as in triangulate_fault(..., name='F1').")
     title = str(title)
     if is_mesh(obj):
         scale = _scale(title, first_given(positive, "up"), first_given(length_unit, "m"))
@@ -110,7 +110,7 @@ def triangulate_fault(
         refuse_flat_triangles(surface)
     elif not corners_are_open(surface.lattice):
         doubted = surface.lattice.rows_of_keys(surface.lattice.normals[2])
-        remedy = "Set one of the nodes that coincide or lie in line to NaN."
+        remedy = "Set one of the coincident or collinear nodes to NaN."
         if len(doubted):
             refuse_zero_area(title, surface.vertices, surface.triangles, remedy, doubted)
     surface = orient_fault(surface)
@@ -137,8 +137,8 @@ def _read_lattice(ds: Any, title: str, positive: str | None, length_unit: str | 
     said = first_given(positive, attrs.get("positive"), implied)
     if said != implied:
         raise SurfaceError(
-            f"fault {title!r}: {height} is said to be positive {said!r}, expected {implied!r}. "
-            "Name the variable elevation (positive up) or depth (positive down)."
+            f"fault {title!r}: {height} has positive={said!r}, expected {implied!r}. Name the "
+            "variable elevation (positive up) or depth (positive down)."
         )
     scale = _scale(title, said, first_given(length_unit, attrs.get("units")))
     elevation = _plane(ds, height, title, metres=False)
@@ -146,7 +146,7 @@ def _read_lattice(ds: Any, title: str, positive: str | None, length_unit: str | 
         elevation = elevation * scale
     if min(elevation.shape) < 2:
         raise SurfaceError(
-            f"fault {title!r}: {elevation.shape[0]} x {elevation.shape[1]} nodes make no cell, "
+            f"fault {title!r}: the grid has {elevation.shape[0]} x {elevation.shape[1]} nodes, "
             "expected 2 x 2 or more. Read a larger part of the fault."
         )
     lattice = Lattice(easting, northing, elevation, True, False)
@@ -158,7 +158,7 @@ def _read_lattice(ds: Any, title: str, positive: str | None, length_unit: str | 
         i, j = map(int, np.argwhere(infinite)[0])
         raise SurfaceError(
             f"fault {title!r}: {int(infinite.sum())} nodes are infinite, the first is node "
-            f"({i}, {j}) at {place(nodes[:, i, j])}. Mark absent nodes with NaN."
+            f"({i}, {j}) at {place(nodes[:, i, j])}. Set missing nodes to NaN."
         )
     refuse_far(title, lattice.survey.box)
     return lattice.turned_as(fault_diagonal(lattice), False)

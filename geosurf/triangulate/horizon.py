@@ -1,4 +1,4 @@
-"""A horizon -> `TriSurface`, or an error that says what to mend."""
+"""Make a `TriSurface` of a horizon, or raise an error that names the problem and the remedy."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def triangulate_horizon(
     that runs from south-west to north-east (`geosurf.conventions.rising_diagonal`
     has the ties). It looks at the world, not at rows and columns, so a grid that
     is read in another direction gives the same triangles. Triangles are made
-    when first asked for; until then the surface is only a lattice.
+    on first use; until then the surface is only a lattice.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def triangulate_horizon(
         ``("northing", "easting")`` with 1-D coordinates that increase, or decrease as in rasters
         (rows or columns are then turned round), or any two dims with 2-D coordinates ``easting``
         and ``northing`` (rotated and curvilinear grids). NaN marks absent nodes. Horizontal
-        coordinates are metres unless their own ``attrs["units"]`` say otherwise.
+        coordinates are metres unless their own ``attrs["units"]`` differ.
     name : str, optional
         Default: the name of the array, or ``"horizon"``.
     positive : {"up", "down"}, optional
@@ -79,7 +79,8 @@ def triangulate_horizon(
     ------
     HorizonError
         If dims, coordinates, values, `positive` or `length_unit` cannot be used, or
-        if a curvilinear grid is folded, or if a tolerance is no length or meets uneven steps.
+        if a curvilinear grid is folded, or if a tolerance is not a length or
+        the grid has uneven steps.
 
     See Also
     --------
@@ -115,7 +116,7 @@ def triangulate_horizon(
     what = f"horizon {title!r}"
     if not (is_number(tolerance) and tolerance >= 0):
         raise HorizonError(
-            f"{what}: tolerance is {tolerance!r}; give a length in metres, or 0 for all nodes."
+            f"{what}: tolerance is {tolerance!r}. Give a length in metres, or 0 for all nodes."
         )
     if isinstance(da, TriSurface | tuple | list):
         return _from_mesh(da, title, positive, length_unit, tolerance)
@@ -153,20 +154,20 @@ def _from_mesh(
         return coarsen_lattice(title, surface.lattice, tolerance) if tolerance > 0 else surface
     if tolerance > 0:
         raise HorizonError(
-            f"{what}: tolerance is {tolerance:g}, and a mesh is not simplified; only a grid is. "
-            "Leave tolerance out."
+            f"{what}: tolerance is {tolerance:g}, but geosurf simplifies grids only, not "
+            "meshes. Leave tolerance= out."
         )
     refuse_flat_triangles(surface)
     return surface
 
 
 def _checked_values(da: Any, what: str) -> np.ndarray:
-    """Values of a two-dimensional array of numbers; what is none is refused."""
+    """Values of a two-dimensional numeric array; anything else is refused."""
     if not all(hasattr(da, key) for key in ("dims", "coords", "attrs", "values")):
         if isinstance(da, str | PathLike):
             raise HorizonError(
-                f"{what}: found the path {str(da)!r}, expected what is in that file. Read it with "
-                "geosurf.read_horizon(path)."
+                f"{what}: found the path {str(da)!r}, expected the content of the file. Read "
+                "it with geosurf.read_horizon(path)."
             )
         raise HorizonError(
             f"{what}: found {type(da).__name__}, expected an xarray.DataArray over {HORIZON_DIMS}. "
@@ -175,13 +176,13 @@ def _checked_values(da: Any, what: str) -> np.ndarray:
         )
     if not hasattr(da, "dtype") and tuple(getattr(da, "sizes", ())) == ("point",):
         raise HorizonError(
-            f"{what}: found scattered points, expected a grid. tear_horizon(points, faults) makes "
-            "a horizon of them, also without faults: faults={}."
+            f"{what}: found scattered points, expected a grid. Make a horizon with "
+            "tear_horizon(points, faults); without faults pass faults={}."
         )
     if not hasattr(da, "dtype"):
         raise HorizonError(
-            f"{what}: found a {type(da).__name__} with variables {list(da)}, expected one array. "
-            "Pick it with ds['name']."
+            f"{what}: found a {type(da).__name__} with variables {list(da)}, expected one "
+            "array. Select it with ds['name']."
         )
     if da.dtype.kind not in "fiu":
         raise HorizonError(
@@ -196,8 +197,8 @@ def _checked_values(da: Any, what: str) -> np.ndarray:
     values: np.ndarray = da.values
     if min(values.shape) < 2:
         raise HorizonError(
-            f"{what}: {da.shape[0]} x {da.shape[1]} nodes make no cell, expected 2 x 2 or more. "
-            "Read a larger part of the grid."
+            f"{what}: the grid has {da.shape[0]} x {da.shape[1]} nodes, expected 2 x 2 or "
+            "more. Read a larger part of the grid."
         )
     return values
 
@@ -219,8 +220,8 @@ def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
         raise HorizonError(f"{what}: dims are {tuple(da.dims)}, expected {HORIZON_DIMS}. {remedy}")
     if missing:
         raise HorizonError(
-            f"{what}: coordinates {missing} are missing, there are {list(da.coords)}. "
-            f"Add them in metres with da.assign_coords({missing[0]}=...)."
+            f"{what}: coordinates {missing} are missing; the array has {list(da.coords)}. Add "
+            f"them in metres with da.assign_coords({missing[0]}=...)."
         )
     easting, northing = (
         _metres(coords[key].transpose(*da.dims) if flat else coords[key], f"{key} of {what}")
@@ -293,22 +294,21 @@ def _check_values(lattice: Lattice, what: str) -> None:
     if infinite.any():
         i, j = map(int, np.argwhere(infinite)[0])
         raise HorizonError(
-            f"{what}: {int(infinite.sum())} nodes are infinite, the first is node ({i}, {j}) at "
-            f"{place((x[i, j], y[i, j], elevation[i, j]))}. Mark absent nodes with NaN: "
+            f"{what}: {int(infinite.sum())} nodes are infinite, the first is node ({i}, {j}) "
+            f"at {place((x[i, j], y[i, j], elevation[i, j]))}. Set missing nodes to NaN: "
             "da.where(np.isfinite(da))."
         )
     present = np.isfinite(elevation)
     if not present.any():
         raise HorizonError(
-            f"{what}: all {elevation.size} nodes are NaN. "
-            "Check the value that marks absent nodes when reading."
+            f"{what}: all {elevation.size} nodes are NaN. Check the no-data value of the file."
         )
     lost = present & ~(np.isfinite(x) & np.isfinite(y))
     if lost.any():
         i, j = map(int, np.argwhere(lost)[0])
         raise HorizonError(
-            f"{what}: {int(lost.sum())} nodes have a value but no place, the first is node "
-            f"({i}, {j}), easting {x[i, j]}, northing {y[i, j]}. Give the place, or set the "
+            f"{what}: {int(lost.sum())} nodes have a value but no position, the first is node "
+            f"({i}, {j}), easting {x[i, j]}, northing {y[i, j]}. Give the position, or set the "
             "value to NaN."
         )
 
@@ -319,8 +319,8 @@ def _check_cells(lattice: Lattice, what: str) -> None:
         n = lattice.present
         n_node = int(n.sum())
         raise HorizonError(
-            f"{what}: no triangle has its three nodes; {n_node} of {n.size} nodes are present, "
-            "none beside two others. Grid scattered nodes first, or check the NaN mask."
+            f"{what}: no triangle has its three nodes: only {n_node} of {n.size} nodes are "
+            "present, and they are scattered. Grid them first, or check the NaN mask."
         )
     # axes were found to rise strictly; only curvilinear grids can fold
     if (

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.conventions import place
+from geosurf.conventions import place, volume_text
 from geosurf.errors import GeosurfWarning, SurfaceError
 from geosurf.model import TriSurface
 from geosurf.triangulate.orient import sheets_that_agree
@@ -36,9 +36,9 @@ def check_horizon_mesh(surface: TriSurface) -> None:
     >>> faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
     >>> check_horizon_mesh(TriSurface("Salt", "horizon", corners, faces))
     Traceback (most recent call last):
-    geosurf.errors.SurfaceError: horizon 'Salt' is a closed body of 121.5 m3 around \
-(E 2.25, N 2.25, elevation 2.25 m): nothing is above or below it. Give it among \
-the faults, faults={'Salt': ...}: then its inside is a block of its own.
+    geosurf.errors.SurfaceError: horizon 'Salt' is a closed body of 122 m³ around \
+(E 2.25, N 2.25, elevation 2.25 m), so nothing is above or below it. Pass it as a \
+fault, faults={'Salt': ...}; its inside becomes a block.
     """
     if surface.lattice is not None or surface.n_triangle == 0:
         return
@@ -55,13 +55,13 @@ the faults, faults={'Salt': ...}: then its inside is a block of its own.
     for k in np.flatnonzero(rims == 0):
         mine = sheet == k
         volume = np.linalg.det(corners[mine]) / 6.0
-        take = "" if n_sheet == 1 else "Take it out of the horizon. "
+        take = "" if n_sheet == 1 else "Remove it from the horizon. "
         at = place(corners[mine].reshape(-1, 3)[_distinct(surface, mine)].mean(axis=0) + low)
         raise SurfaceError(
             f"horizon {surface.name!r} {'is' if n_sheet == 1 else 'holds'} a closed body of "
-            f"{abs(float((sign[mine] * volume).sum())):.6g} m3 around {at}: nothing is above or "
-            f"below it. {take}Give it among the faults, faults={{{surface.name!r}: ...}}: then its "
-            "inside is a block of its own."
+            f"{volume_text(abs(float((sign[mine] * volume).sum())))} around {at}, so nothing "
+            f"is above or below it. {take}Pass it as a fault, faults={{{surface.name!r}: "
+            "...}; its inside becomes a block."
         )
     _warn_of_folds(surface, area * sign, sheet, corners + low)
 
@@ -86,9 +86,9 @@ def _warn_of_folds(
         GeosurfWarning(
             "fold",
             surface.name,
-            f"Horizon {surface.name!r} folds over itself on {100 * share:.2g} % of its map area: "
-            "there the zone on its upper side lies below it.",
-            "If it should not fold, simplify it there, or grid it.",
+            f"Horizon {surface.name!r} folds over itself on {100 * share:.2g} % of its map "
+            "area. There, the zone above the horizon lies below it.",
+            "If it should not fold, simplify it there, or convert it to a grid.",
             corners[largest].mean(axis=0),
         )
     )

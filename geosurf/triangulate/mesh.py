@@ -34,7 +34,7 @@ def triangulate_mesh(
     scale : float
         Metres and direction of the third coordinate: what elevations are multiplied by.
     words : (positive, length_unit)
-        What the caller says of the third coordinate; a `TriSurface` has only one way.
+        Arguments for the third coordinate; a `TriSurface` accepts metres, positive up, only.
 
     Raises
     ------

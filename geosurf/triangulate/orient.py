@@ -77,8 +77,8 @@ def refuse_far(name: str, values: np.ndarray) -> None:
     --------
     >>> refuse_far("F1", np.array([0.0, -1e300]))
     Traceback (most recent call last):
-    geosurf.errors.SurfaceError: fault 'F1' has a coordinate of 1e+300 m; at most 1.15292e+18 \
-can be used. Is an undefined value left in it? Mark absent nodes with NaN.
+    geosurf.errors.SurfaceError: fault 'F1' has a coordinate of 1e+300 m, but coordinates are \
+limited to 1.15292e+18 m. If this is a no-data value, set those nodes to NaN.
     """
     from geosurf.kernels.exact.predicates import MAX_COORDINATE
 
@@ -88,8 +88,8 @@ can be used. Is an undefined value left in it? Mark absent nodes with NaN.
     large = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))  # of nothing: infinite
     if large > MAX_COORDINATE:
         raise SurfaceError(
-            f"fault {name!r} has a coordinate of {large:g} m; at most {MAX_COORDINATE:g} can be "
-            "used. Is an undefined value left in it? Mark absent nodes with NaN."
+            f"fault {name!r} has a coordinate of {large:g} m, but coordinates are limited to "
+            f"{MAX_COORDINATE:g} m. If this is a no-data value, set those nodes to NaN."
         )
 
 

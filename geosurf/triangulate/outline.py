@@ -55,7 +55,7 @@ def check_outline(outline: Any) -> np.ndarray:
 
 
 def signed_area(ring: np.ndarray) -> float:
-    """Area inside a ring (n, 2) [m2], exact but for one rounding; negative if it is clockwise."""
+    """Area inside a ring (n, 2) [m2], rounded once; negative if clockwise."""
     x, y = ([Fraction(value) for value in column] for column in ring.T.tolist())
     return float(sum(x[i - 1] * y[i] - x[i] * y[i - 1] for i in range(len(ring))) / 2)
 
@@ -65,8 +65,8 @@ def _as_ring(outline: Any) -> np.ndarray:
     if isinstance(outline, list | tuple) and len(outline) and np.ndim(outline[0]) == 2:
         if len(outline) > 1:
             raise InputError(
-                f"aoi: found {len(outline)} rings, and holes or several areas are not supported. "
-                f"{how}"
+                f"aoi: found {len(outline)} rings, but only one ring without holes is "
+                f"supported. {how}"
             )
         outline = outline[0]
     try:
@@ -93,16 +93,16 @@ def _refuse_self_contact(ring: np.ndarray) -> None:
             met = _meet(a[i], b[i], a[j], b[j], neighbours)
             if met is not None:
                 raise InputError(
-                    f"aoi: the ring meets itself at {place(met)}, "
-                    f"where side {i} and side {j} (counted from 0) "
-                    f"{'fold back' if neighbours else 'cross or touch'}. Give a ring that does not."
+                    f"aoi: the ring meets itself at {place(met)}, where side {i} and side {j} "
+                    f"(counted from 0) {'fold back' if neighbours else 'cross or touch'}. "
+                    "Correct the ring there."
                 )
 
 
 def _meet(
     p: Sequence[float], q: Sequence[float], r: Sequence[float], s: Sequence[float], neighbours: bool
 ) -> tuple[float, float] | None:
-    """A common point of two segments, but for the corner that neighbours share."""
+    """A common point of two segments, except the corner that neighbours share."""
     (px, py), (qx, qy), (rx, ry), (sx, sy) = (
         (Fraction(float(x)), Fraction(float(y))) for x, y in (p, q, r, s)
     )
@@ -171,7 +171,10 @@ def triangulate_ring(ring: np.ndarray) -> np.ndarray:
                 del left[k]
                 break
         else:
-            raise InvariantError("a ring has no ear; please report this with the area of interest.")
+            raise InvariantError(
+                "the area of interest could not be triangulated. Please report this with its "
+                "outline."
+            )
     faces.append((left[0], left[1], left[2]))
     return np.array(faces, dtype=np.int64)
 

@@ -1,7 +1,7 @@
 """Sides of a model that run along the rim of a horizon, to within rounding.
 
 The corners of a rotated grid are the natural area of interest. Its rim nodes lie on the sides of
-that area on paper; in float64 they lie beside them by a nanometre, some of them inside. There the
+that area on paper; in float64 they are off by a nanometre, some of them inside. There the
 horizon is open, exactly. Which points are open is decided by exact signs, as always; the area is
 what is changed, by an amount that a warning states: its sides there are moved inward.
 """
@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from geosurf.conventions import area_text, length_text
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
 from geosurf.model import TriSurface
@@ -68,9 +69,9 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
             "rim",
             next(iter(named)),
             f"The {what} runs along the rim of horizon {names}, which ends up to "
-            f"{max(named.values()):.2g} m inside it: its sides there were moved inward by "
-            f"{inward:.2g} m, which leaves out {lost:.3g} m2.",
-            "To choose the area yourself, give one that ends farther inside the horizon.",
+            f"{length_text(max(named.values()), 2)} inside it. geosurf moved its sides inward "
+            f"by {length_text(inward, 2)}, which leaves out {area_text(lost)}.",
+            "To choose the area yourself, pass one that ends farther inside the horizon.",
             (*_middle_of_side(outline, int(along.argmax())), float(horizons[0].bounds[4])),
         )
     )

@@ -54,9 +54,9 @@ def check_spikes(surface: TriSurface) -> None:
     >>> heights[2, 3] = -999.25
     >>> check_spikes(TriSurface("Top", "horizon", lattice=Lattice(axis, axis, heights)))
     Traceback (most recent call last):
-    geosurf.errors.HorizonError: horizon 'Top': 1 node has the value -999.25, a usual mark of \
-absent values, as at (E 150, N 100, elevation -999.25 m); the others lie \
-between -2000 and -2000 m. Make them absent: grid.where(abs(abs(grid) - 999.25) > 0.01).
+    geosurf.errors.HorizonError: horizon 'Top': 1 node has the value -999.25, a usual no-data \
+value, as at (E 150, N 100, elevation -999.25 m); the others lie \
+between -2000 and -2000 m. Remove them: grid.where(abs(abs(grid) - 999.25) > 0.01).
     """
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused elsewhere
         _check(surface)
@@ -81,9 +81,9 @@ def check_marks(name: str, points: np.ndarray) -> None:
     --------
     >>> check_marks("Top", np.array([[0, 0, -2000.0], [50, 0, -2010.0], [50, 50, -999.25]]))
     Traceback (most recent call last):
-    geosurf.errors.HorizonError: horizon 'Top': 1 point has the value -999.25, a usual mark of \
-absent values, as at (E 50, N 50, elevation -999.25 m); the others lie \
-between -2010 and -2000 m. Leave them out: points[abs(abs(elevation) - 999.25) > 0.01].
+    geosurf.errors.HorizonError: horizon 'Top': 1 point has the value -999.25, a usual no-data \
+value, as at (E 50, N 50, elevation -999.25 m); the others lie \
+between -2010 and -2000 m. Remove them: points[abs(abs(elevation) - 999.25) > 0.01].
     """
     z = points[:, 2]
     for value in _extreme_marks(z.min(initial=np.inf), z.max(initial=-np.inf)):
@@ -167,13 +167,13 @@ def _refuse(
     if mark and abs(abs(value) - mark) > 1e-6 * mark:
         said += f" ({value:.10g} m)"
         units = f", with the {given} in the units of its file"
-    remedy = f"Make them absent: grid.where({away})"
+    remedy = f"Remove them: grid.where({away})"
     if kind == "point":
-        remedy = f"Leave them out: points[{away}]"
+        remedy = f"Remove them: points[{away}]"
     raise HorizonError(
-        f"horizon {name!r}: {counted(n, kind)} {'has' if n == 1 else 'have'} the value "
-        f"{said}, a usual mark of absent values, as at {place(at)}; the others "
-        f"lie between {rest.min():.6g} and {rest.max():.6g} m. {remedy}{units}.",
+        f"horizon {name!r}: {counted(n, kind)} {'has' if n == 1 else 'have'} the value {said}, "
+        f"a usual no-data value, as at {place(at)}; the others lie between {rest.min():.6g} "
+        f"and {rest.max():.6g} m. {remedy}{units}.",
         place=at,
         surfaces=[name],
     )
@@ -323,9 +323,9 @@ def _warn(
         GeosurfWarning(
             "spike",
             surface.name,
-            f"Horizon {surface.name!r} jumps by {height:.6g} m at {place(at)} and back, {usual}; "
-            f"{counted(n, 'node')} {'stands' if n == 1 else 'stand'} out like this.",
-            f"If that is not real, make it absent: grid.where(({east}) | ({north})).",
+            f"Horizon {surface.name!r} jumps by {height:.6g} m at {place(at)} and back, "
+            f"{usual}; {counted(n, 'node')} {'stands' if n == 1 else 'stand'} out in this way.",
+            f"If that is not real, remove it: grid.where(({east}) | ({north})).",
             at,
         )
     )

@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import place, real_numbers
+from geosurf.conventions import counted, place, real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.expected import listed, name_of
 from geosurf.triangulate.degenerate import find_zero_area, refuse_zero_area
 from geosurf.triangulate.orient import orient_fault, refuse_far
 
-# A stick that climbs less than this part of its length is level: its ends say nothing
+# A stick that climbs less than this part of its length is level: its ends do not show
 # about top and bottom, its neighbours do.
 _LEVEL = 0.1
 
@@ -71,7 +71,7 @@ def triangulate_sticks(
         name = sticks.name
     if name is None:
         raise SurfaceError(
-            "the sticks of a fault have no name. Say it with triangulate_sticks(..., name='F1')."
+            "the sticks of a fault have no name. Pass it, as in triangulate_sticks(..., name='F1')."
         )
     name = name_of(name, "fault")
     sticks = sticks.sticks if isinstance(sticks, FaultSticks) else sticks
@@ -79,8 +79,8 @@ def triangulate_sticks(
     lines = [_checked(stick, i, name) for i, stick in enumerate(sticks)]
     if len(lines) < 2:
         raise SurfaceError(
-            f"fault {name!r}: {len(lines)} stick, expected two or more to span a surface. "
-            "Give more sticks, or a trace with a dip."
+            f"fault {name!r} has {counted(len(lines), 'stick')}, but a surface needs two or "
+            "more. Add sticks, or give a trace with a dip."
         )
     refuse_far(name, np.concatenate(lines))
     _refuse_twins(lines, name)
@@ -95,7 +95,7 @@ def triangulate_sticks(
     ids = np.split(number, np.cumsum([len(line) for line in chain])[:-1])
     strips = [_strip(a, b, vertices, name) for a, b in pairwise(ids)]
     triangles = np.concatenate(strips)
-    refuse_zero_area(name, vertices, triangles, "Remove the point that lies in line.")
+    refuse_zero_area(name, vertices, triangles, "Remove the collinear point.")
     stick = np.repeat(np.arange(len(chain)), [len(line) for line in chain])[first[order]]
     data = {"stick": stick}
     return orient_fault(TriSurface(name, "fault", vertices, triangles, vertex_data=data))
@@ -107,16 +107,16 @@ def _checked(stick: Any, i: int, name: str) -> np.ndarray:
     line = line[np.r_[True, (np.diff(line, axis=0) != 0).any(axis=1)]]
     if len(line) < 2:
         raise SurfaceError(
-            f"fault {name!r}: all points of stick {i} coincide at {place(line[0])}. "
-            "Leave the stick out, or give its second point."
+            f"fault {name!r}: all points of stick {i} coincide at {place(line[0])}. Leave the "
+            "stick out, or add a second point."
         )
     if len(line) > 2 and len(line) % 2 and (line == line[::-1]).all():
         line = line[: len(line) // 2 + 1]  # digitised down and up again
     _, where, times = np.unique(line, axis=0, return_index=True, return_counts=True)
     if (times > 1).any():
         raise SurfaceError(
-            f"fault {name!r}: stick {i} comes back to a point of its own, "
-            f"{place(line[where[times > 1][0]])}. Split it there, or remove the loop."
+            f"fault {name!r}: stick {i} passes {place(line[where[times > 1][0]])} twice. Split "
+            "it there, or remove the loop."
         )
     # top first; level sticks by their first coordinates, until neighbours decide
     down = (-line[0, 2], *line[0, :2]) < (-line[-1, 2], *line[-1, :2])
@@ -129,8 +129,8 @@ def _points(stick: Any, i: int, name: str) -> np.ndarray:
         line = real_numbers(stick)
     except (TypeError, ValueError) as error:
         raise SurfaceError(
-            f"fault {name!r}: stick {i} is not an array of numbers ({error}). "
-            "Give easting, northing, elevation per point."
+            f"fault {name!r}: stick {i} is not a numeric array ({error}). Give easting, "
+            "northing, elevation per point."
         ) from error
     if line.ndim != 2 or line.shape[1] != 3 or len(line) < 2:
         raise SurfaceError(
@@ -159,7 +159,7 @@ def _refuse_twins(lines: list[np.ndarray], name: str) -> None:
 
 def _gaps(lines: list[np.ndarray]) -> np.ndarray:
     """Distance between sticks, (n_stick, n_stick): mean distance of five points of one to
-    the other, whichever of the two is less, so that a short stick beside a long one is near.
+    the other, whichever of the two is less, so that a short stick next to a long one is near.
     """
     samples = np.concatenate([_sample(line) for line in lines])
     one_way = np.empty((len(lines), len(lines)))
@@ -291,6 +291,6 @@ def _refuse_folds(strip: np.ndarray, vertices: np.ndarray, name: str) -> None:
     folds = np.flatnonzero((normal[1:] * normal[:-1]).sum(axis=1) < 0)
     if len(folds):
         raise SurfaceError(
-            f"fault {name!r}: two neighbouring sticks cross, so that the surface folds over at "
-            f"{place(corners[folds[0]].mean(axis=0))}. Remove or repair one of them."
+            f"fault {name!r}: two neighbouring sticks cross, so the surface folds over at "
+            f"{place(corners[folds[0]].mean(axis=0))}. Remove or correct one of them."
         )

@@ -40,8 +40,8 @@ def build_walls(box: Sequence[float], aoi: Any = None) -> list[TriSurface]:
     -------
     list of TriSurface
         Role "wall", normals out of the model: ``west``, ``east``, ``south``, ``north``,
-        ``bottom`` and ``top``, in this order, two triangles each; or ``aoi`` (two upright triangles
-        for each side of the polygon), ``bottom`` and ``top``.
+        ``bottom`` and ``top``, in this order, two triangles each; or ``aoi`` (two vertical
+        triangles for each side of the polygon), ``bottom`` and ``top``.
 
     Raises
     ------

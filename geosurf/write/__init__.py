@@ -1,7 +1,7 @@
 """Anything -> files: the object and the suffix pick the writer.
 
-Files appear whole or not at all, and the same object always gives the same bytes.
-What a format cannot hold is said in ``notes`` of what `write` returns.
+A file is written completely or left as it was, and the same object always gives the same bytes.
+``notes`` of the returned list name what a format cannot hold.
 """
 
 from __future__ import annotations
@@ -60,9 +60,9 @@ WRITERS: dict[str, dict[str, tuple[str, str]]] = {
 }
 # suffixes of formats with a place for a coordinate reference system
 KEEP_CRS = (".nc", ".ts", ".pl", ".vtp", ".vtm")
-# what people mean by things that are no file
+# advice for objects that cannot be written
 INSTEAD = {
-    "Sheet": " Cut at its faults it is scene.patches.surface(name).",
+    "Sheet": " For the horizon cut at its faults, write scene.patches.surface(name).",
     "Scene": " Write its scene.units, scene.curves or scene.patches.",
 }
 KINDS = {
@@ -85,7 +85,7 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
     path : path-like
         The suffix picks the format. TriSurface: ``.ts .vtp .vtu .vtk .obj .stl .ply``.
         Curves: ``.pl .vtp .pol``. Patches: ``.vtp .vtu``. Unit: ``.vtp .ts .stl .vtu .obj
-        .ply``. Units: ``.vtm`` (and a folder of ``.vtp`` beside it), ``.csv``, ``.nc``.
+        .ply``. Units: ``.vtm`` (and a folder of ``.vtp`` next to it), ``.csv``, ``.nc``.
         FaultSticks: ``.pol``. Horizon: ``.nc .irap`` and ``.gri`` (float32). Dataset: ``.nc``;
         lines, such as fault polygons: ``.pol .csv``, too.
     name : str, optional
@@ -94,7 +94,7 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
     Returns
     -------
     Written
-        List of the paths written; its ``notes`` say what the format could not hold,
+        List of the paths written; its ``notes`` name what the format could not hold,
         with the largest rounding error.
 
     Raises
@@ -116,7 +116,7 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
     >>> [path.name for path in write(ramp, folder / "F1.ts")]
     ['F1.ts']
     >>> write(ramp, folder / "F1.stl").notes[0]
-    'The file does not hold names.'
+    'The format does not store names.'
     """
     path = path_of(path, "write")
     if name is not None:
@@ -124,14 +124,15 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
     kind = _kind(obj)
     if kind is None:
         raise OutputError(
-            f"{path}: a {type(obj).__name__} cannot be written; expected one of "
+            f"{path}: geosurf cannot write a {type(obj).__name__}; it writes "
             f"{', '.join(WRITERS)}.{INSTEAD.get(type(obj).__name__, '')}"
         )
     suffix, known = path.suffix.lower(), WRITERS[kind]
     if kind == "horizon (DataArray)" and getattr(obj, "ndim", 2) != 2:
         raise OutputError(
-            f"{path}: a DataArray over {tuple(obj.dims)} is no horizon and cannot be written. "
-            "Write scene.units (.csv, .nc) for the table of volumes, or da.to_dataset() (.nc)."
+            f"{path}: a DataArray over {tuple(obj.dims)} is not a horizon and cannot be "
+            "written. Write scene.units (.csv, .nc) for the table of volumes, or "
+            "da.to_dataset() (.nc)."
         )
     if suffix not in known:
         raise OutputError(
@@ -156,7 +157,7 @@ def _lost_crs(obj: Any, suffix: str) -> list[str]:
     crs = getattr(obj, "crs", None) if isinstance(obj, Noun) else crs_of(obj)
     if crs is None or suffix in KEEP_CRS:
         return []
-    return [f"The file does not hold the coordinate reference system (CRS), {label(crs)}."]
+    return [f"The format does not store the coordinate reference system (CRS), {label(crs)}."]
 
 
 def _own_name(obj: Any) -> str | None:

@@ -42,7 +42,7 @@ class Written(list[Path]):
 
 
 def commit(path: Path, data: bytes) -> list[Path]:
-    """Write a file, or leave what was there and say why.
+    """Write a file, or leave the old file and raise an error.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def commit(path: Path, data: bytes) -> list[Path]:
 
 
 def commit_set(index: Path, files: Mapping[PurePath, bytes]) -> list[Path]:
-    """Write an index and the files in the folder beside it that it names: all of them, or none.
+    """Write an index and the files in the folder next to it that it names: all of them or none.
 
     Files that an earlier index names and the new one does not are removed. While the files are
     exchanged there is no index, so that nobody reads a mixture; a write that is killed then is
@@ -85,7 +85,7 @@ def commit_set(index: Path, files: Mapping[PurePath, bytes]) -> list[Path]:
         try:
             lock.take(wait=True)
             if parts.is_symlink():
-                raise OSError(errno.ELOOP, f"{parts.name} beside it is a link")
+                raise OSError(errno.ELOOP, f"{parts.name} next to it is a link")
             finish(folder, names, f"{PREFIX}commit-{mine}")
             make_stage(stage)
             for name, data in files.items():
@@ -100,7 +100,7 @@ def commit_set(index: Path, files: Mapping[PurePath, bytes]) -> list[Path]:
 
 
 def _named_by(index: Path, names: Names) -> list[PurePosixPath]:
-    """An index that is there, first, and the files beside it that it names."""
+    """An index that is there, first, and the files next to it that it names."""
     try:
         text = index.read_text(encoding="utf-8", errors="replace")
     except FileNotFoundError:

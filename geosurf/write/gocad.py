@@ -26,7 +26,7 @@ def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
         if value.dtype.kind in "biuf" and value.size
     }
     lost = [key for key in surface.vertex_data if key not in numeric]
-    notes = [f"Vertex data {lost} are not numbers and were left out."] if lost else []
+    notes = [f"Vertex data {lost} are not numeric and were left out."] if lost else []
     lines = _head("TSurf", name, surface.crs)
     if numeric:
         lines += [
@@ -37,8 +37,8 @@ def tsurf(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
         table = np.concatenate(list(numeric.values()), axis=1)
         if np.isinf(table).any() or (table == NO_DATA).any():
             raise OutputError(
-                f"surface {name!r}: vertex data hold infinite values or {NO_DATA}, which GOCAD "
-                "takes for 'no data'. Write .vtp, or change those values to NaN."
+                f"surface {name!r}: vertex data hold infinite values or {NO_DATA}, which means "
+                "'no data' in GOCAD. Write .vtp, or change those values to NaN."
             )
         vertices = np.concatenate([surface.vertices, np.where(np.isnan(table), NO_DATA, table)], 1)
         word = "PVRTX"
@@ -82,7 +82,9 @@ def pline(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
             n_written += len(rows)
         lines.append("END")
     if not lines:
-        raise OutputError("there are no curves, and a PLine file needs one. Write .vtp instead.")
+        raise OutputError(
+            "there are no curves to write, and a PLine file needs at least one. Write .vtp instead."
+        )
     return _encoded(lines[:-1]), []
 
 

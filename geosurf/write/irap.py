@@ -34,8 +34,8 @@ def irap_classic(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str]]:
     xmax, ymax = x + (ncol - 1) * xinc, y + (nrow - 1) * yinc
     if (values == float(UNDEFINED_CLASSIC)).any():
         raise OutputError(
-            f"horizon {name!r} has a value of {UNDEFINED_CLASSIC}, which IRAP takes for "
-            "'undefined'. Write .nc instead."
+            f"horizon {name!r} has a value of {UNDEFINED_CLASSIC}, which means 'undefined' in "
+            "IRAP. Write .nc instead."
         )
     words = [
         UNDEFINED_CLASSIC if math.isnan(value) else repr(value) for value in values.ravel().tolist()
@@ -73,8 +73,8 @@ def irap_binary(horizon: xr.DataArray, name: str) -> tuple[bytes, list[str]]:
     lost = np.abs(single.astype(np.float64) - values)
     largest = float(np.nanmax(lost)) if np.isfinite(lost).any() else 0.0
     rounding = (
-        "IRAP binary holds float32: nodes moved by up to "
-        f"{moved:.3g} m and values by up to {largest:.3g}. Write .irap or .nc to keep them exact."
+        f"IRAP binary stores float32: nodes moved by up to {moved:.3g} m and values by up to "
+        f"{largest:.3g}. Write .irap or .nc for exact values."
     )
     return data, [rounding, _direction(horizon)]
 
@@ -97,7 +97,7 @@ def regular_grid(horizon: xr.DataArray, name: str) -> tuple[Geometry, np.ndarray
     values = np.asarray(horizon.values, dtype=np.float64)
     if np.isinf(values).any():
         raise OutputError(
-            f"horizon {name!r} has infinite values. Mark absent nodes with NaN instead."
+            f"horizon {name!r} has infinite values. Set missing nodes to NaN instead."
         )
     easting = np.asarray(horizon.easting.values, dtype=np.float64)
     northing = np.asarray(horizon.northing.values, dtype=np.float64)
@@ -109,8 +109,8 @@ def regular_grid(horizon: xr.DataArray, name: str) -> tuple[Geometry, np.ndarray
     fitted = _fitted(easting, northing)
     if not _fits(fitted, easting, northing, exact=False):
         raise OutputError(
-            f"horizon {name!r}: its nodes are not on a regular right-angled grid, and IRAP holds "
-            "nothing else. Write .nc, or resample the horizon."
+            f"horizon {name!r}: its nodes are not on a regular rectangular grid, and IRAP "
+            "stores no other grids. Write .nc, or resample the horizon."
         )
     return fitted, values
 
@@ -173,6 +173,6 @@ def _direction(horizon: xr.DataArray) -> str:
     positive = horizon.attrs.get("positive", "up")
     word = "depth" if positive == "down" else "elevation"
     return (
-        f"Values are {word} in {horizon.attrs.get('units', 'm')}, which IRAP does not say: "
-        f"read it with positive={positive!r}."
+        f"Values are {word} in {horizon.attrs.get('units', 'm')}, which IRAP does not store: "
+        f"read the file with positive={positive!r}."
     )

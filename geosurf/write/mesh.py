@@ -21,10 +21,10 @@ from geosurf.errors import OutputError
 from geosurf.model import Patches, TriSurface, Unit
 
 SIGNATURE = re.compile(rb"^(# |comment )Created by meshio[^\n]*\n", re.MULTILINE)
-NAMES_LOST = "The file does not hold names."
+NAMES_LOST = "The format does not store names."
 TOPOLOGY_LOST = (
-    "STL stores every triangle with corners of its own: vertices are shared again on reading "
-    "only where coordinates are equal."
+    "STL stores three corners for every triangle. Readers merge vertices only where "
+    "coordinates are equal."
 )
 
 
@@ -39,7 +39,7 @@ def mesh_of_surface(surface: TriSurface, name: str, suffix: str) -> tuple[bytes,
             data[key] = value
     lost = [key for key in surface.vertex_data if key not in data]
     if lost:
-        notes.append(f"Vertex data {lost} were left out; .vtp keeps numbers.")
+        notes.append(f"Vertex data {lost} were left out; .vtp stores numeric data.")
     return _encode(surface.vertices, surface.triangles, suffix, point_data=data), _noted(
         suffix, notes
     )

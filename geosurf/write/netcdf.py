@@ -69,8 +69,8 @@ def _bytes(dataset: xr.Dataset, what: str) -> tuple[bytes, list[str]]:
             dataset.to_netcdf(file, engine="h5netcdf")
         except (OSError, TypeError, ValueError) as error:
             raise OutputError(
-                f"{what}: NetCDF cannot hold it ({type(error).__name__}: {error}). "
-                "Drop or convert the variable that is named."
+                f"{what}: NetCDF cannot hold it ({type(error).__name__}: {error}). Drop or "
+                "convert that variable."
             ) from error
         return file.read_bytes(), []
 

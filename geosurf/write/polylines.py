@@ -18,14 +18,16 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 END_OF_LINE = "999.0 999.0 999.0"
-DIRECTION = "z is elevation in metres, which .pol does not say: read it with positive='up'."
+DIRECTION = "z is elevation in metres, which .pol does not store: read the file with positive='up'."
 
 
 def pol_of_curves(curves: Curves, name: str | None) -> tuple[bytes, list[str]]:
     """Return the curves as polylines; which surfaces meet there is lost."""
     if curves.n_curve == 0:
-        raise OutputError("there are no curves, and a .pol file needs one. Write .vtp instead.")
-    lost = "The names of the surfaces are not in the file; .vtp and .pl keep them."
+        raise OutputError(
+            "there are no curves to write, and a .pol file needs at least one. Write .vtp instead."
+        )
+    lost = "The format does not store the names of the surfaces; .vtp and .pl do."
     return _text([curves.points[curve] for curve in curves.curves]), [DIRECTION, lost]
 
 
@@ -37,7 +39,7 @@ def pol_of_sticks(fault: FaultSticks, name: str | None) -> tuple[bytes, list[str
 def pol_of_lines(lines: xarray.Dataset, name: str | None) -> tuple[bytes, list[str]]:
     """Return fault polygons or other lines of a model; closed ones repeat their first point."""
     parts = _lines_in_space(lines)
-    lost = "The names of the faults are not in the file; .csv and .nc keep them."
+    lost = "The format does not store the names of the faults; .csv and .nc do."
     return _text([part for _, part in parts]), [DIRECTION, lost]
 
 
@@ -58,8 +60,8 @@ def _lines_in_space(lines: xarray.Dataset) -> list[tuple[int, np.ndarray]]:
     axes = ("easting", "northing", "elevation")
     if not {*axes, "count"} <= set(lines.variables) or not lines.sizes.get("line"):
         raise OutputError(
-            "this Dataset has no lines in space, as Scene.fault_polygons has them where there are "
-            "faults. Write .nc instead."
+            "this Dataset has no lines in space such as those of Scene.fault_polygons. Write "
+            ".nc instead."
         )
     points = np.stack([lines[axis].values for axis in axes], axis=1)
     ends = np.cumsum(lines["count"].values)

@@ -12,8 +12,8 @@ from geosurf.model import Units
 # what spreadsheets take for the beginning of a formula, also in the wide letters of East Asia
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 GUARDED = (
-    "Words that begin with = + - or @ have an apostrophe before them, so that no spreadsheet takes "
-    "them for a formula."
+    "Texts that begin with = + - or @ start with an apostrophe in the file, so that "
+    "spreadsheets do not run them as formulas."
 )
 
 

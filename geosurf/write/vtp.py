@@ -28,7 +28,7 @@ def vtp_of_surface(surface: TriSurface, name: str) -> tuple[bytes, list[str]]:
     """Return a surface with its numeric vertex data, name and role."""
     numeric = {k: v for k, v in surface.vertex_data.items() if v.dtype.kind in "biuf"}
     lost = [key for key in surface.vertex_data if key not in numeric]
-    notes = [f"Vertex data {lost} are not numbers and were left out."] if lost else []
+    notes = [f"Vertex data {lost} are not numeric and were left out."] if lost else []
     words = {"name": [name], "role": [surface.role], **_crs(surface)}
     data = _polydata(surface.vertices, triangles=surface.triangles, point_data=numeric, words=words)
     return data, notes

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from geosurf import Scene, TriSurface, build_walls, carve_units, rebuild_surfaces, synthetic
 from geosurf.carve.certificate import certify
 from geosurf.carve.clipped import heights_at
+from geosurf.conventions import volume_text
 from geosurf.errors import InputError, OpenUnitError
 from geosurf.model import RULES, Unit, Units
 from tests import laws
@@ -96,8 +97,8 @@ def test_what_is_clipped_is_told_with_place_and_amount():
     # x = 4/3 to 2, below B and C and above A
     assert found["C", "B"].volume == pytest.approx(4 * (8 - 20 / 3), rel=1e-12)
     assert found["C", "A"].volume == pytest.approx(4 * (20 / 3 - 6.5), rel=1e-12)
-    assert str(clip).startswith("B is clipped by A (erosional): 16.9706 m2 of it and 18 m3 in one")
-    assert "up to 3 m at (E 4," in str(clip)
+    assert str(clip).startswith("B is clipped by A (erosional): 17 m² of it and 18 m³ in one")
+    assert "up to 3 m thick at (E 4," in str(clip)
 
 
 def test_onlap_is_told_of_the_younger_one():
@@ -235,7 +236,9 @@ def test_remnants_are_named_by_size_then_place_however_surfaces_are_shuffled():
     sizes = [r.volume for r in units.remnants(min_volume=1.0)]
     assert len(sizes) >= len(remnants)
     assert len(units) == len(found)  # the threshold is for the list only
-    assert str(remnants[0]).startswith(f"{remnants[0].name}: {remnants[0].volume:.6g} m3 at (E ")
+    assert str(remnants[0]).startswith(
+        f"{remnants[0].name}: {volume_text(remnants[0].volume)} at (E "
+    )
 
 
 def test_equal_remnants_are_numbered_from_the_west():
@@ -377,11 +380,11 @@ def clipped_heights(z, rules):
 # ------------------------------------------------------------------------ the words
 def test_refusals():
     with pytest.raises(
-        InputError, match=r"names 'Topp', which is no horizon; there are \['A', 'B'\]"
+        InputError, match=r"names 'Topp', which is not a horizon\. The horizons are \['A', 'B'\]"
     ):
         Scene({"A": A, "B": B}, column={"Topp": "base"})
     with pytest.raises(
-        InputError, match=r"rule of horizon 'A' is 'erosion'; .* mean 'erosional'\?"
+        InputError, match=r"rule of horizon 'A' is 'erosion'\. .* mean 'erosional'\?"
     ):
         Scene({"A": A, "B": B}, column={"A": "erosion"})
     with pytest.raises(InputError, match=r"column is a list; give a mapping \{horizon: rule\}"):
@@ -424,5 +427,5 @@ def test_units_are_found_by_zone_block_and_contact():
     with pytest.raises(KeyError, match="no unit"):
         units["Top/Base", "F1+"]
     again = Unit(*words, ("Top",), 1 / 6, 2.0)
-    with pytest.raises(InputError, match=r"two units .* 'Top/Base F1\+'; give"):
+    with pytest.raises(InputError, match=r"two units .* 'Top/Base F1\+'\. Give"):
         Units([plain, again], (0, 1, 0, 1, 0, 1))

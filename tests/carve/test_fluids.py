@@ -196,9 +196,9 @@ def test_names_of_blocks_are_taken_apart():
         ([], None),
         ([-1.0], r"contacts is a list; give a mapping \{name: "),
         ({"OWC": {"F9+": 2.0}}, r"no unit lies on 'F9\+'\. .* mean 'F1\+'\?"),
-        ({"OWC": {}}, r"contact 'OWC' is given for no block\. Give an elevation"),
+        ({"OWC": {}}, r"contact 'OWC' has an empty mapping of blocks\. Give an elevation"),
         ({"OWC": "deep.gri"}, r"deep\.gri"),
-        ({"OWC": True}, r"contact 'OWC' is a bool\. Give an elevation \[m\]"),
+        ({"OWC": True}, r"contact 'OWC' cannot be a bool\. Give an elevation \[m\]"),
         ({"OWC": 1705.0}, r"elevation 1705 m, outside the model box \(-4 to 8 m\)\. Elev"),
     ],
 )  # fmt: skip
@@ -314,7 +314,7 @@ def test_what_lies_beyond_another_fault_is_on_the_same_side():
     assert [u.block for u in scene.units.on("F1+") if u.zone == "Top/Base"] == [
         "F1+ F2-", "F1+ F2-", "F2+", "F2+"
     ]  # fmt: skip
-    with pytest.raises(InputError, match=r"no unit lies on 'F3\+'; sides of faults are \["):
+    with pytest.raises(InputError, match=r"no unit is on 'F3\+'\. The sides of faults are \["):
         scene.units.on("F3+")
 
 

@@ -144,12 +144,12 @@ def test_a_grid_need_not_reach_zones_that_are_not_named():
                     FluidContact(1.2, zones=["Middle/Base"]),
                 ]
             },
-            "contact 'OWC in Middle/Base' is given twice; leave one of them out",
+            "contact 'OWC in Middle/Base' is given twice. Leave one of them out",
         ),
-        ({"OWC": [1.5]}, r"contact 'OWC' is a list with 1\.5 in it\. Give an elevation"),
+        ({"OWC": [1.5]}, r"contact 'OWC' is a list that holds 1\.5\. Give an elevation"),
         (
             {"OWC": {"F1+": FluidContact(1.5, block="F1-")}},
-            r"for block 'F1\+' and, in it, for block 'F1-'; say one of them",
+            r"two blocks: 'F1\+' as its key and 'F1-' in the FluidContact",
         ),
         ({"OWC": FluidContact("none.gri")}, r"none\.gri"),
         (
@@ -174,9 +174,9 @@ def test_a_block_that_has_nothing_of_a_zone_is_refused():
 
 def test_refusals_of_a_contact_itself():
     for zones in (3, [3], [""], {"Top/Base": 1}):
-        with pytest.raises(InputError, match=r"zones of a fluid contact are .*; give names of zon"):
+        with pytest.raises(InputError, match=r"`zones` is .*Give names of zon"):
             FluidContact(1.5, zones=zones)
-    with pytest.raises(InputError, match="block of a fluid contact is 3; give sides of faults"):
+    with pytest.raises(InputError, match=r"`block` is 3\. Give sides of faults"):
         FluidContact(1.5, block=3)
 
 

@@ -153,7 +153,7 @@ def test_zones_and_blocks_have_names():
     assert set(unit.bounded_by) == {"Top", "Base", "F1", "east", "north", "south"}
     assert unit.area == 2 * 12.0 + 2 * 8.0 + 2 * 6.0
     assert units.report["slits"] == {}
-    with pytest.raises(KeyError, match=r"no unit 'Top'; there are \['above Top F1\+'"):
+    with pytest.raises(KeyError, match=r"no unit 'Top'. The units are \['above Top F1\+'"):
         units["Top"]
 
 

@@ -251,7 +251,7 @@ def test_words_count_where_files_do_not_say_their_own(tmp_path, capsys):
     ):
         with pytest.raises(gs.errors.InputError, match=r"'dwon'|'fet'"):
             gs.Scene({"Top": tmp_path / "top.irap"}, {"F1": tmp_path / "F1.ts"}, **wrong)
-    with pytest.raises(gs.errors.InputError, match="the file says positive='up', the argument"):
+    with pytest.raises(gs.errors.InputError, match="the file has positive='up', but the argument"):
         gs.read_fault(tmp_path / "F1.ts", positive="down")
 
 
@@ -400,10 +400,10 @@ BAD = {
     "unknown units": (lambda: _triangulate(_top(units="furlong")), "HorizonError", r"'Top': unknown length unit 'furlong'\. Set"),
     "infinite values": (lambda: _triangulate(_top(np.inf)), "HorizonError", r"9 nodes are infinite, the first is node \(0, 0\) at .*NaN"),
     "empty mesh": (lambda: gs.intersect_surfaces([gs.TriSurface("F1", "fault", np.empty((0, 3)), np.empty((0, 3), int)), FLAT]), "SurfaceError", r"'F1' has no triangles; leave it out"),
-    "index out of range": (lambda: gs.TriSurface("F1", "fault", CORNERS, [[1, 2, 4]]), "SurfaceError", r"'F1': triangle 0 names vertices \[1, 2, 4\], but there are 4 .*counted from 1"),
+    "index out of range": (lambda: gs.TriSurface("F1", "fault", CORNERS, [[1, 2, 4]]), "SurfaceError", r"'F1': triangle 0 refers to vertices \[1, 2, 4\], but there are 4 .*counted from 1"),
     "zero area": (lambda: gs.triangulate_fault((np.array(CORNERS, float), np.array([[0, 1, 2], [0, 1, 3]])), name="F1"), "SurfaceError", r"'F1': 1 of 2 triangles have exactly zero area, the first is triangle 1 .*Remove"),
     "zero area, engine": (lambda: gs.intersect_surfaces([gs.TriSurface("F1", "fault", CORNERS, [[0, 1, 2], [0, 1, 3]]), FLAT]), "SurfaceError", r"'F1': 1 of 2 triangles have no area, the first is triangle 1 at .*Remove"),
-    "wrong suffix": (lambda: gs.read_horizon("top.xyz"), "FormatError", r"top.xyz: read_horizon knows no suffix '.xyz'; it knows .* Such files are read by read_points; tear_horizon takes points\. .*format="),
+    "wrong suffix": (lambda: gs.read_horizon("top.xyz"), "FormatError", r"top.xyz: read_horizon does not read files with the suffix '.xyz'; it reads .* Read such a file with read_points; pass the points to tear_horizon\. .*format="),
 }  # fmt: skip
 
 
@@ -418,7 +418,7 @@ def test_a_file_cut_short(folder, tmp_path):
     gs.write(_top(), tmp_path / "Top.irap")
     data = (tmp_path / "Top.irap").read_bytes()
     (tmp_path / "Top.irap").write_bytes(data[: len(data) - 6])
-    with pytest.raises(gs.errors.FormatError, match=r"Top.irap, line 6: .*cut short.*Export"):
+    with pytest.raises(gs.errors.FormatError, match=r"Top.irap, line 6: .*truncated.*Export"):
         gs.read_horizon(tmp_path / "Top.irap", positive="up")
 
 

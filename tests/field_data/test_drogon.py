@@ -73,7 +73,7 @@ def test_all_grids_at_once_with_all_faults_are_carved_and_certified(
     scene = gs.Scene({h.name: h for h in drogon_horizons}, {f.name: f for f in drogon_faults})
     box, units = scene.box, scene.units
     assert {w.kind for w in scene.warnings} == {"area", "outside"}
-    assert "covers 35 % of where all horizons are" in scene.warnings[0].effect
+    assert "covers 35 % of the area of all horizons" in scene.warnings[0].effect
     lowest = columns(drogon_horizons, box)
     footprint = (box[1] - box[0]) * (box[3] - box[2])
     ends = [footprint * box[5], *lowest, footprint * box[4]]

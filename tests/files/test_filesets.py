@@ -130,7 +130,7 @@ def test_a_journal_names_nothing_but_ours(tmp_path, name):
     journal = tmp_path / "out" / ".geosurf-commit"
     journal.mkdir()
     (journal / ".geosurf-files").write_text(f'{{"old": ["{name}"], "new": []}}')
-    with pytest.raises(OSError, match="which no run writes"):
+    with pytest.raises(OSError, match="which geosurf does not write"):
         finish(tmp_path / "out", OURS, journal.name)
     assert (tmp_path / "precious").exists()
     assert (tmp_path / "out" / "precious").exists()
@@ -228,7 +228,7 @@ def test_nothing_is_removed_behind_a_linked_folder(tmp_path):
     (tmp_path / "u").symlink_to(tmp_path / "mine")
     world = gs.synthetic.tilted_planes(n=5)
     units = gs.Scene(world.horizons, world.faults, world.box).units
-    with pytest.raises(OutputError, match="u beside it is a link"):
+    with pytest.raises(OutputError, match="u next to it is a link"):
         gs.write(units, tmp_path / "u.vtm")
     assert seen(tmp_path / "mine") == {"000_mine.vtp": "mine"}
 

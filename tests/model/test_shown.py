@@ -9,7 +9,7 @@ import pytest
 
 import geosurf as gs
 from geosurf.carve.certificate import certify
-from geosurf.conventions import place
+from geosurf.conventions import place, volume_text
 
 
 @pytest.fixture(scope="module")
@@ -52,14 +52,14 @@ def test_every_noun_is_shown_in_words(shown):
 def test_units_are_a_table_that_adds_up(shown):
     units = shown["units"]
     head, *rows, total = str(units).splitlines()
-    assert head.split() == ["zone", "block", "contact", "volume", "[m3]"]
+    assert head.split() == ["zone", "block", "contact", "volume", "[m³]"]
     assert len(rows) == len(units)
     for row, unit in zip(rows, units.values(), strict=True):
         assert row.startswith(unit.zone)
         assert unit.block in row
         assert unit.contact in row
         assert float(row.split()[-1]) == pytest.approx(unit.volume, rel=1e-5)
-    assert total == f"{len(units)} units, {units.volume:.6g} m3"
+    assert total == f"{len(units)} units, {volume_text(units.volume)}"
     assert "contact" not in str(gs.carve_units(gs.rebuild_surfaces(gs.build_walls(units.box))))
 
 
@@ -94,11 +94,11 @@ def test_what_was_done_to_faults_is_told_in_sentences():
     short = world.faults | {"F2": world.faults["F2"].isel(along_strike=slice(0, -8))}
     rules = {"F2": ("F1", "hanging wall", True)}
     longer, cut = map(str, gs.Scene({}, short, world.box, truncations=rules).fault_actions)
-    assert longer.startswith("F2 (start) was continued by ")
+    assert longer.startswith("F2 (start) was extended by ")
     assert " m until F1: " in longer
     assert cut.startswith("F2 ends at F1 along ")
-    assert " m2 were dropped; " in cut
-    assert cut.endswith(" m2 in its hanging wall stay")
+    assert " removed; " in cut
+    assert cut.endswith(" in its hanging wall kept")
 
 
 def test_a_gap_between_faults_has_its_place_and_its_faults():

@@ -221,5 +221,5 @@ def test_plain_english_is_allowed(sentence: str) -> None:
 if __name__ == "__main__":
     for area, hits in sorted(HITS.items()):
         if len(sys.argv) == 1 or area in sys.argv[1:]:
-            print(*hits, sep="\n")
-    print({area: len(hits) for area, hits in sorted(HITS.items())})
+            sys.stdout.writelines(f"{hit}\n" for hit in hits)
+    sys.stdout.write(f"{ {area: len(hits) for area, hits in sorted(HITS.items())} }\n")

@@ -122,7 +122,7 @@ def test_cases_are_what_their_names_say():
 def test_an_unknown_family_is_named():
     with pytest.raises(InputError, match=r"no family 'sliver'.*there are catalogue.*'slivers'\?"):
         run_stress(1, families=["sliver"])
-    with pytest.raises(InputError, match=r"0 cases.*at least 1"):
+    with pytest.raises(InputError, match=r"cases is 0.*at least 1"):
         run_stress(0)
 
 
@@ -157,12 +157,12 @@ Q = np.array([[1, 1, -1], [1, 3, 2], [7, 5, 2.0]])
 @pytest.mark.parametrize(
     ("plant", "sentence"),
     [
-        (lambda c: {"kind": "point"}, "called point, it is segment"),
-        (lambda c: {"coplanar": True}, "coplanar is called True"),
-        (lambda c: {"crossing": False}, "crossing is called False"),
-        (lambda c: {"points": c.points[:1]}, "1 points, exactly 2"),
+        (lambda c: {"kind": "point"}, "contact is point, expected segment"),
+        (lambda c: {"coplanar": True}, "coplanar is True, which"),
+        (lambda c: {"crossing": False}, "crossing is False, which"),
+        (lambda c: {"points": c.points[:1]}, "1 points, expected 2"),
         (lambda c: {"points": c.points + 1e-14}, "ulp from the exact point"),
-        (lambda c: {"features": (("vertex 0", "face"),) * 2}, "it is .'face', 'edge"),
+        (lambda c: {"features": (("vertex 0", "face"),) * 2}, "expected .'face', 'edge"),
     ],
 )
 def test_a_wrong_contact_is_seen(plant, sentence):
@@ -222,10 +222,10 @@ def _unreported_move(patches):
     ("plant", "sentence"),
     [
         (_moved_point, r"ulp|cross|lack"),
-        (lambda p: _without(p, [0]), "pieces of triangle .* lack"),
+        (lambda p: _without(p, [0]), "pieces of triangle .* short"),
         (_turned, "turned over"),
         (_other_parent, "lack|turned|off its triangle"),
-        (_unreported_move, "moves .* are reported as"),
+        (_unreported_move, "moves .* but reported as"),
     ],
     ids=["moved point", "dropped child", "turned child", "other parent", "unreported move"],
 )
@@ -293,7 +293,7 @@ def test_a_curve_where_nothing_meets_is_seen():
     assert judge.judge_curves(make_case("offsets", 1).surfaces, curves, [], True).wrong
     assert judge.judge_known({"apart": True}, None, curves).wrong == ["surfaces with a gap meet"]
     (lack,) = judge.judge_known({"area": 2.0}, None, curves).wrong
-    assert "overlap of 0 m2, not 2.0" in lack
+    assert "overlap 0 m², expected 2.0" in lack
     known = {"kind": "point", "count": 1}
     assert judge.judge_known(known, intersect_triangles(P, Q), curves).wrong
 
@@ -337,7 +337,7 @@ def test_a_failure_leaves_a_file_and_exit_code_4(tmp_path, monkeypatch, capsys):
     arguments = ["stress", "--cases", "1", "--family", "catalogue", "-o", str(out)]
     assert cli.main(arguments) == 4
     said = capsys.readouterr()
-    assert "coplanar is called None" in said.err
+    assert "coplanar is None, which" in said.err
     assert "1 cases, 1 wrong, 0 refused" in said.out
     [row] = json.loads(out.read_text())["families"]
     assert row["wrong"] == 1

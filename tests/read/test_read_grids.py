@@ -151,7 +151,7 @@ def test_a_wrong_classic_file_is_named_by_line(tmp_path, change, message):
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (binary()[:-1], r"byte 100: found a record length of 24.*cut short.*export"),
+        (binary()[:-1], r"byte 100: found a record length of 24.*truncated.*export"),
         (binary(values=(1, 2, 3)), r"found 3 values, expected 6 \(3 columns x 2 rows\)"),
         (binary(values=(1, 2, 3, 4, np.nan, 6)), r"node \(row 1, column 1\) is nan.*1e30"),
         (binary(values=(1, 2, 3, 4, -np.inf, 6)), r"node \(row 1, column 1\) is -inf"),
@@ -167,7 +167,7 @@ def test_a_wrong_binary_file_is_named_by_byte(tmp_path, data, message):
 
 
 def test_unknown_suffix_lists_known_ones_and_format(tmp_path):
-    with pytest.raises(FormatError, match=r"'.grj'; it knows .gri.*Did you mean '.gri'.*format="):
+    with pytest.raises(FormatError, match=r"'.grj'; it reads .gri.*Did you mean '.gri'.*format="):
         gs.read_horizon(tmp_path / "top.grj", positive="up")
     with pytest.raises(FormatError, match=r"format='iraq' is unknown.*Did you mean 'irap'"):
         gs.read_horizon(tmp_path / "top.grj", format="iraq")
@@ -181,7 +181,7 @@ def test_format_overrides_the_suffix(tmp_path):
 def test_missing_file_and_misplaced_variable(tmp_path):
     with pytest.raises(InputError, match=r"none.gri: cannot be read \(No such file.*Check"):
         gs.read_horizon(tmp_path / "none.gri", positive="up")
-    with pytest.raises(FormatError, match=r"variable='z'.*this is irap. Leave it out"):
+    with pytest.raises(FormatError, match=r"variable='z'.*this file is irap. Leave variable= out"):
         gs.read_horizon(classic(tmp_path), positive="up", variable="z")
 
 
@@ -203,7 +203,7 @@ def test_zmap_runs_down_columns_from_the_north_west(tmp_path):
         (ZMAP + "1. 2. 3.\n4. 5.\n", r"found 5 values, expected 6"),
         (ZMAP + "1. 2. 3.\n4. x 6.\n", r"line 8: found 'x', expected a number"),
         (ZMAP + "1. 2. 3.\n4. nan 6.\n", r"line 8: found 'nan', expected a finite number"),
-        (ZMAP + "1 2 3\n4 5 6\n", r"line 3: the header says 1 decimals but no value"),
+        (ZMAP + "1 2 3\n4 5 6\n", r"line 3: the header announces 1 decimals, but no value"),
         ("1 2 3\n", r"expected a header of at least two lines between two '@', found 0"),
         (ZMAP.replace(" 3, 2, 0,", " 3, 2,"), r"line 4: found 5 values, expected 6"),
         (ZMAP.replace(" 3, 2, 0,", " 1, 2, 0,"), r"line 4: 1 rows x 2 columns, expected at least"),
@@ -259,7 +259,7 @@ def test_netcdf_that_says_nothing_needs_arguments(tmp_path):
 
 def test_netcdf_contradiction_is_refused(tmp_path):
     path = stored(tmp_path, depth_grid(positive="down", units="m"))
-    with pytest.raises(InputError, match=r"file says positive='down', the argument says.*'up'"):
+    with pytest.raises(InputError, match=r"file has positive='down', but the argument is.*'up'"):
         gs.read_horizon(path, positive="up")
     with pytest.raises(
         InputError, match=r"file has the length unit 'm', but length_unit='ft' was given"
@@ -283,7 +283,7 @@ def test_netcdf_without_usable_coordinates(tmp_path):
     with pytest.raises(FormatError, match=r"0 coordinates called one of easting.*Rename"):
         gs.read_horizon(stored(tmp_path, data.rename(x="column")))
     data = data.assign_coords(y=[10.0, 10.0])
-    with pytest.raises(FormatError, match=r"northing does not steadily grow.*10.0 to 10.0.*Sort"):
+    with pytest.raises(FormatError, match=r"northing is not monotonic: 10.0 follows 10.0.*Sort"):
         gs.read_horizon(stored(tmp_path, data))
 
 
@@ -307,7 +307,7 @@ def test_a_damaged_netcdf_is_told_and_prints_nothing(tmp_path, monkeypatch):
         try:
             gs.read_horizon(tmp_path / "top.nc")
         except FormatError as error:
-            told += "The file is damaged or cut short; export it again." in str(error)
+            told += "The file is damaged or truncated; export it again." in str(error)
     gc.collect()
     assert told > 5
     assert printed == []
@@ -315,7 +315,9 @@ def test_a_damaged_netcdf_is_told_and_prints_nothing(tmp_path, monkeypatch):
 
 def test_no_netcdf_at_all(tmp_path):
     (tmp_path / "top.nc").write_text("not a netcdf file\n")
-    with pytest.raises(FormatError, match=r"byte 0: found b'not ', expected the mark.*format="):
+    with pytest.raises(
+        FormatError, match=r"byte 0: found b'not ', expected the signature.*format="
+    ):
         gs.read_horizon(tmp_path / "top.nc")
 
 
@@ -324,7 +326,7 @@ def test_missing_engine_gives_the_install_line(tmp_path, monkeypatch, there):
     """h5netcdf may be installed without h5py, which it reads with."""
     path = stored(tmp_path, depth_grid(positive="down", units="m"))
     monkeypatch.setattr("geosurf.read.netcdf.find_spec", lambda name: name in there or None)
-    with pytest.raises(DependencyError, match=r'h5netcdf, netcdf4.*pip install "geosurf\[io\]"'):
+    with pytest.raises(DependencyError, match=r'h5netcdf or netcdf4.*pip install "geosurf\[io\]"'):
         gs.read_horizon(path)
 
 

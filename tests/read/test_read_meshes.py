@@ -1,4 +1,4 @@
-"""Meshes: what meshio and VTK write, what it must not do to us, and files cut short."""
+"""Meshes: what meshio and VTK write, what it must not do to us, and files truncated."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ def test_depth_and_units_of_a_mesh(tmp_path):
     ("name", "text", "message"),
     [
         ("a.obj", OBJ[:-1], r"a.obj, line 5: the last line has no line end"),
-        ("a.obj", OBJ.replace("1 2 3 4", "1 2 7 4"), r"triangle 0 names vertices"),
+        ("a.obj", OBJ.replace("1 2 3 4", "1 2 7 4"), r"triangle 0 refers to vertices"),
         ("a.obj", OBJ.replace("9 9 9", "9 9 nine"), r"meshio cannot read it .*nine.*export it as"),
         ("a.obj", OBJ.replace("9 9 9", "9 nan 9"), r"vertices are not finite.*vertex 2"),
         ("a.obj", "v 0 0 0\n", r"a.obj: .*"),
         ("a.stl", "solid\nfacet normal 0 0 1\n", r"the last line is 'facet.*expected 'endsolid'"),
         ("a.vtk", "# vtk DataFile Version 4.2\nx\nASCII\nDATASET POLYDATA\n", r"export.*.vtp"),
-        ("a.vtu", "<VTKFile>", r"a\.vtu: no complete XML"),
+        ("a.vtu", "<VTKFile>", r"a\.vtu: the XML is incomplete"),
         ("a.ply", "", r"empty"),
-        ("a.off", "OFF\n# made by\n\n", r"found nothing after the first line, expected.*export"),
-        ("a.msh", "(1 1)\n(2 3", r"sections are not each a line '\$Name'.*export"),
-        ("b.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n", r"cut short or no Gmsh"),
-        ("b.off", "OFF", r"found nothing after the first line, expected.*export"),
-        ("a.ply", "ply\nformat ascii 1.0\n", r"found no line 'end_header', expected.*export"),
+        ("a.off", "OFF\n# made by\n\n", r"missing after the first line.*export"),
+        ("a.msh", "(1 1)\n(2 3", r"does not begin with '\$Name'.*export"),
+        ("b.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n", r"truncated or not a Gmsh"),
+        ("b.off", "OFF", r"missing after the first line.*export"),
+        ("a.ply", "ply\nformat ascii 1.0\n", r"has no line 'end_header'.*export"),
     ],
 )
 def test_wrong_meshes(tmp_path, capfd, name, text, message):
@@ -127,17 +127,17 @@ def vtp(tmp_path, *change):
         (('type="PolyData"', 'type="ImageData"'), r"type='ImageData'>, expected .*Save"),
         (
             ('header_type="UInt64"', 'compressor="vtkLZ4DataCompressor"'),
-            r"packed with vtkLZ4.*Save",
+            r"compressed with vtkLZ4.*Save",
         ),
         (('NumberOfPoints="3"', 'NumberOfPoints="4"'), r"found 3 points, expected 4"),
         (('NumberOfStrips="0"', 'NumberOfStrips="1"'), r"triangle strips.*Triangulate"),
         (('NumberOfStrips="0"', 'NumberOfStrips="#"'), r"NumberOfStrips of a <Piece> is '#'"),
         (('NumberOfPolys="1"', 'NumberOfPolys="2"'), r"found 1 cells with 3 corners, expected 2"),
-        (('NumberOfPolys="1"', 'NumberOfPolys="0"'), r"found no triangles"),
+        (('NumberOfPolys="1"', 'NumberOfPolys="0"'), r"the file has no triangles"),
         (('Name="connectivity"', 'Name="x"'), r"found no array for connectivity"),
         (('"Float64"', '"String"'), r"an array of type 'String' for Points"),
         (('"UInt64"', '"UInt32"'), r"F1.vtp: "),
-        (("</VTKFile>", ""), r"no complete XML.*cut short"),
+        (("</VTKFile>", ""), r"the XML is incomplete.*truncated"),
     ],
 )
 def test_wrong_vtp(tmp_path, change, message):
@@ -280,7 +280,7 @@ def test_tags_of_a_binary_msh_are_not_believed(binary_msh):
     first = at + 4 * 8 + 12 + 8 if kind == "gmsh" else at + 2
     data[first + 3] = 0x40
     path.write_bytes(data)
-    with pytest.raises(FormatError, match=r"a node has the tag 107\d+, which .*export it again"):
+    with pytest.raises(FormatError, match=r"a node has the tag 107\d+, but .*export it again"):
         gs.read_fault(path)
 
 

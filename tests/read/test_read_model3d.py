@@ -75,10 +75,10 @@ def test_horizons_are_turned_so_that_their_normals_point_up(model):
     ("text", "message"),
     [
         (TSURF % "F1", r"two\.ml, line 1: found 'GOCAD TSurf 1', expected .*Model3d.*read_fault"),
-        (HEAD + TSURF % "F1", r"two\.ml.*'Top', but there is no TSurf.*\['F1'\].*Export"),
-        (HEAD + 2 * (TSURF % "F1") + TSURF % "Top", r"two\.ml.*'F1' is there twice.*Rename"),
+        (HEAD + TSURF % "F1", r"two\.ml.*'Top', but the file has no such TSurf.*\['F1'\].*Export"),
+        (HEAD + 2 * (TSURF % "F1") + TSURF % "Top", r"two\.ml.*'F1' occurs twice.*Rename"),
         (HEAD.replace("TFACE 2 top Top", "TFACE 2"), r"line 9: TFACE has 1 words.*Correct"),
-        (HEAD.replace("END\n", ""), r"found no END for the model.*export it again"),
+        (HEAD.replace("END\n", ""), r"model that begins on line 1 has no END.*export it again"),
     ],
 )
 def test_damage_is_named(model, text, message):

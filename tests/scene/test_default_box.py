@@ -33,7 +33,7 @@ def test_a_hole_that_shrinks_the_default_box_is_reported():
     holed[5:8, 9:12] = np.nan
     axis = np.arange(21.0)
     scene = Scene({"Top": TriSurface("Top", "horizon", lattice=Lattice(axis, axis, holed))})
-    with pytest.warns(GeosurfWarning, match="The default box covers 60 % of where all horizons"):
+    with pytest.warns(GeosurfWarning, match="default box covers 60 % of the area of all"):
         west, east, south, north, _, _ = scene.box
     share = (east - west) * (north - south) / 400
     (step,) = [s for s in scene.steps if s.stage == "box"]
@@ -52,5 +52,5 @@ def test_a_box_apart_from_a_horizon_names_both_extents(box, words):
 
 
 def test_a_mesh_has_no_default_box():
-    with pytest.raises(InputError, match=r"horizon 'Top' is a mesh.*give box="):
+    with pytest.raises(InputError, match=r"horizon 'Top' is a mesh.*Give box="):
         _ = Scene({"Top": level(3)}).box

@@ -33,7 +33,7 @@ def turned(degrees, n=(31, 61), cell=50.0, hole=None):
 @pytest.mark.parametrize("degrees", [3, 20, 45, 77, 140, 250])
 def test_the_area_that_is_proposed_builds_and_covers_nearly_all(degrees):
     scene = gs.Scene({"T": turned(degrees)})
-    with pytest.warns(gs.GeosurfWarning, match=r"default box covers \d+ % of where all") as issued:
+    with pytest.warns(gs.GeosurfWarning, match=r"box covers \d+ % of the area of all") as issued:
         (found,) = scene.warnings
     assert len(issued) == 1
     assert (found.kind, found.subject, found.place) == ("area", "box", None)
@@ -149,7 +149,7 @@ def test_a_closed_body_is_refused_as_a_horizon(variant):
     _, vertices, faces = variant
     salt = gs.TriSurface("Salt", "horizon", vertices, faces)
     box = (-400, 400, -400, 400, -1000, 0)
-    with pytest.raises(SurfaceError, match=r"'Salt' \w+ a closed body of 3\.\d+e\+06 m3 around"):
+    with pytest.raises(SurfaceError, match=r"'Salt' \w+ a closed body of 3\.\d+ million m³ around"):
         _ = gs.Scene({"Salt": salt}, {}, box).units
     if variant[0] == "as it is":  # what the message proposes
         made = gs.Scene({}, {"Salt": salt}, box)

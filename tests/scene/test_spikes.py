@@ -55,7 +55,7 @@ def test_marks_are_refused_wherever_they_are(where, shape, mark):
     z = relief()
     z[WHERE[where]] = mark
     n = np.count_nonzero(z == mark)
-    with pytest.raises(HorizonError, match=rf"'Top': {n} nodes? ha.* absent values.*grid\.where"):
+    with pytest.raises(HorizonError, match=rf"'Top': {n} nodes? ha.* no-data value.*grid\.where"):
         check_spikes(SHAPES[shape](z))
 
 
@@ -193,5 +193,5 @@ def test_data_with_marks_are_not_torn(kind, mark):
         east, north = np.meshgrid(grid.easting, grid.northing)
         data = np.stack([east.ravel(), north.ravel(), grid.values.ravel()], axis=1)
         options = {"positive": "up"}
-    with pytest.raises(gs.errors.HorizonError, match="a usual mark of absent values"):
+    with pytest.raises(gs.errors.HorizonError, match="a usual no-data value"):
         gs.tear_horizon(data, world.faults, name="Top", **options)

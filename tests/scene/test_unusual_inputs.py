@@ -154,9 +154,9 @@ def test_contacts_of_zones_and_blocks_that_there_are_not(world):
         {"OWC": gs.FluidContact(-2100.0, block="F9+")},
         r"'OWC': no unit lies on 'F9\+'. Name a block or a side of a fault: \['F1\+', ",
     )
-    refused({"OWC": float("nan")}, r"the elevation of fluid contact 'OWC' is nan; give a number")
+    refused({"OWC": float("nan")}, r"the elevation of fluid contact 'OWC' is nan. Give a number")
     called = gs.FluidContact(-2100.0, name="GOC")
-    refused({"OWC": called}, r"'OWC' is given a FluidContact that is called 'GOC'; say one of them")
+    refused({"OWC": called}, r"'OWC' holds a FluidContact with another name, 'GOC'. Use one name")
     refused({"OWC": -2.1}, r"'OWC' is at elevation -2\.1 m, outside the model box .*enlarge")
 
 

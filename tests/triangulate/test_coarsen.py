@@ -213,7 +213,7 @@ def test_two_runs_and_a_shift_give_the_same_triangles():
 
 @pytest.mark.parametrize("tolerance", [-0.5, np.nan, np.inf])
 def test_a_tolerance_is_a_length(tolerance):
-    with pytest.raises(HorizonError, match=r"'Top': tolerance is .*; give a length in metres"):
+    with pytest.raises(HorizonError, match=r"'Top': tolerance is .*Give a length in metres"):
         triangulate_horizon(gridded(rolling()), tolerance=tolerance)
 
 
@@ -224,6 +224,6 @@ def test_uneven_steps_are_refused():
     da = da.assign_coords(easting=steps)
     assert triangulate_horizon(da).n_triangle == 722
     with pytest.raises(
-        HorizonError, match=r"easting has uneven steps near node \(6,\), by 2 m; .*Le"
+        HorizonError, match=r"easting has uneven steps near node \(6,\), by 2 m, but .*Le"
     ):
         triangulate_horizon(da, tolerance=0.5)

@@ -178,7 +178,7 @@ def test_corners_in_a_row_and_a_comb():
         ([(0, 0), (1, 1), (2, 2)], r"fold back"),
         ([(0, 0), (4, 0), (0, 0)], r"2 different corners, expected at least 3"),
         ([(0, 0), (4, np.nan), (0, 4)], r"corner 1 \(counted from 0\) is not finite"),
-        ([ELL, [(0.5, 0.5), (1, 0.5), (1, 1)]], r"found 2 rings, and holes or several areas"),
+        ([ELL, [(0.5, 0.5), (1, 0.5), (1, 1)]], r"found 2 rings, but only one ring"),
         ([(0, 0, 0, 0)], r"found shape \(1, 4\)\. Give one array \(n, 2\)"),
         ("words", "words"),
         (

@@ -46,7 +46,7 @@ def test_the_warning_states_what_is_left_out():
     lost = width * height - area_of(area)
     assert 0 < lost < 30.0
     assert note.effect.endswith(
-        f"which leaves out {area_of(corners.round(3)) - area_of(area):.3g} m2."
+        f"which leaves out {area_of(corners.round(3)) - area_of(area):.3g} m²."
     )
 
 

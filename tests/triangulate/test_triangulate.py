@@ -283,13 +283,19 @@ WRONG_HORIZONS = {
         lambda: _swap(horizon(FLAT), "easting", 1, np.nan),
         r"easting\[1\] is nan.*isel",
     ),
-    "all absent": (lambda: horizon(FLAT * np.nan), r"all 9 nodes are NaN\. Check the value"),
+    "all absent": (
+        lambda: horizon(FLAT * np.nan),
+        r"all 9 nodes are NaN\. Check the no-data",
+    ),
     "infinite": (
         lambda: _with(1, 2, np.inf),
         r"1 nodes are infinite, the first is node \(1, 2\) at \(E 50,.*elevation inf.*NaN",
     ),
-    "one row": (lambda: horizon(FLAT[:1]), r"1 x 3 nodes make no cell, expected 2 x 2.*larger"),
-    "no triangle": (_holes, r"no triangle has its three nodes; 3 of 9 nodes are present.*NaN mask"),
+    "one row": (lambda: horizon(FLAT[:1]), r"1 x 3 nodes, expected 2 x 2.*larger"),
+    "no triangle": (
+        _holes,
+        r"has its three nodes: only 3 of 9 nodes are present.*NaN mask",
+    ),
     "no triangle, curvilinear": (
         lambda: curvilinear(_holes().values, *rotated(20, 3, 3)),
         r"no triangle has its three nodes",
@@ -299,7 +305,7 @@ WRONG_HORIZONS = {
         r"folded: \d+ of 18 triangles are turned over, the first at \(E .*2-D coordinates",
     ),
     "pinched": (_pinched, r"folded: 1 of 8 triangles are without area in the map.*NaN"),
-    "no place": (_placeless, r"1 nodes have a value but no place, .*\(1, 2\), easting nan.*NaN"),
+    "no place": (_placeless, r"1 nodes have a value but no position, .*\(1, 2\), easting nan.*NaN"),
     "text": (lambda: horizon(FLAT).astype(str), r"dtype <U\d+, expected numbers.*astype\(float\)"),
     "text coordinate": (
         lambda: horizon(FLAT).assign_coords(easting=["a", "b", "c"]),
@@ -377,9 +383,12 @@ def test_walls_close_the_box_exactly():
     ("box", "message"),
     [
         ((0, 1, 0, 1, 0), r"shape \(5,\), expected six numbers\. Give \(west, east"),
-        ("box", r"'box' is not six numbers\. Give \(west"),
+        ("box", r"six numbers, found 'box'\. Give \(west"),
         ((0, 1, 0, np.nan, 0, 1), r"north is nan\. Give six finite numbers"),
-        ((0, 1, 0, 1, 0, 1e300), r"top is 1e\+300, and at most .* can be used\. Give the box"),
+        (
+            (0, 1, 0, 1, 0, 1e300),
+            r"top is 1e\+300 m, but coordinates are limited to .*Give the box",
+        ),
         ((5, 1, 0, 1, 0, 1), r"west \(5\) is not less than east \(1\)\. The order is"),
         ((0, 1, 2, 2, 0, 1), r"south \(2\) is not less than north \(2\)"),
         ((0, 1, 0, 1, 2500, 1500), r"bottom \(2500\).*depths are negative"),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.conventions import volume_text
 from geosurf.errors import HorizonError, InputError, OutputError
 
 
@@ -37,18 +38,20 @@ def test_fault_polygons_come_back_from_pol_and_csv(scene, tmp_path):
 
 
 def test_tables_without_lines_are_refused(scene, tmp_path):
-    with pytest.raises(OutputError, match=r"no lines in space, as Scene.fault_.*Write .nc"):
+    with pytest.raises(
+        OutputError, match=r"no lines in space such as those of Scene.fault_.*Write .nc"
+    ):
         gs.write(scene.juxtaposition("F1"), tmp_path / "a.pol")
     with pytest.raises(OutputError, match=r"no lines in space"):
         gs.write(scene.fault_polygons("Top").isel(line=slice(0, 0)), tmp_path / "a.csv")
 
 
 def test_what_is_no_file_says_what_is(scene, tmp_path):
-    with pytest.raises(OutputError, match=r"a Scene cannot be .*Write its scene.units"):
+    with pytest.raises(OutputError, match=r"cannot write a Scene;.*Write its scene.units"):
         gs.write(scene, tmp_path / "a.vtm")
     world = gs.synthetic.torn("normal", n=21)
     sheet = gs.tear_horizon(world.horizons["Top"], world.faults, name="Top")
-    with pytest.raises(OutputError, match=r"a Sheet cannot .*is scene.patches.surface\(name\)"):
+    with pytest.raises(OutputError, match=r"write a Sheet;.*write scene.patches.surface\(name\)"):
         gs.write(sheet, tmp_path / "a.ts")
 
 
@@ -60,7 +63,10 @@ def test_a_path_is_no_horizon_and_a_missing_file_is_told_first(tmp_path):
 
 
 def test_results_are_short_in_print(scene):
-    assert repr(scene.units) == f"<Units: 12, of 4 zones in 3 blocks, {scene.units.volume:.6g} m3>"
+    assert (
+        repr(scene.units)
+        == f"<Units: 12, of 4 zones in 3 blocks, {volume_text(scene.units.volume)}>"
+    )
     assert repr(scene.curves).startswith("<Curves: 6 of Top, Middle, Base, F1, F2, ")
     assert repr(scene.patches).startswith(f"<Patches: {scene.patches.n_patch} of 11 surfaces, ")
     with pytest.raises(KeyError, match=r"no unit 'above Topp F1-'; .*Did you mean 'above Top F1-'"):

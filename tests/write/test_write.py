@@ -193,7 +193,7 @@ def test_no_curves_at_all(tmp_path):
     )
     assert gs.write(none, tmp_path / "none.vtp")[0].stat().st_size > 0
     for suffix in (".pl", ".pol"):
-        with pytest.raises(OutputError, match=r"no curves, .*Write .vtp"):
+        with pytest.raises(OutputError, match=r"no curves to write.*Write .vtp"):
             gs.write(none, tmp_path / f"none{suffix}")
 
 
@@ -364,11 +364,11 @@ def test_what_float32_loses_is_stated(tmp_path):
 
 def test_irregular_grids_do_not_fit_irap(tmp_path):
     top = horizon(np.zeros((3, 3))).assign_coords(easting=[0.0, 1.0, 3.0])
-    with pytest.raises(OutputError, match=r"not on a regular right-angled grid.*Write .nc"):
+    with pytest.raises(OutputError, match=r"not on a regular rectangular grid.*Write .nc"):
         gs.write(top, tmp_path / "top.irap")
-    with pytest.raises(OutputError, match=r"has a value of 9999900.0.*'undefined'. Write .nc"):
+    with pytest.raises(OutputError, match=r"a value of 9999900.0.*'undefined' in IRAP. Write .nc"):
         gs.write(horizon([[1, 9999900.0], [1, 2]]), tmp_path / "top.irap")
-    with pytest.raises(OutputError, match=r"has infinite values. Mark absent nodes with NaN"):
+    with pytest.raises(OutputError, match=r"has infinite values. Set missing nodes to NaN"):
         gs.write(horizon([[1, np.inf], [1, 2]]), tmp_path / "top.gri")
     with pytest.raises(OutputError, match=r"needs two dims and the coordinates easting and"):
         gs.write(horizon().drop_vars("easting"), tmp_path / "top.gri")
@@ -376,13 +376,15 @@ def test_irregular_grids_do_not_fit_irap(tmp_path):
 
 def test_unknown_suffixes_and_objects(tmp_path):
     table = xr.DataArray([1.0, 2.0], dims="unit")
-    with pytest.raises(OutputError, match=r"over \('unit',\) is no horizon .* Write scene\.units"):
+    with pytest.raises(
+        OutputError, match=r"over \('unit',\) is not a horizon .* Write scene\.units"
+    ):
         gs.write(table, tmp_path / "volumes.nc")
     with pytest.raises(OutputError, match=r"a Curves cannot be written as '.vtk', but as .pl"):
         gs.write(curves(), tmp_path / "a.vtk")
     with pytest.raises(OutputError, match=r"TriSurface .* '.stt', but as .*Did you mean '.stl'"):
         gs.write(surface(), tmp_path / "a.stt")
-    with pytest.raises(OutputError, match=r"a list cannot be written; expected one of TriSurface"):
+    with pytest.raises(OutputError, match=r"cannot write a list; it writes TriSurface"):
         gs.write([1, 2], tmp_path / "a.vtp")
     assert list(tmp_path.iterdir()) == []
 
