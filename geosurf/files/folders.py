@@ -9,7 +9,7 @@ New files are made in a hidden folder, the stage, and forced to the disk. Then o
   writer finds the journal and goes on (`finish`).
 
 Nothing is removed or written through a link, and no name leaves the folder, whatever a journal
-says.
+holds.
 """
 
 from __future__ import annotations
@@ -224,7 +224,7 @@ def replace_files(
 
 
 def finish(folder: Path, names: Names, journal: str) -> bool:
-    """Do what a journal says, from wherever it was left; False if there is none.
+    """Carry out the rest of a journal; return False if there is no journal.
 
     Raises
     ------

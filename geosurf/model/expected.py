@@ -1,7 +1,7 @@
 """Checks of arguments of the wrong kind: each raises an error of one or two sentences.
 
 Front doors look at what they are given before anything is computed; names in place of surfaces,
-words in place of numbers and folders in place of files are told here, in the same words.
+words in place of numbers and folders in place of files are refused here, with the same messages.
 """
 
 from __future__ import annotations

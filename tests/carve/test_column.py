@@ -387,7 +387,7 @@ def test_refusals():
         InputError, match=r"rule of horizon 'A' is 'erosion'\. .* mean 'erosional'\?"
     ):
         Scene({"A": A, "B": B}, column={"A": "erosion"})
-    with pytest.raises(InputError, match=r"column is a list; give a mapping \{horizon: rule\}"):
+    with pytest.raises(InputError, match=r"must be a mapping \{horizon: rule\}, not list"):
         Scene({"A": A, "B": B}, column=["erosional"])
 
 

@@ -69,5 +69,5 @@ def test_results_are_short_in_print(scene):
     )
     assert repr(scene.curves).startswith("<Curves: 6 of Top, Middle, Base, F1, F2, ")
     assert repr(scene.patches).startswith(f"<Patches: {scene.patches.n_patch} of 11 surfaces, ")
-    with pytest.raises(KeyError, match=r"no unit 'above Topp F1-'; .*Did you mean 'above Top F1-'"):
+    with pytest.raises(KeyError, match=r"no unit 'above Topp F1-'. .*Did you mean 'above Top F1-'"):
         scene.units["above Topp F1-"]
