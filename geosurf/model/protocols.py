@@ -100,7 +100,7 @@ class MeasuredModel(DrawnModel, Protocol):
 
 
 class ReportedModel(MeasuredModel, Protocol):
-    """A model with what a report also tells: inputs, warnings, certificate and run log."""
+    """A model with the further contents of a report: inputs, warnings, certificate and run log."""
 
     @property
     def contacts(self) -> tuple[FluidContact, ...]:
