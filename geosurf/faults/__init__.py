@@ -1,17 +1,23 @@
 """Fault networks: extended, truncated by each other, and proposals for both.
 
-==============  =================================================================
-rules.py        truncations and extensions as users give them; their order
-rim.py          the open rim of a fault: start, end, up and down
-lines.py        which way a fault goes on beyond its rim
-extend.py       extension until the fault leaves the model box
-bridge.py       extension beyond a main fault
-sides.py        on which side of a fault another one leaves their common curve
-truncate.py     truncation: which parts of a fault stay
-distance.py     the closest approach of an open end to another fault
-propose.py      contacts, near misses and dangling ends, each with a proposal
-dangling.py     ends in the model box that are left once a network is as proposed
-==============  =================================================================
+==================  ================================================================
+rules.py            truncations and extensions as users give them; their order
+area.py             what of the faults lies inside an area of interest
+rim.py              the open rim of a fault: start, end, up and down
+lines.py            which way a fault goes on beyond its rim
+extend.py           extension until the fault leaves the model box
+box_exits.py        where rims and lines meet the box, and leave it
+notches.py          strips of triangles along a rim, with notches filled
+bridge.py           extension beyond a main fault
+sides.py            on which side of a fault another one leaves their common curve
+truncate.py         truncation: which parts of a fault stay
+truncate_errors.py  faults that their main fault does not cut through, or does not reach
+outside.py          faults that do not reach the model
+distance.py         the closest approach of an open end to another fault
+propose.py          contacts, near misses and dangling ends, each with a proposal
+near_misses.py      ends that stop short of another fault
+dangling.py         ends in the model box that are left once a network is as proposed
+==================  ================================================================
 """
 
 from geosurf.faults.extend import extend_fault

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from geosurf.faults.extend import clip_steps, exits, rim_in_box
+from geosurf.faults.box_exits import clip_steps, exits, rim_in_box
 from geosurf.faults.lines import directions, guides_of
 from geosurf.faults.rim import Rim, unit_rows
 from geosurf.kernels.meshes.mesh import edges

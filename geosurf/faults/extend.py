@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,10 @@ import numpy as np
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.conventions import place
 from geosurf.errors import GeometryError, SurfaceError
+from geosurf.faults.box_exits import clip_steps, exits, rim_in_box, segments_meet_box
 from geosurf.faults.lines import Guides, directions, guides_of
-from geosurf.faults.rim import Rim, find_rim, normals_of, total
+from geosurf.faults.notches import filled_lengths, strip, without_notches
+from geosurf.faults.rim import Rim, find_rim, normals_of
 from geosurf.faults.rules import ALL_SIDES, read_sides
 from geosurf.kernels.exact.predicates import flat_triangles, frame_of
 from geosurf.model import TriSurface
@@ -26,7 +27,6 @@ from geosurf.model.expected import box_of_sides, expect
 from geosurf.model.faults import ExtendedFault, Extension
 
 _MARGIN = 0.01  # of the diagonal of the box: how far beyond it an extension ends
-LEADS = 0.05  # of a side: steps at its ends that lead on by less are left to its neighbours
 _TRIALS = 12  # each half as long again, where a new rim cuts across an edge of the box
 
 
@@ -156,7 +156,7 @@ def _continued(
     whole, way = arc, np.zeros((len(arc), 3))
     for lines in ("own",) if own and guides.exact else ("own", "averaged", "filled"):
         if lines == "filled":
-            arc, filled = _without_notches(x, whole, way)
+            arc, filled = without_notches(x, whole, way)
             if len(arc) < 2 or len(arc) == len(whole):
                 break
         way = directions(x, t, arc, side, rim.axes, guides, window)
@@ -170,77 +170,19 @@ def _continued(
             )
         length = np.minimum(_lengths(x[arc], way, low, high, name, side, until), longest)
         tip = x[arc] + length[:, None] * way
-        strip = np.concatenate([filled, _strip(arc, len(x), x[arc], tip)])
-        points, faces = np.concatenate([x, tip]), np.concatenate([t, strip])
+        new = np.concatenate([filled, strip(arc, len(x), x[arc], tip)])
+        points, faces = np.concatenate([x, tip]), np.concatenate([t, new])
         window = float(np.median(length))
         if own or lines != "own":
-            defect = _defect_of(name, side, points, faces, len(strip))
+            defect = _defect_of(name, side, points, faces, len(new))
             if defect is None:
                 break
     if defect is not None:
         raise defect
-    area = math.fsum(0.5 * np.linalg.norm(normals_of(points[strip]), axis=1))
+    area = math.fsum(0.5 * np.linalg.norm(normals_of(points[new]), axis=1))
     reach = float(length.max()), float(length.min()), area
-    made = Extension(name, side, *reach, len(strip), until, lines)
+    made = Extension(name, side, *reach, len(new), until, lines)
     return TriSurface(name, surface.role, points, faces), guides.grown(side, arc), made
-
-
-def _without_notches(x: np.ndarray, arc: np.ndarray, way: np.ndarray) -> tuple[Any, np.ndarray]:
-    """An arc with filled notches, as seen along its mean direction, and the triangles in them.
-
-    The upper hull of the arc (Andrew 1979): of three vertices in turn the middle one is left
-    behind if it lies short of the line that joins the others. No vertex is new. Whether the
-    triangles may stay is decided later, exactly.
-    """
-    ahead = total(way)
-    ahead /= max(float(np.linalg.norm(ahead)), np.finfo(float).tiny)
-    along = x[arc[-1]] - x[arc[0]]
-    along = along - (along @ ahead) * ahead
-    plane = x[arc] @ np.stack([along, ahead], axis=1)
-    reach = float(along @ along)
-    chain: list[int] = []
-    filled = []
-    for c in range(len(arc)):
-        while len(chain) > 1:
-            a, b = chain[-2:]
-            (s, h), (u, v) = plane[b] - plane[a], plane[c] - plane[a]
-            if s * v - h * u <= 1e-9 * (abs(s * v) + abs(h * u)):  # on the line: no notch
-                break
-            filled.append((arc[a], arc[c], arc[chain.pop()]))
-        chain.append(c)
-    # steps at the ends that do not lead on belong to the sides next to this one
-    while len(chain) > 1 and plane[chain[1], 0] <= plane[chain[0], 0] + LEADS * reach:
-        chain.pop(0)
-    while len(chain) > 1 and plane[chain[-1], 0] <= plane[chain[-2], 0] + LEADS * reach:
-        chain.pop()
-    return arc[chain], np.array(filled, dtype=np.int64).reshape(-1, 3)
-
-
-def rim_in_box(rim: Rim, x: np.ndarray, side: str, low: np.ndarray, high: np.ndarray) -> bool:
-    """Whether one side of a fault lies in a box, in part at least; it may be but a point."""
-    line = x[rim.arcs[side]]
-    return bool(segments_meet_box(line if len(line) > 1 else line[[0, 0]], low, high).any())
-
-
-def segments_meet_box(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Whether each step of a line (n, 3) meets a closed box, bool (n - 1,).
-
-    Clipped against the slabs of the box; rounding is on the side of meeting.
-    """
-    first, last = clip_steps(line, low, high)
-    return first <= last + 1e-12
-
-
-def clip_steps(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Where each step of a line (n, 3) enters and leaves a box, 0 to 1; in order if it meets it."""
-    a, step = line[:-1], np.diff(line, axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        s, e = (low - a) / step, (high - a) / step
-    inside = (a >= low) & (a <= high)
-    still = step == 0
-    enter = np.where(still, np.where(inside, 0.0, np.inf), np.minimum(s, e))
-    leave = np.where(still, np.where(inside, 1.0, -np.inf), np.maximum(s, e))
-    return np.maximum(enter.max(axis=1), 0.0), np.minimum(leave.min(axis=1), 1.0)
 
 
 def _lengths(
@@ -266,7 +208,7 @@ def _lengths(
             place=start[0],
             surfaces=(name,),
         )
-    length = _filled(length)
+    length = filled_lengths(length)
     for _ in range(_TRIALS):
         meets = segments_meet_box(start + length[:, None] * way, low, high)
         if not meets.any():
@@ -280,43 +222,6 @@ def _lengths(
         place=start[i],
         surfaces=(name,),
     )
-
-
-def exits(start: np.ndarray, way: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Distance along rays (n, 3) to where they leave a box; NaN for those that miss it."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        s, e = (low - start) / way, (high - start) / way
-    inside = (start >= low) & (start <= high)
-    still = way == 0
-    enter = np.where(still, np.where(inside, 0.0, np.inf), np.minimum(s, e)).max(axis=1)
-    leave = np.where(still, np.where(inside, np.inf, -np.inf), np.maximum(s, e)).min(axis=1)
-    return np.where((leave > 0) & (enter <= leave), leave, np.nan)
-
-
-def _filled(length: np.ndarray) -> np.ndarray:
-    """Lengths with those that are not known taken from the nearest two, the longer one."""
-    known = np.flatnonzero(np.isfinite(length))
-    rows = np.arange(len(length))
-    right = np.minimum(np.searchsorted(known, rows), len(known) - 1)
-    left = np.maximum(np.searchsorted(known, rows, side="right") - 1, 0)
-    both = np.maximum(length[known[left]], length[known[right]])
-    return np.where(np.isfinite(length), length, both)
-
-
-def _strip(arc: np.ndarray, n: int, near: np.ndarray, far: np.ndarray) -> np.ndarray:
-    """Two triangles for each step of an arc, facing as the triangles behind it do.
-
-    The shorter diagonal; where both are as long, the one from the lesser corner of the rim.
-    """
-    a, b = arc[:-1], arc[1:]
-    c, d = n + np.arange(len(arc) - 1), n + np.arange(1, len(arc))
-    one = ((near[:-1] - far[1:]) ** 2).sum(axis=1)
-    two = ((near[1:] - far[:-1]) ** 2).sum(axis=1)
-    lesser = np.array([tuple(p) < tuple(q) for p, q in pairwise(near)])
-    from_a = (one < two) | ((one == two) & lesser)
-    first = np.where(from_a[:, None], np.stack([b, a, d], 1), np.stack([b, a, c], 1))
-    second = np.where(from_a[:, None], np.stack([a, c, d], 1), np.stack([b, c, d], 1))
-    return np.stack([first, second], axis=1).reshape(-1, 3)
 
 
 def _defect_of(name: str, side: str, x: np.ndarray, t: np.ndarray, n_new: int) -> Exception | None:

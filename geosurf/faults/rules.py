@@ -71,7 +71,7 @@ def read_truncations(truncations: Any, faults: Sequence[str] | None = None) -> t
     [('B', 'C'), ('A', 'B')]
     >>> read_truncations({"A": ("B", "footwall"), "B": ("A", "footwall")})
     Traceback (most recent call last):
-    geosurf.errors.InputError: truncations go round in a circle: A ends at B, B ends at A. Leave out one of them.
+    geosurf.errors.InputError: truncations form a circle: A ends at B, B ends at A. Leave out one of them.
     """  # noqa: E501 - a message
     if not isinstance(truncations, Mapping):
         raise InputError(f"truncations is a {type(truncations).__name__}, not a mapping. {_HOW}")

@@ -10,16 +10,26 @@ Around a fault that ends, walls move as they do around a crack in an elastic bod
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError
+from geosurf.synthetic.torn_faults import (
+    DATUM,
+    STEP,
+    Fault,
+    exists,
+    named_faults,
+    relief,
+    sectors,
+    side_of,
+)
+from geosurf.synthetic.torn_picks import scattered, single_valued, smeared
 from geosurf.synthetic.world import (
     Offset,
     World,
@@ -33,149 +43,6 @@ from geosurf.synthetic.world import (
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
-DATUM = -1800.0
-_STEP = 25.0
-DYING = ("parabola", "ellipse", "bell")
-PROFILES = (*DYING, "constant", "scissors")
-
-
-@dataclass(frozen=True)
-class Fault:
-    """One fault of a torn world: places in m, angles in degrees.
-
-    `strike` with the dip to its right; `half` its half length (inf: through-going); `throw` at
-    its centre, negative for reverse; `profile`: of the throw along strike, "parabola", "ellipse",
-    "bell" (not that of a crack), "constant" or "scissors"; `flatten` bends it with depth [1/m];
-    `branch`: the main fault and the side of it on which this one is.
-    """
-
-    x: float
-    y: float
-    strike: float = 20.0
-    dip: float = 60.0
-    half: float = 700.0
-    throw: float = 60.0
-    profile: str = "parabola"
-    flatten: float = 0.0
-    wave: float = 20.0
-    branch: tuple[str, int] | None = None
-
-    def __post_init__(self) -> None:
-        if self.profile not in PROFILES:
-            raise InputError(
-                f"profile of a torn world's fault is {self.profile!r}; it must be one of "
-                f"{', '.join(PROFILES)}.{did_you_mean(str(self.profile), PROFILES)}"
-            )
-        if self.profile in DYING and not np.isfinite(self.half):
-            raise InputError(
-                f"a torn world's fault has no end (half = {self.half}), but its throw, of profile "
-                f"{self.profile!r}, dies there. Give half in metres, or another profile."
-            )
-
-    def along_across(self, x: Any, y: Any) -> tuple[Any, Any]:
-        """Coordinates along strike and across it, down dip."""
-        a = np.radians(self.strike)
-        dx, dy = x - self.x, y - self.y
-        return dx * np.sin(a) + dy * np.cos(a), dx * np.cos(a) - dy * np.sin(a)
-
-    def place(self, s: Any, r: Any) -> tuple[Any, Any]:
-        """The inverse of `along_across`."""
-        a = np.radians(self.strike)
-        return self.x + s * np.sin(a) + r * np.cos(a), self.y + s * np.cos(a) - r * np.sin(a)
-
-    def across(self, s: Any, z: Any) -> Any:
-        """Where the fault is, across strike, at a place along it and an elevation."""
-        down = DATUM - z
-        cot = 0.0 if self.dip == 90 else 1.0 / np.tan(np.radians(self.dip))
-        return self.wave * np.sin(s / 450.0) + down * (cot + self.flatten * (down + 300.0))
-
-    def moved(self, s: Any, r: Any, sign: int, level: float) -> Any:
-        """How far a wall (+1 hanging) has gone down at places along and across [m]."""
-        half = 0.5 * self.throw
-        if self.profile == "constant":
-            return sign * half * np.ones_like(s)
-        if self.profile == "scissors":
-            return sign * half * s / 1000.0
-        away = (r - np.interp(s, *_trace(self, level))) / self.half
-        if self.profile == "bell":  # no crack: both walls die away as they do along strike
-            dies = np.maximum(1.0 - (s / self.half) ** 2, 0.0) ** 2
-            return sign * half * dies * np.exp(-2.0 * away**2)
-        return sign * half * displacement(self.profile, s / self.half, sign * away)
-
-
-@lru_cache(maxsize=32)
-def _trace(fault: Fault, level: float) -> tuple[np.ndarray, np.ndarray]:
-    """Where, across strike, a fault meets the horizon as it was before: along and across [m]."""
-    s = np.arange(-2.5 * fault.half, 2.5 * fault.half + 1.0, 0.25)  # linear between, to 1e-8 m
-    low, high = np.full(len(s), DATUM - 330.0), np.full(len(s), DATUM + 330.0)
-    for _ in range(60):
-        z = 0.5 * (low + high)
-        above = z > _relief(*fault.place(s, fault.across(s, z))) + level
-        low, high = np.where(above, low, z), np.where(above, z, high)
-    return s, fault.across(s, z)
-
-
-def displacement(profile: str, s: Any, r: Any) -> Any:
-    """Share of half the largest throw by which a wall moves, beside a fault from s = -1 to 1.
-
-    The real part of an analytic function of s + i r: harmonic, 0 far away and straight on past
-    the tips, and on the fault (r = 0) the square root of 1 - s^2 (``"ellipse"``, a crack in
-    anti-plane shear, Pollard & Segall 1987) or 1 - s^2 itself (``"parabola"``). The wall is on
-    the side where r > 0, and goes on analytically past the fault.
-    """
-    inside = np.abs(s) < 1.0
-    side = np.where(inside | (r >= 0), 1.0, -1.0)  # past the tips both walls are one
-    tiny = np.finfo(np.float64).tiny
-    zeta = s + 1j * np.where(inside, r, np.maximum(np.abs(r), tiny))
-    if profile == "ellipse":
-        found = np.sqrt(1.0 - zeta * zeta).real - zeta.imag
-        return side * found
-    with np.errstate(divide="ignore", invalid="ignore"):
-        log = np.where(
-            inside,
-            np.log(1.0 + zeta) - np.log(1.0 - zeta) - 1j * np.pi,
-            np.log((zeta + 1.0) / (zeta - 1.0)),
-        )
-        found = -((1.0 - zeta * zeta) * log + 2.0 * zeta).imag / np.pi
-    return side * np.where(np.abs(zeta * zeta - 1.0) > 0, found, 0.0)
-
-
-def _worlds(side: float) -> dict[str, dict[str, Fault]]:
-    """Faults of each kind of world, for a square of a given side."""
-    c = 0.5 * side
-    through = {"half": np.inf, "profile": "constant"}
-    return {
-        "normal": {"F1": Fault(c, c)},
-        "gentle": {"F1": Fault(c, c, dip=35.0)},
-        "vertical": {"F1": Fault(c, c, dip=90.0)},
-        "ellipse": {"F1": Fault(c, c, profile="ellipse")},
-        "through": {"F1": Fault(c, c, **through)},
-        "listric": {"F1": Fault(c, c, dip=55.0, flatten=4e-4)},
-        "scissors": {"F1": Fault(c, c, half=np.inf, profile="scissors")},
-        "reverse": {"F1": Fault(c, c, dip=45.0, throw=-60.0)},
-        "thrust": {"F1": Fault(c, c, dip=30.0, throw=-100.0)},
-        "Y": {
-            "F1": Fault(c, c, **through),
-            "F2": Fault(c, c, strike=95.0, throw=40.0, branch=("F1", -1), **through),
-        },
-        "X": {
-            "F1": Fault(c, c, dip=70.0, **through),
-            "F2": Fault(c, c, strike=100.0, dip=70.0, throw=40.0, **through),
-        },
-        "acute Y": {
-            "F1": Fault(c, c, **through),
-            "F2": Fault(c, c, strike=40.0, throw=40.0, branch=("F1", -1), **through),
-        },
-        "acute X": {
-            "F1": Fault(c, c, dip=70.0, **through),
-            "F2": Fault(c, c, strike=42.0, dip=70.0, throw=40.0, **through),
-        },
-        "parallel": {
-            "F1": Fault(c - 2.2 * _STEP, c, strike=12.0, dip=80.0, wave=0.0, **through),
-            "F2": Fault(c + 2.2 * _STEP, c, strike=12.0, dip=80.0, wave=0.0, throw=40.0, **through),
-        },
-    }
-
 
 MOST_METRES = 1e6  # between nodes, or of noise
 
@@ -184,7 +51,7 @@ def torn(
     kind: str | Mapping[str, Fault] = "normal",
     n: int = 81,
     *,
-    step: float = _STEP,
+    step: float = STEP,
     smear: int = 1,
     noise: float = 0.0,
     level: float = 0.0,
@@ -254,11 +121,11 @@ def torn(
     faults = _faults_of(kind, side)
     axis = np.linspace(0.0, side, n)
     x, y = np.meshgrid(axis, axis)
-    sheets = {signs: _sheet(faults, signs, level) for signs in _sectors(faults)}
+    sheets = {signs: _sheet(faults, signs, level) for signs in sectors(faults)}
     heights = {signs: sheet(x, y) for signs, sheet in sheets.items()}
-    there = {signs: _exists(faults, signs, x, y, z) for signs, z in heights.items()}
+    there = {signs: exists(faults, signs, x, y, z) for signs, z in heights.items()}
     rng = np.random.default_rng(seed)
-    values = _smeared(_single(faults, x, y, heights, there), there, smear)
+    values = smeared(single_valued(faults, x, y, heights, there), there, smear)
     values = values + noise * rng.standard_normal(values.shape)
     box = (0.0, side, 0.0, side, DATUM - 300.0, DATUM + 300.0)
     points = [np.stack([x, y, z], axis=-1)[there[s]] for s, z in heights.items()]
@@ -267,7 +134,7 @@ def torn(
     truth = {
         "points": cloud,
         "faults": faults,
-        "scattered": partial(_scattered, faults, sheets, side),
+        "scattered": partial(scattered, faults, sheets, side),
         "cutoffs": {
             (name, wall): _cutoff(faults, name, wall, sheets, side) + offset
             for name in faults
@@ -286,7 +153,7 @@ def torn(
 
 def _faults_of(kind: str | Mapping[str, Fault], side: float) -> dict[str, Fault]:
     """Faults of a kind of world, shorter in a small map; or those that are given."""
-    kinds = _worlds(side)
+    kinds = named_faults(side)
     if isinstance(kind, Mapping):
         odd = [name for name, fault in kind.items() if not isinstance(fault, Fault)]
         if odd or not kind:
@@ -305,100 +172,17 @@ def _faults_of(kind: str | Mapping[str, Fault], side: float) -> dict[str, Fault]
     return {k: replace(f, half=f.half * small) for k, f in kinds[kind].items()}
 
 
-def _scattered(faults, sheets, side: float, number: int, noise: float = 0.0, seed: int = 5):
-    """Points (n, 3) at random places, on each sheet that exists there."""
-    rng = np.random.default_rng(seed)
-    x, y = rng.uniform(0.0, side, (2, number))
-    found = []
-    for signs, sheet in sheets.items():
-        z = sheet(x, y)
-        found.append(np.stack([x, y, z], axis=1)[_exists(faults, signs, x, y, z)])
-    points = np.concatenate(found)
-    points[:, 2] += noise * rng.standard_normal(len(points))
-    return points
-
-
-def _relief(x: Any, y: Any) -> Any:
-    """The horizon before it was faulted [m]."""
-    k, m = 2 * np.pi / 4000.0, 2 * np.pi / 1200.0
-    broad = 60.0 * np.sin(k * x + 0.3) * np.cos(k * y - 0.4)
-    return DATUM + broad + 15.0 * np.sin(m * (0.8 * x + 0.6 * y))
-
-
-def _sectors(faults: dict[str, Fault]) -> list[tuple[int, ...]]:
-    """Sides of all faults, 0 for a branch on the side of its main fault where it is not."""
-    names = list(faults)
-    found = []
-    for signs in itertools.product((1, -1), repeat=len(names)):
-        branch = [faults[name].branch for name in names]
-        off = [b is not None and signs[names.index(b[0])] != b[1] for b in branch]
-        signs = tuple(0 if gone else s for s, gone in zip(signs, off, strict=True))
-        if signs not in found:
-            found.append(signs)
-    return found
-
-
 def _sheet(
     faults: dict[str, Fault], signs: tuple[int, ...], level: float
 ) -> Callable[[Any, Any], Any]:
     def height(x: Any, y: Any) -> Any:
         """Height of the sheet: relief, level and half of each throw."""
-        z = _relief(x, y) + level
+        z = relief(x, y) + level
         for fault, sign in zip(faults.values(), signs, strict=True):
             z = z - fault.moved(*fault.along_across(x, y), sign, level) if sign else z
         return z
 
     return height
-
-
-def _side(fault: Fault, x: Any, y: Any, z: Any) -> Any:
-    s, r = fault.along_across(x, y)
-    return np.where(r > fault.across(s, z), 1, -1)
-
-
-def _exists(faults, signs, x, y, z) -> np.ndarray:
-    """Where a sheet is on its own side of all faults; beyond tips all sheets are one."""
-    there = np.ones(np.shape(x), dtype=bool)
-    for fault, sign in zip(faults.values(), signs, strict=True):
-        if sign:
-            there &= _side(fault, x, y, z) == sign
-    return there
-
-
-def _single(faults, x, y, heights, there) -> np.ndarray:
-    """One value per node: the highest sheet, and the fault itself in gaps."""
-    every = np.stack([np.where(there[s], z, np.nan) for s, z in heights.items()])
-    none = np.isnan(every).all(axis=0)
-    top = np.where(none, -np.inf, np.nan_to_num(every, nan=-np.inf).max(axis=0))
-    low, high = np.min(list(heights.values()), axis=0), np.max(list(heights.values()), axis=0)
-    gap = 0.5 * (low + high)
-    for fault in faults.values():
-        s, r = fault.along_across(x, y)
-        a, b = low.copy(), high.copy()
-        for _ in range(40):  # where the fault is between the sheets, by halving
-            middle = 0.5 * (a + b)
-            under = fault.across(s, middle) > r
-            a, b = np.where(under, middle, a), np.where(under, b, middle)
-        inside = (a > low) & (b < high)
-        gap = np.where(inside, 0.5 * (a + b), gap)
-    return np.where(none, gap, top)
-
-
-def _smeared(values: np.ndarray, there: dict, width: int) -> np.ndarray:
-    """The mean over a square where sheets meet in it, the value itself elsewhere."""
-    if width == 0:
-        return values
-    code = np.zeros(values.shape, dtype=np.int64)  # which sheets there are, one bit for each
-    for number, mask in enumerate(there.values()):
-        if number % 32 == 31:  # bits run out; equal ones stay equal
-            code = np.unique(code, return_inverse=True)[1].reshape(values.shape)
-        code = 2 * code + mask
-    k = 2 * width + 1
-    shape = (k, k)
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, width, mode="edge"), shape)
-    codes = np.lib.stride_tricks.sliding_window_view(np.pad(code, width, mode="edge"), shape)
-    mixed = codes.min(axis=(2, 3)) != codes.max(axis=(2, 3))
-    return np.where(mixed, windows.mean(axis=(2, 3)), values)
 
 
 def _cutoff(faults, name, wall, sheets, side) -> np.ndarray:
@@ -418,7 +202,7 @@ def _cutoff(faults, name, wall, sheets, side) -> np.ndarray:
             a, b = np.where(above, a, z), np.where(above, z, b)
         x, y = fault.place(s, fault.across(s, z))
         others = tuple(0 if k == which else v for k, v in enumerate(signs))
-        mine = _exists(faults, others, x, y, z)
+        mine = exists(faults, others, x, y, z)
         mine &= (x >= 0) & (x <= side) & (y >= 0) & (y <= side)
         lines.append(np.stack([x, y, z], axis=1)[mine])
     return np.concatenate(lines)
@@ -438,7 +222,7 @@ def _mesh(
         a, b = -half * np.ones_like(z), half * np.ones_like(z)
         for _ in range(60):  # where the branch meets its main fault, by halving
             s = 0.5 * (a + b)
-            on = _side(main, *fault.place(s, fault.across(s, z)), z) == sign
+            on = side_of(main, *fault.place(s, fault.across(s, z)), z) == sign
             a, b = np.where(on, s, a), np.where(on, b, s)
         # half a cell too long, as interpreters draw them
         ends[1] = s + 0.5 * step

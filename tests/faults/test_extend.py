@@ -9,8 +9,8 @@ import xarray as xr
 from geosurf import TriSurface, extend_fault, triangulate_fault, triangulate_sticks
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.errors import GeometryError, InputError, SurfaceError
-from geosurf.faults.extend import _without_notches as without_notches
-from geosurf.faults.extend import segments_meet_box
+from geosurf.faults.box_exits import segments_meet_box
+from geosurf.faults.notches import without_notches
 from geosurf.faults.rim import find_rim, find_rims
 from tests.faults.worlds import BOX, triangles_of, turned
 from tests.strategies import grid, sheet, shuffled
@@ -222,7 +222,7 @@ def test_where_filled_notches_would_cross_the_fault_it_is_refused(monkeypatch):
         tried.append((len(arc), len(kept), len(filled)))
         return kept, filled
 
-    monkeypatch.setattr("geosurf.faults.extend._without_notches", told)
+    monkeypatch.setattr("geosurf.faults.extend.without_notches", told)
     torn = np.ones(72, dtype=bool)
     torn[[0, 1, 2, 3, 12, 13]] = False
     bumps = np.array([[int(bump) for bump in row] for row in BUMPS.split()])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.synthetic.torn_horizon import Fault
+from geosurf.synthetic.torn_faults import Fault
 from tests.sheets.table import measure
 
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
-from geosurf.synthetic.torn_horizon import _relief
+from geosurf.synthetic.torn_faults import relief
 from geosurf.synthetic.world import make_fault, make_horizon
 
 BOX = (0.0, 1000.0, 0.0, 1000.0, -2200.0, -1400.0)
@@ -144,7 +144,7 @@ def test_the_footwall_is_the_horizon_itself_bit_for_bit():
 def test_scissors_by_throw_are_sealed(dip):
     """One sheet has a gap, an overlap, and a place between where its walls meet."""
     throw = {"F1": [[0.0, -40.0], [1800.0, 40.0]]}
-    sheet = gs.throw_horizon(horizon(height=_relief), {"F1": wall(dip)}, throw, name="Top")
+    sheet = gs.throw_horizon(horizon(height=relief), {"F1": wall(dip)}, throw, name="Top")
     found = sheet.cuts["F1"].throw
     assert np.nanmin(found) < -20.0
     assert np.nanmax(found) > 20.0
@@ -228,7 +228,7 @@ def test_throw_on_curved_surfaces_is_met_to_order_two(kind):
         arc = {"n": 2 * n, "m": 61} if kind == "listric" else {}
         fault = wall(dip, half=half, bend=bend, **arc)
         given = 50.0 if kind == "listric" else gs.EllipticThrow(sign * 50.0)
-        sheet = gs.throw_horizon(horizon(n, _relief), {"F1": fault}, {"F1": given})
+        sheet = gs.throw_horizon(horizon(n, relief), {"F1": fault}, {"F1": given})
         cut = sheet.cuts["F1"]
         s = along(cut.stations, half=half)
         inner = np.isfinite(cut.throw) & (np.abs(s - half) < 0.7 * half)
@@ -264,7 +264,7 @@ def test_units_of_curved_worlds_are_sealed(kind):
         throw = {"F2": 30.0, "F1": 50.0}
     sheets = {
         name: gs.throw_horizon(
-            horizon(41, lambda x, y, d=down: _relief(x, y) - d), world.faults, throw, name=name
+            horizon(41, lambda x, y, d=down: relief(x, y) - d), world.faults, throw, name=name
         )
         for name, down in (("Top", 0.0), ("Base", 90.0))
     }

@@ -141,8 +141,8 @@ def section_of(
     across = float(np.hypot(*mean[:2]))
     if across <= 1e-9 * float(np.abs(normals).sum()):
         raise GeometryError(
-            f"fault {fault.name!r} is flat on average, so that it has no strike to measure throw "
-            "across. Throw needs a fault that dips.",
+            f"fault {fault.name!r} is horizontal on average, so it has no strike. Throw needs a "
+            "fault that dips.",
             surfaces=(fault.name,),
         )
     dip = mean[:2] / across
@@ -158,7 +158,7 @@ def section_of(
         where = fault.vertices[fault.triangles[back[0]]].mean(axis=0)
         raise GeometryError(
             f"fault {fault.name!r} turns back against its mean dip direction at {place(where)}, so "
-            "that a wall cannot move along it. Give the part beyond as a fault of its own.",
+            "a wall cannot move along it. Give the part beyond as a separate fault.",
             place=where,
             surfaces=(fault.name,),
         )

@@ -19,7 +19,7 @@ from geosurf.model import FaultCut, Lattice, Sheet, ThrowReport, TriSurface, fro
 from geosurf.sheets.faults.dip_lines import DIRECTIONS, beyond
 from geosurf.sheets.faults.dip_lines import SPARE as FAULT_SPARE
 from geosurf.sheets.faults.fault_profile import section_of
-from geosurf.sheets.faults.slip import slips_of
+from geosurf.sheets.faults.given_throw import slips_of
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.data import picks_of
 from geosurf.sheets.mesh.build import Built, build
