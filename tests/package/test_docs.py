@@ -145,6 +145,14 @@ def test_links_and_pictures_are_there(page: Path) -> None:
             assert heading in headings_of(target), f"{target}#{heading}"
 
 
+@pytest.mark.parametrize("page", [p for p in PAGES if p.stem != "changelog"], ids=name_of)
+def test_files_that_a_page_names_exist(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    for path in re.findall(r"`((?:geosurf|tests|benchmarks|docs|data)/[\w/.]+)`", text):
+        if "_build" not in path:
+            assert (ROOT / path).exists(), path
+
+
 def test_ten_questions_are_answered_within_two_clicks() -> None:
     """Each click of docs/validation/questions.md is a link on the page before it."""
     page = DOCS / "validation" / "questions.md"
