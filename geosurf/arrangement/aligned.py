@@ -24,7 +24,9 @@ def of_one_map(one: TriSurface, two: TriSurface) -> bool:
     )
 
 
-def pairs_of_one_map(lattices: tuple[Lattice, Lattice], trees: tuple[Tree, Tree]):
+def pairs_of_one_map(
+    lattices: tuple[Lattice, Lattice], trees: tuple[Tree, Tree]
+) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of keys that may meet, and what they cost, as `tree.candidate_pairs` returns them.
 
     The lattices share their map.

@@ -35,14 +35,16 @@ class VoxelGrid:
         return int(np.prod(self.shape))
 
 
-def shared_box(boxes_a, boxes_b):
+def shared_box(
+    boxes_a: np.ndarray, boxes_b: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """The box where two sets of boxes can meet, and the rows that reach it.
 
     Cut three times: faces that reach the box shrink what the others can meet. None where
     the surfaces are apart.
     """
     rows_a, rows_b = np.arange(len(boxes_a)), np.arange(len(boxes_b))
-    bounds = None
+    bounds: np.ndarray | None = None
     for _ in range(3):
         if len(rows_a) == 0 or len(rows_b) == 0:
             return None
@@ -55,12 +57,14 @@ def shared_box(boxes_a, boxes_b):
         bounds = cut
         rows_a = voxels.faces_in_box(boxes_a, bounds)
         rows_b = voxels.faces_in_box(boxes_b, bounds)
-    if len(rows_a) == 0 or len(rows_b) == 0:
+    if bounds is None or len(rows_a) == 0 or len(rows_b) == 0:
         return None
     return bounds, rows_a, rows_b
 
 
-def fit_voxels(boxes_a, boxes_b, size=None):
+def fit_voxels(
+    boxes_a: np.ndarray, boxes_b: np.ndarray, size: float | None = None
+) -> VoxelGrid | None:
     """Voxels for two sets of boxes, or None where they are apart.
 
     Parameters
@@ -99,7 +103,7 @@ def fit_voxels(boxes_a, boxes_b, size=None):
     return VoxelGrid(bounds, size, shape.astype(np.int64), rows_a, rows_b)
 
 
-def _size_for(extent, n_voxel):
+def _size_for(extent: np.ndarray, n_voxel: float) -> float:
     """Edge of cubes, about `n_voxel` of which fill a box that may be flat."""
     sides = np.sort(extent)[::-1]
     for n_axis in (3, 2, 1):
@@ -111,7 +115,9 @@ def _size_for(extent, n_voxel):
     return 0.0
 
 
-def candidate_pairs(boxes_a, boxes_b, *, size=None, same=False):
+def candidate_pairs(
+    boxes_a: np.ndarray, boxes_b: np.ndarray, *, size: float | None = None, same: bool = False
+) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of triangles whose boxes meet.
 
     Returns

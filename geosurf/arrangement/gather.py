@@ -6,7 +6,9 @@ they cost; a lattice is never made a list of triangles for it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +24,7 @@ from geosurf.kernels.contacts.axis_grids import OPEN
 from geosurf.kernels.contacts.merging import may_coincide
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.numbering import number_in_place
+from geosurf.model import TriSurface
 
 _FEW = 4  # pairs of surfaces; to ask a few one by one costs no more than asking crowns
 
@@ -61,7 +64,13 @@ class Faces:
         return some, of_face
 
 
-def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, origin: np.ndarray):
+def find_candidates(
+    surfaces: Sequence[TriSurface],
+    pairs: Sequence[tuple[int, int]],
+    voxels: bool,
+    voxel_size: float | None,
+    origin: np.ndarray,
+) -> tuple[list[tuple[int, int, np.ndarray]], dict[str, int]]:
     """Candidate pairs of keys for each pair of surfaces, and what they cost.
 
     Rows of two keys, and of codes where these are known: see `geosurf.arrangement.upright`.
@@ -78,14 +87,15 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
         cost["nodes"] += len(wanted) - len(near)
         wanted = near
 
-    def search(i: int, j: int):
+    def search(i: int, j: int) -> tuple[np.ndarray, dict[str, int]]:
         """Candidates of one pair of surfaces, and what finding them cost."""
         if i == j and not is_torn(surfaces[i]):
             around = hubs_of(surfaces[i])
             if len(around[1]):
                 return pairs_around_hubs(surfaces[i], *around)
         one_map = i != j and of_one_map(surfaces[i], surfaces[j])
-        lattices = surfaces[i].lattice, surfaces[j].lattice
+        # both surfaces have one where they share a map
+        lattices: Any = surfaces[i].lattice, surfaces[j].lattice
         if voxels:
             rows, spent = candidate_pairs(boxes[i], boxes[j], size=voxel_size, same=i == j)
             keys = [_keys_of_rows(surfaces[s], rows[:, k]) for k, s in enumerate((i, j))]
@@ -101,9 +111,9 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
             rows, spent = settled_pairs(*both, origin)
         else:
             rows, spent = tree.candidate_pairs(trees[i], trees[j], same=i == j)
-        return (rows[needed(*lattices, rows[:, :2])] if one_map else rows), spent
+        return (rows[needed(lattices[0], lattices[1], rows[:, :2])] if one_map else rows), spent
 
-    def searched(i: int, j: int):
+    def searched(i: int, j: int) -> tuple[np.ndarray, dict[str, int]]:
         """`search`, with the names of the surfaces where there is no room for their pairs."""
         try:
             return search(i, j)
@@ -117,7 +127,9 @@ def find_candidates(surfaces, pairs, voxels: bool, voxel_size: float | None, ori
     return found, cost
 
 
-def _near_pairs(surfaces, trees, pairs) -> list[tuple[int, int]]:
+def _near_pairs(
+    surfaces: Sequence[TriSurface], trees: list[tree.Tree], pairs: Sequence[tuple[int, int]]
+) -> list[tuple[int, int]]:
     """Those of some pairs of surfaces whose trees meet, by their boxes and their crowns.
 
     Crowns are not asked where two grids share a map: what is nearly at one height is kept there.
@@ -132,15 +144,17 @@ def _near_pairs(surfaces, trees, pairs) -> list[tuple[int, int]]:
     return [pair for pair in near if pair not in far]
 
 
-def _is_graph(surface) -> bool:
+def _is_graph(surface: TriSurface) -> bool:
     return surface.lattice is not None and surface.lattice.is_graph
 
 
-def _keys_of_rows(surface, rows: np.ndarray) -> np.ndarray:
+def _keys_of_rows(surface: TriSurface, rows: np.ndarray) -> np.ndarray:
     return rows if surface.lattice is None else surface.lattice.keys_of_rows(rows)
 
 
-def gather(surfaces, found, origin: np.ndarray) -> tuple[Faces, np.ndarray]:
+def gather(
+    surfaces: Sequence[TriSurface], found: Sequence[tuple[int, int, np.ndarray]], origin: np.ndarray
+) -> tuple[Faces, np.ndarray]:
     """Faces in candidate pairs, and the pairs: rows of two faces, and codes or OPEN."""
     limits = [_key_limits(surface) for surface in surfaces]
     first_key = np.cumsum([0] + [n for n, _ in limits])
@@ -170,7 +184,7 @@ def gather(surfaces, found, origin: np.ndarray) -> tuple[Faces, np.ndarray]:
     return Faces(x, t, surface, key, list(zip(of_surface, ids, strict=True))), pairs
 
 
-def _one_table(found, first_key: np.ndarray) -> np.ndarray:
+def _one_table(found: Sequence[tuple[int, int, np.ndarray]], first_key: np.ndarray) -> np.ndarray:
     """All candidates in one table, their keys counted on from surface to surface."""
     start = np.cumsum([0] + [len(rows) for _, _, rows in found])
     pairs = np.empty((start[-1], 3), dtype=np.int64)
@@ -182,7 +196,7 @@ def _one_table(found, first_key: np.ndarray) -> np.ndarray:
     return pairs
 
 
-def _welded(places: np.ndarray, corners: np.ndarray):
+def _welded(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places that differ, the corners as rows of them, and the row of each place."""
     some = places.take(may_coincide(places), axis=0)
     if weld(some)[1] == len(some):
@@ -193,7 +207,7 @@ def _welded(places: np.ndarray, corners: np.ndarray):
     return x, point[corners], point
 
 
-def _key_limits(surface) -> tuple[int, int]:
+def _key_limits(surface: TriSurface) -> tuple[int, int]:
     """Numbers above all keys of triangles, and above all nodes."""
     if surface.lattice is None:
         return surface.n_triangle, surface.n_vertex

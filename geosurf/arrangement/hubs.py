@@ -40,7 +40,9 @@ def hubs_of(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
     return corners, hubs[np.argsort(-degree[hubs], kind="stable")]
 
 
-def pairs_around_hubs(surface: TriSurface, corners: np.ndarray, hubs: np.ndarray):
+def pairs_around_hubs(
+    surface: TriSurface, corners: np.ndarray, hubs: np.ndarray
+) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of triangles of one surface that may meet, and what the search cost.
 
     Parameters
@@ -93,7 +95,15 @@ def _rows_near(whole: tree.Tree, boxes: np.ndarray, mine: np.ndarray) -> np.ndar
     return np.sort(rows[:n])
 
 
-def _seen_from(surface, corners, hub, mine, near, boxes, slip) -> list[np.ndarray]:
+def _seen_from(
+    surface: TriSurface,
+    corners: np.ndarray,
+    hub: int,
+    mine: np.ndarray,
+    near: np.ndarray,
+    boxes: np.ndarray,
+    slip: float,
+) -> list[np.ndarray]:
     """Pairs of triangles at a hub, and of those with others nearby, that may meet."""
     x, t = surface.vertices, surface.triangles
     rows = np.concatenate([mine, near])
@@ -128,7 +138,9 @@ def _books(corners: np.ndarray, hub: int) -> tuple[np.ndarray, list[tuple[int, i
     return label, list(zip((1 + used).tolist(), ends[used].tolist(), strict=True))
 
 
-def _opened_alike(x, t, corners, edge: tuple[int, int], slip) -> np.ndarray:
+def _opened_alike(
+    x: np.ndarray, t: np.ndarray, corners: np.ndarray, edge: tuple[int, int], slip: float
+) -> np.ndarray:
     """Pairs (rows of `t`) of triangles at an edge that may leave it at the same angle."""
     start, end = (x[t[0][corners[0] == one][0]] for one in edge)
     free = (corners != edge[0]) & (corners != edge[1])

@@ -125,7 +125,7 @@ class Contacts:
 
 def check_surfaces(surfaces: Sequence[TriSurface], least: int = 1) -> tuple[TriSurface, ...]:
     """Return the surfaces as a tuple, or say which cannot be used and why."""
-    surfaces = listed(surfaces, "surfaces are expected", "give a list of TriSurface")
+    surfaces = tuple(listed(surfaces, "surfaces are expected", "give a list of TriSurface"))
     if len(surfaces) < least:
         raise InputError(f"{len(surfaces)} surfaces were passed; at least {least} are needed.")
     for i, surface in enumerate(surfaces):
@@ -251,7 +251,7 @@ def table_size(n: int) -> int:
     return 1 << max(4, int(2 * n + 2).bit_length())
 
 
-def _meet(x, t, pairs):
+def _meet(x: np.ndarray, t: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Contacts of candidate pairs, and the near pairs, by faces.
 
     Not as the search came across them: numbers are the same for any search.
@@ -271,7 +271,9 @@ def _meet(x, t, pairs):
     return rows, sorted_by_faces(near, len(t))
 
 
-def _meet_part(x, t, pairs, slip):
+def _meet_part(
+    x: np.ndarray, t: np.ndarray, pairs: np.ndarray, slip: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Contacts of some pairs, and the near ones among them."""
     m, w = frame_of(x, len(t))
     rows = np.empty((min(len(pairs), _AT_ONCE) + 1, N_COLUMN), dtype=np.int64)
@@ -290,7 +292,9 @@ def _meet_part(x, t, pairs, slip):
     return np.concatenate(found), np.concatenate(beside)
 
 
-def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
+def _name(
+    surfaces: tuple[TriSurface, ...], origin: np.ndarray, faces: Faces, pairs: np.ndarray
+) -> Contacts:
     """Signs, then names, for the faces in contact (and near) only."""
     rows, near = _meet(faces.x, faces.t, pairs)
     if len(rows) < len(pairs):
@@ -324,7 +328,7 @@ def _name(surfaces, origin, faces: Faces, pairs) -> Contacts:
     )  # fmt: skip
 
 
-def _refuse_tiny(surfaces, origin, faces: Faces) -> None:
+def _refuse_tiny(surfaces: Sequence[TriSurface], origin: np.ndarray, faces: Faces) -> None:
     """Say which surface has a coordinate with digits beyond those that points are made from."""
     digits = faces.x * 2.0**MAX_SCALE
     vertex = np.flatnonzero((digits != np.floor(digits)).any(axis=1))[0]
@@ -338,7 +342,16 @@ def _refuse_tiny(surfaces, origin, faces: Faces) -> None:
     )
 
 
-def _records(x, t, e, m, w, rows, ids, n_coplanar: int) -> np.ndarray:
+def _records(
+    x: np.ndarray,
+    t: np.ndarray,
+    e: np.ndarray,
+    m: np.ndarray,
+    w: np.ndarray,
+    rows: np.ndarray,
+    ids: np.ndarray,
+    n_coplanar: int,
+) -> np.ndarray:
     """What cuts which face; edge planes that are new are added to `e`."""
     records = np.empty((2 * len(rows) + 18 * n_coplanar, 4), dtype=np.int64)
     n = file_records(x, t, e, m, w, rows, ids, records)
@@ -370,10 +383,10 @@ def search_voxels(
     surfaces = check_surfaces((first, second))
     origin = frame_origin(*(s.extent for s in surfaces))
     boxes = [triangle_boxes(s.vertices - origin, s.triangles) for s in surfaces]
-    grid = fit_voxels(*boxes, voxel_size)
+    grid = fit_voxels(boxes[0], boxes[1], voxel_size)
     if grid is None:
         return None
-    pairs, _ = candidate_pairs(*boxes, size=voxel_size)
+    pairs, _ = candidate_pairs(boxes[0], boxes[1], size=voxel_size)
     held = []
     for rows, box in ((grid.rows_a, boxes[0]), (grid.rows_b, boxes[1])):
         offsets, _ = fill_voxels(box, rows, grid.bounds, grid.size, grid.shape)

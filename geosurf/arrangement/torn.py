@@ -29,7 +29,9 @@ def is_torn(surface: TriSurface) -> bool:
     return GHOST in surface.vertex_data
 
 
-def pairs_with_itself(surface: TriSurface, whole: tree.Tree, origin: np.ndarray):
+def pairs_with_itself(
+    surface: TriSurface, whole: tree.Tree, origin: np.ndarray
+) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of triangles of a torn sheet that may meet, and what the search cost.
 
     Returns

@@ -6,6 +6,7 @@ coordinates, so that they serve every frame.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,7 +94,9 @@ def _list_tree(surface: TriSurface) -> Tree:
     return _tree_of_list(surface.vertices, surface.triangles, boxes, codes)
 
 
-def _tree_of_list(vertices: np.ndarray, triangles: np.ndarray, boxes, codes) -> Tree:
+def _tree_of_list(
+    vertices: np.ndarray, triangles: np.ndarray, boxes: np.ndarray, codes: np.ndarray
+) -> Tree:
     order, nodes, levels = build_list_tree(boxes, codes)
     places = np.zeros(N_PLACE, dtype=np.int64)
     places[:9] = (0, 0, 3, 1, 0, 3, 2, 0, 3)
@@ -115,7 +118,9 @@ def _lattice_tree(lattice: Lattice) -> Tree:
     return Tree(*given, survey.nodes, survey.levels)
 
 
-def candidate_pairs(one: Tree, two: Tree, *, same: bool = False, room: int = _ROOM):
+def candidate_pairs(
+    one: Tree, two: Tree, *, same: bool = False, room: int = _ROOM
+) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of triangles that may meet, and what the search cost.
 
     With more of them than there is `room` for, it is searched twice.
@@ -138,7 +143,7 @@ def apart(trees: list[Tree]) -> np.ndarray:
     none = np.array([np.inf] * 3 + [-np.inf] * 3)
     boxes = np.array([tree.bounds if len(tree.nodes) else none for tree in trees])
     low, high = boxes[:, None, :3], boxes[None, :, 3:]
-    beyond: np.ndarray = ~(low <= high).all(axis=2)  # what is not a number reaches nothing
+    beyond = np.logical_not((low <= high).all(axis=2))  # what is not a number reaches nothing
     return beyond | beyond.T
 
 
@@ -154,7 +159,9 @@ def apart_by_crowns(trees: list[Tree], pairs: np.ndarray) -> np.ndarray:
     return beyond
 
 
-def pairs_of_some(surface: TriSurface, whole: Tree, some: np.ndarray):
+def pairs_of_some(
+    surface: TriSurface, whole: Tree, some: np.ndarray
+) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of triangles of one list, of which one at least is marked in `some`, bool.
 
     Returns
@@ -174,7 +181,9 @@ def pairs_of_some(surface: TriSurface, whole: Tree, some: np.ndarray):
     return rows, {**cost, "pairs": len(rows)}
 
 
-def all_pairs(search, n_column: int = 2, room: int = _ROOM):
+def all_pairs(
+    search: Callable[[np.ndarray], tuple[int, int]], n_column: int = 2, room: int = _ROOM
+) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs that a kernel finds, and what they cost; TooManyPairs if there is no room for them."""
     pairs = np.empty((room, n_column), dtype=np.int64)
     while True:

@@ -123,7 +123,7 @@ def _checked(letter: str, triangle: Any) -> np.ndarray:
     return corners + 0.0
 
 
-def _coplanar(x, t, m, w) -> bool:
+def _coplanar(x: np.ndarray, t: np.ndarray, m: np.ndarray, w: np.ndarray) -> bool:
     """Whether the corners of the second triangle lie in the plane of the first."""
     rows = np.array([[*t[0], corner] for corner in t[1]])
     signs = np.empty(3, dtype=np.int64)
@@ -131,7 +131,9 @@ def _coplanar(x, t, m, w) -> bool:
     return not signs.any()
 
 
-def _points(x, t, m, w, rows) -> np.ndarray:
+def _points(
+    x: np.ndarray, t: np.ndarray, m: np.ndarray, w: np.ndarray, rows: np.ndarray
+) -> np.ndarray:
     """Coordinates of the points of one contact."""
     space = np.concatenate([x, np.empty((12, 3))])
     e, d = np.zeros((12, 3), dtype=np.int64), np.zeros((12, 4), dtype=np.int64)

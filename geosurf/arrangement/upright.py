@@ -22,26 +22,28 @@ def are_alike(surfaces: tuple[TriSurface, TriSurface], trees: tuple[Tree, Tree])
 
     A huge flat cell lies above half a horizon: trees test its plane against their boxes.
     """
-    if surfaces[0].lattice is None or surfaces[1].lattice is None:
+    first, second = surfaces[0].lattice, surfaces[1].lattice
+    if first is None or second is None:
         return False
     if not any(map(has_axes, surfaces)) or min(len(tree.nodes) for tree in trees) == 0:
         return False
     one, two = (0, 1) if has_axes(surfaces[0]) else (1, 0)
-    lattice, bounds = surfaces[one].lattice, trees[two].bounds
-    n_row, n_col = surfaces[two].lattice.shape
+    lattice, other = (first, second) if one == 0 else (second, first)
+    bounds = trees[two].bounds
+    n_row, n_col = other.shape
     most = _MOST * (n_row - 1) * (n_col - 1)
     if (len(lattice.easting) + 1) * (len(lattice.northing) + 1) <= most:
         return True  # whatever is below
     n = 1
     for axis, k in ((lattice.easting, 0), (lattice.northing, 1)):
-        first, last = np.searchsorted(axis, bounds[k::3])
-        n *= int(last - first) + 1
+        low, high = np.searchsorted(axis, bounds[k::3])
+        n *= int(high - low) + 1
     return n <= most
 
 
 def settled_pairs(
     surfaces: tuple[TriSurface, TriSurface], trees: tuple[Tree, Tree], origin: np.ndarray
-):
+) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs of triangles that meet or may, and what they cost.
 
     Parameters

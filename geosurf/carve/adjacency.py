@@ -143,7 +143,7 @@ class Around:
         stack = join_pairs(self.neighbours_except_across(one, level=True), self.n_unit)
         touched = _gathered(self.touched(one, inside=True), stack)
         side = front * (touched[:, 0].astype(np.int64) - touched[:, 1])
-        torn = touched.all(axis=1)
+        torn = touched[:, 0] & touched[:, 1]
         links = self.neighbours_except_across(one)
         links = links[~torn[links].any(axis=1)]
         links = np.concatenate([links, links[:, ::-1]])  # from a known unit to an open one

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.carve import measures
-from geosurf.carve.half_faces import Parts, find_parts, joined_sides
+from geosurf.carve.half_faces import Parents, Parts, find_parts, joined_sides
 from geosurf.carve.isolated import place_floating
 from geosurf.carve.outside import (
     box_of,
@@ -118,13 +118,13 @@ class FullCells(Cells):
     x: np.ndarray
 
     @cached_property
-    def flat(self) -> np.ndarray:  # type: ignore[override]
+    def flat(self) -> np.ndarray:
         """Twice the area of each triangle in the map, below 0 where its front looks down [m2]."""
         a, b, c = (self.x[self.triangles[:, k]] for k in range(3))
         return np.cross(b - a, c - a)[:, 2]
 
     @property
-    def in_full(self) -> FullCells:  # type: ignore[override]
+    def in_full(self) -> FullCells:
         """These cells."""
         return self
 
@@ -170,7 +170,9 @@ def find_cells(patches: Patches) -> Cells:
     return Cells(first[found], also, between, n_cell, patches, pieces, face_of_element)
 
 
-def _seen(patches: Patches, bounds: np.ndarray):
+def _seen(
+    patches: Patches, bounds: np.ndarray
+) -> tuple[Pieces, Parts, np.ndarray, Parents, list[Owners], np.ndarray]:
     """Pieces, their parts, what these see (n_part, 2), input triangles; sets of surfaces, and the
     one that owns each part.
     """

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geosurf.carve.cells import Cells
+from geosurf.carve.cells import Cells, FullCells
 from geosurf.carve.column import Turn
 from geosurf.carve.volume import volume_of
 from geosurf.carve.zones import ABOVE, BELOW, distinct_pairs, faces_between, upper_sides
@@ -26,25 +26,26 @@ def clipped_by(
     Pieces of a horizon that end inside what is taken away have an area, and neither volume nor
     thickness: nobody knows on which side of them the space beyond their rim is.
     """
-    found = []
-    cells = cells.in_full if turns else cells
+    if not turns:
+        return ()
+    found, full = [], cells.in_full
     for turn in sorted(turns, key=lambda turn: (turn.winner, turn.loser)):
         horizon = horizons[turn.loser]
-        rows, sides = upper_sides(patches, cells, horizon)
+        rows, sides = upper_sides(patches, full, horizon)
         gone = np.unique(rows[_settled(turn.after, sides) & ~_settled(turn.before, sides)])
         lost = turn.before * turn.after == ABOVE * BELOW
-        shells = _shells(cells, _pieces(cells, lost))
+        shells = _shells(full, _pieces(full, lost))
         volumes = [volume_of(patches.local, t) for t in shells]
         order = sorted(range(len(shells)), key=lambda i: -volumes[i])
         places = [(*_middle(patches, shells[i]), volumes[i]) for i in order]
         whole = np.concatenate([np.empty((0, 3), dtype=np.int64), *shells])
-        thickness, place = _thickest(patches, whole, cells.triangles[gone])
+        thickness, place = _thickest(patches, whole, full.triangles[gone])
         found.append(
             Clipped(
                 patches.names[horizon],
                 patches.names[horizons[turn.winner]],
                 turn.rule,
-                _area(patches.local[cells.triangles[gone]]),
+                _area(patches.local[full.triangles[gone]]),
                 math.fsum(volumes),
                 thickness,
                 place,
@@ -63,7 +64,7 @@ def _settled(side: np.ndarray, sides: np.ndarray) -> np.ndarray:
     return (upper == lower) & (upper != 0)
 
 
-def _shells(cells: Cells, piece: np.ndarray) -> list[np.ndarray]:
+def _shells(cells: FullCells, piece: np.ndarray) -> list[np.ndarray]:
     """Outward triangles around each piece, given the piece (1 ..) of each cell, 0 for none."""
     front, behind = piece[cells.cell_of_side[:, 0]], piece[cells.cell_of_side[:, 1]]
     inner, outer = (np.flatnonzero((side > 0) & (front != behind)) for side in (front, behind))
@@ -98,7 +99,9 @@ def _area(corners: np.ndarray) -> float:
     return math.fsum(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
-def _thickest(patches, shell: np.ndarray, gone: np.ndarray):
+def _thickest(
+    patches: Patches, shell: np.ndarray, gone: np.ndarray
+) -> tuple[float, tuple[float, float, float]]:
     """Largest vertical distance through a shell, and where; else the middle of what is gone."""
     x = patches.local
     if len(shell) == 0:

@@ -8,6 +8,7 @@ elsewhere.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -281,7 +282,9 @@ def _interval(names: list[str], level: int) -> str:
     return f"{names[level - 1]}/{names[level]}"
 
 
-def _raise_out_of_order(patches, cells, wrong, above, contacts) -> None:
+def _raise_out_of_order(
+    patches: Patches, cells: Cells, wrong: np.ndarray, above: np.ndarray, contacts: Sequence[Any]
+) -> None:
     cells = cells.in_full
     cell = int(np.flatnonzero(wrong)[0])
     k = int(np.flatnonzero(above[:-1, cell] & ~above[1:, cell])[0])

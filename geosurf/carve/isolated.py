@@ -91,7 +91,9 @@ def place_floating(
         start, holding = label[member], rays.shoot(first[member], group)[:, 1]
 
 
-def _others(piece, shell, floating, label) -> np.ndarray:
+def _others(
+    piece: np.ndarray, shell: np.ndarray, floating: np.ndarray, label: np.ndarray
+) -> np.ndarray:
     """Sides that are not outer sides of floating pieces."""
     at = np.minimum(np.searchsorted(floating, piece), len(floating) - 1)
     floats = floating[at] == piece

@@ -75,4 +75,6 @@ def _runs(pieces: Pieces, face: np.ndarray) -> Iterator[tuple[Lattice, np.ndarra
         if strips is not None:
             of = of_run[pieces.first_run[i] : pieces.first_run[i + 1]]
             rows = np.flatnonzero(of >= 0)
-            yield pieces.sources[i].lattice, strips.runs[rows], of[rows]
+            lattice = pieces.sources[i].lattice
+            assert lattice is not None  # only lattices have strips
+            yield lattice, strips.runs[rows], of[rows]

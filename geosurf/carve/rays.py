@@ -6,6 +6,7 @@ fractions answer the others, over the triangles in the column of the first one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -79,7 +80,9 @@ class Rays:
             sides[k] = self._exactly(int(starts[k]), int(axes[k]), set_of, seen)
         return sides
 
-    def _exactly(self, start: int, axis: int, set_of, seen) -> tuple[int, int]:
+    def _exactly(
+        self, start: int, axis: int, set_of: np.ndarray, seen: np.ndarray
+    ) -> tuple[int, int]:
         """One ray by fractions.
 
         It aims at rational points inside its first triangle until it misses all edges. The points
@@ -131,11 +134,13 @@ class Rays:
         return np.sort(rows[:n])
 
 
-def _first(hit):
+def _first(hit: tuple[Fraction, int, int]) -> Fraction:
     return hit[0]
 
 
-def _hit(corners, axis, u, v, aim):
+def _hit(
+    corners: np.ndarray, axis: int, u: int, v: int, aim: Sequence[Fraction | int]
+) -> tuple[Fraction, int] | tuple[()] | None:
     """(height, sign of the normal along the axis), () for a miss, None on an edge."""
     p = [[Fraction(float(c[k])) for k in (u, v, axis)] for c in corners]
     areas = []
@@ -144,7 +149,7 @@ def _hit(corners, axis, u, v, aim):
         areas.append((q[0] - aim[0]) * (r[1] - aim[1]) - (q[1] - aim[1]) * (r[0] - aim[0]))
     if all(area > 0 for area in areas) or all(area < 0 for area in areas):
         total = sum(areas)
-        height = sum(areas[(i + 1) % 3] * p[i][2] for i in range(3)) / total
+        height = Fraction(sum(areas[(i + 1) % 3] * p[i][2] for i in range(3)) / total)
         return height, 1 if total > 0 else -1
     if any(area > 0 for area in areas) and any(area < 0 for area in areas):
         return ()

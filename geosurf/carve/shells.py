@@ -190,6 +190,9 @@ def _sum_exactly(shells: Shells) -> None:
 class _Carved(Unit):
     """A unit whose arrays, area and sides of faults are made when they are first asked for."""
 
+    _shell: tuple[Shells, int]
+    _sides: Callable[[], tuple[str, ...]]
+
     def __init__(
         self,
         shell: tuple[Shells, int] | None = None,

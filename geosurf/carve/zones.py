@@ -20,7 +20,7 @@ from geosurf.carve.outside import box_of
 from geosurf.conventions import METRES_PER_UNIT, place
 from geosurf.errors import GeometryError, OpenUnitError
 from geosurf.kernels.meshes.mesh import join_pairs
-from geosurf.model import Patches
+from geosurf.model import Patches, TriSurface
 
 ABOVE, BELOW, UNKNOWN = 1, -1, 0
 FOOT = METRES_PER_UNIT["ft"]
@@ -116,7 +116,7 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
         touched[:, 0] = False
         side = np.where(touched[0], ABOVE, np.where(touched[1], BELOW, UNKNOWN))
         # around a rim that is open both sides are one: nothing can be told, nothing is passed on
-        torn = touched.all(axis=0)
+        torn = touched[0] & touched[1]
         side[torn] = UNKNOWN
         links = _links(cells, pairs, surface, torn, level)
         _spread(side, links)
@@ -149,7 +149,7 @@ def _not_reached(patches: Patches, surface: int) -> GeometryError:
     )
 
 
-def _extent_of(source) -> str:
+def _extent_of(source: TriSurface) -> str:
     """What a surface is called, and where it is in whole metres."""
     w, e, s, n, b, t = (round(value) for value in source.bounds)
     return (

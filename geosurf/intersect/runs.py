@@ -70,7 +70,7 @@ def join_runs(
     return runs, run_of
 
 
-def _along(x, segments, many):
+def _along(x: np.ndarray, segments: np.ndarray, many: np.ndarray) -> tuple[np.ndarray, ...]:
     """Ends of segments along their lines, where those are, the line of each, and their order."""
     a, b = segments[many[:, 1]].T
     way = x[b] - x[a]

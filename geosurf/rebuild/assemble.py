@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from geosurf.arrangement.arrange import Children
@@ -105,19 +107,21 @@ def _rows_are_apart(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> bool:
     return any(bool((step > 0).all() or (step < 0).all()) for step in steps)
 
 
-def _triangles(contacts: Contacts, children: Children, touched: np.ndarray):
+def _triangles(
+    contacts: Contacts, children: Children, touched: np.ndarray
+) -> tuple[np.ndarray, ...]:
     """Points; corners, surface, key and face (-1: in no contact) of the triangles, in order;
     and the point of each id of the children.
     """
     uncut = touched.copy()
     uncut[children.cut] = False
     uncut = np.flatnonzero(uncut)
-    x = [children.x]
-    t = [children.triangles, contacts.t.take(uncut, axis=0)]
+    all_x = [children.x]
+    all_t = [children.triangles, contacts.t.take(uncut, axis=0)]
     faces = np.concatenate([children.parent, uncut])
-    face = [faces]
-    surface = [contacts.surface_of_face.take(faces)]
-    key = [contacts.key_of_face.take(faces)]
+    all_face = [faces]
+    all_surface = [contacts.surface_of_face.take(faces)]
+    all_key = [contacts.key_of_face.take(faces)]
     n = len(children.x)
     # faces that are only near one another depend on how candidates are searched: passed over
     met = np.zeros(contacts.n_vertex, dtype=bool)
@@ -127,12 +131,12 @@ def _triangles(contacts: Contacts, children: Children, touched: np.ndarray):
             continue
         others, places = _untouched(contacts, i, touched, met, n)
         n += len(places)
-        x.append(places)
-        t.append(others[1])
-        key.append(others[0])
-        surface.append(np.full(len(others[0]), i))
-        face.append(np.full(len(others[0]), -1))
-    x, t, key, surface, face = map(np.concatenate, (x, t, key, surface, face))
+        all_x.append(places)
+        all_t.append(others[1])
+        all_key.append(others[0])
+        all_surface.append(np.full(len(others[0]), i))
+        all_face.append(np.full(len(others[0]), -1))
+    x, t, key, surface, face = map(np.concatenate, (all_x, all_t, all_key, all_surface, all_face))
     number = np.arange(len(x))
     if children.collisions:  # distinct points in one place become one vertex
         number, count = weld(x)
@@ -146,7 +150,9 @@ def _triangles(contacts: Contacts, children: Children, touched: np.ndarray):
     return x, t, surface, key, face, number[: len(children.x)]
 
 
-def _untouched(contacts: Contacts, i: int, touched, met, n: int):
+def _untouched(
+    contacts: Contacts, i: int, touched: np.ndarray, met: np.ndarray, n: int
+) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
     """Keys and corners of the triangles of a list that nothing meets, and their new points."""
     source = contacts.surfaces[i]
     nodes, ids = contacts.nodes[i]
@@ -174,12 +180,13 @@ def _untouched(contacts: Contacts, i: int, touched, met, n: int):
     return (keys, id_of_vertex[corners]), source.vertices[new] - contacts.origin
 
 
-def _strips(contacts: Contacts, i: int, touched, number) -> Strips | None:
+def _strips(contacts: Contacts, i: int, touched: np.ndarray, number: np.ndarray) -> Strips | None:
     """What no curve touches of a lattice."""
     source = contacts.surfaces[i]
     if not has_strips(source):
         return None
     lattice = source.lattice
+    assert lattice is not None  # only lattices have strips
     a = lattice.places
     taken = np.sort(contacts.key_of_face[touched[contacts.surface_of_face[touched] == i]])
     absent = _NO_KEYS
@@ -199,7 +206,18 @@ def _strips(contacts: Contacts, i: int, touched, number) -> Strips | None:
     return Strips(a, absent, runs, start, joined, nodes[used], number[ids[used]])
 
 
-def _links(contacts, children, t, surface, key, face, ring, strips, first_run, number):
+def _links(
+    contacts: Contacts,
+    children: Children,
+    t: np.ndarray,
+    surface: np.ndarray,
+    key: np.ndarray,
+    face: np.ndarray,
+    ring: np.ndarray,
+    strips: Sequence[Strips | None],
+    first_run: np.ndarray,
+    number: np.ndarray,
+) -> np.ndarray:
     """What lies behind each half-edge that is alone in its ring."""
     link = np.full(len(ring), PAIRED, dtype=np.int64)
     alone = np.flatnonzero(ring == np.arange(len(ring)))
@@ -228,9 +246,12 @@ def _links(contacts, children, t, surface, key, face, ring, strips, first_run, n
     return link
 
 
-def _behind(contacts: Contacts, i: int, of: Strips, keys: np.ndarray, edge: np.ndarray):
+def _behind(
+    contacts: Contacts, i: int, of: Strips, keys: np.ndarray, edge: np.ndarray
+) -> np.ndarray:
     """The triangles behind edges of triangles of a lattice; FREE on its rim."""
-    turned = bool(contacts.surfaces[i].lattice.turned)
+    lattice = contacts.surfaces[i].lattice
+    turned = lattice is not None and bool(lattice.turned)
     return kernels.keys_behind(of.places, of.absent, turned, keys, edge)
 
 
@@ -244,7 +265,9 @@ def _raise_torn(contacts: Contacts, triangles: np.ndarray, face: np.ndarray) -> 
     )
 
 
-def _twins(contacts: Contacts, t, surface, face) -> tuple[np.ndarray, np.ndarray]:
+def _twins(
+    contacts: Contacts, t: np.ndarray, surface: np.ndarray, face: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Where surfaces coincide: first triangle with the same corners, and a number for the set
     of surfaces that own it (a surface's own row where there is only one).
     """
@@ -272,7 +295,15 @@ def _twins(contacts: Contacts, t, surface, face) -> tuple[np.ndarray, np.ndarray
     return twin, owners
 
 
-def _numbered_patches(surfaces, surface, key, part, link, strips, first_run) -> np.ndarray:
+def _numbered_patches(
+    surfaces: Sequence[TriSurface],
+    surface: np.ndarray,
+    key: np.ndarray,
+    part: np.ndarray,
+    link: np.ndarray,
+    strips: Sequence[Strips | None],
+    first_run: np.ndarray,
+) -> np.ndarray:
     """Patch of each element, numbered by the first triangle in the order of surfaces and rows."""
     n_part, n_run = int(part.max(initial=-1)) + 1, int(first_run[-1])
     if n_run == 0:  # triangles are in this order, and so are the numbers of their parts
@@ -280,13 +311,13 @@ def _numbered_patches(surfaces, surface, key, part, link, strips, first_run) -> 
     linked = np.flatnonzero(link >= 0)
     pairs = [np.stack([part[linked // 3], n_part + link[linked]], axis=1)]
     limit = np.cumsum([0] + [_key_limit(source) for source in surfaces])
-    place = [limit[surface] + key]
+    places = [limit[surface] + key]
     for i, of in enumerate(strips):
         if of is not None:
             pairs.append(of.joined + n_part + first_run[i])
-            place.append(limit[i] + lowest_keys(of.places, of.runs))
+            places.append(limit[i] + lowest_keys(of.places, of.runs))
     root = join_pairs(np.concatenate(pairs), n_part + n_run)
-    place = np.concatenate(place)
+    place = np.concatenate(places)
     root = root[np.concatenate([part, n_part + np.arange(n_run)])]
     order = np.argsort(place, kind="stable")  # pieces of one triangle stay in their order
     return numbered_in_order(root, order, n_part + n_run)

@@ -86,7 +86,7 @@ def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return keep, corner, part
 
 
-def _at_curves(patches: Patches):
+def _at_curves(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Half-edges on curves: number of the curve edge, triangle; and whether a fault is there."""
     edge_of, triangle_of = sides_of_edges(
         patches.triangles, patches.curve_edges, len(patches.local)
@@ -97,7 +97,9 @@ def _at_curves(patches: Patches):
     return edge_of, triangle_of, fault
 
 
-def _joined(patches: Patches, surface: int, edge, triangle, fault) -> np.ndarray:
+def _joined(
+    patches: Patches, surface: int, edge: np.ndarray, triangle: np.ndarray, fault: np.ndarray
+) -> np.ndarray:
     """A label for each patch: the same where only walls and horizons part patches of a surface."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components

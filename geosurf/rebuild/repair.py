@@ -13,7 +13,9 @@ after the other. The largest move is reported, and if that does not help, the ca
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -113,10 +115,12 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
         marked[vertices] = True
 
 
-def _held(surfaces) -> list[np.ndarray]:
+def _held(surfaces: Sequence[TriSurface]) -> list[np.ndarray]:
     """Coordinates on each axis that stay: the model box is the user's, and what lies on it, too."""
     walls = [surface.vertices for surface in surfaces if surface.role == "wall"]
-    return [np.unique(np.concatenate([w[:, axis] for w in walls] or [[]])) for axis in range(3)]
+    return [
+        np.unique(np.concatenate([w[:, axis] for w in walls] or [np.empty(0)])) for axis in range(3)
+    ]
 
 
 def _rounded(places: np.ndarray, step: float) -> np.ndarray:
@@ -138,7 +142,9 @@ def _shifted(places: np.ndarray, step: float, draw: int) -> np.ndarray:
     return _rounded(places, step) + step * (np.stack(thirds, axis=1).astype(np.float64) - 1.0)
 
 
-def _moved(surface: TriSurface, moved: np.ndarray, move, step: float, held) -> TriSurface:
+def _moved(
+    surface: TriSurface, moved: np.ndarray, move: Any, step: float, held: Sequence[np.ndarray]
+) -> TriSurface:
     """The surface with some vertices rounded or shifted to multiples of a step."""
     if not moved.any():
         return surface
@@ -167,13 +173,15 @@ def _triangles(surface: TriSurface) -> np.ndarray:
     return surface.triangles if first is None else first[surface.triangles]
 
 
-def _moves(given, surfaces, moved) -> dict[str, float]:
+def _moves(
+    given: Sequence[TriSurface], surfaces: Sequence[TriSurface], moved: Sequence[np.ndarray]
+) -> dict[str, float]:
     """Number of moved vertices and the largest move [m]."""
-    far = [
+    moves = [
         np.linalg.norm(new.vertices[mask] - old.vertices[mask], axis=1)
         for old, new, mask in zip(given, surfaces, moved, strict=True)
     ]
-    far = np.concatenate(far)
+    far = np.concatenate(moves)
     return {"moved_vertices": int((far > 0).sum()), "largest_move": float(far.max(initial=0.0))}
 
 

@@ -77,7 +77,9 @@ def near_pairs(contacts: Contacts) -> np.ndarray:
     return pairs[unsure_pairs(contacts.x, contacts.t, m, w, pairs, meet, ULP)]
 
 
-def _of_near_pairs(contacts: Contacts, pairs: np.ndarray, x, pieces, face) -> np.ndarray:
+def _of_near_pairs(
+    contacts: Contacts, pairs: np.ndarray, x: np.ndarray, pieces: np.ndarray, face: np.ndarray
+) -> np.ndarray:
     """Whether pieces are of faces in near pairs, and their boxes reach the other face."""
     suspect = np.zeros(len(pieces), dtype=bool)
     if len(pairs) == 0:
