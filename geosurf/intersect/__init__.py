@@ -208,7 +208,15 @@ def merge_curves(
     return _linked(names, origin, points, joined, owners, touches, cost)
 
 
-def _linked(names, origin, points, segments, surfaces, touches, cost) -> Curves:
+def _linked(
+    names: tuple[str, ...],
+    origin: np.ndarray,
+    points: np.ndarray,
+    segments: np.ndarray,
+    surfaces: np.ndarray,
+    touches: Sequence[Touch],
+    cost: dict[str, int],
+) -> Curves:
     """Link canonical segments and freeze the result."""
     curves, surfaces_of_curve, closed = link(segments, surfaces, len(points))
     return Curves(
@@ -225,7 +233,14 @@ def _linked(names, origin, points, segments, surfaces, touches, cost) -> Curves:
     )
 
 
-def _isolated(contacts, touching, points, segments, surfaces, single) -> list[Touch]:
+def _isolated(
+    contacts: Contacts,
+    touching: np.ndarray,
+    points: np.ndarray,
+    segments: np.ndarray,
+    surfaces: np.ndarray,
+    single: dict[tuple[int, int], np.ndarray],
+) -> list[Touch]:
     """Touching points that lie on no curve of their pair of surfaces.
 
     `single` has those of pairs that coincide over areas, `touching` those of the others.

@@ -106,7 +106,13 @@ class _Groups:
     faces: np.ndarray
 
 
-def _groups(contacts: Contacts, segments, surfaces, touching, in_faces) -> _Groups:
+def _groups(
+    contacts: Contacts,
+    segments: np.ndarray,
+    surfaces: np.ndarray,
+    touching: np.ndarray,
+    in_faces: np.ndarray | None,
+) -> _Groups:
     """What lies in which face, by the contacts that the segments are of."""
     rows, n_surface, n_face = contacts.rows, len(contacts.surfaces), len(contacts.t)
     n, n_segment = len(contacts.x), len(segments)
@@ -138,7 +144,9 @@ def _groups(contacts: Contacts, segments, surfaces, touching, in_faces) -> _Grou
     return _Groups(len(groups), sorted_lines, np.stack(np.divmod(points, n), axis=1), faces)
 
 
-def _of_segments(contacts: Contacts, pair, segments, pair_of_segment):
+def _of_segments(
+    contacts: Contacts, pair: np.ndarray, segments: np.ndarray, pair_of_segment: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Contacts in a line (rows) that are among some segments, and the segment of each."""
     two = np.flatnonzero(n_corners(contacts.rows) == 2)
     ends = np.concatenate([segments, np.sort(contacts.ids[two, :2], axis=1)])
@@ -152,10 +160,12 @@ def _of_segments(contacts: Contacts, pair, segments, pair_of_segment):
     return two[there], segment[there]
 
 
-def _merged(contacts: Contacts, segments, surfaces, groups: _Groups):
+def _merged(
+    contacts: Contacts, segments: np.ndarray, surfaces: np.ndarray, groups: _Groups
+) -> tuple[np.ndarray, np.ndarray, _Groups]:
     """The same with runs in place of segments that overlap."""
 
-    def lie_inside(segment, point):
+    def lie_inside(segment: np.ndarray, point: np.ndarray) -> np.ndarray:
         return _lie_inside(contacts, segments, groups, segment, point)
 
     found = join_runs(contacts.x, segments, groups.lines, lie_inside)
@@ -206,7 +216,13 @@ def _without(keys: np.ndarray, others: np.ndarray) -> np.ndarray:
     return keys[others[at] != keys]
 
 
-def _lie_inside(contacts: Contacts, segments, groups: _Groups, segment, point) -> np.ndarray:
+def _lie_inside(
+    contacts: Contacts,
+    segments: np.ndarray,
+    groups: _Groups,
+    segment: np.ndarray,
+    point: np.ndarray,
+) -> np.ndarray:
     """Whether points lie in segments and are no ends of them, exactly."""
     rows = np.column_stack([point, segments[segment], groups.faces[segment]])
     out = np.empty(len(rows), dtype=np.int64)
@@ -216,7 +232,14 @@ def _lie_inside(contacts: Contacts, segments, groups: _Groups, segment, point) -
     return out == 1
 
 
-def _near(contacts, segments, lines, first_line, points, first_point) -> np.ndarray:
+def _near(
+    contacts: Contacts,
+    segments: np.ndarray,
+    lines: np.ndarray,
+    first_line: np.ndarray,
+    points: np.ndarray,
+    first_point: np.ndarray,
+) -> np.ndarray:
     """Rows (segment, point) of points next to a segment of their group that are none of its ends.
 
     `lines` are rows of `segments`.

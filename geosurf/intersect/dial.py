@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import accumulate, pairwise
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +39,7 @@ def check_tolerance(tolerance: float, self_intersections: bool) -> float:
 
 
 def smooth_curves(
-    surfaces: Sequence[TriSurface], tolerance: float, linker: Linker, **options
+    surfaces: Sequence[TriSurface], tolerance: float, linker: Linker, **options: Any
 ) -> Curves:
     """Curves of all pairs of surfaces, to a tolerance where their lattices are smooth.
 
@@ -84,7 +85,14 @@ def smooth_curves(
     return _assemble(names, origin, found, places, touches, cost)
 
 
-def _pair(one, two, origin, tolerance, linker, options):
+def _pair(
+    one: TriSurface,
+    two: TriSurface,
+    origin: np.ndarray,
+    tolerance: float,
+    linker: Linker,
+    options: dict[str, Any],
+) -> tuple[list[Line], list[tuple[str, np.ndarray, float]], list[Curves]]:
     """Lines, places and plain curves of two surfaces."""
     flip = _second_first(one, two)
     if flip:
@@ -103,12 +111,13 @@ def _pair(one, two, origin, tolerance, linker, options):
     walked = walk_curves(sides, near, tolerance)
     if walked is not None:
         return walked, [], []
-    pieces = tuple(piece_of(side, cells) for side, cells in zip(sides, near.cells, strict=True))
+    first, second = (piece_of(side, cells) for side, cells in zip(sides, near.cells, strict=True))
     lines: list[Line] = []
     plain_curves = []
     keys = np.empty(0, dtype=np.int64)
-    if len(near.pairs) and None not in pieces:
-        contacts = find_contacts(tuple(p.surface for p in pieces), origin=origin, **options)
+    if len(near.pairs) and first is not None and second is not None:
+        pieces = first, second
+        contacts = find_contacts((first.surface, second.surface), origin=origin, **options)
         plain = linker(contacts)
         plain_curves.append(plain)
         if plain.n_curve:
@@ -194,7 +203,14 @@ def _stacked(lines: list[Line]) -> np.ndarray:
     return np.concatenate([np.empty((0, 3)), *(line.points for line in lines)])
 
 
-def _assemble(names, origin, found, places, touches, cost) -> Curves:
+def _assemble(
+    names: tuple[str, ...],
+    origin: np.ndarray,
+    found: list[tuple[tuple[int, int], Line]],
+    places: list[Any],
+    touches: list[Touch],
+    cost: dict[str, int],
+) -> Curves:
     """Put lines together to `Curves`; points with equal coordinates become one."""
     lines = [line for _, line in found if len(line.points) > 1]
     owners = [pair for pair, line in found if len(line.points) > 1]

@@ -7,8 +7,10 @@ the data (`doubt_along`); where they cannot, the plain curve stays and a `CurveI
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +33,7 @@ from geosurf.kernels.smooth.lift import (
     lift_points,
 )
 from geosurf.kernels.smooth.resample import SAFETY, resample_runs
-from geosurf.model import Curves
+from geosurf.model import Curves, TriSurface
 
 REASONS = {ASTRAY: "tangency", HOLE: "hole", OUTSIDE: "rim"}
 NOISE, DROPPED, OVERLAP = 10, 11, 12
@@ -75,7 +77,9 @@ class Strand:
     must: np.ndarray
 
 
-def strand_of(plain: Curves, contacts: Contacts, pieces: tuple[Piece, Piece], sides) -> Strand:
+def strand_of(
+    plain: Curves, contacts: Contacts, pieces: tuple[Piece, Piece], sides: Sequence[Side]
+) -> Strand:
     """Plain curves with the parameters of their points."""
     rows = np.concatenate(plain.curves)
     offsets = np.append(0, np.cumsum([len(curve) for curve in plain.curves]))
@@ -114,7 +118,9 @@ def strand_of(plain: Curves, contacts: Contacts, pieces: tuple[Piece, Piece], si
     return Strand(start, offsets, w, tri, hold, must)
 
 
-def _faces_of_segments(plain, contacts, rows, offsets) -> np.ndarray:
+def _faces_of_segments(
+    plain: Curves, contacts: Contacts, rows: np.ndarray, offsets: np.ndarray
+) -> np.ndarray:
     """Faces (n, 2) of both pieces that make the segment from each point on; -1: none (overlaps).
 
     The last point of a curve takes the faces of the segment before it.
@@ -143,7 +149,9 @@ def _faces_of_segments(plain, contacts, rows, offsets) -> np.ndarray:
     return faces
 
 
-def _weights(surface, origin, face, x) -> np.ndarray:
+def _weights(
+    surface: TriSurface, origin: np.ndarray, face: np.ndarray, x: np.ndarray
+) -> np.ndarray:
     """Barycentric coordinates (n, 3) of points in the planes of triangles."""
     a, b, c = ((surface.vertices - origin)[surface.triangles[face, k]] for k in range(3))
     u, v, d = b - a, c - a, x - a
@@ -187,7 +195,9 @@ def lift_strand(
     return _lines(strand, sides, arrays, p, w, status, error, tolerance), w
 
 
-def doubt_along(doubts, sine, status, tolerance) -> np.ndarray:
+def doubt_along(
+    doubts: np.ndarray, sine: np.ndarray, status: np.ndarray, tolerance: float
+) -> np.ndarray:
     """Estimated distance [m] of the cubics' curve from the true one
     (`geosurf.kernels.smooth.error_estimate`).
 
@@ -201,7 +211,16 @@ def doubt_along(doubts, sine, status, tolerance) -> np.ndarray:
     return total
 
 
-def _lines(strand, sides, arrays, p, w, status, error, tolerance) -> list[Line]:
+def _lines(
+    strand: Strand,
+    sides: Sequence[Side],
+    arrays: tuple[Any, ...],
+    p: np.ndarray,
+    w: np.ndarray,
+    status: np.ndarray,
+    error: np.ndarray,
+    tolerance: float,
+) -> list[Line]:
     """Resample all lifted runs in one go, and put the curves together."""
     runs, places_of_curve, parts_of_curve = [], [], []
     for a, b in zip(strand.offsets[:-1], strand.offsets[1:], strict=True):
@@ -216,7 +235,8 @@ def _lines(strand, sides, arrays, p, w, status, error, tolerance) -> list[Line]:
     out, offsets = resample_runs(*arrays, rows, spans, tri, target)
     lines, k = [], 0
     for parts, places in zip(parts_of_curve, places_of_curve, strict=True):
-        pieces, bound, found = [], 0.0, []
+        pieces, bound = [], 0.0
+        found: list[tuple[str, np.ndarray, float]] = []
         for kind, rows_of_part in parts:
             if kind == "plain":
                 piece = np.zeros((len(rows_of_part), 9))
@@ -235,14 +255,18 @@ def _lines(strand, sides, arrays, p, w, status, error, tolerance) -> list[Line]:
     return lines
 
 
-def _worst_interpolation(found):
+def _worst_interpolation(
+    found: list[tuple[str, np.ndarray, float]],
+) -> list[tuple[str, np.ndarray, float]]:
     """Places with only the worst of the runs whose interpolation is not good enough."""
     errors = [error if reason == "interpolation" else -1.0 for reason, _, error in found]
     worst = int(np.argmax(errors)) if errors else 0
     return [f for k, f in enumerate(found) if f[0] != "interpolation" or k == worst]
 
 
-def _bound_of_run(piece, doubt, tolerance, found) -> float:
+def _bound_of_run(
+    piece: np.ndarray, doubt: float, tolerance: float, found: list[tuple[str, np.ndarray, float]]
+) -> float:
     """Bound of a lifted run; says where the interpolation or a chord is no better."""
     if doubt > tolerance:
         found.append(("interpolation", piece[:, :3], float(doubt)))
@@ -252,7 +276,9 @@ def _bound_of_run(piece, doubt, tolerance, found) -> float:
     return np.inf if len(lost) else float(piece[:, 7].max() + doubt)
 
 
-def _parts(strand, smooth, status, a, b, closed):
+def _parts(
+    strand: Strand, smooth: bool, status: np.ndarray, a: int, b: int, closed: bool
+) -> tuple[list[tuple[str, np.ndarray]], list[tuple[str, np.ndarray]]]:
     """Runs of lifted rows and plain rows between them, in order; places (reason, rows)."""
     rows = np.arange(a, b)
     rows = rows[status[a:b] != DROPPED]
@@ -277,7 +303,9 @@ def _parts(strand, smooth, status, a, b, closed):
     return parts, places
 
 
-def _rows_of_runs(runs, two, strand, p, w):
+def _rows_of_runs(
+    runs: list[np.ndarray], two: Side, strand: Strand, p: np.ndarray, w: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows (n, 7) of all runs, their spans, and the triangle of each."""
     if not runs:
         return np.zeros((0, 7)), np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -298,7 +326,9 @@ def _rows_of_runs(runs, two, strand, p, w):
     return rows, spans, tri
 
 
-def _joined(pieces, bound, places) -> Line:
+def _joined(
+    pieces: list[np.ndarray], bound: float, places: list[tuple[str, np.ndarray, float]]
+) -> Line:
     """One line from its parts; where two runs share a point, it is kept once."""
     rows = np.concatenate(pieces)
     keep = np.append(True, (np.diff(rows[:, :3], axis=0) != 0).any(axis=1))

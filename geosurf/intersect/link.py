@@ -61,7 +61,9 @@ def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np
     return _once(segments, surfaces, len(contacts.x))
 
 
-def _once(segments, surfaces, n_point):
+def _once(
+    segments: np.ndarray, surfaces: np.ndarray, n_point: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Each segment of each pair once, lower point first, sorted by surfaces and then points."""
     pairs, pair = _numbered(*_keys(surfaces))
     segments, first = sort_segments(segments, pair, n_point, len(pairs))
@@ -150,19 +152,25 @@ def of_pairs(surfaces: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     return mask
 
 
-def canonical(local: np.ndarray, segments: np.ndarray, surfaces: np.ndarray):
+def canonical(
+    local: np.ndarray, segments: np.ndarray, surfaces: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points in use, sorted by coordinates; segments and surfaces renumbered and sorted."""
     return canonical_by_keys(local, segments, *_keys(surfaces))
 
 
-def canonical_by_keys(local: np.ndarray, segments: np.ndarray, keys: np.ndarray, n_surface: int):
+def canonical_by_keys(
+    local: np.ndarray, segments: np.ndarray, keys: np.ndarray, n_surface: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """`canonical` for pairs of surfaces as numbers, see `pair_keys`."""
     pairs, pair = _numbered(keys, n_surface)
     places, segments, first = sort_places_and_segments(local, segments, pair, len(pairs))
     return places, segments, np.repeat(pairs, np.diff(first), axis=0)
 
 
-def link(segments: np.ndarray, surfaces: np.ndarray, n_point: int):
+def link(
+    segments: np.ndarray, surfaces: np.ndarray, n_point: int
+) -> tuple[tuple[np.ndarray, ...], np.ndarray, np.ndarray]:
     """Curves (rows of points), their surfaces, and which are closed.
 
     `segments` and `surfaces` come sorted by surfaces, as `canonical` leaves them.

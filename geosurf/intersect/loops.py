@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from geosurf.intersect.lift import NOISE, Line, doubt_along
@@ -81,7 +83,7 @@ def _segments(lines: list[Line]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _trace_all(
-    arrays, two, seeds, step, tolerance
+    arrays: tuple[Any, ...], two: Side, seeds: np.ndarray, step: float, tolerance: float
 ) -> tuple[list[Line], list[tuple[np.ndarray, float]]]:
     """Trace from one seed after the other; seeds on a traced curve are done."""
     beside = _beside(two)
@@ -100,7 +102,9 @@ def _trace_all(
     return found, noisy
 
 
-def _trace(arrays, beside, seed, step, tolerance) -> Line | float:
+def _trace(
+    arrays: tuple[Any, ...], beside: np.ndarray, seed: np.ndarray, step: float, tolerance: float
+) -> Line | float:
     """The curve through a seed; where the data are noise, only the error that they make."""
     tri = int(seed[1])
     start = np.concatenate([seed[6:9], seed[2:6]])
@@ -127,7 +131,9 @@ def _trace(arrays, beside, seed, step, tolerance) -> Line | float:
     return Line(rows[:, :3], closed, bound, places)
 
 
-def _doubts(arrays, rows, tolerance) -> tuple[np.ndarray, np.ndarray]:
+def _doubts(
+    arrays: tuple[Any, ...], rows: np.ndarray, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
     """How far cubics can be trusted along traced rows."""
     n = len(rows)
     p, tangents, doubts = np.empty((n, 3)), np.zeros((n, 4)), np.zeros((n, 6))

@@ -14,7 +14,9 @@ itself is that and its contacts in lines and points.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +27,7 @@ from geosurf.intersect.collinear import split_overlaps
 from geosurf.intersect.link import line_contacts, pairs_of_rows, touching_points
 from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
 from geosurf.kernels.meshes.mesh import edges, join_pairs, pieces
-from geosurf.model import Touch
+from geosurf.model import Touch, TriSurface
 
 _LOW, _HIGH = (0, 1, 0), (1, 2, 2)  # corners of a sorted triangle at the ends of its edges
 
@@ -70,7 +72,7 @@ class _Common:
     points: np.ndarray
 
 
-def overlap_of(surfaces, i: int, j: int, origin: np.ndarray) -> Overlap:
+def overlap_of(surfaces: Sequence[TriSurface], i: int, j: int, origin: np.ndarray) -> Overlap:
     """Areas, curves and touching points of surfaces i and j, in the frame of `origin`."""
     pair = (surfaces[i], surfaces[j]) if i != j else (surfaces[i],)
     own = [(k, k) for k in range(len(pair))]
@@ -92,7 +94,9 @@ def overlap_of(surfaces, i: int, j: int, origin: np.ndarray) -> Overlap:
     return Overlap(children.x, segments, np.unique(single, axis=0), areas)
 
 
-def arranged_faces(contacts: Contacts, children, surface: int) -> tuple[np.ndarray, np.ndarray]:
+def arranged_faces(
+    contacts: Contacts, children: Any, surface: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Faces of one surface after cutting (rows of `children.x`), and the faces they are part of."""
     uncut = np.ones(len(contacts.t), dtype=bool)
     uncut[children.cut] = False
@@ -142,11 +146,13 @@ def _of_two(contacts: Contacts, children: Children, n: int) -> _Common:
     shared[np.intersect1d(piece_one, piece_two)] = True
     _assert_shared(contacts, (of_one, piece_one), (of_two, piece_two))
     both = [corners[np.unique(piece)] for piece in (piece_one, piece_two)]
-    lines = np.intersect1d(*(_edge_keys(t, n) for t in both))
-    return _Common(corners, shared, lines, np.intersect1d(*both))
+    lines = np.intersect1d(_edge_keys(both[0], n), _edge_keys(both[1], n))
+    return _Common(corners, shared, lines, np.intersect1d(both[0], both[1]))
 
 
-def _assert_shared(contacts: Contacts, first, second) -> None:
+def _assert_shared(
+    contacts: Contacts, first: tuple[np.ndarray, np.ndarray], second: tuple[np.ndarray, np.ndarray]
+) -> None:
     """A contact over an area has triangles that both have, or a promise of ours is broken."""
     rows = contacts.rows
     area = in_plane(rows) & (n_corners(rows) >= 3)
@@ -160,7 +166,9 @@ def _assert_shared(contacts: Contacts, first, second) -> None:
         )
 
 
-def _sharing(faces, pieces, others, other_pieces, n: int) -> np.ndarray:
+def _sharing(
+    faces: np.ndarray, pieces: np.ndarray, others: np.ndarray, other_pieces: np.ndarray, n: int
+) -> np.ndarray:
     """Keys of faces of two surfaces that have a piece in common.
 
     A surface folded onto itself has one piece in several faces.
@@ -203,7 +211,9 @@ def _inside(corners: np.ndarray, edge: np.ndarray, inner: np.ndarray, n: int) ->
     return inside
 
 
-def _areas(local, origin, shared, pair) -> list[Touch]:
+def _areas(
+    local: np.ndarray, origin: np.ndarray, shared: np.ndarray, pair: tuple[int, int]
+) -> list[Touch]:
     """One `Touch` for each connected overlap area, largest first."""
     ring, _ = edges(shared, len(local))
     piece, count = pieces(shared, ring)

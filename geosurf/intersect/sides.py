@@ -144,6 +144,7 @@ def side_of(surface: TriSurface, origin: np.ndarray) -> Side:
         boxes = np.hstack([c.min(axis=1), c.max(axis=1)])
         return Side(surface, origin, _NONE, _NONE, _NONE, c, boxes, _NO_LEVELS, _NO_BENDS)
     lattice = surface.lattice
+    assert lattice is not None
     if lattice.n_triangle == 0 or not lattice.survey.finite:
         raise SurfaceError(f"surface {surface.name!r} has no triangles; leave it out.")
     x, y = lattice.easting, lattice.northing
@@ -204,6 +205,7 @@ def piece_of(side: Side, cells: np.ndarray) -> Piece | None:
         )
         return Piece(part, cells, used)
     lattice, n_col = surface.lattice, side.z.shape[1]
+    assert lattice is not None
     a = cells // (n_col - 1) * n_col + cells % (n_col - 1)
     b, d, c = a + 1, a + n_col, a + n_col + 1
     halves = ((a, b, c), (a, c, d)) if lattice.rising else ((a, b, d), (b, c, d))

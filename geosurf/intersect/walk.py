@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
+
 from geosurf.intersect.lift import Line
 from geosurf.intersect.loops import find_lost
 from geosurf.intersect.sides import Candidates, Side
@@ -44,7 +46,14 @@ def walk_curves(sides: tuple[Side, Side], near: Candidates, tolerance: float) ->
     return None if _more_beside(sides, near, unsettled, found, keys, tolerance) else found
 
 
-def _more_beside(sides, near: Candidates, unsettled, lines, keys, tolerance) -> bool:
+def _more_beside(
+    sides: tuple[Side, Side],
+    near: Candidates,
+    unsettled: np.ndarray,
+    lines: list[Line],
+    keys: np.ndarray,
+    tolerance: float,
+) -> bool:
     """Whether pairs of cells that are not settled hold a curve, or may hold one."""
     if not len(unsettled):
         return False

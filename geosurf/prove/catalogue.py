@@ -9,7 +9,9 @@ above that plane.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +29,7 @@ class Pair:
     count: int
 
 
-def _pairs(kind: str, count: int, rows) -> list[Pair]:
+def _pairs(kind: str, count: int, rows: Iterable[tuple[str, Any]]) -> list[Pair]:
     return [Pair(name, corners, kind, count) for name, corners in rows]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -96,7 +96,9 @@ def soup(name: str, corners: Any) -> TriSurface:
     return TriSurface(name, "surface", corners, np.arange(len(corners)).reshape(-1, 3))
 
 
-def grid(name: str, x: Any, y: Any, z: Any, *, role: str = "horizon", rising: bool = True):
+def grid(
+    name: str, x: Any, y: Any, z: Any, *, role: str = "horizon", rising: bool = True
+) -> TriSurface:
     """A surface over nodes (n_row, n_col); NaN in z where there is none."""
     x, y, z = np.broadcast_arrays(*(np.asarray(values, dtype=float) for values in (x, y, z)))
     lattice = Lattice(x.copy(), y.copy(), z.copy(), rising=rising, reverse=False)
@@ -125,7 +127,9 @@ def _solid(draw: Callable[[], np.ndarray], count: int) -> np.ndarray:
     return np.array(out)
 
 
-def _wall(rng: np.random.Generator, name: str, ends: Any, low: float, high: float, lean: float):
+def _wall(
+    rng: np.random.Generator, name: str, ends: Any, low: float, high: float, lean: float
+) -> TriSurface:
     """A fault over a straight trace (2, 2), perhaps leaning."""
     ends = np.asarray(ends, dtype=float)
     n = int(rng.integers(2, 4))
@@ -145,21 +149,23 @@ def _moved(surfaces: list[TriSurface], scale: float, offset: Any) -> list[TriSur
 # ---- the families ----------------------------------------------------------------------
 
 
-def _random_soups(rng, number) -> Draw:
+def _random_soups(rng: np.random.Generator, number: int) -> Draw:
     triangles = rng.random((2, 4, 1, 3)) + rng.uniform(-0.5, 0.5, (2, 4, 3, 3))
     return [soup("A", triangles[0]), soup("B", triangles[1])], {"self": True}
 
 
-def _lattice_triangles(rng, extent, counts):
+def _lattice_triangles(
+    rng: np.random.Generator, extent: int, counts: Iterable[int]
+) -> list[np.ndarray]:
     return [_solid(lambda: rng.integers(0, extent + 1, (3, 3)), n) for n in counts]
 
 
-def _lattice_soups(rng, number) -> Draw:
+def _lattice_soups(rng: np.random.Generator, number: int) -> Draw:
     first, second = _lattice_triangles(rng, 3, rng.integers(1, 5, 2))
     return [soup("A", first), soup("B", second)], {"self": True}
 
 
-def _catalogue(rng, number) -> Draw:
+def _catalogue(rng: np.random.Generator, number: int) -> Draw:
     pair = CATALOGUE[number % len(CATALOGUE)]
     turn = number // len(CATALOGUE)
     first, second = (
@@ -173,8 +179,8 @@ def _catalogue(rng, number) -> Draw:
     return surfaces, {"kind": pair.kind, "count": pair.count, "name": pair.name}
 
 
-def _regions(rng, number) -> Draw:
-    def draw():
+def _regions(rng: np.random.Generator, number: int) -> Draw:
+    def draw() -> Any:
         """Corners of one triangle at random."""
         places = rng.integers(0, len(REGIONS) * 3, 3)  # anew: three may lie on one line for good
         corners = [region_corner(rng, place // 3) for place in places]
@@ -187,7 +193,7 @@ def _regions(rng, number) -> Draw:
     return [soup("A", triangles[0]), soup("B", triangles[1])], {}
 
 
-def _aligned_grids(rng, number) -> Draw:
+def _aligned_grids(rng: np.random.Generator, number: int) -> Draw:
     x, y = _nodes(4)
     top = grid("Top", x, y, rng.integers(0, 3, x.shape), rising=bool(rng.integers(2)))
     kind = number % 4
@@ -201,7 +207,7 @@ def _aligned_grids(rng, number) -> Draw:
     return [top, _wall(rng, "F1", ends, -1, 3, float(rng.integers(0, 2)) / 2)], {}
 
 
-def _near_parallel(rng, number) -> Draw:
+def _near_parallel(rng: np.random.Generator, number: int) -> Draw:
     slope = 10.0 ** -(number % 9)
     x, y = _nodes(4)
     z = rng.uniform(-1, 1) * x + rng.uniform(-1, 1) * y
@@ -212,10 +218,10 @@ def _near_parallel(rng, number) -> Draw:
     return [grid("Top", x, y, z), grid("Base", x, y, other, rising=bool(rng.integers(2)))], {}
 
 
-def _slivers(rng, number) -> Draw:
+def _slivers(rng: np.random.Generator, number: int) -> Draw:
     aspect = 10.0 ** -(number % 10)
 
-    def draw():
+    def draw() -> Any:
         """Corners of one triangle at random."""
         start, along, across = rng.uniform(-1, 4, 3), *rng.normal(size=(2, 3))
         start[2] = rng.uniform(-1, 1)
@@ -225,7 +231,7 @@ def _slivers(rng, number) -> Draw:
     return [grid("Top", x, y, _bumps(rng)(x, y)), soup("S", _solid(draw, 3))], {"self": True}
 
 
-def _gaps(rng, number) -> Draw:
+def _gaps(rng: np.random.Generator, number: int) -> Draw:
     gap = 2.0 ** -(30 + number % 16)
     x, y = _nodes(4)
     z = np.round(_bumps(rng)(x, y) * 64) / 64
@@ -238,7 +244,7 @@ def _gaps(rng, number) -> Draw:
     return [grid("Top", x, y, z + gap), grid("Base", x2, y2, z)], {"apart": True}
 
 
-def _offsets(rng, number) -> Draw:
+def _offsets(rng: np.random.Generator, number: int) -> Draw:
     surfaces = _horizon_and_fault(rng)
     offset = rng.uniform(1e6, 1e7, 3) * [1, 1, 3e-4] * rng.choice([-1, 1], 3)
     if number % 3 == 0:  # a model as wide as a continent
@@ -246,14 +252,14 @@ def _offsets(rng, number) -> Draw:
     return _moved(surfaces, float(10.0 ** rng.uniform(0, 3)), offset), {}
 
 
-def _horizon_and_fault(rng) -> list[TriSurface]:
+def _horizon_and_fault(rng: np.random.Generator) -> list[TriSurface]:
     x, y = _nodes(4)
     ends = rng.uniform(-0.5, 3.5, (2, 2))
     wall = _wall(rng, "F1", ends, -3, 3, rng.uniform(-0.5, 0.5))
     return [grid("Top", x, y, _bumps(rng)(x, y)), wall]
 
 
-def _holes(rng, number) -> Draw:
+def _holes(rng: np.random.Generator, number: int) -> Draw:
     x, y = _nodes(6)
     z = _bumps(rng)(x, y)
     z[rng.random(z.shape) < 0.2] = np.nan
@@ -263,7 +269,7 @@ def _holes(rng, number) -> Draw:
     return [top, _wall(rng, "F1", rng.uniform(0, 5, (2, 2)), -3, 3, rng.uniform(-0.5, 0.5))], {}
 
 
-def _pinch_outs(rng, number) -> Draw:
+def _pinch_outs(rng: np.random.Generator, number: int) -> Draw:
     x, y = _nodes(5)
     z = rng.integers(-8, 9, x.shape) / 8
     thick = np.maximum(
@@ -273,7 +279,7 @@ def _pinch_outs(rng, number) -> Draw:
     return [grid("Top", x, y, z + scale * thick), grid("Base", x, y, z)], {}
 
 
-def _strips(rng, number) -> Draw:
+def _strips(rng: np.random.Generator, number: int) -> Draw:
     t, y = np.meshgrid(np.linspace(-1.5, 1.5, int(rng.integers(5, 10))), np.arange(3.0))
     x, z = t**3 - t * rng.uniform(0.6, 1.2), 1.0 - t**2
     if number % 2:
@@ -284,7 +290,7 @@ def _strips(rng, number) -> Draw:
     return [strip], {"self": True}
 
 
-def _triple_lines(rng, number) -> Draw:
+def _triple_lines(rng: np.random.Generator, number: int) -> Draw:
     """Three or four sheets through one line, or a hair beside it."""
     p, along = rng.integers(-3, 4, (2, 3))
     along[int(rng.integers(3))] += 7
@@ -311,7 +317,7 @@ def _triple_lines(rng, number) -> Draw:
     return [solid[0], *shifted, *solid[2:]], {"self": True}
 
 
-def _overlaps(rng, number) -> Draw:
+def _overlaps(rng: np.random.Generator, number: int) -> Draw:
     shift = rng.integers(0, 13, 2) / 4
     slope = rng.integers(-2, 3, 2) / 4
     x, y = _nodes(4)
@@ -327,10 +333,10 @@ def _overlaps(rng, number) -> Draw:
     return surfaces, {"area": float(size.prod() * np.sqrt(1 + slope @ slope))}
 
 
-def _self_overlaps(rng, number) -> Draw:
+def _self_overlaps(rng: np.random.Generator, number: int) -> Draw:
     """Triangles of few planes, some of them in several surfaces or twice in one, turned."""
 
-    def draw():
+    def draw() -> Any:
         """Corners of one triangle, mostly in one of seven planes."""
         corners = rng.integers(0, 4, (3, 3))
         kind = rng.integers(5)
@@ -349,7 +355,7 @@ def _self_overlaps(rng, number) -> Draw:
     return surfaces, {"self": bool(number % 2) or len(surfaces) == 1}
 
 
-def _rounded(rng, number) -> Draw:
+def _rounded(rng: np.random.Generator, number: int) -> Draw:
     """Soups of a lattice divided by three, or turned in space: degenerate but for rounding."""
     triangles = _lattice_triangles(rng, 2, rng.integers(1, 4, 2))
     if number % 2:
@@ -361,7 +367,7 @@ def _rounded(rng, number) -> Draw:
     return [soup("A", triangles[0]), soup("B", triangles[1])], {"self": True}
 
 
-def _shifted_planes(rng, number) -> Draw:
+def _shifted_planes(rng: np.random.Generator, number: int) -> Draw:
     """Planes of a lattice, moved by decimals: many meet in a point or line, but for rounding."""
     shift = np.round(rng.random(3), int(rng.integers(1, 4))) + (number % 3 == 2) * 1000.0
     corners: list[np.ndarray] = []

@@ -142,7 +142,7 @@ def judge_patches(
     return verdict
 
 
-def _judge_moves(given, patches: Patches, verdict: Verdict) -> None:
+def _judge_moves(given: Sequence[TriSurface], patches: Patches, verdict: Verdict) -> None:
     """Sources are the inputs, except for the reported moves."""
     count, far = 0, 0.0
     for old, new in zip(given, patches.sources, strict=True):
@@ -155,7 +155,14 @@ def _judge_moves(given, patches: Patches, verdict: Verdict) -> None:
     verdict.check(given == (count, far), f"moves are {(count, far)}, but reported as {given}")
 
 
-def _judge_children(name, parents, children, parent, ulp: float, verdict: Verdict) -> None:
+def _judge_children(
+    name: str,
+    parents: np.ndarray,
+    children: np.ndarray,
+    parent: np.ndarray,
+    ulp: float,
+    verdict: Verdict,
+) -> None:
     """Children (n, 3, 3) cover their parents, face as they do and lie on them."""
     vectors = area_vectors(parents)
     axis, way = _facing(parents, vectors)
@@ -184,7 +191,7 @@ def _judge_children(name, parents, children, parent, ulp: float, verdict: Verdic
     judge_distance(f"{name}: a piece", points, parents[owners], ulp, verdict)
 
 
-def _facing(parents, vectors) -> tuple[np.ndarray, np.ndarray]:
+def _facing(parents: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Axis on which each triangle (n, 3, 3) is widest, and which way it faces there."""
     axis = np.abs(vectors).argmax(axis=1)
     largest = vectors[np.arange(len(vectors)), axis]
@@ -199,7 +206,7 @@ def _facing(parents, vectors) -> tuple[np.ndarray, np.ndarray]:
     return axis, way
 
 
-def _judge_corners(patches: Patches, met, ulp: float, verdict: Verdict) -> None:
+def _judge_corners(patches: Patches, met: Any, ulp: float, verdict: Verdict) -> None:
     """Whatever two triangles have in common begins and ends in vertices that both have."""
     vertices: dict[tuple[int, int], set[int]] = {}
     owners = zip(
@@ -216,7 +223,7 @@ def _judge_corners(patches: Patches, met, ulp: float, verdict: Verdict) -> None:
             verdict.measure(place[nearest(place, corner)], corner, ulp, what)
 
 
-def _pair_name(names, m: Meeting) -> str:
+def _pair_name(names: Sequence[str], m: Meeting) -> str:
     return f"triangle {m.f} of {names[m.i]!r} and {m.g} of {names[m.j]!r}"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -75,7 +76,9 @@ def judge_curves(
     return verdict
 
 
-def _judge_on_surface(what, points, corners, ulp: float, verdict: Verdict) -> None:
+def _judge_on_surface(
+    what: str, points: np.ndarray, corners: np.ndarray, ulp: float, verdict: Verdict
+) -> None:
     """Points (n, 3) lie on the nearest of triangles (m, 3, 3)."""
     n, m = len(points), len(corners)
     far = distances(np.repeat(points, m, axis=0), np.tile(corners, (n, 1, 1))).reshape(n, m)
@@ -84,7 +87,7 @@ def _judge_on_surface(what, points, corners, ulp: float, verdict: Verdict) -> No
         judge_distance(f"{what}: a point of the curve", points, closest, ulp, verdict)
 
 
-def _judge_shared(what, met, ends, single, ulps, verdict: Verdict) -> None:
+def _judge_shared(what: str, met: Any, ends: Any, single: Any, ulps: Any, verdict: Verdict) -> None:
     """Shared segments are covered by curves, shared points are on them or touching points.
 
     Touching points are kept in world coordinates, so their ulp is another one: ``ulps[1]``.
@@ -105,7 +108,14 @@ def _judge_shared(what, met, ends, single, ulps, verdict: Verdict) -> None:
             _judge_covered(name, ends, a, b, ulp, verdict)
 
 
-def _judge_through_areas(what, met, corners, ends, ulp: float, verdict: Verdict) -> None:
+def _judge_through_areas(
+    what: str,
+    met: Any,
+    corners: tuple[np.ndarray, np.ndarray],
+    ends: Any,
+    ulp: float,
+    verdict: Verdict,
+) -> None:
     """Where triangles pass through each other there is a curve, even inside of an area."""
     for m in met:
         if len(m.corners) != 2:
@@ -121,7 +131,7 @@ def _among(points: np.ndarray, corner: exact.Point, ulp: float) -> bool:
     return len(points) > 0 and exact.error_of(points[nearest(points, corner)], corner) <= ulp
 
 
-def _judge_covered(name, ends, a, b, ulp: float, verdict: Verdict) -> None:
+def _judge_covered(name: str, ends: Any, a: Any, b: Any, ulp: float, verdict: Verdict) -> None:
     """Segments of curves (n, 2, 3) that lie on the segment from a to b add up to it."""
     on = np.ones(len(ends), dtype=bool)
     for k in range(2):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -58,7 +58,7 @@ def normal_of(triangle: Sequence[Point]) -> Point:
     return cross(minus(b, a), minus(c, a))
 
 
-def flat(corners: Sequence[Sequence[float]]) -> bool:
+def flat(corners: Sequence[Sequence[float]] | np.ndarray) -> bool:
     """Whether a triangle of floats (3, 3) has no area.
 
     Examples
@@ -90,7 +90,9 @@ def _heights(points: list[Point], normal: Point, through: Point) -> list[Fractio
     return [dot(normal, p) - level for p in points]
 
 
-def _ring(points: list[Point], heights: list[Fraction]):
+def _ring(
+    points: list[Point], heights: list[Fraction]
+) -> Iterator[tuple[tuple[Point, Fraction], tuple[Point, Fraction]]]:
     """Consecutive corners of a closed chain with their heights."""
     corners = list(zip(points, heights, strict=True))
     return zip(corners, corners[1:] + corners[:1], strict=True)
@@ -127,7 +129,8 @@ def _clip(points: list[Point], normal: Point, through: Point) -> list[Point]:
 def sides(first: Sequence[Point], second: Sequence[Point]) -> tuple[int, int, int]:
     """On which side of the plane of the second triangle the corners of the first one lie."""
     heights = _heights(list(first), normal_of(second), second[0])
-    return tuple((h > 0) - (h < 0) for h in heights)
+    a, b, c = ((h > 0) - (h < 0) for h in heights)
+    return a, b, c
 
 
 def straddles(first: Sequence[Point], second: Sequence[Point]) -> bool:
@@ -152,11 +155,11 @@ def feature(triangle: Sequence[Point], p: Point) -> str:
 
 def area(corners: Sequence[Point]) -> float:
     """Area of a convex polygon with its corners in order."""
-    total = (Fraction(0),) * 3
+    total: tuple[Fraction, ...] = (Fraction(0),) * 3
     for p, q in itertools.pairwise(corners[1:]):
         part = cross(minus(p, corners[0]), minus(q, corners[0]))
         total = tuple(s + t for s, t in zip(total, part, strict=True))
-    return 0.5 * math.sqrt(dot(total, total))
+    return 0.5 * math.sqrt(sum(t * t for t in total))
 
 
 def distance(p: Point, triangle: Sequence[Point]) -> float:

@@ -6,6 +6,7 @@ import io
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +43,7 @@ def save_case(case: Case, folder: str | os.PathLike[str]) -> Path:
         "known": case.known,
         "surfaces": [[s.name, s.role, _lattice_facts(s.lattice)] for s in case.surfaces],
     }
-    arrays: dict[str, np.ndarray] = {"facts": np.array(json.dumps(facts))}
+    arrays: dict[str, Any] = {"facts": np.array(json.dumps(facts))}
     for i, surface in enumerate(case.surfaces):
         arrays[f"vertices_{i}"], arrays[f"triangles_{i}"] = surface.vertices, surface.triangles
         if surface.lattice is not None:

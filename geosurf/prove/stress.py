@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 from geosurf.arrangement import intersect_triangles
 from geosurf.errors import InputError, OutputError, RoundingError
@@ -242,7 +243,9 @@ def run_stress(
     return results
 
 
-def write_json(results: Sequence[FamilyResult], path: str | os.PathLike[str], **settings) -> Path:
+def write_json(
+    results: Sequence[FamilyResult], path: str | os.PathLike[str], **settings: Any
+) -> Path:
     """Write the table and everything that failed or was refused as JSON.
 
     Parameters

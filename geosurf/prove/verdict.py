@@ -132,7 +132,9 @@ def area_vectors(corners: np.ndarray) -> np.ndarray:
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
-def judge_distance(what, points, triangles, ulp: float, verdict: Verdict) -> None:
+def judge_distance(
+    what: str, points: np.ndarray, triangles: np.ndarray, ulp: float, verdict: Verdict
+) -> None:
     """Points (n, 3) lie on triangles (n, 3, 3), each on its own: floats first, then fractions."""
     for k in np.flatnonzero(~(distances(points, triangles) <= NEAR * ulp)):
         point, triangle = exact.rational(points[k : k + 1])[0], exact.rational(triangles[k])

@@ -7,6 +7,7 @@ the sum of the movements that act there. Every zone on every side is the box cut
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from itertools import pairwise, product
 from typing import Any
@@ -19,6 +20,7 @@ from geosurf.synthetic.planar import (
     _above,
     _frame,
     _hanging,
+    _height_of,
     _other_side,
     _plane_fault,
     _through,
@@ -98,11 +100,11 @@ def faulted(
     spec = _KINDS[kind]
     slope = math.tan(math.radians(tilt))
     horizons = {key: _through(0.8 * slope, 0.6 * slope, (1000.0, 800.0, z)) for key, z in _LEVELS}
-    grids = {
-        key: make_horizon(key, _BOX, n, lambda x, y, c=c: c[0] + c[1] * x + c[2] * y, offset)
-        for key, c in horizons.items()
+    grids = {key: make_horizon(key, _BOX, n, _height_of(c), offset) for key, c in horizons.items()}
+    faults = {
+        key: _plane_fault(key, _BOX, n, plane[0], plane[1], plane[2], offset)
+        for key, plane in spec.items()
     }
-    faults = {key: _plane_fault(key, _BOX, n, *plane[:3], offset) for key, plane in spec.items()}
     truth = {
         "throw": {key: plane[3] for key, plane in spec.items()},
         "truncations": {
@@ -146,7 +148,9 @@ def _sides(spec: dict[str, tuple]) -> list[tuple[str, ...]]:
     return found
 
 
-def _zones(spec, horizons, sides: tuple[str, ...]) -> dict[str, list[Plane]]:
+def _zones(
+    spec: Mapping[str, Any], horizons: Mapping[str, Any], sides: tuple[str, ...]
+) -> dict[str, list[Plane]]:
     """Half-spaces of each zone in one sector, its faults not included."""
     hanging = [s[:-1] for s in sides if s[-1] == "+"]
     known = {s[:-1] for s in sides}
@@ -201,7 +205,7 @@ def _face(fault: str, one: tuple[str, ...], two: tuple[str, ...]) -> bool:
     return all(signs.get(s[:-1], s[-1]) == s[-1] for s in two if s[:-1] != fault)
 
 
-def _walls(planes: dict[str, Plane], sides) -> list[Plane]:
+def _walls(planes: dict[str, Plane], sides: Iterable[str]) -> list[Plane]:
     return [planes[s[:-1]] if s[-1] == "+" else _other_side(planes[s[:-1]]) for s in sides]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -90,7 +91,7 @@ def hills(
             name,
             _BOX,
             n,
-            lambda x, y, layer=layer: _height(x, y) - _LAYER * layer + _rough(n, layer, noise),
+            _height_of(layer, n, noise),
             offset,
         )
     sheets = {}
@@ -119,6 +120,11 @@ def _check(m: int, faults: int, horizons: int, shape: str, noise: float) -> None
         raise InputError(f"shape is {shape!r}, expected 'listric' or 'plane'.")
     if not 0 <= noise <= 10:
         raise InputError(f"noise is {noise} m, expected 0 to 10.")
+
+
+def _height_of(layer: int, n: int, noise: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """The height of one horizon as a function of x and y."""
+    return lambda x, y: _height(x, y) - _LAYER * layer + _rough(n, layer, noise)
 
 
 def _height(x: np.ndarray, y: np.ndarray) -> np.ndarray:

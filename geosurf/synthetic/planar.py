@@ -7,6 +7,7 @@ for any `n`.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import pairwise, product
 from typing import TYPE_CHECKING, Any
@@ -162,10 +163,7 @@ def _planar_world(
         f"{'; '.join(words)}; box {box}; all in metres before the offset. Each unit is the box cut "
         "by half-spaces; its volume is computed in rational arithmetic from these very numbers."
     )
-    grids = {
-        key: make_horizon(key, box, n, lambda x, y, c=c: c[0] + c[1] * x + c[2] * y, offset)
-        for key, c in horizons.items()
-    }
+    grids = {key: make_horizon(key, box, n, _height_of(c), offset) for key, c in horizons.items()}
     sheets = {key: _plane_fault(key, box, n, *spec, offset) for key, spec in faults.items()}
     truth = _truth(
         box,
@@ -213,6 +211,11 @@ def _frame(dip: float, direction: float) -> np.ndarray:
             [math.sin(a) * sine, math.cos(a) * sine, cosine],
         ]
     )
+
+
+def _height_of(c: Sequence[float]) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """The height of a plane c[0] + c[1] x + c[2] y as a function of x and y."""
+    return lambda x, y: c[0] + c[1] * x + c[2] * y
 
 
 def _plane_fault(
