@@ -76,7 +76,8 @@ def profile_of(room: str) -> str:
     mine: dict[str, Any] = {}
     for override in settings["overrides"]:
         assert not override.get("ignore_errors")
-        if {f"geosurf.{room}", f"geosurf.{room}.*"} & set(override["module"]):
+        module = "geosurf" if room == "__init__" else f"geosurf.{room}"
+        if {module, f"{module}.*"} & set(override["module"]):
             mine |= override
     if mine.get("disallow_untyped_defs") is False:
         return "partial" if "disable_error_code" in mine else "kernels"
