@@ -151,8 +151,8 @@ def _judge_moves(given: Sequence[TriSurface], patches: Patches, verdict: Verdict
         if same:
             steps = np.linalg.norm(new.vertices - old.vertices, axis=1)
             count, far = count + int((steps > 0).sum()), max(far, float(steps.max()))
-    given = patches.report["moved_vertices"], patches.report["largest_move"]
-    verdict.check(given == (count, far), f"moves are {(count, far)}, but reported as {given}")
+    reported = patches.report["moved_vertices"], patches.report["largest_move"]
+    verdict.check(reported == (count, far), f"moves are {(count, far)}, but reported as {reported}")
 
 
 def _judge_children(
