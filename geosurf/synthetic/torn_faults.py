@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -122,7 +123,7 @@ def displacement(profile: str, s: Any, r: Any) -> Any:
 def named_faults(side: float) -> dict[str, dict[str, Fault]]:
     """Faults of each kind of world, for a square of a given side."""
     c = 0.5 * side
-    through = {"half": np.inf, "profile": "constant"}
+    through: dict[str, Any] = {"half": np.inf, "profile": "constant"}
     return {
         "normal": {"F1": Fault(c, c)},
         "gentle": {"F1": Fault(c, c, dip=35.0)},
@@ -182,7 +183,9 @@ def side_of(fault: Fault, x: Any, y: Any, z: Any) -> Any:
     return np.where(r > fault.across(s, z), 1, -1)
 
 
-def exists(faults, signs, x, y, z) -> np.ndarray:
+def exists(
+    faults: Mapping[str, Fault], signs: Sequence[int], x: np.ndarray, y: np.ndarray, z: np.ndarray
+) -> np.ndarray:
     """Where a sheet is on its own side of all faults; beyond tips all sheets are one."""
     there = np.ones(np.shape(x), dtype=bool)
     for fault, sign in zip(faults.values(), signs, strict=True):

@@ -112,10 +112,10 @@ def torn(
         check_count(value, word, least)
     if seed is not None:
         check_count(seed, "seed", 0)
-    for word, value, fits in (("step", step, "above 0"), ("noise", noise, "0 or more")):
-        least = 0.0 if fits == "0 or more" else 1e-9
-        if not (is_number(value) and least <= value <= MOST_METRES):
-            raise InputError(f"{word} is {value!r}; give metres, {fits}, up to {MOST_METRES:g}.")
+    for word, size, fits in (("step", step, "above 0"), ("noise", noise, "0 or more")):
+        lowest = 0.0 if fits == "0 or more" else 1e-9
+        if not (is_number(size) and lowest <= size <= MOST_METRES):
+            raise InputError(f"{word} is {size!r}; give metres, {fits}, up to {MOST_METRES:g}.")
     offset = check_numbers(offset, 3, "offset")
     side = (n - 1) * step
     faults = _faults_of(kind, side)
@@ -185,7 +185,9 @@ def _sheet(
     return height
 
 
-def _cutoff(faults, name, wall, sheets, side) -> np.ndarray:
+def _cutoff(
+    faults: Mapping[str, Fault], name: str, wall: str, sheets: Mapping[Any, Any], side: float
+) -> np.ndarray:
     """One wall's cut-off line, every 5 m along strike, where the sheet is on its side of others."""
     fault, sign = faults[name], 1 if wall == "+" else -1
     which = list(faults).index(name)

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from geosurf.synthetic.torn_faults import (
+    Fault,
     exists,
 )
 
 
-def single_valued(faults, x, y, heights, there) -> np.ndarray:
+def single_valued(
+    faults: Mapping[str, Fault],
+    x: np.ndarray,
+    y: np.ndarray,
+    heights: Mapping[Any, np.ndarray],
+    there: Mapping[Any, np.ndarray],
+) -> np.ndarray:
     """One value per node: the highest sheet, and the fault itself in gaps."""
     every = np.stack([np.where(there[s], z, np.nan) for s, z in heights.items()])
     none = np.isnan(every).all(axis=0)
@@ -45,7 +55,14 @@ def smeared(values: np.ndarray, there: dict, width: int) -> np.ndarray:
     return np.where(mixed, windows.mean(axis=(2, 3)), values)
 
 
-def scattered(faults, sheets, side: float, number: int, noise: float = 0.0, seed: int = 5):
+def scattered(
+    faults: Mapping[str, Fault],
+    sheets: Mapping[Any, Any],
+    side: float,
+    number: int,
+    noise: float = 0.0,
+    seed: int = 5,
+) -> np.ndarray:
     """Points (n, 3) at random places, on each sheet that exists there."""
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(0.0, side, (2, number))
