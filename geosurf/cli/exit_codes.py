@@ -1,9 +1,9 @@
-"""How a command ends: whatever stops it becomes an exit code and, at most, one sentence.
+"""Exit codes: an error or a signal ends a command with a code and at most one message.
 
-Errors that geosurf raises on purpose say whose move it is, and have their code: 2 input, 3
-geometry, 4 our own fault. SIGTERM (batch systems, `timeout`) and SIGHUP (a terminal that closes)
-clean up as Ctrl-C does. A full disk is the user's to mend, too; a reader of the output who has
-left is no error; everything else is a fault of geosurf.
+Errors that geosurf raises on purpose have their code: 2 input, 3 geometry, 4 a bug in geosurf.
+SIGTERM (batch systems, `timeout`) and SIGHUP (a terminal that closes)
+clean up as Ctrl-C does. A full disk is an input error. A closed pipe is not an error.
+Everything else is a bug in geosurf.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 
 
 class Stopped(KeyboardInterrupt):
-    """The system asks the process to end; whatever cleans up after Ctrl-C does so now, too."""
+    """A signal asks the process to end; it cleans up as after Ctrl-C."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
         self.number = number
 
 
-class Ending:
-    """Turns whatever ends a command into an exit code and, at most, one sentence."""
+class ExitCode:
+    """Turn the end of a command into an exit code and at most one message."""
 
     def __init__(self, debug: bool) -> None:
         self.code = 0
@@ -64,14 +64,14 @@ class Ending:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> bool:
-        """Say what is wrong on stderr; only exits asked for on purpose pass through."""
+        """Print the error on stderr; only deliberate exits pass through."""
         self._forget_signals()
         if error is None or isinstance(error, SystemExit | GeneratorExit):
             return False
         if isinstance(error, KeyboardInterrupt):
             self.code = STOPPED + getattr(error, "number", int(signal.SIGINT))
             return True
-        if isinstance(error, BrokenPipeError):  # the reader of our output has left
+        if isinstance(error, BrokenPipeError):  # the reader of the output has closed it
             _forget_output()
             return True
         if self._debug:
@@ -85,11 +85,11 @@ class Ending:
             print(f"geosurf: warning: {error}", file=sys.stderr)
         elif isinstance(error, OSError) and error.errno in NO_ROOM:
             self.code = InputError.exit_code
-            what = error.filename or "what was asked for"
+            what = error.filename or "the output"
             if not _is_printed():
                 _forget_output()
-            print(f"geosurf: {what} cannot be written: {error.strerror}. Make room, or write "
-                  "elsewhere.", file=sys.stderr)  # fmt: skip
+            print(f"geosurf: {what} cannot be written: {error.strerror}. Free some space, or "
+                  "write to another place.", file=sys.stderr)  # fmt: skip
         else:
             self.code = OUR_FAULT
             print(_apology(error), file=sys.stderr)
@@ -113,6 +113,6 @@ def _forget_output() -> None:
 
 def _apology(error: BaseException) -> str:
     return (
-        f"geosurf: unexpected {type(error).__name__}: {error}. This is a fault of geosurf: please "
-        "report it with your scenario and what --debug prints."
+        f"geosurf: unexpected {type(error).__name__}: {error}. This is a bug in geosurf. "
+        "Please report it with your scenario and the output of --debug."
     )

@@ -1,0 +1,60 @@
+"""The command ``curves``: the intersection lines of two surface files."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from geosurf.errors import FormatError
+
+
+def curves_command(options: argparse.Namespace) -> int:
+    """Find the curves of two surface files."""
+    from geosurf.conventions import area_text, counted, length_text
+    from geosurf.intersect import intersect_surfaces
+    from geosurf.write import write
+
+    words = {"positive": options.positive, "length_unit": options.length_unit}
+    surfaces = [_surface(Path(path), words) for path in (options.first, options.second)]
+    if surfaces[0].name == surfaces[1].name:
+        surfaces = [surfaces[0].renamed(options.first), surfaces[1].renamed(options.second)]
+    curves = intersect_surfaces(surfaces)
+    closed = int(curves.closed.sum())
+    for path in write(curves, options.out):
+        print(
+            f"{path}: {counted(curves.n_curve, 'curve')}, {closed} closed, "
+            f"{length_text(curves.length, 5)}"
+        )
+    points = sum(contact.kind == "point" for contact in curves.contacts)
+    if points:
+        print(f"The surfaces also touch at {counted(points, 'point')}.")
+    if len(curves.contacts) > points:
+        area = sum(contact.area for contact in curves.contacts)
+        print(f"They coincide over {area_text(area, 6)}; curves follow the outline of that area.")
+    return 0
+
+
+def _surface(path: Path, words: dict[str, str | None]) -> Any:
+    """Read one surface: a horizon or a fault, by its suffix; in NetCDF, by its dimensions."""
+    from geosurf.read import FAULT_FORMATS, GRID_FORMATS, otherwise, read_fault, read_nodes
+    from geosurf.read.netcdf import holds_fault
+    from geosurf.triangulate import triangulate_fault, triangulate_horizon
+
+    suffix = path.suffix.lower()
+    formats = (*GRID_FORMATS.values(), *FAULT_FORMATS.values())
+    known = {word for _, _, suffixes in formats for word in suffixes}
+    if suffix not in known:
+        missing = "" if path.exists() else " and the file does not exist"
+        raise FormatError(
+            f"{path}: the suffix {path.suffix!r} is not that of a surface file{missing}. "
+            f"Surface files end with {', '.join(sorted(known))}. Rename the file, or save it "
+            "in one of these formats."
+        )
+    gridded = any(suffix in suffixes for _, _, suffixes in GRID_FORMATS.values())
+    if suffix in GRID_FORMATS["netcdf"][2]:
+        gridded = not holds_fault(path)
+    if gridded:
+        return triangulate_horizon(read_nodes(path, **otherwise(words)), name=path.stem)
+    found = read_fault(path, **otherwise(words))
+    return found if hasattr(found, "triangles") else triangulate_fault(found, name=path.stem)

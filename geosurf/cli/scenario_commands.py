@@ -1,0 +1,128 @@
+"""The commands ``run``, ``check``, ``render`` and ``report``: everything made from a scenario."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from geosurf.cli.results import exit_code_of, progress_printer
+from geosurf.errors import InputError
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from geosurf.scenario.keys import Scenario
+
+
+VIEW, SHOW = "southwest", "horizons,faults,curves"
+
+
+def run_command(options: argparse.Namespace) -> int:
+    """Run a scenario and write everything."""
+    from geosurf.report.table import as_plain_text
+    from geosurf.report.tables import volume_table
+    from geosurf.scenario import read_scenario, run
+
+    report_progress = progress_printer(options.quiet)
+    start = time.perf_counter()
+    scenario = read_scenario(options.scenario)
+    outcome = run(scenario, options.out, pictures=not options.no_pictures, progress=report_progress)
+    for note in outcome.notes:
+        print(f"geosurf: {note}", file=sys.stderr)
+    if not options.quiet:
+        table = volume_table(outcome.scene.units)
+        print(f"\n{as_plain_text(table, 'Volumes [million m³]')}\n")
+        print(f"{len(outcome.scene.units)} units in {time.perf_counter() - start:.1f} s.")
+        print(f"Report: {outcome.out / 'report' / 'index.html'}; all other results: {outcome.out}")
+    return exit_code_of(outcome.certificate)
+
+
+def check_command(options: argparse.Namespace) -> int:
+    """Print the certificate of a scenario."""
+    from geosurf.scenario import build_scene, read_scenario
+
+    certificate = build_scene(read_scenario(options.scenario)).check()
+    print(certificate)
+    return exit_code_of(certificate)
+
+
+def render_command(options: argparse.Namespace) -> int:
+    """Draw one picture of a scenario."""
+    from geosurf.render.compose import png_path
+    from geosurf.scenario import read_scenario
+
+    scenario = read_scenario(options.scenario)
+    png_path(options.out)  # refuse a wrong suffix before the computation
+    draw = _draw_view if options.section is None else _draw_section
+    print(draw(scenario, options))
+    return 0
+
+
+def _draw_view(scenario: Scenario, options: argparse.Namespace) -> Path:
+    """Draw a view in space; options that are not given are those of the scenario."""
+    from geosurf.render import render_scene
+    from geosurf.scenario import build_scene
+
+    def given(option: Any, otherwise: Any) -> Any:
+        """Return an option, or its default if it is not given."""
+        return otherwise if option is None else option
+
+    return render_scene(
+        build_scene(scenario),
+        options.out,
+        view=given(options.view, VIEW),
+        show=tuple(word.strip() for word in given(options.show, SHOW).split(",")),
+        size=scenario.output.size_px,
+        exaggeration=given(options.exaggeration, scenario.output.exaggeration),
+        clip=given(options.clip, scenario.output.clip),
+    )
+
+
+def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
+    """Draw a vertical section; refuse options of views, which would have no effect."""
+    from geosurf.render import render_section
+    from geosurf.scenario import build_scene
+
+    for word in ("view", "show", "exaggeration", "clip"):
+        if getattr(options, word) is not None:
+            raise InputError(
+                f"--section and --{word} cannot be combined: --{word} applies to views "
+                "only. Leave one of them out."
+            )
+    line = _line_of(options.section)
+    section = build_scene(scenario).section(line)
+    return render_section(section, options.out, size=scenario.output.size_px)
+
+
+def _line_of(text: str) -> list[tuple[float, float]]:
+    """Return the points of a line in the map from a text such as ``0,2500 6000,2500``."""
+    line = []
+    for word in text.split():
+        try:
+            east, north = map(float, word.split(","))
+        except ValueError as error:
+            raise InputError(
+                f"--section: {word!r} is not a point. Give easting and northing [m] of two or "
+                'more points in quotes, as in "0,2500 6000,2500".'
+            ) from error
+        line.append((east, north))
+    return line
+
+
+def report_command(options: argparse.Namespace) -> int:
+    """Write the report of a scenario."""
+    from geosurf.scenario import read_scenario
+    from geosurf.scenario.execute import write_report
+
+    scenario = read_scenario(options.scenario)
+    certificate, path, notes = write_report(
+        scenario,
+        options.out,
+        pictures=not options.no_pictures,
+        progress=progress_printer(options.quiet),
+    )
+    for note in notes:
+        print(f"geosurf: {note}", file=sys.stderr)
+    print(path)
+    return exit_code_of(certificate)

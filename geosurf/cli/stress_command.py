@@ -1,0 +1,44 @@
+"""The command ``stress``: test the engine on difficult cases, or repeat one of them."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+from geosurf.cli.exit_codes import OUR_FAULT
+from geosurf.cli.results import progress_printer
+
+
+def stress_command(options: argparse.Namespace) -> int:
+    """Run the engine on difficult cases and compare its results with exact arithmetic."""
+    from geosurf.prove.stress import replay, run_stress, write_json
+
+    if options.replay:
+        case, outcome = replay(options.replay)
+        print(f"{case.family} {case.number}, seed {case.seed}: {len(outcome.wrong)} wrong")
+        for sentence in (*outcome.wrong, *filter(None, [outcome.refused])):
+            print(f"  {sentence}")
+        return OUR_FAULT if outcome.wrong else 0
+    keep = Path(options.out).parent / "stress_failures" if options.out else "stress_failures"
+    start = time.perf_counter()
+    rows = run_stress(
+        options.cases,
+        options.seed,
+        options.family,
+        keep=keep,
+        progress=progress_printer(options.quiet),
+    )
+    count, wrong, refused = (
+        sum(getattr(r, k) for r in rows) for k in ("cases", "wrong", "refused")
+    )
+    seconds = time.perf_counter() - start
+    print(f"{count} cases, {wrong} wrong, {refused} refused, {seconds:.1f} s, seed {options.seed}.")
+    if options.out:
+        print(write_json(rows, options.out, seed=options.seed, cases=options.cases))
+    for row in rows:
+        for failure in row.failures[:3]:
+            print(f"{row.family} {failure['number']}: {failure['wrong'][0]}", file=sys.stderr)
+            print(f"  geosurf stress --replay {failure['file']}", file=sys.stderr)
+    return OUR_FAULT if wrong else 0
