@@ -9,10 +9,10 @@ import numpy as np
 from geosurf.arrangement.search import Contacts, table_size
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
-from geosurf.kernels.cutting.cached_predicates import roomy_workspace
+from geosurf.kernels.cutting.cached_predicates import face_workspace
 from geosurf.kernels.cutting.cut_faces import BROKEN, cut_faces
 from geosurf.kernels.exact.constructed_points import FULL
-from geosurf.kernels.exact.exact_signs import COLLISIONS, LIMBS, N_POINT, UNFILED
+from geosurf.kernels.exact.exact_signs import COLLISIONS, LIMBS, N_POINT, UNINDEXED
 
 _MOST_CROSSINGS = 1 << 14  # room for points that may be made; it grows where that is too little
 
@@ -114,9 +114,9 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
         m = contacts.m.copy()
         names = np.empty((table_size(extra), 5), dtype=np.int64)
         places = np.empty(table_size(n + extra + 1), dtype=np.int64)
-        m[UNFILED] = n
+        m[UNINDEXED] = n
         n_local = 2 * int(sizes.max(initial=0)) + extra + 16
-        w = roomy_workspace(int(m[LIMBS]), n_local)
+        w = face_workspace(int(m[LIMBS]), n_local)
         children = np.empty((6 * len(records) + 4 * extra + 64, 3), dtype=np.int64)
         parents = np.empty(len(children), dtype=np.int64)
         count, doubtful = cut_faces(

@@ -12,8 +12,8 @@ import numpy as np
 from geosurf.arrangement.broad import fit_voxels
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.search.large_triangles import wide_pairs
-from geosurf.kernels.search.separation import open_pairs
+from geosurf.kernels.search.large_triangles import large_triangle_pairs
+from geosurf.kernels.search.separation import undecided_pairs
 from geosurf.kernels.search.voxels import fill_voxels, triangle_boxes
 
 WIDE = 64.0  # voxels in its box, from which a triangle is followed along its plane
@@ -79,11 +79,11 @@ def _near_pairs(x: np.ndarray, triangles: np.ndarray, n_first: int) -> np.ndarra
     first = np.where(at >= grid.shape, grid.shape - 1, np.maximum(at, 0.0)).astype(np.int64)
     pairs = np.empty((1024 + n_first, 2), dtype=np.int64)
     given = (x, triangles, n_first, boxes, grid.shape, offsets, filled, first)
-    n = open_pairs(*given, pairs)
+    n = undecided_pairs(*given, pairs)
     if n > len(pairs):
         pairs = np.empty((n, 2), dtype=np.int64)
-        open_pairs(*given, pairs)
-    more = wide_pairs(
+        undecided_pairs(*given, pairs)
+    more = large_triangle_pairs(
         x, triangles, boxes, wide, grid.bounds, grid.size, grid.shape, offsets, filled
     )
     pairs = np.concatenate([pairs[:n], more[more[:, 0] < n_first]])

@@ -20,7 +20,7 @@ from geosurf.arrangement.memory_limit import PAIR, TooManyPairs, lack_of_room, r
 from geosurf.arrangement.threads import map_threads
 from geosurf.arrangement.torn import is_torn, over_itself, pairs_with_itself
 from geosurf.arrangement.upright import are_alike, settled_pairs
-from geosurf.kernels.contacts.axis_grids import OPEN
+from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.merging import may_coincide
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.meshes.numbering import number_in_place
@@ -190,7 +190,7 @@ def _one_table(found: Sequence[tuple[int, int, np.ndarray]], first_key: np.ndarr
     pairs = np.empty((start[-1], 3), dtype=np.int64)
     for (i, j, rows), a, b in zip(found, start[:-1], start[1:], strict=True):
         pairs[a:b, : rows.shape[1]] = rows
-        pairs[a:b, rows.shape[1] :] = OPEN
+        pairs[a:b, rows.shape[1] :] = NEEDS_EXACT
         pairs[a:b, 0] += first_key[i]
         pairs[a:b, 1] += first_key[j]
     return pairs

@@ -18,7 +18,12 @@ from geosurf.arrangement import tree
 from geosurf.kernels.lattices.triangle_list import survey_list
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.search.rays import rows_in_box
-from geosurf.kernels.search.vertex_fans import ROOM, directions_of, seen_together, tree_of_boxes
+from geosurf.kernels.search.vertex_fans import (
+    ROOM,
+    box_tree,
+    direction_boxes,
+    overlapping_directions,
+)
 from geosurf.model import TriSurface
 
 MANY = 256  # triangles at a vertex, from which it is searched apart, and at an edge of it
@@ -108,14 +113,14 @@ def _seen_from(
     x, t = surface.vertices, surface.triangles
     rows = np.concatenate([mine, near])
     eye = x[t[mine[0]][corners[mine[0]] == hub][0]]
-    seen = directions_of(x, t[rows], eye, slip)
+    seen = direction_boxes(x, t[rows], eye, slip)
     label = np.zeros(len(rows), dtype=np.int64)
     label[: len(mine)], books = _books(corners[mine], hub)
     middle = np.clip(0.5 * (seen[:, :3] + seen[:, 3:]), -1.0, 1.0)
     each = np.repeat(np.arange(len(rows)), 3).reshape(-1, 3)
     order = np.lexsort((survey_list(middle, each)[1], label))
-    given = (seen, boxes[rows], label, order, *tree_of_boxes(seen, order, label))
-    pairs, _ = tree.all_pairs(lambda room: (seen_together(*given, room), 0))
+    given = (seen, boxes[rows], label, order, *box_tree(seen, order, label))
+    pairs, _ = tree.all_pairs(lambda room: (overlapping_directions(*given, room), 0))
     found = [rows[pairs], np.stack([mine[:-1], mine[1:]], axis=1)]
     for number, end in books:
         at_edge = mine[label[: len(mine)] == number]

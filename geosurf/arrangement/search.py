@@ -20,14 +20,14 @@ from geosurf.arrangement.threads import map_threads, n_threads
 from geosurf.arrangement.tree import look_at_list
 from geosurf.conventions import frame_origin, is_number, is_word, place
 from geosurf.errors import InputError, InvariantError, SurfaceError
-from geosurf.kernels.contacts.axis_grids import OPEN
-from geosurf.kernels.contacts.naming import file_records, name_contacts
+from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
+from geosurf.kernels.contacts.naming import name_contacts, write_records
 from geosurf.kernels.contacts.packed_contact import (
     HOW,
     in_plane,
     n_corners,
-    pack_settled,
-    packed,
+    pack_contacts,
+    pack_crossings,
     sorted_by_faces,
 )
 from geosurf.kernels.contacts.triangle_contact import N_COLUMN, meet_pairs
@@ -37,7 +37,7 @@ from geosurf.kernels.exact.predicates import (
     MAX_BITS,
     MAX_COORDINATE,
     MAX_SCALE,
-    SIZES_THAT_CAN_BE_USED,
+    VALID_SIZES,
     flat_triangles,
     frame_of,
 )
@@ -256,12 +256,12 @@ def _meet(x: np.ndarray, t: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, 
 
     Not as the search came across them: numbers are the same for any search.
     """
-    is_open = pairs[:, HOW] == OPEN
+    is_open = pairs[:, HOW] == NEEDS_EXACT
     if not is_open.any():
-        pack_settled(pairs)
+        pack_crossings(pairs)
         return sorted_by_faces(pairs, len(t)), pairs[:0, :2]
     known, waiting = pairs[~is_open], pairs[is_open, :2]
-    pack_settled(known)
+    pack_crossings(known)
     slip = ULP * float(np.abs(x).max(initial=0.0))
     n_part = max(1, min(n_threads(), len(waiting) // _PAIRS_OF_A_THREAD))
     parts = [(x, t, part, slip) for part in np.array_split(waiting, n_part)]
@@ -285,7 +285,7 @@ def _meet_part(
         if n_near > len(near):
             near = np.empty(n_near, dtype=np.int64)
             n, n_near = meet_pairs(x, t, some, m, w, slip, rows, near)
-        found.append(packed(rows[:n]))
+        found.append(pack_contacts(rows[:n]))
         beside.append(some[near[:n_near]])
     if len(found) == 1:
         return found[0], beside[0]
@@ -338,7 +338,7 @@ def _refuse_tiny(surfaces: Sequence[TriSurface], origin: np.ndarray, faces: Face
     value = faces.x[vertex, (digits[vertex] != np.floor(digits[vertex])).argmax()]
     raise SurfaceError(
         f"surface {surface.name!r} has a coordinate of {value:g} m at {place(where)}; "
-        f"{SIZES_THAT_CAN_BE_USED}."
+        f"{VALID_SIZES}."
     )
 
 
@@ -354,7 +354,7 @@ def _records(
 ) -> np.ndarray:
     """What cuts which face; edge planes that are new are added to `e`."""
     records = np.empty((2 * len(rows) + 18 * n_coplanar, 4), dtype=np.int64)
-    n = file_records(x, t, e, m, w, rows, ids, records)
+    n = write_records(x, t, e, m, w, rows, ids, records)
     _refuse_full(n)
     return records[:n]
 

@@ -17,7 +17,7 @@ import numpy as np
 from geosurf.arrangement import tree
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.numbering import number_below
-from geosurf.kernels.sheets.sheet_corners import over_one_another
+from geosurf.kernels.sheets.sheet_corners import overlap_in_map
 from geosurf.model import TriSurface
 from geosurf.model.base import any_of
 
@@ -56,7 +56,7 @@ def over_itself(surface: TriSurface, pairs: np.ndarray, origin: np.ndarray) -> n
     x = surface.vertices[nodes] - origin
     if len(some):
         of = corner.reshape(-1, 3), number.reshape(-1, 2)
-        mask[some] = over_one_another(x, *of, *frame_of(x))
+        mask[some] = overlap_in_map(x, *of, *frame_of(x))
     return mask
 
 

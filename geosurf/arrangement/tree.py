@@ -15,7 +15,7 @@ from geosurf.arrangement.memory_limit import check_pairs
 from geosurf.kernels.lattices.triangle_list import LARGEST, SMALLEST, build_list_tree, survey_list
 from geosurf.kernels.search import tree
 from geosurf.kernels.search.tree import FAN, IS_LATTICE, N_COL, N_PLACE, N_ROW
-from geosurf.kernels.search.tree_tops import crowns_meet
+from geosurf.kernels.search.tree_tops import tops_overlap
 from geosurf.kernels.search.voxels import triangle_boxes
 from geosurf.model import Lattice, TriSurface
 
@@ -155,7 +155,7 @@ def apart_by_crowns(trees: list[Tree], pairs: np.ndarray) -> np.ndarray:
     levels = np.concatenate([levels for _, levels in crowns])
     levels[:, 0] += np.repeat(first_node[:-1], np.diff(first_level))
     nodes = np.concatenate([nodes for nodes, _ in crowns])
-    beyond: np.ndarray = ~crowns_meet(nodes, levels, first_level, pairs)
+    beyond: np.ndarray = ~tops_overlap(nodes, levels, first_level, pairs)
     return beyond
 
 

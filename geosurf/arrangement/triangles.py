@@ -9,7 +9,7 @@ import numpy as np
 from geosurf.conventions import real_numbers
 from geosurf.errors import SurfaceError
 from geosurf.kernels.contacts.naming import name_contacts
-from geosurf.kernels.contacts.packed_contact import packed
+from geosurf.kernels.contacts.packed_contact import pack_contacts
 from geosurf.kernels.contacts.triangle_contact import (
     CROSSING,
     FIRST_CODE,
@@ -20,7 +20,7 @@ from geosurf.kernels.contacts.triangle_contact import (
 from geosurf.kernels.exact.predicates import (
     MAX_COORDINATE,
     MAX_SCALE,
-    SIZES_THAT_CAN_BE_USED,
+    VALID_SIZES,
     flat_triangles,
     frame_of,
     orient3d_rows,
@@ -117,8 +117,7 @@ def _checked(letter: str, triangle: Any) -> np.ndarray:
     digits = corners * 2.0**MAX_SCALE
     if (digits != np.floor(digits)).any():
         raise SurfaceError(
-            f"triangle {letter} has a coordinate too close to 0: {corners.tolist()}; "
-            f"{SIZES_THAT_CAN_BE_USED}."
+            f"triangle {letter} has a coordinate too close to 0: {corners.tolist()}; {VALID_SIZES}."
         )
     return corners + 0.0
 
@@ -138,7 +137,7 @@ def _points(
     space = np.concatenate([x, np.empty((12, 3))])
     e, d = np.zeros((12, 3), dtype=np.int64), np.zeros((12, 4), dtype=np.int64)
     ids = np.empty((1, 6), dtype=np.int64)
-    name_contacts(space, t, e, d, m, w, packed(rows), ids)
+    name_contacts(space, t, e, d, m, w, pack_contacts(rows), ids)
     return space[ids[0, : rows[0, N_CORNER]]]
 
 

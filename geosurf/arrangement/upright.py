@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.arrangement.tree import Tree, all_pairs
-from geosurf.kernels.contacts.axis_grids import upright_pairs
+from geosurf.kernels.contacts.axis_grids import axis_grid_pairs
 from geosurf.model import TriSurface
 
 _ULP = 2.0**-52
@@ -69,5 +69,5 @@ def settled_pairs(
     slip = _ULP * max(far)
     sides = [(*of.coordinates, of.places, of.nodes, of.levels) for of in (one, two)]
     return all_pairs(
-        lambda room: upright_pairs(*sides[0], *sides[1], origin, slip, swapped, room), 3
+        lambda room: axis_grid_pairs(*sides[0], *sides[1], origin, slip, swapped, room), 3
     )

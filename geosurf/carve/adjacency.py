@@ -14,7 +14,7 @@ import numpy as np
 
 from geosurf.carve.check_partition import Matched, rows_of
 from geosurf.carve.outside import box_of
-from geosurf.carve.rays import NOTHING, Rays
+from geosurf.carve.rays import NO_HIT, Rays
 from geosurf.kernels.meshes.mesh import join_pairs
 from geosurf.model import Patches
 
@@ -168,7 +168,7 @@ class Around:
         piece = np.concatenate([piece.ravel(), np.full(len(self._shell_rows), -1)])
         rays = Rays(self.patches.local, self.patches.triangles[every])
         side = rays.shoot(first, piece, piece < 0)[:, 1]
-        side = side[side != NOTHING]
+        side = side[side != NO_HIT]
         row, behind = every[side // 2], side % 2 == 1
         turn = (self.found.turn_of_patches[row] == behind).astype(np.int64)
         units = self._beside[self.found.of_patches[row], turn]

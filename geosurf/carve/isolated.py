@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.carve.rays import NOTHING, Rays
+from geosurf.carve.rays import NO_HIT, Rays
 
 
 def place_floating(
@@ -68,7 +68,7 @@ def place_floating(
     of_others[shell[_others(piece, shell, floating, label)]] = True
     start, outside = label, -1
     while True:
-        beyond = holding == NOTHING
+        beyond = holding == NO_HIT
         if beyond.any() and outside < 0:
             # the topmost side of the walls sees the outside as well
             outside = int(shell[rays.shoot(wall, np.where(np.isin(piece, fixed), -1, piece))[0, 0]])

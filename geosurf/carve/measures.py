@@ -38,10 +38,10 @@ def below(pieces: Pieces, face: np.ndarray, n_face: int, level: float) -> np.nda
     """
     found = np.zeros((n_face, 3))
     rows = np.flatnonzero(face[: len(pieces.triangles)] >= 0)
-    kernels.below_triangles(pieces.x, pieces.triangles[rows], face[rows], level, found)
+    kernels.volume_below_triangles(pieces.x, pieces.triangles[rows], face[rows], level, found)
     for lattice, runs, of in _runs(pieces, face):
         height = level + pieces.origin[2]
-        kernels.below_runs(*lattice.coordinates, lattice.places, runs, of, height, found)
+        kernels.volume_below_runs(*lattice.coordinates, lattice.places, runs, of, height, found)
     return found
 
 

@@ -14,9 +14,9 @@ import numpy as np
 from geosurf.conventions import place
 from geosurf.errors import InvariantError
 from geosurf.kernels.lattices.triangle_list import build_list_tree, survey_list
-from geosurf.kernels.search.rays import NOTHING, UNSURE, rows_in_box, shoot_rays
+from geosurf.kernels.search.rays import NO_HIT, UNDECIDED, cast_rays, rows_in_box
 
-__all__ = ["NOTHING", "Rays"]
+__all__ = ["NO_HIT", "Rays"]
 
 _SLIP = 1e-6  # [m] beside a column; far more than rounding an aim moves it by
 
@@ -65,7 +65,7 @@ class Rays:
         Returns
         -------
         ndarray of int64, shape (n, 2)
-            ``2 * triangle`` for a front, one more for a back; `NOTHING` where a ray meets no more.
+            ``2 * triangle`` for a front, one more for a back; `NO_HIT` where a ray meets no more.
         """
         seen = np.ones(len(self.t), dtype=bool) if seen is None else seen
         a, b, c = (self.x[self.t[starts, k]] for k in range(3))
@@ -75,8 +75,8 @@ class Rays:
         np.maximum.at(tops, number, self.boxes[:, 3:])
         tops = tops[number[starts], axes]
         sides = np.empty((len(starts), 2), dtype=np.int64)
-        shoot_rays(self.x, self.t, *self.tree, set_of, seen, starts, axes, tops, sides)
-        for k in np.flatnonzero(sides[:, 0] == UNSURE).tolist():
+        cast_rays(self.x, self.t, *self.tree, set_of, seen, starts, axes, tops, sides)
+        for k in np.flatnonzero(sides[:, 0] == UNDECIDED).tolist():
             sides[k] = self._exactly(int(starts[k]), int(axes[k]), set_of, seen)
         return sides
 
@@ -114,7 +114,7 @@ class Rays:
             # the side towards +axis is the front where the normal points there
             outer = 2 * top[1] + (0 if top[2] > 0 else 1)
             if not above:
-                return outer, NOTHING
+                return outer, NO_HIT
             first = min(above, key=_first)
             return outer, 2 * first[1] + (1 if first[2] > 0 else 0)
         raise InvariantError(

@@ -18,7 +18,7 @@ from geosurf.arrangement.search import Contacts
 from geosurf.intersect.sides import Piece, Side
 from geosurf.kernels.contacts.packed_contact import n_corners
 from geosurf.kernels.meshes.mesh import weld
-from geosurf.kernels.smooth.error_estimate import doubts_along
+from geosurf.kernels.smooth.error_estimate import errors_along
 from geosurf.kernels.smooth.lift import (
     ASTRAY,
     HOLD_SUM,
@@ -29,7 +29,7 @@ from geosurf.kernels.smooth.lift import (
     HOLE,
     LIFTED,
     OUTSIDE,
-    keep_order,
+    drop_reversals,
     lift_points,
 )
 from geosurf.kernels.smooth.resample import SAFETY, resample_runs
@@ -186,7 +186,7 @@ def lift_strand(
             w[b] = w[a]
     for a, b in spans:
         error[a:b] = doubt_along(doubts[a:b], tangents[a:b, 3], status[a:b], tolerance)
-    keep_order(strand.start, p, tangents, strand.must, strand.offsets, status, DROPPED)
+    drop_reversals(strand.start, p, tangents, strand.must, strand.offsets, status, DROPPED)
     for a, b in loops:
         status[b] = status[a] = max(status[a], status[b])
     # where the plain curve stays, it is as far away as the lifted one would have moved
@@ -206,7 +206,7 @@ def doubt_along(
     lifted = np.flatnonzero(status == LIFTED)
     total = np.zeros(len(status))
     rows = np.column_stack([doubts[lifted], sine[lifted]])
-    total[lifted], rough = doubts_along(rows)
+    total[lifted], rough = errors_along(rows)
     status[lifted[rough > 0.5 * tolerance]] = NOISE
     return total
 

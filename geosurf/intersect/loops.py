@@ -11,7 +11,7 @@ from geosurf.intersect.sides import Candidates, Side
 from geosurf.kernels.smooth.coverage import NEAR_SEED, SEED, TOO_CLOSE, check_pairs, keys_of
 from geosurf.kernels.smooth.lift import LIFTED, lift_points
 from geosurf.kernels.smooth.resample import SAFETY
-from geosurf.kernels.smooth.trace import CLOSED, LOST, distances, trace_curve
+from geosurf.kernels.smooth.trace import CLOSED, LOST, distances_to_segments, trace_curve
 
 Found = tuple[str, np.ndarray, float]  # reason, points, error
 
@@ -56,7 +56,7 @@ def find_lost(
         return [], []
     reach = near.size
     ends = _segments(lines)
-    away = distances(rows[:, 6:9], *ends)
+    away = distances_to_segments(rows[:, 6:9], *ends)
     seeds = rows[np.isin(rows[:, 0], (SEED, NEAR_SEED)) & (away > 4 * tolerance)]
     unclear = rows[~np.isin(rows[:, 0], (SEED, NEAR_SEED)) & (away > reach / 8)]
     found, noisy = _trace_all(arrays, two, seeds, 0.25 * reach, tolerance)
@@ -65,7 +65,7 @@ def find_lost(
         points, errors = zip(*noisy, strict=True)
         places.append(("noise", np.concatenate(points), max(errors)))
     if len(unclear) and found:
-        unclear = unclear[distances(unclear[:, 6:9], *_segments(found)) > reach / 8]
+        unclear = unclear[distances_to_segments(unclear[:, 6:9], *_segments(found)) > reach / 8]
     for reason, kind in (("touching", False), ("tangency", True)):
         points = unclear[(unclear[:, 0] == TOO_CLOSE) == kind, 6:9]
         if len(points):
@@ -96,7 +96,7 @@ def _trace_all(
             seeds = seeds[1:]
             continue
         found.append(line)
-        away = distances(seeds[:, 6:9], *_segments([line]))
+        away = distances_to_segments(seeds[:, 6:9], *_segments([line]))
         away[0] = 0.0
         seeds = seeds[away > 4 * tolerance]
     return found, noisy

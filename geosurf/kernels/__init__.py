@@ -24,6 +24,6 @@ would read better, but a tuple of arrays costs 145 ns a call instead of 10 (meas
 triangulation of a face adds ``h``, ``q``, ``f``, ``s``, ``k``: see `delaunay`.
 """
 
-from geosurf.kernels.compile.memory_pages import keep_pages
+from geosurf.kernels.compile.memory_pages import retain_pages
 
-keep_pages()
+retain_pages()

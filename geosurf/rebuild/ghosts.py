@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from geosurf.kernels.sheets.sheet_corners import named_corners
-from geosurf.kernels.sheets.sheet_trim import sides_of_edges, told_by_corners
+from geosurf.kernels.sheets.sheet_trim import classify_parts, sides_of_edges
 from geosurf.model import Patches, frozen
 from geosurf.model.expected import expect
 
@@ -79,7 +79,7 @@ def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         patch = patches.patch_of_triangle
         joined = _joined(patches, i, ends, of, fault)
         label = part[rows] = joined[patch[rows]]
-        held, beyond = told_by_corners(
+        held, beyond = classify_parts(
             patches.triangles, rows, mine, faces, on_fault, ghost, outer, label, len(joined)
         )
         keep[rows] = (held & ~beyond)[label]

@@ -23,9 +23,9 @@ from geosurf.arrangement.arrange import Children, cut_contacts
 from geosurf.arrangement.search import Contacts, find_contacts
 from geosurf.conventions import place
 from geosurf.errors import RoundingError, SurfaceError
-from geosurf.kernels.contacts.packed_contact import on_rims
+from geosurf.kernels.contacts.packed_contact import on_boundaries
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.mesh import turned_over
+from geosurf.kernels.meshes.mesh import inverted_triangles
 from geosurf.model import TriSurface
 from geosurf.rebuild.assemble import first_of_equals
 from geosurf.rebuild.own import with_own_contacts
@@ -44,7 +44,7 @@ def unsound(contacts: Contacts, children: Children) -> np.ndarray:
     if len(rows):
         m, w = frame_of(children.x)
         t, parent = children.triangles[rows], children.parent[rows]
-        bad = turned_over(children.x, t, contacts.t, parent, m, w)
+        bad = inverted_triangles(children.x, t, contacts.t, parent, m, w)
         if len(bad):
             return parent[bad]
     return crossing_faces(contacts, children)
@@ -97,7 +97,7 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
     is moved must not depend on that.
     """
     faces = np.unique(faces)
-    near = np.isin(contacts.rows[:, :2], faces).any(axis=1) & ~on_rims(contacts.rows)
+    near = np.isin(contacts.rows[:, :2], faces).any(axis=1) & ~on_boundaries(contacts.rows)
     faces = np.union1d(faces, contacts.rows[near, :2])
     ids = np.zeros(contacts.n_vertex, dtype=bool)
     ids[contacts.t[faces]] = True

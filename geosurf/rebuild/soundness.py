@@ -18,7 +18,7 @@ import numpy as np
 from geosurf.arrangement.arrange import Children
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.arrangement.search import ULP, Contacts
-from geosurf.kernels.contacts.stable_pairs import unsure_pairs
+from geosurf.kernels.contacts.stable_pairs import unstable_pairs
 from geosurf.kernels.cutting.thin_pieces import thin_children
 from geosurf.kernels.meshes.mesh import weld
 from geosurf.kernels.search.voxels import triangle_boxes
@@ -74,7 +74,7 @@ def near_pairs(contacts: Contacts) -> np.ndarray:
     met = np.sort(contacts.rows[:, :2], axis=1)
     meet = np.isin(pairs[:, 0] * n + pairs[:, 1], met[:, 0] * n + met[:, 1])
     m, w = contacts.m.copy(), contacts.w
-    return pairs[unsure_pairs(contacts.x, contacts.t, m, w, pairs, meet, ULP)]
+    return pairs[unstable_pairs(contacts.x, contacts.t, m, w, pairs, meet, ULP)]
 
 
 def _of_near_pairs(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.errors import HorizonError
-from geosurf.kernels.lattices.coarsen import largest_misfits, mark_splits, take_triangles
+from geosurf.kernels.lattices.coarsen import collect_triangles, largest_errors, mark_splits
 from geosurf.model import Lattice, TriSurface
 
 _LARGEST = 256  # cells along the largest triangles
@@ -44,10 +44,10 @@ def coarsen_lattice(name: str, lattice: Lattice, tolerance: float) -> TriSurface
     size = [-(-n // square) * square + 1 for n in whole.shape]
     split = np.zeros(size, dtype=bool)
     mark_splits(z, whole, rising, square, tolerance, split)
-    rows = take_triangles(whole, square, split)
+    rows = collect_triangles(whole, square, split)
     halves = np.bincount(rows[rows[:, 6] >= 0, 6], minlength=whole.size)
     kept = rows[(rows[:, 6] < 0) | (halves[rows[:, 6]] < 2)]
-    errors = largest_misfits(z, rising, kept[:, :6])
+    errors = largest_errors(z, rising, kept[:, :6])
     n_row, n_col = z.shape
     nodes = np.stack([_node(kept[:, 2 * k : 2 * k + 2], n_col) for k in range(3)], axis=1)
     plain = _plain_of(np.flatnonzero(halves == 2), z, rising)

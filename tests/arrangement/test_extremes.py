@@ -7,7 +7,7 @@ import pytest
 
 from geosurf import TriSurface, intersect_surfaces, intersect_triangles, rebuild_surfaces
 from geosurf.errors import InputError, SurfaceError
-from geosurf.kernels.exact.predicates import LEAST_COORDINATE, MAX_COORDINATE
+from geosurf.kernels.exact.predicates import MAX_COORDINATE, MIN_COORDINATE
 from tests.arrangement import extremes
 from tests.strategies import soup
 
@@ -37,7 +37,7 @@ def test_what_does_not_meet_may_be_as_small_as_it_likes():
     assert rebuild_surfaces([tiny, below]).n_triangle == 2
 
 
-@pytest.mark.parametrize("size", [LEAST_COORDINATE, 2.0**-240, 1.0, MAX_COORDINATE / 4])
+@pytest.mark.parametrize("size", [MIN_COORDINATE, 2.0**-240, 1.0, MAX_COORDINATE / 4])
 def test_the_sizes_that_are_promised_are_taken(size):
     """Coordinates with all of their digits, at both ends of the range."""
     rng = np.random.default_rng(5)

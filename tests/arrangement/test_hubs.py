@@ -11,7 +11,7 @@ import pytest
 from geosurf import TriSurface, intersect_surfaces, rebuild_surfaces
 from geosurf.arrangement import hubs
 from geosurf.arrangement.hubs import hubs_of, pairs_around_hubs
-from geosurf.kernels.search.vertex_fans import directions_of
+from geosurf.kernels.search.vertex_fans import direction_boxes
 from tests import laws, oracles
 from tests.growth import book, closed_cone, fan
 from tests.strategies import UTM, soup
@@ -100,7 +100,7 @@ def test_directions_hold_all_of_a_triangle(rng):
     for _ in range(300):
         x = rng.normal(size=(3, 3)) * rng.choice([0.1, 1, 10]) + rng.normal(size=3)
         eye = x[0].copy() if rng.random() < 0.3 else rng.integers(-1, 2, 3).astype(float)
-        box = directions_of(x, np.array([[0, 1, 2]]), eye, 0.0)[0]
+        box = direction_boxes(x, np.array([[0, 1, 2]]), eye, 0.0)[0]
         to = rng.dirichlet([0.5, 0.5, 0.5], 200) @ x - eye
         to /= np.linalg.norm(to, axis=1)[:, None]
         assert (to >= box[:3]).all()

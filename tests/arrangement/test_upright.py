@@ -13,19 +13,19 @@ from geosurf import TriSurface
 from geosurf.arrangement import gather
 from geosurf.arrangement.search import find_contacts
 from geosurf.arrangement.tree import Tree, apart
-from geosurf.kernels.contacts.axis_cells import range_on
-from geosurf.kernels.contacts.axis_grids import OPEN
+from geosurf.kernels.contacts.axis_cells import cells_in_interval
+from geosurf.kernels.contacts.axis_grids import NEEDS_EXACT
 from geosurf.kernels.contacts.packed_contact import (
     code_of,
     in_plane,
     n_corners,
-    on_rims,
-    pack_settled,
-    packed,
+    on_boundaries,
+    pack_contacts,
+    pack_crossings,
     sorted_by_faces,
 )
 from geosurf.kernels.contacts.triangle_contact import FACE
-from geosurf.kernels.exact.constructed_points import lpi_plainly
+from geosurf.kernels.exact.constructed_points import lpi_in_doubles
 from geosurf.kernels.meshes.numbering import number_below, number_in_place
 from geosurf.model import Lattice
 
@@ -94,7 +94,7 @@ def test_nearly_all_pairs_are_settled_by_floats(rng, turned, monkeypatch):
     monkeypatch.setattr(gather, "settled_pairs", watched(gather.settled_pairs, seen))
     found = find_contacts(surfaces[::-1] if turned else surfaces)
     assert len(found.rows) == len(seen[0]) > 100
-    assert (seen[0][:, 2] != OPEN).all()
+    assert (seen[0][:, 2] != NEEDS_EXACT).all()
 
 
 @pytest.mark.parametrize("cells", [(3, 2), (9, 6), (40, 30)])
@@ -185,20 +185,20 @@ def test_contacts_are_packed_and_unpacked(rng):
     n = rng.integers(0, 7, 200)
     code = np.where(np.arange(6) < n[:, None], rng.integers(0, 128, (200, 6)), -1)
     rows = np.column_stack([rng.integers(0, 99, (200, 2)), rng.integers(0, 2, (200, 2)), n, code])
-    found = packed(rows)
+    found = pack_contacts(rows)
     np.testing.assert_array_equal(found[:, :2], rows[:, :2])
     np.testing.assert_array_equal(in_plane(found), rows[:, 2] == 1)
     np.testing.assert_array_equal(n_corners(found), n)
     np.testing.assert_array_equal(codes(found), code)
     inside = ((code >= 0) & (((code >> 3 & 7) >= FACE) | ((code & 7) >= FACE))).any(axis=1)
-    np.testing.assert_array_equal(on_rims(found), (n < 3) & ~inside)
-    assert 10 < on_rims(found).sum() < (n < 3).sum()
+    np.testing.assert_array_equal(on_boundaries(found), (n < 3) & ~inside)
+    assert 10 < on_boundaries(found).sum() < (n < 3).sum()
     two = (n == 2) & (rows[:, 2] == 0) & (rows[:, 3] == 1) & (code[:, :2].max(axis=1) < 64)
     two = np.concatenate([rows[two], [[4, 7, 0, 1, 2, 30, 63, -1, -1, -1, -1]]])
     settled = np.column_stack([two[:, :2], 64 * two[:, 5] + two[:, 6]])
-    pack_settled(settled)
-    np.testing.assert_array_equal(settled, packed(two))
-    assert len(np.unique(packed(rows)[:, 2])) == len(np.unique(rows[:, 2:], axis=0))
+    pack_crossings(settled)
+    np.testing.assert_array_equal(settled, pack_contacts(two))
+    assert len(np.unique(pack_contacts(rows)[:, 2])) == len(np.unique(rows[:, 2:], axis=0))
 
 
 def test_points_that_doubles_place_are_the_next_doubles(rng):
@@ -209,7 +209,7 @@ def test_points_that_doubles_place_are_the_next_doubles(rng):
             step = rng.uniform(-1, 1, 3) * size / 5
             x[3], x[4] = x[:3].mean(axis=0) + step, x[:3].mean(axis=0) - rng.uniform(0, 1) * step
             t = np.array([[0, 1, 2]])
-            known, *place = lpi_plainly(x, t, 3, 4, 0)
+            known, *place = lpi_in_doubles(x, t, 3, 4, 0)
             if not known:
                 continue
             a, b, o, p, q = ([Fraction(v) for v in x[i].tolist()] for i in (3, 4, 0, 1, 2))
@@ -234,7 +234,7 @@ def test_a_cell_without_a_place_asks_for_cells_that_exist(low, high, pace):
     A guess from what is not a number is no row of anything.
     """
     axis = np.arange(6.0)
-    first, last = range_on(axis, 5, pace, low, high)
+    first, last = cells_in_interval(axis, 5, pace, low, high)
     assert 0 <= first <= 5
     assert 0 <= last <= 5
 
@@ -270,4 +270,4 @@ def test_cells_that_reach_an_interval_are_those_of_asking_each(steps, low, size)
     begins = [i for i in range(n) if axis[i] <= high]
     expected = (ends[0] if ends else n, begins[-1] + 1 if begins else 0)
     for pace in (n / axis[-1], 1.0 / steps[0], 0.0, 7.0):
-        assert range_on(axis, n, pace, float(low), float(high)) == expected
+        assert cells_in_interval(axis, n, pace, float(low), float(high)) == expected

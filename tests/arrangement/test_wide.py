@@ -12,7 +12,7 @@ from geosurf.arrangement import crossing
 from geosurf.arrangement.broad import fit_voxels
 from geosurf.kernels.contacts.triangle_contact import N_COLUMN, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.search.large_triangles import wide_pairs
+from geosurf.kernels.search.large_triangles import large_triangle_pairs
 from geosurf.kernels.search.voxels import fill_voxels, triangle_boxes
 
 corner = st.tuples(*[st.integers(0, 12)] * 3)
@@ -53,7 +53,7 @@ def test_every_pair_that_meets_is_found_once(mesh, size, shift):
     grid = fit_voxels(boxes, boxes, size)
     wide = (boxes[:, 3:] - boxes[:, :3]).max(axis=1) > 1.5
     offsets, filled = fill_voxels(boxes, np.flatnonzero(~wide), grid.bounds, grid.size, grid.shape)
-    found = wide_pairs(
+    found = large_triangle_pairs(
         x, t, boxes, np.flatnonzero(wide), grid.bounds, grid.size, grid.shape, offsets, filled
     )
     named = [tuple(pair) for pair in found.tolist()]

@@ -8,7 +8,7 @@ import pytest
 from geosurf import TriSurface, build_walls, carve_units, rebuild_surfaces
 from geosurf.carve import rays
 from geosurf.carve.cells import find_cells
-from geosurf.carve.rays import NOTHING, Rays
+from geosurf.carve.rays import NO_HIT, Rays
 from geosurf.errors import GeosurfError
 from tests.growth import islands
 
@@ -61,7 +61,7 @@ def test_floats_leave_to_fractions_what_they_cannot_tell(monkeypatch):
         Rays, "_exactly", lambda self, *given: asked.append(given[0]) or exactly(self, *given)
     )
     found = Rays(x, np.arange(9).reshape(3, 3)).shoot(np.arange(3), np.arange(3))
-    assert found.tolist() == [[0, 3], [2, 5], [4, NOTHING]]
+    assert found.tolist() == [[0, 3], [2, 5], [4, NO_HIT]]
     assert asked == [0, 1, 2]
 
 

@@ -11,20 +11,27 @@ from geosurf import intersect_surfaces
 from geosurf.intersect.sides import side_of
 from geosurf.kernels.smooth.coverage import cone
 from geosurf.kernels.smooth.cubic_patch import evaluate
-from geosurf.kernels.smooth.curve_walk import away_from_arc
-from geosurf.kernels.smooth.error_estimate import ROUGH, WINDOW, doubts_along
+from geosurf.kernels.smooth.curve_walk import measure_arc
+from geosurf.kernels.smooth.error_estimate import ROUGH, WINDOW, errors_along
 from geosurf.kernels.smooth.hermite_arcs import (
     K_LENGTH,
     K_SLOPE,
     N_KNOT,
     along_arc,
-    chords,
-    from_arc,
+    chords_of_arc,
     on_arc,
     set_length,
+    squared_distance_to_arc,
 )
 from geosurf.kernels.smooth.knots import ARC_SAFETY, set_knot
-from geosurf.kernels.smooth.lift import F_POINT, F_TANGENT, LIFTED, N_WORK, meet_to
+from geosurf.kernels.smooth.lift import (
+    F_POINT,
+    F_TANGENT,
+    LIFTED,
+    N_WORK,
+    SurfacePair,
+    newton_in_plane_to,
+)
 from geosurf.kernels.smooth.newton_seeds import patch_cone
 from geosurf.kernels.smooth.patch_pairs import N_PATCH
 from tests.intersect.smooth_worlds import listric_fault, wavy_horizon
@@ -92,7 +99,7 @@ def test_arcs_of_a_circle_gain_four_orders():
 def test_no_chord_is_farther_from_its_arc_than_told(rng, target):
     for _ in range(20):
         one, two = any_arc(rng)
-        count, told = chords(one, two, target)
+        count, told = chords_of_arc(one, two, target)
         assert told <= target
         corners = drawn(one, two, np.arange(count + 1) / count)[:, :3]
         place = np.minimum((PLACES * count).astype(int), count - 1)
@@ -106,14 +113,14 @@ def test_a_straight_arc_is_one_chord():
     one, two = knot((0, 0, 0), (0.6, 0.8, 0)), knot((6, 8, 0), (0.6, 0.8, 0))
     set_length(one, two)
     assert two[K_LENGTH] == 10.0
-    count, told = chords(one, two, 1e-6)
+    count, told = chords_of_arc(one, two, 1e-6)
     assert count == 1
     assert told < 1e-12
 
 
 def test_a_chord_of_a_circle_is_told_within_a_percent():
     one, two = on_circle(1000.0, 0.1)
-    count, told = chords(one, two, np.inf)
+    count, told = chords_of_arc(one, two, np.inf)
     assert count == 1
     assert told == pytest.approx(1000.0 * (1 - np.cos(0.05)), rel=0.01)
 
@@ -124,7 +131,7 @@ def test_distances_from_arcs_are_those_of_many_places(rng):
     for t, aside in rng.random((20, 2)) * (1.0, 0.5):
         point = drawn(one, two, np.array([t]))[0, :3] + rng.normal(size=3) * aside
         slow = np.linalg.norm(fine - point, axis=1).min()
-        assert np.sqrt(from_arc(one, two, *point)) == pytest.approx(slow, abs=1e-4)
+        assert np.sqrt(squared_distance_to_arc(one, two, *point)) == pytest.approx(slow, abs=1e-4)
 
 
 # ---- cones -------------------------------------------------------------------------------
@@ -170,7 +177,7 @@ def test_a_patch_without_area_has_no_cone():
 
 
 def slow_doubts(rows):
-    """`doubts_along`, written down once more."""
+    """`errors_along`, written down once more."""
     total, rough = np.zeros(len(rows)), np.zeros(len(rows))
     for k in range(len(rows)):
         part = np.sqrt((rows[max(k - WINDOW, 0) : k + WINDOW + 1] ** 2).mean(axis=0))
@@ -186,14 +193,14 @@ def slow_doubts(rows):
 def test_doubts_are_summed_over_windows(rng, n):
     rows = rng.random((n, 7)) * (1, 0.3, 0.1, 1, 0.4, 0.2, 1) + (0, 0, 0, 0, 0, 0, 0.1)
     rows[: n // 3, :3] = 0.0
-    for fast, slow in zip(doubts_along(rows), slow_doubts(rows), strict=True):
+    for fast, slow in zip(errors_along(rows), slow_doubts(rows), strict=True):
         assert np.allclose(fast, slow, rtol=1e-12)
 
 
 def test_a_gap_in_the_data_is_no_number():
     rows = np.ones((4, 7))
     rows[2, :3] = np.nan
-    total, _ = doubts_along(rows)
+    total, _ = errors_along(rows)
     assert np.isnan(total).all()
 
 
@@ -230,7 +237,7 @@ def knots_along(sides, w, steps):
             way = out[-1][K_SLOPE : K_SLOPE + 3]
             at[:] = out[-1][:3] + step * way
             w = out[-1][3:7] + step * out[-1][K_SLOPE + 3 : K_LENGTH]
-        assert meet_to(*arrays, 0, w, *at, *way, 1e-9, f) == LIFTED
+        assert newton_in_plane_to(SurfacePair(*arrays), 0, w, *at, *way, 1e-9, f) == LIFTED
         knot = np.zeros(N_KNOT)
         knot[3:7] = w
         ahead = 1.0 if k == 0 or f[F_TANGENT : F_TANGENT + 3] @ way > 0 else -1.0
@@ -253,14 +260,17 @@ def test_no_curve_is_farther_from_its_arc_than_twice_what_was_measured(rng):
     arrays, knots = knots_along(sides, w, rng.uniform(80.0, 500.0, 12))
     row, f, worst = np.empty(7), np.empty(N_WORK), []
     for one, two in pairwise(knots):
-        told = away_from_arc(*arrays, one, two, np.inf, 1e-9, row, f)
+        measured = measure_arc(SurfacePair(*arrays), one, two, np.inf, 1e-9, row, f)
         most = 0.0
         for place in np.linspace(0.02, 0.98, 61):
             on_arc(one, two, float(place), row)
             x, y, z = row[:3]
             way = along_arc(one, two, float(place))
-            assert meet_to(*arrays, 0, row[3:7], x, y, z, *way, 1e-9, f) == LIFTED
+            assert (
+                newton_in_plane_to(SurfacePair(*arrays), 0, row[3:7], x, y, z, *way, 1e-9, f)
+                == LIFTED
+            )
             most = max(most, float(np.linalg.norm(f[F_POINT : F_POINT + 3] - (x, y, z))))
-        worst.append(most / told)
+        worst.append(most / measured)
     assert max(worst) <= ARC_SAFETY
     assert max(worst) > 1.1  # or the factor would not be needed

@@ -19,7 +19,7 @@ from geosurf.intersect.link import (
     pairs_with_areas,
     touching_points,
 )
-from geosurf.kernels.contacts.near_segments import beside_lines
+from geosurf.kernels.contacts.near_segments import points_near_segments
 from tests import oracles
 from tests.growth import chords, planes_through_a_line, seam
 from tests.rebuild.worlds import world
@@ -208,7 +208,7 @@ def test_points_beside_segments_are_those_of_all_pairs(rng, n):
     lines, points = np.array([0, len(segments) // 3, len(segments)]), np.array([0, n // 2, n])
     pairs = np.empty((n * n, 2), dtype=np.int64)
     which = rng.permutation(n)
-    found = pairs[: beside_lines(x, segments, lines, which, points, 1e-9, pairs)]
+    found = pairs[: points_near_segments(x, segments, lines, which, points, 1e-9, pairs)]
     slow = set()
     for group in range(2):
         for s in range(lines[group], lines[group + 1]):

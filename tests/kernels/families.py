@@ -114,11 +114,11 @@ def _circle_signs(x: np.ndarray, m: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
     An odd change of order changes the sign of the determinant; it is 0 for four points of a line.
     """
-    from geosurf.kernels.cutting.cached_predicates import roomy_workspace
-    from geosurf.kernels.cutting.face_circles import sign_rows
+    from geosurf.kernels.cutting.cached_predicates import face_workspace
     from geosurf.kernels.exact.exact_signs import LIMBS
+    from tests.kernels.rows import sign_rows
 
-    w = roomy_workspace(int(m[LIMBS]), len(x))
+    w = face_workspace(int(m[LIMBS]), len(x))
     none = np.empty((0, 4), dtype=np.int64)
     signs = np.zeros(len(rows), dtype=np.int64)
     open_ = np.ones(len(rows), dtype=bool)

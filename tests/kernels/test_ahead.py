@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from geosurf.kernels.compile.jit import RUNNER, entry, scalar
-from geosurf.kernels.lattices.prefetch import ahead
+from geosurf.kernels.lattices.prefetch import prefetch
 
 
 @scalar
 def _ask(x, i):
-    ahead(x, i)
+    prefetch(x, i)
 
 
 @entry("d2 l1 l -> d")
@@ -17,7 +17,7 @@ def total_asked_for(x, rows, early):
     total = 0.0
     for k in range(rows.shape[0]):
         _ask(x, rows[k] + early)
-        ahead(rows, k + early)
+        prefetch(rows, k + early)
         total += x[rows[k], 0] + x[rows[k], 2]
     return total
 
@@ -31,7 +31,7 @@ def test_what_is_asked_for_changes_nothing_and_need_not_be_there(early):
 
 def test_compiled_kernels_ask_by_one_instruction():
     if not RUNNER.compiles:
-        assert ahead(np.zeros(3), 5) is None
+        assert prefetch(np.zeros(3), 5) is None
         return
     from geosurf.kernels.compile.helpers import entry_dispatcher  # with nothing kept
     from geosurf.kernels.compile.numba_runner import types_of

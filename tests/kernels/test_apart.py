@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.kernels.contacts.triangle_contact import FIRST_CODE, N_COLUMN, N_CORNER, meet_pairs
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.search.separation import open_pairs
+from geosurf.kernels.search.separation import undecided_pairs
 from tests import oracles
 
 POINT = st.tuples(*[st.integers(0, 3)] * 3)
@@ -114,7 +114,7 @@ def test_neighbours_of_a_bent_grid_are_never_asked_about_exactly():
     pairs = np.empty((9, 2), dtype=np.int64)
     whole = np.array([0, len(t)]), np.arange(len(t))
     one, first = np.ones(3, dtype=np.int64), np.zeros((len(t), 3), dtype=np.int64)
-    assert open_pairs(x, t, len(t), boxes, one, *whole, first, pairs) == 0
+    assert undecided_pairs(x, t, len(t), boxes, one, *whole, first, pairs) == 0
     assert len(crossing_pairs(x, t)) == 0
     x[:, 2] = 0.0
     assert len(crossing_pairs(x, t)) == 0

@@ -176,7 +176,7 @@ def test_what_is_left_of_helpers_is_internal():
     from geosurf.kernels.cutting import face_signs
 
     def turns(x, t, e, d, m, w, q, f, s):
-        return face_signs.turn_closely(x, t, e, d, m, w, q, f, s, 0, 1, 2)
+        return face_signs.exact_turn(x, t, e, d, m, w, q, f, s, 0, 1, 2)
 
     integers = numba.int64[:, ::1], numba.int64[::1]
     floats = numba.float64[:, ::1]

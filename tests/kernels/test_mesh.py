@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.meshes.mesh import edges, numbered_in_order, patches_and_rim
+from geosurf.kernels.meshes.mesh import edges, patches_and_boundary, renumber_in_order
 
 
 def assert_rings(t: np.ndarray, n_vertex: int) -> None:
@@ -69,7 +69,7 @@ def test_patches_end_where_owners_change_or_sheets_meet(triangles):
     t = np.array([sorted(corners) for corners in sorted(triangles, key=sorted)], dtype=np.int64)
     owners = t.sum(axis=1) % 2
     ring, n_edge = edges(t, 7)
-    part, rim = patches_and_rim(t, owners, owners, ring, np.arange(len(t)), n_edge)
+    part, rim = patches_and_boundary(t, owners, owners, ring, np.arange(len(t)), n_edge)
     expected, edges_of_rim = oracle_of_patches(t, owners)
     assert part.tolist() == expected
     assert len(rim) == len(edges_of_rim)
@@ -84,4 +84,4 @@ def test_numbers_as_they_are_met_in_an_order(seed, n):
     expected = np.empty(n, dtype=np.int64)
     for i in order.tolist():
         expected[i] = seen.setdefault(number[i], len(seen))
-    assert np.array_equal(numbered_in_order(number, order, 12), expected)
+    assert np.array_equal(renumber_in_order(number, order, 12), expected)

@@ -14,7 +14,7 @@ from geosurf.kernels.contacts.naming import name_contacts
 from geosurf.kernels.contacts.packed_contact import n_corners
 from geosurf.kernels.contacts.placing import LANES
 from geosurf.kernels.exact.constructed_points import FULL
-from geosurf.kernels.exact.double_double import doubled_rows
+from tests.kernels.rows import point_dd_rows
 from tests.kernels.test_signs import SCALES, dot, minus, plane, position
 from tests.oracles import rational, rounded
 from tests.strategies import soup, soups
@@ -189,7 +189,7 @@ def test_rows_of_blocks_are_those_of_single_points(rng):
     contacts = find_contacts([floor, comb])
     assert len(contacts.d) == 2 * n
     out = np.empty((2 * n, 10))
-    doubled_rows(contacts.x, contacts.t, contacts.e, contacts.m, contacts.d, out)
+    point_dd_rows(contacts.x, contacts.t, contacts.e, contacts.m, contacts.d, out)
     np.testing.assert_array_equal(out[:, 1:4], contacts.x[contacts.n_vertex :])
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.cutting.hilbert_order import ranked_points
+from tests.kernels.rows import ranked_points
 
 
 def along_hilbert(u, v, n_level):

@@ -13,7 +13,7 @@ from hypothesis.extra.numpy import arrays
 
 from geosurf.kernels.exact.predicates import frame_of
 from geosurf.kernels.meshes.parts import DONE, NEEDS_EXACT, join_parts, parts_of
-from geosurf.kernels.meshes.radial_order import N_AROUND, main_axis, sort_around, sorted_by_floats
+from geosurf.kernels.meshes.radial_order import N_AROUND, main_axis, sort_around, sort_by_floats
 
 small = st.integers(-3, 3).map(float)
 PAIRED, FREE = -2, -1
@@ -88,7 +88,7 @@ def test_doubles_and_exact_numbers_sort_as_fractions_do(made, stretch):
     axis, heading = main_axis(x, 0, 1)
     start = [-1 if way else 1 for way in back]
     order, ways = np.arange(n), np.array(start)
-    if sorted_by_floats(px, np.arange(n), axis, heading, order, ways, n, np.empty(n)):
+    if sort_by_floats(px, np.arange(n), axis, heading, order, ways, n, np.empty(n)):
         assert order.tolist() == expected
         assert ways.tolist() == [start[i] for i in order]
     order, ways = np.arange(n), np.array(start)
@@ -117,7 +117,7 @@ def test_half_planes_around_the_first_are_in_order_or_not_told(rng, spread):
         px, start = x[t].reshape(-1, 3), np.where(t[:, 0] == 1, -1, 1)
         order, ways = np.arange(3), start.copy()
         axis, heading = main_axis(x, 0, 1)
-        if sorted_by_floats(px, np.arange(3), axis, heading, order, ways, 3, np.empty(3)):
+        if sort_by_floats(px, np.arange(3), axis, heading, order, ways, 3, np.empty(3)):
             told += 1
             assert order.tolist() == expected
         order, ways, pt = np.arange(3), start.copy(), np.arange(9).reshape(-1, 3)
@@ -138,7 +138,7 @@ def test_half_planes_that_are_one_have_no_order(rng):
         px, pt = x[t].reshape(-1, 3), np.arange(12).reshape(-1, 3)
         order, ways = np.arange(4), np.array([-1, 1, -1, 1])
         axis, heading = main_axis(x, 0, 1)
-        assert not sorted_by_floats(px, np.arange(4), axis, heading, order, ways, 4, np.empty(4)), (
+        assert not sort_by_floats(px, np.arange(4), axis, heading, order, ways, 4, np.empty(4)), (
             pair
         )
         order, ways = np.arange(4), np.array([-1, 1, -1, 1])

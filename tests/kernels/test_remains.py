@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geosurf.kernels.sheets.sheet_trim import sides_of_edges, told_by_corners
+from geosurf.kernels.sheets.sheet_trim import classify_parts, sides_of_edges
 
 N = 6
 TRIANGLES = st.lists(st.permutations(range(N)).map(lambda p: p[:3]), max_size=40)
@@ -49,5 +49,5 @@ def test_what_corners_tell(triangles, outer, seed):
             if v >= 0 and not on_fault[t[row, c]]:
                 held[p] |= not ghost[v]
                 beyond[p] |= bool(outer[v])
-    found = told_by_corners(t, rows, named, faces, on_fault, ghost, outer, part, 3)
+    found = classify_parts(t, rows, named, faces, on_fault, ghost, outer, part, 3)
     assert [mask.tolist() for mask in found] == [list(held.values()), list(beyond.values())]

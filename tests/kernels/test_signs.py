@@ -9,13 +9,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from geosurf.kernels.cutting.cached_predicates import roomy_workspace
-from geosurf.kernels.cutting.face_circles import sign_rows
-from geosurf.kernels.cutting.face_signs import AXIS, N_STATE, add_local, lower
-from geosurf.kernels.cutting.symbolic import made_alike
-from geosurf.kernels.exact.double_double import doubled_rows
-from geosurf.kernels.exact.exact_signs import EXACT_ORIENT2D, LIMBS
+from geosurf.kernels.cutting.cached_predicates import face_workspace
+from geosurf.kernels.cutting.face_signs import AXIS, N_STATE, FacePoints, add_local, precedes
+from geosurf.kernels.cutting.symbolic import equal_by_construction
+from geosurf.kernels.exact.exact_signs import EXACT_ORIENT2D, LIMBS, Frame
 from geosurf.kernels.exact.predicates import frame_of
+from tests.kernels.rows import point_dd_rows, sign_rows
 from tests.oracles import determinant, rational, rounded, sign
 
 SCALES = {
@@ -99,7 +98,7 @@ def test_points_in_double_double_are_within_their_bounds(kind):
         world = World(kind, seed)
         m, _ = frame_of(world.x, len(world.t))
         out = np.empty((len(world.d), 10))
-        doubled_rows(world.x, world.t, world.e, m, world.d, out)
+        point_dd_rows(world.x, world.t, world.e, m, world.d, out)
         for at, row in zip(world.places, out, strict=True):
             if row[0] == 0.0:
                 continue
@@ -123,7 +122,7 @@ def test_edges_that_lie_in_planes_but_for_rounding_are_within_their_bounds(rng):
     d = np.stack([0 * k + 1, 3 * n + 2 * k, 3 * n + 2 * k + 1, k], axis=1)
     m, _ = frame_of(x, n)
     out = np.empty((n, 10))
-    doubled_rows(x, t, none, m, d, out)
+    point_dd_rows(x, t, none, m, d, out)
     exact, known = rational(x), 0
     for row, at in zip(out, d.tolist(), strict=True):
         place = position(exact, t.tolist(), [], at)
@@ -153,15 +152,16 @@ def test_points_nearer_to_each_other_than_double_doubles_are_put_in_order():
         places = [position(rational(x), t.tolist(), [], row) for row in defined.tolist()]
         assert [place[0] for place in places] == [one, two]
         m, _ = frame_of(x, 1)
-        w = roomy_workspace(int(m[LIMBS]), 2)
+        w = face_workspace(int(m[LIMBS]), 2)
         every = np.concatenate([x, [rounded(place) for place in places]])
         q, f = np.empty((2, 8), dtype=np.int64), np.empty((2, 8))
         s = np.zeros(N_STATE, dtype=np.int64)
         s[AXIS] = 2
+        frame, points = Frame(every, t, none, defined, m, w), FacePoints(q, f, s)
         for i in (7, 8):
-            add_local(every, t, none, defined, m, q, f, s, i, 0)
-        told = (lower(every, t, none, defined, m, w, q, f, s, i, 1 - i) for i in (0, 1))
-        assert tuple(told) == (False, True), (far, b, d)
+            add_local(frame, points, i, 0)
+        found = (precedes(frame, points, i, 1 - i) for i in (0, 1))
+        assert tuple(found) == (False, True), (far, b, d)
         asked += 1
     assert asked > 20
 
@@ -186,7 +186,7 @@ def test_no_point_is_at_minus_zero(corners, defined):
     t, none = np.arange(len(x) // 3 * 3).reshape(-1, 3), np.empty((0, 3), dtype=np.int64)
     m, _ = frame_of(x, len(t))
     out = np.empty((1, 10))
-    doubled_rows(x, t, none, m, np.array([defined]), out)
+    point_dd_rows(x, t, none, m, np.array([defined]), out)
     assert out[0, 0] == 1.0
     assert (out[0, 1:4] == 0.0).sum() > 1
     assert not np.signbit(out[0, 1:4][out[0, 1:4] == 0.0]).any()
@@ -216,7 +216,7 @@ def assert_signs(x, t, e, d, places, axis, rows, n_row=1) -> tuple[int, int, int
     u, v = (axis + 1) % 3, (axis + 2) % 3
     flat = [(at[u], at[v]) for at in places]
     m, _ = frame_of(x, len(t))
-    w = roomy_workspace(int(m[LIMBS]), n_row)
+    w = face_workspace(int(m[LIMBS]), n_row)
     out = np.empty((len(rows), 3), dtype=np.int64)
     every = np.concatenate([x, [rounded(at) for at in places]])
     ids = np.arange(len(x), len(every))
@@ -347,8 +347,8 @@ class Level:
 
 
 @pytest.mark.parametrize("scale", [1.0, MINUTE])
-def test_points_on_level_planes_that_are_made_alike(scale):
-    """Equal coordinates that names tell (`made_alike`), among them those of rectangles."""
+def test_points_on_level_planes_with_equal_coordinates(scale):
+    """Coordinates that are equal by construction, among them those of rectangles."""
     ties = 0
     for seed in range(3):
         world, random = Level(seed), np.random.default_rng(seed)
@@ -366,7 +366,7 @@ def test_points_on_level_planes_that_are_made_alike(scale):
     assert ties > 40
 
 
-def test_points_that_are_made_alike_have_equal_coordinates():
+def test_points_with_equal_coordinates_have_equal_coordinates():
     """Asked by itself: elsewhere it is asked only where rounded coordinates are equal already."""
     alike = 0
     for seed in (0, 1, 3, 5):
@@ -378,9 +378,11 @@ def test_points_that_are_made_alike_have_equal_coordinates():
         s = np.zeros(N_STATE, dtype=np.int64)
         s[AXIS] = 2
         none = np.empty((0, 3), dtype=np.int64)
+        frame = Frame(world.x, world.t, none, world.d, m, np.empty(0, dtype=np.int64))
+        points = FacePoints(q, np.empty((0, 8)), s)
         for a, b in itertools.combinations(range(n), 2):
             for second in range(2):
-                told = made_alike(world.x, world.t, none, world.d, m, q, s, a, b, second)
-                assert not told or world.places[a][second] == world.places[b][second]
-                alike += bool(told)
+                equal = equal_by_construction(frame, points, a, b, second)
+                assert not equal or world.places[a][second] == world.places[b][second]
+                alike += bool(equal)
     assert alike > 100

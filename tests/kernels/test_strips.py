@@ -78,7 +78,7 @@ def test_runs_hold_what_is_left_and_know_their_neighbours(case):
     for on in edges.values():
         for key, k in on:
             other = next((other for other, _ in on if other != key), -1)
-            found = strips.keys_behind(a, absent, lattice.turned, np.array([key]), np.array([k]))
+            found = strips.keys_across(a, absent, lattice.turned, np.array([key]), np.array([k]))
             assert found.tolist() == [other]
 
 
@@ -103,7 +103,7 @@ def test_measures_are_those_of_the_triangles(case):
     for face in (np.arange(n), np.arange(n) % 2):  # each run by itself, and two faces of several
         of, n_face = face[run[keys]], int(face.max(initial=-1)) + 1
         below = np.zeros((n_face, 3))
-        volumes.below_runs(*grid, face, 4.0, below)
+        volumes.volume_below_runs(*grid, face, 4.0, below)
         exact = [math.fsum(volume[of == i]) for i in range(n_face)]
         np.testing.assert_allclose(below[:, 0] + below[:, 1], exact, rtol=1e-15, atol=1e-13)
         np.testing.assert_allclose(below[:, 2], np.bincount(of, 2.0 * area, n_face), atol=1e-12)
@@ -126,8 +126,8 @@ def test_triangles_measure_as_runs_do_at_any_corner(case):
     surface = TriSurface("Top", "horizon", lattice=lattice)
     x, t = surface.vertices, surface.triangles
     one, two = np.zeros((1, 3)), np.zeros((1, 3))
-    volumes.below_triangles(x, t, np.zeros(len(t), dtype=np.int64), 4.0, one)
-    volumes.below_triangles(x, t[:, [2, 0, 1]], np.zeros(len(t), dtype=np.int64), 4.0, two)
+    volumes.volume_below_triangles(x, t, np.zeros(len(t), dtype=np.int64), 4.0, one)
+    volumes.volume_below_triangles(x, t[:, [2, 0, 1]], np.zeros(len(t), dtype=np.int64), 4.0, two)
     assert one.tobytes() == two.tobytes()
     a, b, c = (x[t[:, k]] for k in range(3))
     rise = np.cross(b - a, c - a)[:, 2]
@@ -145,5 +145,5 @@ def test_nothing_is_lost_of_a_sum_of_large_and_small_terms():
     x = np.array([[0.0, 0, 0], [1e8, 0, 0], [0, 1e8, 0], [1, 0, 1], [0, 1, 1], [0, 0, 1]])
     t = np.array([[0, 1, 2], *[[5, 3, 4]] * 1000, [0, 2, 1]])
     found = np.zeros((1, 3))
-    volumes.below_triangles(x, t, np.zeros(len(t), dtype=np.int64), -1.0, found)
+    volumes.volume_below_triangles(x, t, np.zeros(len(t), dtype=np.int64), -1.0, found)
     assert found[0, 0] + found[0, 1] == 6000.0

@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.sheets.sheet_corners import over_one_another
+from geosurf.kernels.sheets.sheet_corners import overlap_in_map
 from tests import oracles
 from tests.strategies import UTM, triangles
 
@@ -18,7 +18,7 @@ def lie_over_one_another(P, Q) -> bool:
     """Ask the kernel; equal corners are one vertex."""
     x = np.concatenate([P, Q])
     first = np.array([np.flatnonzero((x == point).all(axis=1))[0] for point in x])
-    found = over_one_another(x, first.reshape(2, 3), BOTH, *frame_of(x))
+    found = overlap_in_map(x, first.reshape(2, 3), BOTH, *frame_of(x))
     return bool(found[0])
 
 
@@ -60,4 +60,4 @@ def test_neighbours_on_a_turned_lattice_are_beside_one_another():
     lower_left = (np.arange(3)[:, None] * 4 + np.arange(3)).ravel()
     t = np.concatenate([lower_left[:, None] + (0, 1, 4), lower_left[:, None] + (1, 5, 4)])
     i, j = np.triu_indices(len(t), 1)
-    assert not over_one_another(x, t, np.stack([i, j], axis=1), *frame_of(x)).any()
+    assert not overlap_in_map(x, t, np.stack([i, j], axis=1), *frame_of(x)).any()

@@ -20,9 +20,9 @@ def folder(tmp_path, monkeypatch):
 
 def asked(folder):
     """As a new process asks."""
-    written_arguments.kept_arguments.cache_clear()
+    written_arguments.cached_arguments.cache_clear()
     written_arguments.written_arguments.cache_clear()
-    return written_arguments.kept_arguments(str(folder))
+    return written_arguments.cached_arguments(str(folder))
 
 
 def test_what_is_kept_is_what_the_source_says(folder, monkeypatch):
@@ -32,8 +32,8 @@ def test_what_is_kept_is_what_the_source_says(folder, monkeypatch):
     assert asked(folder) == {"a.fill": (0,)}
     (folder / "a.py").write_text(KERNEL.format("out"))
     monkeypatch.setattr(written_arguments, "written_arguments", None)  # nothing is read any more
-    written_arguments.kept_arguments.cache_clear()
-    assert written_arguments.kept_arguments(str(folder)) == {"a.fill": (1,)}
+    written_arguments.cached_arguments.cache_clear()
+    assert written_arguments.cached_arguments(str(folder)) == {"a.fill": (1,)}
     assert len(list((folder.parent / "cache").iterdir())) == 2
 
 

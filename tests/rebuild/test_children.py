@@ -9,7 +9,7 @@ from geosurf.arrangement import arrange, search
 from geosurf.arrangement.arrange import cut_contacts
 from geosurf.arrangement.search import find_contacts
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.mesh import turned_over
+from geosurf.kernels.meshes.mesh import inverted_triangles
 from tests.rebuild.test_soundness import degenerate
 from tests.strategies import soup
 
@@ -47,7 +47,7 @@ def test_all_children_that_turn_over_are_in_doubt():
             continue
         m, w = frame_of(children.x)
         given = children.x, children.triangles, contacts.t, children.parent, m, w
-        bad = turned_over(*given)
+        bad = inverted_triangles(*given)
         assert np.isin(bad, children.doubtful).all(), seed
         turned += len(bad)
         sure += len(children.triangles) - len(children.doubtful)

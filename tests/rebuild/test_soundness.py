@@ -11,9 +11,9 @@ from geosurf import TriSurface, intersect_triangles
 from geosurf.arrangement.arrange import cut_contacts
 from geosurf.arrangement.crossing import crossing_pairs
 from geosurf.arrangement.search import find_contacts
-from geosurf.kernels.contacts.stable_pairs import unsure_pairs
+from geosurf.kernels.contacts.stable_pairs import unstable_pairs
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.mesh import turned_over, weld
+from geosurf.kernels.meshes.mesh import inverted_triangles, weld
 from geosurf.prove.catalogue import random_turn, turned
 from geosurf.rebuild.soundness import crossing_faces, near_pairs
 from tests.strategies import soup
@@ -79,7 +79,7 @@ def found_and_there(surfaces):
     children = cut_contacts(contacts)
     m, w = frame_of(children.x)
     given = children.x, children.triangles, contacts.t, children.parent, m, w
-    if len(children.triangles) == 0 or len(turned_over(*given)):
+    if len(children.triangles) == 0 or len(inverted_triangles(*given)):
         return None
     pieces, face = pieces_of(contacts, children)
     there = face[crossing_pairs(children.x, pieces).ravel()]
@@ -170,7 +170,7 @@ def test_what_stays_apart_does(rng):
         if not (a.any() and b.any()) or intersect_triangles(x[:3], x[3:]).kind != "disjoint":
             continue
         m, w = frame_of(x, 2)
-        if unsure_pairs(x, t, m, w, np.array([[0, 1]]), np.array([False]), part)[0]:
+        if unstable_pairs(x, t, m, w, np.array([[0, 1]]), np.array([False]), part)[0]:
             continue
         said += 1
         slip = part * np.abs(x).max()
@@ -192,5 +192,5 @@ def test_near_is_off_the_plane_but_not_surely():
         x = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [1, 1, height], [2, 2, 3], [1, 2, -3.0]])
         m, w = frame_of(x, 2)
         for pair in ([0, 1], [1, 0]):
-            found = unsure_pairs(x, t, m, w, np.array([pair]), meet, 2.0**-52)
+            found = unstable_pairs(x, t, m, w, np.array([pair]), meet, 2.0**-52)
             assert found.tolist() == [near], (height, pair)

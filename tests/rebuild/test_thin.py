@@ -8,7 +8,7 @@ import pytest
 from geosurf import TriSurface
 from geosurf.arrangement.arrange import cut_contacts
 from geosurf.arrangement.search import find_contacts
-from geosurf.kernels.contacts.packed_contact import packed
+from geosurf.kernels.contacts.packed_contact import pack_contacts
 from geosurf.kernels.contacts.triangle_contact import COPLANAR, FIRST_CODE, N_COLUMN, N_CORNER
 from geosurf.kernels.cutting.thin_pieces import thin_children
 from geosurf.kernels.exact.predicates import frame_of
@@ -39,7 +39,7 @@ def contacts(pairs, codes=(), coplanar=0):
     rows = np.zeros((len(pairs), N_COLUMN), dtype=np.int64)
     rows[:, :2], rows[:, COPLANAR], rows[:, N_CORNER] = pairs, coplanar, 2
     rows[:, FIRST_CODE : FIRST_CODE + 2] = codes or INSIDE
-    return packed(rows)
+    return pack_contacts(rows)
 
 
 def thin(x, t, rows, y, children, parent, reach):

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from geosurf import TriSurface
 from geosurf.kernels.lattices.third_differences import third_differences
 from geosurf.kernels.sheets import link_lines, node_bands
-from geosurf.kernels.sheets.fault_distance import own_height
+from geosurf.kernels.sheets.fault_distance import distance_at_elevation
 from geosurf.kernels.sheets.fault_trace import block_bounds
 from geosurf.sheets.faults.fault_distance import (
     NearTrace,
@@ -53,7 +53,7 @@ def test_nodes_around_a_band_are_those_within_some_rows_and_columns(band, reach)
         for j in range(-reach, reach + 1)
         if 0 <= r + i < n_row and 0 <= c + j < n_col
     }
-    assert node_bands.nodes_around(some, n_row, n_col, reach).tolist() == sorted(near)
+    assert node_bands.dilate_nodes(some, n_row, n_col, reach).tolist() == sorted(near)
 
 
 @given(bands(), st.data())
@@ -338,7 +338,9 @@ def test_distance_at_own_height_is_that_of_all_triangles():
     plain = mesh.points[mesh.triangles].reshape(-1, 9)
     nowhere = np.tile([-np.inf, -np.inf, np.inf, np.inf], (len(every), 1))
     starts = np.array([0, len(every)])
-    whole = own_height(points, one, plain, nowhere, mesh.normals[:, :2], starts, every, 4.0)
+    whole = distance_at_elevation(
+        points, one, plain, nowhere, mesh.normals[:, :2], starts, every, 4.0
+    )
     assert (far < 4.0).sum() > 20
     assert np.array_equal(far, whole[0])
     assert np.array_equal(side, whole[1])

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from geosurf.errors import InvariantError
 from geosurf.kernels.sheets.envelope_solver import fill_envelope, places_in_order
-from geosurf.kernels.sheets.smooth_surface import bent_by, normal_equations
+from geosurf.kernels.sheets.smooth_surface import energy_gradient, normal_equations
 from geosurf.sheets.lattice.drape import around, without_absent
 from geosurf.sheets.lattice.solve import equations, lattice_graph, smoothest, weights_of
 
@@ -109,7 +109,7 @@ def test_matrix_and_right_side_are_those_of_all_differences(case):
     p, slot = np.nonzero(column >= 0)
     np.add.at(dense, (p, column[p, slot]), matrix[p, slot])
     assert dense == pytest.approx(whole[np.ix_(order, order)], abs=1e-12)
-    bent = bent_by(graph.east, graph.north, graph.square, np.eye(n), weights)
+    bent = energy_gradient(graph.east, graph.north, graph.square, np.eye(n), weights)
     assert bent == pytest.approx(whole, abs=1e-12)
 
 

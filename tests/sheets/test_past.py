@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from geosurf.kernels.sheets.smooth_surface import bent_by
+from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.sheets.lattice.solve import BEND, lattice_graph, weights_of
 from geosurf.sheets.mesh.overlap_points import _drawn_to, points_past
 
@@ -69,7 +69,7 @@ def test_heights_drawn_to_points_are_those_of_dense_equations(weight):
     found = _drawn_to(graph, value, moves, slot, share, z, np.ones(2), weight)
     scale = 1.0 if weight is None else weight ** (-1.0 / 6.0)
     weights = weights_of(np.ones(2), BEND, scale=scale)
-    energy = bent_by(graph.east, graph.north, graph.square, np.eye(64), weights)
+    energy = energy_gradient(graph.east, graph.north, graph.square, np.eye(64), weights)
     points = np.zeros((40, 64))
     np.put_along_axis(points, slot, share, axis=1)
     whole = energy + (weight or 1.0) * points.T @ points

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
-from geosurf.kernels.sheets.smooth_surface import bent_by
+from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.tips import TERMS, tips_of
@@ -86,7 +86,7 @@ def test_the_rest_is_the_smoothest_against_dense_equations():
         graph, unknown, value, np.ones(2), shapes, groups, likely, doubt, pull, target
     )
     weights = weights_of(np.ones(2), BEND)
-    energy = bent_by(graph.east, graph.north, graph.square, np.eye(49), weights)
+    energy = energy_gradient(graph.east, graph.north, graph.square, np.eye(49), weights)
     free = unknown >= 0
     both = np.zeros((49, 11))  # v from unknown heights and shares
     both[free, :9], both[:, 9:] = np.eye(9), -shapes

@@ -13,6 +13,6 @@ import numpy as np
 LARGEST = 32 * 2**20 - 2**16  # [bytes]; the C library learns nothing from more
 
 
-def keep_pages() -> None:
+def retain_pages() -> None:
     """Free a large block that was never touched. No memory is used, and nothing is set."""
     np.empty(LARGEST, dtype=np.uint8)

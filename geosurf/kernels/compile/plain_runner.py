@@ -10,12 +10,12 @@ import numpy as np
 
 from geosurf.kernels.compile.gate import Signature
 from geosurf.kernels.compile.sources import folder_of
-from geosurf.kernels.compile.written_arguments import kept_arguments
+from geosurf.kernels.compile.written_arguments import cached_arguments
 
 
 def written_in_source(name: str, function: Callable[..., Any]) -> tuple[int, ...]:
     """Places of the arguments that a kernel writes, read off the folder that it lives in."""
-    return kept_arguments(str(folder_of(Path(function.__code__.co_filename))))[name]
+    return cached_arguments(str(folder_of(Path(function.__code__.co_filename))))[name]
 
 
 class PlainRunner:

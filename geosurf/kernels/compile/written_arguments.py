@@ -20,13 +20,14 @@ from geosurf.kernels.compile.file_cache import Store
 from geosurf.kernels.compile.sources import kernel_files
 
 Name = tuple[str, str]  # file, function
+Place = tuple[int, str]  # an argument, and a field of it where that is a named tuple, else ""
 _STEPS = (ast.Assign, ast.For, ast.AugAssign, ast.AnnAssign, ast.Return, ast.Call)
 _IN_PLACE = {"fill", "sort", "partition", "put", "itemset"}
 _SAME_MEMORY = {"asarray", "ascontiguousarray", "ravel", "reshape", "transpose", "view"}
 
 
 @cache
-def kept_arguments(folder: str) -> Mapping[str, tuple[int, ...]]:
+def cached_arguments(folder: str) -> Mapping[str, tuple[int, ...]]:
     """Return `written_arguments`, kept in the user's cache under what all files of the folder hold.
 
     To read them off the source takes half a second of processor time, as much as all the rest of
@@ -70,16 +71,27 @@ def written_arguments(folder: str) -> Mapping[str, tuple[int, ...]]:
     (2, 3, 4)
     """
     functions: dict[Name, _Function] = {}
+    bundles: dict[str, list[str]] = {}
     for path in kernel_files(Path(folder)):
         tree = ast.parse(path.read_text(encoding="utf-8"))
         names = dict(_names(path.stem, tree))
         for node in tree.body:
             if isinstance(node, ast.FunctionDef):
-                functions[path.stem, node.name] = _Function(node, names)
+                functions[path.stem, node.name] = _Function(node, names, bundles)
+            elif isinstance(node, ast.ClassDef):
+                bundles[node.name] = _fields(node)
     moved = True
     while moved:  # until no function learns anything from those that it calls
         moved = any([function.learn(functions) for function in functions.values()])
-    return {f"{file}.{name}": tuple(sorted(f.writes)) for (file, name), f in functions.items()}
+    return {
+        f"{file}.{name}": tuple(sorted({place for place, _ in function.writes}))
+        for (file, name), function in functions.items()
+    }
+
+
+def _fields(node: ast.ClassDef) -> list[str]:
+    """Names of the fields of a named tuple, in order."""
+    return [part.target.id for part in node.body if isinstance(part, ast.AnnAssign)]  # type: ignore[union-attr]
 
 
 def _names(file: str, tree: ast.Module) -> Iterator[tuple[str, Name]]:
@@ -98,13 +110,15 @@ class _Function:
 
     node: ast.FunctionDef
     names: dict[str, Name]
-    writes: set[int] = field(default_factory=set)
-    returns: set[int] = field(default_factory=set)
-    memory: dict[str, set[int]] = field(default_factory=dict)  # local name -> arguments behind it
+    bundles: dict[str, list[str]]
+    writes: set[Place] = field(default_factory=set)
+    returns: set[Place] = field(default_factory=set)
+    memory: dict[str, set[Place]] = field(default_factory=dict)  # local name -> arguments behind it
+    parts: dict[str, dict[str, set[Place]]] = field(default_factory=dict)  # bundle -> fields
 
     def __post_init__(self) -> None:
         self.parameters = [a.arg for a in (*self.node.args.posonlyargs, *self.node.args.args)]
-        self.memory = {name: {place} for place, name in enumerate(self.parameters)}
+        self.memory = {name: {(place, "")} for place, name in enumerate(self.parameters)}
         self._steps = [node for node in ast.walk(self.node) if isinstance(node, _STEPS)]
 
     def learn(self, functions: Mapping[Name, _Function]) -> bool:
@@ -113,7 +127,7 @@ class _Function:
         for node in self._steps:
             if isinstance(node, ast.Assign):
                 for target in node.targets:
-                    self._assign(target, self._behind(node.value, functions))
+                    self._assign_value(target, node.value, functions)
             elif isinstance(node, ast.For):
                 self._assign(node.target, self._behind(node.iter, functions))
             elif isinstance(node, ast.AugAssign | ast.AnnAssign):
@@ -127,7 +141,26 @@ class _Function:
     def _size(self) -> tuple[int, int, int]:
         return len(self.writes), len(self.returns), sum(map(len, self.memory.values()))
 
-    def _assign(self, target: ast.expr, memory: set[int]) -> None:
+    def _assign_value(
+        self, target: ast.expr, value: ast.expr, functions: Mapping[Name, _Function]
+    ) -> None:
+        """``a, b = c, d`` pair by pair; a new bundle field by field; anything else as a whole."""
+        if (
+            isinstance(target, ast.Tuple)
+            and isinstance(value, ast.Tuple)
+            and len(target.elts) == len(value.elts)
+        ):
+            for part, source in zip(target.elts, value.elts, strict=True):
+                self._assign_value(part, source, functions)
+            return
+        if isinstance(target, ast.Name) and isinstance(value, ast.Call):
+            fields = self.bundles.get(getattr(value.func, "id", ""), [])
+            if fields:
+                sources = [self._behind(part, functions) for part in value.args]
+                self.parts[target.id] = dict(zip(fields, sources, strict=True))
+        self._assign(target, self._behind(value, functions))
+
+    def _assign(self, target: ast.expr, memory: set[Place]) -> None:
         if isinstance(target, ast.Tuple | ast.List):
             for part in target.elts:
                 self._assign(part, memory)
@@ -141,13 +174,16 @@ class _Function:
         if isinstance(node.target, ast.Subscript):
             self.writes |= self._behind(node.target.value, {})
         elif isinstance(node.target, ast.Name) and node.target.id in self.parameters:
-            self.writes.add(self.parameters.index(node.target.id))
+            self.writes.add((self.parameters.index(node.target.id), ""))
 
-    def _behind(self, node: ast.expr, functions: Mapping[Name, _Function]) -> set[int]:
+    def _behind(self, node: ast.expr, functions: Mapping[Name, _Function]) -> set[Place]:
         """Arguments whose memory an expression may be."""
         if isinstance(node, ast.Name):
-            return set(self.memory.get(node.id, ()))
-        if isinstance(node, ast.Subscript | ast.Attribute | ast.Starred):
+            parts = self.parts.get(node.id, {})
+            return set(self.memory.get(node.id, ())).union(*parts.values())
+        if isinstance(node, ast.Attribute):
+            return self._part(node.value, node.attr, functions)
+        if isinstance(node, ast.Subscript | ast.Starred):
             return self._behind(node.value, functions)
         if isinstance(node, ast.Tuple | ast.List):
             return set().union(*(self._behind(part, functions) for part in node.elts))
@@ -162,6 +198,14 @@ class _Function:
             return set().union(*(self._behind(part, functions) for part in parts))
         return self._from_call(node, functions, "returns")
 
+    def _part(self, node: ast.expr, name: str, functions: Mapping[Name, _Function]) -> set[Place]:
+        """Arguments behind a field of an expression; all of it where it is not a bundle."""
+        if not name:
+            return self._behind(node, functions)
+        if isinstance(node, ast.Name) and node.id in self.parts:
+            return self.parts[node.id].get(name, set())
+        return {(place, old or name) for place, old in self._behind(node, functions)}
+
     def _call(self, node: ast.Call, functions: Mapping[Name, _Function]) -> None:
         if isinstance(node.func, ast.Attribute):
             if node.func.attr in _IN_PLACE:
@@ -173,12 +217,14 @@ class _Function:
 
     def _from_call(
         self, node: ast.Call, functions: Mapping[Name, _Function], what: str
-    ) -> set[int]:
+    ) -> set[Place]:
         """Arguments of this function that come back from, or are written by, one it calls."""
         called = functions.get(self.names.get(getattr(node.func, "id", ""), ("", "")))
         if called is None:
             return set()
         handed = dict(enumerate(node.args))
         handed |= {called.parameters.index(k.arg): k.value for k in node.keywords if k.arg}
-        touched: set[int] = getattr(called, what)
-        return set().union(*(self._behind(handed[p], functions) for p in touched if p in handed))
+        touched: set[Place] = getattr(called, what)
+        return set().union(
+            *(self._part(handed[p], name, functions) for p, name in touched if p in handed)
+        )

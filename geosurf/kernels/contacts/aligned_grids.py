@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, RISING
+from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, RISING, append_pair
 
 _LEAST_STEP = 0.5  # of the mean step along a row or column,
 _MOST_ASIDE = 0.2  # and how far a step may stray to the side
@@ -78,7 +78,7 @@ def _cell(z, a, row, col):
 
 
 @scalar
-def _note_full(z, a, s, b, first_row, first_col, full):
+def _mark_whole_cells(z, a, s, b, first_row, first_col, full):
     """Which cells of a block and around it have all four nodes in both lattices.
 
     ``full[i, j]`` is cell ``(first_row - 1 + i, first_col - 1 + j)``; none outside is asked for.
@@ -88,13 +88,6 @@ def _note_full(z, a, s, b, first_row, first_col, full):
             c, d = _cell(z, a, row, col), _cell(s, b, row, col)
             total = c[0] + c[1] + c[2] + c[3] + d[0] + d[1] + d[2] + d[3]
             full[row - first_row + 1, col - first_col + 1] = total == total
-
-
-@scalar
-def _push(pairs, n, one, two):
-    if n < pairs.shape[0]:
-        pairs[n, 0], pairs[n, 1] = one, two
-    return n + 1
 
 
 @scalar
@@ -110,12 +103,12 @@ def _above_one_triangle(c, d, rising, key, slip, steepness, pairs, n):
             near = slip * (1.0 + steepness * span)
             if low > near or high < -near:
                 continue
-        n = _push(pairs, n, key + half, key + half)
+        n = append_pair(pairs, n, key + half, key + half)
     return n
 
 
 @scalar
-def _all_of(c, rising_c, key_c, d, rising_d, key_d, pairs, n):
+def _all_pairs(c, rising_c, key_c, d, rising_d, key_d, pairs, n):
     """Pairs of two cells whose heights meet; an absent node leaves its triangles out."""
     for half in range(2):
         u, v, w = _half(c, rising_c, half)
@@ -127,12 +120,12 @@ def _all_of(c, rising_c, key_c, d, rising_d, key_d, pairs, n):
                 and min(u, min(v, w)) <= max(e, max(f, g))
                 and min(e, min(f, g)) <= max(u, max(v, w))
             ):
-                n = _push(pairs, n, key_c + half, key_d + other)
+                n = append_pair(pairs, n, key_c + half, key_d + other)
     return n
 
 
 @scalar
-def _beside_holes(z, a, s, b, full, first_row, first_col, row, col, pairs, n):
+def _pairs_at_holes(z, a, s, b, full, first_row, first_col, row, col, pairs, n):
     """Pairs of a cell of the first lattice with the cells around it, where one has a hole."""
     n_row, n_col = a[N_ROW] - 1, a[N_COL] - 1
     c = _cell(z, a, row, col)
@@ -142,7 +135,7 @@ def _beside_holes(z, a, s, b, full, first_row, first_col, row, col, pairs, n):
             if (mine and full[i - first_row + 1, j - first_col + 1]) or (i == row and j == col):
                 continue
             key, other = 2 * (row * n_col + col), 2 * (i * n_col + j)
-            n = _all_of(c, a[RISING], key, _cell(s, b, i, j), b[RISING], other, pairs, n)
+            n = _all_pairs(c, a[RISING], key, _cell(s, b, i, j), b[RISING], other, pairs, n)
     return n
 
 
@@ -180,7 +173,7 @@ def aligned_pairs(z, a, na, s, b, nb, levels, whole, slip, steepness, pairs):
                 continue
             first_row, first_col = BLOCK * i, BLOCK * j
             if not whole:
-                _note_full(z, a, s, b, first_row, first_col, full)
+                _mark_whole_cells(z, a, s, b, first_row, first_col, full)
             for row in range(first_row, min(first_row + BLOCK, a[N_ROW] - 1)):
                 for col in range(first_col, min(first_col + BLOCK, a[N_COL] - 1)):
                     key = 2 * (row * (a[N_COL] - 1) + col)
@@ -188,9 +181,9 @@ def aligned_pairs(z, a, na, s, b, nb, levels, whole, slip, steepness, pairs):
                     if full[row - first_row + 1, col - first_col + 1] and a[RISING] == b[RISING]:
                         n = _above_one_triangle(c, d, a[RISING], key, slip, steepness, pairs, n)
                     else:
-                        n = _all_of(c, a[RISING], key, d, b[RISING], key, pairs, n)
+                        n = _all_pairs(c, a[RISING], key, d, b[RISING], key, pairs, n)
                     if not whole:
-                        n = _beside_holes(
+                        n = _pairs_at_holes(
                             z, a, s, b, full, first_row, first_col, row, col, pairs, n
                         )  # fmt: skip
     return n, visited

@@ -13,7 +13,7 @@ def _guess(axis, n, value, pace):
 
 
 @scalar
-def range_on(axis, n, pace, low, high):
+def cells_in_interval(axis, n, pace, low, high):
     """First and last cell (one more) of n on a rising axis that reach an interval.
 
     `pace` is cells per metre: where steps are even, a guess by it is right or nearly so.

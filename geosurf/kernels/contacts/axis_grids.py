@@ -15,14 +15,14 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.contacts.axis_cells import range_on
-from geosurf.kernels.contacts.cell_contacts import N_TERM, OPEN, corners_of_cell
-from geosurf.kernels.contacts.column_pairs import pairs_under
-from geosurf.kernels.contacts.contact_table import codes_of_ways
-from geosurf.kernels.lattices.prefetch import ahead
+from geosurf.kernels.contacts.axis_cells import cells_in_interval
+from geosurf.kernels.contacts.cell_contacts import N_TERM, NEEDS_EXACT, corners_of_cell
+from geosurf.kernels.contacts.column_pairs import AxisGrid, CellQuery, Work, pairs_in_columns
+from geosurf.kernels.contacts.contact_table import contact_codes
+from geosurf.kernels.lattices.prefetch import prefetch
 from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, low_high
 
-__all__ = ["OPEN", "upright_pairs"]
+__all__ = ["NEEDS_EXACT", "axis_grid_pairs"]
 
 _FINE = 7  # nodes of a pyramid in a row, less one, that are asked for a block
 
@@ -108,33 +108,37 @@ def _set_reach(x, y, at, floor, roof, box, slip, reach):
 
 
 @scalar
-def _near_heights(pa, qa, aa, na, la, nb, block, pace_x, pace_y, fine):
-    """Lowest and highest node of A near a node of B, from few; none (inf, -inf) if it is beyond.
+def _near_heights(grid, boxes, block, fine):
+    """Lowest and highest node of A near a node of B, from few; none (inf, -inf) if it is outside.
 
-    First from the fewest, which tell of most that they are far; then, with `fine`, from more.
+    First from the fewest nodes, which exclude most; then, with `fine`, from more.
     """
-    c0, c1 = range_on(pa, aa[N_COL] - 1, pace_x, nb[block, 0], nb[block, 3])
-    r0, r1 = range_on(qa, aa[N_ROW] - 1, pace_y, nb[block, 1], nb[block, 4])
-    if not (c0 < c1 and r0 < r1 and nb[block, 2] <= nb[block, 5]):
+    c0, c1 = cells_in_interval(
+        grid.x, grid.a[N_COL] - 1, grid.pace_x, boxes[block, 0], boxes[block, 3]
+    )
+    r0, r1 = cells_in_interval(
+        grid.y, grid.a[N_ROW] - 1, grid.pace_y, boxes[block, 1], boxes[block, 4]
+    )
+    if not (c0 < c1 and r0 < r1 and boxes[block, 2] <= boxes[block, 5]):
         return np.inf, -np.inf
-    low, high = _heights_over(na, la, r0, r1, c0, c1, 1)
-    if fine and low <= nb[block, 5] and nb[block, 2] <= high:
-        low, high = _heights_over(na, la, r0, r1, c0, c1, _FINE)
-    if low <= nb[block, 5] and nb[block, 2] <= high:
+    low, high = _heights_over(grid.nodes, grid.levels, r0, r1, c0, c1, 1)
+    if fine and low <= boxes[block, 5] and boxes[block, 2] <= high:
+        low, high = _heights_over(grid.nodes, grid.levels, r0, r1, c0, c1, _FINE)
+    if low <= boxes[block, 5] and boxes[block, 2] <= high:
         return low, high
     return np.inf, -np.inf
 
 
 @scalar
-def _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at):
+def _patch_near(grid, box, at):
     """Cells of A below or above a box, into `at`; lowest and highest node there."""
-    at[0], at[1] = range_on(qa, aa[N_ROW] - 1, pace_y, box[1], box[4])
-    at[2], at[3] = range_on(pa, aa[N_COL] - 1, pace_x, box[0], box[3])
-    return _heights_over(na, la, at[0], at[1], at[2], at[3], 1)
+    at[0], at[1] = cells_in_interval(grid.y, grid.a[N_ROW] - 1, grid.pace_y, box[1], box[4])
+    at[2], at[3] = cells_in_interval(grid.x, grid.a[N_COL] - 1, grid.pace_x, box[0], box[3])
+    return _heights_over(grid.nodes, grid.levels, at[0], at[1], at[2], at[3], 1)
 
 
 @scalar
-def _below(nodes, levels, level, i, j, stack, top):
+def _push_children(nodes, levels, level, i, j, stack, top):
     """Put the nodes below a node of a pyramid on a stack; ask for those, and for what is below."""
     for row in range(2 * i, min(2 * i + 2, levels[level - 1, 1])):
         for col in range(2 * j, min(2 * j + 2, levels[level - 1, 2])):
@@ -142,13 +146,13 @@ def _below(nodes, levels, level, i, j, stack, top):
             top += 1
             if level > 1:
                 first = levels[level - 2, 0] + 2 * row * levels[level - 2, 2] + 2 * col
-                ahead(nodes, first)
-                ahead(nodes, first + levels[level - 2, 2])
+                prefetch(nodes, first)
+                prefetch(nodes, first + levels[level - 2, 2])
     return top
 
 
 @scalar
-def _near_blocks(pa, qa, aa, na, la, nb, lb, pace_x, pace_y):
+def _near_blocks(grid, nb, lb):
     """Blocks of B (row, column) with nodes of A near, and the lowest and highest of these nodes."""
     stack = np.empty((4 * lb.shape[0] + 4, 3), dtype=np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = lb.shape[0] - 1, 0, 0
@@ -158,11 +162,11 @@ def _near_blocks(pa, qa, aa, na, la, nb, lb, pace_x, pace_y):
         top -= 1
         level, row, col = stack[top, 0], stack[top, 1], stack[top, 2]
         node = lb[level, 0] + row * lb[level, 2] + col
-        low, high = _near_heights(pa, qa, aa, na, la, nb, node, pace_x, pace_y, level == 0)
+        low, high = _near_heights(grid, nb, node, level == 0)
         if not low <= high:
             continue
         if level > 0:
-            top = _below(nb, lb, level, row, col, stack, top)
+            top = _push_children(nb, lb, level, row, col, stack, top)
             continue
         if n == blocks.shape[0]:
             blocks = np.concatenate((blocks, np.empty((n, 2), dtype=np.int64)))
@@ -173,36 +177,35 @@ def _near_blocks(pa, qa, aa, na, la, nb, lb, pace_x, pace_y):
 
 
 @scalar
-def _ask_for_block(p, q, r, a, row, col):
+def _prefetch_block(p, q, r, a, row, col):
     """Ask for the nodes of a block of B, the first and the last of each row."""
     last = min(col + BLOCK, a[N_COL] - 1)
     for i in range(row, min(row + BLOCK, a[N_ROW] - 1) + 1):
-        ahead(p, a[0] + i * a[1] + col * a[2])
-        ahead(p, a[0] + i * a[1] + last * a[2])
-        ahead(q, a[3] + i * a[4] + col * a[5])
-        ahead(q, a[3] + i * a[4] + last * a[5])
-        ahead(r, a[6] + i * a[7] + col * a[8])
-        ahead(r, a[6] + i * a[7] + last * a[8])
+        prefetch(p, a[0] + i * a[1] + col * a[2])
+        prefetch(p, a[0] + i * a[1] + last * a[2])
+        prefetch(q, a[3] + i * a[4] + col * a[5])
+        prefetch(q, a[3] + i * a[4] + last * a[5])
+        prefetch(r, a[6] + i * a[7] + col * a[8])
+        prefetch(r, a[6] + i * a[7] + last * a[8])
 
 
 @scalar
-def _ask_for_patch(r, a, at):
+def _prefetch_patch(r, a, at):
     """Ask for the nodes of a patch of A, the first and the last of each row."""
     for i in range(at[0], at[1] + 1):
-        ahead(r, a[6] + i * a[7] + at[2] * a[8])
-        ahead(r, a[6] + i * a[7] + at[3] * a[8])
+        prefetch(r, a[6] + i * a[7] + at[2] * a[8])
+        prefetch(r, a[6] + i * a[7] + at[3] * a[8])
 
 
 @scalar
-def _near_columns(
-    pa, qa, ra, aa, na, la, pb, qb, rb, ab, pace_x, pace_y,
-    row0, row1, col0, col1, low, high, box, ends, at, spans,
-):  # fmt: skip
+def _near_columns(grid, pb, qb, rb, ab, block, low, high, box, ends, at, spans):
     """Lowest and highest node of A near each column of cells of a block, into `spans`.
 
-    inf, -inf where none is as high as the column. Patches are asked for: each is looked at once
-    those of all columns are on their way.
+    `block`: first and last (one more) row, first and last column of its cells. inf, -inf where no
+    node is as high as the column. Patches are prefetched: each is read after all have been
+    requested.
     """
+    row0, row1, col0, col1 = block
     _column_box(pb, qb, rb, ab, row0, row1, col0, ends[col0 & 1])
     for j in range(col0, col1):
         _column_box(pb, qb, rb, ab, row0, row1, j + 1, ends[(j + 1) & 1])
@@ -211,14 +214,14 @@ def _near_columns(
         spans[k, 0], spans[k, 1] = np.inf, -np.inf
         if not (low <= box[5] and box[2] <= high):
             continue
-        least, most = _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at)
+        least, most = _patch_near(grid, box, at)
         if least <= box[5] and box[2] <= most:
             spans[k, 0], spans[k, 1] = least, most
-            _ask_for_patch(ra, aa, at)
+            _prefetch_patch(grid.z, grid.a, at)
 
 
 @entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d b l2 -> l l")
-def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, swapped, pairs):
+def axis_grid_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, swapped, pairs):
     """Pairs (key of A, key of B, codes or OPEN) that meet or may, and how many cells were asked.
 
     Tells how many there are; `pairs` takes as many as it has room for. `codes` are those of the
@@ -229,21 +232,24 @@ def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, 
     at, ends, spans = np.empty(4, dtype=np.int64), np.empty((2, 6)), np.empty((BLOCK, 2))
     rows = np.empty((2, aa[N_ROW]))  # a cell of B may be above all of A
     heights, marks = np.empty((4, aa[N_COL])), np.empty((2, aa[N_COL]), dtype=np.int64)
-    ways = codes_of_ways(swapped)
+    codes_table = contact_codes(swapped)
     corners_of_cell(aa, v, 0)
     corners_of_cell(ab, v, 4)
     pace_x = (aa[N_COL] - 1) / (pa[aa[N_COL] - 1] - pa[0])
     pace_y = (aa[N_ROW] - 1) / (qa[aa[N_ROW] - 1] - qa[0])
-    blocks, levels = _near_blocks(pa, qa, aa, na, la, nb, lb, pace_x, pace_y)
+    grid = AxisGrid(pa, qa, ra, aa, na, la, pace_x, pace_y)
+    query = CellQuery(box, reach, origin, slip, swapped)
+    work = Work(c, f, v, h, w, codes_table, heights, marks, rows)
+    blocks, levels = _near_blocks(grid, nb, lb)
     n, asked = 0, 0
     for b in range(blocks.shape[0]):
         if b + 1 < blocks.shape[0]:
-            _ask_for_block(pb, qb, rb, ab, BLOCK * blocks[b + 1, 0], BLOCK * blocks[b + 1, 1])
+            _prefetch_block(pb, qb, rb, ab, BLOCK * blocks[b + 1, 0], BLOCK * blocks[b + 1, 1])
         row0, col0 = BLOCK * blocks[b, 0], BLOCK * blocks[b, 1]
         row1, col1 = min(row0 + BLOCK, ab[N_ROW] - 1), min(col0 + BLOCK, ab[N_COL] - 1)
         _near_columns(
-            pa, qa, ra, aa, na, la, pb, qb, rb, ab, pace_x, pace_y,
-            row0, row1, col0, col1, levels[b, 0], levels[b, 1], box, ends, at, spans,
+            grid, pb, qb, rb, ab, (row0, row1, col0, col1), levels[b, 0], levels[b, 1],
+            box, ends, at, spans,
         )  # fmt: skip
         for j in range(col0, col1):
             least, most = spans[j - col0, 0], spans[j - col0, 1]
@@ -256,12 +262,10 @@ def upright_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, 
                 asked += 1
                 _cell_box(pb, ab, 0, i, j, box)
                 _cell_box(qb, ab, 1, i, j, box)
-                floor, roof = _patch_near(pa, qa, aa, na, la, box, pace_x, pace_y, at)
+                floor, roof = _patch_near(grid, box, at)
                 if floor <= box[5] and box[2] <= roof:
                     _load_cell(pb, qb, rb, ab, i, j, origin, c)
                     _set_reach(pa, qa, at, floor, roof, box, slip, reach)
-                    n = pairs_under(
-                        pa, qa, ra, aa, at, 2 * (i * (ab[N_COL] - 1) + j), box, reach, origin,
-                        slip, swapped, c, f, v, h, w, ways, heights, marks, rows, pairs, n,
-                    )  # fmt: skip
+                    key = 2 * (i * (ab[N_COL] - 1) + j)
+                    n = pairs_in_columns(grid, at, key, query, work, pairs, n)
     return n, asked

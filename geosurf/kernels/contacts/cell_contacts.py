@@ -4,8 +4,8 @@ The height of a corner over a triangle's plane and how far it is inside each of 
 looks along an axis, are linear. So where an edge of another triangle passes the plane is known from
 the heights of its ends, and whether that is inside from two products; and all bounds of rounding
 hold for the whole patch. Mostly both edges that pass the plane pass the face, or one passes beyond
-one edge, which then ends the contact (`meet_by_heights`). Where both pass outside, by a corner, or
-a sign is in doubt, `decide` asks what `contact` asks.
+one edge, which then ends the contact (`contact_by_heights`). Where both pass outside, by a corner, or
+a sign is in doubt, `decide_contact` asks what `contact` asks.
 
 Notation
     c      corners in the local frame, float64 (8, 3): of a cell of the patch, then of the one cell
@@ -21,12 +21,12 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import scalar
-from geosurf.kernels.contacts.contact_table import DOUBT, N_WAY, UNSURE, code_of_edge
-from geosurf.kernels.contacts.triangle_contact import lone
-from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, ORIENT3D_BOUND, TINY, plain_side
+from geosurf.kernels.contacts.contact_table import N_SIDE, UNDECIDED, UNKNOWN_SIDE, code_of_edge
+from geosurf.kernels.contacts.triangle_contact import lone_corner
+from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, ORIENT3D_BOUND, TINY, filtered_side
 from geosurf.kernels.search.tree import RISING, TURNED
 
-OPEN = -1  # in place of the codes of a pair: exact signs are needed
+NEEDS_EXACT = -1  # in place of the codes of a pair: exact signs are needed
 # places in h: a corner, normal, bound; axis seen; for each edge a corner, steps, and the bounds of
 # what one corner and what two heights tell
 CORNER, NORMAL, BOUND, _AXIS, _EDGE, N_TERM = 0, 3, 6, 7, 8, 26
@@ -77,7 +77,7 @@ def _main_axis(f, tri, slip):
 
 
 @scalar
-def ask_plane(c, f, v, tri, reach, slip, h):
+def set_plane_query(c, f, v, tri, reach, slip, h):
     """What to ask of corners for the plane of a triangle, and what bounds the rounding of answers.
 
     An answer holds whatever moves all coordinates by up to `slip`. False where a corner is missing.
@@ -100,8 +100,8 @@ def _largest_height(f, tri, reach):
 
 
 @scalar
-def ask_edges(c, f, v, tri, reach, slip, h):
-    """What to ask of corners for the edges of a triangle, seen along an axis: after `ask_plane`."""
+def set_edge_query(c, f, v, tri, reach, slip, h):
+    """What to ask of corners for the edges of a triangle, seen along an axis: after `set_plane_query`."""
     height, off = _largest_height(f, tri, reach), h[BOUND]
     axis, turn = _main_axis(f, tri, slip)
     h[_AXIS] = axis
@@ -121,7 +121,7 @@ def ask_edges(c, f, v, tri, reach, slip, h):
 
 
 @scalar
-def insides_of_cell(c, h, w):
+def edge_distances(c, h, w):
     """How far corners 0 to 3 are inside each edge of a triangle, as one looks along an axis.
 
     False if all of them are beyond one edge, for sure.
@@ -152,7 +152,7 @@ def _insides(c, u, v, h, w):
 def _side(c, f, tri, o, corner, slip):
     """Side of a triangle with a corner o on which another corner lies, or 0."""
     cx, cy, cz = c[corner, 0] - c[o, 0], c[corner, 1] - c[o, 1], c[corner, 2] - c[o, 2]
-    return plain_side(
+    return filtered_side(
         cx, cy, cz, f[tri, 0], f[tri, 1], f[tri, 2], f[tri, 3], f[tri, 4], f[tri, 5], f[tri, 6],
         slip,
     )  # fmt: skip
@@ -168,7 +168,7 @@ def _order(c, p, p1, q, q1, slip):
     u, v = ax * by, ay * bx
     span = abs(ax) + abs(ay) + abs(az) + abs(bx) + abs(by) + abs(bz)
     cx, cy, cz = c[q1, 0] - c[p, 0], c[q1, 1] - c[p, 1], c[q1, 2] - c[p, 2]
-    return plain_side(
+    return filtered_side(
         cx, cy, cz, g - h, r - s, u - v, abs(g) + abs(h), abs(r) + abs(s), abs(u) + abs(v), span,
         slip,
     )  # fmt: skip
@@ -186,25 +186,25 @@ def _outside(w, p, q, h):
         one * w[2, q] + two * w[2, p],
         one * w[3, q] + two * w[3, p],
     )
-    sure = (
+    certified = (
         (abs(first) > h[_EDGE + _BOTH])
         & (abs(second) > h[_EDGE + _STEP + _BOTH])
         & (abs(third) > h[_EDGE + 2 * _STEP + _BOTH])
     )
     out = (1 if first < 0.0 else 0) + (2 if second < 0.0 else 0) + (4 if third < 0.0 else 0)
-    return out if sure else UNSURE
+    return out if certified else UNKNOWN_SIDE
 
 
 @scalar
-def meet_by_heights(w, v, one, h, ways):
+def contact_by_heights(w, v, one, h, codes_table):
     """How a triangle `one` meets that of h: 0 not at all, DOUBT, or two codes of `contact` in one.
 
-    `ways` is from `codes_of_ways`: a table takes no branch that a processor would have to guess.
+    `codes_table` is from `codes_of_ways`: a table takes no branch that a processor would have to guess.
     """
     p, q, r = v[one, 0], v[one, 1], v[one, 2]
     a, b, c = w[0, p], w[0, q], w[0, r]
     if not ((abs(a) > h[BOUND]) & (abs(b) > h[BOUND]) & (abs(c) > h[BOUND])):
-        return DOUBT
+        return UNDECIDED
     one_two, two_three = (a > 0.0) != (b > 0.0), (b > 0.0) != (c > 0.0)
     if not (one_two | two_three):
         return 0
@@ -215,7 +215,7 @@ def meet_by_heights(w, v, one, h, ways):
         i, first, last = 0, _outside(w, p, q, h), _outside(w, r, p, h)
     else:
         i, first, last = 2, _outside(w, r, p, h), _outside(w, q, r, h)
-    return ways[(N_WAY * i + first) * N_WAY + last]
+    return codes_table[(N_SIDE * i + first) * N_SIDE + last]
 
 
 @scalar
@@ -229,7 +229,7 @@ def _apart_on(c, axis, o, p, q, r, s, t):
 
 
 @scalar
-def _apart(c, v, one, two):
+def _boxes_apart(c, v, one, two):
     """Whether the boxes of two triangles do not meet."""
     o, p, q = v[one, 0], v[one, 1], v[one, 2]
     r, s, t = v[two, 0], v[two, 1], v[two, 2]
@@ -250,36 +250,36 @@ def _add_codes(codes, i, i2, on_first, on_last, of_first):
 
 
 @scalar
-def decide(c, f, v, one, two, slip, swapped):
+def decide_contact(c, f, v, one, two, slip, swapped):
     """How two triangles meet: 0 not at all, OPEN, or the two codes of `contact` in one.
 
     The same questions in the same order as in `contact._meet_plainly`.
     """
-    if _apart(c, v, one, two) or not plane_of(c, f, one, v):
+    if _boxes_apart(c, v, one, two) or not plane_of(c, f, one, v):
         return 0
     o, p = v[two, 0], v[one, 0]
     a0 = _side(c, f, two, o, v[one, 0], slip)
     a1 = _side(c, f, two, o, v[one, 1], slip)
     a2 = _side(c, f, two, o, v[one, 2], slip)
     if a0 * a1 * a2 == 0:
-        return OPEN
+        return NEEDS_EXACT
     if a0 == a1 and a1 == a2:
         return 0
     b0 = _side(c, f, one, p, v[two, 0], slip)
     b1 = _side(c, f, one, p, v[two, 1], slip)
     b2 = _side(c, f, one, p, v[two, 2], slip)
     if b0 * b1 * b2 == 0:
-        return OPEN
+        return NEEDS_EXACT
     if b0 == b1 and b1 == b2:
         return 0
-    i, j = lone(a0, a1, a2), lone(b0, b1, b2)
+    i, j = lone_corner(a0, a1, a2), lone_corner(b0, b1, b2)
     i2, j2 = (i + 2) % 3, (j + 2) % 3
     p, p1, p2 = v[one, i], v[one, (i + 1) % 3], v[one, i2]
     q, q1, q2 = v[two, j], v[two, (j + 1) % 3], v[two, j2]
     s11, s12 = _order(c, p, p1, q, q1, slip), _order(c, p, p1, q, q2, slip)
     s21, s22 = _order(c, p, p2, q, q1, slip), _order(c, p, p2, q, q2, slip)
     if s11 * s12 * s21 * s22 == 0:
-        return OPEN
+        return NEEDS_EXACT
     if s11 == s12 and s21 == s22 and s11 == s21:
         return 0
     if swapped:

@@ -14,6 +14,8 @@ Notation, beside that of `sided` and `upright`
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from geosurf.kernels.compile.jit import scalar
@@ -21,17 +23,54 @@ from geosurf.kernels.contacts.cell_contacts import (
     BOUND,
     CORNER,
     NORMAL,
-    ask_edges,
-    ask_plane,
-    decide,
-    insides_of_cell,
-    meet_by_heights,
+    contact_by_heights,
+    decide_contact,
+    edge_distances,
+    set_edge_query,
+    set_plane_query,
 )
-from geosurf.kernels.contacts.contact_table import DOUBT
+from geosurf.kernels.contacts.contact_table import UNDECIDED
 from geosurf.kernels.search.tree import N_COL
 
 _FIRST, _SECOND, _BOX = 3, 12, 48  # bits of marks: above and below
 _ALL = _FIRST | _SECOND | _BOX  # of an absent node, which leaves it to the others of a cell
+
+
+class AxisGrid(NamedTuple):
+    """Side A: a grid with straight rising axes."""
+
+    x: np.ndarray  # coordinates and their layout, as in `tree`
+    y: np.ndarray
+    z: np.ndarray
+    a: np.ndarray
+    nodes: np.ndarray  # its pyramid of boxes
+    levels: np.ndarray
+    pace_x: float  # cells per metre
+    pace_y: float
+
+
+class CellQuery(NamedTuple):
+    """What one cell of side B asks."""
+
+    box: np.ndarray
+    reach: np.ndarray
+    origin: np.ndarray
+    slip: float
+    swapped: bool
+
+
+class Work(NamedTuple):
+    """Scratch arrays: see the notation here and in `cell_contacts`."""
+
+    c: np.ndarray
+    f: np.ndarray
+    v: np.ndarray
+    h: np.ndarray
+    w: np.ndarray
+    codes_table: np.ndarray
+    heights: np.ndarray
+    marks: np.ndarray
+    rows: np.ndarray
 
 
 @scalar
@@ -52,8 +91,11 @@ def _extremes_of_rows(z, a, at, rows):
 
 
 @scalar
-def _ask_row(x, y, z, a, i, first, last, origin, box, h, heights, marks):
+def _evaluate_row(grid, i, first, last, query, work):
     """Heights of the nodes of row i, columns first to last, over both planes; and their marks."""
+    x, y, z, a = grid.x, grid.y, grid.z, grid.a
+    origin, box = query.origin, query.box
+    h, heights, marks = work.h, work.heights, work.marks
     row = i & 1
     x0, z0, nx, nz = h[0, CORNER], h[0, CORNER + 2], h[0, NORMAL], h[0, NORMAL + 2]
     x1, z1, mx, mz = h[1, CORNER], h[1, CORNER + 2], h[1, NORMAL], h[1, NORMAL + 2]
@@ -97,49 +139,57 @@ def _add_pair(pairs, n, key_a, key_b, codes, swapped):
 
 
 @scalar
-def _pairs_of_cell(
-    c, f, v, h, w, ways, heights, row, k, other, key_a, key_b, slip, swapped, pairs, n
-):
+def _pairs_of_cell(work, row, k, other, key_a, key_b, query, pairs, n):
     """Pairs of both triangles of a loaded cell of the patch and one of the cell, 2 + `other`."""
+    slip, swapped = query.slip, query.swapped
+    c, f, v, h, w, codes_table, heights = (
+        work.c,
+        work.f,
+        work.v,
+        work.h,
+        work.w,
+        work.codes_table,
+        work.heights,
+    )
     low, high = 2 * (row & 1) + other, 2 - 2 * (row & 1) + other
     w[0, 0], w[0, 1] = heights[low, k], heights[low, k + 1]
     w[0, 2], w[0, 3] = heights[high, k + 1], heights[high, k]
-    if not insides_of_cell(c, h[other], w):
+    if not edge_distances(c, h[other], w):
         return n
     for half in range(2):
-        codes = meet_by_heights(w, v, half, h[other], ways)
-        if codes == DOUBT:
-            codes = decide(c, f, v, half, 2 + other, slip, swapped)
+        codes = contact_by_heights(w, v, half, h[other], codes_table)
+        if codes == UNDECIDED:
+            codes = decide_contact(c, f, v, half, 2 + other, slip, swapped)
         if codes != 0:
             n = _add_pair(pairs, n, key_a + half, key_b + other, codes, swapped)
     return n
 
 
 @scalar
-def _ask_planes(c, f, v, reach, slip, h):
+def _set_plane_queries(c, f, v, reach, slip, h):
     """Ask for the planes of both triangles of the loaded cell; which of them are there, as bits."""
-    there = 0
+    present = 0
     for other in range(2):
-        if ask_plane(c, f, v, 2 + other, reach, slip, h[other]):
-            there |= 1 << other
+        if set_plane_query(c, f, v, 2 + other, reach, slip, h[other]):
+            present |= 1 << other
         else:
             h[other, : BOUND + 1] = 0.0
-    return there
+    return present
 
 
 @scalar
-def _pairs_of_row(
-    x, y, z, a, i, first, last, there, key_b, reach, origin, slip, swapped,
-    c, f, v, h, w, ways, heights, marks, asked, pairs, n,
-):  # fmt: skip
+def _pairs_of_row(grid, i, first, last, present, key_b, query, work, asked, pairs, n):
     """Pairs of the cells of row i of the patch; and the triangles whose edges are `asked` for."""
+    x, y, z, a = grid.x, grid.y, grid.z, grid.a
+    reach, origin, slip = query.reach, query.origin, query.slip
+    c, f, v, h, marks = work.c, work.f, work.v, work.h, work.marks
     right = marks[0, 0] & marks[1, 0]
     for k in range(last - first):
         left, right = right, marks[0, k + 1] & marks[1, k + 1]
-        beside = left & right
-        near = (1 if beside & _FIRST == 0 else 0) + (2 if beside & _SECOND == 0 else 0)
-        near &= there
-        if near == 0 or beside & _BOX != 0:
+        both = left & right
+        near = (1 if both & _FIRST == 0 else 0) + (2 if both & _SECOND == 0 else 0)
+        near &= present
+        if near == 0 or both & _BOX != 0:
             continue
         _load_patch_cell(x, y, z, a, i, first + k, origin, c)
         key_a = 2 * (i * (a[N_COL] - 1) + first + k)
@@ -148,21 +198,23 @@ def _pairs_of_row(
             if near & bit == 0:
                 continue
             if asked & bit == 0:
-                ask_edges(c, f, v, 2 + other, reach, slip, h[other])
+                set_edge_query(c, f, v, 2 + other, reach, slip, h[other])
                 asked |= bit
-            n = _pairs_of_cell(
-                c, f, v, h, w, ways, heights, i, k, other, key_a, key_b, slip, swapped, pairs, n
-            )
+            n = _pairs_of_cell(work, i, k, other, key_a, key_b, query, pairs, n)
     return n, asked
 
 
 @scalar
-def pairs_under(
-    x, y, z, a, at, key_b, box, reach, origin, slip, swapped,
-    c, f, v, h, w, ways, heights, marks, rows, pairs, n,
-):  # fmt: skip
+def pairs_in_columns(grid, at, key_b, query, work, pairs, n):
     """Pairs of triangles of a loaded cell of B and the cells of A below or above it, `at`."""
-    there, asked, ready = -1, 0, -1  # triangles there; those asked for edges; the last row asked
+    z, a = grid.z, grid.a
+    box, reach, slip = query.box, query.reach, query.slip
+    c, f, v, h, rows = work.c, work.f, work.v, work.h, work.rows
+    present, asked, last_row = (
+        -1,
+        0,
+        -1,
+    )  # triangles there; those asked for edges; the last row asked
     first, last = at[2], at[3]
     _extremes_of_rows(z, a, at, rows)
     for i in range(at[0], at[1]):
@@ -170,16 +222,13 @@ def pairs_under(
         low, high = min(rows[0, k], rows[0, k + 1]), max(rows[1, k], rows[1, k + 1])
         if not (low <= box[5] and box[2] <= high):
             continue
-        if there < 0:
-            there = _ask_planes(c, f, v, reach, slip, h)
-        if there == 0:
+        if present < 0:
+            present = _set_plane_queries(c, f, v, reach, slip, h)
+        if present == 0:
             return n
-        if ready != i:
-            _ask_row(x, y, z, a, i, first, last, origin, box, h, heights, marks)
-        _ask_row(x, y, z, a, i + 1, first, last, origin, box, h, heights, marks)
-        ready = i + 1
-        n, asked = _pairs_of_row(
-            x, y, z, a, i, first, last, there, key_b, reach, origin, slip, swapped,
-            c, f, v, h, w, ways, heights, marks, asked, pairs, n,
-        )  # fmt: skip
+        if last_row != i:
+            _evaluate_row(grid, i, first, last, query, work)
+        _evaluate_row(grid, i + 1, first, last, query, work)
+        last_row = i + 1
+        n, asked = _pairs_of_row(grid, i, first, last, present, key_b, query, work, asked, pairs, n)  # fmt: skip
     return n

@@ -15,8 +15,8 @@ import numpy as np
 from geosurf.kernels.compile.jit import scalar
 from geosurf.kernels.contacts.triangle_contact import FACE
 
-DOUBT = -2  # what heights leave open
-UNSURE, N_WAY = 8, 9
+UNDECIDED = -2  # what heights leave open
+UNKNOWN_SIDE, N_SIDE = 8, 9
 
 
 @scalar
@@ -26,21 +26,23 @@ def code_of_edge(edge, of_first):
 
 
 @scalar
-def codes_of_ways(swapped):
+def contact_codes(swapped):
     """What `meet_by_heights` tells, for each lone corner and what its two edges pass beyond.
 
     With `swapped`, codes are those of the second and the first triangle.
     """
-    ways = np.full(3 * N_WAY * N_WAY, DOUBT)
+    table = np.full(3 * N_SIDE * N_SIDE, UNDECIDED)
     for i in range(3):
-        for first in range(UNSURE):
-            for last in range(UNSURE):
-                ways[(N_WAY * i + first) * N_WAY + last] = _codes_of_way(i, first, last, swapped)
-    return ways
+        for first in range(UNKNOWN_SIDE):
+            for last in range(UNKNOWN_SIDE):
+                table[(N_SIDE * i + first) * N_SIDE + last] = _codes_of_sides(
+                    i, first, last, swapped
+                )
+    return table
 
 
 @scalar
-def _codes_of_way(i, first, last, swapped):
+def _codes_of_sides(i, first, last, swapped):
     """Codes where edge i of a triangle passes the plane of another beyond the edges `first` of it,
     and edge i + 2 beyond `last`.
     """
@@ -51,6 +53,6 @@ def _codes_of_way(i, first, last, swapped):
     if out == 0:
         return 64 * code_of_edge(min(i, i2), not swapped) + code_of_edge(max(i, i2), not swapped)
     if (first != 0 and last != 0) or out & (out - 1) != 0:
-        return DOUBT
+        return UNDECIDED
     own, other = code_of_edge(i if last != 0 else i2, not swapped), code_of_edge(out >> 1, swapped)
     return 64 * other + own if swapped else 64 * own + other

@@ -12,7 +12,11 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.exact.constructed_points import hash_of_row, id_beside, slot_at_place
+from geosurf.kernels.exact.constructed_points import (
+    hash_of_row,
+    id_after_collision,
+    slot_at_coordinates,
+)
 from geosurf.kernels.exact.exact_signs import N_POINT, N_VERTEX
 
 _WORD = 32
@@ -107,7 +111,7 @@ def _suspects(x, t, m, count):
 
 
 @scalar
-def _closed_up(x, d, m, same):
+def _compact(x, d, m, same):
     """Move points to where those before them have left room; the new id of each."""
     n_vertex = m[N_VERTEX]
     n = 0
@@ -125,12 +129,13 @@ def _closed_up(x, d, m, same):
 
 
 @scalar
-def merge_points(x, t, e, d, m, w, count):
+def merge_points(frame, count):
     """Make points that are one, or a vertex, one; the new id of each, or nothing if none was.
 
     `count` is the number of contacts of each face. Of points that are one, the first one stays;
     those that stay keep their order.
     """
+    x, t, d, m = frame.x, frame.t, frame.d, frame.m
     suspects, n_corner = _suspects(x, t, m, count)
     n_vertex, n_point = m[N_VERTEX], m[N_POINT]
     none = np.empty(0, dtype=np.int64)
@@ -144,13 +149,13 @@ def merge_points(x, t, e, d, m, w, count):
     merged = 0
     for k in range(suspects.shape[0]):
         i = suspects[k]
-        slot = slot_at_place(x, places, i, hash_of_row(x, i) & (size - 1))
+        slot = slot_at_coordinates(x, places, i, hash_of_row(x, i) & (size - 1))
         if places[slot] < 0:
             places[slot] = i
         else:  # no vertex: corners differ from each other
-            same[i - n_vertex] = id_beside(x, t, e, d, m, w, places, i, slot)
+            same[i - n_vertex] = id_after_collision(frame, places, i, slot)
             merged += 1 if same[i - n_vertex] != i else 0
     if merged == 0:
         return none
-    _closed_up(x, d, m, same)
+    _compact(x, d, m, same)
     return same

@@ -30,18 +30,25 @@ from geosurf.kernels.contacts.packed_contact import (
     n_corner_of,
 )
 from geosurf.kernels.contacts.placing import place_points
-from geosurf.kernels.contacts.triangle_contact import BY_SECOND, FACE
+from geosurf.kernels.contacts.triangle_contact import EDGE_OF_SECOND, FACE, is_corner
 from geosurf.kernels.exact.constructed_points import (
     EDGE_PLANE,
     FULL,
     LPI,
     edge_plane,
-    file_name,
+    insert_name,
     slot_of,
 )
-from geosurf.kernels.exact.exact_signs import N_EDGE_PLANE, N_NAME, N_POINT, N_TRIANGLE, N_VERTEX
+from geosurf.kernels.exact.exact_signs import (
+    N_EDGE_PLANE,
+    N_NAME,
+    N_POINT,
+    N_TRIANGLE,
+    N_VERTEX,
+    Frame,
+)
 from geosurf.kernels.exact.predicates import normal_axis
-from geosurf.kernels.lattices.prefetch import ahead
+from geosurf.kernels.lattices.prefetch import prefetch
 
 FEW = 4  # contacts of a face, up to which its points are listed by face, else by vertex
 _LONG = 16  # points in a list, above which names go into a table
@@ -52,7 +59,7 @@ _EARLY = 16  # contacts after the one at hand, whose second face lies anywhere
 def _edge_and_face(t, a, b, code):
     """The edge (lower vertex first) and the face that make a corner of a contact."""
     fa, fb = (code >> 3) & 7, code & 7
-    if fa < FACE and (code >> 3) < BY_SECOND:
+    if fa < FACE and (code >> 3) < EDGE_OF_SECOND:
         of, i, face = a, fa - 3, b
     else:
         of, i, face = b, fb - 3, a
@@ -73,7 +80,7 @@ def _count_rows(t, rows):
 
 
 @scalar
-def _with_room(m, names):
+def _grown_table(m, names):
     """The table of names, made anew and larger if one more contact could fill it."""
     if 2 * (m[N_NAME] + 16) < names.shape[0]:
         return names
@@ -82,7 +89,7 @@ def _with_room(m, names):
     for i in range(names.shape[0]):
         if names[i, 0] != 0:
             kind, a, b, c = names[i, 0], names[i, 1], names[i, 2], names[i, 3]
-            file_name(m, larger, slot_of(larger, kind, a, b, c), kind, a, b, c, names[i, 4])
+            insert_name(m, larger, slot_of(larger, kind, a, b, c), kind, a, b, c, names[i, 4])
     return larger
 
 
@@ -96,16 +103,16 @@ def _new_point(d, m, p, q, plane):
 
 
 @scalar
-def _in_table(d, m, names, p, q, plane):
+def _point_by_table(d, m, names, p, q, plane):
     """Row in `d` of a point by the table of names, made if it is new."""
     slot = slot_of(names, LPI, p, q, plane)
     if names[slot, 0] == 0:
-        file_name(m, names, slot, LPI, p, q, plane, _new_point(d, m, p, q, plane))
+        insert_name(m, names, slot, LPI, p, q, plane, _new_point(d, m, p, q, plane))
     return names[slot, 4]
 
 
 @scalar
-def _in_list(d, m, names, heads, onward, head, p, q, face):
+def _point_by_list(d, m, names, heads, onward, head, p, q, face):
     """Row in `d` of a point by a list, made if it is new.
 
     Neighbours name it, too. A short list has them side by side, a table of all names is in no
@@ -123,7 +130,7 @@ def _in_list(d, m, names, heads, onward, head, p, q, face):
         if d[row, 1] == p and d[row, 2] == q and d[row, 3] == face:
             return row
         row = onward[row]
-    return _in_table(d, m, names, p, q, face)
+    return _point_by_table(d, m, names, p, q, face)
 
 
 @scalar
@@ -139,21 +146,22 @@ def _corner_in_plane(t, e, d, m, names, a, b, axis, code):
     if support == FULL:
         return FULL
     p, q = t[a, fa - 3], t[a, (fa - 2) % 3]
-    return m[N_VERTEX] + _in_table(d, m, names, min(p, q), max(p, q), support)
+    return m[N_VERTEX] + _point_by_table(d, m, names, min(p, q), max(p, q), support)
 
 
 @scalar
-def _name_corners(x, t, e, d, m, w, rows, count, ids):
+def _name_corners(frame, rows, count, ids):
     """Ids of the corners of all contacts, by names alone; whether there was room."""
+    x, t, e, d, m, w = frame.x, frame.t, frame.e, frame.d, frame.m, frame.w
     heads = np.full(t.shape[0] + m[N_VERTEX], -1, dtype=np.int32)
     onward = np.empty(d.shape[0], dtype=np.int32)
     names = np.zeros((64, 5), dtype=np.int64)
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
         if k + _EARLY < rows.shape[0]:
-            ahead(t, rows[k + _EARLY, TRIANGLE_B])
-            ahead(heads, rows[k + _EARLY, TRIANGLE_B])
-        names = _with_room(m, names)
+            prefetch(t, rows[k + _EARLY, TRIANGLE_B])
+            prefetch(heads, rows[k + _EARLY, TRIANGLE_B])
+        names = _grown_table(m, names)
         coplanar = lies_in_plane(rows[k, HOW])
         axis = 0
         if coplanar:
@@ -171,23 +179,18 @@ def _name_corners(x, t, e, d, m, w, rows, count, ids):
             else:
                 p, q, face = _edge_and_face(t, a, b, code)
                 head = face if count[face] <= FEW else t.shape[0] + p
-                row = _in_list(d, m, names, heads, onward, head, p, q, face)
+                row = _point_by_list(d, m, names, heads, onward, head, p, q, face)
                 ids[k, c] = m[N_VERTEX] + row
     return True
 
 
 @scalar
-def _has(t, tri, p):
-    return t[tri, 0] == p or t[tri, 1] == p or t[tri, 2] == p
-
-
-@scalar
-def _record(records, n, t, tri, p, q, support):
+def _append_record(records, n, t, tri, p, q, support):
     """File a segment or a point (q = -1) for a triangle, unless it is there already."""
     if q < 0:
-        if _has(t, tri, p):
+        if is_corner(t, tri, p):
             return n
-    elif _has(t, tri, p) and _has(t, tri, q):
+    elif is_corner(t, tri, p) and is_corner(t, tri, q):
         return n
     records[n, 0] = tri
     if 0 <= q < p:
@@ -212,11 +215,11 @@ def _edge_records(rows, k, ids, t, e, m, names, tri, of, shift, axis, records, n
                     first = ids[k, c]
                 elif ids[k, c] != first:
                     second = ids[k, c]
-        if second >= 0 and not (_has(t, tri, first) and _has(t, tri, second)):
+        if second >= 0 and not (is_corner(t, tri, first) and is_corner(t, tri, second)):
             support = edge_plane(e, m, names, t[of, i], t[of, (i + 1) % 3], axis)
             if support == FULL:
                 return -1
-            n = _record(records, n, t, tri, first, second, support)
+            n = _append_record(records, n, t, tri, first, second, support)
     return n
 
 
@@ -225,8 +228,8 @@ def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
     """Corners and edges of two faces of one plane for each other; -1 if a table is full."""
     a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
     for c in range(n_corner_of(rows[k, HOW])):
-        n = _record(records, n, t, a, ids[k, c], -1, -1)
-        n = _record(records, n, t, b, ids[k, c], -1, -1)
+        n = _append_record(records, n, t, a, ids[k, c], -1, -1)
+        n = _append_record(records, n, t, b, ids[k, c], -1, -1)
     n = _edge_records(rows, k, ids, t, e, m, names, a, b, 0, axis, records, n)
     if n >= 0:
         n = _edge_records(rows, k, ids, t, e, m, names, b, a, 3, axis, records, n)
@@ -248,13 +251,14 @@ def name_contacts(x, t, e, d, m, w, rows, ids):
 
     `x` and `d` have room for a point a corner behind the vertices.
     """
+    frame = Frame(x, t, e, d, m, w)
     count, n_corner = _count_rows(t, rows)
     if min(d.shape[0], x.shape[0] - m[N_VERTEX]) < n_corner:
         return FULL
-    if not _name_corners(x, t, e, d, m, w, rows, count, ids):
+    if not _name_corners(frame, rows, count, ids):
         return FULL
     place_points(x, t, e, d, m, w)
-    number = merge_points(x, t, e, d, m, w, count)
+    number = merge_points(frame, count)
     if number.shape[0] > 0:
         _renumber(number, m[N_VERTEX], rows, ids)
     m[N_NAME] = 0  # the table is gone
@@ -267,15 +271,15 @@ def _edge_planes(e, m):
     m[N_NAME] = 0
     names = np.zeros((64, 5), dtype=np.int64)
     for row in range(m[N_EDGE_PLANE]):
-        names = _with_room(m, names)
+        names = _grown_table(m, names)
         a, b, axis = e[row, 0], e[row, 1], e[row, 2]
         slot = slot_of(names, EDGE_PLANE, a, b, axis)
-        file_name(m, names, slot, EDGE_PLANE, a, b, axis, m[N_TRIANGLE] + row)
+        insert_name(m, names, slot, EDGE_PLANE, a, b, axis, m[N_TRIANGLE] + row)
     return names
 
 
 @entry("d2 l2 l2 l1 l1 l2 l2 l2 -> l")
-def file_records(x, t, e, m, w, rows, ids, records):
+def write_records(x, t, e, m, w, rows, ids, records):
     """Write what cuts which face; the number of records, or FULL.
 
     `records` has room for two a contact and twelve more for one in a plane, `e` for six of these.
@@ -285,16 +289,16 @@ def file_records(x, t, e, m, w, rows, ids, records):
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
         if lies_in_plane(rows[k, HOW]):
-            names = _with_room(m, names)
+            names = _grown_table(m, names)
             axis, _ = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
             n = _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n)
             if n < 0:
                 return FULL
         elif n_corner_of(rows[k, HOW]) == 2:
-            n = _record(records, n, t, a, ids[k, 0], ids[k, 1], b)
-            n = _record(records, n, t, b, ids[k, 0], ids[k, 1], a)
+            n = _append_record(records, n, t, a, ids[k, 0], ids[k, 1], b)
+            n = _append_record(records, n, t, b, ids[k, 0], ids[k, 1], a)
         else:
-            n = _record(records, n, t, a, ids[k, 0], -1, -1)
-            n = _record(records, n, t, b, ids[k, 0], -1, -1)
+            n = _append_record(records, n, t, a, ids[k, 0], -1, -1)
+            n = _append_record(records, n, t, b, ids[k, 0], -1, -1)
     m[N_NAME] = 0
     return n

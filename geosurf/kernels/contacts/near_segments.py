@@ -17,13 +17,14 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.search.tree import append_pair
 
 LEAF = 8
 _FEW = 256  # segments times points of a group, up to which there is no tree
 
 
 @scalar
-def _is_beside(x, a, b, p, reach):
+def is_near_segment(x, a, b, p, reach):
     """Whether point p, no end of segment a-b, is within reach of it."""
     if p == a or p == b:
         return False
@@ -111,24 +112,17 @@ def _passes(x, a, b, box, node, reach):
     first, last = 0.0, 1.0
     for k in range(3):
         low, high = box[node, k] - 2.0 * reach, box[node, 3 + k] + 2.0 * reach
-        start, way = x[a, k], x[b, k] - x[a, k]
+        start, span_k = x[a, k], x[b, k] - x[a, k]
         if max(start, x[b, k]) < low or min(start, x[b, k]) > high:
             return False
-        if abs(way) > 4.0 * reach:
-            one, two = (low - start) / way, (high - start) / way
+        if abs(span_k) > 4.0 * reach:
+            one, two = (low - start) / span_k, (high - start) / span_k
             first, last = max(first, min(one, two)), min(last, max(one, two))
     return first <= last + 1e-9
 
 
-@scalar
-def _add(pairs, n, segment, point):
-    if n < pairs.shape[0]:
-        pairs[n, 0], pairs[n, 1] = segment, point
-    return n + 1
-
-
 @entry("d2 l2 l1 l1 l1 d l2 -> l")
-def beside_lines(x, segments, first_segment, points, first_point, reach, pairs):
+def points_near_segments(x, segments, first_segment, points, first_point, reach, pairs):
     """Write rows (segment, point): places in `segments`, and rows of x; how many there are.
 
     No end of a segment is listed with it. What `pairs` has no room for is counted only.
@@ -141,8 +135,8 @@ def beside_lines(x, segments, first_segment, points, first_point, reach, pairs):
         if (stop - start) * (high - low) <= _FEW:
             for s in range(start, stop):
                 for k in range(low, high):
-                    if _is_beside(x, segments[s, 0], segments[s, 1], points[k], reach):
-                        n = _add(pairs, n, s, points[k])
+                    if is_near_segment(x, segments[s, 0], segments[s, 1], points[k], reach):
+                        n = append_pair(pairs, n, s, points[k])
             continue
         mine = points[low:high].copy()
         box, span = _tree(x, mine)
@@ -159,6 +153,6 @@ def beside_lines(x, segments, first_segment, points, first_point, reach, pairs):
                     top += 2
                     continue
                 for k in range(span[node, 0], span[node, 1]):
-                    if _is_beside(x, a, b, mine[k], reach):
-                        n = _add(pairs, n, s, mine[k])
+                    if is_near_segment(x, a, b, mine[k], reach):
+                        n = append_pair(pairs, n, s, mine[k])
     return n

@@ -41,7 +41,7 @@ def code_of(how, corner):
 
 
 @scalar
-def lies_on_rims(how):
+def lies_on_boundaries(how):
     """Whether a contact is a point or a line on edges and corners of both faces."""
     if n_corner_of(how) >= 3:
         return False
@@ -63,16 +63,16 @@ def in_plane(rows: np.ndarray) -> np.ndarray:
 
 
 @entry("l2 -> b1")
-def on_rims(rows):
+def on_boundaries(rows):
     """Which contacts are points and lines on edges and corners of both faces, bool (n,)."""
     out = np.empty(rows.shape[0], dtype=np.bool_)
     for k in range(rows.shape[0]):
-        out[k] = lies_on_rims(rows[k, HOW])
+        out[k] = lies_on_boundaries(rows[k, HOW])
     return out
 
 
 @entry("l2 -> l2")
-def packed(rows):
+def pack_contacts(rows):
     """Contacts of `contact` in three numbers."""
     out = np.empty((rows.shape[0], 3), dtype=np.int64)
     for k in range(rows.shape[0]):
@@ -86,7 +86,7 @@ def packed(rows):
 
 
 @entry("l2 -> .")
-def pack_settled(rows):
+def pack_crossings(rows):
     """Pack how faces cross in two points, where rows have ``64 * first + second`` of the codes."""
     for k in range(rows.shape[0]):
         one, two = rows[k, HOW] >> 6, rows[k, HOW] & 63

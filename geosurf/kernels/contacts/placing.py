@@ -16,11 +16,18 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import scalar
-from geosurf.kernels.exact.constructed_points import place_exactly
-from geosurf.kernels.exact.double_double import UNDERFLOW, dd_add, dd_minor, dd_mul, rounds, two_sum
-from geosurf.kernels.exact.exact_signs import N_POINT, N_TRIANGLE, N_VERTEX
+from geosurf.kernels.exact.constructed_points import round_point
+from geosurf.kernels.exact.double_double import (
+    UNDERFLOW,
+    dd_add,
+    dd_minor,
+    dd_mul,
+    rounds_to,
+    two_sum,
+)
+from geosurf.kernels.exact.exact_signs import N_POINT, N_TRIANGLE, N_VERTEX, Frame
 from geosurf.kernels.exact.predicates import ORIENT3D_BOUND, TINY
-from geosurf.kernels.lattices.prefetch import ahead
+from geosurf.kernels.lattices.prefetch import prefetch
 
 LANES = 64
 # the ends of the edge, the corners of the triangle: three coordinates each
@@ -35,7 +42,7 @@ _S0, _S1, _S2 = 21 * LANES, 22 * LANES, 23 * LANES
 # heights of the ends over the plane, pairs, and the sum of the sizes of their terms
 _HA, _HB, _SIZE = 24 * LANES, 26 * LANES, 28 * LANES
 # the part of the edge, a pair; how far it can be wrong; 1.0 while all is known
-_PART, _LOOSE, _SURE = 29 * LANES, 31 * LANES, 32 * LANES
+_FRACTION, _ERROR, _CERTIFIED = 29 * LANES, 31 * LANES, 32 * LANES
 _ROWS = 33
 
 
@@ -52,7 +59,7 @@ def _load(x, t, d, m, row, lane, f):
 
 
 @scalar
-def _ask_for_blocks(x, t, d, m, first):
+def _prefetch_blocks(x, t, d, m, first):
     """Ask for what the block after this one will load, and for the triangles of the next but one.
 
     Edges and triangles of a point may lie anywhere: a tenth less time.
@@ -60,17 +67,17 @@ def _ask_for_blocks(x, t, d, m, first):
     last = m[N_POINT]
     for row in range(first + LANES, min(first + 2 * LANES, last)):
         plane = d[row, 3] if d[row, 3] < m[N_TRIANGLE] else 0
-        ahead(x, d[row, 1])
-        ahead(x, d[row, 2])
-        ahead(x, t[plane, 0])
-        ahead(x, t[plane, 1])
-        ahead(x, t[plane, 2])
+        prefetch(x, d[row, 1])
+        prefetch(x, d[row, 2])
+        prefetch(x, t[plane, 0])
+        prefetch(x, t[plane, 1])
+        prefetch(x, t[plane, 2])
     for row in range(first + 2 * LANES, min(first + 3 * LANES, last)):
-        ahead(t, d[row, 3])
+        prefetch(t, d[row, 3])
 
 
 @scalar
-def _plain_normals(f):
+def _normals_double(f):
     """Normals of the planes by plain doubles, and the sizes of their terms."""
     for i in range(LANES):
         g0, g1, g2 = f[_P0 + i] - f[_O0 + i], f[_P1 + i] - f[_O1 + i], f[_P2 + i] - f[_O2 + i]
@@ -81,7 +88,7 @@ def _plain_normals(f):
 
 
 @scalar
-def _plain_parts(f):
+def _fractions_double(f):
     """Which part of each edge lies before the plane, and how far it can be wrong: `lpi_plainly`."""
     for i in range(LANES):
         n0, n1, n2 = f[_N0 + i], f[_N1 + i], f[_N2 + i]
@@ -94,34 +101,34 @@ def _plain_parts(f):
         off = 4.0 * ORIENT3D_BOUND * (fa + fb)
         known = (min(fa, fb) > TINY) & (ha * hb <= 0.0) & (off < abs(below)) & (abs(below) < np.inf)
         below = below if known else 1.0
-        f[_PART + i] = ha / below
-        f[_LOOSE + i] = 1.34 * ORIENT3D_BOUND * max(fa, fb) / abs(below) + 2.0**-50
-        f[_SURE + i] = 1.0 if known else 0.0
+        f[_FRACTION + i] = ha / below
+        f[_ERROR + i] = 1.34 * ORIENT3D_BOUND * max(fa, fb) / abs(below) + 2.0**-50
+        f[_CERTIFIED + i] = 1.0 if known else 0.0
 
 
 @scalar
-def _plainly_along(start, end, part, loose):
+def _along_double(start, end, part, error):
     """One coordinate, and whether it is the next double for certain."""
-    way = end - start
-    s, r = two_sum(start, way * part)
+    step = end - start
+    s, r = two_sum(start, step * part)
     level = start == end
-    sure = rounds(s, r, loose * abs(way) + 1e-300) | level
-    return (start if level else s) + 0.0, 1.0 if sure else 0.0
+    certified = rounds_to(s, r, error * abs(step) + 1e-300) | level
+    return (start if level else s) + 0.0, 1.0 if certified else 0.0
 
 
 @scalar
-def _plain_places(f):
+def _positions_double(f):
     """Coordinates of the points by plain doubles, written over those of the first end."""
     for i in range(LANES):
-        part, loose = f[_PART + i], f[_LOOSE + i]
-        f[_A0 + i], s0 = _plainly_along(f[_A0 + i], f[_B0 + i], part, loose)
-        f[_A1 + i], s1 = _plainly_along(f[_A1 + i], f[_B1 + i], part, loose)
-        f[_A2 + i], s2 = _plainly_along(f[_A2 + i], f[_B2 + i], part, loose)
-        f[_SURE + i] = f[_SURE + i] * s0 * s1 * s2
+        part, error = f[_FRACTION + i], f[_ERROR + i]
+        f[_A0 + i], s0 = _along_double(f[_A0 + i], f[_B0 + i], part, error)
+        f[_A1 + i], s1 = _along_double(f[_A1 + i], f[_B1 + i], part, error)
+        f[_A2 + i], s2 = _along_double(f[_A2 + i], f[_B2 + i], part, error)
+        f[_CERTIFIED + i] = f[_CERTIFIED + i] * s0 * s1 * s2
 
 
 @scalar
-def _normals(f):
+def _normals_dd(f):
     """Normals of the planes, and the sizes of their terms."""
     for i in range(LANES):
         g0, g1 = two_sum(f[_P0 + i], -f[_O0 + i])
@@ -148,7 +155,7 @@ def _step(hi, lo, end, start, nh, nl):
 
 
 @scalar
-def _heights(f):
+def _heights_dd(f):
     """Heights of both ends over the planes, and the sizes of all terms."""
     for i in range(LANES):
         n0, r0 = f[_N0 + i], f[_N0 + LANES + i]
@@ -165,52 +172,52 @@ def _heights(f):
 
 
 @scalar
-def _parts(f):
+def _fractions_dd(f):
     """Which part of the edge lies before the plane: a quotient and one Newton step."""
     for i in range(LANES):
         ha, la = f[_HA + i], f[_HA + LANES + i]
         dh, dl = dd_add(ha, la, -f[_HB + i], -f[_HB + LANES + i])
         size = f[_SIZE + i]
         known = (size > 1e-200) & (abs(dh) > 1e-24 * size) & (abs(ha) <= 2.0 * abs(dh))
-        f[_SURE + i] = 1.0 if known else 0.0
+        f[_CERTIFIED + i] = 1.0 if known else 0.0
         below = dh if known else 1.0
         part = ha / below
         ph, pl = dd_mul(dh, dl, part, 0.0)
         rh, rl = dd_add(ha, la, -ph, -pl)
-        f[_PART + i], f[_PART + LANES + i] = two_sum(part, (rh + rl) / below)
-        f[_LOOSE + i] = 2.0**-94 * (size / abs(below))
+        f[_FRACTION + i], f[_FRACTION + LANES + i] = two_sum(part, (rh + rl) / below)
+        f[_ERROR + i] = 2.0**-94 * (size / abs(below))
 
 
 @scalar
-def _along(start, end, o, p, q, th, tl, loose):
+def _along_dd(start, end, o, p, q, th, tl, error):
     """One coordinate, and whether it is the next double for certain; exact where all are level."""
     dh, dl = two_sum(end, -start)
     ph, pl = dd_mul(dh, dl, th, tl)
     s, r = dd_add(start, 0.0, ph, pl)
-    slack = loose * abs(dh) + 2.0**-98 * (abs(start) + abs(end)) + UNDERFLOW
+    slack = error * abs(dh) + 2.0**-98 * (abs(start) + abs(end)) + UNDERFLOW
     s = s + 0.0
     flat = (p == o) & (q == o)
     level = start == end
-    sure = rounds(s, r, slack) | flat | level
+    certified = rounds_to(s, r, slack) | flat | level
     s = start if level else s
-    return (o if flat else s) + 0.0, 1.0 if sure else 0.0
+    return (o if flat else s) + 0.0, 1.0 if certified else 0.0
 
 
 @scalar
-def _places(f):
+def _positions_dd(f):
     """Coordinates of the points, written over those of the first end."""
     for i in range(LANES):
-        th, tl, loose = f[_PART + i], f[_PART + LANES + i], f[_LOOSE + i]
-        f[_A0 + i], s0 = _along(
-            f[_A0 + i], f[_B0 + i], f[_O0 + i], f[_P0 + i], f[_Q0 + i], th, tl, loose
+        th, tl, error = f[_FRACTION + i], f[_FRACTION + LANES + i], f[_ERROR + i]
+        f[_A0 + i], s0 = _along_dd(
+            f[_A0 + i], f[_B0 + i], f[_O0 + i], f[_P0 + i], f[_Q0 + i], th, tl, error
         )
-        f[_A1 + i], s1 = _along(
-            f[_A1 + i], f[_B1 + i], f[_O1 + i], f[_P1 + i], f[_Q1 + i], th, tl, loose
+        f[_A1 + i], s1 = _along_dd(
+            f[_A1 + i], f[_B1 + i], f[_O1 + i], f[_P1 + i], f[_Q1 + i], th, tl, error
         )
-        f[_A2 + i], s2 = _along(
-            f[_A2 + i], f[_B2 + i], f[_O2 + i], f[_P2 + i], f[_Q2 + i], th, tl, loose
+        f[_A2 + i], s2 = _along_dd(
+            f[_A2 + i], f[_B2 + i], f[_O2 + i], f[_P2 + i], f[_Q2 + i], th, tl, error
         )
-        f[_SURE + i] = f[_SURE + i] * s0 * s1 * s2
+        f[_CERTIFIED + i] = f[_CERTIFIED + i] * s0 * s1 * s2
 
 
 @scalar
@@ -218,47 +225,49 @@ def _store(x, m, row, lane, f):
     """Take a point out of a block; False if it is open there."""
     i = m[N_VERTEX] + row
     x[i, 0], x[i, 1], x[i, 2] = f[_A0 + lane], f[_A1 + lane], f[_A2 + lane]
-    return f[_SURE + lane] != 0.0
+    return f[_CERTIFIED + lane] != 0.0
 
 
 @scalar
-def _place_plainly(x, t, e, d, m, w, f):
+def _place_in_doubles(frame, f):
     """Points where edges pass triangles, by plain doubles; the rows of those left open.
 
     Points in edge planes are placed one by one.
     """
+    x, t, d, m = frame.x, frame.t, frame.d, frame.m
     n_point = m[N_POINT]
-    waiting = np.empty(n_point, dtype=np.int64)
+    undecided = np.empty(n_point, dtype=np.int64)
     n = 0
     for first in range(0, n_point, LANES):
-        _ask_for_blocks(x, t, d, m, first)
+        _prefetch_blocks(x, t, d, m, first)
         for lane in range(LANES):
             _load(x, t, d, m, min(first + lane, n_point - 1), lane, f)
-        _plain_normals(f)
-        _plain_parts(f)
-        _plain_places(f)
+        _normals_double(f)
+        _fractions_double(f)
+        _positions_double(f)
         for row in range(first, min(first + LANES, n_point)):
             if d[row, 3] >= m[N_TRIANGLE]:
-                place_exactly(x, t, e, d, m, w, m[N_VERTEX] + row)
+                round_point(frame, m[N_VERTEX] + row)
             elif not _store(x, m, row, row - first, f):
-                waiting[n] = row
+                undecided[n] = row
                 n += 1
-    return waiting[:n]
+    return undecided[:n]
 
 
 @scalar
 def place_points(x, t, e, d, m, w):
     """Correctly rounded coordinates of all constructed points, each of an edge and a plane."""
+    frame = Frame(x, t, e, d, m, w)
     f = np.empty(_ROWS * LANES)
-    waiting = _place_plainly(x, t, e, d, m, w, f)
-    n = waiting.shape[0]
+    undecided = _place_in_doubles(frame, f)
+    n = undecided.shape[0]
     for first in range(0, n, LANES):
         for lane in range(LANES):
-            _load(x, t, d, m, waiting[min(first + lane, n - 1)], lane, f)
-        _normals(f)
-        _heights(f)
-        _parts(f)
-        _places(f)
+            _load(x, t, d, m, undecided[min(first + lane, n - 1)], lane, f)
+        _normals_dd(f)
+        _heights_dd(f)
+        _fractions_dd(f)
+        _positions_dd(f)
         for k in range(first, min(first + LANES, n)):
-            if not _store(x, m, waiting[k], k - first, f):
-                place_exactly(x, t, e, d, m, w, m[N_VERTEX] + waiting[k])
+            if not _store(x, m, undecided[k], k - first, f):
+                round_point(frame, m[N_VERTEX] + undecided[k])

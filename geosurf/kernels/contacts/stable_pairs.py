@@ -11,11 +11,11 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.exact.predicates import orient3d, plain_side, plane_terms
+from geosurf.kernels.exact.predicates import filtered_side, orient3d, plane_terms
 
 
 @scalar
-def _sure_side(x, a, b, c, o, slip):
+def _stable_side(x, a, b, c, o, slip):
     """Side on which vertex o lies of the plane of a, b, c; 0 where a move could change it.
 
     Floats are sure for one first corner and not for another one: asked of all three, the answer
@@ -24,7 +24,7 @@ def _sure_side(x, a, b, c, o, slip):
     for _ in range(3):
         n0, n1, n2, s0, s1, s2, span = plane_terms(x, a, b, c)
         cx, cy, cz = x[o, 0] - x[a, 0], x[o, 1] - x[a, 1], x[o, 2] - x[a, 2]
-        side = plain_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip)
+        side = filtered_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip)
         if side != 0:
             return side
         a, b, c = b, c, a
@@ -32,15 +32,15 @@ def _sure_side(x, a, b, c, o, slip):
 
 
 @scalar
-def _sure_turn(x, p, q, a, b, slip):
+def _stable_turn(x, p, q, a, b, slip):
     """Side on which vertex b lies of the plane of p, q, a, asked of any three of the four."""
-    side = _sure_side(x, p, q, a, b, slip)
+    side = _stable_side(x, p, q, a, b, slip)
     if side == 0:
-        side = _sure_side(x, q, p, b, a, slip)
+        side = _stable_side(x, q, p, b, a, slip)
     if side == 0:
-        side = _sure_side(x, a, b, p, q, slip)
+        side = _stable_side(x, a, b, p, q, slip)
     if side == 0:
-        side = _sure_side(x, b, a, q, p, slip)
+        side = _stable_side(x, b, a, q, p, slip)
     return side
 
 
@@ -49,7 +49,7 @@ def _line_misses(x, t, p, q, b, slip):
     """Whether the line of vertices p, q surely passes two edges of triangle b differently."""
     left = right = False
     for k in range(3):
-        side = _sure_turn(x, p, q, t[b, k], t[b, (k + 1) % 3], slip)
+        side = _stable_turn(x, p, q, t[b, k], t[b, (k + 1) % 3], slip)
         left = left or side > 0
         right = right or side < 0
     return left and right
@@ -59,9 +59,9 @@ def _line_misses(x, t, p, q, b, slip):
 def _edges_miss(x, t, a, b, slip):
     """Whether no edge of triangle a can meet triangle b."""
     corners = t[b, 0], t[b, 1], t[b, 2]
-    s0 = _sure_side(x, corners[0], corners[1], corners[2], t[a, 0], slip)
-    s1 = _sure_side(x, corners[0], corners[1], corners[2], t[a, 1], slip)
-    s2 = _sure_side(x, corners[0], corners[1], corners[2], t[a, 2], slip)
+    s0 = _stable_side(x, corners[0], corners[1], corners[2], t[a, 0], slip)
+    s1 = _stable_side(x, corners[0], corners[1], corners[2], t[a, 1], slip)
+    s2 = _stable_side(x, corners[0], corners[1], corners[2], t[a, 2], slip)
     return (
         (s0 * s1 > 0 or _line_misses(x, t, t[a, 0], t[a, 1], b, slip))
         and (s1 * s2 > 0 or _line_misses(x, t, t[a, 1], t[a, 2], b, slip))
@@ -72,10 +72,10 @@ def _edges_miss(x, t, a, b, slip):
 @scalar
 def _on_one_side(x, t, a, b, slip):
     """Whether all corners of triangle a surely lie on one side of the plane of b."""
-    side = _sure_side(x, t[b, 0], t[b, 1], t[b, 2], t[a, 0], slip)
+    side = _stable_side(x, t[b, 0], t[b, 1], t[b, 2], t[a, 0], slip)
     return side != 0 and (
-        side == _sure_side(x, t[b, 0], t[b, 1], t[b, 2], t[a, 1], slip)
-        and side == _sure_side(x, t[b, 0], t[b, 1], t[b, 2], t[a, 2], slip)
+        side == _stable_side(x, t[b, 0], t[b, 1], t[b, 2], t[a, 1], slip)
+        and side == _stable_side(x, t[b, 0], t[b, 1], t[b, 2], t[a, 2], slip)
     )
 
 
@@ -114,18 +114,18 @@ def _stays_apart(x, t, a, b, slip):
 
 
 @scalar
-def _is_beside(x, t, m, w, a, b, slip):
+def _is_near_plane(x, t, m, w, a, b, slip):
     """Whether a corner of triangle a is off the plane of b, but not surely."""
     p, q, r = t[b, 0], t[b, 1], t[b, 2]
     for k in range(3):
         o = t[a, k]
-        if _sure_side(x, p, q, r, o, slip) == 0 and orient3d(x, m, w, p, q, r, o, slip) != 0:
+        if _stable_side(x, p, q, r, o, slip) == 0 and orient3d(x, m, w, p, q, r, o, slip) != 0:
             return True
     return False
 
 
 @entry("d2 l2 l1 l1 l2 b1 d -> b1")
-def unsure_pairs(x, t, m, w, pairs, meet, part):
+def unstable_pairs(x, t, m, w, pairs, meet, part):
     """Pairs that do not surely stay as they are if points move by a part of their coordinates.
 
     Of those that `meet`, the ones with a corner that is close to the other's plane, but not in it;
@@ -136,7 +136,9 @@ def unsure_pairs(x, t, m, w, pairs, meet, part):
         a, b = pairs[i, 0], pairs[i, 1]
         slip = part * max(_largest(x, t, a), _largest(x, t, b))
         if meet[i]:
-            found[i] = _is_beside(x, t, m, w, a, b, slip) or _is_beside(x, t, m, w, b, a, slip)
+            found[i] = _is_near_plane(x, t, m, w, a, b, slip) or _is_near_plane(
+                x, t, m, w, b, a, slip
+            )
         else:
             found[i] = not _stays_apart(x, t, a, b, slip)
     return found

@@ -18,16 +18,16 @@ import numpy as np
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.exact.exact_signs import NEAR
 from geosurf.kernels.exact.predicates import (
+    filtered_side,
     normal_axis,
     orient2d,
     orient3d,
-    plain_side,
     plane_terms,
     side_of,
 )
 
 FACE = 6
-BY_SECOND = (
+EDGE_OF_SECOND = (
     8  # added to fa: edge meets edge, and A's edge lies in B's plane, so B's edge makes the point
 )
 OUTSIDE = -1
@@ -37,7 +37,8 @@ N_COLUMN = 11
 
 
 @scalar
-def _is_corner(t, tri, vertex):
+def is_corner(t, tri, vertex):
+    """Whether a vertex is a corner of a triangle."""
     return t[tri, 0] == vertex or t[tri, 1] == vertex or t[tri, 2] == vertex
 
 
@@ -58,7 +59,7 @@ def _feature_of_zeros(s0, s1, s2):
 
 
 @scalar
-def locate_in_plane(x, t, e, d, m, w, tri, axis, turn, vertex):
+def locate_in_plane(x, t, m, w, tri, axis, turn, vertex):
     """Feature of a triangle that holds a vertex of its plane, or OUTSIDE."""
     if t[tri, 0] == vertex:
         return 0
@@ -68,13 +69,13 @@ def locate_in_plane(x, t, e, d, m, w, tri, axis, turn, vertex):
         return 2
     u = (axis + 1) % 3
     v = (axis + 2) % 3
-    s0 = turn * orient2d(x, t, e, d, m, w, t[tri, 0], t[tri, 1], vertex, u, v)
+    s0 = turn * orient2d(x, m, w, t[tri, 0], t[tri, 1], vertex, u, v)
     if s0 < 0:
         return OUTSIDE
-    s1 = turn * orient2d(x, t, e, d, m, w, t[tri, 1], t[tri, 2], vertex, u, v)
+    s1 = turn * orient2d(x, m, w, t[tri, 1], t[tri, 2], vertex, u, v)
     if s1 < 0:
         return OUTSIDE
-    s2 = turn * orient2d(x, t, e, d, m, w, t[tri, 2], t[tri, 0], vertex, u, v)
+    s2 = turn * orient2d(x, m, w, t[tri, 2], t[tri, 0], vertex, u, v)
     return _feature_of_zeros(s0, s1, s2)
 
 
@@ -116,25 +117,25 @@ def _side_signs(x, t, m, w, tri, of, slip):
     """Signs of the corners of triangle `of` over the plane of triangle `tri`."""
     a, b, c = t[tri, 0], t[tri, 1], t[tri, 2]
     frame = plane_terms(x, a, b, c)
-    s0 = 0 if _is_corner(t, tri, t[of, 0]) else side_of(x, m, w, a, b, c, t[of, 0], frame, slip)
-    s1 = 0 if _is_corner(t, tri, t[of, 1]) else side_of(x, m, w, a, b, c, t[of, 1], frame, slip)
-    s2 = 0 if _is_corner(t, tri, t[of, 2]) else side_of(x, m, w, a, b, c, t[of, 2], frame, slip)
+    s0 = 0 if is_corner(t, tri, t[of, 0]) else side_of(x, m, w, a, b, c, t[of, 0], frame, slip)
+    s1 = 0 if is_corner(t, tri, t[of, 1]) else side_of(x, m, w, a, b, c, t[of, 1], frame, slip)
+    s2 = 0 if is_corner(t, tri, t[of, 2]) else side_of(x, m, w, a, b, c, t[of, 2], frame, slip)
     return s0, s1, s2
 
 
 @scalar
-def _coplanar(x, t, e, d, m, w, rows, n, a, b):
+def _coplanar(x, t, m, w, rows, n, a, b):
     """Corners of the intersection of two triangles of one plane."""
     axis, turn_a = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
     axis, turn_b = normal_axis(x, m, w, t[b, 0], t[b, 1], t[b, 2])
     u = (axis + 1) % 3
     v = (axis + 2) % 3
     for i in range(3):
-        feature = locate_in_plane(x, t, e, d, m, w, b, axis, turn_b, t[a, i])
+        feature = locate_in_plane(x, t, m, w, b, axis, turn_b, t[a, i])
         if feature != OUTSIDE:
             _add(rows, n, i, feature)
     for j in range(3):
-        feature = locate_in_plane(x, t, e, d, m, w, a, axis, turn_a, t[b, j])
+        feature = locate_in_plane(x, t, m, w, a, axis, turn_a, t[b, j])
         if feature >= 3:
             _add(rows, n, feature, j)
     for i in range(3):
@@ -143,29 +144,21 @@ def _coplanar(x, t, e, d, m, w, rows, n, a, b):
             r, s = t[b, j], t[b, (j + 1) % 3]
             if p == r or p == s or q == r or q == s:
                 continue
-            if (
-                orient2d(x, t, e, d, m, w, p, q, r, u, v)
-                * orient2d(x, t, e, d, m, w, p, q, s, u, v)
-                >= 0
-            ):
+            if orient2d(x, m, w, p, q, r, u, v) * orient2d(x, m, w, p, q, s, u, v) >= 0:
                 continue
-            if (
-                orient2d(x, t, e, d, m, w, r, s, p, u, v)
-                * orient2d(x, t, e, d, m, w, r, s, q, u, v)
-                < 0
-            ):
+            if orient2d(x, m, w, r, s, p, u, v) * orient2d(x, m, w, r, s, q, u, v) < 0:
                 _add(rows, n, 3 + i, 3 + j)
 
 
 @scalar
-def _plain_side(ox, oy, oz, terms, px, py, pz, slip):
+def _point_side(ox, oy, oz, terms, px, py, pz, slip):
     """Side of point p of the plane through o with `terms`; 0 if floats cannot be sure."""
     n0, n1, n2, s0, s1, s2, span = terms
-    return plain_side(px - ox, py - oy, pz - oz, n0, n1, n2, s0, s1, s2, span, slip)
+    return filtered_side(px - ox, py - oy, pz - oz, n0, n1, n2, s0, s1, s2, span, slip)
 
 
 @scalar
-def lone(s0, s1, s2):
+def lone_corner(s0, s1, s2):
     """The corner whose sign is not that of the two others."""
     if s1 == s2:
         return 0
@@ -176,11 +169,11 @@ def lone(s0, s1, s2):
 def _before_on_line(x, p, p1, q, q1, slip):
     """Sign that orders, on the common line, the points of edges p-p1 and q-q1; 0 if not sure."""
     terms = plane_terms(x, p, p1, q)
-    return _plain_side(x[p, 0], x[p, 1], x[p, 2], terms, x[q1, 0], x[q1, 1], x[q1, 2], slip)
+    return _point_side(x[p, 0], x[p, 1], x[p, 2], terms, x[q1, 0], x[q1, 1], x[q1, 2], slip)
 
 
 @scalar
-def _meet_plainly(x, t, a, b, slip, rows, n):
+def _meet_filtered(x, t, a, b, slip, rows, n):
     """The contact of two triangles where floats are sure of every sign and none is zero.
 
     1 if they meet, 0 if not, -1 if exact signs are needed. Each triangle has one corner
@@ -191,23 +184,23 @@ def _meet_plainly(x, t, a, b, slip, rows, n):
     qa, qb, qc = t[b, 0], t[b, 1], t[b, 2]
     f = plane_terms(x, qa, qb, qc)
     ox, oy, oz = x[qa, 0], x[qa, 1], x[qa, 2]
-    a0 = _plain_side(ox, oy, oz, f, x[pa, 0], x[pa, 1], x[pa, 2], slip)
-    a1 = _plain_side(ox, oy, oz, f, x[pb, 0], x[pb, 1], x[pb, 2], slip)
-    a2 = _plain_side(ox, oy, oz, f, x[pc, 0], x[pc, 1], x[pc, 2], slip)
+    a0 = _point_side(ox, oy, oz, f, x[pa, 0], x[pa, 1], x[pa, 2], slip)
+    a1 = _point_side(ox, oy, oz, f, x[pb, 0], x[pb, 1], x[pb, 2], slip)
+    a2 = _point_side(ox, oy, oz, f, x[pc, 0], x[pc, 1], x[pc, 2], slip)
     if a0 * a1 * a2 == 0:
         return -1
     if a0 == a1 and a1 == a2:
         return 0
     f = plane_terms(x, pa, pb, pc)
     ox, oy, oz = x[pa, 0], x[pa, 1], x[pa, 2]
-    b0 = _plain_side(ox, oy, oz, f, x[qa, 0], x[qa, 1], x[qa, 2], slip)
-    b1 = _plain_side(ox, oy, oz, f, x[qb, 0], x[qb, 1], x[qb, 2], slip)
-    b2 = _plain_side(ox, oy, oz, f, x[qc, 0], x[qc, 1], x[qc, 2], slip)
+    b0 = _point_side(ox, oy, oz, f, x[qa, 0], x[qa, 1], x[qa, 2], slip)
+    b1 = _point_side(ox, oy, oz, f, x[qb, 0], x[qb, 1], x[qb, 2], slip)
+    b2 = _point_side(ox, oy, oz, f, x[qc, 0], x[qc, 1], x[qc, 2], slip)
     if b0 * b1 * b2 == 0:
         return -1
     if b0 == b1 and b1 == b2:
         return 0
-    i, j = lone(a0, a1, a2), lone(b0, b1, b2)
+    i, j = lone_corner(a0, a1, a2), lone_corner(b0, b1, b2)
     i2, j2 = (i + 2) % 3, (j + 2) % 3  # edge i leaves the lone corner, edge i2 comes back to it
     p, p1, p2 = t[a, i], t[a, (i + 1) % 3], t[a, i2]
     q, q1, q2 = t[b, j], t[b, (j + 1) % 3], t[b, j2]
@@ -231,9 +224,9 @@ def _meet_plainly(x, t, a, b, slip, rows, n):
 
 
 @scalar
-def meet(x, t, e, d, m, w, a, b, slip, rows, n):
+def intersect_triangles(x, t, m, w, a, b, slip, rows, n):
     """Write the contact of triangles a and b to rows[n]; True if they meet."""
-    plain = _meet_plainly(x, t, a, b, slip, rows, n)
+    plain = _meet_filtered(x, t, a, b, slip, rows, n)
     if plain >= 0:
         return plain == 1
     a0, a1, a2 = _side_signs(x, t, m, w, b, a, slip)
@@ -248,7 +241,7 @@ def meet(x, t, e, d, m, w, a, b, slip, rows, n):
     rows[n, CROSSING] = 0
     if a0 == 0 and a1 == 0 and a2 == 0:
         rows[n, COPLANAR] = 1
-        _coplanar(x, t, e, d, m, w, rows, n, a, b)
+        _coplanar(x, t, m, w, rows, n, a, b)
         return rows[n, N_CORNER] > 0
     rows[n, COPLANAR] = 0
     sa = (a0, a1, a2)
@@ -259,7 +252,7 @@ def meet(x, t, e, d, m, w, a, b, slip, rows, n):
         if sa[i] == 0:
             if axis_b < 0:
                 axis_b, turn_b = normal_axis(x, m, w, t[b, 0], t[b, 1], t[b, 2])
-            feature = locate_in_plane(x, t, e, d, m, w, b, axis_b, turn_b, t[a, i])
+            feature = locate_in_plane(x, t, m, w, b, axis_b, turn_b, t[a, i])
             if feature != OUTSIDE:
                 _add(rows, n, i, feature)
     for i in range(3):
@@ -271,7 +264,7 @@ def meet(x, t, e, d, m, w, a, b, slip, rows, n):
         if sb[j] == 0:
             if axis_a < 0:
                 axis_a, turn_a = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
-            feature = locate_in_plane(x, t, e, d, m, w, a, axis_a, turn_a, t[b, j])
+            feature = locate_in_plane(x, t, m, w, a, axis_a, turn_a, t[b, j])
             if feature >= 3:
                 _add(rows, n, feature, j)
     for j in range(3):
@@ -282,7 +275,7 @@ def meet(x, t, e, d, m, w, a, b, slip, rows, n):
             elif feature >= 3:
                 i = feature - 3
                 if sa[i] * sa[(i + 1) % 3] >= 0:  # else A's edge has found the same point
-                    _add(rows, n, BY_SECOND + feature, 3 + j)
+                    _add(rows, n, EDGE_OF_SECOND + feature, 3 + j)
     if rows[n, N_CORNER] == 2:
         both_a = min(a0, min(a1, a2)) < 0 and max(a0, max(a1, a2)) > 0
         both_b = min(b0, min(b1, b2)) < 0 and max(b0, max(b1, b2)) > 0
@@ -297,12 +290,11 @@ def meet_pairs(x, t, pairs, m, w, slip, rows, near):
     `rows` has room for one row more than there are pairs. `near` takes the numbers of pairs
     that a move of all coordinates by `slip` could change; those beyond its end are only counted.
     """
-    none = np.empty((0, 4), dtype=np.int64)
     n = 0
     n_near = 0
     for k in range(pairs.shape[0]):
         before = m[NEAR]
-        if meet(x, t, none, none, m, w, pairs[k, 0], pairs[k, 1], slip, rows, n):
+        if intersect_triangles(x, t, m, w, pairs[k, 0], pairs[k, 1], slip, rows, n):
             n += 1
         if m[NEAR] != before:
             if n_near < near.shape[0]:

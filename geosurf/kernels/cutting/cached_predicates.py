@@ -28,13 +28,13 @@ from geosurf.kernels.exact.exact_signs import (
 )
 
 POINTS, AXIS, USED = 0, 2, 6  # of the state s
-KEPT = 2  # column of q: where the row of a point begins, -1: not made
+CACHED = 2  # column of q: where the row of a point begins, -1: not made
 _HEAD = 4
 _SCRATCH = 240  # units of w from here on are free between two signs
 _MOST = 1 << 20
 
 
-def roomy_workspace(limbs: int, n_local: int) -> np.ndarray:
+def face_workspace(limbs: int, n_local: int) -> np.ndarray:
     """A limb workspace with room for the rows of a face of so many points."""
     n = max(int(limbs), 4)
     rows = min(_MOST, 24 * n * n_local)
@@ -68,12 +68,14 @@ def _store(w, to, a, n):
 
 
 @scalar
-def _row(x, t, e, d, m, w, q, s, p):
+def _row(frame, points, p):
     """Where the row of local point p begins; made if it is not there."""
-    if q[p, KEPT] >= 0:
-        return q[p, KEPT]
+    m, w = frame.m, frame.w
+    q, s = points.q, points.s
+    if q[p, CACHED] >= 0:
+        return q[p, CACHED]
     n = m[LIMBS]
-    lx, lw = point(x, t, e, d, m, w, 0, q[p, 0])
+    lx, lw = point(frame, 0, q[p, 0])
     u, v, below = ((s[AXIS] + 1) % 3) * 7 * n, ((s[AXIS] + 2) % 3) * 7 * n, 21 * n
     low = min(_zeros_below(w, u, lx), _zeros_below(w, v, lx))
     low = min(low, lx - 1)  # where both are zero, a limb is left of each
@@ -87,17 +89,17 @@ def _row(x, t, e, d, m, w, q, s, p):
     to = _store(w, to, v + low, nv)
     to = _store(w, to, below + low_w, nw)
     s[USED] = to - WORK * max(n, 4)
-    q[p, KEPT] = at
+    q[p, CACHED] = at
     return at
 
 
 @scalar
-def _make_room(m, w, q, s):
+def _ensure_capacity(m, w, q, s):
     """See that four rows can be added; if not, forget all."""
     n = m[LIMBS]
     if WORK * max(n, 4) + s[USED] + 4 * (20 * n + _HEAD) > w.shape[0]:
         for p in range(s[POINTS]):
-            q[p, KEPT] = -1
+            q[p, CACHED] = -1
         s[USED] = 0
 
 
@@ -120,13 +122,15 @@ def _below(w, a):
 
 
 @scalar
-def kept_orient2d(x, t, e, d, m, w, q, s, a, b, c):
+def cached_orient2d(frame, points, a, b, c):
     """Sign of the turn of local points a, b, c."""
+    m, w = frame.m, frame.w
+    q, s = points.q, points.s
     m[EXACT_ORIENT2D] += 1
-    _make_room(m, w, q, s)
-    i = _row(x, t, e, d, m, w, q, s, a)
-    j = _row(x, t, e, d, m, w, q, s, b)
-    k = _row(x, t, e, d, m, w, q, s, c)
+    _ensure_capacity(m, w, q, s)
+    i = _row(frame, points, a)
+    j = _row(frame, points, b)
+    k = _row(frame, points, c)
     # det of the rows (U, V, W), by W: shifts of the three terms are those of the other rows
     shift = min(w[j] + w[k], min(w[k] + w[i], w[i] + w[j]))
     acc = _SCRATCH * m[LIMBS]
@@ -145,12 +149,14 @@ def kept_orient2d(x, t, e, d, m, w, q, s, a, b, c):
 
 
 @scalar
-def kept_compare(x, t, e, d, m, w, q, s, a, b, second):
+def cached_compare(frame, points, a, b, second):
     """Sign of a coordinate of local point a minus that of b: U, or V with `second` = 1."""
+    m, w = frame.m, frame.w
+    q, s = points.q, points.s
     m[EQUALITY_TESTS] += 1
-    _make_room(m, w, q, s)
-    i = _row(x, t, e, d, m, w, q, s, a)
-    j = _row(x, t, e, d, m, w, q, s, b)
+    _ensure_capacity(m, w, q, s)
+    i = _row(frame, points, a)
+    j = _row(frame, points, b)
     at, n = i + _HEAD + second * w[i + 1], w[i + 1 + second]
     other, n_other = j + _HEAD + second * w[j + 1], w[j + 1 + second]
     shift = min(w[i], w[j])
@@ -195,19 +201,21 @@ def _square(w, r, n, a):
 
 
 @scalar
-def kept_incircle(x, t, e, d, m, w, q, s, a, b, c, o):
+def cached_incircle(frame, points, a, b, c, o):
     """Sign > 0 if local point o is inside the circle of counter-clockwise a, b, c.
 
     Rows (U W, V W, U^2 + V^2, W^2), by 2 x 2 minors of the first two columns (i, j) and of the
     last two (k, the fourth): (U_i V_j - V_i U_j) W_i W_j ((U_k^2 + V_k^2) W^2 - ...).
     """
+    m, w = frame.m, frame.w
+    q, s = points.q, points.s
     m[EXACT_INCIRCLE] += 1
-    _make_room(m, w, q, s)
+    _ensure_capacity(m, w, q, s)
     rows = (
-        _row(x, t, e, d, m, w, q, s, a),
-        _row(x, t, e, d, m, w, q, s, b),
-        _row(x, t, e, d, m, w, q, s, c),
-        _row(x, t, e, d, m, w, q, s, o),
+        _row(frame, points, a),
+        _row(frame, points, b),
+        _row(frame, points, c),
+        _row(frame, points, o),
     )
     low, high, longest, longest_w = w[rows[0]], w[rows[0]], 0, 0
     for r in rows:

@@ -10,28 +10,36 @@ is quadratic. Notation as in `delaunay`.
 from __future__ import annotations
 
 from geosurf.kernels.compile.jit import scalar
-from geosurf.kernels.cutting.delaunay import flip, following, link, preceding, put
+from geosurf.kernels.cutting.delaunay import (
+    flip,
+    link,
+    next_half_edge,
+    previous_half_edge,
+    set_triangle,
+)
 from geosurf.kernels.cutting.face_circles import in_circle
 from geosurf.kernels.cutting.face_signs import SEGMENT, turn
 
 _FEW = 8  # a chain so short is cut in a row
-_DUG, _ADDED = -2, -3  # marks of half-edges: of the corridor, of an ear that was added
+_IN_CAVITY, _ADDED = -2, -3  # marks of half-edges: of the corridor, of an ear that was added
 
 
 @scalar
-def side_of_segment(x, t, e, d, m, w, q, f, s, a, b, p):
+def side_of_segment(frame, points, a, b, p):
     """Side of p of the line of the segment under way, from a to b."""
+    q, s = points.q, points.s
     if q[p, 3] == s[SEGMENT]:
         return 0
-    return turn(x, t, e, d, m, w, q, f, s, a, b, p)
+    return turn(frame, points, a, b, p)
 
 
 @scalar
-def _cut_ear(h, v, k, free, tri, a, b, point):
+def _cut_ear(mesh, free, tri, a, b, point):
     """The triangle of the rows a and b of k and a point; row a then leads to that point."""
+    h, v, k = mesh.h, mesh.v, mesh.k
     slot = k[free + tri, 3]
     i = 3 * slot
-    put(h, v, slot, k[a, 0], k[b, 0], point)
+    set_triangle(h, v, slot, k[a, 0], k[b, 0], point)
     _join(h, i, k[a, 1], k[a, 2], k[a, 3])
     _join(h, i + 1, k[b, 1], k[b, 2], k[b, 3])
     k[a, 1], k[a, 2], k[a, 3] = i + 2, -1, -1
@@ -44,20 +52,21 @@ def _move_row(k, to, c):
 
 
 @scalar
-def _fill(x, t, e, d, m, w, h, v, q, f, s, k, low, high, free, tri):
+def _fill(frame, mesh, points, low, high, free, tri):
     """Triangulate the chain k[low:high] seen from its base: (base half-edge, next triangle).
 
     Rows of k: point, twin and support of the link to the next row, old half-edge of
     the link. Triangles are written to the slots k[free + n, 3], in the order of the ears.
     """
+    k = mesh.k
     many = True
     while many and high - low > _FEW:  # every other ear, as long as there are many
         n = high - low
         top = low
         c = low + 1
         while c < high - 1:
-            if turn(x, t, e, d, m, w, q, f, s, k[top, 0], k[c, 0], k[c + 1, 0]) > 0:
-                _cut_ear(h, v, k, free, tri, top, c, k[c + 1, 0])
+            if turn(frame, points, k[top, 0], k[c, 0], k[c + 1, 0]) > 0:
+                _cut_ear(mesh, free, tri, top, c, k[c + 1, 0])
                 tri += 1
                 c += 1
             top += 1
@@ -71,8 +80,8 @@ def _fill(x, t, e, d, m, w, h, v, q, f, s, k, low, high, free, tri):
     top = low
     for c in range(low + 1, high):  # the rest in a row: Graham's scan, the stack at `low`
         point, twin, support, old = k[c, 0], k[c, 1], k[c, 2], k[c, 3]
-        while top > low and turn(x, t, e, d, m, w, q, f, s, k[top - 1, 0], k[top, 0], point) > 0:
-            _cut_ear(h, v, k, free, tri, top - 1, top, point)
+        while top > low and turn(frame, points, k[top - 1, 0], k[top, 0], point) > 0:
+            _cut_ear(mesh, free, tri, top - 1, top, point)
             tri += 1
             top -= 1
         top += 1
@@ -81,11 +90,12 @@ def _fill(x, t, e, d, m, w, h, v, q, f, s, k, low, high, free, tri):
 
 
 @scalar
-def _settle_ears(x, t, e, d, m, w, h, v, q, f, s, k, free, n):
+def _legalize_ears(frame, mesh, points, free, n):
     """Add n ears in the opposite order, and flip what is opposite to the tip of each.
 
     Only edges between ears that were added are flipped.
     """
+    h, v, k = mesh.h, mesh.v, mesh.k
     for r in range(n - 1, -1, -1):
         slot = k[free + r, 3]
         h[3 * slot, 3] = _ADDED
@@ -97,10 +107,10 @@ def _settle_ears(x, t, e, d, m, w, h, v, q, f, s, k, free, n):
             j = h[i, 1]
             if j < 0 or h[i, 2] >= 0 or h[j - j % 3, 3] != _ADDED:
                 continue
-            a, b, c, o = h[i, 0], h[j, 0], h[preceding(i), 0], h[preceding(j), 0]
-            if in_circle(x, t, e, d, m, w, q, f, s, a, b, c, o):
+            a, b, c, o = h[i, 0], h[j, 0], h[previous_half_edge(i), 0], h[previous_half_edge(j), 0]
+            if in_circle(frame, points, a, b, c, o):
                 flip(h, v, i)
-                k[count, 0], k[count + 1, 0] = following(i), preceding(j)
+                k[count, 0], k[count + 1, 0] = next_half_edge(i), previous_half_edge(j)
                 count += 2
     for r in range(n):
         h[3 * k[free + r, 3], 3] = 0
@@ -121,11 +131,12 @@ def _push_link(h, k, n, point, i):
 
 
 @scalar
-def _corridor(x, t, e, d, m, w, h, q, f, s, k, first, a, b, goal):
+def _corridor(frame, mesh, points, first, a, b, goal):
     """Half-edges that the segment crosses, right end to left end, into k[:, 0].
 
     (number, point reached, -1), or (0, -1, half-edge) where a constraint is in the way.
     """
+    h, k = mesh.h, mesh.k
     n = 0
     i = first
     while True:
@@ -134,24 +145,25 @@ def _corridor(x, t, e, d, m, w, h, q, f, s, k, first, a, b, goal):
         k[n, 0] = i
         n += 1
         j = h[i, 1]
-        apex = h[preceding(j), 0]
-        side = 0 if apex == goal else side_of_segment(x, t, e, d, m, w, q, f, s, a, b, apex)
+        apex = h[previous_half_edge(j), 0]
+        side = 0 if apex == goal else side_of_segment(frame, points, a, b, apex)
         if side == 0:
             return n, apex, -1
-        i = preceding(j) if side < 0 else following(j)
+        i = previous_half_edge(j) if side < 0 else next_half_edge(j)
 
 
 @scalar
-def _build_chains(h, k, n, p, left, right, free):
+def _build_chains(mesh, n, p, left, right, free):
     """Both borders of a corridor, counter-clockwise, and the slots of its triangles, k[free:, 3].
 
     The left chain leads to p and ends at row left + n + 1, since it is filled from behind; the
     right one starts at p. Returns the first row of the left one and the last one of the right one.
     """
-    _push_link(h, k, right, p, preceding(k[0, 0]))
+    h, k = mesh.h, mesh.k
+    _push_link(h, k, right, p, previous_half_edge(k[0, 0]))
     k[left + n + 1, 0] = p
     nl = n
-    _push_link(h, k, left + nl, h[following(k[0, 0]), 0], following(k[0, 0]))
+    _push_link(h, k, left + nl, h[next_half_edge(k[0, 0]), 0], next_half_edge(k[0, 0]))
     nr = 1
     k[right + nr, 0] = h[k[0, 0], 0]
     k[free, 3] = k[0, 0] // 3
@@ -159,7 +171,7 @@ def _build_chains(h, k, n, p, left, right, free):
         i = k[c, 0]
         j = h[i, 1]
         k[free + c + 1, 3] = j // 3
-        y, z = following(j), preceding(j)  # y: right end -> apex, z: apex -> left end
+        y, z = next_half_edge(j), previous_half_edge(j)  # y: right end -> apex, z: apex -> left end
         onward = k[c + 1, 0] if c + 1 < n else -1
         if onward != y:  # the edge y is on the right border
             _push_link(h, k, right + nr, h[i, 0], y)
@@ -177,7 +189,7 @@ def _build_chains(h, k, n, p, left, right, free):
 def _note_inner(h, k, low, high, behind, n):
     """Links whose other side is a link of the same corridor: cut them, to be joined later."""
     for c in range(low, high):
-        if k[c, 1] >= 0 and h[k[c, 1], 3] == _DUG:
+        if k[c, 1] >= 0 and h[k[c, 1], 3] == _IN_CAVITY:
             if k[c, 3] < k[c, 1]:
                 k[behind + n, 0], k[behind + n, 1], k[behind + n, 2] = k[c, 3], k[c, 1], k[c, 2]
                 n += 1
@@ -194,27 +206,28 @@ def _mark(h, k, free, n, value):
 
 
 @scalar
-def dig(x, t, e, d, m, w, h, v, q, f, s, k, p, first, a, b, goal, support):
+def insert_by_cavity(frame, mesh, points, p, first, a, b, goal, support):
     """Insert the constraint from p across half-edge `first` on to the next point of the line.
 
     Returns (point reached, -1), or (-1, constrained half-edge) where one has to be split first.
     """
-    n, reached, wall = _corridor(x, t, e, d, m, w, h, q, f, s, k, first, a, b, goal)
+    h, k = mesh.h, mesh.k
+    n, reached, wall = _corridor(frame, mesh, points, first, a, b, goal)
     if wall >= 0:
         return -1, wall
     left = n + 2
     right = left + n + 3
     free = right + n + 3
     behind = free + n + 2
-    low, last = _build_chains(h, k, n, p, left, right, free)
-    _mark(h, k, free, n + 1, _DUG)  # a link may lead back into the corridor
+    low, last = _build_chains(mesh, n, p, left, right, free)
+    _mark(h, k, free, n + 1, _IN_CAVITY)  # a link may lead back into the corridor
     inner = _note_inner(h, k, low, left + n + 1, behind, 0)
     inner = _note_inner(h, k, right, last, behind, inner)
-    one, tri = _fill(x, t, e, d, m, w, h, v, q, f, s, k, low, left + n + 2, free, 0)
-    two, tri = _fill(x, t, e, d, m, w, h, v, q, f, s, k, right, last + 1, free, tri)
+    one, tri = _fill(frame, mesh, points, low, left + n + 2, free, 0)
+    two, tri = _fill(frame, mesh, points, right, last + 1, free, tri)
     link(h, one, two, support)
     for c in range(inner):
         link(h, h[k[behind + c, 0], 3], h[k[behind + c, 1], 3], k[behind + c, 2])
     _mark(h, k, free, n + 1, 0)
-    _settle_ears(x, t, e, d, m, w, h, v, q, f, s, k, free, n + 1)
+    _legalize_ears(frame, mesh, points, free, n + 1)
     return reached, -1

@@ -11,28 +11,29 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import scalar
-from geosurf.kernels.cutting.cavity import dig, side_of_segment
-from geosurf.kernels.cutting.delaunay import following, link, preceding, split_edge
+from geosurf.kernels.cutting.cavity import insert_by_cavity, side_of_segment
+from geosurf.kernels.cutting.delaunay import link, next_half_edge, previous_half_edge, split_edge
 from geosurf.kernels.cutting.face_signs import (
     FACE_ID,
     POINTS,
     SEGMENT,
     TRIANGLES,
     add_local,
-    same_way,
+    same_direction,
 )
 from geosurf.kernels.cutting.symbolic import add_line
-from geosurf.kernels.exact.constructed_points import FULL, LPI, TPI, id_at_place, named_point
-from geosurf.kernels.exact.exact_signs import COLLISIONS, N_NAME, N_TRIANGLE, UNFILED
+from geosurf.kernels.exact.constructed_points import FULL, LPI, TPI, id_of_coordinates, named_point
+from geosurf.kernels.exact.exact_signs import COLLISIONS, N_NAME, N_TRIANGLE, UNINDEXED
 
 
 @scalar
-def _file_points(x, t, e, d, m, w, names, places):
+def _index_points(frame, names, places):
     """Enter the points that were there before, all distinct, into the table of places, once.
 
     Most scenes make no more points, and then need no tables: both are emptied here.
     """
-    if m[UNFILED] == 0:
+    m = frame.m
+    if m[UNINDEXED] == 0:
         return
     collisions = m[COLLISIONS]
     m[N_NAME] = 0
@@ -40,46 +41,48 @@ def _file_points(x, t, e, d, m, w, names, places):
         names[slot, 0] = 0
     for slot in range(places.shape[0]):
         places[slot] = -1
-    for i in range(m[UNFILED]):
-        id_at_place(x, t, e, d, m, w, places, i)
-    m[UNFILED], m[COLLISIONS] = 0, collisions
+    for i in range(m[UNINDEXED]):
+        id_of_coordinates(frame, places, i)
+    m[UNINDEXED], m[COLLISIONS] = 0, collisions
 
 
 @scalar
-def _crossing(x, t, e, d, m, w, names, places, s, one, two):
+def _crossing(frame, names, places, s, one, two):
     """Id of the point of the face where constraints with two support planes cross."""
-    _file_points(x, t, e, d, m, w, names, places)
+    e, m = frame.e, frame.m
+    _index_points(frame, names, places)
     face = s[FACE_ID]
     n = m[N_TRIANGLE]
     if one >= n:  # an edge in the face: the line is the edge itself
-        return named_point(x, t, e, d, m, w, names, places, LPI, e[one - n, 0], e[one - n, 1], two)
+        return named_point(frame, names, places, LPI, e[one - n, 0], e[one - n, 1], two)
     if two >= n:
-        return named_point(x, t, e, d, m, w, names, places, LPI, e[two - n, 0], e[two - n, 1], one)
-    return named_point(x, t, e, d, m, w, names, places, TPI, face, one, two)
+        return named_point(frame, names, places, LPI, e[two - n, 0], e[two - n, 1], one)
+    return named_point(frame, names, places, TPI, face, one, two)
 
 
 @scalar
-def _first_crossed(x, t, e, d, m, w, h, v, q, f, s, a, b, p, goal):
+def _first_crossed(frame, mesh, points, a, b, p, goal):
     """From p towards goal: (half-edge crossed, -1), or (half-edge along the line, its far end)."""
+    h, v = mesh.h, mesh.v
     start = v[p]
     i = start
     forward = True
     while True:
-        y, z = h[following(i), 0], h[preceding(i), 0]
+        y, z = h[next_half_edge(i), 0], h[previous_half_edge(i), 0]
         if y == goal:
             return i, y
         if z == goal:
-            return preceding(i), z
-        sy = side_of_segment(x, t, e, d, m, w, q, f, s, a, b, y)
-        if sy == 0 and same_way(x, t, e, d, m, w, q, f, s, a, b, p, y):
+            return previous_half_edge(i), z
+        sy = side_of_segment(frame, points, a, b, y)
+        if sy == 0 and same_direction(frame, points, a, b, p, y):
             return i, y
-        sz = side_of_segment(x, t, e, d, m, w, q, f, s, a, b, z)
-        if sz == 0 and same_way(x, t, e, d, m, w, q, f, s, a, b, p, z):
-            return preceding(i), z
+        sz = side_of_segment(frame, points, a, b, z)
+        if sz == 0 and same_direction(frame, points, a, b, p, z):
+            return previous_half_edge(i), z
         if sy < 0 and sz > 0:
-            return following(i), -1
+            return next_half_edge(i), -1
         if forward:
-            i = h[preceding(i), 1]
+            i = h[previous_half_edge(i), 1]
             if i < 0:
                 forward = False
                 i = start
@@ -89,14 +92,14 @@ def _first_crossed(x, t, e, d, m, w, h, v, q, f, s, a, b, p, goal):
             i = h[i, 1]
             if i < 0:
                 return -1, -1
-            i = following(i)
+            i = next_half_edge(i)
 
 
 @scalar
-def _turned(h, start, i, way):
+def _rotate(h, start, i, sense):
     """The next half-edge around the origin of i, and the way of turning; way 0: all were seen."""
-    if way > 0:
-        i = h[preceding(i), 1]
+    if sense > 0:
+        i = h[previous_half_edge(i), 1]
         if i == start:
             return i, 0
         if i >= 0:
@@ -105,15 +108,15 @@ def _turned(h, start, i, way):
     i = h[i, 1]
     if i < 0:
         return i, 0
-    return following(i), -1
+    return next_half_edge(i), -1
 
 
 @scalar
 def _edge_around(h, i, a, b):
     """The half-edge between points a and b in the triangle of i, which starts at a, or -1."""
-    if h[following(i), 0] == b:
+    if h[next_half_edge(i), 0] == b:
         return i
-    return preceding(i) if h[preceding(i), 0] == b else -1
+    return previous_half_edge(i) if h[previous_half_edge(i), 0] == b else -1
 
 
 @scalar
@@ -131,8 +134,8 @@ def constrain_edge(h, v, a, b, support):
         if edge >= 0:
             _constrain(h, edge, support)
             return True
-        i, one = _turned(h, v[a], i, one)
-        j, two = _turned(h, v[b], j, two)
+        i, one = _rotate(h, v[a], i, one)
+        j, two = _rotate(h, v[b], j, two)
     return False
 
 
@@ -144,42 +147,44 @@ def _constrain(h, i, support):
 
 
 @scalar
-def _has_fewer(h, v, a, b):
+def _has_lower_degree(h, v, a, b):
     """Whether no more triangles meet at point a than at b, by turning around both at once."""
     i, j = v[a], v[b]
     one = two = 1
     while True:
-        i, one = _turned(h, v[a], i, one)
+        i, one = _rotate(h, v[a], i, one)
         if one == 0:
             return True
-        j, two = _turned(h, v[b], j, two)
+        j, two = _rotate(h, v[b], j, two)
         if two == 0:
             return False
 
 
 @scalar
-def _advance(x, t, e, d, m, w, names, places, h, v, q, f, s, k, a, b, p, other, support):
+def _constrain_next(frame, names, places, mesh, points, a, b, p, other, support):
     """Constrain the line from a to b, from its point p to the next one towards `other`.
 
     Returns that point; -1 if there is none, which breaks a promise; FULL.
     """
+    q, s = points.q, points.s
+    h, v = mesh.h, mesh.v
     goal = other
     while True:
-        i, far = _first_crossed(x, t, e, d, m, w, h, v, q, f, s, a, b, p, goal)
+        i, far = _first_crossed(frame, mesh, points, a, b, p, goal)
         if i < 0:
             return -1
         if far >= 0:
             _constrain(h, i, support)
             return far
-        reached, wall = dig(x, t, e, d, m, w, h, v, q, f, s, k, p, i, a, b, goal, support)
+        reached, wall = insert_by_cavity(frame, mesh, points, p, i, a, b, goal, support)
         if wall < 0:
             return reached
         if s[POINTS] >= q.shape[0] or 3 * (s[TRIANGLES] + 2) > h.shape[0]:
             return FULL
-        number = _crossing(x, t, e, d, m, w, names, places, s, support, np.int64(h[wall, 2]))
+        number = _crossing(frame, names, places, s, support, np.int64(h[wall, 2]))
         if number == FULL:
             return FULL
-        goal = add_local(x, t, e, d, m, q, f, s, number, 0)
+        goal = add_local(frame, points, number, 0)
         add_line(q, goal, support)
         add_line(q, goal, h[wall, 2])
         q[goal, 3] = s[SEGMENT]
@@ -187,20 +192,22 @@ def _advance(x, t, e, d, m, w, names, places, h, v, q, f, s, k, a, b, p, other, 
 
 
 @scalar
-def insert_segment(x, t, e, d, m, w, names, places, h, v, q, f, s, k, a, b, support):
+def insert_segment(frame, names, places, mesh, points, a, b, support):
     """Make the segment of local points a, b a chain of constraints; FULL, -1 (broken) or 0.
 
     From both ends, always where fewer triangles meet: thousands of segments with one end in common,
     or through one point, would search all around it each time.
     """
+    q, s = points.q, points.s
+    h, v = mesh.h, mesh.v
     s[SEGMENT] += 1
     q[a, 3] = q[b, 3] = s[SEGMENT]
     low, high = a, b
     while low != high:
-        upward = _has_fewer(h, v, low, high)
+        upward = _has_lower_degree(h, v, low, high)
         p, other = (low, high) if upward else (high, low)
         one, two = (a, b) if upward else (b, a)
-        p = _advance(x, t, e, d, m, w, names, places, h, v, q, f, s, k, one, two, p, other, support)
+        p = _constrain_next(frame, names, places, mesh, points, one, two, p, other, support)
         if p < 0:
             return p
         q[p, 3] = s[SEGMENT]

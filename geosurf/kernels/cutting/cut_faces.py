@@ -6,7 +6,7 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.cutting.constraints import constrain_edge, insert_segment
-from geosurf.kernels.cutting.delaunay import insert_point, settle_all
+from geosurf.kernels.cutting.delaunay import FaceMesh, insert_point, legalize_all
 from geosurf.kernels.cutting.face_circles import in_circle
 from geosurf.kernels.cutting.face_signs import (
     AXIS,
@@ -19,13 +19,14 @@ from geosurf.kernels.cutting.face_signs import (
     START,
     TRIANGLES,
     USED,
+    FacePoints,
     add_corner,
     add_local,
 )
-from geosurf.kernels.cutting.hilbert_order import ROOM, rank_points
-from geosurf.kernels.cutting.symbolic import KNOWN, SOUGHT, add_line
+from geosurf.kernels.cutting.hilbert_order import N_EXTRA, rank_points
+from geosurf.kernels.cutting.symbolic import KNOWN_LINE, N_SEARCH, add_line
 from geosurf.kernels.exact.constructed_points import FULL
-from geosurf.kernels.exact.exact_signs import N_VERTEX
+from geosurf.kernels.exact.exact_signs import N_VERTEX, Frame
 from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, TINY, normal_axis
 
 BROKEN = -8
@@ -47,11 +48,13 @@ def _bits_on_edges(t, d, m, tri, i):
 
 
 @scalar
-def _start_face(x, t, q, f, s, h, v):
+def _start_face(x, t, points, mesh):
     """The face itself as first triangle, counter-clockwise on its axis."""
+    q, f, s = points.q, points.f, points.s
+    h, v = mesh.h, mesh.v
     tri = s[FACE_ID]
     s[POINTS], s[TRIANGLES], s[SEGMENT] = 0, 1, 0
-    s[START], s[USED], s[LINES], s[KNOWN], s[SOUGHT] = 0, 0, 0, -1, 0
+    s[START], s[USED], s[LINES], s[KNOWN_LINE], s[N_SEARCH] = 0, 0, 0, -1, 0
     second, third = (1, 2) if s[SIDE] > 0 else (2, 1)
     # bits: edge k joins corners k and k + 1
     add_corner(x, q, f, s, t[tri, 0], 1 | 4)
@@ -63,20 +66,24 @@ def _start_face(x, t, q, f, s, h, v):
 
 
 @scalar
-def _local_of(local, x, t, e, d, m, q, f, s, tri, i):
+def _local_of(local, frame, points, tri, i):
     """Local number of global id i, filed if new."""
+    t, d, m = frame.t, frame.d, frame.m
     if local[i] < 0:
-        local[i] = add_local(x, t, e, d, m, q, f, s, i, _bits_on_edges(t, d, m, tri, i))
+        local[i] = add_local(frame, points, i, _bits_on_edges(t, d, m, tri, i))
     return local[i]
 
 
 @scalar
-def _cut_once(x, t, e, d, m, w, h, q, f, s, i, j):
+def _cut_by_one_segment(frame, mesh, points, i, j):
     """A face with one segment between two of its edges: three children; False if it is not so.
 
     Half of all cut faces are of this kind, and this takes a fraction of the time: only the
     diagonal of the part with four corners is to be chosen, as Lawson would.
     """
+    x, t, d, m = frame.x, frame.t, frame.d, frame.m
+    q, f, s = points.q, points.f, points.s
+    h = mesh.h
     tri = s[FACE_ID]
     one, two = _bits_on_edges(t, d, m, tri, i), _bits_on_edges(t, d, m, tri, j)
     if one == 0 or two == 0 or one == two:
@@ -85,16 +92,16 @@ def _cut_once(x, t, e, d, m, w, h, q, f, s, i, j):
     lone = 0 if both == 5 else (1 if both == 3 else 2)
     first = i if one == 1 << lone else j
     second = j if one == 1 << lone else i
-    s[POINTS], s[TRIANGLES], s[USED], s[LINES], s[KNOWN] = 0, 3, 0, 0, -1
+    s[POINTS], s[TRIANGLES], s[USED], s[LINES], s[KNOWN_LINE] = 0, 3, 0, 0, -1
     add_corner(x, q, f, s, t[tri, lone], 0)
-    add_local(x, t, e, d, m, q, f, s, first, 0)
+    add_local(frame, points, first, 0)
     add_corner(x, q, f, s, t[tri, (lone + 1) % 3], 0)
     add_corner(x, q, f, s, t[tri, (lone + 2) % 3], 0)
-    add_local(x, t, e, d, m, q, f, s, second, 0)
+    add_local(frame, points, second, 0)
     # the part with four corners, counter-clockwise on the axis
     a, b, c, o = (1, 2, 3, 4) if s[SIDE] > 0 else (4, 3, 2, 1)
     h[0, 0], h[1, 0], h[2, 0] = 0, a, o
-    if in_circle(x, t, e, d, m, w, q, f, s, a, c, o, b):
+    if in_circle(frame, points, a, c, o, b):
         h[3, 0], h[4, 0], h[5, 0] = a, b, o
         h[6, 0], h[7, 0], h[8, 0] = b, c, o
     else:
@@ -104,7 +111,7 @@ def _cut_once(x, t, e, d, m, w, h, q, f, s, i, j):
 
 
 @scalar
-def _insert_points(x, t, e, d, m, w, h, v, q, f, s, k, room):
+def _insert_points(frame, mesh, points, scratch):
     """Insert all local points but the corners; False if one is not in the face.
 
     Few points are searched triangle by triangle, and flips come last. Many are ranked along
@@ -113,101 +120,99 @@ def _insert_points(x, t, e, d, m, w, h, v, q, f, s, k, room):
     Each walk starts at the inserted point that is nearest in rank. The last rounds are done block
     by block, so that memory near a block is read once.
     """
+    f, s = points.f, points.s
     n = s[POINTS]
     if n <= _SMALL:
         for p in range(3, n):
-            if not insert_point(x, t, e, d, m, w, h, v, q, f, s, k, p, True):
+            if not insert_point(frame, mesh, points, p, True):
                 return False
-        settle_all(x, t, e, d, m, w, h, v, q, f, s, k)
+        legalize_all(frame, mesh, points)
         return True
-    rank_points(f, 3, n, room)
+    rank_points(f, 3, n, scratch)
     n -= 3
     step = 1
     while step < n:
         step *= 2
-    if not insert_point(x, t, e, d, m, w, h, v, q, f, s, k, room[0], False):
+    if not insert_point(frame, mesh, points, scratch[0], False):
         return False
     while step > _BLOCK:  # the first of each block, coarse to fine
-        if not _insert_between(x, t, e, d, m, w, h, v, q, f, s, k, room, 0, n, step):
+        if not _insert_between(frame, mesh, points, scratch, 0, n, step):
             return False
         step //= 2
     for low in range(0, n, _BLOCK):
         step = _BLOCK
         while step > 1:
             high = min(low + _BLOCK, n)
-            if not _insert_between(x, t, e, d, m, w, h, v, q, f, s, k, room, low, high, step):
+            if not _insert_between(frame, mesh, points, scratch, low, high, step):
                 return False
             step //= 2
     return True
 
 
 @scalar
-def _insert_between(x, t, e, d, m, w, h, v, q, f, s, k, room, low, high, step):
+def _insert_between(frame, mesh, points, scratch, low, high, step):
     """Insert the points half-way between those with every step-th rank, from low on below high."""
+    s = points.s
+    v = mesh.v
     for c in range(low + step // 2, high, step):
-        s[START] = v[room[c - step // 2]]
-        if not insert_point(x, t, e, d, m, w, h, v, q, f, s, k, room[c], False):
+        s[START] = v[scratch[c - step // 2]]
+        if not insert_point(frame, mesh, points, scratch[c], False):
             return False
     return True
 
 
 @scalar
-def _insert_segments(
-    x, t, e, d, m, w, names, places, records, low, high, local, h, v, q, f, s, k, room
-):
+def _insert_segments(frame, names, places, records, low, high, local, mesh, points, scratch):
     """Insert the segments of a face: 0, FULL, or -1 (broken).
 
     Those that are edges already need no more than that. The others come in a fixed shuffle, which
     keeps corridors short on average.
     """
+    h, v = mesh.h, mesh.v
     n = 0
     for r in range(low, high):
         if records[r, 2] >= 0:
             a, b = local[records[r, 1]], local[records[r, 2]]
             if not constrain_edge(h, v, a, b, records[r, 3]):
-                room[n] = r
+                scratch[n] = r
                 n += 1
     stride = 7919 if n % 7919 != 0 else 7907
     for c in range(n):
-        r = room[(c * stride) % n]
+        r = scratch[(c * stride) % n]
         a, b = local[records[r, 1]], local[records[r, 2]]
-        done = insert_segment(
-            x, t, e, d, m, w, names, places, h, v, q, f, s, k, a, b, records[r, 3]
-        )
+        done = insert_segment(frame, names, places, mesh, points, a, b, records[r, 3])
         if done < 0:
             return done
     if n > 0:
-        settle_all(x, t, e, d, m, w, h, v, q, f, s, k)
+        legalize_all(frame, mesh, points)
     return 0
 
 
 @scalar
-def _cut_face(
-    x, t, e, d, m, w, names, places, records, low, high, local, h, v, q, f, s, k, room, tri
-):
+def _cut_face(frame, names, places, records, low, high, local, mesh, points, scratch, tri):
     """Triangulate one face with its records; 0, FULL or BROKEN."""
+    x, t, m, w = frame.x, frame.t, frame.m, frame.w
+    q, s = points.q, points.s
     s[FACE_ID] = tri
     s[AXIS], s[SIDE] = normal_axis(x, m, w, t[tri, 0], t[tri, 1], t[tri, 2])
     if (
         high - low == 1
         and records[low, 2] >= 0
-        and _cut_once(x, t, e, d, m, w, h, q, f, s, records[low, 1], records[low, 2])
+        and _cut_by_one_segment(frame, mesh, points, records[low, 1], records[low, 2])
     ):
         return 0
-    _start_face(x, t, q, f, s, h, v)
+    _start_face(x, t, points, mesh)
     for c in range(3):
         local[q[c, 0]] = c
     for r in range(low, high):
-        a = _local_of(local, x, t, e, d, m, q, f, s, tri, records[r, 1])
+        a = _local_of(local, frame, points, tri, records[r, 1])
         if records[r, 2] >= 0:
-            b = _local_of(local, x, t, e, d, m, q, f, s, tri, records[r, 2])
+            b = _local_of(local, frame, points, tri, records[r, 2])
             add_line(q, a, records[r, 3])
             add_line(q, b, records[r, 3])
-    if not _insert_points(x, t, e, d, m, w, h, v, q, f, s, k, room):
+    if not _insert_points(frame, mesh, points, scratch):
         return BROKEN
-    done = _insert_segments(
-        x, t, e, d, m, w, names, places, records, low, high, local, h, v, q, f, s, k, room
-    )
+    done = _insert_segments(frame, names, places, records, low, high, local, mesh, points, scratch)
     return done if done >= 0 or done == FULL else BROKEN
 
 
@@ -221,16 +226,18 @@ def _turns_left(f, a, b, c):
 
 
 @scalar
-def _give_children(q, s, h, f, local, children, parents, out, doubt, n_doubt):
+def _write_children(points, mesh, local, children, parents, out, suspect, n_suspect):
     """File the triangles of a face, oriented as it is, and clear `local`.
 
     Returns how many are filed, and how many of these may be turned over by rounding.
     """
+    q, s, f = points.q, points.s, points.f
+    h = mesh.h
     for c in range(s[TRIANGLES]):
         p0, p1, p2 = h[3 * c, 0], h[3 * c + 1, 0], h[3 * c + 2, 0]
         if not _turns_left(f, p0, p1, p2):
-            doubt[n_doubt] = out
-            n_doubt += 1
+            suspect[n_suspect] = out
+            n_suspect += 1
         children[out, 0] = q[p0, 0]
         children[out, 1] = q[p1 if s[SIDE] > 0 else p2, 0]
         children[out, 2] = q[p2 if s[SIDE] > 0 else p1, 0]
@@ -239,7 +246,7 @@ def _give_children(q, s, h, f, local, children, parents, out, doubt, n_doubt):
     for c in range(s[POINTS]):
         if q[c, 0] < local.shape[0]:
             local[q[c, 0]] = -1
-    return out, n_doubt
+    return out, n_suspect
 
 
 @entry("d2 l2 l2 l2 l1 l1 l2 l1 l2 l1 l l2 l1 -> l l1")
@@ -247,7 +254,7 @@ def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, childr
     """Children of all cut faces: their number, FULL, or BROKEN - (face number); and rows in doubt.
 
     ``records[offsets[i]:offsets[i + 1]]`` belong to one face, which has room for `n_local` points.
-    `names` and `places` need not be set: both are emptied, and the ``m[UNFILED]`` points
+    `names` and `places` need not be set: both are emptied, and the ``m[UNINDEXED]`` points
     entered, if points are made. In doubt are children that doubles do not show to face as their
     parents do.
     """
@@ -258,22 +265,25 @@ def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, childr
     k = np.empty((2 * half + 256, 4), dtype=np.int32)  # of a corridor: five for each triangle
     q = np.empty((n_local, 8), dtype=np.int32)
     f = np.empty((n_local, 8), dtype=np.float64)
+    frame, points, mesh = Frame(x, t, e, d, m, w), FacePoints(q, f, s), FaceMesh(h, v, k)
     local = np.full(x.shape[0], -1, dtype=np.int32)  # number in the face of each id
-    room = np.empty(2 * n_local + ROOM, dtype=np.int64)
-    doubt = np.empty(children.shape[0], dtype=np.int64)
-    out, n_doubt = 0, 0
+    scratch = np.empty(2 * n_local + N_EXTRA, dtype=np.int64)
+    suspect = np.empty(children.shape[0], dtype=np.int64)
+    out, n_suspect = 0, 0
     for g in range(offsets.shape[0] - 1):
         low, high = offsets[g], offsets[g + 1]
         tri = records[low, 0]
         need = 3 + 2 * (high - low)
         if need >= n_local or 6 * need + 6 >= half:
-            return FULL, doubt[:0].copy()
+            return FULL, suspect[:0].copy()
         status = _cut_face(
-            x, t, e, d, m, w, names, places, records, low, high, local, h, v, q, f, s, k, room, tri
+            frame, names, places, records, low, high, local, mesh, points, scratch, tri
         )
         if status == FULL or out + s[TRIANGLES] > children.shape[0]:
-            return FULL, doubt[:0].copy()
+            return FULL, suspect[:0].copy()
         if status == BROKEN:
-            return BROKEN - g, doubt[:0].copy()
-        out, n_doubt = _give_children(q, s, h, f, local, children, parents, out, doubt, n_doubt)
-    return out, doubt[:n_doubt].copy()
+            return BROKEN - g, suspect[:0].copy()
+        out, n_suspect = _write_children(
+            points, mesh, local, children, parents, out, suspect, n_suspect
+        )
+    return out, suspect[:n_suspect].copy()

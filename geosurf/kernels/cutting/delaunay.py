@@ -23,24 +23,36 @@ talking.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
+
 from geosurf.kernels.compile.jit import scalar
-from geosurf.kernels.cutting.face_circles import in_circle_closely, plain_circle
+from geosurf.kernels.cutting.face_circles import exact_in_circle, filtered_circle
 from geosurf.kernels.cutting.face_signs import (
     START,
     TRIANGLES,
-    plain_turn,
-    turn_closely,
+    exact_turn,
+    filtered_turn,
 )
 
 
+class FaceMesh(NamedTuple):
+    """The triangulation of one face: see the notation above."""
+
+    h: np.ndarray  # half-edges
+    v: np.ndarray  # a half-edge at each point
+    k: np.ndarray  # scratch rows
+
+
 @scalar
-def following(i):
+def next_half_edge(i):
     """The next half-edge of the triangle."""
     return i - 2 if i % 3 == 2 else i + 1
 
 
 @scalar
-def preceding(i):
+def previous_half_edge(i):
     """The previous half-edge of the triangle."""
     return i + 2 if i % 3 == 0 else i - 1
 
@@ -56,7 +68,7 @@ def link(h, a, b, support):
 
 
 @scalar
-def put(h, v, tri, a, b, c):
+def set_triangle(h, v, tri, a, b, c):
     """Write the corners of a triangle."""
     i = 3 * tri
     h[i, 0], h[i + 1, 0], h[i + 2, 0] = a, b, c
@@ -80,8 +92,8 @@ def _lead_back(h, twin, i):
 def flip(h, v, i):
     """Replace the edge of half-edge i by the other diagonal."""
     j = h[i, 1]
-    i1, i2 = following(i), preceding(i)
-    j1, j2 = following(j), preceding(j)
+    i1, i2 = next_half_edge(i), previous_half_edge(i)
+    j1, j2 = next_half_edge(j), previous_half_edge(j)
     a, b, c, o = h[i, 0], h[j, 0], h[i2, 0], h[j2, 0]
     ti1, ci1 = h[i1, 1], h[i1, 2]
     ti2, ci2 = h[i2, 1], h[i2, 2]
@@ -101,22 +113,24 @@ def flip(h, v, i):
 
 
 @scalar
-def _settle(x, t, e, d, m, w, h, v, q, f, s, k, p, n):
+def _legalize(frame, mesh, points, p, n):
     """Lawson around a new point p: flip the n edges opposite to it in k[:, 0], and what follows.
 
     A flip makes an edge at p, which is right, and two opposite to it, which are looked at next.
     """
+    f = points.f
+    h, v, k = mesh.h, mesh.v, mesh.k
     while n > 0:
         n -= 1
         i = k[n, 0]
         j = h[i, 1]
         if j < 0 or h[i, 2] >= 0:
             continue
-        a, b, o = h[i, 0], h[j, 0], h[preceding(j), 0]
-        side = plain_circle(f, a, b, p, o)
-        if side > 0 or (side == 0 and in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, p, o)):
+        a, b, o = h[i, 0], h[j, 0], h[previous_half_edge(j), 0]
+        side = filtered_circle(f, a, b, p, o)
+        if side > 0 or (side == 0 and exact_in_circle(frame, points, a, b, p, o)):
             flip(h, v, i)
-            k[n, 0], k[n + 1, 0] = following(i), preceding(j)
+            k[n, 0], k[n + 1, 0] = next_half_edge(i), previous_half_edge(j)
             n += 2
 
 
@@ -149,7 +163,7 @@ def _split_half(h, v, s, i, p, twin):
 
     `twin` is that of the new half-edge from p to where half-edge i led; returns that half-edge.
     """
-    i1, i2 = following(i), preceding(i)
+    i1, i2 = next_half_edge(i), previous_half_edge(i)
     b, c = h[i1, 0], h[i2, 0]
     t1, c1 = h[i1, 1], h[i1, 2]
     new = 3 * s[TRIANGLES]
@@ -178,11 +192,13 @@ def split_edge(h, v, s, i, p):
 
 
 @scalar
-def _seek(x, t, e, d, m, w, h, q, f, s, p, scan):
+def _locate(frame, mesh, points, p, scan):
     """Triangle that holds point p, and the half-edge it lies on (-1: inside); tri -1: lost.
 
     What doubles leave open is asked only where they see p behind none of the edges.
     """
+    f, s = points.f, points.s
+    h = mesh.h
     tri = 0 if scan else s[START] // 3
     entered = -1  # the half-edge that was crossed last: p is on its left
     first = 0  # another edge at each step, so that a walk among ties cannot run in a circle
@@ -193,7 +209,7 @@ def _seek(x, t, e, d, m, w, h, q, f, s, p, scan):
             i = 3 * tri + c
             if i == entered:
                 continue
-            side = plain_turn(f, h[i, 0], h[i + 1 if c < 2 else i - 2, 0], p)
+            side = filtered_turn(f, h[i, 0], h[i + 1 if c < 2 else i - 2, 0], p)
             if side < 0:
                 out = i
                 break
@@ -203,8 +219,8 @@ def _seek(x, t, e, d, m, w, h, q, f, s, p, scan):
                 i = 3 * tri + c
                 if (is_open >> c) & 1 == 0:
                     continue
-                a, b = h[i, 0], h[following(i), 0]
-                side = turn_closely(x, t, e, d, m, w, q, f, s, a, b, p)
+                a, b = h[i, 0], h[next_half_edge(i), 0]
+                side = exact_turn(frame, points, a, b, p)
                 if side < 0:
                     out = i
                     break
@@ -226,9 +242,11 @@ def _seek(x, t, e, d, m, w, h, q, f, s, p, scan):
 
 
 @scalar
-def insert_point(x, t, e, d, m, w, h, v, q, f, s, k, p, scan):
+def insert_point(frame, mesh, points, p, scan):
     """Insert local point p; False if it is not in the face (which breaks a promise)."""
-    tri, on = _seek(x, t, e, d, m, w, h, q, f, s, p, scan)
+    s = points.s
+    h, v, k = mesh.h, mesh.v, mesh.k
+    tri, on = _locate(frame, mesh, points, p, scan)
     if tri < 0:
         return False
     new = 3 * s[TRIANGLES]
@@ -238,19 +256,19 @@ def insert_point(x, t, e, d, m, w, h, v, q, f, s, k, p, scan):
         k[0, 0], k[1, 0], k[2, 0] = 3 * tri, new, new + 3
     else:
         split_edge(h, v, s, on, p)
-        k[0, 0], k[1, 0] = new + 1, preceding(on)
+        k[0, 0], k[1, 0] = new + 1, previous_half_edge(on)
         n = 2
         if h[new, 1] >= 0:
-            k[2, 0], k[3, 0] = new + 4, preceding(h[new, 1])
+            k[2, 0], k[3, 0] = new + 4, previous_half_edge(h[new, 1])
             n = 4
     if not scan:
-        _settle(x, t, e, d, m, w, h, v, q, f, s, k, p, n)
+        _legalize(frame, mesh, points, p, n)
     s[START] = v[p]
     return True
 
 
 @scalar
-def settle_all(x, t, e, d, m, w, h, v, q, f, s, k):
+def legalize_all(frame, mesh, points):
     """Flip until every free edge is Delaunay, in rounds that flip each triangle once at most.
 
     What a cavity leaves is often a fan. From fan to fan, edge by edge, flipping is quadratic; where
@@ -258,6 +276,8 @@ def settle_all(x, t, e, d, m, w, h, v, q, f, s, k):
     k[:, 0] and k[:, 1] are the edges of this round and of the next one, k[:, 2] is the round in
     which a triangle was flipped last.
     """
+    f, s = points.f, points.s
+    h, v, k = mesh.h, mesh.v, mesh.k
     n = 0
     for i in range(3 * s[TRIANGLES]):
         h[i, 3] = 0
@@ -281,15 +301,15 @@ def settle_all(x, t, e, d, m, w, h, v, q, f, s, k):
                 later = _queue(h, k, i, later, other)
                 continue
             a, b = h[i, 0], h[j, 0]
-            c, o = h[preceding(i), 0], h[preceding(j), 0]
-            side = plain_circle(f, a, b, c, o)
-            if side > 0 or (side == 0 and in_circle_closely(x, t, e, d, m, w, q, f, s, a, b, c, o)):
+            c, o = h[previous_half_edge(i), 0], h[previous_half_edge(j), 0]
+            side = filtered_circle(f, a, b, c, o)
+            if side > 0 or (side == 0 and exact_in_circle(frame, points, a, b, c, o)):
                 flip(h, v, i)
                 k[i // 3, 2] = k[j // 3, 2] = lap
-                later = _queue(h, k, following(i), later, other)
-                later = _queue(h, k, preceding(i), later, other)
-                later = _queue(h, k, following(j), later, other)
-                later = _queue(h, k, preceding(j), later, other)
+                later = _queue(h, k, next_half_edge(i), later, other)
+                later = _queue(h, k, previous_half_edge(i), later, other)
+                later = _queue(h, k, next_half_edge(j), later, other)
+                later = _queue(h, k, previous_half_edge(j), later, other)
         n = later
 
 

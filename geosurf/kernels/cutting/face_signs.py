@@ -6,25 +6,37 @@ double-doubles, then of integers; each either knows it for certain or passes it 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
+
 from geosurf.kernels.compile.jit import scalar
-from geosurf.kernels.cutting.cached_predicates import kept_compare, kept_orient2d
+from geosurf.kernels.cutting.cached_predicates import cached_compare, cached_orient2d
 from geosurf.kernels.cutting.symbolic import (
+    collinear_by_name,
+    collinear_by_planes,
+    equal_by_construction,
     is_exact,
-    learn_line,
-    made_alike,
-    of_one_plane,
     on_known_line,
-    on_one_line,
+    record_line,
 )
-from geosurf.kernels.exact.double_double import dd_minor, point_doubled, two_sum
+from geosurf.kernels.exact.double_double import dd_minor, point_dd, two_sum
 from geosurf.kernels.exact.exact_signs import N_VERTEX
-from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, TINY, sure_sign
+from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, TINY, certified_sign
 
 POINTS, TRIANGLES, AXIS, SEGMENT, FACE_ID, START, USED, LINES, SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 N_STATE = 15  # with the known line of `byname`
 _HALF_ULP = 1.12e-16
 _LEAST = 5e-324  # below the least normal number, rounding errs by so much
-TINY_DOUBLED = 1e-180  # below it rests of products may underflow
+TINY_DD = 1e-180  # below it rests of products may underflow
+
+
+class FacePoints(NamedTuple):
+    """The local points of one face: see the notation of `delaunay`."""
+
+    q: np.ndarray  # integers of each point: id, edges, cache row, lines
+    f: np.ndarray  # coordinates of each point and their errors
+    s: np.ndarray  # state of the face
 
 
 @scalar
@@ -47,14 +59,16 @@ def add_corner(x, q, f, s, i, bits):
 
 
 @scalar
-def add_local(x, t, e, d, m, q, f, s, i, bits):
+def add_local(frame, points, i, bits):
     """A new local point for global id i."""
+    x, m = frame.x, frame.m
+    q, f, s = points.q, points.f, points.s
     p = add_corner(x, q, f, s, i, bits)
     row = i - m[N_VERTEX]
     if row >= 0:
-        if not is_exact(x, t, e, d, m, row, (s[AXIS] + 1) % 3):
+        if not is_exact(frame, row, (s[AXIS] + 1) % 3):
             f[p, 3] = _half_ulp(f[p, 0])
-        if not is_exact(x, t, e, d, m, row, (s[AXIS] + 2) % 3):
+        if not is_exact(frame, row, (s[AXIS] + 2) % 3):
             f[p, 4] = _half_ulp(f[p, 1])
         f[p, 2] = max(f[p, 3], f[p, 4])
         if f[p, 2] > 0.0:
@@ -63,11 +77,11 @@ def add_local(x, t, e, d, m, q, f, s, i, bits):
 
 
 @scalar
-def plain_turn(f, a, b, c):
+def filtered_turn(f, a, b, c):
     """Sign of the turn of local points a, b, c; 0 where doubles cannot tell.
 
     With this one array it is compiled into its callers. Calls that hand on nine arrays take longer
-    than this sign, so loops that need many ask here first and go on to `turn_closely`.
+    than this sign, so loops that need many ask here first and go on to `exact_turn`.
     """
     bu, bv = f[b, 0] - f[a, 0], f[b, 1] - f[a, 1]
     cu, cv = f[c, 0] - f[a, 0], f[c, 1] - f[a, 1]
@@ -78,26 +92,29 @@ def plain_turn(f, a, b, c):
     slip = f[a, 2] + f[b, 2] + f[c, 2]
     span = abs(bu) + abs(bv) + abs(cu) + abs(cv)
     bound = ORIENT2D_BOUND * size + slip * (1.01 * span + 2.1 * slip)
-    return sure_sign(det, bound) if size > TINY else 0
+    return certified_sign(det, bound) if size > TINY else 0
 
 
 @scalar
-def turn(x, t, e, d, m, w, q, f, s, a, b, c):
+def turn(frame, points, a, b, c):
     """Sign of the turn of local points a, b, c."""
-    sign = plain_turn(f, a, b, c)
+    f = points.f
+    sign = filtered_turn(f, a, b, c)
     if sign == 0:
-        sign = turn_closely(x, t, e, d, m, w, q, f, s, a, b, c)
+        sign = exact_turn(frame, points, a, b, c)
     return sign
 
 
 @scalar
-def turn_closely(x, t, e, d, m, w, q, f, s, a, b, c):
+def exact_turn(frame, points, a, b, c):
     """Sign of a turn that doubles cannot tell: by names, by double-doubles, by integers."""
+    x, d, m, w = frame.x, frame.d, frame.m, frame.w
+    q, f, s = points.q, points.f, points.s
     if a == b or b == c or a == c:
         return 0
     if q[a, 1] & q[b, 1] & q[c, 1] != 0:
         return 0  # three points of one edge of the face, by name
-    if on_one_line(q, a, b, c):
+    if collinear_by_name(q, a, b, c):
         return 0
     for i in range(2):  # three points on a line of the grid, all known exactly on that axis
         if (
@@ -106,26 +123,29 @@ def turn_closely(x, t, e, d, m, w, q, f, s, a, b, c):
             and f[b, i] == f[c, i]
         ):
             return 0
-    if on_known_line(x, d, m, w, q, s, a, b, c) or of_one_plane(x, d, m, w, q, s, a, b, c):
+    if on_known_line(x, d, m, w, points, a, b, c) or collinear_by_planes(
+        x, d, m, w, points, a, b, c
+    ):
         return 0
-    sign = _turn_doubled(x, t, e, d, m, q, f, s, a, b, c)
+    sign = _turn_dd(frame, points, a, b, c)
     if sign == 0:
-        sign = kept_orient2d(x, t, e, d, m, w, q, s, a, b, c)
+        sign = cached_orient2d(frame, points, a, b, c)
     if sign == 0:
-        learn_line(q, s, a, b, c)
+        record_line(q, s, a, b, c)
     return sign
 
 
 @scalar
-def _turn_doubled(x, t, e, d, m, q, f, s, a, b, c):
+def _turn_dd(frame, points, a, b, c):
     """Sign of a turn in double-doubles, 0 if they cannot be sure.
 
     The determinant errs by less than 2**-98 of its terms for the arithmetic, and as in `turn`
-    for the points, each of which may be off by what `refine` says.
+    for the points, each of which may be off by what `refine_point` says.
     """
-    refine(x, t, e, d, m, q, f, s, a)
-    refine(x, t, e, d, m, q, f, s, b)
-    refine(x, t, e, d, m, q, f, s, c)
+    f = points.f
+    refine_point(frame, points, a)
+    refine_point(frame, points, b)
+    refine_point(frame, points, c)
     bu, bul, bv, bvl = difference(f, b, a)
     cu, cul, cv, cvl = difference(f, c, a)
     det, _ = dd_minor(bu, bul, cv, cvl, bv, bvl, cu, cul)
@@ -133,7 +153,7 @@ def _turn_doubled(x, t, e, d, m, q, f, s, a, b, c):
     slip = f[a, 7] + f[b, 7] + f[c, 7]
     span = abs(bu) + abs(bv) + abs(cu) + abs(cv)
     bound = 2.0**-98 * size + slip * (1.01 * span + 2.1 * slip)
-    return sure_sign(det, bound) if size > TINY_DOUBLED else 0
+    return certified_sign(det, bound) if size > TINY_DD else 0
 
 
 @scalar
@@ -148,16 +168,18 @@ def difference(f, b, a):
 
 
 @scalar
-def refine(x, t, e, d, m, q, f, s, p):
+def refine_point(frame, points, p):
     """Find what rounding left out of a point's coordinates, once.
 
     Its bound has 2**-52 of the rest, since the rest is rounded, and 2**-103 of the coordinates,
     for the sums in `difference`.
     """
+    x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
+    q, f, s = points.q, points.f, points.s
     if f[p, 7] >= 0.0:
         return
     row = q[p, 0] - m[N_VERTEX]
-    known, at, rest, slack = point_doubled(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
+    known, at, rest, slack = point_dd(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
     u, v = (s[AXIS] + 1) % 3, (s[AXIS] + 2) % 3
     low_u, low_v = (at[u] - f[p, 0]) + rest[u], (at[v] - f[p, 1]) + rest[v]
     bound = max(slack[u], slack[v]) + 2.0**-52 * max(abs(low_u), abs(low_v))
@@ -168,33 +190,35 @@ def refine(x, t, e, d, m, q, f, s, p):
 
 
 @scalar
-def lower(x, t, e, d, m, w, q, f, s, a, b):
+def precedes(frame, points, a, b):
     """Whether local point a comes before b, by u and then v."""
+    f = points.f
     for i in range(2):
         if f[a, i] != f[b, i]:
             return f[a, i] < f[b, i]
         if f[a, 3 + i] > 0.0 or f[b, 3 + i] > 0.0:
-            if made_alike(x, t, e, d, m, q, s, a, b, i):
+            if equal_by_construction(frame, points, a, b, i):
                 continue
-            refine(x, t, e, d, m, q, f, s, a)
-            refine(x, t, e, d, m, q, f, s, b)
+            refine_point(frame, points, a)
+            refine_point(frame, points, b)
             gap = f[a, 5 + i] - f[b, 5 + i]
             if abs(gap) > 1.01 * (f[a, 7] + f[b, 7]):
                 return gap < 0.0
-            order = kept_compare(x, t, e, d, m, w, q, s, a, b, i)
+            order = cached_compare(frame, points, a, b, i)
             if order != 0:
                 return order < 0
     return False
 
 
 @scalar
-def same_way(x, t, e, d, m, w, q, f, s, a, b, p, o):
+def same_direction(frame, points, a, b, p, o):
     """Whether p to o leads the same way as a to b, for points of one line of the face.
 
     Rounding keeps order: where rounded coordinates differ on an axis, so do the points.
     """
+    f = points.f
     for i in range(2):
         if f[a, i] != f[b, i] and f[p, i] != f[o, i]:
             return (f[a, i] < f[b, i]) == (f[p, i] < f[o, i])
-    ahead = lower(x, t, e, d, m, w, q, f, s, a, b)
-    return lower(x, t, e, d, m, w, q, f, s, p, o) == ahead
+    ahead = precedes(frame, points, a, b)
+    return precedes(frame, points, p, o) == ahead

@@ -5,73 +5,71 @@ Letters as in `delaunay`. Only speed depends on this order.
 
 from __future__ import annotations
 
-import numpy as np
-
-from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.compile.jit import scalar
 
 _DIGIT = 8  # bits that are sorted at a time
 _NUMBER = 31  # bits of a key that hold the number of the point, below its place
 _FEW = 256  # up to so many points the curve has 8 levels, else 16
 _TURNS = 64  # entries of the table of turns
-ROOM = (1 << _DIGIT) + _TURNS  # numbers that `rank_points` needs besides two for each point
+N_EXTRA = (1 << _DIGIT) + _TURNS  # numbers that `rank_points` needs besides two for each point
 
 
 @scalar
-def _write_turns(room, at):
-    """A table of two levels of the curve at once, 64 entries of `room` from `at` on.
+def _write_turns(scratch, at):
+    """A table of two levels of the curve at once, 64 entries of `scratch` from `at` on.
 
     The way that the curve takes through a square is one of four: bit 1 says that its coordinates
     change places, bit 0 that both are turned round. Entry 16 way + 4 i + j, with two bits of each
     coordinate, is 16 times the way below, and the two digits of the place.
     """
     for number in range(_TURNS):
-        way, place = number >> 4, 0
+        orientation, place = number >> 4, 0
         for level in range(1, -1, -1):
             one, two = (number >> 2 + level) & 1, (number >> level) & 1
-            right = (two if way & 2 else one) ^ (way & 1)
-            up = (one if way & 2 else two) ^ (way & 1)
+            right = (two if orientation & 2 else one) ^ (orientation & 1)
+            up = (one if orientation & 2 else two) ^ (orientation & 1)
             place = 4 * place + (3 * right if up == 0 else 1 + right)
             if up == 0:
-                way ^= 2 + right
-        room[at + number] = 16 * way + place
+                orientation ^= 2 + right
+        scratch[at + number] = 16 * orientation + place
 
 
 @scalar
-def _place_by_turns(room, at, u, v, n_level):
+def _place_by_turns(scratch, at, u, v, n_level):
     """Place of a point of the unit square on the curve, below 4**n_level; `n_level` is even."""
     last = (1 << n_level) - 1
     i, j = int(u * last), int(v * last)
-    way, place = 0, 0
+    orientation, place = 0, 0
     for level in range(n_level - 2, -1, -2):
-        found = room[at + 16 * way + 4 * ((i >> level) & 3) + ((j >> level) & 3)]
+        found = scratch[at + 16 * orientation + 4 * ((i >> level) & 3) + ((j >> level) & 3)]
         place = 16 * place + (found & 15)
-        way = found >> 4
+        orientation = found >> 4
     return place
 
 
 @scalar
-def _sort_digit(room, source, to, n, shift):
-    """Copy n keys from one part of `room` to another, sorted by one digit (radix sort)."""
+def _sort_digit(scratch, source, to, n, shift):
+    """Copy n keys from one part of `scratch` to another, sorted by one digit (radix sort)."""
     mask = (1 << _DIGIT) - 1
-    places = 2 * n  # where `room` holds the places of the digits
+    places = 2 * n  # where `scratch` holds the places of the digits
     for i in range(places, places + mask + 1):
-        room[i] = 0
+        scratch[i] = 0
     for i in range(source, source + n):
-        room[places + ((room[i] >> shift) & mask)] += 1
+        scratch[places + ((scratch[i] >> shift) & mask)] += 1
     place = to
     for i in range(places, places + mask + 1):
-        count = room[i]
-        room[i] = place
+        count = scratch[i]
+        scratch[i] = place
         place += count
     for i in range(source, source + n):
-        digit = places + ((room[i] >> shift) & mask)
-        room[room[digit]] = room[i]
-        room[digit] += 1
+        digit = places + ((scratch[i] >> shift) & mask)
+        scratch[scratch[digit]] = scratch[i]
+        scratch[digit] += 1
 
 
 @scalar
-def rank_points(f, low, high, room):
-    """Put local points low..high, fewer than 2**31, into `room` as they lie along the curve."""
+def rank_points(f, low, high, scratch):
+    """Put local points low..high, fewer than 2**31, into `scratch` as they lie along the curve."""
     n = high - low
     u0, u1, v0, v1 = f[low, 0], f[low, 0], f[low, 1], f[low, 1]
     for p in range(low + 1, high):
@@ -81,22 +79,13 @@ def rank_points(f, low, high, room):
     scale = 1.0 / size if size > 1e-290 else 0.0
     n_level = 8 if n <= _FEW else 16
     turns = 2 * n + (1 << _DIGIT)
-    _write_turns(room, turns)
+    _write_turns(scratch, turns)
     for i in range(n):
         u, v = (f[low + i, 0] - u0) * scale, (f[low + i, 1] - v0) * scale
-        room[i] = (_place_by_turns(room, turns, u, v, n_level) << _NUMBER) + low + i
+        scratch[i] = (_place_by_turns(scratch, turns, u, v, n_level) << _NUMBER) + low + i
     source, to = 0, n
     for digit in range(2 * n_level // _DIGIT):  # an even number: they end where they began
-        _sort_digit(room, source, to, n, _NUMBER + _DIGIT * digit)
+        _sort_digit(scratch, source, to, n, _NUMBER + _DIGIT * digit)
         source, to = to, source
     for i in range(n):
-        room[i] &= (1 << _NUMBER) - 1
-
-
-@entry("d2 l -> l1")
-def ranked_points(f, low):
-    """Rows of f from `low` on as they lie along Hilbert's curve. For tests."""
-    n = f.shape[0] - low
-    room = np.empty(2 * n + ROOM, dtype=np.int64)
-    rank_points(f, low, f.shape[0], room)
-    return room[:n].copy()
+        scratch[i] &= (1 << _NUMBER) - 1

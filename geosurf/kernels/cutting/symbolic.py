@@ -10,21 +10,22 @@ from __future__ import annotations
 from geosurf.kernels.compile.jit import scalar
 from geosurf.kernels.exact.double_double import plane_is_level
 from geosurf.kernels.exact.exact_signs import N_TRIANGLE, N_VERTEX
-from geosurf.kernels.exact.predicates import flat_by_zeros, normal_axis, orient3d
+from geosurf.kernels.exact.predicates import coplanar_by_zeros, normal_axis, orient3d
 
 POINTS, AXIS, LINES = 0, 2, 7  # of the state s
 # a line that was found in a plane of edges: its number (-1: none), the plane that cuts these, and
 # three vertices that span theirs
-KNOWN, _SUPPORT, _ONE, _TWO, _THREE = 9, 10, 11, 12, 13
-SOUGHT = 14  # how many lines all points of the face were asked for
+KNOWN_LINE, _SUPPORT, _ONE, _TWO, _THREE = 9, 10, 11, 12, 13
+N_SEARCH = 14  # how many lines all points of the face were asked for
 _FIRST_LINE, _LAST_LINE = 4, 7
 _MANY = 64  # points of a face, above which all are asked for the first lines that are found
 _FEW = 4  # such lines
 
 
 @scalar
-def is_exact(x, t, e, d, m, row, axis):
+def is_exact(frame, row, axis):
     """Whether a constructed point is known exactly on an axis: what makes it is level there."""
+    x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
     a, b, c = d[row, 1], d[row, 2], d[row, 3]
     if d[row, 0] == 1:
         return x[a, axis] == x[b, axis] or plane_is_level(x, t, e, m, c, axis)
@@ -36,12 +37,13 @@ def is_exact(x, t, e, d, m, row, axis):
 
 
 @scalar
-def of_one_plane(x, d, m, w, q, s, a, b, c):
+def collinear_by_planes(x, d, m, w, points, a, b, c):
     """Whether three points are where edges of one plane meet another one: then they are collinear.
 
     A fault that is flat in parts, or extruded, cuts large triangles in such points. The line they
     lie on is the known one from now on.
     """
+    q, s = points.q, points.s
     n = m[N_VERTEX]
     if q[a, 0] < n or q[b, 0] < n or q[c, 0] < n:
         return False
@@ -58,34 +60,36 @@ def of_one_plane(x, d, m, w, q, s, a, b, c):
     for o in (d[j, 1], d[j, 2], d[k, 1], d[k, 2]):
         if o not in (one, two, three) and not _of_plane(x, m, w, one, two, three, o):
             return False
-    s[KNOWN] = learn_line(q, s, a, b, c)
+    s[KNOWN_LINE] = record_line(q, s, a, b, c)
     s[_SUPPORT], s[_ONE], s[_TWO], s[_THREE] = d[i, 3], one, two, three
-    if s[KNOWN] != -1 and s[POINTS] > _MANY and s[SOUGHT] < _FEW:
+    if s[KNOWN_LINE] != -1 and s[POINTS] > _MANY and s[N_SEARCH] < _FEW:
         # one after the other, as they lie in memory; one by one costs a miss of the cache for each
-        s[SOUGHT] += 1
+        s[N_SEARCH] += 1
         for p in range(s[POINTS]):
-            _put_on_known_line(x, d, m, w, q, s, p)
+            _put_on_known_line(x, d, m, w, points, p)
     return True
 
 
 @scalar
-def on_known_line(x, d, m, w, q, s, a, b, c):
+def on_known_line(x, d, m, w, points, a, b, c):
     """Whether one of three points is seen to lie on the known line, as the other two do.
 
     Points on one line mostly come one after the other; so only the new one is looked at.
     """
-    line = s[KNOWN]
+    q, s = points.q, points.s
+    line = s[KNOWN_LINE]
     if line == -1:
         return False
     on_a, on_b, on_c = _holds(q, a, line), _holds(q, b, line), _holds(q, c, line)
     if int(on_a) + int(on_b) + int(on_c) != 2:
         return False
-    return _put_on_known_line(x, d, m, w, q, s, c if not on_c else (b if not on_b else a))
+    return _put_on_known_line(x, d, m, w, points, c if not on_c else (b if not on_b else a))
 
 
 @scalar
-def _put_on_known_line(x, d, m, w, q, s, p):
+def _put_on_known_line(x, d, m, w, points, p):
     """Whether a point is where an edge of the plane of the known line meets the other plane."""
+    q, s = points.q, points.s
     row = q[p, 0] - m[N_VERTEX]
     if row < 0 or d[row, 0] != 1 or d[row, 3] != s[_SUPPORT]:
         return False
@@ -94,25 +98,27 @@ def _put_on_known_line(x, d, m, w, q, s, p):
             x, m, w, s[_ONE], s[_TWO], s[_THREE], o
         ):
             return False
-    add_line(q, p, s[KNOWN])
+    add_line(q, p, s[KNOWN_LINE])
     return True
 
 
 @scalar
 def _of_plane(x, m, w, one, two, three, o):
     """Whether vertex o lies in the plane of three others; what is extruded is seen to by zeros."""
-    if flat_by_zeros(x, one, two, three, o):
+    if coplanar_by_zeros(x, one, two, three, o):
         return True
     return orient3d(x, m, w, one, two, three, o, 0.0) == 0
 
 
 @scalar
-def made_alike(x, t, e, d, m, q, s, a, b, second):
+def equal_by_construction(frame, points, a, b, second):
     """Whether two points have the same U (V with `second` = 1) since they are made alike.
 
     Two lines through level planes of one height that look the same from the side: model grids and
     what is extruded along an axis have thousands of such points, each dear to make in integers.
     """
+    x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
+    q, s = points.q, points.s
     n = m[N_VERTEX]
     if q[a, 0] < n or q[b, 0] < n:
         return False
@@ -175,7 +181,7 @@ def _line_of(q, a, b):
 
 
 @scalar
-def on_one_line(q, a, b, c):
+def collinear_by_name(q, a, b, c):
     """Whether three local points are collinear by name."""
     for i in range(_FIRST_LINE, _LAST_LINE + 1):
         if q[a, i] != -1 and _holds(q, b, q[a, i]) and _holds(q, c, q[a, i]):
@@ -184,7 +190,7 @@ def on_one_line(q, a, b, c):
 
 
 @scalar
-def learn_line(q, s, a, b, c):
+def record_line(q, s, a, b, c):
     """Three distinct points are collinear: those without the line of the others get it.
 
     Returns the line, or -1 where there is no room for a new one.

@@ -16,7 +16,7 @@ from geosurf.kernels.contacts.packed_contact import (
     TRIANGLE_A,
     TRIANGLE_B,
     lies_in_plane,
-    lies_on_rims,
+    lies_on_boundaries,
 )
 from geosurf.kernels.exact.predicates import orient2d
 
@@ -51,16 +51,16 @@ def _write_normals(x, t, normal):
 
 
 @scalar
-def _beyond_an_edge(x, t, none, m, w, i, j):
+def _beyond_an_edge(x, t, m, w, i, j):
     """Whether in the map all of face j lies beyond an edge of face i, or on its line."""
-    turn = orient2d(x, none, none, none, m, w, t[i, 0], t[i, 1], t[i, 2], 0, 1)
+    turn = orient2d(x, m, w, t[i, 0], t[i, 1], t[i, 2], 0, 1)
     for k in range(3):
         a, b = t[i, k], t[i, 0 if k == 2 else k + 1]
         inside = False
         for c in range(3):
             p = t[j, c]
             if p != a and p != b:
-                side = orient2d(x, none, none, none, m, w, a, b, p, 0, 1)
+                side = orient2d(x, m, w, a, b, p, 0, 1)
                 inside = inside or side * turn > 0
         if not inside:
             return True
@@ -68,14 +68,14 @@ def _beyond_an_edge(x, t, none, m, w, i, j):
 
 
 @scalar
-def _counts(x, t, none, m, w, rows, k, normal):
+def _counts(x, t, m, w, rows, k, normal):
     """Whether a contact can bring pieces of its faces together."""
     i, j = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
     if lies_in_plane(rows[k, HOW]):
         return False
-    if min(abs(normal[i, 2]), abs(normal[j, 2])) < _UPRIGHT or not lies_on_rims(rows[k, HOW]):
+    if min(abs(normal[i, 2]), abs(normal[j, 2])) < _UPRIGHT or not lies_on_boundaries(rows[k, HOW]):
         return True
-    return not (_beyond_an_edge(x, t, none, m, w, i, j) or _beyond_an_edge(x, t, none, m, w, j, i))
+    return not (_beyond_an_edge(x, t, m, w, i, j) or _beyond_an_edge(x, t, m, w, j, i))
 
 
 @entry("d2 l2 l1 l1 l2 d2 l2 l1 d -> l1")
@@ -84,12 +84,11 @@ def thin_children(x, t, m, w, rows, y, children, parent, part):
 
     `rows` are contacts of faces; the reach is a part of the largest coordinate of all parents.
     """
-    none = np.empty((0, 4), dtype=np.int64)
     normal = np.empty((t.shape[0], 3))
     _write_normals(x, t, normal)
     flattest = np.ones(t.shape[0])  # squares of sines
     for k in range(rows.shape[0]):
-        if _counts(x, t, none, m, w, rows, k, normal):
+        if _counts(x, t, m, w, rows, k, normal):
             i, j = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
             nx, ny, nz = _cross(
                 normal[i, 0], normal[i, 1], normal[i, 2], normal[j, 0], normal[j, 1], normal[j, 2]

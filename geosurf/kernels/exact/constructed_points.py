@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import scalar
-from geosurf.kernels.exact.double_double import point_doubled, rounds, two_sum
+from geosurf.kernels.exact.double_double import point_dd, rounds_to, two_sum
 from geosurf.kernels.exact.exact_signs import (
     COLLISIONS,
     N_EDGE_PLANE,
@@ -68,18 +68,19 @@ def hash_of_name(kind, a, b, c):
 
 
 @scalar
-def same_point(x, t, e, d, m, w, a, b):
+def same_point(frame, a, b):
     """Whether points a and b, whose rounded coordinates are equal, are one point."""
+    m = frame.m
     if a < m[N_VERTEX] and b < m[N_VERTEX]:
         return True
     for axis in range(3):
-        if exact_compare(x, t, e, d, m, w, a, b, axis) != 0:
+        if exact_compare(frame, a, b, axis) != 0:
             return False
     return True
 
 
 @scalar
-def slot_at_place(x, places, i, slot):
+def slot_at_coordinates(x, places, i, slot):
     """First slot, from one on, that is empty or holds a point with the coordinates of point i.
 
     Short, and with few arrays, so that it is compiled into its callers: a call that hands on seven
@@ -94,26 +95,28 @@ def slot_at_place(x, places, i, slot):
 
 
 @scalar
-def id_beside(x, t, e, d, m, w, places, i, slot):
+def id_after_collision(frame, places, i, slot):
     """Id of point i, where another point has its coordinates."""
+    x, m = frame.x, frame.m
     collided = 0
     while places[slot] >= 0:
         j = places[slot]
-        if j == i or same_point(x, t, e, d, m, w, i, j):
+        if j == i or same_point(frame, i, j):
             return j
         collided = 1
-        slot = slot_at_place(x, places, i, (slot + 1) & (places.shape[0] - 1))
+        slot = slot_at_coordinates(x, places, i, (slot + 1) & (places.shape[0] - 1))
     places[slot] = i
     m[COLLISIONS] += collided
     return i
 
 
 @scalar
-def id_at_place(x, t, e, d, m, w, places, i):
+def id_of_coordinates(frame, places, i):
     """Id of the point that is exactly point i (i itself if it is new, and then filed)."""
-    slot = slot_at_place(x, places, i, hash_of_row(x, i) & (places.shape[0] - 1))
+    x = frame.x
+    slot = slot_at_coordinates(x, places, i, hash_of_row(x, i) & (places.shape[0] - 1))
     if places[slot] >= 0:
-        return id_beside(x, t, e, d, m, w, places, i, slot)
+        return id_after_collision(frame, places, i, slot)
     places[slot] = i
     return i
 
@@ -136,7 +139,7 @@ def slot_of(names, kind, a, b, c):
 
 
 @scalar
-def file_name(m, names, slot, kind, a, b, c, i):
+def insert_name(m, names, slot, kind, a, b, c, i):
     """Enter a definition and what it stands for into an empty slot."""
     names[slot, 0], names[slot, 1], names[slot, 2], names[slot, 3] = kind, a, b, c
     names[slot, 4] = i
@@ -156,7 +159,7 @@ def edge_plane(e, m, names, a, b, axis):
         return FULL
     e[row, 0], e[row, 1], e[row, 2] = a, b, axis
     m[N_EDGE_PLANE] += 1
-    file_name(m, names, slot, EDGE_PLANE, a, b, axis, m[N_TRIANGLE] + row)
+    insert_name(m, names, slot, EDGE_PLANE, a, b, axis, m[N_TRIANGLE] + row)
     return m[N_TRIANGLE] + row
 
 
@@ -170,7 +173,7 @@ def _height(x, n, o, p):
 
 
 @scalar
-def lpi_plainly(x, t, a, b, c):
+def lpi_in_doubles(x, t, a, b, c):
     """Where edge a-b passes triangle c, by plain doubles: (sure that they are the next ones, x).
 
     With heights h of the ends over the plane, each off by at most f, the part ``ha / (ha - hb)``
@@ -199,34 +202,36 @@ def _part_way(start, end, part, relative):
     """A part of the way from start to end: (sure that it is the next double, coordinate)."""
     if start == end:
         return True, start + 0.0
-    p, rest = two_sum(start, (end - start) * part)
-    return rounds(p, rest, relative * abs(end - start) + 1e-300), p + 0.0
+    p, low = two_sum(start, (end - start) * part)
+    return rounds_to(p, low, relative * abs(end - start) + 1e-300), p + 0.0
 
 
 @scalar
-def place_exactly(x, t, e, d, m, w, i):
+def round_point(frame, i):
     """Coordinates of constructed point i, by more digits, and all of them where that is open.
 
     None is -0.0, see `doubled`.
     """
+    x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
     row = i - m[N_VERTEX]
-    known, p, rest, slack = point_doubled(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
+    known, p, low, slack = point_dd(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
     x[i, 0], x[i, 1], x[i, 2] = p[0], p[1], p[2]
     if not (
         known
-        and rounds(p[0], rest[0], slack[0])
-        and rounds(p[1], rest[1], slack[1])
-        and rounds(p[2], rest[2], slack[2])
+        and rounds_to(p[0], low[0], slack[0])
+        and rounds_to(p[1], low[1], slack[1])
+        and rounds_to(p[2], low[2], slack[2])
     ):
-        point(x, t, e, d, m, w, 0, i)
+        point(frame, 0, i)
         for axis in range(3):
             # what is nearest to 0 from below is 0, too, as on the other ways here
-            x[i, axis] = exact_position(x, t, e, d, m, w, i, axis) + 0.0
+            x[i, axis] = exact_position(frame, i, axis) + 0.0
 
 
 @scalar
-def named_point(x, t, e, d, m, w, names, places, kind, a, b, c):
+def named_point(frame, names, places, kind, a, b, c):
     """Id of the point with this definition, made if it is new; FULL if there is no room."""
+    x, t, d, m = frame.x, frame.t, frame.d, frame.m
     if a > b:
         a, b = b, a
     if kind == TPI:
@@ -242,13 +247,13 @@ def named_point(x, t, e, d, m, w, names, places, kind, a, b, c):
     if i >= x.shape[0] or 2 * m[N_NAME] >= names.shape[0]:
         return FULL
     d[row, 0], d[row, 1], d[row, 2], d[row, 3] = kind, a, b, c
-    sure = False
+    certified = False
     if kind == LPI and c < m[N_TRIANGLE]:
-        sure, x[i, 0], x[i, 1], x[i, 2] = lpi_plainly(x, t, a, b, c)
-    if not sure:
-        place_exactly(x, t, e, d, m, w, i)
-    found = id_at_place(x, t, e, d, m, w, places, i)
+        certified, x[i, 0], x[i, 1], x[i, 2] = lpi_in_doubles(x, t, a, b, c)
+    if not certified:
+        round_point(frame, i)
+    found = id_of_coordinates(frame, places, i)
     if found == i:
         m[N_POINT] += 1
-    file_name(m, names, slot, kind, a, b, c, found)
+    insert_name(m, names, slot, kind, a, b, c, found)
     return found

@@ -14,7 +14,7 @@ behind both.
 
 from __future__ import annotations
 
-from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.compile.jit import scalar
 from geosurf.kernels.exact.exact_signs import N_TRIANGLE
 
 _SPLIT = 134217729.0  # 2**27 + 1 (Dekker 1971)
@@ -75,7 +75,7 @@ def _span(x, p, q):
 
 
 @scalar
-def plane_doubled(x, t, e, m, p):
+def plane_dd(x, t, e, m, p):
     """A vertex of plane p, and its normal: three pairs, and the sizes of their terms."""
     if p < m[N_TRIANGLE]:
         a = t[p, 0]
@@ -122,9 +122,9 @@ def plane_is_level(x, t, e, m, p, axis):
 
 
 @scalar
-def lpi_doubled(x, t, e, m, a, b, c):
+def lpi_dd(x, t, e, m, a, b, c):
     """Line a-b through plane c: (known, coordinates, rests, bounds)."""
-    o, n = plane_doubled(x, t, e, m, c)
+    o, n = plane_dd(x, t, e, m, c)
     ha, la, size_a = _height(x, n, o, (x[a, 0], x[a, 1], x[a, 2]))
     hb, lb, size_b = _height(x, n, o, (x[b, 0], x[b, 1], x[b, 2]))
     dh, dl = dd_add(ha, la, -hb, -lb)
@@ -189,7 +189,7 @@ def _floored(n):
 
 
 @scalar
-def tpi_doubled(x, t, e, m, one, two, three):
+def tpi_dd(x, t, e, m, one, two, three):
     """The point of three planes: (known, coordinates, rests, bounds).
 
     Newton from a vertex of the first plane: p moves by the d with n_i . d = -n_i . (p - a_i).
@@ -202,9 +202,9 @@ def tpi_doubled(x, t, e, m, one, two, three):
     ``sum((2**-95 S_i . |p - a_i| + 2**-48 |h_i|) SC_i) + 2**-48 SW |d|``, over |W|, and twice that
     if W is known to half its size.
     """
-    a1, n1 = plane_doubled(x, t, e, m, one)
-    a2, n2 = plane_doubled(x, t, e, m, two)
-    a3, n3 = plane_doubled(x, t, e, m, three)
+    a1, n1 = plane_dd(x, t, e, m, one)
+    a2, n2 = plane_dd(x, t, e, m, two)
+    a3, n3 = plane_dd(x, t, e, m, three)
     if not (_fits(n1) and _fits(n2) and _fits(n3)):
         return False, _NOTHING, _NOTHING, _NOTHING
     n1, n2, n3 = _floored(n1), _floored(n2), _floored(n3)
@@ -213,7 +213,7 @@ def tpi_doubled(x, t, e, m, one, two, three):
     size = n1[6] * c1[3] + n1[7] * c1[4] + n1[8] * c1[5]
     if not (abs(below) > 1e-100 and abs(below) > 2.0**-46 * size):
         return False, _NOTHING, _NOTHING, _NOTHING
-    loose = 2.0**-48 * size
+    slack_w = 2.0**-48 * size
     p0, p1, p2 = x[a1, 0], x[a1, 1], x[a1, 2]
     r0, r1, r2 = 0.0, 0.0, 0.0
     e0, e1, e2 = 0.0, 0.0, 0.0
@@ -227,9 +227,18 @@ def tpi_doubled(x, t, e, m, one, two, three):
         d0 = -(g1 * c1[0] + g2 * c2[0] + g3 * c3[0]) / below
         d1 = -(g1 * c1[1] + g2 * c2[1] + g3 * c3[1]) / below
         d2 = -(g1 * c1[2] + g2 * c2[2] + g3 * c3[2]) / below
-        e0 = 2.0 * (f1 * c1[3] + f2 * c2[3] + f3 * c3[3] + loose * abs(d0)) / abs(below) + UNDERFLOW
-        e1 = 2.0 * (f1 * c1[4] + f2 * c2[4] + f3 * c3[4] + loose * abs(d1)) / abs(below) + UNDERFLOW
-        e2 = 2.0 * (f1 * c1[5] + f2 * c2[5] + f3 * c3[5] + loose * abs(d2)) / abs(below) + UNDERFLOW
+        e0 = (
+            2.0 * (f1 * c1[3] + f2 * c2[3] + f3 * c3[3] + slack_w * abs(d0)) / abs(below)
+            + UNDERFLOW
+        )
+        e1 = (
+            2.0 * (f1 * c1[4] + f2 * c2[4] + f3 * c3[4] + slack_w * abs(d1)) / abs(below)
+            + UNDERFLOW
+        )
+        e2 = (
+            2.0 * (f1 * c1[5] + f2 * c2[5] + f3 * c3[5] + slack_w * abs(d2)) / abs(below)
+            + UNDERFLOW
+        )
         p0, r0 = two_sum(p0, d0)
         p1, r1 = two_sum(p1, d1)
         p2, r2 = two_sum(p2, d2)
@@ -247,24 +256,14 @@ def tpi_doubled(x, t, e, m, one, two, three):
 
 
 @scalar
-def point_doubled(x, t, e, m, kind, a, b, c):
+def point_dd(x, t, e, m, kind, a, b, c):
     """The point with this definition: (known, coordinates, rests, bounds)."""
     if kind == 1:
-        return lpi_doubled(x, t, e, m, a, b, c)
-    return tpi_doubled(x, t, e, m, a, b, c)
+        return lpi_dd(x, t, e, m, a, b, c)
+    return tpi_dd(x, t, e, m, a, b, c)
 
 
 @scalar
-def rounds(p, r, slack):
+def rounds_to(p, r, slack):
     """Whether the double next to p + r is p, wherever in p + r +- slack the number is."""
     return (p + (r - slack)) == p and (p + (r + slack)) == p
-
-
-@entry("d2 l2 l2 l1 l2 d2 -> .")
-def doubled_rows(x, t, e, m, d, out):
-    """out[i]: whether point d[i] is known, its coordinates, rests and bounds. For tests."""
-    for i in range(d.shape[0]):
-        known, p, r, s = point_doubled(x, t, e, m, d[i, 0], d[i, 1], d[i, 2], d[i, 3])
-        out[i, 0] = 1.0 if known else 0.0
-        for k in range(3):
-            out[i, 1 + k], out[i, 4 + k], out[i, 7 + k] = p[k], r[k], s[k]

@@ -18,6 +18,7 @@ Degrees in the input: X 1, 4, 7 and W 0, 3, 6 for vertex, LPI, TPI.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,10 +37,22 @@ from geosurf.kernels.exact.bigint import (
     sub,
 )
 
+
+class Frame(NamedTuple):
+    """The six arrays of one frame, handed from helper to helper as one bundle."""
+
+    x: np.ndarray  # coordinates
+    t: np.ndarray  # triangles
+    e: np.ndarray  # edge planes
+    d: np.ndarray  # definitions of constructed points
+    m: np.ndarray  # integers of the frame
+    w: np.ndarray  # limb workspace
+
+
 # rows of m
 N_VERTEX, N_TRIANGLE, LIMBS, SCALE, N_POINT, N_EDGE_PLANE = 0, 1, 2, 3, 4, 5
 EXACT_ORIENT2D, EXACT_INCIRCLE, EXACT_ORIENT3D, EXACT_ROUND = 6, 7, 8, 9
-EQUALITY_TESTS, COLLISIONS, N_NAME, NEAR, UNFILED = 10, 11, 12, 13, 14
+EQUALITY_TESTS, COLLISIONS, N_NAME, NEAR, UNINDEXED = 10, 11, 12, 13, 14
 N_META = 16
 
 # regions of w, in units of LIMBS
@@ -148,11 +161,12 @@ def _tpi(x, t, e, m, w, r, d, row):
 
 
 @scalar
-def point(x, t, e, d, m, w, r, i):
+def point(frame, r, i):
     """Homogeneous coordinates of point i at r: X, Y, Z at 0, 7, 14 units, W > 0 at 21.
 
     Returns the lengths of X and W in limbs.
     """
+    x, t, e, d, m, w = frame.x, frame.t, frame.e, frame.d, frame.m, frame.w
     n = m[LIMBS]
     if i < m[N_VERTEX]:
         for axis in range(3):
@@ -174,14 +188,15 @@ def point(x, t, e, d, m, w, r, i):
 
 
 @scalar
-def exact_orient2d(x, t, e, d, m, w, a, b, c, u, v):
+def exact_orient2d(frame, a, b, c, u, v):
     """Sign of the turn a, b, c seen on axes (u, v)."""
+    m, w = frame.m, frame.w
     m[EXACT_ORIENT2D] += 1
     n = m[LIMBS]
     step = _POINT * n
-    la, wa = point(x, t, e, d, m, w, 0, a)
-    lb, wb = point(x, t, e, d, m, w, step, b)
-    lc, wc = point(x, t, e, d, m, w, 2 * step, c)
+    la, wa = point(frame, 0, a)
+    lb, wb = point(frame, step, b)
+    lc, wc = point(frame, 2 * step, c)
     u7, v7, w7 = u * 7 * n, v * 7 * n, 21 * n
     total = la + lb + lc + 1
     acc = (_MISC + 100) * n
@@ -202,13 +217,30 @@ def exact_orient2d(x, t, e, d, m, w, a, b, c, u, v):
 
 
 @scalar
-def exact_compare(x, t, e, d, m, w, a, b, axis):
+def exact_orient2d_vertices(x, m, w, a, b, c, u, v):
+    """Sign of the turn of the vertices a, b, c seen on axes (u, v)."""
+    m[EXACT_ORIENT2D] += 1
+    n = m[LIMBS]
+    p = _MISC * n
+    q = p + 3 * n
+    acc = q + 3 * n
+    _vector(x, m, w, p, a, b)
+    _vector(x, m, w, q, a, c)
+    clear(w, acc, 2 * n)
+    mul_add(w, acc, 2 * n, p + u * n, n, q + v * n, n, 1)
+    mul_add(w, acc, 2 * n, p + v * n, n, q + u * n, n, -1)
+    return sign(w, acc, 2 * n)
+
+
+@scalar
+def exact_compare(frame, a, b, axis):
     """Sign of coordinate `axis` of point a minus that of point b."""
+    m, w = frame.m, frame.w
     m[EQUALITY_TESTS] += 1
     n = m[LIMBS]
     step = _POINT * n
-    la, wa = point(x, t, e, d, m, w, 0, a)
-    lb, wb = point(x, t, e, d, m, w, step, b)
+    la, wa = point(frame, 0, a)
+    lb, wb = point(frame, step, b)
     total = max(la + wb, lb + wa) + 1
     acc = (_MISC + 100) * n
     clear(w, acc, total)
@@ -335,8 +367,9 @@ def exact_round(m, w, top, lx, below, lw):
 
 
 @scalar
-def exact_position(x, t, e, d, m, w, i, axis):
+def exact_position(frame, i, axis):
     """Correctly rounded coordinate of constructed point i; call `point` at 0 first."""
+    d, m, w = frame.d, frame.m, frame.w
     n = m[LIMBS]
     kind = d[i - m[N_VERTEX], 0]
     return exact_round(m, w, axis * 7 * n, (1 + 3 * kind) * n, 21 * n, 3 * kind * n)

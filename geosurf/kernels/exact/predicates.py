@@ -24,7 +24,7 @@ from geosurf.kernels.exact.exact_signs import (
     NEAR,
     SCALE,
     exact_normal_axis,
-    exact_orient2d,
+    exact_orient2d_vertices,
     exact_orient3d,
     workspace,
 )
@@ -38,17 +38,17 @@ MAX_BITS = 980
 # of input that points are made from: three coordinates multiplied, and what rounding leaves out of
 # that, are normal numbers then, so that error bounds of doubles and double-doubles hold
 MAX_SCALE = 300
-LEAST_COORDINATE = 1e-74  # has all of its 53 digits above 2**-MAX_SCALE
+MIN_COORDINATE = 1e-74  # has all of its 53 digits above 2**-MAX_SCALE
 MAX_COORDINATE = 2.0**60
-SIZES_THAT_CAN_BE_USED = (
-    f"exact arithmetic takes 0 and sizes from {LEAST_COORDINATE:g} to "
+VALID_SIZES = (
+    f"exact arithmetic takes 0 and sizes from {MIN_COORDINATE:g} to "
     f"{MAX_COORDINATE:.2g} m. Set numbers that mean zero to zero"
 )
 _BLOCK = 256  # coordinates that are looked at together
 
 
 @scalar
-def sure_sign(value, bound):
+def certified_sign(value, bound):
     """Sign of a number that is off by at most `bound`; 0 where that leaves it open."""
     if value > bound:
         return 1
@@ -56,18 +56,18 @@ def sure_sign(value, bound):
 
 
 @scalar
-def orient2d(x, t, e, d, m, w, a, b, c, u, v):
+def orient2d(x, m, w, a, b, c, u, v):
     """Sign of the turn of three *vertices* on axes (u, v)."""
     left = (x[b, u] - x[a, u]) * (x[c, v] - x[a, v])
     right = (x[b, v] - x[a, v]) * (x[c, u] - x[a, u])
     det = left - right
     size = abs(left) + abs(right)
-    sign = sure_sign(det, ORIENT2D_BOUND * size) if size > TINY else 0
+    sign = certified_sign(det, ORIENT2D_BOUND * size) if size > TINY else 0
     if sign != 0:
         return sign
     if (x[a, u] == x[b, u] and x[b, u] == x[c, u]) or (x[a, v] == x[b, v] and x[b, v] == x[c, v]):
         return 0
-    return exact_orient2d(x, t, e, d, m, w, a, b, c, u, v)
+    return exact_orient2d_vertices(x, m, w, a, b, c, u, v)
 
 
 @scalar
@@ -83,7 +83,7 @@ def plane_terms(x, a, b, c):
 
 
 @scalar
-def plain_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip):
+def filtered_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip):
     """Side of a plane on which a point lies, at c from one on it; 0 if floats cannot be sure.
 
     `n0` to `span` are `plane_terms`; sure means: whatever moves all coordinates by up to `slip`.
@@ -92,7 +92,7 @@ def plain_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip):
     size = abs(cx) * s0 + abs(cy) * s1 + abs(cz) * s2
     reach = abs(cx) + abs(cy) + abs(cz)
     bound = ORIENT3D_BOUND * size + 2.0 * slip * (s0 + s1 + s2 + reach * span)
-    return sure_sign(det, bound) if size > TINY else 0
+    return certified_sign(det, bound) if size > TINY else 0
 
 
 @scalar
@@ -104,13 +104,13 @@ def side_of(x, m, w, a, b, c, o, terms, slip):
     """
     n0, n1, n2, s0, s1, s2, span = terms
     cx, cy, cz = x[o, 0] - x[a, 0], x[o, 1] - x[a, 1], x[o, 2] - x[a, 2]
-    side = plain_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip)
+    side = filtered_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip)
     if side != 0:
         return side
     for k in range(3):  # a wall of the box, a contact, a row of a grid: no need for long integers
         if x[a, k] == x[o, k] and x[b, k] == x[o, k] and x[c, k] == x[o, k]:
             return 0
-    if flat_by_zeros(x, a, b, c, o):
+    if coplanar_by_zeros(x, a, b, c, o):
         return 0
     sign = exact_orient3d(x, m, w, a, b, c, o)
     if sign != 0:
@@ -119,7 +119,7 @@ def side_of(x, m, w, a, b, c, o, terms, slip):
 
 
 @scalar
-def flat_by_zeros(x, a, b, c, o):
+def coplanar_by_zeros(x, a, b, c, o):
     """Whether four vertices are coplanar since each term of their determinant has a factor zero.
 
     So are the edges of what is extruded along an axis: a quarter of a microsecond saved each. Equal
@@ -250,7 +250,7 @@ def frame_of(x: np.ndarray, n_triangle: int = 0) -> tuple[np.ndarray, np.ndarray
         raise SurfaceError("a coordinate is not finite; leave out nodes that are undefined.")
     if bits > MAX_BITS:
         raise SurfaceError(
-            f"coordinates span {bits} binary digits, from tiny to huge; {SIZES_THAT_CAN_BE_USED}."
+            f"coordinates span {bits} binary digits, from tiny to huge; {VALID_SIZES}."
         )
     m = np.zeros(N_META, dtype=np.int64)
     m[N_VERTEX] = len(x)
@@ -263,9 +263,8 @@ def frame_of(x: np.ndarray, n_triangle: int = 0) -> tuple[np.ndarray, np.ndarray
 @entry("d2 l2 l1 l1 l1 -> .")
 def orient2d_rows(x, rows, m, w, out):
     """out[i] = turn of the vertices rows[i] on axes (0, 1)."""
-    none = np.empty((0, 4), dtype=np.int64)
     for i in range(rows.shape[0]):
-        out[i] = orient2d(x, none, none, none, m, w, rows[i, 0], rows[i, 1], rows[i, 2], 0, 1)
+        out[i] = orient2d(x, m, w, rows[i, 0], rows[i, 1], rows[i, 2], 0, 1)
 
 
 @entry("d2 l2 l1 l1 l1 -> .")

@@ -191,7 +191,7 @@ def _all_open(out, n):
 
 
 @scalar
-def clear_tile(p, q, r, a, block, first, n, rows, steps, out, totals):
+def bound_tile(p, q, r, a, block, first, n, rows, steps, out, totals):
     """Add the cells of a tile without holes, if bounds show that no corner of them is flat.
 
     Normals are left to the rim.
@@ -223,7 +223,7 @@ def clear_tile(p, q, r, a, block, first, n, rows, steps, out, totals):
 
 
 @scalar
-def add_rim(p, q, r, a, first, last, left, right, sums):
+def add_boundary_normals(p, q, r, a, first, last, left, right, sums):
     """Add twice the area inside the rim of some cells, rows first to last, columns left to right.
 
     By Stokes' theorem the sum of all normals there is that of the steps around, seen from a corner.

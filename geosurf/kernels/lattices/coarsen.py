@@ -67,12 +67,12 @@ def _span(row, low, high, ai, aj, bi, bj, ci, cj):
         if turn < 0:
             di, dj = -di, -dj
         # di * (col - pj) - dj * (row - pi) >= 0, and |di| = |dj| or one is zero
-        rest = dj * (row - pi)
+        bound = dj * (row - pi)
         if di > 0:
-            low = max(low, pj + -((-rest) // di))
+            low = max(low, pj + -((-bound) // di))
         elif di < 0:
-            high = min(high, pj + (-rest) // (-di))
-        elif rest > 0:
+            high = min(high, pj + (-bound) // (-di))
+        elif bound > 0:
             high = low - 1
     return low, high
 
@@ -151,7 +151,7 @@ def mark_splits(z, whole, rising, square, tolerance, split):
 
 
 @entry("d2 b l2 -> d2")
-def largest_misfits(z, rising, corners):
+def largest_errors(z, rising, corners):
     """Largest difference from the plain surface, and the bound of its integral [m x cells]: (n, 2).
 
     corners (n, 6): a, b, c of triangles on whole cells.
@@ -198,7 +198,7 @@ def _kind(whole, ai, aj, bi, bj, ci, cj):
 
 
 @entry("l2 l b2 -> l2")
-def take_triangles(whole, square, split):
+def collect_triangles(whole, square, split):
     """Triangles that stand, rows (n, 7): a, b, c, and for half cells their cell, else -1.
 
     Where there is no cell there is no triangle; half cells of cells that are not whole are there.

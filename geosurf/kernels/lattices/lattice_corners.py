@@ -8,25 +8,25 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.lattices.prefetch import ahead
+from geosurf.kernels.lattices.prefetch import prefetch
 from geosurf.kernels.lattices.strips import corner_of, load
 from geosurf.kernels.search.tree import N_COL, N_ROW, RISING, TURNED
 
 # each component of a cross product is off by less than 4 rounding units of its terms,
 # or by more where they underflow
-_DOUBT = 8 * 2.0**-52
+_ROUNDING = 8 * 2.0**-52
 _UNDERFLOW = 1e-290
-_EARLY = 24  # nodes after the one at hand, asked for as if they were in its row
+_DISTANCE = 24  # nodes after the one at hand, asked for as if they were in its row
 
 
 @scalar
-def in_doubt(ax, ay, az, bx, by, bz):
+def may_be_degenerate(ax, ay, az, bx, by, bz):
     """Whether a triangle with two edges a and b may have no area, for all that floats can tell."""
     xp, xm, yp, ym, zp, zm = ay * bz, az * by, az * bx, ax * bz, ax * by, ay * bx
     return (
-        abs(xp - xm) <= _DOUBT * (abs(xp) + abs(xm)) + _UNDERFLOW
-        and abs(yp - ym) <= _DOUBT * (abs(yp) + abs(ym)) + _UNDERFLOW
-        and abs(zp - zm) <= _DOUBT * (abs(zp) + abs(zm)) + _UNDERFLOW
+        abs(xp - xm) <= _ROUNDING * (abs(xp) + abs(xm)) + _UNDERFLOW
+        and abs(yp - ym) <= _ROUNDING * (abs(yp) + abs(ym)) + _UNDERFLOW
+        and abs(zp - zm) <= _ROUNDING * (abs(zp) + abs(zm)) + _UNDERFLOW
     )
 
 
@@ -37,7 +37,7 @@ def lattice_normals(p, q, r, a):
     Triangles without three nodes are left out, and none is turned.
     """
     out = np.zeros(4)
-    doubted = np.empty(64, dtype=np.int64)
+    suspects = np.empty(64, dtype=np.int64)
     n = 0
     for key in range(2 * max(a[N_ROW] - 1, 0) * max(a[N_COL] - 1, 0)):
         i, j = corner_of(a, key, 0)
@@ -53,14 +53,14 @@ def lattice_normals(p, q, r, a):
         out[1] += 0.5 * ny
         out[2] += 0.5 * nz
         out[3] += 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
-        if in_doubt(ax, ay, az, bx, by, bz):
-            if n == doubted.shape[0]:
+        if may_be_degenerate(ax, ay, az, bx, by, bz):
+            if n == suspects.shape[0]:
                 larger = np.empty(2 * n, dtype=np.int64)
-                larger[:n] = doubted
-                doubted = larger
-            doubted[n] = key
+                larger[:n] = suspects
+                suspects = larger
+            suspects[n] = key
             n += 1
-    return out, doubted[:n].copy()
+    return out, suspects[:n].copy()
 
 
 @entry("l1 l1 -> l2")
@@ -93,11 +93,11 @@ def lattice_nodes(p, q, r, a, nodes):
     n_col = a[N_COL]
     i = 0
     for k in range(nodes.shape[0]):
-        if k + _EARLY < nodes.shape[0]:
-            j = nodes[k + _EARLY] - i * n_col
-            ahead(p, a[0] + i * a[1] + j * a[2])
-            ahead(q, a[3] + i * a[4] + j * a[5])
-            ahead(r, a[6] + i * a[7] + j * a[8])
+        if k + _DISTANCE < nodes.shape[0]:
+            j = nodes[k + _DISTANCE] - i * n_col
+            prefetch(p, a[0] + i * a[1] + j * a[2])
+            prefetch(q, a[3] + i * a[4] + j * a[5])
+            prefetch(r, a[6] + i * a[7] + j * a[8])
         j = nodes[k] - i * n_col
         if not 0 <= j < n_col:  # most are in the row of the one before: divisions are dear
             i = nodes[k] // n_col

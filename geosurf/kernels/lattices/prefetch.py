@@ -15,12 +15,12 @@ from geosurf.kernels.compile.jit import RUNNER
 _READ, _KEEP, _DATA = 0, 3, 1  # what LLVM is told: to be read, into all caches, no code
 
 
-def ahead(values, i):
+def prefetch(values, i):
     """Ask for the memory at row i of an array; it need not be there. Plain Python asks nothing."""
 
 
 def _instruction() -> Any:
-    """`ahead` for compiled kernels: one instruction, for which numba has no name."""
+    """`prefetch` for compiled kernels: one instruction, for which numba has no name."""
     from llvmlite import ir
     from numba.core import cgutils, types
     from numba.extending import intrinsic
@@ -33,8 +33,8 @@ def _instruction() -> Any:
         start = builder.ptrtoint(array.data, step.type)
         place = builder.inttoptr(builder.add(start, builder.mul(row, step)), byte)
         takes = ir.FunctionType(ir.VoidType(), [byte, word, word, word])
-        prefetch = cgutils.get_or_insert_function(builder.module, takes, "llvm.prefetch.p0")
-        builder.call(prefetch, [place, word(_READ), word(_KEEP), word(_DATA)])
+        llvm_prefetch = cgutils.get_or_insert_function(builder.module, takes, "llvm.prefetch.p0")
+        builder.call(llvm_prefetch, [place, word(_READ), word(_KEEP), word(_DATA)])
         return context.get_dummy_value()
 
     def typed(context: Any, values: Any, i: Any) -> Any:
@@ -44,4 +44,4 @@ def _instruction() -> Any:
 
 
 if RUNNER.compiles:
-    ahead = _instruction()
+    prefetch = _instruction()

@@ -48,7 +48,7 @@ def _across(a, row, place):
 
 
 @scalar
-def _gone(a, absent, row, place):
+def _is_missing(a, absent, row, place):
     """Whether there is no triangle: beyond the lattice, or without its nodes."""
     if row < 0 or row >= a[N_ROW] - 1 or place < 0 or place >= 2 * (a[N_COL] - 1):
         return True
@@ -56,16 +56,16 @@ def _gone(a, absent, row, place):
 
 
 @scalar
-def _on_rim(a, absent, row, first, last):
+def _is_at_boundary(a, absent, row, first, last):
     """Whether a run has an edge that no other triangle of the surface shares."""
-    if _gone(a, absent, row, first - 1) or _gone(a, absent, row, last + 1):
+    if _is_missing(a, absent, row, first - 1) or _is_missing(a, absent, row, last + 1):
         return True
     stop = last
     if absent.shape[0] == 0:
         stop = min(last, first + 1)  # whole rows above and below: two places tell
     for place in range(first, stop + 1):
         other_row, other = _across(a, row, place)
-        if _gone(a, absent, other_row, other):
+        if _is_missing(a, absent, other_row, other):
             return True
     return False
 
@@ -74,7 +74,7 @@ def _on_rim(a, absent, row, first, last):
 def _add_run(a, absent, runs, n, row, first, last):
     if n < runs.shape[0]:
         runs[n, ROW], runs[n, FIRST], runs[n, LAST] = row, first, last
-        runs[n, RIM] = 1 if _on_rim(a, absent, row, first, last) else 0
+        runs[n, RIM] = 1 if _is_at_boundary(a, absent, row, first, last) else 0
     return n + 1
 
 
@@ -179,7 +179,7 @@ def runs_of_keys(a, runs, start, keys):
 
 
 @entry("l1 l1 b l1 l1 -> l1")
-def keys_behind(a, absent, turned, keys, edge):
+def keys_across(a, absent, turned, keys, edge):
     """The triangle on the other side of an edge of each triangle; -1 where there is none.
 
     Edge k joins corner k to the next; a turned lattice has its corners 1 and 2 exchanged.
@@ -199,7 +199,7 @@ def keys_behind(a, absent, turned, keys, edge):
             place += 1 if j > place // 2 else -1
         else:  # the diagonal
             place += 1 if place % 2 == 0 else -1
-        out[k] = -1 if _gone(a, absent, row, place) else key_at(a, row, place)
+        out[k] = -1 if _is_missing(a, absent, row, place) else key_at(a, row, place)
     return out
 
 

@@ -35,9 +35,9 @@ from geosurf.kernels.lattices.cell_bounds import (
     PART,
     ROW_SIZE,
     TILE,
-    add_rim,
+    add_boundary_normals,
     add_totals,
-    clear_tile,
+    bound_tile,
     fill,
     least,
     most,
@@ -223,7 +223,7 @@ def _load_cell(values, a, axis, i, j, c):
 
 
 @scalar
-def _every_cell(p, q, r, a, block, first, n_cell, quads, c, marks, sums):
+def _add_cells(p, q, r, a, block, first, n_cell, quads, c, marks, sums):
     """Count the triangles of a tile one by one, and add its cells."""
     for i in range(block * BLOCK, min(block * BLOCK + BLOCK, a[N_ROW] - 1)):
         for j in range(first, first + n_cell):
@@ -287,17 +287,17 @@ def _axes(p, q, r, a, boxes, n_block):
 
 
 @scalar
-def _add_rims(p, q, r, a, clear, sums):
+def _add_boundaries(p, q, r, a, clear, sums):
     """Add the normals of clear tiles: around all of them if all are clear, else around each."""
     if clear.all():
-        add_rim(p, q, r, a, 0, a[N_ROW] - 1, 0, a[N_COL] - 1, sums)
+        add_boundary_normals(p, q, r, a, 0, a[N_ROW] - 1, 0, a[N_COL] - 1, sums)
         return
     for block in range(clear.shape[0]):
         for tile in range(clear.shape[1]):
             if clear[block, tile]:
                 i, j = block * BLOCK, tile * TILE
                 last, right = min(i + BLOCK, a[N_ROW] - 1), min(j + TILE, a[N_COL] - 1)
-                add_rim(p, q, r, a, i, last, j, right, sums)
+                add_boundary_normals(p, q, r, a, i, last, j, right, sums)
 
 
 @entry("d1 d1 d1 l1 b -> d2 l2 l1 d1")
@@ -329,16 +329,16 @@ def survey_lattice(p, q, r, a, quads):
                 boxes[block * n_col + start : block * n_col + stop]
             )
             if whole and quads and n_cell > 0:
-                whole = clear_tile(p, q, r, a, block, first, n, rows, steps, out, totals)
+                whole = bound_tile(p, q, r, a, block, first, n, rows, steps, out, totals)
                 clear[block, first // TILE] = whole
             if whole:
                 marks[N_RISING] += 2 * n_cell
                 marks[N_FALLING] += 2 * n_cell
             else:
-                _every_cell(p, q, r, a, block, first, n, quads, c, marks, sums)
+                _add_cells(p, q, r, a, block, first, n, quads, c, marks, sums)
     if quads:
         add_totals(totals, sums)
-        _add_rims(p, q, r, a, clear, sums)
+        _add_boundaries(p, q, r, a, clear, sums)
     for axis in range(3):
         marks[NOT_A_NUMBER + axis] = (bits >> 2 * axis) & 1
     marks[MINUS_ZERO] = 1 if bits & _MINUS_ZEROS != 0 else 0

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.lattices.lattice_corners import in_doubt
+from geosurf.kernels.lattices.lattice_corners import may_be_degenerate
 from geosurf.kernels.search.tree import FAN, LEAF, build_above, clear_boxes, levels_of
 
 _MOST_BITS = 8  # of a code, for each axis
@@ -91,7 +91,7 @@ def survey_list(x, t):
     scale = (top + 1) / span if 1e-290 < span < 1e290 else 0.0
     boxes = np.empty((n, 6), dtype=np.float64)
     codes = np.empty(n, dtype=np.int64)
-    doubted = np.empty(n, dtype=np.int64)  # pages that stay empty cost nothing
+    suspects = np.empty(n, dtype=np.int64)  # pages that stay empty cost nothing
     m = 0
     corners = np.empty((_BATCH, 9))
     for first in range(0, n, _BATCH):
@@ -114,10 +114,10 @@ def survey_list(x, t):
                 w = min(int((0.5 * (lz + uz) - box[2]) * scale), top)
                 code = _spread(u) | (_spread(v) << 1) | (_spread(w) << 2)
             codes[i] = code
-            if in_doubt(qx - px, qy - py, qz - pz, rx - px, ry - py, rz - pz):
-                doubted[m] = i
+            if may_be_degenerate(qx - px, qy - py, qz - pz, rx - px, ry - py, rz - pz):
+                suspects[m] = i
                 m += 1
-    return boxes, codes, doubted[:m].copy(), np.array([small, large])
+    return boxes, codes, suspects[:m].copy(), np.array([small, large])
 
 
 @entry("d2 l1 -> l1 d2 l2")

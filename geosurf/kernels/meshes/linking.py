@@ -19,6 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.contacts.near_segments import is_near_segment
 from geosurf.kernels.contacts.packed_contact import (
     HOW,
     TRIANGLE_A,
@@ -61,21 +62,6 @@ def _crosses_faces(rows, k):
 
 
 @scalar
-def _is_near(x, a, b, p, reach):
-    """Whether point p, no end of it, could lie on segment a-b."""
-    if p == a or p == b:
-        return False
-    for axis in range(3):
-        low, high = min(x[a, axis], x[b, axis]), max(x[a, axis], x[b, axis])
-        if x[p, axis] < low - reach or x[p, axis] > high + reach:
-            return False
-    ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
-    vx, vy, vz = x[p, 0] - x[a, 0], x[p, 1] - x[a, 1], x[p, 2] - x[a, 2]
-    wx, wy, wz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    return wx * wx + wy * wy + wz * wz <= reach * reach * (ux * ux + uy * uy + uz * uz)
-
-
-@scalar
 def _turns_away(x, p, a, q, reach):
     """Whether p and q lie on two sides of a, for sure: no segment from a to one holds the other.
 
@@ -85,8 +71,8 @@ def _turns_away(x, p, a, q, reach):
     """
     ux, uy, uz = x[p, 0] - x[a, 0], x[p, 1] - x[a, 1], x[p, 2] - x[a, 2]
     vx, vy, vz = x[q, 0] - x[a, 0], x[q, 1] - x[a, 1], x[q, 2] - x[a, 2]
-    ways = abs(ux) + abs(uy) + abs(uz) + abs(vx) + abs(vy) + abs(vz)
-    return ux * vx + uy * vy + uz * vz < -reach * ways
+    lengths = abs(ux) + abs(uy) + abs(uz) + abs(vx) + abs(vy) + abs(vz)
+    return ux * vx + uy * vy + uz * vz < -reach * lengths
 
 
 @scalar
@@ -128,10 +114,10 @@ def _may_overlap(x, ids, i, k):
     elif _are_apart(x, a, b, p, q, reach):
         return False
     return (
-        _is_near(x, a, b, p, reach)
-        or _is_near(x, a, b, q, reach)
-        or _is_near(x, p, q, a, reach)
-        or _is_near(x, p, q, b, reach)
+        is_near_segment(x, a, b, p, reach)
+        or is_near_segment(x, a, b, q, reach)
+        or is_near_segment(x, p, q, a, reach)
+        or is_near_segment(x, p, q, b, reach)
     )
 
 

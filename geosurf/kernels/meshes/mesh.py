@@ -18,7 +18,7 @@ _LONG = 32  # half-edges of one lower vertex that are matched by searching
 
 
 @scalar
-def welded(x):
+def weld_rows(x):
     """`weld`, for kernels."""
     n = x.shape[0]
     size = 16
@@ -46,7 +46,7 @@ def welded(x):
 @entry("d2 -> l1 l")
 def weld(x):
     """Number of the first vertex with equal coordinates, renumbered from 0, and how many."""
-    return welded(x)
+    return weld_rows(x)
 
 
 @scalar
@@ -172,7 +172,7 @@ def _around(owners, ring, twin, i, seen):
 
 
 @entry("l2 l1 l1 l1 l1 l -> l1 l2")
-def patches_and_rim(t, surface, owners, ring, twin, n_edge):
+def patches_and_boundary(t, surface, owners, ring, twin, n_edge):
     """Patch of each triangle, numbered by first triangle, and the edges (n, 2) between them.
 
     Triangles are joined over edges that exactly two distinct triangles share, if the same
@@ -230,7 +230,7 @@ def _same_patch(parent, twin, i, j):
 
 
 @entry("l1 l1 l -> l1")
-def numbered_in_order(number, order, n):
+def renumber_in_order(number, order, n):
     """Numbers below n made anew: as they are met first in an order of the elements."""
     new = np.full(n, -1, dtype=np.int64)
     out = np.empty(number.shape[0], dtype=np.int64)
@@ -255,9 +255,8 @@ def pieces(t, ring):
 
 
 @entry("d2 l2 l2 l1 l1 l1 -> l1")
-def turned_over(x, t, parents, parent, m, w):
+def inverted_triangles(x, t, parents, parent, m, w):
     """Rows of the triangles that do not face as their parents do, on the same axis."""
-    none = np.empty((0, 4), dtype=np.int64)
     rows = np.empty(t.shape[0], dtype=np.int64)
     n = 0
     axis, side = 0, 0
@@ -266,7 +265,7 @@ def turned_over(x, t, parents, parent, m, w):
         if i == 0 or p != parent[i - 1]:
             axis, side = normal_axis(x, m, w, parents[p, 0], parents[p, 1], parents[p, 2])
         u, v = (axis + 1) % 3, (axis + 2) % 3
-        if side * orient2d(x, none, none, none, m, w, t[i, 0], t[i, 1], t[i, 2], u, v) <= 0:
+        if side * orient2d(x, m, w, t[i, 0], t[i, 1], t[i, 2], u, v) <= 0:
             rows[n] = i
             n += 1
     return rows[:n].copy()

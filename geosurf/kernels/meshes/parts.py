@@ -18,7 +18,7 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.meshes.mesh import find, join
-from geosurf.kernels.meshes.radial_order import N_AROUND, main_axis, sort_around, sorted_by_floats
+from geosurf.kernels.meshes.radial_order import N_AROUND, main_axis, sort_around, sort_by_floats
 
 DONE, NEEDS_EXACT = -1, -2
 _SEEN, _FULL = 0, -1
@@ -43,12 +43,12 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
     beyond the bounds, and all but the first (`twin`) of those with the same corners, are left out.
     """
     n = t.shape[0]
-    takes = np.ones(n + n_run, dtype=np.bool_)
+    included = np.ones(n + n_run, dtype=np.bool_)
     for i in range(n):
-        takes[i] = twin[i] == i and _within(x, t, i, bounds)
-    parent = np.arange(takes.shape[0])
+        included[i] = twin[i] == i and _within(x, t, i, bounds)
+    parent = np.arange(included.shape[0])
     for i in range(n):
-        if not takes[i]:
+        if not included[i]:
             continue
         for c in range(3):
             start = 3 * i + c
@@ -58,15 +58,15 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
                     join(parent, i, n + link[start])
             elif j > start and ring[j] == start:
                 other = j // 3
-                if takes[other] and surface[other] == surface[i] and t[other, j % 3] != t[i, c]:
+                if included[other] and surface[other] == surface[i] and t[other, j % 3] != t[i, c]:
                     join(parent, i, other)
     for k in range(pairs.shape[0]):
         join(parent, pairs[k, 0], pairs[k, 1])
-    part = np.full(takes.shape[0], -1, dtype=np.int64)
-    first = np.empty(takes.shape[0], dtype=np.int64)
+    part = np.full(included.shape[0], -1, dtype=np.int64)
+    first = np.empty(included.shape[0], dtype=np.int64)
     count = 0
-    for i in range(takes.shape[0]):
-        if not takes[i]:
+    for i in range(included.shape[0]):
+        if not included[i]:
             continue
         root = find(parent, i)  # the lowest element
         if root == i:
@@ -79,7 +79,7 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
 
 
 @scalar
-def _gather_around(t, ring, part, start, order, ways):
+def _gather_around(t, ring, part, start, order, directions):
     """Triangles around the edge of a half-edge and how they run; how many there are.
 
     0 if an earlier half-edge had this edge, `_FULL` if there is no room.
@@ -94,7 +94,7 @@ def _gather_around(t, ring, part, start, order, ways):
             if n == order.shape[0]:
                 return _FULL
             order[n] = j // 3
-            ways[n] = 1 if t[j // 3, j % 3] == u else -1
+            directions[n] = 1 if t[j // 3, j % 3] == u else -1
             n += 1
         j = ring[j]
         if j == start:
@@ -102,7 +102,7 @@ def _gather_around(t, ring, part, start, order, ways):
 
 
 @scalar
-def _inside(t, ring, link, part, start):
+def _is_inner_edge(t, ring, link, part, start):
     """Whether an edge lies inside of a part: what is around it has been joined."""
     i, j = start // 3, ring[start]
     if j == start:
@@ -113,9 +113,9 @@ def _inside(t, ring, link, part, start):
 
 
 @scalar
-def _side_after(part, way):
+def _side_after(part, direction):
     """The side of a part met when turning on counter-clockwise around an edge."""
-    return 2 * part if way > 0 else 2 * part + 1
+    return 2 * part if direction > 0 else 2 * part + 1
 
 
 @entry("d2 l2 l1 l1 l1 l1 d2 l2 l1 l1 l1 l1 -> l")
@@ -126,27 +126,27 @@ def join_parts(x, t, ring, link, part, parent, px, pt, m, w, sides, pieces):
     half-edge of a place where two triangles lie in one half-plane.
     """
     order = np.empty(16, dtype=np.int64)
-    ways, turns, around = np.empty_like(order), np.empty(16), np.empty((16, N_AROUND))
+    directions, turns, around = np.empty_like(order), np.empty(16), np.empty((16, N_AROUND))
     for start in range(3 * t.shape[0]):
-        if part[start // 3] < 0 or _inside(t, ring, link, part, start):
+        if part[start // 3] < 0 or _is_inner_edge(t, ring, link, part, start):
             continue
-        n = _gather_around(t, ring, part, start, order, ways)
+        n = _gather_around(t, ring, part, start, order, directions)
         while n == _FULL:
             order = np.empty(2 * order.shape[0], dtype=np.int64)
-            ways, turns = np.empty_like(order), np.empty(order.shape[0])
+            directions, turns = np.empty_like(order), np.empty(order.shape[0])
             around = np.empty((order.shape[0], N_AROUND))
-            n = _gather_around(t, ring, part, start, order, ways)
+            n = _gather_around(t, ring, part, start, order, directions)
         if n > 2:
             u, v = t[start // 3, start % 3], t[start // 3, (start + 1) % 3]
             axis, heading = main_axis(x, u, v)
-            if not sorted_by_floats(px, parent, axis, heading, order, ways, n, turns):
+            if not sort_by_floats(px, parent, axis, heading, order, directions, n, turns):
                 if m.shape[0] == 0:
                     return NEEDS_EXACT
-                if not sort_around(x, u, v, order, ways, around, n, parent, px, pt, m, w):
+                if not sort_around(x, u, v, order, directions, around, n, parent, px, pt, m, w):
                     return start
         for a in range(n):
             b = (a + 1) % n
             one, other = part[order[a]], part[order[b]]
-            join(sides, _side_after(one, ways[a]), _side_after(other, -ways[b]))
+            join(sides, _side_after(one, directions[a]), _side_after(other, -directions[b]))
             join(pieces, one, other)
     return DONE

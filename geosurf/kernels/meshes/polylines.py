@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry
-from geosurf.kernels.meshes.mesh import welded
+from geosurf.kernels.meshes.mesh import weld_rows
 
 
 @entry("d2 l1 l2 -> d2 l1 l2 l2")
@@ -18,7 +18,7 @@ def weld_lines(x, stops, owners):
     """Points with equal coordinates once, rows of them in place of `x`; segments, the smaller row
     first, and the owners of each: `owners` (n_polyline, 2).
     """
-    number, count = welded(x)
+    number, count = weld_rows(x)
     once, n_line = np.empty((count, 3)), stops.shape[0]
     n = max(x.shape[0] - n_line, 0)
     segments, owned = np.empty((n, 2), dtype=np.int64), np.empty((n, 2), dtype=np.int64)

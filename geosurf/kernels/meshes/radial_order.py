@@ -2,7 +2,7 @@
 
 Notation
     x        rounded vertices
-    order    triangles around an edge, and `ways` how they run along it
+    order    triangles around an edge, and `directions` how they run along it
     parent   row of the input triangle (in pt) that each triangle is a part of
     px, pt   corners of the input triangles, three rows of px each
     d        direction of an edge u -> v; n the normal of a triangle
@@ -42,7 +42,7 @@ def main_axis(x, u, v):
 
 
 @scalar
-def _turn(p, q):
+def _pseudo_angle(p, q):
     """A number in [0, 4) that rises with the angle of a vector."""
     share = q / (abs(p) + abs(q))
     if p < 0.0:
@@ -51,10 +51,10 @@ def _turn(p, q):
 
 
 @scalar
-def sorted_by_floats(px, parent, axis, heading, order, ways, n, turns):
+def sort_by_floats(px, parent, axis, heading, order, directions, n, turns):
     """Sort n triangles around an edge behind the first; False where doubles do not tell."""
     k, o = (axis + 1) % 3, (axis + 2) % 3
-    doubt = 1.0
+    worst_ratio = 1.0
     first = 0.0
     for a in range(n):
         i = 3 * parent[order[a]]
@@ -65,8 +65,8 @@ def sorted_by_floats(px, parent, axis, heading, order, ways, n, turns):
         if not length > TINY:
             return False
         size = abs(po * qa) + abs(pa * qo) + abs(pa * qk) + abs(pk * qa)
-        doubt = max(doubt, size / length)
-        turn = _turn(ways[a] * normal_k, ways[a] * heading * normal_o)
+        worst_ratio = max(worst_ratio, size / length)
+        turn = _pseudo_angle(directions[a] * normal_k, directions[a] * heading * normal_o)
         first = turn if a == 0 else first
         turns[a] = turn - first if turn >= first else turn - first + 4.0
     for a in range(2, n):
@@ -74,12 +74,12 @@ def sorted_by_floats(px, parent, axis, heading, order, ways, n, turns):
         while b > 1 and turns[b] < turns[b - 1]:
             turns[b - 1], turns[b] = turns[b], turns[b - 1]
             order[b - 1], order[b] = order[b], order[b - 1]
-            ways[b - 1], ways[b] = ways[b], ways[b - 1]
+            directions[b - 1], directions[b] = directions[b], directions[b - 1]
             b -= 1
     least = 4.0 - turns[n - 1]
     for a in range(1, n):
         least = min(least, turns[a] - turns[a - 1])
-    return least > _TURN_BOUND * doubt
+    return least > _TURN_BOUND * worst_ratio
 
 
 @scalar
@@ -161,7 +161,7 @@ def _dot_sign(x, t, m, w, around, a, b):
 
 
 @scalar
-def _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading):
+def _measure_around(px, pt, m, w, order, directions, n, parent, around, axis, heading):
     """Fill `around`: normals, and the half turn behind the first that each half-plane is in.
 
     False if one is the first half-plane itself.
@@ -174,9 +174,9 @@ def _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading)
         around[a, OF] = i
         half = 0
         if a > 0:
-            way = ways[0] * ways[a]
-            s = way * heading * _cross_sign(px, pt, m, w, around, 0, a, axis)
-            if s == 0 and way * _dot_sign(px, pt, m, w, around, 0, a) > 0:
+            direction = directions[0] * directions[a]
+            s = direction * heading * _cross_sign(px, pt, m, w, around, 0, a, axis)
+            if s == 0 and direction * _dot_sign(px, pt, m, w, around, 0, a) > 0:
                 return False
             if s <= 0:
                 half = 1
@@ -185,29 +185,29 @@ def _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading)
 
 
 @scalar
-def _swap(order, ways, around, a, b):
+def _swap(order, directions, around, a, b):
     order[a], order[b] = order[b], order[a]
-    ways[a], ways[b] = ways[b], ways[a]
+    directions[a], directions[b] = directions[b], directions[a]
     for k in range(N_AROUND):
         around[a, k], around[b, k] = around[b, k], around[a, k]
 
 
 @scalar
-def sort_around(x, u, v, order, ways, around, n, parent, px, pt, m, w):
+def sort_around(x, u, v, order, directions, around, n, parent, px, pt, m, w):
     """Sort n triangles around edge u-v behind the first; False if two share a half-plane."""
     axis, heading = main_axis(x, u, v)
-    if not _measure_around(px, pt, m, w, order, ways, n, parent, around, axis, heading):
+    if not _measure_around(px, pt, m, w, order, directions, n, parent, around, axis, heading):
         return False
     for a in range(2, n):
         b = a
         while b > 1 and around[b, HALF] <= around[b - 1, HALF]:
             if around[b, HALF] == around[b - 1, HALF]:
-                turn = ways[b - 1] * ways[b] * heading
+                turn = directions[b - 1] * directions[b] * heading
                 turn *= _cross_sign(px, pt, m, w, around, b - 1, b, axis)
                 if turn == 0:
                     return False
                 if turn > 0:
                     break
-            _swap(order, ways, around, b - 1, b)
+            _swap(order, directions, around, b - 1, b)
             b -= 1
     return True

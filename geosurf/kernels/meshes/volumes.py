@@ -41,7 +41,7 @@ def _lowest(x, t, i):
 
 
 @entry("d2 l2 l1 d d2 -> .")
-def below_triangles(x, t, face, level, out):
+def volume_below_triangles(x, t, face, level, out):
     """Add six times the volume between triangles and a level (two numbers), and twice their area in
     the map, to the rows (n_face, 3) of their faces; below 0 where normals look down.
     """
@@ -62,13 +62,13 @@ def _first_node(a, axis, row):
 
 
 @entry("d1 d1 d1 l1 l2 l1 d d2 -> .")
-def below_runs(p, q, r, a, runs, face, level, out):
+def volume_below_runs(p, q, r, a, runs, face, level, out):
     """Add the same of runs.
 
     Cell by cell: two corners of each are those of the cell before.
     """
     rising = a[RISING] != 0
-    way = -1.0 if a[TURNED] != 0 else 1.0
+    sign = -1.0 if a[TURNED] != 0 else 1.0
     for i in range(runs.shape[0]):
         (x, dx), (u, du) = _first_node(a, 0, runs[i, ROW]), _first_node(a, 0, runs[i, ROW] + 1)
         (y, dy), (v, dv) = _first_node(a, 1, runs[i, ROW]), _first_node(a, 1, runs[i, ROW] + 1)
@@ -102,9 +102,9 @@ def below_runs(p, q, r, a, runs, face, level, out):
             high = total + then
             back = high - total
             low += (total - (high - back)) + (then - back)
-        _add(out, face[i], 0, way * high)
-        out[face[i], 1] += way * low
-        out[face[i], 2] += way * flat
+        _add(out, face[i], 0, sign * high)
+        out[face[i], 1] += sign * low
+        out[face[i], 2] += sign * flat
 
 
 @scalar

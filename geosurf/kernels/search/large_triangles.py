@@ -12,7 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.search.separation import boxes_meet, surely_apart
+from geosurf.kernels.search.separation import separated_triangles
+from geosurf.kernels.search.tree import boxes_apart
 from geosurf.kernels.search.voxels import _cell_range
 
 ROUNDING = 1e-14  # of sums of three products of differences, relative: 45 units in the last place
@@ -46,28 +47,31 @@ def _misses(p, bounds, size, i, j, k):
 
 
 @scalar
-def _added(pairs, n, a, b):
+def _append(pairs, n, a, b):
+    """Append a pair, lower row first; the array, twice as long where it was full, and the count."""
     if n == pairs.shape[0]:
         pairs = np.concatenate((pairs, np.empty_like(pairs)))
     pairs[n, 0], pairs[n, 1] = min(a, b), max(a, b)
-    return pairs
+    return pairs, n + 1
 
 
 @entry("d2 l2 d2 l1 d1 d l1 l1 l1 -> l2")
-def wide_pairs(x, t, boxes, wide, bounds, size, shape, offsets, filled):
+def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, filled):
     """Pairs (n, 2) of wide triangles and others, not surely apart; lower row first, each once."""
     pairs = np.empty((64, 2), dtype=np.int64)
     n = 0
     seen = np.full(t.shape[0], -1, dtype=np.int64)
     span = np.empty(6, dtype=np.int64)
     p, common = np.empty(9), np.empty((2, 9), dtype=np.int64)
-    for r in range(wide.shape[0]):
-        a = wide[r]
+    for r in range(large.shape[0]):
+        a = large[r]
         _plane(x, t, a, p)
         for s in range(r):
-            if boxes_meet(boxes, a, wide[s]) and not surely_apart(x, t, a, wide[s], common):
-                pairs = _added(pairs, n, a, wide[s])
-                n += 1
+            if not (
+                boxes_apart(boxes, a, boxes, large[s])
+                or separated_triangles(x, t, a, large[s], common)
+            ):
+                pairs, n = _append(pairs, n, a, large[s])
         _cell_range(boxes, a, bounds, size, shape, span)
         for i in range(span[0], span[3] + 1):
             for j in range(span[1], span[4] + 1):
@@ -80,7 +84,9 @@ def wide_pairs(x, t, boxes, wide, bounds, size, shape, offsets, filled):
                         if seen[b] == a:
                             continue
                         seen[b] = a
-                        if boxes_meet(boxes, a, b) and not surely_apart(x, t, a, b, common):
-                            pairs = _added(pairs, n, a, b)
-                            n += 1
+                        if not (
+                            boxes_apart(boxes, a, boxes, b)
+                            or separated_triangles(x, t, a, b, common)
+                        ):
+                            pairs, n = _append(pairs, n, a, b)
     return pairs[:n].copy()

@@ -22,15 +22,15 @@ from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.exact.predicates import TINY
 from geosurf.kernels.search.tree import FAN, LEAF
 
-NOTHING, UNSURE = -1, -2
+NO_HIT, UNDECIDED = -1, -2
 _AIMS = 4
-_MISSED, _MET, _DOUBTED = 0, 1, 2
+_MISSED, _MET, _UNDECIDED = 0, 1, 2
 _AREA = 3.4e-16  # Shewchuk's bound for a turn of three points in the plane is 3.33e-16
 _HEIGHT = 1e-14  # of a coordinate: ten times what sums of three can lose
 
 
 @scalar
-def _turn(px, py, qx, qy, ax, ay):
+def _signed_area(px, py, qx, qy, ax, ay):
     """Twice the area of a, p, q, and its error."""
     left = (px - ax) * (qy - ay)
     right = (py - ay) * (qx - ax)
@@ -41,16 +41,16 @@ def _turn(px, py, qx, qy, ax, ay):
 def _height(x, t, row, u, v, axis, ax, ay):
     """Whether a ray passes a triangle, at which height, its error, and where the front looks."""
     p, q, r = t[row, 0], t[row, 1], t[row, 2]
-    a, ea = _turn(x[q, u], x[q, v], x[r, u], x[r, v], ax, ay)
-    b, eb = _turn(x[r, u], x[r, v], x[p, u], x[p, v], ax, ay)
-    c, ec = _turn(x[p, u], x[p, v], x[q, u], x[q, v], ax, ay)
+    a, ea = _signed_area(x[q, u], x[q, v], x[r, u], x[r, v], ax, ay)
+    b, eb = _signed_area(x[r, u], x[r, v], x[p, u], x[p, v], ax, ay)
+    c, ec = _signed_area(x[p, u], x[p, v], x[q, u], x[q, v], ax, ay)
     if (a > ea or b > eb or c > ec) and (a < -ea or b < -eb or c < -ec):
         return _MISSED, 0.0, 0.0, 0
     if not ((a > ea and b > eb and c > ec) or (a < -ea and b < -eb and c < -ec)):
-        return _DOUBTED, 0.0, 0.0, 0
+        return _UNDECIDED, 0.0, 0.0, 0
     total, error = a + b + c, ea + eb + ec
     if abs(total) < 8.0 * error:
-        return _DOUBTED, 0.0, 0.0, 0
+        return _UNDECIDED, 0.0, 0.0, 0
     z, zq, zr = x[p, axis], x[q, axis] - x[p, axis], x[r, axis] - x[p, axis]
     size = abs(x[p, axis]) + abs(x[q, axis]) + abs(x[r, axis])
     span = abs(zq) + abs(zr)
@@ -86,8 +86,8 @@ def _side_of_top(x, t, order, nodes, levels, set_of, mine, axis, aim, low, high,
     """Topmost side of a set that a ray passes, the bounds of its height; UNSURE."""
     u, v = (axis + 1) % 3, (axis + 2) % 3
     ax, ay = aim[u], aim[v]
-    side, best_low, best_high = UNSURE, -np.inf, -np.inf
-    one, two = -np.inf, -np.inf  # the highest that any may be, and the one after it
+    side, best_low, best_high = UNDECIDED, -np.inf, -np.inf
+    extreme, next_extreme = -np.inf, -np.inf  # the highest that any may be, and the one after it
     stack[0, 0], stack[0, 1], top = nodes.shape[0] - 1, levels.shape[0] - 1, 1
     while top > 0:
         top -= 1
@@ -98,20 +98,24 @@ def _side_of_top(x, t, order, nodes, levels, set_of, mine, axis, aim, low, high,
         for k in range(LEAF * node, min(LEAF * node + LEAF, order.shape[0])):
             if set_of[order[k]] != mine:
                 continue
-            met, z, reach, way = _height(x, t, order[k], u, v, axis, ax, ay)
-            if met == _DOUBTED:
-                return UNSURE, 0.0, 0.0
+            met, z, reach, facing = _height(x, t, order[k], u, v, axis, ax, ay)
+            if met == _UNDECIDED:
+                return UNDECIDED, 0.0, 0.0
             if met == _MISSED:
                 continue
-            if z + reach > one:
-                one, two = z + reach, one
-            elif z + reach > two:
-                two = z + reach
+            if z + reach > extreme:
+                extreme, next_extreme = z + reach, extreme
+            elif z + reach > next_extreme:
+                next_extreme = z + reach
             if z - reach > best_low:
                 best_low, best_high = z - reach, z + reach
-                side = 2 * order[k] + (0 if way > 0 else 1)
-    if side == UNSURE or (best_high == one and two >= best_low) or best_high != one:
-        return UNSURE, 0.0, 0.0
+                side = 2 * order[k] + (0 if facing > 0 else 1)
+    if (
+        side == UNDECIDED
+        or (best_high == extreme and next_extreme >= best_low)
+        or best_high != extreme
+    ):
+        return UNDECIDED, 0.0, 0.0
     return side, best_low, best_high
 
 
@@ -120,8 +124,8 @@ def _side_above(x, t, order, nodes, levels, set_of, seen, mine, axis, aim, below
     """First side of other sets that a ray meets above a height between bounds; NOTHING, UNSURE."""
     u, v = (axis + 1) % 3, (axis + 2) % 3
     ax, ay = aim[u], aim[v]
-    side, best_low, best_high = NOTHING, np.inf, np.inf
-    one, two = np.inf, np.inf  # the lowest that any may be, and the one after it
+    side, best_low, best_high = NO_HIT, np.inf, np.inf
+    extreme, next_extreme = np.inf, np.inf  # the lowest that any may be, and the one after it
     stack[0, 0], stack[0, 1], top = nodes.shape[0] - 1, levels.shape[0] - 1, 1
     while top > 0:
         top -= 1
@@ -139,27 +143,27 @@ def _side_above(x, t, order, nodes, levels, set_of, seen, mine, axis, aim, below
                 continue
             if max(x[t[row, 0], axis], x[t[row, 1], axis], x[t[row, 2], axis]) < below:
                 continue
-            met, z, reach, way = _height(x, t, row, u, v, axis, ax, ay)
-            if met == _DOUBTED:
-                return UNSURE
+            met, z, reach, facing = _height(x, t, row, u, v, axis, ax, ay)
+            if met == _UNDECIDED:
+                return UNDECIDED
             if met == _MISSED or z + reach < below:
                 continue
             if z - reach <= above:
-                return UNSURE
-            if z - reach < one:
-                one, two = z - reach, one
-            elif z - reach < two:
-                two = z - reach
+                return UNDECIDED
+            if z - reach < extreme:
+                extreme, next_extreme = z - reach, extreme
+            elif z - reach < next_extreme:
+                next_extreme = z - reach
             if z + reach < best_high:
                 best_low, best_high = z - reach, z + reach
-                side = 2 * row + (1 if way > 0 else 0)
-    if side != NOTHING and (best_low != one or two <= best_high):
-        return UNSURE
+                side = 2 * row + (1 if facing > 0 else 0)
+    if side != NO_HIT and (best_low != extreme or next_extreme <= best_high):
+        return UNDECIDED
     return side
 
 
 @entry("d2 l2 l1 d2 l2 l1 b1 l1 l1 d1 l2 -> .")
-def shoot_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, sides):
+def cast_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, sides):
     """Write for each ray the side where it leaves its set, and the side of others it meets then.
 
     A ray starts in triangle `starts[i]` along `axes[i]`; no triangle of its set reaches above
@@ -172,7 +176,7 @@ def shoot_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, sid
         row, axis = starts[i], axes[i]
         a, b, c = t[row, 0], t[row, 1], t[row, 2]
         low = min(x[a, axis], x[b, axis], x[c, axis])
-        sides[i, 0] = sides[i, 1] = UNSURE
+        sides[i, 0] = sides[i, 1] = UNDECIDED
         mine = set_of[row]
         for attempt in range(_AIMS):
             ratio = (31.0 + attempt) / 40.0
@@ -182,7 +186,7 @@ def shoot_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, sid
             outer, below, above = _side_of_top(
                 x, t, order, nodes, levels, set_of, mine, axis, aim, low, tops[i], stack
             )
-            if outer == UNSURE:
+            if outer == UNDECIDED:
                 continue
             holding = _side_above(
                 x,
@@ -199,7 +203,7 @@ def shoot_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, sid
                 above,
                 stack,
             )
-            if holding != UNSURE:
+            if holding != UNDECIDED:
                 sides[i, 0], sides[i, 1] = outer, holding
                 break
 

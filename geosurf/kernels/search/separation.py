@@ -24,7 +24,8 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.exact.predicates import TINY, plain_side, plane_terms
+from geosurf.kernels.exact.predicates import TINY, filtered_side, plane_terms
+from geosurf.kernels.search.tree import append_pair, boxes_apart
 
 # rounding takes less than 8 units (2**-53) of the sum of magnitudes from sums of three products of
 # differences, and less than 16 from those of six products of three
@@ -50,7 +51,7 @@ def _common(t, a, b, at):
 
 
 @scalar
-def _turn(x, p, q, r, u, v):
+def _turn_sign(x, p, q, r, u, v):
     """Sign of the turn p, q, r on axes u and v; 0 if it is not sure."""
     one = (x[q, u] - x[p, u]) * (x[r, v] - x[p, v])
     two = (x[q, v] - x[p, v]) * (x[r, u] - x[p, u])
@@ -73,7 +74,7 @@ def _apart_at_edge(x, p, q, a, b):
         return True
     for k in range(3):  # the map first
         u, v = k, (k + 1) % 3
-        if _turn(x, p, q, a, u, v) * _turn(x, p, q, b, u, v) < 0:
+        if _turn_sign(x, p, q, a, u, v) * _turn_sign(x, p, q, b, u, v) < 0:
             return True
     return False
 
@@ -94,7 +95,7 @@ def _span(x, t, tri, o, nx, ny, nz):
 
 
 @scalar
-def _way(x, p, q, r):
+def _bisector(x, p, q, r):
     """Direction from p half-way between q and r, of length 1."""
     ax, ay, az = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
     bx, by, bz = x[r, 0] - x[p, 0], x[r, 1] - x[p, 1], x[r, 2] - x[p, 2]
@@ -106,7 +107,7 @@ def _way(x, p, q, r):
 
 
 @scalar
-def _beside_plane(x, t, a, b, shared):
+def _off_plane(x, t, a, b, shared):
     """Whether triangle b, but for a corner shared with a, is surely on one side of a's plane."""
     o = t[a, 0]
     n0, n1, n2, s0, s1, s2, span = plane_terms(x, o, t[a, 1], t[a, 2])
@@ -116,7 +117,7 @@ def _beside_plane(x, t, a, b, shared):
         if v == shared:
             continue
         cx, cy, cz = x[v, 0] - x[o, 0], x[v, 1] - x[o, 1], x[v, 2] - x[o, 2]
-        side = plain_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, 0.0)
+        side = filtered_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, 0.0)
         if side == 0 or side == -before:
             return False
         before = side
@@ -124,31 +125,31 @@ def _beside_plane(x, t, a, b, shared):
 
 
 @scalar
-def _beside_edge(x, t, a, b, shared, u, v):
+def _off_edge(x, t, a, b, shared, u, v):
     """Whether an edge of a, on axes u and v, surely parts it from b, but for a shared corner."""
     for i in range(3):
         p, q, r = t[a, i], t[a, (i + 1) % 3], t[a, (i + 2) % 3]
         if r == shared:
             continue
-        side = _turn(x, p, q, r, u, v)
+        side = _turn_sign(x, p, q, r, u, v)
         parted = side != 0
         for j in range(3):
             c = t[b, j]
             if parted and c != shared:
-                parted = _turn(x, p, q, c, u, v) == -side
+                parted = _turn_sign(x, p, q, c, u, v) == -side
         if parted:
             return True
     return False
 
 
 @scalar
-def _parted(x, t, a, b, shared):
+def _separated_by_face(x, t, a, b, shared):
     """Whether a plane through one of two triangles surely has the other beyond it."""
-    if _beside_plane(x, t, a, b, shared) or _beside_plane(x, t, b, a, shared):
+    if _off_plane(x, t, a, b, shared) or _off_plane(x, t, b, a, shared):
         return True
     for k in range(3):
         u, v = k, (k + 1) % 3
-        if _beside_edge(x, t, a, b, shared, u, v) or _beside_edge(x, t, b, a, shared, u, v):
+        if _off_edge(x, t, a, b, shared, u, v) or _off_edge(x, t, b, a, shared, u, v):
             return True
     return False
 
@@ -157,14 +158,14 @@ def _parted(x, t, a, b, shared):
 def _apart_at_corner(x, t, a, b, at):
     """Whether a plane half-way surely parts triangles, but for their common corner."""
     o = t[a, at[0, 0]]
-    ax, ay, az = _way(x, o, t[a, at[0, 1]], t[a, at[0, 2]])
-    bx, by, bz = _way(x, o, t[b, at[1, 1]], t[b, at[1, 2]])
+    ax, ay, az = _bisector(x, o, t[a, at[0, 1]], t[a, at[0, 2]])
+    bx, by, bz = _bisector(x, o, t[b, at[1, 1]], t[b, at[1, 2]])
     nx, ny, nz = ax - bx, ay - by, az - bz
     return _span(x, t, a, o, nx, ny, nz)[0] > 0.0 > _span(x, t, b, o, nx, ny, nz)[1]
 
 
 @scalar
-def _apart(x, t, a, b):
+def _apart_midway(x, t, a, b):
     """Whether a plane half-way surely parts triangles without a common corner."""
     nx = x[t[a, 0], 0] + x[t[a, 1], 0] + x[t[a, 2], 0]
     ny = x[t[a, 0], 1] + x[t[a, 1], 1] + x[t[a, 2], 1]
@@ -177,7 +178,7 @@ def _apart(x, t, a, b):
 
 
 @scalar
-def surely_apart(x, t, a, b, at):
+def separated_triangles(x, t, a, b, at):
     """Whether two triangles surely meet in common corners and edges only."""
     n = _common(t, a, b, at)
     if n == 3:
@@ -186,21 +187,12 @@ def surely_apart(x, t, a, b, at):
         p, q = t[a, at[0, 0]], t[a, at[0, 1]]
         return _apart_at_edge(x, p, q, t[a, at[0, 2]], t[b, at[1, 2]])
     if n == 1:
-        return _apart_at_corner(x, t, a, b, at) or _parted(x, t, a, b, t[a, at[0, 0]])
-    return _apart(x, t, a, b) or _parted(x, t, a, b, -1)
-
-
-@scalar
-def boxes_meet(boxes, a, b):
-    """Whether two boxes have a point in common."""
-    for k in range(3):
-        if boxes[a, k] > boxes[b, 3 + k] or boxes[b, k] > boxes[a, 3 + k]:
-            return False
-    return True
+        return _apart_at_corner(x, t, a, b, at) or _separated_by_face(x, t, a, b, t[a, at[0, 0]])
+    return _apart_midway(x, t, a, b) or _separated_by_face(x, t, a, b, -1)
 
 
 @entry("d2 l2 l d2 l1 l1 l1 l2 l2 -> l")
-def open_pairs(x, t, n_first, boxes, shape, offsets, filled, first, pairs):
+def undecided_pairs(x, t, n_first, boxes, shape, offsets, filled, first, pairs):
     """Pairs of triangles that are not surely apart, the lower row first; written as far as there
     is room. Returns their number.
 
@@ -222,11 +214,9 @@ def open_pairs(x, t, n_first, boxes, shape, offsets, filled, first, pairs):
                     max(first[a, 2], first[b, 2]) != k
                     or max(first[a, 1], first[b, 1]) != j
                     or max(first[a, 0], first[b, 0]) != i
-                    or not boxes_meet(boxes, a, b)
-                    or surely_apart(x, t, a, b, at)
+                    or boxes_apart(boxes, a, boxes, b)
+                    or separated_triangles(x, t, a, b, at)
                 ):
                     continue
-                if n < pairs.shape[0]:
-                    pairs[n, 0], pairs[n, 1] = a, b
-                n += 1
+                n = append_pair(pairs, n, a, b)
     return n

@@ -21,6 +21,8 @@ A triangle of a lattice has the key ``2 * cell + half``, one of a list its row.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
@@ -32,6 +34,27 @@ BLOCK = 8
 # places in `a`, after three times offset and strides of rows and columns
 N_ROW, N_COL, RISING, TURNED, IS_LATTICE, N_PLACE = 9, 10, 11, 12, 13, 14
 _ROOM = 2 * BLOCK * BLOCK
+
+
+class Tree(NamedTuple):
+    """One tree and the triangles below it: see the notation above."""
+
+    p: np.ndarray
+    q: np.ndarray
+    r: np.ndarray
+    a: np.ndarray
+    t: np.ndarray
+    order: np.ndarray
+    nodes: np.ndarray
+    levels: np.ndarray
+
+
+class Loaded(NamedTuple):
+    """Scratch for the triangles of a leaf: corners, boxes and keys."""
+
+    c: np.ndarray
+    boxes: np.ndarray
+    keys: np.ndarray
 
 
 @scalar
@@ -80,12 +103,20 @@ def build_above(nodes, levels, fan_row, fan_col):
 
 
 @scalar
-def _apart(p, i, q, j):
+def boxes_apart(p, i, q, j):
     """Whether two boxes do not meet."""
     for k in range(3):
         if not (p[i, k] <= q[j, 3 + k] and q[j, k] <= p[i, 3 + k]):
             return True
     return False
+
+
+@scalar
+def append_pair(pairs, n, one, two):
+    """Write a pair while there is capacity; the number of pairs with this one counted."""
+    if n < pairs.shape[0]:
+        pairs[n, 0], pairs[n, 1] = one, two
+    return n + 1
 
 
 @scalar
@@ -105,7 +136,7 @@ def _box_corners(c, row, boxes):
 
 
 @scalar
-def _whole(c, row):
+def _has_all_nodes(c, row):
     """Whether all three nodes exist."""
     total = 0.0
     for k in range(9):
@@ -129,53 +160,76 @@ def low_high(values, offset, row_step, col_step):
 
 
 @scalar
-def _load_leaf(p, q, r, a, t, order, levels, leaf, near, j, c, boxes, keys):
-    """Triangles of a leaf whose boxes meet box j of `near`: corners, boxes, keys; their number."""
+def _load_list_leaf(tree, leaf, near, j, loaded):
+    """`_load_leaf` for a list of triangles."""
     n = 0
+    for k in range(LEAF * leaf, min(LEAF * leaf + LEAF, tree.order.shape[0])):
+        row = tree.order[k]
+        for corner in range(3):
+            _load_node(tree.p, tree.q, tree.r, tree.a, 0, tree.t[row, corner], loaded.c, n, corner)
+        _box_corners(loaded.c, n, loaded.boxes)
+        loaded.keys[n] = row
+        if not boxes_apart(loaded.boxes, n, near, j):
+            n += 1
+    return n
+
+
+@scalar
+def _cell_is_near(tree, row, col, near, j):
+    """Whether the box of a cell of a lattice meets box j of `near`, elevation first."""
+    a = tree.a
+    low, high = low_high(tree.r, a[6] + row * a[7] + col * a[8], a[7], a[8])
+    if low > near[j, 5] or high < near[j, 2]:
+        return False
+    low, high = low_high(tree.p, a[0] + row * a[1] + col * a[2], a[1], a[2])
+    if low > near[j, 3] or high < near[j, 0]:
+        return False
+    low, high = low_high(tree.q, a[3] + row * a[4] + col * a[5], a[4], a[5])
+    return not (low > near[j, 4] or high < near[j, 1])
+
+
+@scalar
+def _load_half(tree, row, col, half, c, n):
+    """Corners of one triangle of a cell into row n of c."""
+    a = tree.a
+    # corners a, b, c, d around the cell: abc + acd where diagonals rise, or abd + bcd
+    second = 2 if half == 1 else 1
+    start = 0 if a[RISING] == 1 or half == 0 else 1
+    third = 3 if half == 1 else (2 if a[RISING] == 1 else 3)
+    for corner in range(3):
+        at = start if corner == 0 else (second if corner == 1 else third)
+        _load_node(
+            tree.p, tree.q, tree.r, a, row + (1 if at >= 2 else 0),
+            col + (1 if at == 1 or at == 2 else 0), c, n, corner,
+        )  # fmt: skip
+
+
+@scalar
+def _load_leaf(tree, leaf, near, j, loaded):
+    """Load the triangles of a leaf whose boxes meet box j of `near`; their number."""
+    a, levels = tree.a, tree.levels
     if a[IS_LATTICE] == 0:
-        for k in range(LEAF * leaf, min(LEAF * leaf + LEAF, order.shape[0])):
-            for corner in range(3):
-                _load_node(p, q, r, a, 0, t[order[k], corner], c, n, corner)
-            _box_corners(c, n, boxes)
-            keys[n] = order[k]
-            if not _apart(boxes, n, near, j):
-                n += 1
-        return n
+        return _load_list_leaf(tree, leaf, near, j, loaded)
+    n = 0
     first_row = BLOCK * (leaf // levels[0, 2])
     first_col = BLOCK * (leaf % levels[0, 2])
     for row in range(first_row, min(first_row + BLOCK, a[N_ROW] - 1)):
         for col in range(first_col, min(first_col + BLOCK, a[N_COL] - 1)):
-            low, high = low_high(r, a[6] + row * a[7] + col * a[8], a[7], a[8])
-            if low > near[j, 5] or high < near[j, 2]:
-                continue
-            low, high = low_high(p, a[0] + row * a[1] + col * a[2], a[1], a[2])
-            if low > near[j, 3] or high < near[j, 0]:
-                continue
-            low, high = low_high(q, a[3] + row * a[4] + col * a[5], a[4], a[5])
-            if low > near[j, 4] or high < near[j, 1]:
+            if not _cell_is_near(tree, row, col, near, j):
                 continue
             for half in range(2):
-                # corners a, b, c, d around the cell: abc + acd, or abd + bcd
-                second = 2 if half == 1 else 1
-                start = 0 if a[RISING] == 1 or half == 0 else 1
-                third = 3 if half == 1 else (2 if a[RISING] == 1 else 3)
-                for corner in range(3):
-                    at = start if corner == 0 else (second if corner == 1 else third)
-                    _load_node(
-                        p, q, r, a, row + (1 if at >= 2 else 0),
-                        col + (1 if at == 1 or at == 2 else 0), c, n, corner,
-                    )  # fmt: skip
-                if not _whole(c, n):
+                _load_half(tree, row, col, half, loaded.c, n)
+                if not _has_all_nodes(loaded.c, n):
                     continue
-                _box_corners(c, n, boxes)
-                keys[n] = 2 * (row * (a[N_COL] - 1) + col) + half
-                if not _apart(boxes, n, near, j):
+                _box_corners(loaded.c, n, loaded.boxes)
+                loaded.keys[n] = 2 * (row * (a[N_COL] - 1) + col) + half
+                if not boxes_apart(loaded.boxes, n, near, j):
                     n += 1
     return n
 
 
 @scalar
-def _beside(c, row, boxes, j):
+def _box_misses_plane(c, row, boxes, j):
     """Whether a box lies strictly on one side of a loaded triangle's plane, for sure."""
     ox, oy, oz = c[row, 0], c[row, 1], c[row, 2]
     ax, ay, az = c[row, 3] - ox, c[row, 4] - oy, c[row, 5] - oz
@@ -202,15 +256,16 @@ def _beside(c, row, boxes, j):
 
 
 @scalar
-def _leaf_beside(p, q, r, a, t, order, levels, leaf, c, boxes, keys, nodes, j):
-    """Whether a tree node is beside the planes of all triangles of a leaf that has few of them."""
+def _box_misses_leaf(tree, leaf, loaded, nodes, j):
+    """Whether box j misses the planes of all triangles of a leaf that has few of them."""
+    a, levels = tree.a, tree.levels
     if a[IS_LATTICE] == 1:
         n_row = min(BLOCK, a[N_ROW] - 1 - BLOCK * (leaf // levels[0, 2]))
         n_col = min(BLOCK, a[N_COL] - 1 - BLOCK * (leaf % levels[0, 2]))
         if 2 * n_row * n_col > LEAF:
             return False
-    for k in range(_load_leaf(p, q, r, a, t, order, levels, leaf, nodes, j, c, boxes, keys)):
-        if not _beside(c, k, nodes, j):
+    for k in range(_load_leaf(tree, leaf, nodes, j, loaded)):
+        if not _box_misses_plane(loaded.c, k, nodes, j):
             return False
     return True
 
@@ -230,88 +285,110 @@ def _children(a, levels, node, level, kids):
 
 
 @scalar
-def _push(stack, top, i, level_i, j, level_j):
+def push_pair(stack, top, i, level_i, j, level_j):
+    """Push a pair of tree nodes and their levels; the new height of the stack."""
     stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = i, level_i, j, level_j
     return top + 1
 
 
 @scalar
-def _extent(nodes, i):
+def extent(nodes, i):
+    """Sum of the three edge lengths of a box."""
     return (nodes[i, 3] - nodes[i, 0]) + (nodes[i, 4] - nodes[i, 1]) + (nodes[i, 5] - nodes[i, 2])
 
 
 @scalar
-def _emit(ca, ba, ka, count_a, cb, bb, kb, count_b, same_leaf, same, pairs, n):
+def _emit(one, count_a, two, count_b, same_leaf, same, pairs, n):
     """Pairs of loaded triangles whose boxes meet and whose planes pass the other's box."""
     for i in range(count_a):
         for j in range(count_b):
-            if _apart(ba, i, bb, j) or (same_leaf and kb[j] <= ka[i]):
+            key_a, key_b = one.keys[i], two.keys[j]
+            if boxes_apart(one.boxes, i, two.boxes, j) or (same_leaf and key_b <= key_a):
                 continue
-            if not same and (_beside(ca, i, bb, j) or _beside(cb, j, ba, i)):
+            if not same and (
+                _box_misses_plane(one.c, i, two.boxes, j)
+                or _box_misses_plane(two.c, j, one.boxes, i)
+            ):
                 continue
-            if n < pairs.shape[0]:
-                pairs[n, 0] = min(ka[i], kb[j]) if same else ka[i]
-                pairs[n, 1] = max(ka[i], kb[j]) if same else kb[j]
-            n += 1
+            if same:
+                n = append_pair(pairs, n, min(key_a, key_b), max(key_a, key_b))
+            else:
+                n = append_pair(pairs, n, key_a, key_b)
     return n
+
+
+@scalar
+def _leaf_pairs(a, i, one, b, j, two, hull, same, pairs, n):
+    """Pairs of triangles of leaf i of tree a and leaf j of tree b."""
+    count_a = _load_leaf(a, i, b.nodes, j, one)
+    if count_a == 0:
+        return n
+    clear_boxes(hull, 0, 1)
+    for k in range(count_a):
+        for axis in range(3):
+            hull[0, axis] = min(hull[0, axis], one.boxes[k, axis])
+            hull[0, 3 + axis] = max(hull[0, 3 + axis], one.boxes[k, 3 + axis])
+    count_b = _load_leaf(b, j, hull, 0, two)
+    return _emit(one, count_a, two, count_b, same and i == j, same, pairs, n)
+
+
+@scalar
+def _is_excluded(a, i, level_i, one, b, j, level_j, two):
+    """Whether the planes of one side's leaf miss the other side's node above its leaves.
+
+    Between two leaves, triangles are tested one by one instead.
+    """
+    if level_i == 0 and level_j > 0 and _box_misses_leaf(a, i, one, b.nodes, j):
+        return True
+    return level_j == 0 and level_i > 0 and _box_misses_leaf(b, j, two, a.nodes, i)
 
 
 @entry("d1 d1 d1 l1 l2 l1 d2 l2 d1 d1 d1 l1 l2 l1 d2 l2 b l2 -> l l")
 def tree_pairs(pa, qa, ra, aa, ta, oa, na, la, pb, qb, rb, ab, tb, ob, nb, lb, same, pairs):
-    """Pairs of triangles that may meet, as far as `pairs` has room; their number, nodes visited.
+    """Candidate pairs of triangles, while `pairs` has capacity; their number, nodes visited.
 
     With `same`, the two trees are one, and each pair has the lower key first.
     """
+    a, b = Tree(pa, qa, ra, aa, ta, oa, na, la), Tree(pb, qb, rb, ab, tb, ob, nb, lb)
+    ca, ba, ka = np.empty((_ROOM, 9)), np.empty((_ROOM, 6)), np.empty(_ROOM, dtype=np.int64)
+    cb, bb, kb = np.empty((_ROOM, 9)), np.empty((_ROOM, 6)), np.empty(_ROOM, dtype=np.int64)
+    one, two = Loaded(ca, ba, ka), Loaded(cb, bb, kb)
     stack = np.empty((4096, 4), dtype=np.int64)
-    ca, cb = np.empty((_ROOM, 9)), np.empty((_ROOM, 9))
-    ba, bb = np.empty((_ROOM, 6)), np.empty((_ROOM, 6))
-    ka, kb = np.empty(_ROOM, dtype=np.int64), np.empty(_ROOM, dtype=np.int64)
-    kids = np.empty(FAN, dtype=np.int64)
-    hull = np.empty((1, 6))
-    top = _push(stack, 0, na.shape[0] - 1, la.shape[0] - 1, nb.shape[0] - 1, lb.shape[0] - 1)
+    kids, hull = np.empty(FAN, dtype=np.int64), np.empty((1, 6))
+
+    top = push_pair(stack, 0, na.shape[0] - 1, la.shape[0] - 1, nb.shape[0] - 1, lb.shape[0] - 1)
     n = 0
     visited = 0
     while top > 0:
         top -= 1
         i, level_i, j, level_j = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
         visited += 1
-        if _apart(na, i, nb, j):
+        if boxes_apart(na, i, nb, j):
             continue
-        if not same:
-            # against nodes above leaves only: between leaves, triangles are tested one by one
-            if level_i == 0 and level_j > 0:
-                if _leaf_beside(pa, qa, ra, aa, ta, oa, la, i, ca, ba, ka, nb, j):
-                    continue
-            if level_j == 0 and level_i > 0:
-                if _leaf_beside(pb, qb, rb, ab, tb, ob, lb, j, cb, bb, kb, na, i):
-                    continue
+        if not same and _is_excluded(a, i, level_i, one, b, j, level_j, two):
+            continue
         if level_i == 0 and level_j == 0:
-            count_a = _load_leaf(pa, qa, ra, aa, ta, oa, la, i, nb, j, ca, ba, ka)
-            if count_a == 0:
-                continue
-            clear_boxes(hull, 0, 1)
-            for k in range(count_a):
-                for axis in range(3):
-                    hull[0, axis] = min(hull[0, axis], ba[k, axis])
-                    hull[0, 3 + axis] = max(hull[0, 3 + axis], ba[k, 3 + axis])
-            count_b = _load_leaf(pb, qb, rb, ab, tb, ob, lb, j, hull, 0, cb, bb, kb)
-            n = _emit(ca, ba, ka, count_a, cb, bb, kb, count_b, same and i == j, same, pairs, n)
+            n = _leaf_pairs(a, i, one, b, j, two, hull, same, pairs, n)
             continue
+
+        # room for all pairs of children of two nodes
         if top + FAN * FAN > stack.shape[0]:
             larger = np.empty((2 * stack.shape[0], 4), dtype=np.int64)
             larger[: stack.shape[0]] = stack
             stack = larger
+
+        # descend on the side whose box is larger
         if same and i == j:  # one node with itself: each pair of its children once
             count = _children(aa, la, i, level_i, kids)
             for k in range(count):
                 for other in range(k, count):
-                    top = _push(stack, top, kids[k], level_i - 1, kids[other], level_i - 1)
-        elif level_j == 0 or (level_i > 0 and _extent(na, i) >= _extent(nb, j)):
+                    top = push_pair(stack, top, kids[k], level_i - 1, kids[other], level_i - 1)
+        elif level_j == 0 or (level_i > 0 and extent(na, i) >= extent(nb, j)):
             count = _children(aa, la, i, level_i, kids)
             for k in range(count):
-                top = _push(stack, top, kids[k], level_i - 1, j, level_j)
+                top = push_pair(stack, top, kids[k], level_i - 1, j, level_j)
         else:
             count = _children(ab, lb, j, level_j, kids)
             for k in range(count):
-                top = _push(stack, top, i, level_i, kids[k], level_j - 1)
+                top = push_pair(stack, top, i, level_i, kids[k], level_j - 1)
     return n, visited

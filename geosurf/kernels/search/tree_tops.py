@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.search.tree import _apart, _extent, _push
+from geosurf.kernels.search.tree import boxes_apart, extent, push_pair
 
 _FAN_ROW, _FAN_COL = 3, 4
 
@@ -32,28 +32,28 @@ def _push_children(levels, level, node, other, level_other, swapped, stack, top)
         for j in range(col * fan_col, min(col * fan_col + fan_col, levels[below, 2])):
             kid = levels[below, 0] + i * levels[below, 2] + j
             if swapped:
-                top = _push(stack, top, other, level_other, kid, below)
+                top = push_pair(stack, top, other, level_other, kid, below)
             else:
-                top = _push(stack, top, kid, below, other, level_other)
+                top = push_pair(stack, top, kid, below, other, level_other)
     return top
 
 
 @scalar
-def _crowns_meet(nodes, levels, first, one, two, stack):
+def _pair_overlaps(nodes, levels, first, one, two, stack):
     """Whether two nodes of the lowest levels of two crowns meet."""
-    top = _push(
+    top = push_pair(
         stack, 0, levels[first[one + 1] - 1, 0], first[one + 1] - 1,
         levels[first[two + 1] - 1, 0], first[two + 1] - 1,
     )  # fmt: skip
     while top > 0:
         top -= 1
         i, level_i, j, level_j = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
-        if _apart(nodes, i, nodes, j):
+        if boxes_apart(nodes, i, nodes, j):
             continue
         low_i, low_j = level_i == first[one], level_j == first[two]
         if low_i and low_j:
             return True
-        if low_j or (not low_i and _extent(nodes, i) >= _extent(nodes, j)):
+        if low_j or (not low_i and extent(nodes, i) >= extent(nodes, j)):
             top = _push_children(levels, level_i, i, j, level_j, False, stack, top)
         else:
             top = _push_children(levels, level_j, j, i, level_i, True, stack, top)
@@ -61,7 +61,7 @@ def _crowns_meet(nodes, levels, first, one, two, stack):
 
 
 @entry("d2 l2 l1 l2 -> b1")
-def crowns_meet(nodes, levels, first, pairs):
+def tops_overlap(nodes, levels, first, pairs):
     """Whether two trees (rows of `first`) of each pair have nodes that meet, as far as crowns go.
 
     A level above another one has one node at least for each `fan` of it: see `tree`.
@@ -72,5 +72,5 @@ def crowns_meet(nodes, levels, first, pairs):
     stack = np.empty((2 * most * levels.shape[0] + 2, 4), dtype=np.int64)
     found = np.empty(pairs.shape[0], dtype=np.bool_)
     for k in range(pairs.shape[0]):
-        found[k] = _crowns_meet(nodes, levels, first, pairs[k, 0], pairs[k, 1], stack)
+        found[k] = _pair_overlaps(nodes, levels, first, pairs[k, 0], pairs[k, 1], stack)
     return found

@@ -19,10 +19,19 @@ import math
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.search.tree import FAN, LEAF, build_above, clear_boxes, levels_of
+from geosurf.kernels.search.tree import (
+    FAN,
+    LEAF,
+    append_pair,
+    boxes_apart,
+    build_above,
+    clear_boxes,
+    extent,
+    levels_of,
+)
 
 ROOM = 1e-6  # of a direction; so far apart, no rounding makes triangles meet but next to the eye
-_BESIDE = 1e-14  # ten times what the area of a triangle on the sphere rounds off
+_AREA_ERROR = 1e-14  # ten times what the area of a triangle on the sphere rounds off
 _WIDE = 1.5  # square of the chord between two corners, from which anything may be seen
 _MIXED, _EMPTY = -1, -2
 
@@ -51,14 +60,14 @@ def _around_axis(to, k, chord):
     a = to[0, u] * to[1, v] - to[0, v] * to[1, u]
     b = to[1, u] * to[2, v] - to[1, v] * to[2, u]
     c = to[2, u] * to[0, v] - to[2, v] * to[0, u]
-    if min(a, min(b, c)) < -_BESIDE and max(a, max(b, c)) > _BESIDE:
+    if min(a, min(b, c)) < -_AREA_ERROR and max(a, max(b, c)) > _AREA_ERROR:
         return 0
     # each side is shorter than a quarter: all are on one side
     return 1 if to[0, k] + to[1, k] + to[2, k] > 0.0 else -1
 
 
 @entry("d2 l2 d1 d -> d2")
-def directions_of(x, corners, eye, slip):
+def direction_boxes(x, corners, eye, slip):
     """Boxes of the directions in which triangles are seen from a point.
 
     A corner at the point itself is left out: the triangle is an arc then. Coordinates may be off by
@@ -110,7 +119,7 @@ def directions_of(x, corners, eye, slip):
 
 
 @entry("d2 l1 l1 -> d2 l2 l1")
-def tree_of_boxes(boxes, order, label):
+def box_tree(boxes, order, label):
     """Boxes and levels of a tree over boxes in an order, and the label of all below each node."""
     n = order.shape[0]
     levels, n_node = levels_of(1, (n + LEAF - 1) // LEAF, 1, FAN)
@@ -137,22 +146,8 @@ def tree_of_boxes(boxes, order, label):
     return nodes, levels, common
 
 
-@scalar
-def _meet(p, i, q, j):
-    """Whether two boxes meet."""
-    for k in range(3):
-        if p[i, k] > q[j, 3 + k] or q[j, k] > p[i, 3 + k]:
-            return False
-    return True
-
-
-@scalar
-def _extent(nodes, i):
-    return (nodes[i, 3] - nodes[i, 0]) + (nodes[i, 4] - nodes[i, 1]) + (nodes[i, 5] - nodes[i, 2])
-
-
 @entry("d2 d2 l1 l1 d2 l2 l1 l2 -> l")
-def seen_together(boxes, spaces, label, order, nodes, levels, common, pairs):
+def overlapping_directions(boxes, spaces, label, order, nodes, levels, common, pairs):
     """Write rows of boxes that meet, in `spaces`, too, and have no label in common; how many.
 
     Each pair once, the lower row first. What `pairs` has no room for is counted only.
@@ -165,7 +160,7 @@ def seen_together(boxes, spaces, label, order, nodes, levels, common, pairs):
     while top > 0:
         top -= 1
         i, level_i, j, level_j = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
-        if (common[i] >= 0 and common[i] == common[j]) or not _meet(nodes, i, nodes, j):
+        if (common[i] >= 0 and common[i] == common[j]) or boxes_apart(nodes, i, nodes, j):
             continue
         if level_i == 0 and level_j == 0:
             for p in range(LEAF * i, min(LEAF * i + LEAF, order.shape[0])):
@@ -175,16 +170,16 @@ def seen_together(boxes, spaces, label, order, nodes, levels, common, pairs):
                     two = order[q]
                     if label[one] >= 0 and label[one] == label[two]:
                         continue
-                    if _meet(boxes, one, boxes, two) and _meet(spaces, one, spaces, two):
-                        if n < pairs.shape[0]:
-                            pairs[n, 0], pairs[n, 1] = min(one, two), max(one, two)
-                        n += 1
+                    if not (
+                        boxes_apart(boxes, one, boxes, two) or boxes_apart(spaces, one, spaces, two)
+                    ):
+                        n = append_pair(pairs, n, min(one, two), max(one, two))
             continue
         if top + FAN * FAN > stack.shape[0]:
             larger = np.empty((2 * stack.shape[0], 4), dtype=np.int64)
             larger[: stack.shape[0]] = stack
             stack = larger
-        if level_j == 0 or (level_i > 0 and (i == j or _extent(nodes, i) >= _extent(nodes, j))):
+        if level_j == 0 or (level_i > 0 and (i == j or extent(nodes, i) >= extent(nodes, j))):
             split, level, other, level_other = i, level_i, j, level_j
         else:
             split, level, other, level_other = j, level_j, i, level_i

@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.search.tree import append_pair
 
 
 @entry("d2 l2 -> d2")
@@ -140,8 +141,5 @@ def voxel_pairs(boxes_a, rows_a, boxes_b, bounds, size, shape, offsets, filled, 
                                 here = False
                                 break
                         if here:
-                            if n < pairs.shape[0]:
-                                pairs[n, 0] = a
-                                pairs[n, 1] = b
-                            n += 1
+                            n = append_pair(pairs, n, a, b)
     return n

@@ -37,18 +37,18 @@ def _neighbours(east, north):
     for v in range(n):
         start[v + 1] += start[v]
     free = start[:n].copy()
-    beside = np.empty(start[n], dtype=np.int64)
+    neighbours = np.empty(start[n], dtype=np.int64)
     for v in range(n):
         for u in (east[v], north[v]):
             if u >= 0:
-                beside[free[v]], beside[free[u]] = u, v
+                neighbours[free[v]], neighbours[free[u]] = u, v
                 free[v] += 1
                 free[u] += 1
-    return start, beside
+    return start, neighbours
 
 
 @scalar
-def _spread(node, start, beside, seen, mark, queue):
+def _spread(node, start, neighbours, seen, mark, queue):
     """Nodes in the order of their steps from one, written to a queue; their number."""
     queue[0] = node
     seen[node] = mark
@@ -57,7 +57,7 @@ def _spread(node, start, beside, seen, mark, queue):
         v = queue[done]
         done += 1
         for k in range(start[v], start[v + 1]):
-            u = beside[k]
+            u = neighbours[k]
             if seen[u] != mark:
                 seen[u] = mark
                 queue[count] = u
@@ -72,7 +72,7 @@ def places_in_order(east, north, number):
     Steps are counted along links of known nodes, too, since differences reach across them.
     """
     n = east.shape[0]
-    start, beside = _neighbours(east, north)
+    start, neighbours = _neighbours(east, north)
     n_unknown = 0
     for v in range(n):
         n_unknown = max(n_unknown, number[v] + 1)
@@ -84,8 +84,8 @@ def places_in_order(east, north, number):
         if seen[v] >= 0:
             continue
         # one end of the part that v is in: the last node from any; then all from there, backwards
-        count = _spread(v, start, beside, seen, 2 * v, queue)
-        count = _spread(queue[count - 1], start, beside, seen, 2 * v + 1, queue)
+        count = _spread(v, start, neighbours, seen, 2 * v, queue)
+        count = _spread(queue[count - 1], start, neighbours, seen, 2 * v + 1, queue)
         for k in range(count):
             at = number[queue[k]]
             if at >= 0:

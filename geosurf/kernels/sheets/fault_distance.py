@@ -24,7 +24,7 @@ UNIT = 4194304  # 2**22
 
 
 @scalar
-def near_segment(x, y, ax, ay, bx, by):
+def distance_to_segment(x, y, ax, ay, bx, by):
     """Squared distance to a segment, place on it, and its squared length."""
     tx, ty = bx - ax, by - ay
     length2 = tx * tx + ty * ty
@@ -37,7 +37,7 @@ def near_segment(x, y, ax, ay, bx, by):
 
 
 @scalar
-def left_of(x, y, ax, ay, bx, by, length2):
+def signed_offset(x, y, ax, ay, bx, by, length2):
     """Signed distance to the left of the line of a segment; 0 if that is a point."""
     if length2 > 0.0:
         return ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / np.sqrt(length2)
@@ -45,7 +45,7 @@ def left_of(x, y, ax, ay, bx, by, length2):
 
 
 @scalar
-def to_box(x, y, box):
+def distance_to_box(x, y, box):
     """Squared distance to a box, 0 inside."""
     dx = max(box[0] - x, x - box[2], 0.0)
     dy = max(box[1] - y, y - box[3], 0.0)
@@ -74,7 +74,7 @@ def _level_segment(corners, z):
 
 
 @entry("d2 l1 d2 d2 d2 l1 l1 d -> d1 d1")
-def own_height(points, block, corners, boxes, normals, starts, items, reach):
+def distance_at_elevation(points, block, corners, boxes, normals, starts, items, reach):
     """Distance (n,) of points to a fault at their own height, and side (n,): +1, -1, 0 far.
 
     `corners` (m, 9), `boxes` in the map and horizontal `normals` (m, 2) of the fault's triangles.
@@ -93,15 +93,15 @@ def own_height(points, block, corners, boxes, normals, starts, items, reach):
             f = items[at]
             if z < low[f] or z >= high[f]:  # half-open, as `_level_segment` is
                 continue
-            if to_box(x, y, boxes[f]) > best * (1.0 + 1e-8):
+            if distance_to_box(x, y, boxes[f]) > best * (1.0 + 1e-8):
                 continue
             found, ax, ay, bx, by = _level_segment(corners[f], z)
             if not found:
                 continue
-            d2, _, length2 = near_segment(x, y, ax, ay, bx, by)
+            d2, _, length2 = distance_to_segment(x, y, ax, ay, bx, by)
             if d2 > best * (1.0 + 1e-9):
                 continue
-            left = left_of(x, y, ax, ay, bx, by, length2)
+            left = signed_offset(x, y, ax, ay, bx, by, length2)
             # at a corner of the slice both segments are as near: the one seen squarely decides
             if d2 > best * (1.0 - 1e-9) and abs(left) <= lead:
                 continue

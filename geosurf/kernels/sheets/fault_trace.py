@@ -175,13 +175,13 @@ def _take(xyz, ij, p, a, m, b):
 def _take_part(part, p, a, m, b, xyz, ij):
     """Corners of a quarter of a triangle: that at corner 0, 1 or 2, or the middle one."""
     for c in range(3):
-        kept = part != 3 and c == part
+        is_corner = part != 3 and c == part
         # the middle of the edge from this corner to the one that is kept
         side = c if part == 3 else (part if c == (part + 1) % 3 else c)
         for d in range(3):
-            xyz[c, d] = p[c, d] if kept else m[side, d]
+            xyz[c, d] = p[c, d] if is_corner else m[side, d]
         for d in range(2):
-            ij[c, d] = a[c, d] if kept else b[side, d]
+            ij[c, d] = a[c, d] if is_corner else b[side, d]
 
 
 @scalar
@@ -221,7 +221,7 @@ def _height_of(part, c, h, k):
 
 
 @entry("d2 d1 d1 l2 d1 d2 l2 l2 b2 l -> l2 d2")
-def zero_pieces(grid, low, high, levels, stretch, points, faces, edges, forward, depth):
+def zero_line_pieces(grid, low, high, levels, stretch, points, faces, edges, forward, depth):
     """Pieces of the line: names of where each enters and leaves (n, 5), and the places (n, 6).
 
     Columns of the first: name of the entry, name of the exit, triangle of the fault. Walking round

@@ -15,14 +15,14 @@ from geosurf.kernels.compile.jit import entry
 def steps_from(east, north, start, longest):
     """Number of links (n,) from each node to the nearest of `start`, at most `longest`."""
     n = east.shape[0]
-    beside = np.full((n, 4), -1, dtype=np.int64)
+    neighbours = np.full((n, 4), -1, dtype=np.int64)
     for v in range(n):
         if east[v] >= 0:
-            beside[v, 0] = east[v]
-            beside[east[v], 1] = v
+            neighbours[v, 0] = east[v]
+            neighbours[east[v], 1] = v
         if north[v] >= 0:
-            beside[v, 2] = north[v]
-            beside[north[v], 3] = v
+            neighbours[v, 2] = north[v]
+            neighbours[north[v], 3] = v
     steps = np.full(n, longest, dtype=np.int64)
     queue = np.empty(n, dtype=np.int64)
     count = done = 0
@@ -36,7 +36,7 @@ def steps_from(east, north, start, longest):
         done += 1
         ahead = steps[v] + 1
         for k in range(4):
-            u = beside[v, k]
+            u = neighbours[v, k]
             if u >= 0 and ahead < steps[u]:
                 steps[u] = ahead
                 queue[count] = u

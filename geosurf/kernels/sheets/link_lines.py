@@ -8,7 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.sheets.fault_distance import left_of, near_segment, to_box
+from geosurf.kernels.sheets.fault_distance import (
+    distance_to_box,
+    distance_to_segment,
+    signed_offset,
+)
 
 CHUNK = 32  # pieces of a line that are boxed together, to be crossed
 NEAR = 8  # and to be near to
@@ -49,7 +53,7 @@ def directed_lines(tail, head, n_point):
 
 
 @entry("l1 l1 l1 l1 -> l1 l1")
-def undirected_lines(first, beside, link, order):
+def undirected_lines(first, other_end, link, order):
     """Longest lines between points that do not have two links; then closed ones.
 
     Point v has links ``link[first[v] : first[v + 1]]`` to ``beside[..]``, rising. `order`: where
@@ -68,15 +72,15 @@ def undirected_lines(first, beside, link, order):
             done[link[at]] = True
             starts[lines] = m
             lines += 1
-            out[m], out[m + 1] = start, beside[at]
+            out[m], out[m + 1] = start, other_end[at]
             m += 2
-            before, v = start, beside[at]
+            before, v = start, other_end[at]
             while first[v + 1] - first[v] == 2:
-                one = first[v] if beside[first[v]] != before else first[v] + 1
+                one = first[v] if other_end[first[v]] != before else first[v] + 1
                 if done[link[one]]:
                     break
                 done[link[one]] = True
-                before, v = v, beside[one]
+                before, v = v, other_end[one]
                 out[m] = v
                 m += 1
     starts[lines] = m
@@ -140,7 +144,7 @@ def line_crossings(one, two):
 @scalar
 def _to_piece(x, y, ends, k):
     """Squared distance to a piece, place on it, and its squared length."""
-    return near_segment(x, y, ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3])
+    return distance_to_segment(x, y, ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3])
 
 
 @scalar
@@ -153,7 +157,7 @@ def _least(x, y, ends, first):
 
 
 @entry("d2 d2 d2 d2 d -> d1 d1")
-def first_met(stations, direction, pieces, boxes, reach):
+def first_hits(stations, direction, pieces, boxes, reach):
     """Signed distance (n,) along a direction to the nearest of some pieces, and elevation there.
 
     `pieces` (m, 6) are two points each, `boxes` those of CHUNK pieces; NaN beyond `reach`.
@@ -164,7 +168,7 @@ def first_met(stations, direction, pieces, boxes, reach):
         x, y, dx, dy = stations[k, 0], stations[k, 1], direction[k, 0], direction[k, 1]
         best = np.inf
         for c in range(boxes.shape[0]):
-            if to_box(x, y, boxes[c]) > reach * reach * (1.0 + 1e-9):
+            if distance_to_box(x, y, boxes[c]) > reach * reach * (1.0 + 1e-9):
                 continue
             for p in range(c * CHUNK, min((c + 1) * CHUNK, pieces.shape[0])):
                 ax, ay, bx, by = pieces[p, 0] - x, pieces[p, 1] - y, pieces[p, 3] - x, 0.0
@@ -181,7 +185,7 @@ def first_met(stations, direction, pieces, boxes, reach):
 
 
 @entry("d2 l1 d2 d2 l1 l1 d -> d1 d1 l1 d1")
-def to_line(points, block, ends, boxes, starts, items, reach):
+def nearest_on_line(points, block, ends, boxes, starts, items, reach):
     """Distance of points to a line, side (+1 left), nearest piece (-1 far), place on it.
 
     `boxes` are those of NEAR pieces each; `items` list the boxes that come near a block. Pieces
@@ -202,7 +206,7 @@ def to_line(points, block, ends, boxes, starts, items, reach):
         if before < 0 or limit >= reach * reach:
             first = -1
             for at in range(starts[block[k]], starts[block[k] + 1]):
-                d2 = to_box(x, y, boxes[items[at]])
+                d2 = distance_to_box(x, y, boxes[items[at]])
                 if d2 < limit:
                     first, limit = items[at] * NEAR, d2
             if first < 0:
@@ -212,14 +216,14 @@ def to_line(points, block, ends, boxes, starts, items, reach):
         best, lead = reach * reach, -1.0
         for at in range(starts[block[k]], starts[block[k] + 1]):
             chunk = items[at]
-            if to_box(x, y, boxes[chunk]) > limit:
+            if distance_to_box(x, y, boxes[chunk]) > limit:
                 continue
             for s in range(chunk * NEAR, min((chunk + 1) * NEAR, ends.shape[0])):
                 d2, t, length2 = _to_piece(x, y, ends, s)
                 if d2 > best * (1.0 + 1e-9):
                     continue
                 # at a corner both pieces are as near: the one seen squarely decides
-                left = left_of(x, y, ends[s, 0], ends[s, 1], ends[s, 2], ends[s, 3], length2)
+                left = signed_offset(x, y, ends[s, 0], ends[s, 1], ends[s, 2], ends[s, 3], length2)
                 if d2 > best * (1.0 - 1e-9) and abs(left) <= lead:
                     continue
                 best, lead = min(best, d2), abs(left)

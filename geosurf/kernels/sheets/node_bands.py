@@ -46,7 +46,7 @@ def places_of_nodes(nodes, n_col, wide, tall):
 
 
 @entry("d2 d1 l1 l1 d -> l1 l1")
-def in_blocks(points, corner, shape, starts, size):
+def points_in_blocks(points, corner, shape, starts, size):
     """Rows of the points (n, m) that lie, by their first two, in blocks with items; the blocks.
 
     Block (x, y) reaches from ``(corner + (x, y)) * size`` on; ``y * shape[0] + x`` is its number.
@@ -100,7 +100,7 @@ def _widened(first, last, n, low, high, reach):
 
 
 @entry("l1 l l l -> l1")
-def nodes_around(nodes, n_row, n_col, reach):
+def dilate_nodes(nodes, n_row, n_col, reach):
     """Nodes within some rows and columns of increasing ones, increasing."""
     n = nodes.shape[0]
     first, last = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)

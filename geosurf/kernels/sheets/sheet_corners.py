@@ -34,12 +34,7 @@ def named_corners(local, triangles, rows, faces, vertices, origin):
 
 
 @scalar
-def _turn(x, none, m, w, a, b, c):
-    return orient2d(x, none, none, none, m, w, a, b, c, 0, 1)
-
-
-@scalar
-def _goes_on(x, a, b, p, q):
+def _continues(x, a, b, p, q):
     """Whether pq, on the line of ab, has nothing but a corner of the mesh in common with it."""
     if (p == a or p == b) and (q == a or q == b):
         return True
@@ -53,7 +48,7 @@ def _goes_on(x, a, b, p, q):
 
 
 @scalar
-def _beside(x, t, none, m, w, f, own, g):
+def _separated_by_edge(x, t, m, w, f, own, g):
     """Whether an edge of triangle f, which turns `own`, has g on its other side.
 
     There g may have a corner in common with that edge, or the edge itself, but not another
@@ -61,40 +56,40 @@ def _beside(x, t, none, m, w, f, own, g):
     """
     for k in range(3):
         a, b = t[f, k], t[f, (k + 1) % 3]
-        parted, on = True, 0
+        separated, on = True, 0
         p = q = -1
         for i in range(3):
             c = t[g, i]
             turn = 0
             if c != a and c != b:
-                turn = _turn(x, none, m, w, a, b, c)
+                turn = orient2d(x, m, w, a, b, c, 0, 1)
             if turn == own:
-                parted = False
+                separated = False
                 break
             if turn == 0:
                 p, q = q, c
                 on += 1
-        if parted and (on < 2 or _goes_on(x, a, b, p, q)):
+        if separated and (on < 2 or _continues(x, a, b, p, q)):
             return True
     return False
 
 
 @entry("d2 l2 l2 l1 l1 -> b1")
-def over_one_another(x, t, pairs, m, w):
+def overlap_in_map(x, t, pairs, m, w):
     """Whether two triangles (rows of `t`) may meet but in a corner or an edge of the mesh.
 
     In the map they have an area in common, or part of an edge that is not one of the mesh. Exact:
     two triangles of the plane are parted by a line along an edge of one of them, if at all.
     True where one stands upright.
     """
-    none = np.empty((0, 4), dtype=np.int64)
     out = np.ones(pairs.shape[0], dtype=np.bool_)
     for k in range(pairs.shape[0]):
         f, g = pairs[k, 0], pairs[k, 1]
-        one = _turn(x, none, m, w, t[f, 0], t[f, 1], t[f, 2])
-        two = _turn(x, none, m, w, t[g, 0], t[g, 1], t[g, 2])
+        one = orient2d(x, m, w, t[f, 0], t[f, 1], t[f, 2], 0, 1)
+        two = orient2d(x, m, w, t[g, 0], t[g, 1], t[g, 2], 0, 1)
         if one != 0 and two != 0:
             out[k] = not (
-                _beside(x, t, none, m, w, f, one, g) or _beside(x, t, none, m, w, g, two, f)
+                _separated_by_edge(x, t, m, w, f, one, g)
+                or _separated_by_edge(x, t, m, w, g, two, f)
             )
     return out

@@ -44,7 +44,7 @@ def sides_of_edges(triangles, edges, n_point):
 
 
 @entry("l2 l1 l2 l2 b1 b1 b1 l1 l -> b1 b1")
-def told_by_corners(triangles, rows, named, faces, on_fault, ghost, outer, part, n_part):
+def classify_parts(triangles, rows, named, faces, on_fault, ghost, outer, part, n_part):
     """Whether each part has something real, and whether it has something that lies beyond a fault.
 
     Of some triangles (rows of `triangles`): `named` (n, 3) are the vertices of the sheet at their

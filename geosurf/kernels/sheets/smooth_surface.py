@@ -77,7 +77,7 @@ def nodes_of_differences(v, east, north, square, g):
 
 
 @scalar
-def _square(form, nodes, weights, n, scale):
+def _add_square(form, nodes, weights, n, scale):
     """Add the square of one difference to a form."""
     for i in range(n):
         for j in range(n):
@@ -98,19 +98,19 @@ def fill_forms(weights, forms):
     e, a, c, wx, wy = weights
     for kind in range(KINDS):
         form = forms[kind]
-        for way in range(2):
-            w, w2 = (wx, wy) if way == 0 else (wy, wx)
-            line, there = lines[way], kind >> (3 * way)
-            if there & 1:
-                _square(form, line, first, 2, e * w)
-            if there & 3 == 3:
-                _square(form, line, second, 3, a * w * w)
-            if there & 7 == 7:
-                _square(form, line, third, 4, c * w * w * w)
-            if kind & 64 and kind & (128 << way):
-                _square(form, ramps[way], ramp, 6, c * np.sqrt(3.0) * w * w * w2)
+        for axis in range(2):
+            w, w2 = (wx, wy) if axis == 0 else (wy, wx)
+            line, present = lines[axis], kind >> (3 * axis)
+            if present & 1:
+                _add_square(form, line, first, 2, e * w)
+            if present & 3 == 3:
+                _add_square(form, line, second, 3, a * w * w)
+            if present & 7 == 7:
+                _add_square(form, line, third, 4, c * w * w * w)
+            if kind & 64 and kind & (128 << axis):
+                _add_square(form, ramps[axis], ramp, 6, c * np.sqrt(3.0) * w * w * w2)
         if kind & 64:
-            _square(form, corner, twist, 4, a * np.sqrt(2.0) * wx * wy)
+            _add_square(form, corner, twist, 4, a * np.sqrt(2.0) * wx * wy)
 
 
 @entry("l1 l1 b1 l2 l1 d1 -> d2 l2")
@@ -156,7 +156,7 @@ def normal_equations(east, north, square, cell, unknown, weights):
 
 
 @entry("l1 l1 b1 d2 d1 -> d2")
-def bent_by(east, north, square, heights, weights):
+def energy_gradient(east, north, square, heights, weights):
     """Derivatives (n, k) of half the energy by all heights (n, k), for k surfaces at once."""
     n, k = heights.shape
     out = np.zeros((n, k))

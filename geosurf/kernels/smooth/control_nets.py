@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.smooth.cubic_patch import cell_net
+from geosurf.kernels.smooth.cubic_patch import cell_net, unit_cross
 from geosurf.kernels.smooth.patch_pyramid import SLACK
 
 
@@ -64,9 +64,7 @@ def net_normal(net):
         net[3, 0, 1] - net[0, 3, 1],
         net[3, 0, 2] - net[0, 3, 2],
     )
-    p, q, r = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-    size = np.sqrt(p * p + q * q + r * r)
-    return p / size, q / size, r / size
+    return unit_cross(ax, ay, az, bx, by, bz)
 
 
 @scalar

@@ -23,7 +23,15 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.smooth.control_nets import net_normal, separated
-from geosurf.kernels.smooth.lift import ASTRAY, F_POINT, LIFTED, N_WORK, OUTSIDE, meet
+from geosurf.kernels.smooth.lift import (
+    ASTRAY,
+    F_POINT,
+    LIFTED,
+    N_WORK,
+    OUTSIDE,
+    SurfacePair,
+    newton_in_plane,
+)
 
 SEED, NEAR_SEED, TOUCH, TOO_CLOSE = 0, 1, 2, 3
 _SMALLEST = 1.0 / 32.0  # [cells]
@@ -169,7 +177,7 @@ def _within(w, r, n):
 
 
 @scalar
-def _start(g, r, n, mesh, w):
+def _middle_of(g, r, n, mesh, w):
     """Parameters in the middle of part n, and its point."""
     for k in range(4):
         w[k] = 0.5 * (r[n, 2 * k] + r[n, 2 * k + 1])
@@ -191,6 +199,7 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
     point. A near seed lies so close to tangency that only its distance from the known curves
     can tell whether it is on one of them.
     """
+    surfaces = SurfacePair(xa, ya, za, xb, yb, zb, c)
     mesh = zb.shape[0] == 1
     out = np.empty((16, 9))
     n_out, looked_in_all = 0, 0
@@ -226,11 +235,11 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
             if clear and seen:
                 top -= 1
                 continue
-            x, y, z = _start(g, r, n, mesh, w)
+            x, y, z = _middle_of(g, r, n, mesh, w)
             kind = -1
             found = ASTRAY
             if clear:
-                found = meet(xa, ya, za, xb, yb, zb, c, tri, w, x, y, z, 0.0, 0.0, 0.0, f)
+                found = newton_in_plane(surfaces, tri, w, x, y, z, 0.0, 0.0, 0.0, f)
                 if found == LIFTED and _known(keys, key_of(za, zb, w, tri)):
                     top -= 1
                     continue
@@ -243,8 +252,8 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
             if kind < 0 and enough:
                 kind, top = TOO_CLOSE, 1
             elif kind < 0:
-                x, y, z = _start(g, r, n, mesh, w)
-                found = meet(xa, ya, za, xb, yb, zb, c, tri, w, x, y, z, 0.0, 0.0, 0.0, f)
+                x, y, z = _middle_of(g, r, n, mesh, w)
+                found = newton_in_plane(surfaces, tri, w, x, y, z, 0.0, 0.0, 0.0, f)
                 if found == OUTSIDE:
                     top -= 1
                     continue

@@ -45,6 +45,14 @@ NOISE_GAIN = float(np.sqrt((EIGHT_SIX**2).sum()))
 
 
 @scalar
+def unit_cross(ux, uy, uz, vx, vy, vz):
+    """Unit vector along the cross product of two; NaN if they are parallel or not finite."""
+    p, q, r = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    size = math.sqrt(p * p + q * q + r * r)
+    return p / size, q / size, r / size
+
+
+@scalar
 def stencil(u, n, m):
     """First node of the m nodes around u, shifted inwards at the rim."""
     return min(max(math.floor(u) - m // 2 + 1, 0), n - m)
@@ -176,7 +184,8 @@ def cell_net(x, y, z, i, j, net, half):
 
 
 @scalar
-def _node(q, i, j):
+def node(q, i, j):
+    """One coordinate of a node; an axis-aligned lattice stores each row or column once."""
     return q[0 if q.shape[0] == 1 else i, 0 if q.shape[1] == 1 else j]
 
 
@@ -233,7 +242,7 @@ def _differences(x, y, z, fixed, along, by_row, p, q, r):
     for k in range(8):
         g = eight + k
         i, j = (g, fixed) if by_row else (fixed, g)
-        value = p * _node(x, i, j) + q * _node(y, i, j) + r * _node(z, i, j)
+        value = p * node(x, i, j) + q * node(y, i, j) + r * node(z, i, j)
         w8 = _weight(eight, 8, k, t)
         w6 = _weight(six, 6, g - six, t) if 0 <= g - six < 6 else 0.0
         w4 = _weight(four, 4, g - four, t) if 0 <= g - four < 4 else 0.0
@@ -244,7 +253,7 @@ def _differences(x, y, z, fixed, along, by_row, p, q, r):
 
 
 @scalar
-def trust(x, y, z, u, v, p, q, r):
+def interpolant_differences(x, y, z, u, v, p, q, r):
     """How well cubics fit the cell at (u, v), along the unit vector (p, q, r): three lengths.
 
     The difference of 6-point and 4-point interpolants, and that of 8-point and 6-point ones,

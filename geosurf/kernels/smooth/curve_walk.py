@@ -1,6 +1,6 @@
 """All curves of two smooth lattices at once: landings in pairs of cells, a walk from each new one.
 
-From a landing (`land`) that lies beside no walk, the curve is walked both ways until it closes
+From a landing (`find_seed`) that lies beside no walk, the curve is walked both ways until it closes
 or leaves a surface, from knot to knot. A step goes on along the cubic of the last arc and comes
 back by Newton's method in the plane across. It is kept if the cubic arc between the two knots
 (`arcs`), measured at its quarters as in `resample`, is near enough to the curve; its length
@@ -21,8 +21,8 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.smooth.hermite_arcs import (
-    K_AWAY,
-    K_DOUBT,
+    K_DISTANCE,
+    K_ERROR,
     K_LENGTH,
     K_SINE,
     K_SLOPE,
@@ -31,34 +31,47 @@ from geosurf.kernels.smooth.hermite_arcs import (
     on_arc,
     set_length,
 )
-from geosurf.kernels.smooth.knots import cut_chords, doubt_knot, set_knot, turn_round, with_room
+from geosurf.kernels.smooth.knots import (
+    cut_chords,
+    reverse_knots,
+    set_knot,
+    set_knot_errors,
+    with_room,
+)
 from geosurf.kernels.smooth.lift import (
     F_POINT,
-    F_TANGENT,
     LIFTED,
     N_WORK,
     OUTSIDE,
-    meet_line,
-    meet_to,
+    SurfacePair,
+    newton_in_plane_to,
+    newton_on_boundary,
 )
 from geosurf.kernels.smooth.newton_seeds import (
-    LEFT,
     NOT_PASSED,
-    holds_nothing,
-    is_beside,
+    TO_SPLIT,
+    classify_pairs,
+    find_seed,
+    is_disjoint_pair,
+    is_near_curve,
     keys_passed,
-    land,
-    open_pairs,
-    pass_through,
+    mark_passed,
 )
 from geosurf.kernels.smooth.patch_pairs import near_patches
-from geosurf.kernels.smooth.trace import AT_RIM, CLOSED, LOST, passed, put_on
+from geosurf.kernels.smooth.trace import (
+    AT_RIM,
+    CLOSED,
+    LOST,
+    MAX_STEPS,
+    MIN_STEP,
+    boundary_crossed,
+    clamp_to_boundary,
+    step_direction,
+)
 
 NOISY = 4  # or a hole within three cells; beside AT_RIM, CLOSED, LOST
 _FIRST_STEP, _FARTHEST = 0.25, 2.0  # [cells] of one step
 _COARSEST = 0.25  # [cells] of a tolerance
-_MOST = 200_000
-_SHORTEST = 1e-6  # of the first step
 _SAME = 4.0  # [tolerances]: what is nearer to a walk is on it
 # how far an arc may be from the curve: a part of the tolerance, and no farther than the cubics may
 # be from the surfaces, or a smaller part, so that points stay as good as the nodes allow
@@ -71,12 +84,12 @@ _CAREFUL, _GROWTH = 0.85, 1.4
 @scalar
 def _allowed(knot, tolerance):
     """How far the next arc may be from the curve [m]."""
-    doubted = (knot[K_DOUBT] + knot[K_DOUBT + 3]) / knot[K_SINE]
-    return min(_ARC * tolerance, max(doubted, _FINEST * tolerance))
+    error = (knot[K_ERROR] + knot[K_ERROR + 3]) / knot[K_SINE]
+    return min(_ARC * tolerance, max(error, _FINEST * tolerance))
 
 
 @scalar
-def away_from_arc(xa, ya, za, xb, yb, zb, c, one, two, target, enough, row, f):
+def measure_arc(surfaces, one, two, target, enough, row, f):
     """Largest distance of the curve from an arc at its quarters; inf if it cannot be measured."""
     largest = 0.0
     for k in range(3):
@@ -84,7 +97,7 @@ def away_from_arc(xa, ya, za, xb, yb, zb, c, one, two, target, enough, row, f):
         on_arc(one, two, t, row)
         x, y, z = row[0], row[1], row[2]
         p, q, r = along_arc(one, two, t)
-        found = meet_to(xa, ya, za, xb, yb, zb, c, 0, row[3:7], x, y, z, p, q, r, enough, f)
+        found = newton_in_plane_to(surfaces, 0, row[3:7], x, y, z, p, q, r, enough, f)
         if found != LIFTED:
             return np.inf
         x, y, z = f[F_POINT] - x, f[F_POINT + 1] - y, f[F_POINT + 2] - z
@@ -95,11 +108,12 @@ def away_from_arc(xa, ya, za, xb, yb, zb, c, one, two, target, enough, row, f):
 
 
 @scalar
-def _ahead(xa, ya, za, xb, yb, zb, c, knots, first, n, step, enough, row, f):
+def _predict(surfaces, knots, first, n, step, enough, row, f):
     """Newton from a step beyond knot n - 1: the arc before goes on, the first goes straight.
 
     Parameters come into `row` (7,). Returns how it ended, and whether at a rim.
     """
+    za, zb = surfaces.za, surfaces.zb
     here = knots[n - 1]
     if n - first > 1:
         on_arc(knots[n - 2], here, 1.0 + step / here[K_LENGTH], row)
@@ -108,47 +122,32 @@ def _ahead(xa, ya, za, xb, yb, zb, c, knots, first, n, step, enough, row, f):
             row[k] = here[k] + step * here[K_SLOPE + k]
     p, q, r = here[K_SLOPE], here[K_SLOPE + 1], here[K_SLOPE + 2]
     w = row[3:7]
-    found = meet_to(xa, ya, za, xb, yb, zb, c, 0, w, row[0], row[1], row[2], p, q, r, enough, f)
+    found = newton_in_plane_to(surfaces, 0, w, row[0], row[1], row[2], p, q, r, enough, f)
     if found != OUTSIDE:
         return found, False
-    hold = passed(za, zb, w)
-    put_on(za, zb, hold, w)
-    return meet_line(xa, ya, za, xb, yb, zb, c, 0, w, hold, f), True
+    hold = boundary_crossed(za, zb, w)
+    clamp_to_boundary(za, zb, hold, w)
+    return newton_on_boundary(surfaces, 0, w, hold, f), True
 
 
 @scalar
-def _way_on(here, step, f):
-    """+1 or -1: how to turn the tangent that was found; 0 if the step is not to be kept.
-
-    The tangent turns by 37 degrees at most, and the walk goes on.
-    """
-    gone, along = 0.0, 0.0
-    for k in range(3):
-        gone += (f[F_POINT + k] - here[k]) * here[K_SLOPE + k]
-        along += f[F_TANGENT + k] * here[K_SLOPE + k]
-    if abs(along) < 0.8 or gone < 0.0 or gone > 2.0 * step:
-        return 0.0
-    return 1.0 if along > 0.0 else -1.0
-
-
-@scalar
-def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, knots, first, row, f, g):
+def _walk(surfaces, seed, sense, step, tolerance, enough, knots, first, row, f, g):
     """Append knots from a seed (7,), itself included, to where the walk ends; that end.
 
     f: what was found at the next knot, g: beside arcs.
     """
     n, loose = first, math.sqrt(1e-3 * tolerance * min(1.0, step))
     knots = with_room(knots, n)
-    knots[n, :7], knots[n, K_LENGTH], knots[n, K_AWAY] = seed, -1.0, 0.0
+    knots[n, :7], knots[n, K_LENGTH], knots[n, K_DISTANCE] = seed, -1.0, 0.0
     x, y, z = seed[0], seed[1], seed[2]
-    found = meet_to(xa, ya, za, xb, yb, zb, c, 0, knots[n, 3:7], x, y, z, 0.0, 0.0, 0.0, enough, f)
+    found = newton_in_plane_to(surfaces, 0, knots[n, 3:7], x, y, z, 0.0, 0.0, 0.0, enough, f)
     if found != LIFTED:
         return knots, n, LOST
-    steepest = set_knot(way, f, knots[n])
-    doubt_knot(xa, ya, za, xb, yb, zb, f, knots[n], knots[n])
-    shortest = _SHORTEST * step
+    steepest = set_knot(sense, f, knots[n])
+    set_knot_errors(surfaces, f, knots[n], knots[n])
+    shortest = MIN_STEP * step
     n += 1
-    while n - first < _MOST and step > shortest:
+    while n - first < MAX_STEPS and step > shortest:
         knots = with_room(knots, n)
         start, here, goal = knots[first], knots[n - 1], knots[n]
         step, target = min(step, _FARTHEST / steepest), _allowed(here, tolerance)
@@ -158,26 +157,26 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, knots, 
         if n - first > 3 and left < 1.2 * step and ahead > 0.5 * left:
             goal[:] = start
             set_length(here, goal)
-            goal[K_AWAY] = away_from_arc(
-                xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, g
-            )
-            if goal[K_AWAY] <= target:
+            goal[K_DISTANCE] = measure_arc(surfaces, here, goal, target, loose, row, g)
+            if goal[K_DISTANCE] <= target:
                 return knots, n + 1, CLOSED
             step = min(step, 0.4 * left)
-        found, at_rim = _ahead(xa, ya, za, xb, yb, zb, c, knots, first, n, step, enough, row, f)
-        turn = _way_on(here, step, f) if found == LIFTED else 0.0
+        found, at_rim = _predict(surfaces, knots, first, n, step, enough, row, f)
+        turn = (
+            step_direction(here, here[K_SLOPE : K_SLOPE + 3], step, f) if found == LIFTED else 0.0
+        )
         if turn == 0.0:
             step *= 0.5
             continue
         goal[3:7] = row[3:7]
         rate = set_knot(turn, f, goal)
         set_length(here, goal)
-        away = away_from_arc(xa, ya, za, xb, yb, zb, c, here, goal, target, loose, row, g)
+        away = measure_arc(surfaces, here, goal, target, loose, row, g)
         if away > target:
             step *= max(0.3, _CAREFUL * math.sqrt(math.sqrt(target / away)))
             continue
-        doubt_knot(xa, ya, za, xb, yb, zb, f, here, goal)
-        goal[K_AWAY] = away
+        set_knot_errors(surfaces, f, here, goal)
+        goal[K_DISTANCE] = away
         n += 1
         if at_rim:
             return knots, n, AT_RIM
@@ -187,39 +186,32 @@ def _walk(xa, ya, za, xb, yb, zb, c, seed, way, step, tolerance, enough, knots, 
 
 
 @scalar
-def _walk_both_ways(xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, knots, first, row, f,
-                    g):  # fmt: skip
+def _walk_both_ways(surfaces, seed, step, tolerance, enough, knots, first, row, f, g):
     """The whole curve through a seed: knots, how many there are now, how it ends."""
-    knots, n, end = _walk(
-        xa, ya, za, xb, yb, zb, c, seed, -1.0, step, tolerance, enough, knots, first, row, f, g
-    )
+    knots, n, end = _walk(surfaces, seed, -1.0, step, tolerance, enough, knots, first, row, f, g)
     if end != AT_RIM:
         return knots, n, end
-    turn_round(knots, first, n)
+    reverse_knots(knots, first, n)
     middle = n - 1  # the seed comes once more
-    length, away = knots[middle, K_LENGTH], knots[middle, K_AWAY]
-    knots, n, end = _walk(
-        xa, ya, za, xb, yb, zb, c, seed, 1.0, step, tolerance, enough, knots, middle, row, f, g
-    )
-    knots[middle, K_LENGTH], knots[middle, K_AWAY] = length, away
+    length, away = knots[middle, K_LENGTH], knots[middle, K_DISTANCE]
+    knots, n, end = _walk(surfaces, seed, 1.0, step, tolerance, enough, knots, middle, row, f, g)
+    knots[middle, K_LENGTH], knots[middle, K_DISTANCE] = length, away
     return knots, n, AT_RIM if end == AT_RIM else LOST
 
 
 @scalar
-def _walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, patches_a, patches_b, step,
-             tolerance):  # fmt: skip
+def _walk_all(surfaces, pairs, cell_a, cell_b, patches_a, patches_b, step, tolerance):
     """Curves of two lattices: points (n, 3), offsets, how each ends, its bound and the estimate of
     the cubics in it, the pairs not settled, and keys of pairs that walks run through.
 
     `step`: the first [m].
     """
+    za, zb = surfaces.za, surfaces.zb
     row, seed, f, g = np.empty(7), np.empty(7), np.empty(N_WORK), np.empty(N_WORK)
     small = min(1.0, step)
     near, enough = math.sqrt(0.25 * tolerance * small), min(1e-6, 1e-3 * tolerance)
     enough, reach = math.sqrt(enough * small), _SAME * tolerance
-    keys, order, knot_of = open_pairs(
-        xa, ya, za, xb, yb, zb, pairs, cell_a, cell_b, patches_a, patches_b
-    )
+    keys, order, knot_of = classify_pairs(surfaces, pairs, cell_a, cell_b, patches_a, patches_b)
     knots, rows, m, n, count = np.empty((256, N_KNOT)), np.empty((1024, 3)), 0, 0, 0
     n_pair = pairs.shape[0]
     offsets, ends = np.zeros(n_pair + 1, dtype=np.int64), np.empty(n_pair, dtype=np.int64)
@@ -228,20 +220,20 @@ def _walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, patches_a, patch
         if knot_of[k] != NOT_PASSED:
             continue
         a, b = pairs[k, 0], pairs[k, 1]
-        found = land(xa, ya, za, xb, yb, zb, c, patches_a[a], cell_a[a], cell_b[b], near, seed, f)
+        found = find_seed(surfaces, patches_a[a], cell_a[a], cell_b[b], near, seed, f)
         if found != LIFTED:
-            knot_of[k] = LEFT
+            knot_of[k] = TO_SPLIT
             continue
-        if is_beside(za, zb, knots, m, seed, reach, keys, order, knot_of):
+        if is_near_curve(za, zb, knots, m, seed, reach, keys, order, knot_of):
             continue
-        if holds_nothing(xa, ya, za, xb, yb, zb, cell_a[a], cell_b[b], seed):
+        if is_disjoint_pair(surfaces, cell_a[a], cell_b[b], seed):
             continue  # a walk starts where the cells that it runs through are looked at
         first = m
         knots, m, end = _walk_both_ways(
-            xa, ya, za, xb, yb, zb, c, seed, step, tolerance, enough, knots, first, row, f, g
+            surfaces, seed, step, tolerance, enough, knots, first, row, f, g
         )
         if end != LOST:
-            pass_through(za, zb, knots, first, m, keys, order, knot_of, row)
+            mark_passed(za, zb, knots, first, m, keys, order, knot_of, row)
             rows, n, figures[count, 0], figures[count, 1], noisy = cut_chords(
                 knots, first, m, tolerance, rows, n
             )
@@ -253,7 +245,7 @@ def _walk_all(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, patches_a, patch
             break
     return (
         rows[:n].copy(), offsets[: count + 1].copy(), ends[:count].copy(), figures[:count].copy(),
-        np.where(knot_of <= LEFT)[0], keys_passed(keys, order, knot_of),
+        np.where(knot_of <= TO_SPLIT)[0], keys_passed(keys, order, knot_of),
     )  # fmt: skip
 
 
@@ -273,6 +265,7 @@ def find_and_walk(
     There is no offset where walks do not help: something is not whole, is a triangle, or the
     tolerance [m] is 0, or so large that the plain curve has more points than are needed.
     """
+    surfaces = SurfacePair(xa, ya, za, xb, yb, zb, c)
     a, b = (xa, ya, za, c, bends_a), (xb, yb, zb, c, bends_b)
     cells_a, cells_b, patches_a, patches_b, flags_a, flags_b, pairs, size, whole = near_patches(
         a, b, boxes, shape, items, planes
@@ -280,9 +273,8 @@ def find_and_walk(
     fine = pairs.shape[0] == 0 or tolerance <= _COARSEST * size
     if zb.shape[0] > 1 and whole == 1 and tolerance > 0.0 and fine:
         rows, offsets, ends, figures, unsettled, keys = _walk_all(
-            xa, ya, za, xb, yb, zb, c, pairs, cells_a, cells_b, patches_a, patches_b,
-            _FIRST_STEP * size, tolerance,
-        )  # fmt: skip
+            surfaces, pairs, cells_a, cells_b, patches_a, patches_b, _FIRST_STEP * size, tolerance
+        )
     else:
         rows, offsets, ends, figures, unsettled, keys = _not_walked()
     return (

@@ -29,7 +29,7 @@ def _mean(rows, column, a, b):
 
 
 @scalar
-def doubt_at(rows, first, k, a, b):
+def error_at(rows, first, k, a, b):
     """Estimate at row k of a curve, rows a to b, and the part of it that is noise [m].
 
     `first`: of seven columns, three lengths of `trust` for each surface and the sine.
@@ -47,10 +47,10 @@ def doubt_at(rows, first, k, a, b):
 
 
 @entry("d2 -> d1 d1")
-def doubts_along(rows):
-    """`doubt_at` for all rows (n, 7) of one curve."""
+def errors_along(rows):
+    """`error_at` for all rows (n, 7) of one curve."""
     n = rows.shape[0]
     total, rough = np.empty(n), np.empty(n)
     for k in range(n):
-        total[k], rough[k] = doubt_at(rows, 0, k, 0, n)
+        total[k], rough[k] = error_at(rows, 0, k, 0, n)
     return total, rough

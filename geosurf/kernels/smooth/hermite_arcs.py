@@ -19,7 +19,7 @@ import math
 
 from geosurf.kernels.compile.jit import scalar
 
-K_SLOPE, K_LENGTH, K_AWAY, K_DOUBT, K_SINE, N_KNOT = 7, 14, 15, 16, 22, 23
+K_SLOPE, K_LENGTH, K_DISTANCE, K_ERROR, K_SINE, N_KNOT = 7, 14, 15, 16, 22, 23
 
 
 @scalar
@@ -67,7 +67,7 @@ def set_length(one, two):
 
 
 @scalar
-def from_arc(one, two, x, y, z):
+def squared_distance_to_arc(one, two, x, y, z):
     """Squared distance of a point from an arc, if it is near it."""
     dx, dy, dz = two[0] - one[0], two[1] - one[1], two[2] - one[2]
     size = dx * dx + dy * dy + dz * dz
@@ -89,7 +89,7 @@ def from_arc(one, two, x, y, z):
 
 
 @scalar
-def chords(one, two, target):
+def chords_of_arc(one, two, target):
     """How many equal parts of an arc have chords within a target, and how far those may be."""
     first, last = 0.0, 0.0
     for k in range(3):

@@ -11,18 +11,18 @@ import numpy as np
 
 from geosurf.kernels.compile.jit import scalar
 from geosurf.kernels.smooth.coverage import key_of
-from geosurf.kernels.smooth.error_estimate import doubt_at
+from geosurf.kernels.smooth.error_estimate import error_at
 from geosurf.kernels.smooth.hermite_arcs import (
-    K_AWAY,
-    K_DOUBT,
+    K_DISTANCE,
+    K_ERROR,
     K_LENGTH,
     K_SINE,
     K_SLOPE,
     N_KNOT,
-    chords,
+    chords_of_arc,
     point_on_arc,
 )
-from geosurf.kernels.smooth.lift import F_POINT, F_SINE, F_TANGENT, doubt, parameters_of
+from geosurf.kernels.smooth.lift import F_POINT, F_SINE, F_TANGENT, differences_at, parameters_of
 
 _LEAST = 0.05  # of the tolerance: if less is left for a chord
 _BEYOND = 0.25  # it gets this part, since the tolerance cannot be met
@@ -32,14 +32,14 @@ ARC_SAFETY = 2.0
 
 
 @scalar
-def set_knot(way, f, knot):
-    """Point, tangent that goes `way`, parameters per metre along it and sine, of what Newton found.
+def set_knot(sense, f, knot):
+    """Point, tangent that goes `sense`, parameters per metre along it and sine, of what Newton found.
 
     `knot` has its parameters already. Returns the largest rate.
     """
     for k in range(3):
         knot[k] = f[F_POINT + k]
-        knot[K_SLOPE + k] = way * f[F_TANGENT + k]
+        knot[K_SLOPE + k] = sense * f[F_TANGENT + k]
     knot[K_SINE] = f[F_SINE]
     p, q, r = knot[K_SLOPE], knot[K_SLOPE + 1], knot[K_SLOPE + 2]
     largest = 0.0
@@ -51,14 +51,15 @@ def set_knot(way, f, knot):
 
 
 @scalar
-def doubt_knot(xa, ya, za, xb, yb, zb, f, before, knot):
+def set_knot_errors(surfaces, f, before, knot):
     """How far the cells of a knot are to be trusted; looked up where cells change."""
+    za, zb = surfaces.za, surfaces.zb
     same = before[K_LENGTH] >= 0.0
     if same and key_of(za, zb, knot[3:7], 0) == key_of(za, zb, before[3:7], 0):
-        for k in range(K_DOUBT, K_SINE):
+        for k in range(K_ERROR, K_SINE):
             knot[k] = before[k]
     else:
-        doubt(xa, ya, za, xb, yb, zb, knot[3:7], f, knot[K_DOUBT:K_SINE])
+        differences_at(surfaces, knot[3:7], f, knot[K_ERROR:K_SINE])
 
 
 @scalar
@@ -72,7 +73,7 @@ def with_room(knots, n):
 
 
 @scalar
-def turn_round(knots, a, b):
+def reverse_knots(knots, a, b):
     """Reverse knots a to b and the way through them; an arc goes with what is now its end."""
     low, high = a, b - 1
     while low < high:
@@ -84,7 +85,7 @@ def turn_round(knots, a, b):
         for k in range(K_SLOPE, K_LENGTH):
             knots[i, k] = -knots[i, k]
         knots[i, K_LENGTH] = knots[i - 1, K_LENGTH] if i > a else -1.0
-        knots[i, K_AWAY] = knots[i - 1, K_AWAY] if i > a else 0.0
+        knots[i, K_DISTANCE] = knots[i - 1, K_DISTANCE] if i > a else 0.0
 
 
 @scalar
@@ -104,22 +105,22 @@ def cut_chords(knots, a, b, tolerance, rows, n):
 
     Chords get what is left of the tolerance at both ends of their arc and at the knots beside.
     """
-    doubts = np.empty(b - a)
+    errors = np.empty(b - a)
     noisy = False
     for k in range(a, b):
-        doubts[k - a], rough = doubt_at(knots, K_DOUBT, k, a, b)
-        noisy = noisy or not (rough <= 0.5 * tolerance and math.isfinite(doubts[k - a]))
-    worst, bound = _largest(doubts, 0, b - a), 0.0
+        errors[k - a], rough = error_at(knots, K_ERROR, k, a, b)
+        noisy = noisy or not (rough <= 0.5 * tolerance and math.isfinite(errors[k - a]))
+    worst, bound = _largest(errors, 0, b - a), 0.0
     for k in range(a, b):
         if k == a:
             count = 1
         else:
-            fault = ARC_SAFETY * knots[k, K_AWAY]
-            taken = _largest(doubts, max(k - a - 2, 0), min(k - a + 2, b - a)) + fault
-            left = tolerance - taken
+            arc_error = ARC_SAFETY * knots[k, K_DISTANCE]
+            used = _largest(errors, max(k - a - 2, 0), min(k - a + 2, b - a)) + arc_error
+            left = tolerance - used
             left = left if left > _LEAST * tolerance else _BEYOND * tolerance
-            count, error = chords(knots[k - 1], knots[k], left)
-            bound = max(bound, taken + error)
+            count, error = chords_of_arc(knots[k - 1], knots[k], left)
+            bound = max(bound, used + error)
         if n + count > rows.shape[0]:
             more = np.empty((2 * (n + count), 3))
             more[:n] = rows[:n]

@@ -19,11 +19,12 @@ Letters as in `patch`, and
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.smooth.cubic_patch import evaluate, trust
+from geosurf.kernels.smooth.cubic_patch import evaluate, interpolant_differences, unit_cross
 
 LIFTED, ASTRAY, HOLE, OUTSIDE = 0, 1, 2, 3
 F_POINT, F_TANGENT, F_SINE, N_WORK = 18, 21, 24, 25
@@ -36,8 +37,20 @@ _PARALLEL = 1e-6  # least sine of the angle between the surfaces
 _ALONG = 0.05  # least cosine of the angle between the curve and what the plane is across
 
 
+class SurfacePair(NamedTuple):
+    """Coordinates of two surfaces: a lattice, and a lattice or the triangles `c`."""
+
+    xa: np.ndarray
+    ya: np.ndarray
+    za: np.ndarray
+    xb: np.ndarray
+    yb: np.ndarray
+    zb: np.ndarray
+    c: np.ndarray
+
+
 @scalar
-def second(xb, yb, zb, c, tri, s, t, f):
+def evaluate_second(xb, yb, zb, c, tri, s, t, f):
     """Point and tangents of the second surface into f[9 : 18]."""
     if zb.shape[0] > 1:
         evaluate(xb, yb, zb, s, t, f, 9)
@@ -61,16 +74,18 @@ def _across(f, o):
 @scalar
 def normal(f, o):
     """Unit normal of the surface whose tangents are in f[o + 3 : o + 9]."""
-    p, q, r = _across(f, o)
-    size = math.sqrt(p * p + q * q + r * r)
-    return p / size, q / size, r / size
+    return unit_cross(f[o + 3], f[o + 4], f[o + 5], f[o + 6], f[o + 7], f[o + 8])
 
 
 @scalar
 def parameters_of(f, o, dx, dy, dz):
     """Changes of both parameters of a surface for a step along it (its part across is left out)."""
-    ux, uy, uz = f[o + 3], f[o + 4], f[o + 5]
-    vx, vy, vz = f[o + 6], f[o + 7], f[o + 8]
+    return solve_tangents(f[o + 3], f[o + 4], f[o + 5], f[o + 6], f[o + 7], f[o + 8], dx, dy, dz)
+
+
+@scalar
+def solve_tangents(ux, uy, uz, vx, vy, vz, dx, dy, dz):
+    """Coefficients of a vector d in two tangents u and v, by the 2 x 2 normal equations."""
     uu, uv, vv = (
         ux * ux + uy * uy + uz * uz,
         ux * vx + uy * vy + uz * vz,
@@ -112,18 +127,27 @@ def _crossing(f):
 
 
 @scalar
-def meet(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, f):
+def newton_in_plane(surfaces, tri, w, px, py, pz, dx, dy, dz, f):
     """Newton in the plane through (px, py, pz) across (dx, dy, dz); zeros: across the curve."""
-    return meet_to(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, _STEP, f)
+    return newton_in_plane_to(surfaces, tri, w, px, py, pz, dx, dy, dz, _STEP, f)
 
 
 @scalar
-def meet_to(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, enough, f):
-    """`meet`, over when the next step can no longer matter: see the head of this file."""
+def newton_in_plane_to(surfaces, tri, w, px, py, pz, dx, dy, dz, enough, f):
+    """`newton_in_plane`, over when the next step can no longer matter: see the head of this file."""
+    xa, ya, za, xb, yb, zb, c = (
+        surfaces.xa,
+        surfaces.ya,
+        surfaces.za,
+        surfaces.xb,
+        surfaces.yb,
+        surfaces.zb,
+        surfaces.c,
+    )
     left, before = enough * enough, 0.0
     for _ in range(16):
         evaluate(xa, ya, za, w[0], w[1], f, 0)
-        second(xb, yb, zb, c, tri, w[2], w[3], f)
+        evaluate_second(xb, yb, zb, c, tri, w[2], w[3], f)
         # normals as long as they are: roots and quotients are what a step would wait for
         ax, ay, az = _across(f, 0)
         bx, by, bz = _across(f, 9)
@@ -157,15 +181,24 @@ def meet_to(xa, ya, za, xb, yb, zb, c, tri, w, px, py, pz, dx, dy, dz, enough, f
 
 
 @scalar
-def meet_line(xa, ya, za, xb, yb, zb, c, tri, w, hold, f):
+def newton_on_boundary(surfaces, tri, w, hold, f):
     """Newton where one parameter of one surface is held: a line on it through the other."""
+    xa, ya, za, xb, yb, zb, c = (
+        surfaces.xa,
+        surfaces.ya,
+        surfaces.za,
+        surfaces.xb,
+        surfaces.yb,
+        surfaces.zb,
+        surfaces.c,
+    )
     first = hold <= HOLD_VA
     o, k, g, m = (0, 0, 9, 2) if first else (9, 2, 0, 0)
     eu = 0.0 if (hold == HOLD_UA or hold == HOLD_UB) else (-1.0 if hold == HOLD_SUM else 1.0)
     ev = 0.0 if (hold == HOLD_VA or hold == HOLD_VB) else 1.0
     for _ in range(16):
         evaluate(xa, ya, za, w[0], w[1], f, 0)
-        second(xb, yb, zb, c, tri, w[2], w[3], f)
+        evaluate_second(xb, yb, zb, c, tri, w[2], w[3], f)
         _, _, _, _, _, _, tx, ty, tz, sine = _crossing(f)
         if math.isnan(f[0] + f[1] + f[2] + f[9] + f[10] + f[11]):
             return HOLE
@@ -210,18 +243,26 @@ def inside(za, zb, w):
 
 
 @scalar
-def doubt(xa, ya, za, xb, yb, zb, w, f, out):
-    """`trust` along the normals of a and b: three numbers each."""
+def differences_at(surfaces, w, f, out):
+    """`interpolant_differences` along the normals of a and b: three numbers each."""
+    xa, ya, za, xb, yb, zb = (
+        surfaces.xa,
+        surfaces.ya,
+        surfaces.za,
+        surfaces.xb,
+        surfaces.yb,
+        surfaces.zb,
+    )
     p, q, r = normal(f, 0)
-    out[0], out[1], out[2] = trust(xa, ya, za, w[0], w[1], p, q, r)
+    out[0], out[1], out[2] = interpolant_differences(xa, ya, za, w[0], w[1], p, q, r)
     out[3], out[4], out[5] = 0.0, 0.0, 0.0
     if zb.shape[0] > 1:
         p, q, r = normal(f, 9)
-        out[3], out[4], out[5] = trust(xb, yb, zb, w[2], w[3], p, q, r)
+        out[3], out[4], out[5] = interpolant_differences(xb, yb, zb, w[2], w[3], p, q, r)
 
 
 @entry("d2 d2 d2 d2 d2 d2 d3 l1 l1 d2 d2 d2 d2 d2 -> l1")
-def lift_points(xa, ya, za, xb, yb, zb, c, tri, hold, start, w, p, tangents, doubts):
+def lift_points(xa, ya, za, xb, yb, zb, c, tri, hold, start, w, p, tangents, differences):
     """Lift points in place of `start` (n, 3); w (n, 4) come in near and go out exact.
 
     Fills p (n, 3), tangents (n, 4) with the sine of the angle between the surfaces last, and
@@ -229,30 +270,29 @@ def lift_points(xa, ya, za, xb, yb, zb, c, tri, hold, start, w, p, tangents, dou
     """
     n = start.shape[0]
     status = np.empty(n, dtype=np.int64)
+    surfaces = SurfacePair(xa, ya, za, xb, yb, zb, c)
     f = np.empty(N_WORK)
     for i in range(n):
         if hold[i] < 0:
             status[i] = HOLE
             continue
         if hold[i] > 0:
-            found = meet_line(xa, ya, za, xb, yb, zb, c, tri[i], w[i], hold[i], f)
+            found = newton_on_boundary(surfaces, tri[i], w[i], hold[i], f)
         else:
             q = start[i]
-            found = meet(
-                xa, ya, za, xb, yb, zb, c, tri[i], w[i], q[0], q[1], q[2], 0.0, 0.0, 0.0, f
-            )
+            found = newton_in_plane(surfaces, tri[i], w[i], q[0], q[1], q[2], 0.0, 0.0, 0.0, f)
         if found == LIFTED:
             p[i] = f[F_POINT : F_POINT + 3]
             tangents[i] = f[F_TANGENT:N_WORK]
-            doubt(xa, ya, za, xb, yb, zb, w[i], f, doubts[i])
-            if math.isnan(doubts[i, 0] + doubts[i, 3]):
+            differences_at(surfaces, w[i], f, differences[i])
+            if math.isnan(differences[i, 0] + differences[i, 3]):
                 found = HOLE
         status[i] = found
     return status
 
 
 @entry("d2 d2 d2 l1 l1 l1 l -> ")
-def keep_order(start, p, tangents, must, offsets, status, dropped):
+def drop_reversals(start, p, tangents, must, offsets, status, dropped):
     """Drop lifted points that are not ahead of the one before, as the plain curve goes.
 
     Points that must stay, and are not ahead, go ASTRAY.
@@ -265,7 +305,7 @@ def keep_order(start, p, tangents, must, offsets, status, dropped):
                 for k in range(3):
                     along += (start[i + 1, k] - start[i, k]) * tangents[i, k]
                 vote += 1 if along > 0.0 else -1
-        way = 1.0 if vote >= 0 else -1.0
+        sense = 1.0 if vote >= 0 else -1.0
         last = -1
         for i in range(offsets[curve], offsets[curve + 1]):
             if status[i] == dropped:
@@ -276,8 +316,8 @@ def keep_order(start, p, tangents, must, offsets, status, dropped):
             if last >= 0:
                 out, back = 0.0, 0.0
                 for k in range(3):
-                    out += (p[i, k] - p[last, k]) * tangents[last, k] * way
-                    back += (p[i, k] - p[last, k]) * tangents[i, k] * way
+                    out += (p[i, k] - p[last, k]) * tangents[last, k] * sense
+                    back += (p[i, k] - p[last, k]) * tangents[i, k] * sense
                 if not (out > 0.0 and back > 0.0):
                     if must[i] == 0:
                         status[i] = dropped

@@ -17,12 +17,12 @@ from geosurf.kernels.compile.jit import scalar
 from geosurf.kernels.smooth.control_nets import separated
 from geosurf.kernels.smooth.coverage import cone, key_of, transverse
 from geosurf.kernels.smooth.cubic_patch import cell_net
-from geosurf.kernels.smooth.hermite_arcs import K_LENGTH, from_arc, on_arc
-from geosurf.kernels.smooth.lift import F_POINT, meet_to
+from geosurf.kernels.smooth.hermite_arcs import K_LENGTH, on_arc, squared_distance_to_arc
+from geosurf.kernels.smooth.lift import F_POINT, newton_in_plane_to
 from geosurf.kernels.smooth.patch_pairs import M_BULGE, M_CORNER
 
 # in place of the knot where a walk has passed; LEFT: to be split; CROSSED: though a walk has passed
-NOT_PASSED, LEFT, CROSSED = -1, -2, -3
+NOT_PASSED, TO_SPLIT, CROSSED = -1, -2, -3
 _PLACES = 8  # of an arc, at which is looked which pair of cells it runs through
 
 
@@ -65,8 +65,16 @@ def _cone_once(cones, patches, k):
 
 
 @scalar
-def _are_transverse(xa, ya, za, xb, yb, zb, cell_a, p, cell_b, q, nets, half):
+def _are_transverse(surfaces, cell_a, p, cell_b, q, nets, half):
     """Whether two cells are, by their cones p, q; by those of nets where these do not tell."""
+    xa, ya, za, xb, yb, zb = (
+        surfaces.xa,
+        surfaces.ya,
+        surfaces.za,
+        surfaces.xb,
+        surfaces.yb,
+        surfaces.zb,
+    )
     if transverse(p[0], p[1], p[2], p[3], q[0], q[1], q[2], q[3]):
         return True
     cell_net(xa, ya, za, cell_a // (za.shape[1] - 1), cell_a % (za.shape[1] - 1), nets[0], half)
@@ -77,18 +85,17 @@ def _are_transverse(xa, ya, za, xb, yb, zb, cell_a, p, cell_b, q, nets, half):
 
 
 @scalar
-def _is_open(xa, ya, za, xb, yb, zb, cell_a, cell_b, patches_a, patches_b, a, b, cones_a, cones_b,
-             nets, half):  # fmt: skip
+def _rows_transverse(
+    surfaces, cell_a, cell_b, patches_a, patches_b, a, b, cones_a, cones_b, nets, half
+):
     """Whether the cells of rows a, b are transverse; `nets`, `half`: room for Bernstein nets."""
     _cone_once(cones_a, patches_a, a)
     _cone_once(cones_b, patches_b, b)
-    return _are_transverse(
-        xa, ya, za, xb, yb, zb, cell_a[a], cones_a[a], cell_b[b], cones_b[b], nets, half
-    )
+    return _are_transverse(surfaces, cell_a[a], cones_a[a], cell_b[b], cones_b[b], nets, half)
 
 
 @scalar
-def open_pairs(xa, ya, za, xb, yb, zb, pairs, cell_a, cell_b, patches_a, patches_b):
+def classify_pairs(surfaces, pairs, cell_a, cell_b, patches_a, patches_b):
     """Sorted keys of pairs, their order; NOT_PASSED for each pair, LEFT if not transverse."""
     n_pair = pairs.shape[0]
     keys, knot_of = np.empty(n_pair, dtype=np.int64), np.empty(n_pair, dtype=np.int64)
@@ -97,20 +104,22 @@ def open_pairs(xa, ya, za, xb, yb, zb, pairs, cell_a, cell_b, patches_a, patches
     for k in range(n_pair):
         a, b = pairs[k, 0], pairs[k, 1]
         # in a helper that makes no array: what does counts who holds each of them, pair by pair
-        clear = _is_open(xa, ya, za, xb, yb, zb, cell_a, cell_b, patches_a, patches_b, a, b,
-                         cones_a, cones_b, nets, half)  # fmt: skip
-        knot_of[k] = NOT_PASSED if clear else LEFT
+        clear = _rows_transverse(
+            surfaces, cell_a, cell_b, patches_a, patches_b, a, b, cones_a, cones_b, nets, half
+        )
+        knot_of[k] = NOT_PASSED if clear else TO_SPLIT
         keys[k] = cell_a[a] * (1 << 31) + cell_b[b]
     order = np.argsort(keys)
     return keys[order], order, knot_of
 
 
 @scalar
-def land(xa, ya, za, xb, yb, zb, c, m, cell_a, cell_b, enough, seed, f):
+def find_seed(surfaces, m, cell_a, cell_b, enough, seed, f):
     """Newton from the middle of a pair of cells: point and parameters into `seed` (7,).
 
     m: the patch of the first cell.
     """
+    za, zb = surfaces.za, surfaces.zb
     n_col = za.shape[1] - 1
     seed[3], seed[4] = cell_a % n_col + 0.5, cell_a // n_col + 0.5
     n_col = zb.shape[1] - 1
@@ -118,15 +127,23 @@ def land(xa, ya, za, xb, yb, zb, c, m, cell_a, cell_b, enough, seed, f):
     for k in range(M_CORNER, M_CORNER + 3):
         seed[k - M_CORNER] = 0.25 * (m[k] + m[k + 3] + m[k + 6] + m[k + 9])
     x, y, z = seed[0], seed[1], seed[2]
-    found = meet_to(xa, ya, za, xb, yb, zb, c, 0, seed[3:7], x, y, z, 0.0, 0.0, 0.0, enough, f)
+    found = newton_in_plane_to(surfaces, 0, seed[3:7], x, y, z, 0.0, 0.0, 0.0, enough, f)
     for k in range(3):
         seed[k] = f[F_POINT + k]
     return found
 
 
 @scalar
-def holds_nothing(xa, ya, za, xb, yb, zb, cell_a, cell_b, seed):
+def is_disjoint_pair(surfaces, cell_a, cell_b, seed):
     """Whether a landing lies in other cells than it started from, and nets part those two."""
+    xa, ya, za, xb, yb, zb = (
+        surfaces.xa,
+        surfaces.ya,
+        surfaces.za,
+        surfaces.xb,
+        surfaces.yb,
+        surfaces.zb,
+    )
     if key_of(za, zb, seed[3:7], 0) == cell_a * (1 << 31) + cell_b:
         return False
     nets, half = np.empty((2, 4, 4, 3)), np.empty((4, 4))
@@ -143,7 +160,7 @@ def _place_of(keys, order, key):
 
 
 @scalar
-def pass_through(za, zb, knots, first, n, keys, order, knot_of, row):
+def mark_passed(za, zb, knots, first, n, keys, order, knot_of, row):
     """Tell the pairs of cells that knots first to n run through at which knot an arc does."""
     last = -1
     for i in range(first + 1, n):
@@ -170,19 +187,19 @@ def keys_passed(keys, order, knot_of):
 
 
 @scalar
-def is_beside(za, zb, knots, n, seed, reach, keys, order, knot_of):
+def is_near_curve(za, zb, knots, n, seed, reach, keys, order, knot_of):
     """Whether a landing lies within reach [m] of an arc: that in its own pair of cells, or any."""
     x, y, z = seed[0], seed[1], seed[2]
     k = _place_of(keys, order, key_of(za, zb, seed[3:7], 0))
     if k >= 0 and knot_of[k] >= 0:
         i = knot_of[k]
-        if from_arc(knots[i - 1], knots[i], x, y, z) <= reach * reach:
+        if squared_distance_to_arc(knots[i - 1], knots[i], x, y, z) <= reach * reach:
             return True
     for i in range(1, n):
         size = knots[i, K_LENGTH] + reach
         dx, dy, dz = x - knots[i, 0], y - knots[i, 1], z - knots[i, 2]
         if knots[i, K_LENGTH] < 0.0 or dx * dx + dy * dy + dz * dz > size * size:
             continue
-        if from_arc(knots[i - 1], knots[i], x, y, z) <= reach * reach:
+        if squared_distance_to_arc(knots[i - 1], knots[i], x, y, z) <= reach * reach:
             return True
     return False

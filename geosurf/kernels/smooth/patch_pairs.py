@@ -19,16 +19,16 @@ import math
 import numpy as np
 
 from geosurf.kernels.compile.jit import scalar
-from geosurf.kernels.smooth.patch_pyramid import BLOCK, SLACK, block_pairs, bulge, is_present, node
+from geosurf.kernels.smooth.cubic_patch import node, unit_cross
+from geosurf.kernels.smooth.patch_pyramid import BLOCK, SLACK, block_pairs, bulge, is_present
 from geosurf.kernels.smooth.quadtree import (
     HALF,
     N_FACT,
     PARTS,
-    across,
-    beyond,
+    boxes_disjoint,
     cells_of,
-    clear,
     describe_to,
+    outside_slab,
 )
 
 M_BULGE = N_FACT
@@ -78,7 +78,7 @@ def _describe(m):
         more = m[M_BULGE + axis] + SLACK
         m[axis], m[3 + axis] = low - more, high + more
     a, b, c, d = M_CORNER, M_CORNER + 3, M_CORNER + 6, M_CORNER + 9
-    m[6], m[7], m[8] = across(
+    m[6], m[7], m[8] = unit_cross(
         m[d] - m[a], m[d + 1] - m[a + 1], m[d + 2] - m[a + 2],
         m[c] - m[b], m[c + 1] - m[b + 1], m[c + 2] - m[b + 2],
     )  # fmt: skip
@@ -133,7 +133,7 @@ def _heights(side, r0, r1, c0, c1, s, heights):
 
 
 @scalar
-def _passed_by(heights, i, j, more, s):
+def _cell_outside(heights, i, j, more, s):
     """Whether cell (i, j) of a quarter, thicker by `more`, is outside of a slab s."""
     low, high = np.inf, -np.inf
     for k in range(2):
@@ -147,13 +147,13 @@ def _passed_by(heights, i, j, more, s):
 
 
 @scalar
-def _patches_in(side, block, part, s, kept, place, out, heights):
+def _patches_in(side, block, part, s, cache, place, out, heights):
     """Rows of the patches of a part that are near a part s of the other side, into `out`; how many.
 
     Patches are made where there are none.
     """
     z, bends = side[2], side[4]
-    _, _, rows, patches, marks, n = kept
+    _, _, rows, patches, marks, n = cache
     count = 0
     r0, r1, c0, c1 = 0, 1, 0, 1
     lattice = z.shape[0] > 1
@@ -170,27 +170,27 @@ def _patches_in(side, block, part, s, kept, place, out, heights):
             if rows[place, at] < 0:
                 if sloping:
                     more = bulge(z, i, i + 1, j, j + 1) * bend + SLACK
-                    if _passed_by(heights, i - r0, j - c0, more, s):
+                    if _cell_outside(heights, i - r0, j - c0, more, s):
                         continue
                 marks[n[0]] = _make_patch(side, block, i, j, patches[n[0]])
                 rows[place, at] = n[0]
                 n[0] += 1
             k = rows[place, at]
-            if not clear(patches[k], s) and not _outside(patches[k], s):
+            if not boxes_disjoint(patches[k], s) and not _outside(patches[k], s):
                 out[count] = k
                 count += 1
     return count
 
 
 @scalar
-def _meet_patches(here, n_here, patches_a, there, n_there, patches_b, out, n):
+def _meet_patches(rows_a, n_a, patches_a, rows_b, n_b, patches_b, out, n):
     """Append the pairs of some patches of a with some of b that are not apart."""
-    for e in range(n_here):
-        a = patches_a[here[e]]
-        for g in range(n_there):
-            b = patches_b[there[g]]
-            if not (clear(a, b) or _outside(a, b) or _outside(b, a)):
-                out[n, 0], out[n, 1] = here[e], there[g]
+    for e in range(n_a):
+        a = patches_a[rows_a[e]]
+        for g in range(n_b):
+            b = patches_b[rows_b[g]]
+            if not (boxes_disjoint(a, b) or _outside(a, b) or _outside(b, a)):
+                out[n, 0], out[n, 1] = rows_a[e], rows_b[g]
                 n += 1
     return n
 
@@ -210,7 +210,7 @@ def _numbered(pairs, side, n_block):
 
 
 @scalar
-def _room_for(n_block, n_cell):
+def _empty_cache(n_block, n_cell):
     """Nothing known yet of so many blocks, each of so many cells."""
     facts, known = np.empty((n_block * PARTS, N_FACT)), np.zeros(n_block, dtype=np.int64)
     rows, n = np.full((n_block, n_cell), -1, dtype=np.int64), n_block * n_cell
@@ -220,10 +220,10 @@ def _room_for(n_block, n_cell):
 
 
 @scalar
-def _used(side, kept, pairs, column):
+def _renumber_used(side, cache, pairs, column):
     """Renumber one column of pairs by first use; cells, patches and `whole` of those in use."""
     x, y, z, _, _ = side
-    _, _, _, patches, marks, n = kept
+    _, _, _, patches, marks, n = cache
     place, rows, count = np.full(n[0], -1, dtype=np.int64), np.empty(n[0], dtype=np.int64), 0
     for k in range(pairs.shape[0]):
         row = pairs[k, column]
@@ -262,13 +262,13 @@ def _all_set(flags):
 
 
 @scalar
-def _near_blocks(a, g, kept_a, u, b, h, kept_b, v):
+def _near_blocks(a, g, cache_a, u, b, h, cache_b, v):
     """Whether two blocks are not told apart by their slabs; their quarters are described then."""
-    facts_a, known_a, _, _, _, _ = kept_a
-    facts_b, known_b, _, _, _, _ = kept_b
+    facts_a, known_a, _, _, _, _ = cache_a
+    facts_b, known_b, _, _, _, _ = cache_b
     describe_to(a, g, 1, known_a, facts_a, u)
     describe_to(b, h, 1, known_b, facts_b, v)
-    if beyond(a, g, 0, facts_b[v * PARTS]) or beyond(b, h, 0, facts_a[u * PARTS]):
+    if outside_slab(a, g, 0, facts_b[v * PARTS]) or outside_slab(b, h, 0, facts_a[u * PARTS]):
         return False
     describe_to(a, g, PARTS, known_a, facts_a, u)
     describe_to(b, h, PARTS, known_b, facts_b, v)
@@ -276,21 +276,21 @@ def _near_blocks(a, g, kept_a, u, b, h, kept_b, v):
 
 
 @scalar
-def _meet_blocks(a, g, kept_a, u, b, h, kept_b, v, here, there, heights, out, n):
+def _meet_blocks(a, g, cache_a, u, b, h, cache_b, v, rows_a, rows_b, heights, out, n):
     """Append the pairs of patches of two blocks that are not apart, quarter by quarter."""
     for k in range(_PAIRS.shape[0]):
         i, j = _PAIRS[k, 0], _PAIRS[k, 1]
-        s, t = kept_a[0][u * PARTS + i], kept_b[0][v * PARTS + j]
-        if clear(s, t) or beyond(a, g, i, t) or beyond(b, h, j, s):
+        s, t = cache_a[0][u * PARTS + i], cache_b[0][v * PARTS + j]
+        if boxes_disjoint(s, t) or outside_slab(a, g, i, t) or outside_slab(b, h, j, s):
             continue
-        n_here = _patches_in(a, g, i, t, kept_a, u, here, heights)
-        n_there = _patches_in(b, h, j, s, kept_b, v, there, heights)
-        n = _meet_patches(here, n_here, kept_a[3], there, n_there, kept_b[3], out, n)
+        n_a = _patches_in(a, g, i, t, cache_a, u, rows_a, heights)
+        n_b = _patches_in(b, h, j, s, cache_b, v, rows_b, heights)
+        n = _meet_patches(rows_a, n_a, cache_a[3], rows_b, n_b, cache_b[3], out, n)
     return n
 
 
 @scalar
-def _with_room(out, n):
+def _with_capacity(out, n):
     """Pairs with room for all of two blocks: nothing that is called in loops makes an array."""
     if n + _MOST_PAIRS <= out.shape[0]:
         return out
@@ -311,19 +311,19 @@ def near_patches(a, b, boxes, shape, items, planes):
     pairs = block_pairs(boxes, shape, items, planes)
     of_a, na = _numbered(pairs, 0, shape[0, 1] * shape[0, 2])
     of_b, nb = _numbered(pairs, 1, items.shape[0])
-    kept_a = _room_for(na, BLOCK * BLOCK)
-    kept_b = _room_for(nb, BLOCK * BLOCK if b[2].shape[0] > 1 else 1)
-    here, there = np.empty(HALF * HALF, dtype=np.int64), np.empty(HALF * HALF, dtype=np.int64)
+    cache_a = _empty_cache(na, BLOCK * BLOCK)
+    cache_b = _empty_cache(nb, BLOCK * BLOCK if b[2].shape[0] > 1 else 1)
+    rows_a, rows_b = np.empty(HALF * HALF, dtype=np.int64), np.empty(HALF * HALF, dtype=np.int64)
     heights, n = np.empty((HALF + 1, HALF + 1)), 0
     out = np.empty((_MOST_PAIRS, 2), dtype=np.int64)
     for k in range(pairs.shape[0]):
         g, h = pairs[k, 0], pairs[k, 1]
         u, v = of_a[g], of_b[h]
-        if _near_blocks(a, g, kept_a, u, b, h, kept_b, v):
-            out = _with_room(out, n)
-            n = _meet_blocks(a, g, kept_a, u, b, h, kept_b, v, here, there, heights, out, n)
+        if _near_blocks(a, g, cache_a, u, b, h, cache_b, v):
+            out = _with_capacity(out, n)
+            n = _meet_blocks(a, g, cache_a, u, b, h, cache_b, v, rows_a, rows_b, heights, out, n)
     out = out[:n].copy()
-    cells_a, patches_a, flags_a = _used(a, kept_a, out, 0)
-    cells_b, patches_b, flags_b = _used(b, kept_b, out, 1)
+    cells_a, patches_a, flags_a = _renumber_used(a, cache_a, out, 0)
+    cells_b, patches_b, flags_b = _renumber_used(b, cache_b, out, 1)
     size, whole = _largest_diagonal(patches_a), min(_all_set(flags_a), _all_set(flags_b))
     return cells_a, cells_b, patches_a, patches_b, flags_a, flags_b, out, size, whole

@@ -27,6 +27,7 @@ import math
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
+from geosurf.kernels.smooth.cubic_patch import node
 
 BLOCK = 8
 SLACK = 1e-9  # [m], above the rounding of coordinates
@@ -99,30 +100,24 @@ def _centres(n, first, last):
 
 
 @scalar
-def _bend_row(q, n_row, n_col, r0, r1, axis, beside, above, bends):
+def _bend_row(q, n_row, n_col, r0, r1, axis, along_rows, along_columns, bends):
     """D of one coordinate for a row of blocks, whose cells have rows r0 to r1."""
     if q.shape[1] > 1:
         rows = q.shape[0] > 1
         i0, i1 = max(min(r0 - 1, n_row - 4), 0), min(max(r1 + 2, 4), n_row)
-        _along_rows(q, i0 if rows else 0, i1 if rows else 1, beside)
+        _along_rows(q, i0 if rows else 0, i1 if rows else 1, along_rows)
     if q.shape[0] > 1:
         i0, i1 = _centres(n_row, r0, r1)
-        _along_columns(q, i0, i1, above[: q.shape[1]])
+        _along_columns(q, i0, i1, along_columns[: q.shape[1]])
     for block in range(bends.shape[0]):
         c0, c1 = block * BLOCK, min(block * BLOCK + BLOCK, n_col - 1)
         bend = 0.0
         if q.shape[1] > 1:
             j0, j1 = _centres(n_col, c0, c1)
-            bend += _largest(beside, j0 - 1, j1 - 1)
+            bend += _largest(along_rows, j0 - 1, j1 - 1)
         if q.shape[0] > 1:
-            bend += _largest(above, c0, c1 + 1) if q.shape[1] > 1 else above[0]
+            bend += _largest(along_columns, c0, c1 + 1) if q.shape[1] > 1 else along_columns[0]
         bends[block, axis] = bend
-
-
-@scalar
-def node(q, i, j):
-    """One coordinate of a node; the row or column of an upright lattice is there once."""
-    return q[0 if q.shape[0] == 1 else i, 0 if q.shape[1] == 1 else j]
 
 
 @scalar
@@ -132,7 +127,7 @@ def is_present(x, y, z, i, j):
 
 
 @scalar
-def _four_tell(x, y, z, whole, r0, r1, c0, c1, bend):
+def _corners_suffice(x, y, z, whole, r0, r1, c0, c1, bend):
     """Whether bounds from the four outermost nodes of a block are good ones."""
     if not whole:
         for i in range(r0, r1 + 1):
@@ -247,16 +242,16 @@ def _shift(q, origin, out, first, last):
 
 
 @scalar
-def _row_of_blocks(x, y, z, whole, i, beside, above, boxes, bends):
+def _row_of_blocks(x, y, z, whole, i, along_rows, along_columns, boxes, bends):
     """Bends and boxes of row i of the finest blocks."""
     n_row, n_col = z.shape
     r0, r1 = i * BLOCK, min(i * BLOCK + BLOCK, n_row - 1)
     for axis in range(3):
         q = x if axis == 0 else (y if axis == 1 else z)
-        _bend_row(q, n_row, n_col, r0, r1, axis, beside, above, bends)
+        _bend_row(q, n_row, n_col, r0, r1, axis, along_rows, along_columns, bends)
     for j in range(bends.shape[0]):
         c0, c1 = j * BLOCK, min(j * BLOCK + BLOCK, n_col - 1)
-        tell = _four_tell(x, y, z, whole, r0, r1, c0, c1, bends[j])
+        tell = _corners_suffice(x, y, z, whole, r0, r1, c0, c1, bends[j])
         bends[j, 3] = 1.0 if tell else 0.0
         box_of(x, y, z, bends[j], r0, r1, c0, c1, boxes[j])
 
@@ -273,7 +268,7 @@ def lattice_pyramid(x, y, z, origin, whole):
     across = shape[0, 2]
     easting, northing = np.empty(x.shape), np.empty(y.shape)
     boxes, bends = np.empty((total, 6)), np.empty((shape[0, 1] * across, 4))
-    beside, above = np.empty(n_col), np.empty(n_col)
+    along_rows, along_columns = np.empty(n_col), np.empty(n_col)
     shifted = 0  # rows, just before they are looked at
     for i in range(shape[0, 1]):
         wanted = max(min(i * BLOCK + BLOCK, n_row - 1) + 3, 4)
@@ -283,7 +278,15 @@ def lattice_pyramid(x, y, z, origin, whole):
         one, two = i * across, i * across + across
         # in a helper, which does not count who holds its arrays, block by block
         _row_of_blocks(
-            easting, northing, z, whole, i, beside, above, boxes[one:two], bends[one:two]
+            easting,
+            northing,
+            z,
+            whole,
+            i,
+            along_rows,
+            along_columns,
+            boxes[one:two],
+            bends[one:two],
         )
     for level in range(1, shape.shape[0]):
         _join_boxes(boxes, shape, level)
@@ -291,7 +294,7 @@ def lattice_pyramid(x, y, z, origin, whole):
 
 
 @scalar
-def _meet(p, i, q, j):
+def _boxes_meet(p, i, q, j):
     """Whether box i of p meets box j of q; an empty or undefined one meets none."""
     # all six at once: which of them fails cannot be foreseen
     return (
@@ -302,7 +305,7 @@ def _meet(p, i, q, j):
 
 
 @scalar
-def _beside(boxes, row, planes, item):
+def _off_plane(boxes, row, planes, item):
     """Whether a box lies on one side of a plane (a, b, c, d)."""
     middle, reach = -planes[item, 3], SLACK
     for axis in range(3):
@@ -327,9 +330,9 @@ def block_pairs(boxes, shape, items, planes):
             top -= 1
             level, i, j = stack[top, 0], stack[top, 1], stack[top, 2]
             row = shape[level, 0] + i * shape[level, 2] + j
-            if not _meet(boxes, row, items, item):
+            if not _boxes_meet(boxes, row, items, item):
                 continue
-            if flat and _beside(boxes, row, planes, item):
+            if flat and _off_plane(boxes, row, planes, item):
                 continue
             if level == 0:
                 if n == out.shape[0]:

@@ -11,7 +11,8 @@ import math
 import numpy as np
 
 from geosurf.kernels.compile.jit import scalar
-from geosurf.kernels.smooth.patch_pyramid import BLOCK, SLACK, box_of, node, span_along
+from geosurf.kernels.smooth.cubic_patch import node, unit_cross
+from geosurf.kernels.smooth.patch_pyramid import BLOCK, SLACK, box_of, span_along
 
 HALF = BLOCK // 2
 PARTS = 5  # a block and its quarters
@@ -46,25 +47,17 @@ def _span(side, block, part, p, q, r):
 
 
 @scalar
-def across(ux, uy, uz, vx, vy, vz):
-    """Unit vector across two; NaN if they are parallel or absent."""
-    p, q, r = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    size = math.sqrt(p * p + q * q + r * r)
-    return p / size, q / size, r / size
-
-
-@scalar
 def _normal_of(side, block, part):
     """Unit vector across the diagonals of a part, or across a triangle; NaN if there is none."""
     x, y, z, c, _ = side
     if z.shape[0] == 1:
         t = c[block]
-        return across(
+        return unit_cross(
             t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2],
             t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2],
         )  # fmt: skip
     r0, r1, c0, c1 = cells_of(z, block, part)
-    return across(
+    return unit_cross(
         node(x, r1, c1) - node(x, r0, c0), node(y, r1, c1) - node(y, r0, c0), z[r1, c1] - z[r0, c0],
         node(x, r1, c0) - node(x, r0, c1), node(y, r1, c0) - node(y, r0, c1), z[r1, c0] - z[r0, c1],
     )  # fmt: skip
@@ -103,7 +96,7 @@ def describe_to(side, block, wanted, known, s, place):
 
 
 @scalar
-def beyond(side, block, part, slab):
+def outside_slab(side, block, part, slab):
     """Whether a part is outside of another one's slab."""
     if not math.isfinite(slab[6]):
         return False
@@ -112,7 +105,7 @@ def beyond(side, block, part, slab):
 
 
 @scalar
-def clear(s, t):
+def boxes_disjoint(s, t):
     """Whether two boxes are apart; an empty or undefined one is apart from all."""
     return not (
         s[0] <= t[3] and t[0] <= s[3]

@@ -16,14 +16,14 @@ import math
 import numpy as np
 
 from geosurf.kernels.compile.jit import entry, scalar
-from geosurf.kernels.smooth.lift import F_POINT, LIFTED, N_WORK, meet
+from geosurf.kernels.smooth.lift import F_POINT, LIFTED, N_WORK, SurfacePair, newton_in_plane
 
 SAFETY = 4.0 / 3.0
 _DEEPEST = 24
 
 
 @scalar
-def from_chord(p, q, x, y, z):
+def squared_distance_to_chord(p, q, x, y, z):
     """Squared distance of a point from the segment p, q."""
     dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     ex, ey, ez = x - p[0], y - p[1], z - p[2]
@@ -36,7 +36,7 @@ def from_chord(p, q, x, y, z):
 
 
 @scalar
-def measure(xa, ya, za, xb, yb, zb, c, tri, one, two, target, wm, f):
+def measure_chord(surfaces, tri, one, two, target, wm, f):
     """Largest distance of the curve from a chord at three places, or -1; wm gets the middle.
 
     one, two: rows (7,) of point and parameters. wm (7,) is the point of the curve over the middle.
@@ -52,7 +52,7 @@ def measure(xa, ya, za, xb, yb, zb, c, tri, one, two, target, wm, f):
         for col in range(4):
             aside[col] = one[3 + col] + t * (two[3 + col] - one[3 + col])
         x, y, z = one[0] + t * dx, one[1] + t * dy, one[2] + t * dz
-        found = meet(xa, ya, za, xb, yb, zb, c, tri, aside, x, y, z, dx, dy, dz, f)
+        found = newton_in_plane(surfaces, tri, aside, x, y, z, dx, dy, dz, f)
         if found != LIFTED:
             return -1.0
         if k == 0:
@@ -66,16 +66,20 @@ def measure(xa, ya, za, xb, yb, zb, c, tri, one, two, target, wm, f):
 
 
 @scalar
-def _grown(rows, n):
-    if n < rows.shape[0]:
-        return rows
-    more = np.empty((2 * n + 16, 9))
-    more[:n] = rows
-    return more
+def append_row(rows, n, at, error, tri):
+    """Append point and parameters `at` (7,), chord error and triangle: rows, longer if full."""
+    if n == rows.shape[0]:
+        more = np.empty((2 * n + 16, 9))
+        more[:n] = rows
+        rows = more
+    rows[n, :7] = at
+    rows[n, 7] = error
+    rows[n, 8] = tri
+    return rows, n + 1
 
 
 @scalar
-def _refine(xa, ya, za, xb, yb, zb, c, tri, one, two, target, out, n, stack, f):
+def _refine(surfaces, tri, one, two, target, out, n, stack, f):
     """Append the points after `one` up to `two`; column 7: chord error, -1 unknown; 8: triangle.
 
     Appends nothing where already the first chord cannot be measured.
@@ -87,18 +91,14 @@ def _refine(xa, ya, za, xb, yb, zb, c, tri, one, two, target, out, n, stack, f):
     wm = np.empty(7)
     while top > 0:
         goal = stack[top - 1]
-        error = measure(xa, ya, za, xb, yb, zb, c, tri, here, goal, target, wm, f)
+        error = measure_chord(surfaces, tri, here, goal, target, wm, f)
         if error > target and top < _DEEPEST:
             stack[top] = wm
             top += 1
             continue
         if error < 0.0 and n == first and top == 1:
             break
-        out = _grown(out, n)
-        out[n, :7] = goal
-        out[n, 7] = SAFETY * error if error >= 0.0 else -1.0
-        out[n, 8] = tri
-        n += 1
+        out, n = append_row(out, n, goal, SAFETY * error if error >= 0.0 else -1.0, tri)
         here[:] = goal
         top -= 1
     return out, n
@@ -111,6 +111,7 @@ def resample_runs(xa, ya, za, xb, yb, zb, c, rows, runs, tri, target):
     Returns rows (n, 9) of point, parameters, chord error and triangle, run by run, and offsets.
     The first row of each run has chord error 0.
     """
+    surfaces = SurfacePair(xa, ya, za, xb, yb, zb, c)
     out = np.empty((rows.shape[0] + 16, 9))
     offsets = np.zeros(runs.shape[0] + 1, dtype=np.int64)
     stack = np.empty((_DEEPEST + 1, 7))
@@ -119,18 +120,16 @@ def resample_runs(xa, ya, za, xb, yb, zb, c, rows, runs, tri, target):
     n = 0
     for r in range(runs.shape[0]):
         here = runs[r, 0]
-        out = _grown(out, n)
-        out[n, :7] = rows[here]
-        out[n, 7] = 0.0
-        out[n, 8] = tri[r]
-        n += 1
+        out, n = append_row(out, n, rows[here], 0.0, tri[r])
         pending[0] = runs[r, 1]
         top = 1
         while top > 0:
             goal = pending[top - 1]
             far, worst = -1, target[r] * target[r]
             for k in range(here + 1, goal):
-                away = from_chord(rows[here], rows[goal], rows[k, 0], rows[k, 1], rows[k, 2])
+                away = squared_distance_to_chord(
+                    rows[here], rows[goal], rows[k, 0], rows[k, 1], rows[k, 2]
+                )
                 if away > worst:
                     far, worst = k, away
             if far >= 0:
@@ -138,20 +137,13 @@ def resample_runs(xa, ya, za, xb, yb, zb, c, rows, runs, tri, target):
                 top += 1
                 continue
             before = n
-            out, n = _refine(
-                xa, ya, za, xb, yb, zb, c, tri[r], rows[here], rows[goal], target[r],
-                out, n, stack, f,
-            )  # fmt: skip
+            out, n = _refine(surfaces, tri[r], rows[here], rows[goal], target[r], out, n, stack, f)  # fmt: skip
             if n == before and goal > here + 1:
                 pending[top] = (here + goal) // 2
                 top += 1
                 continue
             if n == before:
-                out = _grown(out, n)
-                out[n, :7] = rows[goal]
-                out[n, 7] = -1.0
-                out[n, 8] = tri[r]
-                n += 1
+                out, n = append_row(out, n, rows[goal], -1.0, tri[r])
             here = goal
             top -= 1
         offsets[r + 1] = n

@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from geosurf.arrangement.threads import map_threads
-from geosurf.kernels.sheets.fault_distance import own_height
-from geosurf.kernels.sheets.link_lines import NEAR, to_line
-from geosurf.kernels.sheets.node_bands import in_blocks, nodes_of_blocks
+from geosurf.kernels.sheets.fault_distance import distance_at_elevation
+from geosurf.kernels.sheets.link_lines import NEAR, nearest_on_line
+from geosurf.kernels.sheets.node_bands import nodes_of_blocks, points_in_blocks
 from geosurf.sheets.faults.traces import FaultMesh, Trace
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.sets import distinct
@@ -47,7 +47,7 @@ class Blocks:
 
     def of(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows of the points (n, 2 or more) in a block with anything, and their blocks."""
-        return in_blocks(xy, self.corner, self.shape, self.starts, self.size)
+        return points_in_blocks(xy, self.corner, self.shape, self.starts, self.size)
 
 
 def window(frame: Frame, blocks: Blocks) -> np.ndarray:
@@ -106,7 +106,7 @@ def side_at_own_height(mesh: FaultMesh, blocks: Blocks, points: np.ndarray, reac
     rows, block = blocks.of(points)
     if len(rows):
         corners = mesh.points[mesh.triangles].reshape(-1, 9)
-        far[rows], side[rows] = own_height(
+        far[rows], side[rows] = distance_at_elevation(
             points[rows], block, corners, blocks.boxes, mesh.normals[:, :2], blocks.starts,
             blocks.items, reach,
         )  # fmt: skip
@@ -123,7 +123,7 @@ def side_of_few(mesh: FaultMesh, points: np.ndarray, reach: float):
     point, items = np.nonzero(close)
     starts = np.searchsorted(point, np.arange(len(points) + 1))
     every, boxes = np.arange(len(points)), np.hstack([low, high])
-    return own_height(
+    return distance_at_elevation(
         points, every, corners.reshape(-1, 9), boxes, mesh.normals[:, :2], starts, items, reach
     )
 
@@ -201,7 +201,7 @@ class NearTrace:
         """Append nodes, increasing, that were not asked for yet."""
         points = self.frame.cells_of_node(node)
         some, block = blocks.of(points)
-        distance, side, nearest, t = to_line(
+        distance, side, nearest, t = nearest_on_line(
             points[some], block, self.pieces, blocks.boxes, blocks.starts, blocks.items, far
         )
         near = (nearest >= 0) & (node[some] >= 0)

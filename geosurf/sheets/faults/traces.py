@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from geosurf.kernels.meshes.numbering import number_keys
-from geosurf.kernels.sheets.fault_trace import block_bounds, may_meet, zero_pieces
+from geosurf.kernels.sheets.fault_trace import block_bounds, may_meet, zero_line_pieces
 from geosurf.kernels.sheets.link_lines import directed_lines
 from geosurf.model import TriSurface
 from geosurf.sheets.lattice.frame import Frame
@@ -125,7 +125,7 @@ def trace_lines(
     depth, needed = _depth(wide) + 1, _depth(wide)
     while needed < depth:
         depth = needed  # as fine as the triangles ask for that the trace runs through
-        names, places = zero_pieces(
+        names, places = zero_line_pieces(
             drape, low, high, levels, stretch, points, faces, edges, faces < ahead, depth
         )
         needed = _depth(wide[names[:, 4]])

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.kernels.sheets.column_products import products_of_columns, sums_of_columns
-from geosurf.kernels.sheets.smooth_surface import bent_by
+from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.sheets.faults.tips import Tips
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.solve import BEND, Common, Graph, equations, weights_of
@@ -141,7 +141,7 @@ def smoothest_rest(
 
     def bent(heights: np.ndarray) -> np.ndarray:
         """Derivatives (n, k) of half the energy by heights (n, k)."""
-        found = bent_by(graph.east, graph.north, graph.square, heights, weights)
+        found = energy_gradient(graph.east, graph.north, graph.square, heights, weights)
         if common is not None:
             found += common.matrix.T @ (common.matrix @ heights)
         return found

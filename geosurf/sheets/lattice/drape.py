@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from geosurf.kernels.sheets.graph_distance import links_among
-from geosurf.kernels.sheets.node_bands import nodes_around
+from geosurf.kernels.sheets.node_bands import dilate_nodes
 from geosurf.sheets.lattice.sets import distinct
 from geosurf.sheets.lattice.solve import Graph, grounded, lattice_graph, smoothest
 
 
 def around(nodes: np.ndarray, shape: tuple[int, int], steps: int) -> np.ndarray:
     """Nodes within some steps, rows and columns, of given ones; increasing."""
-    return nodes_around(distinct(nodes), *shape, steps)
+    return dilate_nodes(distinct(nodes), *shape, steps)
 
 
 def narrow_gaps(present: np.ndarray, width: float) -> np.ndarray:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geosurf.kernels.sheets.link_lines import CHUNK, first_met, undirected_lines
+from geosurf.kernels.sheets.link_lines import CHUNK, first_hits, undirected_lines
 from geosurf.sheets.faults.traces import split_lines
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.sets import distinct, is_among
@@ -103,4 +103,4 @@ def met(stations, direction, lines, reach) -> tuple[np.ndarray, np.ndarray]:
     first = np.arange(0, len(pieces), CHUNK)
     low = np.minimum.reduceat(np.minimum(pieces[:, :2], pieces[:, 3:5]), first)
     high = np.maximum.reduceat(np.maximum(pieces[:, :2], pieces[:, 3:5]), first)
-    return first_met(stations, direction, pieces, np.hstack([low, high]), reach)
+    return first_hits(stations, direction, pieces, np.hstack([low, high]), reach)
