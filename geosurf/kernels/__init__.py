@@ -1,27 +1,29 @@
 """Kernels: arrays in, arrays out. numba compiles them; the same code runs as plain Python.
 
-One room for each step of the method; each opens with a table of its files and the papers that they
-follow. A room imports from those above it only (checked by the import contracts).
+There is one room for each step of the method. Each room opens with a table of its files and the
+papers that they follow. A room imports from those above it only (checked by the import contracts).
 
 ============  ==================================================================================
-room          what happens there
+room          content
 ============  ==================================================================================
-`compile`     How kernels are compiled, kept and called; no kernel is in here
-`exact`       Exact arithmetic: signs of determinants and points that are known by what makes them
+`compile`     How kernels are compiled, cached and called; it contains no kernel
+`exact`       Exact arithmetic: signs of determinants, and points defined by what constructs them
 `search`      Search: which triangles may meet? Trees of boxes and voxels
-`lattices`    Lattices: gridded surfaces as nodes in rows and columns, and what is known of them
-`contacts`    Contacts of triangles: how they meet, and the named points where they do
+`lattices`    Lattices: gridded surfaces as nodes in rows and columns, and their properties
+`contacts`    Contacts of triangles: how two triangles meet, and the named points where they do
 `cutting`     Cutting: the exact constrained Delaunay triangulation of each face that is cut
 `meshes`      Meshes: welding, edges, parts, chains, orders and volumes, by integer keys
 `smooth`      Smooth curves: where the cubics through two lattices meet, to a tolerance
-`sheets`      Sheets: the smoothest surface through data, torn where faults cut it
+`sheets`      Sheets: the smoothest surface through data, cut where faults pass
 ============  ==================================================================================
 
-Letters are the same in all of them. What decides exactly takes the six arrays of one frame,
-always in this order: ``x`` coordinates, ``t`` triangles, ``e`` edge planes, ``d`` definitions of
-constructed points, ``m`` the frame's integers, ``w`` the limb workspace; one bundle of arrays
-would read better, but a tuple of arrays costs 145 ns a call instead of 10 (measured). The
-triangulation of a face adds ``h``, ``q``, ``f``, ``s``, ``k``: see `delaunay`.
+Letters have the same meaning in all rooms; each module explains its own under *Notation*. Exact
+decisions use the six arrays of one frame: ``x`` coordinates, ``t`` triangles, ``e`` edge planes,
+``d`` definitions of constructed points, ``m`` the frame's integers, ``w`` the limb workspace.
+
+An *entry*, called from Python, takes arrays one by one, because a tuple of arrays would cost 145 ns
+per call instead of 10. Helpers inside an entry take bundles (named tuples such as
+`exact_signs.Frame`), which cost nothing there: see docs/decisions/0019-kernel-parameters.md.
 """
 
 from geosurf.kernels.compile.memory_pages import retain_pages

@@ -1,21 +1,21 @@
-"""How kernels are compiled, kept and called; no kernel is in here.
+"""How kernels are compiled, cached and called; this room contains no kernel.
 
-===================  ===========================================================
-file                 what is in it
-===================  ===========================================================
-`cache_folder`       where compiled kernels are kept
-`freeze`             all kernels into a library, when a wheel is built
-`frozen_runner`      kernels from that library, without numba
-`gate`               letters of a signature, and the check in front of each call
-`helpers`            helpers of kernels under numba
-`jit`                the two decorators, and what runs the kernels
-`numba_runner`       kernels compiled by numba, and kept
-`object_files`       kernels as one module of LLVM, and its object files
-`memory_pages`       memory that one call gives back serves the next
+===================  ===============================================================
+file                 content
+===================  ===============================================================
+`cache_folder`       the folder of compiled kernels
+`file_cache`         cached files, verified before use
+`sources`            the source files of the kernels
+`gate`               signatures of kernels, and the check in front of each call
+`jit`                the two decorators, and the choice of what runs the kernels
 `plain_runner`       kernels as plain Python
-`file_cache`         files that are checked before they are used
-`sources`            where the sources of the kernels lie
-`warmup`             ``geosurf warmup``
-`written_arguments`  which arguments does a kernel write?
-===================  ===========================================================
+`numba_runner`       kernels compiled by numba, and cached
+`frozen_runner`      kernels from a precompiled library, without numba
+`helpers`            helpers of kernels under numba; the options of numba
+`written_arguments`  which arguments a kernel writes
+`warmup`             ``geosurf warmup``: compile all kernels ahead of time
+`freeze`             all kernels as a library, when a wheel is built
+`object_files`       kernels as one LLVM module, and its object files
+`memory_pages`       freed memory stays with the process for the next call
+===================  ===============================================================
 """

@@ -1,4 +1,4 @@
-"""Where compiled kernels, and what is read off their source, are kept."""
+"""The folder for compiled kernels and for the analysis of their sources."""
 
 from __future__ import annotations
 

@@ -1,17 +1,17 @@
-"""Files that geosurf keeps for itself: checked before they are used, and never needed.
+"""Cached files of geosurf: verified before they are used, and never required.
 
-A kept file can be damaged (power cut, full disk), be somebody else's, or be planted. Kernels are
-pickles, and who can write a pickle runs code in the process that loads it. A file is used only if
+A cached file can be damaged (power cut, full disk), belong to another user, or be planted. Kernels
+are pickles, and whoever can write a pickle can run code in the process that loads it. A file is
+used only if
 
-- other users can neither write nor own it, its folder and the folders above, up to the cache's;
-- it is a plain file of a bearable size, no link, no pipe, no device;
+- no other user can write or own it, its folder, or the cache folder above;
+- it is a regular file of acceptable size: no link, pipe or device;
 - it begins with the SHA-256 of its own name and content.
 
-Everything else is a miss, as if it were not there: what it held is made again. The first trouble
-of a process is reported by a `GeosurfWarning` that names folder and remedy; the rest would say the
-same.
+Anything else is a cache miss: the content is computed again. The first problem of a process is
+reported by a `GeosurfWarning` that names folder and remedy.
 
-How files are kept is not part of what marks a kernel as fresh: changes here recompile nothing.
+How files are stored does not affect the freshness of a kernel: changes here recompile nothing.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _reported: list[GeosurfWarning] = []
 
 
 class Store:
-    """A folder of kept files.
+    """A folder of cached files.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class Store:
     # ---- reading and writing -------------------------------------------------------------
 
     def load(self, name: str) -> bytes | None:
-        """Return what was kept under a name, or None: not there, damaged, or not to be trusted."""
+        """Return the file cached under a name; None if it is missing, damaged or not trusted."""
         if self._no_folder or self._is_distrusted():
             return None
         wrong = "its checksum is wrong"
@@ -83,14 +83,14 @@ class Store:
             return None
         except OSError as error:
             if not _is_folder(self.folder):
-                return None  # told when something is to be kept there
+                return None  # reported when something is to be saved there
             found, wrong = None, _reason(error)
         if found is None:
             self.report_damage(name, wrong)
         return found
 
     def save(self, name: str, payload: bytes) -> bool:
-        """Keep something under a name, whole or not at all; return whether it is kept."""
+        """Save something under a name, completely or not at all; return whether it is saved."""
         if self._is_distrusted():
             return False
         try:
@@ -105,9 +105,9 @@ class Store:
         return True
 
     def obstacle(self) -> str:
-        """Say why nothing can be kept, as doctor and warmup do; nothing if all is well.
+        """Return why nothing can be saved, for doctor and warmup; empty if all is well.
 
-        A small file is written and removed, since permissions tell less than an attempt.
+        A small file is written and removed, since permissions say less than an attempt.
         """
         found = self.distrust()
         if not found:
@@ -131,9 +131,9 @@ class Store:
     # ---- trust ---------------------------------------------------------------------------
 
     def distrust(self) -> str:
-        """Say why files in this folder are not used; nothing if only this user can write them."""
+        """Return why files in this folder are not used; empty if only this user can write them."""
         if not hasattr(os, "getuid"):
-            return ""  # Windows closes the profile of a user by lists that are not looked at here
+            return ""  # Windows protects user profiles by access lists
         for folder in {self.folder, self.root}:
             with suppress(OSError):
                 found = folder.stat()
@@ -149,8 +149,8 @@ class Store:
         if why:
             _report(
                 self.folder,
-                f"Compiled kernels are neither read nor kept in {self.folder}, since {why}; "
-                "each process compiles them again, a minute or more.",
+                f"The kernel cache {self.folder} is not used, since {why}; "
+                "each process compiles the kernels again, a minute or more.",
                 f"Delete that folder, or set {CHOICE} to a folder that only you can write.",
             )
         return bool(why)
@@ -158,24 +158,24 @@ class Store:
     # ---- reports -------------------------------------------------------------------------
 
     def report_damage(self, name: str, why: str) -> None:
-        """Warn of a kept file that cannot be used."""
+        """Warn of a cached file that cannot be used."""
         _report(
             self.folder,
-            f"{self.folder / name} cannot be used ({why}); what it held is made again.",
-            f"Nothing has to be done. If it happens again, delete the folder {self.folder}.",
+            f"The cached kernel {self.folder / name} cannot be used ({why}); it is compiled again.",
+            f"No action is needed. If it happens again, delete the folder {self.folder}.",
         )
 
     def _report_unwritable(self, why: str) -> None:
         _report(
             self.folder,
-            f"Compiled kernels cannot be kept in {self.folder} ({why}); each process compiles "
+            f"Compiled kernels cannot be saved in {self.folder} ({why}); each process compiles "
             "them again, a minute or more.",
-            f"Set {CHOICE} to a folder that can be written and has 50 MB of room.",
+            f"Set {CHOICE} to a writable folder with 50 MB of free space.",
         )
 
 
 def _report(folder: Path, effect: str, remedy: str) -> None:
-    """Issue one warning for all trouble of a process."""
+    """Issue one warning for all problems of a process."""
     if not _reported:
         _reported.append(GeosurfWarning("kernel cache", str(folder), effect, remedy))
         issue(_reported[0])
@@ -189,7 +189,7 @@ def _sealed(name: str, payload: bytes) -> bytes:
 
 
 def _content(name: str, data: bytes) -> bytes | None:
-    """The payload of a file; None if it is not what was kept under this name."""
+    """The payload of a file; None if it is not what was saved under this name."""
     start = len(MARK) + 65
     payload = data[start:]
     return payload if data[:start] == MARK + _digest(name, payload) + b"\n" else None
@@ -209,7 +209,7 @@ def _is_folder(path: Path) -> bool:
 
 
 def _read(path: Path) -> bytes:
-    """The bytes of a plain file of ours; OSError for anything else."""
+    """The bytes of a regular file of this user; OSError for anything else."""
     handle = os.open(path, _READ)
     with os.fdopen(handle, "rb") as file:
         found = os.fstat(handle)
@@ -224,7 +224,7 @@ def _read(path: Path) -> bytes:
 
 
 def _not_ours(found: os.stat_result) -> str:
-    """Why others could have written something; root could do so anyway."""
+    """Why other users could have written something; root always could."""
     if found.st_uid not in (os.geteuid(), 0):
         return f"belongs to another user ({found.st_uid})"
     if found.st_mode & _OTHERS_WRITE:

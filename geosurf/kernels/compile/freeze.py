@@ -2,8 +2,8 @@
 
 By hand: ``python -m geosurf.kernels.compile.freeze --out folder``.
 
-The kernels become one module of LLVM and one object file for each level of the CPU (`_objects`);
-a C compiler makes a library of these together with `shim.c`.
+The kernels become one module of LLVM and one object file for each level of the CPU
+(`object_files`); a C compiler makes a library of these together with `shim.c`.
 
 This leans on private parts of numba and llvmlite (code libraries, passes, the calling
 convention); so the build pins both exactly, and users never run this file.
@@ -131,17 +131,17 @@ def _start(level: str, *words: str) -> subprocess.Popen[str]:
 
 
 def _run(processes: Iterable[subprocess.Popen[str]]) -> list[str]:
-    """What some steps say that run at the same time."""
+    """Run some steps at the same time; their output."""
     running = list(processes)
     try:
-        said = [process.communicate() for process in running]
+        outputs = [process.communicate() for process in running]
     finally:
         for process in running:
             process.kill()  # does nothing to one that has ended
-    for process, (_, complaint) in zip(running, said, strict=True):
+    for process, (_, complaint) in zip(running, outputs, strict=True):
         if process.returncode:
             raise InputError(f"freezing failed: {shlex.join(process.args)}\n{complaint}")
-    return [heard for heard, _ in said]
+    return [output for output, _ in outputs]
 
 
 # ---- all levels together -----------------------------------------------------------------
@@ -161,11 +161,13 @@ def _link(compiler: list[str], objects: Sequence[Path], library: Path) -> None:
 
 
 def _look_for_paths(library: Path, folders: Sequence[Path]) -> None:
-    """Refuse a library that tells where it was made."""
+    """Refuse a library that contains folders of the machine."""
     held = library.read_bytes()
     for folder in folders:
         if len(folder.parts) > 1 and str(folder).encode() in held:
-            raise InputError(f"{library} names {folder}; nothing of the machine may be inside.")
+            raise InputError(
+                f"{library} contains the path {folder}; it must not contain paths of this machine."
+            )
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -4,12 +4,12 @@ The library speaks numba's calling convention, which is plain C::
 
     int32 kernel(results *, exception **, arguments ...)
 
-An array is handed over as seven words and more: owner, parent, number of elements, bytes of one,
-address, shape, strides. No owner means that Python owns it; an array that comes back without
-one is, or lies in, an array that went in. Status 0: results are filled in; -2: there are none;
+An array is passed as seven words or more: owner, parent, number of elements, bytes per element,
+address, shape, strides. No owner means that Python owns it; a returned array without an owner is (a
+part of) an argument. Status 0: results are filled in; -2: there are none;
 above 0: an exception, pickled.
 
-ctypes lets other threads run meanwhile. It checks nothing: that is what the gate is for.
+ctypes releases the GIL. It checks nothing: that is the task of the gate.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _DONE, _NOTHING = 0, -2
 
 
 class Unfit(Exception):
-    """The library is not there or not for these sources or this machine; the text says why."""
+    """The library is missing, or made for other sources or another machine; the text says why."""
 
 
 def platform_name() -> str:
@@ -59,8 +59,12 @@ def stamp_of(folder: Path) -> str:
     """
     digest = hashlib.sha256()
     machinery = folder / MACHINERY
-    rest = [*folder.glob("**/__init__.py"), *machinery.glob("*.py"), *machinery.glob("*.c")]
-    for path in sorted({*kernel_files(folder), *rest}):
+    machine_files = [
+        *folder.glob("**/__init__.py"),
+        *machinery.glob("*.py"),
+        *machinery.glob("*.c"),
+    ]
+    for path in sorted({*kernel_files(folder), *machine_files}):
         digest.update(f"{path.name}\0{path.stat().st_size}\0".encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
@@ -98,7 +102,7 @@ class Library:
         if self.manifest["stamp"] != stamp:
             raise Unfit("the frozen library was made from other sources")
         try:
-            # loading half a library kills the process, so it is looked at before
+            # loading a truncated library kills the process, so it is verified before
             found = hashlib.sha256((folder / LIBRARY).read_bytes()).hexdigest()
             if found != self.manifest["sha256"]:
                 raise Unfit("the frozen library and its manifest do not belong together")
@@ -163,7 +167,7 @@ class FrozenRunner:
         )
 
     def obstacle(self) -> str:
-        """Return nothing: nothing is compiled, so nothing has to be kept."""
+        """Return an empty text: nothing is compiled, so nothing has to be saved."""
         return ""
 
 
@@ -238,7 +242,7 @@ class FrozenKernel:
                 start = array.__array_interface__["data"][0]
                 if start <= address <= start + array.nbytes and array.dtype == dtype:
                     return np.ndarray(shape, dtype, array.view(), address - start, strides)
-        raise InvariantError(f"kernel {self._name} returned memory of nobody; please report it.")
+        raise InvariantError(f"kernel {self._name} returned foreign memory; please report it.")
 
 
 class _Owner:

@@ -1,7 +1,7 @@
-"""What may pass to a kernel: the letters of `entry`, and the check in front of every call.
+"""Signatures of kernels, and the check of arguments in front of every call.
 
-Nothing below the gate looks at types: machine code takes addresses. So an argument either
-is what its letters say, or is cast to it, or is refused here, whatever runs the kernel.
+Machine code takes addresses and checks no types. So an argument either has the type of its letters,
+or is cast to it, or is refused here, for all runners alike.
 """
 
 from __future__ import annotations

@@ -7,9 +7,9 @@ never run, since Python calls nothing but entries. Here a helper stays what its 
 it. An entry links each helper below it once, and LLVM optimises that one module, callees
 first, as a C compiler does with one file.
 
-This is the one place where options of numba are chosen, and what is chosen here marks kept kernels
-as stale when it changes (`_numba`). ``fastmath`` stays off everywhere: exact
-arithmetic dies of it. Nothing is counted from the end of an array (`_indices_as_they_are`).
+This is the one place where options of numba are chosen, and a change here
+makes cached kernels stale (`numba_runner`). ``fastmath`` stays off everywhere: it would
+break exact arithmetic. No index is counted from the end of an array (`_indices_as_they_are`).
 ``boundscheck`` is off when compiled: NUMBA_BOUNDSCHECK=1, with a GEOSURF_CACHE_DIR of its own,
 compiles kernels that check every index, and NUMBA_DISABLE_JIT=1 runs them as plain Python.
 

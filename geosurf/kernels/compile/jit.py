@@ -6,20 +6,20 @@
     A kernel that Python calls. The text gives one letter and the number of
     dimensions for each argument and result (``d`` float64, ``l`` int64, ``b`` bool; no
     digit for a number, a dot for no result), so that exactly one machine-code version exists
-    and can be compiled ahead of time. The gate in front of it casts and checks (`_gate`).
+    and can be compiled ahead of time. The gate in front of it casts and checks (`gate`).
 
-The same sources run in three ways, with the same bits as results. The choice is made once, when
-the first kernel is imported, and holds for all of them:
+The same sources run under three runners, with the same bits as results. The choice is made once,
+when the first kernel is imported, and holds for all of them:
 
-=========  =================================================  ================================
-way        what runs                                          when
-=========  =================================================  ================================
-`_plain`   Python itself, every index checked                 NUMBA_DISABLE_JIT=1
-`_frozen`  machine code that came with the wheel; no numba    a library of these very sources
-`_numba`   machine code made here by numba, and kept          otherwise, and with GEOSURF_JIT=1
-=========  =================================================  ================================
+===============  ==================================================  =============================
+runner           what runs                                           when
+===============  ==================================================  =============================
+`plain_runner`   Python itself, every index checked                  NUMBA_DISABLE_JIT=1
+`frozen_runner`  machine code of the wheel, without numba            a library of the same sources
+`numba_runner`   machine code compiled here by numba, and cached     otherwise, or GEOSURF_JIT=1
+===============  ==================================================  =============================
 
-Kernels never ask which. ``geosurf doctor`` tells people.
+Kernels do not depend on the choice. ``geosurf doctor`` reports it.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from geosurf.kernels.compile.sources import ROOT
 
 
 class Runner(Protocol):
-    """One of the three ways."""
+    """One of the three runners."""
 
     compiles: bool  # whether kernels have to be compiled here before they run
 
@@ -58,7 +58,7 @@ class Runner(Protocol):
         ...
 
     def obstacle(self) -> str:
-        """Return what keeps kernels from starting fast, and the remedy; nothing if all is well."""
+        """Return what prevents a fast start, and the remedy; empty if all is well."""
         ...
 
 
@@ -89,7 +89,8 @@ def choose() -> Runner:
             reason = str(unfit)
             if folder:
                 raise DependencyError(
-                    f"GEOSURF_FROZEN={folder} cannot be used: {reason}. Unset it, or freeze anew."
+                    f"GEOSURF_FROZEN={folder} cannot be used: {reason}. Unset it, or freeze "
+                    "the kernels again."
                 ) from unfit
     from geosurf.kernels.compile.numba_runner import JitRunner
 

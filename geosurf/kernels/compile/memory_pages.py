@@ -1,9 +1,9 @@
-"""Memory that one call gives back serves the next one.
+"""Freed memory stays with the process, so that the next call reuses its pages.
 
-The C library of Linux gives freed memory back to the system until a program has freed something
-large: then it keeps up to twice the size of that, 64 MB at most. Every page that it has to ask for
-anew is a fault, 0.3 to 5 microseconds each: on a virtual machine a third of the time in which a
-scene of 16 MB is cut. What was measured, and what it costs: docs/decisions/0010.
+The C library of Linux returns freed memory to the system until a program has freed a large block:
+then it keeps up to twice that size, 64 MB at most. Each page requested again is a page fault, 0.3
+to 5 microseconds: on a virtual machine a third of the time for cutting a scene of 16 MB.
+Measurements and cost: docs/decisions/0010.
 """
 
 from __future__ import annotations

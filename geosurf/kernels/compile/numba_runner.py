@@ -1,12 +1,12 @@
-"""Kernels compiled here by numba, and kept.
+"""Kernels compiled here by numba, and cached.
 
-How numba compiles them is chosen in `_helpers`, which marks what is kept as fresh or stale; nothing
-in this file changes machine code. How files are kept is a matter of `_store`.
+The options of numba are chosen in `helpers`, which is part of the hash of each kernel; nothing in
+this file changes machine code. How files are stored is chosen in `file_cache`.
 
-numba's own disk cache keeps stale code when a function in *another* file changes
-(numba issue 1833), so a kept kernel is named by a hash over its own file and
-all kernel files that it imports, directly or not. numba also unpickles its files without
-a look at them; so the cache here is our own, one file for each kernel.
+numba's own disk cache keeps stale code when a function in *another* file changes (numba issue
+1833). So a cached kernel is named by a hash over its own file and all kernel files that it imports,
+directly or not. numba also unpickles its files without verification; so this cache is our own, one
+file for each kernel.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _HELPERS = Path(__file__).with_name("helpers.py")
 _TYPES = {"d": numba.float64, "l": numba.int64, "b": numba.boolean}
 # choices of numba's, in its environment or files, that change the code of a kernel
 _CHOICES = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
-# what unpickling and linking raise when a kept kernel is sound but does not fit this process
+# what unpickling and linking raise when a cached kernel is intact but does not fit this process
 _UNFIT = (
     *(pickle.UnpicklingError, EOFError, AttributeError, ImportError, IndexError, KeyError),
     *(TypeError, ValueError, RuntimeError),
@@ -111,7 +111,7 @@ def _made_with() -> str:
 
 
 class KernelCache(_Cache):
-    """The cache of one kernel, asked by numba; whatever goes wrong is a miss.
+    """The cache of one kernel, called by numba; any failure is a cache miss.
 
     Parameters
     ----------
@@ -154,10 +154,10 @@ class KernelCache(_Cache):
         target_context.refresh()
         if self._enabled:
             name = self.name(sig, target_context.codegen())
-            kept = self._store.load(name)
-            if kept is not None:
+            cached = self._store.load(name)
+            if cached is not None:
                 try:
-                    return CompileResult._rebuild(target_context, *pickle.loads(kept))
+                    return CompileResult._rebuild(target_context, *pickle.loads(cached))
                 except _UNFIT as error:
                     self._store.report_damage(name, f"{type(error).__name__}: {error}")
         _announce(self._function.__name__)
@@ -165,14 +165,14 @@ class KernelCache(_Cache):
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep a kernel, if it can be kept."""
+        """Save a kernel, if it can be saved."""
         fit = not data.library.has_dynamic_globals and all(part.can_cache for part in data.lifted)
         if self._enabled and fit:
             self._store.save(self.name(sig, data.codegen), dumps(data._reduce()))
 
 
 def _announce(kernel: str) -> None:
-    """Say once that kernels are being compiled, since it takes a while."""
+    """Announce once that kernels are being compiled, since it takes a while."""
     if not _announced and sys.stderr is not None:
         if sys.stderr.isatty() or "ipykernel" in sys.modules:
             sys.stderr.write("geosurf: compiling kernels, a minute or more, once per version\n")
@@ -202,8 +202,8 @@ class JitRunner:
     def __init__(self, reason: str) -> None:
         if numba.config.DISABLE_JIT:
             raise DependencyError(
-                "numba is told not to compile, but not by NUMBA_DISABLE_JIT in the environment. "
-                "Set it there to run kernels as plain Python, or take it out of numba's files."
+                "A configuration file of numba disables compilation. Remove that setting, or set "
+                "NUMBA_DISABLE_JIT=1 in the environment to run kernels as plain Python."
             )
         self._reason = reason
         self._store = Store("kernels")
@@ -226,13 +226,13 @@ class JitRunner:
         """Return one sentence for people."""
         how = f"kernels are compiled here by numba {numba.__version__}, since {self._reason}"
         obstacle = self.obstacle()
-        return f"{how}. {obstacle}" if obstacle else f"{how}; kept in {self._store.folder}."
+        return f"{how}. {obstacle}" if obstacle else f"{how}; cached in {self._store.folder}."
 
     def obstacle(self) -> str:
         """Return why kernels are compiled again by each process, and the remedy; mostly nothing."""
         why = self._store.obstacle()
         return why and (
-            f"They cannot be kept in {self._store.folder} ({why}), so each process compiles them "
+            f"They cannot be saved in {self._store.folder} ({why}), so each process compiles them "
             f"again. Set {CHOICE} to a folder that only you can write."
         )
 
@@ -287,7 +287,8 @@ def _writeable(value: Any) -> Any:
 
 
 def _is_all_of(part: np.ndarray, whole: np.ndarray) -> bool:
-    """Whether a C-contiguous part of a C-contiguous array is all of it: five times as fast to say
-    as a window is to make.
+    """Whether a C-contiguous part of a C-contiguous array is all of it.
+
+    This test is five times as fast as making a window.
     """
     return part.size == whole.size and part.dtype == whole.dtype

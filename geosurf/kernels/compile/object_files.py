@@ -1,6 +1,6 @@
-"""All kernels as one module of LLVM, and the object file of a CPU level made of it.
+"""All kernels as one LLVM module, and the object file of a CPU level from it.
 
-Each step runs in a process of its own, started by `_freeze`, since numba reads the CPU from its
+Each step runs in a process of its own, started by `freeze`, since numba reads the CPU from its
 environment::
 
     python -m geosurf.kernels.compile.object_files --package geosurf.kernels --module kernels.bc
@@ -158,7 +158,7 @@ def emit(bitcode: bytes, level: str) -> bytes:
     bitcode : bytes
         As `lower` gives it.
     level : str
-        Of the CPU; numba has to be started with it, see `_freeze`.
+        Of the CPU; numba has to be started with it, see `freeze`.
 
     Returns
     -------

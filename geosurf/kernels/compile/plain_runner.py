@@ -14,7 +14,7 @@ from geosurf.kernels.compile.written_arguments import cached_arguments
 
 
 def written_in_source(name: str, function: Callable[..., Any]) -> tuple[int, ...]:
-    """Places of the arguments that a kernel writes, read off the folder that it lives in."""
+    """Places of the arguments that a kernel writes, from the sources in its folder."""
     return cached_arguments(str(folder_of(Path(function.__code__.co_filename))))[name]
 
 
@@ -22,7 +22,7 @@ class PlainRunner:
     """Runs kernels as they are written.
 
     An array that a kernel only reads is handed over read-only, so that numpy itself proves
-    what `_writes` has found.
+    the result of `written_arguments`.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class PlainRunner:
         return f"kernels run as plain Python, slowly, since {self._reason}."
 
     def obstacle(self) -> str:
-        """Return nothing: nothing is compiled, so nothing has to be kept."""
+        """Return nothing: nothing is compiled, so nothing has to be saved."""
         return ""
 
 

@@ -1,4 +1,4 @@
-"""Where the sources of the kernels lie: files of a folder and its rooms, but not of `compile`."""
+"""The source files of the kernels: those of a folder and its rooms, except `compile`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Compile all kernels ahead of time: ``geosurf warmup``.
 
-numba holds one lock while it compiles, so threads do not help; two processes that fill one
-cache do. A file is compiled by one process, the files that lean on most code first.
+numba holds one lock while it compiles, so threads do not help; two processes with one cache do. A
+file is compiled by one process, those with the largest imports first.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Progress = Callable[[int, int], object]
 
 def warm(progress: Progress | None = None) -> str:
     """
-    Compile every kernel that is not compiled yet, and keep it.
+    Compile every kernel that is not compiled yet, and cache it.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def warm(progress: Progress | None = None) -> str:
     Raises
     ------
     OutputError
-        If compiled kernels cannot be kept.
+        If compiled kernels cannot be saved.
     """
     what = jit.RUNNER.describe()
     if not jit.RUNNER.compiles:
@@ -51,7 +51,7 @@ def warm(progress: Progress | None = None) -> str:
 
     obstacle = jit.RUNNER.obstacle()
     if obstacle:
-        raise OutputError(f"Kernels would be compiled for nothing. {obstacle}")
+        raise OutputError(f"Compiled kernels could not be reused. {obstacle}")
     start = time.perf_counter()
     files = {module_of(path): path for path in kernel_files(ROOT)}
     weight = {name: -sum(p.stat().st_size for p in closure(files[name])) for name in files}
@@ -59,7 +59,7 @@ def warm(progress: Progress | None = None) -> str:
     n_loaded = sum(found.values())
     n_new = len(found) - n_loaded
     done = f"{n_new} kernels compiled in {time.perf_counter() - start:.0f} s"
-    return f"{done}, {n_loaded} were there; kept in {kernel_folder()}."
+    return f"{done}, {n_loaded} were compiled before; cached in {kernel_folder()}."
 
 
 def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]:
@@ -75,7 +75,7 @@ def _compile_all(names: list[str], progress: Progress | None) -> dict[str, bool]
                 if progress is not None:
                     progress(n_done, len(jobs))
         finally:
-            if not all(job.done() for job in jobs):  # an error must not wait for the rest
+            if not all(job.done() for job in jobs):  # an error must not wait for the other jobs
                 pool.shutdown(wait=False, cancel_futures=True)
                 for worker in set(multiprocessing.active_children()) - others:
                     worker.terminate()
@@ -92,7 +92,7 @@ def _begin_worker() -> None:
 
 
 def _end_after(parent: int) -> None:
-    """Wait for the end of the parent, which closes its end of a pipe; kept files stay whole."""
+    """Wait for the end of the parent, which closes its end of a pipe; cached files stay whole."""
     multiprocessing.connection.wait([parent])
     os.kill(os.getpid(), signal.SIGTERM)
 

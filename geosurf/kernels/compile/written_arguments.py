@@ -1,9 +1,9 @@
-"""Which arguments does a kernel write? Read off its source, so that nobody has to say it.
+"""Which arguments does a kernel write? Determined from its source, without declarations.
 
-A kernel writes an argument if it assigns to an element or a slice of it, under any name, or
-hands it to a kernel that does. Over-estimates are harmless unless someone passes a read-only
-array there; under-estimates are found by the plain Python route, which hands over everything
-else read-only (`_plain`).
+A kernel writes an argument if it assigns to an element or a slice of it, under any name, or passes
+it to a kernel that does, also as a field of a named tuple. Over-estimates are harmless unless a
+read-only array is passed; under-estimates are found by `plain_runner`, which passes all other
+arrays read-only.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ _SAME_MEMORY = {"asarray", "ascontiguousarray", "ravel", "reshape", "transpose",
 
 @cache
 def cached_arguments(folder: str) -> Mapping[str, tuple[int, ...]]:
-    """Return `written_arguments`, kept in the user's cache under what all files of the folder hold.
+    """Return `written_arguments`, cached by the content of all files of the folder.
 
-    To read them off the source takes half a second of processor time, as much as all the rest of
-    a process that cuts two small surfaces. Where nothing can be kept they are read each time.
+    The analysis takes half a second of processor time, as much as everything else in a process that
+    cuts two small surfaces. Without a cache it is repeated in each process.
     """
     store, name = Store(), _name_for(folder)
-    kept = store.load(name)
-    if kept is not None:
-        return {key: tuple(places) for key, places in json.loads(kept).items()}
+    cached = store.load(name)
+    if cached is not None:
+        return {key: tuple(places) for key, places in json.loads(cached).items()}
     found = written_arguments(folder)
     store.save(name, json.dumps(found).encode())
     return found

@@ -1,20 +1,20 @@
-"""Contacts of triangles: how they meet, and the named points where they do.
+"""Contacts of triangles: how two triangles meet, and the named points where they do.
 
-==================  ==========================================================  =================
-file                question                                                    source
-==================  ==========================================================  =================
-`triangle_contact`  how do two triangles meet?                                  Guigue, Devillers
-`packed_contact`    contacts in three numbers
-`contact_table`     codes of a contact, from a table
-`cell_contacts`     how do triangles of two cells meet? heights of corners
-`column_pairs`      which cells of a patch may meet a cell? (heights of nodes)
-`axis_grids`        where a grid with straight axes meets another grid
-`axis_cells`        cells on an axis that reach an interval
-`aligned_grids`     contacts of horizons with one map
-`stable_pairs`      which pairs could meet otherwise once points are rounded?
-`naming`            contacts -> named points, and what cuts each face
-`merging`           which of them are one?
-`placing`           where are they? sixty-four at a time                        Dekker 1971
-`near_segments`     which points are near a segment?
-==================  ==========================================================  =================
+==================  =============================================================  =================
+file                question                                                       source
+==================  =============================================================  =================
+`triangle_contact`  How do two triangles meet?                                     Guigue, Devillers
+`packed_contact`    How is a contact stored in three numbers?
+`contact_table`     Which codes has a contact? A table without branches.
+`cell_contacts`     How do triangles of two cells meet? Heights of corners.
+`column_pairs`      Which cells of a patch may meet a cell? Heights of nodes.
+`axis_grids`        Where does a grid with straight axes meet another grid?
+`axis_cells`        Which cells of an axis overlap an interval?
+`aligned_grids`     Where do horizons with the same map coordinates meet?
+`stable_pairs`      Which contacts could change when points are rounded?
+`naming`            Which named points and segments follow from contacts?
+`merging`           Which named points are equal?
+`placing`           Where are the points? 64 at a time.                            Dekker 1971
+`near_segments`     Which points are near a segment?
+==================  =============================================================  =================
 """

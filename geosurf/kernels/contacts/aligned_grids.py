@@ -1,10 +1,10 @@
-"""Lattices with the same nodes in the map: horizons of one survey.
+"""Candidate pairs of two lattices with the same nodes in the map: horizons of one survey.
 
-Where no two points of a lattice share a place in the map, and another one has the very same
-nodes there, triangles can only meet above what they share in the map: their own triangle, an edge
-of it, or a corner. What two triangles share above an edge or a corner only is also shared by
-those above the cells on either side, if they exist. So each cell is asked for itself alone, except
-beside holes; a tree would come with thirteen times as many pairs (Drogon's horizons).
+If no two points of a lattice share a map position, and another lattice has the same nodes, then
+triangles can only meet above what they share in the map: their own triangle, one of its edges, or a
+corner. What they share above an edge or a corner is also shared by the triangles of the cells on
+either side, if these exist. So each cell is compared with itself only, except next to holes. A tree
+would return thirteen times as many pairs (Drogon's horizons).
 
 Letters as in `tree`; z, s elevations of the two lattices, flat.
 """
@@ -18,21 +18,23 @@ from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, RISING, append_pair
 
 _LEAST_STEP = 0.5  # of the mean step along a row or column,
 _MOST_ASIDE = 0.2  # and how far a step may stray to the side
-_PLAIN_ANGLE = 1e-6  # sine between rows and columns below which nothing is promised
+_PLAIN_ANGLE = 1e-6  # sine between rows and columns below which no bound is given
 
 
 @entry("d1 d1 l1 -> d")
 def map_height(p, q, a):
-    """Least height [m] of triangles in the map, from below, if no place has two points; else 0.
+    """Lower bound of the height [m] of triangles in the map if the map is one to one; else 0.
 
     In the frame of the mean steps M along rows and columns, each step must stay near its own axis.
-    Then every gradient has a positive definite symmetric part, and a piecewise linear map
-    of a rectangle with such gradients is one to one, being strictly monotone.
+    Then every gradient has a positive definite symmetric part, and a piecewise linear map of a
+    rectangle with such gradients is strictly monotone, hence one to one.
     """
     n_row, n_col = a[N_ROW], a[N_COL]
     if n_row < 2 or n_col < 2:
         return 0.0
     last_row, last_col = n_row - 1, n_col - 1
+
+    # Mean steps along columns (u) and rows (v).
     ux = (p[a[0] + last_col * a[2]] - p[a[0]]) / last_col
     uy = (q[a[3] + last_col * a[5]] - q[a[3]]) / last_col
     vx = (p[a[0] + last_row * a[1]] - p[a[0]]) / last_row
@@ -41,6 +43,8 @@ def map_height(p, q, a):
     u, v = np.sqrt(ux * ux + uy * uy), np.sqrt(vx * vx + vy * vy)
     if not (abs(det) > _PLAIN_ANGLE * u * v and u + v < 1e300):
         return 0.0
+
+    # Each step, in the frame of the mean steps.
     rx, ry, cx, cy = vy / det, -vx / det, -uy / det, ux / det  # rows of the inverse of M
     for i in range(n_row):
         for j in range(n_col):
@@ -57,8 +61,8 @@ def map_height(p, q, a):
                 along, aside = cx * sx + cy * sy, rx * sx + ry * sy
                 if not (along >= _LEAST_STEP and abs(aside) <= _MOST_ASIDE):
                     return 0.0
-    # heights in the frame of M are above 0.3 (steps of 0.5, 0.2 aside); M shrinks none by more
-    # than its smaller singular value, which is above |det| / (u + v)
+    # heights in the frame of M are above 0.3 (steps of 0.5, at most 0.2 sideways); M shrinks
+    # lengths by its smaller singular value at most, which is above |det| / (u + v)
     return 0.3 * abs(det) / (u + v)
 
 
@@ -79,9 +83,9 @@ def _cell(z, a, row, col):
 
 @scalar
 def _mark_whole_cells(z, a, s, b, first_row, first_col, full):
-    """Which cells of a block and around it have all four nodes in both lattices.
+    """Mark the cells of a block and around it that have all four nodes in both lattices.
 
-    ``full[i, j]`` is cell ``(first_row - 1 + i, first_col - 1 + j)``; none outside is asked for.
+    ``full[i, j]`` is cell ``(first_row - 1 + i, first_col - 1 + j)``; cells outside are not used.
     """
     for row in range(max(first_row - 1, 0), min(first_row + BLOCK + 1, a[N_ROW] - 1)):
         for col in range(max(first_col - 1, 0), min(first_col + BLOCK + 1, a[N_COL] - 1)):
@@ -92,13 +96,13 @@ def _mark_whole_cells(z, a, s, b, first_row, first_col, full):
 
 @scalar
 def _above_one_triangle(c, d, rising, key, slip, steepness, pairs, n):
-    """The pairs above each half of a cell, where heights do not tell them apart."""
+    """The pairs above each half of a cell whose heights do not exclude a contact."""
     for half in range(2):
         u, v, w = _half(c, rising, half)
         e, f, g = _half(d, rising, half)
         low, high = min(u - e, min(v - f, w - g)), max(u - e, max(v - f, w - g))
         if low > slip or high < -slip:
-            # sure, unless a move of all coordinates by `slip` could change it
+            # excluded, unless a move of all coordinates by `slip` could change it
             span = max(u, max(v, w)) - min(u, min(v, w)) + max(e, max(f, g)) - min(e, min(f, g))
             near = slip * (1.0 + steepness * span)
             if low > near or high < -near:
@@ -109,7 +113,7 @@ def _above_one_triangle(c, d, rising, key, slip, steepness, pairs, n):
 
 @scalar
 def _all_pairs(c, rising_c, key_c, d, rising_d, key_d, pairs, n):
-    """Pairs of two cells whose heights meet; an absent node leaves its triangles out."""
+    """Pairs of two cells with overlapping heights; triangles without all nodes are left out."""
     for half in range(2):
         u, v, w = _half(c, rising_c, half)
         for other in range(2):
@@ -132,6 +136,7 @@ def _pairs_at_holes(z, a, s, b, full, first_row, first_col, row, col, pairs, n):
     mine = full[row - first_row + 1, col - first_col + 1]
     for i in range(max(row - 1, 0), min(row + 2, n_row)):
         for j in range(max(col - 1, 0), min(col + 2, n_col)):
+            # Two whole cells share only what the comparison above each cell covers.
             if (mine and full[i - first_row + 1, j - first_col + 1]) or (i == row and j == col):
                 continue
             key, other = 2 * (row * n_col + col), 2 * (i * n_col + j)
@@ -153,11 +158,11 @@ def _block_reach(nodes, i, j, levels, rim):
 
 @entry("d1 l1 d2 d1 l1 d2 l2 b d d l2 -> l l")
 def aligned_pairs(z, a, na, s, b, nb, levels, whole, slip, steepness, pairs):
-    """Pairs of triangles that may meet, as far as `pairs` has room; their number, blocks visited.
+    """Candidate pairs of triangles, while `pairs` has capacity; their number, blocks visited.
 
-    The two have one map and trees of one window (`levels`). With `whole`, none has a
+    The two lattices have one map and trees of one window (`levels`). With `whole`, neither has a
     hole. A pair above one triangle of the map is left out only if no move of coordinates by `slip`
-    can make it meet; `steepness` is one over the least height of a triangle in the map.
+    can make it meet; `steepness` is the inverse of the smallest height of a triangle in the map.
     """
     n = 0
     visited = 0
@@ -166,6 +171,8 @@ def aligned_pairs(z, a, na, s, b, nb, levels, whole, slip, steepness, pairs):
     for i in range(levels[0, 1]):
         for j in range(levels[0, 2]):
             visited += 1
+
+            # Skip a block whose elevations are apart by more than a move could bridge.
             low, high = _block_reach(na, i, j, levels, 0)
             lower, upper = _block_reach(nb, i, j, levels, rim)
             near = slip * (1.0 + steepness * ((high - low) + (upper - lower)))
@@ -178,6 +185,9 @@ def aligned_pairs(z, a, na, s, b, nb, levels, whole, slip, steepness, pairs):
                 for col in range(first_col, min(first_col + BLOCK, a[N_COL] - 1)):
                     key = 2 * (row * (a[N_COL] - 1) + col)
                     c, d = _cell(z, a, row, col), _cell(s, b, row, col)
+
+                    # With the same diagonal, triangles are compared one to one, else all pairs of
+                    # the cell.
                     if full[row - first_row + 1, col - first_col + 1] and a[RISING] == b[RISING]:
                         n = _above_one_triangle(c, d, a[RISING], key, slip, steepness, pairs, n)
                     else:

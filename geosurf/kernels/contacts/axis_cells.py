@@ -1,4 +1,6 @@
-"""Cells on a rising axis that reach an interval: by a guess, or by bisection where steps differ."""
+"""Which cells of an increasing axis overlap an interval? By a guess, or by bisection where steps
+differ.
+"""
 
 from __future__ import annotations
 
@@ -7,22 +9,24 @@ from geosurf.kernels.compile.jit import scalar
 
 @scalar
 def _guess(axis, n, value, pace):
-    """Where a value would be among n cells of even steps; 0 if that is not a number."""
+    """Cell of a value among n cells of even steps; 0 if that is not a number."""
     steps = (value - axis[0]) * pace
     return int(min(steps, 1.0 * n)) if steps > 0.0 else 0
 
 
 @scalar
 def cells_in_interval(axis, n, pace, low, high):
-    """First and last cell (one more) of n on a rising axis that reach an interval.
+    """First and last cell (one more) of n on an increasing axis that overlap an interval.
 
-    `pace` is cells per metre: where steps are even, a guess by it is right or nearly so.
+    `pace` is cells per metre: where steps are even, the guess is off by one cell at most.
     """
     first = _guess(axis, n, low, pace)  # the first cell that ends at `low` or after
     if first > 0 and axis[first] >= low:
         first -= 1
     elif first < n and axis[first + 1] < low:
         first += 1
+
+    # The guess failed: bisection.
     if (first > 0 and axis[first] >= low) or (first < n and axis[first + 1] < low):
         first, end = 0, n
         while first < end:
@@ -37,6 +41,8 @@ def cells_in_interval(axis, n, pace, low, high):
         last -= 1
     elif last < n and axis[last] <= high:
         last += 1
+
+    # The same for the end of the interval.
     if (last > 0 and axis[last - 1] > high) or (last < n and axis[last] <= high):
         last, end = 0, n
         while last < end:

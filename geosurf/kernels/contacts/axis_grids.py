@@ -1,11 +1,13 @@
 """Where a grid with straight axes meets another grid: pairs of triangles, decided where floats can.
 
-In the map, cells of a grid with rising axes are found by bisection. So each cell of the other grid
-asks only the cells below or above it, a patch of them at its height; whatever part of its pyramid
-(`tree`) that of the first grid shows to be above or below is passed over as a whole. Which
-triangles of the patch meet those of the cell is seen from the sides of nodes (`under`, `sided`).
+In the map, the cells of a grid with increasing axes are found directly. So each cell of the other
+grid is compared only with the cells below or above it, a patch at its own height. Whole parts of
+its pyramid (`tree`) are skipped that lie above or below those of the first grid. Which triangles
+of the patch meet those of the cell follows from the sides of nodes (`column_pairs`,
+`cell_contacts`).
 
-Notation, beside that of `tree` and `sided`: side A has the axes, side B any coordinates
+Notation, in addition to that of `tree` and `cell_contacts`: side A has the axes, side B any
+coordinates
     box  float64 (6,): of a block, then of a cell of B
     at   cells of A below or above a cell of B, int64 (4,): first and last (one more) row, column
 """
@@ -24,17 +26,19 @@ from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, low_high
 
 __all__ = ["NEEDS_EXACT", "axis_grid_pairs"]
 
-_FINE = 7  # nodes of a pyramid in a row, less one, that are asked for a block
+_FINE = 7  # nodes of a pyramid in a row, minus one, that are read for a block
 
 
 @scalar
 def _heights_over(nodes, levels, r0, r1, c0, c1, most):
     """Lowest and highest node over a rectangle of cells, from few nodes of a pyramid.
 
-    At most `most` and one of them in a row or column.
+    At most `most` + 1 nodes per row and column are read.
     """
     r0, r1, c0, c1 = r0 // BLOCK, (r1 - 1) // BLOCK, c0 // BLOCK, (c1 - 1) // BLOCK
     level = 0
+
+    # Go up until the rectangle covers few nodes.
     while r1 - r0 > most or c1 - c0 > most:
         r0, r1, c0, c1 = r0 >> 1, r1 >> 1, c0 >> 1, c1 >> 1
         level += 1
@@ -49,7 +53,7 @@ def _heights_over(nodes, levels, r0, r1, c0, c1, most):
 
 @scalar
 def _column_extremes(values, a, axis, first, last, j, ends):
-    """Lowest and highest number of column j, rows first to last; inf, -inf if there is none."""
+    """Lowest and highest number of column j, rows first to last; inf, -inf if none."""
     low, high = np.inf, -np.inf
     for i in range(first, last + 1):
         value = values[a[3 * axis] + i * a[3 * axis + 1] + j * a[3 * axis + 2]]
@@ -68,7 +72,7 @@ def _column_box(p, q, r, a, first, last, j, ends):
 
 @scalar
 def _hull(one, two, box):
-    """The box around two boxes."""
+    """The common box of two boxes."""
     for k in range(3):
         box[k], box[3 + k] = min(one[k], two[k]), max(one[3 + k], two[3 + k])
 
@@ -101,7 +105,7 @@ def _load_cell(p, q, r, a, i, j, origin, c):
 
 @scalar
 def _set_reach(x, y, at, floor, roof, box, slip, reach):
-    """How far nodes of a patch may be from corners of a cell with a box, by axis."""
+    """Largest distance of nodes of a patch from corners of a cell with a box, by axis."""
     reach[0] = max(x[at[3]], box[3]) - min(x[at[2]], box[0]) + 8.0 * slip
     reach[1] = max(y[at[1]], box[4]) - min(y[at[0]], box[1]) + 8.0 * slip
     reach[2] = max(roof, box[5]) - min(floor, box[2]) + 8.0 * slip
@@ -139,7 +143,7 @@ def _patch_near(grid, box, at):
 
 @scalar
 def _push_children(nodes, levels, level, i, j, stack, top):
-    """Put the nodes below a node of a pyramid on a stack; ask for those, and for what is below."""
+    """Push the nodes below a node of a pyramid; prefetch them and their children."""
     for row in range(2 * i, min(2 * i + 2, levels[level - 1, 1])):
         for col in range(2 * j, min(2 * j + 2, levels[level - 1, 2])):
             stack[top, 0], stack[top, 1], stack[top, 2] = level - 1, row, col
@@ -162,6 +166,8 @@ def _near_blocks(grid, nb, lb):
         top -= 1
         level, row, col = stack[top, 0], stack[top, 1], stack[top, 2]
         node = lb[level, 0] + row * lb[level, 2] + col
+
+        # Skip nodes of the pyramid of B without nodes of A at their height.
         low, high = _near_heights(grid, nb, node, level == 0)
         if not low <= high:
             continue
@@ -178,7 +184,7 @@ def _near_blocks(grid, nb, lb):
 
 @scalar
 def _prefetch_block(p, q, r, a, row, col):
-    """Ask for the nodes of a block of B, the first and the last of each row."""
+    """Prefetch the nodes of a block of B: the first and the last of each row."""
     last = min(col + BLOCK, a[N_COL] - 1)
     for i in range(row, min(row + BLOCK, a[N_ROW] - 1) + 1):
         prefetch(p, a[0] + i * a[1] + col * a[2])
@@ -191,7 +197,7 @@ def _prefetch_block(p, q, r, a, row, col):
 
 @scalar
 def _prefetch_patch(r, a, at):
-    """Ask for the nodes of a patch of A, the first and the last of each row."""
+    """Prefetch the nodes of a patch of A: the first and the last of each row."""
     for i in range(at[0], at[1] + 1):
         prefetch(r, a[6] + i * a[7] + at[2] * a[8])
         prefetch(r, a[6] + i * a[7] + at[3] * a[8])
@@ -222,11 +228,12 @@ def _near_columns(grid, pb, qb, rb, ab, block, low, high, box, ends, at, spans):
 
 @entry("d1 d1 d1 l1 d2 l2 d1 d1 d1 l1 d2 l2 d1 d b l2 -> l l")
 def axis_grid_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip, swapped, pairs):
-    """Pairs (key of A, key of B, codes or OPEN) that meet or may, and how many cells were asked.
+    """Pairs (key of A, key of B, codes or NEEDS_EXACT) that meet or may meet; cells compared.
 
-    Tells how many there are; `pairs` takes as many as it has room for. `codes` are those of the
-    two corners of a contact, ``64 * first + second``. With `swapped`, B comes first in all of it.
+    Returns the number of pairs; they are written while `pairs` has capacity. `codes` are those of
+    the two corners of a contact, ``64 * first + second``. With `swapped`, B comes first everywhere.
     """
+    # Scratch of one cell, of one patch, and of rows of nodes.
     c, f, v = np.empty((8, 3)), np.empty((4, 7)), np.empty((4, 3), dtype=np.int64)
     box, reach, h, w = np.empty(6), np.empty(3), np.empty((2, N_TERM)), np.empty((4, 4))
     at, ends, spans = np.empty(4, dtype=np.int64), np.empty((2, 6)), np.empty((BLOCK, 2))
@@ -240,6 +247,8 @@ def axis_grid_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip
     grid = AxisGrid(pa, qa, ra, aa, na, la, pace_x, pace_y)
     query = CellQuery(box, reach, origin, slip, swapped)
     work = Work(c, f, v, h, w, codes_table, heights, marks, rows)
+
+    # Blocks of B that A may meet; the next block is prefetched.
     blocks, levels = _near_blocks(grid, nb, lb)
     n, asked = 0, 0
     for b in range(blocks.shape[0]):
@@ -251,6 +260,8 @@ def axis_grid_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip
             grid, pb, qb, rb, ab, (row0, row1, col0, col1), levels[b, 0], levels[b, 1],
             box, ends, at, spans,
         )  # fmt: skip
+
+        # Column by column, then cell by cell: elevation first, then the map.
         for j in range(col0, col1):
             least, most = spans[j - col0, 0], spans[j - col0, 1]
             if not least <= most:

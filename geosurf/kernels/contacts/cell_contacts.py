@@ -1,19 +1,20 @@
 """How triangles of one cell meet those of a patch of another grid: heights of corners, few signs.
 
-The height of a corner over a triangle's plane and how far it is inside each of its edges, as one
-looks along an axis, are linear. So where an edge of another triangle passes the plane is known from
-the heights of its ends, and whether that is inside from two products; and all bounds of rounding
-hold for the whole patch. Mostly both edges that pass the plane pass the face, or one passes beyond
-one edge, which then ends the contact (`contact_by_heights`). Where both pass outside, by a corner, or
-a sign is in doubt, `decide_contact` asks what `contact` asks.
+The height of a corner over a triangle's plane, and its distances from the triangle's edges in a
+projection along an axis, are linear. So the point where an edge of another triangle passes the
+plane follows from the heights of its ends, and whether it lies inside follows from two products.
+All rounding bounds hold for the whole patch. Mostly both edges that pass the plane pass the face,
+or one passes beyond one edge, which then ends the contact (`contact_by_heights`). Where both pass
+outside, by a corner, or a sign is undecided, `decide_contact` computes the signs of
+`triangle_contact`.
 
 Notation
     c      corners in the local frame, float64 (8, 3): of a cell of the patch, then of the one cell
     v      corners (rows of c) of triangles, int64 (4, 3): 0 and 1 of the patch, 2 and 3 of the cell
     f      plane of each triangle, float64 (4, 7): see `predicates.plane_terms`
-    reach  how far corners of the patch may be from those of the one cell, by axis
-    h      what is asked of corners for triangles 2 and 3, plane and edges: float64 (2, N_TERM)
-    w      answers for corners 0 to 3: heights, then how far inside each edge, float64 (4, 4)
+    reach  largest distance of corners of the patch from those of the one cell, by axis
+    h      query for triangles 2 and 3, plane and edges: float64 (2, N_TERM)
+    w      answers for corners 0 to 3: heights, then distances from each edge, float64 (4, 4)
 """
 
 from __future__ import annotations
@@ -26,18 +27,18 @@ from geosurf.kernels.contacts.triangle_contact import lone_corner
 from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, ORIENT3D_BOUND, TINY, filtered_side
 from geosurf.kernels.search.tree import RISING, TURNED
 
-NEEDS_EXACT = -1  # in place of the codes of a pair: exact signs are needed
-# places in h: a corner, normal, bound; axis seen; for each edge a corner, steps, and the bounds of
-# what one corner and what two heights tell
+NEEDS_EXACT = -1  # instead of the codes of a pair
+# indices into h: a corner, normal, bound; axis of projection; for each edge a corner, steps, and
+# the error bounds of a distance and of a product of height and distance
 CORNER, NORMAL, BOUND, _AXIS, _EDGE, N_TERM = 0, 3, 6, 7, 8, 26
 _OFF, _BOTH, _STEP = 4, 5, 6
-_SLACK = 1.0 + 1e-9  # above what bounds lose by rounding
+_SLACK = 1.0 + 1e-9  # covers the rounding of the bounds themselves
 _EPS = 2.0**-53
 
 
 @scalar
 def corners_of_cell(a, v, first):
-    """Rows of corners of both triangles of a cell into two rows of v: see `strips.corner_of`."""
+    """Write the corners of both triangles of a cell into two rows of v: see `strips.corner_of`."""
     rising = a[RISING] == 1
     for half in range(2):
         tri = half if first == 0 else 2 + half
@@ -50,7 +51,7 @@ def corners_of_cell(a, v, first):
 
 @scalar
 def plane_of(c, f, tri, v):
-    """Plane terms of a triangle; whether all its corners are there."""
+    """Write the plane terms of a triangle; whether all its corners exist."""
     o, p, q = v[tri, 0], v[tri, 1], v[tri, 2]
     ax, ay, az = c[p, 0] - c[o, 0], c[p, 1] - c[o, 1], c[p, 2] - c[o, 2]
     bx, by, bz = c[q, 0] - c[o, 0], c[q, 1] - c[o, 1], c[q, 2] - c[o, 2]
@@ -60,13 +61,16 @@ def plane_of(c, f, tri, v):
     f[tri, 0], f[tri, 1], f[tri, 2] = p0 - q0, p1 - q1, p2 - q2
     f[tri, 3], f[tri, 4], f[tri, 5] = abs(p0) + abs(q0), abs(p1) + abs(q1), abs(p2) + abs(q2)
     f[tri, 6] = abs(ax) + abs(ay) + abs(az) + abs(bx) + abs(by) + abs(bz)
+
+    # NaN marks a missing corner.
     total = ax + ay + az + bx + by + bz
     return total == total
 
 
 @scalar
 def _main_axis(f, tri, slip):
-    """Axis of the largest component of a normal, and its sign; 0 if that is not sure."""
+    """Axis of the largest component of a normal, and its sign; 0 if undecided."""
+    # The sign is certain if the component exceeds its rounding error and any slip.
     axis = 0
     for k in range(1, 3):
         axis = k if abs(f[tri, k]) > abs(f[tri, axis]) else axis
@@ -78,12 +82,15 @@ def _main_axis(f, tri, slip):
 
 @scalar
 def set_plane_query(c, f, v, tri, reach, slip, h):
-    """What to ask of corners for the plane of a triangle, and what bounds the rounding of answers.
+    """Write the query for the plane of a triangle, with the rounding bound of its answers.
 
-    An answer holds whatever moves all coordinates by up to `slip`. False where a corner is missing.
+    An answer beyond the bound holds under any move of all coordinates by up to `slip`. False where
+    a corner is missing.
     """
     if not plane_of(c, f, tri, v):
         return False
+
+    # One bound for all corners of the patch, from their largest distances.
     far = reach[0] + reach[1] + reach[2]
     own = f[tri, 3] + f[tri, 4] + f[tri, 5]
     height = _largest_height(f, tri, reach)
@@ -95,13 +102,14 @@ def set_plane_query(c, f, v, tri, reach, slip, h):
 
 @scalar
 def _largest_height(f, tri, reach):
-    """What terms of a height over a triangle add up to at most."""
+    """Upper bound of the terms of a height over a triangle."""
     return reach[0] * f[tri, 3] + reach[1] * f[tri, 4] + reach[2] * f[tri, 5]
 
 
 @scalar
 def set_edge_query(c, f, v, tri, reach, slip, h):
-    """What to ask of corners for the edges of a triangle, seen along an axis: after `set_plane_query`."""
+    """Write the query for the edges of a triangle, in a projection; after `set_plane_query`."""
+    # Orient the edges so that inside is positive.
     height, off = _largest_height(f, tri, reach), h[BOUND]
     axis, turn = _main_axis(f, tri, slip)
     h[_AXIS] = axis
@@ -111,6 +119,8 @@ def set_edge_query(c, f, v, tri, reach, slip, h):
         at = _EDGE + _STEP * k
         on, up = turn * (c[q, u] - c[p, u]), turn * (c[q, w] - c[p, w])
         h[at], h[at + 1], h[at + 2], h[at + 3] = c[p, u], c[p, w], on, up
+
+        # Largest distance from the edge, and its rounding error.
         inside = abs(on) * reach[w] + abs(up) * reach[u]
         far = abs(on) + abs(up) + reach[u] + reach[w] + 4.0 * slip
         error = _SLACK * (ORIENT2D_BOUND * inside + 2.0 * slip * far) + TINY
@@ -122,9 +132,9 @@ def set_edge_query(c, f, v, tri, reach, slip, h):
 
 @scalar
 def edge_distances(c, h, w):
-    """How far corners 0 to 3 are inside each edge of a triangle, as one looks along an axis.
+    """Distances of corners 0 to 3 inside each edge of a triangle, in a projection along an axis.
 
-    False if all of them are beyond one edge, for sure.
+    False if all of them are certainly beyond one edge.
     """
     if h[_AXIS] == 0.0:
         return _insides(c, 1, 2, h, w)
@@ -150,7 +160,7 @@ def _insides(c, u, v, h, w):
 
 @scalar
 def _side(c, f, tri, o, corner, slip):
-    """Side of a triangle with a corner o on which another corner lies, or 0."""
+    """Side of the plane of a triangle with corner o on which another corner lies, or 0."""
     cx, cy, cz = c[corner, 0] - c[o, 0], c[corner, 1] - c[o, 1], c[corner, 2] - c[o, 2]
     return filtered_side(
         cx, cy, cz, f[tri, 0], f[tri, 1], f[tri, 2], f[tri, 3], f[tri, 4], f[tri, 5], f[tri, 6],
@@ -160,7 +170,7 @@ def _side(c, f, tri, o, corner, slip):
 
 @scalar
 def _order(c, p, p1, q, q1, slip):
-    """Sign that orders, on the common line, the points of edges p-p1 and q-q1, or 0."""
+    """Sign that orders, on the common line, the points of edges p-p1 and q-q1; or 0."""
     ax, ay, az = c[p1, 0] - c[p, 0], c[p1, 1] - c[p, 1], c[p1, 2] - c[p, 2]
     bx, by, bz = c[q, 0] - c[p, 0], c[q, 1] - c[p, 1], c[q, 2] - c[p, 2]
     g, h = ay * bz, az * by
@@ -176,10 +186,11 @@ def _order(c, p, p1, q, q1, slip):
 
 @scalar
 def _outside(w, p, q, h):
-    """Edges of a triangle, as bits, beyond which an edge p-q through its plane passes; or UNSURE.
+    """Edges of a triangle, as bits, beyond which an edge p-q passes its plane; or UNKNOWN_SIDE.
 
-    The heights of p and q over the plane have two signs.
+    The heights of p and q over the plane have opposite signs.
     """
+    # Interpolate the distances at the plane, multiplied by the heights of both ends.
     one, two = abs(w[0, p]), abs(w[0, q])
     first, second, third = (
         one * w[1, q] + two * w[1, p],
@@ -197,10 +208,11 @@ def _outside(w, p, q, h):
 
 @scalar
 def contact_by_heights(w, v, one, h, codes_table):
-    """How a triangle `one` meets that of h: 0 not at all, DOUBT, or two codes of `contact` in one.
+    """How triangle `one` meets that of h: 0 if not, UNDECIDED, or two codes in one number.
 
-    `codes_table` is from `codes_of_ways`: a table takes no branch that a processor would have to guess.
+    `codes_table` is from `contact_codes`: a table lookup has no branch to mispredict.
     """
+    # All heights have to be certain; two edges pass the plane or none.
     p, q, r = v[one, 0], v[one, 1], v[one, 2]
     a, b, c = w[0, p], w[0, q], w[0, r]
     if not ((abs(a) > h[BOUND]) & (abs(b) > h[BOUND]) & (abs(c) > h[BOUND])):
@@ -242,7 +254,7 @@ def _boxes_apart(c, v, one, two):
 
 @scalar
 def _add_codes(codes, i, i2, on_first, on_last, of_first):
-    """Codes of a triangle's edges i and i2 through the face of the other, behind other codes."""
+    """Append the codes of a triangle's edges i and i2 through the face of the other."""
     for k in range(3):
         if (k == i and on_first) or (k == i2 and on_last):
             codes = 64 * codes + code_of_edge(k, of_first)
@@ -251,10 +263,11 @@ def _add_codes(codes, i, i2, on_first, on_last, of_first):
 
 @scalar
 def decide_contact(c, f, v, one, two, slip, swapped):
-    """How two triangles meet: 0 not at all, OPEN, or the two codes of `contact` in one.
+    """How two triangles meet: 0 if not, NEEDS_EXACT, or two codes in one number.
 
-    The same questions in the same order as in `contact._meet_plainly`.
+    The same signs in the same order as in `triangle_contact._meet_filtered`.
     """
+    # Boxes first, then sides of corners over both planes.
     if _boxes_apart(c, v, one, two) or not plane_of(c, f, one, v):
         return 0
     o, p = v[two, 0], v[one, 0]
@@ -272,6 +285,8 @@ def decide_contact(c, f, v, one, two, slip, swapped):
         return NEEDS_EXACT
     if b0 == b1 and b1 == b2:
         return 0
+
+    # Each triangle has one lone corner; four signs order the ends on the common line.
     i, j = lone_corner(a0, a1, a2), lone_corner(b0, b1, b2)
     i2, j2 = (i + 2) % 3, (j + 2) % 3
     p, p1, p2 = v[one, i], v[one, (i + 1) % 3], v[one, i2]
@@ -282,6 +297,8 @@ def decide_contact(c, f, v, one, two, slip, swapped):
         return NEEDS_EXACT
     if s11 == s12 and s21 == s22 and s11 == s21:
         return 0
+
+    # Codes of the ends: edges of both triangles in the order of `triangle_contact`.
     if swapped:
         codes = _add_codes(0, j, j2, s11 != s21, s12 != s22, True)
         return _add_codes(codes, i, i2, s11 != s12, s21 != s22, False)

@@ -1,15 +1,16 @@
-"""Pairs of triangles of one cell and of the patch of a grid with axes below or above it.
+"""Pairs of triangles of one cell and of the patch below or above it of a grid with axes.
 
-Rows of the patch that are as high as the cell are asked, node by node, how high they are over the
-planes of both of its triangles. A cell of the patch with all nodes above a plane, or all below, for
-sure, is passed over, and so is one beyond an edge of the triangle; few are left to `sided`.
+For rows of the patch at the height of the cell, the heights of all nodes over the planes of both
+triangles of the cell are computed. A cell of the patch with all nodes certainly above or below a
+plane is skipped, and so is one beyond an edge of the triangle. The few others are compared by
+`cell_contacts`.
 
-Notation, beside that of `sided` and `upright`
+Notation, in addition to that of `cell_contacts` and `axis_grids`
     box      of the cell, float64 (6,), in the world
     heights  of nodes, float64 (4, n): two rows, this one and the last, over both planes
     marks    of nodes, int64 (2, n): bits for above and below each plane, and the box
     rows     lowest and highest node of each row of the patch, float64 (2, n)
-    there    which triangles of the cell have three nodes, as bits
+    present  which triangles of the cell have three nodes, as bits
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from geosurf.kernels.contacts.contact_table import UNDECIDED
 from geosurf.kernels.search.tree import N_COL
 
 _FIRST, _SECOND, _BOX = 3, 12, 48  # bits of marks: above and below
-_ALL = _FIRST | _SECOND | _BOX  # of an absent node, which leaves it to the others of a cell
+_ALL = _FIRST | _SECOND | _BOX  # of a missing node: it leaves the decision to the others of a cell
 
 
 class AxisGrid(NamedTuple):
@@ -75,9 +76,9 @@ class Work(NamedTuple):
 
 @scalar
 def _extremes_of_rows(z, a, at, rows):
-    """Lowest and highest node of each row of the patch; one that is not a number is passed over.
+    """Lowest and highest node of each row of the patch; NaN nodes are skipped.
 
-    Column by column: rows are far apart in memory, and are fetched side by side that way.
+    Column by column: the rows are far apart in memory, and are then loaded side by side.
     """
     n = at[1] - at[0] + 1
     for i in range(n):
@@ -97,6 +98,8 @@ def _evaluate_row(grid, i, first, last, query, work):
     origin, box = query.origin, query.box
     h, heights, marks = work.h, work.heights, work.marks
     row = i & 1
+
+    # Local names keep the loop free of index arithmetic, so that it is vectorised.
     x0, z0, nx, nz = h[0, CORNER], h[0, CORNER + 2], h[0, NORMAL], h[0, NORMAL + 2]
     x1, z1, mx, mz = h[1, CORNER], h[1, CORNER + 2], h[1, NORMAL], h[1, NORMAL + 2]
     far, off = h[0, BOUND], h[1, BOUND]
@@ -111,6 +114,8 @@ def _evaluate_row(grid, i, first, last, query, work):
         p = (u - x0) * nx + ny + (w - z0) * nz
         q = (u - x1) * mx + my + (w - z1) * mz
         heights[2 * row, k], heights[2 * row + 1, k] = p, q
+
+        # Two bits per plane and for the box: above and below.
         mark = (1 if p > far else 0) + (2 if p < -far else 0)
         mark += (4 if q > off else 0) + (8 if q < -off else 0)
         mark += (16 if value > roof else 0) + (32 if value < floor else 0)
@@ -119,7 +124,7 @@ def _evaluate_row(grid, i, first, last, query, work):
 
 @scalar
 def _load_patch_cell(x, y, z, a, i, j, origin, c):
-    """Corners of a cell of the patch into the first four rows of c."""
+    """Load the corners of a cell of the patch into the first four rows of c."""
     at = a[6] + i * a[7] + j * a[8]
     c[0, 0] = c[3, 0] = x[j] - origin[0]
     c[1, 0] = c[2, 0] = x[j + 1] - origin[0]
@@ -151,6 +156,8 @@ def _pairs_of_cell(work, row, k, other, key_a, key_b, query, pairs, n):
         work.codes_table,
         work.heights,
     )
+
+    # Heights of the four corners, counter-clockwise.
     low, high = 2 * (row & 1) + other, 2 - 2 * (row & 1) + other
     w[0, 0], w[0, 1] = heights[low, k], heights[low, k + 1]
     w[0, 2], w[0, 3] = heights[high, k + 1], heights[high, k]
@@ -167,7 +174,7 @@ def _pairs_of_cell(work, row, k, other, key_a, key_b, query, pairs, n):
 
 @scalar
 def _set_plane_queries(c, f, v, reach, slip, h):
-    """Ask for the planes of both triangles of the loaded cell; which of them are there, as bits."""
+    """Set the queries of both triangles of the cell; which of them exist, as bits."""
     present = 0
     for other in range(2):
         if set_plane_query(c, f, v, 2 + other, reach, slip, h[other]):
@@ -179,18 +186,21 @@ def _set_plane_queries(c, f, v, reach, slip, h):
 
 @scalar
 def _pairs_of_row(grid, i, first, last, present, key_b, query, work, asked, pairs, n):
-    """Pairs of the cells of row i of the patch; and the triangles whose edges are `asked` for."""
+    """Pairs of the cells of row i of the patch; and the triangles whose edge queries are set."""
     x, y, z, a = grid.x, grid.y, grid.z, grid.a
     reach, origin, slip = query.reach, query.origin, query.slip
     c, f, v, h, marks = work.c, work.f, work.v, work.h, work.marks
     right = marks[0, 0] & marks[1, 0]
     for k in range(last - first):
+        # A bit that all four corners share excludes the cell.
         left, right = right, marks[0, k + 1] & marks[1, k + 1]
         both = left & right
         near = (1 if both & _FIRST == 0 else 0) + (2 if both & _SECOND == 0 else 0)
         near &= present
         if near == 0 or both & _BOX != 0:
             continue
+
+        # Compare with both triangles of the cell; edge queries are set on first use.
         _load_patch_cell(x, y, z, a, i, first + k, origin, c)
         key_a = 2 * (i * (a[N_COL] - 1) + first + k)
         for other in range(2):
@@ -210,14 +220,17 @@ def pairs_in_columns(grid, at, key_b, query, work, pairs, n):
     z, a = grid.z, grid.a
     box, reach, slip = query.box, query.reach, query.slip
     c, f, v, h, rows = work.c, work.f, work.v, work.h, work.rows
+
+    # Triangles that exist (-1: unknown), those with edge queries, last evaluated row.
     present, asked, last_row = (
         -1,
         0,
         -1,
-    )  # triangles there; those asked for edges; the last row asked
+    )
     first, last = at[2], at[3]
     _extremes_of_rows(z, a, at, rows)
     for i in range(at[0], at[1]):
+        # Skip rows of cells above or below the box.
         k = i - at[0]
         low, high = min(rows[0, k], rows[0, k + 1]), max(rows[1, k], rows[1, k + 1])
         if not (low <= box[5] and box[2] <= high):
@@ -226,9 +239,12 @@ def pairs_in_columns(grid, at, key_b, query, work, pairs, n):
             present = _set_plane_queries(c, f, v, reach, slip, h)
         if present == 0:
             return n
+
+        # Neighbouring rows of cells share a row of nodes.
         if last_row != i:
             _evaluate_row(grid, i, first, last, query, work)
         _evaluate_row(grid, i + 1, first, last, query, work)
         last_row = i + 1
-        n, asked = _pairs_of_row(grid, i, first, last, present, key_b, query, work, asked, pairs, n)  # fmt: skip
+        n, asked = _pairs_of_row(grid, i, first, last, present, key_b, query, work, asked, pairs,
+        n)  # fmt: skip
     return n

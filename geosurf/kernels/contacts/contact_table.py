@@ -1,11 +1,11 @@
-"""Codes of a contact by the ways of two edges: a table takes no branch that has to be guessed.
+"""Codes of a contact from a table: a lookup has no branch that the processor could mispredict.
 
-Two edges of a triangle, those at its lone corner, pass the plane of another one, each beyond some
-edges of that. Mostly this tells where the contact begins and ends.
+The two edges at the lone corner of a triangle pass the plane of another triangle, each beyond some
+of its edges. Mostly this determines where the contact begins and ends.
 
 Notation
-    i      the lone corner of the first triangle; its edge i goes out from there, i + 2 comes in
-    way    edges of the second triangle, as bits, beyond which an edge passes; or UNSURE
+    i      the lone corner of the first triangle; edge i leaves it, edge i + 2 enters it
+    side   edges of the second triangle, as bits, beyond which an edge passes; or UNKNOWN_SIDE
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from geosurf.kernels.compile.jit import scalar
 from geosurf.kernels.contacts.triangle_contact import FACE
 
-UNDECIDED = -2  # what heights leave open
+UNDECIDED = -2  # heights do not decide
 UNKNOWN_SIDE, N_SIDE = 8, 9
 
 
@@ -27,7 +27,7 @@ def code_of_edge(edge, of_first):
 
 @scalar
 def contact_codes(swapped):
-    """What `meet_by_heights` tells, for each lone corner and what its two edges pass beyond.
+    """Results of `contact_by_heights` for each lone corner and the sides of its two edges.
 
     With `swapped`, codes are those of the second and the first triangle.
     """
@@ -43,15 +43,16 @@ def contact_codes(swapped):
 
 @scalar
 def _codes_of_sides(i, first, last, swapped):
-    """Codes where edge i of a triangle passes the plane of another beyond the edges `first` of it,
-    and edge i + 2 beyond `last`.
-    """
+    """Codes where edge i passes beyond the edges `first`, and edge i + 2 beyond `last`."""
+    # Both beyond one edge: no contact. Both inside: two edge-face points.
     i2 = (i + 2) % 3
     if first & last != 0:
         return 0
     out = first + last
     if out == 0:
         return 64 * code_of_edge(min(i, i2), not swapped) + code_of_edge(max(i, i2), not swapped)
+
+    # Anything but one edge passing beyond one edge needs more signs.
     if (first != 0 and last != 0) or out & (out - 1) != 0:
         return UNDECIDED
     own, other = code_of_edge(i if last != 0 else i2, not swapped), code_of_edge(out >> 1, swapped)

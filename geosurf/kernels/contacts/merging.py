@@ -1,10 +1,10 @@
-"""Points that are one by several names, or a vertex, get one number.
+"""Points with several names, or equal to a vertex, get one id.
 
-Few points have the coordinates of another one, and none is told from all others without a look at
-all. A filter of bits comes first, so small that it stays in a cache: what is alone with its bit
-has coordinates of its own. Only the rest, one in twenty, goes into a table of places (`points`).
+Few points have the coordinates of another point. A bit filter comes first, small enough for the
+cache: a point alone on its bit has unique coordinates. Only the others, one in twenty, are entered
+into a table by coordinates (`constructed_points`) and compared exactly.
 
-Letters as in `exact`.
+Letters as in `exact_signs`.
 """
 
 from __future__ import annotations
@@ -20,18 +20,17 @@ from geosurf.kernels.exact.constructed_points import (
 from geosurf.kernels.exact.exact_signs import N_POINT, N_VERTEX
 
 _WORD = 32
-_BITS_OF_A_POINT = 16  # in the filter: then one in sixteen is suspected for nothing
+_BITS_OF_A_POINT = 16  # filter bits per point: one in sixteen is a false suspect
 _FOLDED = 0xFFFFFFFF
 
 
 @scalar
 def _short_hash(x, bits, i):
-    """Hash of 62 bits of the coordinates of point i, alike for 0.0 and -0.0; its upper bits count.
+    """Hash of 62 bits of the coordinates of point i, equal for 0.0 and -0.0; use its upper bits.
 
-    `bits` are all of x as whole numbers: a view of each row alone takes as long as the products.
-
-    Three products that do not wait for each other, where `hash_of_row` has six that do. A filter
-    may spread worse than a table: what it mixes up costs time only.
+    `bits` is x viewed as integers; a view per row would take as long as the products. The three
+    products are independent, where `hash_of_row` has six in sequence. A filter may have more
+    collisions than a table: they cost time only.
     """
     h = 0
     if x[i, 0] != 0.0:
@@ -45,13 +44,13 @@ def _short_hash(x, bits, i):
 
 @scalar
 def _bit_of(x, bits, i, size):
-    """Place of point i in a filter of `size` bits, a power of two."""
+    """Bit of point i in a filter of `size` bits, a power of two."""
     return (_short_hash(x, bits, i) >> 8) & (size - 1)
 
 
 @scalar
 def _filter(x, first, n):
-    """Bits that n points from `first` on set, those set more than once, and the bit of each."""
+    """Bits set by n points from `first` on, bits set more than once, and the bit of each."""
     size, bits = 1024, x.view(np.int64)
     while size < _BITS_OF_A_POINT * n:
         size *= 2
@@ -68,7 +67,7 @@ def _filter(x, first, n):
 
 @entry("d2 -> l1")
 def may_coincide(x):
-    """Rows of places that may be those of another row; nearly all others are left out."""
+    """Rows that may have the coordinates of another row; nearly all others are left out."""
     n = x.shape[0]
     _, twice, place = _filter(x, 0, n)
     m = 0
@@ -81,15 +80,17 @@ def may_coincide(x):
 
 @scalar
 def _suspects(x, t, m, count):
-    """Vertices and points that may lie where a point lies: ids, vertices first, and how many.
+    """Vertices and points that may have equal coordinates: ids, vertices first, and their number.
 
-    `count` is 0 for faces without a contact: their corners are left alone.
+    `count` is 0 for faces without a contact; their corners are skipped.
     """
     n_vertex, n_point = m[N_VERTEX], m[N_POINT]
     once, twice, place = _filter(x, n_vertex, n_point)
     size, bits = once.shape[0] * _WORD, x.view(np.int64)
     found = np.empty(n_vertex + n_point, dtype=np.int64)
     n = 0
+
+    # Corners of faces with contacts whose bit a point has set.
     asked = np.zeros(n_vertex, dtype=np.bool_)
     for face in range(t.shape[0]):
         if count[face] > 0:
@@ -102,6 +103,8 @@ def _suspects(x, t, m, count):
                 twice[word] |= bit
                 found[n] = i
                 n += 1
+
+    # Points whose bit was set twice.
     n_corner = n
     for k in range(n_point):
         if twice[place[k] // _WORD] & np.uint32(1 << (place[k] % _WORD)) != 0:
@@ -112,7 +115,7 @@ def _suspects(x, t, m, count):
 
 @scalar
 def _compact(x, d, m, same):
-    """Move points to where those before them have left room; the new id of each."""
+    """Move points into the gaps of merged ones; writes the new id of each to `same`."""
     n_vertex = m[N_VERTEX]
     n = 0
     for row in range(same.shape[0]):
@@ -130,10 +133,10 @@ def _compact(x, d, m, same):
 
 @scalar
 def merge_points(frame, count):
-    """Make points that are one, or a vertex, one; the new id of each, or nothing if none was.
+    """Merge equal points, and points equal to a vertex; the new id of each, or empty if none was.
 
-    `count` is the number of contacts of each face. Of points that are one, the first one stays;
-    those that stay keep their order.
+    `count` is the number of contacts of each face. Of equal points the first one remains, and the
+    remaining points keep their order.
     """
     x, t, d, m = frame.x, frame.t, frame.d, frame.m
     suspects, n_corner = _suspects(x, t, m, count)
@@ -141,6 +144,8 @@ def merge_points(frame, count):
     none = np.empty(0, dtype=np.int64)
     if suspects.shape[0] == n_corner:
         return none
+
+    # A table of the suspects only; equal coordinates are compared exactly.
     size = 16
     while size < 2 * suspects.shape[0] + 2:
         size *= 2

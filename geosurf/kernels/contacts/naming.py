@@ -1,17 +1,16 @@
-"""Contacts of triangles -> named points, and what each triangle has to be cut by.
+"""Named points from contacts of triangles, and the records of what cuts each triangle.
 
-A point is named by what makes it: a corner, or an edge and a face, or two edges in one plane. Names
-come first, from integers alone; then each point is placed, many side by side (`placing`); then
-points that are one by several names get one number.
+A point is named by its definition: a corner, or an edge and a face, or two edges in one plane.
+Names come first, from integers alone. Then all points are placed, many at a time (`placing`), and
+points with several names are merged (`merging`).
 
-A record is (triangle, p, q, support): a segment p-q inside the triangle and a plane that
-holds it, or a single point (q = support = -1). Both triangles of a contact get
-the point or the segment, so neighbours see the same points on a common edge by
-themselves, and the children conform without any exchange between faces.
+A record is (triangle, p, q, support): a segment p-q inside the triangle and a plane that holds it,
+or a single point (q = support = -1). Both triangles of a contact get the point or segment. So
+neighbours have the same points on a common edge, and the children conform without communication.
 
-Letters as in `exact`, contacts as in `packed`, and
-    names    hash table of names (`points`): of edge planes, and of points that no list holds
-    heads    first point of each list, -1 if there is none: lists of faces, then lists of vertices
+Letters as in `exact_signs`, contacts as in `packed_contact`, and
+    names    hash table (`constructed_points`): edge planes, and points that no list holds
+    heads    first point of each list, -1 if empty: lists of faces, then lists of vertices
     onward   the next point in the list of each
 """
 
@@ -50,14 +49,14 @@ from geosurf.kernels.exact.exact_signs import (
 from geosurf.kernels.exact.predicates import normal_axis
 from geosurf.kernels.lattices.prefetch import prefetch
 
-FEW = 4  # contacts of a face, up to which its points are listed by face, else by vertex
-_LONG = 16  # points in a list, above which names go into a table
-_EARLY = 16  # contacts after the one at hand, whose second face lies anywhere
+FEW = 4  # up to so many contacts the points of a face are listed by face, else by vertex
+_LONG = 16  # points in a list; further names go into the table
+_EARLY = 16  # prefetch distance in contacts: second faces are anywhere in memory
 
 
 @scalar
 def _edge_and_face(t, a, b, code):
-    """The edge (lower vertex first) and the face that make a corner of a contact."""
+    """The edge (lower vertex first) and the face that define a corner of a contact."""
     fa, fb = (code >> 3) & 7, code & 7
     if fa < FACE and (code >> 3) < EDGE_OF_SECOND:
         of, i, face = a, fa - 3, b
@@ -81,7 +80,7 @@ def _count_rows(t, rows):
 
 @scalar
 def _grown_table(m, names):
-    """The table of names, made anew and larger if one more contact could fill it."""
+    """The table of names, rebuilt at twice the size if one more contact could fill it."""
     if 2 * (m[N_NAME] + 16) < names.shape[0]:
         return names
     larger = np.zeros((2 * names.shape[0], 5), dtype=np.int64)
@@ -95,7 +94,7 @@ def _grown_table(m, names):
 
 @scalar
 def _new_point(d, m, p, q, plane):
-    """Define the next point: edge p-q through a plane. Its row in `d`."""
+    """Define the next point as edge p-q through a plane; its row in `d`."""
     row = m[N_POINT]
     d[row, 0], d[row, 1], d[row, 2], d[row, 3] = LPI, p, q, plane
     m[N_POINT] += 1
@@ -104,7 +103,7 @@ def _new_point(d, m, p, q, plane):
 
 @scalar
 def _point_by_table(d, m, names, p, q, plane):
-    """Row in `d` of a point by the table of names, made if it is new."""
+    """Row in `d` of a point from the table of names, defined if it is new."""
     slot = slot_of(names, LPI, p, q, plane)
     if names[slot, 0] == 0:
         insert_name(m, names, slot, LPI, p, q, plane, _new_point(d, m, p, q, plane))
@@ -113,11 +112,11 @@ def _point_by_table(d, m, names, p, q, plane):
 
 @scalar
 def _point_by_list(d, m, names, heads, onward, head, p, q, face):
-    """Row in `d` of a point by a list, made if it is new.
+    """Row in `d` of a point from a list, defined if it is new.
 
-    Neighbours name it, too. A short list has them side by side, a table of all names is in no
-    cache; but where a list grows long (a hub, an edge through thousands of faces), a table takes
-    what follows.
+    Neighbours use the same name. A short list holds them side by side in memory, while a table of
+    all names misses the cache. Long lists (a hub, an edge through thousands of faces) overflow
+    into a table.
     """
     first = heads[head]
     row = first
@@ -135,7 +134,7 @@ def _point_by_list(d, m, names, heads, onward, head, p, q, face):
 
 @scalar
 def _corner_in_plane(t, e, d, m, names, a, b, axis, code):
-    """Id of the point of two features in one plane."""
+    """Id of the common point of two features in one plane."""
     fa = (code >> 3) & 7
     fb = code & 7
     if fa < 3:
@@ -151,7 +150,7 @@ def _corner_in_plane(t, e, d, m, names, a, b, axis, code):
 
 @scalar
 def _name_corners(frame, rows, count, ids):
-    """Ids of the corners of all contacts, by names alone; whether there was room."""
+    """Ids of the corners of all contacts, by names alone; False if a table is full."""
     x, t, e, d, m, w = frame.x, frame.t, frame.e, frame.d, frame.m, frame.w
     heads = np.full(t.shape[0] + m[N_VERTEX], -1, dtype=np.int32)
     onward = np.empty(d.shape[0], dtype=np.int32)
@@ -166,6 +165,8 @@ def _name_corners(frame, rows, count, ids):
         axis = 0
         if coplanar:
             axis, _ = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])
+
+        # Corners that are vertices need no new name.
         for c in range(n_corner_of(rows[k, HOW])):
             code = code_of(rows[k, HOW], c)
             if coplanar:
@@ -177,6 +178,7 @@ def _name_corners(frame, rows, count, ids):
             elif code & 7 < 3:
                 ids[k, c] = t[b, code & 7]
             else:
+                # An edge through a face: look it up in the list of the face or of the vertex.
                 p, q, face = _edge_and_face(t, a, b, code)
                 head = face if count[face] <= FEW else t.shape[0] + p
                 row = _point_by_list(d, m, names, heads, onward, head, p, q, face)
@@ -186,7 +188,7 @@ def _name_corners(frame, rows, count, ids):
 
 @scalar
 def _append_record(records, n, t, tri, p, q, support):
-    """File a segment or a point (q = -1) for a triangle, unless it is there already."""
+    """Append a segment or a point (q = -1) for a triangle, unless its own edges hold it."""
     if q < 0:
         if is_corner(t, tri, p):
             return n
@@ -203,9 +205,10 @@ def _append_record(records, n, t, tri, p, q, support):
 def _edge_records(rows, k, ids, t, e, m, names, tri, of, shift, axis, records, n):
     """Segments in `tri` along the edges of the coplanar triangle `of`; -1 if a table is full.
 
-    `shift` picks the features of `of` from a code: 3 for the first triangle, 0 for the second.
+    `shift` selects the features of `of` from a code: 3 for the first triangle, 0 for the second.
     """
     for i in range(3):
+        # Two different corners on edge i make a segment along it.
         first = -1
         second = -1
         for c in range(n_corner_of(rows[k, HOW])):
@@ -238,7 +241,7 @@ def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
 
 @scalar
 def _renumber(number, n_vertex, rows, ids):
-    """Give points in `ids` the numbers that they have after merging."""
+    """Replace the ids of points by those after merging."""
     for k in range(rows.shape[0]):
         for c in range(n_corner_of(rows[k, HOW])):
             if ids[k, c] >= n_vertex:
@@ -247,9 +250,9 @@ def _renumber(number, n_vertex, rows, ids):
 
 @entry("d2 l2 l2 l2 l1 l1 l2 l2 -> l")
 def name_contacts(x, t, e, d, m, w, rows, ids):
-    """Ids of all points of contact (rows of `ids`); their number or FULL.
+    """Write the ids of all points of contact to rows of `ids`; their number or FULL.
 
-    `x` and `d` have room for a point a corner behind the vertices.
+    `x` and `d` need room for one point per corner behind the vertices.
     """
     frame = Frame(x, t, e, d, m, w)
     count, n_corner = _count_rows(t, rows)
@@ -261,13 +264,13 @@ def name_contacts(x, t, e, d, m, w, rows, ids):
     number = merge_points(frame, count)
     if number.shape[0] > 0:
         _renumber(number, m[N_VERTEX], rows, ids)
-    m[N_NAME] = 0  # the table is gone
+    m[N_NAME] = 0  # the table is not used again
     return m[N_POINT]
 
 
 @scalar
 def _edge_planes(e, m):
-    """A table of the names of all edge planes."""
+    """Table of the names of all edge planes."""
     m[N_NAME] = 0
     names = np.zeros((64, 5), dtype=np.int64)
     for row in range(m[N_EDGE_PLANE]):
@@ -280,14 +283,17 @@ def _edge_planes(e, m):
 
 @entry("d2 l2 l2 l1 l1 l2 l2 l2 -> l")
 def write_records(x, t, e, m, w, rows, ids, records):
-    """Write what cuts which face; the number of records, or FULL.
+    """Write which segments and points cut which face; the number of records, or FULL.
 
-    `records` has room for two a contact and twelve more for one in a plane, `e` for six of these.
+    `records` needs room for two per contact and twelve more for a coplanar one, `e` for six of
+    these.
     """
     names = _edge_planes(e, m)
     n = 0
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+
+        # Coplanar: both outlines cut each other. Otherwise a segment or a touching point.
         if lies_in_plane(rows[k, HOW]):
             names = _grown_table(m, names)
             axis, _ = normal_axis(x, m, w, t[a, 0], t[a, 1], t[a, 2])

@@ -1,15 +1,15 @@
-"""Which points lie so near a segment that they may lie in it, group by group.
+"""Which points are so near a segment that they may lie on it? Group by group.
 
-A group is what lies in one face: its segments, and the points that are known to lie in the face.
-Few of either are compared one by one; the points of large groups are put into a tree, halved along
-the widest side of their box, and a segment visits the boxes that it passes. So the cost follows
-what is near, also where thousands of segments cross one wide face.
+A group holds the segments of one face and the points known to lie in the face. Small groups are
+compared directly. The points of large groups are put into a tree, halved along the widest axis of
+their box, and each segment visits the boxes that it passes. So the cost follows the number of near
+pairs, also where thousands of segments cross one large face.
 
 Notation
     x             coordinates, float64 (n, 3)
     segments      rows of x (n, 2); points: rows of x (m,)
-    first_segment, first_point      of each group, and one behind the last
-    reach         [m], at least 0: what is farther from a line than this is not near it
+    first_segment, first_point      start of each group, and the end of the last
+    reach         [m], at least 0: points farther from a line are not near
 """
 
 from __future__ import annotations
@@ -20,29 +20,31 @@ from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.search.tree import append_pair
 
 LEAF = 8
-_FEW = 256  # segments times points of a group, up to which there is no tree
+_FEW = 256  # up to so many pairs in a group there is no tree
 
 
 @scalar
 def is_near_segment(x, a, b, p, reach):
-    """Whether point p, no end of segment a-b, is within reach of it."""
+    """Whether point p, not an end of segment a-b, is within reach of it."""
     if p == a or p == b:
         return False
     for k in range(3):
         low, high = min(x[a, k], x[b, k]), max(x[a, k], x[b, k])
         if x[p, k] < low - reach or x[p, k] > high + reach:
             return False
+
+    # Squared distance from the line, times the squared length, by a cross product.
     ux, uy, uz = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
     vx, vy, vz = x[p, 0] - x[a, 0], x[p, 1] - x[a, 1], x[p, 2] - x[a, 2]
     wx, wy, wz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     away, along = wx * wx + wy * wy + wz * wz, ux * ux + uy * uy + uz * uz
     most = reach * reach * along
-    return away <= most or most < 1e-280  # squares of what is tiny vanish: it passes for near
+    return away <= most or most < 1e-280  # squares of tiny numbers underflow: count as near
 
 
 @scalar
 def _widest(x, points, low, high, box, node):
-    """Write the box of some points; its widest axis."""
+    """Write the box of some points; returns its widest axis."""
     for k in range(3):
         box[node, k], box[node, 3 + k] = np.inf, -np.inf
     for i in range(low, high):
@@ -59,7 +61,7 @@ def _widest(x, points, low, high, box, node):
 
 @scalar
 def _halve(x, points, low, high, axis):
-    """Put the points below the middle one along an axis before it."""
+    """Partition points along an axis so that the lower half comes first (quickselect)."""
     middle = (low + high) // 2
     first, last = low, high - 1
     while first < last:
@@ -85,7 +87,7 @@ def _halve(x, points, low, high, axis):
 
 @scalar
 def _tree(x, points):
-    """Boxes, and first and last point of each node, of a tree over points, which are put in order.
+    """Boxes, and first and last point of each node, of a tree over points, which are reordered.
 
     The children of node i are 2 i + 1 and 2 i + 2.
     """
@@ -110,6 +112,8 @@ def _tree(x, points):
 def _passes(x, a, b, box, node, reach):
     """Whether a segment may come within reach of a box."""
     first, last = 0.0, 1.0
+
+    # Slab test: the part of the segment inside the box, widened by the reach.
     for k in range(3):
         low, high = box[node, k] - 2.0 * reach, box[node, 3 + k] + 2.0 * reach
         start, span_k = x[a, k], x[b, k] - x[a, k]
@@ -123,9 +127,9 @@ def _passes(x, a, b, box, node, reach):
 
 @entry("d2 l2 l1 l1 l1 d l2 -> l")
 def points_near_segments(x, segments, first_segment, points, first_point, reach, pairs):
-    """Write rows (segment, point): places in `segments`, and rows of x; how many there are.
+    """Write pairs (segment, point): rows of `segments` and of x; their number.
 
-    No end of a segment is listed with it. What `pairs` has no room for is counted only.
+    The ends of a segment are not listed with it. Pairs beyond the capacity are counted only.
     """
     n = 0
     stack = np.empty(128, dtype=np.int64)
@@ -138,6 +142,8 @@ def points_near_segments(x, segments, first_segment, points, first_point, reach,
                     if is_near_segment(x, segments[s, 0], segments[s, 1], points[k], reach):
                         n = append_pair(pairs, n, s, points[k])
             continue
+
+        # Large groups: a tree over copies of the points.
         mine = points[low:high].copy()
         box, span = _tree(x, mine)
         for s in range(start, stop):

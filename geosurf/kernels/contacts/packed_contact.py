@@ -1,12 +1,12 @@
 """Contacts in three numbers: two faces, and how they meet, packed into the third.
 
-All that follows the search goes over all contacts again and again. Those of `contact`, with room
-for six corners, are eleven numbers; three are read from memory in a quarter of the time.
+All stages after the search run over all contacts several times. Rows of `triangle_contact`, with
+room for six corners, have eleven numbers; three are read from memory in a quarter of the time.
 
 Notation
     rows   contacts, int64 (n, 3), columns below
-    how    number of corners (3 bits), whether the faces lie in one plane and whether they cross
-           (1 bit each), and for each corner its code (7 bits), the first one lowest
+    how    number of corners (3 bits), whether the faces are coplanar and whether they cross (1 bit
+           each), and the code of each corner (7 bits), the first one lowest
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from geosurf.kernels.contacts.triangle_contact import COPLANAR, CROSSING, FACE, 
 TRIANGLE_A, TRIANGLE_B, HOW = 0, 1, 2
 _CORNERS, _IN_PLANE, _CROSSING = 7, 8, 16  # masks
 _FIRST, _CODE = 5, 7  # bits before the codes, and of each
-_FEW = 32  # contacts of a face that are sorted by insertion
+_FEW = 32  # up to so many contacts of a face are sorted by insertion
 
 
 @scalar
@@ -30,13 +30,13 @@ def n_corner_of(how):
 
 @scalar
 def lies_in_plane(how):
-    """Whether two faces lie in one plane."""
+    """Whether two faces are coplanar."""
     return how & _IN_PLANE != 0
 
 
 @scalar
 def code_of(how, corner):
-    """Code of a corner of a contact, see `contact`."""
+    """Code of a corner of a contact, see `triangle_contact`."""
     return (how >> (_FIRST + _CODE * corner)) & ((1 << _CODE) - 1)
 
 
@@ -73,7 +73,7 @@ def on_boundaries(rows):
 
 @entry("l2 -> l2")
 def pack_contacts(rows):
-    """Contacts of `contact` in three numbers."""
+    """Pack rows of `triangle_contact` into three numbers."""
     out = np.empty((rows.shape[0], 3), dtype=np.int64)
     for k in range(rows.shape[0]):
         how = rows[k, N_CORNER]
@@ -87,7 +87,7 @@ def pack_contacts(rows):
 
 @entry("l2 -> .")
 def pack_crossings(rows):
-    """Pack how faces cross in two points, where rows have ``64 * first + second`` of the codes."""
+    """Pack crossings in two points, where rows hold ``64 * first + second`` of the codes."""
     for k in range(rows.shape[0]):
         one, two = rows[k, HOW] >> 6, rows[k, HOW] & 63
         rows[k, HOW] = 2 + _CROSSING + (one << _FIRST) + (two << (_FIRST + _CODE))
@@ -125,7 +125,8 @@ def _sort_many(rows, low, high):
 
 @entry("l2 l -> l2")
 def sorted_by_faces(rows, n_face):
-    """Rows by their first two numbers, faces: none of these pairs comes twice."""
+    """Rows sorted by their first two numbers; no pair of faces occurs twice."""
+    # Counting sort by the first face.
     start = np.zeros(n_face + 1, dtype=np.int32)
     for k in range(rows.shape[0]):
         start[rows[k, 0] + 1] += 1
@@ -137,6 +138,8 @@ def sorted_by_faces(rows, n_face):
         start[rows[k, 0]] += 1
         for column in range(rows.shape[1]):
             out[at, column] = rows[k, column]
+
+    # Then sort the rows of each face by the second face.
     begin = 0
     for face in range(n_face):
         end = start[face]

@@ -1,14 +1,15 @@
-"""Constructed points, sixty-four at a time: by plain doubles, then in double-double arithmetic.
+"""Positions of constructed points, 64 at a time: plain doubles first, then double-double
+arithmetic.
 
-What `points.lpi_plainly` and `doubled.lpi_doubled` do for one point, the same operations with the
-same bounds, as loops without a branch over the lanes of a block: machine code works on several
-lanes at once, and a point costs a fifth. Where edges are short beside coordinates, as in grids,
-plain doubles are sure of nine points in ten, and of none where edges are long.
+These are the operations and bounds of `constructed_points.lpi_in_doubles` and
+`double_double.lpi_dd` as loops without branches over the lanes of a block. They are vectorised,
+and a point costs a fifth. Where edges are short compared to coordinates, as in grids, plain
+doubles certify nine points in ten; with long edges they certify none.
 
-Letters as in `exact`, and
-    f      a block: rows of `LANES` doubles, one after the other, at the places below
-A pair (two rows) is a double-double. All rows lie in one array at known places, so that a compiler
-sees that they do not overlap.
+Letters as in `exact_signs`, and
+    f      a block: rows of `LANES` doubles, one after the other, at the offsets below
+A pair (two rows) is a double-double. All rows lie in one array at constant offsets, so that the
+compiler can prove that they do not overlap.
 """
 
 from __future__ import annotations
@@ -41,14 +42,14 @@ _N0, _N1, _N2 = 15 * LANES, 17 * LANES, 19 * LANES
 _S0, _S1, _S2 = 21 * LANES, 22 * LANES, 23 * LANES
 # heights of the ends over the plane, pairs, and the sum of the sizes of their terms
 _HA, _HB, _SIZE = 24 * LANES, 26 * LANES, 28 * LANES
-# the part of the edge, a pair; how far it can be wrong; 1.0 while all is known
+# the fraction of the edge, a pair; its error; 1.0 while all is certified
 _FRACTION, _ERROR, _CERTIFIED = 29 * LANES, 31 * LANES, 32 * LANES
 _ROWS = 33
 
 
 @scalar
 def _load(x, t, d, m, row, lane, f):
-    """Coordinates of the edge and the triangle of a point; of any triangle for an edge plane."""
+    """Load the edge and the triangle of a point; any triangle for an edge plane."""
     a, b, plane = d[row, 1], d[row, 2], d[row, 3] if d[row, 3] < m[N_TRIANGLE] else 0
     o, p, q = t[plane, 0], t[plane, 1], t[plane, 2]
     f[_A0 + lane], f[_A1 + lane], f[_A2 + lane] = x[a, 0], x[a, 1], x[a, 2]
@@ -60,9 +61,9 @@ def _load(x, t, d, m, row, lane, f):
 
 @scalar
 def _prefetch_blocks(x, t, d, m, first):
-    """Ask for what the block after this one will load, and for the triangles of the next but one.
+    """Prefetch what the next block will load, and the triangles of the block after it.
 
-    Edges and triangles of a point may lie anywhere: a tenth less time.
+    Edges and triangles of a point may lie anywhere in memory; this saves a tenth of the time.
     """
     last = m[N_POINT]
     for row in range(first + LANES, min(first + 2 * LANES, last)):
@@ -78,7 +79,7 @@ def _prefetch_blocks(x, t, d, m, first):
 
 @scalar
 def _normals_double(f):
-    """Normals of the planes by plain doubles, and the sizes of their terms."""
+    """Normals of the planes in plain doubles, and the sizes of their terms."""
     for i in range(LANES):
         g0, g1, g2 = f[_P0 + i] - f[_O0 + i], f[_P1 + i] - f[_O1 + i], f[_P2 + i] - f[_O2 + i]
         h0, h1, h2 = f[_Q0 + i] - f[_O0 + i], f[_Q1 + i] - f[_O1 + i], f[_Q2 + i] - f[_O2 + i]
@@ -89,7 +90,7 @@ def _normals_double(f):
 
 @scalar
 def _fractions_double(f):
-    """Which part of each edge lies before the plane, and how far it can be wrong: `lpi_plainly`."""
+    """Fraction of each edge before the plane, and its error, as in `lpi_in_doubles`."""
     for i in range(LANES):
         n0, n1, n2 = f[_N0 + i], f[_N1 + i], f[_N2 + i]
         s0, s1, s2 = f[_S0 + i], f[_S1 + i], f[_S2 + i]
@@ -98,6 +99,8 @@ def _fractions_double(f):
         c0, c1, c2 = f[_B0 + i] - f[_O0 + i], f[_B1 + i] - f[_O1 + i], f[_B2 + i] - f[_O2 + i]
         hb, fb = c0 * n0 + c1 * n1 + c2 * n2, abs(c0) * s0 + abs(c1) * s1 + abs(c2) * s2
         below = ha - hb
+
+        # Select instead of branching: an uncertified lane divides by 1.0.
         off = 4.0 * ORIENT3D_BOUND * (fa + fb)
         known = (min(fa, fb) > TINY) & (ha * hb <= 0.0) & (off < abs(below)) & (abs(below) < np.inf)
         below = below if known else 1.0
@@ -108,7 +111,7 @@ def _fractions_double(f):
 
 @scalar
 def _along_double(start, end, part, error):
-    """One coordinate, and whether it is the next double for certain."""
+    """One coordinate, and 1.0 if it is certainly the correctly rounded one."""
     step = end - start
     s, r = two_sum(start, step * part)
     level = start == end
@@ -118,7 +121,7 @@ def _along_double(start, end, part, error):
 
 @scalar
 def _positions_double(f):
-    """Coordinates of the points by plain doubles, written over those of the first end."""
+    """Coordinates of the points in plain doubles, written over those of the first end."""
     for i in range(LANES):
         part, error = f[_FRACTION + i], f[_ERROR + i]
         f[_A0 + i], s0 = _along_double(f[_A0 + i], f[_B0 + i], part, error)
@@ -129,7 +132,7 @@ def _positions_double(f):
 
 @scalar
 def _normals_dd(f):
-    """Normals of the planes, and the sizes of their terms."""
+    """Normals of the planes in double-double, and the sizes of their terms."""
     for i in range(LANES):
         g0, g1 = two_sum(f[_P0 + i], -f[_O0 + i])
         g2, g3 = two_sum(f[_P1 + i], -f[_O1 + i])
@@ -147,7 +150,7 @@ def _normals_dd(f):
 
 @scalar
 def _step(hi, lo, end, start, nh, nl):
-    """hi + lo, and one term more of a height; and how far the end is from the start."""
+    """Add one term of a height to hi + lo; also the distance of the end from the start."""
     dh, dl = two_sum(end, -start)
     ph, pl = dd_mul(nh, nl, dh, dl)
     hi, lo = dd_add(hi, lo, ph, pl)
@@ -173,7 +176,7 @@ def _heights_dd(f):
 
 @scalar
 def _fractions_dd(f):
-    """Which part of the edge lies before the plane: a quotient and one Newton step."""
+    """Fraction of the edge before the plane: a quotient and one Newton step."""
     for i in range(LANES):
         ha, la = f[_HA + i], f[_HA + LANES + i]
         dh, dl = dd_add(ha, la, -f[_HB + i], -f[_HB + LANES + i])
@@ -190,7 +193,7 @@ def _fractions_dd(f):
 
 @scalar
 def _along_dd(start, end, o, p, q, th, tl, error):
-    """One coordinate, and whether it is the next double for certain; exact where all are level."""
+    """One coordinate, and 1.0 if it is certified; exact where the plane is constant on the axis."""
     dh, dl = two_sum(end, -start)
     ph, pl = dd_mul(dh, dl, th, tl)
     s, r = dd_add(start, 0.0, ph, pl)
@@ -222,7 +225,7 @@ def _positions_dd(f):
 
 @scalar
 def _store(x, m, row, lane, f):
-    """Take a point out of a block; False if it is open there."""
+    """Copy a point out of a block; False if it is not certified."""
     i = m[N_VERTEX] + row
     x[i, 0], x[i, 1], x[i, 2] = f[_A0 + lane], f[_A1 + lane], f[_A2 + lane]
     return f[_CERTIFIED + lane] != 0.0
@@ -230,7 +233,7 @@ def _store(x, m, row, lane, f):
 
 @scalar
 def _place_in_doubles(frame, f):
-    """Points where edges pass triangles, by plain doubles; the rows of those left open.
+    """Place all points in plain doubles; the rows of those not certified.
 
     Points in edge planes are placed one by one.
     """
@@ -240,6 +243,8 @@ def _place_in_doubles(frame, f):
     n = 0
     for first in range(0, n_point, LANES):
         _prefetch_blocks(x, t, d, m, first)
+
+        # The last block repeats its last point.
         for lane in range(LANES):
             _load(x, t, d, m, min(first + lane, n_point - 1), lane, f)
         _normals_double(f)
@@ -261,6 +266,8 @@ def place_points(x, t, e, d, m, w):
     f = np.empty(_ROWS * LANES)
     undecided = _place_in_doubles(frame, f)
     n = undecided.shape[0]
+
+    # What is left goes through double-double, then through exact integers.
     for first in range(0, n, LANES):
         for lane in range(LANES):
             _load(x, t, d, m, undecided[min(first + lane, n - 1)], lane, f)

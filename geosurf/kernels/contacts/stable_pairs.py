@@ -1,9 +1,9 @@
-"""Which pairs of triangles could meet otherwise if their points moved by a little.
+"""Which pairs of triangles could change their contact if their points moved by a small distance?
 
-Signs that are sure stay as they are under such a move (`predicates.plain_side`). Two triangles meet
-only where an edge of one meets the other; an edge misses a triangle if its ends lie on one side of
-the plane, or if its line passes two edges of the triangle on different sides. So it is known
-of some pairs that they stay apart. Letters as in `exact`.
+Certified signs with `slip` do not change under such a move (`predicates.filtered_side`). Two
+triangles meet only where an edge of one meets the other. An edge misses a triangle if its ends lie
+on one side of the plane, or if its line passes two edges of the triangle on different sides.
+So some pairs are proven to stay apart. Letters as in `exact_signs`.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from geosurf.kernels.exact.predicates import filtered_side, orient3d, plane_term
 
 @scalar
 def _stable_side(x, a, b, c, o, slip):
-    """Side on which vertex o lies of the plane of a, b, c; 0 where a move could change it.
+    """Side of the plane of a, b, c on which vertex o lies; 0 where a move could change it.
 
-    Floats are sure for one first corner and not for another one: asked of all three, the answer
-    does not depend on how the corners are numbered.
+    Floats may decide for one choice of the first corner and not for another. All three choices are
+    tried, so the result does not depend on the numbering of corners.
     """
     for _ in range(3):
         n0, n1, n2, s0, s1, s2, span = plane_terms(x, a, b, c)
@@ -33,7 +33,7 @@ def _stable_side(x, a, b, c, o, slip):
 
 @scalar
 def _stable_turn(x, p, q, a, b, slip):
-    """Side on which vertex b lies of the plane of p, q, a, asked of any three of the four."""
+    """Side of the plane of p, q, a on which vertex b lies, from any three of the four."""
     side = _stable_side(x, p, q, a, b, slip)
     if side == 0:
         side = _stable_side(x, q, p, b, a, slip)
@@ -46,7 +46,7 @@ def _stable_turn(x, p, q, a, b, slip):
 
 @scalar
 def _line_misses(x, t, p, q, b, slip):
-    """Whether the line of vertices p, q surely passes two edges of triangle b differently."""
+    """Whether the line of vertices p, q certainly passes two edges of triangle b differently."""
     left = right = False
     for k in range(3):
         side = _stable_turn(x, p, q, t[b, k], t[b, (k + 1) % 3], slip)
@@ -71,7 +71,7 @@ def _edges_miss(x, t, a, b, slip):
 
 @scalar
 def _on_one_side(x, t, a, b, slip):
-    """Whether all corners of triangle a surely lie on one side of the plane of b."""
+    """Whether all corners of triangle a certainly lie on one side of the plane of b."""
     side = _stable_side(x, t[b, 0], t[b, 1], t[b, 2], t[a, 0], slip)
     return side != 0 and (
         side == _stable_side(x, t[b, 0], t[b, 1], t[b, 2], t[a, 1], slip)
@@ -94,7 +94,7 @@ def _boxes_apart(x, t, a, b):
 
 @scalar
 def _largest(x, t, a):
-    """The largest coordinate of a triangle, by size."""
+    """Largest absolute coordinate of a triangle."""
     size = 0.0
     for i in range(3):
         for k in range(3):
@@ -104,7 +104,7 @@ def _largest(x, t, a):
 
 @scalar
 def _stays_apart(x, t, a, b, slip):
-    """Whether triangles stay apart; boxes are taken as they are, since points stay in them."""
+    """Whether triangles stay apart; boxes are not widened, since rounded points stay in them."""
     return (
         _boxes_apart(x, t, a, b)
         or _on_one_side(x, t, a, b, slip)
@@ -115,7 +115,7 @@ def _stays_apart(x, t, a, b, slip):
 
 @scalar
 def _is_near_plane(x, t, m, w, a, b, slip):
-    """Whether a corner of triangle a is off the plane of b, but not surely."""
+    """Whether a corner of triangle a is off the plane of b, but not certainly."""
     p, q, r = t[b, 0], t[b, 1], t[b, 2]
     for k in range(3):
         o = t[a, k]
@@ -126,10 +126,10 @@ def _is_near_plane(x, t, m, w, a, b, slip):
 
 @entry("d2 l2 l1 l1 l2 b1 d -> b1")
 def unstable_pairs(x, t, m, w, pairs, meet, part):
-    """Pairs that do not surely stay as they are if points move by a part of their coordinates.
+    """Pairs whose contact could change if points moved by a part of their coordinates.
 
-    Of those that `meet`, the ones with a corner that is close to the other's plane, but not in it;
-    of the others those that are not known to stay apart.
+    Of those that `meet`: pairs with a corner close to the other's plane, but not in it. Of the
+    others: pairs that are not proven to stay apart.
     """
     found = np.empty(pairs.shape[0], dtype=np.bool_)
     for i in range(pairs.shape[0]):

@@ -1,14 +1,14 @@
 """How two triangles meet: every case, by exact signs of their corners only.
 
-Features of a triangle are numbered 0, 1, 2 for its corners, 3, 4, 5 for its edges (edge 3 + i
-joins corner i to the next) and 6 for its face. A point of contact is a pair of
-features ``8 * fa + fb``: the lowest-dimensional features of A and of B that hold it.
+Features of a triangle are numbered 0, 1, 2 for its corners, 3, 4, 5 for its edges (edge 3 + i joins
+corner i to the next) and 6 for its face. A point of contact is a pair of features ``8 * fa + fb``:
+the lowest-dimensional features of A and of B that hold it.
 
-Generic case, after Guigue & Devillers (2003, J. Graphics Tools 8(1)): signs of corners over
-the other's plane, then signs of edge against edge. Zeros are not perturbed away: a corner with
-sign 0 is located in the other triangle, and edge against edge with one zero is a point on both.
+Generic case, after Guigue & Devillers (2003, J. Graphics Tools 8(1)): signs of corners over the
+other's plane, then signs of edge against edge. Zeros are not perturbed: a corner with sign 0 is
+located in the other triangle, and edge against edge with one zero is a point on both.
 
-Letters as in `exact`; A, B triangles, sa, sb the signs of their corners.
+Letters as in `exact_signs`; A, B triangles, sa, sb the signs of their corners.
 """
 
 from __future__ import annotations
@@ -27,9 +27,7 @@ from geosurf.kernels.exact.predicates import (
 )
 
 FACE = 6
-EDGE_OF_SECOND = (
-    8  # added to fa: edge meets edge, and A's edge lies in B's plane, so B's edge makes the point
-)
+EDGE_OF_SECOND = 8  # added to fa where edges cross and the edge of B defines the point
 OUTSIDE = -1
 # columns of a contact row
 TRIANGLE_A, TRIANGLE_B, COPLANAR, CROSSING, N_CORNER, FIRST_CODE = 0, 1, 2, 3, 4, 5
@@ -81,11 +79,12 @@ def locate_in_plane(x, t, m, w, tri, axis, turn, vertex):
 
 @scalar
 def _pierce(x, t, m, w, p, q, tri, slip):
-    """Feature of a triangle where the line p-q passes, whose ends are on two sides of it."""
+    """Feature of a triangle hit by line p-q, whose ends lie on two sides of its plane."""
     signs = np.int64(0)
     zeros = 0
     last = -1
     for k in range(3):
+        # The line has to pass all three edges on the same side; a shared corner is a zero.
         a = t[tri, k]
         b = t[tri, (k + 1) % 3]
         if p == a or p == b or q == a or q == b:
@@ -103,7 +102,7 @@ def _pierce(x, t, m, w, p, q, tri, slip):
         return FACE
     if zeros == 1:
         return 3 + last
-    return 0  # through a corner: that corner's own test finds it
+    return 0  # through a corner: the test of that corner finds it
 
 
 @scalar
@@ -130,15 +129,20 @@ def _coplanar(x, t, m, w, rows, n, a, b):
     axis, turn_b = normal_axis(x, m, w, t[b, 0], t[b, 1], t[b, 2])
     u = (axis + 1) % 3
     v = (axis + 2) % 3
+
+    # Corners of A in B.
     for i in range(3):
         feature = locate_in_plane(x, t, m, w, b, axis, turn_b, t[a, i])
         if feature != OUTSIDE:
             _add(rows, n, i, feature)
+
+    # Corners of B in the interior or on edges of A; common corners are found already.
     for j in range(3):
         feature = locate_in_plane(x, t, m, w, a, axis, turn_a, t[b, j])
         if feature >= 3:
             _add(rows, n, feature, j)
     for i in range(3):
+        # Crossings of two edges, inside both.
         p, q = t[a, i], t[a, (i + 1) % 3]
         for j in range(3):
             r, s = t[b, j], t[b, (j + 1) % 3]
@@ -152,14 +156,14 @@ def _coplanar(x, t, m, w, rows, n, a, b):
 
 @scalar
 def _point_side(ox, oy, oz, terms, px, py, pz, slip):
-    """Side of point p of the plane through o with `terms`; 0 if floats cannot be sure."""
+    """Side of point p of the plane through o with `terms`; 0 if undecided."""
     n0, n1, n2, s0, s1, s2, span = terms
     return filtered_side(px - ox, py - oy, pz - oz, n0, n1, n2, s0, s1, s2, span, slip)
 
 
 @scalar
 def lone_corner(s0, s1, s2):
-    """The corner whose sign is not that of the two others."""
+    """The corner with a sign that differs from the two others."""
     if s1 == s2:
         return 0
     return 1 if s0 == s2 else 2
@@ -167,21 +171,23 @@ def lone_corner(s0, s1, s2):
 
 @scalar
 def _before_on_line(x, p, p1, q, q1, slip):
-    """Sign that orders, on the common line, the points of edges p-p1 and q-q1; 0 if not sure."""
+    """Sign that orders, on the common line, the points of edges p-p1 and q-q1; 0 if undecided."""
     terms = plane_terms(x, p, p1, q)
     return _point_side(x[p, 0], x[p, 1], x[p, 2], terms, x[q1, 0], x[q1, 1], x[q1, 2], slip)
 
 
 @scalar
 def _meet_filtered(x, t, a, b, slip, rows, n):
-    """The contact of two triangles where floats are sure of every sign and none is zero.
+    """The contact of two triangles where floats certify every sign and none is zero.
 
-    1 if they meet, 0 if not, -1 if exact signs are needed. Each triangle has one corner
-    alone on its side of the other's plane; the two edges there carry the ends of its piece of the
-    common line, and four signs order the four ends (Guigue & Devillers 2003).
+    1 if they meet, 0 if not, -1 if exact signs are needed. Each triangle has one corner alone on
+    its side of the other's plane. The two edges there carry the ends of its part of the common
+    line, and four signs order the four ends (Guigue & Devillers 2003).
     """
     pa, pb, pc = t[a, 0], t[a, 1], t[a, 2]
     qa, qb, qc = t[b, 0], t[b, 1], t[b, 2]
+
+    # Corners of A over the plane of B.
     f = plane_terms(x, qa, qb, qc)
     ox, oy, oz = x[qa, 0], x[qa, 1], x[qa, 2]
     a0 = _point_side(ox, oy, oz, f, x[pa, 0], x[pa, 1], x[pa, 2], slip)
@@ -191,6 +197,8 @@ def _meet_filtered(x, t, a, b, slip, rows, n):
         return -1
     if a0 == a1 and a1 == a2:
         return 0
+
+    # Corners of B over the plane of A.
     f = plane_terms(x, pa, pb, pc)
     ox, oy, oz = x[pa, 0], x[pa, 1], x[pa, 2]
     b0 = _point_side(ox, oy, oz, f, x[qa, 0], x[qa, 1], x[qa, 2], slip)
@@ -204,6 +212,8 @@ def _meet_filtered(x, t, a, b, slip, rows, n):
     i2, j2 = (i + 2) % 3, (j + 2) % 3  # edge i leaves the lone corner, edge i2 comes back to it
     p, p1, p2 = t[a, i], t[a, (i + 1) % 3], t[a, i2]
     q, q1, q2 = t[b, j], t[b, (j + 1) % 3], t[b, j2]
+
+    # Order of the four ends on the common line.
     s11 = _before_on_line(x, p, p1, q, q1, slip)
     s12 = _before_on_line(x, p, p1, q, q2, slip)
     s21 = _before_on_line(x, p, p2, q, q1, slip)
@@ -212,6 +222,8 @@ def _meet_filtered(x, t, a, b, slip, rows, n):
         return -1
     if s11 == s12 and s21 == s22 and s11 == s21:
         return 0
+
+    # Two of the four ends bound the contact: edges of A, then edges of B.
     rows[n, TRIANGLE_A], rows[n, TRIANGLE_B], rows[n, N_CORNER] = a, b, 0
     rows[n, COPLANAR], rows[n, CROSSING] = 0, 1
     for k in range(3):
@@ -229,6 +241,8 @@ def intersect_triangles(x, t, m, w, a, b, slip, rows, n):
     plain = _meet_filtered(x, t, a, b, slip, rows, n)
     if plain >= 0:
         return plain == 1
+
+    # Exact signs of all corners over the other plane.
     a0, a1, a2 = _side_signs(x, t, m, w, b, a, slip)
     if a0 == a1 and a1 == a2 and a0 != 0:
         return False
@@ -244,6 +258,8 @@ def intersect_triangles(x, t, m, w, a, b, slip, rows, n):
         _coplanar(x, t, m, w, rows, n, a, b)
         return rows[n, N_CORNER] > 0
     rows[n, COPLANAR] = 0
+
+    # Corners of A in the plane of B.
     sa = (a0, a1, a2)
     sb = (b0, b1, b2)
     axis_b, turn_b = -1, 0
@@ -255,11 +271,15 @@ def intersect_triangles(x, t, m, w, a, b, slip, rows, n):
             feature = locate_in_plane(x, t, m, w, b, axis_b, turn_b, t[a, i])
             if feature != OUTSIDE:
                 _add(rows, n, i, feature)
+
+    # Edges of A that pass the plane of B.
     for i in range(3):
         if sa[i] * sa[(i + 1) % 3] < 0:
             feature = _pierce(x, t, m, w, t[a, i], t[a, (i + 1) % 3], b, slip)
             if feature >= 3:
                 _add(rows, n, 3 + i, feature)
+
+    # Corners of B in the plane of A, then edges of B.
     for j in range(3):
         if sb[j] == 0:
             if axis_a < 0:
@@ -274,8 +294,10 @@ def intersect_triangles(x, t, m, w, a, b, slip, rows, n):
                 _add(rows, n, FACE, 3 + j)
             elif feature >= 3:
                 i = feature - 3
-                if sa[i] * sa[(i + 1) % 3] >= 0:  # else A's edge has found the same point
+                if sa[i] * sa[(i + 1) % 3] >= 0:  # otherwise the edge of A has found the same point
                     _add(rows, n, EDGE_OF_SECOND + feature, 3 + j)
+
+    # A segment is a crossing if both triangles extend to both sides.
     if rows[n, N_CORNER] == 2:
         both_a = min(a0, min(a1, a2)) < 0 and max(a0, max(a1, a2)) > 0
         both_b = min(b0, min(b1, b2)) < 0 and max(b0, max(b1, b2)) > 0
@@ -285,10 +307,10 @@ def intersect_triangles(x, t, m, w, a, b, slip, rows, n):
 
 @entry("d2 l2 l2 l1 l1 d l2 l1 -> l l")
 def meet_pairs(x, t, pairs, m, w, slip, rows, near):
-    """Contacts of candidate pairs of triangles; how many rows were written, and near pairs.
+    """Contacts of candidate pairs of triangles; the numbers of rows written and of near pairs.
 
-    `rows` has room for one row more than there are pairs. `near` takes the numbers of pairs
-    that a move of all coordinates by `slip` could change; those beyond its end are only counted.
+    `rows` needs room for one row more than there are pairs. `near` takes the indices of pairs that
+    a move of all coordinates by `slip` could change; those beyond its end are only counted.
     """
     n = 0
     n_near = 0

@@ -1,17 +1,17 @@
 """Cutting: the exact constrained Delaunay triangulation of each face that is cut.
 
-===================  ==================================================  =====================
-file                 question                                            source
-===================  ==================================================  =====================
-`face_signs`         signs of the points of a face                       Shewchuk 1997
-`face_circles`       is a point inside a circle? ties included           Shewchuk 1997
-`symbolic`           what the names of a face's points tell of them
-`cached_predicates`  signs of integers that are made once a face
-`delaunay`           the unique triangulation of a face's points         Lawson 1977
-`hilbert_order`      a face's points along Hilbert's curve
-`cavity`             what a segment crosses, triangulated on both sides  Toussaint & Avis 1982
-`constraints`        segments into it, crossings and all
-`cut_faces`          all cut faces -> children
-`thin_pieces`        pieces so thin that rounding could turn them
-===================  ==================================================  =====================
+===================  =========================================================  ==================
+file                 question                                                         source
+===================  =========================================================  ==================
+`face_signs`         How do three points of a face turn? Which comes first?           Shewchuk 1997
+`face_circles`       Is a point inside a circle? How are ties broken?                 Shewchuk 1997
+`symbolic`           What do the definitions of points prove without arithmetic?
+`cached_predicates`  What are exact signs, with integers computed once a face?
+`delaunay`           What is the unique triangulation of a face's points?             Lawson 1977
+`hilbert_order`      In which order are a face's points inserted?                     Hilbert curve
+`cavity`             How are the triangles that a segment crosses replaced?           Toussaint 1982
+`constraints`        How do segments become edges, with their crossings?
+`cut_faces`          What are the children of all cut faces?
+`thin_pieces`        Which pieces are so thin that rounding could invert them?
+===================  =========================================================  ==================
 """

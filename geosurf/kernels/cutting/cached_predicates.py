@@ -1,15 +1,16 @@
-"""Exact signs of the points of one face: the integers of each point are made once, and short.
+"""Exact signs for the points of one face, with the integers of each point computed once and
+shortened.
 
-Letters as in `exact` and `delaunay`. A point of the face has homogeneous coordinates (U, V, W) on
-the two axes of its projection, W > 0, all integers. `exact` makes them anew for every sign, at
-the length that the worst input needs. Here they are kept from one sign to the next, in the part
-of `w` behind what `exact` works with, and without limbs that say nothing at either end: most
-coordinates have few digits, and so have their differences.
+Letters as in `exact_signs` and `delaunay`. A point of the face has integer homogeneous coordinates
+(U, V, W) on the two axes of its projection, W > 0. `exact_signs` computes them again for every
+sign, at the length that the worst input needs. Here they are cached in the part of `w` behind the
+scratch of `exact_signs`, without zero limbs at either end: most coordinates have few digits, and
+so have their differences.
 
-Only signs are asked, so each point may have its own positive factor: U and V are kept as
+Only signs are needed, so each point may have its own positive factor. U and V are stored as
 integers times 2**(26 shift), where shift may be negative, and W as an integer. A row holds the
-shift, the lengths of U, V and W, and their limbs. Where the part of `w` is full, all rows are
-forgotten: a row that is needed again is made again.
+shift, the lengths of U, V and W, and their limbs. When the cache is full, all rows are dropped; a
+row that is needed again is computed again.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ from geosurf.kernels.exact.exact_signs import (
 )
 
 POINTS, AXIS, USED = 0, 2, 6  # of the state s
-CACHED = 2  # column of q: where the row of a point begins, -1: not made
+CACHED = 2  # column of q: offset of the row of a point, -1: not cached
 _HEAD = 4
-_SCRATCH = 240  # units of w from here on are free between two signs
+_SCRATCH = 240  # units of w from here on are free scratch
 _MOST = 1 << 20
 
 
 def face_workspace(limbs: int, n_local: int) -> np.ndarray:
-    """A limb workspace with room for the rows of a face of so many points."""
+    """Return a limb workspace with a cache for the points of a face of this size."""
     n = max(int(limbs), 4)
     rows = min(_MOST, 24 * n * n_local)
     return np.empty(WORK * n + max(rows, 5 * (20 * n + _HEAD)), dtype=np.int64)
@@ -52,7 +53,7 @@ def _zeros_below(w, a, n):
 
 @scalar
 def _shortened(w, a, n):
-    """Length of a number once it is rid of upper limbs that only repeat its sign."""
+    """Length of a number without upper limbs that only repeat its sign."""
     while n > 1 and (w[a + n - 1] == 0 or w[a + n - 1] == -1):
         w[a + n - 2] += w[a + n - 1] << BITS
         n -= 1
@@ -61,7 +62,7 @@ def _shortened(w, a, n):
 
 @scalar
 def _store(w, to, a, n):
-    """Copy a number; returns the place behind it."""
+    """Copy a number; returns the offset behind it."""
     for i in range(n):
         w[to + i] = w[a + i]
     return to + n
@@ -69,7 +70,7 @@ def _store(w, to, a, n):
 
 @scalar
 def _row(frame, points, p):
-    """Where the row of local point p begins; made if it is not there."""
+    """Offset of the row of local point p, computed if it is not cached."""
     m, w = frame.m, frame.w
     q, s = points.q, points.s
     if q[p, CACHED] >= 0:
@@ -77,12 +78,16 @@ def _row(frame, points, p):
     n = m[LIMBS]
     lx, lw = point(frame, 0, q[p, 0])
     u, v, below = ((s[AXIS] + 1) % 3) * 7 * n, ((s[AXIS] + 2) % 3) * 7 * n, 21 * n
+
+    # Drop zero limbs below and sign limbs above.
     low = min(_zeros_below(w, u, lx), _zeros_below(w, v, lx))
-    low = min(low, lx - 1)  # where both are zero, a limb is left of each
+    low = min(low, lx - 1)  # if both are zero, keep one limb of each
     low_w = _zeros_below(w, below, lw)
     nu = _shortened(w, u + low, lx - low)
     nv = _shortened(w, v + low, lx - low)
     nw = _shortened(w, below + low_w, lw - low_w)
+
+    # Append the row to the cache.
     at = WORK * max(n, 4) + s[USED]
     w[at], w[at + 1], w[at + 2], w[at + 3] = low - low_w, nu, nv, nw
     to = _store(w, at + _HEAD, u + low, nu)
@@ -95,7 +100,7 @@ def _row(frame, points, p):
 
 @scalar
 def _ensure_capacity(m, w, q, s):
-    """See that four rows can be added; if not, forget all."""
+    """Ensure that four more rows fit; otherwise drop all."""
     n = m[LIMBS]
     if WORK * max(n, 4) + s[USED] + 4 * (20 * n + _HEAD) > w.shape[0]:
         for p in range(s[POINTS]):
@@ -105,7 +110,7 @@ def _ensure_capacity(m, w, q, s):
 
 @scalar
 def _minor(w, r, a, b):
-    """r = U_a V_b - V_a U_b for the rows a, b, short of their shifts; returns its length."""
+    """r = U_a V_b - V_a U_b for the rows a, b, without their shifts; returns its length."""
     ua, va = a + _HEAD, a + _HEAD + w[a + 1]
     ub, vb = b + _HEAD, b + _HEAD + w[b + 1]
     n = max(w[a + 1] + w[b + 2], w[a + 2] + w[b + 1]) + 1
@@ -117,7 +122,7 @@ def _minor(w, r, a, b):
 
 @scalar
 def _below(w, a):
-    """Where W of a row is."""
+    """Offset of W of a row."""
     return a + _HEAD + w[a + 1] + w[a + 2]
 
 
@@ -133,6 +138,8 @@ def cached_orient2d(frame, points, a, b, c):
     k = _row(frame, points, c)
     # det of the rows (U, V, W), by W: shifts of the three terms are those of the other rows
     shift = min(w[j] + w[k], min(w[k] + w[i], w[i] + w[j]))
+
+    # Length of the accumulator: the longest product, shifted by the largest difference.
     acc = _SCRATCH * m[LIMBS]
     longest = max(w[i + 1], w[i + 2]) + w[i + 3]
     longest += max(w[j + 1], w[j + 2]) + w[j + 3]
@@ -140,6 +147,8 @@ def cached_orient2d(frame, points, a, b, c):
     total = longest + max(w[j] + w[k], max(w[k] + w[i], w[i] + w[j])) - shift + 2
     minor = acc + total
     clear(w, acc, total)
+
+    # Three terms: a minor of two rows times W of the third, in cyclic order.
     for _ in range(3):
         n = _minor(w, minor, i, j)
         up = w[i] + w[j] - shift
@@ -159,6 +168,8 @@ def cached_compare(frame, points, a, b, second):
     j = _row(frame, points, b)
     at, n = i + _HEAD + second * w[i + 1], w[i + 1 + second]
     other, n_other = j + _HEAD + second * w[j + 1], w[j + 1 + second]
+
+    # Bring both sides to the smaller shift, then compare U_a W_b with U_b W_a.
     shift = min(w[i], w[j])
     up, lift = w[i] - shift, w[j] - shift
     total = max(n + w[j + 3] + up, n_other + w[i + 3] + lift) + 1
@@ -180,6 +191,8 @@ def _lifted(w, r, a, b):
     square = r + n
     below = square + max(na, nb)
     clear(w, r, n)
+
+    # First product, then the second one is subtracted.
     _square(w, square, na, a)
     clear(w, below, lb)
     mul_add(w, below, lb, _below(w, b), w[b + 3], _below(w, b), w[b + 3], 1)
@@ -193,7 +206,7 @@ def _lifted(w, r, a, b):
 
 @scalar
 def _square(w, r, n, a):
-    """r = U_a^2 + V_a^2, short of its shift."""
+    """r = U_a^2 + V_a^2, without its shift."""
     u, v = a + _HEAD, a + _HEAD + w[a + 1]
     clear(w, r, n)
     mul_add(w, r, n, u, w[a + 1], u, w[a + 1], 1)
@@ -217,6 +230,8 @@ def cached_incircle(frame, points, a, b, c, o):
         _row(frame, points, c),
         _row(frame, points, o),
     )
+
+    # Bounds of shifts and lengths size the accumulator.
     low, high, longest, longest_w = w[rows[0]], w[rows[0]], 0, 0
     for r in rows:
         low, high = min(low, w[r]), max(high, w[r])
@@ -226,11 +241,15 @@ def cached_incircle(frame, points, a, b, c, o):
     acc = _SCRATCH * m[LIMBS]
     minor = acc + total
     clear(w, acc, total)
+
+    # Laplace expansion: six pairs of rows (i, j), complements (k, 6 - i - j - k).
     for i in range(3):
         for j in range(i + 1, 4):
             k = 0
             while k == i or k == j:
                 k += 1
+
+            # Left factor: the minor times W_i W_j.
             p, r = rows[i], rows[j]
             n = _minor(w, minor, p, r)
             one = minor + n
@@ -241,6 +260,8 @@ def cached_incircle(frame, points, a, b, c, o):
             n_left = n_one + w[r + 3]
             clear(w, left, n_left)
             mul_add(w, left, n_left, one, n_one, _below(w, r), w[r + 3], 1)
+
+            # Right factor: the lifted minor of the other two rows; the sign alternates.
             right = left + n_left
             n_right, shift = _lifted(w, right, rows[k], rows[6 - i - j - k])
             up = w[p] + w[r] + shift - 4 * low

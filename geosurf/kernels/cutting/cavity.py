@@ -1,10 +1,12 @@
-"""The cavity of a segment: the triangles that it crosses, and what is put in their place.
+"""The cavity of a segment: the triangles that it crosses, removed and triangulated again.
 
-Both sides, seen from the segment, are polygons of which every point can be seen from that edge,
-so that each corner that turns the right way is an ear (Toussaint & Avis 1982). Ears are cut, every
-other one of a row at a time, and added again in the opposite order with flips after each: corners
-of a polygon in a good order, one by one (Chew 1990). Cut in a row, ears are fans, and to flip a fan
-is quadratic. Notation as in `delaunay`.
+Each side of the segment is a polygon whose points are all visible from the segment. So each convex
+corner is an ear (Toussaint & Avis 1982). Ears are cut, every other one of a row at a time, and
+added again in the opposite order with flips after each, like the corners of a polygon inserted one
+by one (Chew 1990). Cutting consecutive ears would leave fans, which take quadratic time to flip.
+Notation as in `delaunay`.
+
+The *corridor* is the strip of triangles that the segment crosses; its two borders are *chains*.
 """
 
 from __future__ import annotations
@@ -20,13 +22,13 @@ from geosurf.kernels.cutting.delaunay import (
 from geosurf.kernels.cutting.face_circles import in_circle
 from geosurf.kernels.cutting.face_signs import SEGMENT, turn
 
-_FEW = 8  # a chain so short is cut in a row
-_IN_CAVITY, _ADDED = -2, -3  # marks of half-edges: of the corridor, of an ear that was added
+_FEW = 8  # chains up to this length are cut consecutively
+_IN_CAVITY, _ADDED = -2, -3  # marks of half-edges: in the corridor; of an added ear
 
 
 @scalar
 def side_of_segment(frame, points, a, b, p):
-    """Side of p of the line of the segment under way, from a to b."""
+    """Side of p of the line of the current segment from a to b."""
     q, s = points.q, points.s
     if q[p, 3] == s[SEGMENT]:
         return 0
@@ -35,7 +37,7 @@ def side_of_segment(frame, points, a, b, p):
 
 @scalar
 def _cut_ear(mesh, free, tri, a, b, point):
-    """The triangle of the rows a and b of k and a point; row a then leads to that point."""
+    """Make the triangle of chain rows a, b and a point; row a then links to that point."""
     h, v, k = mesh.h, mesh.v, mesh.k
     slot = k[free + tri, 3]
     i = 3 * slot
@@ -60,7 +62,8 @@ def _fill(frame, mesh, points, low, high, free, tri):
     """
     k = mesh.k
     many = True
-    while many and high - low > _FEW:  # every other ear, as long as there are many
+    # cut every other ear while at least a quarter of the chain disappears
+    while many and high - low > _FEW:
         n = high - low
         top = low
         c = low + 1
@@ -78,7 +81,8 @@ def _fill(frame, mesh, points, low, high, free, tri):
         high = top + 1
         many = 4 * (n - (high - low)) >= n
     top = low
-    for c in range(low + 1, high):  # the rest in a row: Graham's scan, the stack at `low`
+    # cut what remains consecutively: Graham's scan, the stack starts at `low`
+    for c in range(low + 1, high):
         point, twin, support, old = k[c, 0], k[c, 1], k[c, 2], k[c, 3]
         while top > low and turn(frame, points, k[top - 1, 0], k[top, 0], point) > 0:
             _cut_ear(mesh, free, tri, top - 1, top, point)
@@ -91,9 +95,9 @@ def _fill(frame, mesh, points, low, high, free, tri):
 
 @scalar
 def _legalize_ears(frame, mesh, points, free, n):
-    """Add n ears in the opposite order, and flip what is opposite to the tip of each.
+    """Add n ears in the opposite order, and flip the edge opposite to the tip of each if needed.
 
-    Only edges between ears that were added are flipped.
+    Only edges between added ears are flipped.
     """
     h, v, k = mesh.h, mesh.v, mesh.k
     for r in range(n - 1, -1, -1):
@@ -103,10 +107,14 @@ def _legalize_ears(frame, mesh, points, free, n):
         count = 1
         while count > 0:
             count -= 1
+
+            # Only edges to ears that were added already can be illegal.
             i = k[count, 0]
             j = h[i, 1]
             if j < 0 or h[i, 2] >= 0 or h[j - j % 3, 3] != _ADDED:
                 continue
+
+            # A flip exposes two more edges.
             a, b, c, o = h[i, 0], h[j, 0], h[previous_half_edge(i), 0], h[previous_half_edge(j), 0]
             if in_circle(frame, points, a, b, c, o):
                 flip(h, v, i)
@@ -118,7 +126,7 @@ def _legalize_ears(frame, mesh, points, free, n):
 
 @scalar
 def _join(h, i, twin, support, old):
-    """Link a new half-edge to what lies behind its link; note where an old one went."""
+    """Link a new half-edge to its twin; store in the old half-edge where it moved."""
     link(h, i, twin, support)
     if old >= 0:
         h[old, 3] = i
@@ -126,15 +134,15 @@ def _join(h, i, twin, support, old):
 
 @scalar
 def _push_link(h, k, n, point, i):
-    """Chain row: point, and the link that old half-edge i makes to the next row."""
+    """Write a chain row: a point, and the link of old half-edge i to the next row."""
     k[n, 0], k[n, 1], k[n, 2], k[n, 3] = point, h[i, 1], h[i, 2], i
 
 
 @scalar
 def _corridor(frame, mesh, points, first, a, b, goal):
-    """Half-edges that the segment crosses, right end to left end, into k[:, 0].
+    """Write the half-edges that the segment crosses, right end to left end, into k[:, 0].
 
-    (number, point reached, -1), or (0, -1, half-edge) where a constraint is in the way.
+    (number, point reached, -1), or (0, -1, half-edge) where a constraint is crossed.
     """
     h, k = mesh.h, mesh.k
     n = 0
@@ -144,6 +152,8 @@ def _corridor(frame, mesh, points, first, a, b, goal):
             return 0, -1, i
         k[n, 0] = i
         n += 1
+
+        # The apex of the next triangle decides which of its edges is crossed.
         j = h[i, 1]
         apex = h[previous_half_edge(j), 0]
         side = 0 if apex == goal else side_of_segment(frame, points, a, b, apex)
@@ -154,10 +164,12 @@ def _corridor(frame, mesh, points, first, a, b, goal):
 
 @scalar
 def _build_chains(mesh, n, p, left, right, free):
-    """Both borders of a corridor, counter-clockwise, and the slots of its triangles, k[free:, 3].
+    """Write both borders of a corridor, counter-clockwise, and the slots of its triangles,
+    k[free:, 3].
 
     The left chain leads to p and ends at row left + n + 1, since it is filled from behind; the
-    right one starts at p. Returns the first row of the left one and the last one of the right one.
+    right one starts at p. Returns the first row of the left chain and the last row of the right
+    chain.
     """
     h, k = mesh.h, mesh.k
     _push_link(h, k, right, p, previous_half_edge(k[0, 0]))
@@ -168,6 +180,7 @@ def _build_chains(mesh, n, p, left, right, free):
     k[right + nr, 0] = h[k[0, 0], 0]
     k[free, 3] = k[0, 0] // 3
     for c in range(n):
+        # Walk along the corridor; each triangle adds one link to one of the borders.
         i = k[c, 0]
         j = h[i, 1]
         k[free + c + 1, 3] = j // 3
@@ -187,7 +200,7 @@ def _build_chains(mesh, n, p, left, right, free):
 
 @scalar
 def _note_inner(h, k, low, high, behind, n):
-    """Links whose other side is a link of the same corridor: cut them, to be joined later."""
+    """Links with both sides on this corridor: cut them and list them, to be joined again later."""
     for c in range(low, high):
         if k[c, 1] >= 0 and h[k[c, 1], 3] == _IN_CAVITY:
             if k[c, 3] < k[c, 1]:
@@ -207,7 +220,7 @@ def _mark(h, k, free, n, value):
 
 @scalar
 def insert_by_cavity(frame, mesh, points, p, first, a, b, goal, support):
-    """Insert the constraint from p across half-edge `first` on to the next point of the line.
+    """Insert the constraint from p across half-edge `first` up to the next point of the line.
 
     Returns (point reached, -1), or (-1, constrained half-edge) where one has to be split first.
     """
@@ -215,19 +228,25 @@ def insert_by_cavity(frame, mesh, points, p, first, a, b, goal, support):
     n, reached, wall = _corridor(frame, mesh, points, first, a, b, goal)
     if wall >= 0:
         return -1, wall
+
+    # Parts of the scratch rows: left chain, right chain, triangle slots, inner links.
     left = n + 2
     right = left + n + 3
     free = right + n + 3
     behind = free + n + 2
     low, last = _build_chains(mesh, n, p, left, right, free)
-    _mark(h, k, free, n + 1, _IN_CAVITY)  # a link may lead back into the corridor
+    _mark(h, k, free, n + 1, _IN_CAVITY)  # a link may lead into the corridor again
     inner = _note_inner(h, k, low, left + n + 1, behind, 0)
     inner = _note_inner(h, k, right, last, behind, inner)
+
+    # Triangulate both sides; the constraint joins their bases.
     one, tri = _fill(frame, mesh, points, low, left + n + 2, free, 0)
     two, tri = _fill(frame, mesh, points, right, last + 1, free, tri)
     link(h, one, two, support)
     for c in range(inner):
         link(h, h[k[behind + c, 0], 3], h[k[behind + c, 1], 3], k[behind + c, 2])
+
+    # Restore the Delaunay property of the new triangles.
     _mark(h, k, free, n + 1, 0)
     _legalize_ears(frame, mesh, points, free, n + 1)
     return reached, -1

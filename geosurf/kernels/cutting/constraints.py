@@ -1,9 +1,8 @@
-"""Segments into a triangulated face: cavities, crossings, constraints.
+"""Segments become constrained edges of a triangulated face, with their crossings.
 
-A segment is inserted by cavity (see `cavity`), since flipping its way free (Sloan 1993) is
-quadratic in the number of crossed edges. Where it crosses a
-constraint, a point is constructed there: three planes, or an edge and a plane. Notation as
-in `delaunay`; a, b are the ends of the segment under way.
+A segment is inserted by cavity (see `cavity`); flipping the crossed edges (Sloan 1993) would be
+quadratic in their number. Where it crosses another constraint, a point is constructed: three
+planes, or an edge and a plane. Notation as in `delaunay`; a, b are the ends of the current segment.
 """
 
 from __future__ import annotations
@@ -28,9 +27,9 @@ from geosurf.kernels.exact.exact_signs import COLLISIONS, N_NAME, N_TRIANGLE, UN
 
 @scalar
 def _index_points(frame, names, places):
-    """Enter the points that were there before, all distinct, into the table of places, once.
+    """Enter the points that existed before, all distinct, into the table of places, once.
 
-    Most scenes make no more points, and then need no tables: both are emptied here.
+    Most faces create no points and need no tables: both tables are cleared here on first use.
     """
     m = frame.m
     if m[UNINDEXED] == 0:
@@ -48,12 +47,12 @@ def _index_points(frame, names, places):
 
 @scalar
 def _crossing(frame, names, places, s, one, two):
-    """Id of the point of the face where constraints with two support planes cross."""
+    """Id of the point where constraints with two support planes cross in the face."""
     e, m = frame.e, frame.m
     _index_points(frame, names, places)
     face = s[FACE_ID]
     n = m[N_TRIANGLE]
-    if one >= n:  # an edge in the face: the line is the edge itself
+    if one >= n:  # an edge plane: the line is that edge
         return named_point(frame, names, places, LPI, e[one - n, 0], e[one - n, 1], two)
     if two >= n:
         return named_point(frame, names, places, LPI, e[two - n, 0], e[two - n, 1], one)
@@ -68,6 +67,7 @@ def _first_crossed(frame, mesh, points, a, b, p, goal):
     i = start
     forward = True
     while True:
+        # The other two corners of the triangle: is one the goal, or on the line?
         y, z = h[next_half_edge(i), 0], h[previous_half_edge(i), 0]
         if y == goal:
             return i, y
@@ -79,8 +79,12 @@ def _first_crossed(frame, mesh, points, a, b, p, goal):
         sz = side_of_segment(frame, points, a, b, z)
         if sz == 0 and same_direction(frame, points, a, b, p, z):
             return previous_half_edge(i), z
+
+        # The line leaves through the edge opposite to p.
         if sy < 0 and sz > 0:
             return next_half_edge(i), -1
+
+        # Rotate counter-clockwise; at the border start again clockwise.
         if forward:
             i = h[previous_half_edge(i), 1]
             if i < 0:
@@ -97,14 +101,14 @@ def _first_crossed(frame, mesh, points, a, b, p, goal):
 
 @scalar
 def _rotate(h, start, i, sense):
-    """The next half-edge around the origin of i, and the way of turning; way 0: all were seen."""
+    """The next half-edge around the origin of i, and the sense of rotation, 0 at the end."""
     if sense > 0:
         i = h[previous_half_edge(i), 1]
         if i == start:
             return i, 0
         if i >= 0:
             return i, 1
-        i = start  # the border: the rest, the other way round
+        i = start  # the border: continue clockwise from the start
     i = h[i, 1]
     if i < 0:
         return i, 0
@@ -123,7 +127,8 @@ def _edge_around(h, i, a, b):
 def constrain_edge(h, v, a, b, support):
     """Whether points a and b are the ends of an edge, which then becomes a constraint.
 
-    Triangles around both are looked at by turns, so that the smaller number of them counts.
+    The triangles around both points are visited in turns, so the smaller degree determines the
+    cost.
     """
     i, j = v[a], v[b]
     one = two = 1
@@ -148,7 +153,7 @@ def _constrain(h, i, support):
 
 @scalar
 def _has_lower_degree(h, v, a, b):
-    """Whether no more triangles meet at point a than at b, by turning around both at once."""
+    """Whether no more triangles meet at point a than at b, by rotating around both in turns."""
     i, j = v[a], v[b]
     one = two = 1
     while True:
@@ -164,7 +169,7 @@ def _has_lower_degree(h, v, a, b):
 def _constrain_next(frame, names, places, mesh, points, a, b, p, other, support):
     """Constrain the line from a to b, from its point p to the next one towards `other`.
 
-    Returns that point; -1 if there is none, which breaks a promise; FULL.
+    Returns that point; -1 if there is none, which breaks an invariant; FULL if a table is full.
     """
     q, s = points.q, points.s
     h, v = mesh.h, mesh.v
@@ -173,6 +178,8 @@ def _constrain_next(frame, names, places, mesh, points, a, b, p, other, support)
         i, far = _first_crossed(frame, mesh, points, a, b, p, goal)
         if i < 0:
             return -1
+
+        # An existing edge lies on the line.
         if far >= 0:
             _constrain(h, i, support)
             return far
@@ -181,6 +188,8 @@ def _constrain_next(frame, names, places, mesh, points, a, b, p, other, support)
             return reached
         if s[POINTS] >= q.shape[0] or 3 * (s[TRIANGLES] + 2) > h.shape[0]:
             return FULL
+
+        # A constraint is crossed: construct the point, split the constraint there, try again.
         number = _crossing(frame, names, places, s, support, np.int64(h[wall, 2]))
         if number == FULL:
             return FULL
@@ -193,10 +202,10 @@ def _constrain_next(frame, names, places, mesh, points, a, b, p, other, support)
 
 @scalar
 def insert_segment(frame, names, places, mesh, points, a, b, support):
-    """Make the segment of local points a, b a chain of constraints; FULL, -1 (broken) or 0.
+    """Make the segment of local points a, b a chain of constraints; 0, FULL, or -1 (broken).
 
-    From both ends, always where fewer triangles meet: thousands of segments with one end in common,
-    or through one point, would search all around it each time.
+    It is inserted from both ends, always at the end of lower degree: thousands of segments with a
+    common end would otherwise each search all triangles around it.
     """
     q, s = points.q, points.s
     h, v = mesh.h, mesh.v

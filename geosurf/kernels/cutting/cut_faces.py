@@ -1,4 +1,8 @@
-"""Cut faces -> children: each face on its own, all with the same exact decisions."""
+"""Children of all cut faces: each face on its own, all with the same exact decisions.
+
+Neighbouring faces agree on their common edges without communication, because all signs are exact
+and ties are broken by coordinates (see `delaunay`).
+"""
 
 from __future__ import annotations
 
@@ -30,13 +34,13 @@ from geosurf.kernels.exact.exact_signs import N_VERTEX, Frame
 from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, TINY, normal_axis
 
 BROKEN = -8
-_BLOCK = 8  # points that are inserted one after the other, of those along a curve
-_SMALL = 16  # up to so many points a face is searched triangle by triangle
+_BLOCK = 8  # consecutive points along the curve that are inserted together
+_SMALL = 16  # faces with fewer points are searched triangle by triangle
 
 
 @scalar
 def _bits_on_edges(t, d, m, tri, i):
-    """Which edges of a face hold constructed point i, as far as its name tells: bits 1, 2, 4."""
+    """Edges of a face that hold constructed point i according to its definition: bits 1, 2, 4."""
     row = i - m[N_VERTEX]
     if row < 0 or d[row, 0] != 1:
         return 0
@@ -49,7 +53,7 @@ def _bits_on_edges(t, d, m, tri, i):
 
 @scalar
 def _start_face(x, t, points, mesh):
-    """The face itself as first triangle, counter-clockwise on its axis."""
+    """Make the face itself the first triangle, counter-clockwise on its axis."""
     q, f, s = points.q, points.f, points.s
     h, v = mesh.h, mesh.v
     tri = s[FACE_ID]
@@ -67,7 +71,7 @@ def _start_face(x, t, points, mesh):
 
 @scalar
 def _local_of(local, frame, points, tri, i):
-    """Local number of global id i, filed if new."""
+    """Local index of global id i, added if it is new."""
     t, d, m = frame.t, frame.d, frame.m
     if local[i] < 0:
         local[i] = add_local(frame, points, i, _bits_on_edges(t, d, m, tri, i))
@@ -78,8 +82,8 @@ def _local_of(local, frame, points, tri, i):
 def _cut_by_one_segment(frame, mesh, points, i, j):
     """A face with one segment between two of its edges: three children; False if it is not so.
 
-    Half of all cut faces are of this kind, and this takes a fraction of the time: only the
-    diagonal of the part with four corners is to be chosen, as Lawson would.
+    Half of all cut faces are of this kind. Only the diagonal of the part with four corners has to
+    be chosen, by the same rule as in `delaunay`.
     """
     x, t, d, m = frame.x, frame.t, frame.d, frame.m
     q, f, s = points.q, points.f, points.s
@@ -88,10 +92,14 @@ def _cut_by_one_segment(frame, mesh, points, i, j):
     one, two = _bits_on_edges(t, d, m, tri, i), _bits_on_edges(t, d, m, tri, j)
     if one == 0 or two == 0 or one == two:
         return False
+
+    # The lone corner is between the two cut edges; orient the segment from its side.
     both = one | two  # edges k and k - 1 meet at corner k
     lone = 0 if both == 5 else (1 if both == 3 else 2)
     first = i if one == 1 << lone else j
     second = j if one == 1 << lone else i
+
+    # Local points: the lone corner, first cut, two corners, second cut.
     s[POINTS], s[TRIANGLES], s[USED], s[LINES], s[KNOWN_LINE] = 0, 3, 0, 0, -1
     add_corner(x, q, f, s, t[tri, lone], 0)
     add_local(frame, points, first, 0)
@@ -100,6 +108,8 @@ def _cut_by_one_segment(frame, mesh, points, i, j):
     add_local(frame, points, second, 0)
     # the part with four corners, counter-clockwise on the axis
     a, b, c, o = (1, 2, 3, 4) if s[SIDE] > 0 else (4, 3, 2, 1)
+
+    # The triangle at the lone corner, then the quadrilateral by its Delaunay diagonal.
     h[0, 0], h[1, 0], h[2, 0] = 0, a, o
     if in_circle(frame, points, a, c, o, b):
         h[3, 0], h[4, 0], h[5, 0] = a, b, o
@@ -112,15 +122,16 @@ def _cut_by_one_segment(frame, mesh, points, i, j):
 
 @scalar
 def _insert_points(frame, mesh, points, scratch):
-    """Insert all local points but the corners; False if one is not in the face.
+    """Insert all local points except the corners; False if one is not in the face.
 
-    Few points are searched triangle by triangle, and flips come last. Many are ranked along
-    Hilbert's curve and inserted by rounds of doubling size, as in BRIO (Amenta, Choi & Rote 2003)
-    but spread evenly over the ranks: the first one, those half-way, those a quarter of the way.
-    Each walk starts at the inserted point that is nearest in rank. The last rounds are done block
-    by block, so that memory near a block is read once.
+    Few points are located triangle by triangle, and flips come last. Many points are sorted along
+    the Hilbert curve and inserted in rounds of doubling size, as in BRIO (Amenta, Choi & Rote 2003)
+    but evenly spaced in rank: the first, then the middle, then the quarters. Each walk starts at
+    the inserted point nearest in rank. The last rounds run block by block, for locality of memory.
     """
     f, s = points.f, points.s
+
+    # Few points: scan all triangles, then legalize once.
     n = s[POINTS]
     if n <= _SMALL:
         for p in range(3, n):
@@ -128,6 +139,8 @@ def _insert_points(frame, mesh, points, scratch):
                 return False
         legalize_all(frame, mesh, points)
         return True
+
+    # Many points: coarse to fine along the curve.
     rank_points(f, 3, n, scratch)
     n -= 3
     step = 1
@@ -151,7 +164,7 @@ def _insert_points(frame, mesh, points, scratch):
 
 @scalar
 def _insert_between(frame, mesh, points, scratch, low, high, step):
-    """Insert the points half-way between those with every step-th rank, from low on below high."""
+    """Insert the points half-way between every step-th rank, from low on below high."""
     s = points.s
     v = mesh.v
     for c in range(low + step // 2, high, step):
@@ -165,10 +178,12 @@ def _insert_between(frame, mesh, points, scratch, low, high, step):
 def _insert_segments(frame, names, places, records, low, high, local, mesh, points, scratch):
     """Insert the segments of a face: 0, FULL, or -1 (broken).
 
-    Those that are edges already need no more than that. The others come in a fixed shuffle, which
-    keeps corridors short on average.
+    Segments that are edges already are only marked. The others come in a fixed shuffle, which keeps
+    corridors short on average.
     """
     h, v = mesh.h, mesh.v
+
+    # Edges first; what is left goes into the scratch list.
     n = 0
     for r in range(low, high):
         if records[r, 2] >= 0:
@@ -176,6 +191,8 @@ def _insert_segments(frame, names, places, records, low, high, local, mesh, poin
             if not constrain_edge(h, v, a, b, records[r, 3]):
                 scratch[n] = r
                 n += 1
+
+    # A prime stride visits each segment once in shuffled order.
     stride = 7919 if n % 7919 != 0 else 7907
     for c in range(n):
         r = scratch[(c * stride) % n]
@@ -195,12 +212,16 @@ def _cut_face(frame, names, places, records, low, high, local, mesh, points, scr
     q, s = points.q, points.s
     s[FACE_ID] = tri
     s[AXIS], s[SIDE] = normal_axis(x, m, w, t[tri, 0], t[tri, 1], t[tri, 2])
+
+    # The most common case without a triangulation.
     if (
         high - low == 1
         and records[low, 2] >= 0
         and _cut_by_one_segment(frame, mesh, points, records[low, 1], records[low, 2])
     ):
         return 0
+
+    # General case: corners, points of all records, then segments.
     _start_face(x, t, points, mesh)
     for c in range(3):
         local[q[c, 0]] = c
@@ -218,7 +239,7 @@ def _cut_face(frame, names, places, records, low, high, local, mesh, points, scr
 
 @scalar
 def _turns_left(f, a, b, c):
-    """Whether a triangle surely turns left once its corners are rounded."""
+    """Whether a triangle certainly turns left after its corners are rounded."""
     left = (f[b, 0] - f[a, 0]) * (f[c, 1] - f[a, 1])
     right = (f[b, 1] - f[a, 1]) * (f[c, 0] - f[a, 0])
     size = abs(left) + abs(right)
@@ -227,13 +248,14 @@ def _turns_left(f, a, b, c):
 
 @scalar
 def _write_children(points, mesh, local, children, parents, out, suspect, n_suspect):
-    """File the triangles of a face, oriented as it is, and clear `local`.
+    """Write the triangles of a face, oriented as the face, and clear `local`.
 
-    Returns how many are filed, and how many of these may be turned over by rounding.
+    Returns the number of children, and of those that rounding may have inverted.
     """
     q, s, f = points.q, points.s, points.f
     h = mesh.h
     for c in range(s[TRIANGLES]):
+        # Restore the orientation of the face, which was counter-clockwise on its axis.
         p0, p1, p2 = h[3 * c, 0], h[3 * c + 1, 0], h[3 * c + 2, 0]
         if not _turns_left(f, p0, p1, p2):
             suspect[n_suspect] = out
@@ -251,26 +273,27 @@ def _write_children(points, mesh, local, children, parents, out, suspect, n_susp
 
 @entry("d2 l2 l2 l2 l1 l1 l2 l1 l2 l1 l l2 l1 -> l l1")
 def cut_faces(x, t, e, d, m, w, names, places, records, offsets, n_local, children, parents):
-    """Children of all cut faces: their number, FULL, or BROKEN - (face number); and rows in doubt.
+    """Children of all cut faces: their number, FULL, or BROKEN - (face number); and suspect rows.
 
     ``records[offsets[i]:offsets[i + 1]]`` belong to one face, which has room for `n_local` points.
-    `names` and `places` need not be set: both are emptied, and the ``m[UNINDEXED]`` points
-    entered, if points are made. In doubt are children that doubles do not show to face as their
-    parents do.
+    `names` and `places` need no initial values: both are cleared, and the ``m[UNINDEXED]`` points
+    entered, when the first point is created. Suspect children are those for which doubles do not
+    prove the orientation of their parents.
     """
     s = np.zeros(N_STATE, dtype=np.int64)
     half = 6 * n_local + 64
-    h = np.empty((half, 4), dtype=np.int32)  # half as much memory to go through as int64
+    h = np.empty((half, 4), dtype=np.int32)  # half the memory traffic of int64
     v = np.empty(n_local, dtype=np.int32)
-    k = np.empty((2 * half + 256, 4), dtype=np.int32)  # of a corridor: five for each triangle
+    k = np.empty((2 * half + 256, 4), dtype=np.int32)  # corridors need five rows per triangle
     q = np.empty((n_local, 8), dtype=np.int32)
     f = np.empty((n_local, 8), dtype=np.float64)
     frame, points, mesh = Frame(x, t, e, d, m, w), FacePoints(q, f, s), FaceMesh(h, v, k)
-    local = np.full(x.shape[0], -1, dtype=np.int32)  # number in the face of each id
+    local = np.full(x.shape[0], -1, dtype=np.int32)  # local index of each id
     scratch = np.empty(2 * n_local + N_EXTRA, dtype=np.int64)
     suspect = np.empty(children.shape[0], dtype=np.int64)
     out, n_suspect = 0, 0
     for g in range(offsets.shape[0] - 1):
+        # The face needs at most two points per record and its corners.
         low, high = offsets[g], offsets[g + 1]
         tri = records[low, 0]
         need = 3 + 2 * (high - low)

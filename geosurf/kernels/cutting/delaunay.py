@@ -1,24 +1,23 @@
-"""The unique constrained Delaunay triangulation of one cut face: points and flips.
+"""The unique constrained Delaunay triangulation of one cut face: point insertion and flips.
 
 Notation
     h        half-edges, int32 (n, 4): origin (local point), twin (-1 at the border), support
              plane of a constraint (-1: none), mark; half-edge i belongs to triangle i // 3
     v        a half-edge that starts at each local point, int32 (n,)
     q        local points, int32 (n, 8): global id, bits of the face's edges that hold it,
-             its row of integers (`kept`), number of the segment that it is known to lie on,
-             four lines that it is known to lie on (-1: none)
+             offset of its integers (`cached_predicates`), number of the last segment known to hold
+             it, four lines known to hold it (-1: none)
     f        local points, float64 (n, 8): rounded coordinates (u, v), the larger of their errors,
-             both errors; then what rounding left out of (u, v) and the error of that (-1: unknown)
+             both errors; then the low parts of (u, v) and their error (-1: unknown)
     k        scratch rows, int32 (n, 4)
     s        state, int64 (15,): numbers of points and triangles, axis, segment number, face, start,
-             room that is used (`kept`), number of learned lines, sign of the normal on the axis;
-             the rest: `byname`
+             used part of the cache, number of recorded lines, sign of the normal on the axis;
+             the known line of `symbolic`
 
-Points are inserted first, then segments (see `segments`), splitting what they cross; then
-Lawson flips until every free edge is Delaunay. Of four points on one circle the diagonal
-at the lexicographically smallest one wins, which is a regular perturbation, so the result is
-unique: it depends on the points and segments only, and faces that overlap agree without
-talking.
+Points are inserted first, then segments (see `constraints`), which split the constraints that they
+cross. Lawson flips follow until every unconstrained edge is Delaunay. Of four points on one circle
+the diagonal at the lexicographically smallest point is taken, a regular perturbation. So the result
+is unique: it depends on points and segments only, and overlapping faces agree independently.
 """
 
 from __future__ import annotations
@@ -77,13 +76,13 @@ def set_triangle(h, v, tri, a, b, c):
 
 @scalar
 def _write(h, i, origin, twin, support):
-    """Write a half-edge that is not marked."""
+    """Write an unmarked half-edge."""
     h[i, 0], h[i, 1], h[i, 2], h[i, 3] = origin, twin, support, 0
 
 
 @scalar
 def _lead_back(h, twin, i):
-    """Half-edge i is the twin of another one now (of none where that is -1)."""
+    """Make half-edge i the twin of `twin`, unless that is -1."""
     if twin >= 0:
         h[twin, 1] = i
 
@@ -91,6 +90,7 @@ def _lead_back(h, twin, i):
 @scalar
 def flip(h, v, i):
     """Replace the edge of half-edge i by the other diagonal."""
+    # Remember the four outer edges before the corners change.
     j = h[i, 1]
     i1, i2 = next_half_edge(i), previous_half_edge(i)
     j1, j2 = next_half_edge(j), previous_half_edge(j)
@@ -114,9 +114,9 @@ def flip(h, v, i):
 
 @scalar
 def _legalize(frame, mesh, points, p, n):
-    """Lawson around a new point p: flip the n edges opposite to it in k[:, 0], and what follows.
+    """Lawson flips around a new point p, from the n edges opposite to it in k[:, 0].
 
-    A flip makes an edge at p, which is right, and two opposite to it, which are looked at next.
+    A flip makes one edge at p, which is Delaunay, and exposes two edges opposite to p.
     """
     f = points.f
     h, v, k = mesh.h, mesh.v, mesh.k
@@ -126,6 +126,8 @@ def _legalize(frame, mesh, points, p, n):
         j = h[i, 1]
         if j < 0 or h[i, 2] >= 0:
             continue
+
+        # The edge is legal unless the opposite point lies inside the circle.
         a, b, o = h[i, 0], h[j, 0], h[previous_half_edge(j), 0]
         side = filtered_circle(f, a, b, p, o)
         if side > 0 or (side == 0 and exact_in_circle(frame, points, a, b, p, o)):
@@ -138,6 +140,8 @@ def _legalize(frame, mesh, points, p, n):
 def _split_triangle(h, v, s, tri, p):
     """Insert p inside a triangle: 1 -> 3."""
     i = 3 * tri
+
+    # The old triangle keeps edge a-b; two new ones take the other edges.
     a, b, c = h[i, 0], h[i + 1, 0], h[i + 2, 0]
     tb, cb = h[i + 1, 1], h[i + 1, 2]
     tc, cc = h[i + 2, 1], h[i + 2, 2]
@@ -159,9 +163,10 @@ def _split_triangle(h, v, s, tri, p):
 
 @scalar
 def _split_half(h, v, s, i, p, twin):
-    """The triangle on one side of an edge that is split at p: what lies behind p is a new one.
+    """Split the triangle on one side of an edge at p; the part behind p is a new triangle.
 
-    `twin` is that of the new half-edge from p to where half-edge i led; returns that half-edge.
+    `twin` is that of the new half-edge from p to the old end of half-edge i; returns that
+    half-edge.
     """
     i1, i2 = next_half_edge(i), previous_half_edge(i)
     b, c = h[i1, 0], h[i2, 0]
@@ -183,6 +188,7 @@ def split_edge(h, v, s, i, p):
 
     Afterwards half-edge i runs from its origin to p, and so does its twin.
     """
+    # Both triangles at the edge are split; at the border there is one.
     j = h[i, 1]
     new = _split_half(h, v, s, i, p, j)
     if j >= 0:
@@ -193,16 +199,18 @@ def split_edge(h, v, s, i, p):
 
 @scalar
 def _locate(frame, mesh, points, p, scan):
-    """Triangle that holds point p, and the half-edge it lies on (-1: inside); tri -1: lost.
+    """Triangle that holds point p, and the half-edge that it lies on (-1: inside); tri -1: not
+    found.
 
-    What doubles leave open is asked only where they see p behind none of the edges.
+    Exact signs are computed only where doubles place p behind none of the edges.
     """
     f, s = points.f, points.s
     h = mesh.h
     tri = 0 if scan else s[START] // 3
     entered = -1  # the half-edge that was crossed last: p is on its left
-    first = 0  # another edge at each step, so that a walk among ties cannot run in a circle
+    first = 0  # start with another edge at each step, so that the walk cannot cycle among ties
     for _ in range(4 * s[TRIANGLES] + 9):
+        # Test the three edges in doubles; edges with sign 0 stay open.
         on, out, is_open = -1, -1, 0
         for r in range(first, first + 3):
             c = r if r < 3 else r - 3
@@ -214,6 +222,8 @@ def _locate(frame, mesh, points, p, scan):
                 out = i
                 break
             is_open |= int(side == 0) << c
+
+        # Decide the open edges exactly.
         if out < 0 and is_open != 0:
             for c in range(3):
                 i = 3 * tri + c
@@ -229,6 +239,8 @@ def _locate(frame, mesh, points, p, scan):
         if out < 0:
             return tri, on
         first = 0 if first == 2 else first + 1
+
+        # Continue with the next triangle, or with the neighbour across the edge.
         if scan:
             tri += 1
             if tri >= s[TRIANGLES]:
@@ -243,12 +255,14 @@ def _locate(frame, mesh, points, p, scan):
 
 @scalar
 def insert_point(frame, mesh, points, p, scan):
-    """Insert local point p; False if it is not in the face (which breaks a promise)."""
+    """Insert local point p; False if it is not in the face, which breaks an invariant."""
     s = points.s
     h, v, k = mesh.h, mesh.v, mesh.k
     tri, on = _locate(frame, mesh, points, p, scan)
     if tri < 0:
         return False
+
+    # Split a triangle or an edge, then collect the edges opposite to p.
     new = 3 * s[TRIANGLES]
     n = 3
     if on < 0:
@@ -271,13 +285,14 @@ def insert_point(frame, mesh, points, p, scan):
 def legalize_all(frame, mesh, points):
     """Flip until every free edge is Delaunay, in rounds that flip each triangle once at most.
 
-    What a cavity leaves is often a fan. From fan to fan, edge by edge, flipping is quadratic; where
-    every other edge of a fan is flipped first, half of its triangles are done with in each round.
-    k[:, 0] and k[:, 1] are the edges of this round and of the next one, k[:, 2] is the round in
-    which a triangle was flipped last.
+    A cavity often leaves a fan. Flipping edge by edge from fan to fan is quadratic; flipping every
+    other edge of a fan first halves the open triangles in each round. k[:, 0] and k[:, 1] are
+    the edges of this round and of the next one, k[:, 2] is the round of a triangle's last flip.
     """
     f, s = points.f, points.s
     h, v, k = mesh.h, mesh.v, mesh.k
+
+    # The first round: each free inner edge once.
     n = 0
     for i in range(3 * s[TRIANGLES]):
         h[i, 3] = 0
@@ -297,9 +312,13 @@ def legalize_all(frame, mesh, points):
             if h[i, 1] < 0 or h[i, 2] >= 0:
                 continue
             j = h[i, 1]
+
+            # A triangle that was flipped in this round waits for the next one.
             if k[i // 3, 2] == lap or k[j // 3, 2] == lap:
                 later = _queue(h, k, i, later, other)
                 continue
+
+            # Flip an illegal edge; its four neighbours are tested in the next round.
             a, b = h[i, 0], h[j, 0]
             c, o = h[previous_half_edge(i), 0], h[previous_half_edge(j), 0]
             side = filtered_circle(f, a, b, c, o)
@@ -315,7 +334,7 @@ def legalize_all(frame, mesh, points):
 
 @scalar
 def _queue(h, k, i, n, column):
-    """File half-edge i for a round, unless it is; returns how many are filed."""
+    """Queue half-edge i for a round, unless it is queued; returns the length of the queue."""
     if h[i, 3] == 0:
         h[i, 3] = 1
         k[n, column] = i

@@ -1,6 +1,6 @@
-"""Circles through the local points of a face: whether a fourth one is inside, ties included.
+"""Circles through the local points of a face: is a fourth point inside? Ties are broken uniquely.
 
-Letters as in `delaunay`, and the same order of questions as in `signs`: doubles, names,
+Letters as in `delaunay`. The stages are those of `face_signs`: doubles, definitions,
 double-doubles, integers.
 """
 
@@ -21,7 +21,7 @@ from geosurf.kernels.exact.predicates import INCIRCLE_BOUND, TINY, certified_sig
 
 @scalar
 def in_circle(frame, points, a, b, c, o):
-    """Whether o is inside the circle of a, b, c; a tie goes to the lowest of the four."""
+    """Whether o is inside the circle of a, b, c; a tie is decided by the lowest of the four."""
     f = points.f
     sign = filtered_circle(f, a, b, c, o)
     if sign == 0:
@@ -31,22 +31,24 @@ def in_circle(frame, points, a, b, c, o):
 
 @scalar
 def exact_in_circle(frame, points, a, b, c, o):
-    """Whether o is inside the circle of a, b, c, where doubles cannot tell."""
+    """Whether o is inside the circle of a, b, c, where doubles are undecided."""
     sign = exact_circle(frame, points, a, b, c, o)
     if sign != 0:
         return sign > 0
-    # the edge to flip is a-b, the other diagonal c-o
-    kept = a if precedes(frame, points, a, b) else b
+    # the current diagonal is a-b, the other one c-o
+    # A tie: the diagonal at the lowest point wins.
+    lowest_end = a if precedes(frame, points, a, b) else b
     other = c if precedes(frame, points, c, o) else o
-    return precedes(frame, points, other, kept)
+    return precedes(frame, points, other, lowest_end)
 
 
 @scalar
 def filtered_circle(f, a, b, c, o):
-    """Sign > 0 where o is inside the circle of counter-clockwise a, b, c; 0 if doubles cannot tell.
+    """Sign > 0 where o is inside the circle of counter-clockwise a, b, c; 0 if undecided.
 
-    With one array, as `plain_turn`.
+    With a single array, for the same reason as `filtered_turn`.
     """
+    # The determinant relative to o, which removes one row.
     au, av = f[a, 0] - f[o, 0], f[a, 1] - f[o, 1]
     bu, bv = f[b, 0] - f[o, 0], f[b, 1] - f[o, 1]
     cu, cv = f[c, 0] - f[o, 0], f[c, 1] - f[o, 1]
@@ -56,6 +58,8 @@ def filtered_circle(f, a, b, c, o):
     i, j = au * bv, bu * av
     det = la * (p - r) + lb * (g - y) + lc * (i - j)
     size = la * (abs(p) + abs(r)) + lb * (abs(g) + abs(y)) + lc * (abs(i) + abs(j))
+
+    # The bound: rounding of the arithmetic, then errors of the points.
     slip = f[a, 2] + f[b, 2] + f[c, 2] + f[o, 2]
     bound = INCIRCLE_BOUND * size
     if slip > 0.0:
@@ -66,7 +70,7 @@ def filtered_circle(f, a, b, c, o):
 
 @scalar
 def exact_circle(frame, points, a, b, c, o):
-    """Side of the circle that doubles cannot tell: by names, by double-doubles, by integers."""
+    """Side of the circle where doubles are undecided: definitions, double-doubles, integers."""
     if _rectangle(frame, points, a, b, c, o):
         return 0
     sign = _incircle_dd(frame, points, a, b, c, o)
@@ -77,9 +81,9 @@ def exact_circle(frame, points, a, b, c, o):
 
 @scalar
 def _incircle_slip(z, slip):
-    """Error of the determinant where differences of size <= z are off by less than slip.
+    """Error of the determinant for differences of size <= z with errors below slip.
 
-    Twelve terms of degree four in these differences.
+    It has twelve terms of degree four in these differences.
     """
     return (
         1.1
@@ -90,9 +94,9 @@ def _incircle_slip(z, slip):
 
 @scalar
 def _rectangle(frame, points, a, b, c, o):
-    """Whether a-b and c-o are the diagonals of a rectangle along the axes.
+    """Whether a-b and c-o are the diagonals of an axis-parallel rectangle.
 
-    Model grids are full of them. Equal coordinates are cheaper to prove than one circle.
+    Model grids contain many; equal coordinates are cheaper to prove than one circle.
     """
     f = points.f
     one, two = (c, o) if f[a, 0] == f[c, 0] else (o, c)  # `one` has the first coordinate of a
@@ -108,7 +112,7 @@ def _rectangle(frame, points, a, b, c, o):
 
 @scalar
 def _equal(frame, points, a, b, second):
-    """Whether coordinates that are equal once rounded, U or V, are equal."""
+    """Whether coordinates U or V with equal rounded values are equal."""
     f = points.f
     if f[a, 3 + second] == 0.0 and f[b, 3 + second] == 0.0:
         return True
@@ -119,16 +123,19 @@ def _equal(frame, points, a, b, second):
 
 @scalar
 def _incircle_dd(frame, points, a, b, c, o):
-    """Sign of the determinant in double-doubles, 0 if they cannot be sure.
+    """Sign of the determinant in double-doubles, 0 if undecided.
 
-    The arithmetic errs by less than 2**-95 of the terms: products of four factors, each off by
-    2**-100 at most, and their sums. Points are off as `refine_point` says.
+    The arithmetic has an error of less than 2**-95 of the terms: products of four factors, each
+    with an error of at most 2**-100, and their sums. Errors of the points are those of
+    `refine_point`.
     """
     f = points.f
     refine_point(frame, points, a)
     refine_point(frame, points, b)
     refine_point(frame, points, c)
     refine_point(frame, points, o)
+
+    # Differences, minors and squared lengths, then their three products.
     au, aul, av, avl = difference(f, a, o)
     bu, bul, bv, bvl = difference(f, b, o)
     cu, cul, cv, cvl = difference(f, c, o)
@@ -143,6 +150,8 @@ def _incircle_dd(frame, points, a, b, c, o):
     det, low = dd_add(det, low, more, more_low)
     more, more_low = dd_mul(lc, lcl, three, three_low)
     det, low = dd_add(det, low, more, more_low)
+
+    # Bound of the determinant from the sizes of all terms.
     size = la * (abs(bu * cv) + abs(cu * bv))
     size += lb * (abs(cu * av) + abs(au * cv))
     size += lc * (abs(au * bv) + abs(bu * av))

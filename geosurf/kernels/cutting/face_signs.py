@@ -1,7 +1,7 @@
-"""Signs of the local points of a face: where they turn, and who is first; circles: `circle`.
+"""Signs of the local points of a face: turns and lexicographic order (circles: `face_circles`).
 
-Letters as in `delaunay`. A sign is asked of doubles first, then of names, then of
-double-doubles, then of integers; each either knows it for certain or passes it on.
+Letters as in `delaunay`. Each sign is computed in stages: doubles, definitions (`symbolic`),
+double-doubles, integers. Each stage returns a certain sign or passes on to the next.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from geosurf.kernels.exact.exact_signs import N_VERTEX
 from geosurf.kernels.exact.predicates import ORIENT2D_BOUND, TINY, certified_sign
 
 POINTS, TRIANGLES, AXIS, SEGMENT, FACE_ID, START, USED, LINES, SIDE = 0, 1, 2, 3, 4, 5, 6, 7, 8
-N_STATE = 15  # with the known line of `byname`
+N_STATE = 15  # with the known line of `symbolic`
 _HALF_ULP = 1.12e-16
-_LEAST = 5e-324  # below the least normal number, rounding errs by so much
-TINY_DD = 1e-180  # below it rests of products may underflow
+_LEAST = 5e-324  # absolute rounding error below the least normal number
+TINY_DD = 1e-180  # below it low parts of products may underflow
 
 
 class FacePoints(NamedTuple):
@@ -41,13 +41,13 @@ class FacePoints(NamedTuple):
 
 @scalar
 def _half_ulp(coordinate):
-    """How far a coordinate can be from the one that was rounded to it; 0 is never rounded to."""
+    """Largest distance of a coordinate from its exact value; 0.0 is always exact."""
     return max(_HALF_ULP * abs(coordinate), _LEAST) if coordinate != 0.0 else 0.0
 
 
 @scalar
 def add_corner(x, q, f, s, i, bits):
-    """A new local point for id i, known exactly: a vertex."""
+    """Add a local point for id i that is exact: a vertex; returns its local index."""
     p = s[POINTS]
     s[POINTS] = p + 1
     q[p, 0], q[p, 1], q[p, 2], q[p, 3] = i, bits, -1, -1
@@ -60,10 +60,12 @@ def add_corner(x, q, f, s, i, bits):
 
 @scalar
 def add_local(frame, points, i, bits):
-    """A new local point for global id i."""
+    """Add a local point for global id i; returns its local index."""
     x, m = frame.x, frame.m
     q, f, s = points.q, points.f, points.s
     p = add_corner(x, q, f, s, i, bits)
+
+    # Constructed points carry the error of their rounding, unless a definition is exact.
     row = i - m[N_VERTEX]
     if row >= 0:
         if not is_exact(frame, row, (s[AXIS] + 1) % 3):
@@ -78,10 +80,10 @@ def add_local(frame, points, i, bits):
 
 @scalar
 def filtered_turn(f, a, b, c):
-    """Sign of the turn of local points a, b, c; 0 where doubles cannot tell.
+    """Sign of the turn of local points a, b, c; 0 if doubles are undecided.
 
-    With this one array it is compiled into its callers. Calls that hand on nine arrays take longer
-    than this sign, so loops that need many ask here first and go on to `exact_turn`.
+    With a single array it is inlined. Calls with nine arrays take longer than this sign, so loops
+    with many turns call this first and `exact_turn` where it returns 0.
     """
     bu, bv = f[b, 0] - f[a, 0], f[b, 1] - f[a, 1]
     cu, cv = f[c, 0] - f[a, 0], f[c, 1] - f[a, 1]
@@ -89,6 +91,8 @@ def filtered_turn(f, a, b, c):
     right = bv * cu
     det = left - right
     size = abs(left) + abs(right)
+
+    # The bound: rounding of the arithmetic, then errors of the points.
     slip = f[a, 2] + f[b, 2] + f[c, 2]
     span = abs(bu) + abs(bv) + abs(cu) + abs(cv)
     bound = ORIENT2D_BOUND * size + slip * (1.01 * span + 2.1 * slip)
@@ -107,9 +111,11 @@ def turn(frame, points, a, b, c):
 
 @scalar
 def exact_turn(frame, points, a, b, c):
-    """Sign of a turn that doubles cannot tell: by names, by double-doubles, by integers."""
+    """Sign of a turn where doubles are undecided: definitions, double-doubles, integers."""
     x, d, m, w = frame.x, frame.d, frame.m, frame.w
     q, f, s = points.q, points.f, points.s
+
+    # Collinear by definition: equal points, one edge of the face, one recorded line.
     if a == b or b == c or a == c:
         return 0
     if q[a, 1] & q[b, 1] & q[c, 1] != 0:
@@ -127,6 +133,8 @@ def exact_turn(frame, points, a, b, c):
         x, d, m, w, points, a, b, c
     ):
         return 0
+
+    # Double-doubles, then integers; a new collinear triple is recorded.
     sign = _turn_dd(frame, points, a, b, c)
     if sign == 0:
         sign = cached_orient2d(frame, points, a, b, c)
@@ -137,10 +145,10 @@ def exact_turn(frame, points, a, b, c):
 
 @scalar
 def _turn_dd(frame, points, a, b, c):
-    """Sign of a turn in double-doubles, 0 if they cannot be sure.
+    """Sign of a turn in double-doubles, 0 if undecided.
 
-    The determinant errs by less than 2**-98 of its terms for the arithmetic, and as in `turn`
-    for the points, each of which may be off by what `refine_point` says.
+    The arithmetic has an error of less than 2**-98 of the terms of the determinant. Errors of the
+    points enter as in `filtered_turn`, each bounded by `refine_point`.
     """
     f = points.f
     refine_point(frame, points, a)
@@ -158,10 +166,10 @@ def _turn_dd(frame, points, a, b, c):
 
 @scalar
 def difference(f, b, a):
-    """b - a for local points that are refined: u (high, low), v (high, low)."""
+    """b - a for refined local points: u (high, low), v (high, low)."""
     u, ul = two_sum(f[b, 0], -f[a, 0])
     v, vl = two_sum(f[b, 1], -f[a, 1])
-    # rests may be large beside a small difference: without this, u and v would be no double-doubles
+    # low parts may exceed a small difference: normalise, so that u and v are double-doubles
     u, ul = two_sum(u, ul + (f[b, 5] - f[a, 5]))
     v, vl = two_sum(v, vl + (f[b, 6] - f[a, 6]))
     return u, ul, v, vl
@@ -169,20 +177,24 @@ def difference(f, b, a):
 
 @scalar
 def refine_point(frame, points, p):
-    """Find what rounding left out of a point's coordinates, once.
+    """Compute the low parts of the coordinates of a point, once.
 
-    Its bound has 2**-52 of the rest, since the rest is rounded, and 2**-103 of the coordinates,
-    for the sums in `difference`.
+    The bound includes 2**-52 of the low part, which is rounded itself, and 2**-103 of the
+    coordinates, for the sums in `difference`.
     """
     x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
     q, f, s = points.q, points.f, points.s
     if f[p, 7] >= 0.0:
         return
+
+    # The full value in double-double, minus the stored rounded coordinates.
     row = q[p, 0] - m[N_VERTEX]
-    known, at, rest, slack = point_dd(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
+    known, at, low, slack = point_dd(x, t, e, m, d[row, 0], d[row, 1], d[row, 2], d[row, 3])
     u, v = (s[AXIS] + 1) % 3, (s[AXIS] + 2) % 3
-    low_u, low_v = (at[u] - f[p, 0]) + rest[u], (at[v] - f[p, 1]) + rest[v]
+    low_u, low_v = (at[u] - f[p, 0]) + low[u], (at[v] - f[p, 1]) + low[v]
     bound = max(slack[u], slack[v]) + 2.0**-52 * max(abs(low_u), abs(low_v))
+
+    # Without a better bound the rounding error of the coordinate is used.
     f[p, 5], f[p, 6], f[p, 7] = 0.0, 0.0, f[p, 2]
     if known and bound < f[p, 2]:
         f[p, 5], f[p, 6] = low_u, low_v
@@ -196,6 +208,8 @@ def precedes(frame, points, a, b):
     for i in range(2):
         if f[a, i] != f[b, i]:
             return f[a, i] < f[b, i]
+
+        # Equal after rounding: by definition, by low parts, by integers.
         if f[a, 3 + i] > 0.0 or f[b, 3 + i] > 0.0:
             if equal_by_construction(frame, points, a, b, i):
                 continue
@@ -212,9 +226,9 @@ def precedes(frame, points, a, b):
 
 @scalar
 def same_direction(frame, points, a, b, p, o):
-    """Whether p to o leads the same way as a to b, for points of one line of the face.
+    """Whether p to o has the direction of a to b, for points of one line of the face.
 
-    Rounding keeps order: where rounded coordinates differ on an axis, so do the points.
+    Rounding preserves order: different rounded coordinates on an axis decide.
     """
     f = points.f
     for i in range(2):

@@ -1,4 +1,5 @@
-"""The points of a face along Hilbert's curve, so that neighbours in the order are near in the face.
+"""Order of the points of a face along the Hilbert curve: neighbours in the order are near in the
+face.
 
 Letters as in `delaunay`. Only speed depends on this order.
 """
@@ -8,19 +9,19 @@ from __future__ import annotations
 from geosurf.kernels.compile.jit import scalar
 
 _DIGIT = 8  # bits that are sorted at a time
-_NUMBER = 31  # bits of a key that hold the number of the point, below its place
-_FEW = 256  # up to so many points the curve has 8 levels, else 16
-_TURNS = 64  # entries of the table of turns
-N_EXTRA = (1 << _DIGIT) + _TURNS  # numbers that `rank_points` needs besides two for each point
+_NUMBER = 31  # lower bits of a key: index of the point
+_FEW = 256  # up to this many points the curve has 8 levels, else 16
+_TURNS = 64  # entries of the table of orientations
+N_EXTRA = (1 << _DIGIT) + _TURNS  # scratch numbers of `rank_points` in addition to two per point
 
 
 @scalar
 def _write_turns(scratch, at):
-    """A table of two levels of the curve at once, 64 entries of `scratch` from `at` on.
+    """Write a table of two levels of the curve at once, 64 entries of `scratch` from `at` on.
 
-    The way that the curve takes through a square is one of four: bit 1 says that its coordinates
-    change places, bit 0 that both are turned round. Entry 16 way + 4 i + j, with two bits of each
-    coordinate, is 16 times the way below, and the two digits of the place.
+    The orientation of the curve in a square is one of four: bit 1 swaps the coordinates, bit 0
+    reverses both. Entry 16 orientation + 4 i + j, with two bits of each coordinate, is 16 times the
+    orientation below plus the two digits of the place.
     """
     for number in range(_TURNS):
         orientation, place = number >> 4, 0
@@ -54,6 +55,8 @@ def _sort_digit(scratch, source, to, n, shift):
     places = 2 * n  # where `scratch` holds the places of the digits
     for i in range(places, places + mask + 1):
         scratch[i] = 0
+
+    # Count the digits, turn counts into starts, then copy.
     for i in range(source, source + n):
         scratch[places + ((scratch[i] >> shift) & mask)] += 1
     place = to
@@ -69,8 +72,10 @@ def _sort_digit(scratch, source, to, n, shift):
 
 @scalar
 def rank_points(f, low, high, scratch):
-    """Put local points low..high, fewer than 2**31, into `scratch` as they lie along the curve."""
+    """Write local points low..high, fewer than 2**31, into `scratch` in curve order."""
     n = high - low
+
+    # Scale the bounding square to the unit square.
     u0, u1, v0, v1 = f[low, 0], f[low, 0], f[low, 1], f[low, 1]
     for p in range(low + 1, high):
         u0, u1 = min(u0, f[p, 0]), max(u1, f[p, 0])
@@ -80,6 +85,8 @@ def rank_points(f, low, high, scratch):
     n_level = 8 if n <= _FEW else 16
     turns = 2 * n + (1 << _DIGIT)
     _write_turns(scratch, turns)
+
+    # Key: place on the curve, then index of the point.
     for i in range(n):
         u, v = (f[low + i, 0] - u0) * scale, (f[low + i, 1] - v0) * scale
         scratch[i] = (_place_by_turns(scratch, turns, u, v, n_level) << _NUMBER) + low + i

@@ -1,8 +1,8 @@
-"""What the names of a face's points tell of them, without arithmetic on the points themselves.
+"""What the definitions of a face's points prove without arithmetic on the points themselves.
 
-Letters as in `delaunay`. A line is the number of a plane that cuts the face, or a negative one
-that was found by arithmetic: points that were proven collinear remember it, so that n points on
-one line cost n proofs, not one for each three.
+Letters as in `delaunay`. A line is the number of a plane that cuts the face, or a negative number
+of a line found by arithmetic. Points proven to be collinear record that line, so that n points on
+one line cost n proofs instead of one for each triple.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from geosurf.kernels.exact.exact_signs import N_TRIANGLE, N_VERTEX
 from geosurf.kernels.exact.predicates import coplanar_by_zeros, normal_axis, orient3d
 
 POINTS, AXIS, LINES = 0, 2, 7  # of the state s
-# a line that was found in a plane of edges: its number (-1: none), the plane that cuts these, and
-# three vertices that span theirs
+# state of the known line: its number (-1: none), the plane that cuts its edges, and three vertices
+# that span the plane of these edges
 KNOWN_LINE, _SUPPORT, _ONE, _TWO, _THREE = 9, 10, 11, 12, 13
-N_SEARCH = 14  # how many lines all points of the face were asked for
+N_SEARCH = 14  # lines for which all points of the face were tested
 _FIRST_LINE, _LAST_LINE = 4, 7
-_MANY = 64  # points of a face, above which all are asked for the first lines that are found
-_FEW = 4  # such lines
+_MANY = 64  # faces with more points test all of them for the first lines found
+_FEW = 4  # number of such lines
 
 
 @scalar
 def is_exact(frame, row, axis):
-    """Whether a constructed point is known exactly on an axis: what makes it is level there."""
+    """Whether a constructed point is exact on an axis: a plane or edge of it is constant there."""
     x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
     a, b, c = d[row, 1], d[row, 2], d[row, 3]
     if d[row, 0] == 1:
@@ -38,25 +38,31 @@ def is_exact(frame, row, axis):
 
 @scalar
 def collinear_by_planes(x, d, m, w, points, a, b, c):
-    """Whether three points are where edges of one plane meet another one: then they are collinear.
+    """Whether three points are intersections of edges of one plane with another plane.
 
-    A fault that is flat in parts, or extruded, cuts large triangles in such points. The line they
-    lie on is the known one from now on.
+    Then they are collinear. A fault that is flat in parts, or extruded, cuts large triangles in
+    such points. Their line becomes the known line.
     """
     q, s = points.q, points.s
     n = m[N_VERTEX]
     if q[a, 0] < n or q[b, 0] < n or q[c, 0] < n:
         return False
+
+    # All three have to be edges cut by the same plane.
     i, j, k = q[a, 0] - n, q[b, 0] - n, q[c, 0] - n
     if d[i, 0] != 1 or d[j, 0] != 1 or d[k, 0] != 1:
         return False
     if d[i, 3] != d[j, 3] or d[j, 3] != d[k, 3]:
         return False
+
+    # Three vertices of the edges that span a plane.
     one, two, three = d[i, 1], d[i, 2], d[j, 1]
     if normal_axis(x, m, w, one, two, three)[0] < 0:  # on the line of the first edge
         three = d[j, 2]
         if normal_axis(x, m, w, one, two, three)[0] < 0:
             return False
+
+    # All other ends of the edges have to lie in that plane.
     for o in (d[j, 1], d[j, 2], d[k, 1], d[k, 2]):
         if o not in (one, two, three) and not _of_plane(x, m, w, one, two, three, o):
             return False
@@ -72,9 +78,9 @@ def collinear_by_planes(x, d, m, w, points, a, b, c):
 
 @scalar
 def on_known_line(x, d, m, w, points, a, b, c):
-    """Whether one of three points is seen to lie on the known line, as the other two do.
+    """Whether one of three points is proven to lie on the known line, as the other two do.
 
-    Points on one line mostly come one after the other; so only the new one is looked at.
+    Points of one line mostly come consecutively, so only the new one is tested.
     """
     q, s = points.q, points.s
     line = s[KNOWN_LINE]
@@ -88,7 +94,7 @@ def on_known_line(x, d, m, w, points, a, b, c):
 
 @scalar
 def _put_on_known_line(x, d, m, w, points, p):
-    """Whether a point is where an edge of the plane of the known line meets the other plane."""
+    """Whether a point is the intersection of an edge of the known plane with the other plane."""
     q, s = points.q, points.s
     row = q[p, 0] - m[N_VERTEX]
     if row < 0 or d[row, 0] != 1 or d[row, 3] != s[_SUPPORT]:
@@ -104,7 +110,7 @@ def _put_on_known_line(x, d, m, w, points, p):
 
 @scalar
 def _of_plane(x, m, w, one, two, three, o):
-    """Whether vertex o lies in the plane of three others; what is extruded is seen to by zeros."""
+    """Whether vertex o lies in the plane of three others; extruded surfaces need no arithmetic."""
     if coplanar_by_zeros(x, one, two, three, o):
         return True
     return orient3d(x, m, w, one, two, three, o, 0.0) == 0
@@ -112,10 +118,10 @@ def _of_plane(x, m, w, one, two, three, o):
 
 @scalar
 def equal_by_construction(frame, points, a, b, second):
-    """Whether two points have the same U (V with `second` = 1) since they are made alike.
+    """Whether two points have the same U (V with `second` = 1) by construction.
 
-    Two lines through level planes of one height that look the same from the side: model grids and
-    what is extruded along an axis have thousands of such points, each dear to make in integers.
+    This holds for two lines through planes of one height that coincide in a side view. Model grids
+    and surfaces extruded along an axis have thousands of such points.
     """
     x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
     q, s = points.q, points.s
@@ -125,6 +131,8 @@ def equal_by_construction(frame, points, a, b, second):
     i, j = q[a, 0] - n, q[b, 0] - n
     if d[i, 0] != 1 or d[j, 0] != 1:
         return False
+
+    # Both planes have to be constant on another axis, at the same height.
     axis = (s[AXIS] + 1 + second) % 3
     for r in range(1, 3):
         level = (axis + r) % 3
@@ -134,6 +142,8 @@ def equal_by_construction(frame, points, a, b, second):
             continue
         if _corner_of(x, t, e, m, d[i, 3], level) != _corner_of(x, t, e, m, d[j, 3], level):
             continue
+
+        # The two edges have to agree in the projection along the third axis.
         one, two = d[i, 1], d[i, 2]
         for three, four in ((d[j, 1], d[j, 2]), (d[j, 2], d[j, 1])):
             if (
@@ -161,7 +171,7 @@ def _holds(q, p, line):
 
 @scalar
 def add_line(q, p, line):
-    """Note that a local point lies on a line; False if there is no room for it."""
+    """Record that a local point lies on a line; False if no slot is free."""
     for i in range(_FIRST_LINE, _LAST_LINE + 1):
         if q[p, i] == line:
             return True
@@ -173,7 +183,7 @@ def add_line(q, p, line):
 
 @scalar
 def _line_of(q, a, b):
-    """A line that both points are known to lie on, or -1."""
+    """A recorded line of both points, or -1."""
     for i in range(_FIRST_LINE, _LAST_LINE + 1):
         if q[a, i] != -1 and _holds(q, b, q[a, i]):
             return q[a, i]
@@ -182,7 +192,7 @@ def _line_of(q, a, b):
 
 @scalar
 def collinear_by_name(q, a, b, c):
-    """Whether three local points are collinear by name."""
+    """Whether three local points share a recorded line."""
     for i in range(_FIRST_LINE, _LAST_LINE + 1):
         if q[a, i] != -1 and _holds(q, b, q[a, i]) and _holds(q, c, q[a, i]):
             return True
@@ -191,10 +201,11 @@ def collinear_by_name(q, a, b, c):
 
 @scalar
 def record_line(q, s, a, b, c):
-    """Three distinct points are collinear: those without the line of the others get it.
+    """Record that three distinct points are collinear; each gets the line that the others have.
 
-    Returns the line, or -1 where there is no room for a new one.
+    Returns the line, or -1 where no slot is free for a new one.
     """
+    # Use a line that two of them share already.
     line = _line_of(q, a, b)
     if line == -1:
         line = _line_of(q, b, c)

@@ -1,9 +1,9 @@
-"""Which pieces of faces are thinner than what rounding can do.
+"""Which pieces of faces are thinner than the displacement that rounding can cause?
 
-A piece is thin if its height, times the sine of the flattest contact of its face, is less than a
-reach. Contacts of faces that lie side by side in the map and have in common what lies on edges and
-corners of both do not count: the vertical plane between them meets both at an angle, and
-searches differ in which of them they list. Letters as in `exact`, contacts as in `packed`.
+A piece is thin if its height, times the sine of the flattest contact of its face, is below a limit.
+Contacts of faces that are adjacent in the map, with only edges and corners in common, do not
+count: the vertical plane between them meets both at an angle, and search methods differ in which
+of them they list. Letters as in `exact_signs`, contacts as in `packed_contact`.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from geosurf.kernels.contacts.packed_contact import (
 )
 from geosurf.kernels.exact.predicates import orient2d
 
-_LEAST = 1e-300  # so that nothing is divided by 0
-_UPRIGHT = 2.0**-9  # faces whose normal has less of a vertical part may come near to such a plane
+_LEAST = 1e-300  # avoids division by 0
+_UPRIGHT = 2.0**-9  # faces with a smaller vertical part of the normal are nearly vertical
 
 
 @scalar
@@ -69,7 +69,7 @@ def _beyond_an_edge(x, t, m, w, i, j):
 
 @scalar
 def _counts(x, t, m, w, rows, k, normal):
-    """Whether a contact can bring pieces of its faces together."""
+    """Whether a contact can bring pieces of its faces close to each other."""
     i, j = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
     if lies_in_plane(rows[k, HOW]):
         return False
@@ -80,12 +80,14 @@ def _counts(x, t, m, w, rows, k, normal):
 
 @entry("d2 l2 l1 l1 l2 d2 l2 l1 d -> l1")
 def thin_children(x, t, m, w, rows, y, children, parent, part):
-    """Rows of the children that are thin; corners of faces are in `x`, those of children in `y`.
+    """Rows of the thin children; corners of faces are in `x`, those of children in `y`.
 
-    `rows` are contacts of faces; the reach is a part of the largest coordinate of all parents.
+    `rows` are contacts of faces; the limit is `part` times the largest coordinate of all parents.
     """
     normal = np.empty((t.shape[0], 3))
     _write_normals(x, t, normal)
+
+    # The flattest contact of each face, as a squared sine.
     flattest = np.ones(t.shape[0])  # squares of sines
     for k in range(rows.shape[0]):
         if _counts(x, t, m, w, rows, k, normal):
@@ -95,6 +97,8 @@ def thin_children(x, t, m, w, rows, y, children, parent, part):
             )
             square = nx * nx + ny * ny + nz * nz
             flattest[i], flattest[j] = min(flattest[i], square), min(flattest[j], square)
+
+    # The limit scales with the largest coordinate: rounding does.
     largest = 0.0
     for c in range(children.shape[0]):
         if c == 0 or parent[c] != parent[c - 1]:
@@ -102,6 +106,8 @@ def thin_children(x, t, m, w, rows, y, children, parent, part):
                 for axis in range(3):
                     largest = max(largest, abs(x[t[parent[c], k], axis]))
     reach = (part * largest) ** 2
+
+    # Squared height = squared cross product / squared longest side.
     thin = np.empty(children.shape[0], dtype=np.int64)
     n = 0
     for c in range(children.shape[0]):

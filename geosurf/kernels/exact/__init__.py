@@ -1,13 +1,13 @@
-"""Exact arithmetic: signs of determinants and points that are known by what makes them.
+"""Exact arithmetic: signs of determinants, and points that are defined by what constructs them.
 
-====================  =================================================  ========================
-file                  question                                           source
-====================  =================================================  ========================
-`bigint`              exact integers of any length                       schoolbook, 26-bit limbs
-`exact_signs`         exact signs and correctly rounded points           Attene 2020
-`predicates`          on which side is it? filter first                  Shewchuk 1997
-`double_double`       constructed points in double-double, with a bound  Dekker 1971
-`constructed_points`  one id per point, whatever it is called            Levy 2024
-`collinear`           which points lie inside which segments?
-====================  =================================================  ========================
+====================  ======================================================  ===================
+file                  question                                                source
+====================  ======================================================  ===================
+`bigint`              How are integers of any length added and multiplied?    schoolbook method
+`exact_signs`         What is the exact sign? Where is the rounded point?     Attene 2020
+`predicates`          On which side does a point lie? Float filter first.     Shewchuk 1997
+`double_double`       Where is a constructed point, to 104 bits?              Dekker 1971
+`constructed_points`  Which id does a constructed point have?                 Levy 2024
+`collinear`           Which points lie inside which segments?
+====================  ======================================================  ===================
 """

@@ -1,17 +1,17 @@
-"""Exact integers of any length, as signed sums of 26-bit limbs in an int64 workspace.
+"""Arithmetic of integers of any length, stored as 26-bit limbs in an int64 workspace.
 
 Notation
     w          the workspace, int64 (n,); numbers live at offsets into it
     r, a, b    offsets of the result and of the operands
     n, la, lb  lengths in limbs
 
-A number is ``sum(limb[i] * 2**(26 i))``: all limbs but the last lie in [0, 2**26), the last
-one carries the sign. So there is no sign-magnitude case anywhere, sums need no
-comparison, and a column of a product (up to 2047 terms below 2**52) cannot
-overflow. 26-bit limbs in int64 run unchanged in plain Python, without 128-bit products.
+A number is ``sum(limb[i] * 2**(26 i))``. All limbs but the last lie in [0, 2**26); the last limb
+carries the sign. This representation needs no sign-magnitude cases and no comparison before a sum.
+A column of a product has up to 2047 terms below 2**52 and cannot overflow int64, so the same code
+runs in plain Python and needs no 128-bit products.
 
-Offsets in the two inner loops are unsigned: a signed one is asked each time whether it counts
-from the end, which takes longer than the product.
+Indices in the two inner loops are unsigned: numba checks a signed index for a negative value each
+time, which takes longer than the product.
 """
 
 from __future__ import annotations
@@ -39,20 +39,28 @@ def load(w, r, n, x, k):
     clear(w, r, n)
     if x == 0.0:
         return
+
+    # Split x into a 53-bit integer mantissa and a power of two.
     fraction, exponent = math.frexp(x)
     mantissa = int(fraction * 9007199254740992.0)  # 53 bits, exact
     shift = exponent - 53 + k
     if shift < 0:
         mantissa >>= -shift  # exact: the bits that go are zero
         shift = 0
+
+    # The sign goes into a factor, so that limbs are cut from a positive mantissa.
     factor = 1
     if mantissa < 0:
         factor = -1
         mantissa = -mantissa
+
+    # The lowest limb that is touched, and the bit offset inside it.
     i = shift // BITS
     s = shift - i * BITS
     carry = 0
     j = 0
+
+    # Write the mantissa limb by limb; the carry propagates the sign upwards.
     while i < n - 1:
         t = carry
         if j < 3:
@@ -76,6 +84,8 @@ def sign(w, a, n):
         return -1
     if top > 0:
         return 1
+
+    # The top limb is zero: the number is zero or positive.
     for i in range(n - 1):
         if w[a + i] != 0:
             return 1
@@ -126,6 +136,8 @@ def accumulate(w, r, n, a, la, factor):
 def mul(w, r, a, la, b, lb):
     """r = a * b in la + lb limbs; r must not overlap a or b."""
     carry = 0
+
+    # Column k collects all products of limbs i and k - i.
     for k in range(la + lb - 1):
         low = 0 if k < lb else k - lb + 1
         high = k + 1 if k < la else la
@@ -142,6 +154,8 @@ def mul_add(w, r, n, a, la, b, lb, factor):
     """r += factor * a * b for factor = +1 or -1; r has n >= la + lb limbs."""
     carry = 0
     last = la + lb - 1
+
+    # As in `mul`; above the product only the carry is propagated.
     for k in range(n - 1):
         t = 0
         if k < last:
@@ -175,6 +189,7 @@ def shift_left(w, r, a, la, bits):
 @scalar
 def leading(w, a, n):
     """(m, e) with a = m * 2**e up to a relative error of 2**-50; a must not be negative."""
+    # Skip leading zero limbs, then read four limbs: at least 78 bits.
     i = n - 1
     while i > 0 and w[a + i] == 0:
         i -= 1

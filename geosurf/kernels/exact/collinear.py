@@ -1,9 +1,10 @@
-"""Which points lie inside which segments: exact, for points that are constructed, too.
+"""Which points lie inside which segments: an exact test, also for constructed points.
 
-Letters as in `exact`. Three points are collinear in space if they are so on two pairs of axes
-(three, where they project to one point). Along a line points are in lexicographic order, and
-rounding keeps it: only equal rounded coordinates have to be compared exactly. The segment is
-that of two faces: what is beside the plane of either is not on it, which costs a quarter to see.
+Letters as in `exact_signs`. Three points are collinear in space if their projections on two pairs
+of axes are collinear (on three pairs, where they project to one point). Points of a line are in
+lexicographic order, and rounding preserves it: only equal rounded coordinates need an exact
+comparison. A segment is given with its two faces. A point off the plane of either face is
+rejected first, for a quarter of the cost.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from geosurf.kernels.exact.exact_signs import (
     point,
 )
 
-_POINT = 28  # units of the workspace for a point: behind it planes are kept
+_POINT = 28  # units of the workspace for a point; planes are stored after it
 _SUM = 2 * _POINT
 
 
@@ -38,7 +39,7 @@ def _order(frame, a, b):
 
 @scalar
 def _is_in_planes(frame, p):
-    """Whether a point lies in both of the planes that are kept in the workspace."""
+    """Whether a point lies in both planes that the workspace holds."""
     m, w = frame.m, frame.w
     n = m[LIMBS]
     lx, lw = point(frame, 0, p)
@@ -56,22 +57,25 @@ def _is_in_planes(frame, p):
 
 @entry("d2 l2 l2 l2 l1 l1 l2 l1 -> .")
 def inside_segments(x, t, e, d, m, w, rows, out):
-    """out[i] = 1 if point rows[i, 0] lies on the segment rows[i, 1:3] and is no end of it.
+    """out[i] = 1 if point rows[i, 0] lies inside segment rows[i, 1:3], its ends excluded.
 
-    The segment is that of the faces rows[i, 3:5]. Rows of one segment stand together.
+    The segment is that of the faces rows[i, 3:5]. Rows of one segment have to be adjacent.
     """
     frame = Frame(x, t, e, d, m, w)
     loaded = -1
     for i in range(rows.shape[0]):
+        # Planes are loaded once for adjacent rows with the same faces.
         p, a, b = rows[i, 0], rows[i, 1], rows[i, 2]
         if loaded < 0 or rows[loaded, 3] != rows[i, 3] or rows[loaded, 4] != rows[i, 4]:
             plane(x, t, e, m, w, _POINT * m[LIMBS], rows[i, 3])
             plane(x, t, e, m, w, (_POINT + 9) * m[LIMBS], rows[i, 4])
             loaded = i
+
+        # Cheap rejection first: off the plane of either face.
         out[i] = 0
         if not _is_in_planes(frame, p):
             continue
-        loaded = -1  # what follows needs the room
+        loaded = -1  # the following signs overwrite the planes
         if (
             exact_orient2d(frame, a, b, p, 0, 1) == 0
             and exact_orient2d(frame, a, b, p, 1, 2) == 0

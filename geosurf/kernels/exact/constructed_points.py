@@ -1,15 +1,15 @@
-"""Constructed points: named by what makes them, placed by correct rounding, one id each.
+"""Constructed points: defined by symbols, placed by correct rounding, one id each.
 
-A point's name is its definition (see `exact`). Two names may be one point (coplanar
-faces, three surfaces through a line): points whose correctly rounded coordinates are equal
-are compared exactly and become one id. Rounding is a function of the value alone and
-monotone, so unequal rounded coordinates decide order and inequality exactly.
+A point's name is its definition (see `exact_signs`). Several names may denote one point: faces may
+be coplanar, and three surfaces may share a line. Points with equal correctly rounded coordinates
+are compared exactly and share one id. Rounding depends on the value alone and is monotone,
+so unequal rounded coordinates already decide order and inequality exactly (compare Levy 2024).
 
-Letters as in `exact`, and
-    names      hash table of names, int64 (size, 5): definition and id, first word 0 if empty
-    places     hash table of ids by rounded coordinates, int64 (size,), -1 if empty
-Both sizes are powers of two and never more than half full: the front door makes `places` large
-enough for all points that `x` has room for, and `names` tells when it is full.
+Letters as in `exact_signs`, and
+    names      hash table of names, int64 (size, 5): definition and id; first word 0 if empty
+    places     hash table of ids by rounded coordinates, int64 (size,); -1 if empty
+Both sizes are powers of two, and the tables are at most half full. The caller sizes `places` for
+all points that fit into `x`; `FULL` is returned when `names` is full.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ from geosurf.kernels.exact.predicates import ORIENT3D_BOUND, TINY, plane_terms
 
 LPI, TPI, EDGE_PLANE = 1, 2, 3
 _MASK = (1 << 38) - 1
-FULL = -9  # a table is full: the front door starts again with larger ones
+FULL = -9  # a table is full: the caller repeats with larger ones
 
 
 @scalar
 def _mixed(h, key):
-    """A hash of 38 bits with a key of up to 62 bits mixed in; no product passes 2**62.
+    """Mix a key of up to 62 bits into a hash of 38 bits; no product exceeds 2**62.
 
-    Coordinates of grids differ in their upper bits only, names in their lower ones: both have to
-    reach all bits, or tables of a million grid nodes are one long chain.
+    Grid coordinates differ in their upper bits only, names in their lower bits. Both have to reach
+    all bits, or a table of a million grid nodes becomes one long chain.
     """
     h = (h ^ key ^ (key >> 38)) & _MASK
     h *= 0xB5297B
@@ -52,7 +52,7 @@ def _mixed(h, key):
 
 @scalar
 def hash_of_row(x, i):
-    """Hash of the coordinates of point i: of their bits, but alike for 0.0 and -0.0."""
+    """Hash of the coordinates of point i, from their bits; equal for 0.0 and -0.0."""
     bits = x[i].view(np.int64)
     h = 0
     for axis in range(3):
@@ -83,8 +83,7 @@ def same_point(frame, a, b):
 def slot_at_coordinates(x, places, i, slot):
     """First slot, from one on, that is empty or holds a point with the coordinates of point i.
 
-    Short, and with few arrays, so that it is compiled into its callers: a call that hands on seven
-    arrays takes longer than all of this.
+    Short and with few arrays, so that it is inlined: a call with seven arrays would take longer.
     """
     while places[slot] >= 0:
         j = places[slot]
@@ -96,8 +95,10 @@ def slot_at_coordinates(x, places, i, slot):
 
 @scalar
 def id_after_collision(frame, places, i, slot):
-    """Id of point i, where another point has its coordinates."""
+    """Id of point i where another point has equal rounded coordinates."""
     x, m = frame.x, frame.m
+
+    # Compare exactly with each point of equal coordinates.
     collided = 0
     while places[slot] >= 0:
         j = places[slot]
@@ -112,7 +113,7 @@ def id_after_collision(frame, places, i, slot):
 
 @scalar
 def id_of_coordinates(frame, places, i):
-    """Id of the point that is exactly point i (i itself if it is new, and then filed)."""
+    """Id of the point that equals point i; point i itself is entered if it is new."""
     x = frame.x
     slot = slot_at_coordinates(x, places, i, hash_of_row(x, i) & (places.shape[0] - 1))
     if places[slot] >= 0:
@@ -140,7 +141,7 @@ def slot_of(names, kind, a, b, c):
 
 @scalar
 def insert_name(m, names, slot, kind, a, b, c, i):
-    """Enter a definition and what it stands for into an empty slot."""
+    """Enter a definition and its id into an empty slot."""
     names[slot, 0], names[slot, 1], names[slot, 2], names[slot, 3] = kind, a, b, c
     names[slot, 4] = i
     m[N_NAME] += 1
@@ -174,13 +175,16 @@ def _height(x, n, o, p):
 
 @scalar
 def lpi_in_doubles(x, t, a, b, c):
-    """Where edge a-b passes triangle c, by plain doubles: (sure that they are the next ones, x).
+    """Intersection of edge a-b and triangle c in plain doubles: (certified, x, y, z).
 
-    With heights h of the ends over the plane, each off by at most f, the part ``ha / (ha - hb)``
-    of the edge is off by ``max(fa, fb) / |Ha - Hb|``, H being the true ones. What is left out in
-    adding this part to the start is known, so coordinates are the next doubles mostly where edges
-    are short beside them: in grids, every tenth point needs more digits.
+    `certified` means that each coordinate is the correctly rounded one. Let h be the computed
+    heights of the ends over the plane, each with an error of at most f, and H the true ones. Then
+    ``ha / (ha
+    - hb)`` has an error of at most ``max(fa, fb) / |Ha - Hb|``. The last sum's rounding error is
+    known, so coordinates can be certified where edges are short compared to coordinates: in grids
+    nine of ten.
     """
+    # Heights of both ends over the plane, with error bounds.
     o = t[c, 0]
     n = plane_terms(x, o, t[c, 1], t[c, 2])
     ha, fa = _height(x, n, o, a)
@@ -188,18 +192,20 @@ def lpi_in_doubles(x, t, a, b, c):
     below = ha - hb
     if not (ha * hb <= 0.0 and 4.0 * (fa + fb) < abs(below) < np.inf):
         return False, 0.0, 0.0, 0.0
+
+    # Interpolate; every coordinate has to be certified.
     part = ha / below
     # 4/3 for H beside h; five roundings of 2**-53 follow
     relative = 1.34 * max(fa, fb) / abs(below) + 2.0**-50
-    s0, p0 = _part_way(x[a, 0], x[b, 0], part, relative)
-    s1, p1 = _part_way(x[a, 1], x[b, 1], part, relative)
-    s2, p2 = _part_way(x[a, 2], x[b, 2], part, relative)
+    s0, p0 = _interpolate(x[a, 0], x[b, 0], part, relative)
+    s1, p1 = _interpolate(x[a, 1], x[b, 1], part, relative)
+    s2, p2 = _interpolate(x[a, 2], x[b, 2], part, relative)
     return s0 and s1 and s2, p0, p1, p2
 
 
 @scalar
-def _part_way(start, end, part, relative):
-    """A part of the way from start to end: (sure that it is the next double, coordinate)."""
+def _interpolate(start, end, part, relative):
+    """Point at a fraction of the way from start to end: (certified, coordinate)."""
     if start == end:
         return True, start + 0.0
     p, low = two_sum(start, (end - start) * part)
@@ -208,9 +214,10 @@ def _part_way(start, end, part, relative):
 
 @scalar
 def round_point(frame, i):
-    """Coordinates of constructed point i, by more digits, and all of them where that is open.
+    """Write the correctly rounded coordinates of constructed point i, by double-doubles or
+    integers.
 
-    None is -0.0, see `doubled`.
+    None is -0.0, see `double_double`.
     """
     x, t, e, d, m = frame.x, frame.t, frame.e, frame.d, frame.m
     row = i - m[N_VERTEX]
@@ -224,7 +231,7 @@ def round_point(frame, i):
     ):
         point(frame, 0, i)
         for axis in range(3):
-            # what is nearest to 0 from below is 0, too, as on the other ways here
+            # + 0.0 turns -0.0 into 0.0, as the other routes do
             x[i, axis] = exact_position(frame, i, axis) + 0.0
 
 
@@ -232,6 +239,8 @@ def round_point(frame, i):
 def named_point(frame, names, places, kind, a, b, c):
     """Id of the point with this definition, made if it is new; FULL if there is no room."""
     x, t, d, m = frame.x, frame.t, frame.d, frame.m
+
+    # Sort the symbols, so that each definition has one name.
     if a > b:
         a, b = b, a
     if kind == TPI:
@@ -239,6 +248,8 @@ def named_point(frame, names, places, kind, a, b, c):
             b, c = c, b
         if a > b:
             a, b = b, a
+
+    # A known name returns its id.
     slot = slot_of(names, kind, a, b, c)
     if names[slot, 0] != 0:
         return names[slot, 4]
@@ -246,12 +257,16 @@ def named_point(frame, names, places, kind, a, b, c):
     i = m[N_VERTEX] + row
     if i >= x.shape[0] or 2 * m[N_NAME] >= names.shape[0]:
         return FULL
+
+    # Write the definition, then place the point: doubles first.
     d[row, 0], d[row, 1], d[row, 2], d[row, 3] = kind, a, b, c
     certified = False
     if kind == LPI and c < m[N_TRIANGLE]:
         certified, x[i, 0], x[i, 1], x[i, 2] = lpi_in_doubles(x, t, a, b, c)
     if not certified:
         round_point(frame, i)
+
+    # The point may be known by another name; then its row is used again.
     found = id_of_coordinates(frame, places, i)
     if found == i:
         m[N_POINT] += 1

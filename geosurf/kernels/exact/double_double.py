@@ -1,15 +1,15 @@
 """Constructed points in double-double arithmetic, each with a bound of its error.
 
-Letters as in `exact`. A double-double is a pair (high, low) whose sum is the number, of 104 bits
-or more. The operations here are the short ones of Dekker (1971) and Joldes, Muller & Popescu
-(2017, ACM TOMS 44): a sum errs by at most 2**-104 (|a| + |b|), a product by 2**-103 |a b|, and a
-sum of products a b - c d by 2**-101 (|a b| + |c d|). Where the two operands of a sum cancel, its
-error is still bounded by their sizes, so bounds below are made of sums of absolute values.
+Letters as in `exact_signs`. A double-double is an unevaluated sum (high, low) of two doubles with
+at least 104 bits. The operations are the fast ones of Dekker (1971) and Joldes, Muller & Popescu
+(2017, ACM TOMS 44). A sum has an error of at most 2**-104 (|a| + |b|), a product 2**-103 |a b|, and
+a b - c d has 2**-101 (|a b| + |c d|). Under cancellation a sum's error is still bounded by the
+sizes of its operands, so all bounds below are made of sums of absolute values.
 
-A point comes back as its rounded coordinates, what they leave out, and the most by which
-coordinate + rest can be wrong. `points` takes from this where it rounds to a double for certain;
-`delaunay` takes signs from it where those of plain doubles are open. Exact integers stand
-behind both.
+A point is returned as rounded coordinates, their low parts, and a bound of the error of
+high + low. `constructed_points` accepts the rounded coordinates where the bound proves the
+rounding; `face_signs` computes signs from both parts where plain doubles cannot decide. Exact
+integers follow where double-doubles cannot decide either.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from geosurf.kernels.compile.jit import scalar
 from geosurf.kernels.exact.exact_signs import N_TRIANGLE
 
 _SPLIT = 134217729.0  # 2**27 + 1 (Dekker 1971)
-_NOTHING = (0.0, 0.0, 0.0)
-UNDERFLOW = 1e-300  # more than is lost where products fall below the least normal number
+_UNKNOWN = (0.0, 0.0, 0.0)
+UNDERFLOW = 1e-300  # larger than the loss where products underflow
 
 
 @scalar
 def two_sum(a, b):
-    """a + b as (rounded, rest), exact (Knuth)."""
+    """a + b as (rounded, error), exact (Knuth)."""
     s = a + b
     c = s - a
     return s, (a - (s - c)) + (b - c)
@@ -32,7 +32,7 @@ def two_sum(a, b):
 
 @scalar
 def two_product(a, b):
-    """a * b as (rounded, rest), exact without overflow and underflow (Dekker)."""
+    """a * b as (rounded, error), exact without overflow and underflow (Dekker)."""
     p = a * b
     c = _SPLIT * a
     ah = c - (c - a)
@@ -88,6 +88,8 @@ def plane_dd(x, t, e, m, p):
         axis = e[row, 2]
         one, two, three = 1.0 * (axis == 0), 1.0 * (axis == 1), 1.0 * (axis == 2)
         h = (one, 0.0, two, 0.0, three, 0.0)
+
+    # The normal and, component by component, the sizes of its terms.
     n0 = dd_minor(g[2], g[3], h[4], h[5], g[4], g[5], h[2], h[3])
     n1 = dd_minor(g[4], g[5], h[0], h[1], g[0], g[1], h[4], h[5])
     n2 = dd_minor(g[0], g[1], h[2], h[3], g[2], g[3], h[0], h[1])
@@ -123,14 +125,16 @@ def plane_is_level(x, t, e, m, p, axis):
 
 @scalar
 def lpi_dd(x, t, e, m, a, b, c):
-    """Line a-b through plane c: (known, coordinates, rests, bounds)."""
+    """Line a-b through plane c: (known, coordinates, low parts, bounds)."""
     o, n = plane_dd(x, t, e, m, c)
     ha, la, size_a = _height(x, n, o, (x[a, 0], x[a, 1], x[a, 2]))
     hb, lb, size_b = _height(x, n, o, (x[b, 0], x[b, 1], x[b, 2]))
+
+    # The denominator; reject it where it is mostly cancellation.
     dh, dl = dd_add(ha, la, -hb, -lb)
     size = size_a + size_b
     if not (size > 1e-200 and abs(dh) > 1e-24 * size and abs(ha) <= 2.0 * abs(dh)):
-        return False, _NOTHING, _NOTHING, _NOTHING
+        return False, _UNKNOWN, _UNKNOWN, _UNKNOWN
     # t = ha / (ha - hb), by one Newton step on the double quotient
     t0 = ha / dh
     ph, pl = dd_mul(dh, dl, t0, 0.0)
@@ -138,6 +142,8 @@ def lpi_dd(x, t, e, m, a, b, c):
     th, tl = two_sum(t0, (rh + rl) / dh)
     # about thirty operations stand behind ha and hb, each off by less than 2**-100 of `size`
     relative = 2.0**-94 * (size / abs(dh))
+
+    # Interpolate each coordinate along the edge.
     p0, r0, e0 = _along(x, t, e, m, a, b, c, 0, th, tl, relative)
     p1, r1, e1 = _along(x, t, e, m, a, b, c, 1, th, tl, relative)
     p2, r2, e2 = _along(x, t, e, m, a, b, c, 2, th, tl, relative)
@@ -146,11 +152,10 @@ def lpi_dd(x, t, e, m, a, b, c):
 
 @scalar
 def _along(x, t, e, m, a, b, c, axis, th, tl, relative):
-    """One coordinate of the point at th + tl between a and b: rounded, rest, bound.
+    """One coordinate of the point at th + tl between a and b: rounded, low part, bound.
 
-    A plane that is level on this axis (a contact, a wall of the box) gives it exactly; without
-    this, every point on the level 0 would go the exact way. It is never -0.0, which one order of
-    surfaces would give and another not.
+    A plane that is constant on this axis (a contact, a wall of the box) gives the coordinate
+    exactly. The result is never -0.0, which would depend on the order of the surfaces.
     """
     if plane_is_level(x, t, e, m, c, axis):
         o = t[c, 0] if c < m[N_TRIANGLE] else e[c - m[N_TRIANGLE], 0]
@@ -176,25 +181,25 @@ def _cofactor(j, k):
 
 @scalar
 def _fits(n):
-    """Whether no product of what a normal is made of can overflow, or underflow and matter."""
+    """Whether products of a normal neither overflow nor underflow by an amount that matters."""
     largest = max(n[6], max(n[7], n[8]))
     return 1e-15 < largest < 1e40
 
 
 @scalar
 def _floored(n):
-    """A normal with sizes no smaller than 2**-40 of the largest: covers what underflows."""
+    """A normal whose term sizes are at least 2**-40 of the largest: covers underflow."""
     floor = 2.0**-40 * max(n[6], max(n[7], n[8]))
     return n[0], n[1], n[2], n[3], n[4], n[5], n[6] + floor, n[7] + floor, n[8] + floor
 
 
 @scalar
 def tpi_dd(x, t, e, m, one, two, three):
-    """The point of three planes: (known, coordinates, rests, bounds).
+    """The point of three planes: (known, coordinates, low parts, bounds).
 
     Newton from a vertex of the first plane: p moves by the d with n_i . d = -n_i . (p - a_i).
-    Heights over the planes are taken in double-double and nearly vanish at the end, so that
-    doubles are enough for everything else (iterative refinement, Wilkinson 1963).
+    Heights over the planes are computed in double-double and nearly vanish at the end. Doubles
+    suffice for everything else (iterative refinement, Wilkinson 1963).
 
     With S_i the sizes of the terms of n_i and C_i = n_j x n_k with terms of size SC_i, in
     doubles: C_i errs by less than 2**-50 SC_i, W = n_1 . C_1 by less than 2**-48 SW, a height h_i
@@ -206,17 +211,21 @@ def tpi_dd(x, t, e, m, one, two, three):
     a2, n2 = plane_dd(x, t, e, m, two)
     a3, n3 = plane_dd(x, t, e, m, three)
     if not (_fits(n1) and _fits(n2) and _fits(n3)):
-        return False, _NOTHING, _NOTHING, _NOTHING
+        return False, _UNKNOWN, _UNKNOWN, _UNKNOWN
     n1, n2, n3 = _floored(n1), _floored(n2), _floored(n3)
+
+    # Cofactors and determinant W in doubles; reject a badly conditioned W.
     c1, c2, c3 = _cofactor(n2, n3), _cofactor(n3, n1), _cofactor(n1, n2)
     below = n1[0] * c1[0] + n1[2] * c1[1] + n1[4] * c1[2]
     size = n1[6] * c1[3] + n1[7] * c1[4] + n1[8] * c1[5]
     if not (abs(below) > 1e-100 and abs(below) > 2.0**-46 * size):
-        return False, _NOTHING, _NOTHING, _NOTHING
+        return False, _UNKNOWN, _UNKNOWN, _UNKNOWN
     slack_w = 2.0**-48 * size
     p0, p1, p2 = x[a1, 0], x[a1, 1], x[a1, 2]
     r0, r1, r2 = 0.0, 0.0, 0.0
     e0, e1, e2 = 0.0, 0.0, 0.0
+
+    # Newton steps: each gains about 48 bits until the bound is below 2**-90.
     for _ in range(4):
         g1, _, s1 = _height(x, n1, a1, (p0, p1, p2))
         g2, _, s2 = _height(x, n2, a2, (p0, p1, p2))
@@ -244,7 +253,8 @@ def tpi_dd(x, t, e, m, one, two, three):
         p2, r2 = two_sum(p2, d2)
         if max(e0, max(e1, e2)) < 2.0**-90 * max(abs(p0), max(abs(p1), abs(p2))):
             break
-    for p in (one, two, three):  # what a level plane gives is exact
+    # a plane that is constant on an axis gives that coordinate exactly
+    for p in (one, two, three):
         o = t[p, 0] if p < m[N_TRIANGLE] else e[p - m[N_TRIANGLE], 0]
         if plane_is_level(x, t, e, m, p, 0):
             p0, r0, e0 = x[o, 0], 0.0, 0.0
@@ -257,7 +267,7 @@ def tpi_dd(x, t, e, m, one, two, three):
 
 @scalar
 def point_dd(x, t, e, m, kind, a, b, c):
-    """The point with this definition: (known, coordinates, rests, bounds)."""
+    """The point with this definition: (known, coordinates, low parts, bounds)."""
     if kind == 1:
         return lpi_dd(x, t, e, m, a, b, c)
     return tpi_dd(x, t, e, m, a, b, c)
@@ -265,5 +275,5 @@ def point_dd(x, t, e, m, kind, a, b, c):
 
 @scalar
 def rounds_to(p, r, slack):
-    """Whether the double next to p + r is p, wherever in p + r +- slack the number is."""
+    """Whether p is the double nearest to every number within p + r +- slack."""
     return (p + (r - slack)) == p and (p + (r + slack)) == p

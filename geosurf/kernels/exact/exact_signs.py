@@ -1,18 +1,20 @@
-"""Exact signs and exact points, in limb integers: the route behind every filter.
+"""Exact signs and correctly rounded points in multi-limb integers: the last stage of every filter.
 
 Notation
     x          coordinates, float64 (n_point, 3): vertices first, then constructed points
     t          corners of the triangles, int64 (n_triangle, 3)
     e          edge planes, int64 (n, 3): vertices a, b and an axis
     d          definitions of constructed points, int64 (n, 4), see below
-    m          integers that rule the frame, int64 (16,): names below
+    m          integers that describe the frame, int64 (16,): indices below
     w          limb workspace, int64 (WORK * limbs,)
 
 A point is a vertex, an **LPI** (line a-b through plane p: ``[1, a, b, p]``) or a **TPI** (three
-planes: ``[2, p, q, r]``), after Attene (2020, arXiv 2105.09772). A plane is that of triangle
-p, or for ``p >= n_triangle`` the plane through an edge along an axis. Its homogeneous
-coordinates (X, Y, Z, W), W > 0, are integers: all coordinates are multiples of 2**-k.
-Degrees in the input: X 1, 4, 7 and W 0, 3, 6 for vertex, LPI, TPI.
+planes: ``[2, p, q, r]``), after Attene (2020, arXiv 2105.09772). Plane p is that of triangle p, or
+for ``p >= n_triangle`` the plane through an edge parallel to an axis. The homogeneous coordinates
+(X, Y, Z, W) with W > 0 are integers, because all coordinates are multiples of 2**-k.
+Their degrees in the input: X has 1, 4, 7 and W has 0, 3, 6 for vertex, LPI, TPI.
+
+Lengths of numbers in `w` are counted in units of ``m[LIMBS]`` limbs: one unit holds a coordinate.
 """
 
 from __future__ import annotations
@@ -99,6 +101,8 @@ def plane(x, t, e, m, w, r, p):
     """Normal (3 x 2 units) and offset n . p0 (3 units, at r + 6 units) of plane p."""
     n = m[LIMBS]
     u = _MISC * n
+
+    # Two edges span the plane: of a triangle, or one edge and a unit axis vector.
     if p < m[N_TRIANGLE]:
         a = t[p, 0]
         _vector(x, m, w, u, a, t[p, 1])
@@ -109,6 +113,8 @@ def plane(x, t, e, m, w, r, p):
         _vector(x, m, w, u, a, e[row, 1])
         clear(w, u + 3 * n, 3 * n)
         w[u + (3 + e[row, 2]) * n] = 1
+
+    # The offset is the scalar product of the normal and a vertex.
     _cross(w, r, 2 * n, u, n, u + 3 * n, n)
     for i in range(3):
         load(w, u + i * n, n, x[a, i], m[SCALE])
@@ -121,11 +127,15 @@ def _lpi(x, t, e, m, w, r, a, b, p):
     n = m[LIMBS]
     q = _PLANES * n
     plane(x, t, e, m, w, q, p)
+
+    # u: the start of the line; v: its direction.
     u = (_MISC + 10) * n
     for i in range(3):
         load(w, u + i * n, n, x[a, i], m[SCALE])
     v = u + 3 * n
     _vector(x, m, w, v, a, b)
+
+    # W is the height gained along the line, num the height of the plane over its start.
     below = r + 21 * n
     _dot(w, below, 3 * n, q, 2 * n, v, n)
     num = v + 3 * n
@@ -143,10 +153,14 @@ def _tpi(x, t, e, m, w, r, d, row):
     """Three planes: X (7 units) = sum of d_i (n_j x n_k); W (6 units) = n_1 . (n_2 x n_3)."""
     n = m[LIMBS]
     q = _PLANES * n
+
+    # The normals and offsets of the three planes.
     for i in range(3):
         plane(x, t, e, m, w, q + i * 9 * n, d[row, 1 + i])
     for i in range(3):
         clear(w, r + i * 7 * n, 7 * n)
+
+    # Cramer: X is the sum of each offset times the cross product of the other normals.
     c = _MISC * n
     for i in range(3):
         j = (i + 1) % 3
@@ -173,6 +187,8 @@ def point(frame, r, i):
             load(w, r + axis * 7 * n, n, x[i, axis], m[SCALE])
         w[r + 21 * n] = 1
         return n, 1
+
+    # Constructed: build it from its definition, then make W positive.
     row = i - m[N_VERTEX]
     if d[row, 0] == 1:
         _lpi(x, t, e, m, w, r, d[row, 1], d[row, 2], d[row, 3])
@@ -197,6 +213,8 @@ def exact_orient2d(frame, a, b, c, u, v):
     la, wa = point(frame, 0, a)
     lb, wb = point(frame, step, b)
     lc, wc = point(frame, 2 * step, c)
+
+    # The determinant of the three rows (U, V, W), expanded by the column W.
     u7, v7, w7 = u * 7 * n, v * 7 * n, 21 * n
     total = la + lb + lc + 1
     acc = (_MISC + 100) * n
@@ -221,6 +239,8 @@ def exact_orient2d_vertices(x, m, w, a, b, c, u, v):
     """Sign of the turn of the vertices a, b, c seen on axes (u, v)."""
     m[EXACT_ORIENT2D] += 1
     n = m[LIMBS]
+
+    # The cross product of b - a and c - a, one component.
     p = _MISC * n
     q = p + 3 * n
     acc = q + 3 * n
@@ -241,6 +261,8 @@ def exact_compare(frame, a, b, axis):
     step = _POINT * n
     la, wa = point(frame, 0, a)
     lb, wb = point(frame, step, b)
+
+    # Coordinates differ as X_a W_b - X_b W_a, since both W are positive.
     total = max(la + wb, lb + wa) + 1
     acc = (_MISC + 100) * n
     clear(w, acc, total)
@@ -257,6 +279,8 @@ def exact_orient3d(x, m, w, a, b, c, o):
     u = _MISC * n
     _vector(x, m, w, u, a, b)
     _vector(x, m, w, u + 3 * n, a, c)
+
+    # Normal of the first three vertices, then its product with the last edge.
     _cross(w, u + 9 * n, 2 * n, u, n, u + 3 * n, n)
     _vector(x, m, w, u + 6 * n, a, o)
     _dot(w, u + 15 * n, 3 * n, u + 9 * n, 2 * n, u + 6 * n, n)
@@ -275,6 +299,8 @@ def exact_normal_axis(x, m, w, a, b, c):
     _vector(x, m, w, u + 3 * n, a, c)
     normal = u + 9 * n
     _cross(w, normal, 2 * n, u, n, u + 3 * n, n)
+
+    # Compare magnitudes component by component; a strict > lets the first axis win ties.
     best = -1
     best_sign = 0
     for axis in range(3):
@@ -296,6 +322,7 @@ def exact_normal_axis(x, m, w, a, b, c):
 @scalar
 def _compare_to_half(w, m, scratch, top, lx, below, lw, mantissa, exponent):
     """Sign of X / W * 2**-k minus mantissa * 2**exponent, all positive."""
+    # Compare X with mantissa * W * 2**shift; the mantissa takes three limbs.
     shift = exponent + m[SCALE]
     w[scratch] = mantissa & ((1 << BITS) - 1)
     w[scratch + 1] = (mantissa >> BITS) & ((1 << BITS) - 1)
@@ -303,6 +330,8 @@ def _compare_to_half(w, m, scratch, top, lx, below, lw, mantissa, exponent):
     product = scratch + 3
     mul(w, product, below, lw, scratch, 3)
     lp = lw + 3
+
+    # Shift the side with the smaller exponent, so that both stay integers.
     left, ll = top, lx
     right, lr = product, lp
     free = product + lp
@@ -312,6 +341,8 @@ def _compare_to_half(w, m, scratch, top, lx, below, lw, mantissa, exponent):
     else:
         lr = shift_left(w, free, product, lp, shift)
         right = free
+
+    # Subtract with one limb to spare for the sign.
     total = max(ll, lr) + 1
     acc = free + max(ll, lr)
     clear(w, acc, total)
@@ -322,9 +353,9 @@ def _compare_to_half(w, m, scratch, top, lx, below, lw, mantissa, exponent):
 
 @scalar
 def exact_round(m, w, top, lx, below, lw):
-    """The double nearest to X / W * 2**-k (ties to even), not 0 unless X is.
+    """The double nearest to X / W * 2**-k, ties to even; 0.0 only if X is zero.
 
-    Destroys X where it is negative.
+    X is destroyed where it is negative.
     """
     m[EXACT_ROUND] += 1
     s = sign(w, top, lx)
@@ -332,12 +363,16 @@ def exact_round(m, w, top, lx, below, lw):
         return 0.0
     if s < 0:
         negate(w, top, lx)
+
+    # A guess from the leading limbs is off by a few units in the last place at most.
     mx, ex = leading(w, top, lx)
     mw, ew = leading(w, below, lw)
     guess, shift = math.frexp(mx / mw)
     mantissa = int(guess * 9007199254740992.0)
     exponent = shift - 53 + ex - ew - m[SCALE]
     scratch = (_MISC + 100) * m[LIMBS]
+
+    # Move to the neighbour until the exact value lies within half a step: round to even.
     for _ in range(8):
         if mantissa >= 9007199254740992:
             mantissa >>= 1
@@ -346,7 +381,7 @@ def exact_round(m, w, top, lx, below, lw):
         if up > 0 or (up == 0 and (mantissa & 1) == 1):
             mantissa += 1
             continue
-        if mantissa == 4503599627370496:  # a power of two: the step below is half as long
+        if mantissa == 4503599627370496:  # at a power of two the step below is half as long
             down = _compare_to_half(
                 w, m, scratch, top, lx, below, lw, 4 * mantissa - 1, exponent - 2
             )
@@ -362,7 +397,7 @@ def exact_round(m, w, top, lx, below, lw):
                 mantissa -= 1
                 continue
         break
-    # 0 is kept for what is 0: such a coordinate counts as known exactly
+    # only an exact zero becomes 0.0: a coordinate of 0.0 counts as known exactly
     return s * max(math.ldexp(float(mantissa), int(exponent)), _LEAST)
 
 
@@ -376,5 +411,5 @@ def exact_position(frame, i, axis):
 
 
 def workspace(limbs: int) -> np.ndarray:
-    """A limb workspace for coordinates of so many limbs."""
+    """Return a limb workspace for coordinates of this many limbs."""
     return np.zeros(WORK * max(int(limbs), 4), dtype=np.int64)

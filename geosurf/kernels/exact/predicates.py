@@ -1,11 +1,13 @@
-"""Signs of orientation: a float filter first, exact integers behind it. Never wrong.
+"""Orientation predicates: a floating-point filter first, exact integers where it cannot decide.
+
+The sign that is returned is always the sign of the exact determinant of the input coordinates.
 
 Sign conventions
     orient2d(a, b, c)      > 0 where a, b, c turn counter-clockwise on axes (u, v)
     orient3d(a, b, c, o)   > 0 where o sees a, b, c counter-clockwise: (b-a) x (c-a) . (o-a) > 0
 
-The filters are those of Shewchuk (1997, section 4, error bounds A), the exact route is
-limb integers. Letters as in `exact`.
+The filters and their error bounds are those of Shewchuk (1997), section 4, bounds A.
+Letters as in `exact_signs`.
 """
 
 from __future__ import annotations
@@ -33,10 +35,10 @@ _EPS = 2.0**-53
 ORIENT2D_BOUND = (3.0 + 16.0 * _EPS) * _EPS
 ORIENT3D_BOUND = (7.0 + 56.0 * _EPS) * _EPS
 INCIRCLE_BOUND = (10.0 + 96.0 * _EPS) * _EPS
-TINY = 1e-270  # below it products may underflow, so that bounds say nothing
+TINY = 1e-270  # below it products may underflow, and error bounds do not hold
 MAX_BITS = 980
-# of input that points are made from: three coordinates multiplied, and what rounding leaves out of
-# that, are normal numbers then, so that error bounds of doubles and double-doubles hold
+# For input of constructed points: products of three coordinates and their rounding errors are
+# normal numbers, so that the error bounds of doubles and double-doubles hold.
 MAX_SCALE = 300
 MIN_COORDINATE = 1e-74  # has all of its 53 digits above 2**-MAX_SCALE
 MAX_COORDINATE = 2.0**60
@@ -44,12 +46,12 @@ VALID_SIZES = (
     f"exact arithmetic takes 0 and sizes from {MIN_COORDINATE:g} to "
     f"{MAX_COORDINATE:.2g} m. Set numbers that mean zero to zero"
 )
-_BLOCK = 256  # coordinates that are looked at together
+_BLOCK = 256  # coordinates that are tested together
 
 
 @scalar
 def certified_sign(value, bound):
-    """Sign of a number that is off by at most `bound`; 0 where that leaves it open."""
+    """Sign of a number with an error of at most `bound`; 0 where the bound allows both signs."""
     if value > bound:
         return 1
     return -1 if -value > bound else 0
@@ -58,6 +60,7 @@ def certified_sign(value, bound):
 @scalar
 def orient2d(x, m, w, a, b, c, u, v):
     """Sign of the turn of three *vertices* on axes (u, v)."""
+    # The filter.
     left = (x[b, u] - x[a, u]) * (x[c, v] - x[a, v])
     right = (x[b, v] - x[a, v]) * (x[c, u] - x[a, u])
     det = left - right
@@ -65,6 +68,8 @@ def orient2d(x, m, w, a, b, c, u, v):
     sign = certified_sign(det, ORIENT2D_BOUND * size) if size > TINY else 0
     if sign != 0:
         return sign
+
+    # Three points on a line of the grid: zero without long integers.
     if (x[a, u] == x[b, u] and x[b, u] == x[c, u]) or (x[a, v] == x[b, v] and x[b, v] == x[c, v]):
         return 0
     return exact_orient2d_vertices(x, m, w, a, b, c, u, v)
@@ -72,9 +77,11 @@ def orient2d(x, m, w, a, b, c, u, v):
 
 @scalar
 def plane_terms(x, a, b, c):
-    """Normal of vertices a, b, c and the magnitudes of its terms: what `side_of` needs."""
+    """Normal of vertices a, b, c, the magnitudes of its terms, and a span: input of `side_of`."""
     ax, ay, az = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
     bx, by, bz = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
+
+    # Each component of the normal is a difference of two products.
     p, q = ay * bz, az * by
     r, s = az * bx, ax * bz
     g, h = ax * by, ay * bx
@@ -84,9 +91,10 @@ def plane_terms(x, a, b, c):
 
 @scalar
 def filtered_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip):
-    """Side of a plane on which a point lies, at c from one on it; 0 if floats cannot be sure.
+    """Side of a plane on which a point lies, at c from one of its points; 0 if undecided.
 
-    `n0` to `span` are `plane_terms`; sure means: whatever moves all coordinates by up to `slip`.
+    `n0` to `span` are `plane_terms`. A side other than 0 stays the same under any move of all
+    coordinates by up to `slip`.
     """
     det = cx * n0 + cy * n1 + cz * n2
     size = abs(cx) * s0 + abs(cy) * s1 + abs(cz) * s2
@@ -97,17 +105,19 @@ def filtered_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip):
 
 @scalar
 def side_of(x, m, w, a, b, c, o, terms, slip):
-    """Sign of the side on which vertex o lies of the plane of vertices a, b, c.
+    """Sign of the side of the plane of vertices a, b, c on which vertex o lies.
 
-    A sign that could change if all coordinates moved by up to `slip` goes the exact way, and
-    is counted as near where it is not zero.
+    A sign that could change if all coordinates moved by up to `slip` is computed exactly. It is
+    counted in ``m[NEAR]`` where it is not zero.
     """
     n0, n1, n2, s0, s1, s2, span = terms
     cx, cy, cz = x[o, 0] - x[a, 0], x[o, 1] - x[a, 1], x[o, 2] - x[a, 2]
     side = filtered_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip)
     if side != 0:
         return side
-    for k in range(3):  # a wall of the box, a contact, a row of a grid: no need for long integers
+
+    # Points on a plane across an axis (a wall, a contact, a row of a grid) need no integers.
+    for k in range(3):
         if x[a, k] == x[o, k] and x[b, k] == x[o, k] and x[c, k] == x[o, k]:
             return 0
     if coplanar_by_zeros(x, a, b, c, o):
@@ -120,10 +130,10 @@ def side_of(x, m, w, a, b, c, o, terms, slip):
 
 @scalar
 def coplanar_by_zeros(x, a, b, c, o):
-    """Whether four vertices are coplanar since each term of their determinant has a factor zero.
+    """Whether each term of the determinant of four vertices contains a factor zero.
 
-    So are the edges of what is extruded along an axis: a quarter of a microsecond saved each. Equal
-    numbers have a difference of exactly zero, others have not (gradual underflow).
+    Extruded surfaces have many such vertices; this test saves the exact determinant. It is exact:
+    a difference of doubles is zero only for equal numbers (gradual underflow).
     """
     ax, ay, az = x[b, 0] != x[a, 0], x[b, 1] != x[a, 1], x[b, 2] != x[a, 2]
     bx, by, bz = x[c, 0] != x[a, 0], x[c, 1] != x[a, 1], x[c, 2] != x[a, 2]
@@ -155,6 +165,8 @@ def normal_axis(x, m, w, a, b, c):
     size = max(
         abs(ay * bz) + abs(az * by), max(abs(az * bx) + abs(ax * bz), abs(ax * by) + abs(ay * bx))
     )
+
+    # The largest component, and the second largest: the filter needs their gap.
     axis = 0
     best = abs(n0)
     second = 0.0
@@ -186,7 +198,7 @@ def _lowest_bit(value):
 def _all_multiples(x, first, last, unit, limit):
     """Whether x[first:last] are below a limit and multiples of 1 / unit, a power of two from 1.
 
-    Short and without branches, so that it is compiled for several numbers at a time.
+    Short and without branches, so that the loop is vectorised.
     """
     bad = 0
     for i in range(first, last):
@@ -198,20 +210,24 @@ def _all_multiples(x, first, last, unit, limit):
 def scale_of(x):
     """Least k such that all coordinates are multiples of 2**-k, and their bits at that k.
 
-    (k, bits); bits = -1 if a coordinate is not finite. Once a few are known, most blocks hold
-    nothing that is larger or has a lower bit.
+    Returns (k, bits); bits = -1 if a coordinate is not finite. Blocks of numbers are skipped where
+    none is larger or has a lower bit than those before.
     """
     low = 4000
     high = -4000
     bits = x.view(np.int64)
     powers = np.zeros(2, dtype=np.float64)  # 2**-low and 2**high, where they are normal numbers
     exponents = powers.view(np.int64)
+
+    # Skip a block that cannot change the result.
     for first in range(0, x.shape[0], _BLOCK):
         last = min(first + _BLOCK, x.shape[0])
         if -1000 < low <= 0 and high < 1000:
             exponents[0], exponents[1] = (1023 - low) << 52, (1023 + high) << 52
             if _all_multiples(x, first, last, powers[0], powers[1]):
                 continue
+
+        # Read exponent and mantissa from the bits of each number.
         for i in range(first, last):
             exponent = (bits[i] >> 52) & 0x7FF
             mantissa = bits[i] & 0xFFFFFFFFFFFFF
@@ -244,7 +260,7 @@ def flat_triangles(x, t, m, w):
 
 
 def frame_of(x: np.ndarray, n_triangle: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """The rulers `m` and the limb workspace `w` for coordinates (n, d)."""
+    """Return the integers `m` and the limb workspace `w` for coordinates (n, d)."""
     k, bits = scale_of(np.ravel(x))
     if bits < 0:
         raise SurfaceError("a coordinate is not finite; leave out nodes that are undefined.")
@@ -252,6 +268,8 @@ def frame_of(x: np.ndarray, n_triangle: int = 0) -> tuple[np.ndarray, np.ndarray
         raise SurfaceError(
             f"coordinates span {bits} binary digits, from tiny to huge; {VALID_SIZES}."
         )
+
+    # Three bits to spare for sums of differences.
     m = np.zeros(N_META, dtype=np.int64)
     m[N_VERTEX] = len(x)
     m[1] = n_triangle

@@ -1,17 +1,17 @@
-"""How the cells of a tile of a lattice lie, from bounds of their edges.
+"""What bounds of edges prove about the cells of a tile of a lattice.
 
-Within eight rows, the edges of one column of cells differ little. How far they are off their
-middle bounds all products of two of them: in the plane of two coordinates, e x u of a corner is
-twice an area, and where it cannot be zero, no corner of that column is flat; the gain of one
-diagonal over the other is 2 (e_x u_z + e_z u_x) for mean e and u of a cell. Normals add up to
-what the rim tells (Stokes). Noise as large as cells leaves all of this open.
+Within eight rows, the edges of one column of cells differ little. Their deviation from the middle
+bounds all products of two of them. In the plane of two coordinates, e x u of a corner is twice an
+area; where it cannot be zero, no corner of that column is degenerate. The gain of one diagonal over
+the other is 2 (e_x u_z + e_z u_x) for mean e and u of a cell. The sum of all normals follows from
+the boundary (Stokes). With noise as large as cells, the bounds prove nothing.
 
-Notation, beside that of `tree` (p, q, r, a) and of `survey` (a b c d, tile)
+Notation, in addition to that of `tree` (p, q, r, a) and of `survey` (a b c d, tile)
     e        edges along rows: b - a, c - d
     u        edges across: d - a at column j, c - b at column j + 1
-    steps    scratch rows, for each coordinate: extremes of e and u, then middle and reach of each
-    out      scratch rows, for each of two planes: what bounds tell, by column
-    totals   rows of sums, by column of a tile, over all tiles: sums along a row are no vector code
+    steps    scratch rows, for each coordinate: extremes of e and u, then middle and half-width of
+    each out      scratch rows, for each of two planes: the bounds by column
+    totals   rows of sums, by column of a tile, over all tiles: sums along a row are not vectorised
 """
 
 from __future__ import annotations
@@ -25,32 +25,32 @@ from geosurf.kernels.search.tree import BLOCK, N_ROW
 TILE = 16 * BLOCK
 ROW_SIZE = TILE + 2 * BLOCK
 PART = 4 * ROW_SIZE
-FIVE = 5  # rows at once; loops that read more than eight arrays do not become vector code
-# places in `sums`: over whole cells, differences of the products of diagonals, a to c less b to d
-# (x z and y z), and how far off they may be; normals of both diagonals together (three); squared
-# edges or more, beside holes those of each triangle; the least of |u|^2 |v|^2 - (u v)^2 over the
-# corners that were asked one by one; normals of triangles that only one diagonal has (2 x 3)
+FIVE = 5  # rows at once; loops over more than eight arrays are not vectorised
+# indices into `sums`: over whole cells, differences of the products of diagonals, a to c minus b
+# to d (x z and y z), and their errors; normals of both diagonals together (three); an upper bound
+# of the squared edges, next to holes those of each triangle; the minimum of |u|^2 |v|^2 - (u v)^2
+# over the corners computed one by one; normals of triangles that only one diagonal has (2 x 3)
 GAIN, REACH, NORMAL, EDGES, MARGIN, ONLY_RISING, ONLY_FALLING, N_SUM = 0, 2, 4, 7, 8, 9, 12, 15
-_ROUNDING = 1e-10  # of products, which are off by less than a part in 1e15
+_ROUNDING = 1e-10  # relative, of products; their errors are below 1e-15
 _UNDERFLOW = 1e-290
-# places in `steps` and in `out`: how far corners are from flat, gains, how far these may be off
+# indices into `steps` and `out`: distance of corners from degeneracy, gains, errors of gains
 _E_LOW, _E_HIGH, _U_LOW, _U_HIGH = 0, 1, 2, 3
 _E, _E_REACH, _U, _U_REACH = 0, 1, 2, 3
 _OPEN, _GAIN, _REACH = 0, 1, 2
-# rows of `totals`: gains and how far off they may be in two planes, then squared edges
+# rows of `totals`: gains and their errors in two planes, then squared edges
 _SQUARES, N_TOTAL = 4, 5
 
 
 @scalar
 def fill(work, first, last, value):
-    """Put one value into some scratch rows."""
+    """Fill some scratch rows with one value."""
     for k in range(first * ROW_SIZE, last * ROW_SIZE):
         work[k] = value
 
 
 @scalar
 def least(low, p, q, r, s, t):
-    """The least of six numbers; of the last five, what is not a number is passed over."""
+    """The least of six numbers; NaN among the last five is skipped."""
     low = p if p < low else low
     low = q if q < low else low
     low = r if r < low else low
@@ -70,7 +70,7 @@ def most(high, p, q, r, s, t):
 
 @scalar
 def _along(one, two, three, four, five, n, steps):
-    """Widen the extremes of edges along five rows, by column."""
+    """Extend the extremes of edges along five rows, by column."""
     for j in range(min(n, TILE)):
         p, q, r = one[j + 1] - one[j], two[j + 1] - two[j], three[j + 1] - three[j]
         s, t = four[j + 1] - four[j], five[j + 1] - five[j]
@@ -81,7 +81,7 @@ def _along(one, two, three, four, five, n, steps):
 
 @scalar
 def _across(one, two, three, four, five, n, steps):
-    """Widen the extremes of edges from each of five rows to the next, by column."""
+    """Extend the extremes of edges from each of five rows to the next, by column."""
     for j in range(min(n, TILE + 1)):
         p, q, r, s = two[j] - one[j], three[j] - two[j], four[j] - three[j], five[j] - four[j]
         low, high = steps[_U_LOW * ROW_SIZE + j], steps[_U_HIGH * ROW_SIZE + j]
@@ -91,7 +91,7 @@ def _across(one, two, three, four, five, n, steps):
 
 @scalar
 def _steps_of_rows(values, start, step, n, steps):
-    """Widen the extremes of edges with those between five rows of n + 1 nodes."""
+    """Extend the extremes of edges by those between five rows of n + 1 nodes."""
     one = values[start : start + n + 1]
     two = values[start + step : start + step + n + 1]
     three = values[start + 2 * step : start + 2 * step + n + 1]
@@ -105,21 +105,25 @@ def _steps_of_rows(values, start, step, n, steps):
 def _steps_of_tile(values, a, axis, block, first, n, rows, steps):
     """Extremes of one coordinate of all edges of the cells of a tile, by column.
 
-    In the last row of blocks, edges of rows before it may be among them.
+    In the last row of blocks, edges of earlier rows may be among them.
     """
     for k in range(0, 4, 2):
         fill(steps, k, k + 1, np.inf)
         fill(steps, k + 1, k + 2, -np.inf)
+
+    # Two groups of five rows cover the nine rows of nodes of a block.
     step = a[3 * axis + 1]
     start = a[3 * axis] + first * a[3 * axis + 2]
     for part in range(2):
         begin = start + min(block * BLOCK + 4 * part, a[N_ROW] - FIVE) * step
         if a[3 * axis + 2] == 1:
             _steps_of_rows(values, begin, step, n, steps)
-        else:  # all columns are alike
+        else:  # all columns are equal: make rows of one value
             for k in range(FIVE):
                 fill(rows, k, k + 1, values[begin + k * step])
             _steps_of_rows(rows, 0, ROW_SIZE, n, steps)
+
+    # Middle and half-width of e; of u over both sides of a cell.
     for j in range(min(n, TILE)):
         low, high = steps[_E_LOW * ROW_SIZE + j], steps[_E_HIGH * ROW_SIZE + j]
         steps[_E * ROW_SIZE + j] = 0.5 * low + 0.5 * high
@@ -135,18 +139,21 @@ def _steps_of_tile(values, a, axis, block, first, n, rows, steps):
 
 @scalar
 def _bound_cells(p, q, n, out):
-    """What bounds of two coordinates of edges tell of the cells of each column.
+    """Bounds for the cells of each column from two coordinates of edges.
 
-    Products of steps of e and u: their difference is a corner of a cell, twice its area; their
-    sum is half of what the products of steps of both diagonals differ by.
+    The difference of the products of e and u is twice the area of a corner. Their sum is half of
+    the difference between the products of both diagonals.
     """
     for j in range(min(n, TILE)):
+        # First product, and the largest deviation of any cell from it.
         a, b = p[_E * ROW_SIZE + j], q[_U * ROW_SIZE + j]
         one, far, wide = a * b, abs(a), q[_U_REACH * ROW_SIZE + j]
         reach = far * wide + p[_E_REACH * ROW_SIZE + j] * (abs(b) + wide)
         a, b = q[_E * ROW_SIZE + j], p[_U * ROW_SIZE + j]
         two, far, wide = a * b, abs(a), p[_U_REACH * ROW_SIZE + j]
         reach += far * wide + q[_E_REACH * ROW_SIZE + j] * (abs(b) + wide)
+
+        # Certainly not degenerate where the difference exceeds all deviations.
         turn = abs(one - two) - reach - _ROUNDING * (abs(one) + abs(two) + reach)
         least = out[_OPEN * ROW_SIZE + j]
         out[_OPEN * ROW_SIZE + j] = turn if turn > least else least
@@ -156,7 +163,7 @@ def _bound_cells(p, q, n, out):
 
 @scalar
 def _add_gains(out, n, weight, row, totals):
-    """Add the gains of a tile in one of two planes, and how far they may be off, by column."""
+    """Add the gains of a tile in one of two planes, and their errors, by column."""
     for j in range(min(n, TILE)):
         totals[row * ROW_SIZE + j] += weight * out[_GAIN * ROW_SIZE + j]
         totals[(row + 1) * ROW_SIZE + j] += weight * out[_REACH * ROW_SIZE + j]
@@ -164,7 +171,7 @@ def _add_gains(out, n, weight, row, totals):
 
 @scalar
 def _add_squares(steps, n, weight, totals):
-    """Add the squares of the longest steps of e and u of each column."""
+    """Add the squares of the longest e and u of each column."""
     for j in range(min(n, TILE)):
         e = abs(steps[_E * ROW_SIZE + j]) + steps[_E_REACH * ROW_SIZE + j]
         u = abs(steps[_U * ROW_SIZE + j]) + steps[_U_REACH * ROW_SIZE + j]
@@ -173,7 +180,7 @@ def _add_squares(steps, n, weight, totals):
 
 @scalar
 def add_totals(totals, sums):
-    """Add what was added by column."""
+    """Add the sums by column to `sums`."""
     for j in range(TILE):
         for k in range(2):
             sums[GAIN + k] += totals[2 * k * ROW_SIZE + j]
@@ -183,7 +190,7 @@ def add_totals(totals, sums):
 
 @scalar
 def _all_open(out, n):
-    """Whether bounds show that no corner of a cell is flat."""
+    """Whether the bounds prove that no corner of a cell is degenerate."""
     n_open = 0
     for j in range(min(n, TILE)):  # a count becomes vector code, the least of all does not
         n_open += 1 if out[_OPEN * ROW_SIZE + j] > _UNDERFLOW else 0
@@ -192,16 +199,21 @@ def _all_open(out, n):
 
 @scalar
 def bound_tile(p, q, r, a, block, first, n, rows, steps, out, totals):
-    """Add the cells of a tile without holes, if bounds show that no corner of them is flat.
+    """Add the cells of a tile without holes, if bounds prove that none of their corners is
+    degenerate.
 
-    Normals are left to the rim.
+    Normals are left to the boundary.
     """
     if a[N_ROW] < FIVE:
         return False
+
+    # Bounds of all edges of the tile.
     one, two, three = steps[:PART], steps[PART : 2 * PART], steps[2 * PART :]
     _steps_of_tile(p, a, 0, block, first, n, rows, one)
     _steps_of_tile(q, a, 1, block, first, n, rows, two)
     _steps_of_tile(r, a, 2, block, first, n, rows, three)
+
+    # Degeneracy in the xz, yz planes; in xy only where these do not decide.
     xz, yz = out[:PART], out[PART:]
     fill(xz, _OPEN, _OPEN + 1, 0.0)
     _bound_cells(one, three, n, xz)
@@ -213,6 +225,8 @@ def bound_tile(p, q, r, a, block, first, n, rows, steps, out, totals):
         if not _all_open(yz, n):
             return False
         _bound_cells(two, three, n, yz)
+
+    # The sums count both triangles of each row.
     weight = 2.0 * min(BLOCK, a[N_ROW] - 1 - block * BLOCK)
     _add_gains(xz, n, weight, 0, totals)
     _add_gains(yz, n, weight, 2, totals)
@@ -224,14 +238,16 @@ def bound_tile(p, q, r, a, block, first, n, rows, steps, out, totals):
 
 @scalar
 def add_boundary_normals(p, q, r, a, first, last, left, right, sums):
-    """Add twice the area inside the rim of some cells, rows first to last, columns left to right.
+    """Add twice the vector area of some cells, rows first to last, columns left to right.
 
-    By Stokes' theorem the sum of all normals there is that of the steps around, seen from a corner.
+    By Stokes' theorem the sum of all their normals is that of the fan from one corner to the
+    boundary.
     """
     x, y, z = load(p, a, 0, first, left), load(q, a, 1, first, left), load(r, a, 2, first, left)
     ux, uy, uz = 0.0, 0.0, 0.0
     i, j, up, on = first, left, 0, 1
     for _ in range(2 * (last - first + right - left)):
+        # Turn at each corner of the rectangle.
         if on == 1 and j == right:
             up, on = 1, 0
         elif up == 1 and i == last:

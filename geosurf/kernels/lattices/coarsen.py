@@ -1,18 +1,18 @@
 """Fewer triangles on a lattice: right-triangulated irregular networks (Evans et al. 2001).
 
-Squares of 2**t cells are halved along their diagonal, and each right triangle again and again
-in the middle of its longest side, down to half cells. A triangle stands if the surface stays
-within the tolerance of its plane. It is split if not, if it touches a cell that is not whole, or
-if one of its halves is split: since the middle of the longest side is shared with the triangle
-across, no vertex ends up inside a side.
+Squares of 2**t cells are halved along their diagonal, and each right triangle is bisected at the
+middle of its longest side, down to half cells. A triangle is accepted if the surface stays within
+the tolerance of its plane. It is split if not, if it touches a cell that is not whole, or if one
+of its halves is split: the middle of the longest side is shared with the triangle across, so no
+vertex ends up inside a side.
 
-The plain surface is linear on each quarter of a cell (its corners and its middle, where the
-value is the mean of the ends of the plain diagonal), and triangles are made of whole quarters. So
-the largest difference is at nodes and middles, and the mean of a quarter's three absolute
-differences times its area is no less than its share of the volume between the two surfaces,
-since the absolute value is convex.
+The original surface is linear on each quarter of a cell (its corners and its middle, where the
+value is the mean of the ends of the diagonal), and triangles consist of whole quarters. So the
+largest difference is at nodes and middles. The mean of a quarter's three absolute differences
+times its area is an upper bound of its share of the volume between the surfaces (the absolute
+value is convex).
 
-Letters
+Notation
     z      elevation of nodes (n_row, n_col), the anchor of all squares at node (0, 0)
     whole  of each cell: 1 four nodes, 2 three, 0 no triangle
     split  (n, n) nodes at which a triangle is split; larger than z, a whole number of squares
@@ -28,7 +28,7 @@ from geosurf.kernels.compile.jit import entry, scalar
 
 @scalar
 def _corners(square, i, j, root, path, level):
-    """Corners of a triangle from the choices that lead to it: a, b, c as six numbers."""
+    """Corners a, b, c of a triangle, as six numbers, from the bisections that lead to it."""
     ai, aj, bi, bj = i, j, i + square, j + square
     ci, cj = (i, j + square) if root == 0 else (i + square, j)
     if root == 1:
@@ -53,7 +53,7 @@ def _plane(z, ai, aj, bi, bj, ci, cj):
 
 @scalar
 def _span(row, low, high, ai, aj, bi, bj, ci, cj):
-    """Columns (low, high) of a closed triangle in a row; all numbers in the same steps."""
+    """Columns (low, high) of a closed triangle in a row; all numbers in the same units."""
     turn = (bi - ai) * (cj - aj) - (bj - aj) * (ci - ai)
     for side in range(3):
         if side == 0:
@@ -79,7 +79,7 @@ def _span(row, low, high, ai, aj, bi, bj, ci, cj):
 
 @scalar
 def _middle(z, i, j, rising):
-    """The plain surface in the middle of a cell."""
+    """Elevation of the original surface in the middle of a cell."""
     if rising:
         return 0.5 * (z[i, j] + z[i + 1, j + 1])
     return 0.5 * (z[i, j + 1] + z[i + 1, j])
@@ -87,9 +87,11 @@ def _middle(z, i, j, rising):
 
 @scalar
 def _too_far(z, whole, rising, tolerance, ai, aj, bi, bj, ci, cj):
-    """Whether a triangle must be split: too far from a node or a middle, or not on whole cells."""
+    """Whether a triangle must be split: beyond the tolerance, or not on whole cells."""
     top, bottom = min(ai, min(bi, ci)), max(ai, max(bi, ci))
     left, right = min(aj, min(bj, cj)), max(aj, max(bj, cj))
+
+    # All cells have to be whole, or all outside.
     some, all_of_them = False, True
     for i in range(top, bottom):
         low, high = _span(
@@ -105,6 +107,8 @@ def _too_far(z, whole, rising, tolerance, ai, aj, bi, bj, ci, cj):
             return True
     if not some:
         return False
+
+    # Differences at nodes, then at the middles of cells.
     height, down, along = _plane(z, ai, aj, bi, bj, ci, cj)
     for i in range(top, bottom + 1):
         low, high = _span(i, left, right, ai, aj, bi, bj, ci, cj)
@@ -125,11 +129,13 @@ def _too_far(z, whole, rising, tolerance, ai, aj, bi, bj, ci, cj):
 
 @entry("d2 l2 b l d b2 -> ")
 def mark_splits(z, whole, rising, square, tolerance, split):
-    """Fill `split`, from half cells up."""
+    """Fill `split`, from half cells upwards."""
     n_level = 0
     while (1 << n_level) < square:
         n_level += 1
     n_level *= 2
+
+    # Children come before their parents, so that splits propagate upwards.
     for level in range(n_level - 1, -1, -1):
         for i in range(0, split.shape[0] - 1, square):
             for j in range(0, split.shape[1] - 1, square):
@@ -139,6 +145,8 @@ def mark_splits(z, whole, rising, square, tolerance, split):
                         mi, mj = (ai + bi) // 2, (aj + bj) // 2
                         if split[mi, mj]:
                             continue
+
+                        # A split of a half forces the split of the whole.
                         if level + 1 < n_level and (
                             split[(ci + ai) // 2, (cj + aj) // 2]
                             or split[(bi + ci) // 2, (bj + cj) // 2]
@@ -152,7 +160,8 @@ def mark_splits(z, whole, rising, square, tolerance, split):
 
 @entry("d2 b l2 -> d2")
 def largest_errors(z, rising, corners):
-    """Largest difference from the plain surface, and the bound of its integral [m x cells]: (n, 2).
+    """Largest difference from the original surface, and a bound of its integral [m x cells]: (n,
+    2).
 
     corners (n, 6): a, b, c of triangles on whole cells.
     """
@@ -164,6 +173,8 @@ def largest_errors(z, rising, corners):
         for i in range(min(ai, min(bi, ci)), max(ai, max(bi, ci))):
             for j in range(left, right):
                 base = height + (i - ci) * down + (j - cj) * along
+
+                # Each cell has four quarters: the middle and two neighbouring corners.
                 middle = abs(_middle(z, i, j, rising) - base - 0.5 * (down + along))
                 for side in range(4):  # above, right, below, left; centroids in sixths
                     si = 6 * i + (1 if side == 0 else (5 if side == 2 else 3))
@@ -184,7 +195,7 @@ def largest_errors(z, rising, corners):
 
 @scalar
 def _kind(whole, ai, aj, bi, bj, ci, cj):
-    """What the cells of a triangle that stands are, from the first of them."""
+    """Kind of the cells of an accepted triangle, from the first of them."""
     left, right = min(aj, min(bj, cj)), max(aj, max(bj, cj))
     for i in range(min(ai, min(bi, ci)), max(ai, max(bi, ci))):
         low, high = _span(
@@ -199,9 +210,9 @@ def _kind(whole, ai, aj, bi, bj, ci, cj):
 
 @entry("l2 l b2 -> l2")
 def collect_triangles(whole, square, split):
-    """Triangles that stand, rows (n, 7): a, b, c, and for half cells their cell, else -1.
+    """Accepted triangles, rows (n, 7): a, b, c, and for half cells their cell, else -1.
 
-    Where there is no cell there is no triangle; half cells of cells that are not whole are there.
+    There is no triangle outside cells; half cells of cells that are not whole are included.
     """
     n_level = 0
     while (1 << n_level) < square:
@@ -220,6 +231,8 @@ def collect_triangles(whole, square, split):
                     size -= 1
                     ai, aj, bi, bj, ci, cj, level = stack[size]
                     mi, mj = (ai + bi) // 2, (aj + bj) // 2
+
+                    # A split triangle is replaced by its two halves.
                     if level < n_level and split[mi, mj]:
                         stack[size, :6] = ci, cj, ai, aj, mi, mj
                         stack[size + 1, :6] = bi, bj, ci, cj, mi, mj
@@ -233,6 +246,8 @@ def collect_triangles(whole, square, split):
                         more = np.empty((2 * n, 7), dtype=np.int64)
                         more[:n] = out
                         out = more
+
+                    # Half cells name their cell.
                     out[n, :6] = ai, aj, bi, bj, ci, cj
                     out[n, 6] = -1
                     if level == n_level:

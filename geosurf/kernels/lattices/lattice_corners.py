@@ -1,4 +1,4 @@
-"""Corners and normals of a lattice, all at once.
+"""Corners and normals of the triangles of a lattice, all at once.
 
 Letters as in `strips`.
 """
@@ -12,16 +12,16 @@ from geosurf.kernels.lattices.prefetch import prefetch
 from geosurf.kernels.lattices.strips import corner_of, load
 from geosurf.kernels.search.tree import N_COL, N_ROW, RISING, TURNED
 
-# each component of a cross product is off by less than 4 rounding units of its terms,
-# or by more where they underflow
+# error of each component of a cross product, relative to its terms (less than 4 rounding units),
+# and an absolute bound for underflow
 _ROUNDING = 8 * 2.0**-52
 _UNDERFLOW = 1e-290
-_DISTANCE = 24  # nodes after the one at hand, asked for as if they were in its row
+_DISTANCE = 24  # prefetch distance in nodes, as if they were in the same row
 
 
 @scalar
 def may_be_degenerate(ax, ay, az, bx, by, bz):
-    """Whether a triangle with two edges a and b may have no area, for all that floats can tell."""
+    """Whether a triangle with edges a and b may have zero area, within rounding."""
     xp, xm, yp, ym, zp, zm = ay * bz, az * by, az * bx, ax * bz, ax * by, ay * bx
     return (
         abs(xp - xm) <= _ROUNDING * (abs(xp) + abs(xm)) + _UNDERFLOW
@@ -32,7 +32,8 @@ def may_be_degenerate(ax, ay, az, bx, by, bz):
 
 @entry("d1 d1 d1 l1 -> d1 l1")
 def lattice_normals(p, q, r, a):
-    """Sum of all normals (length: area) and of areas, and the keys of triangles that may be flat.
+    """Sum of all normals (length: area) and of areas, and the keys of possibly degenerate
+    triangles.
 
     Triangles without three nodes are left out, and none is turned.
     """
@@ -46,6 +47,8 @@ def lattice_normals(p, q, r, a):
         ax, ay, az = load(p, a, 0, i, j) - x, load(q, a, 1, i, j) - y, load(r, a, 2, i, j) - z
         i, j = corner_of(a, key, 2)
         bx, by, bz = load(p, a, 0, i, j) - x, load(q, a, 1, i, j) - y, load(r, a, 2, i, j) - z
+
+        # NaN marks a missing node.
         nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
         if not (nx + ny + nz == nx + ny + nz):
             continue
@@ -69,6 +72,8 @@ def lattice_corners(a, keys):
     out = np.empty((keys.shape[0], 3), dtype=np.int64)
     n_col = a[N_COL]
     for i in range(keys.shape[0]):
+        # Corners 0, 1, 2, 3 around the cell: 0 1 2 + 0 2 3 where diagonals rise, else 0 1 3 + 1 2
+        # 3.
         cell = keys[i] >> 1
         low = cell + cell // (n_col - 1)  # one node more than cells in each row
         high = low + n_col
@@ -99,7 +104,7 @@ def lattice_nodes(p, q, r, a, nodes):
             prefetch(q, a[3] + i * a[4] + j * a[5])
             prefetch(r, a[6] + i * a[7] + j * a[8])
         j = nodes[k] - i * n_col
-        if not 0 <= j < n_col:  # most are in the row of the one before: divisions are dear
+        if not 0 <= j < n_col:  # most are in the previous row: divisions are slow
             i = nodes[k] // n_col
             j = nodes[k] - i * n_col
         out[k, 0] = load(p, a, 0, i, j)

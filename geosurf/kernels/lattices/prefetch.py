@@ -1,9 +1,9 @@
-"""Memory that is asked for before it is read.
+"""Prefetching: memory is requested before it is read.
 
-A number that lies in no cache takes a hundred nanoseconds to come. Where a kernel knows early what
-it will read, and that does not lie in a row, it asks for it and goes on with other work. Nothing
-else changes: the same numbers are read later, asked for or not. One horizon of 40 MB and twenty
-faults: nodes of faces are fetched in half the time, pairs of triangles found in nine tenths.
+A number that is in no cache takes a hundred nanoseconds to arrive. Where a kernel knows early what
+it will read, at scattered addresses, it requests it and continues with other work. Results do not
+change. One horizon of 40 MB and twenty faults: nodes of faces are loaded in half the time, pairs of
+triangles found in nine tenths.
 """
 
 from __future__ import annotations
@@ -12,11 +12,13 @@ from typing import Any
 
 from geosurf.kernels.compile.jit import RUNNER
 
-_READ, _KEEP, _DATA = 0, 3, 1  # what LLVM is told: to be read, into all caches, no code
+_READ, _KEEP, _DATA = 0, 3, 1  # arguments of llvm.prefetch: for reading, into all caches, data
 
 
 def prefetch(values, i):
-    """Ask for the memory at row i of an array; it need not be there. Plain Python asks nothing."""
+    """Request the memory at row i of an array; the row need not exist. Does nothing in plain
+    Python.
+    """
 
 
 def _instruction() -> Any:

@@ -1,10 +1,10 @@
-"""Runs of a lattice become triangles again: each array is written once, where it will stay.
+"""Runs of a lattice as triangles and points again: each array is written once, in its final order.
 
-The order is that of keys: cut triangles (`cut`, their keys rising) and those of runs by turns. New
-points are the nodes of runs that no cut triangle has, rising.
+The order is that of keys: cut triangles (`cut`, their keys increasing) and those of runs alternate.
+New points are the nodes of runs that no cut triangle has, increasing.
 
-Notation, beside that of `strips` (a, runs, start)
-    nodes, points  nodes that have a point already, and which
+Notation, in addition to that of `strips` (a, runs, start)
+    nodes, points  nodes that have a point already, and its index
     id_of_node     point of each node; -1 where runs have no such node
     places         run of each place in one strip; -1 where there is none
 """
@@ -35,6 +35,8 @@ def number_nodes(a, runs, nodes, points, n):
     id_of_node = np.full(a[N_ROW] * n_col, -1, dtype=np.int64)
     for i in range(runs.shape[0]):
         row, first, last = runs[i, ROW], runs[i, FIRST], runs[i, LAST]
+
+        # The ends of a run may be half cells; between them cells are whole.
         _mark_triangle(a, row, first, id_of_node)
         _mark_triangle(a, row, last, id_of_node)
         # nodes between whole cells; places 2 c and 2 c + 1 are cell c
@@ -42,6 +44,8 @@ def number_nodes(a, runs, nodes, points, n):
         if high > low:
             id_of_node[low : high + 1] = _WANTED
             id_of_node[low + n_col : high + n_col + 1] = _WANTED
+
+    # Nodes with a point keep it, the others get new ones.
     for k in range(nodes.shape[0]):
         id_of_node[nodes[k]] = points[k]
     for k in range(id_of_node.shape[0]):
@@ -53,7 +57,7 @@ def number_nodes(a, runs, nodes, points, n):
 
 @entry("d1 d1 d1 l1 l1 l d1 d2 -> .")
 def write_nodes(p, q, r, a, id_of_node, first, origin, x):
-    """Places of the nodes whose points are new (`first` and on), in the local frame."""
+    """Positions of the nodes with new points (`first` and on), in the local frame."""
     for k in range(id_of_node.shape[0]):
         point = id_of_node[k]
         if point >= first:
@@ -84,6 +88,8 @@ def write_triangles(a, runs, start, cut, corners, id_of_node, t):
             low = row * n_col + col
             for half in range(2):
                 key = 2 * (row * (n_col - 1) + col) + half
+
+                # Cut triangles of this key come first.
                 while m < cut.shape[0] and cut[m] == key:
                     t[n, 0], t[n, 1], t[n, 2] = corners[m, 0], corners[m, 1], corners[m, 2]
                     m += 1
@@ -103,7 +109,7 @@ def write_triangles(a, runs, start, cut, corners, id_of_node, t):
 
 @entry("l1 l2 l1 l1 l1 l l1 l1 -> .")
 def write_labels(a, runs, start, cut, elements, first_run, keys, out):
-    """Keys and elements of the same triangles; elements of runs are `first_run` and on."""
+    """Keys and elements of the same triangles; runs are the elements `first_run` and on."""
     n_col = a[N_COL]
     rising = a[RISING] == 1
     places = np.empty(2 * (n_col - 1), dtype=np.int64)

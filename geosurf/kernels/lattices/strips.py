@@ -1,16 +1,16 @@
-"""What curves leave of a lattice: runs of triangles, row by row, without a list of triangles.
+"""The triangles of a lattice that no curve touches: runs, row by row, without a list of triangles.
 
-The triangles of one row of cells form a strip, each sharing an edge with the next. A triangle has
-a place in it: ``2 * col + half`` where diagonals fall, ``2 * col + 1 - half`` where they rise.
-Triangles that are taken (cut, or touched by a curve) or absent divide a strip into runs; runs of
-neighbouring rows that share an edge are joined. So a lattice of a million triangles is a few
+The triangles of one row of cells form a strip, each sharing an edge with the next. A triangle has a
+place in it: ``2 * col + half`` where diagonals fall, ``2 * col + 1 - half`` where they rise.
+Removed triangles (cut, or touched by a curve) and missing ones divide a strip into runs; runs of
+neighbouring rows that share an edge are joined. A lattice of a million triangles has a few
 thousand runs, and its patches, sides and volumes follow from those.
 
 Notation
-    a        where what is, as in `geosurf.kernels.search.tree`
-    keys     taken triangles (``2 * cell + half``), rising
+    a        layout, as in `tree`
+    keys     removed triangles (``2 * cell + half``), increasing
     absent   1 for triangles without three nodes, by key; empty if there are none
-    runs     int64 (n_run, 4): row, first place, last place, and 1 if the run lies on a rim
+    runs     int64 (n_run, 4): row, first place, last place, and 1 if the run is at the boundary
     start    int64 (n_row + 1,): first run of each row
 """
 
@@ -33,6 +33,7 @@ def key_at(a, row, place):
 
 @scalar
 def _place_of(a, key):
+    """Place of a triangle in its strip."""
     col = (key >> 1) % (a[N_COL] - 1)
     half = key & 1
     return 2 * col + (half if a[RISING] == 0 else 1 - half)
@@ -40,7 +41,7 @@ def _place_of(a, key):
 
 @scalar
 def _across(a, row, place):
-    """Row of the triangle that shares the edge along the rows, and its place there."""
+    """Row and place of the triangle that shares the edge along the rows."""
     half = place % 2 if a[RISING] == 0 else 1 - place % 2
     # half 0 has the lower edge, half 1 the upper one, with either diagonal
     other = place + 1 if place % 2 == 0 else place - 1
@@ -49,7 +50,7 @@ def _across(a, row, place):
 
 @scalar
 def _is_missing(a, absent, row, place):
-    """Whether there is no triangle: beyond the lattice, or without its nodes."""
+    """Whether there is no triangle: outside the lattice, or without its nodes."""
     if row < 0 or row >= a[N_ROW] - 1 or place < 0 or place >= 2 * (a[N_COL] - 1):
         return True
     return absent.shape[0] > 0 and absent[key_at(a, row, place)] == 1
@@ -62,7 +63,7 @@ def _is_at_boundary(a, absent, row, first, last):
         return True
     stop = last
     if absent.shape[0] == 0:
-        stop = min(last, first + 1)  # whole rows above and below: two places tell
+        stop = min(last, first + 1)  # rows above and below are complete: two places suffice
     for place in range(first, stop + 1):
         other_row, other = _across(a, row, place)
         if _is_missing(a, absent, other_row, other):
@@ -72,6 +73,7 @@ def _is_at_boundary(a, absent, row, first, last):
 
 @scalar
 def _add_run(a, absent, runs, n, row, first, last):
+    """Write a run while there is capacity; the number of runs."""
     if n < runs.shape[0]:
         runs[n, ROW], runs[n, FIRST], runs[n, LAST] = row, first, last
         runs[n, RIM] = 1 if _is_at_boundary(a, absent, row, first, last) else 0
@@ -80,10 +82,11 @@ def _add_run(a, absent, runs, n, row, first, last):
 
 @scalar
 def _runs_of_row(a, absent, row, taken, n_taken, runs, n):
-    """Runs between the taken places (sorted) of a strip."""
+    """Runs between the removed places (sorted) of a strip."""
     first = 0
     width = 2 * (a[N_COL] - 1)
     for k in range(n_taken + 1):
+        # Between two removed places, missing triangles divide runs further.
         stop = taken[k] if k < n_taken else width
         if absent.shape[0] == 0:
             if stop > first:
@@ -105,7 +108,7 @@ def _runs_of_row(a, absent, row, taken, n_taken, runs, n):
 
 @entry("l1 l1 l1 l2 -> l1 l")
 def find_runs(a, keys, absent, runs):
-    """Fill `runs` as far as there is room; start of each row, and the number of runs."""
+    """Fill `runs` up to capacity; start of each row, and the number of runs."""
     n_row = max(a[N_ROW] - 1, 0)
     start = np.zeros(n_row + 1, dtype=np.int64)
     taken = np.empty(2 * max(a[N_COL] - 1, 1), dtype=np.int64)
@@ -113,9 +116,11 @@ def find_runs(a, keys, absent, runs):
     p = 0
     for row in range(n_row):
         count = 0
+
+        # Removed places of this row, sorted by insertion.
         while p < keys.shape[0] and (keys[p] >> 1) // (a[N_COL] - 1) == row:
             place = _place_of(a, keys[p])
-            k = count  # halves of one cell may come the other way round
+            k = count  # halves of one cell may come in the other order
             while k > 0 and taken[k - 1] > place:
                 taken[k] = taken[k - 1]
                 k -= 1
@@ -129,7 +134,7 @@ def find_runs(a, keys, absent, runs):
 
 @scalar
 def _columns(a, runs, i, half):
-    """First and last column of the triangles of one half in a run; (1, 0) where there are none."""
+    """First and last column of the triangles of one half in a run; (1, 0) if none."""
     parity = half if a[RISING] == 0 else 1 - half
     first = (runs[i, FIRST] - parity + 1) // 2
     last = (runs[i, LAST] - parity) // 2
@@ -143,6 +148,8 @@ def join_runs(a, runs, start):
     n = 0
     for row in range(start.shape[0] - 2):
         i, j = start[row], start[row + 1]
+
+        # Two sorted lists of runs: compare column ranges, advance the one that ends first.
         while i < start[row + 1] and j < start[row + 2]:
             upper_first, upper_last = _columns(a, runs, i, 1)
             lower_first, lower_last = _columns(a, runs, j, 0)
@@ -180,7 +187,7 @@ def runs_of_keys(a, runs, start, keys):
 
 @entry("l1 l1 b l1 l1 -> l1")
 def keys_across(a, absent, turned, keys, edge):
-    """The triangle on the other side of an edge of each triangle; -1 where there is none.
+    """The triangle on the other side of an edge of each triangle; -1 if none.
 
     Edge k joins corner k to the next; a turned lattice has its corners 1 and 2 exchanged.
     """
@@ -189,6 +196,8 @@ def keys_across(a, absent, turned, keys, edge):
         row = (keys[k] >> 1) // (a[N_COL] - 1)
         place = _place_of(a, keys[k])
         one, two = edge[k], (edge[k] + 1) % 3
+
+        # Corners 1 and 2 are exchanged in a turned lattice.
         if turned:
             one, two = (3 - one) % 3, (3 - two) % 3
         i, j = corner_of(a, keys[k], one)

@@ -1,15 +1,15 @@
-"""What a lattice is like, in one pass over its nodes: boxes of blocks, holes, how cells lie.
+"""Properties of a lattice in one pass over its nodes: boxes of blocks, holes, shapes of cells.
 
-Whoever reads a grid asks the same few things of all of its nodes: are they numbers, how far do they
-reach, which diagonal fits, has each triangle an area, which way does the surface face. Here all
-of that costs little more than reading the numbers once: tiles of a few rows stay in the cache
-while they are asked, and loops run over scratch rows, so that they become vector code.
+Every reader of a grid needs the same facts about all of its nodes: are they numbers, what are the
+extremes, which diagonal fits, has each triangle an area, which way does the surface face. Here all
+of them cost little more than reading the numbers once: tiles of a few rows stay in the cache, and
+loops run over scratch rows, so that they are vectorised.
 
-How the cells of a tile lie is told by bounds of their edges (`clear`), or, where there are holes or
-noise as large as cells, cell by cell. Either decides only what is clear; where it is not,
-`geosurf.triangulate` asks exactly.
+The shape of the cells of a tile follows from bounds of their edges (`cell_bounds`), or cell by cell
+where there are holes, or noise as large as cells. Only certain facts are reported; where floats do
+not decide, `geosurf.triangulate` computes exactly.
 
-Notation, beside that of `tree` (p, q, r, a)
+Notation, in addition to that of `tree` (p, q, r, a)
     a b c d  corners of a cell, counter-clockwise: (i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)
     tile     TILE columns of one row of blocks
     work     scratch rows of ROW_SIZE numbers, one after the other
@@ -45,8 +45,8 @@ from geosurf.kernels.lattices.cell_bounds import (
 from geosurf.kernels.lattices.strips import load
 from geosurf.kernels.search.tree import BLOCK, N_COL, N_ROW, build_above, levels_of
 
-# places in `marks`: triangles with either diagonal; 1 where a coordinate (three of them) is not a
-# number, where one is -0.0, or where easting and northing are axes that rise
+# indices into `marks`: triangles with either diagonal; 1 if a coordinate (three of them) is not a
+# number, if one is -0.0, or if easting and northing are increasing axes
 N_RISING, N_FALLING, NOT_A_NUMBER, MINUS_ZERO, AXES_RISE, N_MARK = 0, 1, 2, 5, 6, 7
 # two bits for each coordinate
 _NOT_A_NUMBER, _MINUS_ZEROS = 0b010101, 0b101010
@@ -72,26 +72,26 @@ def _has_minus_zero(values, a, axis, block, first, n):
 
 @scalar
 def _five_rows(values, start, step, last, n, work):
-    """Widen extremes by column with rows 0 to `last`, at most 4; how many columns have a NaN."""
+    """Extend extremes by column with rows 0 to `last`, at most 4; number of columns with a NaN."""
     one = values[start : start + n]
     two = values[start + min(1, last) * step : start + min(1, last) * step + n]
     three = values[start + min(2, last) * step : start + min(2, last) * step + n]
     four = values[start + min(3, last) * step : start + min(3, last) * step + n]
     five = values[start + last * step : start + last * step + n]
     n_nan = 0
-    for j in range(min(n, ROW_SIZE)):  # plain selections: they become vector code
+    for j in range(min(n, ROW_SIZE)):  # selections without branches are vectorised
         p, q, r, s, t = one[j], two[j], three[j], four[j], five[j]
         low, high = work[_LOW * ROW_SIZE + j], work[_HIGH * ROW_SIZE + j]
         work[_LOW * ROW_SIZE + j] = least(low, p, q, r, s, t)
         work[_HIGH * ROW_SIZE + j] = most(high, p, q, r, s, t)
-        total = ((p + q) + (r + s)) + t  # of infinite ones, too, but boxes tell those
+        total = ((p + q) + (r + s)) + t  # also of infinite values, which boxes reveal
         n_nan += 1 if total != total else 0
     return n_nan
 
 
 @scalar
 def _least(work, j):
-    """The least of nine numbers, which a block with its rim has in a row."""
+    """The least of nine numbers: those of a block with its boundary in a row."""
     a, b, c, d = work[j], work[j + 1], work[j + 2], work[j + 3]
     e, f, g, h = work[j + 4], work[j + 5], work[j + 6], work[j + 7]
     a, b = a if a < b else b, c if c < d else d
@@ -117,14 +117,16 @@ def _most(work, j):
 def _tile_extremes(values, a, axis, block, first, work, boxes, n_block):
     """Extremes of one coordinate, with a number for each node, in the blocks of a tile.
 
-    Returns 1 if there is something that is not a number, plus 2 if there is a -0.0.
+    Returns 1 if a value is NaN, plus 2 if there is a -0.0.
     """
     fill(work, _LOW, _LOW + 1, np.inf)
     fill(work, _HIGH, _HIGH + 1, -np.inf)
     step = a[3 * axis + 1]
     start = a[3 * axis] + block * BLOCK * step + first
     last = min(BLOCK, a[N_ROW] - 1 - block * BLOCK)
-    n = min(TILE + BLOCK, a[N_COL] - first)  # whole vectors of columns, so that none is left over
+    n = min(TILE + BLOCK, a[N_COL] - first)  # whole vectors of columns, without a remainder
+
+    # Two groups of rows, then the extremes of each block.
     n_nan = _five_rows(values, start, step, min(last, 4), n, work)
     if last > 4:
         n_nan += _five_rows(values, start + 4 * step, step, last - 4, n, work)
@@ -135,6 +137,8 @@ def _tile_extremes(values, a, axis, block, first, work, boxes, n_block):
         boxes[block * n_block + b, axis] = lower
         boxes[block * n_block + b, 3 + axis] = upper
         lowest, highest = min(lowest, lower), max(highest, upper)
+
+    # -0.0 can only be among values of a range that includes zero.
     found = 1 if n_nan > 0 else 0
     n = min(TILE + 1, a[N_COL] - first)
     if lowest <= 0.0 <= highest and _has_minus_zero(values, a, axis, block, first, n):
@@ -144,7 +148,7 @@ def _tile_extremes(values, a, axis, block, first, work, boxes, n_block):
 
 @scalar
 def _axis_extremes(values, a, axis, boxes, n_block):
-    """The same in all blocks, of a coordinate that is alike in all rows, or else in all columns."""
+    """The same in all blocks, of a coordinate that is equal in all rows or in all columns."""
     along = a[3 * axis + 1] == 0
     n = a[N_COL] if along else a[N_ROW]
     step = a[3 * axis + 2] if along else a[3 * axis + 1]
@@ -165,7 +169,7 @@ def _axis_extremes(values, a, axis, boxes, n_block):
 
 @scalar
 def _axis_rises(values, first, step, n):
-    """Whether n values rise from each to the next, and neither end is infinite."""
+    """Whether n values are strictly increasing, and both ends finite."""
     for k in range(1, n):
         if not values[first + k * step] > values[first + (k - 1) * step]:
             return False
@@ -174,7 +178,7 @@ def _axis_rises(values, first, step, n):
 
 @scalar
 def _axes_rise(p, q, a):
-    """Whether easting rises from column to column, northing from row to row, and neither else."""
+    """Whether easting increases by column only and northing by row only."""
     if a[1] != 0 or a[2] == 0 or a[4] == 0 or a[5] != 0:
         return False
     return _axis_rises(p, a[0], a[2], a[N_COL]) and _axis_rises(q, a[3], a[4], a[N_ROW])
@@ -185,6 +189,8 @@ def _add_corner(c, one, two, three, sums):
     """Squared edges and margin of the corner at `two`; half the normal of the triangle there."""
     ax, ay, az = c[two, 0] - c[one, 0], c[two, 1] - c[one, 1], c[two, 2] - c[one, 2]
     bx, by, bz = c[three, 0] - c[two, 0], c[three, 1] - c[two, 1], c[three, 2] - c[two, 2]
+
+    # Squared lengths and the squared area: the margin from degeneracy.
     aa, bb = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz
     ab = ax * bx + ay * by + az * bz
     sums[EDGES] += aa + bb
@@ -207,6 +213,8 @@ def _add_cell(c, missing, sums):
         sums[NORMAL] += nx
         sums[NORMAL + 1] += ny
         sums[NORMAL + 2] += nz
+
+    # Gain of one diagonal over the other.
     sz, tz = c[2, 2] - c[0, 2], c[3, 2] - c[1, 2]
     sums[GAIN] += (c[2, 0] - c[0, 0]) * sz - (c[3, 0] - c[1, 0]) * tz
     sums[GAIN + 1] += (c[2, 1] - c[0, 1]) * sz - (c[3, 1] - c[1, 1]) * tz
@@ -230,6 +238,8 @@ def _add_cells(p, q, r, a, block, first, n_cell, quads, c, marks, sums):
             _load_cell(p, a, 0, i, j, c)
             _load_cell(q, a, 1, i, j, c)
             _load_cell(r, a, 2, i, j, c)
+
+            # Cells with two or more missing corners have no triangle.
             missing = -1
             n = 0
             for k in range(4):
@@ -251,7 +261,7 @@ def _add_cells(p, q, r, a, block, first, n_cell, quads, c, marks, sums):
 
 @scalar
 def _is_far(boxes):
-    """Whether one of some boxes is empty or has no end."""
+    """Whether one of some boxes is empty or infinite."""
     far = False
     for i in range(boxes.shape[0]):
         for k in range(3):
@@ -262,7 +272,7 @@ def _is_far(boxes):
 
 @scalar
 def _extremes(p, q, r, a, block, first, work, boxes, n_block):
-    """Extremes of all coordinates with a number for each node: bits of what is found, by axis."""
+    """Extremes of all coordinates with a number for each node: bits of findings, by axis."""
     bits = 0
     if a[1] != 0 and a[2] != 0:
         bits |= _tile_extremes(p, a, 0, block, first, work, boxes, n_block)
@@ -275,7 +285,7 @@ def _extremes(p, q, r, a, block, first, work, boxes, n_block):
 
 @scalar
 def _axes(p, q, r, a, boxes, n_block):
-    """The same of all coordinates that are alike in all rows or columns."""
+    """The same for coordinates that are equal in all rows or columns."""
     bits = 0
     if a[1] == 0 or a[2] == 0:
         bits |= _axis_extremes(p, a, 0, boxes, n_block)
@@ -288,7 +298,7 @@ def _axes(p, q, r, a, boxes, n_block):
 
 @scalar
 def _add_boundaries(p, q, r, a, clear, sums):
-    """Add the normals of clear tiles: around all of them if all are clear, else around each."""
+    """Add the normals of bounded tiles: around all of them if all are, else around each."""
     if clear.all():
         add_boundary_normals(p, q, r, a, 0, a[N_ROW] - 1, 0, a[N_COL] - 1, sums)
         return
@@ -302,8 +312,8 @@ def _add_boundaries(p, q, r, a, clear, sums):
 
 @entry("d1 d1 d1 l1 b -> d2 l2 l1 d1")
 def survey_lattice(p, q, r, a, quads):
-    """Boxes of blocks and of all nodes above them, and levels: see `tree`; `marks`; and `sums`, if
-    they are asked for.
+    """Boxes of blocks and of all nodes above them, and levels (see `tree`); `marks`; and `sums`, if
+    `quads` asks for them.
     """
     n_row, n_col = max((a[N_ROW] + BLOCK - 2) // BLOCK, 1), max((a[N_COL] + BLOCK - 2) // BLOCK, 1)
     levels, n_node = levels_of(n_row, n_col, 2, 2)
@@ -312,6 +322,8 @@ def survey_lattice(p, q, r, a, quads):
     marks = np.zeros(N_MARK, dtype=np.int64)
     sums = np.zeros(N_SUM, dtype=np.float64)
     sums[MARGIN] = np.inf
+
+    # Scratch rows of a tile.
     work, rows = np.empty(2 * ROW_SIZE), np.empty(FIVE * ROW_SIZE)
     steps, out, c = np.empty(3 * PART), np.empty(2 * PART), np.empty((4, 3))
     totals = np.zeros(N_TOTAL * ROW_SIZE)
@@ -320,6 +332,7 @@ def survey_lattice(p, q, r, a, quads):
     bits = axes
     for block in range(n_row):
         for first in range(0, n_col * BLOCK, TILE):
+            # Extremes and holes first; only complete tiles can be bounded.
             found = _extremes(p, q, r, a, block, first, work, boxes, n_col) | axes
             bits |= found
             n = min(TILE, a[N_COL] - 1 - first)
@@ -331,6 +344,8 @@ def survey_lattice(p, q, r, a, quads):
             if whole and quads and n_cell > 0:
                 whole = bound_tile(p, q, r, a, block, first, n, rows, steps, out, totals)
                 clear[block, first // TILE] = whole
+
+            # A bounded tile counts all triangles; otherwise cell by cell.
             if whole:
                 marks[N_RISING] += 2 * n_cell
                 marks[N_FALLING] += 2 * n_cell

@@ -9,9 +9,9 @@ from geosurf.kernels.compile.jit import entry
 
 @entry("d2 l l l -> d1")
 def third_differences(heights, step, every_row, every_col):
-    """Sizes |d - 3 c + 3 b - a| of heights a, b, c, d, `step` nodes apart, in no order.
+    """Absolute values |d - 3 c + 3 b - a| of heights a, b, c, d, `step` nodes apart, in any order.
 
-    Along columns too the grid is read row by row, as it lies in memory.
+    Columns are evaluated row by row too, in memory order.
     """
     n_row, n_col = heights.shape
     rows, cols = (n_row - 1) // every_row + 1, (n_col - 1) // every_col + 1
@@ -20,6 +20,7 @@ def third_differences(heights, step, every_row, every_col):
     one, two, three = step, 2 * step, 3 * step
     count = 0
     for i in range(n_row):
+        # Along the row: count consecutive nodes without a hole.
         if i % every_row == 0:
             along = 0
             for j in range(n_col):
@@ -29,6 +30,8 @@ def third_differences(heights, step, every_row, every_col):
                     a, b, c = heights[i, j - three], heights[i, j - two], heights[i, j - one]
                     out[count] = abs((d - a) - 3.0 * (c - b))
                     count += 1
+
+        # Along the columns: one count per column.
         for k in range(cols):
             j = k * every_col
             d = heights[i, j]

@@ -1,8 +1,8 @@
-"""A list of triangles, looked at once: boxes, Morton codes and which may be flat; and its tree.
+"""A list of triangles in one pass: boxes, Morton codes, possibly degenerate ones; and its tree.
 
-In a list that was shuffled, every corner is a wait for memory. So each is fetched once, for all
-that is asked of it, and what follows goes through memory in order: triangles are sorted by the
-Morton code of their middle by counting (linear), and leaves grow while they are handed out.
+In a shuffled list, every corner is a cache miss. So each is loaded once for all purposes, and later
+stages read memory in order: triangles are sorted by the Morton code of their middle with a counting
+sort (linear), and the boxes of leaves grow during that sort.
 
 Notation
     x, t     vertices (n, 3) and triangles (n, 3), rows of x
@@ -20,13 +20,13 @@ from geosurf.kernels.lattices.lattice_corners import may_be_degenerate
 from geosurf.kernels.search.tree import FAN, LEAF, build_above, clear_boxes, levels_of
 
 _MOST_BITS = 8  # of a code, for each axis
-_BATCH = 256  # triangles whose corners are fetched together
+_BATCH = 256  # triangles whose corners are loaded together
 SMALLEST, LARGEST = 0, 1
 
 
 @scalar
 def _reach(x):
-    """Lower and upper corner of all vertices; smallest (but not 0) and largest size of a number."""
+    """Lower and upper corner of all vertices; smallest non-zero and largest absolute coordinate."""
     box = np.array([np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf])
     small = np.inf
     for i in range(x.shape[0]):
@@ -62,7 +62,7 @@ def _spread(v):
 
 @scalar
 def _ends(p, q, r):
-    """Least and greatest of three numbers, by plain selections: a wrong guess costs 20 of them."""
+    """Least and greatest of three numbers; selections avoid branch mispredictions."""
     low = p if p < q else q
     high = q if p < q else p
     low = r if r < low else low
@@ -72,7 +72,7 @@ def _ends(p, q, r):
 
 @scalar
 def _fetch(x, t, first, last, corners):
-    """Corners of some triangles. Nothing else in this loop, so that many waits are one."""
+    """Load the corners of some triangles. Nothing else is in this loop, so that misses overlap."""
     for i in range(first, last):
         for k in range(3):
             at = t[i, k]
@@ -83,15 +83,17 @@ def _fetch(x, t, first, last, corners):
 
 @entry("d2 l2 -> d2 l1 l1 d1")
 def survey_list(x, t):
-    """Boxes, codes, rows that may be flat, and the smallest and largest size of a coordinate."""
+    """Boxes, codes, possibly degenerate rows, smallest and largest absolute coordinate."""
     n = t.shape[0]
+
+    # Scale of the Morton codes: the longest side of the common box.
     box, small, large = _reach(x)
     top = (1 << _bits_for(n)) - 1
     span = max(box[3] - box[0], max(box[4] - box[1], box[5] - box[2]))
     scale = (top + 1) / span if 1e-290 < span < 1e290 else 0.0
     boxes = np.empty((n, 6), dtype=np.float64)
     codes = np.empty(n, dtype=np.int64)
-    suspects = np.empty(n, dtype=np.int64)  # pages that stay empty cost nothing
+    suspects = np.empty(n, dtype=np.int64)  # untouched pages cost nothing
     m = 0
     corners = np.empty((_BATCH, 9))
     for first in range(0, n, _BATCH):
@@ -102,6 +104,8 @@ def survey_list(x, t):
             px, py, pz = corners[k, 0], corners[k, 1], corners[k, 2]
             qx, qy, qz = corners[k, 3], corners[k, 4], corners[k, 5]
             rx, ry, rz = corners[k, 6], corners[k, 7], corners[k, 8]
+
+            # Box of the triangle, and the code of its middle.
             lx, ux = _ends(px, qx, rx)
             ly, uy = _ends(py, qy, ry)
             lz, uz = _ends(pz, qz, rz)
@@ -124,6 +128,8 @@ def survey_list(x, t):
 def build_list_tree(boxes, codes):
     """Triangles in the order of their codes (equal ones by row), boxes of all nodes, and levels."""
     n = codes.shape[0]
+
+    # Counting sort by code.
     start = np.zeros((1 << (3 * _bits_for(n))) + 1, dtype=np.int64)
     for i in range(n):
         start[codes[i] + 1] += 1
@@ -134,6 +140,7 @@ def build_list_tree(boxes, codes):
     clear_boxes(nodes, 0, levels[0, 2])
     order = np.empty(n, dtype=np.int64)
     for i in range(n):
+        # The leaf of a place grows while triangles are placed.
         place = start[codes[i]]
         start[codes[i]] = place + 1
         order[place] = i

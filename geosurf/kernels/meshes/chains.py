@@ -1,14 +1,14 @@
-"""Segments -> chains by equal end points, in one canonical order.
+"""Chains of segments with equal end points, in one canonical order.
 
-Pair of surfaces by pair: what its segments need are arrays of their own size, so that twenty pairs
-cost what one does with as many segments.
+The pairs of surfaces are processed one by one. All arrays of a pair have its own size, so twenty
+pairs cost as much as one with as many segments.
 
 Notation
-    segments   points (n, 2), lower first; those of a pair stand together, by their lower points
-    nodes      points of one pair, rising; `number` is the place of a point among them, or -1
-    offsets    first link of each node, and one behind the last
+    segments   points (n, 2), lower first; grouped by pair, sorted by their lower points
+    nodes      points of one pair, increasing; `number` is the index of a point among them, or -1
+    offsets    first link of each node, and the end of the last
     links      node at the other end of each link; partner: the same link seen from there
-Numbers of nodes and links are kept in 32 bits, since tables of 64 leave the nearer cache.
+Indices of nodes and links have 32 bits, so that the tables stay in the nearer cache.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ _LOWER, _UPPER = -2, -3  # marks of points while nodes are gathered
 
 @scalar
 def _nodes_of(segments, number):
-    """Points of the segments of one pair, rising; `number` is set."""
+    """Points of the segments of one pair, increasing; writes `number`."""
     n = segments.shape[0]
+
+    # Mark lower points, collect those that occur as upper points only.
     for s in range(n):
         number[segments[s, 0]] = _LOWER
     upper = np.empty(n, dtype=np.int32)
@@ -33,7 +35,9 @@ def _nodes_of(segments, number):
             number[segments[s, 1]] = _UPPER
             upper[n_upper] = segments[s, 1]
             n_upper += 1
-    upper = np.sort(upper[:n_upper])  # mostly few: others are lower points, which rise already
+    upper = np.sort(upper[:n_upper])  # mostly few: lower points are sorted already
+
+    # Merge the two sorted lists.
     nodes = np.empty(n + n_upper, dtype=np.int32)
     count, k = 0, 0
     for s in range(n):
@@ -62,6 +66,8 @@ def _links_of(segments, number, n_node):
         offsets[number[segments[s, 1]] + 1] += 1
     for i in range(n_node):
         offsets[i + 1] += offsets[i]
+
+    # Fill both directions of each segment.
     fill = offsets[:-1].copy()
     links = np.empty(2 * n, dtype=np.int32)
     partner = np.empty(2 * n, dtype=np.int32)
@@ -78,7 +84,7 @@ def _links_of(segments, number, n_node):
 
 @scalar
 def _walk(start, first, offsets, links, partner, used, out, n):
-    """Follow a chain from a node along one link until a node that is no plain passage."""
+    """Follow a chain from a node along one link until a node that does not have two links."""
     out[n] = start
     n += 1
     link = first
@@ -90,6 +96,8 @@ def _walk(start, first, offsets, links, partner, used, out, n):
         n += 1
         if node == start or offsets[node + 1] - offsets[node] != 2:
             return n
+
+        # Of the two links take the one that does not lead back.
         onward = offsets[node]
         if onward == partner[link]:
             onward += 1
@@ -101,12 +109,15 @@ def _chains_of(offsets, links, partner, out, starts):
     """Chains of one pair as nodes, written to `out` and `starts`; their number and length."""
     used = np.zeros(links.shape[0], dtype=np.bool_)
     count, size = 0, 0
+
+    # First chains from ends and branches, then closed loops.
     for plain in range(2):
         for node in range(offsets.shape[0] - 1):
             passage = offsets[node + 1] - offsets[node] == 2
             if passage != (plain == 1):
                 continue
             while True:
+                # The link to the lowest neighbour, for a canonical direction.
                 best = -1
                 for link in range(offsets[node], offsets[node + 1]):
                     if not used[link] and (best < 0 or links[link] < links[best]):
@@ -135,6 +146,7 @@ def link_segments(segments, first, n_point):
     pair_of_chain = np.empty(n, dtype=np.int64)
     n_out, n_chain = 0, 0
     for pair in range(first.shape[0] - 1):
+        # Chains of one pair as nodes; then nodes are replaced by points.
         mine = segments[first[pair] : first[pair + 1]]
         nodes = _nodes_of(mine, number)
         of_node, links, partner = _links_of(mine, number, nodes.shape[0])
@@ -145,6 +157,8 @@ def link_segments(segments, first, n_point):
         for k in range(count):
             starts[k] += n_out
             pair_of_chain[n_chain + k] = pair
+
+        # Clear only what was set.
         for node in nodes:
             number[node] = -1
         n_out += size

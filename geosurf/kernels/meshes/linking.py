@@ -1,17 +1,17 @@
-"""Segments of curves that cannot overlap.
+"""Segments of curves that cannot overlap, which need no general overlap test.
 
-Where triangles meet in segments that cross their faces, no segment can hold a point of another one
-inside, unless both lie in one face. For let p, an end of the segment of faces a' and b',
-lie inside that of a and b. Then p is in a and in b', which therefore meet, too: in a segment that
-ends at p, and lies in a beside the first; or p is inside that segment. Likewise for a' and
-b. But p is on the rim of a' or of b', and a segment with a point of the rim inside runs along it.
-So it is enough to look at the segments of each face, and at none where some run along edges.
+Where triangles meet in segments that cross their faces, no segment can hold an end point of another
+one inside, unless both lie in one face. Proof: let p, an end of the segment of faces a' and b', lie
+inside that of a and b. Then p is in a and in b', which therefore meet too: in a segment that ends
+at p and lies in a next to the first; or p is inside that segment. Likewise for a' and b. But p is
+on the boundary of a' or of b', and a segment with a boundary point inside runs along the boundary.
+So it is enough to compare the segments of each face, if none runs along an edge.
 
-All of this is asked of two surfaces at a time. Where one of them has one point at most for each
-place in the map, two segments in a face of the other one need not be compared: they lie inside two
-triangles of the first, and no point inside one of these lies in another.
+The test is per pair of surfaces. If one of them is single-valued in the map, two segments in a face
+of the other need no comparison: they lie inside two triangles of the first, and no point inside one
+of these lies in another.
 
-Letters as in `exact`; contacts as in `packed`.
+Letters as in `exact_signs`; contacts as in `packed_contact`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from geosurf.kernels.contacts.packed_contact import (
 )
 from geosurf.kernels.contacts.triangle_contact import FACE
 
-_MANY = 64  # segments of a face, above which the general way is faster than comparing all
+_MANY = 64  # segments of a face above which the general test is faster
 _REACH = 64 * 2.0**-52  # of the largest coordinate; rounding moves points by less than two
 
 
@@ -63,11 +63,11 @@ def _crosses_faces(rows, k):
 
 @scalar
 def _turns_away(x, p, a, q, reach):
-    """Whether p and q lie on two sides of a, for sure: no segment from a to one holds the other.
+    """Whether p and q certainly lie on two sides of a: segments a-p and a-q cannot overlap.
 
-    Where the true points lie on one ray from a, the product of their ways from a is above 0, and
-    it is off by less than `reach` times both ways: `reach` is more than ten times what roundings
-    move points by, and far above the errors of these products.
+    If the true points lie on one ray from a, the scalar product of their differences from a is
+    positive. Its error is below `reach` times both lengths: `reach` is more than ten times the
+    rounding of points.
     """
     ux, uy, uz = x[p, 0] - x[a, 0], x[p, 1] - x[a, 1], x[p, 2] - x[a, 2]
     vx, vy, vz = x[q, 0] - x[a, 0], x[q, 1] - x[a, 1], x[q, 2] - x[a, 2]
@@ -87,7 +87,7 @@ def _are_apart(x, a, b, p, q, reach):
 
 @scalar
 def _reach(x, a, b, p, q):
-    """More than rounding moves any of four points by."""
+    """Upper bound of the rounding of any of four points."""
     size = 0.0
     for axis in range(3):
         size = max(size, max(abs(x[a, axis]), abs(x[b, axis])))
@@ -97,8 +97,8 @@ def _reach(x, a, b, p, q):
 
 @scalar
 def _may_overlap(x, ids, i, k):
-    """Whether an end of one of two contacts' segments could lie inside the other one, or they are
-    one segment twice.
+    """Whether an end of one of two contacts' segments could lie inside the other, or both segments
+    are equal.
     """
     a, b, p, q = ids[i, 0], ids[i, 1], ids[k, 0], ids[k, 1]
     reach = _reach(x, a, b, p, q)
@@ -106,7 +106,7 @@ def _may_overlap(x, ids, i, k):
         a, b = b, a
     if b == q:
         p, q = q, p
-    if b == p:  # they go on from each other, as nearly all of one face do
+    if b == p:  # consecutive, as nearly all segments of one face
         if a == q:
             return True
         if _turns_away(x, a, b, q, reach):
@@ -133,14 +133,13 @@ def pairs_of_surfaces(surface, rows, n_surface):
 
 @entry("d2 l1 b1 l2 l2 -> l")
 def overlap_free(x, surface, graph, rows, ids):
-    """1 if contacts are segments, each once, that can hold no end of another one inside, else 0.
+    """1 if contacts are distinct segments without an end of another one inside, else 0.
 
-    Of another one of its two surfaces, that is. 0 also where a surface meets itself, and where a
-    face has so many segments that it is dear to say. `surface` is that of each face, `graph` tells
-    which of them have one point at most for each place in the map; contacts are sorted by their
-    faces, and these by surfaces.
+    Only segments of the same two surfaces are compared. 0 also if a surface meets itself, or a
+    face has very many segments. `surface` is that of each face; `graph` says which surfaces are
+    single-valued in the map. Contacts are sorted by their faces, and these by surfaces.
     """
-    last = np.full(surface.shape[0], -1, dtype=np.int64)  # of those with it as their second face
+    last = np.full(surface.shape[0], -1, dtype=np.int64)  # last contact with each second face
     before = np.empty(rows.shape[0], dtype=np.int64)
     run = 0  # the first one with this first face and this second surface
     for k in range(rows.shape[0]):
@@ -150,12 +149,16 @@ def overlap_free(x, surface, graph, rows, ids):
             return 0
         if a != rows[run, TRIANGLE_A] or two != surface[rows[run, TRIANGLE_B]]:
             run = k
+
+        # Other contacts of the first face with this surface.
         if not graph[two]:
             if k - run > _MANY:
                 return 0
             for i in range(run, k):
                 if _may_overlap(x, ids, i, k):
                     return 0
+
+        # Other contacts of the second face with this surface, as a linked list.
         if not graph[one]:
             before[k] = i = last[b]
             last[b] = k

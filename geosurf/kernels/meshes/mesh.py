@@ -1,4 +1,4 @@
-"""Welding, edges and connected pieces of triangle meshes, by integer keys.
+"""Welding, edges, patches and connected pieces of triangle meshes, by integer keys.
 
 Notation
     x      coordinates, float64 (n_vertex, 3)
@@ -19,7 +19,7 @@ _LONG = 32  # half-edges of one lower vertex that are matched by searching
 
 @scalar
 def weld_rows(x):
-    """`weld`, for kernels."""
+    """Number of the first vertex with equal coordinates, renumbered from 0; `weld` for kernels."""
     n = x.shape[0]
     size = 16
     while size < 2 * n:
@@ -28,6 +28,7 @@ def weld_rows(x):
     number = np.empty(n, dtype=np.int64)
     count = 0
     for i in range(n):
+        # Open addressing; equal coordinates share a slot.
         slot = hash_of_row(x, i) & (size - 1)
         while slots[slot] >= 0:
             j = slots[slot]
@@ -76,10 +77,10 @@ def _bucket(t, n_vertex):
 def edges(t, n_vertex):
     """A ring through the half-edges of each edge, and the number of edges.
 
-    Half-edges are put into buckets by their lower vertex, and matched inside a bucket: a hash
-    over all half-edges takes six times as long, since it jumps through memory. A corner of
-    thousands of triangles has a bucket too long to be searched: there each upper vertex
-    remembers the last half-edge that led to it.
+    Half-edges are put into buckets by their lower vertex and matched inside a bucket: a hash table
+    of all half-edges takes six times as long, since it jumps through memory. In the long bucket of
+    a vertex with thousands of triangles, each upper vertex stores the last half-edge that led to
+    it.
     """
     start, half, upper = _bucket(t, n_vertex)
     ring = np.arange(3 * t.shape[0])
@@ -87,6 +88,8 @@ def edges(t, n_vertex):
     count = 0
     for v in range(n_vertex):
         low, high = start[v], start[v + 1]
+
+        # Short buckets are searched backwards, long ones use a table of upper vertices.
         long = high - low > _LONG
         if long and last.shape[0] == 0:
             last = np.full(n_vertex, -1, dtype=np.int64)
@@ -98,6 +101,8 @@ def edges(t, n_vertex):
             else:
                 while found >= low and upper[found] != upper[p]:
                     found -= 1
+
+            # Insert into the ring of the matching half-edge, or start a new edge.
             if found >= low:
                 ring[half[p]] = ring[half[found]]
                 ring[half[found]] = half[p]
@@ -108,7 +113,7 @@ def edges(t, n_vertex):
 
 @scalar
 def find(parent, i):
-    """Root of i, halving the path."""
+    """Root of i, with path halving."""
     while parent[i] != i:
         parent[i] = parent[parent[i]]
         i = parent[i]
@@ -117,7 +122,7 @@ def find(parent, i):
 
 @scalar
 def join(parent, i, j):
-    """Unite two sets; the lower number leads, so that the result has one order."""
+    """Unite two sets; the lower root wins, so that the result is unique."""
     i = find(parent, i)
     j = find(parent, j)
     if i < j:
@@ -128,7 +133,7 @@ def join(parent, i, j):
 
 @scalar
 def _numbered(parent):
-    """Sets numbered by their first element: number of each element, and how many."""
+    """Number of each element's set, in order of first elements, and the number of sets."""
     number = np.full(parent.shape[0], -1, dtype=np.int64)
     count = 0
     for i in range(parent.shape[0]):
@@ -173,11 +178,11 @@ def _around(owners, ring, twin, i, seen):
 
 @entry("l2 l1 l1 l1 l1 l -> l1 l2")
 def patches_and_boundary(t, surface, owners, ring, twin, n_edge):
-    """Patch of each triangle, numbered by first triangle, and the edges (n, 2) between them.
+    """Patch of each triangle, numbered by first triangle, and the edges (n, 2) between patches.
 
-    Triangles are joined over edges that exactly two distinct triangles share, if the same
-    surfaces own both (`owners`: a number for that set). Edges where owners differ or more than two
-    triangles meet are the rim. `twin` is the first triangle with the same corners (itself, mostly).
+    Triangles are joined over edges that exactly two distinct triangles share, if the same surfaces
+    own both (`owners`: a number for that set). Edges with different owners or more than two
+    triangles are the boundary. `twin` is the first triangle with the same corners (mostly itself).
     """
     n = t.shape[0]
     parent = np.arange(n)
@@ -188,13 +193,15 @@ def patches_and_boundary(t, surface, owners, ring, twin, n_edge):
         j = ring[i]
         if j <= i and (j == i or ring[j] == i):
             continue  # alone, or the second of two
+
+        # The common case: two distinct triangles.
         one, other = i // 3, j // 3
         if ring[j] == i and twin[one] == one and twin[other] == other:  # nearly all
             same = owners[one] == owners[other]
             count, mixed = 2, not same
         elif seen[i]:
             continue
-        else:  # once for each edge: thousands may share one
+        else:  # once per edge: thousands of triangles may share it
             count, one, other, mixed = _around(owners, ring, twin, i, seen)
             same = count == 2 and owners[one] == owners[other]
         if same:
@@ -209,7 +216,7 @@ def patches_and_boundary(t, surface, owners, ring, twin, n_edge):
 
 @scalar
 def _join_coinciding(parent, surface, ring, twin):
-    """Join coinciding triangles as their twins are, surface by surface."""
+    """Join coinciding triangles like their twins, surface by surface."""
     for i in range(twin.shape[0]):
         if twin[i] == i:
             continue
@@ -225,13 +232,13 @@ def _join_coinciding(parent, surface, ring, twin):
 
 @scalar
 def _same_patch(parent, twin, i, j):
-    """Whether triangles i and j, both coinciding with others, lie in one patch there."""
+    """Whether triangles i and j both coincide with others that lie in one patch."""
     return twin[j] != j and find(parent, twin[i]) == find(parent, twin[j])
 
 
 @entry("l1 l1 l -> l1")
 def renumber_in_order(number, order, n):
-    """Numbers below n made anew: as they are met first in an order of the elements."""
+    """Numbers below n, renumbered by first occurrence in an order of the elements."""
     new = np.full(n, -1, dtype=np.int64)
     out = np.empty(number.shape[0], dtype=np.int64)
     count = 0
@@ -262,6 +269,8 @@ def inverted_triangles(x, t, parents, parent, m, w):
     axis, side = 0, 0
     for i in range(t.shape[0]):
         p = parent[i]
+
+        # Children of one parent are adjacent: its axis is computed once.
         if i == 0 or p != parent[i - 1]:
             axis, side = normal_axis(x, m, w, parents[p, 0], parents[p, 1], parents[p, 2])
         u, v = (axis + 1) % 3, (axis + 2) % 3

@@ -1,4 +1,4 @@
-"""Numbering a few keys out of many, at the cost of the few."""
+"""Numbering of the distinct keys of an array, at the cost of the distinct keys."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from geosurf.kernels.compile.jit import entry, scalar
 
 
 def number_keys(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distinct keys in rising order, and the number of each key among them.
+    """Distinct keys in increasing order, and the number of each key among them.
 
     A table and a sort of the distinct ones: three times as fast as sorting all where each key comes
     five times, as triangles do in candidate pairs. numpy sorts three times as fast as compiled
@@ -61,7 +61,7 @@ def first_seen(keys):
 
 
 _SHIFT = 5
-WORD = 1 << _SHIFT  # keys whose bits are in one number, below the count of those before
+WORD = 1 << _SHIFT  # keys per word: bits in the lower half, count of earlier keys above
 
 
 @scalar
@@ -74,7 +74,8 @@ def _ones(v):
 
 
 def number_below(keys: np.ndarray, limit: int) -> tuple[np.ndarray, np.ndarray]:
-    """Distinct keys in rising order, and the number of each: `number_keys` for keys below a limit.
+    """Distinct keys in increasing order, and the number of each: `number_keys` for keys below a
+    limit.
 
     Parameters
     ----------
@@ -114,7 +115,7 @@ def number_in_place(table: np.ndarray, n_column: int, limit: int) -> np.ndarray:
     Returns
     -------
     ndarray of int64, shape (n_distinct,)
-        The keys, rising.
+        The distinct keys, increasing.
 
     Examples
     --------
@@ -138,12 +139,16 @@ def number_by_bits(table, n_column, limit):
         for column in range(n_column):
             key = table[k, column]
             words[key >> _SHIFT] |= 1 << (key & (WORD - 1))
+
+    # Prefix sums of the set bits.
     count = 0
-    for i in range(words.shape[0]):  # how many there are before goes beside the bits
+    for i in range(words.shape[0]):  # the count of earlier keys goes into the upper half
         bits = words[i]
-        if bits != 0:  # few are: the others are read, and never asked
+        if bits != 0:
             words[i] = (count << WORD) + bits
             count += _ones(bits)
+
+    # The number of a key: earlier words plus lower bits of its own word.
     found = np.empty(count, dtype=np.int64)
     for k in range(table.shape[0]):
         for column in range(n_column):

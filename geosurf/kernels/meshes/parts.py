@@ -1,15 +1,15 @@
-"""Elements -> parts that see the same; parts -> cells, joined around the edges where they end.
+"""Parts of surfaces, and the cells that they bound: sides that face each other around common edges.
 
 Notation
     t         triangles, int64 (n, 3); x their rounded vertices
     elements  the triangles, then runs of a lattice, which face as it does
     ring      next half-edge around the same edge
-    link      behind a half-edge that is alone: the run (counted behind the triangles), or below 0
+    link      for a half-edge that is alone: the run behind it (counted after the triangles), or < 0
     part      of each element, -1 for one that is left out
     sides     union-find: part p has the sides 2 p (front, where normals point) and 2 p + 1 (back)
 
-Nearly all edges lie inside of parts. What is left, a few curves, is put in radial order: a
-model of a million triangles has some dozens of parts.
+Nearly all edges are inside parts. The others, a few curves, are sorted radially: a model of a
+million triangles has some dozens of parts.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _SEEN, _FULL = 0, -1
 
 @scalar
 def _within(x, t, i, bounds):
-    """Whether no corner of a triangle lies outside of bounds (2, 3)."""
+    """Whether all corners of a triangle lie within bounds (2, 3)."""
     for c in range(3):
         for k in range(3):
             if not bounds[0, k] <= x[t[i, c], k] <= bounds[1, k]:
@@ -38,9 +38,10 @@ def _within(x, t, i, bounds):
 def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
     """Part of each element, and the first element of each.
 
-    Triangles of one surface are joined over edges that two of them alone share, running opposite
-    ways; runs with the triangles that they are linked to, and in `pairs` (elements). Triangles
-    beyond the bounds, and all but the first (`twin`) of those with the same corners, are left out.
+    Triangles of one surface are joined over edges that two of them alone share in opposite
+    directions; runs with the triangles linked to them, and as listed in `pairs` (elements).
+    Triangles outside the bounds, and all but the first (`twin`) of those with the same corners,
+    are left out.
     """
     n = t.shape[0]
     included = np.ones(n + n_run, dtype=np.bool_)
@@ -52,6 +53,8 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
             continue
         for c in range(3):
             start = 3 * i + c
+
+            # Alone: a run may continue. Two half-edges: the same surface, opposite directions.
             j = ring[start]
             if j == start:
                 if link[start] >= 0:
@@ -62,6 +65,8 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
                     join(parent, i, other)
     for k in range(pairs.shape[0]):
         join(parent, pairs[k, 0], pairs[k, 1])
+
+    # Number the sets by their lowest element.
     part = np.full(included.shape[0], -1, dtype=np.int64)
     first = np.empty(included.shape[0], dtype=np.int64)
     count = 0
@@ -80,9 +85,9 @@ def parts_of(x, t, surface, ring, link, twin, n_run, pairs, bounds):
 
 @scalar
 def _gather_around(t, ring, part, start, order, directions):
-    """Triangles around the edge of a half-edge and how they run; how many there are.
+    """Triangles around the edge of a half-edge and their directions; their number.
 
-    0 if an earlier half-edge had this edge, `_FULL` if there is no room.
+    `_SEEN` if an earlier half-edge had this edge, `_FULL` if the arrays are too short.
     """
     n = 0
     u = t[start // 3, start % 3]
@@ -103,7 +108,7 @@ def _gather_around(t, ring, part, start, order, directions):
 
 @scalar
 def _is_inner_edge(t, ring, link, part, start):
-    """Whether an edge lies inside of a part: what is around it has been joined."""
+    """Whether an edge lies inside a part: its triangles have been joined."""
     i, j = start // 3, ring[start]
     if j == start:
         return link[start] >= 0 and part[t.shape[0] + link[start]] >= 0
@@ -114,28 +119,32 @@ def _is_inner_edge(t, ring, link, part, start):
 
 @scalar
 def _side_after(part, direction):
-    """The side of a part met when turning on counter-clockwise around an edge."""
+    """The side of a part that faces forward when rotating counter-clockwise around an edge."""
     return 2 * part if direction > 0 else 2 * part + 1
 
 
 @entry("d2 l2 l1 l1 l1 l1 d2 l2 l1 l1 l1 l1 -> l")
 def join_parts(x, t, ring, link, part, parent, px, pt, m, w, sides, pieces):
-    """Unite sides that see each other across edges, and in `pieces` all parts that touch.
+    """Unite sides that face each other across edges, and in `pieces` all parts that touch.
 
-    Returns `DONE`; `NEEDS_EXACT` if `m` is empty and doubles do not tell: to be called again; or a
-    half-edge of a place where two triangles lie in one half-plane.
+    Returns `DONE`; `NEEDS_EXACT` if `m` is empty and doubles do not decide: call again with it; or
+    a half-edge at which two triangles lie in one half-plane.
     """
     order = np.empty(16, dtype=np.int64)
     directions, turns, around = np.empty_like(order), np.empty(16), np.empty((16, N_AROUND))
     for start in range(3 * t.shape[0]):
         if part[start // 3] < 0 or _is_inner_edge(t, ring, link, part, start):
             continue
+
+        # Enlarge the arrays until all triangles around the edge fit.
         n = _gather_around(t, ring, part, start, order, directions)
         while n == _FULL:
             order = np.empty(2 * order.shape[0], dtype=np.int64)
             directions, turns = np.empty_like(order), np.empty(order.shape[0])
             around = np.empty((order.shape[0], N_AROUND))
             n = _gather_around(t, ring, part, start, order, directions)
+
+        # Up to two triangles need no order; doubles first, then exact signs.
         if n > 2:
             u, v = t[start // 3, start % 3], t[start // 3, (start + 1) % 3]
             axis, heading = main_axis(x, u, v)
@@ -144,6 +153,8 @@ def join_parts(x, t, ring, link, part, parent, px, pt, m, w, sides, pieces):
                     return NEEDS_EXACT
                 if not sort_around(x, u, v, order, directions, around, n, parent, px, pt, m, w):
                     return start
+
+        # Each side faces the next triangle in the order.
         for a in range(n):
             b = (a + 1) % n
             one, other = part[order[a]], part[order[b]]

@@ -1,8 +1,8 @@
-"""Polylines as segments between points that are there once.
+"""Polylines as segments between distinct points.
 
 Notation
     x        points (n, 3), polyline after polyline
-    stops    where each polyline ends in `x`
+    stops    end of each polyline in `x`
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from geosurf.kernels.meshes.mesh import weld_rows
 
 @entry("d2 l1 l2 -> d2 l1 l2 l2")
 def weld_lines(x, stops, owners):
-    """Points with equal coordinates once, rows of them in place of `x`; segments, the smaller row
-    first, and the owners of each: `owners` (n_polyline, 2).
+    """Distinct points, and rows of them instead of `x`; segments, the smaller row first, and the
+    owners of each segment: `owners` (n_polyline, 2).
     """
     number, count = weld_rows(x)
     once, n_line = np.empty((count, 3)), stops.shape[0]

@@ -1,21 +1,22 @@
-"""In which order are triangles around an edge? Exactly, by the triangles they are parts of.
+"""In which order are triangles around an edge? Exactly, by the input triangles that contain them.
 
 Notation
     x        rounded vertices
-    order    triangles around an edge, and `directions` how they run along it
-    parent   row of the input triangle (in pt) that each triangle is a part of
+    order    triangles around an edge, and `directions` in which they run along it
+    parent   row of the input triangle (in pt) that contains each triangle
     px, pt   corners of the input triangles, three rows of px each
     d        direction of an edge u -> v; n the normal of a triangle
-    way      +1 where the triangle runs along u -> v, -1 where it runs back
+    direction  +1 where the triangle runs along u -> v, -1 where it runs back
     around   a row for each triangle around an edge: normal, magnitudes, parent, half turn
 
-Half-planes h = way n x d are sorted by angle: sin has the sign of (n1 x n2) . d, and as
-n1 x n2 is parallel to d, one component decides, with the sign of that component of d;
-cos has the sign of n1 . n2. So only input coordinates enter (degree 4), no constructed point.
+Half-planes h = direction n x d are sorted by angle. The sine has the sign of (n1 x n2) . d; as
+n1 x n2 is parallel to d, one component decides, with the sign of that component of d. The cosine
+has the sign of n1 . n2. So only input coordinates enter (degree 4), no constructed point (Weiler
+1985).
 
-Mostly doubles suffice: along the axis on which d is longest, normals become vectors in a plane,
-which turn as the half-planes do, and a number that rises with their angle puts them in order
-where all are farther apart than rounding can move them.
+Doubles mostly suffice: projected along the axis on which d is longest, normals become plane vectors
+that turn as the half-planes do. A number that increases with their angle orders them where all are
+farther apart than the rounding error.
 """
 
 from __future__ import annotations
@@ -26,14 +27,14 @@ from geosurf.kernels.exact.exact_signs import _MISC, LIMBS, _cross, _dot, _vecto
 from geosurf.kernels.exact.predicates import TINY
 
 OF, HALF, N_AROUND = 6, 7, 8  # columns of `around` behind the normal
-# with u = 2**-53: components of normals are off by 4 u times their magnitudes, shares by twice that
-# over the length, and 7 u; so differences of turns from the first by 46 u times the worst ratio
+# Rounding with u = 2**-53: 4 u of the magnitudes for components of normals, twice that over the
+# length plus 7 u for shares, so 46 u times the worst ratio for differences of pseudo-angles.
 _TURN_BOUND = 1e-14
 
 
 @scalar
 def main_axis(x, u, v):
-    """The axis on which an edge is longest, and whether it rises (1) or falls (-1) on it."""
+    """The axis on which an edge is longest, and whether it increases (1) or decreases (-1)."""
     axis = 0
     for k in range(1, 3):
         if abs(x[v, k] - x[u, k]) > abs(x[v, axis] - x[u, axis]):
@@ -43,7 +44,7 @@ def main_axis(x, u, v):
 
 @scalar
 def _pseudo_angle(p, q):
-    """A number in [0, 4) that rises with the angle of a vector."""
+    """A number in [0, 4) that increases with the angle of a vector."""
     share = q / (abs(p) + abs(q))
     if p < 0.0:
         return 2.0 - share
@@ -52,11 +53,12 @@ def _pseudo_angle(p, q):
 
 @scalar
 def sort_by_floats(px, parent, axis, heading, order, directions, n, turns):
-    """Sort n triangles around an edge behind the first; False where doubles do not tell."""
+    """Sort n triangles around an edge behind the first; False if doubles do not decide."""
     k, o = (axis + 1) % 3, (axis + 2) % 3
     worst_ratio = 1.0
     first = 0.0
     for a in range(n):
+        # Two components of the normal across the axis, and their error ratio.
         i = 3 * parent[order[a]]
         pk, po, pa = px[i + 1, k] - px[i, k], px[i + 1, o] - px[i, o], px[i + 1, axis] - px[i, axis]
         qk, qo, qa = px[i + 2, k] - px[i, k], px[i + 2, o] - px[i, o], px[i + 2, axis] - px[i, axis]
@@ -66,9 +68,13 @@ def sort_by_floats(px, parent, axis, heading, order, directions, n, turns):
             return False
         size = abs(po * qa) + abs(pa * qo) + abs(pa * qk) + abs(pk * qa)
         worst_ratio = max(worst_ratio, size / length)
+
+        # Pseudo-angle relative to the first half-plane.
         turn = _pseudo_angle(directions[a] * normal_k, directions[a] * heading * normal_o)
         first = turn if a == 0 else first
         turns[a] = turn - first if turn >= first else turn - first + 4.0
+
+    # Insertion sort; then the smallest gap has to exceed the error bound.
     for a in range(2, n):
         b = a
         while b > 1 and turns[b] < turns[b - 1]:
@@ -135,7 +141,7 @@ def _exact_dot(x, t, m, w, i, j):
 def _cross_sign(x, t, m, w, around, a, b, axis):
     """Sign of component `axis` of the cross product of the normals of two triangles `around`."""
     i, j = int(around[a, OF]), int(around[b, OF])
-    if i == j:  # two parts of one triangle, as beside each curve: no need of exact numbers
+    if i == j:  # two parts of one triangle, as along each curve
         return 0
     k, o = (axis + 1) % 3, (axis + 2) % 3
     value = around[a, k] * around[b, o] - around[a, o] * around[b, k]
@@ -162,9 +168,9 @@ def _dot_sign(x, t, m, w, around, a, b):
 
 @scalar
 def _measure_around(px, pt, m, w, order, directions, n, parent, around, axis, heading):
-    """Fill `around`: normals, and the half turn behind the first that each half-plane is in.
+    """Fill `around`: normals, and the half turn behind the first that holds each half-plane.
 
-    False if one is the first half-plane itself.
+    False if one coincides with the first half-plane.
     """
     for a in range(n):
         i = parent[order[a]]
@@ -198,6 +204,8 @@ def sort_around(x, u, v, order, directions, around, n, parent, px, pt, m, w):
     axis, heading = main_axis(x, u, v)
     if not _measure_around(px, pt, m, w, order, directions, n, parent, around, axis, heading):
         return False
+
+    # Insertion sort by half turn, then by the sign of the cross product.
     for a in range(2, n):
         b = a
         while b > 1 and around[b, HALF] <= around[b - 1, HALF]:

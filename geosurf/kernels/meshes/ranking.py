@@ -1,13 +1,13 @@
-"""Places and segments in one order, whatever order they came in.
+"""A canonical order of points and segments, independent of the order in which they arrive.
 
-Both are thrown into buckets that rise, as many as there are places: where these are spread, a
-bucket holds a few, which are sorted by insertion; where they crowd, a part is sorted as a whole.
-No column of keys is ever sorted for all. Ranks and numbers of pairs are kept in 32 bits, since
-tables of 64 leave the nearer cache; 2**31 places would take fifty gigabytes.
+Both are distributed into sorted buckets, as many as there are points. Where points are spread, a
+bucket holds a few, which are sorted by insertion; crowded buckets are sorted as a whole. No
+complete column of keys is ever sorted. Ranks and pair numbers have 32 bits, so that tables stay in
+the nearer cache; 2**31 points would take fifty gigabytes.
 
 Notation
-    order     points as they follow each other; `start` where each bucket begins in it
-    lower     of the two points of a segment the one that comes first; upper: the other one
+    order     points in sequence; `start` of each bucket in it
+    lower     the first of the two points of a segment; upper: the other one
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ import numpy as np
 from geosurf.kernels.compile.jit import entry, scalar
 
 _SHORT = 32  # entries of a bucket that are sorted by insertion
-_LEAST = 1e-290  # so that nothing is divided by less
+_LEAST = 1e-290  # smallest divisor
 
 
-# ---- places ------------------------------------------------------------------------------
+# ---- points ------------------------------------------------------------------------------
 
 
 @scalar
 def _comes_after(x, i, j):
-    """Whether place i comes after place j of the same easting: by northing, then elevation."""
+    """Whether point i comes after point j of equal easting: by northing, then elevation."""
     if x[i, 1] != x[j, 1]:
         return x[i, 1] > x[j, 1]
     return x[i, 2] > x[j, 2]
@@ -33,7 +33,7 @@ def _comes_after(x, i, j):
 
 @scalar
 def _insert(x, easting, order, low, high):
-    """Sort a short part of an order; eastings go along, for places lie all over the memory."""
+    """Insertion sort of a short range of an order; eastings are moved along for locality."""
     for k in range(low + 1, high):
         i, east = order[k], easting[k]
         j = k - 1
@@ -47,7 +47,7 @@ def _insert(x, easting, order, low, high):
 
 @scalar
 def _insert_alike(x, order, low, high):
-    """Sort a short part of an order, of places of one easting."""
+    """Insertion sort of a short range of points with equal easting."""
     for k in range(low + 1, high):
         i = order[k]
         j = k - 1
@@ -59,7 +59,7 @@ def _insert_alike(x, order, low, high):
 
 @scalar
 def _sort_by(x, axis, order, low, high):
-    """Sort a part of an order by one coordinate."""
+    """Sort a range of an order by one coordinate."""
     part = order[low:high].copy()
     values = np.empty(high - low)
     for k in range(high - low):
@@ -71,7 +71,7 @@ def _sort_by(x, axis, order, low, high):
 
 @scalar
 def _end_of_ties(x, axis, order, low, high):
-    """Where the entries from `low` on cease to have one coordinate in common."""
+    """End of the entries from `low` on with an equal coordinate."""
     end = low + 1
     while end < high and x[order[end], axis] == x[order[low], axis]:
         end += 1
@@ -80,10 +80,12 @@ def _end_of_ties(x, axis, order, low, high):
 
 @scalar
 def _sort_crowd(x, order, low, high):
-    """Sort a part of an order of any length: coordinate by coordinate, until few are alike."""
+    """Sort a range of any length: coordinate by coordinate, until ties are short."""
     _sort_by(x, 0, order, low, high)
     while low < high:
         end = _end_of_ties(x, 0, order, low, high)
+
+        # Few ties in easting: insertion. Many: sort by northing, then elevation.
         if end - low <= _SHORT:
             _insert_alike(x, order, low, end)
             low = end
@@ -100,7 +102,7 @@ def _sort_crowd(x, order, low, high):
 
 @scalar
 def _points_in_use(x, segments):
-    """Points that segments have, rising, and the lowest and highest easting among them."""
+    """Points of the segments, increasing, and their lowest and highest easting."""
     used = np.zeros(x.shape[0], dtype=np.bool_)
     for k in range(segments.shape[0]):
         used[segments[k, 0]] = True
@@ -118,22 +120,26 @@ def _points_in_use(x, segments):
 
 @scalar
 def _ordered_points(x, segments):
-    """Points that segments have, in the order of their coordinates."""
+    """Points of the segments, ordered by coordinates."""
     points, low, high = _points_in_use(x, segments)
     n = points.shape[0]
-    pace = n / (high - low) if high - low > _LEAST else 0.0  # or one bucket for all
+    pace = n / (high - low) if high - low > _LEAST else 0.0  # else one bucket
+
+    # Counting sort into buckets by easting.
     start = np.zeros(n + 1, dtype=np.int32)
     for k in range(n):
         start[min(int((x[points[k], 0] - low) * pace), n - 1) + 1] += 1
     for bucket in range(n):
         start[bucket + 1] += start[bucket]
     order, easting = np.empty(n, dtype=np.int32), np.empty(n)
-    for k in range(n):  # each start moves to where the next bucket begins
+    for k in range(n):  # each start moves to that of the next bucket
         east = x[points[k], 0]
         bucket = min(int((east - low) * pace), n - 1)
         at = start[bucket]
         order[at], easting[at] = points[k], east
         start[bucket] = at + 1
+
+    # Then sort each bucket.
     begin = 0
     for bucket in range(n):
         end = start[bucket]
@@ -147,7 +153,7 @@ def _ordered_points(x, segments):
 
 @scalar
 def _ranked_places(x, order):
-    """Rank of each point among the distinct places of an order, and these places."""
+    """Rank of each point among the distinct positions of an order, and these positions."""
     rank = np.empty(x.shape[0], dtype=np.int32)
     places = np.empty((order.shape[0], 3))
     n = 0
@@ -196,7 +202,7 @@ def _by_points(segments, rank, pair, n_rank):
     for point in range(n_rank):
         start[point + 1] += start[point]
     upper, of = np.empty(n, dtype=np.int32), np.empty(n, dtype=np.int32)
-    for k in range(n):  # each start moves to where the next one begins
+    for k in range(n):  # each start moves to that of the next
         p, q = rank[segments[k, 0]], rank[segments[k, 1]]
         lower = min(p, q)
         upper[start[lower]], of[start[lower]] = max(p, q), pair[k]
@@ -219,6 +225,8 @@ def _by_pairs(start, upper, pair, n_pair):
         first[pair[k] + 1] += 1
     for i in range(n_pair):
         first[i + 1] += first[i]
+
+    # Distribute to pairs in sorted order; repeated segments are adjacent.
     out = np.empty((n, 2), dtype=np.int64)
     fill = first[:-1].copy()
     k = 0
@@ -253,8 +261,8 @@ def sort_segments(segments, pair, n_point, n_pair):
 
 @entry("d2 l2 l1 l -> d2 l2 l1")
 def sort_places_and_segments(x, segments, pair, n_pair):
-    """Places that segments have, in order and each once; segments between them as they are sorted
-    by `sort_segments`; and the first one of each pair.
+    """Distinct positions of the segments' points, in order; segments between them, sorted as by
+    `sort_segments`; and the first one of each pair.
     """
     rank, places = _ranked_places(x, _ordered_points(x, segments))
     start, upper, of = _by_points(segments, rank, pair, places.shape[0])

@@ -1,12 +1,12 @@
 """Volume below, area and bounds of faces: sums over triangles and over runs of a lattice.
 
-The volume between a triangle and a level is its area in the map times its mean height. Over a
-closed shell these add up to the volume inside, if nothing is lost on the way: a sum is kept as two
-numbers, the second being all that rounding took from the first (Knuth's two-sum; Ogita, Rump &
-Oishi 2005). What is asked for most, volumes, needs neither square roots nor bounds.
+The volume between a triangle and a level is its map area times its mean height. Over a closed shell
+these add up to the volume inside. A sum is kept as two numbers; the second collects all rounding
+errors of the first (Knuth's two-sum; Ogita, Rump & Oishi 2005). The volume kernels compute neither
+square roots nor bounds, because volumes are requested most often.
 
-Letters as in `strips`. Each row of what is added up belongs to the face `face[row]`. Heights count
-from a level, since what is far from it loses digits.
+Letters as in `strips`. Each row belongs to the face `face[row]`. Heights are measured from a level,
+to preserve digits.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def _add(out, i, k, term):
 
 @scalar
 def _lowest(x, t, i):
-    """Corner of a triangle that comes first by its coordinates, whichever it starts at."""
+    """Corner of a triangle that comes first by its coordinates, independent of its numbering."""
     low = 0
     for corner in range(1, 3):
         for k in range(3):
@@ -42,10 +42,11 @@ def _lowest(x, t, i):
 
 @entry("d2 l2 l1 d d2 -> .")
 def volume_below_triangles(x, t, face, level, out):
-    """Add six times the volume between triangles and a level (two numbers), and twice their area in
-    the map, to the rows (n_face, 3) of their faces; below 0 where normals look down.
+    """Add six times the volume between triangles and a level (two numbers), and twice their map
+    area, to the rows (n_face, 3) of their faces; negative where normals look down.
     """
     for i in range(t.shape[0]):
+        # A canonical first corner makes the result independent of numbering.
         low = _lowest(x, t, i)
         a, b, c = t[i, low], t[i, (low + 1) % 3], t[i, (low + 2) % 3]
         ax, ay = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1]
@@ -57,15 +58,15 @@ def volume_below_triangles(x, t, face, level, out):
 
 @scalar
 def _first_node(a, axis, row):
-    """Where a coordinate of the first node of a row is, and the step to the next."""
+    """Offset of a coordinate of the first node of a row, and the step to the next."""
     return a[3 * axis] + row * a[3 * axis + 1], a[3 * axis + 2]
 
 
 @entry("d1 d1 d1 l1 l2 l1 d d2 -> .")
 def volume_below_runs(p, q, r, a, runs, face, level, out):
-    """Add the same of runs.
+    """Add the same for runs.
 
-    Cell by cell: two corners of each are those of the cell before.
+    Cell by cell: two corners of each are those of the previous cell.
     """
     rising = a[RISING] != 0
     sign = -1.0 if a[TURNED] != 0 else 1.0
@@ -91,11 +92,13 @@ def volume_below_runs(p, q, r, a, runs, face, level, out):
                 one = (x1 - x0) * (y3 - y0) - (y1 - y0) * (x3 - x0)
                 two = (x2 - x1) * (y3 - y1) - (y2 - y1) * (x3 - x1)
                 term, then = one * (z0 + z1 + z3), two * (z1 + z2 + z3)
-            if 2 * col < first:  # the run starts at the second one
+            if 2 * col < first:  # the run starts with the second half
                 one = term = 0.0
             if 2 * col == last:
                 two = then = 0.0
             flat += one + two
+
+            # Two-sum of both halves, with local variables.
             total = high + term
             back = total - high
             low += (high - (total - back)) + (term - back)
@@ -109,7 +112,7 @@ def volume_below_runs(p, q, r, a, runs, face, level, out):
 
 @scalar
 def _extend(out, i, c):
-    """Add the triangle with corners c to row i."""
+    """Add the triangle with corners c to row i: area and bounds."""
     ax, ay, az = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]
     bx, by, bz = c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
@@ -133,7 +136,7 @@ def extent_triangles(x, t, face, out):
 
 @entry("d1 d1 d1 l1 l2 l1 d1 d2 -> .")
 def extent_runs(p, q, r, a, runs, face, origin, out):
-    """Add the same of runs; `origin` is taken from their nodes."""
+    """Add the same for runs; `origin` is subtracted from their nodes."""
     c = np.empty((3, 3))
     for i in range(runs.shape[0]):
         row = runs[i, ROW]

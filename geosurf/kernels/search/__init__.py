@@ -1,14 +1,16 @@
 """Search: which triangles may meet? Trees of boxes and voxels.
 
-=================  ==========================================================  ==============
-file               question                                                    source
-=================  ==========================================================  ==============
-`tree`             which triangles are near? trees of boxes
-`tree_tops`        which of many trees can meet at all?
-`voxels`           which triangles are near? equal voxels                      Lo & Wang 2004
-`separation`       which neighbours surely meet in common corners only?        plane between
-`large_triangles`  the same beside triangles that are far wider than others
-`vertex_fans`      which triangles around a vertex are seen in one direction?
-`rays`             what does a ray along an axis meet first?
-=================  ==========================================================  ==============
+=================  ==================================================================
+================ file               question
+  source
+=================  ==================================================================
+================ `tree`             Which triangles are near each other? Trees of boxes.
+  min/max pyramid `tree_tops`        Which of many trees can overlap at all?
+`voxels`           Which triangles are near each other? Equal voxels.                Lo & Wang 2004
+`separation`       Which neighbours meet in common corners and edges only?           separating
+plane `large_triangles`  Which triangles are near one that is far larger than the others?
+`vertex_fans`      Which triangles around a vertex overlap as seen from it?
+`rays`             Which surface does a ray along an axis hit first?
+=================  ==================================================================
+================
 """

@@ -1,10 +1,10 @@
-"""Which triangles are near one that is far wider than the others? Those along its plane.
+"""Candidate pairs of triangles that are far larger than the others: only those along their plane.
 
-A wall of a model fills the box of a whole map with its own, although it is a sheet. So voxels that
-its plane misses are passed over, and triangles that are surely apart from it (`apart`). Floats
-decide, with a bound of their rounding to the safe side: what is left out cannot meet.
+The box of a wall of a model covers the whole map, although the wall is a plane. So voxels that its
+plane misses are skipped, and so are triangles that are certainly separated from it (`separation`).
+Floats decide, with rounding bounds on the safe side: no pair that is left out can meet.
 
-Voxels are those of `geosurf.kernels.search.voxels`, filled with the triangles that are not wide.
+The voxels are those of `voxels`, filled with the triangles that are not large.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from geosurf.kernels.search.separation import separated_triangles
 from geosurf.kernels.search.tree import boxes_apart
 from geosurf.kernels.search.voxels import _cell_range
 
-ROUNDING = 1e-14  # of sums of three products of differences, relative: 45 units in the last place
-LARGER = 1.0 + 1e-6  # voxels are taken a little larger than they are
+ROUNDING = 1e-14  # relative, of sums of three products of differences: 45 units in the last place
+LARGER = 1.0 + 1e-6  # voxels are enlarged a little, on the safe side
 
 
 @scalar
 def _plane(x, t, f, p):
-    """Normal of a triangle in p[0:3], bounds of its parts in p[3:6], a corner in p[6:9]."""
+    """Write normal, bounds of its terms, and a corner of a triangle to p (9,)."""
     a, b, c = t[f, 0], t[f, 1], t[f, 2]
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
@@ -35,7 +35,8 @@ def _plane(x, t, f, p):
 
 @scalar
 def _misses(p, bounds, size, i, j, k):
-    """Whether a plane passes a voxel by."""
+    """Whether a plane certainly misses a voxel."""
+    # Distance of the centre from the plane against the half-diagonal along its normal.
     h = 0.5 * size * LARGER
     s = reach = 0.0
     for axis in range(3):
@@ -57,7 +58,7 @@ def _append(pairs, n, a, b):
 
 @entry("d2 l2 d2 l1 d1 d l1 l1 l1 -> l2")
 def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, filled):
-    """Pairs (n, 2) of wide triangles and others, not surely apart; lower row first, each once."""
+    """Pairs (n, 2) of large triangles with others that may meet; lower row first, each once."""
     pairs = np.empty((64, 2), dtype=np.int64)
     n = 0
     seen = np.full(t.shape[0], -1, dtype=np.int64)
@@ -66,12 +67,16 @@ def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, fille
     for r in range(large.shape[0]):
         a = large[r]
         _plane(x, t, a, p)
+
+        # Large triangles among each other: all pairs.
         for s in range(r):
             if not (
                 boxes_apart(boxes, a, boxes, large[s])
                 or separated_triangles(x, t, a, large[s], common)
             ):
                 pairs, n = _append(pairs, n, a, large[s])
+
+        # The others: only in voxels that the plane passes.
         _cell_range(boxes, a, bounds, size, shape, span)
         for i in range(span[0], span[3] + 1):
             for j in range(span[1], span[4] + 1):
@@ -81,6 +86,8 @@ def large_triangle_pairs(x, t, boxes, large, bounds, size, shape, offsets, fille
                         continue
                     for at in range(offsets[c], offsets[c + 1]):
                         b = filled[at]
+
+                        # A triangle fills several voxels; it is tested once.
                         if seen[b] == a:
                             continue
                         seen[b] = a

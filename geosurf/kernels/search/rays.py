@@ -1,17 +1,17 @@
-"""What rays along an axis meet first beyond the sets that they start in, where floats are sure.
+"""Ray casting along an axis: which surface does a ray hit first after leaving its own?
 
 A ray starts inside a triangle and runs up one axis. It leaves its own set of triangles (a piece of
-a surface) at the topmost of them that it passes, and what it meets next holds that piece. Triangles
-come from a tree of boxes, nearest first; each is missed or met at a height, with bounds for the
-errors of both. Where bounds do not decide (a ray through an edge, two at one height), the ray is
-aimed anew, and left to exact arithmetic after a few attempts.
+a surface) at the topmost triangle that it passes; the next surface that it hits encloses that
+piece. Triangles come from a tree of boxes, nearest first. Each is missed or hit at a height, with
+error bounds for both. Where bounds do not decide (a ray through an edge, two hits at one height),
+the ray is aimed again; after a few attempts the question is left to exact arithmetic.
 
 Notation
     x, t          points (n, 3), triangles (m, 3)
     order         triangles as they lie in leaves; nodes, levels: boxes of the tree, see `tree`
     set_of        the set of each triangle (m,)
-    seen          whether a triangle holds others; if not, only its own set knows it
-    u, v, axis    the axes that follow `axis`, and the axis of a ray
+    seen          whether a triangle may enclose others; if not, only its own set uses it
+    u, v, axis    the two axes after `axis`, and the axis of a ray
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _HEIGHT = 1e-14  # of a coordinate: ten times what sums of three can lose
 
 @scalar
 def _signed_area(px, py, qx, qy, ax, ay):
-    """Twice the area of a, p, q, and its error."""
+    """Twice the signed area of a, p, q, and a bound of its error."""
     left = (px - ax) * (qy - ay)
     right = (py - ay) * (qx - ax)
     return left - right, _AREA * (abs(left) + abs(right)) + TINY
@@ -39,8 +39,10 @@ def _signed_area(px, py, qx, qy, ax, ay):
 
 @scalar
 def _height(x, t, row, u, v, axis, ax, ay):
-    """Whether a ray passes a triangle, at which height, its error, and where the front looks."""
+    """(_MISSED, _MET or _UNDECIDED, height of the hit, its error, +1 where the front faces up)."""
     p, q, r = t[row, 0], t[row, 1], t[row, 2]
+
+    # The signs of three areas say whether the ray passes inside the triangle.
     a, ea = _signed_area(x[q, u], x[q, v], x[r, u], x[r, v], ax, ay)
     b, eb = _signed_area(x[r, u], x[r, v], x[p, u], x[p, v], ax, ay)
     c, ec = _signed_area(x[p, u], x[p, v], x[q, u], x[q, v], ax, ay)
@@ -48,6 +50,8 @@ def _height(x, t, row, u, v, axis, ax, ay):
         return _MISSED, 0.0, 0.0, 0
     if not ((a > ea and b > eb and c > ec) or (a < -ea and b < -eb and c < -ec)):
         return _UNDECIDED, 0.0, 0.0, 0
+
+    # Interpolate the height from the areas; a nearly vertical triangle is undecided.
     total, error = a + b + c, ea + eb + ec
     if abs(total) < 8.0 * error:
         return _UNDECIDED, 0.0, 0.0, 0
@@ -60,7 +64,7 @@ def _height(x, t, row, u, v, axis, ax, ay):
 
 @scalar
 def _push_children(nodes, levels, node, level, axis, aim, low, high, stack, top):
-    """Put the children that a ray passes between two heights on the stack, the lowest on top."""
+    """Push the children that a ray passes between two heights, the lowest on top."""
     u, v = (axis + 1) % 3, (axis + 2) % 3
     ax, ay = aim[u], aim[v]
     first = levels[level - 1, 0] + (node - levels[level, 0]) * FAN
@@ -72,6 +76,8 @@ def _push_children(nodes, levels, node, level, axis, aim, low, high, stack, top)
             continue
         if nodes[child, v] > ay or nodes[child, 3 + v] < ay:
             continue
+
+        # Insertion sort by the lower end of the boxes.
         k = top
         while k > begin and nodes[stack[k - 1, 0], axis] < nodes[child, axis]:
             stack[k, 0], stack[k, 1] = stack[k - 1, 0], stack[k - 1, 1]
@@ -83,7 +89,7 @@ def _push_children(nodes, levels, node, level, axis, aim, low, high, stack, top)
 
 @scalar
 def _side_of_top(x, t, order, nodes, levels, set_of, mine, axis, aim, low, high, stack):
-    """Topmost side of a set that a ray passes, the bounds of its height; UNSURE."""
+    """Topmost side of a set that a ray passes, and bounds of its height; or UNDECIDED."""
     u, v = (axis + 1) % 3, (axis + 2) % 3
     ax, ay = aim[u], aim[v]
     side, best_low, best_high = UNDECIDED, -np.inf, -np.inf
@@ -92,6 +98,8 @@ def _side_of_top(x, t, order, nodes, levels, set_of, mine, axis, aim, low, high,
     while top > 0:
         top -= 1
         node, level = stack[top, 0], stack[top, 1]
+
+        # Descend: only nodes that the ray passes are pushed.
         if level > 0:
             top = _push_children(nodes, levels, node, level, axis, aim, low, high, stack, top)
             continue
@@ -103,6 +111,8 @@ def _side_of_top(x, t, order, nodes, levels, set_of, mine, axis, aim, low, high,
                 return UNDECIDED, 0.0, 0.0
             if met == _MISSED:
                 continue
+
+            # Keep the two highest upper bounds, and the hit with the highest lower bound.
             if z + reach > extreme:
                 extreme, next_extreme = z + reach, extreme
             elif z + reach > next_extreme:
@@ -121,7 +131,7 @@ def _side_of_top(x, t, order, nodes, levels, set_of, mine, axis, aim, low, high,
 
 @scalar
 def _side_above(x, t, order, nodes, levels, set_of, seen, mine, axis, aim, below, above, stack):
-    """First side of other sets that a ray meets above a height between bounds; NOTHING, UNSURE."""
+    """First side of another set that a ray hits above [below, above]; or NO_HIT, UNDECIDED."""
     u, v = (axis + 1) % 3, (axis + 2) % 3
     ax, ay = aim[u], aim[v]
     side, best_low, best_high = NO_HIT, np.inf, np.inf
@@ -130,6 +140,8 @@ def _side_above(x, t, order, nodes, levels, set_of, seen, mine, axis, aim, below
     while top > 0:
         top -= 1
         node, level = stack[top, 0], stack[top, 1]
+
+        # Nodes above the best hit so far cannot improve it.
         if nodes[node, axis] > best_high:
             continue
         if level > 0:
@@ -148,8 +160,12 @@ def _side_above(x, t, order, nodes, levels, set_of, seen, mine, axis, aim, below
                 return UNDECIDED
             if met == _MISSED or z + reach < below:
                 continue
+
+            # A hit that may lie at or below the start is not decided.
             if z - reach <= above:
                 return UNDECIDED
+
+            # Keep the two lowest lower bounds, and the hit with the lowest upper bound.
             if z - reach < extreme:
                 extreme, next_extreme = z - reach, extreme
             elif z - reach < next_extreme:
@@ -164,11 +180,12 @@ def _side_above(x, t, order, nodes, levels, set_of, seen, mine, axis, aim, below
 
 @entry("d2 l2 l1 d2 l2 l1 b1 l1 l1 d1 l2 -> .")
 def cast_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, sides):
-    """Write for each ray the side where it leaves its set, and the side of others it meets then.
+    """Write for each ray the side where it leaves its set, and the first side of others that it
+    hits.
 
-    A ray starts in triangle `starts[i]` along `axes[i]`; no triangle of its set reaches above
-    `tops[i]`. Sides are ``2 * triangle`` for the front and one more for the back. NOTHING: it
-    meets no more; UNSURE in both: floats cannot tell.
+    Ray i starts in triangle `starts[i]` along `axes[i]`; no triangle of its set reaches above
+    `tops[i]`. Sides are ``2 * triangle`` for the front and one more for the back. NO_HIT: nothing
+    is hit; UNDECIDED in both: floats do not decide.
     """
     stack = np.empty((FAN * (levels.shape[0] + 1) + 8, 2), dtype=np.int64)
     aim = np.empty(3)
@@ -179,6 +196,7 @@ def cast_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, side
         sides[i, 0] = sides[i, 1] = UNDECIDED
         mine = set_of[row]
         for attempt in range(_AIMS):
+            # Aim at another inner point of the triangle in each attempt.
             ratio = (31.0 + attempt) / 40.0
             total = 1.0 + ratio + ratio * ratio
             for k in range(3):
@@ -210,7 +228,7 @@ def cast_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, side
 
 @entry("l1 d2 l2 d2 d1 l1 -> l")
 def rows_in_box(order, nodes, levels, boxes, box, rows):
-    """Write the triangles whose boxes meet a box, as far as there is room; how many they are."""
+    """Write the triangles whose boxes meet a box, up to capacity; their number."""
     stack = np.empty((FAN * (levels.shape[0] + 1) + 8, 2), dtype=np.int64)
     stack[0, 0], stack[0, 1], top = nodes.shape[0] - 1, levels.shape[0] - 1, 1
     n = 0
@@ -220,6 +238,7 @@ def rows_in_box(order, nodes, levels, boxes, box, rows):
         if level > 0:
             first = levels[level - 1, 0] + (node - levels[level, 0]) * FAN
             for child in range(first, min(first + FAN, levels[level, 0])):
+                # A node or box is skipped if it lies outside on one axis.
                 apart = False
                 for k in range(3):
                     apart |= nodes[child, k] > box[3 + k] or nodes[child, 3 + k] < box[k]

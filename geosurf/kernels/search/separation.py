@@ -1,22 +1,21 @@
-"""Which triangles of a mesh are surely apart, but for the corners and edges that they share.
+"""Which neighbouring triangles of a mesh meet in common corners and edges only?
 
-Two convex sets are apart if a plane lies between them, and a plane that is found with rounding
-errors is a plane all the same: whether all corners lie on its two sides is decided by numbers that
-are larger than what rounding can have done to them. So nothing here rests on how a mesh was made,
-or on how contacts of triangles are classified (`contact`); that is asked for pairs that stay open.
+Two convex sets are disjoint if a plane separates them. A plane computed with rounding errors is as
+good as any: the corners lie on its two sides for certain where their heights exceed the error
+bounds. So the result does not depend on how the mesh was made, nor on the classification in
+`triangle_contact`; that is used for the pairs that stay undecided here.
 
 three corners in common   the same triangle
-two                       apart if not in one plane, or if a projection has them on two sides of
-                          the edge
-one, none                 apart if the plane half-way between them has them on two sides, or the
-                          plane of one has the other on one side, or a projection has them on two
-                          sides of an edge
+two                       separated if not coplanar, or if a projection has the third corners on two
+                          sides of the edge
+one, none                 separated if the plane half-way between them separates them, or the plane
+                          of one has the other on one side, or an edge separates a projection
 
 Notation
     x, t     corners and triangles
     boxes    lower and upper corner of each triangle
-    offsets, filled   triangles of each voxel, as `voxels.fill_voxels` has them
-    first    voxel that holds the lower corner of each box: a pair is looked at in one voxel only
+    offsets, filled   triangles of each voxel, as in `voxels.fill_voxels`
+    first    voxel that holds the lower corner of each box: each pair is tested in one voxel only
 """
 
 from __future__ import annotations
@@ -27,20 +26,22 @@ from geosurf.kernels.compile.jit import entry, scalar
 from geosurf.kernels.exact.predicates import TINY, filtered_side, plane_terms
 from geosurf.kernels.search.tree import append_pair, boxes_apart
 
-# rounding takes less than 8 units (2**-53) of the sum of magnitudes from sums of three products of
-# differences, and less than 16 from those of six products of three
+# Rounding errors relative to the sum of magnitudes: below 8 units (2**-53) for three products of
+# differences, below 16 for six products of three factors.
 PLANE_BOUND, VOLUME_BOUND = 1e-15, 2e-15
 
 
 @scalar
 def _common(t, a, b, at):
-    """Number of common corners; their places in a and b first in `at`, the others behind."""
+    """Number of common corners; their indices in a and b come first in `at`, then the others."""
     n = 0
     for i in range(3):
         for j in range(3):
             if t[a, i] == t[b, j]:
                 at[0, n], at[1, n] = i, j
                 n += 1
+
+    # Fill the remaining places, so that every corner can be addressed.
     if n == 1:
         at[0, 1], at[0, 2] = (at[0, 0] + 1) % 3, (at[0, 0] + 2) % 3
         at[1, 1], at[1, 2] = (at[1, 0] + 1) % 3, (at[1, 0] + 2) % 3
@@ -52,7 +53,7 @@ def _common(t, a, b, at):
 
 @scalar
 def _turn_sign(x, p, q, r, u, v):
-    """Sign of the turn p, q, r on axes u and v; 0 if it is not sure."""
+    """Sign of the turn p, q, r on axes u and v; 0 if undecided."""
     one = (x[q, u] - x[p, u]) * (x[r, v] - x[p, v])
     two = (x[q, v] - x[p, v]) * (x[r, u] - x[p, u])
     size = abs(one) + abs(two)
@@ -63,10 +64,12 @@ def _turn_sign(x, p, q, r, u, v):
 
 @scalar
 def _apart_at_edge(x, p, q, a, b):
-    """Whether triangles p, q, a and p, q, b surely meet in their common edge only."""
+    """Whether triangles p, q, a and p, q, b certainly meet in their common edge only."""
     ux, uy, uz = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
     ax, ay, az = x[a, 0] - x[p, 0], x[a, 1] - x[p, 1], x[a, 2] - x[p, 2]
     bx, by, bz = x[b, 0] - x[p, 0], x[b, 1] - x[p, 1], x[b, 2] - x[p, 2]
+
+    # Four corners in space: not coplanar means separated.
     volume = bx * (uy * az - uz * ay) + by * (uz * ax - ux * az) + bz * (ux * ay - uy * ax)
     size = abs(bx) * (abs(uy * az) + abs(uz * ay)) + abs(by) * (abs(uz * ax) + abs(ux * az))
     size += abs(bz) * (abs(ux * ay) + abs(uy * ax))
@@ -81,7 +84,7 @@ def _apart_at_edge(x, p, q, a, b):
 
 @scalar
 def _span(x, t, tri, o, nx, ny, nz):
-    """Least and largest height of the corners of a triangle over the plane through o, surely."""
+    """Bounds of the heights of the corners of a triangle over the plane through o."""
     low, high = np.inf, -np.inf
     for i in range(3):
         v = t[tri, i]
@@ -89,6 +92,8 @@ def _span(x, t, tri, o, nx, ny, nz):
             continue
         hx, hy, hz = nx * (x[v, 0] - x[o, 0]), ny * (x[v, 1] - x[o, 1]), nz * (x[v, 2] - x[o, 2])
         height = hx + hy + hz
+
+        # Widen by the rounding error on both sides.
         slack = PLANE_BOUND * (abs(hx) + abs(hy) + abs(hz)) + TINY
         low, high = min(low, height - slack), max(high, height + slack)
     return low, high
@@ -96,7 +101,7 @@ def _span(x, t, tri, o, nx, ny, nz):
 
 @scalar
 def _bisector(x, p, q, r):
-    """Direction from p half-way between q and r, of length 1."""
+    """Unit vector from p half-way between the directions to q and r."""
     ax, ay, az = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
     bx, by, bz = x[r, 0] - x[p, 0], x[r, 1] - x[p, 1], x[r, 2] - x[p, 2]
     a = 1.0 / max(np.sqrt(ax * ax + ay * ay + az * az), TINY)
@@ -108,9 +113,11 @@ def _bisector(x, p, q, r):
 
 @scalar
 def _off_plane(x, t, a, b, shared):
-    """Whether triangle b, but for a corner shared with a, is surely on one side of a's plane."""
+    """Whether triangle b, a shared corner excluded, is certainly on one side of the plane of a."""
     o = t[a, 0]
     n0, n1, n2, s0, s1, s2, span = plane_terms(x, o, t[a, 1], t[a, 2])
+
+    # All corners have to lie on the same certified side.
     before = 0
     for i in range(3):
         v = t[b, i]
@@ -126,11 +133,13 @@ def _off_plane(x, t, a, b, shared):
 
 @scalar
 def _off_edge(x, t, a, b, shared, u, v):
-    """Whether an edge of a, on axes u and v, surely parts it from b, but for a shared corner."""
+    """Whether an edge of a, on axes u and v, separates it from b, a shared corner excluded."""
     for i in range(3):
         p, q, r = t[a, i], t[a, (i + 1) % 3], t[a, (i + 2) % 3]
         if r == shared:
             continue
+
+        # r is the corner of a opposite to the edge; b has to lie on the other side.
         side = _turn_sign(x, p, q, r, u, v)
         parted = side != 0
         for j in range(3):
@@ -144,7 +153,7 @@ def _off_edge(x, t, a, b, shared, u, v):
 
 @scalar
 def _separated_by_face(x, t, a, b, shared):
-    """Whether a plane through one of two triangles surely has the other beyond it."""
+    """Whether the plane or an edge of one of two triangles separates them."""
     if _off_plane(x, t, a, b, shared) or _off_plane(x, t, b, a, shared):
         return True
     for k in range(3):
@@ -156,7 +165,7 @@ def _separated_by_face(x, t, a, b, shared):
 
 @scalar
 def _apart_at_corner(x, t, a, b, at):
-    """Whether a plane half-way surely parts triangles, but for their common corner."""
+    """Whether a plane half-way separates triangles except for their common corner."""
     o = t[a, at[0, 0]]
     ax, ay, az = _bisector(x, o, t[a, at[0, 1]], t[a, at[0, 2]])
     bx, by, bz = _bisector(x, o, t[b, at[1, 1]], t[b, at[1, 2]])
@@ -166,7 +175,7 @@ def _apart_at_corner(x, t, a, b, at):
 
 @scalar
 def _apart_midway(x, t, a, b):
-    """Whether a plane half-way surely parts triangles without a common corner."""
+    """Whether a plane half-way separates triangles without a common corner."""
     nx = x[t[a, 0], 0] + x[t[a, 1], 0] + x[t[a, 2], 0]
     ny = x[t[a, 0], 1] + x[t[a, 1], 1] + x[t[a, 2], 1]
     nz = x[t[a, 0], 2] + x[t[a, 1], 2] + x[t[a, 2], 2]
@@ -179,7 +188,7 @@ def _apart_midway(x, t, a, b):
 
 @scalar
 def separated_triangles(x, t, a, b, at):
-    """Whether two triangles surely meet in common corners and edges only."""
+    """Whether two triangles certainly meet in common corners and edges only."""
     n = _common(t, a, b, at)
     if n == 3:
         return True
@@ -193,21 +202,22 @@ def separated_triangles(x, t, a, b, at):
 
 @entry("d2 l2 l d2 l1 l1 l1 l2 l2 -> l")
 def undecided_pairs(x, t, n_first, boxes, shape, offsets, filled, first, pairs):
-    """Pairs of triangles that are not surely apart, the lower row first; written as far as there
-    is room. Returns their number.
+    """Pairs of triangles that are not certainly separated, lower row first; their number.
 
-    Of the triangles from row `n_first` on, none is compared with another.
+    They are written up to capacity. Triangles from row `n_first` on are not compared with each
+    other.
     """
     at = np.empty((2, 9), dtype=np.int64)
     n = 0
     for voxel in range(offsets.shape[0] - 1):
+        # A pair belongs to the voxel of the lower corner of the common box.
         k = voxel % shape[2]
         j = voxel // shape[2] % shape[1]
         i = voxel // (shape[1] * shape[2])
         for s in range(offsets[voxel], offsets[voxel + 1]):
             a = filled[s]
             if a >= n_first:
-                break  # rows rise in a voxel
+                break  # rows are increasing in a voxel
             for r in range(s + 1, offsets[voxel + 1]):
                 b = filled[r]
                 if (

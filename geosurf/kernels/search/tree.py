@@ -1,16 +1,16 @@
-"""Which triangles are near: trees of boxes, over blocks of a lattice or over a list of triangles.
+"""Trees of boxes over a lattice or a list of triangles, and the candidate pairs of two of them.
 
 A lattice needs no list: its leaves are blocks of BLOCK x BLOCK cells, each node above holds 2 x 2
-nodes, and a box is known from the extremes of the nodes in it (a min/max pyramid). Triangles of
-other meshes are sorted by the Morton code of their middle (counting sort, linear); leaves hold
-LEAF of them in a row, and each node above holds FAN nodes. Both have no pointers, so that one walk
-serves all. Where one side is a leaf of a list, its triangles' planes are tested against the box of
-the other side: a huge flat face (a planar fault, a wall) reaches the boxes of half a horizon, but
-its plane passes few of them.
+nodes, and a box follows from the extremes of the nodes in it (a min/max pyramid). Triangles of
+other meshes are sorted by the Morton code of their middle (counting sort, linear); a leaf holds
+LEAF consecutive triangles, and each node above holds FAN nodes. Both trees have no pointers, so one
+traversal serves both. Where one side is a leaf of a list, the planes of its triangles are tested
+against the box of the other side: the box of a large planar fault meets half a horizon, its plane
+passes few blocks.
 
 Notation, for each of two trees
     p, q, r  easting, northing, elevation of nodes, float64, flat
-    a        where what is, int64 (N_PLACE,); coordinate k of node (i, j) is at
+    a        layout, int64 (N_PLACE,); coordinate k of node (i, j) is at
              ``a[3 * k] + i * a[3 * k + 1] + j * a[3 * k + 2]``
     t        triangles of a list, rows of nodes (0, j); empty for a lattice
     order    triangles of a list in Morton order; empty for a lattice
@@ -31,7 +31,7 @@ from geosurf.kernels.exact.predicates import TINY
 LEAF = 8
 FAN = 8
 BLOCK = 8
-# places in `a`, after three times offset and strides of rows and columns
+# indices into `a`, after three times offset and strides of rows and columns
 N_ROW, N_COL, RISING, TURNED, IS_LATTICE, N_PLACE = 9, 10, 11, 12, 13, 14
 _ROOM = 2 * BLOCK * BLOCK
 
@@ -66,7 +66,7 @@ def _grow(nodes, i, j):
 
 @scalar
 def clear_boxes(nodes, first, last):
-    """Make some boxes empty."""
+    """Make boxes first to last empty."""
     for i in range(first, last):
         for k in range(3):
             nodes[i, k] = np.inf
@@ -79,6 +79,8 @@ def levels_of(n_row, n_col, fan_row, fan_col):
     levels = np.zeros((64, 3), dtype=np.int64)
     n = 0
     first = 0
+
+    # Each level has one node per fan_row x fan_col nodes below, down to one root.
     while True:
         levels[n, 0], levels[n, 1], levels[n, 2] = first, n_row, n_col
         first += n_row * n_col
@@ -104,7 +106,7 @@ def build_above(nodes, levels, fan_row, fan_col):
 
 @scalar
 def boxes_apart(p, i, q, j):
-    """Whether two boxes do not meet."""
+    """Whether box i of p and box j of q have no common point."""
     for k in range(3):
         if not (p[i, k] <= q[j, 3 + k] and q[j, k] <= p[i, 3 + k]):
             return True
@@ -138,6 +140,7 @@ def _box_corners(c, row, boxes):
 @scalar
 def _has_all_nodes(c, row):
     """Whether all three nodes exist."""
+    # NaN in any coordinate makes the sum NaN.
     total = 0.0
     for k in range(9):
         total += c[row, k]
@@ -146,7 +149,7 @@ def _has_all_nodes(c, row):
 
 @scalar
 def low_high(values, offset, row_step, col_step):
-    """Extremes over the four nodes of a cell; a node that is not a number is passed over."""
+    """Extremes over the four nodes of a cell; NaN nodes are skipped."""
     u, v = values[offset], values[offset + col_step]
     w, s = values[offset + row_step], values[offset + row_step + col_step]
     low = high = u if u == u else (v if v == v else w)
@@ -230,20 +233,26 @@ def _load_leaf(tree, leaf, near, j, loaded):
 
 @scalar
 def _box_misses_plane(c, row, boxes, j):
-    """Whether a box lies strictly on one side of a loaded triangle's plane, for sure."""
+    """Whether box j certainly lies strictly on one side of a loaded triangle's plane."""
     ox, oy, oz = c[row, 0], c[row, 1], c[row, 2]
     ax, ay, az = c[row, 3] - ox, c[row, 4] - oy, c[row, 5] - oz
     bx, by, bz = c[row, 6] - ox, c[row, 7] - oy, c[row, 8] - oz
+
+    # Normal of the triangle, and the magnitudes of its terms.
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     sx = abs(ay * bz) + abs(az * by)
     sy = abs(az * bx) + abs(ax * bz)
     sz = abs(ax * by) + abs(ay * bx)
+
+    # Centre of the box relative to the triangle, and its half-sizes.
     mx = 0.5 * (boxes[j, 0] + boxes[j, 3]) - ox
     my = 0.5 * (boxes[j, 1] + boxes[j, 4]) - oy
     mz = 0.5 * (boxes[j, 2] + boxes[j, 5]) - oz
     rx = 0.5 * (boxes[j, 3] - boxes[j, 0])
     ry = 0.5 * (boxes[j, 4] - boxes[j, 1])
     rz = 0.5 * (boxes[j, 5] - boxes[j, 2])
+
+    # The box misses the plane if its centre is higher than its extent along the normal.
     height = abs(nx * mx + ny * my + nz * mz)
     reach = abs(nx) * rx + abs(ny) * ry + abs(nz) * rz
     # coordinates bound every rounding of middles and differences
@@ -251,7 +260,7 @@ def _box_misses_plane(c, row, boxes, j):
     size += abs(boxes[j, 2]) + abs(boxes[j, 5]) + abs(ox) + abs(oy) + abs(oz)
     span = abs(ax) + abs(ay) + abs(az) + abs(bx) + abs(by) + abs(bz)
     far = abs(mx) + abs(my) + abs(mz) + rx + ry + rz
-    # where products underflow, the bound does too: nothing below TINY is sure
+    # where products underflow, the bound does too: nothing below TINY is certain
     return height > reach + size * (1e-14 * (sx + sy + sz) + 4e-15 * far * span) + TINY
 
 
@@ -273,6 +282,7 @@ def _box_misses_leaf(tree, leaf, loaded, nodes, j):
 @scalar
 def _children(a, levels, node, level, kids):
     """Nodes below a node, and how many."""
+    # Row and column of the node in its level give those of its children.
     above, below = levels[level], levels[level - 1]
     fan_row, fan_col = (2, 2) if a[IS_LATTICE] == 1 else (1, FAN)
     row, col = (node - above[0]) // above[2], (node - above[0]) % above[2]
@@ -302,6 +312,7 @@ def _emit(one, count_a, two, count_b, same_leaf, same, pairs, n):
     """Pairs of loaded triangles whose boxes meet and whose planes pass the other's box."""
     for i in range(count_a):
         for j in range(count_b):
+            # Boxes first, then the plane of each triangle against the other box.
             key_a, key_b = one.keys[i], two.keys[j]
             if boxes_apart(one.boxes, i, two.boxes, j) or (same_leaf and key_b <= key_a):
                 continue
@@ -323,6 +334,8 @@ def _leaf_pairs(a, i, one, b, j, two, hull, same, pairs, n):
     count_a = _load_leaf(a, i, b.nodes, j, one)
     if count_a == 0:
         return n
+
+    # Only triangles of b near the common box of those of a are loaded.
     clear_boxes(hull, 0, 1)
     for k in range(count_a):
         for axis in range(3):

@@ -1,14 +1,14 @@
-"""Which of many trees can meet at all, seen from their upper levels: one call for all pairs.
+"""Which of many trees can overlap, decided from their upper levels: one call for all pairs.
 
-Boxes around faults that run side by side meet, while few of their parts do. The upper levels of a
-tree, its crown, tell most of such pairs apart at once; a walk through both whole trees takes a
-call for each pair, with all of their arrays.
+The boxes of faults that run side by side overlap, while few of their parts do. The upper levels of
+a tree, its top, exclude most of such pairs at once. Without them a call with all arrays would be
+needed for each pair.
 
-Notation, beside that of `tree`
-    nodes    nodes of all crowns, one after the other
-    levels   int64 (n, 5): first row of `nodes`, rows and columns of nodes of each level, and how
-             many rows and columns of nodes each node of the level above holds
-    first    int64 (n_tree + 1,): the lowest level of each crown, and one behind the last
+Notation, in addition to that of `tree`
+    nodes    nodes of all tops, one after the other
+    levels   int64 (n, 5): first row of `nodes`, rows and columns of nodes of each level, and the
+             rows and columns of nodes that each node of the level above holds
+    first    int64 (n_tree + 1,): lowest level of each top, and the end of the last
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _FAN_ROW, _FAN_COL = 3, 4
 
 @scalar
 def _push_children(levels, level, node, other, level_other, swapped, stack, top):
-    """Put each node below a node on the stack, with the other tree's node beside it."""
+    """Push each node below a node, paired with a node of the other tree."""
     at, width = node - levels[level, 0], levels[level, 2]
     row, col = at // width, at % width
     below = level - 1
@@ -40,7 +40,7 @@ def _push_children(levels, level, node, other, level_other, swapped, stack, top)
 
 @scalar
 def _pair_overlaps(nodes, levels, first, one, two, stack):
-    """Whether two nodes of the lowest levels of two crowns meet."""
+    """Whether two nodes of the lowest levels of two tops overlap."""
     top = push_pair(
         stack, 0, levels[first[one + 1] - 1, 0], first[one + 1] - 1,
         levels[first[two + 1] - 1, 0], first[two + 1] - 1,
@@ -50,6 +50,8 @@ def _pair_overlaps(nodes, levels, first, one, two, stack):
         i, level_i, j, level_j = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
         if boxes_apart(nodes, i, nodes, j):
             continue
+
+        # Descend on the larger box until both are at the lowest level.
         low_i, low_j = level_i == first[one], level_j == first[two]
         if low_i and low_j:
             return True
@@ -62,10 +64,11 @@ def _pair_overlaps(nodes, levels, first, one, two, stack):
 
 @entry("d2 l2 l1 l2 -> b1")
 def tops_overlap(nodes, levels, first, pairs):
-    """Whether two trees (rows of `first`) of each pair have nodes that meet, as far as crowns go.
+    """Whether the lowest levels of two tops overlap, for each pair of trees (rows of `first`).
 
-    A level above another one has one node at least for each `fan` of it: see `tree`.
+    A level above another one has at least one node for each `fan` of it, see `tree`.
     """
+    # The stack holds at most all children of one node per level and side.
     most = 1
     for level in range(levels.shape[0]):
         most = max(most, levels[level, _FAN_ROW] * levels[level, _FAN_COL])

@@ -1,14 +1,14 @@
-"""Triangles as they are seen from one point: boxes of their directions, and which of those meet.
+"""Triangles as seen from one point: boxes of their directions, and which of these overlap.
 
-Two triangles meet only if they are seen in a common direction, from wherever it is. Seen from a
-vertex that thousands of triangles share, each of these is an arc on the sphere of directions; all
-of their boxes in space meet at that vertex, those of the arcs meet where the triangles do, and
-beside one another.
+Two triangles meet only if they are seen in a common direction, from any point. Seen from a vertex
+that thousands of triangles share, each of these is an arc on the sphere of directions. Their boxes
+in space all meet at that vertex; the boxes of the arcs overlap only where the triangles meet or are
+adjacent.
 
 Notation
     x        points (n, 3); corners: rows of x (m, 3)
     boxes    lower and upper corners (m, 6)
-    label    int64 (m,): what has the same label, from 0 on, is not compared
+    label    int64 (m,): rows with the same label >= 0 are not compared
     order    rows of boxes, LEAF in a leaf; nodes, levels: boxes of the tree above, see `tree`
 """
 
@@ -30,22 +30,23 @@ from geosurf.kernels.search.tree import (
     levels_of,
 )
 
-ROOM = 1e-6  # of a direction; so far apart, no rounding makes triangles meet but next to the eye
-_AREA_ERROR = 1e-14  # ten times what the area of a triangle on the sphere rounds off
-_WIDE = 1.5  # square of the chord between two corners, from which anything may be seen
+ROOM = 1e-6  # margin of a direction, far above rounding
+_AREA_ERROR = 1e-14  # ten times the rounding error of an area on the sphere
+_WIDE = 1.5  # squared chord between two corners from which the box is the whole sphere
 _MIXED, _EMPTY = -1, -2
 
 
 @scalar
 def _bend(to, a, b, k):
-    """Extremes of a coordinate inside the arc of two directions; those of one end if it has none.
+    """Extremes of a coordinate inside the arc between two directions; those of one end if none.
 
-    Along the arc it is ``to[a, k] cos(t) + q sin(t)``, q being that of the way from a, of length 1.
+    Along the arc it is ``to[a, k] cos(t) + q sin(t)``, with q the unit tangent at a.
     """
     dot = to[a, 0] * to[b, 0] + to[a, 1] * to[b, 1] + to[a, 2] * to[b, 2]
     sine = math.sqrt(max(1.0 - dot * dot, 0.0))
     leaves, arrives = to[b, k] - dot * to[a, k], dot * to[b, k] - to[a, k]
-    if sine < 1e-7 or leaves * arrives >= 0.0:  # what an arc so short bends is far below the error
+    # the bend of a very short arc is far below the error
+    if sine < 1e-7 or leaves * arrives >= 0.0:
         return to[a, k], to[a, k]
     size = math.sqrt(to[a, k] ** 2 + (leaves / sine) ** 2)
     return (to[a, k], size) if leaves > 0.0 else (-size, to[a, k])
@@ -53,8 +54,9 @@ def _bend(to, a, b, k):
 
 @scalar
 def _around_axis(to, k, chord):
-    """1 if three directions may be around an axis, -1 for the other way along it, else 0."""
-    if abs(to[0, k]) < 1.0 - 0.5 * chord - 1e-9:  # no corner is farther from it than from another
+    """1 if three directions may enclose an axis, -1 for its negative, else 0."""
+    # the axis is farther away than the corners are from each other
+    if abs(to[0, k]) < 1.0 - 0.5 * chord - 1e-9:
         return 0
     u, v = (k + 1) % 3, (k + 2) % 3
     a = to[0, u] * to[1, v] - to[0, v] * to[1, u]
@@ -62,7 +64,7 @@ def _around_axis(to, k, chord):
     c = to[2, u] * to[0, v] - to[2, v] * to[0, u]
     if min(a, min(b, c)) < -_AREA_ERROR and max(a, max(b, c)) > _AREA_ERROR:
         return 0
-    # each side is shorter than a quarter: all are on one side
+    # each side is shorter than a quarter circle: all are on one side
     return 1 if to[0, k] + to[1, k] + to[2, k] > 0.0 else -1
 
 
@@ -70,12 +72,13 @@ def _around_axis(to, k, chord):
 def direction_boxes(x, corners, eye, slip):
     """Boxes of the directions in which triangles are seen from a point.
 
-    A corner at the point itself is left out: the triangle is an arc then. Coordinates may be off by
-    `slip`. What is near or wide is seen everywhere.
+    A corner at the point itself is left out: the triangle is an arc then. Coordinates may have
+    errors of `slip`. Triangles that are too near or too wide get the box of all directions.
     """
     boxes = np.empty((corners.shape[0], 6))
     to = np.empty((3, 3))
     for i in range(corners.shape[0]):
+        # Unit vectors to the corners that differ from the eye.
         n = 0
         nearest = np.inf
         for corner in range(3):
@@ -90,6 +93,8 @@ def direction_boxes(x, corners, eye, slip):
             else:
                 nearest = 0.0
             n += 1
+
+        # The box of all directions, kept where the triangle is too near or too wide.
         for k in range(3):
             boxes[i, k], boxes[i, 3 + k] = -2.0, 2.0
         if n < 2 or not 8.0 * slip < 0.01 * nearest:
@@ -103,6 +108,8 @@ def direction_boxes(x, corners, eye, slip):
                 chord = max(chord, square)
         if chord >= _WIDE:
             continue
+
+        # Corners, then extremes inside the sides, then an enclosed axis.
         room = ROOM + 16.0 * slip / nearest
         for k in range(3):
             low = high = to[0, k]
@@ -120,11 +127,13 @@ def direction_boxes(x, corners, eye, slip):
 
 @entry("d2 l1 l1 -> d2 l2 l1")
 def box_tree(boxes, order, label):
-    """Boxes and levels of a tree over boxes in an order, and the label of all below each node."""
+    """Boxes and levels of a tree over boxes in an order, and the common label below each node."""
     n = order.shape[0]
     levels, n_node = levels_of(1, (n + LEAF - 1) // LEAF, 1, FAN)
     nodes = np.empty((n_node, 6))
     common = np.full(n_node, _EMPTY, dtype=np.int64)
+
+    # Leaves: boxes and the label that all rows of a leaf share.
     clear_boxes(nodes, 0, levels[0, 2])
     for place in range(n):
         leaf, i = place // LEAF, order[place]
@@ -136,6 +145,8 @@ def box_tree(boxes, order, label):
         elif common[leaf] != label[i]:
             common[leaf] = _MIXED
     build_above(nodes, levels, 1, FAN)
+
+    # Labels of the nodes above.
     for level in range(1, levels.shape[0]):
         for i in range(levels[level - 1, 2]):
             below, node = levels[level - 1, 0] + i, levels[level, 0] + i // FAN
@@ -148,9 +159,9 @@ def box_tree(boxes, order, label):
 
 @entry("d2 d2 l1 l1 d2 l2 l1 l2 -> l")
 def overlapping_directions(boxes, spaces, label, order, nodes, levels, common, pairs):
-    """Write rows of boxes that meet, in `spaces`, too, and have no label in common; how many.
+    """Write rows of boxes that overlap, in `spaces` too, and have no common label; their number.
 
-    Each pair once, the lower row first. What `pairs` has no room for is counted only.
+    Each pair once, the lower row first. Pairs beyond the capacity of `pairs` are counted only.
     """
     stack = np.empty((4096, 4), dtype=np.int64)
     stack[0, 0] = stack[0, 2] = nodes.shape[0] - 1
@@ -160,6 +171,8 @@ def overlapping_directions(boxes, spaces, label, order, nodes, levels, common, p
     while top > 0:
         top -= 1
         i, level_i, j, level_j = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
+
+        # Skip nodes with one common label, and nodes that do not overlap.
         if (common[i] >= 0 and common[i] == common[j]) or boxes_apart(nodes, i, nodes, j):
             continue
         if level_i == 0 and level_j == 0:
@@ -179,6 +192,8 @@ def overlapping_directions(boxes, spaces, label, order, nodes, levels, common, p
             larger = np.empty((2 * stack.shape[0], 4), dtype=np.int64)
             larger[: stack.shape[0]] = stack
             stack = larger
+
+        # Split the larger node; a node with itself gives each pair of children once.
         if level_j == 0 or (level_i > 0 and (i == j or extent(nodes, i) >= extent(nodes, j))):
             split, level, other, level_other = i, level_i, j, level_j
         else:

@@ -1,7 +1,7 @@
-"""Which triangles are near: boxes, equal voxels, candidate pairs (after Lo & Wang 2004).
+"""Candidate pairs of triangles by boxes in equal voxels (after Lo & Wang 2004).
 
-A pair is reported once, in the voxel that holds the lower corner of the box that the two
-triangles' boxes share. Order: by first triangle, then voxel, then second triangle.
+A pair is reported once, in the voxel that holds the lower corner of the common part of the two
+boxes. Order: by first triangle, then voxel, then second triangle.
 
 Notation
     boxes    float64 (n, 6): lower x, y, z, upper x, y, z of each triangle
@@ -40,7 +40,7 @@ def _meets(boxes, i, bounds):
 
 @entry("d2 d1 -> l1")
 def faces_in_box(boxes, bounds):
-    """Rows of the boxes that meet the global box."""
+    """Rows of the boxes that overlap the global box."""
     n = 0
     for i in range(boxes.shape[0]):
         if _meets(boxes, i, bounds):
@@ -56,7 +56,7 @@ def faces_in_box(boxes, bounds):
 
 @entry("d2 l1 -> d1")
 def bounds_of(boxes, rows):
-    """Box around some boxes."""
+    """Common box of some boxes."""
     out = np.empty(6, dtype=np.float64)
     for axis in range(3):
         out[axis] = np.inf
@@ -87,18 +87,24 @@ def _cell_range(boxes, i, bounds, size, shape, out):
 
 @entry("d2 l1 d1 d l1 -> l1 l1")
 def fill_voxels(boxes, rows, bounds, size, shape):
-    """Triangles of each voxel: offsets (n_voxel + 1,) and rows, voxel by voxel."""
+    """Triangles of each voxel: offsets (n_voxel + 1,), and rows voxel by voxel."""
     n_voxel = shape[0] * shape[1] * shape[2]
     offsets = np.zeros(n_voxel + 2, dtype=np.int64)
     span = np.empty(6, dtype=np.int64)
+
+    # Count the triangles of each voxel, two places further on.
     for r in range(rows.shape[0]):
         _cell_range(boxes, rows[r], bounds, size, shape, span)
         for i in range(span[0], span[3] + 1):
             for j in range(span[1], span[4] + 1):
                 for k in range(span[2], span[5] + 1):
                     offsets[(i * shape[1] + j) * shape[2] + k + 2] += 1
+
+    # Sum up the counts: offsets, shifted by one voxel.
     for c in range(2, n_voxel + 2):
         offsets[c] += offsets[c - 1]
+
+    # Fill: each offset moves to the start of the next voxel.
     filled = np.empty(offsets[n_voxel + 1], dtype=np.int64)
     for r in range(rows.shape[0]):
         _cell_range(boxes, rows[r], bounds, size, shape, span)
@@ -113,7 +119,7 @@ def fill_voxels(boxes, rows, bounds, size, shape):
 
 @entry("d2 l1 d2 d1 d l1 l1 l1 b l2 -> l")
 def voxel_pairs(boxes_a, rows_a, boxes_b, bounds, size, shape, offsets, filled, same, pairs):
-    """Pairs whose boxes meet; written as far as `pairs` has room. Returns their number.
+    """Pairs of triangles with overlapping boxes, written up to capacity; their number.
 
     With `same`, the two surfaces are one, and each pair is reported with the lower row first.
     """
@@ -130,6 +136,9 @@ def voxel_pairs(boxes_a, rows_a, boxes_b, bounds, size, shape, offsets, filled, 
                         b = filled[s]
                         if same and b <= a:
                             continue
+
+                        # The common part has its lower corner in this voxel, or the pair is left
+                        # to another.
                         here = True
                         for axis in range(3):
                             low = max(boxes_a[a, axis], boxes_b[b, axis])

@@ -1,17 +1,19 @@
-"""Sheets: the smoothest surface through data, torn where faults cut it.
+"""Sheets: the smoothest surface through data, cut where faults pass.
 
-=================  =========================================================  ====================
-file               question                                                   source
-=================  =========================================================  ====================
-`fault_distance`   how far is a datum from a fault? which links does it cut?
-`fault_trace`      where a fault meets a drape                                marching triangles
-`link_lines`       lines of links, and what is near them
-`node_bands`       some nodes of a lattice, increasing
-`smooth_surface`   the smoothest surface: its equations
-`envelope_solver`  equations ordered, filled and solved in a narrow band      Cuthill & McKee 1969
-`column_products`  sums of products of a few columns
-`graph_distance`   how many links away is a node?                             breadth-first search
-`sheet_trim`       which of these pieces stay
-`sheet_corners`    corners of the pieces of a torn sheet
-=================  =========================================================  ====================
+=================  =================================================================
+==================== file               question
+  source
+=================  =================================================================
+==================== `fault_distance`   How far is a datum from a fault? Which lattice edges are
+cut? `fault_trace`      Where does a fault meet a gridded horizon?                     marching
+triangles `link_lines`       Which lines do links form? What is near a line?
+`node_bands`       Which nodes of a lattice lie in a band?
+`smooth_surface`   What are the equations of the smoothest surface?               Briggs 1974
+`envelope_solver`  How are they ordered, filled and solved?                       Cuthill, McKee
+1969 `column_products`  What are sums of products of a few columns?
+`graph_distance`   How many links away is a node?                                 breadth-first
+search `sheet_trim`       Which parts of a torn sheet remain?
+`sheet_corners`    Which corners of pieces are vertices of the sheet?
+=================  =================================================================
+====================
 """

@@ -1,7 +1,7 @@
-"""Sums of products of columns, in the order of rows: the same bits on any number of cores.
+"""Sums of products of columns, in row order: the same bits with any number of cores.
 
-A library that multiplies matrices on several threads adds in an order that depends on how many
-there are, and its threads wait for one another longer than matrices of a few columns take.
+A multithreaded matrix library adds in an order that depends on the number of threads, and its
+threads synchronise for longer than matrices of a few columns take.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def products_of_columns(a, b):
 
 @entry("d2 d1 -> d1")
 def sums_of_columns(a, share):
-    """Sum (n,) of the columns of `a` (n, k), as much of each as `share` (k,) says."""
+    """Sum (n,) of the columns of `a` (n, k), each multiplied by `share` (k,)."""
     n, k = a.shape
     out = np.zeros(n)
     for row in range(n):

@@ -1,14 +1,13 @@
-"""The equations of the smoothest surface, in a narrow envelope: ordered, filled and solved.
+"""The equations of the smoothest surface in an envelope matrix: ordering, assembly and solution.
 
-A band along faults is nearly one-dimensional: taken in the order of steps from its far end, as
-Cuthill & McKee (1969), Proc. 24th Nat. Conf. ACM, 157-172, do, an unknown meets none but its near
-neighbours. Cholesky's method then fills nothing outside the envelope: from the first entry of each
-row to the diagonal (George & Liu 1981, Computer Solution of Large Sparse
-Positive Definite Systems).
+A band along faults is nearly one-dimensional. Ordered by distance from its far end, as in Cuthill &
+McKee (1969), Proc. 24th Nat. Conf. ACM, 157-172, an unknown is coupled to near neighbours only. The
+Cholesky factor has no entries outside the envelope: from the first entry of each row to the
+diagonal (George & Liu 1981, Computer Solution of Large Sparse Positive Definite Systems).
 
-Legend
-    number   of an unknown, -1 for a known node; as the caller counts them
-    place    of an unknown in the order of elimination
+Notation
+    number   of an unknown, -1 for a known node; in the numbering of the caller
+    place    of an unknown in the elimination order
     first    first column of each row; row i holds columns first[i] .. i in
              lower[start[i] : start[i + 1]]
 """
@@ -23,9 +22,9 @@ from geosurf.kernels.sheets.smooth_surface import KINDS, NODES, fill_forms, node
 
 @scalar
 def _neighbours(east, north):
-    """Where those of each node start (n + 1,), and which they are: both ways along all links.
+    """Neighbours of each node: starts (n + 1,), and neighbours along all links in both directions.
 
-    At a tip two sheets may have a neighbour in common, so that a node has more than four.
+    At a tip two sheets may share a neighbour, so that a node has more than four.
     """
     n = east.shape[0]
     start = np.zeros(n + 1, dtype=np.int64)
@@ -49,7 +48,7 @@ def _neighbours(east, north):
 
 @scalar
 def _spread(node, start, neighbours, seen, mark, queue):
-    """Nodes in the order of their steps from one, written to a queue; their number."""
+    """Breadth-first order of nodes from one node, written to a queue; their number."""
     queue[0] = node
     seen[node] = mark
     count, done = 1, 0
@@ -69,7 +68,7 @@ def _spread(node, start, neighbours, seen, mark, queue):
 def places_in_order(east, north, number):
     """Place (n_unknown,) of each unknown: unknowns that share a difference are near each other.
 
-    Steps are counted along links of known nodes, too, since differences reach across them.
+    Links of known nodes count too, since differences reach across them.
     """
     n = east.shape[0]
     start, neighbours = _neighbours(east, north)
@@ -83,7 +82,7 @@ def places_in_order(east, north, number):
     for v in range(n):
         if seen[v] >= 0:
             continue
-        # one end of the part that v is in: the last node from any; then all from there, backwards
+        # the last node found from any start is one end of the part; order all from there, reversed
         count = _spread(v, start, neighbours, seen, 2 * v, queue)
         count = _spread(queue[count - 1], start, neighbours, seen, 2 * v + 1, queue)
         for k in range(count):
@@ -96,15 +95,17 @@ def places_in_order(east, north, number):
 
 @entry("l1 l1 b1 l1 d1 d1 l1 -> l1 d1 l1 d1")
 def fill_envelope(east, north, square, number, value, weights, place):
-    """Envelope of the energy's matrix, and right side (n_unknown,), both in the order of places.
+    """Envelope of the energy matrix, and right-hand side (n_unknown,), both in elimination order.
 
-    `value` holds where `number` is -1. See `bending` for the rest.
+    `value` holds the height where `number` is -1. See `smooth_surface` for the other arguments.
     """
     n, n_unknown = east.shape[0], place.shape[0]
     forms = np.zeros((KINDS, NODES * NODES))
     fill_forms(weights, forms)
     g, at = np.empty(NODES, dtype=np.int64), np.empty(NODES, dtype=np.int64)
     first = np.arange(n_unknown)
+
+    # The envelope: first column of each row.
     for v in range(n):
         form = forms[nodes_of_differences(v, east, north, square, g)]
         least = _look_up(g, form, number, place, at)
@@ -114,6 +115,8 @@ def fill_envelope(east, north, square, number, value, weights, place):
     start = np.zeros(n_unknown + 1, dtype=np.int64)
     for row in range(n_unknown):
         start[row + 1] = start[row] + row - first[row] + 1
+
+    # Add the form of each node: unknown times unknown, or times a known height.
     lower, right = np.zeros(start[n_unknown]), np.zeros(n_unknown)
     for v in range(n):
         form = forms[nodes_of_differences(v, east, north, square, g)]
@@ -142,7 +145,7 @@ def fill_envelope(east, north, square, number, value, weights, place):
 
 @scalar
 def _look_up(g, form, number, place, at):
-    """Write the places of the ten nodes of a node, -1 for known and absent ones; the least one."""
+    """Write the places of the ten nodes of a node, -1 for known and missing ones; the least one."""
     least = place.shape[0]
     for i in range(NODES):
         # a form without second and third differences has three nodes
@@ -155,12 +158,14 @@ def _look_up(g, form, number, place, at):
 
 @entry("l1 d1 l1 -> l")
 def factorise(first, lower, start):
-    """Cholesky factor of an envelope matrix, in place; the row that is not positive, or -1."""
+    """Cholesky factor of an envelope matrix, in place; the row with a pivot <= 0, or -1."""
     for i in range(first.shape[0]):
         at = start[i] - first[i]
         for j in range(first[i], i):
             low = max(first[i], first[j])
             below = start[j] - first[j]
+
+            # Row by row: inner products inside the common envelope.
             total = lower[at + j]
             for k in range(low, j):
                 total -= lower[at + k] * lower[below + k]
@@ -176,7 +181,7 @@ def factorise(first, lower, start):
 
 @entry("l1 d1 l1 d1 -> d1")
 def substitute(first, lower, start, right):
-    """Solution (n,) for a factor of `factorise`."""
+    """Solution (n,) by forward and back substitution with a factor of `factorise`."""
     n = first.shape[0]
     x = right.copy()
     for i in range(n):
@@ -194,12 +199,14 @@ def substitute(first, lower, start, right):
 
 @entry("l1 d1 l1 l1 l1 d1 l1 -> l1 d1 l1")
 def add_squares(first, lower, start, row, column, weight, place):
-    """An envelope with squares of rows added to it, wide enough for them.
+    """Envelope with squares of linear forms added, extended as needed.
 
-    Row k has weights row[k] .. row[k + 1] at unknowns `column`, each of them once.
+    Row k has weights row[k] .. row[k + 1] at distinct unknowns `column`.
     """
     n = first.shape[0]
     wide = first.copy()
+
+    # Extend the envelope to the least place of each form.
     for r in range(row.shape[0] - 1):
         least = n
         for k in range(row[r], row[r + 1]):
@@ -211,6 +218,8 @@ def add_squares(first, lower, start, row, column, weight, place):
     for i in range(n):
         begin[i + 1] = begin[i] + i - wide[i] + 1
     out = np.zeros(begin[n])
+
+    # Copy the old rows, then add the squares.
     for i in range(n):
         at = begin[i] + first[i] - wide[i]
         for k in range(start[i + 1] - start[i]):

@@ -1,6 +1,6 @@
-"""How far is a datum from a fault at its own height, and which links of a lattice does a trace cut?
+"""Distance of a datum from a fault at its own elevation, and lattice edges that a trace cuts.
 
-Legend
+Notation
     x, y, z     a point; x and y in cells of the lattice, z in metres
     a, b        ends of the segment in which a triangle meets the level of the point
     p, q        ends of a piece of a trace, in units of 2**-22 cells: x is 2 mod 4, y is odd,
@@ -8,10 +8,10 @@ Legend
     m, n        nodes at the ends of a link; kinds of links: 0 east, 1 north, 2 north-east (from
                 the lower left node), 3 north-west (from the lower right node, named by its left)
 
-Near is asked by blocks of the map: `starts` and `items` list what can be near each block.
-A link is cut by a trace where the trace crosses it an odd number of times. Signs are those of
-whole numbers; a node on the trace counts as left of it. So a triangle has an odd number of cut
-edges exactly if an end of the trace is in it.
+Candidates come from blocks of the map: `starts` and `items` list what can be near each block. A
+trace cuts a link if it crosses the link an odd number of times. Signs are those of integers; a
+node on the trace counts as left of it. So a triangle has an odd number of cut edges exactly if an
+end of the trace lies in it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ UNIT = 4194304  # 2**22
 
 @scalar
 def distance_to_segment(x, y, ax, ay, bx, by):
-    """Squared distance to a segment, place on it, and its squared length."""
+    """Squared distance to a segment, parameter of the nearest point, and squared length."""
     tx, ty = bx - ax, by - ay
     length2 = tx * tx + ty * ty
     t = 0.0
@@ -38,7 +38,7 @@ def distance_to_segment(x, y, ax, ay, bx, by):
 
 @scalar
 def signed_offset(x, y, ax, ay, bx, by, length2):
-    """Signed distance to the left of the line of a segment; 0 if that is a point."""
+    """Signed distance from the line of a segment, positive on its left; 0 if it is a point."""
     if length2 > 0.0:
         return ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / np.sqrt(length2)
     return 0.0
@@ -75,13 +75,15 @@ def _level_segment(corners, z):
 
 @entry("d2 l1 d2 d2 d2 l1 l1 d -> d1 d1")
 def distance_at_elevation(points, block, corners, boxes, normals, starts, items, reach):
-    """Distance (n,) of points to a fault at their own height, and side (n,): +1, -1, 0 far.
+    """Distance (n,) of points to a fault at their own elevation, and side (n,): +1, -1, 0 if far.
 
     `corners` (m, 9), `boxes` in the map and horizontal `normals` (m, 2) of the fault's triangles.
     """
     n = points.shape[0]
     far = np.full(n, reach)
     side = np.zeros(n)
+
+    # Elevation range of each triangle.
     low, high = np.empty(corners.shape[0]), np.empty(corners.shape[0])
     for f in range(corners.shape[0]):
         low[f] = min(corners[f, 2], corners[f, 5], corners[f, 8])
@@ -95,6 +97,8 @@ def distance_at_elevation(points, block, corners, boxes, normals, starts, items,
                 continue
             if distance_to_box(x, y, boxes[f]) > best * (1.0 + 1e-8):
                 continue
+
+            # The segment at this level, and its distance in the map.
             found, ax, ay, bx, by = _level_segment(corners[f], z)
             if not found:
                 continue
@@ -102,9 +106,11 @@ def distance_at_elevation(points, block, corners, boxes, normals, starts, items,
             if d2 > best * (1.0 + 1e-9):
                 continue
             left = signed_offset(x, y, ax, ay, bx, by, length2)
-            # at a corner of the slice both segments are as near: the one seen squarely decides
+            # at a corner of the slice both segments are equally near: the larger offset decides
             if d2 > best * (1.0 - 1e-9) and abs(left) <= lead:
                 continue
+
+            # Orient the segment by the normal of the fault.
             turn = (bx - ax) * normals[f, 1] - (by - ay) * normals[f, 0]
             best, lead = min(best, d2), abs(left)
             side[k] = 1.0 if (left >= 0.0) == (turn >= 0.0) else -1.0
@@ -122,7 +128,8 @@ def _left(px, py, qx, qy, nx, ny):
 def cut_links(ends, n_row, n_col):
     """Links that pieces of a trace cross: rows (node, kind, piece, +1 if the node's end is left).
 
-    `ends` (n, 4) are p and q of each piece; also the place on the piece, 0 to 1, of each crossing.
+    `ends` (n, 4) are p and q of each piece; also the parameter on the piece, 0 to 1, of each
+    crossing.
     """
     size = 64
     rows = np.empty((size, 4), dtype=np.int64)
@@ -137,11 +144,15 @@ def cut_links(ends, n_row, n_col):
                 for kind in range(4):
                     if (kind == 0 and row == south) or (kind == 1 and col == west):
                         continue  # links on the near sides of the nearest cells
+
+                    # Nodes at the ends of the link, inside the lattice.
                     m = col + (1 if kind == 3 else 0)
                     n = col + (1 if kind == 0 or kind == 2 else 0)
                     up = 0 if kind == 0 else 1
                     if col < 0 or row < 0 or row + up >= n_row or max(m, n) >= n_col:
                         continue
+
+                    # A crossing needs opposite sides for both segments.
                     mx, my, nx, ny = m * UNIT - px, row * UNIT - py, n * UNIT - px, 0
                     ny = (row + up) * UNIT - py
                     one = _left(0, 0, qx - px, qy - py, mx, my)

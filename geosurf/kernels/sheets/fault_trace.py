@@ -1,17 +1,17 @@
-"""Where a fault meets a drape: the zero line of the fault's height above a gridded horizon.
+"""Trace of a fault on a gridded horizon: the zero line of the fault's height above the grid.
 
-Each triangle of the fault is split into four, `depth` times; the line runs straight through the
-smallest ones (marching triangles). Only those are looked at that the drape can meet: the lowest
-and highest node below a triangle bound it from both sides. Bounds of large triangles are read from
-blocks of 8 x 8 nodes, and of 2 x 2, 4 x 4 .. such blocks, so that the cost follows the line.
+Each triangle of the fault is split into four, `depth` times; the line is straight in the smallest
+triangles (marching triangles). Only triangles that the horizon can meet are refined: the lowest and
+highest node below a triangle bound the horizon. For large triangles they are read from blocks of 8
+x 8 nodes, and of 2 x 2, 4 x 4 .. such blocks, so that the cost follows the line.
 
-Legend
-    grid       heights of the drape, NaN where it is not; bilinear in each cell
+Notation
+    grid       heights of the horizon, NaN where undefined; bilinear in each cell
     low, high  bounds of blocks, all levels one after the other
     levels     rows (first block, rows of blocks, columns of blocks) for each level
-    i, j, k    place of a corner in a triangle: whole numbers with the sum 2**depth
+    i, j, k    position of a corner in a triangle: integers with the sum 2**depth
     name       of a crossed edge, two numbers: (-1 - edge, place along it) on an edge of the fault's
-               triangles, (triangle, place in it) inside one. Neighbours give the same.
+               triangles, (triangle, place in it) inside one. Neighbours compute the same name.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ import numpy as np
 from geosurf.kernels.compile.jit import entry, scalar
 
 BLOCK = 3  # nodes of the smallest blocks: 2**3 each way
-DIRECT = 4  # nodes each way that are read themselves
+DIRECT = 4  # up to so many nodes each way are read directly
 MARGIN = 1e-9  # relative: bilinear values are rounded
 
 
 @entry("d2 -> d1 d1 l2")
 def block_bounds(grid):
-    """Lowest and highest node of each block, inf and -inf without any; and where levels are."""
+    """Lowest and highest node of each block, inf and -inf if none; and the levels."""
     n_row, n_col = grid.shape
     rows, cols, n_level, total = (n_row + 7) >> BLOCK, (n_col + 7) >> BLOCK, 1, 0
     total = rows * cols
@@ -39,6 +39,8 @@ def block_bounds(grid):
     levels = np.zeros((n_level, 3), dtype=np.int64)
     rows, cols = (n_row + 7) >> BLOCK, (n_col + 7) >> BLOCK
     levels[0, 1], levels[0, 2] = rows, cols
+
+    # The finest blocks, then each level from the one below.
     for i in range(n_row):
         for j in range(n_col):
             z = grid[i, j]
@@ -63,8 +65,10 @@ def block_bounds(grid):
 
 @scalar
 def _meets(grid, low, high, levels, sx, sy, p, q, r):
-    """Whether a triangle can meet the drape: bounds of the nodes below it against its own."""
+    """Whether a triangle can meet the horizon: bounds of the nodes below it against its own."""
     n_row, n_col = grid.shape
+
+    # Rows and columns of the nodes below the triangle.
     c0 = max(int(np.floor(min(p[0], q[0], r[0]) / sx)), 0)
     c1 = min(int(np.floor(max(p[0], q[0], r[0]) / sx)) + 1, n_col - 1)
     r0 = max(int(np.floor(min(p[1], q[1], r[1]) / sy)), 0)
@@ -82,6 +86,7 @@ def _meets(grid, low, high, levels, sx, sy, p, q, r):
                 if z > highest:
                     highest = z
     else:
+        # Choose a level on which few blocks cover the triangle.
         level, shift = 0, BLOCK
         while level + 1 < levels.shape[0] and (
             (c1 >> shift) - (c0 >> shift) > 2 or (r1 >> shift) - (r0 >> shift) > 2
@@ -101,7 +106,7 @@ def _meets(grid, low, high, levels, sx, sy, p, q, r):
 
 @entry("d2 d1 d1 l2 d1 d2 l2 -> b1")
 def may_meet(grid, low, high, levels, stretch, points, faces):
-    """Whether each triangle (n, 3) of a fault can meet the drape."""
+    """Whether each triangle (n, 3) of a fault can meet the horizon."""
     found = np.zeros(faces.shape[0], dtype=np.bool_)
     for f in range(faces.shape[0]):
         p, q, r = points[faces[f, 0]], points[faces[f, 1]], points[faces[f, 2]]
@@ -111,7 +116,7 @@ def may_meet(grid, low, high, levels, stretch, points, faces):
 
 @scalar
 def _above(grid, sx, sy, p):
-    """Height above the drape, NaN where there is none."""
+    """Height above the horizon, NaN where it is undefined."""
     n_row, n_col = grid.shape
     x, y = p[0] / sx, p[1] / sy
     if not (x >= 0 and x <= n_col - 1 and y >= 0 and y <= n_row - 1):
@@ -125,7 +130,8 @@ def _above(grid, sx, sy, p):
 
 @scalar
 def _zero(p, q, up, uq, out, at):
-    """The point between p and q at height 0, the same from either side."""
+    """Write the point between p and q at height 0, the same from either side."""
+    # Order the ends, so that both neighbours compute the same bits.
     for c in range(3):
         if p[c] != q[c]:
             if p[c] > q[c]:
@@ -138,7 +144,7 @@ def _zero(p, q, up, uq, out, at):
 
 @scalar
 def _name(f, a, b, whole, edges, forward, names, at):
-    """Name the edge between corners a and b (i, j) of a small triangle inside triangle f."""
+    """Write the name of the edge between corners a and b (i, j) of a small triangle of f."""
     ka, kb = whole - a[0] - a[1], whole - b[0] - b[1]
     if ka == 0 and kb == 0:
         side, one, two = 0, a[1], b[1]
@@ -157,7 +163,7 @@ def _name(f, a, b, whole, edges, forward, names, at):
 
 @scalar
 def _take(xyz, ij, p, a, m, b):
-    """Corners of a triangle, and the middles of its edges, from each corner to the next."""
+    """Copy the corners of a triangle, and compute the middles of its edges."""
     for c in range(3):
         for d in range(3):
             p[c, d] = xyz[c, d]
@@ -173,10 +179,10 @@ def _take(xyz, ij, p, a, m, b):
 
 @scalar
 def _take_part(part, p, a, m, b, xyz, ij):
-    """Corners of a quarter of a triangle: that at corner 0, 1 or 2, or the middle one."""
+    """Corners of a quarter of a triangle: that at corner 0, 1 or 2, or the middle one (3)."""
     for c in range(3):
         is_corner = part != 3 and c == part
-        # the middle of the edge from this corner to the one that is kept
+        # other corners are the middles of edges to that corner
         side = c if part == 3 else (part if c == (part + 1) % 3 else c)
         for d in range(3):
             xyz[c, d] = p[c, d] if is_corner else m[side, d]
@@ -186,12 +192,14 @@ def _take_part(part, p, a, m, b, xyz, ij):
 
 @scalar
 def _piece(h, p, a, whole, f, edges, forward, names, places):
-    """Write where the zero line enters and leaves a small triangle; False if it misses it.
+    """Write where the zero line enters and leaves a small triangle; False if it does not.
 
-    `h` are the heights of its corners `p` above the drape.
+    `h` are the heights of its corners `p` above the horizon.
     """
     if np.isnan(h[0]) or np.isnan(h[1]) or np.isnan(h[2]):
         return False
+
+    # The corners between which the height changes its sign.
     rises = falls = -1
     for c in range(3):
         e = (c + 1) % 3
@@ -212,7 +220,7 @@ def _piece(h, p, a, whole, f, edges, forward, names, places):
 
 @scalar
 def _height_of(part, c, h, k):
-    """Height of a corner of a quarter, of those of the corners `h` and of the middles `k`."""
+    """Height of a corner of a quarter, from those of corners `h` and middles `k`."""
     if part == 3:
         return k[c]
     if c == part:
@@ -222,11 +230,11 @@ def _height_of(part, c, h, k):
 
 @entry("d2 d1 d1 l2 d1 d2 l2 l2 b2 l -> l2 d2")
 def zero_line_pieces(grid, low, high, levels, stretch, points, faces, edges, forward, depth):
-    """Pieces of the line: names of where each enters and leaves (n, 5), and the places (n, 6).
+    """Pieces of the line: names of entry and exit points (n, 5), and their positions (n, 6).
 
-    Columns of the first: name of the entry, name of the exit, triangle of the fault. Walking round
-    a triangle the line enters where the height rises, so that the fault's front is on its left.
-    `edges` (n, 3) number the triangles' edges; `forward`: the edge starts at its lower vertex.
+    Columns of the names: entry (2), exit (2), triangle of the fault. Around a triangle the line
+    enters where the height increases, so that the front of the fault is on its left. `edges` (n, 3)
+    number the edges of triangles; `forward`: the edge starts at its lower vertex.
     """
     sx, sy = stretch[0], stretch[1]
     whole = 1 << depth
@@ -241,6 +249,7 @@ def zero_line_pieces(grid, low, high, levels, stretch, points, faces, edges, for
     a, b = np.empty((3, 2), dtype=np.int64), np.empty((3, 2), dtype=np.int64)
     h, k, g = np.empty(3), np.empty(3), np.empty(3)
     for f in range(faces.shape[0]):
+        # Put the triangle itself on the stack if it can meet the horizon.
         for c in range(3):
             for d in range(3):
                 xyz[0, c, d] = points[faces[f, c], d]
@@ -248,10 +257,12 @@ def zero_line_pieces(grid, low, high, levels, stretch, points, faces, edges, for
                 ij[0, c, d] = whole if c == d else 0
         deep[0] = 0
         left = 1 if _meets(grid, low, high, levels, sx, sy, xyz[0, 0], xyz[0, 1], xyz[0, 2]) else 0
-        while left > 0:  # all that are waiting can meet the drape
+        while left > 0:  # every triangle on the stack can meet the horizon
             left -= 1
             level = deep[left]
             _take(xyz[left], ij[left], p, a, m, b)
+
+            # Split into quarters and push those that can meet the horizon.
             if level + 1 < depth:
                 for part in range(4):  # a corner each, and the middle
                     _take_part(part, p, a, m, b, xyz[left], ij[left])
@@ -272,7 +283,7 @@ def zero_line_pieces(grid, low, high, levels, stretch, points, faces, edges, for
                 continue
             for c in range(3):
                 k[c] = _above(grid, sx, sy, m[c])
-            for part in range(3, -1, -1):  # as they would leave the stack
+            for part in range(3, -1, -1):  # in the order in which a stack would return them
                 for c in range(3):
                     g[c] = _height_of(part, c, h, k)
                 _take_part(part, p, a, m, b, xyz[left], ij[left])

@@ -1,7 +1,7 @@
-"""How far is each node of a lattice graph from some, along its links?
+"""Distance of each node of a lattice graph from a set of nodes, in links.
 
-`east` and `north` are the neighbours of each node, -1 where the link is cut or missing; no node
-is the neighbour of two in one direction.
+`east` and `north` are the neighbours of each node, -1 where the link is cut or missing; no node is
+the neighbour of two nodes in one direction.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ def steps_from(east, north, start, longest):
         if north[v] >= 0:
             neighbours[v, 2] = north[v]
             neighbours[north[v], 3] = v
+
+    # Breadth-first search from all start nodes at once.
     steps = np.full(n, longest, dtype=np.int64)
     queue = np.empty(n, dtype=np.int64)
     count = done = 0

@@ -1,6 +1,7 @@
-"""Links between numbered points -> lines; where two lines cross in the map, what is near one.
+"""Lines formed by links between numbered points; crossings of two lines in the map; distances to
+lines.
 
-Points are 0 .. n - 1. Lines come one after the other: points, and where each line starts.
+Points are 0 .. n - 1. Lines are stored one after the other: points, and the start of each line.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from geosurf.kernels.sheets.fault_distance import (
     signed_offset,
 )
 
-CHUNK = 32  # pieces of a line that are boxed together, to be crossed
-NEAR = 8  # and to be near to
+CHUNK = 32  # pieces of a line with a common box, for crossings
+NEAR = 8  # the same for distances
 
 
 @entry("l1 l1 l -> l1 l1")
@@ -33,6 +34,8 @@ def directed_lines(tail, head, n_point):
     out = np.empty(2 * n, dtype=np.int64)
     starts = np.empty(n + 1, dtype=np.int64)
     m = lines = 0
+
+    # First from points that no link enters, then what is left: closed lines.
     for turn in range(2):
         for k in range(n):
             v = tail[k]
@@ -54,10 +57,10 @@ def directed_lines(tail, head, n_point):
 
 @entry("l1 l1 l1 l1 -> l1 l1")
 def undirected_lines(first, other_end, link, order):
-    """Longest lines between points that do not have two links; then closed ones.
+    """Longest lines between points that do not have exactly two links; then closed lines.
 
-    Point v has links ``link[first[v] : first[v + 1]]`` to ``beside[..]``, rising. `order`: where
-    lines may start, one after the other.
+    Point v has links ``link[first[v] : first[v + 1]]`` to ``other_end[..]``, increasing. `order`:
+    the points where lines may start, in sequence.
     """
     n_link = link.shape[0] // 2
     done = np.zeros(n_link, dtype=np.bool_)
@@ -74,6 +77,8 @@ def undirected_lines(first, other_end, link, order):
             lines += 1
             out[m], out[m + 1] = start, other_end[at]
             m += 2
+
+            # Continue while the point has exactly two links.
             before, v = start, other_end[at]
             while first[v + 1] - first[v] == 2:
                 one = first[v] if other_end[first[v]] != before else first[v] + 1
@@ -105,7 +110,7 @@ def _apart(a, b):
 
 @entry("d2 d2 -> d2")
 def line_crossings(one, two):
-    """Places (n, 2) where pieces (n, 4) of two lines cross: piece and share of it, on each."""
+    """Places (n, 2) where pieces (n, 4) of two lines cross: piece plus fraction, on each."""
     out = np.empty((16, 2))
     n = 0
     n_chunk = (two.shape[0] + CHUNK - 1) // CHUNK
@@ -118,6 +123,8 @@ def line_crossings(one, two):
         _box_of(one, i, i + 1, mine)
         if _apart(mine, whole):
             continue
+
+        # Boxes of chunks, then of pieces, then the intersection of two segments.
         rx, ry = one[i, 2] - one[i, 0], one[i, 3] - one[i, 1]
         for c in range(n_chunk):
             if _apart(mine, boxes[c]):
@@ -149,7 +156,7 @@ def _to_piece(x, y, ends, k):
 
 @scalar
 def _least(x, y, ends, first):
-    """Squared distance to NEAR pieces from one on."""
+    """Least squared distance to NEAR pieces from one on."""
     least = np.inf
     for s in range(first, min(first + NEAR, ends.shape[0])):
         least = min(least, _to_piece(x, y, ends, s)[0])
@@ -173,6 +180,8 @@ def first_hits(stations, direction, pieces, boxes, reach):
             for p in range(c * CHUNK, min((c + 1) * CHUNK, pieces.shape[0])):
                 ax, ay, bx, by = pieces[p, 0] - x, pieces[p, 1] - y, pieces[p, 3] - x, 0.0
                 by = pieces[p, 4] - y
+
+                # The piece crosses the direction where its ends lie on two sides.
                 one, two = dx * ay - dy * ax, dx * by - dy * bx
                 if (one >= 0) == (two >= 0):
                     continue
@@ -186,10 +195,10 @@ def first_hits(stations, direction, pieces, boxes, reach):
 
 @entry("d2 l1 d2 d2 l1 l1 d -> d1 d1 l1 d1")
 def nearest_on_line(points, block, ends, boxes, starts, items, reach):
-    """Distance of points to a line, side (+1 left), nearest piece (-1 far), place on it.
+    """Distance of points to a line, side (+1 left), nearest piece (-1 far), parameter on it.
 
-    `boxes` are those of NEAR pieces each; `items` list the boxes that come near a block. Pieces
-    that are as near are asked in their order, whatever was left out before.
+    `boxes` are those of NEAR pieces each; `items` list the boxes near a block. Equally near pieces
+    are compared in their order, so the result does not depend on what was skipped.
     """
     n = points.shape[0]
     far = np.full(n, reach)
@@ -199,10 +208,12 @@ def nearest_on_line(points, block, ends, boxes, starts, items, reach):
     before = -1
     for k in range(n):
         x, y = points[k, 0], points[k, 1]
-        # nothing is farther than what the point before is nearest to: mostly its neighbour
+        # the piece nearest to the previous point, mostly its neighbour, limits the search
         limit = reach * reach
         if before >= 0:
             limit = min(limit, _least(x, y, ends, before))
+
+        # Otherwise the nearest box gives a first limit.
         if before < 0 or limit >= reach * reach:
             first = -1
             for at in range(starts[block[k]], starts[block[k] + 1]):
@@ -212,6 +223,8 @@ def nearest_on_line(points, block, ends, boxes, starts, items, reach):
             if first < 0:
                 continue
             limit = min(reach * reach, _least(x, y, ends, first))
+
+        # All boxes within the limit, piece by piece.
         limit *= 1.0 + 1e-6
         best, lead = reach * reach, -1.0
         for at in range(starts[block[k]], starts[block[k] + 1]):
@@ -222,7 +235,7 @@ def nearest_on_line(points, block, ends, boxes, starts, items, reach):
                 d2, t, length2 = _to_piece(x, y, ends, s)
                 if d2 > best * (1.0 + 1e-9):
                     continue
-                # at a corner both pieces are as near: the one seen squarely decides
+                # at a corner both pieces are equally near: the larger offset decides
                 left = signed_offset(x, y, ends[s, 0], ends[s, 1], ends[s, 2], ends[s, 3], length2)
                 if d2 > best * (1.0 - 1e-9) and abs(left) <= lead:
                     continue

@@ -1,6 +1,6 @@
-"""Some nodes of a lattice, increasing: a band of it, never the whole.
+"""Bands of lattice nodes, in increasing order, without the whole lattice.
 
-Node = row * n_col + column. What is asked costs as much as the band has nodes.
+Node = row * n_col + column. The cost is proportional to the nodes of the band.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def nodes_of_blocks(starts, cols, rows, n_col):
 
 @entry("l1 l d d -> d2")
 def places_of_nodes(nodes, n_col, wide, tall):
-    """Places (n, 2) of nodes: columns `wide` and rows `tall` apart."""
+    """Positions (n, 2) of nodes: columns `wide` and rows `tall` apart."""
     out = np.empty((nodes.shape[0], 2))
     for k in range(nodes.shape[0]):
         row = nodes[k] // n_col
@@ -47,9 +47,9 @@ def places_of_nodes(nodes, n_col, wide, tall):
 
 @entry("d2 d1 l1 l1 d -> l1 l1")
 def points_in_blocks(points, corner, shape, starts, size):
-    """Rows of the points (n, m) that lie, by their first two, in blocks with items; the blocks.
+    """Rows of the points (n, m) whose first two coordinates lie in blocks with items; the blocks.
 
-    Block (x, y) reaches from ``(corner + (x, y)) * size`` on; ``y * shape[0] + x`` is its number.
+    Block (x, y) starts at ``(corner + (x, y)) * size``; its number is ``y * shape[0] + x``.
     """
     n = 0
     rows = np.empty(points.shape[0], dtype=np.int64)
@@ -67,7 +67,7 @@ def points_in_blocks(points, corner, shape, starts, size):
 
 @entry("l1 l1 l -> l1 l1")
 def links_between(nodes, cut, n_col):
-    """East and north neighbour of each node, as a row of `nodes`; -1 without, or across a cut.
+    """East and north neighbour of each node, as a row of `nodes`; -1 if missing or cut.
 
     `cut` has bit 0 set where the link to the east is cut, bit 1 for the one to the north.
     """
@@ -87,7 +87,7 @@ def links_between(nodes, cut, n_col):
 
 @scalar
 def _widened(first, last, n, low, high, reach):
-    """Runs first[k] .. last[k] widened by reach, cut to low .. high and joined; their number."""
+    """Widen runs first[k] .. last[k] by reach, clip to low .. high, join them; their number."""
     m = 0
     for k in range(n):
         a, b = max(first[k] - reach, low), min(last[k] + reach, high)
@@ -101,12 +101,14 @@ def _widened(first, last, n, low, high, reach):
 
 @entry("l1 l l l -> l1")
 def dilate_nodes(nodes, n_row, n_col, reach):
-    """Nodes within some rows and columns of increasing ones, increasing."""
+    """Nodes within some rows and columns of given increasing nodes, increasing."""
     n = nodes.shape[0]
     first, last = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
     start = np.full(n_row + 1, n, dtype=np.int64)
+
+    # Runs of each row, widened along the row.
     m = k = 0
-    for row in range(n_row):  # runs of each row, widened along it
+    for row in range(n_row):
         start[row] = m
         runs = 0
         while k < n and nodes[k] < (row + 1) * n_col:
@@ -118,6 +120,8 @@ def dilate_nodes(nodes, n_row, n_col, reach):
             k += 1
         m += _widened(first[m:], last[m:], runs, row * n_col, (row + 1) * n_col - 1, reach)
     start[n_row] = m
+
+    # Each row: union of the runs of rows within reach, by a difference array.
     mark = np.zeros(n_col + 1, dtype=np.int64)
     out = np.empty(max(16, 2 * n), dtype=np.int64)
     count = 0

@@ -1,5 +1,5 @@
-"""Which corners of the pieces of a torn sheet are vertices of the sheet itself, and which of its
-triangles lie over one another in the map?
+"""Which corners of the pieces of a torn sheet are vertices of the sheet, and which of its triangles
+overlap in the map?
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from geosurf.kernels.exact.predicates import orient2d
 
 @entry("d2 l2 l1 l2 d2 d1 -> l2")
 def named_corners(local, triangles, rows, faces, vertices, origin):
-    """Vertex (n, 3) of the sheet at each corner of some triangles, -1 for points that were made.
+    """Vertex (n, 3) of the sheet at each corner of some triangles, -1 for constructed points.
 
     `faces` (n, 3) are the corners of their parents, `vertices` those of the sheet in the world.
     """
@@ -35,7 +35,7 @@ def named_corners(local, triangles, rows, faces, vertices, origin):
 
 @scalar
 def _continues(x, a, b, p, q):
-    """Whether pq, on the line of ab, has nothing but a corner of the mesh in common with it."""
+    """Whether pq, on the line of ab, has only a corner of the mesh in common with ab."""
     if (p == a or p == b) and (q == a or q == b):
         return True
     if q == a or q == b:
@@ -49,10 +49,10 @@ def _continues(x, a, b, p, q):
 
 @scalar
 def _separated_by_edge(x, t, m, w, f, own, g):
-    """Whether an edge of triangle f, which turns `own`, has g on its other side.
+    """Whether an edge of triangle f, with turn `own`, has g on its other side.
 
-    There g may have a corner in common with that edge, or the edge itself, but not another
-    edge over the same line.
+    There g may share a corner with that edge, or the edge itself, but no other edge on the same
+    line.
     """
     for k in range(3):
         a, b = t[f, k], t[f, (k + 1) % 3]
@@ -60,6 +60,8 @@ def _separated_by_edge(x, t, m, w, f, own, g):
         p = q = -1
         for i in range(3):
             c = t[g, i]
+
+            # Corners of the edge itself are on its line; others have an exact sign.
             turn = 0
             if c != a and c != b:
                 turn = orient2d(x, m, w, a, b, c, 0, 1)
@@ -69,6 +71,8 @@ def _separated_by_edge(x, t, m, w, f, own, g):
             if turn == 0:
                 p, q = q, c
                 on += 1
+
+        # Two corners on the line: an edge of g over the line of this edge.
         if separated and (on < 2 or _continues(x, a, b, p, q)):
             return True
     return False
@@ -76,11 +80,11 @@ def _separated_by_edge(x, t, m, w, f, own, g):
 
 @entry("d2 l2 l2 l1 l1 -> b1")
 def overlap_in_map(x, t, pairs, m, w):
-    """Whether two triangles (rows of `t`) may meet but in a corner or an edge of the mesh.
+    """Whether two triangles (rows of `t`) may overlap except in a corner or an edge of the mesh.
 
-    In the map they have an area in common, or part of an edge that is not one of the mesh. Exact:
-    two triangles of the plane are parted by a line along an edge of one of them, if at all.
-    True where one stands upright.
+    In the map they share an area, or part of an edge that is not an edge of the mesh. Exact: two
+    disjoint triangles of the plane are separated by a line along an edge of one of them. True if
+    one is vertical.
     """
     out = np.ones(pairs.shape[0], dtype=np.bool_)
     for k in range(pairs.shape[0]):

@@ -1,4 +1,4 @@
-"""What stays of a torn sheet: which triangles are at a curve, and what corners tell of a part."""
+"""Which triangles of a torn sheet are at a curve, and what do corners say about its parts?"""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from geosurf.kernels.compile.jit import entry
 
 @entry("l2 l2 l -> l1 l1")
 def sides_of_edges(triangles, edges, n_point):
-    """Edge (row of `edges`, whichever way it runs) and triangle of each side that is one of them.
+    """Edge (row of `edges`, in either direction) and triangle of each side that is one of the
+    edges.
 
-    `edges` (n, 2) are of points 0 .. n_point - 1, each once; sides come triangle by triangle.
+    `edges` (n, 2) are distinct pairs of points 0 .. n_point - 1; sides come triangle by triangle.
     """
     n = edges.shape[0]
+
+    # Edges by their lower point.
     start = np.zeros(n_point + 1, dtype=np.int64)
     for e in range(n):
         start[min(edges[e, 0], edges[e, 1]) + 1] += 1
@@ -45,14 +48,15 @@ def sides_of_edges(triangles, edges, n_point):
 
 @entry("l2 l1 l2 l2 b1 b1 b1 l1 l -> b1 b1")
 def classify_parts(triangles, rows, named, faces, on_fault, ghost, outer, part, n_part):
-    """Whether each part has something real, and whether it has something that lies beyond a fault.
+    """Whether each part holds original data, and whether it holds something beyond a fault.
 
-    Of some triangles (rows of `triangles`): `named` (n, 3) are the vertices of the sheet at their
-    corners, -1 for points that were made, `faces` (n, 3) the corners of their parents, `part` the
-    part of each. A point on a fault is on the edge of both parts and tells nothing.
+    For some triangles (rows of `triangles`): `named` (n, 3) are the vertices of the sheet at their
+    corners, -1 for constructed points, `faces` (n, 3) the corners of their parents, `part` the
+    part of each. A point on a fault is on the boundary of both parts and decides nothing.
     """
     held, beyond = np.zeros(n_part, dtype=np.bool_), np.zeros(n_part, dtype=np.bool_)
     for k in range(rows.shape[0]):
+        # A parent without ghost corners is original.
         if not (ghost[faces[k, 0]] or ghost[faces[k, 1]] or ghost[faces[k, 2]]):
             held[part[k]] = True
         for c in range(3):

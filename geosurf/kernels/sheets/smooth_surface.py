@@ -1,4 +1,4 @@
-"""The smoothest surface through data: sums of squared differences on a graph of lattice nodes.
+"""The equations of the smoothest surface: squared differences on a graph of lattice nodes.
 
 Minimised over the unknown heights u, all others fixed, in units of cells:
 
@@ -7,18 +7,18 @@ Minimised over the unknown heights u, all others fixed, in units of cells:
 Dk holds all k-th differences with the multinomial weights of the continuous energies: 1, sqrt(3)
 for the third, 1, sqrt(2) for the second ones. A difference exists only if all nodes of its block
 exist and all links inside it, diagonals too, are uncut: that alone gives the natural conditions
-of a free plate at faults, rims and holes. `east` and `north` are the neighbours of each node, -1
-where the link is cut or missing; `square` tells that both diagonals of the block north-east of a
-node are uncut.
+of a free plate at faults, boundaries and holes. `east` and `north` are the neighbours of each
+node, -1 where the link is cut or missing; `square` is true where both diagonals of the block
+north-east of a node are uncut.
 
-All differences of a node v, those that start there and go east and north, have ten nodes. Which
-of the differences exist is one of 512 kinds, and the squares of all of them, summed up, are a
-form of the ten heights that is known for each kind. So a node adds one small matrix.
+All differences that start at a node v and go east and north use ten nodes. The set of differences
+that exist is one of 512 kinds; the sum of their squares is a quadratic form of the ten heights,
+tabulated for each kind. So each node adds one small matrix.
 
 Third differences: third-order smoothness in the sense of Wahba (1990), Spline Models for
 Observational Data, on a lattice as Briggs (1974), Geophysics 39, 39-48.
 
-Legend
+Notation
     g        the ten nodes of v, as rows of the graph, -1 where there is none: v, one, two and three
              to the east (1 2 3), to the north (4 5 6), one each way (7), two and one (8), one and
              two (9)
@@ -50,12 +50,13 @@ def _block(v, east, north, square):
 
 @scalar
 def nodes_of_differences(v, east, north, square, g):
-    """Write the ten nodes of v, and return of which kind they are."""
+    """Write the ten nodes of v, and return the kind of their differences."""
     kind = 0
     for i in range(NODES):
         g[i] = -1
     g[0] = v
     for k in range(3):
+        # Three steps east and three north, as far as links exist.
         before = g[k]
         if before >= 0 and east[before] >= 0:
             g[1 + k] = east[before]
@@ -64,6 +65,8 @@ def nodes_of_differences(v, east, north, square, g):
         if before >= 0 and north[before] >= 0:
             g[4 + k] = north[before]
             kind |= 8 << k
+
+    # The blocks north-east of v, of its east and of its north neighbour.
     g[7] = _block(v, east, north, square)
     if g[7] >= 0:
         kind |= 64
@@ -78,7 +81,7 @@ def nodes_of_differences(v, east, north, square, g):
 
 @scalar
 def _add_square(form, nodes, weights, n, scale):
-    """Add the square of one difference to a form."""
+    """Add the square of one difference to a quadratic form."""
     for i in range(n):
         for j in range(n):
             form[NODES * nodes[i] + nodes[j]] += scale * scale * weights[i] * weights[j]
@@ -86,7 +89,7 @@ def _add_square(form, nodes, weights, n, scale):
 
 @scalar
 def fill_forms(weights, forms):
-    """The forms of all kinds; `weights` as for `normal_equations`."""
+    """Fill the forms of all kinds; `weights` as in `normal_equations`."""
     first = np.array([-1.0, 1.0])
     second = np.array([1.0, -2.0, 1.0])
     third = np.array([-1.0, 3.0, -3.0, 1.0])
@@ -100,6 +103,8 @@ def fill_forms(weights, forms):
         form = forms[kind]
         for axis in range(2):
             w, w2 = (wx, wy) if axis == 0 else (wy, wx)
+
+            # Differences along one axis, of order one to three.
             line, present = lines[axis], kind >> (3 * axis)
             if present & 1:
                 _add_square(form, line, first, 2, e * w)
@@ -130,6 +135,8 @@ def normal_equations(east, north, square, cell, unknown, weights):
     forms = np.zeros((KINDS, NODES * NODES))
     fill_forms(weights, forms)
     g = np.empty(NODES, dtype=np.int64)
+
+    # The slot of a neighbour follows from its position relative to the node.
     place = np.empty(n, dtype=np.int64)  # of a slot, in the order of rows of seven
     for v in range(n):
         place[v] = 7 * cell[v, 0] + cell[v, 1]
@@ -147,7 +154,7 @@ def normal_equations(east, north, square, cell, unknown, weights):
                     continue
                 q = unknown[g[j]]
                 slot = DIAGONAL + place[g[j]] - place[g[i]]
-                # two sheets may have a node at one place: the next free slot then
+                # two sheets may have a node at one position: then the next free slot
                 while column[p, slot] >= 0 and column[p, slot] != q:
                     slot = (slot + 1) % SLOTS
                 matrix[p, slot] += w

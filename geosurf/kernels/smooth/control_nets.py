@@ -1,6 +1,6 @@
-"""Control nets of cells and triangles: made, and told apart by a plane between them.
+"""Bernstein control nets of cells and triangles, and whether a plane separates two of them.
 
-Letters as in `patch`; nets (n, 4, 4, 3) Bernstein coefficients.
+Letters as in `cubic_patch`; nets (n, 4, 4, 3) Bernstein coefficients.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def _shadow(net, p, q, r):
 
 @scalar
 def net_normal(net):
-    """Unit vector across a net, from its diagonals; NaN if they are parallel or absent."""
+    """Unit normal of a net from its diagonals; NaN if they are parallel or missing."""
     ax, ay, az = (
         net[3, 3, 0] - net[0, 0, 0],
         net[3, 3, 1] - net[0, 0, 1],
@@ -69,7 +69,7 @@ def net_normal(net):
 
 @scalar
 def separated(one, two):
-    """Whether two nets are apart along an axis or along one of their own normals."""
+    """Whether two nets are separated along an axis or along one of their normals."""
     for axis in range(5):
         if axis < 3:
             p, q, r = 1.0 * (axis == 0), 1.0 * (axis == 1), 1.0 * (axis == 2)
@@ -77,6 +77,8 @@ def separated(one, two):
             p, q, r = net_normal(one) if axis == 3 else net_normal(two)
             if not np.isfinite(p + q + r):
                 continue
+
+        # The convex hull of the coefficients holds the patch, so disjoint bounds separate.
         low, high = _shadow(one, p, q, r)
         floor, ceiling = _shadow(two, p, q, r)
         if low > ceiling + SLACK or floor > high + SLACK:

@@ -1,13 +1,14 @@
-"""Is every contact of two smooth surfaces on a curve that is known? And tracing those that are not.
+"""Coverage: does each contact of two smooth surfaces lie on a known curve? Seeds for those that do
+not.
 
-Pairs of patches that may touch (`pyramid`) are split (de Casteljau) until each part is
+Pairs of patches that may touch (`patch_pyramid`) are split (de Casteljau) until each part is
 
-- apart, by its Bernstein coefficients; or
+- separated, by its Bernstein coefficients; or
 - transverse, that is, no normal of one patch is parallel to one of the other, so that no closed
-  curve lies inside, and a known curve runs through the pair of cells, or Newton's method from
-  its middle lands in a pair of cells with a known curve; or
-- the start of a curve that nobody knows yet: a seed; or
-- so near to tangency that it cannot be told at 1/32 of a cell: a place to report.
+  curve lies inside, and a known curve runs through the pair of cells, or Newton's method from its
+  middle ends in a pair of cells with a known curve; or
+- the start of an unknown curve: a seed; or
+- so nearly tangent that it cannot be decided at 1/32 of a cell: a point to report.
 
 Normals of a patch are sums, with positive weights, of cross products of control differences
 (Sederberg & Meyers 1988), so a cone around those holds them all.
@@ -35,14 +36,16 @@ from geosurf.kernels.smooth.lift import (
 
 SEED, NEAR_SEED, TOUCH, TOO_CLOSE = 0, 1, 2, 3
 _SMALLEST = 1.0 / 32.0  # [cells]
-_MOST = 1500  # parts looked at in one pair of cells
-_IN_ALL = 100_000  # parts looked at in all of them: surfaces that coincide would never end
+_MOST = 1500  # largest number of parts of one pair of cells
+_IN_ALL = 100_000  # largest number of parts in all: coinciding surfaces would never end
 
 
 @scalar
 def cone(net):
     """Axis and half angle [radians] of a cone that holds all normals; pi if there is none."""
     p, q, r = net_normal(net)
+
+    # The largest angle between the axis and any cross product of control differences.
     least = 1.0
     for i in range(4):
         for j in range(3):
@@ -74,14 +77,14 @@ def cones_of(nets):
 
 @scalar
 def transverse(ap, aq, ar, aw, bp, bq, br, bw):
-    """Whether no direction of one double cone is in the other."""
+    """Whether two double cones have no direction in common."""
     between = math.acos(min(abs(ap * bp + aq * bq + ar * br), 1.0))
     return between > aw + bw + 1e-9
 
 
 @scalar
 def _halve(net, along_u, low, high):
-    """De Casteljau in the middle: both halves of a net."""
+    """De Casteljau at the middle: both halves of a net."""
     for i in range(4):
         for axis in range(3):
             if along_u:
@@ -138,7 +141,7 @@ def _split(g, h, r, n):
 
 @scalar
 def key_of(za, zb, w, tri):
-    """Number of the pair of cells that holds parameters."""
+    """Key of the pair of cells that holds parameters."""
     n_col = za.shape[1] - 1
     j = min(max(int(w[0]), 0), n_col - 1)
     i = min(max(int(w[1]), 0), za.shape[0] - 2)
@@ -168,7 +171,7 @@ def _known(keys, key):
 
 @scalar
 def _within(w, r, n):
-    """Whether parameters are in part n, or no farther from it than its own size."""
+    """Whether parameters are in part n, or within its own size of it."""
     for k in range(4):
         more = r[n, 2 * k + 1] - r[n, 2 * k]
         if w[k] < r[n, 2 * k] - more or w[k] > r[n, 2 * k + 1] + more:
@@ -190,14 +193,39 @@ def _middle_of(g, r, n, mesh, w):
     return x, y, z
 
 
+@scalar
+def _set_ranges(za, zb, cell_a, cell_b, r):
+    """Ranges of the parameters of a pair of cells, into the first row of r."""
+    n_col = za.shape[1] - 1
+    r[0, 0], r[0, 2] = cell_a % n_col, cell_a // n_col
+    r[0, 4], r[0, 6] = 0.0, 0.0
+    if zb.shape[0] > 1:
+        r[0, 4], r[0, 6] = cell_b % (zb.shape[1] - 1), cell_b // (zb.shape[1] - 1)
+    for col in range(4):
+        r[0, 2 * col + 1] = r[0, 2 * col] + 1.0
+
+
+@scalar
+def _append_found(out, n, kind, tri, w, x, y, z):
+    """Append a row of `check_pairs`: rows, longer if full, and their number."""
+    if n == out.shape[0]:
+        more = np.empty((2 * n, 9))
+        more[:n] = out
+        out = more
+    out[n, 0], out[n, 1] = kind, tri
+    out[n, 2:6] = w
+    out[n, 6], out[n, 7], out[n, 8] = x, y, z
+    return out, n + 1
+
+
 @entry("d2 d2 d2 d2 d2 d2 d3 l2 l1 l1 d4 d4 d2 d2 l1 -> d2")
 def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b, cones_a,
                 cones_b, keys):  # fmt: skip
-    """What pairs of patches hold beside the known curves, whose pairs of cells are in `keys`.
+    """Contacts of pairs of patches that no known curve covers; `keys` are its pairs of cells.
 
     Returns rows (n, 9): kind (SEED, NEAR_SEED, TOUCH, TOO_CLOSE), triangle of b, parameters,
-    point. A near seed lies so close to tangency that only its distance from the known curves
-    can tell whether it is on one of them.
+    point. A near seed is so close to tangency that only its distance from the known curves decides
+    whether it is on one of them.
     """
     surfaces = SurfacePair(xa, ya, za, xb, yb, zb, c)
     mesh = zb.shape[0] == 1
@@ -210,16 +238,14 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
         key = cell_a[a] * (1 << 31) + cell_b[b]
         seen = _known(keys, key)
         ca, cb = cones_a[a], cones_b[b]
+
+        # A transverse pair with a known curve holds no other one.
         if seen and transverse(ca[0], ca[1], ca[2], ca[3], cb[0], cb[1], cb[2], cb[3]):
             continue
         g[0], h[0] = nets_a[a], nets_b[b]
-        n_col = za.shape[1] - 1
-        r[0, 0], r[0, 2] = cell_a[a] % n_col, cell_a[a] // n_col
-        r[0, 4], r[0, 6] = 0.0, 0.0
-        if not mesh:
-            r[0, 4], r[0, 6] = cell_b[b] % (zb.shape[1] - 1), cell_b[b] // (zb.shape[1] - 1)
-        for col in range(4):
-            r[0, 2 * col + 1] = r[0, 2 * col] + 1.0
+        _set_ranges(za, zb, cell_a[a], cell_b[b], r)
+
+        # Parts of this pair on a stack.
         top, looked = 1, 0
         tri = cell_b[b] if mesh else 0
         while top > 0:
@@ -235,6 +261,8 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
             if clear and seen:
                 top -= 1
                 continue
+
+            # Newton from the middle of a transverse part: a known curve, a seed, or undecided.
             x, y, z = _middle_of(g, r, n, mesh, w)
             kind = -1
             found = ASTRAY
@@ -245,10 +273,14 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
                     continue
                 if found == LIFTED and (mesh or _within(w, r, n)):
                     kind = SEED
+
+            # Split undecided parts until they are smallest or too many.
             enough = looked >= _MOST or looked_in_all >= _IN_ALL
             if kind < 0 and not enough and _split(g, h, r, n):
                 top += 1
                 continue
+
+            # Report what is left.
             if kind < 0 and enough:
                 kind, top = TOO_CLOSE, 1
             elif kind < 0:
@@ -258,15 +290,8 @@ def check_pairs(xa, ya, za, xb, yb, zb, c, pairs, cell_a, cell_b, nets_a, nets_b
                     top -= 1
                     continue
                 kind = TOUCH if found != LIFTED else (SEED if clear else NEAR_SEED)
-            if n_out == out.shape[0]:
-                more = np.empty((2 * n_out, 9))
-                more[:n_out] = out
-                out = more
-            out[n_out, 0], out[n_out, 1] = kind, tri
-            out[n_out, 2:6] = w
-            out[n_out, 6], out[n_out, 7], out[n_out, 8] = x, y, z
             if found == LIFTED:
-                out[n_out, 6:9] = f[F_POINT : F_POINT + 3]
-            n_out += 1
+                x, y, z = f[F_POINT], f[F_POINT + 1], f[F_POINT + 2]
+            out, n_out = _append_found(out, n_out, kind, tri, w, x, y, z)
             top -= 1
     return out[:n_out].copy()

@@ -1,14 +1,14 @@
-"""Local cubics on lattices: points, tangents, control nets, and how far to trust them.
+"""Local cubics on lattices: points, tangents, control nets, and measures of their accuracy.
 
-Between nodes, a lattice is the tensor product of 4-point Lagrange cubics in its own row and
-column numbers, one for each coordinate. Why Lagrange and not cubic convolution (Keys 1981):
-its error is O(h^4) instead of O(h^3); its stencil can be shifted at the rim without losing that;
-and it is one polynomial per cell, so that Bernstein coefficients bound it exactly. The price is
-that tangents jump by O(h^3) from cell to cell, which moves no point.
+Between nodes, a lattice is the tensor product of 4-point Lagrange cubics in row and column numbers,
+one for each coordinate. Why Lagrange and not cubic convolution (Keys 1981): the error is O(h^4)
+instead of O(h^3); the stencil can be shifted inwards at the boundary without losing that order; and
+there is one polynomial per cell, so Bernstein coefficients bound it exactly. The price: tangents
+jump by O(h^3) from cell to cell, which moves no point.
 
-Letters
+Notation
     x, y, z   coordinates of nodes, local [m], each (n_row, n_col); x may have one row and y one
-              column where the lattice is upright; NaN where there is no node
+              column where the lattice is axis-aligned; NaN where a node is missing
     u, v      column and row number, real: node (i, j) has u = j, v = i
     a, b      weights along columns and rows: four values, then four derivatives
     f         workspace (n,); `evaluate` fills nine of it: point, d/du, d/dv
@@ -40,7 +40,7 @@ BERNSTEIN = _to_bernstein()
 # halfway between nodes: 6-point minus 4-point, 8-point minus 6-point weights of the eight nodes
 SIX_FOUR = np.array([0.0, 3.0, -9.0, 6.0, 6.0, -9.0, 3.0, 0.0]) / 256
 EIGHT_SIX = np.array([-5.0, 25.0, -45.0, 25.0, 25.0, -45.0, 25.0, -5.0]) / 2048
-# what the second makes of uncorrelated noise of standard deviation 1
+# response of the second to uncorrelated noise of standard deviation 1
 NOISE_GAIN = float(np.sqrt((EIGHT_SIX**2).sum()))
 
 
@@ -54,7 +54,7 @@ def unit_cross(ux, uy, uz, vx, vy, vz):
 
 @scalar
 def stencil(u, n, m):
-    """First node of the m nodes around u, shifted inwards at the rim."""
+    """First node of the m nodes around u, shifted inwards at the boundary."""
     return min(max(math.floor(u) - m // 2 + 1, 0), n - m)
 
 
@@ -93,7 +93,7 @@ def _tensor(q, i, j, a, b):
         k, m, n, o = q[i, 0], q[i + 1, 0], q[i + 2, 0], q[i + 3, 0]
         value = (b[0] * k + b[1] * m) + (b[2] * n + b[3] * o)
         return value, 0.0, (b[4] * k + b[5] * m) + (b[6] * n + b[7] * o)
-    # sums in pairs: each number waits for two others only
+    # pairwise sums shorten the chain of dependent operations
     k, dk = _row(q, i, j, a)
     m, dm = _row(q, i + 1, j, a)
     n, dn = _row(q, i + 2, j, a)
@@ -115,8 +115,10 @@ def evaluate(x, y, z, u, v, f, o):
 
 @scalar
 def _net_of(q, i, j, cu, cv, net, axis, half):
-    """Bernstein coefficients of one coordinate; cu, cv the cell's place in its stencil."""
+    """Bernstein coefficients of one coordinate; cu, cv are the place of the cell in its stencil."""
     n_row, n_col = q.shape
+
+    # Columns first, then rows, each by a 4 x 4 matrix.
     for r in range(4 if n_row > 1 else 1):
         for col in range(4):
             if n_col == 1:
@@ -144,7 +146,7 @@ def _net_of(q, i, j, cu, cv, net, axis, half):
 
 @scalar
 def corner_net(x, y, z, i, j, net):
-    """A net for a cell without a whole stencil: its corners that exist, each four times."""
+    """A net for a cell without a complete stencil: its existing corners, each four times."""
     found = 0
     for k in range(2):
         for col in range(2):
@@ -165,7 +167,7 @@ def corner_net(x, y, z, i, j, net):
 
 @scalar
 def cell_net(x, y, z, i, j, net, half):
-    """Control net (4, 4, 3) of a cell: 1 where its stencil has 16 nodes, else what is in `net`.
+    """Write the control net (4, 4, 3) of a cell; 1 where its stencil has all 16 nodes.
 
     0 where the net is only the corners of one or two triangles, -1 where the cell has none.
     """
@@ -173,6 +175,8 @@ def cell_net(x, y, z, i, j, net, half):
     _net_of(x, si, sj, j - sj, i - si, net, 0, half)
     _net_of(y, si, sj, j - sj, i - si, net, 1, half)
     _net_of(z, si, sj, j - sj, i - si, net, 2, half)
+
+    # NaN in any coefficient marks an incomplete stencil.
     total = 0.0
     for k in range(4):
         for col in range(4):
@@ -201,9 +205,9 @@ def _weight(first, m, k, t):
 
 @scalar
 def _halfway(q, fixed, first, by_row):
-    """6-point minus 4-point, 8-point minus 6-point, of one coordinate amidst eight nodes.
+    """6-point minus 4-point, 8-point minus 6-point, of one coordinate amid eight nodes.
 
-    Weights are alike from both ends. 0 for a coordinate that is the same all along.
+    The weights are symmetric. 0 for a coordinate that is constant along the line.
     """
     if by_row:
         if q.shape[0] == 1:
@@ -227,8 +231,8 @@ def _halfway(q, fixed, first, by_row):
 def _differences(x, y, z, fixed, along, by_row, p, q, r):
     """6-point minus 4-point, 8-point minus 6-point, halfway along a side of a cell, on (p, q, r).
 
-    The side starts at node `along` of row or column `fixed`. The third number is what the second
-    makes of uncorrelated noise of standard deviation 1.
+    The side starts at node `along` of row or column `fixed`. The third number is the response of
+    the second to uncorrelated noise of standard deviation 1.
     """
     n = z.shape[0] if by_row else z.shape[1]
     eight, six, four = stencil(along, n, 8), stencil(along, n, 6), stencil(along, n, 4)
@@ -237,6 +241,8 @@ def _differences(x, y, z, fixed, along, by_row, p, q, r):
         b, e = _halfway(y, fixed, eight, by_row)
         c, f = _halfway(z, fixed, eight, by_row)
         return abs(p * a + q * b + r * c), abs(p * d + q * e + r * f), NOISE_GAIN
+
+    # At the boundary the stencils are shifted: general Lagrange weights.
     t = along + 0.5
     fine, finer, gain = 0.0, 0.0, 0.0
     for k in range(8):
@@ -254,11 +260,11 @@ def _differences(x, y, z, fixed, along, by_row, p, q, r):
 
 @scalar
 def interpolant_differences(x, y, z, u, v, p, q, r):
-    """How well cubics fit the cell at (u, v), along the unit vector (p, q, r): three lengths.
+    """Accuracy of the cubics in the cell at (u, v), along unit vector (p, q, r): three lengths.
 
-    The difference of 6-point and 4-point interpolants, and that of 8-point and 6-point ones,
-    halfway between nodes where they are largest: rows and columns added up, the larger side
-    of the cell taken; last, the noise that would make the second. NaN where a stencil has a hole.
+    Differences of the 6-point and 4-point interpolants, and of the 8-point and 6-point ones,
+    halfway between nodes where they are largest: rows plus columns, the larger side of the cell;
+    last, the noise that would cause the second. NaN where a stencil has a hole.
     """
     n_row, n_col = z.shape
     j = min(max(math.floor(u), 0), n_col - 2)

@@ -1,16 +1,17 @@
-"""All curves of two smooth lattices at once: landings in pairs of cells, a walk from each new one.
+"""All curves of two smooth lattices: a seed in each pair of cells, a walk from each new seed.
 
-From a landing (`find_seed`) that lies beside no walk, the curve is walked both ways until it closes
-or leaves a surface, from knot to knot. A step goes on along the cubic of the last arc and comes
-back by Newton's method in the plane across. It is kept if the cubic arc between the two knots
-(`arcs`), measured at its quarters as in `resample`, is near enough to the curve; its length
-follows the fourth root of that distance. Chords are cut from the arcs at the end, by what the
-estimate along the whole curve (`doubt`) leaves of the tolerance.
+From a seed (`newton_seeds`) that is not near a known walk, the curve is followed both ways until it
+closes or leaves a surface, from knot to knot. A step extrapolates the cubic of the last arc and
+returns by Newton's method in the plane across (predictor, corrector). It is accepted if the cubic
+arc between the two knots (`hermite_arcs`), measured at its quarters as in `resample`, is near
+enough to the curve. The step length follows the fourth root of that distance. At the end, chords
+are cut from the arcs, by what the error estimate along the whole curve (`error_estimate`) leaves
+of the tolerance.
 
-A pair of cells is settled if its surfaces are transverse, and a walk runs through it or beside its
-landing. All other pairs are handed back, to be split.
+A pair of cells is settled if its surfaces are transverse, and a walk runs through it or near its
+seed. All other pairs are returned, to be split.
 
-Letters as in `lift` and `arcs`.
+Letters as in `lift` and `hermite_arcs`.
 """
 
 from __future__ import annotations
@@ -69,21 +70,21 @@ from geosurf.kernels.smooth.trace import (
     step_direction,
 )
 
-NOISY = 4  # or a hole within three cells; beside AT_RIM, CLOSED, LOST
+NOISY = 4  # or a hole within three cells; in addition to AT_RIM, CLOSED, LOST
 _FIRST_STEP, _FARTHEST = 0.25, 2.0  # [cells] of one step
 _COARSEST = 0.25  # [cells] of a tolerance
-_SAME = 4.0  # [tolerances]: what is nearer to a walk is on it
-# how far an arc may be from the curve: a part of the tolerance, and no farther than the cubics may
-# be from the surfaces, or a smaller part, so that points stay as good as the nodes allow
+_SAME = 4.0  # [tolerances]: seeds nearer to a walk are on it
+# allowed distance of an arc from the curve: a part of the tolerance, reduced to the error of the
+# cubics themselves where that is smaller, but not below the second part
 _ARC, _FINEST = 0.1, 0.002
-# steps are a little shorter than the last arc tells, and grow by so much at most: what is measured
-# jumps where cells change, and a step in vain costs as much as three
+# steps are a little shorter than the last arc suggests, with limited growth: the measured distance
+# jumps where cells change, and a rejected step costs as much as three
 _CAREFUL, _GROWTH = 0.85, 1.4
 
 
 @scalar
 def _allowed(knot, tolerance):
-    """How far the next arc may be from the curve [m]."""
+    """Allowed distance of the next arc from the curve [m]."""
     error = (knot[K_ERROR] + knot[K_ERROR + 3]) / knot[K_SINE]
     return min(_ARC * tolerance, max(error, _FINEST * tolerance))
 
@@ -92,6 +93,8 @@ def _allowed(knot, tolerance):
 def measure_arc(surfaces, one, two, target, enough, row, f):
     """Largest distance of the curve from an arc at its quarters; inf if it cannot be measured."""
     largest = 0.0
+
+    # The middle first: it is mostly the largest.
     for k in range(3):
         t = 0.5 if k == 0 else (0.25 if k == 1 else 0.75)
         on_arc(one, two, t, row)
@@ -109,9 +112,9 @@ def measure_arc(surfaces, one, two, target, enough, row, f):
 
 @scalar
 def _predict(surfaces, knots, first, n, step, enough, row, f):
-    """Newton from a step beyond knot n - 1: the arc before goes on, the first goes straight.
+    """Newton from a step beyond knot n - 1: along the last arc, the first time along the tangent.
 
-    Parameters come into `row` (7,). Returns how it ended, and whether at a rim.
+    Writes the parameters to `row` (7,). Returns the status, and whether at a boundary.
     """
     za, zb = surfaces.za, surfaces.zb
     here = knots[n - 1]
@@ -132,14 +135,16 @@ def _predict(surfaces, knots, first, n, step, enough, row, f):
 
 @scalar
 def _walk(surfaces, seed, sense, step, tolerance, enough, knots, first, row, f, g):
-    """Append knots from a seed (7,), itself included, to where the walk ends; that end.
+    """Append knots from a seed (7,), itself included, to the end of the walk; knots, count, end.
 
-    f: what was found at the next knot, g: beside arcs.
+    f: workspace of Newton at the next knot, g: the same along arcs.
     """
     n, loose = first, math.sqrt(1e-3 * tolerance * min(1.0, step))
     knots = with_room(knots, n)
     knots[n, :7], knots[n, K_LENGTH], knots[n, K_DISTANCE] = seed, -1.0, 0.0
     x, y, z = seed[0], seed[1], seed[2]
+
+    # The first knot is the seed itself.
     found = newton_in_plane_to(surfaces, 0, knots[n, 3:7], x, y, z, 0.0, 0.0, 0.0, enough, f)
     if found != LIFTED:
         return knots, n, LOST
@@ -149,6 +154,8 @@ def _walk(surfaces, seed, sense, step, tolerance, enough, knots, first, row, f, 
     n += 1
     while n - first < MAX_STEPS and step > shortest:
         knots = with_room(knots, n)
+
+        # Try to close: the start is ahead and within reach of a step.
         start, here, goal = knots[first], knots[n - 1], knots[n]
         step, target = min(step, _FARTHEST / steepest), _allowed(here, tolerance)
         ax, ay, az = start[0] - here[0], start[1] - here[1], start[2] - here[2]
@@ -161,6 +168,8 @@ def _walk(surfaces, seed, sense, step, tolerance, enough, knots, first, row, f, 
             if goal[K_DISTANCE] <= target:
                 return knots, n + 1, CLOSED
             step = min(step, 0.4 * left)
+
+        # Predict and correct; halve the step if it is rejected.
         found, at_rim = _predict(surfaces, knots, first, n, step, enough, row, f)
         turn = (
             step_direction(here, here[K_SLOPE : K_SLOPE + 3], step, f) if found == LIFTED else 0.0
@@ -168,6 +177,8 @@ def _walk(surfaces, seed, sense, step, tolerance, enough, knots, first, row, f, 
         if turn == 0.0:
             step *= 0.5
             continue
+
+        # Measure the arc to the new knot.
         goal[3:7] = row[3:7]
         rate = set_knot(turn, f, goal)
         set_length(here, goal)
@@ -192,7 +203,7 @@ def _walk_both_ways(surfaces, seed, step, tolerance, enough, knots, first, row, 
     if end != AT_RIM:
         return knots, n, end
     reverse_knots(knots, first, n)
-    middle = n - 1  # the seed comes once more
+    middle = n - 1  # the seed is repeated
     length, away = knots[middle, K_LENGTH], knots[middle, K_DISTANCE]
     knots, n, end = _walk(surfaces, seed, 1.0, step, tolerance, enough, knots, middle, row, f, g)
     knots[middle, K_LENGTH], knots[middle, K_DISTANCE] = length, away
@@ -201,22 +212,23 @@ def _walk_both_ways(surfaces, seed, step, tolerance, enough, knots, first, row, 
 
 @scalar
 def _walk_all(surfaces, pairs, cell_a, cell_b, patches_a, patches_b, step, tolerance):
-    """Curves of two lattices: points (n, 3), offsets, how each ends, its bound and the estimate of
-    the cubics in it, the pairs not settled, and keys of pairs that walks run through.
-
-    `step`: the first [m].
+    """Curves of two lattices: points (n, 3), offsets, ends, bounds and the estimates of the cubics
+    in them, unsettled pairs, and keys of pairs that walks run through. `step`: the first [m].
     """
     za, zb = surfaces.za, surfaces.zb
     row, seed, f, g = np.empty(7), np.empty(7), np.empty(N_WORK), np.empty(N_WORK)
     small = min(1.0, step)
     near, enough = math.sqrt(0.25 * tolerance * small), min(1e-6, 1e-3 * tolerance)
     enough, reach = math.sqrt(enough * small), _SAME * tolerance
+
+    # Pairs that are not transverse are left to be split.
     keys, order, knot_of = classify_pairs(surfaces, pairs, cell_a, cell_b, patches_a, patches_b)
     knots, rows, m, n, count = np.empty((256, N_KNOT)), np.empty((1024, 3)), 0, 0, 0
     n_pair = pairs.shape[0]
     offsets, ends = np.zeros(n_pair + 1, dtype=np.int64), np.empty(n_pair, dtype=np.int64)
     figures = np.empty((n_pair, 2))
     for k in range(n_pair):
+        # Skip pairs that a walk settled already.
         if knot_of[k] != NOT_PASSED:
             continue
         a, b = pairs[k, 0], pairs[k, 1]
@@ -224,14 +236,18 @@ def _walk_all(surfaces, pairs, cell_a, cell_b, patches_a, patches_b, step, toler
         if found != LIFTED:
             knot_of[k] = TO_SPLIT
             continue
+
+        # A seed on a known curve starts no walk.
         if is_near_curve(za, zb, knots, m, seed, reach, keys, order, knot_of):
             continue
         if is_disjoint_pair(surfaces, cell_a[a], cell_b[b], seed):
-            continue  # a walk starts where the cells that it runs through are looked at
+            continue  # the walk starts in the pair of cells that holds the curve
         first = m
         knots, m, end = _walk_both_ways(
             surfaces, seed, step, tolerance, enough, knots, first, row, f, g
         )
+
+        # Mark the pairs that the walk runs through, and cut its chords.
         if end != LOST:
             mark_passed(za, zb, knots, first, m, keys, order, knot_of, row)
             rows, n, figures[count, 0], figures[count, 1], noisy = cut_chords(
@@ -251,7 +267,7 @@ def _walk_all(surfaces, pairs, cell_a, cell_b, patches_a, patches_b, step, toler
 
 @scalar
 def _not_walked():
-    """As `_walk_all`, with no offset."""
+    """As `_walk_all`, without any curve."""
     none, nobody = np.empty((0, 3)), np.empty(0, dtype=np.int64)
     return none, nobody, nobody, np.empty((0, 2)), nobody, nobody
 
@@ -260,10 +276,10 @@ def _not_walked():
 def find_and_walk(
     xa, ya, za, xb, yb, zb, c, boxes, shape, bends_a, items, planes, bends_b, tolerance
 ):
-    """All that `near_patches` finds, then the curves of two whole lattices (`_walk_all`).
+    """All results of `near_patches`, then the curves of two whole lattices (`_walk_all`).
 
-    There is no offset where walks do not help: something is not whole, is a triangle, or the
-    tolerance [m] is 0, or so large that the plain curve has more points than are needed.
+    There are no offsets where walks do not apply: a surface has holes or is a triangle mesh, or the
+    tolerance [m] is 0, or so large that the plain curve has more points than needed.
     """
     surfaces = SurfacePair(xa, ya, za, xb, yb, zb, c)
     a, b = (xa, ya, za, c, bends_a), (xb, yb, zb, c, bends_b)

@@ -1,10 +1,11 @@
-"""How far the curve of the cubics may be from the true one, from what interpolants say along it.
+"""Estimate of the distance between a curve of cubics and the true curve, from interpolants along
+it.
 
-Interpolants of 4, 6 and 8 points are compared (`patch.trust`). Their differences are summed like a
-geometric series, ``d / (1 - q)``, with q the ratio of the second to the first over a window, at
-most ROUGH. The noise that would make the second difference is added, since noise passes through
-all of them. Where q is more than ROUGH, interpolants do not converge: there it is noise. Errors of
-both surfaces add up, over the sine of the angle between them.
+Interpolants of 4, 6 and 8 points are compared (`cubic_patch.interpolant_differences`). Their
+differences are summed like a geometric series, ``d / (1 - q)``, with q the ratio of the second to
+the first over a window, at most ROUGH. The noise that would cause the second difference is added,
+since noise passes through all of them. Where q exceeds ROUGH, interpolants do not converge: that is
+noise. Errors of both surfaces are added and divided by the sine of the angle between them.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ def _mean(rows, column, a, b):
 def error_at(rows, first, k, a, b):
     """Estimate at row k of a curve, rows a to b, and the part of it that is noise [m].
 
-    `first`: of seven columns, three lengths of `trust` for each surface and the sine.
+    `first`: of seven columns, three lengths of `interpolant_differences` for each surface and the
+    sine.
     """
     low, high = max(k - WINDOW, a), min(k + WINDOW + 1, b)
     total, rough = 0.0, 0.0

@@ -1,16 +1,16 @@
-"""Cubic arcs between knots of a curve: places on them, distances from them, chords along them.
+"""Cubic Hermite arcs between knots of a curve: points on them, distances from them, chords along
+them.
 
-An arc is the cubic with given ends and slopes (Hermite). It misses a smooth curve by O(s^4) where
-a chord misses it by O(s^2), s its length; so Newton's method is needed at few knots, and chords
-are cut from arcs. A chord misses its part of an arc by |B''| h^2 / 8 at most, with B'' the second
-derivative by the arc's own parameter, h the part of it: B'' is linear, so its larger end bounds
-it.
+An arc is the cubic with given ends and slopes. Its distance from a smooth curve is O(s^4), where a
+chord has O(s^2), s its length. So Newton's method is needed at few knots, and chords are cut from
+arcs. A chord deviates from its part of an arc by |B''| h^2 / 8 at most, with B'' the second
+derivative by the arc's parameter and h the part of it: B'' is linear, so its larger end is a bound.
 
-Letters
+Notation
     B         the cubic; t from 0 to 1
     k         knots (N_KNOT,): point and parameters as in `lift` (7,), the same per metre along the
-              curve (7,), length of the arc that ends here, how far the curve was found from it,
-              six doubts, sine
+              curve (7,), length of the arc that ends here, distance of the curve from it, six error
+              measures, sine
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ K_SLOPE, K_LENGTH, K_DISTANCE, K_ERROR, K_SINE, N_KNOT = 7, 14, 15, 16, 22, 23
 
 @scalar
 def _first_on_arc(n, one, two, t, row):
-    """The first n of what `on_arc` tells."""
+    """The first n numbers of `on_arc`."""
     s = 1.0 - t
     a, c = s * s * (1.0 + 2.0 * t), t * t * (3.0 - 2.0 * t)
     b, d = t * s * s * two[K_LENGTH], -t * t * s * two[K_LENGTH]
@@ -34,7 +34,7 @@ def _first_on_arc(n, one, two, t, row):
 
 @scalar
 def on_arc(one, two, t, row):
-    """Point and parameters (7,) at t on the arc to knot `two`; beyond 1 the cubic goes on."""
+    """Point and parameters (7,) at t on the arc to knot `two`; beyond 1 it extrapolates."""
     _first_on_arc(7, one, two, t, row)
 
 
@@ -58,7 +58,7 @@ def along_arc(one, two, t):
 
 @scalar
 def set_length(one, two):
-    """Length of the arc between two knots, from its chord and the turn of tangents, to O(s^5)."""
+    """Set the length of the arc between two knots, from its chord and tangents, to O(s^5)."""
     chord, turn = 0.0, 0.0
     for k in range(3):
         chord += (two[k] - one[k]) ** 2
@@ -68,11 +68,13 @@ def set_length(one, two):
 
 @scalar
 def squared_distance_to_arc(one, two, x, y, z):
-    """Squared distance of a point from an arc, if it is near it."""
+    """Squared distance of a point from an arc, for points near it."""
     dx, dy, dz = two[0] - one[0], two[1] - one[1], two[2] - one[2]
     size = dx * dx + dy * dy + dz * dz
     t = ((x - one[0]) * dx + (y - one[1]) * dy + (z - one[2]) * dz) / size if size > 0.0 else 0.0
     ex, ey, ez = 0.0, 0.0, 0.0
+
+    # Two Newton-like steps of the parameter from the projection on the chord.
     for turn in range(3):
         t = min(max(t, 0.0), 1.0)
         s = 1.0 - t
@@ -90,7 +92,7 @@ def squared_distance_to_arc(one, two, x, y, z):
 
 @scalar
 def chords_of_arc(one, two, target):
-    """How many equal parts of an arc have chords within a target, and how far those may be."""
+    """Number of equal parts of an arc with chords within a target, and the bound of these."""
     first, last = 0.0, 0.0
     for k in range(3):
         step = 6.0 * (two[k] - one[k])

@@ -1,6 +1,6 @@
-"""Knots of a walk: what Newton's method found there, and at the end the chords between them.
+"""Knots of a walk: their contents, and at the end the chords between them.
 
-Letters as in `lift` and `arcs`.
+Letters as in `lift` and `hermite_arcs`.
 """
 
 from __future__ import annotations
@@ -24,18 +24,19 @@ from geosurf.kernels.smooth.hermite_arcs import (
 )
 from geosurf.kernels.smooth.lift import F_POINT, F_SINE, F_TANGENT, differences_at, parameters_of
 
-_LEAST = 0.05  # of the tolerance: if less is left for a chord
-_BEYOND = 0.25  # it gets this part, since the tolerance cannot be met
-# the curve turns a corner where it goes from cell to cell: between the places at which it was
-# measured it has been up to 1.8 times as far from an arc
+_LEAST = 0.05  # of the tolerance: if less is left for a chord,
+_BEYOND = 0.25  # the chord gets this part, since the tolerance cannot be met
+# tangents jump from cell to cell: between the places where it was measured, the curve has been up
+# to 1.8 times as far from an arc
 ARC_SAFETY = 2.0
 
 
 @scalar
 def set_knot(sense, f, knot):
-    """Point, tangent that goes `sense`, parameters per metre along it and sine, of what Newton found.
+    """Write point, tangent in direction `sense`, parameters per metre and sine from Newton's
+    result.
 
-    `knot` has its parameters already. Returns the largest rate.
+    `knot` holds its parameters already. Returns the largest rate.
     """
     for k in range(3):
         knot[k] = f[F_POINT + k]
@@ -52,7 +53,7 @@ def set_knot(sense, f, knot):
 
 @scalar
 def set_knot_errors(surfaces, f, before, knot):
-    """How far the cells of a knot are to be trusted; looked up where cells change."""
+    """Write the error measures of the cells of a knot; copied while cells do not change."""
     za, zb = surfaces.za, surfaces.zb
     same = before[K_LENGTH] >= 0.0
     if same and key_of(za, zb, knot[3:7], 0) == key_of(za, zb, before[3:7], 0):
@@ -64,7 +65,7 @@ def set_knot_errors(surfaces, f, before, knot):
 
 @scalar
 def with_room(knots, n):
-    """Knots with room for one more."""
+    """Knots with capacity for one more."""
     if n < knots.shape[0]:
         return knots
     more = np.empty((2 * n, N_KNOT))
@@ -74,7 +75,7 @@ def with_room(knots, n):
 
 @scalar
 def reverse_knots(knots, a, b):
-    """Reverse knots a to b and the way through them; an arc goes with what is now its end."""
+    """Reverse knots a to b and their tangents; an arc belongs to its new end."""
     low, high = a, b - 1
     while low < high:
         for k in range(N_KNOT):
@@ -90,7 +91,7 @@ def reverse_knots(knots, a, b):
 
 @scalar
 def _largest(values, first, last):
-    """The largest of some of values, or NaN; what numba makes of `max` cannot be frozen."""
+    """The largest of some values, or NaN; numba's version of `max` cannot be frozen."""
     largest = values[first]
     for k in range(first + 1, last):
         if values[k] > largest or math.isnan(values[k]):
@@ -100,16 +101,18 @@ def _largest(values, first, last):
 
 @scalar
 def cut_chords(knots, a, b, tolerance, rows, n):
-    """Append points (3,) along knots a to b; the bound, the estimate in it, and whether that is
-    noise or not known.
+    """Append points (3,) along knots a to b; rows, count, bound, estimate in it, and whether noisy.
 
-    Chords get what is left of the tolerance at both ends of their arc and at the knots beside.
+    Chords get what the errors at both ends of their arc and at neighbouring knots leave of the
+    tolerance.
     """
     errors = np.empty(b - a)
     noisy = False
     for k in range(a, b):
         errors[k - a], rough = error_at(knots, K_ERROR, k, a, b)
         noisy = noisy or not (rough <= 0.5 * tolerance and math.isfinite(errors[k - a]))
+
+    # Each arc: what is left of the tolerance decides the number of chords.
     worst, bound = _largest(errors, 0, b - a), 0.0
     for k in range(a, b):
         if k == a:
@@ -125,6 +128,8 @@ def cut_chords(knots, a, b, tolerance, rows, n):
             more = np.empty((2 * (n + count), 3))
             more[:n] = rows[:n]
             rows = more
+
+        # Inner points on the arc, then the knot itself.
         for i in range(1, count):
             point_on_arc(knots[k - 1], knots[k], i / count, rows[n + i - 1])
         n += count

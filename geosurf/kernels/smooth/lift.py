@@ -1,15 +1,15 @@
-"""Points of plain curves -> points on the cubics of both surfaces, by Newton's method.
+"""Points of plain curves lifted onto the cubics of both surfaces, by Newton's method.
 
-One step intersects three planes: the tangent planes of the two surfaces at the present
-parameters, and a third that holds the place along the curve. Parameters follow by projecting
-the step on the tangents. Steps shrink quadratically: a step e leaves e^2 / 2 R, with R the radius
-of curvature of the surfaces, taken to be more than a metre, or e^2 (e / d^2), as the step d before
-it shows. It is over when either is below what a step `enough` leaves with R = 1 m (the second
-tenfold); for 1e-6 m that is far below what float64 holds at a UTM northing. At the rim of a surface
-the curve ends, so there the third plane is replaced by the rim: the line on which one parameter is
-held.
+One step intersects three planes: the tangent planes of the two surfaces at the present parameters,
+and a third that fixes the position along the curve. Parameters follow by projecting the step on the
+tangents. Steps shrink quadratically: after a step e the error is e^2 / 2 R, with R the radius of
+curvature of the surfaces, assumed to exceed a metre, or e^2 (e / d^2) with the previous step d. The
+iteration ends when either is below that of a step `enough` with R = 1 m (the second tenfold); for
+1e-6 m that is far below the resolution of float64 at a UTM northing. At the boundary of a surface
+the curve ends; there the third plane is replaced by the boundary: the line on which one parameter
+is fixed.
 
-Letters as in `patch`, and
+Letters as in `cubic_patch`, and
     a, b    as suffix: of the first surface (a lattice), of the second (a lattice or triangles)
     c       triangles (n_triangle, 3, 3) of the second surface, if its z has one row
     w       parameters (4,): u, v on a; u, v on b, or coordinates s, t in triangle `tri` of b
@@ -28,13 +28,13 @@ from geosurf.kernels.smooth.cubic_patch import evaluate, interpolant_differences
 
 LIFTED, ASTRAY, HOLE, OUTSIDE = 0, 1, 2, 3
 F_POINT, F_TANGENT, F_SINE, N_WORK = 18, 21, 24, 25
-# what is held: nothing; u or v on a; u or v on b (or a side of its triangle); s + t on b
+# fixed parameter: none; u or v on a; u or v on b (or a side of its triangle); s + t on b
 HOLD_UA, HOLD_VA, HOLD_UB, HOLD_VB, HOLD_SUM = 1, 2, 3, 4, 5
-_STEP = 1e-6  # [m]: Newton is over when a step is shorter
+_STEP = 1e-6  # [m]: Newton ends when a step is shorter
 _MARGIN = 400.0  # 4 (e^3 / d^2)^2, tenfold
-_EDGE = 1e-6  # [cells]: how far past a rim a parameter still counts as on it
+_EDGE = 1e-6  # [cells]: tolerance for parameters beyond the boundary
 _PARALLEL = 1e-6  # least sine of the angle between the surfaces
-_ALONG = 0.05  # least cosine of the angle between the curve and what the plane is across
+_ALONG = 0.05  # least cosine of the angle between the curve and the normal of the third plane
 
 
 class SurfacePair(NamedTuple):
@@ -79,7 +79,7 @@ def normal(f, o):
 
 @scalar
 def parameters_of(f, o, dx, dy, dz):
-    """Changes of both parameters of a surface for a step along it (its part across is left out)."""
+    """Changes of both parameters for a step along a surface (its normal part is ignored)."""
     return solve_tangents(f[o + 3], f[o + 4], f[o + 5], f[o + 6], f[o + 7], f[o + 8], dx, dy, dz)
 
 
@@ -134,7 +134,7 @@ def newton_in_plane(surfaces, tri, w, px, py, pz, dx, dy, dz, f):
 
 @scalar
 def newton_in_plane_to(surfaces, tri, w, px, py, pz, dx, dy, dz, enough, f):
-    """`newton_in_plane`, over when the next step can no longer matter: see the head of this file."""
+    """`newton_in_plane` with its own final step: see the head of this file."""
     xa, ya, za, xb, yb, zb, c = (
         surfaces.xa,
         surfaces.ya,
@@ -148,21 +148,27 @@ def newton_in_plane_to(surfaces, tri, w, px, py, pz, dx, dy, dz, enough, f):
     for _ in range(16):
         evaluate(xa, ya, za, w[0], w[1], f, 0)
         evaluate_second(xb, yb, zb, c, tri, w[2], w[3], f)
-        # normals as long as they are: roots and quotients are what a step would wait for
+        # normals are not normalised: roots and quotients would delay the step
         ax, ay, az = _across(f, 0)
         bx, by, bz = _across(f, 9)
         tx, ty, tz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
         aa, bb = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz
         tt = tx * tx + ty * ty + tz * tz
+
+        # A hole in a stencil, or surfaces that are parallel.
         if math.isnan(f[0] + f[1] + f[2] + f[9] + f[10] + f[11]):
             return HOLE
         if not tt > _PARALLEL * _PARALLEL * aa * bb:
             return ASTRAY
         if dx == 0.0 and dy == 0.0 and dz == 0.0:
             dx, dy, dz = tx, ty, tz
+
+        # The third plane must not contain the curve.
         det = dx * tx + dy * ty + dz * tz
         if det * det < _ALONG * _ALONG * tt * (dx * dx + dy * dy + dz * dz):
             return ASTRAY
+
+        # The intersection of the three planes.
         a = (ax * (f[0] - px) + ay * (f[1] - py) + az * (f[2] - pz)) / det
         b = (bx * (f[9] - px) + by * (f[10] - py) + bz * (f[11] - pz)) / det
         x = px + a * (by * dz - bz * dy) + b * (dy * az - dz * ay)
@@ -172,6 +178,8 @@ def newton_in_plane_to(surfaces, tri, w, px, py, pz, dx, dy, dz, enough, f):
         gx, gy, gz = x - f[9], y - f[10], z - f[11]
         _follow(f, 0, ax, ay, az, aa, ex, ey, ez, w, 0)
         _follow(f, 9, bx, by, bz, bb, gx, gy, gz, w, 2)
+
+        # Converged: by length, or by the cubic estimate from the last two steps.
         size = ex * ex + ey * ey + ez * ez + gx * gx + gy * gy + gz * gz
         if size < left or _MARGIN * size * size * size < left * left * before * before:
             _set_point(f, x, y, z, tx, ty, tz, math.sqrt(tt), math.sqrt(aa * bb))
@@ -182,7 +190,7 @@ def newton_in_plane_to(surfaces, tri, w, px, py, pz, dx, dy, dz, enough, f):
 
 @scalar
 def newton_on_boundary(surfaces, tri, w, hold, f):
-    """Newton where one parameter of one surface is held: a line on it through the other."""
+    """Newton with one parameter of one surface fixed: a line on it through the other surface."""
     xa, ya, za, xb, yb, zb, c = (
         surfaces.xa,
         surfaces.ya,
@@ -192,6 +200,8 @@ def newton_on_boundary(surfaces, tri, w, hold, f):
         surfaces.zb,
         surfaces.c,
     )
+
+    # The surface with the fixed parameter, and the direction of its free line.
     first = hold <= HOLD_VA
     o, k, g, m = (0, 0, 9, 2) if first else (9, 2, 0, 0)
     eu = 0.0 if (hold == HOLD_UA or hold == HOLD_UB) else (-1.0 if hold == HOLD_SUM else 1.0)
@@ -204,6 +214,8 @@ def newton_on_boundary(surfaces, tri, w, hold, f):
             return HOLE
         if not sine > _PARALLEL:
             return ASTRAY
+
+        # Step along the line to the tangent plane of the other surface.
         p, q, r = normal(f, g)
         lx = eu * f[o + 3] + ev * f[o + 6]
         ly = eu * f[o + 4] + ev * f[o + 7]
@@ -229,7 +241,7 @@ def newton_on_boundary(surfaces, tri, w, hold, f):
 
 @scalar
 def inside(za, zb, w):
-    """LIFTED if the parameters are on both surfaces, or hardly past a rim and brought back."""
+    """LIFTED if the parameters are on both surfaces; those within tolerance are clamped."""
     for k in range(4):
         z = za if k < 2 else zb
         if z.shape[0] > 1:
@@ -263,10 +275,10 @@ def differences_at(surfaces, w, f, out):
 
 @entry("d2 d2 d2 d2 d2 d2 d3 l1 l1 d2 d2 d2 d2 d2 -> l1")
 def lift_points(xa, ya, za, xb, yb, zb, c, tri, hold, start, w, p, tangents, differences):
-    """Lift points in place of `start` (n, 3); w (n, 4) come in near and go out exact.
+    """Lift the points `start` (n, 3); w (n, 4) holds approximate parameters and returns exact ones.
 
     Fills p (n, 3), tangents (n, 4) with the sine of the angle between the surfaces last, and
-    doubts (n, 6). Returns LIFTED, ASTRAY, HOLE or OUTSIDE for each.
+    differences (n, 6). Returns LIFTED, ASTRAY, HOLE or OUTSIDE for each.
     """
     n = start.shape[0]
     status = np.empty(n, dtype=np.int64)
@@ -293,11 +305,13 @@ def lift_points(xa, ya, za, xb, yb, zb, c, tri, hold, start, w, p, tangents, dif
 
 @entry("d2 d2 d2 l1 l1 l1 l -> ")
 def drop_reversals(start, p, tangents, must, offsets, status, dropped):
-    """Drop lifted points that are not ahead of the one before, as the plain curve goes.
+    """Drop lifted points that are not ahead of the previous one, in the direction of the plain
+    curve.
 
-    Points that must stay, and are not ahead, go ASTRAY.
+    Points that must stay and are not ahead become ASTRAY.
     """
     for curve in range(offsets.shape[0] - 1):
+        # The majority of tangents decides the sense of the curve.
         vote = 0
         for i in range(offsets[curve], offsets[curve + 1] - 1):
             if status[i] == LIFTED:
@@ -314,6 +328,7 @@ def drop_reversals(start, p, tangents, must, offsets, status, dropped):
                 last = -1
                 continue
             if last >= 0:
+                # Both tangents have to agree that the point is ahead.
                 out, back = 0.0, 0.0
                 for k in range(3):
                     out += (p[i, k] - p[last, k]) * tangents[last, k] * sense

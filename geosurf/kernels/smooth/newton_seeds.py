@@ -1,10 +1,12 @@
-"""Landings: from the middle of a pair of cells onto a curve of two lattices, or nowhere.
+"""Seeds: from the middle of a pair of cells onto a curve of two lattices, by Newton's method.
 
-Newton's method starts in the middle of a pair of cells that bounds leave over (`near`), that is
-transverse (`cover`: no closed curve lies inside), and that no walk runs through. In a transverse
-pair a plane across meets the surfaces once at most, so a curve beside a walk has pairs of its own.
+Newton's method starts in the middle of a pair of cells that bounds do not exclude (`patch_pairs`),
+that is transverse (`coverage`: no closed curve lies inside), and that no walk runs through. In a
+transverse pair a plane across meets the surfaces once at most, so a curve next to a walk has pairs
+of its own.
 
-Letters as in `lift` and `arcs`; keys of pairs of cells as in `cover`; patches as in `near`.
+Letters as in `lift` and `hermite_arcs`; keys of pairs of cells as in `coverage`; patches as in
+`patch_pairs`.
 """
 
 from __future__ import annotations
@@ -21,9 +23,9 @@ from geosurf.kernels.smooth.hermite_arcs import K_LENGTH, on_arc, squared_distan
 from geosurf.kernels.smooth.lift import F_POINT, newton_in_plane_to
 from geosurf.kernels.smooth.patch_pairs import M_BULGE, M_CORNER
 
-# in place of the knot where a walk has passed; LEFT: to be split; CROSSED: though a walk has passed
+# instead of the knot where a walk passed; TO_SPLIT: not settled; CROSSED: not settled, but passed
 NOT_PASSED, TO_SPLIT, CROSSED = -1, -2, -3
-_PLACES = 8  # of an arc, at which is looked which pair of cells it runs through
+_PLACES = 8  # places of an arc at which its pair of cells is determined
 
 
 @scalar
@@ -31,8 +33,9 @@ def patch_cone(m):
     """Axis and half angle [radians] of a cone that holds all normals of a patch; pi if none.
 
     Tangents lie in balls around their means u0, v0, whose radii are half of what opposite sides
-    differ by, and four times what the cubic leaves the bilinear patch by (`pyramid`): the slope of
-    ``t (t - 1) / 2`` is at most four times its value. |u x v - u0 x v0| <= (|u0| + |v0| + r) r.
+    differ by, and four times the deviation of the cubic from the bilinear patch (`patch_pyramid`):
+    the slope of ``t (t - 1) / 2`` is at most four times its value. |u x v - u0 x v0| <= (|u0| +
+    |v0| + r) r.
     """
     u, v, far = M_CORNER + 3, M_CORNER + 6, M_CORNER + 9
     ux, uy, uz, vx, vy, vz, radius = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -47,6 +50,8 @@ def patch_cone(m):
             uy, vy = along, up
         else:
             uz, vz = along, up
+
+    # Cross product of the mean tangents, and how far others deviate from it.
     radius = math.sqrt(radius)
     p, q, r = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     size = math.sqrt(p * p + q * q + r * r)
@@ -59,14 +64,14 @@ def patch_cone(m):
 
 @scalar
 def _cone_once(cones, patches, k):
-    """The cone of a patch, made when it is first asked for."""
+    """Compute the cone of a patch on first use."""
     if math.isnan(cones[k, 3]):
         cones[k, 0], cones[k, 1], cones[k, 2], cones[k, 3] = patch_cone(patches[k])
 
 
 @scalar
 def _are_transverse(surfaces, cell_a, p, cell_b, q, nets, half):
-    """Whether two cells are, by their cones p, q; by those of nets where these do not tell."""
+    """Whether two cells are transverse, by their cones p, q, or by those of their nets."""
     xa, ya, za, xb, yb, zb = (
         surfaces.xa,
         surfaces.ya,
@@ -103,7 +108,7 @@ def classify_pairs(surfaces, pairs, cell_a, cell_b, patches_a, patches_b):
     nets, half = np.empty((2, 4, 4, 3)), np.empty((4, 4))
     for k in range(n_pair):
         a, b = pairs[k, 0], pairs[k, 1]
-        # in a helper that makes no array: what does counts who holds each of them, pair by pair
+        # a helper that makes no array: others count references of each array, pair by pair
         clear = _rows_transverse(
             surfaces, cell_a, cell_b, patches_a, patches_b, a, b, cones_a, cones_b, nets, half
         )
@@ -120,6 +125,8 @@ def find_seed(surfaces, m, cell_a, cell_b, enough, seed, f):
     m: the patch of the first cell.
     """
     za, zb = surfaces.za, surfaces.zb
+
+    # Parameters and point of the middle of both cells.
     n_col = za.shape[1] - 1
     seed[3], seed[4] = cell_a % n_col + 0.5, cell_a // n_col + 0.5
     n_col = zb.shape[1] - 1
@@ -135,7 +142,7 @@ def find_seed(surfaces, m, cell_a, cell_b, enough, seed, f):
 
 @scalar
 def is_disjoint_pair(surfaces, cell_a, cell_b, seed):
-    """Whether a landing lies in other cells than it started from, and nets part those two."""
+    """Whether a seed lies in other cells than those it started from, and nets separate those."""
     xa, ya, za, xb, yb, zb = (
         surfaces.xa,
         surfaces.ya,
@@ -154,14 +161,14 @@ def is_disjoint_pair(surfaces, cell_a, cell_b, seed):
 
 @scalar
 def _place_of(keys, order, key):
-    """Row of the pair with a key; -1: none."""
+    """Row of the pair with a key; -1 if none."""
     k = np.searchsorted(keys, key)
     return order[k] if k < keys.shape[0] and keys[k] == key else -1
 
 
 @scalar
 def mark_passed(za, zb, knots, first, n, keys, order, knot_of, row):
-    """Tell the pairs of cells that knots first to n run through at which knot an arc does."""
+    """Store for each pair of cells that knots first to n run through the knot of its arc."""
     last = -1
     for i in range(first + 1, n):
         for place in range(_PLACES):
@@ -188,8 +195,10 @@ def keys_passed(keys, order, knot_of):
 
 @scalar
 def is_near_curve(za, zb, knots, n, seed, reach, keys, order, knot_of):
-    """Whether a landing lies within reach [m] of an arc: that in its own pair of cells, or any."""
+    """Whether a seed lies within reach [m] of an arc: that in its own pair of cells, or any."""
     x, y, z = seed[0], seed[1], seed[2]
+
+    # The arc in the same pair of cells first, then all arcs by distance.
     k = _place_of(keys, order, key_of(za, zb, seed[3:7], 0))
     if k >= 0 and knot_of[k] >= 0:
         i = knot_of[k]

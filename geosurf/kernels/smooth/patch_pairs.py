@@ -1,15 +1,16 @@
-"""From pairs of blocks whose boxes meet to pairs of patches that are not apart.
+"""Pairs of patches that may meet, from pairs of blocks whose boxes overlap.
 
 A block of 8 x 8 cells, each quarter of it and each cell lies in its box and in a slab across its
-own diagonals. Blocks are compared by slabs, quarters by boxes and slabs, then cells: by the other
-quarter, then with each other. A cell is looked up once, as the row of a table: a patch.
+own diagonals. Blocks are compared by slabs, quarters by boxes and slabs, then cells: with the other
+quarter, then with each other. A cell is evaluated once and stored as a row of a table: a patch.
 
-Letters as in `pyramid` and `quarters`, and
-    m         a patch (N_PATCH,): the facts of a cell, how far its cubic may leave the bilinear
-              patch of its corners (x, y, z), those four corners, column by column, then row by row
-    kept      (facts, known, rows, patches, marks, count): what is known so far of one side, its
-              blocks numbered by first use: facts of their parts and of how many, the rows of their
-              cells in the table of patches (-1: none), that table, the cell of each, how many
+Letters as in `patch_pyramid` and `quadtree`, and
+    m         a patch (N_PATCH,): the facts of a cell, deviation of its cubic from the bilinear
+    patch
+              of its corners (x, y, z), those four corners, column by column, then row by row
+    cache     (facts, known, rows, patches, marks, count) of one side, its blocks numbered by first
+              use: facts of their parts and the number known, rows of their cells in the table of
+              patches (-1: none), that table, the cell of each, their number
 """
 
 from __future__ import annotations
@@ -43,11 +44,11 @@ _PAIRS = np.array([(i, j) for i in range(1, PARTS) for j in range(1, PARTS)])  #
 
 @scalar
 def _shadow(m, p, q, r):
-    """Bounds of p x + q y + r z over a patch; the wrong way round if it has no corner."""
+    """Bounds of p x + q y + r z over a patch; reversed if it has no corner."""
     low, high = np.inf, -np.inf
     for k in range(M_CORNER, N_PATCH, 3):
         value = p * m[k] + q * m[k + 1] + r * m[k + 2]
-        # written so that a corner that is absent changes nothing
+        # comparisons with NaN are false, so a missing corner changes nothing
         if value < low:
             low = value
         if value > high:
@@ -87,7 +88,7 @@ def _describe(m):
 
 @scalar
 def _make_patch(side, block, i, j, m):
-    """Cell (i, j) of a block, or a triangle, as a patch; its number."""
+    """Write cell (i, j) of a block, or a triangle, as a patch; its number."""
     x, y, z, c, bends = side
     if z.shape[0] == 1:
         for k in range(4):  # the last corner twice
@@ -124,7 +125,7 @@ def _is_whole(x, y, z, cell):
 
 @scalar
 def _heights(side, r0, r1, c0, c1, s, heights):
-    """How far nodes of a quarter are along the normal of a slab s, into `heights`."""
+    """Write the heights of the nodes of a quarter along the normal of a slab s."""
     x, y, z, _, _ = side
     for i in range(r0, r1 + 1):
         for j in range(c0, c1 + 1):
@@ -148,9 +149,9 @@ def _cell_outside(heights, i, j, more, s):
 
 @scalar
 def _patches_in(side, block, part, s, cache, place, out, heights):
-    """Rows of the patches of a part that are near a part s of the other side, into `out`; how many.
+    """Write rows of the patches of a part that are near a part s of the other side; their number.
 
-    Patches are made where there are none.
+    Missing patches are computed.
     """
     z, bends = side[2], side[4]
     _, _, rows, patches, marks, n = cache
@@ -167,6 +168,8 @@ def _patches_in(side, block, part, s, cache, place, out, heights):
     for i in range(r0, r1):
         for j in range(c0, c1):
             at = i % BLOCK * BLOCK + j % BLOCK if lattice else 0
+
+            # Not cached: exclude it by its four nodes before computing the patch.
             if rows[place, at] < 0:
                 if sloping:
                     more = bulge(z, i, i + 1, j, j + 1) * bend + SLACK
@@ -200,7 +203,7 @@ def _meet_patches(rows_a, n_a, patches_a, rows_b, n_b, patches_b, out, n):
 
 @scalar
 def _numbered(pairs, side, n_block):
-    """Place of each block among those in use (-1: none), and how many are."""
+    """Number of each block among those in use (-1: none), and their count."""
     places, count = np.full(n_block, -1, dtype=np.int64), 0
     for k in range(pairs.shape[0]):
         if places[pairs[k, side]] < 0:
@@ -211,17 +214,17 @@ def _numbered(pairs, side, n_block):
 
 @scalar
 def _empty_cache(n_block, n_cell):
-    """Nothing known yet of so many blocks, each of so many cells."""
+    """An empty cache for this many blocks of this many cells."""
     facts, known = np.empty((n_block * PARTS, N_FACT)), np.zeros(n_block, dtype=np.int64)
     rows, n = np.full((n_block, n_cell), -1, dtype=np.int64), n_block * n_cell
-    # as large as can be: memory that is never touched costs nothing
+    # upper bound of the size: untouched memory costs nothing
     patches, marks = np.empty((n, N_PATCH)), np.empty(n, dtype=np.int64)
     return facts, known, rows, patches, marks, np.zeros(1, dtype=np.int64)
 
 
 @scalar
 def _renumber_used(side, cache, pairs, column):
-    """Renumber one column of pairs by first use; cells, patches and `whole` of those in use."""
+    """Renumber one column of pairs by first use; cells, patches and `whole` of the rows in use."""
     x, y, z, _, _ = side
     _, _, _, patches, marks, n = cache
     place, rows, count = np.full(n[0], -1, dtype=np.int64), np.empty(n[0], dtype=np.int64), 0
@@ -263,7 +266,7 @@ def _all_set(flags):
 
 @scalar
 def _near_blocks(a, g, cache_a, u, b, h, cache_b, v):
-    """Whether two blocks are not told apart by their slabs; their quarters are described then."""
+    """Whether slabs do not separate two blocks; then their quarters are described."""
     facts_a, known_a, _, _, _, _ = cache_a
     facts_b, known_b, _, _, _, _ = cache_b
     describe_to(a, g, 1, known_a, facts_a, u)
@@ -280,6 +283,8 @@ def _meet_blocks(a, g, cache_a, u, b, h, cache_b, v, rows_a, rows_b, heights, ou
     """Append the pairs of patches of two blocks that are not apart, quarter by quarter."""
     for k in range(_PAIRS.shape[0]):
         i, j = _PAIRS[k, 0], _PAIRS[k, 1]
+
+        # Facts of the two quarters exclude most of the 16 pairs.
         s, t = cache_a[0][u * PARTS + i], cache_b[0][v * PARTS + j]
         if boxes_disjoint(s, t) or outside_slab(a, g, i, t) or outside_slab(b, h, j, s):
             continue
@@ -291,7 +296,7 @@ def _meet_blocks(a, g, cache_a, u, b, h, cache_b, v, rows_a, rows_b, heights, ou
 
 @scalar
 def _with_capacity(out, n):
-    """Pairs with room for all of two blocks: nothing that is called in loops makes an array."""
+    """Pairs with capacity for all of two blocks, so that inner loops make no arrays."""
     if n + _MOST_PAIRS <= out.shape[0]:
         return out
     more = np.empty((2 * n + _MOST_PAIRS, 2), dtype=np.int64)
@@ -301,8 +306,8 @@ def _with_capacity(out, n):
 
 @scalar
 def near_patches(a, b, boxes, shape, items, planes):
-    """Patches of two sides that are not apart: from the pyramid of a (`boxes`, `shape`) and the
-    boxes and planes of the blocks of b (`block_pairs`).
+    """Pairs of patches of two sides that are not separated, from the pyramid of a (`boxes`,
+    `shape`) and the boxes and planes of the blocks of b (`block_pairs`).
 
     Returns cells, patches (n, N_PATCH) and `whole` (1: cubic or triangle; 0: lacks nodes) of both
     sides, pairs of rows of them, the largest diagonal of a patch of a [m], and whether all are

@@ -1,23 +1,23 @@
-"""Where can two surfaces meet? Bounds of local cubics over blocks of cells.
+"""Bounds of local cubics over blocks of cells: where can two smooth surfaces meet?
 
-They come from second differences of nodes, which are small where a surface is smooth. Let D be the
-largest along rows, plus the largest along columns, of all nodes that the stencils of some cells
-reach. Then
+The bounds come from second differences of nodes, which are small where a surface is smooth. Let D
+be the largest along rows, plus the largest along columns, of all nodes that the stencils of some
+cells reach. Then
 
 - nodes of s x s cells leave the bilinear patch between the four outermost by ``h D`` at most, with
   ``h = s^2 / 8``, rounded down to ``k (s - k) / 2`` for ``k = s // 2``;
 - the cubic of a cell leaves the bilinear patch between its own four nodes by ``1.25 / 8 D`` at
   most: on nodes -1, 0, 1, 2 it is the chord plus ``t (t - 1) / 2`` times a mean of the second
   differences at 0 and 1, and 4-point weights across have absolute values that add up to 1.25. At a
-  rim the stencil is shifted: 7/3 of a mean, and 1.632.
+  boundary the stencil is shifted: 7/3 of a mean, and 1.632.
 
 So four nodes and D bound all cubics of a block, of a part of it, of a cell, along any direction.
-Where a block lacks a node, or bends as noise does, all its nodes are looked at instead of four.
-A cell without a whole stencil counts as its triangles, which lie between its nodes. What is
-excluded here holds neither a contact of the cubics nor one of the triangles.
+Where a block lacks a node, or is as rough as noise, all its nodes are used instead of four. A cell
+without a complete stencil counts as its triangles, which lie between its nodes. Excluded pairs have
+neither a contact of the cubics nor one of the triangles.
 
-Letters as in `patch`; boxes (n, 6) lower, upper; bend (4,) of a block: D of x, y, z, and whether
-four nodes tell of all.
+Letters as in `cubic_patch`; boxes (n, 6) lower, upper; bend (4,) of a block: D of x, y, z, and 1
+where four nodes suffice.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _ROUGH = 0.1  # blocks that may bend by more than this part of their diagonal: a
 
 @scalar
 def _beyond(most, size):
-    """The larger of two; `size` may be of a node that is absent, and changes nothing then."""
+    """The larger of two; a NaN `size` of a missing node is ignored."""
     return size if size > most else most
 
 
@@ -49,8 +49,8 @@ def _beyond(most, size):
 def _along_rows(q, i0, i1, out):
     """Largest second difference along rows i0 to i1, at the middle of three columns, less one.
 
-    Four rows at a time, the last again where there are fewer: a loop of plain selections over all
-    columns becomes vector code, and four have hardly more to wait for than one.
+    Four rows at a time, the last one repeated if needed: the loop over columns has no branches and
+    is vectorised, and four rows hardly take longer than one.
     """
     out[:] = 0.0
     for i in range(i0, i1, 4):
@@ -95,13 +95,14 @@ def _largest(values, first, last):
 
 @scalar
 def _centres(n, first, last):
-    """Middles of all second differences that cubics of some cells in a row of n nodes rest on."""
+    """First and last middle of the second differences that the cubics of some cells depend on."""
     return max(1, min(first, n - 3)), min(n - 2, max(last, 2)) + 1
 
 
 @scalar
 def _bend_row(q, n_row, n_col, r0, r1, axis, along_rows, along_columns, bends):
     """D of one coordinate for a row of blocks, whose cells have rows r0 to r1."""
+    # Second differences along rows, then along columns.
     if q.shape[1] > 1:
         rows = q.shape[0] > 1
         i0, i1 = max(min(r0 - 1, n_row - 4), 0), min(max(r1 + 2, 4), n_row)
@@ -128,7 +129,7 @@ def is_present(x, y, z, i, j):
 
 @scalar
 def _corners_suffice(x, y, z, whole, r0, r1, c0, c1, bend):
-    """Whether bounds from the four outermost nodes of a block are good ones."""
+    """Whether bounds from the four outermost nodes of a block are tight."""
     if not whole:
         for i in range(r0, r1 + 1):
             for j in range(c0, c1 + 1):
@@ -149,14 +150,14 @@ def _corners_suffice(x, y, z, whole, r0, r1, c0, c1, bend):
 
 @scalar
 def bulge(z, r0, r1, c0, c1):
-    """How far cubics of cells leave their bilinear patches, in D."""
+    """Largest distance of the cubics of cells from their bilinear patches, in units of D."""
     shifted = r0 == 0 or c0 == 0 or r1 == z.shape[0] - 1 or c1 == z.shape[1] - 1
     return _AT_RIM if shifted else _INSIDE
 
 
 @scalar
 def _walk_through(z, bend, r0, r1, c0, c1):
-    """Steps from node to node that have to be looked at, down and across; the rest, in D."""
+    """Steps between the nodes to read, down and across; and the remaining deviation in D."""
     more = bulge(z, r0, r1, c0, c1)
     if bend[3] == 0.0:
         return 1, 1, more
@@ -167,7 +168,7 @@ def _walk_through(z, bend, r0, r1, c0, c1):
 @scalar
 def span_along(x, y, z, bend, r0, r1, c0, c1, p, q, r):
     """Bounds of p x + q y + r z over the cubics of cells of a block, rows r0 to r1, columns c0 to
-    c1; the wrong way round if no node is there.
+    c1; reversed if there is no node.
     """
     down, over, more = _walk_through(z, bend, r0, r1, c0, c1)
     more = more * (abs(p) * bend[0] + abs(q) * bend[1] + abs(r) * bend[2]) + SLACK
@@ -175,7 +176,7 @@ def span_along(x, y, z, bend, r0, r1, c0, c1, p, q, r):
     for i in range(r0, r1 + 1, down):
         for j in range(c0, c1 + 1, over):
             value = p * node(x, i, j) + q * node(y, i, j) + r * node(z, i, j)
-            # written so that a node that is absent changes nothing
+            # comparisons with NaN are false, so a missing node changes nothing
             if value < low:
                 low = value
             if value > high:
@@ -235,7 +236,7 @@ def _join_boxes(boxes, shape, level):
 
 @scalar
 def _shift(q, origin, out, first, last):
-    """Some rows of one coordinate, in a frame with another origin."""
+    """Subtract an origin from some rows of one coordinate."""
     for i in range(first, min(last, q.shape[0])):
         for j in range(q.shape[1]):
             out[i, j] = q[i, j] - origin
@@ -269,14 +270,14 @@ def lattice_pyramid(x, y, z, origin, whole):
     easting, northing = np.empty(x.shape), np.empty(y.shape)
     boxes, bends = np.empty((total, 6)), np.empty((shape[0, 1] * across, 4))
     along_rows, along_columns = np.empty(n_col), np.empty(n_col)
-    shifted = 0  # rows, just before they are looked at
+    shifted = 0  # rows that are shifted already, just before use
     for i in range(shape[0, 1]):
         wanted = max(min(i * BLOCK + BLOCK, n_row - 1) + 3, 4)
         _shift(x, origin[0], easting, shifted, wanted)
         _shift(y, origin[1], northing, shifted, wanted)
         shifted = wanted
         one, two = i * across, i * across + across
-        # in a helper, which does not count who holds its arrays, block by block
+        # a helper does not count references of its arrays, block by block
         _row_of_blocks(
             easting,
             northing,
@@ -288,6 +289,8 @@ def lattice_pyramid(x, y, z, origin, whole):
             boxes[one:two],
             bends[one:two],
         )
+
+    # Coarser levels join four boxes.
     for level in range(1, shape.shape[0]):
         _join_boxes(boxes, shape, level)
     return easting, northing, boxes, shape, bends
@@ -295,8 +298,8 @@ def lattice_pyramid(x, y, z, origin, whole):
 
 @scalar
 def _boxes_meet(p, i, q, j):
-    """Whether box i of p meets box j of q; an empty or undefined one meets none."""
-    # all six at once: which of them fails cannot be foreseen
+    """Whether box i of p meets box j of q; an empty or undefined box meets none."""
+    # no short circuit: which comparison fails is unpredictable
     return (
         (p[i, 0] <= q[j, 3]) & (q[j, 0] <= p[i, 3])
         & (p[i, 1] <= q[j, 4]) & (q[j, 1] <= p[i, 4])
@@ -334,6 +337,8 @@ def block_pairs(boxes, shape, items, planes):
                 continue
             if flat and _off_plane(boxes, row, planes, item):
                 continue
+
+            # Finest level: append the pair; otherwise push the children.
             if level == 0:
                 if n == out.shape[0]:
                     more = np.empty((2 * n, 2), dtype=np.int64)

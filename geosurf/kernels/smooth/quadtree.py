@@ -1,7 +1,8 @@
-"""Blocks of cells and their quarters, or triangles: in which box and in which slab they lie.
+"""Blocks of cells, their quarters, and triangles: in which box and which slab they lie.
 
-Letters as in `pyramid`; s facts (11,) of a block, quarter or cell: box, normal, least and largest
-along it; side (x, y, z, c, bends): one of two surfaces, c its triangles (n, 3, 3) if z has one row.
+Letters as in `patch_pyramid`; s facts (11,) of a block, quarter or cell: box, normal, least and
+largest height along it; side (x, y, z, c, bends): one of two surfaces, c its triangles (n, 3, 3)
+if z has one row.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def _span(side, block, part, p, q, r):
 
 @scalar
 def _normal_of(side, block, part):
-    """Unit vector across the diagonals of a part, or across a triangle; NaN if there is none."""
+    """Unit normal from the diagonals of a part, or of a triangle; NaN if there is none."""
     x, y, z, c, _ = side
     if z.shape[0] == 1:
         t = c[block]
@@ -89,7 +90,7 @@ def _describe(side, block, part, s):
 
 @scalar
 def describe_to(side, block, wanted, known, s, place):
-    """Describe the first parts of a block that are not known yet; how many are is in `known`."""
+    """Compute the facts of the first parts of a block that are not known; updates `known`."""
     for part in range(known[place], wanted):
         _describe(side, block, part, s[place * PARTS + part])
     known[place] = max(known[place], wanted)
@@ -97,7 +98,7 @@ def describe_to(side, block, wanted, known, s, place):
 
 @scalar
 def outside_slab(side, block, part, slab):
-    """Whether a part is outside of another one's slab."""
+    """Whether a part lies outside the slab of another one."""
     if not math.isfinite(slab[6]):
         return False
     low, high = _span(side, block, part, slab[6], slab[7], slab[8])
@@ -106,7 +107,7 @@ def outside_slab(side, block, part, slab):
 
 @scalar
 def boxes_disjoint(s, t):
-    """Whether two boxes are apart; an empty or undefined one is apart from all."""
+    """Whether two boxes are disjoint; an empty or undefined one is disjoint from all."""
     return not (
         s[0] <= t[3] and t[0] <= s[3]
         and s[1] <= t[4] and t[1] <= s[4]

@@ -1,10 +1,10 @@
-"""Lifted points -> polylines with as few points as a chord error allows.
+"""Polylines with as few points as a chord error allows, from lifted points.
 
-Points that lie near enough to a chord are left out (Douglas & Peucker 1973); then each chord is
-measured against the curve itself: at a quarter, a half and three quarters, by Newton in the
-plane across the chord. A chord that is too far away gets a point in its middle. The bound of a
-chord is 4/3 of the largest of the three distances: of an arc of constant curvature, the middle
-one is the largest and the others three quarters of it; what bends back shows at the quarters.
+Points near enough to a chord are left out (Douglas & Peucker 1973). Then each chord is measured
+against the curve itself: at a quarter, a half and three quarters, by Newton in the plane across the
+chord. A chord that is too far away gets a point in its middle. The bound of a chord is 4/3 of the
+largest of the three distances: on an arc of constant curvature the middle one is the largest and
+the others three quarters of it; an inflection shows at the quarters.
 
 Letters as in `lift`.
 """
@@ -40,7 +40,7 @@ def measure_chord(surfaces, tri, one, two, target, wm, f):
     """Largest distance of the curve from a chord at three places, or -1; wm gets the middle.
 
     one, two: rows (7,) of point and parameters. wm (7,) is the point of the curve over the middle.
-    A middle beyond the target is enough to know.
+    The measurement stops at the first distance beyond the target.
     """
     dx, dy, dz = two[0] - one[0], two[1] - one[1], two[2] - one[2]
     if dx == 0.0 and dy == 0.0 and dz == 0.0:
@@ -82,7 +82,7 @@ def append_row(rows, n, at, error, tri):
 def _refine(surfaces, tri, one, two, target, out, n, stack, f):
     """Append the points after `one` up to `two`; column 7: chord error, -1 unknown; 8: triangle.
 
-    Appends nothing where already the first chord cannot be measured.
+    Appends nothing if the first chord cannot be measured.
     """
     first = n
     here = one.copy()
@@ -90,6 +90,7 @@ def _refine(surfaces, tri, one, two, target, out, n, stack, f):
     top = 1
     wm = np.empty(7)
     while top > 0:
+        # Split the chord at its middle until it is within the target.
         goal = stack[top - 1]
         error = measure_chord(surfaces, tri, here, goal, target, wm, f)
         if error > target and top < _DEEPEST:
@@ -124,6 +125,7 @@ def resample_runs(xa, ya, za, xb, yb, zb, c, rows, runs, tri, target):
         pending[0] = runs[r, 1]
         top = 1
         while top > 0:
+            # The farthest point from the chord becomes an intermediate goal.
             goal = pending[top - 1]
             far, worst = -1, target[r] * target[r]
             for k in range(here + 1, goal):
@@ -136,8 +138,10 @@ def resample_runs(xa, ya, za, xb, yb, zb, c, rows, runs, tri, target):
                 pending[top] = far
                 top += 1
                 continue
+
+            # Refine the chord; if it cannot be measured, halve the run or keep the lifted point.
             before = n
-            out, n = _refine(surfaces, tri[r], rows[here], rows[goal], target[r], out, n, stack, f)  # fmt: skip
+            out, n = _refine(surfaces, tri[r], rows[here], rows[goal], target[r], out, n, stack, f)
             if n == before and goal > here + 1:
                 pending[top] = (here + goal) // 2
                 top += 1

@@ -1,11 +1,12 @@
-"""From one point of a smooth curve to the whole of it: predictor along the tangent, Newton back.
+"""Trace of a smooth curve from one of its points: predictor along the tangent, Newton corrector.
 
-For curves that the triangles of a lattice do not show. A step is taken along the tangent, brought
-back in the plane across it, kept if its chord is near enough to the curve (as in `resample`) and
-halved otherwise. The walk ends at its start, or at a rim, where the rim's own line is met.
+This is for curves that the triangles of a lattice do not show. A step along the tangent is
+corrected in the plane across it, accepted if its chord is near enough to the curve (as in
+`resample`), and halved otherwise. The trace ends at its start, or at a boundary, where it meets
+the boundary line.
 
-Letters as in `lift`; `neighbours` (n_triangle, 3): the triangle across sides s t = 0 .. : side 0
-joins corners 0 and 1 (t = 0), side 1 corners 1 and 2, side 2 corners 2 and 0 (s = 0); -1 at a rim.
+Letters as in `lift`; `neighbours` (n_triangle, 3): the triangle across each side: side 0 joins
+corners 0 and 1 (t = 0), side 1 corners 1 and 2, side 2 corners 2 and 0 (s = 0); -1 at a boundary.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ MIN_STEP = 1e-6  # of the first step
 
 @scalar
 def boundary_crossed(za, zb, w):
-    """Which rim parameters have passed first, as what to hold there; 0 if none."""
+    """The boundary that the parameters crossed farthest, as the parameter to hold; 0 if none."""
     hold, worst = 0, 0.0
     for k in range(4):
         z = za if k < 2 else zb
@@ -60,7 +61,7 @@ def boundary_crossed(za, zb, w):
 
 @scalar
 def clamp_to_boundary(za, zb, hold, w):
-    """Move parameters on the rim that is held."""
+    """Move parameters onto the boundary that is held."""
     if hold == HOLD_SUM:
         more = 0.5 * (w[2] + w[3] - 1.0)
         w[2] -= more
@@ -76,7 +77,7 @@ def clamp_to_boundary(za, zb, hold, w):
 
 @scalar
 def _across(c, neighbours, tri, hold, x, y, z, w):
-    """Change to the triangle across the side that is held; its number, or -1 at a rim."""
+    """Change to the triangle across the held side; its number, or -1 at a boundary."""
     side = 0 if hold == HOLD_VB else (1 if hold == HOLD_SUM else 2)
     other = neighbours[tri, side]
     if other < 0:
@@ -98,7 +99,7 @@ def _across(c, neighbours, tri, hold, x, y, z, w):
 
 @scalar
 def _orient_tangent(direction, f):
-    """Turn a tangent the way the walk goes."""
+    """Set the direction to the tangent, oriented along the walk."""
     turn = (
         direction[0] * f[F_TANGENT]
         + direction[1] * f[F_TANGENT + 1]
@@ -137,12 +138,15 @@ def trace_curve(xa, ya, za, xb, yb, zb, c, neighbours, seed, tri, sense, step, t
     here, goal, middle = seed.copy(), np.empty(7), np.empty(7)
     direction = np.zeros(3)
     first_tri, shortest = tri, MIN_STEP * step
+
+    # Start exactly on the curve.
     if newton_in_plane(surfaces, tri, here[3:], here[0], here[1], here[2], 0.0, 0.0, 0.0, f):
         return out[:0].copy(), LOST
     for k in range(3):
         direction[k] = sense * f[F_TANGENT + k]
     out, n = append_row(out, 0, here, 0.0, tri)
     while n < MAX_STEPS and step > shortest:
+        # Try to close: the start is ahead and within reach of a step.
         ax, ay, az = seed[0] - here[0], seed[1] - here[1], seed[2] - here[2]
         away = math.sqrt(ax * ax + ay * ay + az * az)
         ahead = ax * direction[0] + ay * direction[1] + az * direction[2]
@@ -153,11 +157,15 @@ def trace_curve(xa, ya, za, xb, yb, zb, c, neighbours, seed, tri, sense, step, t
                     out, n = append_row(out, n, seed, SAFETY * error, tri)
                     return out[:n].copy(), CLOSED
             step = min(step, 0.4 * away)
+
+        # Predict along the tangent, correct by Newton.
         goal[3:] = here[3:]
         dx, dy, dz = direction
         x, y, z = here[0] + step * dx, here[1] + step * dy, here[2] + step * dz
         found = newton_in_plane(surfaces, tri, goal[3:], x, y, z, dx, dy, dz, f)
         hold = 0
+
+        # Beyond a boundary: meet its line instead.
         if found == OUTSIDE:
             hold = boundary_crossed(za, zb, goal[3:])
             clamp_to_boundary(za, zb, hold, goal[3:])
@@ -173,12 +181,16 @@ def trace_curve(xa, ya, za, xb, yb, zb, c, neighbours, seed, tri, sense, step, t
         if error < 0.0 or error > target:
             step *= 0.5
             continue
+
+        # Accepted: the tangent at the new point, and a longer step after a flat chord.
         newton_in_plane(surfaces, tri, goal[3:], goal[0], goal[1], goal[2], 0.0, 0.0, 0.0, f)
         _orient_tangent(direction, f)
         out, n = append_row(out, n, goal, SAFETY * error, tri)
         here[:] = goal
         if error < 0.25 * target and hold == 0:
             step *= 1.6
+
+        # At a side of a triangle the walk continues in its neighbour.
         if hold > 0:
             crossed = -1
             if zb.shape[0] == 1 and hold >= HOLD_UB:
