@@ -14,7 +14,7 @@ from geosurf.carve.outside import box_of
 from geosurf.carve.volume import doubtful_volume, exact_volume, normals, volume_of
 from geosurf.conventions import place
 from geosurf.kernels.exact.predicates import frame_of
-from geosurf.kernels.meshes.mesh import turned_over
+from geosurf.kernels.meshes.mesh import inverted_triangles
 from geosurf.model import Certificate, Check, Patches, Unit, Units
 
 VOLUME_TOLERANCE = 1e-12
@@ -245,7 +245,7 @@ def _oriented(patches: Patches, rows: np.ndarray, parent: np.ndarray) -> Check:
     x = np.concatenate([patches.local, parent.reshape(-1, 3)])
     of = np.arange(len(patches.local), len(x)).reshape(-1, 3)
     m, w = frame_of(x)
-    bad = turned_over(x, patches.triangles[rows], of, np.arange(len(rows)), m, w)
+    bad = inverted_triangles(x, patches.triangles[rows], of, np.arange(len(rows)), m, w)
     detail = f"orientation of {len(rows)} new triangles tested exactly; all others are copies"
     if len(bad):
         where = place(patches.vertices[patches.triangles[rows[bad[0]], 0]])

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from geosurf.kernels.sheets.smooth_surface import bent_by
+from geosurf.kernels.sheets.smooth_surface import energy_gradient
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.drape import around
 from geosurf.sheets.lattice.noise import scale_of
@@ -130,7 +130,7 @@ def _drawn_to(
     number = np.where(moves, np.cumsum(moves) - 1, -1)
     weights = weights_of(stretch, BEND, scale=scale_of(weight))
     fixed = np.where(moves, 0.0, value - level)
-    held = bent_by(graph.east, graph.north, graph.square, fixed[:, None], weights)[free, 0]
+    held = energy_gradient(graph.east, graph.north, graph.square, fixed[:, None], weights)[free, 0]
     where = np.repeat(np.arange(len(z)), 4), slot.ravel()
     points = csc_array((share.ravel(), where), shape=(len(z), len(value)))
     left = z - level - points @ fixed
