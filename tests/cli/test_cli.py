@@ -280,7 +280,7 @@ def test_doctor_and_warmup(capsys):
     )
     assert cli.main(["warmup"]) == 0
     said = capsys.readouterr().out
-    assert re.match(r"\d+ kernels compiled in \d+ s, \d+ were there; kept in |Nothing to", said)
+    assert re.match(r"\d+ kernels compiled in \d+ s, \d+ were compiled before; cached in |Nothing to", said)
     assert len(said.splitlines()) == 1
 
 
@@ -291,7 +291,7 @@ def test_warmup_says_where_kernels_cannot_be_kept(tmp_path):
     said = geosurf("warmup", env=environment)
     assert said.returncode == 2
     assert re.search(
-        r"cannot be kept in .*\(Not a directory\).* Set GEOSURF_CACHE_DIR", said.stderr
+        r"cannot be saved in .*\(Not a directory\).* Set GEOSURF_CACHE_DIR", said.stderr
     )
 
 

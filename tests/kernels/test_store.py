@@ -139,7 +139,7 @@ def test_where_nothing_can_be_kept_one_warning_names_the_remedy(tmp_path, monkey
     monkeypatch.setenv("GEOSURF_CACHE_DIR", str(tmp_path / "file" / "cache"))
     monkeypatch.setattr(file_cache, "_reported", [])
     store = Store("kernels")
-    with pytest.warns(GeosurfWarning, match="cannot be kept in .*Set GEOSURF_CACHE_DIR"):
+    with pytest.warns(GeosurfWarning, match="cannot be saved in .*Set GEOSURF_CACHE_DIR"):
         assert not store.save(NAME, PAYLOAD)
     assert not store.save(NAME, PAYLOAD)  # a second warning would be an error
     assert store.obstacle() == "Not a directory"

@@ -1,20 +1,20 @@
 """Contacts of triangles: how two triangles meet, and the named points where they do.
 
-==================  =============================================================  =================
-file                question                                                       source
-==================  =============================================================  =================
-`triangle_contact`  How do two triangles meet?                                     Guigue, Devillers
+==================  =========================================================  ==================
+file                question                                                   source
+==================  =========================================================  ==================
+`triangle_contact`  How do two triangles meet?                                 Guigue & Devillers
 `packed_contact`    How is a contact stored in three numbers?
 `contact_table`     Which codes has a contact? A table without branches.
 `cell_contacts`     How do triangles of two cells meet? Heights of corners.
 `column_pairs`      Which cells of a patch may meet a cell? Heights of nodes.
 `axis_grids`        Where does a grid with straight axes meet another grid?
 `axis_cells`        Which cells of an axis overlap an interval?
-`aligned_grids`     Where do horizons with the same map coordinates meet?
+`aligned_grids`     Where do horizons with equal map coordinates meet?
 `stable_pairs`      Which contacts could change when points are rounded?
-`naming`            Which named points and segments follow from contacts?
+`naming`            Which named points and segments follow?
 `merging`           Which named points are equal?
-`placing`           Where are the points? 64 at a time.                            Dekker 1971
+`placing`           Where are the points? 64 at a time.                        Dekker 1971
 `near_segments`     Which points are near a segment?
-==================  =============================================================  =================
+==================  =========================================================  ==================
 """

@@ -57,6 +57,8 @@ def _column_extremes(values, a, axis, first, last, j, ends):
     low, high = np.inf, -np.inf
     for i in range(first, last + 1):
         value = values[a[3 * axis] + i * a[3 * axis + 1] + j * a[3 * axis + 2]]
+
+        # Comparisons with NaN are false, so holes are skipped.
         low = value if value < low else low
         high = value if value > high else high
     ends[axis], ends[3 + axis] = low, high
@@ -87,6 +89,7 @@ def _cell_box(values, a, axis, i, j, box):
 @scalar
 def _load_axis(values, a, axis, i, j, origin, c):
     """One coordinate of the four corners of a cell, counter-clockwise, in the local frame."""
+    # Strides of rows and columns of this coordinate.
     up, on = a[3 * axis + 1], a[3 * axis + 2]
     at = a[3 * axis] + i * up + j * on
     c[4, axis] = values[at] - origin
@@ -148,6 +151,8 @@ def _push_children(nodes, levels, level, i, j, stack, top):
         for col in range(2 * j, min(2 * j + 2, levels[level - 1, 2])):
             stack[top, 0], stack[top, 1], stack[top, 2] = level - 1, row, col
             top += 1
+
+            # Grandchildren are prefetched while this level is processed.
             if level > 1:
                 first = levels[level - 2, 0] + 2 * row * levels[level - 2, 2] + 2 * col
                 prefetch(nodes, first)
@@ -174,6 +179,8 @@ def _near_blocks(grid, nb, lb):
         if level > 0:
             top = _push_children(nb, lb, level, row, col, stack, top)
             continue
+
+        # Grow both result arrays together.
         if n == blocks.shape[0]:
             blocks = np.concatenate((blocks, np.empty((n, 2), dtype=np.int64)))
             levels = np.concatenate((levels, np.empty((n, 2))))
@@ -215,6 +222,8 @@ def _near_columns(grid, pb, qb, rb, ab, block, low, high, box, ends, at, spans):
     _column_box(pb, qb, rb, ab, row0, row1, col0, ends[col0 & 1])
     for j in range(col0, col1):
         _column_box(pb, qb, rb, ab, row0, row1, j + 1, ends[(j + 1) & 1])
+
+        # The box of a column of cells is that of its two columns of nodes.
         _hull(ends[0], ends[1], box)
         k = j - col0
         spans[k, 0], spans[k, 1] = np.inf, -np.inf
@@ -242,6 +251,8 @@ def axis_grid_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip
     codes_table = contact_codes(swapped)
     corners_of_cell(aa, v, 0)
     corners_of_cell(ab, v, 4)
+
+    # Cells per metre turn a coordinate into a first guess of its cell.
     pace_x = (aa[N_COL] - 1) / (pa[aa[N_COL] - 1] - pa[0])
     pace_y = (aa[N_ROW] - 1) / (qa[aa[N_ROW] - 1] - qa[0])
     grid = AxisGrid(pa, qa, ra, aa, na, la, pace_x, pace_y)
@@ -273,6 +284,8 @@ def axis_grid_pairs(pa, qa, ra, aa, na, la, pb, qb, rb, ab, nb, lb, origin, slip
                 asked += 1
                 _cell_box(pb, ab, 0, i, j, box)
                 _cell_box(qb, ab, 1, i, j, box)
+
+                # The pyramid of A bounds the patch before its nodes are read.
                 floor, roof = _patch_near(grid, box, at)
                 if floor <= box[5] and box[2] <= roof:
                     _load_cell(pb, qb, rb, ab, i, j, origin, c)

@@ -32,6 +32,7 @@ def _short_hash(x, bits, i):
     products are independent, where `hash_of_row` has six in sequence. A filter may have more
     collisions than a table: they cost time only.
     """
+    # 0.0 and -0.0 have different bits and must have one hash.
     h = 0
     if x[i, 0] != 0.0:
         h += ((bits[i, 0] ^ (bits[i, 0] >> 32)) & _FOLDED) * 0x1E3779B1
@@ -59,6 +60,8 @@ def _filter(x, first, n):
     place = np.empty(n, dtype=np.int64)
     for k in range(n):
         place[k] = _bit_of(x, bits, first + k, size)
+
+        # A bit that is set already goes into the second filter.
         word, bit = place[k] // _WORD, np.uint32(1 << (place[k] % _WORD))
         twice[word] |= once[word] & bit
         once[word] |= bit
@@ -70,6 +73,8 @@ def may_coincide(x):
     """Rows that may have the coordinates of another row; nearly all others are left out."""
     n = x.shape[0]
     _, twice, place = _filter(x, 0, n)
+
+    # Reuse the array of bits for the result; m never exceeds k.
     m = 0
     for k in range(n):
         if twice[place[k] // _WORD] & np.uint32(1 << (place[k] % _WORD)) != 0:
@@ -119,10 +124,13 @@ def _compact(x, d, m, same):
     n_vertex = m[N_VERTEX]
     n = 0
     for row in range(same.shape[0]):
+        # A merged point refers to a vertex or to an earlier point, which has moved already.
         if same[row] != n_vertex + row:  # a vertex, or a point before it
             i = same[row]
             same[row] = i if i < n_vertex else same[i - n_vertex]
             continue
+
+        # Move definition and coordinates forward.
         d[n, 0], d[n, 1], d[n, 2], d[n, 3] = d[row, 0], d[row, 1], d[row, 2], d[row, 3]
         i, j = n_vertex + n, n_vertex + row
         x[i, 0], x[i, 1], x[i, 2] = x[j, 0], x[j, 1], x[j, 2]

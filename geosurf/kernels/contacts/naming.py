@@ -58,6 +58,8 @@ _EARLY = 16  # prefetch distance in contacts: second faces are anywhere in memor
 def _edge_and_face(t, a, b, code):
     """The edge (lower vertex first) and the face that define a corner of a contact."""
     fa, fb = (code >> 3) & 7, code & 7
+
+    # The edge of A defines the point, unless the code says that of B.
     if fa < FACE and (code >> 3) < EDGE_OF_SECOND:
         of, i, face = a, fa - 3, b
     else:
@@ -83,6 +85,8 @@ def _grown_table(m, names):
     """The table of names, rebuilt at twice the size if one more contact could fill it."""
     if 2 * (m[N_NAME] + 16) < names.shape[0]:
         return names
+
+    # Insert all names again: slots depend on the size.
     larger = np.zeros((2 * names.shape[0], 5), dtype=np.int64)
     m[N_NAME] = 0
     for i in range(names.shape[0]):
@@ -118,6 +122,7 @@ def _point_by_list(d, m, names, heads, onward, head, p, q, face):
     all names misses the cache. Long lists (a hub, an edge through thousands of faces) overflow
     into a table.
     """
+    # Insert new points at the front of the list.
     first = heads[head]
     row = first
     for _ in range(_LONG):
@@ -137,10 +142,14 @@ def _corner_in_plane(t, e, d, m, names, a, b, axis, code):
     """Id of the common point of two features in one plane."""
     fa = (code >> 3) & 7
     fb = code & 7
+
+    # A corner of either triangle is a vertex.
     if fa < 3:
         return t[a, fa]
     if fb < 3:
         return t[b, fb]
+
+    # Two edges: the edge of A and the plane through the edge of B along the axis.
     support = edge_plane(e, m, names, t[b, fb - 3], t[b, (fb - 2) % 3], axis)
     if support == FULL:
         return FULL
@@ -152,11 +161,15 @@ def _corner_in_plane(t, e, d, m, names, a, b, axis, code):
 def _name_corners(frame, rows, count, ids):
     """Ids of the corners of all contacts, by names alone; False if a table is full."""
     x, t, e, d, m, w = frame.x, frame.t, frame.e, frame.d, frame.m, frame.w
+
+    # Lists and table of names start empty.
     heads = np.full(t.shape[0] + m[N_VERTEX], -1, dtype=np.int32)
     onward = np.empty(d.shape[0], dtype=np.int32)
     names = np.zeros((64, 5), dtype=np.int64)
     for k in range(rows.shape[0]):
         a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+
+        # Second faces are scattered in memory.
         if k + _EARLY < rows.shape[0]:
             prefetch(t, rows[k + _EARLY, TRIANGLE_B])
             prefetch(heads, rows[k + _EARLY, TRIANGLE_B])
@@ -189,6 +202,7 @@ def _name_corners(frame, rows, count, ids):
 @scalar
 def _append_record(records, n, t, tri, p, q, support):
     """Append a segment or a point (q = -1) for a triangle, unless its own edges hold it."""
+    # Points and segments on the own corners or edges cut nothing.
     if q < 0:
         if is_corner(t, tri, p):
             return n
@@ -230,6 +244,8 @@ def _edge_records(rows, k, ids, t, e, m, names, tri, of, shift, axis, records, n
 def _records_in_plane(rows, k, ids, t, e, m, names, axis, records, n):
     """Corners and edges of two faces of one plane for each other; -1 if a table is full."""
     a, b = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
+
+    # Corners first, then the edges of each triangle inside the other.
     for c in range(n_corner_of(rows[k, HOW])):
         n = _append_record(records, n, t, a, ids[k, c], -1, -1)
         n = _append_record(records, n, t, b, ids[k, c], -1, -1)
@@ -260,6 +276,8 @@ def name_contacts(x, t, e, d, m, w, rows, ids):
         return FULL
     if not _name_corners(frame, rows, count, ids):
         return FULL
+
+    # Coordinates of all new points, then one id for equal points.
     place_points(x, t, e, d, m, w)
     number = merge_points(frame, count)
     if number.shape[0] > 0:

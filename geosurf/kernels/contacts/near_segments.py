@@ -28,6 +28,8 @@ def is_near_segment(x, a, b, p, reach):
     """Whether point p, not an end of segment a-b, is within reach of it."""
     if p == a or p == b:
         return False
+
+    # Box test first.
     for k in range(3):
         low, high = min(x[a, k], x[b, k]), max(x[a, k], x[b, k])
         if x[p, k] < low - reach or x[p, k] > high + reach:
@@ -65,6 +67,7 @@ def _halve(x, points, low, high, axis):
     middle = (low + high) // 2
     first, last = low, high - 1
     while first < last:
+        # Hoare partition, then continue in the part that holds the middle.
         pivot = x[points[(first + last) // 2], axis]
         i, j = first, last
         while i <= j:
@@ -91,6 +94,7 @@ def _tree(x, points):
 
     The children of node i are 2 i + 1 and 2 i + 2.
     """
+    # A complete binary tree with at most LEAF points per leaf.
     n_node = 1
     while n_node * LEAF < points.shape[0]:
         n_node *= 2
@@ -136,6 +140,8 @@ def points_near_segments(x, segments, first_segment, points, first_point, reach,
     for group in range(first_segment.shape[0] - 1):
         start, stop = first_segment[group], first_segment[group + 1]
         low, high = first_point[group], first_point[group + 1]
+
+        # Small groups: every segment with every point.
         if (stop - start) * (high - low) <= _FEW:
             for s in range(start, stop):
                 for k in range(low, high):
@@ -148,6 +154,8 @@ def points_near_segments(x, segments, first_segment, points, first_point, reach,
         box, span = _tree(x, mine)
         for s in range(start, stop):
             a, b = segments[s, 0], segments[s, 1]
+
+            # Depth-first through the boxes that the segment passes.
             top, stack[0] = 1, 0
             while top > 0:
                 top -= 1

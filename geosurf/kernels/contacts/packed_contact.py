@@ -76,6 +76,7 @@ def pack_contacts(rows):
     """Pack rows of `triangle_contact` into three numbers."""
     out = np.empty((rows.shape[0], 3), dtype=np.int64)
     for k in range(rows.shape[0]):
+        # Number of corners in the lowest bits, then flags, then codes.
         how = rows[k, N_CORNER]
         how += _IN_PLANE if rows[k, COPLANAR] == 1 else 0
         how += _CROSSING if rows[k, CROSSING] == 1 else 0
@@ -98,6 +99,8 @@ def _sort_few(rows, low, high):
     """Sort some rows by their second number."""
     for k in range(low + 1, high):
         second = rows[k, 1]
+
+        # Find the place, then shift each column.
         j = k
         while j > low and rows[j - 1, 1] > second:
             j -= 1
@@ -116,6 +119,8 @@ def _sort_many(rows, low, high):
     second = np.empty(high - low, dtype=np.int64)
     for k in range(high - low):
         second[k] = rows[low + k, 1]
+
+    # Sort indices by the second number, then permute all columns.
     part = rows[low:high].copy()
     order = np.argsort(second)
     for k in range(high - low):

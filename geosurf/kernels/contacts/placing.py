@@ -50,6 +50,7 @@ _ROWS = 33
 @scalar
 def _load(x, t, d, m, row, lane, f):
     """Load the edge and the triangle of a point; any triangle for an edge plane."""
+    # Edge planes are placed one by one later; load any valid triangle instead.
     a, b, plane = d[row, 1], d[row, 2], d[row, 3] if d[row, 3] < m[N_TRIANGLE] else 0
     o, p, q = t[plane, 0], t[plane, 1], t[plane, 2]
     f[_A0 + lane], f[_A1 + lane], f[_A2 + lane] = x[a, 0], x[a, 1], x[a, 2]
@@ -94,8 +95,12 @@ def _fractions_double(f):
     for i in range(LANES):
         n0, n1, n2 = f[_N0 + i], f[_N1 + i], f[_N2 + i]
         s0, s1, s2 = f[_S0 + i], f[_S1 + i], f[_S2 + i]
+
+        # Height of the first end, and the sizes of its terms.
         c0, c1, c2 = f[_A0 + i] - f[_O0 + i], f[_A1 + i] - f[_O1 + i], f[_A2 + i] - f[_O2 + i]
         ha, fa = c0 * n0 + c1 * n1 + c2 * n2, abs(c0) * s0 + abs(c1) * s1 + abs(c2) * s2
+
+        # Height of the second end.
         c0, c1, c2 = f[_B0 + i] - f[_O0 + i], f[_B1 + i] - f[_O1 + i], f[_B2 + i] - f[_O2 + i]
         hb, fb = c0 * n0 + c1 * n1 + c2 * n2, abs(c0) * s0 + abs(c1) * s1 + abs(c2) * s2
         below = ha - hb
@@ -164,10 +169,14 @@ def _heights_dd(f):
         n0, r0 = f[_N0 + i], f[_N0 + LANES + i]
         n1, r1 = f[_N1 + i], f[_N1 + LANES + i]
         n2, r2 = f[_N2 + i], f[_N2 + LANES + i]
+
+        # Each height is a sum of three double-double products.
         hi, lo, d0 = _step(0.0, 0.0, f[_A0 + i], f[_O0 + i], n0, r0)
         hi, lo, d1 = _step(hi, lo, f[_A1 + i], f[_O1 + i], n1, r1)
         f[_HA + i], f[_HA + LANES + i], d2 = _step(hi, lo, f[_A2 + i], f[_O2 + i], n2, r2)
         size = f[_S0 + i] * d0 + f[_S1 + i] * d1 + f[_S2 + i] * d2
+
+        # The other end of the edge.
         hi, lo, d0 = _step(0.0, 0.0, f[_B0 + i], f[_O0 + i], n0, r0)
         hi, lo, d1 = _step(hi, lo, f[_B1 + i], f[_O1 + i], n1, r1)
         f[_HB + i], f[_HB + LANES + i], d2 = _step(hi, lo, f[_B2 + i], f[_O2 + i], n2, r2)
@@ -185,6 +194,8 @@ def _fractions_dd(f):
         f[_CERTIFIED + i] = 1.0 if known else 0.0
         below = dh if known else 1.0
         part = ha / below
+
+        # One Newton step on the quotient doubles its digits.
         ph, pl = dd_mul(dh, dl, part, 0.0)
         rh, rl = dd_add(ha, la, -ph, -pl)
         f[_FRACTION + i], f[_FRACTION + LANES + i] = two_sum(part, (rh + rl) / below)
@@ -199,6 +210,8 @@ def _along_dd(start, end, o, p, q, th, tl, error):
     s, r = dd_add(start, 0.0, ph, pl)
     slack = error * abs(dh) + 2.0**-98 * (abs(start) + abs(end)) + UNDERFLOW
     s = s + 0.0
+
+    # A triangle that is constant on the axis, or a level edge, gives the coordinate exactly.
     flat = (p == o) & (q == o)
     level = start == end
     certified = rounds_to(s, r, slack) | flat | level

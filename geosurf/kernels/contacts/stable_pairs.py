@@ -27,6 +27,8 @@ def _stable_side(x, a, b, c, o, slip):
         side = filtered_side(cx, cy, cz, n0, n1, n2, s0, s1, s2, span, slip)
         if side != 0:
             return side
+
+        # Rotate the corners and try again.
         a, b, c = b, c, a
     return 0
 
@@ -36,6 +38,7 @@ def _stable_turn(x, p, q, a, b, slip):
     """Side of the plane of p, q, a on which vertex b lies, from any three of the four."""
     side = _stable_side(x, p, q, a, b, slip)
     if side == 0:
+        # The same volume from another triple has the same sign and other rounding errors.
         side = _stable_side(x, q, p, b, a, slip)
     if side == 0:
         side = _stable_side(x, a, b, p, q, slip)
@@ -47,6 +50,7 @@ def _stable_turn(x, p, q, a, b, slip):
 @scalar
 def _line_misses(x, t, p, q, b, slip):
     """Whether the line of vertices p, q certainly passes two edges of triangle b differently."""
+    # A line that passes the edges on different sides misses the triangle.
     left = right = False
     for k in range(3):
         side = _stable_turn(x, p, q, t[b, k], t[b, (k + 1) % 3], slip)
@@ -59,9 +63,13 @@ def _line_misses(x, t, p, q, b, slip):
 def _edges_miss(x, t, a, b, slip):
     """Whether no edge of triangle a can meet triangle b."""
     corners = t[b, 0], t[b, 1], t[b, 2]
+
+    # Sides of the corners of a over the plane of b.
     s0 = _stable_side(x, corners[0], corners[1], corners[2], t[a, 0], slip)
     s1 = _stable_side(x, corners[0], corners[1], corners[2], t[a, 1], slip)
     s2 = _stable_side(x, corners[0], corners[1], corners[2], t[a, 2], slip)
+
+    # Each edge stays on one side of the plane, or its line misses the triangle.
     return (
         (s0 * s1 > 0 or _line_misses(x, t, t[a, 0], t[a, 1], b, slip))
         and (s1 * s2 > 0 or _line_misses(x, t, t[a, 1], t[a, 2], b, slip))
@@ -83,6 +91,7 @@ def _on_one_side(x, t, a, b, slip):
 def _boxes_apart(x, t, a, b):
     """Whether the boxes of two triangles have no point in common."""
     for k in range(3):
+        # Compare the intervals of both triangles on this axis.
         low = min(x[t[a, 0], k], min(x[t[a, 1], k], x[t[a, 2], k]))
         high = max(x[t[a, 0], k], max(x[t[a, 1], k], x[t[a, 2], k]))
         if max(x[t[b, 0], k], max(x[t[b, 1], k], x[t[b, 2], k])) < low:
@@ -134,7 +143,11 @@ def unstable_pairs(x, t, m, w, pairs, meet, part):
     found = np.empty(pairs.shape[0], dtype=np.bool_)
     for i in range(pairs.shape[0]):
         a, b = pairs[i, 0], pairs[i, 1]
+
+        # The move is relative to the largest coordinate of the pair.
         slip = part * max(_largest(x, t, a), _largest(x, t, b))
+
+        # Contacts: a corner must not be almost in the plane of the other triangle.
         if meet[i]:
             found[i] = _is_near_plane(x, t, m, w, a, b, slip) or _is_near_plane(
                 x, t, m, w, b, a, slip

@@ -35,6 +35,8 @@ def _index_points(frame, names, places):
     if m[UNINDEXED] == 0:
         return
     collisions = m[COLLISIONS]
+
+    # Clear both tables; collisions of known points do not count.
     m[N_NAME] = 0
     for slot in range(names.shape[0]):
         names[slot, 0] = 0
@@ -50,6 +52,8 @@ def _crossing(frame, names, places, s, one, two):
     """Id of the point where constraints with two support planes cross in the face."""
     e, m = frame.e, frame.m
     _index_points(frame, names, places)
+
+    # Choose the definition with the lowest degree.
     face = s[FACE_ID]
     n = m[N_TRIANGLE]
     if one >= n:  # an edge plane: the line is that edge
@@ -133,6 +137,7 @@ def constrain_edge(h, v, a, b, support):
     i, j = v[a], v[b]
     one = two = 1
     while one != 0 and two != 0:
+        # Look at one triangle of each end per round.
         edge = _edge_around(h, i, a, b)
         if edge < 0:
             edge = _edge_around(h, j, b, a)
@@ -157,6 +162,7 @@ def _has_lower_degree(h, v, a, b):
     i, j = v[a], v[b]
     one = two = 1
     while True:
+        # The rotation that ends first belongs to the lower degree.
         i, one = _rotate(h, v[a], i, one)
         if one == 0:
             return True
@@ -186,6 +192,8 @@ def _constrain_next(frame, names, places, mesh, points, a, b, p, other, support)
         reached, wall = insert_by_cavity(frame, mesh, points, p, i, a, b, goal, support)
         if wall < 0:
             return reached
+
+        # A crossing adds a point and two triangles: check the capacity first.
         if s[POINTS] >= q.shape[0] or 3 * (s[TRIANGLES] + 2) > h.shape[0]:
             return FULL
 
@@ -209,10 +217,13 @@ def insert_segment(frame, names, places, mesh, points, a, b, support):
     """
     q, s = points.q, points.s
     h, v = mesh.h, mesh.v
+
+    # Points known to lie on this segment carry its number.
     s[SEGMENT] += 1
     q[a, 3] = q[b, 3] = s[SEGMENT]
     low, high = a, b
     while low != high:
+        # Advance from the end with fewer triangles until both ends meet.
         upward = _has_lower_degree(h, v, low, high)
         p, other = (low, high) if upward else (high, low)
         one, two = (a, b) if upward else (b, a)

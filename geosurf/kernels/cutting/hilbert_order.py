@@ -42,6 +42,7 @@ def _place_by_turns(scratch, at, u, v, n_level):
     i, j = int(u * last), int(v * last)
     orientation, place = 0, 0
     for level in range(n_level - 2, -1, -2):
+        # Two levels of the curve per lookup.
         found = scratch[at + 16 * orientation + 4 * ((i >> level) & 3) + ((j >> level) & 3)]
         place = 16 * place + (found & 15)
         orientation = found >> 4

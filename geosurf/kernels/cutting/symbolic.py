@@ -86,6 +86,8 @@ def on_known_line(x, d, m, w, points, a, b, c):
     line = s[KNOWN_LINE]
     if line == -1:
         return False
+
+    # Exactly two points on the line: test the third.
     on_a, on_b, on_c = _holds(q, a, line), _holds(q, b, line), _holds(q, c, line)
     if int(on_a) + int(on_b) + int(on_c) != 2:
         return False
@@ -99,6 +101,8 @@ def _put_on_known_line(x, d, m, w, points, p):
     row = q[p, 0] - m[N_VERTEX]
     if row < 0 or d[row, 0] != 1 or d[row, 3] != s[_SUPPORT]:
         return False
+
+    # Both ends of its edge in the known plane.
     for o in (d[row, 1], d[row, 2]):
         if o not in (s[_ONE], s[_TWO], s[_THREE]) and not _of_plane(
             x, m, w, s[_ONE], s[_TWO], s[_THREE], o

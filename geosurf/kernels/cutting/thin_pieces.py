@@ -35,6 +35,8 @@ def _cross_of_sides(x, i, j, k):
     ax, ay, az = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
     bx, by, bz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
     cx, cy, cz = bx - ax, by - ay, bz - az
+
+    # The height of a triangle is its doubled area over the longest side.
     longest = max(ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz)
     longest = max(longest, cx * cx + cy * cy + cz * cz)
     nx, ny, nz = _cross(ax, ay, az, bx, by, bz)
@@ -53,9 +55,12 @@ def _write_normals(x, t, normal):
 @scalar
 def _beyond_an_edge(x, t, m, w, i, j):
     """Whether in the map all of face j lies beyond an edge of face i, or on its line."""
+    # Orientation of the face in the map.
     turn = orient2d(x, m, w, t[i, 0], t[i, 1], t[i, 2], 0, 1)
     for k in range(3):
         a, b = t[i, k], t[i, 0 if k == 2 else k + 1]
+
+        # Corners on the line of the edge count as beyond.
         inside = False
         for c in range(3):
             p = t[j, c]
@@ -73,6 +78,8 @@ def _counts(x, t, m, w, rows, k, normal):
     i, j = rows[k, TRIANGLE_A], rows[k, TRIANGLE_B]
     if lies_in_plane(rows[k, HOW]):
         return False
+
+    # Nearly vertical faces and contacts inside faces always count.
     if min(abs(normal[i, 2]), abs(normal[j, 2])) < _UPRIGHT or not lies_on_boundaries(rows[k, HOW]):
         return True
     return not (_beyond_an_edge(x, t, m, w, i, j) or _beyond_an_edge(x, t, m, w, j, i))

@@ -29,6 +29,7 @@ def _order(frame, a, b):
     """Sign of the lexicographic order of two points: -1 if a comes first."""
     x = frame.x
     for axis in range(3):
+        # Rounding preserves order: only equal coordinates need exact comparison.
         if x[a, axis] != x[b, axis]:
             return -1 if x[a, axis] < x[b, axis] else 1
         order = exact_compare(frame, a, b, axis)
@@ -42,6 +43,8 @@ def _is_in_planes(frame, p):
     """Whether a point lies in both planes that the workspace holds."""
     m, w = frame.m, frame.w
     n = m[LIMBS]
+
+    # n . X - offset * W is zero for a point of the plane.
     lx, lw = point(frame, 0, p)
     total = 9 * n + 2
     for k in range(2):

@@ -34,6 +34,8 @@ def two_sum(a, b):
 def two_product(a, b):
     """a * b as (rounded, error), exact without overflow and underflow (Dekker)."""
     p = a * b
+
+    # Split both factors into halves of 26 bits, whose products are exact.
     c = _SPLIT * a
     ah = c - (c - a)
     al = a - ah
@@ -106,6 +108,7 @@ def _height(x, n, a, p):
     lo = 0.0
     size = 0.0
     for i in range(3):
+        # Exact difference, double-double product, accumulated sum.
         dh, dl = two_sum(p[i], -x[a, i])
         ph, pl = dd_mul(n[2 * i], n[2 * i + 1], dh, dl)
         hi, lo = dd_add(hi, lo, ph, pl)
@@ -207,6 +210,7 @@ def tpi_dd(x, t, e, m, one, two, three):
     ``sum((2**-95 S_i . |p - a_i| + 2**-48 |h_i|) SC_i) + 2**-48 SW |d|``, over |W|, and twice that
     if W is known to half its size.
     """
+    # Normals of the three planes in double-double.
     a1, n1 = plane_dd(x, t, e, m, one)
     a2, n2 = plane_dd(x, t, e, m, two)
     a3, n3 = plane_dd(x, t, e, m, three)
@@ -227,9 +231,12 @@ def tpi_dd(x, t, e, m, one, two, three):
 
     # Newton steps: each gains about 48 bits until the bound is below 2**-90.
     for _ in range(4):
+        # Heights of the current point over the three planes.
         g1, _, s1 = _height(x, n1, a1, (p0, p1, p2))
         g2, _, s2 = _height(x, n2, a2, (p0, p1, p2))
         g3, _, s3 = _height(x, n3, a3, (p0, p1, p2))
+
+        # Bounds of the heights, the step by Cramer, and the bound of the result.
         f1 = 2.0**-95 * s1 + 2.0**-48 * abs(g1) + 1e-250
         f2 = 2.0**-95 * s2 + 2.0**-48 * abs(g2) + 1e-250
         f3 = 2.0**-95 * s3 + 2.0**-48 * abs(g3) + 1e-250

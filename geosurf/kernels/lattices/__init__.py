@@ -1,18 +1,16 @@
 """Lattices: gridded surfaces as nodes in rows and columns, and their properties.
 
-===================  ==============================================================
-================= file                 question
-   source
-===================  ==============================================================
-================= `prefetch`           How is memory requested before it is read?
+===================  ========================================================  =================
+file                 question                                                  source
+===================  ========================================================  =================
+`prefetch`           How is memory requested before it is read?
 `lattice_corners`    Where are the corners and normals of the triangles?
 `survey`             Which boxes, holes and cell shapes has a lattice?
 `cell_bounds`        What do bounds of edges prove about the cells of a tile?
 `strips`             Which triangles does no curve touch? As runs of rows.
 `strip_triangles`    Which triangles and points do runs stand for?
-`triangle_list`      The same for a list of triangles, in Morton order.              Morton 1966
-`coarsen`            Which fewer triangles stay within a tolerance?                  Evans et al.
-2001 `third_differences`  How rough is a grid? Third differences.
-===================  ==============================================================
-=================
+`triangle_list`      The same for a list of triangles, in Morton order.        Morton 1966
+`coarsen`            Which fewer triangles stay within a tolerance?            Evans et al. 2001
+`third_differences`  How rough is a grid? Third differences.
+===================  ========================================================  =================
 """

@@ -34,6 +34,7 @@ def _corners(square, i, j, root, path, level):
     if root == 1:
         ai, aj, bi, bj = bi, bj, ai, aj
     for k in range(level):
+        # Each bit of the path chooses one half.
         mi, mj = (ai + bi) // 2, (aj + bj) // 2
         if (path >> k) & 1:
             ai, aj, bi, bj, ci, cj = bi, bj, ci, cj, mi, mj
@@ -46,6 +47,8 @@ def _corners(square, i, j, root, path, level):
 def _plane(z, ai, aj, bi, bj, ci, cj):
     """Height at c, and slopes along rows and columns, of the plane through three nodes."""
     di, dj, ei, ej = ai - ci, aj - cj, bi - ci, bj - cj
+
+    # The legs from the right angle are perpendicular and equal.
     size = di * di + dj * dj
     p, q = (z[ai, aj] - z[ci, cj]) / size, (z[bi, bj] - z[ci, cj]) / size
     return z[ci, cj], p * di + q * ei, p * dj + q * ej

@@ -61,6 +61,8 @@ def _is_at_boundary(a, absent, row, first, last):
     """Whether a run has an edge that no other triangle of the surface shares."""
     if _is_missing(a, absent, row, first - 1) or _is_missing(a, absent, row, last + 1):
         return True
+
+    # Neighbours in the strip were tested; now those across the rows.
     stop = last
     if absent.shape[0] == 0:
         stop = min(last, first + 1)  # rows above and below are complete: two places suffice
@@ -92,6 +94,7 @@ def _runs_of_row(a, absent, row, taken, n_taken, runs, n):
             if stop > first:
                 n = _add_run(a, absent, runs, n, row, first, stop - 1)
         else:
+            # A run starts at a triangle and ends before a missing one.
             begin = -1
             for place in range(first, stop):
                 gone = absent[key_at(a, row, place)] == 1
@@ -174,6 +177,8 @@ def runs_of_keys(a, runs, start, keys):
     for k in range(keys.shape[0]):
         row = (keys[k] >> 1) // (a[N_COL] - 1)
         place = _place_of(a, keys[k])
+
+        # Bisection among the runs of the row.
         low, high = start[row], start[row + 1]
         while low < high:  # the first run that ends at or behind the place
             middle = (low + high) // 2
@@ -202,6 +207,8 @@ def keys_across(a, absent, turned, keys, edge):
             one, two = (3 - one) % 3, (3 - two) % 3
         i, j = corner_of(a, keys[k], one)
         u, v = corner_of(a, keys[k], two)
+
+        # An edge along the rows, at the side of the cell, or the diagonal.
         if i == u:
             row, place = _across(a, row, place)
         elif j == v:  # the edge at the side of the cell
@@ -217,6 +224,7 @@ def lowest_keys(a, runs):
     """The lowest key in each run."""
     out = np.empty(runs.shape[0], dtype=np.int64)
     for i in range(runs.shape[0]):
+        # The first or second place of a run has its lowest key.
         low = key_at(a, runs[i, ROW], runs[i, FIRST])
         if runs[i, LAST] > runs[i, FIRST]:
             low = min(low, key_at(a, runs[i, ROW], runs[i, FIRST] + 1))

@@ -94,6 +94,8 @@ def _least(work, j):
     """The least of nine numbers: those of a block with its boundary in a row."""
     a, b, c, d = work[j], work[j + 1], work[j + 2], work[j + 3]
     e, f, g, h = work[j + 4], work[j + 5], work[j + 6], work[j + 7]
+
+    # A tree of selections, without branches.
     a, b = a if a < b else b, c if c < d else d
     e, f = e if e < f else f, g if g < h else h
     a, e = a if a < b else b, e if e < f else f
@@ -149,6 +151,7 @@ def _tile_extremes(values, a, axis, block, first, work, boxes, n_block):
 @scalar
 def _axis_extremes(values, a, axis, boxes, n_block):
     """The same in all blocks, of a coordinate that is equal in all rows or in all columns."""
+    # A coordinate along columns or along rows.
     along = a[3 * axis + 1] == 0
     n = a[N_COL] if along else a[N_ROW]
     step = a[3 * axis + 2] if along else a[3 * axis + 1]
@@ -265,6 +268,7 @@ def _is_far(boxes):
     far = False
     for i in range(boxes.shape[0]):
         for k in range(3):
+            # NaN comparisons are false, so NaN counts as infinite.
             lower, upper = boxes[i, k], boxes[i, 3 + k]
             far = far or not (lower > -np.inf and upper < np.inf and lower <= upper)
     return far

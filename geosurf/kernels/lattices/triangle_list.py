@@ -31,6 +31,7 @@ def _reach(x):
     small = np.inf
     for i in range(x.shape[0]):
         for k in range(3):
+            # Zero has no size; NaN comparisons change nothing.
             value = x[i, k]
             size = abs(value) if value != 0.0 else np.inf
             box[k] = value if value < box[k] else box[k]
@@ -54,6 +55,7 @@ def _bits_for(n):
 @scalar
 def _spread(v):
     """Bits of v < 2**10 at every third place."""
+    # Spread bits by doubling their distance (Morton 1966).
     v = (v | (v << 16)) & 0x030000FF
     v = (v | (v << 8)) & 0x0300F00F
     v = (v | (v << 4)) & 0x030C30C3
@@ -118,6 +120,8 @@ def survey_list(x, t):
                 w = min(int((0.5 * (lz + uz) - box[2]) * scale), top)
                 code = _spread(u) | (_spread(v) << 1) | (_spread(w) << 2)
             codes[i] = code
+
+            # Possibly degenerate triangles are tested exactly later.
             if may_be_degenerate(qx - px, qy - py, qz - pz, rx - px, ry - py, rz - pz):
                 suspects[m] = i
                 m += 1
@@ -135,6 +139,8 @@ def build_list_tree(boxes, codes):
         start[codes[i] + 1] += 1
     for c in range(1, start.shape[0]):
         start[c] += start[c - 1]
+
+    # Leaves first, then all levels above.
     levels, n_node = levels_of(1, (n + LEAF - 1) // LEAF, 1, FAN)
     nodes = np.empty((n_node, 6), dtype=np.float64)
     clear_boxes(nodes, 0, levels[0, 2])

@@ -1,16 +1,16 @@
 """Meshes: welding, edges, parts, chains, orders and volumes, by integer keys.
 
-==============  =========================================================  ===============
-file            question                                                   source
-==============  =========================================================  ===============
-`mesh`          Which vertices are equal, which edges shared? Patches.     union-find
-`radial_order`  In which order are triangles around an edge?               Weiler 1985
+==============  ======================================================  ===============
+file            question                                                source
+==============  ======================================================  ===============
+`mesh`          Which vertices are equal, which edges shared? Patches.  union-find
+`radial_order`  In which order are triangles around an edge?            Weiler 1985
 `parts`         Which parts face each other around their edges? Cells.
-`volumes`       What are the volume below faces, area and bounds?          Knuth's two-sum
+`volumes`       What are the volume below faces, area and bounds?       Knuth's two-sum
 `polylines`     Which segments do polylines have?
 `chains`        Which curves do segments form?
 `linking`       Which segments of curves cannot overlap?
 `ranking`       What is the canonical order of points and segments?
 `numbering`     Which number has each key among the distinct ones?
-==============  =========================================================  ===============
+==============  ======================================================  ===============
 """

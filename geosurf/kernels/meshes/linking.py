@@ -45,6 +45,8 @@ def _on_one_edge(one, two):
     """Whether two features of a triangle lie on one of its edges."""
     if one == FACE or two == FACE:  # nearly all
         return False
+
+    # Both features have to belong to one edge.
     for edge in range(3):
         if _on_edge(one, edge) and _on_edge(two, edge):
             return True
@@ -57,6 +59,8 @@ def _crosses_faces(rows, k):
     how = rows[k, HOW]
     if n_corner_of(how) != 2 or lies_in_plane(how):
         return False
+
+    # A segment along an edge of either face may coincide with another one.
     one, two = code_of(how, 0), code_of(how, 1)
     return not (_on_one_edge((one >> 3) & 7, (two >> 3) & 7) or _on_one_edge(one & 7, two & 7))
 
@@ -69,6 +73,7 @@ def _turns_away(x, p, a, q, reach):
     positive. Its error is below `reach` times both lengths: `reach` is more than ten times the
     rounding of points.
     """
+    # The scalar product of both directions from a.
     ux, uy, uz = x[p, 0] - x[a, 0], x[p, 1] - x[a, 1], x[p, 2] - x[a, 2]
     vx, vy, vz = x[q, 0] - x[a, 0], x[q, 1] - x[a, 1], x[q, 2] - x[a, 2]
     lengths = abs(ux) + abs(uy) + abs(uz) + abs(vx) + abs(vy) + abs(vz)
@@ -102,6 +107,8 @@ def _may_overlap(x, ids, i, k):
     """
     a, b, p, q = ids[i, 0], ids[i, 1], ids[k, 0], ids[k, 1]
     reach = _reach(x, a, b, p, q)
+
+    # Order the ends so that a common end is b = p.
     if a == p or a == q:
         a, b = b, a
     if b == q:
@@ -113,6 +120,8 @@ def _may_overlap(x, ids, i, k):
             return False
     elif _are_apart(x, a, b, p, q, reach):
         return False
+
+    # Any end inside the other segment is an overlap.
     return (
         is_near_segment(x, a, b, p, reach)
         or is_near_segment(x, a, b, q, reach)
@@ -147,6 +156,8 @@ def overlap_free(x, surface, graph, rows, ids):
         one, two = surface[a], surface[b]
         if one == two or not _crosses_faces(rows, k):
             return 0
+
+        # Contacts are sorted: a run shares the first face and the second surface.
         if a != rows[run, TRIANGLE_A] or two != surface[rows[run, TRIANGLE_B]]:
             run = k
 

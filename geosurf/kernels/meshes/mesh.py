@@ -59,6 +59,8 @@ def _bucket(t, n_vertex):
         start[min(a, b) + 2] += 1
         start[min(b, c) + 2] += 1
         start[min(c, a) + 2] += 1
+
+    # Prefix sums, shifted by one vertex for the fill below.
     for v in range(2, n_vertex + 2):
         start[v] += start[v - 1]
     half = np.empty(3 * t.shape[0], dtype=np.int64)
@@ -151,6 +153,8 @@ def join_pairs(pairs, n):
     parent = np.arange(n)
     for i in range(pairs.shape[0]):
         join(parent, pairs[i, 0], pairs[i, 1])
+
+    # Full path compression: each element gets its root.
     for i in range(n):
         parent[i] = find(parent, i)
     return parent
@@ -168,6 +172,8 @@ def _around(owners, ring, twin, i, seen):
     j = i
     while not seen[j]:
         seen[j] = True
+
+        # Coinciding triangles count once, by their first copy.
         if twin[j // 3] == j // 3:
             count += 1
             one, other = other, j // 3
@@ -206,6 +212,8 @@ def patches_and_boundary(t, surface, owners, ring, twin, n_edge):
             same = count == 2 and owners[one] == owners[other]
         if same:
             join(parent, one, other)
+
+        # A boundary edge is stored with its lower vertex first.
         if mixed or count > 2:
             a, b = t[i // 3, i % 3], t[i // 3, (i + 1) % 3]
             rim[n_rim, 0], rim[n_rim, 1] = min(a, b), max(a, b)
@@ -222,6 +230,8 @@ def _join_coinciding(parent, surface, ring, twin):
             continue
         if surface[twin[i]] == surface[i]:  # a surface that lies on itself: one patch, any order
             join(parent, i, twin[i])
+
+        # Neighbours of a copy are joined if their originals are.
         for c in range(3):
             j = ring[3 * i + c]
             while j != 3 * i + c:
@@ -256,6 +266,8 @@ def pieces(t, ring):
     """Connected pieces over common edges: number of each triangle, and how many."""
     n = t.shape[0]
     parent = np.arange(n)
+
+    # Triangles on one ring share an edge.
     for i in range(3 * n):
         join(parent, i // 3, ring[i] // 3)
     return _numbered(parent)

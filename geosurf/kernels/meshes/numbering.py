@@ -48,6 +48,8 @@ def first_seen(keys):
     count = 0
     for i in range(n):
         key = keys[i]
+
+        # Multiply both halves of the key; the result stays below 2**63.
         h = (key & 0x3FFFFFFF) * 0x1E3779B1 + (key >> 30) * 8388593  # below 2**63
         slot = (h ^ (h >> 29)) & (size - 1)
         while slots[slot] >= 0 and found[slots[slot]] != key:
@@ -67,6 +69,7 @@ WORD = 1 << _SHIFT  # keys per word: bits in the lower half, count of earlier ke
 @scalar
 def _ones(v):
     """Number of bits of a word of 32 bits."""
+    # Parallel count in 2, 4 and 8 bits.
     v = v - ((v >> 1) & 0x55555555)
     v = (v & 0x33333333) + ((v >> 2) & 0x33333333)
     v = (v + (v >> 4)) & 0x0F0F0F0F
@@ -134,6 +137,7 @@ def number_in_place(table: np.ndarray, n_column: int, limit: int) -> np.ndarray:
 @entry("l2 l l -> l1")
 def number_by_bits(table, n_column, limit):
     """`number_in_place` by a bit for each possible key."""
+    # One bit per possible key.
     words = np.zeros((limit >> _SHIFT) + 1, dtype=np.int64)
     for k in range(table.shape[0]):
         for column in range(n_column):

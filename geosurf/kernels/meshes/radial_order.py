@@ -45,6 +45,7 @@ def main_axis(x, u, v):
 @scalar
 def _pseudo_angle(p, q):
     """A number in [0, 4) that increases with the angle of a vector."""
+    # The L1 norm replaces the angle: monotone and without trigonometry.
     share = q / (abs(p) + abs(q))
     if p < 0.0:
         return 2.0 - share
@@ -120,6 +121,8 @@ def _exact_cross(x, t, m, w, i, j, axis):
     r = (_MISC + 100) * n
     _exact_normals(x, t, m, w, i, j, r)
     acc = r + 12 * n
+
+    # One component of the cross product of the two normals.
     clear(w, acc, 4 * n + 1)
     mul_add(w, acc, 4 * n + 1, r + k * 2 * n, 2 * n, r + (3 + o) * 2 * n, 2 * n, 1)
     mul_add(w, acc, 4 * n + 1, r + o * 2 * n, 2 * n, r + (3 + k) * 2 * n, 2 * n, -1)
@@ -144,6 +147,8 @@ def _cross_sign(x, t, m, w, around, a, b, axis):
     if i == j:  # two parts of one triangle, as along each curve
         return 0
     k, o = (axis + 1) % 3, (axis + 2) % 3
+
+    # Filter with the magnitudes of both normals, then exact integers.
     value = around[a, k] * around[b, o] - around[a, o] * around[b, k]
     size = around[a, 3 + k] * around[b, 3 + o] + around[a, 3 + o] * around[b, 3 + k]
     if size > TINY and abs(value) > 2e-15 * size:
@@ -157,6 +162,8 @@ def _dot_sign(x, t, m, w, around, a, b):
     i, j = int(around[a, OF]), int(around[b, OF])
     if i == j:
         return 1
+
+    # Filter, then exact integers.
     value = size = 0.0
     for k in range(3):
         value += around[a, k] * around[b, k]
@@ -180,6 +187,7 @@ def _measure_around(px, pt, m, w, order, directions, n, parent, around, axis, he
         around[a, OF] = i
         half = 0
         if a > 0:
+            # The side of the first half-plane decides the half turn.
             direction = directions[0] * directions[a]
             s = direction * heading * _cross_sign(px, pt, m, w, around, 0, a, axis)
             if s == 0 and direction * _dot_sign(px, pt, m, w, around, 0, a) > 0:

@@ -61,6 +61,8 @@ def _insert_alike(x, order, low, high):
 def _sort_by(x, axis, order, low, high):
     """Sort a range of an order by one coordinate."""
     part = order[low:high].copy()
+
+    # Sort a copy of the coordinates, then permute the order.
     values = np.empty(high - low)
     for k in range(high - low):
         values[k] = x[part[k], axis]
@@ -103,6 +105,7 @@ def _sort_crowd(x, order, low, high):
 @scalar
 def _points_in_use(x, segments):
     """Points of the segments, increasing, and their lowest and highest easting."""
+    # Each used point once, in increasing order.
     used = np.zeros(x.shape[0], dtype=np.bool_)
     for k in range(segments.shape[0]):
         used[segments[k, 0]] = True
@@ -159,6 +162,8 @@ def _ranked_places(x, order):
     n = 0
     for k in range(order.shape[0]):
         i = order[k]
+
+        # Equal positions share a rank.
         if (
             n == 0
             or x[i, 0] != places[n - 1, 0]
@@ -178,6 +183,7 @@ def _ranked_places(x, order):
 def _sort_bucket(upper, pair, low, high):
     """Sort the segments of one lower point by their upper points."""
     if high - low > _SHORT:
+        # Long buckets: sort indices. Short ones: insertion.
         places = np.argsort(upper[low:high])
         uppers, pairs = upper[low:high].copy(), pair[low:high].copy()
         for k in range(high - low):
@@ -201,6 +207,8 @@ def _by_points(segments, rank, pair, n_rank):
         start[min(rank[segments[k, 0]], rank[segments[k, 1]]) + 1] += 1
     for point in range(n_rank):
         start[point + 1] += start[point]
+
+    # Distribute the segments to their lower points.
     upper, of = np.empty(n, dtype=np.int32), np.empty(n, dtype=np.int32)
     for k in range(n):  # each start moves to that of the next
         p, q = rank[segments[k, 0]], rank[segments[k, 1]]
@@ -264,6 +272,7 @@ def sort_places_and_segments(x, segments, pair, n_pair):
     """Distinct positions of the segments' points, in order; segments between them, sorted as by
     `sort_segments`; and the first one of each pair.
     """
+    # Rank the positions, then sort segments by rank.
     rank, places = _ranked_places(x, _ordered_points(x, segments))
     start, upper, of = _by_points(segments, rank, pair, places.shape[0])
     out, first = _by_pairs(start, upper, of, n_pair)

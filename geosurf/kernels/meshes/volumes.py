@@ -21,6 +21,7 @@ from geosurf.kernels.search.tree import RISING, TURNED
 @scalar
 def _add(out, i, k, term):
     """Add a term to the pair of numbers at out[i, k]."""
+    # Two-sum: the rounding error goes into the second number.
     total = out[i, k] + term
     back = total - out[i, k]
     out[i, k + 1] += (out[i, k] - (total - back)) + (term - back)
@@ -32,6 +33,7 @@ def _lowest(x, t, i):
     """Corner of a triangle that comes first by its coordinates, independent of its numbering."""
     low = 0
     for corner in range(1, 3):
+        # Lexicographic comparison of coordinates.
         for k in range(3):
             if x[t[i, corner], k] != x[t[i, low], k]:
                 if x[t[i, corner], k] < x[t[i, low], k]:
@@ -74,6 +76,8 @@ def volume_below_runs(p, q, r, a, runs, face, level, out):
         (x, dx), (u, du) = _first_node(a, 0, runs[i, ROW]), _first_node(a, 0, runs[i, ROW] + 1)
         (y, dy), (v, dv) = _first_node(a, 1, runs[i, ROW]), _first_node(a, 1, runs[i, ROW] + 1)
         (z, dz), (w, dw) = _first_node(a, 2, runs[i, ROW]), _first_node(a, 2, runs[i, ROW] + 1)
+
+        # The first cell may start with its second half.
         first, last = runs[i, FIRST], runs[i, LAST]
         j = first >> 1
         # corners 0, 1, 2, 3 around the cell: 1 and 2 are 0 and 3 of the next
@@ -142,6 +146,8 @@ def extent_runs(p, q, r, a, runs, face, origin, out):
         row = runs[i, ROW]
         for place in range(runs[i, FIRST], runs[i, LAST] + 1):
             col = place >> 1
+
+            # Corners of the triangle at this place of the strip.
             half = place & 1 if a[RISING] == 0 else 1 - (place & 1)
             # corners 0, 1, 2, 3 around the cell: 0 1 2 + 0 2 3, or 0 1 3 + 1 2 3
             v0 = col + (half if a[RISING] == 0 else 0)

@@ -70,6 +70,7 @@ def _push_children(nodes, levels, node, level, axis, aim, low, high, stack, top)
     first = levels[level - 1, 0] + (node - levels[level, 0]) * FAN
     begin = top
     for child in range(first, min(first + FAN, levels[level, 0])):
+        # Outside the height interval, or beside the ray.
         if nodes[child, 3 + axis] < low or nodes[child, axis] > high:
             continue
         if nodes[child, u] > ax or nodes[child, 3 + u] < ax:
@@ -192,6 +193,8 @@ def cast_rays(x, t, order, nodes, levels, set_of, seen, starts, axes, tops, side
     for i in range(starts.shape[0]):
         row, axis = starts[i], axes[i]
         a, b, c = t[row, 0], t[row, 1], t[row, 2]
+
+        # The own triangle bounds the search from below.
         low = min(x[a, axis], x[b, axis], x[c, axis])
         sides[i, 0] = sides[i, 1] = UNDECIDED
         mine = set_of[row]

@@ -24,6 +24,7 @@ _FAN_ROW, _FAN_COL = 3, 4
 @scalar
 def _push_children(levels, level, node, other, level_other, swapped, stack, top):
     """Push each node below a node, paired with a node of the other tree."""
+    # Row and column of the node in its level.
     at, width = node - levels[level, 0], levels[level, 2]
     row, col = at // width, at % width
     below = level - 1
@@ -31,6 +32,8 @@ def _push_children(levels, level, node, other, level_other, swapped, stack, top)
     for i in range(row * fan_row, min(row * fan_row + fan_row, levels[below, 1])):
         for j in range(col * fan_col, min(col * fan_col + fan_col, levels[below, 2])):
             kid = levels[below, 0] + i * levels[below, 2] + j
+
+            # The order of the two trees is preserved on the stack.
             if swapped:
                 top = push_pair(stack, top, other, level_other, kid, below)
             else:

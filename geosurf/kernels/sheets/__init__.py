@@ -1,19 +1,17 @@
 """Sheets: the smoothest surface through data, cut where faults pass.
 
-=================  =================================================================
-==================== file               question
-  source
-=================  =================================================================
-==================== `fault_distance`   How far is a datum from a fault? Which lattice edges are
-cut? `fault_trace`      Where does a fault meet a gridded horizon?                     marching
-triangles `link_lines`       Which lines do links form? What is near a line?
+=================  =====================================================  ====================
+file               question                                               source
+=================  =====================================================  ====================
+`fault_distance`   How far is a datum from a fault? Which links are cut?
+`fault_trace`      Where does a fault meet a gridded horizon?             marching triangles
+`link_lines`       Which lines do links form? What is near a line?
 `node_bands`       Which nodes of a lattice lie in a band?
-`smooth_surface`   What are the equations of the smoothest surface?               Briggs 1974
-`envelope_solver`  How are they ordered, filled and solved?                       Cuthill, McKee
-1969 `column_products`  What are sums of products of a few columns?
-`graph_distance`   How many links away is a node?                                 breadth-first
-search `sheet_trim`       Which parts of a torn sheet remain?
+`smooth_surface`   What are the equations of the smoothest surface?       Briggs 1974
+`envelope_solver`  How are they ordered, filled and solved?               Cuthill & McKee 1969
+`column_products`  What are sums of products of a few columns?
+`graph_distance`   How many links away is a node?                         breadth-first search
+`sheet_trim`       Which parts of a torn sheet remain?
 `sheet_corners`    Which corners of pieces are vertices of the sheet?
-=================  =================================================================
-====================
+=================  =====================================================  ====================
 """

@@ -35,6 +35,8 @@ def _neighbours(east, north):
                 start[u + 1] += 1
     for v in range(n):
         start[v + 1] += start[v]
+
+    # Fill both directions of each link.
     free = start[:n].copy()
     neighbours = np.empty(start[n], dtype=np.int64)
     for v in range(n):
@@ -112,6 +114,8 @@ def fill_envelope(east, north, square, number, value, weights, place):
         for i in range(NODES):
             if at[i] >= 0:
                 first[at[i]] = min(first[at[i]], least)
+
+    # Rows of the envelope, one after the other.
     start = np.zeros(n_unknown + 1, dtype=np.int64)
     for row in range(n_unknown):
         start[row + 1] = start[row] + row - first[row] + 1
@@ -184,6 +188,8 @@ def substitute(first, lower, start, right):
     """Solution (n,) by forward and back substitution with a factor of `factorise`."""
     n = first.shape[0]
     x = right.copy()
+
+    # Forward, then backward substitution.
     for i in range(n):
         at = start[i] - first[i]
         for k in range(first[i], i):

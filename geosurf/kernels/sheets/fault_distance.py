@@ -31,6 +31,8 @@ def distance_to_segment(x, y, ax, ay, bx, by):
     t = 0.0
     if length2 > 0.0:
         t = ((x - ax) * tx + (y - ay) * ty) / length2
+
+    # Clamp to the segment.
     t = min(1.0, max(0.0, t))
     dx, dy = x - ax - t * tx, y - ay - t * ty
     return dx * dx + dy * dy, t, length2
@@ -61,6 +63,7 @@ def _level_segment(corners, z):
         j = (i + 1) % 3
         zi, zj = corners[3 * i + 2], corners[3 * j + 2]
         if (zi <= z) != (zj <= z):
+            # Interpolate from the lower end, so that neighbours agree.
             lo, hi = (i, j) if zi < zj else (j, i)
             f = (z - corners[3 * lo + 2]) / (corners[3 * hi + 2] - corners[3 * lo + 2])
             px = corners[3 * lo] + f * (corners[3 * hi] - corners[3 * lo])

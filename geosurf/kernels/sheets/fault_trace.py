@@ -29,6 +29,8 @@ MARGIN = 1e-9  # relative: bilinear values are rounded
 def block_bounds(grid):
     """Lowest and highest node of each block, inf and -inf if none; and the levels."""
     n_row, n_col = grid.shape
+
+    # Count levels and blocks.
     rows, cols, n_level, total = (n_row + 7) >> BLOCK, (n_col + 7) >> BLOCK, 1, 0
     total = rows * cols
     while rows * cols > 1:
@@ -121,6 +123,8 @@ def _above(grid, sx, sy, p):
     x, y = p[0] / sx, p[1] / sy
     if not (x >= 0 and x <= n_col - 1 and y >= 0 and y <= n_row - 1):
         return np.nan
+
+    # Bilinear interpolation; the last row and column belong to the last cell.
     j, i = min(int(np.floor(x)), n_col - 2), min(int(np.floor(y)), n_row - 2)
     s, t = x - j, y - i
     below = grid[i, j] * (1 - s) + grid[i, j + 1] * s
@@ -145,6 +149,7 @@ def _zero(p, q, up, uq, out, at):
 @scalar
 def _name(f, a, b, whole, edges, forward, names, at):
     """Write the name of the edge between corners a and b (i, j) of a small triangle of f."""
+    # Third barycentric numbers; an edge on the side of the triangle has one in common.
     ka, kb = whole - a[0] - a[1], whole - b[0] - b[1]
     if ka == 0 and kb == 0:
         side, one, two = 0, a[1], b[1]
@@ -166,6 +171,7 @@ def _take(xyz, ij, p, a, m, b):
     """Copy the corners of a triangle, and compute the middles of its edges."""
     for c in range(3):
         for d in range(3):
+            # Copy, since the stack is overwritten by the quarters.
             p[c, d] = xyz[c, d]
         for d in range(2):
             a[c, d] = ij[c, d]
@@ -281,6 +287,8 @@ def zero_line_pieces(grid, low, high, levels, stretch, points, faces, edges, for
                 if _piece(h, p, a, whole, f, edges, forward, names[n], places[n]):
                     n += 1
                 continue
+
+            # Heights at the corners; at the last level but one also at the middles.
             for c in range(3):
                 k[c] = _above(grid, sx, sy, m[c])
             for part in range(3, -1, -1):  # in the order in which a stack would return them

@@ -15,6 +15,8 @@ from geosurf.kernels.compile.jit import entry
 def steps_from(east, north, start, longest):
     """Number of links (n,) from each node to the nearest of `start`, at most `longest`."""
     n = east.shape[0]
+
+    # Links in all four directions.
     neighbours = np.full((n, 4), -1, dtype=np.int64)
     for v in range(n):
         if east[v] >= 0:
@@ -52,6 +54,7 @@ def links_among(east, north, present):
     n = east.shape[0]
     out = np.full((2, n), -1, dtype=np.int64)
     for v in range(n):
+        # A link needs both of its nodes.
         if present[v]:
             if east[v] >= 0 and present[east[v]]:
                 out[0, v] = east[v]

@@ -94,6 +94,7 @@ def undirected_lines(first, other_end, link, order):
 
 @scalar
 def _box_of(ends, first, last, box):
+    # Lower and upper corner over both ends of each piece.
     box[0] = box[1] = np.inf
     box[2] = box[3] = -np.inf
     for k in range(first, last):

@@ -18,6 +18,8 @@ def nodes_of_blocks(starts, cols, rows, n_col):
     .. ``cols[x + 1] - 1`` of nodes, and rows alike.
     """
     wide, tall = cols.shape[0] - 1, rows.shape[0] - 1
+
+    # Count, then fill in increasing order.
     total = 0
     for y in range(tall):
         for x in range(wide):
@@ -55,6 +57,7 @@ def points_in_blocks(points, corner, shape, starts, size):
     rows = np.empty(points.shape[0], dtype=np.int64)
     blocks = np.empty(points.shape[0], dtype=np.int64)
     for k in range(points.shape[0]):
+        # Block of the point, if it is inside the range of blocks.
         x = np.floor(points[k, 0] / size) - corner[0]
         y = np.floor(points[k, 1] / size) - corner[1]
         if x >= 0.0 and x < shape[0] and y >= 0.0 and y < shape[1]:
@@ -76,8 +79,12 @@ def links_between(nodes, cut, n_col):
     above = 0
     for k in range(n):
         node = nodes[k]
+
+        # The next node of the row is the next entry, if it exists.
         if k + 1 < n and nodes[k + 1] == node + 1 and (node + 1) % n_col != 0 and not cut[k] & 1:
             east[k] = k + 1
+
+        # A second pointer follows the row above.
         while above < n and nodes[above] < node + n_col:
             above += 1
         if above < n and nodes[above] == node + n_col and not cut[k] & 2:
@@ -91,6 +98,8 @@ def _widened(first, last, n, low, high, reach):
     m = 0
     for k in range(n):
         a, b = max(first[k] - reach, low), min(last[k] + reach, high)
+
+        # Join runs that touch after widening.
         if m > 0 and a <= last[m - 1] + 1:
             last[m - 1] = max(last[m - 1], b)
         else:

@@ -22,6 +22,8 @@ def named_corners(local, triangles, rows, faces, vertices, origin):
             p = triangles[rows[k], c]
             for d in range(3):
                 v = faces[k, d]
+
+                # A vertex of the parent with the very same coordinates.
                 same = True
                 for axis in range(3):
                     if local[p, axis] != vertices[v, axis] - origin[axis]:
@@ -42,6 +44,8 @@ def _continues(x, a, b, p, q):
         p, q = q, p
     if p != a and p != b:
         return False
+
+    # Both segments leave the common corner in opposite directions.
     end = b if p == a else a
     axis = 0 if x[a, 0] != x[b, 0] else 1
     return (x[q, axis] > x[p, axis]) != (x[end, axis] > x[p, axis])
@@ -88,6 +92,7 @@ def overlap_in_map(x, t, pairs, m, w):
     """
     out = np.ones(pairs.shape[0], dtype=np.bool_)
     for k in range(pairs.shape[0]):
+        # A vertical triangle has no turn in the map and stays True.
         f, g = pairs[k, 0], pairs[k, 1]
         one = orient2d(x, m, w, t[f, 0], t[f, 1], t[f, 2], 0, 1)
         two = orient2d(x, m, w, t[g, 0], t[g, 1], t[g, 2], 0, 1)

@@ -32,6 +32,7 @@ def sides_of_edges(triangles, edges, n_point):
     edge, triangle = np.empty(size, dtype=np.int64), np.empty(size, dtype=np.int64)
     count = 0
     for t in range(triangles.shape[0]):
+        # Grow both arrays; each triangle adds at most three sides.
         if count + 3 > size:
             edge = np.concatenate((edge, np.empty_like(edge)))
             triangle = np.concatenate((triangle, np.empty_like(triangle)))
@@ -60,6 +61,7 @@ def classify_parts(triangles, rows, named, faces, on_fault, ghost, outer, part, 
         if not (ghost[faces[k, 0]] or ghost[faces[k, 1]] or ghost[faces[k, 2]]):
             held[part[k]] = True
         for c in range(3):
+            # Corners off the faults: real ones hold the part, outer ones lie beyond.
             v = named[k, c]
             if v >= 0 and not on_fault[triangles[rows[k], c]]:
                 if outer[v]:

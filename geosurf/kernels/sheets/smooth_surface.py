@@ -44,6 +44,8 @@ def _block(v, east, north, square):
     """North-east node of the block at v, if the block is whole; -1 otherwise."""
     if v < 0 or not square[v] or east[v] < 0 or north[v] < 0:
         return -1
+
+    # Both ways around the block have to end at one node.
     one, two = north[east[v]], east[north[v]]
     return one if one == two else -1
 
@@ -171,6 +173,7 @@ def energy_gradient(east, north, square, heights, weights):
     fill_forms(weights, forms)
     g = np.empty(NODES, dtype=np.int64)
     for v in range(n):
+        # Add the form of each node times its ten heights.
         form = forms[nodes_of_differences(v, east, north, square, g)]
         for i in range(NODES):
             for j in range(NODES):

@@ -17,6 +17,7 @@ def _triangle_net(t, net):
     """A triangle as the patch (s, t) = (p (1 - q), p q)."""
     for k in range(4):
         for col in range(4):
+            # Bernstein coefficients of a bilinear patch, degree raised to three.
             p, q = col / 3.0, k / 3.0
             for axis in range(3):
                 net[k, col, axis] = (
@@ -44,6 +45,8 @@ def _shadow(net, p, q, r):
     for k in range(4):
         for col in range(4):
             value = p * net[k, col, 0] + q * net[k, col, 1] + r * net[k, col, 2]
+
+            # Comparisons with NaN are false.
             if value < low:
                 low = value
             if value > high:
@@ -71,6 +74,7 @@ def net_normal(net):
 def separated(one, two):
     """Whether two nets are separated along an axis or along one of their normals."""
     for axis in range(5):
+        # Three axes, then the normals of both nets.
         if axis < 3:
             p, q, r = 1.0 * (axis == 0), 1.0 * (axis == 1), 1.0 * (axis == 2)
         else:

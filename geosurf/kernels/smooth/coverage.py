@@ -91,6 +91,8 @@ def _halve(net, along_u, low, high):
                 a, b, c, d = net[i, 0, axis], net[i, 1, axis], net[i, 2, axis], net[i, 3, axis]
             else:
                 a, b, c, d = net[0, i, axis], net[1, i, axis], net[2, i, axis], net[3, i, axis]
+
+            # Three rounds of midpoints give the coefficients of both halves.
             e, f, g = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + d)
             h, k = 0.5 * (e + f), 0.5 * (f + g)
             m = 0.5 * (h + k)
@@ -105,6 +107,7 @@ def _halve(net, along_u, low, high):
 
 @scalar
 def _length(net, along_u):
+    # Both sides of the net along the parameter.
     i, j = (0, 3) if along_u else (3, 0)
     x, y, z = net[i, j, 0] - net[0, 0, 0], net[i, j, 1] - net[0, 0, 1], net[i, j, 2] - net[0, 0, 2]
     i, j = (3, 0) if along_u else (0, 3)
@@ -117,6 +120,7 @@ def _length(net, along_u):
 @scalar
 def _split(g, h, r, n):
     """Split the longest side of part n into parts n and n + 1; False if all are smallest."""
+    # Choose the parameter with the longest side in space.
     best, longest = -1, 0.0
     for k in range(4):
         if r[n, 2 * k + 1] - r[n, 2 * k] > _SMALLEST:
@@ -125,6 +129,8 @@ def _split(g, h, r, n):
                 best, longest = k, size
     if best < 0:
         return False
+
+    # Halve the range and the net of that parameter.
     r[n + 1] = r[n]
     middle = 0.5 * (r[n, 2 * best] + r[n, 2 * best + 1])
     r[n, 2 * best + 1], r[n + 1, 2 * best] = middle, middle
@@ -142,6 +148,7 @@ def _split(g, h, r, n):
 @scalar
 def key_of(za, zb, w, tri):
     """Key of the pair of cells that holds parameters."""
+    # Clamp parameters on the boundary into the last cell.
     n_col = za.shape[1] - 1
     j = min(max(int(w[0]), 0), n_col - 1)
     i = min(max(int(w[1]), 0), za.shape[0] - 2)

@@ -86,6 +86,7 @@ def _row(q, i, j, a):
 @scalar
 def _tensor(q, i, j, a, b):
     """Value, d/du, d/dv of one coordinate."""
+    # A coordinate that is constant along one direction needs one sum only.
     if q.shape[0] == 1:
         value, du = _row(q, 0, j, a)
         return value, du, 0.0
@@ -106,6 +107,7 @@ def _tensor(q, i, j, a, b):
 @scalar
 def evaluate(x, y, z, u, v, f, o):
     """Point, d/du and d/dv into f[o : o + 9]; NaN where the stencil has a hole."""
+    # The 4 x 4 stencil and its weights serve all three coordinates.
     j, i = stencil(u, z.shape[1], 4), stencil(v, z.shape[0], 4)
     a, b = cubic(u - j), cubic(v - i)
     f[o], f[o + 3], f[o + 6] = _tensor(x, i, j, a, b)
@@ -150,6 +152,7 @@ def corner_net(x, y, z, i, j, net):
     found = 0
     for k in range(2):
         for col in range(2):
+            # A missing corner makes its four coefficients NaN.
             px = x[0 if x.shape[0] == 1 else i + k, j + col]
             py = y[i + k, 0 if y.shape[1] == 1 else j + col]
             pz = z[i + k, j + col]
@@ -269,6 +272,8 @@ def interpolant_differences(x, y, z, u, v, p, q, r):
     n_row, n_col = z.shape
     j = min(max(math.floor(u), 0), n_col - 2)
     i = min(max(math.floor(v), 0), n_row - 2)
+
+    # Two sides along columns, two along rows.
     a0, b0, g = _differences(x, y, z, i, j, False, p, q, r)
     a1, b1, _ = _differences(x, y, z, i + 1, j, False, p, q, r)
     c0, d0, h = _differences(x, y, z, j, i, True, p, q, r)

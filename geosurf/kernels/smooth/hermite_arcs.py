@@ -26,6 +26,8 @@ K_SLOPE, K_LENGTH, K_DISTANCE, K_ERROR, K_SINE, N_KNOT = 7, 14, 15, 16, 22, 23
 def _first_on_arc(n, one, two, t, row):
     """The first n numbers of `on_arc`."""
     s = 1.0 - t
+
+    # Hermite basis: ends, then slopes times length.
     a, c = s * s * (1.0 + 2.0 * t), t * t * (3.0 - 2.0 * t)
     b, d = t * s * s * two[K_LENGTH], -t * t * s * two[K_LENGTH]
     for k in range(n):
@@ -63,12 +65,15 @@ def set_length(one, two):
     for k in range(3):
         chord += (two[k] - one[k]) ** 2
         turn += (two[K_SLOPE + k] - one[K_SLOPE + k]) ** 2
+
+    # Chord times a correction by the turn of the tangents.
     two[K_LENGTH] = math.sqrt(chord) * (1.0 + turn / 24.0)
 
 
 @scalar
 def squared_distance_to_arc(one, two, x, y, z):
     """Squared distance of a point from an arc, for points near it."""
+    # Start from the projection on the chord.
     dx, dy, dz = two[0] - one[0], two[1] - one[1], two[2] - one[2]
     size = dx * dx + dy * dy + dz * dz
     t = ((x - one[0]) * dx + (y - one[1]) * dy + (z - one[2]) * dz) / size if size > 0.0 else 0.0
@@ -95,6 +100,7 @@ def chords_of_arc(one, two, target):
     """Number of equal parts of an arc with chords within a target, and the bound of these."""
     first, last = 0.0, 0.0
     for k in range(3):
+        # Second derivatives at both ends, component by component.
         step = 6.0 * (two[k] - one[k])
         a, b = two[K_LENGTH] * one[K_SLOPE + k], two[K_LENGTH] * two[K_SLOPE + k]
         first += (step - 4.0 * a - 2.0 * b) ** 2

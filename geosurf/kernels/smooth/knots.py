@@ -42,6 +42,8 @@ def set_knot(sense, f, knot):
         knot[k] = f[F_POINT + k]
         knot[K_SLOPE + k] = sense * f[F_TANGENT + k]
     knot[K_SINE] = f[F_SINE]
+
+    # Parameters per metre on each surface.
     p, q, r = knot[K_SLOPE], knot[K_SLOPE + 1], knot[K_SLOPE + 2]
     largest = 0.0
     for k in range(2):
@@ -82,6 +84,8 @@ def reverse_knots(knots, a, b):
             knots[low, k], knots[high, k] = knots[high, k], knots[low, k]
         low += 1
         high -= 1
+
+    # Slopes change sign; lengths move to the new end of each arc.
     for i in range(b - 1, a - 1, -1):
         for k in range(K_SLOPE, K_LENGTH):
             knots[i, k] = -knots[i, k]

@@ -55,6 +55,8 @@ def evaluate_second(xb, yb, zb, c, tri, s, t, f):
     if zb.shape[0] > 1:
         evaluate(xb, yb, zb, s, t, f, 9)
         return
+
+    # A triangle is linear in its parameters.
     for k in range(3):
         f[12 + k] = c[tri, 1, k] - c[tri, 0, k]
         f[15 + k] = c[tri, 2, k] - c[tri, 0, k]
@@ -104,6 +106,8 @@ def _follow(f, o, p, q, r, size, dx, dy, dz, w, k):
     """
     ux, uy, uz = f[o + 3], f[o + 4], f[o + 5]
     vx, vy, vz = f[o + 6], f[o + 7], f[o + 8]
+
+    # Components along both tangents, by triple products; limited to two cells.
     du = (dy * vz - dz * vy) * p + (dz * vx - dx * vz) * q + (dx * vy - dy * vx) * r
     dv = (uy * dz - uz * dy) * p + (uz * dx - ux * dz) * q + (ux * dy - uy * dx) * r
     w[k] += min(max(du / size, -2.0), 2.0)
@@ -243,6 +247,7 @@ def newton_on_boundary(surfaces, tri, w, hold, f):
 def inside(za, zb, w):
     """LIFTED if the parameters are on both surfaces; those within tolerance are clamped."""
     for k in range(4):
+        # Upper limit of the parameter: the last node, or the side of the triangle.
         z = za if k < 2 else zb
         if z.shape[0] > 1:
             top = (z.shape[1] if k % 2 == 0 else z.shape[0]) - 1.0
@@ -285,6 +290,7 @@ def lift_points(xa, ya, za, xb, yb, zb, c, tri, hold, start, w, p, tangents, dif
     surfaces = SurfacePair(xa, ya, za, xb, yb, zb, c)
     f = np.empty(N_WORK)
     for i in range(n):
+        # No start, a fixed boundary parameter, or free along the curve.
         if hold[i] < 0:
             status[i] = HOLE
             continue

@@ -40,6 +40,7 @@ def patch_cone(m):
     u, v, far = M_CORNER + 3, M_CORNER + 6, M_CORNER + 9
     ux, uy, uz, vx, vy, vz, radius = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
+        # Mean tangents and their deviation, by coordinate.
         a, b, c, d = m[M_CORNER + k], m[u + k], m[v + k], m[far + k]
         more = 0.5 * abs(a - b - c + d) + 4.0 * m[M_BULGE + k]
         radius += more * more
@@ -82,6 +83,8 @@ def _are_transverse(surfaces, cell_a, p, cell_b, q, nets, half):
     )
     if transverse(p[0], p[1], p[2], p[3], q[0], q[1], q[2], q[3]):
         return True
+
+    # The cones of the nets are tighter.
     cell_net(xa, ya, za, cell_a // (za.shape[1] - 1), cell_a % (za.shape[1] - 1), nets[0], half)
     cell_net(xb, yb, zb, cell_b // (zb.shape[1] - 1), cell_b % (zb.shape[1] - 1), nets[1], half)
     ap, aq, ar, aw = cone(nets[0])
@@ -114,6 +117,8 @@ def classify_pairs(surfaces, pairs, cell_a, cell_b, patches_a, patches_b):
         )
         knot_of[k] = NOT_PASSED if clear else TO_SPLIT
         keys[k] = cell_a[a] * (1 << 31) + cell_b[b]
+
+    # Sorted keys allow bisection.
     order = np.argsort(keys)
     return keys[order], order, knot_of
 
@@ -172,6 +177,7 @@ def mark_passed(za, zb, knots, first, n, keys, order, knot_of, row):
     last = -1
     for i in range(first + 1, n):
         for place in range(_PLACES):
+            # Sample the arc at fixed places; skip repeated keys.
             on_arc(knots[i - 1], knots[i], place / _PLACES, row)
             key = key_of(za, zb, row[3:7], 0)
             if key == last:

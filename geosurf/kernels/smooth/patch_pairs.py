@@ -70,6 +70,7 @@ def _outside(m, slab):
 def _describe(m):
     """Box and slab of a patch with corners."""
     for axis in range(3):
+        # Box, widened by the deviation of the cubic.
         low, high = np.inf, -np.inf
         for k in range(M_CORNER + axis, N_PATCH, 3):
             if m[k] < low:
@@ -78,6 +79,8 @@ def _describe(m):
                 high = m[k]
         more = m[M_BULGE + axis] + SLACK
         m[axis], m[3 + axis] = low - more, high + more
+
+    # Slab across the diagonals.
     a, b, c, d = M_CORNER, M_CORNER + 3, M_CORNER + 6, M_CORNER + 9
     m[6], m[7], m[8] = unit_cross(
         m[d] - m[a], m[d + 1] - m[a + 1], m[d + 2] - m[a + 2],
@@ -98,6 +101,7 @@ def _make_patch(side, block, i, j, m):
         _describe(m)
         return block
     for k in range(4):
+        # Four corners; NaN in any coordinate removes the corner.
         row, col, at = i + k // 2, j + k % 2, M_CORNER + 3 * k
         m[at], m[at + 1], m[at + 2] = node(x, row, col), node(y, row, col), z[row, col]
         if not math.isfinite(m[at] + m[at + 1] + m[at + 2]):
@@ -115,6 +119,8 @@ def _is_whole(x, y, z, cell):
     if z.shape[0] == 1:
         return 1
     i, j = cell // (z.shape[1] - 1), cell % (z.shape[1] - 1)
+
+    # First node of the stencil, shifted inwards at the boundary.
     i, j = min(max(i - 1, 0), z.shape[0] - 4), min(max(j - 1, 0), z.shape[1] - 4)
     for row in range(i, i + 4):
         for col in range(j, j + 4):
@@ -139,6 +145,7 @@ def _cell_outside(heights, i, j, more, s):
     low, high = np.inf, -np.inf
     for k in range(2):
         for col in range(2):
+            # Extremes of four corners against the slab.
             value = heights[i + k, j + col]
             if value < low:
                 low = value
@@ -227,6 +234,8 @@ def _renumber_used(side, cache, pairs, column):
     """Renumber one column of pairs by first use; cells, patches and `whole` of the rows in use."""
     x, y, z, _, _ = side
     _, _, _, patches, marks, n = cache
+
+    # New numbers in order of first use.
     place, rows, count = np.full(n[0], -1, dtype=np.int64), np.empty(n[0], dtype=np.int64), 0
     for k in range(pairs.shape[0]):
         row = pairs[k, column]
@@ -313,6 +322,7 @@ def near_patches(a, b, boxes, shape, items, planes):
     sides, pairs of rows of them, the largest diagonal of a patch of a [m], and whether all are
     whole. A block of b is a triangle where its z has one row.
     """
+    # Pairs of blocks by boxes; everything else is computed on first use.
     pairs = block_pairs(boxes, shape, items, planes)
     of_a, na = _numbered(pairs, 0, shape[0, 1] * shape[0, 2])
     of_b, nb = _numbered(pairs, 1, items.shape[0])

@@ -173,6 +173,8 @@ def span_along(x, y, z, bend, r0, r1, c0, c1, p, q, r):
     down, over, more = _walk_through(z, bend, r0, r1, c0, c1)
     more = more * (abs(p) * bend[0] + abs(q) * bend[1] + abs(r) * bend[2]) + SLACK
     low, high = np.inf, -np.inf
+
+    # All nodes of a rough block, four corners of a smooth one.
     for i in range(r0, r1 + 1, down):
         for j in range(c0, c1 + 1, over):
             value = p * node(x, i, j) + q * node(y, i, j) + r * node(z, i, j)
@@ -209,6 +211,8 @@ def _shape_of(n_row, n_col):
     """(offset, n_row, n_col) of each level of blocks, the finest first, and how many boxes."""
     shape = np.empty((40, 3), dtype=np.int64)
     r, c, total, n_level = (n_row + BLOCK - 1) // BLOCK, (n_col + BLOCK - 1) // BLOCK, 0, 0
+
+    # Halve rows and columns until one block is left.
     while True:
         shape[n_level, 0], shape[n_level, 1], shape[n_level, 2] = total, r, c
         n_level += 1
@@ -226,6 +230,8 @@ def _join_boxes(boxes, shape, level):
         for j in range(shape[level, 2]):
             box = boxes[shape[level, 0] + i * shape[level, 2] + j]
             box[:3], box[3:] = np.inf, -np.inf
+
+            # Up to four children.
             for k in range(2 * i, min(2 * i + 2, shape[level - 1, 1])):
                 for col in range(2 * j, min(2 * j + 2, below)):
                     for axis in range(3):
@@ -252,6 +258,8 @@ def _row_of_blocks(x, y, z, whole, i, along_rows, along_columns, boxes, bends):
         _bend_row(q, n_row, n_col, r0, r1, axis, along_rows, along_columns, bends)
     for j in range(bends.shape[0]):
         c0, c1 = j * BLOCK, min(j * BLOCK + BLOCK, n_col - 1)
+
+        # Decide first whether four nodes suffice, since the box depends on it.
         tell = _corners_suffice(x, y, z, whole, r0, r1, c0, c1, bends[j])
         bends[j, 3] = 1.0 if tell else 0.0
         box_of(x, y, z, bends[j], r0, r1, c0, c1, boxes[j])
@@ -312,6 +320,7 @@ def _off_plane(boxes, row, planes, item):
     """Whether a box lies on one side of a plane (a, b, c, d)."""
     middle, reach = -planes[item, 3], SLACK
     for axis in range(3):
+        # Distance of the centre, and extent along the normal.
         middle += planes[item, axis] * 0.5 * (boxes[row, axis] + boxes[row, 3 + axis])
         reach += abs(planes[item, axis]) * 0.5 * (boxes[row, 3 + axis] - boxes[row, axis])
     return abs(middle) > reach

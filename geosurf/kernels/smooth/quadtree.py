@@ -25,6 +25,8 @@ def cells_of(z, block, part):
     """First and last row and column of the cells of a block (part 0) or a quarter; maybe none."""
     n_row, n_col = z.shape[0] - 1, z.shape[1] - 1
     across = (n_col + BLOCK - 1) // BLOCK
+
+    # First cell of the block; quarters are numbered row by row.
     r0, c0, size = block // across * BLOCK, block % across * BLOCK, BLOCK
     if part > 0:
         size = HALF
@@ -41,6 +43,8 @@ def _span(side, block, part, p, q, r):
         r0, r1, c0, c1 = cells_of(z, block, part)
         return span_along(x, y, z, bends[block], r0, r1, c0, c1, p, q, r)
     low, high = np.inf, -np.inf
+
+    # A triangle: its three corners.
     for k in range(3):
         value = p * c[block, k, 0] + q * c[block, k, 1] + r * c[block, k, 2]
         low, high = min(low, value - SLACK), max(high, value + SLACK)
@@ -57,6 +61,8 @@ def _normal_of(side, block, part):
             t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2],
             t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2],
         )  # fmt: skip
+
+    # Diagonals of the four outermost nodes.
     r0, r1, c0, c1 = cells_of(z, block, part)
     return unit_cross(
         node(x, r1, c1) - node(x, r0, c0), node(y, r1, c1) - node(y, r0, c0), z[r1, c1] - z[r0, c0],
@@ -68,8 +74,12 @@ def _normal_of(side, block, part):
 def _describe(side, block, part, s):
     """Facts of a part; its box is empty if it has no cells, or is a whole block."""
     x, y, z, c, bends = side
+
+    # Empty until proven otherwise.
     for k in range(3):
         s[k], s[3 + k], s[6 + k] = np.inf, -np.inf, np.nan
+
+    # A triangle has one part with a box.
     if z.shape[0] == 1:
         if part > 1:
             return
@@ -83,6 +93,8 @@ def _describe(side, block, part, s):
             return
         if part > 0:
             box_of(x, y, z, bends[block], r0, r1, c0, c1, s)
+
+    # The slab along the own normal.
     s[6], s[7], s[8] = _normal_of(side, block, part)
     if math.isfinite(s[6]):
         s[9], s[10] = _span(side, block, part, s[6], s[7], s[8])

@@ -28,6 +28,8 @@ def squared_distance_to_chord(p, q, x, y, z):
     dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     ex, ey, ez = x - p[0], y - p[1], z - p[2]
     size = dx * dx + dy * dy + dz * dz
+
+    # Clamp the projection to the segment.
     t = 0.0
     if size > 0.0:
         t = min(max((dx * ex + dy * ey + dz * ez) / size, 0.0), 1.0)
@@ -49,12 +51,16 @@ def measure_chord(surfaces, tri, one, two, target, wm, f):
     aside = np.empty(4)
     for k in range(3):
         t = 0.5 if k == 0 else (0.25 if k == 1 else 0.75)
+
+        # Parameters on the chord are the start of Newton.
         for col in range(4):
             aside[col] = one[3 + col] + t * (two[3 + col] - one[3 + col])
         x, y, z = one[0] + t * dx, one[1] + t * dy, one[2] + t * dz
         found = newton_in_plane(surfaces, tri, aside, x, y, z, dx, dy, dz, f)
         if found != LIFTED:
             return -1.0
+
+        # The middle may become a new point.
         if k == 0:
             wm[:3] = f[F_POINT : F_POINT + 3]
             wm[3:] = aside
@@ -121,6 +127,8 @@ def resample_runs(xa, ya, za, xb, yb, zb, c, rows, runs, tri, target):
     n = 0
     for r in range(runs.shape[0]):
         here = runs[r, 0]
+
+        # First point of the run.
         out, n = append_row(out, n, rows[here], 0.0, tri[r])
         pending[0] = runs[r, 1]
         top = 1

@@ -47,6 +47,7 @@ def boundary_crossed(za, zb, w):
     """The boundary that the parameters crossed farthest, as the parameter to hold; 0 if none."""
     hold, worst = 0, 0.0
     for k in range(4):
+        # Upper limit of each parameter.
         z = za if k < 2 else zb
         top = 1.0
         if z.shape[0] > 1:
@@ -82,6 +83,8 @@ def _across(c, neighbours, tri, hold, x, y, z, w):
     other = neighbours[tri, side]
     if other < 0:
         return -1
+
+    # Edges of the other triangle, and the point relative to its first corner.
     ux, uy, uz = (
         c[other, 1, 0] - c[other, 0, 0],
         c[other, 1, 1] - c[other, 0, 1],
@@ -100,6 +103,7 @@ def _across(c, neighbours, tri, hold, x, y, z, w):
 @scalar
 def _orient_tangent(direction, f):
     """Set the direction to the tangent, oriented along the walk."""
+    # Newton returns a tangent of either sign.
     turn = (
         direction[0] * f[F_TANGENT]
         + direction[1] * f[F_TANGENT + 1]
@@ -208,6 +212,7 @@ def distances_to_segments(x, one, two):
     out = np.full(x.shape[0], np.inf)
     for i in range(x.shape[0]):
         for k in range(one.shape[0]):
+            # Least squared distance, then one root.
             away = squared_distance_to_chord(one[k], two[k], x[i, 0], x[i, 1], x[i, 2])
             if away < out[i]:
                 out[i] = away
