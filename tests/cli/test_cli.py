@@ -280,7 +280,9 @@ def test_doctor_and_warmup(capsys):
     )
     assert cli.main(["warmup"]) == 0
     said = capsys.readouterr().out
-    assert re.match(r"\d+ kernels compiled in \d+ s, \d+ were compiled before; cached in |Nothing to", said)
+    assert re.match(
+        r"\d+ kernels compiled in \d+ s, \d+ were compiled before; cached in |Nothing to", said
+    )
     assert len(said.splitlines()) == 1
 
 

@@ -161,7 +161,7 @@ class Store:
         """Warn of a cached file that cannot be used."""
         _report(
             self.folder,
-            f"The cached kernel {self.folder / name} cannot be used ({why}); it is compiled again.",
+            f"The cached file {self.folder / name} cannot be used ({why}); it is made again.",
             f"No action is needed. If it happens again, delete the folder {self.folder}.",
         )
 

@@ -229,7 +229,7 @@ class JitRunner:
         return f"{how}. {obstacle}" if obstacle else f"{how}; cached in {self._store.folder}."
 
     def obstacle(self) -> str:
-        """Return why kernels are compiled again by each process, and the remedy; mostly nothing."""
+        """Return why each process compiles the kernels again, and the remedy; mostly empty."""
         why = self._store.obstacle()
         return why and (
             f"They cannot be saved in {self._store.folder} ({why}), so each process compiles them "
