@@ -23,9 +23,9 @@ import numpy as np
 from geosurf.arrangement.memory_limit import lack_of_room, refusal
 from geosurf.arrangement.search import ULP, Contacts
 from geosurf.intersect.runs import join_runs
-from geosurf.kernels.contacts.near_segments import beside_lines
+from geosurf.kernels.contacts.near_segments import points_near_segments
 from geosurf.kernels.contacts.packed_contact import n_corners
-from geosurf.kernels.exact.collinear import lie_inside
+from geosurf.kernels.exact.collinear import inside_segments
 from geosurf.kernels.meshes.linking import pairs_of_surfaces
 from geosurf.kernels.meshes.numbering import number_keys
 
@@ -165,10 +165,10 @@ def _merged(
 ) -> tuple[np.ndarray, np.ndarray, _Groups]:
     """The same with runs in place of segments that overlap."""
 
-    def lie_inside(segment: np.ndarray, point: np.ndarray) -> np.ndarray:
+    def inside_segments(segment: np.ndarray, point: np.ndarray) -> np.ndarray:
         return _lie_inside(contacts, segments, groups, segment, point)
 
-    found = join_runs(contacts.x, segments, groups.lines, lie_inside)
+    found = join_runs(contacts.x, segments, groups.lines, inside_segments)
     if found is None:
         return segments, surfaces, groups
     runs, run_of = found
@@ -228,7 +228,7 @@ def _lie_inside(
     out = np.empty(len(rows), dtype=np.int64)
     if len(rows):
         m = contacts.m.copy()
-        lie_inside(contacts.x, contacts.t, contacts.e, contacts.d, m, contacts.w, rows, out)
+        inside_segments(contacts.x, contacts.t, contacts.e, contacts.d, m, contacts.w, rows, out)
     return out == 1
 
 
@@ -248,13 +248,13 @@ def _near(
     reach = _REACH * float(np.abs(x[segments]).max(initial=0.0)) + _LEAST
     pairs = np.empty((len(points) + 64, 2), dtype=np.int64)
     given = (x, segments[lines], first_line, points, first_point, reach)
-    n = beside_lines(*given, pairs)
+    n = points_near_segments(*given, pairs)
     if n > len(pairs):
         if lack_of_room(n * _PAIR) is not None:
             names = [surface.name for surface in contacts.surfaces]
             raise refusal(n, names, _PAIR, "pairs of points and segments that lie along one line")
         pairs = np.empty((n, 2), dtype=np.int64)
-        beside_lines(*given, pairs)
+        points_near_segments(*given, pairs)
     pairs = pairs[:n]
     pairs[:, 0] = lines[pairs[:, 0]]
     return pairs

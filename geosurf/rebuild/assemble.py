@@ -12,7 +12,13 @@ from geosurf.errors import InvariantError
 from geosurf.kernels.contacts.packed_contact import in_plane, n_corners
 from geosurf.kernels.lattices import strips as kernels
 from geosurf.kernels.lattices.strips import find_runs, join_runs, lowest_keys, runs_of_keys
-from geosurf.kernels.meshes.mesh import edges, join_pairs, numbered_in_order, patches_and_rim, weld
+from geosurf.kernels.meshes.mesh import (
+    edges,
+    join_pairs,
+    patches_and_boundary,
+    renumber_in_order,
+    weld,
+)
 from geosurf.model import TriSurface
 from geosurf.model.pieces import FREE, PAIRED, Pieces, Strips
 
@@ -39,7 +45,7 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray
     ring, n_edge = edges(t, len(x))
     link = _links(contacts, children, t, surface, key, face, ring, strips, first_run, number)
     twin, owners = _twins(contacts, t, surface, face)
-    part, rim = patches_and_rim(t, surface, owners, ring, twin, n_edge)
+    part, rim = patches_and_boundary(t, surface, owners, ring, twin, n_edge)
     patch = _numbered_patches(contacts.surfaces, surface, key, part, link, strips, first_run)
     pieces = Pieces(
         contacts.surfaces, contacts.origin, x, t, surface, key, twin, ring, link, strips,
@@ -252,7 +258,7 @@ def _behind(
     """The triangles behind edges of triangles of a lattice; FREE on its rim."""
     lattice = contacts.surfaces[i].lattice
     turned = lattice is not None and bool(lattice.turned)
-    return kernels.keys_behind(of.places, of.absent, turned, keys, edge)
+    return kernels.keys_across(of.places, of.absent, turned, keys, edge)
 
 
 def _raise_torn(contacts: Contacts, triangles: np.ndarray, face: np.ndarray) -> None:
@@ -320,7 +326,7 @@ def _numbered_patches(
     place = np.concatenate(places)
     root = root[np.concatenate([part, n_part + np.arange(n_run)])]
     order = np.argsort(place, kind="stable")  # pieces of one triangle stay in their order
-    return numbered_in_order(root, order, n_part + n_run)
+    return renumber_in_order(root, order, n_part + n_run)
 
 
 def _key_limit(surface: TriSurface) -> int:
