@@ -73,11 +73,6 @@ class ExtendedFault:
     n_given: int
     extensions: tuple[Extension, ...]
 
-    @property
-    def added(self) -> np.ndarray:
-        """Which triangles were added, bool (n_triangle,)."""
-        return np.arange(self.surface.n_triangle) >= self.n_given
-
 
 @dataclass(frozen=True)
 class Truncation:

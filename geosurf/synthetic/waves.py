@@ -10,7 +10,6 @@ from geosurf.synthetic.world import Offset, World, checked, make_fault, make_hor
 
 _BOX = (0.0, 4000.0, 0.0, 3000.0, -2800.0, -1000.0)
 _RADIUS, _AXIS = 2500.0, -800.0  # of the fault in section, and the elevation of its centre
-_TURN = 2.0 * math.pi
 
 
 @checked

@@ -1,22 +1,17 @@
-"""Faults as a sheet sees them: traces, links that they cut, distances, tips and branches.
+"""Faults on the lattice of a horizon: traces, cut links, distances, tips and slip.
 
-- `traces`: faults on the lattice of a horizon: where each meets the horizon in the map
-- `fault_distance`: how far is a datum from a fault at its own height; how far is a node from a
-  trace in the map
-- `cut_edges`: links of the lattice that faults cut: one table, from which solve and mesh take
-  their parts
-- `fault_profile`: a fault seen along its strike: how far across it is, for a distance along and
-  an elevation
-- `network`: traces of all faults and how each ends: at a tip, at the rim of the data, or on
-  another fault
-- `branches`: faults that end on another fault: their traces, on the wall of the main fault that
-  they are in
-- `dip_lines`: lines down the dip of a fault: which way a wall moves along it where its strike
-  turns
-- `slip`: how much throw a fault has, and how its walls move along it
-- `tips`: how throw dies at the tips of a fault, which the smoothest sheet alone cannot know
-- `heave`: where the cut-offs of both walls of a fault lie: how wide the gap, or the overlap,
-  along a trace
-- `last_edges`: the last link of a tear: both of its nodes on their own sides of the fault, or the
-  sheet leaks
+=================  ===============================================================================
+traces.py          where each fault meets the horizon in the map
+fault_distance.py  distance of data from a fault at their own height, of nodes from a trace
+cut_edges.py       links of the lattice that faults cut
+network.py         traces of all faults, and how each ends: at a tip, at the rim, on another fault
+branches.py        faults that end on another fault, traced on the wall that they are in
+last_edges.py      the last link of a tear: each node on its own side of the fault
+heave.py           walls of a fault: how wide the gap or the overlap is along a trace
+tips.py            shapes of throw that dies at the tips of a fault (Williams 1957)
+fault_profile.py   a fault seen along its strike: how far across it is, by distance and elevation
+dip_lines.py       lines down the dip of a fault, along which walls move where its strike turns
+slip.py            how walls move along a fault; throw of an ellipse
+given_throw.py     throw in any form that users give: numbers, profiles, functions, maps
+=================  ===============================================================================
 """

@@ -4,7 +4,7 @@ On a plane they run across its strike. On a fault that is curved in the map they
 steepest way down at a place is across the strike there.
 
 Legend
-    s, r, z    as in `section`: along the mean strike, across it, elevation [m]
+    s, r, z    as in `fault_profile`: along the mean strike, across it, elevation [m]
     q          ds/dz along a line. With slopes r_s and r_z of the fault, the way down is at right
                angles to its strike line (1, r_s) in the map and stays on the fault, so that
                q = -r_s r_z / (1 + r_s**2)

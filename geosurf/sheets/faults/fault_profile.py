@@ -1,7 +1,7 @@
 """A fault seen along its strike: how far across it is, for a distance along and an elevation.
 
 A wall that moves along its fault goes down by its throw, along strike as the line down its dip
-does (`diplines`), and across strike as the fault does between the two places. So a fault is read
+does (`dip_lines`), and across strike as the fault does between the two places. So a fault is read
 as a function r(s, z). It may be vertical or overturned, listric or curved, but must not turn back
 on itself.
 

@@ -1,15 +1,19 @@
-"""Heights of all nodes: each side of a fault from its own side only.
+"""Heights of all nodes of a horizon, each wall of a fault from data of its own side only.
 
-- `heights`: picks and faults -> heights of all nodes, each side built from its own side only
-- `scattered`: points that sit on no lattice: the unknowns do, and each point is a row of the
-  equations
-- `tip_solve`: heights of solved nodes again, with the shapes of a throw that dies at tips
-- `tip_residual`: the smoothest rest: a sheet around the tips of its faults, less the shapes that
-  bend it there
-- `relief`: what both walls of a fault have in common under noise: the relief that was there
-  before it tore
-- `smear`: how far off are data that were distrusted, seen where the sheets reach them from close
-  by?
-- `missing`: blocks beside a fault in which a horizon has no data at all
-- `overlap`: how far the data of a horizon overlap at its faults, before anything is rebuilt
+===============  =================================================================================
+passes.py        the two passes, in order: start here
+state.py         what passes exchange: tears, selection of picks, evidence, heights
+inputs.py        picks and faults of one horizon, and the picks near each fault
+overlap.py       how far data overlap at a fault, before any pass
+selection.py     which picks a pass uses
+grid_solver.py   heights of gridded picks: only nodes near faults are unknown
+point_solver.py  heights from scattered points: each is a row of the equations
+evidence.py      what a finished pass shows: picks in gaps, misfits of ignored data
+smear.py         how far off ignored data are, and the weight that leaves them in wedges
+tip_residual.py  shapes of throw at tips, taken where they pay (in the sense of Bayes, MacKay 1992)
+tip_solve.py     the solve with those shapes, and with what walls have in common
+relief.py        what both walls have in common under noise (partial splines, Wahba 1990)
+missing.py       blocks next to a fault without data: filled, or refused
+empty_blocks.py  blocks between faults without data: joined to a neighbour, or refused
+===============  =================================================================================
 """

@@ -1,11 +1,16 @@
 """The lattice of a horizon: its frame, its data, and the smoothest surface on it.
 
-- `frame`: the lattice of a horizon: places in cells, whatever way the grid is turned
-- `sets`: sets of whole numbers, as increasing arrays: nodes, links, edges
-- `data`: horizon data in any form -> picks on one lattice: which node, what elevation
-- `working_grid`: heights of all nodes of a lattice, of which a band is made anew again and again
-- `solve`: the smoothest sheet through trusted data: only the nodes near faults are unknown
-- `drape`: the horizon filled across its faults without any tear, and which absent nodes may be
-  filled
-- `noise`: how noisy are data on a lattice, and how hard may a sheet be held to them?
+===============  =================================================================================
+frame.py         columns and rows from easting and northing, however the grid is rotated
+find_lattice.py  the lattice that points sit on
+picks.py         horizon data on a lattice: which node, what elevation
+scattered.py     scattered points, with a lattice over them
+data.py          horizon data in any form -> picks, or scattered points
+noise.py         noise of the data, and their weight against smoothness
+solve.py         the smoothest surface through data (Briggs 1974), in a band of nodes
+sparse.py        the same energy as a sparse matrix, for scattered points
+drape.py         a surface filled across faults without a tear; which absent nodes may be filled
+working_grid.py  heights of all nodes, of which a band is solved again and again
+sets.py          sets of whole numbers as increasing arrays: nodes, links, edges
+===============  =================================================================================
 """

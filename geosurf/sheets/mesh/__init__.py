@@ -1,17 +1,16 @@
 """Heights and cut links -> a torn mesh that its faults close, exactly.
 
-- `torn_mesh`: lattice and cut links -> a mesh that is torn there: the virtual node construction
-- `ghosts`: heights of ghosts: each sheet carried on past the fault, by the same energy as the
-  sheet itself
-- `islands`: the triangles of a band, apart by the faults that can meet them: what is cut by
-  itself
-- `leaks`: where a torn sheet that was cut by its faults would end anywhere but on them
-- `cut`: the exact cut of a torn sheet by its faults, near the faults: cut-offs, and leaks if
-  there are any
-- `build`: heights -> a torn mesh that its faults close: rings of ghosts and ends of tears,
-  checked exactly
-- `finish`: from a closed mesh to a `Sheet`: what sheets as picked and sheets by throw have in
-  common
-- `overlap_points`: scattered points of an overlapping sheet that lie past the trace of their
-  fault
+=================  ===============================================================================
+build.py           attempts to close a sheet, until nothing leaks: start here
+torn_mesh.py       the mesh torn by virtual nodes (Molino, Bao & Fedkiw 2004)
+ghosts.py          heights of ghosts: each sheet extended beyond the fault by its own energy
+carry_on.py        ghosts of picked sheets: by the energy, and by picks beyond the trace
+overlap_points.py  ghosts of overlapping sheets from scattered points
+rings.py           further rings of ghosts, where a sheet does not reach its fault yet
+repairs.py         what to change where a sheet leaks: end tears earlier, or add a ring
+cut.py             the exact cut of a torn mesh by its faults
+islands.py         parts of the mesh that can be cut separately
+leaks.py           edges at which a cut sheet ends anywhere except on its faults
+finish.py          faults in, `Sheet` out; errors of sheets that do not close
+=================  ===============================================================================
 """

@@ -50,8 +50,6 @@ class Built:
         Outermost ghosts, as vertices of `torn`.
     shortened : dict of (trace, end) to int
         Links by which tears end earlier than their faults.
-    rounds : int
-        Exact cuts that were made.
     """
 
     state: Heights
@@ -62,7 +60,6 @@ class Built:
     cuts: Cuts
     outer: np.ndarray
     shortened: dict[tuple[int, int], int]
-    rounds: int
 
     @property
     def is_open(self) -> bool:
@@ -129,11 +126,11 @@ def build(
     setting = Setting(picks, list(faults), blocks, triangles, reach, carry_on)
 
     repairs, solved_for = Repairs(), {}
-    for attempt in range(1, ROUNDS + 1):
+    for _ in range(ROUNDS):
         if repairs.shortened != solved_for:
             solved_for = repairs.shortened
             state = _die_at_tips(state, repairs, rising, solve_again)
-        built = _attempt(setting, state, repairs, attempt)
+        built = _attempt(setting, state, repairs)
         if not built.is_open:
             break
         repairs = repaired(repairs, state, built.torn, built.cut, picks.frame, rising)
@@ -151,7 +148,7 @@ def _die_at_tips(
     return solve_again(state, limits)
 
 
-def _attempt(setting: Setting, state: Heights, repairs: Repairs, number: int) -> Built:
+def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
     """Tear the mesh with some repairs, carry its sheets on, and cut them exactly."""
     triangles, picks = setting.triangles, setting.picks
     every = state.network.cuts
@@ -173,9 +170,7 @@ def _attempt(setting: Setting, state: Heights, repairs: Repairs, number: int) ->
 
     blocks = [blocks for _, blocks in setting.meshes]
     cut = cut_band(band, torn, triangles, setting.faults, picks.frame, blocks, is_own)
-    return Built(
-        state, triangles, torn, ghosts, cut, cuts, band.outer, dict(repairs.shortened), number
-    )
+    return Built(state, triangles, torn, ghosts, cut, cuts, band.outer, dict(repairs.shortened))
 
 
 def _is_own(
