@@ -159,12 +159,7 @@ class GridSolver:
         nodes = band[solved]
         self.grid.mark(nodes)
         if evidence.throws is None or self.noise.weight is None:
-            number = np.where(solved, np.cumsum(solved) - 1, -1)
-            filled = np.where(np.isfinite(value), value, 0.0)
-            heights[nodes] = smoothest(
-                graph, number, filled, frame.stretch, pull=targets.pull, target=targets.data,
-                scale=self.noise.scale,
-            )  # fmt: skip
+            heights[nodes] = self._smoothest(graph, value, solved, targets)
         bent, apart = self._bend_at_tips(nodes, tears, targets, evidence)
         return Heights(
             values=heights,
@@ -179,6 +174,17 @@ class GridSolver:
             bent=bent,
             apart=apart,
         )
+
+    def _smoothest(
+        self, graph: Graph, value: np.ndarray, solved: np.ndarray, targets: Targets
+    ) -> np.ndarray:
+        """Smoothest heights of solved nodes of a band, bool (n,), without shapes of tips."""
+        number = np.where(solved, np.cumsum(solved) - 1, -1)
+        filled = np.where(np.isfinite(value), value, 0.0)
+        return smoothest(
+            graph, number, filled, self.inputs.picks.frame.stretch, pull=targets.pull,
+            target=targets.data, scale=self.noise.scale,
+        )  # fmt: skip
 
     def _unknown(self, lost: np.ndarray, tears: Tears) -> np.ndarray:
         """Nodes without a trusted value, and absent ones in gaps next to a trace."""

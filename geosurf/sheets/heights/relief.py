@@ -194,17 +194,22 @@ def _across(nodes, cuts: Cuts, limits, near, throws, shape, weights) -> list:
     i, j = np.divmod(start, shape[1])
     parts = []
     for offsets, ws, links, powers, order in DIFFERENCES:
+        # nodes and links of this difference, at each place where it lies in the lattice
         wide, tall = (max(o[k] for o in offsets) for k in range(2))
         inside = (i + tall < shape[0]) & (j + wide < shape[1])
         base = start[inside]
         node = np.stack([base + y * shape[1] + x for x, y in offsets], axis=1)
         at = np.minimum(np.searchsorted(nodes, node), len(nodes) - 1)
         crossed = np.stack([4 * (base + y * shape[1] + x) + k for x, y, k in links], axis=1)
+
+        # those that cross exactly one trace
         slot = np.minimum(np.searchsorted(key, crossed), len(key) - 1)
         of = np.where(key[slot] == crossed, owner[slot], -1)
         trace = of.max(axis=1)
         single = ((of == trace[:, None]) | (of < 0)).all(axis=1) & (trace >= 0) & (trace < MANY)
         use = np.flatnonzero(single & (nodes[at] == node).all(axis=1))
+
+        # rows of heights and of the throw of that trace
         scale = weights[order - 1] * weights[3] ** powers[0] * weights[4] ** powers[1]
         for number in np.unique(trace[use]):
             rows = use[trace[use] == number]

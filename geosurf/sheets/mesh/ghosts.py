@@ -42,11 +42,14 @@ def ghost_heights(
     if n_ghost == 0:
         return np.empty(0)
     shape = (triangles.n_row, triangles.n_col)
+    # the mesh around the ghosts, with the bend at tips taken out
     nodes = around(torn.node_of_ghost, shape, 3)
     nodes = nodes[np.isfinite(heights[nodes])]
     graph, lost = mesh_graph(torn, triangles, nodes, cut)
     bend = bends(bent, torn, nodes)
     value = np.concatenate([heights[nodes], np.zeros(n_ghost)]) - bend
+
+    # heights that data give
     known = np.zeros(n_ghost, dtype=bool)
     given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
     picked = np.fromiter(fixed.values(), dtype=np.float64, count=len(fixed))
@@ -55,6 +58,7 @@ def ghost_heights(
     number = np.full(len(value), -1)
     free = np.flatnonzero(~known)
     number[len(nodes) + free] = np.arange(len(free))
+
     # each is drawn a very little to its anchor, and at tips to neighbours that have another
     pull = np.full(len(free), HOLD)
     anchor = torn.anchor[free]

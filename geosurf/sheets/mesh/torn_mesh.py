@@ -141,6 +141,7 @@ def renumbered(vertices: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
 
 def tear(cuts: Cuts, triangles: Triangles) -> Torn:
     """Copies of all triangles that cut links divide."""
+    # lattice triangles with two cut edges or more
     diagonal = RISING if triangles.rising else FALLING
     mine = cuts.take(np.flatnonzero((cuts.kind < 2) | (cuts.kind == diagonal)))
     cut = distinct(mine.node * 4 + mine.kind)
@@ -151,7 +152,9 @@ def tear(cuts: Cuts, triangles: Triangles) -> Torn:
     is_cut = is_among(node * 4 + kind, cut)
     divided = is_cut.sum(axis=1) >= 2
     near, corners, is_cut = near[divided], corners[divided], is_cut[divided]
-    # the corner that is alone: between two cut edges; with three cut edges all are
+
+    # one copy for each fragment; the corner that is alone lies between two cut edges, and with
+    # three cut edges all corners are alone
     alone = is_cut & np.roll(is_cut, 1, axis=1)
     parts = []
     every = is_cut.all(axis=1)
@@ -164,6 +167,8 @@ def tear(cuts: Cuts, triangles: Triangles) -> Torn:
         own = np.ones((len(rows), 3), dtype=bool)
         own[:, k] = False
         parts.append((rows, own))
+
+    # copies in the order of their triangles, those of one triangle by their real corners
     row = np.concatenate([p[0] for p in parts])
     real = np.concatenate([p[1] for p in parts])
     order = np.lexsort((real[:, 2], real[:, 1], real[:, 0], row))
@@ -176,6 +181,7 @@ def _glued(triangle, corners, real, triangles: Triangles) -> Torn:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
+    # pairs of corners that are one: across each edge with copies or whole triangles beyond it
     n, divided = len(triangle), distinct(triangle)
     corner = np.arange(3 * n).reshape(n, 3)
     node, kind = triangles.links(corners)
@@ -198,11 +204,15 @@ def _glued(triangle, corners, real, triangles: Triangles) -> Torn:
                     twin = (corners[mate] == corners[mine, shared][:, None]).argmax(axis=1)
                     one.append(corner[mine, shared])
                     two.append(corner[mate, twin])
+
+    # real corners are the nodes of the lattice
     one.append(corner[real])
     two.append(3 * n + corners[real])
     a, b = np.concatenate(one), np.concatenate(two)
     nodes, b_node = np.unique(b[b >= 3 * n], return_inverse=True)
     b[b >= 3 * n] = 3 * n + b_node
+
+    # corners that are one get one number: that of their node, or a new one for a ghost
     total = 3 * n + len(nodes)
     number = connected_components(
         coo_array((np.ones(len(a)), (a, b)), shape=(total, total)), directed=False
@@ -215,6 +225,8 @@ def _glued(triangle, corners, real, triangles: Triangles) -> Torn:
     rank = np.argsort(np.argsort(first))  # in the order of first appearance
     n_node = len(triangles.present)
     vertex[ghost] = n_node + rank[name]
+
+    # each ghost is anchored to a real corner of the first copy that has it
     where = np.flatnonzero(ghost)[np.sort(first)]
     copy, k = np.divmod(where, 3)
     anchor = corners[copy, real[copy].argmax(axis=1)]
