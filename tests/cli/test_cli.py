@@ -194,7 +194,7 @@ def test_curves_of_two_files(folder, tmp_path, capsys):
     words = ["curves", str(folder / "Top.nc"), str(folder / "F1.nc"), "-o", str(out)]
     assert cli.main(words) == 0
     length = gs.synthetic.tilted_planes(n=5).truth["curve_length"]["Top", "F1"]
-    assert capsys.readouterr().out == f"{out}: 1 curve, 0 closed, {length:.3f} m\n"
+    assert capsys.readouterr().out == f"{out}: 1 curve, 0 closed, {length_text(length, 5)}\n"
     assert out.is_file()
 
 
