@@ -1,4 +1,4 @@
-"""Which triangles meet, and in which named points: what intersect, rebuild and carve rest on."""
+"""Which triangles meet, and in which named points: what intersect, rebuild and carve depend on."""
 
 from __future__ import annotations
 

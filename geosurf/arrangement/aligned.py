@@ -40,7 +40,7 @@ def pairs_of_one_map(
 
 
 def needed(one: Lattice, two: Lattice, pairs: np.ndarray) -> np.ndarray:
-    """Mask of the pairs (n, 2) of keys, of lattices with one map, that say what no other pair says.
+    """Mask of the pairs (n, 2) of keys, of lattices with one map, that add what no other pair has.
 
     All pairs with a cell that is not whole; else those above the same triangle of the map, or,
     where diagonals differ, above the same cell.

@@ -1,7 +1,7 @@
 """The exact test that triangles of a rounded mesh meet in common corners and edges only.
 
 Nearly all pairs of neighbours are apart by a plane that a few products show (`kernels.apart`), and
-those of wide triangles are followed along their planes (`kernels.wide`); exact signs are asked for
+those of wide triangles are followed along their planes (`geosurf.kernels.search.large_triangles`); exact signs decide
 the rest.
 """
 
@@ -31,7 +31,7 @@ def crossing_pairs(
     x : ndarray of float64, shape (n_vertex, 3)
         Coordinates, taken at face value.
     triangles : ndarray of int64, shape (n, 3)
-        Compared with each other, but for those with the same corners. None without area.
+        Compared with each other, except those with the same corners. None without area.
     others : ndarray of int64, shape (k, 3), optional
         Compared with `triangles`, but not with each other.
 

@@ -5,7 +5,7 @@ although those of a plain fan meet in the vertex and in common edges only. Two t
 in common meet elsewhere only if they do so in some direction as seen from it; so their pairs are
 searched in boxes of directions (`geosurf.kernels.search.vertex_fans`), and so are those with all
 triangles nearby. Two that share an edge meet elsewhere only if they leave it at the same angle.
-Pairs that meet in what they share are left out by this: they are no contacts, and nothing is cut
+Pairs that meet in what they share are left out by this: they are not contacts, and nothing is cut
 there. But each triangle at a vertex is paired with another one there, so that all of them are
 known where it is asked what is around that vertex.
 """

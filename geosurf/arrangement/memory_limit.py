@@ -78,7 +78,7 @@ def lack_of_room(needed: int) -> int | None:
 
 
 def free_memory() -> int | None:
-    """Bytes of memory that this process may still take, None where nobody tells."""
+    """Bytes of memory that this process may still take, None where it is unknown."""
     found = [_of_system(), _of_group(), _of_process()]
     known = [free for free in found if free is not None]
     return max(0, min(known)) if known else None

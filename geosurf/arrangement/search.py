@@ -1,6 +1,6 @@
 """From surfaces to contacts: candidates, exact signs, named points.
 
-`find_contacts` is what `intersect`, `rebuild` and the certificate all rest on. Only faces that
+`find_contacts` is what `intersect`, `rebuild` and the certificate all depend on. Only faces that
 are candidates somewhere are copied (welded, in the local frame), and only those in contact
 are kept; all that comes later costs what they cost.
 """
@@ -76,7 +76,7 @@ class Contacts:
     near : ndarray of int64, shape (n_near, 2)
         Pairs of faces whose signs hold, but could change if coordinates moved by a unit in the
         last place: what has to be looked at again once points are rounded. Of pairs whose contact
-        no rounding can change, since they are apart by their boxes or by more than that beside a
+        no rounding can change, since they are apart by their boxes or by more than that next to a
         plane, or edges pass a face by more than that, one search lists some that another one
         does not; nothing else depends on it.
     ids : ndarray of int64, shape (n_contact, 2 or 6)
@@ -110,7 +110,7 @@ class Contacts:
     def records(self) -> np.ndarray:
         """What cuts which face, int64 (n_record, 4): see `geosurf.kernels.contacts.naming`.
 
-        Curves do without, so it is made when it is asked for.
+        Curves do without, so it is made on first use.
         """
         if self.filed is None:
             given = self.x, self.t, self.e, self.m, self.w, self.rows, self.ids
@@ -124,7 +124,7 @@ class Contacts:
 
 
 def check_surfaces(surfaces: Sequence[TriSurface], least: int = 1) -> tuple[TriSurface, ...]:
-    """Return the surfaces as a tuple, or say which cannot be used and why."""
+    """Return the surfaces as a tuple, or raise an error that names the wrong one."""
     surfaces = tuple(listed(surfaces, "surfaces are expected", "give a list of TriSurface"))
     if len(surfaces) < least:
         raise InputError(f"{len(surfaces)} surfaces were passed; at least {least} are needed.")
@@ -241,7 +241,7 @@ def find_contacts(
 
 
 def check_voxel_size(voxel_size: Any) -> None:
-    """Refuse an edge of the search voxels that is no length."""
+    """Refuse an edge of the search voxels that is not a length."""
     if voxel_size is not None and not (is_number(voxel_size) and voxel_size > 0):
         raise InputError(f"voxel_size is {voxel_size!r}; give a length in metres above 0.")
 

@@ -15,7 +15,7 @@ def n_threads() -> int:
     Raises
     ------
     InputError
-        If GEOSURF_THREADS is no whole number above 0.
+        If GEOSURF_THREADS is not a whole number above 0.
     """
     said = os.environ.get("GEOSURF_THREADS")
     if said is None:

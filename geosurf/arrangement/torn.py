@@ -1,12 +1,12 @@
 """Where a torn sheet can meet itself: where triangles lie over one another in the map.
 
-A torn sheet is a graph over a lattice, in several copies beside its faults. Two of its triangles
-that are beside one another in the map have nothing but corners and edges of the mesh in common,
+A torn sheet is a graph over a lattice, in several copies next to its faults. Two of its triangles
+that are neighbours in the map have nothing but corners and edges of the mesh in common,
 and those without a ghost are a graph, of which none meet. What is left to be asked lies over
 one another, or has edges over one edge of the map.
 
-Where a surface says which node of the lattice each vertex lies over (``vertex_data["node"]``),
-the order of heights there tells which edges cross. Drogon: 10 to 40 pairs of triangles in place
+Where a surface states which node of the lattice each vertex lies over (``vertex_data["node"]``),
+the order of heights there shows which edges cross. Drogon: 10 to 40 pairs of triangles in place
 of 14 000.
 """
 
@@ -25,7 +25,7 @@ GHOST, NODE = "ghost", "node"
 
 
 def is_torn(surface: TriSurface) -> bool:
-    """Whether a surface is a sheet that was carried on past its faults."""
+    """Whether a surface is a sheet that was continued beyond its faults."""
     return GHOST in surface.vertex_data
 
 

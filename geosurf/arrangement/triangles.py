@@ -34,7 +34,7 @@ _KINDS = ("disjoint", "point", "segment")
 
 def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
     """
-    Tell how two triangles meet, and where.
+    Determine how two triangles meet, and where.
 
     Every case has its answer: apart, touching in a point, along an edge or a part of one, crossing,
     one in the plane of the other, overlapping in it. All decisions are exact signs; only

@@ -1,7 +1,7 @@
 """A fault that stops inside the model box -> a fault that leaves it.
 
 Strike comes first, then up and down, so that the new corners are filled. Nothing that was given
-moves: the new triangles stand on the old rim. Where dip lines converge (the inside of a
+moves: the new triangles start at the old rim. Where dip lines converge (the inside of a
 bend) they cross sooner or later; that is found by exact signs, and refused with its place.
 """
 

@@ -19,7 +19,7 @@ STICK = "stick"  # vertex data of faults from sticks: which stick a vertex is on
 class Guides:
     """For each vertex the one before it on its dip line and on its strike line, or -1.
 
-    Only the ends of lines are asked for, where "before" is the way back into the fault. `exact`
+    Only the ends of lines are needed, where "before" is the way back into the fault. `exact`
     distinguishes lines of a grid, which are intended, from sticks, which are picked.
     """
 

@@ -48,7 +48,7 @@ class Rim:
     Attributes
     ----------
     loop : ndarray of int64, shape (n,)
-        Vertices in order, as the triangles beside the rim run.
+        Vertices in order, as the triangles next to the rim run.
     arcs : dict of str to ndarray of int64
         Vertices of each side, in the same order; corners belong to two sides.
     axes : Axes

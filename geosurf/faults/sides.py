@@ -35,7 +35,7 @@ _TINY = 1e-250
 
 @dataclass(frozen=True)
 class Adjacency:
-    """How a fault lies beside a main fault.
+    """Position of a fault relative to a main fault.
 
     Attributes
     ----------

@@ -111,7 +111,7 @@ def main_side(surface: TriSurface, keep: str) -> int:
     Raises
     ------
     InputError
-        If a vertical fault is asked for its hanging wall.
+        If the hanging wall of a vertical fault is requested.
     """
     if keep in ("+", "-"):
         return 1 if keep == "+" else -1

@@ -63,12 +63,12 @@ def intersect_surfaces(
         Edge of the search voxels [m]. Default: fitted to the faces that can meet.
     self_intersections : bool
         Whether to look for curves of each surface with itself, too. Edges and corners that
-        neighbouring triangles share are no contacts.
+        neighbouring triangles share are not contacts.
     tolerance : float
         0: the curves of the triangles, which are the definition. Above 0 [m]: where surfaces
         have a lattice of at least 8 x 8 nodes, the curves of smooth surfaces through its nodes,
         with as few points as the tolerance allows; `Curves.error_bound` and `Curves.places`
-        say what was met. Surfaces without a lattice are taken as their triangles.
+        list what was found. Surfaces without a lattice are taken as their triangles.
 
     Returns
     -------

@@ -9,8 +9,8 @@ floats with room to spare, what lies on a segment is decided exactly.
 A point of four faces A, B, C, D that ends the segment of C and D lies in the segment of A and B
 only if A meets D, and C meets B, in that point, too. So a segment is compared with the points that
 are known in its own two faces. A point that is found inside a segment is known in both faces
-from then on, and asked for in their other segments: in that way it reaches all segments that hold
-it. Hundreds of triangles that straddle one line but for the last digit have all their points near
+from then on, and looked up in their other segments: in that way it reaches all segments that hold
+it. Hundreds of triangles that straddle one line up to the last digit have all their points near
 all their segments; compared are those with a face in common.
 """
 

@@ -24,7 +24,7 @@ Linker = Callable[..., Curves]
 
 
 def check_tolerance(tolerance: float, self_intersections: bool) -> float:
-    """Return the tolerance [m], or say what is wrong with it."""
+    """Return the tolerance [m], or raise an error."""
     if not (is_number(tolerance) and tolerance >= 0):
         raise InputError(
             f"tolerance is {tolerance!r}; give a length in metres, or 0 for the lines of "

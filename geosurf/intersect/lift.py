@@ -2,7 +2,7 @@
 
 The plain curve gives ends, closure and neighbourhood; Newton's method moves its points, and
 resampling brings chords within the tolerance. How far cubics can be trusted is estimated from
-the data (`doubt_along`); where they cannot, the plain curve stays and a `CurveIssue` says so.
+the data (`doubt_along`); where they cannot, the plain curve stays and a `CurveIssue` reports it.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ def are_plain(contacts: Contacts) -> bool:
 def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Segments (rows of `contacts.x`, once a pair) and their surfaces, from contacts in a line.
 
-    A surface's own edges and corners are no contacts with itself.
+    A surface's own edges and corners are not contacts with itself.
     """
     two = np.flatnonzero(n_corners(contacts.rows) == 2)
     segments, surfaces = contacts.ids[two, :2], pairs[two]

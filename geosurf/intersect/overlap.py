@@ -2,7 +2,7 @@
 
 Both surfaces of a pair are rebuilt around their contacts, those of each with itself included: where
 one crosses itself, both are cut alike only then. What both then have is what they have in common:
-triangles (the areas), edges and points. Of these, the inside of an area is no curve and no touching
+triangles (the areas), edges and points. Of these, the inside of an area is not a curve or touching
 point. A place is inside where both surfaces are one sheet and the same one: there is a disk
 around it that is all of both. So the outline of an area is a curve, and so is the line in which a
 further sheet of either surface crosses the area or ends on it, or in which areas branch; no edge

@@ -1,7 +1,7 @@
 """Segments of one face that overlap one another in a line -> runs, each part of the line once.
 
 Thousands of slivers may cut a face along one line, each over a part of it. What lies in a run is
-looked for once, not in each of them. Which ones to compare is told by floats: those of one
+looked for once, not in each of them. Which ones to compare is decided by floats: those of one
 direction and offset, each with that one of the earlier ones that reaches farthest. That they
 overlap is decided exactly; where floats miss a pair, segments stay apart, and the answer is the
 same.

@@ -10,7 +10,7 @@ from geosurf.model import Curves, Patches, TriSurface, frozen
 
 
 def is_torn(surface: TriSurface) -> bool:
-    """Whether a surface is a sheet that was carried on past its faults to be cut there."""
+    """Whether a surface is a sheet that was continued beyond its faults to be cut there."""
     return "ghost" in surface.vertex_data
 
 
@@ -19,7 +19,7 @@ def shared_curves(patches: Patches, first: str, second: str) -> Curves:
     Read the curves of two surfaces off their rebuilt meshes.
 
     A torn sheet ends on its faults: its curves with them are where it ends, not where the mesh
-    that was carried on past them would cross.
+    that was continued beyond them would cross.
 
     Parameters
     ----------

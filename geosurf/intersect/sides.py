@@ -35,7 +35,7 @@ class Side:
     ----------
     surface : TriSurface
     x, y, z : ndarray of float64, shape (n_row, n_col)
-        Nodes, x with one row and y with one column where the lattice is upright; (1, 1) zeros
+        Nodes, x with one row and y with one column where the lattice is axis-parallel; (1, 1) zeros
         for triangles.
     c : ndarray of float64, shape (n_triangle, 3, 3)
         Triangles; one of zeros for a lattice.
@@ -98,7 +98,7 @@ class Candidates:
     all_whole : bool
         Whether no patch of either side lacks a node.
     walked : tuple of ndarray or None
-        What walks found (`geosurf.kernels.smooth.curve_walk`), where they were asked for and help.
+        What walks found (`geosurf.kernels.smooth.curve_walk`), where they were requested and help.
     """
 
     sides: tuple[Side, Side]

@@ -5,7 +5,7 @@ decided by exact signs. A foot on the rim of a shadow counts for exactly one of 
 each foot is thought to be moved, infinitely little, towards the middle of the model, east or
 west and then, infinitely less, north or south (simulation of simplicity, Edelsbrunner & Mücke
 1990, doi 10.1145/77635.77639). So a line enters a closed shell as often as it leaves it, triangles
-that stand upright are never met, and lines on the rim of the box see what is inside.
+that are vertical are never met, and lines on the rim of the box see what is inside.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Cut-off lines, one on each wall of a fault, and fault polygons.
 
-A cut-off line is where the zone beside the fault changes: on each wall by itself, so that torn
+A cut-off line is where the zone next to the fault changes: on each wall by itself, so that torn
 horizons have two lines, untorn ones the same line twice, and one that is clipped away there none.
 In the same way a fluid contact has a line where what lies above and below it meets the fault.
 Which edges are meant follows from the units on the sides of the fault's triangles.

@@ -1,4 +1,4 @@
-"""Vertical sections: the parts of units in an upright plane, and the lines of surfaces there.
+"""Vertical sections: the parts of units in a vertical plane, and the lines of surfaces there.
 
 On which side of the plane a vertex lies is an exact sign; one in the plane counts as left of it. So
 each triangle is met in two edges or in none, and the section of a closed shell is closed rings that
@@ -64,7 +64,7 @@ def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Datase
     Raises
     ------
     InputError
-        If the line is no line, or does not meet the model.
+        If the line is not valid, or does not meet the model.
 
     Examples
     --------

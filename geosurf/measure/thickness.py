@@ -49,7 +49,7 @@ _WORDS = {
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """Where a map is asked for.
+    """Nodes of a requested map.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ def thickness_map(
     -------
     xarray.DataArray
         (block, northing, easting) [m]. NaN where a block has none of the zone above or below the
-        node. A node on the rim of a triangle takes the value beside it towards the middle of the
+        node. A node on the rim of a triangle takes the value next to it towards the middle of the
         box. On the middles of cells, the sum times ``attrs["cell_area"]`` converges to the volume.
 
     Raises

@@ -23,7 +23,7 @@ def rebuild_surfaces(
     """
     Split surfaces along their common curves, into one welded mesh.
 
-    Only the triangles that a curve touches are triangulated anew, with the curve as
+    Only the triangles that a curve touches are triangulated again, with the curve as
     constraint. Surfaces that meet share one vertex for each point, and where they coincide
     over an area they share the triangles. Each triangle remembers the one it came from.
 

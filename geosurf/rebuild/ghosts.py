@@ -1,6 +1,6 @@
 """Torn sheets after the rebuild: what reaches past a fault is dropped.
 
-A sheet that was torn reaches past its fault with vertices that are no data
+A sheet that was torn reaches past its fault with vertices without data
 (``vertex_data["ghost"]``); the outermost of them (``"outer"``) lie beyond the fault. The rebuild
 cuts the sheet there, exactly. Patches of a sheet are joined again where only walls and other
 horizons cut it; a part that holds an outer vertex lies beyond a fault and is dropped, so that the

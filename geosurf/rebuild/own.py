@@ -1,7 +1,7 @@
 """Where a surface that meets another one meets itself: it is cut there, as the other one is.
 
 Two surfaces share the vertices of their curves, and the triangles of an area, only if both are cut
-alike there. Whatever meets one of them there meets the other as well, and cuts both, but for the
+alike there. Whatever meets one of them there meets the other as well, and cuts both, except the
 sheets of a surface itself: without `self_intersections` these cut only the other one. So a
 surface is searched for contacts with itself if two of its triangles, both of which meet another
 surface, meet each other elsewhere than in common corners and edges.

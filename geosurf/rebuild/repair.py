@@ -1,13 +1,13 @@
-"""When rounding breaks a triangle: move the inputs there to a coarser step, and say by how much.
+"""When rounding breaks a triangle: move the inputs there to a coarser step, and report by how much.
 
 Points are constructed exactly and rounded once. Surfaces that are degenerate up to rounding, but
 not exactly (a fault through horizon nodes whose coordinates are rounded thirds), leave slivers
 thinner than that rounding, and children turn over. Rounding the *output* again can go on
 for ever. Rounding the *input* cannot: vertices of the faces concerned move to multiples of a
-step far coarser than float64, the exact arrangement is made anew, and what was nearly
+step far coarser than float64, the exact arrangement is computed again, and what was nearly
 degenerate is now either exactly so or thick enough; slivers whose corners come together are shut.
 Steps grow until it holds. Inputs on round numbers lie on all steps and do not move; if nothing else
-helped, each vertex moves by up to a step more, as its own coordinates tell, in several ways one
+helped, each vertex moves by up to a step more, as its own coordinates show, in several ways one
 after the other. The largest move is reported, and if that does not help, the call fails by name.
 """
 

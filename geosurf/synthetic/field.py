@@ -66,7 +66,7 @@ class _MainFault:
         return 2350.0 + 330.0 * np.sin(math.pi * y / 5000.0) + 0.51 * down + 2.5e-4 * down**2
 
     def elevation(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """The inverse of `easting`; where F1 would turn upright again, its highest point."""
+        """The inverse of `easting`; where F1 would turn vertical again, its highest point."""
         past = x - self.easting(y, _DATUM)
         return _DATUM - (np.sqrt(np.maximum(0.51**2 + 1e-3 * past, 0.0)) - 0.51) / 5e-4
 
@@ -146,7 +146,7 @@ def faulted_reservoir(
         "Three horizons: a broad dome, a smaller one and a gentle tilt, lowered on the hanging "
         "walls of F1 (throughgoing, dipping east), F2 (inside) and F3 (from the south). Grids as "
         "they are picked: between the cut-offs they lie on the fault, and each node is the mean of "
-        f"all within {smear:g}. Made to look at; only what `truth` says is known."
+        f"all within {smear:g}. For pictures; only `truth` is known exactly."
     )
     box = shifted(_BOX, offset)
     return World("faulted_reservoir", horizons, _faults(n, offset), box, truth, formula)

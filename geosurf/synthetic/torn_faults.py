@@ -96,7 +96,7 @@ def trace(fault: Fault, level: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def displacement(profile: str, s: Any, r: Any) -> Any:
-    """Share of half the largest throw by which a wall moves, beside a fault from s = -1 to 1.
+    """Share of half the largest throw by which a wall moves, next to a fault from s = -1 to 1.
 
     The real part of an analytic function of s + i r: harmonic, 0 far away and straight on past
     the tips, and on the fault (r = 0) the square root of 1 - s^2 (``"ellipse"``, a crack in

@@ -19,6 +19,7 @@ import pytest
 import geosurf as gs
 from geosurf import cli
 from geosurf.cli.exit_codes import ExitCode
+from geosurf.conventions import length_text
 from geosurf.errors import InvariantError
 from geosurf.model import Certificate, Check
 
