@@ -1,8 +1,8 @@
 """The exact test that triangles of a rounded mesh meet in common corners and edges only.
 
-Nearly all pairs of neighbours are apart by a plane that a few products show (`kernels.apart`), and
-those of wide triangles are followed along their planes (`geosurf.kernels.search.large_triangles`); exact signs decide
-the rest.
+A few products show that nearly all pairs of neighbours are apart by a plane
+(`geosurf.kernels.search.separation`). Pairs of wide triangles are followed along their planes
+(`geosurf.kernels.search.large_triangles`). Exact signs decide the rest.
 """
 
 from __future__ import annotations
