@@ -1,22 +1,22 @@
 """From a scenario file to results, in one call.
 
-============  =========================================================
-keys.py       every key: type, unit, default, meaning
-drawn.py      of these: [search] and [output]
-declared.py   how a key is declared
-matched.py    which unit a region of a sealed model is
-values.py     how values are checked, and what the messages say
-validate.py   file -> `Scenario`: names and rules checked, no surface read
-build.py      `Scenario` -> `Scene`
-torn.py       of these: horizons torn at their faults
-sealed.py     of these: a sealed model made elsewhere
-output.py     the output folder: new results whole, or the old ones
-pictures.py   the pictures that a scenario asks for
-failure.py    a picture of the place where a model cannot be built
-step_log.py   one line per step
-execute.py    a run: all of it, stage by stage
-page.py       docs/scenario.md, from the keys
-============  =========================================================
+================  =============================================================
+keys.py           every key: type, unit, default, meaning
+output_keys.py    of these: [search] and [output]
+declare.py        how a key is declared
+values.py         how values are checked, and what a check accepts
+validate.py       file -> `Scenario`: names and rules checked, no surface read
+build.py          `Scenario` -> `Scene`
+torn.py           of these: horizons torn at their faults
+sealed.py         of these: a sealed model of another program
+region_units.py   which unit a region of such a model is
+execute.py        a run: all of it, stage by stage
+output.py         the output folder: new results whole, or the old ones
+pictures.py       the pictures that a scenario asks for
+failure.py        a picture of the place where a model cannot be built
+step_log.py       one line per step
+page.py           docs/scenario.md, from the keys
+================  =============================================================
 """
 
 from __future__ import annotations

@@ -17,9 +17,9 @@ from geosurf.report import report_scene
 from geosurf.scenario.build import build_scene
 from geosurf.scenario.failure import pictured
 from geosurf.scenario.keys import FORMATS, Scenario
-from geosurf.scenario.matched import unit_of_body
 from geosurf.scenario.output import new_results, require_writable
 from geosurf.scenario.pictures import choice_of_pictures
+from geosurf.scenario.region_units import unit_of_body
 from geosurf.scenario.step_log import Progress, StepLog
 from geosurf.scenario.validate import read_scenario
 from geosurf.scene import Scene
@@ -29,7 +29,7 @@ from geosurf.write._files import commit
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run gave.
+    """The result of a run.
 
     Attributes
     ----------
@@ -38,8 +38,8 @@ class Outcome:
     out : pathlib.Path
         The folder with all files.
     notes : tuple of str
-        What was asked for and is not there, with the reason; what reports of torn horizons say to
-        look at; and conformable horizons that cross, as those do that are in the wrong order.
+        What to look at: notes of torn horizons, conformable horizons that cross (often a wrong
+        order), and fluid contacts that are not given for some blocks.
     """
 
     scene: Scene
@@ -136,7 +136,7 @@ def run(
     with new_results(out) as folder:
         scene = compute(scenario, log, Path(out) if pictures else None)
         certificate = scene.check()
-        log.step("check", "all promises", "kept" if certificate.ok else "one is BROKEN")
+        log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
         _write_files(scene, scenario, folder)
         log.step("write", ", ".join(scenario.output.formats), "")
         drawn = _draw(scene, scenario, folder, log) if pictures else {}
@@ -198,7 +198,7 @@ def write_report(
 def compute(scenario: Scenario, log: StepLog, out: Path | None = None) -> Scene:
     """Read the inputs and run all stages up to the units, with a line of the log for each step.
 
-    What cannot be built is drawn into the folder `out`, if it is given.
+    A picture of the place where the model cannot be built goes into the folder `out`.
     """
     scene = build_scene(scenario, log.step, out)
     for name in (*scene.horizon_names, *scene.fault_names):
@@ -235,10 +235,9 @@ def model_notes(scene: Scene) -> list[str]:
 
 
 def crossings(scene: Scene) -> list[str]:
-    """Return a note on each pair of conformable horizons that cross: nobody has said they may."""
+    """Return a note on each pair of conformable horizons that cross: no rule allows it."""
     return [
-        f"{clip}. If that is not meant: horizons are given youngest first, and rules say how they "
-        "yield."
+        f"{clip}. If this is not intended, list horizons youngest first, or set their rules."
         for clip in scene.units.report["clipped"]
         if clip.rule == CONFORMABLE
     ]
@@ -256,9 +255,9 @@ def contacts_left_out(scene: Scene) -> list[str]:
     for name, left in scene.units.report["without_contact"].items():
         more = f" and {len(left) - 6} more" if len(left) > 6 else ""
         notes.append(
-            f"fluid contact {name!r} is given for no block of {', '.join(left[:6])}{more}: they "
-            "are not split by it. If that is not meant: add a table for that block, or one without "
-            "a block."
+            f"fluid contact {name!r} does not split {', '.join(left[:6])}{more}: it is not given "
+            "for their blocks. If this is not intended, add a table for these blocks, or one "
+            "without a block."
         )
     return notes
 

@@ -17,20 +17,20 @@ from geosurf.faults.rules import KEEP
 from geosurf.model import RULES
 from geosurf.model.faults import SIDES
 from geosurf.scenario import values
-from geosurf.scenario.declared import key
-from geosurf.scenario.drawn import FORMATS, VIEWS, OutputSettings, SearchSettings
+from geosurf.scenario.declare import key
+from geosurf.scenario.output_keys import FORMATS, VIEWS, OutputSettings, SearchSettings
 from geosurf.sheets.faults.dip_lines import DIRECTIONS
 
 FAULT_SIDES = ("strike", *SIDES)
 
 
 def _positive() -> Any:
-    meaning = "Whether values are elevations or depths, where the file does not say."
+    meaning = "Whether values are elevations or depths, for a file that does not declare it."
     return key(meaning, values.one_of("up", "down"), default=None)
 
 
 def _length_unit() -> Any:
-    meaning = "Length unit of elevations, where the file does not declare it."
+    meaning = "Length unit of elevations, for a file that does not declare it."
     return key(meaning, values.one_of(*METRES_PER_UNIT), default=None)
 
 
@@ -50,7 +50,7 @@ class HorizonInput:
         "Which variable of a NetCDF file, where there are several.", values.text, default=None
     )
     rule: str = key(
-        "How horizons that cross yield, see [the column](guides/column.md).",
+        "Which of two crossing horizons ends at the other, see [the column](guides/column.md).",
         values.one_of(*RULES),
         default="conformable",
     )
@@ -78,8 +78,8 @@ class FaultInput:
 
 @dataclass(frozen=True, kw_only=True)
 class ModelInput:
-    """``[model]``: a sealed model made elsewhere, in place of `[[horizons]]` and `[[faults]]`. The
-    report compares its regions with the units that are found.
+    """``[model]``: a sealed model of another program, in place of `[[horizons]]` and `[[faults]]`.
+    The report compares its regions with the units of geosurf.
     """
 
     file: Path = key(
@@ -113,11 +113,12 @@ class TruncationInput:
 
 @dataclass(frozen=True, kw_only=True)
 class TearSettings:
-    """``[tear]``: horizons that were picked or gridded across their faults, torn there; the report
-    says how. Leave the table out for horizons as they are. See [tearing](guides/tearing.md).
+    """``[tear]``: horizons that were picked or gridded across their faults are torn there. The
+    report has the details. Leave the table out for horizons as they are. See
+    [tearing](guides/tearing.md).
     """
 
-    horizons: tuple[str, ...] = key("Which ones. Left empty: all.", values.names, default=())
+    horizons: tuple[str, ...] = key("Horizons to tear. Left empty: all.", values.names, default=())
     trim_cells: float = key(
         "Ignore data closer to a fault than this; at least one and a half times the half width of "
         "the smear.",
@@ -193,13 +194,13 @@ class ThrowInput:
         default=None,
     )
     hanging_wall: float = key(
-        "Part of the throw that the hanging wall goes down by; the footwall rises by the rest.",
+        "Share of the throw by which the hanging wall moves down; the footwall moves up by the "
+        "remainder.",
         values.share,
         default=1.0,
     )
     direction: str = key(
-        "Whether walls move down the dip that the fault has at each place, or all across its mean "
-        "strike.",
+        "Whether walls move down the local dip of the fault, or everywhere across its mean strike.",
         values.one_of(*DIRECTIONS),
         default="local",
     )
@@ -226,14 +227,14 @@ class ContactInput:
     )
     file: Path | None = key("A gridded contact, read like a horizon.", values.file, default=None)
     block: str | None = key(
-        "Sides of faults on which it counts, as in `F1+ F2-`. Left out: where no other table of "
-        "this name says more.",
+        "The block that it splits, by sides of faults, as in `F1+ F2-`. Left out: all blocks for "
+        "which no other table of this name is given.",
         values.text,
         default=None,
     )
     zones: tuple[str, ...] = key(
-        "Zones in which it counts, as in `Top/Base`; others are not split by it. Left empty: all, "
-        "but where another table of this name says more.",
+        "Zones that it splits, as in `Top/Base`. Left empty: all zones for which no other table of "
+        "this name is given.",
         values.names,
         default=(),
     )
@@ -272,7 +273,7 @@ class BoxRanges:
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
     """
-    What a scenario file says, checked: see docs/scenario.md for each key.
+    The content of a scenario file, checked: see docs/scenario.md for each key.
 
     Attributes
     ----------
@@ -299,8 +300,8 @@ class Scenario:
     path: Path
     title: str = key("Heading of the report.", values.text, default="Reservoir model")
     tolerance_m: float | None = key(
-        "For pictures and quick volumes: horizons become as few triangles as stay this near to "
-        "their grids; the report says what that does to volumes. Left out: all nodes.",
+        "For pictures and quick volumes: horizons get as few triangles as stay this near to their "
+        "grids; the report states the effect on volumes. Left out: all nodes.",
         values.above_zero,
         unit="m",
         default=None,
@@ -310,7 +311,7 @@ class Scenario:
     )
     faults: tuple[FaultInput, ...] = key("In any order.", values.tables(FaultInput), default=())
     model: ModelInput | None = key(
-        "A sealed model made elsewhere.", values.table(ModelInput), default=None
+        "A sealed model of another program.", values.table(ModelInput), default=None
     )
     truncations: tuple[TruncationInput, ...] = key(
         "Faults that end at others.", values.tables(TruncationInput), default=()

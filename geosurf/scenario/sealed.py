@@ -1,4 +1,4 @@
-"""A sealed model made elsewhere -> a `Scene`: its horizons, its faults, and a box for its walls."""
+"""A sealed model of another program -> a `Scene`: horizons, faults, and a box for its walls."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ def scene_of_sealed(scenario: Scenario, model: ModelInput, **options: object) ->
     ScenarioError
         If a horizon is named that the file does not have, or one is left out.
     FormatError
-        If the file cannot be read, a surface says not what it is, or the boundary is no box.
+        If the file cannot be read, a surface has no kind, or the boundary is not a box.
     """
     surfaces = read_model3d(model.file, positive=model.positive, length_unit=model.length_unit)
     roles: dict[str, dict[str, TriSurface]] = {"horizon": {}, "fault": {}, "wall": {}}
     for surface in surfaces.values():
         if surface.role not in roles:
             raise FormatError(
-                f"{model.file}: surface {surface.name!r} has no kind that says whether it is a "
-                "horizon, a fault or a boundary. Set it in the model and export it again."
+                f"{model.file}: surface {surface.name!r} is not marked as a horizon, a fault or a "
+                "boundary. Set its kind in the model and export it again."
             )
         roles[surface.role][surface.name] = surface
     order = model.horizons or tuple(roles["horizon"])
@@ -81,7 +81,7 @@ def box_of_walls(walls: list[TriSurface], file: str) -> tuple[float, ...]:
         if flat.any(axis=1).all() and sides == wanted and len(wanted) == 6:
             return tuple(float(v) for pair in zip(low, high, strict=True) for v in pair)
     raise FormatError(
-        f"{file}: its boundary is not the six upright and level sides of a box, which [model] "
+        f"{file}: its boundary is not a box with vertical and horizontal sides, which [model] "
         "needs. Export its surfaces, and give them as [[horizons]] and [[faults]] with an [aoi]."
     )
 

@@ -38,8 +38,8 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     Raises
     ------
     ScenarioError
-        If the file is not there or no TOML (with the line), or has an unknown key, a
-        missing one, a value of the wrong kind, or a name used twice.
+        If the file does not exist or is not TOML (with the line), or has an unknown key, a
+        missing one, a value of the wrong type, or a name used twice.
 
     Examples
     --------
@@ -65,11 +65,12 @@ def _load(path: Path) -> dict[str, Any]:
         return tomllib.loads(text.replace("\r\n", "\n").replace("\r", "\n"))
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(
-            f"{path}: this is no TOML: {error}. Mend that line; text stands between quotes."
+            f"{path}: not a valid TOML file: {error}. Correct that line; text must be between "
+            "quotes."
         ) from error
     except UnicodeDecodeError as error:
         raise ScenarioError(
-            f"{path}: byte {error.start} is no UTF-8 text. Save the scenario as UTF-8."
+            f"{path}: byte {error.start} is not UTF-8 text. Save the scenario as UTF-8."
         ) from error
     except OSError as error:
         reason = error.strerror or type(error).__name__
@@ -85,7 +86,7 @@ def _check_names(scenario: Scenario) -> None:
         _check_model(scenario, at)
         return
     if not scenario.horizons:
-        at.refuse("there are no horizons; give at least one table [[horizons]], or [model].")
+        at.refuse("no horizons are given. Add a table [[horizons]] or [model].")
     _check_places(scenario, at)
     seen: dict[str, str] = {}
     for kind, entries in (("horizon", scenario.horizons), ("fault", scenario.faults)):
@@ -106,7 +107,7 @@ def _check_names(scenario: Scenario) -> None:
         if name not in seen:
             known = ", ".join(repr(word) for word in seen)
             at.refuse(
-                f"output.search names {name!r}, which is no surface; there are {known}."
+                f"output.search: unknown surface {name!r}. Surfaces are {known}."
                 f"{did_you_mean(name, seen)}"
             )
 
@@ -116,7 +117,7 @@ def _check_model(scenario: Scenario, at: KeyPath) -> None:
     for word in ("horizons", "faults", "truncations", "tear", "throws", "box"):
         if getattr(scenario, word):
             at.refuse(
-                f"there is a [model] and {word}, too; a sealed model has its own. Leave one out."
+                f"[model] and {word} cannot be combined: a sealed model has its own. Remove one."
             )
     _check_places(scenario, at)
 
@@ -127,7 +128,7 @@ def _check_places(scenario: Scenario, at: KeyPath) -> None:
     for entry in scenario.contacts:
         label = f"contacts[{entry.name!r}]"
         if (entry.elevation_m is None) == (entry.file is None):
-            at.refuse(f"{label}: give elevation_m or file, one of them.")
+            at.refuse(f"{label}: give either elevation_m or file.")
         where = entry.name, entry.block, tuple(sorted(entry.zones))
         if where in given:
             block = "without a block" if entry.block is None else f"for block {entry.block!r}"
@@ -136,7 +137,7 @@ def _check_places(scenario: Scenario, at: KeyPath) -> None:
         given.add(where)
     aoi = scenario.aoi
     if aoi is not None and (aoi.file is None) == (aoi.corners_m is None):
-        at.refuse("aoi: give file or corners_m, one of them.")
+        at.refuse("aoi: give either file or corners_m.")
 
 
 def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
@@ -155,17 +156,17 @@ def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
             if zone not in zones:
                 known = ", ".join(map(repr, zones))
                 guess = did_you_mean(zone, zones)
-                at.refuse(f"{label}: {zone!r} is no zone; there are {known}.{guess}")
+                at.refuse(f"{label}: unknown zone {zone!r}. Zones are {known}.{guess}")
         if entry.block not in (None, ELSEWHERE) and parse_sides(entry.block, faults) is None:
             known = ", ".join(map(repr, sides)) or "none"
             at.refuse(
-                f"{label}: block {entry.block!r} is not made of sides of faults; there are {known}."
+                f"{label}: unknown block {entry.block!r}. Name sides of faults: {known}."
                 f"{did_you_mean(entry.block, sides)}"
             )
 
 
 def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
-    """Say what of ``[tear]`` and ``[[throws]]`` makes no sense, before anything is read."""
+    """Refuse settings of ``[tear]`` and ``[[throws]]`` that contradict others."""
     known = {
         "fault": [entry.name for entry in scenario.faults],
         "horizon": [entry.name for entry in scenario.horizons],
@@ -174,28 +175,28 @@ def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
     if scenario.tolerance_m is not None and (scenario.tear is not None or scenario.throws):
         table = "[tear]" if scenario.tear is not None else "[[throws]]"
         at.refuse(
-            f"tolerance_m is {scenario.tolerance_m:g}, and {table} tears horizons, whose cut-offs "
-            f"it would move. Leave tolerance_m out, or {table}."
+            f"tolerance_m = {scenario.tolerance_m:g} cannot be combined with {table}: it would "
+            "move the cut-offs of torn horizons. Remove one of them."
         )
     if scenario.tear is None:
         return
     if not known["fault"]:
-        at.refuse("there is a table [tear], and no fault to tear horizons at. Leave it out.")
+        at.refuse("[tear] needs at least one fault. Add a table [[faults]], or remove [tear].")
     for name in scenario.tear.horizons:
         if name not in known["horizon"]:
             guess = did_you_mean(name, known["horizon"])
-            at.refuse(f"tear.horizons: {name!r} is no horizon; name one of those.{guess}")
+            at.refuse(f"tear.horizons: unknown horizon {name!r}; name one of the horizons.{guess}")
     for entry in scenario.throws:
         for name in entry.horizons or known["horizon"]:
             if is_torn_as_picked(scenario, name):
                 at.refuse(
-                    f"horizon {name!r} is torn as it was picked, by [tear], and by the throw of "
-                    f"{entry.fault!r}, too. Give one of them: horizons = [...] names which."
+                    f"horizon {name!r} is torn twice: by [tear], and by the throw of "
+                    f"{entry.fault!r}. Select the horizons of each with horizons = [...]."
                 )
 
 
 def _check_throws(scenario: Scenario, known: Mapping[str, list[str]], at: KeyPath) -> None:
-    """Each throw is given in one way, for a fault and horizons that there are, once."""
+    """Each throw is given once, in one form, for a fault and horizons that exist."""
     given = set()
     for entry in scenario.throws:
         label = f"throws of {entry.fault!r}"
@@ -203,13 +204,13 @@ def _check_throws(scenario: Scenario, known: Mapping[str, list[str]], at: KeyPat
             for name in names:
                 if name not in known[kind]:
                     guess = did_you_mean(name, known[kind])
-                    at.refuse(f"{label}: {name!r} is no {kind}; name one of those.{guess}")
-        ways = (entry.throw_m, entry.profile_m, entry.elliptic_m)
-        if sum(way is not None for way in ways) != 1:
-            at.refuse(f"{label}: give one of throw_m, profile_m and elliptic_m.")
+                    at.refuse(f"{label}: unknown {kind} {name!r}; name one of the {kind}s.{guess}")
+        throws = (entry.throw_m, entry.profile_m, entry.elliptic_m)
+        if sum(throw is not None for throw in throws) != 1:
+            at.refuse(f"{label}: give exactly one of throw_m, profile_m and elliptic_m.")
         for word in ELLIPSE if entry.elliptic_m is None else ():
             if getattr(entry, word) is not None:
-                at.refuse(f"{label}: {word} goes with elliptic_m. Give that, or leave it out.")
+                at.refuse(f"{label}: {word} needs elliptic_m. Add elliptic_m, or remove {word}.")
         for name in entry.horizons or known["horizon"]:
             if (entry.fault, name) in given:
                 at.refuse(f"{label} are given twice for horizon {name!r}; delete one.")

@@ -1,7 +1,7 @@
-"""How values of a scenario are checked; each check says what it would have liked.
+"""How values of a scenario are checked; each check states what it accepts.
 
 A check takes a `KeyPath` and the value that TOML gave, and returns the value for
-the dataclass. ``check.allowed`` says in words what it accepts, for messages and docs.
+the dataclass. ``check.allowed`` is that statement, for messages and docs.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from geosurf.render.views import LARGEST, SMALLEST, check_size
 
 @dataclass(frozen=True)
 class KeyPath:
-    """Where a value stands: the file and the path of keys to it."""
+    """The path of keys to a value, and its file: for messages."""
 
     file: Path
     keys: str = ""
 
     def inside(self, word: str) -> KeyPath:
-        """Return the place of a key in this table."""
+        """Return the path of a key in this table."""
         return KeyPath(self.file, f"{self.keys}.{word}" if self.keys else word)
 
     def refuse(self, sentence: str) -> NoReturn:
@@ -44,7 +44,7 @@ class Check(Protocol):
 
 
 def check(allowed: str) -> Callable[[Callable[[KeyPath, Any], Any]], Check]:
-    """Make a check of a function that returns None where it does not like a value."""
+    """Make a check of a function that returns None for a value that is not allowed."""
 
     def wrap(function: Callable[[KeyPath, Any], Any]) -> Check:
         """Make the check of one function."""
@@ -258,7 +258,7 @@ def tables(kind: type) -> Check:
 
 
 def _label(row: int, entry: Mapping[str, Any]) -> str:
-    """A name where there is one: nobody has to wonder where counting starts."""
+    """The name of a table, else its number, counted from 1."""
     name = entry.get("name")
     return repr(name) if isinstance(name, str) and name.strip() else f"number {row + 1}"
 
@@ -276,7 +276,7 @@ def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -
     kind : type
         A dataclass of `geosurf.scenario.keys`.
     at : KeyPath
-        Where the table stands.
+        The path of the table.
     found : mapping
         What TOML gave.
     **more
@@ -296,7 +296,7 @@ def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -
     for word in found:
         if word not in known:
             at.refuse(
-                f"unknown key {word!r}{where}; known are {_words(tuple(known))}."
+                f"unknown key {word!r}{where}; known keys are {_words(tuple(known))}."
                 f"{did_you_mean(word, known)}"
             )
     for word, entry in known.items():

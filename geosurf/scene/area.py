@@ -80,7 +80,7 @@ def box_in_words(
         return "where all horizons are"
     return (
         f"the largest rectangle that all horizons cover, {100 * share:.0f} % of where they "
-        "overlap; the rest has holes or slanting rims"
+        "overlap; the remainder has holes or slanting rims"
     )
 
 

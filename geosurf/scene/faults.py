@@ -2,7 +2,7 @@
 
 Faults that truncation links, directly or over others, are one group and are split in one
 arrangement; a change of one fault touches its own group only. Each fault is extended by itself.
-Every result is kept by what went into it, as all results of a scene are.
+`Memory` finds every result by what went into it.
 """
 
 from __future__ import annotations
@@ -129,16 +129,16 @@ class FaultStage:
             bridges = [r for r in rules if r.fault == member and r.extend]
             made = self._bridged(bridges[-1]) if bridges else self._extended(member)
             surfaces.append(made.surface)
-        said: dict[str, tuple[tuple[str, str, bool], ...]] = {}
+        cuts: dict[str, tuple[tuple[str, str, bool], ...]] = {}
         for rule in rules:
-            said[rule.fault] = (*said.get(rule.fault, ()), (rule.main, rule.keep, rule.extend))
+            cuts[rule.fault] = (*cuts.get(rule.fault, ()), (rule.main, rule.keep, rule.extend))
         box, aoi = self._limits()
         area = None if aoi is None else aoi.tobytes()
-        key = ("truncate", *map(self._key, surfaces), box, area, *said.items())
+        key = ("truncate", *map(self._key, surfaces), box, area, *cuts.items())
         return self._remember(
             "truncate", ", ".join(sorted(group)), key,
             lambda: truncate_faults(
-                _split([*surfaces, *build_walls(box, aoi)]), said, whole=_split(surfaces)
+                _split([*surfaces, *build_walls(box, aoi)]), cuts, whole=_split(surfaces)
             ),
             _describe_truncation, again=False,
         )  # fmt: skip
@@ -168,12 +168,13 @@ def _split(surfaces: Sequence[TriSurface]) -> Patches:
 
 def _describe_extension(made: ExtendedFault) -> str:
     words = [f"{e.side} {e.distance:.1f} m ({e.lines} lines)" for e in made.extensions]
-    return ", ".join(words) if words else "is there already"
+    return ", ".join(words) if words else "leaves the box already"
 
 
 def _describe_truncation(made: TruncatedFaults) -> str:
     words = [
-        f"{t.fault} at {t.main}: {t.dropped_area:.6g} of {t.kept_area + t.dropped_area:.6g} m2 gone"
+        f"{t.fault} at {t.main}: removed {t.dropped_area:.6g} of "
+        f"{t.kept_area + t.dropped_area:.6g} m2"
         for t in made.truncations
     ]
     moved = f"; vertices moved by up to {made.largest_move:.1e} m" if made.largest_move else ""

@@ -1,4 +1,4 @@
-"""What a scene remembers: results by what went into them, and the steps that gave them."""
+"""Memory of a scene: results by what went into them, and the steps that gave them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from geosurf.model.expected import flag_of
 from geosurf.scene.store import Store
 from geosurf.warning import collected, issue, pass_on
 
-MANY = 10_000  # steps, from which on answers from memory are no longer written down
+MANY = 10_000  # steps; from then on answers from memory are not recorded
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Memory:
         self._used = self.store.enter(self)
 
     def __reduce__(self) -> tuple[type[Memory], tuple[tuple[GeosurfWarning, ...]]]:
-        """Copies and other processes begin with an empty memory: results are made anew there.
+        """Copies and other processes begin with an empty memory: results are computed again there.
 
         Warnings go along: what they are about is still in the results that the scene itself holds.
         """
@@ -102,18 +102,18 @@ class Memory:
             self.warn(*found)
 
     def key_of(self, surface: TriSurface) -> Hashable:
-        """Return what tells a surface: what it was made of, else its fingerprint, taken once."""
+        """Return the key of a surface: that of the step that made it, else its fingerprint."""
         keys = self.store.keys
         if surface not in keys:
             keys[surface] = fingerprint(surface)
         return keys[surface]
 
     def made_of(self, surface: TriSurface, key: Hashable) -> None:
-        """Let a surface be told by the key of the step that made it."""
+        """Identify a surface by the key of the step that made it."""
         self.store.keys.setdefault(surface, key)
 
     def hold(self, value: Any) -> str:
-        """Return the fingerprint of an input, and hold it where only its identity tells it."""
+        """Return the fingerprint of an input, and hold one that only its identity distinguishes."""
         strangers: list[Any] = []
         found = fingerprint(value, strangers)
         self.store.held.update((id(one), one) for one in strangers)
@@ -172,12 +172,12 @@ class Memory:
         return result, warnings
 
     def summary(self) -> Step:
-        """What is kept for scenes of the family, and what was dropped, as a line of `explain`."""
+        """Shared results in memory, and those that were dropped, as a line of `explain`."""
         store = self.store
-        kept = f"{counted(store.n_kept, 'result')}, {in_bytes(store.bytes_kept())}"
+        stored = f"{counted(store.n_kept, 'result')}, {in_bytes(store.bytes_kept())}"
         dropped = f"{counted(store.n_dropped, 'result')}, {in_bytes(store.bytes_dropped)}"
-        detail = f"{kept} of at most {in_bytes(store.budget)}; dropped: {dropped}"
-        return Step("memory", "of the family", "kept", detail)
+        detail = f"{stored} of at most {in_bytes(store.budget)}; dropped: {dropped}"
+        return Step("memory", "of the family", "stored", detail)
 
     def explain(self, seconds: bool) -> str:
         """Return all steps, one a line; see `Scene.explain`."""
@@ -190,7 +190,7 @@ class Memory:
     def note(
         self, stage: str, subject: str, outcome: str, detail: str, seconds: float = 0.0
     ) -> None:
-        """Write down one step; of endless questions only what ran."""
+        """Record one step; after MANY steps no more answers from memory."""
         if outcome == "from memory" and len(self.steps) >= MANY:
             return
         self.steps.append(Step(stage, subject, outcome, detail, seconds))
@@ -237,7 +237,7 @@ def fingerprint(value: Any, strangers: list[Any] | None = None) -> str:
 
 
 def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
-    """Add one input to a hash, with the lengths and kinds that tell its parts apart."""
+    """Add one input to a hash, with the lengths and kinds that separate its parts."""
     if isinstance(value, Sheet):
         _add(digest, value.surface, strangers)
     elif isinstance(value, str | Path):

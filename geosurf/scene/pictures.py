@@ -1,4 +1,4 @@
-"""The pictures of a scene: which there are, what each shows, and how it is drawn.
+"""The pictures of a scene: what each shows, its file, and how it is drawn.
 
 Scenarios choose from them, `Scene.render_pictures` draws them, and the report prints their
 captions. An error of one picture costs no other result: it becomes a warning that names the picture
@@ -54,7 +54,7 @@ class Picture:
 
 
 class Attempt:
-    """Keeps the error of one picture, whatever it is, from the results beside it.
+    """Catches the error of one picture, whatever it is, so that all other results stay.
 
     Only exceptions that mean to end the program pass through.
 
@@ -118,7 +118,7 @@ def pictures_of(
     views : sequence of str
         Directions from which horizons, faults and curves are seen.
     exploded, maps, thickness, allan : bool
-        The units, drawn apart; a map of each horizon; a thickness map of each zone
+        An exploded view of the units; a map of each horizon; a thickness map of each zone
         between two horizons; an Allan diagram of each fault.
     sections : sequence of array_like of float, each (n, 2), optional
         A vertical section along each line in the map (easting, northing) [m]. Default: two, from
@@ -357,7 +357,7 @@ def draw_pictures(
 
 
 def _warn(subject: str, effect: str, without: str = "") -> None:
-    """Warn of what is missing, why, and say what leaves it out."""
+    """Warn of a missing picture, with the reason and the option that omits it."""
     remedy = "All other results are complete."
     if without:
         how = f"Set {without}" if "=" in without else f"Leave out {without}"
@@ -366,7 +366,7 @@ def _warn(subject: str, effect: str, without: str = "") -> None:
 
 
 def _create(folder: Path) -> None:
-    """Create the folder of pictures, or say why it cannot be one, before anything is drawn."""
+    """Create the folder of pictures, or raise an error before anything is drawn."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -5,7 +5,7 @@ Three rules bound it:
     budget     all results together stay below a number of bytes; arrays that results share count
                once. What was not asked for longest is dropped first.
     family     a result that no living scene has asked for is dropped after some more scenes of the
-               family: in a chain of `Scene.replace` only the last few are kept.
+               family: in a chain of `Scene.replace` only the last few stay.
     scene      what a scene needs again and again (its surfaces, patches and units) it holds itself,
                so dropping here loses nothing of a living scene.
 """
@@ -26,7 +26,7 @@ import numpy as np
 from geosurf.errors import GeosurfWarning, InputError
 
 CHOICE = "GEOSURF_MEMORY"
-KEPT_SCENES = 8  # of the past, whose results wait for a scene that asks for them again
+KEPT_SCENES = 8  # earlier scenes of the family whose results stay for later ones
 _SHARE = 0.25  # of the machine's memory, where nothing is chosen
 _LEAST = 1 << 30
 _OVERHEAD = 1024  # of a result without arrays, roughly
@@ -44,14 +44,14 @@ def budget_of_family() -> int:
     InputError
         If GEOSURF_MEMORY is not a size such as ``2 GiB``.
     """
-    said = os.environ.get(CHOICE)
-    if said is None:
+    text = os.environ.get(CHOICE)
+    if text is None:
         return max(int(_SHARE * _memory_of_machine()), _LEAST)
-    found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([A-Za-z]*)\s*", said, re.ASCII)
+    found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([A-Za-z]*)\s*", text, re.ASCII)
     factor = _UNIT.get(found[2].lower()) if found else None
-    if found is None or factor is None or len(said) > 40:
+    if found is None or factor is None or len(text) > 40:
         raise InputError(
-            f"{CHOICE} is {said[:40]!r}, which is not a size. Give bytes, or a number with a unit: "
+            f"{CHOICE} is {text[:40]!r}, which is not a size. Give bytes, or a number with a unit: "
             f"{CHOICE}='2 GiB'. With 0 no results are shared."
         )
     return int(float(found[1]) * factor)
@@ -143,7 +143,7 @@ class Store:
     def __init__(self, budget: int | None = None) -> None:
         self.budget = budget_of_family() if budget is None else budget
         self.issued: set[GeosurfWarning] = set()
-        self.held: dict[int, Any] = {}  # inputs that only their identity tells
+        self.held: dict[int, Any] = {}  # inputs that only their identity distinguishes
         self.keys: weakref.WeakKeyDictionary[Any, Hashable] = weakref.WeakKeyDictionary()
         self.n_dropped = self.bytes_dropped = 0
         self._entries: OrderedDict[Hashable, Entry] = OrderedDict()
@@ -155,7 +155,7 @@ class Store:
     # ---- scenes that come and go ---------------------------------------------------------
 
     def enter(self, owner: Any) -> dict[Hashable, int]:
-        """Let a scene's memory in; return where its results are noted. Past ones are forgotten."""
+        """Register a scene's memory; return where its results are noted. Drop expired results."""
         used: dict[Hashable, int] = {}
         # only noted when it goes, which may be in the middle of anything
         weakref.finalize(owner, self._released.append, used).atexit = False
@@ -166,9 +166,9 @@ class Store:
                     entry = self._entries.get(key)
                     if entry is not None and entry.serial == serial:
                         entry.owners -= 1
-            past = self._generation - KEPT_SCENES
+            oldest = self._generation - KEPT_SCENES
             for key in [
-                k for k, e in self._entries.items() if not e.owners and e.generation < past
+                k for k, e in self._entries.items() if not e.owners and e.generation < oldest
             ]:
                 self._drop(key)
         return used
@@ -176,7 +176,7 @@ class Store:
     # ---- results -------------------------------------------------------------------------
 
     def get(self, key: Hashable, used: dict[Hashable, int]) -> Entry | None:
-        """Return what is kept under a key, or None."""
+        """Return the result of a key, or None."""
         with self._lock:
             entry = self._entries.get(key)
             if entry is not None:
@@ -223,11 +223,11 @@ class Store:
 
     @property
     def n_kept(self) -> int:
-        """How many results are kept."""
+        """How many results are stored."""
         return len(self._entries)
 
     def bytes_kept(self) -> int:
-        """Count the bytes of all results anew: arrays may have been made since."""
+        """Count the bytes of all results again: arrays may have been made since."""
         with self._lock:
             self._count_again()
             return self._bytes

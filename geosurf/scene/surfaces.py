@@ -158,9 +158,9 @@ def _undeclared(value: Any, options: Options) -> dict[str, Any]:
     if isinstance(value, FaultSticks):
         return {}  # metres, elevation positive up: a reader has turned what a file held
     attrs = dict(getattr(value, "attrs", {}))
-    if hasattr(value, "data_vars"):  # a fault: its third variable says by its name which way is up
+    if hasattr(value, "data_vars"):  # a fault: the name of its third variable states the direction
         height = "elevation" if "elevation" in value.variables else "depth"
-        # what it says counts, as it does for triangulate_fault; attributes of the whole do not
+        # its attributes count, as for triangulate_fault; those of the whole do not
         attrs = {"positive": None, **(value[height].attrs if height in value.variables else {})}
 
     attribute = {"length_unit": "units"}  # the name that CF gives it

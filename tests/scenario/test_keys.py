@@ -22,8 +22,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 BAD = {
-    "unknown table": (("[box]", "[bax]"), r"unknown key 'bax'; known are .*Did you mean 'box'\?"),
-    "unknown key": (('file = "Base.nc"', 'flie = "Base.nc"'), r"unknown key 'flie' in horizons\['Base'\]; known are .*Did you mean 'file'"),
+    "unknown table": (("[box]", "[bax]"), r"unknown key 'bax'; known keys are .*Did you mean 'box'\?"),
+    "unknown key": (('file = "Base.nc"', 'flie = "Base.nc"'), r"unknown key 'flie' in horizons\['Base'\]; known keys are .*Did you mean 'file'"),
     "unknown output": (("size_px", "sise_px"), r"unknown key 'sise_px' in output; .*Did you mean 'size_px'"),
     "missing key": (('name = "F1"\n', ""), r"'name' is missing in faults\[number 1\]; give text between quotes"),
     "missing file": (('"Base.nc"', '"Bsae.nc"'), r"horizons\['Base'\].file is 'Bsae.nc', and .* is not there. Paths are relative to .*Did you mean 'Base.nc'"),
@@ -47,14 +47,14 @@ BAD = {
     "point twice": (("size_px", "sections_m = [[[0, 0], [0, 0]]]\nsize_px"), r"output.sections_m is .*; it must be lines .* no two in a row the same"),
     "switch": (("size_px", "maps = 1\nsize_px"), r"output.maps is 1; it must be true or false"),
     "exaggeration": (("size_px", "exaggeration = 0\nsize_px"), r"output.exaggeration is 0; it must be a number above 0"),
-    "search names": (('["Top", "F1"]', '["Top", "F2"]'), r"output.search names 'F2', which is no surface; there are 'Top', 'Base', 'F1'"),
+    "search names": (('["Top", "F1"]', '["Top", "F2"]'), r"output.search: unknown surface 'F2'. Surfaces are 'Top', 'Base', 'F1'"),
     "search pair": (('["Top", "F1"]', '["Top", "Top"]'), r"output.search is \['Top', 'Top'\]; it must be the names of two surfaces"),
-    "syntax": (('title = "Tilted planes"', "title = Tilted"), r"this is no TOML: .*line 1,.*Mend that line"),
+    "syntax": (('title = "Tilted planes"', "title = Tilted"), r"not a valid TOML file: .*line 1,.*Correct that line"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("change", BAD)
-def test_a_wrong_scenario_is_told_where_and_what_next(change, scenario):
+def test_a_wrong_scenario_gets_an_error_with_place_and_remedy(change, scenario):
     exchange, sentence = BAD[change]
     path = scenario(exchange)
     with pytest.raises(ScenarioError, match=sentence) as caught:
@@ -63,7 +63,7 @@ def test_a_wrong_scenario_is_told_where_and_what_next(change, scenario):
 
 
 def test_an_empty_scenario_needs_a_horizon(scenario):
-    with pytest.raises(ScenarioError, match=r"there are no horizons; give .*\[\[horizons\]\]"):
+    with pytest.raises(ScenarioError, match=r"no horizons are given. Add .*\[\[horizons\]\]"):
         read_scenario(scenario(body=""))
 
 
@@ -71,7 +71,7 @@ def test_a_scenario_that_is_not_there_or_no_text(tmp_path):
     with pytest.raises(ScenarioError, match=r"none.toml: cannot be read .*Check the path"):
         read_scenario(tmp_path / "none.toml")
     (tmp_path / "latin.toml").write_bytes(b'title = "\xe9"')
-    with pytest.raises(ScenarioError, match=r"byte 9 is no UTF-8 text. Save"):
+    with pytest.raises(ScenarioError, match=r"byte 9 is not UTF-8 text. Save"):
         read_scenario(tmp_path / "latin.toml")
 
 

@@ -80,7 +80,7 @@ keep = "hanging wall"
     assert {type(a).__name__ for a in scene.fault_actions} == {"Extension", "Truncation"}
     assert len({u.block for u in scene.units.values()}) == 3
     page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
-    assert "Faults: what was extended and truncated" in page
+    assert "Extended and truncated faults" in page
     assert "hanging wall (+)" in page
     around = scenario(("[box]", more.replace('main = "F1"', 'main = "F2"')))
     with pytest.raises(ScenarioError, match=r"\.toml: truncations form a circle: F2 ends at"):
@@ -168,7 +168,7 @@ def test_a_section_beside_the_model_costs_no_other_result(scenario, tmp_path):
     path = scenario(
         ('views = ["southwest"]', beside), ('search = ["Top", "F1"]', "exploded = false")
     )
-    beside = r"'section_00\.png' was not drawn: the line of the section does not meet"
+    beside = r"'section_00\.png' was not drawn: the line of the section lies outside"
     with pytest.warns(GeosurfWarning, match=beside):
         run_scenario(path, tmp_path)
     assert (tmp_path / "pictures" / "section_01.png").is_file()
@@ -217,7 +217,7 @@ def test_a_tolerance_reaches_the_scene_the_log_and_the_report(scenario, tmp_path
     assert outcome.scene.tolerance == 5.0
     assert any(line.startswith("tolerance   5 m") and "m³ of those of all" in line for line in said)
     page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
-    assert "Horizons are simplified to 5 m: the volume of any unit" in page
+    assert "Horizons are simplified to a tolerance of 5 m. This" in page
     with pytest.raises(ScenarioError, match=r"tolerance_m is -5.0; it must be a number above 0"):
         read_scenario(scenario((BODY[start:], "tolerance_m = -5.0\n" + BODY[start:])))
 

@@ -12,7 +12,7 @@ import geosurf as gs
 from geosurf.errors import FormatError, ScenarioError
 from geosurf.read.model3d import read_region_faces, read_regions
 from geosurf.scenario import build_scene, read_scenario, run
-from geosurf.scenario.matched import unit_of_body
+from geosurf.scenario.region_units import unit_of_body
 from geosurf.scenario.sealed import box_of_walls
 
 OUTPUT = """
@@ -93,8 +93,8 @@ def test_a_small_model_has_its_units_and_the_report_its_regions(tmp_path):
     assert outcome.scene.box == (0.0, 2.0, 0.0, 2.0, 0.0, 2.0)
     assert {u.name: u.volume for u in outcome.scene.units.values()} == {"above H": 4, "below H": 4}
     page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
-    assert "Regions of the file beside the units" in page
-    section = page[page.index("Regions of the file") : page.index("Certificate")]
+    assert "Regions of the input file and the units" in page
+    section = page.partition("Regions of the input file")[2].partition("Pictures")[0]
     assert section.count(">0.0e+00<") == 2
     # both volumes are 4: only the place tells them apart
     for region, unit in (("above", "above H"), ("below", "below H")):
@@ -114,7 +114,7 @@ def test_units_of_model_a4_are_the_regions_of_its_file(shared, tmp_path):
     volumes = sorted(unit.volume for unit in units.values())
     np.testing.assert_allclose(volumes, sorted(regions.values()), rtol=1e-12)
     page = (tmp_path / "out" / "report" / "index.html").read_text(encoding="utf-8")
-    section = page[page.index("Regions of the file") : page.index("Certificate")]
+    section = page.partition("Regions of the input file")[2].partition("Pictures")[0]
     section = re.sub(r'<div class="paper">.*?</div>', "", section, flags=re.DOTALL)
     found = [float(words) for words in re.findall(r"<td>(\d\.\de[+-]\d\d)</td>", section)]
     assert len(found) == 8
@@ -125,9 +125,9 @@ def test_units_of_model_a4_are_the_regions_of_its_file(shared, tmp_path):
     ("more", "sentence"),
     [
         ('horizons = ["G"]\n', r"model.horizons has \['G'\], and model.ml has \['H'\]; name each"),
-        ('[[horizons]]\nname = "A"\nfile = "model.ml"\n', r"a \[model\] and horizons, too; a seal"),
+        ('[[horizons]]\nname = "A"\nfile = "model.ml"\n', r"\[model\] and horizons cannot be"),
         ("[box]\neasting_m = [0, 1]\nnorthing_m = [0, 1]\nelevation_m = [0, 1]\n",
-         r"there is a \[model\] and box, too; .*Leave one out"),
+         r"\[model\] and box cannot be combined.*Remove one"),
         ("fiel = 3\n", r"unknown key 'fiel' in model; .*Did you mean 'file'"),
     ],
 )  # fmt: skip
@@ -139,11 +139,11 @@ def test_wrong_words_about_a_model(more, sentence, tmp_path):
 
 def test_a_model_that_is_no_box_or_does_not_say_what_is_what(tmp_path):
     write_model(tmp_path / "model.ml", kind="none")
-    with pytest.raises(FormatError, match=r"surface 'H' has no kind that says .*export it again"):
+    with pytest.raises(FormatError, match=r"surface 'H' is not marked as .*export it again"):
         build_scene(read_scenario(scenario(tmp_path)))
     tilted = gs.TriSurface("w", "wall", [[0, 0, 0], [1, 0, 1], [0, 1, 0]], [[0, 1, 2]])
     for walls in ([], [tilted], gs.build_walls((0, 1, 0, 1, 0, 1))[:5]):
-        with pytest.raises(FormatError, match=r"m.ml: its boundary is not the six .*\[\[horizons"):
+        with pytest.raises(FormatError, match=r"m.ml: its boundary is not a box .*\[\[horizons"):
             box_of_walls(walls, "m.ml")
 
 
@@ -167,7 +167,7 @@ def body(*bounds):
     return np.concatenate([w.vertices[w.triangles] for w in gs.build_walls(bounds)])
 
 
-def test_bodies_are_told_by_a_point_inside():
+def test_bodies_are_identified_by_a_point_inside():
     world = gs.synthetic.graben(n=5)
     units = gs.Scene(world.horizons, world.faults, world.box).units
     for name, unit in units.items():
@@ -179,7 +179,7 @@ def test_bodies_are_told_by_a_point_inside():
     assert unit_of_body(np.empty((0, 3, 3)), units) == ""
 
 
-def test_a_body_around_another_is_told_from_it():
+def test_a_body_around_another_is_another_unit():
     """The longest way inside: not the middle of the outer one, where the inner one is."""
     shell = np.concatenate([body(0, 9, 0, 9, 0, 9), body(2, 7, 2, 7, 1, 7)])
     walls = {"outer": shell, "inner": body(2, 7, 2, 7, 1, 7)}

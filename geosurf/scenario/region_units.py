@@ -1,4 +1,4 @@
-"""Which unit of a model a closed body made elsewhere is: told by a point inside, exactly.
+"""Which unit of a model holds a closed body of another program: by a point inside, exactly.
 
 An upright line through one of the body's triangles is cut by its shell in places that come in
 pairs: from below, inside is between the first and the second, and so on. The middle of the longest
@@ -31,7 +31,7 @@ def unit_of_body(corners: np.ndarray, units: Mapping[str, Unit]) -> str:
     Returns
     -------
     str
-        Empty where no unit holds it, or no line tells, as of a body that is not closed.
+        Empty where no unit holds it, or no line decides, as for a body that is not closed.
 
     Examples
     --------

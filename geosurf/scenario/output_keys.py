@@ -1,4 +1,4 @@
-"""The keys of ``[search]`` and ``[output]``: what a run tells of its model, and in which files."""
+"""The keys of ``[search]`` and ``[output]``: what a run draws and writes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from geosurf.scenario import values
-from geosurf.scenario.declared import key
+from geosurf.scenario.declare import key
 
 VIEWS = (
     *("southwest", "southeast", "northwest", "northeast"),
@@ -48,7 +48,7 @@ class OutputSettings:
         "A thickness map of each zone between two horizons.", values.switch, default=True
     )
     allan: bool = key(
-        "An Allan diagram of each fault: what lies across it from what.",
+        "An Allan diagram of each fault: the juxtaposition across it.",
         values.switch,
         default=True,
     )
@@ -59,18 +59,15 @@ class OutputSettings:
         unit="m",
         default=None,
     )
-    clip: bool = key(
-        "Whether the pictures leave out what sticks out of the model.", values.switch, default=True
-    )
-    exploded: bool = key("A picture of the units, drawn apart.", values.switch, default=True)
+    clip: bool = key("Whether pictures are clipped to the model.", values.switch, default=True)
+    exploded: bool = key("An exploded view of the units.", values.switch, default=True)
     search: tuple[str, str] | None = key(
         "Two surfaces: a picture of how the voxel search finds their curve.",
         values.pair_of_names,
         default=None,
     )
     remnants_below_m3: float = key(
-        "The report lists units that are smaller than this, along with numbered ones. "
-        "No unit is ever left out of the model.",
+        "The report lists units smaller than this, and detached pieces. The model has all units.",
         values.not_negative,
         unit="m³",
         default=0.0,
