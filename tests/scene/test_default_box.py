@@ -42,7 +42,7 @@ def test_a_hole_that_shrinks_the_default_box_is_reported():
 
 
 @pytest.mark.parametrize(("box", "words"), [
-    ((0, 4, 0, 4, -8, -2), r"Top' \(easting -1 to 5, .* elevation 3 to 3\) does not .* are negat"),
+    ((0, 4, 0, 4, -8, -2), r"Top' \(easting -1 to 5, .* elevation 3 to 3\) does not .* are depths"),
     ((0, 4, 0, 4, 5, 8), r"elevation 3 to 3\) does not reach .*0 to 4, 5 to 8\)\. Enlarge the box"),
     ((9, 12, 0, 4, 0, 8), r"model box \(9 to 12, 0 to 4, 0 to 8\)\. Enlarge the box"),
 ])  # fmt: skip

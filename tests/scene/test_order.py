@@ -23,9 +23,8 @@ def plane(level, slope=0.0):
 def test_horizons_turned_over_are_named_pair_by_pair(n):
     horizons = {f"H{k}": plane(-2000.0 + 100 * k) for k in range(n)}
     scene = gs.Scene(horizons, {}, BOX)
-    with pytest.warns(
-        gs.GeosurfWarning, match=r"'H1' lies above 'H0', .* everywhere: 8\.1e\+07 m3"
-    ):
+    expected = r"'H1' lies above the younger horizon 'H0' everywhere: 81 million m³"
+    with pytest.warns(gs.GeosurfWarning, match=expected):
         _ = scene.units
     assert {w.kind for w in scene.warnings} == {"order"}
     assert scene.replace(horizons=horizons).warnings == ()  # nothing is built yet
@@ -43,7 +42,7 @@ def test_horizons_turned_over_are_named_pair_by_pair(n):
 def test_the_share_is_that_of_the_area(below, words):
     """One dips by a fifth, and crosses the other where it has risen so far."""
     scene = gs.Scene({"A": plane(-2000.0), "B": plane(-2000.0 - below, slope=0.2)}, {}, BOX)
-    with pytest.warns(gs.GeosurfWarning, match=rf"'B' lies above 'A'.* {words}") as issued:
+    with pytest.warns(gs.GeosurfWarning, match=rf"'B' lies above .* 'A' {words}") as issued:
         _ = scene.units
     assert len(issued) == 1
 
