@@ -170,7 +170,7 @@ def test_taking_apart():
     assert west.bounds[:4] == (0.0, 1.5, 0.0, 4.0)
     assert east.bounds[:4] == (1.5, 4.0, 0.0, 4.0)
     assert patches.surface("Top").n_triangle == patches.surface(0).n_triangle
-    with pytest.raises(InputError, match=r"no surface is called 'F2'; there are \['Top', 'F1'\]"):
+    with pytest.raises(InputError, match=r"no surface 'F2'\. The surfaces are \['Top', 'F1'\]"):
         patches.surface("F2")
     with pytest.raises(InputError, match=r"there is no surface 2; rows are 0 to 1"):
         patches.surface(2)
