@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -184,6 +185,21 @@ class NetworkRow:
     reason: str
 
 
+class RuledScene(Protocol):
+    """What a fault network changes: a scene with truncations and extensions of its faults."""
+
+    @property
+    def truncations(self) -> Mapping[str, Any]:
+        """Faults that end at others."""
+
+    @property
+    def extend(self) -> Mapping[str, tuple[str, ...]]:
+        """Faults that are continued, and on which sides."""
+
+    def replace(self, **changes: Any) -> Any:
+        """Return a new scene with some inputs changed."""
+
+
 @dataclass(frozen=True)
 class FaultNetwork:
     """Every contact, near miss and dangling end of some faults, with proposals.
@@ -248,7 +264,7 @@ class FaultNetwork:
                 )
         return FaultNetwork(tuple(r for i, r in enumerate(self.rows) if i not in numbers))
 
-    def apply(self, scene: Any) -> Any:
+    def apply(self, scene: RuledScene) -> Any:
         """Return a scene with the proposals applied, in addition to its own rules.
 
         Parameters
