@@ -6,10 +6,11 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from geosurf.conventions.conventions import _rising_by_every_cell, rising_diagonal
 from hypothesis import given
 from hypothesis import strategies as st
 
+from geosurf.conventions import rising_diagonal
+from geosurf.conventions.axes import _rising_by_every_cell
 from geosurf.errors import SurfaceError
 from geosurf.kernels.lattices.cell_bounds import TILE
 from geosurf.kernels.search.tree import BLOCK
