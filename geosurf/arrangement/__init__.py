@@ -1,4 +1,23 @@
-"""Which triangles meet, and in which named points: what intersect, rebuild and carve depend on."""
+"""Find which triangles meet, and the named points where they meet: exact arrangements.
+
+=================  ====================================================================
+search.py          `find_contacts`: surfaces -> contacts of their triangles
+gather.py          the faces that may meet, in one numbering
+tree.py            candidate pairs from trees of boxes (Morton order)
+broad.py           candidate pairs from voxels in a common box (Lo & Wang 2004)
+aligned.py         candidate pairs of horizons of one survey
+upright.py         candidate pairs of grids with straight axes
+torn.py            self-contacts of torn sheets
+hubs.py            self-contacts at vertices with hundreds of triangles
+triangles.py       `intersect_triangles`: two triangles, all cases (Guigue & Devillers 2003)
+arrange.py         faces cut along their contacts (Attene 2020, Levy 2024)
+crossing.py        the exact test of a rounded mesh
+memory_limit.py    error before pairs of triangles exceed the memory
+threads.py         independent tasks in threads, results in order
+=================  ====================================================================
+
+The rooms `intersect`, `rebuild` and `carve` use these contacts.
+"""
 
 from __future__ import annotations
 

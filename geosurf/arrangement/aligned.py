@@ -1,4 +1,4 @@
-"""Broad phase between horizons of one survey: lattices that share their nodes in the map.
+"""Find candidate pairs between horizons of one survey: lattices with common nodes on the map.
 
 What two triangles share above an edge or a corner of the map only, the triangles above the
 cells on either side share as well. So between whole cells only what lies above one triangle

@@ -1,4 +1,4 @@
-"""Contacts -> children: the faces that are cut, triangulated with exact decisions."""
+"""Cut the faces in contact: exact constrained triangulations of their points and segments."""
 
 from __future__ import annotations
 

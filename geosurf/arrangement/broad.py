@@ -1,4 +1,4 @@
-"""Broad phase: global box, equal voxels, candidate pairs, after Lo & Wang (2004).
+"""Find candidate pairs with equal voxels in a common box, after Lo & Wang (2004).
 
 The global box is cut to where the two surfaces can meet, and cut again to the faces
 that reach it; voxels are sized to those faces. Only faces whose boxes reach one voxel

@@ -1,4 +1,4 @@
-"""The exact test that triangles of a rounded mesh meet in common corners and edges only.
+"""Test exactly that triangles of a rounded mesh meet only in shared corners and edges.
 
 A few products show that nearly all pairs of neighbours are apart by a plane
 (`geosurf.kernels.search.separation`). Pairs of wide triangles are followed along their planes

@@ -1,4 +1,4 @@
-"""The few faces that may meet: numbered, welded, in the local frame.
+"""Gather the faces that may meet: numbered, welded, in the local frame.
 
 Candidates come as keys of triangles. Only they are looked up, so that what follows costs what
 they cost; a lattice is never made a list of triangles for it.

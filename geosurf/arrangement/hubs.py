@@ -1,4 +1,4 @@
-"""Where a surface can meet itself, if vertices have hundreds of triangles: fans and books.
+"""Find self-contacts of surfaces with vertices of hundreds of triangles: fans and books.
 
 The boxes of all triangles around a vertex meet there, so n of them are n * n / 2 candidates,
 although those of a plain fan meet in the vertex and in common edges only. Two that have the vertex

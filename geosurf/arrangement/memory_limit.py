@@ -1,25 +1,23 @@
-"""Whether pairs of triangles fit into memory, asked when they are counted and before they are kept.
+"""Check that pairs of triangles fit into memory, before they are stored.
 
-Nearly all scenes have a few pairs for each triangle near a curve. Where thousands of triangles
-cover one another, or all pass one place, pairs are as many as their square: then an error with
-numbers comes before the system has to end the process.
+Most scenes have a few pairs for each triangle near a curve. Where thousands of triangles coincide,
+or all pass through one point, the number of pairs is their square. Then an error with numbers comes
+before the system has to end the process.
 """
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
+from geosurf.conventions.memory import free_memory
 from geosurf.errors import InputError
 
-PAIR = 80  # bytes of a candidate pair, through all steps in which it is there
+PAIR = 80  # bytes of a candidate pair, over all steps
 CONTACT = 400  # bytes of two triangles that meet
 IN_PLANE = 1200  # bytes of two that lie in one plane
-_SMALL = 256 << 20  # bytes, below which nothing is asked
+_SMALL = 256 << 20  # bytes, below which there is no check
 
 
 class TooManyPairs(Exception):
-    """More pairs than fit into memory; becomes an `InputError` where the surfaces are known.
+    """More pairs than fit into memory; the caller makes an `InputError` with names of surfaces.
 
     Attributes
     ----------
@@ -33,7 +31,7 @@ class TooManyPairs(Exception):
 
 
 def check_pairs(n: int) -> None:
-    """Raise `TooManyPairs` if so many candidate pairs need more memory than is free."""
+    """Raise `TooManyPairs` if `n` candidate pairs need more memory than is free."""
     if lack_of_room(n * PAIR) is not None:
         raise TooManyPairs(n)
 
@@ -44,7 +42,7 @@ def refusal(
     size: int = PAIR,
     what: str = "pairs of triangles that may meet",
 ) -> InputError:
-    """The error for n pairs, of so many bytes each, of some surfaces.
+    """Return the error for `n` pairs of `size` bytes each, between named surfaces.
 
     Examples
     --------
@@ -70,54 +68,11 @@ def refusal(
 
 
 def lack_of_room(needed: int) -> int | None:
-    """Bytes of memory that are free, if they are fewer than are needed, else None."""
+    """Return the bytes of free memory if they are fewer than needed, else None."""
     if needed < _SMALL:
         return None
     free = free_memory()
     return free if free is not None and free < needed else None
-
-
-def free_memory() -> int | None:
-    """Bytes of memory that this process may still take, None where it is unknown."""
-    found = [_of_system(), _of_group(), _of_process()]
-    known = [free for free in found if free is not None]
-    return max(0, min(known)) if known else None
-
-
-def _of_system() -> int | None:
-    """What the system has."""
-    try:
-        text = Path("/proc/meminfo").read_bytes()
-    except OSError:
-        return None
-    match = re.search(rb"^MemAvailable:\s+(\d+) kB", text, re.MULTILINE)
-    return int(match[1]) << 10 if match else None
-
-
-def _of_group() -> int | None:
-    """What a container leaves."""
-    folder = Path("/sys/fs/cgroup")
-    try:
-        most, used = (
-            (folder / name).read_text().strip() for name in ("memory.max", "memory.current")
-        )
-    except OSError:
-        return None
-    return int(most) - int(used) if most.isdigit() and used.isdigit() else None
-
-
-def _of_process() -> int | None:
-    """What a limit of the process leaves (``ulimit -v``)."""
-    try:
-        import resource
-
-        most, _ = resource.getrlimit(resource.RLIMIT_AS)
-        if most == resource.RLIM_INFINITY:
-            return None
-        pages = int(Path("/proc/self/statm").read_text().split()[0])
-        return most - pages * resource.getpagesize()
-    except (ImportError, OSError):
-        return None
 
 
 def _gigabytes(n: int) -> str:

@@ -1,4 +1,4 @@
-"""From surfaces to contacts: candidates, exact signs, named points.
+"""Find all contacts of surfaces: candidate pairs, exact signs, named points.
 
 `find_contacts` is what `intersect`, `rebuild` and the certificate all depend on. Only faces that
 are candidates somewhere are copied (welded, in the local frame), and only those in contact

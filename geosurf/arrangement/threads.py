@@ -1,4 +1,4 @@
-"""Kernels release Python's lock: independent pieces of work run side by side, results in order."""
+"""Run independent tasks in threads, with results in order; kernels release the lock of Python."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a torn sheet can meet itself: where triangles lie over one another in the map.
+"""Find self-contacts of torn sheets: where triangles overlap on the map.
 
 A torn sheet is a graph over a lattice, in several copies next to its faults. Two of its triangles
 that are neighbours in the map have nothing but corners and edges of the mesh in common,

@@ -1,4 +1,4 @@
-"""Broad phase by trees of boxes: built once for a surface, walked for every pair.
+"""Find candidate pairs with trees of boxes, built once for each surface.
 
 A lattice is never made a list: the leaves of its tree are blocks of cells. Trees hold world
 coordinates, so that they serve every frame.

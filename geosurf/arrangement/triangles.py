@@ -1,4 +1,4 @@
-"""Two triangles: how they meet, in every case."""
+"""Intersect two triangles, with all degenerate cases."""
 
 from __future__ import annotations
 

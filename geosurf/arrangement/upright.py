@@ -1,4 +1,4 @@
-"""Broad phase and floats' share of the narrow one between grids, one of which has straight axes."""
+"""Find candidate pairs, and decide clear cases in floats, between grids with straight axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Units of one zone -> blocks, named by the faults that separate them.
+"""Group units of one zone into blocks, named by the faults that separate them.
 
 A fault separates two units of a zone if one of them touches only its front (``+``, the side
 its normal points into: the hanging wall of a dipping fault) and the other only its back

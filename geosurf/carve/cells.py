@@ -1,4 +1,4 @@
-"""Patches -> cells: which sides of which faces see the same piece of space.
+"""Find the cells of space between surfaces, and the faces that separate them.
 
 Cells come from topology: sides of parts of surfaces are united across edges, in exact radial order
 where more than two triangles meet (`sides`). A free edge unites the two sides of its own part, so a

@@ -1,4 +1,4 @@
-"""What the column took away: where, and how much.
+"""Measure the parts of horizons that the stratigraphic column removed.
 
 Reports only: nothing here decides what a unit is.
 """

@@ -1,4 +1,4 @@
-"""Signatures -> zones: the rules of the stratigraphic column, cell by cell.
+"""Apply the rules of the stratigraphic column: sides of horizons -> zones, cell by cell.
 
 Layers are laid down oldest first. Each horizon, when its turn comes, first stops at the
 base below it (onlap), unless it erodes; then all older horizons end on it. So for each

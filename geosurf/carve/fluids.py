@@ -1,4 +1,4 @@
-"""Fluid contacts: what of a unit lies above, between and below them.
+"""Split units at fluid contacts: above, between and below them.
 
 Contacts are surfaces of the arrangement like any other, so that the parts of a unit add up
 to it exactly. A contact counts in the zones and blocks that it is given for, and leaves no trace

@@ -1,4 +1,4 @@
-"""Elements -> parts, and sides of parts, joined where they see each other across an edge.
+"""Join sides of triangles that face the same cell across an edge.
 
 An element is a triangle, or a run of triangles that no curve touches. A part is what hangs together
 over edges inside of one surface, facing one way, so that all of it sees the same: part p sees

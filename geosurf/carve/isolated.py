@@ -1,4 +1,4 @@
-"""Pieces of surfaces that touch nothing else: which cell holds each is asked with a ray.
+"""Locate pieces of surfaces that touch nothing else: a ray finds the cell around each piece.
 
 A ray that meets nothing more has left the model: its piece lies beyond the walls, as a fault in
 a corner of the bounds that the area of interest does not reach. It is put into the space outside.

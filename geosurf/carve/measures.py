@@ -1,4 +1,4 @@
-"""Volume below, area and bounds of faces: what units add up."""
+"""Compute volume below, area and bounds of faces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which cells lie outside the walls: a box, a fence, or closed shells of any shape.
+"""Find the cells outside the walls: a box, a fence, or closed shells of any shape.
 
 Whether a piece of space is inside can change at walls only. So cells are joined across all other
 surfaces. The planes of a box tell which side is which, and for other walls a ray does.

@@ -1,4 +1,4 @@
-"""Rays along the axes through pieces of surfaces: what holds them.
+"""Shoot rays along the axes through pieces of surfaces, to find what encloses them.
 
 Floats answer nearly all (`kernels.rays`), for the cost of a walk down a tree of boxes each; exact
 fractions answer the others, over the triangles in the column of the first one.

@@ -1,4 +1,4 @@
-"""Cells of one number -> a closed shell, and the unit that it bounds."""
+"""Build closed shells from cells, and the units inside them."""
 
 from __future__ import annotations
 

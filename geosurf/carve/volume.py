@@ -1,4 +1,4 @@
-"""Volume inside a closed shell, by the divergence theorem; exactly where that is asked for."""
+"""Compute the volume inside a closed shell by the divergence theorem, exactly if required."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cells -> signatures: on which side of each horizon and fluid contact is each cell.
+"""Determine on which side of each horizon and fluid contact each cell lies.
 
 A cell in front of a horizon (its upper side) is above it, one behind it is below; both
 hold across any other horizon, so that cells which do not touch a horizon learn from

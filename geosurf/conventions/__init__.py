@@ -13,6 +13,7 @@
 `frame`        the origin of the local frame
 `crs`          coordinate reference systems: read, compare, name
 `checks`       checks of words and numbers that users pass in
+`memory`       bytes of memory that are free
 `text`         counts, places, lengths, areas and volumes in messages
 ============== ==================================================================
 """

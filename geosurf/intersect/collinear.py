@@ -1,4 +1,4 @@
-"""Segments that overlap in a line -> each part of the line once.
+"""Split overlapping collinear segments, so that each part of a line occurs once.
 
 Neighbours in a mesh share whole edges, and their segments share whole ends. A mesh with corners in
 the middle of edges, or one that crosses itself in a line of the other surface, makes a curve twice:

@@ -1,4 +1,4 @@
-"""Curves with a tolerance: pair by pair, lifted where a lattice is smooth."""
+"""Compute smooth curves to a tolerance, pair by pair; lattices that are not smooth stay plain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plain curves of two surfaces -> curves of the cubics through their lattices.
+"""Lift plain curves of two surfaces onto the cubic surfaces through their lattices.
 
 The plain curve gives ends, closure and neighbourhood; Newton's method moves its points, and
 resampling brings chords within the tolerance. How far cubics can be trusted is estimated from

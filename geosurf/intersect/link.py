@@ -1,4 +1,4 @@
-"""Contacts -> curves: segments by pair of surfaces, linked through their points.
+"""Link contacts to curves: segments by pair of surfaces, joined at their end points.
 
 Points are sorted by coordinates and curves by their points, so that the result does not
 depend on the order in which surfaces, triangles or corners were given.

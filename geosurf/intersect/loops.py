@@ -1,4 +1,4 @@
-"""Curves of smooth surfaces that their triangles do not show: looked for, traced, or reported."""
+"""Find curves of smooth surfaces that their triangles miss, and trace or report them."""
 
 from __future__ import annotations
 

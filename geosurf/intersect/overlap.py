@@ -1,4 +1,4 @@
-"""Where surfaces coincide: areas, curves and touching points, from the exact arrangement.
+"""Find where surfaces coincide: areas, curves and touching points, from the exact arrangement.
 
 Both surfaces of a pair are rebuilt around their contacts, those of each with itself included: where
 one crosses itself, both are cut alike only then. What both then have is what they have in common:

@@ -1,4 +1,4 @@
-"""Segments of one face that overlap one another in a line -> runs, each part of the line once.
+"""Join overlapping collinear segments of one face to runs, each part of the line once.
 
 Thousands of slivers may cut a face along one line, each over a part of it. What lies in a run is
 looked for once, not in each of them. Which ones to compare is decided by floats: those of one

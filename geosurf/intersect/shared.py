@@ -1,4 +1,4 @@
-"""Curves of two surfaces that have been rebuilt: the edges that both have."""
+"""Read the curves of two rebuilt surfaces from their common edges."""
 
 from __future__ import annotations
 

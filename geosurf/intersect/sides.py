@@ -1,4 +1,4 @@
-"""The two sides of a smooth pair: lattices as cubics, other surfaces as their triangles.
+"""Describe both surfaces of a smooth pair: lattices as cubics, other surfaces as triangles.
 
 What may touch is found on pyramids over the lattices, without a triangle list; only cells that the
 bounds cannot exclude become triangles, for the exact engine.
@@ -95,8 +95,6 @@ class Candidates:
         Rows of the patches of both sides that are not apart.
     size : float
         Largest diagonal of the cells of the first side that have both its ends [m].
-    all_whole : bool
-        Whether no patch of either side lacks a node.
     walked : tuple of ndarray or None
         What walks found (`geosurf.kernels.smooth.curve_walk`), where they were requested and help.
     """
@@ -107,7 +105,6 @@ class Candidates:
     whole: tuple[np.ndarray, np.ndarray]
     pairs: np.ndarray
     size: float
-    all_whole: bool
     walked: tuple[np.ndarray, ...] | None = None
 
     @cached_property
@@ -169,11 +166,9 @@ def find_candidates(one: Side, two: Side, tolerance: float = 0.0) -> Candidates:
         one.x, one.y, one.z, two.x, two.y, two.z, two.c,
         one.boxes, one.shape, one.bends, two.blocks, two.planes, two.bends, tolerance,
     )  # fmt: skip
-    pairs, size, whole = found[6:9]
+    pairs, size = found[6:8]
     walked = found[9:] if len(found[10]) else None
-    return Candidates(
-        (one, two), found[0:2], found[2:4], found[4:6], pairs, size, whole == 1, walked
-    )
+    return Candidates((one, two), found[0:2], found[2:4], found[4:6], pairs, size, walked)
 
 
 @dataclass(eq=False)

@@ -1,4 +1,4 @@
-"""Curves of two whole, smooth lattices, walked from cell to cell without their triangles.
+"""Follow curves of two smooth lattices from cell to cell, without their triangles.
 
 What does not go smoothly (a hole, noise, tangency, a curve that ends inside) is not decided
 here: the plain curve is taken then, and lifted where it can be (`geosurf.intersect.lift`).

@@ -1,4 +1,4 @@
-"""Units and patches -> maps, tables and profiles, all as xarray objects with units.
+"""Measure units and patches: maps, tables and profiles as xarray objects with units.
 
 ================  ===============================================================
 columns.py        vertical lines through closed shells

@@ -1,4 +1,4 @@
-"""Vertical lines through closed shells: where they enter and leave, and how much is between.
+"""Intersect vertical lines with closed shells: where they enter and leave, and the length inside.
 
 A line meets a triangle where its foot is inside the triangle's shadow on the map. Whether it is, is
 decided by exact signs. A foot on the rim of a shadow counts for exactly one of the triangles there:

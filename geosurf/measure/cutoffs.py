@@ -1,4 +1,4 @@
-"""Cut-off lines, one on each wall of a fault, and fault polygons.
+"""Compute cut-off lines on both walls of a fault, and fault polygons.
 
 A cut-off line is where the zone next to the fault changes: on each wall by itself, so that torn
 horizons have two lines, untorn ones the same line twice, and one that is clipped away there none.

@@ -1,4 +1,4 @@
-"""Area, dip and azimuth of horizons and faults."""
+"""Compute area, dip and azimuth of horizons and faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Triangles of one surface inside the model, with the units on both sides; how they lie."""
+"""Select the triangles of one surface inside the model, with the units on both sides."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What lies across a fault from what: areas of juxtaposed zones, and Allan diagrams.
+"""Compute areas of zones juxtaposed across a fault, and Allan diagrams.
 
 Every triangle of a fault inside the model has one unit in front and one behind, so areas are sums
 of triangles and add up to the fault's area. The diagram is that of Allan (1989), AAPG Bulletin 73,

@@ -1,4 +1,4 @@
-"""Lines and rings from edges of triangles, and lists of lines as one dataset."""
+"""Join edges of triangles to lines and rings, and store lists of lines as one dataset."""
 
 from __future__ import annotations
 

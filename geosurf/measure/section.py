@@ -1,4 +1,4 @@
-"""Vertical sections: the parts of units in a vertical plane, and the lines of surfaces there.
+"""Compute vertical sections: parts of units in a vertical plane, and lines of surfaces.
 
 On which side of the plane a vertex lies is an exact sign; one in the plane counts as left of it. So
 each triangle is met in two edges or in none, and the section of a closed shell is closed rings that

@@ -1,4 +1,4 @@
-"""Thickness maps: vertical (isochore) and normal to bedding (isopach), block by block."""
+"""Compute thickness maps by block: vertical (isochore) and normal to bedding (isopach)."""
 
 from __future__ import annotations
 

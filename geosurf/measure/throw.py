@@ -1,4 +1,4 @@
-"""Throw, heave and dip separation between the two cut-off lines of a horizon, along a fault."""
+"""Compute throw, heave and dip separation along a fault from two cut-off lines of a horizon."""
 
 from __future__ import annotations
 

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
+from geosurf.conventions.memory import free_memory
 from geosurf.errors import FormatError, InputError
 
 ALLOWANCE = 256 << 20  # bytes of memory that any file may ask for
@@ -155,16 +156,6 @@ def refuse_large(path: Path, needed: int, size: int, what: str) -> None:
             f"{path}: {what} needs {_megabytes(needed)} of memory, but only {_megabytes(free)} "
             "are free. Thin out the data, or read them on a larger machine."
         )
-
-
-def free_memory() -> int | None:
-    """Return how many bytes of memory are free for programs, or None where that is unknown."""
-    try:
-        found = Path("/proc/meminfo").read_bytes()
-    except OSError:
-        return None
-    match = re.search(rb"^MemAvailable:\s+(\d+) kB", found, re.MULTILINE)
-    return int(match[1]) << 10 if match else None
 
 
 def _unreadable(path: Path, error: Exception) -> InputError:

@@ -1,4 +1,4 @@
-"""Children, faces in contact and what is left of each surface -> pieces and patches."""
+"""Assemble pieces and patches from cut faces, faces in contact and untouched faces."""
 
 from __future__ import annotations
 

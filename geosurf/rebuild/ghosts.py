@@ -1,4 +1,4 @@
-"""Torn sheets after the rebuild: what reaches past a fault is dropped.
+"""Trim torn sheets at their faults after the rebuild.
 
 A sheet that was torn reaches past its fault with vertices without data
 (``vertex_data["ghost"]``); the outermost of them (``"outer"``) lie beyond the fault. The rebuild

@@ -1,4 +1,4 @@
-"""Where a surface that meets another one meets itself: it is cut there, as the other one is.
+"""Find where a surface that meets another one also meets itself, and cut it there too.
 
 Two surfaces share the vertices of their curves, and the triangles of an area, only if both are cut
 alike there. Whatever meets one of them there meets the other as well, and cuts both, except the

@@ -1,4 +1,4 @@
-"""When rounding breaks a triangle: move the inputs there to a coarser step, and report by how much.
+"""Repair triangles that rounding breaks: move input vertices to a coarser grid, and report it.
 
 Points are constructed exactly and rounded once. Surfaces that are degenerate up to rounding, but
 not exactly (a fault through horizon nodes whose coordinates are rounded thirds), leave slivers

@@ -1,4 +1,4 @@
-"""Where could rounding make triangles cross? Those are tested exactly, the others need not be.
+"""Find triangles that could cross after rounding; only those need an exact test.
 
 Constructed points move by half a unit in the last place, e; nothing else moves. Two pieces
 of faces that meet at an angle can cross away from what they share only within about e / sin of

@@ -10,6 +10,7 @@ import pytest
 
 from geosurf import intersect_surfaces
 from geosurf.arrangement import memory_limit, search
+from geosurf.conventions import memory
 from geosurf.errors import InputError
 from tests import laws
 from tests.growth import fan, grid, seam
@@ -77,7 +78,7 @@ def test_nothing_is_asked_of_the_system_for_usual_scenes(monkeypatch):
 
 @LIMITED
 def test_what_is_free_is_known():
-    assert 0 < memory_limit.free_memory() < 1 << 50
+    assert 0 < memory.free_memory() < 1 << 50
 
 
 def test_parts_of_the_pairs_make_one_answer(monkeypatch):

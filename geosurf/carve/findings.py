@@ -1,0 +1,44 @@
+"""Findings that the report of units lists: slits, thin units, faults outside of the model."""
+
+from __future__ import annotations
+
+import math
+
+from geosurf.carve.cells import OUTSIDE, Cells
+from geosurf.carve.measures import AREA
+from geosurf.carve.shells import Shells
+from geosurf.carve.zones import owned_by
+from geosurf.model import Patches, Unit
+from geosurf.model.column import Remnant
+
+
+def outside_faults(patches: Patches, cells: Cells, faults: list[int]) -> tuple[str, ...]:
+    """Return the names of the faults that touch no cell inside the walls."""
+    return tuple(
+        patches.names[i]
+        for i in faults
+        if not (cells.cell_of_side[owned_by(cells, i)] != OUTSIDE).any()
+    )
+
+
+def thin_units(shells: Shells, order: list[int], units: list[Unit]) -> tuple[Remnant, ...]:
+    """Return units thinner than the rounding error of their vertices, in order."""
+    found = []
+    for u, unit in zip(order, units, strict=True):
+        if u in shells.thin:
+            low, high = unit.vertices.min(axis=0), unit.vertices.max(axis=0)
+            east, north, up = (0.5 * (low + high)).tolist()
+            found.append(Remnant(unit.name, unit.volume, (east, north, up)))
+    return tuple(found)
+
+
+def slits(patches: Patches, cells: Cells, shells: Shells, faults: list[int]) -> dict[str, float]:
+    """Return the area [m2] of each fault with one unit on both sides."""
+    slit = (shells.sides[:, 0] == shells.sides[:, 1]) & (shells.sides[:, 0] >= 0)
+    found = {}
+    for i in faults:
+        mine = owned_by(cells, i)
+        mine = mine[slit[mine]]
+        if len(mine):
+            found[patches.names[i]] = math.fsum(cells.extent[mine, AREA].ravel().tolist())
+    return found

@@ -1,0 +1,53 @@
+"""Determine how much memory is free, before large arrays are made."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+
+def free_memory() -> int | None:
+    """Return how many bytes of memory this process can still use, or None if that is unknown.
+
+    The least of what the system has available, and of what the limits of a container (cgroup) and
+    of the process (``ulimit -v``) leave.
+    """
+    found = [_of_system(), _of_group(), _of_process()]
+    known = [free for free in found if free is not None]
+    return max(0, min(known)) if known else None
+
+
+def _of_system() -> int | None:
+    """Bytes that the system has available."""
+    try:
+        text = Path("/proc/meminfo").read_bytes()
+    except OSError:
+        return None
+    match = re.search(rb"^MemAvailable:\s+(\d+) kB", text, re.MULTILINE)
+    return int(match[1]) << 10 if match else None
+
+
+def _of_group() -> int | None:
+    """Bytes that the limit of a container leaves."""
+    folder = Path("/sys/fs/cgroup")
+    try:
+        most, used = (
+            (folder / name).read_text().strip() for name in ("memory.max", "memory.current")
+        )
+    except OSError:
+        return None
+    return int(most) - int(used) if most.isdigit() and used.isdigit() else None
+
+
+def _of_process() -> int | None:
+    """Bytes that the limit of the process leaves (``ulimit -v``)."""
+    try:
+        import resource
+
+        most, _ = resource.getrlimit(resource.RLIMIT_AS)
+        if most == resource.RLIM_INFINITY:
+            return None
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        return most - pages * resource.getpagesize()
+    except (ImportError, OSError):
+        return None
