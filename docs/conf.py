@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 from importlib import import_module
+from pathlib import Path
 
 import geosurf
 
@@ -35,6 +37,13 @@ numpydoc_show_inherited_class_members = False
 intersphinx_mapping: dict[str, tuple[str, None]] = {}  # pages build without a network
 
 # ---- pages in Markdown, and notebooks
+HERE = Path(__file__).parent
+for notebook in sorted(
+    (HERE.parent / "notebooks").glob("*.ipynb")
+):  # Sphinx reads below docs/ only
+    page = HERE / "notebooks" / notebook.name
+    if not page.exists() or page.read_bytes() != notebook.read_bytes():
+        shutil.copyfile(notebook, page)
 myst_enable_extensions = ["attrs_inline", "colon_fence", "deflist"]
 myst_heading_anchors = 4
 nb_execution_mode = "cache"  # notebooks are stored without outputs; the build makes them

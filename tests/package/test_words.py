@@ -89,10 +89,10 @@ def _texts() -> Iterator[Text]:
         if name != "docs/changelog.md" and not {"decisions", "validation"} & set(path.parts):
             yield from _of_document("docs", name, path.read_text(encoding="utf-8"))
     yield from _of_document("README.md", "README.md", (ROOT / "README.md").read_text("utf-8"))
-    for path in sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")):
+    for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
         for number, cell in enumerate(json.loads(path.read_text(encoding="utf-8"))["cells"]):
             if cell["cell_type"] == "markdown":
-                where = f"docs/notebooks/{path.name}, cell {number}"
+                where = f"notebooks/{path.name}, cell {number}"
                 yield from _of_document("notebooks", where, "".join(cell["source"]))
     for name, text in _help_pages():
         yield Text("cli", f"geosurf {name} --help", "help", text)
