@@ -173,10 +173,11 @@ def test_no_kernel_counts_from_the_end():
 
 def test_what_is_left_of_helpers_is_internal():
     """Else LLVM keeps every word of every array that they are handed."""
-    from geosurf.kernels.cutting import face_signs
+    from geosurf.kernels.cutting.face_signs import FacePoints, exact_turn
+    from geosurf.kernels.exact.exact_signs import Frame
 
     def turns(x, t, e, d, m, w, q, f, s):
-        return face_signs.exact_turn(x, t, e, d, m, w, q, f, s, 0, 1, 2)
+        return exact_turn(Frame(x, t, e, d, m, w), FacePoints(q, f, s), 0, 1, 2)
 
     integers = numba.int64[:, ::1], numba.int64[::1]
     floats = numba.float64[:, ::1]
