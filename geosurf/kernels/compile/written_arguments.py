@@ -90,8 +90,14 @@ def written_arguments(folder: str) -> Mapping[str, tuple[int, ...]]:
 
 
 def _fields(node: ast.ClassDef) -> list[str]:
-    """Names of the fields of a named tuple, in order."""
-    return [part.target.id for part in node.body if isinstance(part, ast.AnnAssign)]  # type: ignore[union-attr]
+    """Names of the fields of a named tuple, in order; none for other classes."""
+    if not any(isinstance(base, ast.Name) and base.id == "NamedTuple" for base in node.bases):
+        return []
+    return [
+        part.target.id
+        for part in node.body
+        if isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name)
+    ]
 
 
 def _names(file: str, tree: ast.Module) -> Iterator[tuple[str, Name]]:
@@ -157,7 +163,7 @@ class _Function:
             fields = self.bundles.get(getattr(value.func, "id", ""), [])
             if fields:
                 sources = [self._behind(part, functions) for part in value.args]
-                self.parts[target.id] = dict(zip(fields, sources, strict=True))
+                self.parts[target.id] = dict(zip(fields, sources, strict=False))
         self._assign(target, self._behind(value, functions))
 
     def _assign(self, target: ast.expr, memory: set[Place]) -> None:
