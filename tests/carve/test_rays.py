@@ -45,7 +45,7 @@ def all_unsure(*given):
 def test_cells_are_those_of_fractions(seed, monkeypatch):
     patches = rebuild_surfaces(pieces(seed))
     by_floats = find_cells(patches)
-    monkeypatch.setattr(rays, "shoot_rays", all_unsure)
+    monkeypatch.setattr(rays, "cast_rays", all_unsure)
     by_fractions = find_cells(patches)
     assert by_floats.n_cell == by_fractions.n_cell > 1
     np.testing.assert_array_equal(by_floats.cell_of_side, by_fractions.cell_of_side)
