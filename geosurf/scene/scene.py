@@ -135,6 +135,11 @@ class Scene:
         -------
         Scene
 
+        Raises
+        ------
+        InputError
+            For an unknown input, or a value that `Scene` refuses.
+
         Examples
         --------
         >>> import geosurf as gs
@@ -208,7 +213,23 @@ class Scene:
     # ---- surfaces ------------------------------------------------------------------------
 
     def surface(self, name: str) -> TriSurface:
-        """Return one horizon or fault by name, as the model has it; reads only what it needs."""
+        """Return one horizon or fault by name, as the model has it; reads only what it needs.
+
+        Parameters
+        ----------
+        name : str
+            Of a horizon or a fault.
+
+        Returns
+        -------
+        TriSurface
+            Faults are extended and truncated; horizons are simplified if the scene has a tolerance.
+
+        Raises
+        ------
+        InputError
+            For an unknown name.
+        """
         return self._graph.surface(name)
 
     @property
@@ -227,10 +248,17 @@ class Scene:
         return self._graph.faults.actions()
 
     def propose_fault_network(self, *, reach: float | None = None) -> FaultNetwork:
-        """Return every contact, near miss (within `reach` [m]) and dangling end of the faults.
+        """Return every contact, near miss and dangling end of the faults, with proposals.
 
-        It prints as a table, and its method `apply` gives the scene with the proposals; see
-        `propose_network`.
+        Parameters
+        ----------
+        reach : float, optional
+            Largest distance of a near miss [m]; see `propose_network`.
+
+        Returns
+        -------
+        FaultNetwork
+            Prints as a table; its method `apply` gives the scene with the proposals.
         """
         return self._graph.faults.propose(reach)
 
@@ -247,15 +275,38 @@ class Scene:
     def curves_between(self, first: str, second: str) -> Curves | None:
         """Return the curves of two surfaces; None where their boxes do not meet.
 
-        One name twice gives the curves along which that surface crosses itself. With a tolerance
-        they are those of the smooth surfaces through all nodes (`intersect_surfaces`), with their
-        accuracy in `Curves.error_bound` and `Curves.places`; patches and units meet in the curves
-        of the simplified surfaces.
+        Parameters
+        ----------
+        first, second : str
+            Names of two surfaces. One name twice: the curves along which it crosses itself.
+
+        Returns
+        -------
+        Curves or None
+            With a tolerance, those of the smooth surfaces through all nodes (`intersect_surfaces`):
+            `Curves.error_bound` and `Curves.places` have their accuracy. Patches and units meet in
+            the curves of the simplified surfaces.
+
+        Raises
+        ------
+        InputError
+            For an unknown name.
         """
         return self._graph.curves_between(first, second)
 
     def search(self, first: str, second: str) -> VoxelSearch | None:
-        """Return what the voxel search found for two surfaces, for `render_search`."""
+        """Return what the voxel search found for two surfaces, for `render_search`.
+
+        Parameters
+        ----------
+        first, second : str
+            Names of two surfaces.
+
+        Returns
+        -------
+        VoxelSearch
+            None where their boxes do not meet.
+        """
         return search_voxels(self.surface(first), self.surface(second), self._inputs.voxel_size)
 
     @property
@@ -279,6 +330,16 @@ class Scene:
 
         The volume inside the box between each horizon as it is given and as it is simplified, all
         horizons together; 0 without a tolerance. It holds where both models have the same units.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.waves(n=41)
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box, tolerance=5.0)
+        >>> exact = scene.replace(tolerance=None)
+        >>> off = abs(scene.volumes - exact.volumes).max().item()
+        >>> 0.0 < off <= scene.volume_error_bound, exact.volume_error_bound
+        (True, 0.0)
         """
         return measures.volume_error_bound(self._graph)
 
@@ -315,28 +376,81 @@ class Scene:
         -------
         xarray.DataArray
             (block, northing, easting); NaN where a block has none of the zone.
+
+        Raises
+        ------
+        InputError
+            For an unknown zone, kind or contact interval, or a grid without both coordinates.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.graben(n=9)
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> thickness = scene.thickness("Top/Middle", 250.0)
+        >>> thickness.sum("block").round(9).values.tolist()[0][:3]
+        [70.0, 70.0, 70.0]
         """
         return measures.thickness(self._graph, zone, grid, kind, contact)
 
     def juxtaposition(self, fault: str) -> xarray.Dataset:
         """Return the areas of all pairs of units that face each other across a fault [m2].
 
-        They are in ``area`` over ``pair``; see `geosurf.measure.juxtaposition_table`.
+        Parameters
+        ----------
+        fault : str
+
+        Returns
+        -------
+        xarray.Dataset
+            ``area`` over ``pair``; see `geosurf.measure.juxtaposition_table`.
+
+        Raises
+        ------
+        InputError
+            For an unknown fault.
         """
         return measures.juxtaposition(self._graph, fault)
 
     def allan(self, fault: str) -> xarray.Dataset:
         """Return the Allan diagram of a fault: zones, cut-offs and contacts of both walls, on it.
 
-        Its lines have ``along_strike`` and ``elevation``; see `geosurf.measure.allan_diagram`.
+        Parameters
+        ----------
+        fault : str
+
+        Returns
+        -------
+        xarray.Dataset
+            Lines with ``along_strike`` and ``elevation`` [m]; see `geosurf.measure.allan_diagram`.
+
+        Raises
+        ------
+        InputError
+            For an unknown fault.
+        GeometryError
+            For a fault that is flat on average, and so has no strike.
         """
         return measures.allan(self._graph, fault)
 
     def section(self, line: Any) -> xarray.Dataset:
-        """Return a vertical section of the model along a line in the map, points (n, 2) [m].
+        """Return a vertical section of the model along a line in the map.
 
-        Rings of units and lines of surfaces have ``along_section`` and ``elevation``; see
-        `geosurf.measure.vertical_section`.
+        Parameters
+        ----------
+        line : array_like of float, shape (n, 2)
+            Easting and northing [m]: two points or more, from the left to the right.
+
+        Returns
+        -------
+        xarray.Dataset
+            Rings of units and lines of surfaces, with ``along_section`` and ``elevation`` [m]; see
+            `geosurf.measure.vertical_section`.
+
+        Raises
+        ------
+        InputError
+            If the line has fewer than two points, or two equal ones in a row.
         """
         return measures.section(self._graph, line)
 
@@ -345,6 +459,7 @@ class Scene:
 
         Parameters
         ----------
+        horizon, fault : str
         side : {"+", "-", "hanging wall", "footwall"}, optional
             One wall, as in the model: only where the zone next to the fault changes there. By
             default the two surfaces alone are asked, and no model is built.
@@ -353,13 +468,30 @@ class Scene:
         -------
         list of ndarray, each (n, 3)
             World coordinates [m], in order along the line.
+
+        Raises
+        ------
+        InputError
+            For an unknown horizon, fault or side.
         """
         return measures.cutoffs(self._graph, horizon, fault, side)
 
     def fault_polygons(self, horizon: str) -> xarray.Dataset:
         """Return the fault polygons of a horizon: rings of hanging-wall and footwall cut-offs.
 
-        Each ring has its fault's name; see `geosurf.measure.fault_polygons`.
+        Parameters
+        ----------
+        horizon : str
+
+        Returns
+        -------
+        xarray.Dataset
+            Rings with the fault's name; see `geosurf.measure.fault_polygons`.
+
+        Raises
+        ------
+        InputError
+            For an unknown horizon.
         """
         return measures.fault_polygons(self._graph, horizon)
 
@@ -368,6 +500,7 @@ class Scene:
 
         Parameters
         ----------
+        horizon, fault : str
         direction : {"local", "mean"}
             Whether cut-offs are compared down the local dip of the fault, as `throw_horizon` moves
             walls, or everywhere across its mean strike. Equal on a fault that is straight in map.
@@ -376,13 +509,34 @@ class Scene:
         -------
         xarray.Dataset
             Over ``point`` with ``along_strike``; see `geosurf.measure.separation`.
+
+        Raises
+        ------
+        InputError
+            For another direction, or an unknown horizon or fault.
+        GeometryError
+            If a fault is flat on average, or turns back against its mean dip direction between its
+            cut-offs (``"local"`` only), or a cut-off turns back along the strike.
         """
         return measures.throw(self._graph, horizon, fault, direction)
 
     def orientation(self, name: str) -> xarray.Dataset:
         """Return area, dip and azimuth of a horizon or fault, as a whole and by triangle.
 
-        See `geosurf.measure.orientation`.
+        Parameters
+        ----------
+        name : str
+            Of a horizon or a fault.
+
+        Returns
+        -------
+        xarray.Dataset
+            See `geosurf.measure.orientation`.
+
+        Raises
+        ------
+        InputError
+            For an unknown name.
         """
         return measures.orientation(self._graph, name)
 
@@ -395,11 +549,29 @@ class Scene:
         on_file: Callable[[str], object] | None = None,
         **choice: Any,
     ) -> dict[str, Path]:
-        """Draw pictures of the scene into ``pictures`` in a folder; return captions and files.
+        """Draw the pictures of the scene; a report shows them.
 
-        `on_file` is called with the name of each file, when it is written. `choice` selects the
-        pictures and their style; see `geosurf.scene.pictures.pictures_of`. A picture that cannot be
-        drawn is missing; `warnings` names it, with the reason.
+        Parameters
+        ----------
+        folder : path-like
+            Files go into its folder ``pictures``.
+        on_file : callable, optional
+            Is called with the name of each file, when it is written.
+        **choice
+            Selects the pictures and their style; see `geosurf.scene.pictures.pictures_of`.
+
+        Returns
+        -------
+        dict of str to pathlib.Path
+            Captions and files. A picture that cannot be drawn is missing; `warnings` names it, with
+            the reason.
+
+        Raises
+        ------
+        InputError
+            For an unknown choice.
+        OutputError
+            If the folder cannot be created.
         """
         from geosurf.scene.pictures import render_pictures
 
@@ -407,7 +579,14 @@ class Scene:
             return render_pictures(self, folder, on_file, choice)
 
     def check(self) -> Certificate:
-        """Return the certificate of the model, see `certify`; its last line repeats the rebuild."""
+        """Return the certificate of the model.
+
+        Returns
+        -------
+        Certificate
+            One line per promise, see `geosurf.carve.certificate.certify`. The last line repeats the
+            rebuild and compares all bytes.
+        """
         repeat = same_bytes(self.patches, self._graph.rebuild())
         return Certificate((*certify(self.patches, self.units).checks, repeat))
 
@@ -419,6 +598,11 @@ class Scene:
         seconds : bool
             Whether to add the run time of each step, and how much memory shared results take;
             without, two runs explain the same.
+
+        Returns
+        -------
+        str
+            One line per step.
 
         Examples
         --------
@@ -443,6 +627,13 @@ class Scene:
         Asking prepares all inputs: they are read, faults are extended and truncated, the box is
         chosen. What later stages (units, measures, pictures) warn of is there once they have run.
         Each warning is also issued once by Python's `warnings`; docs/warnings.md lists the kinds.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> gs.Scene(world.horizons, world.faults, world.box).warnings
+        ()
         """
         self._graph.prepare()
         return self._graph.warnings()

@@ -19,7 +19,7 @@ SOURCES = sorted((ROOT / "geosurf").rglob("*.py"))
 BENCHMARKS = sorted((ROOT / "benchmarks").rglob("*.py"))
 BIN = Path(sys.executable).parent
 HEAVY = ("xarray", "pandas", "pyvista", "vtk", "vtkmodules", "scipy", "numba", "meshio")
-LONGEST_FILE = 450
+LONGEST_FILE = 380  # lines outside docstrings
 
 
 def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
@@ -293,7 +293,13 @@ def test_errors_that_say_where_have_the_place_as_data(path: Path) -> None:
 
 @pytest.mark.parametrize("path", [*SOURCES, *BENCHMARKS], ids=name_of)
 def test_files_fit_in_a_head(path: Path) -> None:
+    """Docstrings do not count: those of the API say shapes, units and errors in full."""
     lines = len(path.read_text(encoding="utf-8").splitlines())
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(
+            node
+        ):
+            lines -= node.body[0].end_lineno - node.body[0].lineno + 1
     assert lines <= LONGEST_FILE, f"{name_of(path)} has {lines} lines; split it into two rooms"
 
 
