@@ -4,9 +4,9 @@ A fault separates two units of a zone if one of them touches only its front (``+
 its normal points into: the hanging wall of a dipping fault) and the other only its back
 (``-``). Whether they face each other does not matter: throw may bring other zones between.
 
-So a name has only what tells units of one zone apart, and one block may be ``F1+ F2-`` in a zone
-and ``F2-`` in the next, which F1 has left. The side of a fault that a unit lies on does not depend
-on zones: from a unit on the ``+`` side of F1, no way leads to the back of F1 but through F1.
+So a name has only the sides that separate units of one zone. One block may be ``F1+ F2-`` in a
+zone and ``F2-`` in the next, which F1 has left. The side of a fault that a unit lies on does not
+depend on zones: from a unit on the ``+`` side of F1, no way leads to the back of F1 but through F1.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def name_blocks(
 ) -> list[str]:
     """Block name of each unit; the same in every zone for the same sides of faults.
 
-    Units of a zone that no fault tells apart are numbered: ``F1+``, ``F1+ #2``. The largest
+    Units of a zone that no fault separates are numbered: ``F1+``, ``F1+ #2``. The largest
     comes first, of equal ones the one farthest west, south, down.
 
     Parameters
@@ -135,7 +135,7 @@ def name_blocks(
     volume : sequence of float
     corner : callable
         Of a unit, (float, float, float): its western, southern and lower bound; asked where
-        names do not tell.
+        names do not decide.
 
     Returns
     -------

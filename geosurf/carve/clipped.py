@@ -131,7 +131,7 @@ def heights_at(
     ----------
     points : ndarray of float64, shape (n, 2)
     corners : ndarray of float64, shape (n_triangle, 3, 3)
-        None of them upright.
+        None of them vertical.
     start : ndarray of float64, shape (n,)
         Elevation that the search begins at.
     way : float

@@ -23,7 +23,7 @@ from geosurf.model.expected import expect, listed
 
 def parse_sides(block: str, faults: Sequence[str]) -> frozenset[str] | None:
     """
-    Take the name of a block apart: the sides of faults in it, or None if it is no such name.
+    Take the name of a block apart: the sides of faults in it, or None for another kind of name.
 
     Names of faults may hold blanks.
 
@@ -193,7 +193,7 @@ def not_reached(
     """
     Units that no entry of a contact fits, by the name of the contact; only where there are some.
 
-    Zones that a contact is not given for are left out: that was said, and is no oversight.
+    Zones for which no contact is given are left out: that is a choice of the user.
 
     Examples
     --------

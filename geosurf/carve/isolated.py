@@ -43,7 +43,7 @@ def place_floating(
 
     Examples
     --------
-    A tetrahedron as the wall, a triangle in it and one beside it, below nothing:
+    A tetrahedron as the wall, a triangle in it and one next to it, below nothing:
 
     >>> x = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9], [1, 1, 1], [2, 1, 1], [1, 2, 1],
     ...               [8, 8, 1], [9, 8, 1], [8, 9, 1]], dtype=float)

@@ -16,7 +16,7 @@ def warnings_of_order(units: Units) -> Iterator[GeosurfWarning]:
     """
     Yield a warning for each pair of conformable horizons with the older one mostly above.
 
-    Pairs with a rule of the column are skipped: the rule says which horizon removes the other.
+    Pairs with a rule of the column are skipped: the rule states which horizon removes the other.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Find the cells outside the walls: a box, a fence, or closed shells of any shape.
 
 Whether a piece of space is inside can change at walls only. So cells are joined across all other
-surfaces. The planes of a box tell which side is which, and for other walls a ray does.
+surfaces. The planes of a box decide which side is which; for other walls a ray decides.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ def outside_of_shells(
 
 
 def is_fence(patches: Patches, bounds: np.ndarray) -> bool:
-    """Whether all walls are upright or lie in the planes of the lower and the upper bound."""
+    """Whether all walls are vertical or lie in the planes of the lower and the upper bound."""
     for wall in (s for s in patches.sources if s.role == "wall"):
         corners = (wall.vertices - patches.origin)[wall.triangles]
         level = (corners[:, :, None, 2] == bounds[None, None, :, 2]).all(axis=1).any(axis=1)

@@ -188,7 +188,7 @@ def _sum_exactly(shells: Shells) -> None:
 
 
 class _Carved(Unit):
-    """A unit whose arrays, area and sides of faults are made when they are first asked for."""
+    """A unit whose arrays, area and sides of faults are made when they are first requested."""
 
     _shell: tuple[Shells, int]
     _sides: Callable[[], tuple[str, ...]]

@@ -3,7 +3,7 @@
 A cell in front of a horizon (its upper side) is above it, one behind it is below; both
 hold across any other horizon, so that cells which do not touch a horizon learn from
 their neighbours above and below; across faults only cells that have no such neighbour
-(throw brings what is above beside what is below). A cell that touches both sides, around
+(throw brings rock above next to rock below). A cell that touches both sides, around
 a rim that is open, is on neither. That is a leak only where the column asks
 (see `geosurf.carve.column`): a horizon may end in what a younger one has eroded.
 """
@@ -101,7 +101,7 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
     Raises
     ------
     GeometryError
-        If a surface is not in the box, or not inside the walls, at all.
+        If a surface is not in the box, or not inside the walls.
     """
     found = np.zeros((len(level), cells.n_cell + 1), dtype=np.int64)
     pairs = cells.cell_of_side[faces_between(cells)]
@@ -126,7 +126,7 @@ def signatures(patches: Patches, cells: Cells, level: Sequence[int]) -> np.ndarr
 
 
 def _not_reached(patches: Patches, surface: int) -> GeometryError:
-    """Say where a surface is, where the box is, and whether the one holds depths."""
+    """State where a surface is, where the box is, and whether the one holds depths."""
     source = patches.sources[surface]
     b, t = source.bounds[4:]
     (west, south, bottom), (east, north, top) = (box_of(patches) + patches.origin).tolist()
@@ -159,7 +159,7 @@ def _extent_of(source: TriSurface) -> str:
 
 
 def _beyond(patches: Patches, surface: int) -> GeometryError:
-    """Say where a surface is that lies in the bounds of the walls, and outside of them."""
+    """State where a surface is that lies in the bounds of the walls, and outside of them."""
     source = patches.sources[surface]
     return GeometryError(
         f"{_extent_of(source)} lies outside the area of interest, although inside its "
@@ -204,7 +204,7 @@ def _agree(values: np.ndarray, links: np.ndarray, across: np.ndarray) -> None:
     Give cells that have 0 what all blocks around them say, if they say the same.
 
     Throw parts what is above from what is below, so that faults carry only what nothing else
-    tells: to stacks of cells, joined by `links`, that the surface is not in at all.
+    tells: to stacks of cells, joined by `links`, that the surface is not in.
     """
     stack = join_pairs(links, len(values))
     while True:
@@ -223,7 +223,7 @@ def _agree(values: np.ndarray, links: np.ndarray, across: np.ndarray) -> None:
 
 
 def raise_leak(patches: Patches, cells: Cells, surface: int, torn: np.ndarray) -> None:
-    """Say where the rim of a horizon or contact is open, inside cells where that matters."""
+    """State where the rim of a horizon or contact is open, inside cells where that matters."""
     cells = cells.in_full
     mine = owned_by(cells, surface)
     mine = mine[torn[cells.cell_of_side[mine]].any(axis=1)]

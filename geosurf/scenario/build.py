@@ -1,4 +1,4 @@
-"""A `Scenario` -> its `Scene`: surfaces are read, and horizons torn where that is asked for."""
+"""A `Scenario` -> its `Scene`: surfaces are read, and horizons torn where that is requested."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def run_scenario(
     path : path-like
         The scenario, a TOML file; docs/scenario.md has its keys.
     out : path-like
-        A folder, created if need be, for ``units.vtm`` (and the folder ``units``),
+        A folder, created if needed, for ``units.vtm`` (and the folder ``units``),
         ``curves.vtp``, ``volumes.csv``, ``volumes.nc``, ``certificate.txt``,
         ``pictures/*.png`` and ``report/index.html``. Results of an earlier run
         are replaced as a whole; files under other names stay. A picture that cannot be drawn costs

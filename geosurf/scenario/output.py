@@ -57,7 +57,7 @@ def new_results(out: str | os.PathLike[str]) -> Iterator[Path]:
     Parameters
     ----------
     out : path-like
-        Is created if need be. What an earlier run wrote there is replaced as a whole; if
+        Is created if needed. What an earlier run wrote there is replaced as a whole; if
         the ``with`` block fails, it stays as it was.
 
     Yields
@@ -85,7 +85,7 @@ def new_results(out: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def require_writable(out: str | os.PathLike[str]) -> None:
-    """Create a folder if need be, and raise `OutputError` if nothing can be written there."""
+    """Create a folder if needed, and raise `OutputError` if nothing can be written there."""
     try:
         Path(out).mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=out):

@@ -1,9 +1,9 @@
 """Which unit of a model holds a closed body of another program: by a point inside, exactly.
 
-An upright line through one of the body's triangles is cut by its shell in places that come in
+A vertical line through one of the body's triangles is cut by its shell in places that come in
 pairs: from below, inside is between the first and the second, and so on. The middle of the longest
 of these is a point of the body, and a unit holds it if its shell lies above the point an odd number
-of times. A line that meets an edge is passed over for the next one. All numbers are fractions.
+of times. A line that meets an edge is skipped. All numbers are fractions.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def _middles(corners: np.ndarray) -> Iterator[tuple[Fraction, Fraction]]:
 
 
 def _heights(corners: np.ndarray, x: Fraction, y: Fraction) -> list[Fraction] | None:
-    """Where an upright line meets triangles, lowest first; None if it meets an edge of one."""
+    """Where a vertical line meets triangles, lowest first; None if it meets an edge of one."""
     low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
     at = np.array([float(x), float(y)])
     near = ((low <= at) & (at <= high)).all(axis=1)

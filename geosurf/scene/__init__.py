@@ -1,4 +1,4 @@
-"""What users build and ask: horizons, faults and a box in; every result when it is asked for.
+"""What users build and ask: horizons, faults and a box in; every result when it is requested.
 
 ============  =====================================================================
 scene.py      `Scene`: its inputs, its results and its measures, by name

@@ -50,7 +50,7 @@ def box_around(
 
 
 def box_off_rims(box: Box, horizons: Iterable[TriSurface], memory: Memory) -> Box:
-    """Return a box of which no side runs along the rim of a horizon but for rounding."""
+    """Return a box of which no side runs along the rim of a horizon except for rounding."""
     west, east, south, north, *heights = box
     ring = np.array([(west, south), (east, south), (east, north), (west, north)])
     moved = outline_off_rims(ring, horizons, "model box", memory)
@@ -61,7 +61,7 @@ def box_off_rims(box: Box, horizons: Iterable[TriSurface], memory: Memory) -> Bo
 def outline_off_rims(
     outline: np.ndarray, horizons: Iterable[TriSurface], what: str, memory: Memory
 ) -> np.ndarray:
-    """Return an outline of which no side runs along the rim of a horizon but for rounding."""
+    """Return an outline of which no side runs along the rim of a horizon except for rounding."""
     with memory.collecting():
         return off_the_rims(outline, list(horizons), what)
 

@@ -32,7 +32,7 @@ from geosurf.triangulate import build_walls, orient_fault
 
 
 class FaultStage:
-    """Faults of a scene from their inputs and rules, each when it is first asked for.
+    """Faults of a scene from their inputs and rules, each when it is first requested.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@
                                          units ──> measures                measures.py
 
 A torn horizon needs the faults that tear it, and a pair with a torn horizon takes its curves from
-the patches. Every result is computed when it is first asked for. `Memory` finds it again by what
+the patches. Every result is computed when it is first requested. `Memory` finds it again by what
 went into it, also for other scenes that were made by `Scene.replace`.
 """
 
@@ -60,7 +60,7 @@ from geosurf.triangulate.coarsen import coarsen_lattice
 
 class Graph:
     """
-    The results of one scene, each computed when it is first asked for.
+    The results of one scene, each computed when it is first requested.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ class Graph:
 
     @cached_property
     def curves(self) -> Curves:
-        """Curves of all pairs of surfaces, and of each with itself if that was asked for."""
+        """Curves of all pairs of surfaces, and of each with itself if that was requested."""
         names, smooth = self.inputs.names, self.inputs.tolerance is not None
         parts = []
         for i, first in enumerate(names):

@@ -168,7 +168,7 @@ def as_mapping(what: str, inputs: Any) -> dict[str, Any]:
 
 
 def refuse_namesakes(**kinds: Mapping[str, Any]) -> None:
-    """Refuse a name that two inputs have: results are asked for by name."""
+    """Refuse a name that two inputs have: results are requested by name."""
     seen: dict[str, str] = {}
     for kind, inputs in kinds.items():
         for name in inputs:

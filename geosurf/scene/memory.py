@@ -217,7 +217,7 @@ def fingerprint(value: Any, strangers: list[Any] | None = None) -> str:
     Parameters
     ----------
     value : path, TriSurface, Sheet, FaultSticks, xarray object, arrays, or anything else
-        Files count by path and content; what is none of these by its identity.
+        Files count by path and content; any other object by its identity.
     strangers : list, optional
         Gets what counted by its identity, which means something while it is held only.
 

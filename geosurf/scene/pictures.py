@@ -135,7 +135,7 @@ def pictures_of(
     Raises
     ------
     InputError
-        If a view, the size, the exaggeration or a line is none.
+        For an invalid view, size, exaggeration or line.
     """
     size, box = check_size(size), scene.box
     check_exaggeration(exaggeration, box)

@@ -29,7 +29,7 @@ class Scene:
     """
     Horizons and faults in a model box: a small graph of stages with memory.
 
-    Nothing is computed until it is asked for, and nothing twice: results are found
+    Nothing is computed until it is requested, and nothing twice: results are found
     by what went into them. Asking for the curves of one pair reads and intersects that pair only.
     A scene never changes: `replace` gives another one, with some inputs changed.
 
@@ -78,7 +78,7 @@ class Scene:
     ------
     InputError
         If an input is missing, has an unknown type, or its name is used twice; if the box or the
-        tolerance cannot be used. Later, when results are asked for: inputs that cannot be read, or
+        tolerance cannot be used. Later, when results are requested: inputs that cannot be read, or
         are in different coordinate reference systems.
 
     Examples

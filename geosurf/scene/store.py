@@ -3,8 +3,8 @@
 Three rules bound it:
 
     budget     all results together stay below a number of bytes; arrays that results share count
-               once. What was not asked for longest is dropped first.
-    family     a result that no living scene has asked for is dropped after some more scenes of the
+               once. What was not requested for longest is dropped first.
+    family     a result that no living scene has requested is dropped after some more scenes of the
                family: in a chain of `Scene.replace` only the last few stay.
     scene      what a scene needs again and again (its surfaces, patches and units) it holds itself,
                so dropping here loses nothing of a living scene.
@@ -110,7 +110,7 @@ def _parts(one: Any) -> list[Any]:
 
 @dataclass
 class Entry:
-    """A result, the warnings that came with it, and who has asked for it when."""
+    """A result, the warnings that came with it, and who requested it when."""
 
     result: Any
     warnings: tuple[GeosurfWarning, ...]
@@ -191,7 +191,7 @@ class Store:
         warnings: tuple[GeosurfWarning, ...],
         used: dict[Hashable, int],
     ) -> None:
-        """Keep a result; drop what has not been asked for longest until all fits."""
+        """Keep a result; drop what has not been requested for longest until all fits."""
         with self._lock:
             if key in self._entries:  # another thread was faster
                 self._take_out(self._entries.pop(key))

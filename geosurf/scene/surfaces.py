@@ -24,7 +24,7 @@ Lookup = Callable[[str], TriSurface]
 
 class InputSurfaces:
     """
-    The horizons and faults of a scene as surfaces, each read when it is first asked for.
+    The horizons and faults of a scene as surfaces, each read when it is first requested.
 
     Parameters
     ----------

@@ -3,7 +3,7 @@
 A branch meets the horizon on one wall of its main fault only. Across the heave of the main fault
 the drape lies between both walls, at another height, so that the trace of the branch there would
 be somewhere else: at an acute contact, cells away from where branch and horizon really part. Here
-the wall of the branch is carried on past the main fault, and the branch is traced on that.
+the wall of the branch is extrapolated past the main fault, and the branch is traced on that.
 From its real end the trace is led straight to the trace of the main fault, through the gap.
 """
 
@@ -24,7 +24,7 @@ from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.lattice.solve import grounded, lattice_graph, smoothest
 
 ON = 0.02  # cells from its main fault within which a fault ends on it
-CARRY = 6.0  # cells that a wall is carried on past its main fault
+CARRY = 6.0  # cells that a wall is extrapolated past its main fault
 FAR = 30.0  # cells from a main fault within which it is asked on which side a branch is
 WALL = 12.0  # cells from the trace of the main fault within which its walls are distinguished
 EVERY = 0.5  # cells between the places of a branch that are asked for their side
@@ -85,7 +85,7 @@ def wall_field(
     number: int,
     mains: list[tuple[int, FaultMesh]],
 ) -> np.ndarray:
-    """Heights (n_row, n_col) of the wall that a branch is in, carried on past its main faults.
+    """Heights (n_row, n_col) of the wall that a branch is in, extrapolated past its main faults.
 
     `filled` are the nodes without a trusted value, increasing; `number` is that of the branch.
     """

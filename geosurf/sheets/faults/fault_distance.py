@@ -141,7 +141,7 @@ def rows_near(near: Sequence[NearTrace], nodes: Sequence[np.ndarray]) -> list[np
 class NearTrace:
     """Nodes within reach of a trace, with distance, side and place along it.
 
-    Nodes are measured when they are first asked for, and get the next rows; rows stay what they
+    Nodes are measured when they are first requested, and get the next rows; rows stay what they
     are.
 
     Attributes
@@ -174,7 +174,7 @@ class NearTrace:
         return self._row[at]
 
     def nodes_within(self, far: float) -> np.ndarray:
-        """All nodes that are no farther than `far` cells, and than reach; increasing."""
+        """All nodes within `far` cells and within reach; increasing."""
         rows = self.within(far)
         return self.node[rows]
 

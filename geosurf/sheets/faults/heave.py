@@ -92,7 +92,7 @@ def _median(values: np.ndarray, width: int) -> np.ndarray:
 
 
 def throw_beside(heights: np.ndarray, near: NearTrace, block: np.ndarray) -> float:
-    """Size of a fault's throw beside some nodes, from the data on its two sides [m]."""
+    """Size of a fault's throw next to some nodes, from the data on its two sides [m]."""
     at = near.look_up(block)
     places = near.place[at[at >= 0]]
     if len(places) == 0:

@@ -1,7 +1,7 @@
 """The last link of a tear: both of its nodes on their own sides of the fault, or the sheet leaks.
 
 There the walls are one again, so that throw dies there. Between the cut-offs of a fault that leaves
-a gap, neither wall has rock, and a node has the height of one of them carried on past the fault.
+a gap, neither wall has rock, and a node has the height of one of them extrapolated past the fault.
 That is cut off again, except at the last link, whose nodes both walls have: one that is beyond
 the fault, or on it, goes to the fault, on its own side. A trace along a line of nodes has such
 nodes only.
@@ -40,7 +40,7 @@ def on_own_side(
 ) -> float:
     """Height at which a node is on a side (+1 hanging wall) of a fault, as near as can be.
 
-    `height` is that of its own wall, `other` that of the other one, carried on to it.
+    `height` is that of its own wall, `other` that of the other one, extrapolated to it.
     """
     cells = frame.cells_of_node(np.array([node]))[0]
     reach = 1.0 + abs(other - height) / frame.cell

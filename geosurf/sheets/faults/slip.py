@@ -3,7 +3,7 @@
 A particle of the hanging wall goes down by its throw, and in the map as the line down the dip of
 the fault does between the elevation that it leaves and the one that it comes to. On a plane that is
 a translation; on any fault, what lay on it stays on it, so that a block neither detaches nor sinks
-in, and the throw between both cut-offs, along such a line, is the throw that was asked for.
+in, and the throw between both cut-offs, along such a line, is the throw that was requested.
 """
 
 from __future__ import annotations

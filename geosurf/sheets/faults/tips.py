@@ -70,7 +70,7 @@ class Tips:
         return x, y - np.interp(x, *self.line)
 
     def side(self, nodes: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """On which side of the coordinates nodes at places [cells] are; whether beside the tear."""
+        """On which side of the coordinates places [cells] are, and whether next to the tear."""
         x, y = self._flat(places)
         beside = np.abs(x) < self.size if len(self.tips) == 2 else x < 0
         row = self.near.look_up(nodes)
@@ -100,7 +100,7 @@ class Tips:
     def shapes(
         self, nodes: np.ndarray, places: np.ndarray, wall: np.ndarray | None = None
     ) -> np.ndarray:
-        """Shapes (n, k) at places [cells]; `wall`: the side of a sheet carried on past the tear."""
+        """Shapes (n, k) at places [cells]; `wall`: the side of an extrapolated sheet."""
         x, y = self._flat(places)
         side, _ = self.side(nodes, places)
         z = (x + 1j * side * np.maximum(np.abs(y), 1e-12)) / self.size

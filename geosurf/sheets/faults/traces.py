@@ -91,7 +91,7 @@ def mesh_in_frame(surface: TriSurface, frame: Frame) -> FaultMesh:
 
 
 def sample(grid: np.ndarray, xy: np.ndarray) -> np.ndarray:
-    """Bilinear values of a grid at columns and rows (n, 2); NaN outside and beside NaN."""
+    """Bilinear values of a grid at columns and rows (n, 2); NaN outside and next to NaN."""
     n_row, n_col = grid.shape
     x, y = xy[:, 0], xy[:, 1]
     inside = (x >= 0) & (x <= n_col - 1) & (y >= 0) & (y <= n_row - 1)

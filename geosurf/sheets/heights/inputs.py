@@ -64,7 +64,7 @@ class Inputs:
         return found
 
     def network(self, heights: np.ndarray, filled: np.ndarray) -> Network:
-        """Traces of the faults on heights (n_node,), of which those of `filled` are no data."""
+        """Traces of the faults on heights (n_node,), where those of `filled` are not data."""
         frame = self.picks.frame
         return Network(self.meshes, heights.reshape(frame.shape), frame, filled)
 

@@ -41,7 +41,7 @@ class Missing:
     place : ndarray (3,)
         The nearest datum [m].
     nodes : ndarray of int64
-        Absent nodes beside the fault on that side.
+        Absent nodes next to the fault on that side.
     """
 
     fault: str

@@ -173,11 +173,11 @@ def shared_unless(
 def losing(
     near: Sequence[NearTrace], nodes: np.ndarray, worse: np.ndarray, scale: float
 ) -> set[int]:
-    """Traces beside which data are missed by more than walls have freedom to lose.
+    """Traces next to which data are missed by more than walls have freedom to lose.
 
     An information criterion (Akaike 1974, IEEE Trans. Autom. Control 19, 716-723): squared misfit,
     in noise, may grow by twice the degrees of freedom that are lost. Where there are several traces
-    beside a node, all their walls lose some. `worse` (n,) is by how much squares grew, in those of
+    next to a node, all their walls lose some. `worse` (n,) is by how much squares grew, in those of
     noise, `nodes` (n,) where.
     """
     every = distinct(nodes)

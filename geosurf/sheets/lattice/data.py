@@ -28,7 +28,7 @@ def picks_of(
     Raises
     ------
     HorizonError
-        If the data cannot be used; the message says what to do.
+        If the data cannot be used; the message states what to do.
     """
     if isinstance(data, TriSurface):
         if data.lattice is None:

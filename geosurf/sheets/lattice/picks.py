@@ -31,7 +31,7 @@ class Picks:
 
     @cached_property
     def node(self) -> np.ndarray:
-        """Node of each pick, int64 (n,); asked for some picks, `nodes_of` costs less."""
+        """Node of each pick, int64 (n,); requested for some picks, `nodes_of` costs less."""
         return np.arange(len(self.z)) if self.given_node is None else self.given_node
 
     def nodes_of(self, rows: np.ndarray) -> np.ndarray:

@@ -161,7 +161,7 @@ def refuse_lost_cutoffs(picks: Picks, built: Built, cuts: Mapping[str, FaultCut]
             raise GeometryError(
                 f"horizon {picks.name!r} is torn at fault {name!r} near {place(at)}, but a wall "
                 "does not reach the fault there. Extend the fault up and down with extend_fault, "
-                "or correct the data beside it.",
+                "or correct the data next to it.",
                 place=at,
                 surfaces=(picks.name, name),
             )

@@ -1,7 +1,7 @@
-"""Heights of ghosts: each sheet carried on past the fault, by the same energy as the sheet itself.
+"""Heights of ghosts: each sheet extrapolated past the fault, by the energy of the sheet itself.
 
 A second, small solve on the torn mesh, with all real nodes fixed: ghosts must not draw on them.
-Neighbours are taken in the mesh, so that each sector where faults meet is carried on by itself.
+Neighbours are taken in the mesh, so that each sector where faults meet is extrapolated by itself.
 """
 
 from __future__ import annotations

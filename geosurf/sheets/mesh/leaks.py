@@ -136,7 +136,7 @@ def ends_in_copies(patches: Patches, rim: Rim, among: np.ndarray, sides: Sides) 
 
 
 def false_rims(patches: Patches, keep: np.ndarray, sides: Sides) -> np.ndarray:
-    """Parents of triangles that stay beside dropped ones with no fault between."""
+    """Parents of triangles that stay next to dropped ones with no fault between."""
     keys, row = sides[0]
     every, inverse, before = np.unique(keys, return_inverse=True, return_counts=True)
     after = np.bincount(inverse, keep[row], len(every))

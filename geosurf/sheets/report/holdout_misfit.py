@@ -25,7 +25,7 @@ def holdout_misfit(picks: Picks, near: Sequence[NearPicks], built: Built) -> np.
     """Misfit (n,) of ignored data against the sheet of their wall [m].
 
     Without those in gaps, where there is nothing to meet, those that ghosts are drawn to, those of
-    nodes with several on a grid, and those where no single sheet goes: beside other faults.
+    nodes with several on a grid, and those where no single sheet goes: next to other faults.
     """
     state = built.state
     hidden = state.ignored.copy()

@@ -3,7 +3,7 @@
 A sheet is whole beyond a tip, so throw dies there. If the fault was picked too short, the data have
 throw ahead of it, too: the horizon jumps across the continuation of the trace. Both walls are drawn
 straight from data that are farther from that line than smear and heave reach, up to the line. What
-the relief and the noise of the horizon make of that is seen on parallel lines beside it.
+the relief and the noise of the horizon make of that is seen on parallel lines next to it.
 
 Around a tip where throw dies properly walls bend as around a crack, and lines drawn from some cells
 away miss each other close to it. So the jump is read as far ahead as those data are aside, and

@@ -24,7 +24,7 @@ DYING = 1.5  # throw that dies at a tip is lost on a lattice as this power of it
 def down_dip(cut: FaultCut, slip: Slip, frame: Frame, reach: float) -> tuple[FaultCut, np.ndarray]:
     """Throw and heave along the lines down the dip of a fault; and the requested throw (n,).
 
-    `reach` is how far cut-offs may be from their stations [cells]. Asked for is what the rock had
+    `reach` is how far cut-offs may be from their stations [cells]. Requested is what the rock had
     to move by that is the footwall cut-off now; NaN where none is.
     """
     section, n = slip.section, len(cut.stations)
