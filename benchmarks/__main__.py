@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from benchmarks import bench_text, run_bench, write_bench
 from geosurf.cli.console import encodable_output, printed_warnings
-from geosurf.cli.exit_codes import OUR_FAULT, Ending
+from geosurf.cli.exit_codes import OUR_FAULT, ExitCode
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     with encodable_output():
         options = build_parser().parse_args(argv)
-        ending = Ending(options.debug)
+        ending = ExitCode(options.debug)
         with ending, printed_warnings():
             ending.code = run(options)
             sys.stdout.flush()

@@ -322,8 +322,8 @@ def test_a_run_says_what_a_contact_leaves_out():
     scene = scene_of({"OWC": {"F1+": 2.0}, "FWL": 1.5})
     (note,) = contacts_left_out(scene)
     assert note.startswith(
-        "fluid contact 'OWC' is given for no block of above Top F1-, Top/Base F1-, below Base F1-: "
-        "they are not split by it. If that is not meant: add"
+        "fluid contact 'OWC' does not split above Top F1-, Top/Base F1-, below Base F1-: "
+        "it is not given for their blocks. If this is not intended, add"
     )
     table = left_out_table(scene.units)
     assert table.rows == (("OWC", "above Top F1-, Top/Base F1-, below Base F1-"),)

@@ -111,7 +111,7 @@ def test_what_is_left_out_on_purpose_is_no_oversight():
     scene = scene_of({"OWC": FluidContact(1.5, zones="Middle/Base", block="F1+")})
     assert scene.units.report["without_contact"] == {"OWC": ("Middle/Base F1-",)}
     (note,) = contacts_left_out(scene)
-    assert "is given for no block of Middle/Base F1-: they are not split" in note
+    assert "does not split Middle/Base F1-: it is not given for their blocks" in note
 
 
 def test_a_grid_need_not_reach_zones_that_are_not_named():

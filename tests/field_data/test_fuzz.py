@@ -112,7 +112,7 @@ def test_box_that_leaks_is_refused():
         half = gs.TriSurface(wall.name, "wall", wall.vertices, wall.triangles[:1])
         for walls in ([*WALLS[:k], *WALLS[k + 1 :]], [*WALLS[:k], half, *WALLS[k + 1 :]]):
             patches = gs.rebuild_surfaces(walls)
-            with pytest.raises(GeosurfError, match=r"open: wall '\w+'.*easting.*Give all six"):
+            with pytest.raises(GeosurfError, match=r"open: wall '\w+'.*E .*Pass all six"):
                 gs.carve_units(patches)
 
 
@@ -132,7 +132,7 @@ X, Y, Z = np.arange(4.0), np.arange(3.0), np.zeros((3, 4))
         ((np.arange(9.0), Y, Z), r"shape \(9,\).*expected \(n_col,\), \(n_row,\)"),
         ((Z, Y, Z), r"or all \(n_row, n_col\)\."),
         ((X, Y, Z.ravel()), r"and elevation \(12,\)"),
-        ((list("abcd"), Y, Z), r"easting of a lattice is not made of numbers"),
+        ((list("abcd"), Y, Z), r"easting of a lattice is not numeric"),
         ((X, Y + 1j, Z), r"northing .*complex.*Give an array of metres"),
         ((X, Y, Z.astype("timedelta64[ms]")), r"elevation .*\(timedelta64\[ms\]\).*of metres"),
     ],
@@ -158,9 +158,12 @@ def test_what_numpy_would_make_numbers_of_is_refused(wrong):
     for take, words in (
         (lambda x: gs.TriSurface("A", "fault", x, [[0, 1, 2]]), r"'A': vertices are not numbers"),
         (lambda x: gs.intersect_triangles(x, TRIANGLE), "triangle P is not made of numbers"),
-        (lambda x: gs.triangulate_sticks([x, TRIANGLE], name="F1"), "stick 0 is not an array of"),
+        (
+            lambda x: gs.triangulate_sticks([x, TRIANGLE], name="F1"),
+            "stick 0 is not a numeric array",
+        ),
         (lambda x: gs.build_walls((0, 9, 0, 9, 0, 9), x[:, :2]), "aoi: ndarray does not hold num"),
-        (lambda x: gs.build_walls(x[:2].ravel()), "is not six numbers"),
+        (lambda x: gs.build_walls(x[:2].ravel()), "expected six numbers"),
     ):
         with pytest.raises(InputError, match=words):
             take(wrong)

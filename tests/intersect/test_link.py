@@ -107,9 +107,9 @@ def test_both_ways_give_the_same_bytes(make, name):
         return ways[-1]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("geosurf.intersect.are_plain", watched)
+        patch.setattr("geosurf.intersect.curves.are_plain", watched)
         one = intersect_surfaces(surfaces)
-        patch.setattr("geosurf.intersect.are_plain", lambda *_: False)
+        patch.setattr("geosurf.intersect.curves.are_plain", lambda *_: False)
         two = intersect_surfaces(surfaces)
     assert ways == [True]
     assert one.n_curve > 0

@@ -477,7 +477,7 @@ def test_names_that_are_not_there():
         _ = other.units
     with pytest.raises(GeometryError, match=r"'F2' lies outside the model.*Enlarge the box"):
         other.allan("F2")
-    with pytest.raises(InputError, match="do not know the patches that they were carved from"):
+    with pytest.raises(InputError, match="these units have no patches"):
         _ = Units([], BOX).sides
 
 

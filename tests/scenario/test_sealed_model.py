@@ -151,11 +151,11 @@ def test_regions_that_cannot_be_read(tmp_path):
     path = write_model(tmp_path / "model.ml")
     text = path.read_text()
     path.write_text(text.replace("REGION 9 below", "REGION 9 below\n  +77"))
-    with pytest.raises(FormatError, match=r"line \d+: region 'below' names TFACE 77, and the file"):
+    with pytest.raises(FormatError, match=r"line \d+: region 'below' names TFACE 77, but the file"):
         read_regions(path)
     path.write_text(text.replace(" 0\nREGION 9 above", "\nREGION 9 above"))
     with pytest.raises(
-        FormatError, match=r"the list of region 'below' has no 0 at its end\. Correct"
+        FormatError, match=r"the list of region 'below' does not end with 0\. Add the 0"
     ):
         read_regions(path)
     write_model(path, regions=False)
