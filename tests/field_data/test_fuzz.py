@@ -162,9 +162,6 @@ def test_what_numpy_would_make_numbers_of_is_refused(wrong):
             lambda x: gs.triangulate_sticks([x, TRIANGLE], name="F1"),
             "stick 0 is not a numeric array",
         ),
-            lambda x: gs.triangulate_sticks([x, TRIANGLE], name="F1"),
-            "stick 0 is not a numeric array",
-        ),
         (lambda x: gs.build_walls((0, 9, 0, 9, 0, 9), x[:, :2]), "aoi: ndarray does not hold num"),
         (lambda x: gs.build_walls(x[:2].ravel()), "expected six numbers"),
     ):
