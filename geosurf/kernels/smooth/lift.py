@@ -139,15 +139,7 @@ def newton_in_plane(surfaces, tri, w, px, py, pz, dx, dy, dz, f):
 @scalar
 def newton_in_plane_to(surfaces, tri, w, px, py, pz, dx, dy, dz, enough, f):
     """`newton_in_plane` with its own final step: see the head of this file."""
-    xa, ya, za, xb, yb, zb, c = (
-        surfaces.xa,
-        surfaces.ya,
-        surfaces.za,
-        surfaces.xb,
-        surfaces.yb,
-        surfaces.zb,
-        surfaces.c,
-    )
+    xa, ya, za, xb, yb, zb, c = surfaces
     left, before = enough * enough, 0.0
     for _ in range(16):
         evaluate(xa, ya, za, w[0], w[1], f, 0)
@@ -195,15 +187,7 @@ def newton_in_plane_to(surfaces, tri, w, px, py, pz, dx, dy, dz, enough, f):
 @scalar
 def newton_on_boundary(surfaces, tri, w, hold, f):
     """Newton with one parameter of one surface fixed: a line on it through the other surface."""
-    xa, ya, za, xb, yb, zb, c = (
-        surfaces.xa,
-        surfaces.ya,
-        surfaces.za,
-        surfaces.xb,
-        surfaces.yb,
-        surfaces.zb,
-        surfaces.c,
-    )
+    xa, ya, za, xb, yb, zb, c = surfaces
 
     # The surface with the fixed parameter, and the direction of its free line.
     first = hold <= HOLD_VA
@@ -262,14 +246,7 @@ def inside(za, zb, w):
 @scalar
 def differences_at(surfaces, w, f, out):
     """`interpolant_differences` along the normals of a and b: three numbers each."""
-    xa, ya, za, xb, yb, zb = (
-        surfaces.xa,
-        surfaces.ya,
-        surfaces.za,
-        surfaces.xb,
-        surfaces.yb,
-        surfaces.zb,
-    )
+    xa, ya, za, xb, yb, zb, _ = surfaces
     p, q, r = normal(f, 0)
     out[0], out[1], out[2] = interpolant_differences(xa, ya, za, w[0], w[1], p, q, r)
     out[3], out[4], out[5] = 0.0, 0.0, 0.0

@@ -73,14 +73,7 @@ def _cone_once(cones, patches, k):
 @scalar
 def _are_transverse(surfaces, cell_a, p, cell_b, q, nets, half):
     """Whether two cells are transverse, by their cones p, q, or by those of their nets."""
-    xa, ya, za, xb, yb, zb = (
-        surfaces.xa,
-        surfaces.ya,
-        surfaces.za,
-        surfaces.xb,
-        surfaces.yb,
-        surfaces.zb,
-    )
+    xa, ya, za, xb, yb, zb, _ = surfaces
     if transverse(p[0], p[1], p[2], p[3], q[0], q[1], q[2], q[3]):
         return True
 
@@ -148,14 +141,7 @@ def find_seed(surfaces, m, cell_a, cell_b, enough, seed, f):
 @scalar
 def is_disjoint_pair(surfaces, cell_a, cell_b, seed):
     """Whether a seed lies in other cells than those it started from, and nets separate those."""
-    xa, ya, za, xb, yb, zb = (
-        surfaces.xa,
-        surfaces.ya,
-        surfaces.za,
-        surfaces.xb,
-        surfaces.yb,
-        surfaces.zb,
-    )
+    xa, ya, za, xb, yb, zb, _ = surfaces
     if key_of(za, zb, seed[3:7], 0) == cell_a * (1 << 31) + cell_b:
         return False
     nets, half = np.empty((2, 4, 4, 3)), np.empty((4, 4))
