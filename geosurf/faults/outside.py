@@ -55,7 +55,8 @@ to the model, enlarge the box to it, box=(0, 5750, 0, 900, -90, 0), if all horiz
             wider[2 * k + side] = middle + room if side else middle - room
     points = _spots(surface)
     if words:
-        effect = f"{' and '.join(words)} of the {where}"
+        of = "" if words[-1].endswith(_SIDES[2]) else " of"
+        effect = f"{' and '.join(words)}{of} the {where}"
         low, high = np.array(box[0::2], dtype=float), np.array(box[1::2], dtype=float)
         off = np.maximum(points - high, 0.0) + np.maximum(low - points, 0.0)
         place = points[np.argmin((off**2).sum(axis=1))]

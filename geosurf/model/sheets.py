@@ -345,13 +345,13 @@ class Sheet(Noun):
         made.crs = self.crs
         return made
 
-    def surface_among(self, others: Callable[[str], TriSurface] | None) -> TriSurface:
+    def surface_among(self, others: Callable[[str], TriSurface | None] | None) -> TriSurface:
         """Return `surface`, if these are the very faults that tear the sheet.
 
         Parameters
         ----------
         others : callable
-            Gives the surface of a name, or raises an InputError.
+            Gives the surface of a name; None if there is none.
 
         Returns
         -------
@@ -363,21 +363,23 @@ class Sheet(Noun):
             If a fault is missing or another surface: the sheet would not end on it.
         """
         for fault in self.faults:
-            verb = "is another surface here"
-            try:
-                given = None if others is None else others(fault.name)
-            except InputError:
-                given = None
+            given = None if others is None else others(fault.name)
             if given is None:
-                verb = "is not in the scene"
+                verb, more = "is not in the scene", ""
             elif np.array_equal(given.vertices, fault.vertices) and np.array_equal(
                 given.triangles, fault.triangles
             ):
                 continue
+            else:
+                verb = "is another surface here"
+                more = (
+                    f" If the scene extends or truncates {fault.name!r}, tear the horizon at "
+                    f"scene.surface({fault.name!r}) of a scene with the same box=."
+                )
             raise InputError(
                 f"horizon {self.name!r} is torn at fault {fault.name!r}, which {verb}. Pass "
                 "the faults of the sheet to the scene, unchanged: {f.name: f for f in "
-                "sheet.faults}."
+                f"sheet.faults}}.{more}"
             )
         return self.surface
 

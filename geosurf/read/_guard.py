@@ -59,10 +59,12 @@ def opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
     if not stat.S_ISREG(kept.st_mode):
         os.close(handle)
         kind = next((word for is_it, word in KINDS if is_it(kept.st_mode)), "something else")
-        raise InputError(
-            f"{path}: this is {kind}, expected a regular file. Copy the data to a file and read "
-            "that."
+        remedy = (
+            "Give the path of a file in it."
+            if stat.S_ISDIR(kept.st_mode)
+            else "Copy the data to a file and read that."
         )
+        raise InputError(f"{path}: this is {kind}, expected a regular file. {remedy}")
     with os.fdopen(handle, "rb") as file:
         yield file, kept.st_size
 

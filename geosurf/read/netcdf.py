@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, did_you_mean, is_word
+from geosurf.conventions import FAULT_DIMS, HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.conventions.crs import crs_of
 from geosurf.errors import DependencyError, FormatError
 from geosurf.read._common import agreed_scale, agreed_sign
@@ -263,9 +263,11 @@ def _pick(path: Path, dataset: xr.Dataset, variable: str | None) -> xr.DataArray
         return grids[str(variable)]
     asked = "" if variable is None else f" {variable!r} is not one of them."
     guess = "" if variable is None else did_you_mean(variable, grids)
+    is_fault = set(FAULT_DIMS) <= {str(dim) for dim in dataset.dims}
+    remedy = "If this is a fault, use read_fault." if is_fault else "Select one with variable=."
     raise FormatError(
-        f"{path}: found {len(grids)} variables on a two-dimensional grid, "
-        f"{list(grids)}.{asked}{guess} Select one with variable=."
+        f"{path}: found {counted(len(grids), 'variable')} on a two-dimensional grid, "
+        f"{list(grids)}.{asked}{guess} {remedy}"
     )
 
 

@@ -70,7 +70,7 @@ def _load(path: Path) -> dict[str, Any]:
         ) from error
     except UnicodeDecodeError as error:
         raise ScenarioError(
-            f"{path}: byte {error.start} is not UTF-8 text. Save the scenario as UTF-8."
+            f"{path}: byte {error.start} is not UTF-8 text. Give a scenario (TOML), saved as UTF-8."
         ) from error
     except OSError as error:
         reason = error.strerror or type(error).__name__

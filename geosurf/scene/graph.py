@@ -164,14 +164,12 @@ class Graph:
 
     def _box_around(self, outline: np.ndarray | None) -> Box:
         """The given box, or the default one, as wide as an area in it."""
-        given = self.inputs.horizons
-        horizons = lambda: [self.unsimplified(name) for name in given]  # noqa: E731
-        return area.box_around(self.inputs.box, outline, horizons, self.memory)
+        return area.box_around(self.inputs.box, outline, self._untorn_horizons, self.memory)
 
     def _untorn_horizons(self) -> list[TriSurface]:
         """All horizons; torn ones as they were given, which needs no fault that leaves the box."""
         return [
-            value.surface if isinstance(value, Sheet) else self.unsimplified(name)
+            value.surface.renamed(name) if isinstance(value, Sheet) else self.unsimplified(name)
             for name, value in self.inputs.horizons.items()
         ]
 

@@ -15,6 +15,14 @@ from geosurf.model.expected import box_of_sides, flag_of
 
 Box = tuple[float, float, float, float, float, float]
 
+# what an input is like, in messages
+SAMPLES = {
+    "horizons": "{'Top': 'Top.gri'}",
+    "faults": "{'F1': 'F1.ts'}",
+    "contacts": "{'OWC': -1705.0}",
+    "truncations": "{'F2': ('F1', 'hanging wall')}",
+}
+
 
 @dataclass(frozen=True, eq=False)
 class SceneInputs:
@@ -156,7 +164,9 @@ def refuse_assignment(name: str) -> NoReturn:
 def as_mapping(what: str, inputs: Any) -> dict[str, Any]:
     """Return named inputs, or raise an InputError that shows how to name them."""
     if not isinstance(inputs, Mapping):
-        raise InputError(f"{what} is a {type(inputs).__name__}; give a mapping {{name: ...}}.")
+        raise InputError(
+            f"`{what}` must be a mapping such as {SAMPLES[what]}, not {type(inputs).__name__}."
+        )
     named: dict[str, Any] = {}
     for key, value in inputs.items():
         name = str(key)

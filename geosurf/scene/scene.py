@@ -78,8 +78,8 @@ class Scene:
     ------
     InputError
         If an input is missing, has an unknown type, or its name is used twice; if the box or the
-        tolerance cannot be used. Later, when results are requested: inputs that cannot be read, or
-        are in different coordinate reference systems.
+        tolerance cannot be used, or a torn horizon meets a tolerance. Later, when results are
+        requested: inputs that cannot be read, or are in different coordinate reference systems.
 
     Examples
     --------
@@ -138,7 +138,8 @@ class Scene:
         Raises
         ------
         InputError
-            For an unknown input, or a value that `Scene` refuses.
+            For an unknown input, the name of something to remove that does not exist, or a value
+            that `Scene` refuses.
 
         Examples
         --------
@@ -268,7 +269,8 @@ class Scene:
     def curves(self) -> Curves:
         """Curves of all pairs of surfaces; with a tolerance, see `curves_between`.
 
-        With `self_intersections` also of each surface with itself, except torn sheets.
+        With `self_intersections` also of each surface with itself: not with a tolerance, and not
+        of torn sheets.
         """
         return self._graph.curves
 

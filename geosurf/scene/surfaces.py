@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions.crs import refuse_other_crs
+from geosurf.errors import InputError
 from geosurf.model import FaultSticks, FluidContact, Sheet, TriSurface
 from geosurf.scene.inputs import SceneInputs
 from geosurf.scene.memory import Memory
@@ -20,6 +21,7 @@ from geosurf.triangulate.spikes import check_spikes
 
 Options = Mapping[str, Any]
 Lookup = Callable[[str], TriSurface]
+Found = Callable[[str], TriSurface | None]
 
 
 class InputSurfaces:
@@ -49,13 +51,16 @@ class InputSurfaces:
 
     def horizon(self, name: str, others: Lookup) -> TriSurface:
         """Return a horizon with all its nodes; one that is torn looks up its faults in `others`."""
-        return self._surface(name, "horizon", self.inputs.horizons[name], others)
+        known = self.inputs.names
+        return self._surface(
+            name, "horizon", self.inputs.horizons[name], lambda k: others(k) if k in known else None
+        )
 
     def fault(self, name: str) -> TriSurface:
         """Return a fault as given: neither extended nor truncated."""
         return self._surface(name, "fault", self.inputs.faults[name], None)
 
-    def _surface(self, name: str, role: str, value: Any, others: Lookup | None) -> TriSurface:
+    def _surface(self, name: str, role: str, value: Any, others: Found | None) -> TriSurface:
         """Read and triangulate one input, or take it from memory."""
         if name not in self._fingerprints:  # once: the scene stands for its inputs as read first
             if isinstance(value, Sheet):
@@ -78,7 +83,7 @@ class InputSurfaces:
 
 
 def as_surface(
-    name: str, role: str, value: Any, options: Options, others: Lookup | None = None
+    name: str, role: str, value: Any, options: Options, others: Found | None = None
 ) -> TriSurface:
     """Return a horizon or fault as a surface, whatever it was.
 
@@ -90,7 +95,7 @@ def as_surface(
     options : mapping
         ``positive`` and ``length_unit``, for inputs that do not declare theirs.
     others : callable, optional
-        Surface of a name: a sheet asks for the faults that tear it.
+        Surface of a name, or None: a sheet asks for the faults that tear it.
 
     Returns
     -------
@@ -131,11 +136,25 @@ def _opened(name: str, value: Any, options: Options) -> Any:
         return replace(value, at=_opened(name, value.at, options))
     if isinstance(value, list | tuple):
         return [_opened(name, one, options) for one in value]
+    if isinstance(value, str) and _is_written_number(value):
+        raise InputError(
+            f"fluid contact {name!r} is the text {value!r}. Give a number without quotes: "
+            f"{value.strip()}."
+        )
     if isinstance(value, str | Path) or hasattr(value, "dims"):
         return as_surface(name, "horizon", value, options)
     if isinstance(value, Mapping) and not hasattr(value, "data_vars"):
         return {block: _opened(f"{name} in {block}", one, options) for block, one in value.items()}
     return value
+
+
+def _is_written_number(text: str) -> bool:
+    """Whether a text is a number: an elevation in quotes, not the path of a grid."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return not Path(text).exists()
 
 
 def opened_outline(aoi: Any) -> np.ndarray:

@@ -124,7 +124,7 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
     kind = _kind(obj)
     if kind is None:
         raise OutputError(
-            f"{path}: geosurf cannot write a {type(obj).__name__}; it writes "
+            f"{path}: geosurf cannot write an object of type {type(obj).__name__}; it writes "
             f"{', '.join(WRITERS)}.{INSTEAD.get(type(obj).__name__, '')}"
         )
     suffix, known = path.suffix.lower(), WRITERS[kind]
@@ -136,8 +136,8 @@ def write(obj: Any, path: str | PathLike[str], *, name: str | None = None) -> Wr
         )
     if suffix not in known:
         raise OutputError(
-            f"{path}: a {kind} cannot be written as {suffix or 'a file without suffix'!r}, but as "
-            f"{', '.join(known)}.{did_you_mean(suffix, known)}"
+            f"{path}: {kind} cannot be written as {suffix or 'a file without suffix'!r}. Use one "
+            f"of the suffixes {', '.join(known)}.{did_you_mean(suffix, known)}"
         )
     module, function = known[suffix]
     encode: Callable[..., Any] = getattr(import_module(f"geosurf.write.{module}"), function)

@@ -194,10 +194,11 @@ def test_names_of_blocks_are_taken_apart():
     ("contacts", "words"),
     [
         ([], None),
-        ([-1.0], r"contacts is a list; give a mapping \{name: "),
+        ([-1.0], r"`contacts` must be a mapping such as \{'OWC': "),
         ({"OWC": {"F9+": 2.0}}, r"no unit lies on 'F9\+'\. .* mean 'F1\+'\?"),
         ({"OWC": {}}, r"contact 'OWC' has an empty mapping of blocks\. Give an elevation"),
         ({"OWC": "deep.gri"}, r"deep\.gri"),
+        ({"OWC": "-2"}, r"contact 'OWC' is the text '-2'\. Give a number without quotes: -2\."),
         ({"OWC": True}, r"contact 'OWC' cannot be a bool\. Give an elevation \[m\]"),
         ({"OWC": 1705.0}, r"elevation 1705 m, outside the model box \(-4 to 8 m\)\. Elev"),
     ],

@@ -240,7 +240,7 @@ def test_refusals_name_the_rule():
         scene(*SMALL.values(), truncations={"F9": ("F2", "+")})
     with pytest.raises(InputError, match=r"extend names 'F9', which is not a fault"):
         scene(*SMALL.values(), extend=["F9"])
-    with pytest.raises(InputError, match=r"truncations is a list; give a mapping"):
+    with pytest.raises(InputError, match=r"`truncations` must be a mapping such as .*, not list"):
         scene(*SMALL.values(), truncations=["F1"])
     with pytest.raises(GeometryError, match=r"'F2' ends 2.82843 m short of 'F1'"):
         scene(*SMALL.values(), truncations={"F2": ("F1", "+")}).surface("F1")

@@ -345,6 +345,8 @@ def test_parametric_fault(tmp_path):
     assert fault.attrs["long_name"] == "F1"
     with pytest.raises(FormatError, match=r"expected one variable 'elevation'.*read_horizon"):
         gs.read_fault(stored(tmp_path, data.drop_vars("depth")))
+    with pytest.raises(FormatError, match=r"found 3 variables .* this is a fault, use read_fault"):
+        gs.read_horizon(stored(tmp_path, data))
 
 
 def test_drogon_grids(shared):

@@ -71,7 +71,9 @@ def test_a_scenario_that_is_not_there_or_no_text(tmp_path):
     with pytest.raises(ScenarioError, match=r"none.toml: cannot be read .*Check the path"):
         read_scenario(tmp_path / "none.toml")
     (tmp_path / "latin.toml").write_bytes(b'title = "\xe9"')
-    with pytest.raises(ScenarioError, match=r"byte 9 is not UTF-8 text. Save"):
+    with pytest.raises(
+        ScenarioError, match=r"byte 9 is not UTF-8 text. Give a scenario \(TOML\), saved as UTF-8"
+    ):
         read_scenario(tmp_path / "latin.toml")
 
 

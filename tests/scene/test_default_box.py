@@ -10,6 +10,7 @@ from geosurf import (
     Scene,
     TriSurface,
     synthetic,
+    tear_horizon,
 )
 from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from tests import laws
@@ -54,3 +55,44 @@ def test_a_box_apart_from_a_horizon_names_both_extents(box, words):
 def test_a_mesh_has_no_default_box():
     with pytest.raises(InputError, match=r"horizon 'Top' is a mesh.*Give box="):
         _ = Scene({"Top": level(3)}).box
+
+
+@pytest.fixture(scope="module")
+def torn():
+    """A horizon torn by a fault that cuts right through, and this fault."""
+    world = synthetic.torn("through", 41)
+    sheet = tear_horizon(world.truth["points"], world.faults, name="Top", positive="up")
+    return {"Top": sheet}, {fault.name: fault for fault in sheet.faults}
+
+
+@pytest.mark.parametrize("words", [{"extend": ["F1"]}, {"truncations": {"F1": ("X", "+")}}])
+def test_the_default_box_of_torn_horizons_does_not_ask_for_the_faults_that_leave_it(torn, words):
+    """Each would ask for the other: the fault ends at the box, the horizon at the fault."""
+    sheets, faults = torn
+    wall = [[0, 400, -2100], [1000, 400, -2100], [1000, 400, -1500], [0, 400, -1500]]
+    scene = Scene(sheets, {**faults, "X": (wall, [[0, 1, 2], [0, 2, 3]])}, **words)
+    for ask in (lambda: scene.box, lambda: scene.surface("F1"), lambda: scene.units):
+        with pytest.raises(InputError, match=r"'Top' is a mesh, .* Give box=\(west"):
+            ask()
+
+
+def test_extended_faults_of_torn_horizons_leave_the_default_box_as_they_leave_a_given_one(torn):
+    sheets, faults = torn
+    corners = [(200.0, 200.0), (800.0, 200.0), (800.0, 800.0), (200.0, 800.0)]
+    default = Scene(sheets, faults, aoi=corners, extend=["F1"])
+    laws.assert_volumes_add_up(default.units, default.box)
+    given = Scene(sheets, faults, default.box, extend=["F1"])
+    # a given box is the origin of the local frame, so volumes differ in the last bits
+    np.testing.assert_allclose(given.volumes, default.volumes, rtol=1e-12)
+    assert list(given.units) == list(default.units)
+
+
+def test_a_sheet_with_an_extended_fault_names_the_surface_to_tear_at():
+    world = synthetic.torn("normal", 41)
+    sheet = tear_horizon(world.truth["points"], world.faults, name="Top", positive="up")
+    faults, box = {one.name: one for one in sheet.faults}, (100, 900, 100, 900, -2070, -1530)
+    with pytest.raises(InputError, match=r"another surface here.* tear .* scene.surface\('F1'\)"):
+        Scene({"Top": sheet}, faults, box, extend=["F1"]).surface("Top")
+    fault = Scene({}, faults, box, extend=["F1"]).surface("F1")
+    sheet = tear_horizon(world.truth["points"], [fault], name="Top", positive="up")
+    assert len(Scene({"Top": sheet}, faults, box, extend=["F1"]).units)

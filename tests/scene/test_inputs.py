@@ -72,7 +72,7 @@ def test_gridded_inputs():
 def test_refusals():
     with pytest.raises(InputError, match="at least one horizon or fault; give horizons="):
         Scene({})
-    with pytest.raises(InputError, match="horizons is a list; give a mapping"):
+    with pytest.raises(InputError, match=r"`horizons` must be a mapping .*\{'Top': .*, not list"):
         Scene([level(3)])
     with pytest.raises(InputError, match="'Top' is the name of a horizon and of a fault; rename"):
         Scene({"Top": level(3)}, {"Top": upright(1)})

@@ -78,8 +78,8 @@ def wall(name, x, low=-3000.0, high=-1000.0):
     [
         (wall("Out", 5500), r"500 m east of the model box"),
         (wall("Out", -20), r"20 m west of"),
-        (wall("Out", 2500, -1500, -1000), r"300 m above of"),
-        (wall("Out", 2500, -4000, -2700), r"100 m below of"),
+        (wall("Out", 2500, -1500, -1000), r"300 m above the model box"),
+        (wall("Out", 2500, -4000, -2700), r"100 m below the model box"),
     ],
 )
 def test_a_fault_beside_the_box_is_named(fault, where):

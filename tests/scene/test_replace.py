@@ -20,7 +20,7 @@ def test_a_removed_fault_takes_its_rules_along(scene):
 def test_replace_refuses_what_it_cannot_do(scene):
     with pytest.raises(InputError, match=r"faults has no 'F11' to remove; .* mean 'F1'\?"):
         scene.replace(faults={"F11": None})
-    with pytest.raises(InputError, match="horizons is a list; give a mapping"):
+    with pytest.raises(InputError, match=r"`horizons` must be a mapping such as .*, not list"):
         scene.replace(horizons=[level(3)])
 
 

@@ -47,7 +47,9 @@ def test_tables_without_lines_are_refused(scene, tmp_path):
 
 
 def test_what_is_no_file_says_what_is(scene, tmp_path):
-    with pytest.raises(OutputError, match=r"cannot write a Scene;.*Write its scene.units"):
+    with pytest.raises(
+        OutputError, match=r"cannot write an object of type Scene;.*Write its scene.units"
+    ):
         gs.write(scene, tmp_path / "a.vtm")
     world = gs.synthetic.torn("normal", n=21)
     sheet = gs.tear_horizon(world.horizons["Top"], world.faults, name="Top")

@@ -380,11 +380,17 @@ def test_unknown_suffixes_and_objects(tmp_path):
         OutputError, match=r"over \('unit',\) is not a horizon .* Write scene\.units"
     ):
         gs.write(table, tmp_path / "volumes.nc")
-    with pytest.raises(OutputError, match=r"a Curves cannot be written as '.vtk', but as .pl"):
+    with pytest.raises(
+        OutputError, match=r"Curves cannot be written as '.vtk'. Use one of the suffixes .pl"
+    ):
         gs.write(curves(), tmp_path / "a.vtk")
-    with pytest.raises(OutputError, match=r"TriSurface .* '.stt', but as .*Did you mean '.stl'"):
+    with pytest.raises(
+        OutputError, match=r"TriSurface .* '.stt'. Use one of the suffixes .*Did you mean '.stl'"
+    ):
         gs.write(surface(), tmp_path / "a.stt")
-    with pytest.raises(OutputError, match=r"cannot write a list; it writes TriSurface"):
+    with pytest.raises(
+        OutputError, match=r"cannot write an object of type list; it writes TriSurface"
+    ):
         gs.write([1, 2], tmp_path / "a.vtp")
     assert list(tmp_path.iterdir()) == []
 
