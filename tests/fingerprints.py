@@ -1,9 +1,9 @@
 """Hashes of the arrays of results: ``python -m tests.fingerprints [--field]``.
 
 One line for each result: demo, scenarios, every synthetic world (torn where its gridded horizons
-are smeared over faults), and with ``--field`` also Drogon's grids and sheets from its points (in
-the shared data folder). Two commits that print the same lines compute the same bytes; only public
-names are used, so that the file of one commit runs on another one.
+are smeared over faults), sheets of ``throw_horizon``, and with ``--field`` also Drogon's grids and
+sheets from its points (in the shared data folder). Two commits that print the same lines compute
+the same bytes; only public names are used, so that the file of one commit runs on another one.
 """
 
 from __future__ import annotations
@@ -118,6 +118,35 @@ def torn_scene(horizons: dict, faults: dict, box: Any, **options: Any) -> gs.Sce
     return gs.Scene(sheets, {fault.name: fault for fault in made}, box)
 
 
+def thrown_sheets() -> Iterator[tuple[str, gs.Sheet]]:
+    """Horizons of synthetic worlds torn by a throw: constant, a profile, elliptic, a function."""
+    graben = gs.synthetic.graben(n=41)
+    listric = gs.synthetic.listric(n=41)
+    tilted = gs.synthetic.tilted_planes(n=41)
+    dying = gs.synthetic.torn(n=41)
+    profile = [[0.0, -20.0], [1500.0, 35.0], [4000.0, 60.0]]
+    ellipse = gs.EllipticThrow(60.0, half_length=1200.0, half_height=600.0)
+    along = np.array([0.0, 900.0, 2500.0])
+    cases: dict[str, tuple[Any, str, dict[str, Any], dict[str, Any]]] = {
+        "constant": (graben, "Top", {"F1": 60.0, "F2": 40.0}, {}),
+        "constant, reverse": (tilted, "Top", {"F1": -25.0}, {}),
+        "constant, listric": (listric, "Top", {"F1": 50.0}, {}),
+        "both walls, drag": (
+            graben, "Base", {"F2": 35.0, "F1": 50.0}, {"reach": {"F1": 900.0}, "hanging_wall": 0.6},
+        ),
+        "profile": (tilted, "Base", {"F1": profile}, {"direction": "mean"}),
+        "profile, two faults": (
+            graben, "Middle", {"F1": np.column_stack([along, [10.0, 45.0, 30.0]]), "F2": 20.0}, {},
+        ),
+        "function": (graben, "Top", {"F2": lambda s: 20.0 + 0.01 * s}, {"hanging_wall": 0.0}),
+        "elliptic": (tilted, "Top", {"F1": ellipse}, {}),
+        "elliptic, at tips": (dying, "Top", {"F1": gs.EllipticThrow(30.0)}, {}),
+    }  # fmt: skip
+    for title, (world, horizon, throw, options) in cases.items():
+        data = world.horizons[horizon]
+        yield title, gs.throw_horizon(data, world.faults, throw, name=horizon, **options)
+
+
 def scenes() -> Iterator[tuple[str, gs.Scene]]:
     """Every scene that the project ships."""
     from geosurf import scenario as files
@@ -170,6 +199,8 @@ def lines(field: bool) -> Iterator[str]:
             yield f"{title:28} {what:34} {value}"
         for name, sheet in scene.sheets.items():
             yield f"{title:28} {'sheet ' + name:34} {of_sheet(sheet)}"
+    for title, sheet in thrown_sheets():
+        yield f"{'throw':28} {title:34} {of_sheet(sheet)}"
     for what, value in of_field() if field else ():
         yield f"{'field':28} {what:34} {value}"
 

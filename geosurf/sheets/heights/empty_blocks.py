@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from geosurf.errors import GeometryError
-from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.heave import throw_beside
 from geosurf.sheets.faults.network import faults_in_words
 from geosurf.sheets.heights.inputs import Inputs
@@ -20,13 +20,13 @@ SLIVER = 12  # nodes: blocks without data up to this size are always filled
 
 def bridge(
     inputs: Inputs, stray: np.ndarray, tears: Tears, fill_empty_blocks: bool
-) -> tuple[Cuts, dict] | None:
+) -> tuple[Tears, dict] | None:
     """Join a block without data to a neighbour, across the fault with the smaller throw.
 
-    Returns the links that stay cut, and a note; None if the block is larger than a sliver and
-    `fill_empty_blocks` is not set, or if no fault bounds it.
+    Returns the tears that stay, and a note; None if there is no such block, if it is larger than
+    a sliver and `fill_empty_blocks` is not set, or if no fault bounds it.
     """
-    if len(stray) > SLIVER and not fill_empty_blocks:
+    if len(stray) == 0 or (len(stray) > SLIVER and not fill_empty_blocks):
         return None
     cuts, frame = tears.cuts, inputs.picks.frame
     first, second = cuts.ends(frame.shape[1])
@@ -41,7 +41,7 @@ def bridge(
     name = inputs.meshes[tears.network.traces[trace].fault].name
     xy = frame.node_places(stray[:1])[0]
     note = {"nodes": len(stray), "over": name, "place": [float(c) for c in xy]}
-    return cuts.take(np.flatnonzero(~gone)), note
+    return replace(tears, cuts=cuts.take(np.flatnonzero(~gone))), note
 
 
 def refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,8 +22,8 @@ from geosurf.sheets.lattice.solve import (
     BEND,
     Common,
     Graph,
-    grounded,
     lattice_graph,
+    reached,
     smoothest,
     steps_to_known,
     weights_of,
@@ -141,12 +141,13 @@ class GridSolver:
         targets = self._targets(every, noisy, band[wedge], selection, evidence)
 
         # blocks that no datum reaches are joined to a neighbour, if they may
-        tied = _tied(graph, is_unknown, at[targets.alone])
+        free = is_unknown.copy()
+        free[at[targets.alone]] = False  # a datum that only draws the surface reaches it, too
+        tied = reached(graph, free)
         stray = band[~tied]
-        bridged = bridge(self.inputs, stray, tears, self.fill_empty_blocks) if len(stray) else None
+        bridged = bridge(self.inputs, stray, tears, self.fill_empty_blocks)
         if bridged is not None:
-            cuts, note = bridged
-            tears = replace(tears, cuts=cuts)
+            tears, note = bridged
             return self.solve(selection, tears, evidence, (*filled_blocks, note))
 
         # the smoothest heights of the others
@@ -270,15 +271,3 @@ class GridSolver:
             tears.near, evidence.apart, common_of, evidence.apart_is_final
         )
         return bent, apart
-
-
-def _tied(graph: Graph, unknown: np.ndarray, drawn: np.ndarray) -> np.ndarray:
-    """Which nodes of a graph a datum reaches, bool (n,): a known height, or a node that is drawn.
-
-    `unknown` is bool (n,), `drawn` are nodes that a datum draws on its own.
-    """
-    held = unknown.copy()
-    held[drawn] = False  # data that only draw a surface ground it, too
-    tied = np.ones(len(unknown), dtype=bool)
-    tied[held] = grounded(graph, np.where(held, np.cumsum(held) - 1, -1))
-    return tied

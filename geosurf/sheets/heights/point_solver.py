@@ -37,8 +37,8 @@ from geosurf.sheets.lattice.solve import (
     BEND,
     Common,
     Graph,
-    grounded,
     lattice_graph,
+    reached,
     steps_to_known,
     weights_of,
 )
@@ -161,14 +161,12 @@ class PointSolver:
         touched = np.zeros(len(graph.east), dtype=bool)
         touched[slot[self.corners[rows]]] = True
         far = ~touched
-        tied = touched.copy()
-        tied[far] = grounded(graph, np.where(far, np.cumsum(far) - 1, -1))
+        tied = reached(graph, far)
         nodes = np.flatnonzero(self.present)
         stray = nodes[~tied]
-        bridged = bridge(self.inputs, stray, tears, self.fill_empty_blocks) if len(stray) else None
+        bridged = bridge(self.inputs, stray, tears, self.fill_empty_blocks)
         if bridged is not None:
-            cuts, note = bridged
-            tears = replace(tears, cuts=cuts)
+            tears, note = bridged
             return self.solve(selection, tears, evidence, (*filled_blocks, note))
 
         # all other nodes at once

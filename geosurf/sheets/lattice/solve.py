@@ -214,6 +214,13 @@ def grounded(graph: Graph, unknown: np.ndarray) -> np.ndarray:
     return out
 
 
+def reached(graph: Graph, free: np.ndarray) -> np.ndarray:
+    """Nodes that hold a height, and `free` ones, bool (n,), that uncut links tie to such a node."""
+    out = ~free
+    out[free] = grounded(graph, np.where(free, np.cumsum(free) - 1, -1))
+    return out
+
+
 def steps_to_known(graph: Graph, unknown: np.ndarray, longest: int = 64) -> np.ndarray:
     """Number of uncut links from each node to the nearest known one, at most `longest`."""
     return steps_from(graph.east, graph.north, unknown < 0, longest)
