@@ -146,7 +146,7 @@ def faulted_reservoir(
         "Three horizons: a broad dome, a smaller one and a gentle tilt, lowered on the hanging "
         "walls of F1 (throughgoing, dipping east), F2 (inside) and F3 (from the south). Grids as "
         "they are picked: between the cut-offs they lie on the fault, and each node is the mean of "
-        f"all within {smear:g}. Made to look at; only what `truth` says is known."
+        f"all within {smear:g}. For pictures; only `truth` is known exactly."
     )
     box = shifted(_BOX, offset)
     return World("faulted_reservoir", horizons, _faults(n, offset), box, truth, formula)

@@ -58,10 +58,10 @@ def refuse_empty_blocks(picks: Picks, state: Heights, names: Sequence[str]) -> N
     )
     level = float(np.median(picks.z))  # the block has no height of its own
     raise GeometryError(
-        f"horizon {picks.name!r}: a block next to {faults_in_words(beside)} has no data. It has "
-        f"{len(state.stray)} nodes, the first at (easting {at[0]:.3f}, northing {at[1]:.3f}). Give "
-        "a smaller trim, add data there, or set fill_empty_blocks=True to fill it from its "
-        "neighbour.",
+        f"horizon {picks.name!r}: a block next to {faults_in_words(beside)} has no data beyond "
+        f"the trim. It has {len(state.stray)} nodes, the first at (easting {at[0]:.3f}, northing "
+        f"{at[1]:.3f}). Give a smaller trim, add data there, or set fill_empty_blocks=True to fill "
+        "it from its neighbour.",
         place=(*at, level),
         surfaces=(picks.name, *beside),
     )

@@ -114,8 +114,9 @@ def refuse_leaks(
     at = np.append(picks.frame.node_places(node)[0], state.values[node])
     widest = max((-w.heave(w.place).min(initial=0.0) for w in state.walls), default=0.0)
     remedy = (
-        "Extend the fault with gs.extend_fault(fault, box, sides=('up', 'down')), or end it on its "
-        "main fault with gs.truncate_faults before tearing."
+        "Extend the fault and tear with gs.extend_fault(fault, box, sides=('up', 'down')).surface, "
+        "or end it on its main fault and tear with "
+        "gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces."
     )
     if trim is not None:
         remedy += (
@@ -160,8 +161,9 @@ def refuse_lost_cutoffs(picks: Picks, built: Built, cuts: Mapping[str, FaultCut]
             at = cut.stations[len(cut.stations) // 2]
             raise GeometryError(
                 f"horizon {picks.name!r} is torn at fault {name!r} near {place(at)}, but a wall "
-                "does not reach the fault there. Extend the fault up and down with extend_fault, "
-                "or correct the data next to it.",
+                "does not reach the fault there. Extend the fault and tear with "
+                "gs.extend_fault(fault, box, sides=('up', 'down')).surface, or correct the data "
+                "next to it.",
                 place=at,
                 surfaces=(picks.name, name),
             )

@@ -123,7 +123,8 @@ def _branch_notes(frame: Frame, built: Built, names: Sequence[str]) -> list[str]
         notes.append(
             f"The tear of fault {names[trace.fault]!r}, {trace.ends[end]}, ends at {at}, "
             f"{abs(whole - along) * frame.cell:.0f} m before the fault does, and throw dies there "
-            "as at a tip. Truncate the branch at its main fault with truncate_faults, then tear."
+            "as at a tip: nearer to the main fault the sheet does not close. End the branch on it, "
+            "and tear with gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces."
         )
     return notes
 

@@ -128,7 +128,7 @@ def _at_tip(
         f"data show a throw of {first:.3g} m. The sheet has no throw beyond that point; in the "
         f"data it continues for {far}.",
         f"Continue fault {name!r} to about (easting {xy[1, 0]:.0f}, northing {xy[1, 1]:.0f}), or "
-        "with gs.extend_fault(fault, box, sides='strike').",
+        "tear with gs.extend_fault(fault, box, sides='strike').surface.",
         (*xy[0], level),
     )
 

@@ -250,7 +250,7 @@ class Thrown:
                     raise GeometryError(
                         f"fault {name!r} ends inside horizon {horizon!r} at {place(where[0])}, "
                         f"where its throw is still {left[0]:.3g} m. Let throw die there, or extend "
-                        "the fault past the horizon or to another fault.",
+                        "the fault to the edge of the horizon or to another fault.",
                         place=where[0],
                         surfaces=(name, horizon),
                     )
