@@ -53,7 +53,9 @@ def test_what_is_no_file_says_what_is(scene, tmp_path):
         gs.write(scene, tmp_path / "a.vtm")
     world = gs.synthetic.torn("normal", n=21)
     sheet = gs.tear_horizon(world.horizons["Top"], world.faults, name="Top")
-    with pytest.raises(OutputError, match=r"write an object of type Sheet;.*write scene.patches.surface\(name\)"):
+    with pytest.raises(
+        OutputError, match=r"write an object of type Sheet;.*write scene.patches.surface\(name\)"
+    ):
         gs.write(sheet, tmp_path / "a.ts")
 
 
