@@ -30,6 +30,7 @@ _HOME = {
     "read_fault": "geosurf.read",
     "read_points": "geosurf.read",
     "read_polygons": "geosurf.read",
+    "read_tops": "geosurf.read",
     # triangulate
     "triangulate_horizon": "geosurf.triangulate",
     "triangulate_fault": "geosurf.triangulate",
@@ -120,6 +121,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         read_horizon as read_horizon,
         read_points as read_points,
         read_polygons as read_polygons,
+        read_tops as read_tops,
     )
     from geosurf.rebuild import (
         trim_sheets as trim_sheets,

@@ -10,6 +10,8 @@ throw.py          throw, heave, dip separation along a fault
 juxtaposition.py  areas of zones that face each other; Allan diagrams
 section.py        vertical sections
 dips.py           area, dip and azimuth of surfaces
+well_columns.py   vertical lines through wells
+misfit.py         well tops compared with the horizons of a model
 ================  ===============================================================
 """
 
@@ -19,6 +21,7 @@ from geosurf.measure.cutoffs import fault_polygons, wall_lines
 from geosurf.measure.dips import orientation
 from geosurf.measure.faces import faces_of, side_of_words
 from geosurf.measure.juxtaposition import allan_diagram, juxtaposition_table
+from geosurf.measure.misfit import well_misfit
 from geosurf.measure.section import vertical_section
 from geosurf.measure.thickness import thickness_map
 from geosurf.measure.throw import separation
@@ -34,4 +37,5 @@ __all__ = [
     "thickness_map",
     "vertical_section",
     "wall_lines",
+    "well_misfit",
 ]

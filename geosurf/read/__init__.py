@@ -17,6 +17,7 @@ from geosurf.errors import FormatError, InputError
 from geosurf.model.expected import name_of, path_of
 from geosurf.read._common import otherwise
 from geosurf.read._guard import opened
+from geosurf.read.tops import read_tops
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import numpy as np
@@ -24,7 +25,15 @@ if TYPE_CHECKING:  # pragma: no cover - types only
 
     from geosurf.model import FaultSticks, TriSurface
 
-__all__ = ["otherwise", "read_fault", "read_horizon", "read_points", "read_polygons", "read_tsurf"]
+__all__ = [
+    "otherwise",
+    "read_fault",
+    "read_horizon",
+    "read_points",
+    "read_polygons",
+    "read_tops",
+    "read_tsurf",
+]
 
 # format -> (module, function, suffixes)
 MESH_FORMATS = {

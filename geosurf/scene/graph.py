@@ -46,6 +46,7 @@ from geosurf.intersect.shared import is_torn, shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import name_of
+from geosurf.model.tops import Tops
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.scene import area
@@ -54,6 +55,7 @@ from geosurf.scene.faults import FaultStage
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import InputSurfaces, opened_contacts, opened_outline
+from geosurf.scene.wells import opened_tops, warnings_of_names
 from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.coarsen import coarsen_lattice
 
@@ -177,6 +179,14 @@ class Graph:
         """Return the origin of the local frame: the box's where exact, so that results share it."""
         box = None if self.inputs.box is None else self.given_box
         return area.shared_origin(box, surfaces)
+
+    # ---- well tops -----------------------------------------------------------------------
+
+    @cached_property
+    def tops(self) -> Tops | None:
+        """Well tops, read from their file; None if the scene has none."""
+        with self.memory.collecting():
+            return opened_tops(self.inputs.tops, self.inputs.options)
 
     # ---- column and fluid contacts -------------------------------------------------------
 
@@ -315,6 +325,8 @@ class Graph:
             systems = self.read.crs
             names = [name for name in self.inputs.names if name in systems]
             warn_of_unclear_crs({name: systems[name] for name in names})
+        if self.tops is not None:
+            self.memory.warn(*warnings_of_names(self.tops, tuple(self.inputs.horizons)))
         for sheet in self.sheets.values():
             self.memory.warn(*sheet.warnings, issued=True)
 

@@ -33,7 +33,7 @@ class SceneInputs:
     ----------
     horizons, faults, box, column, contacts, aoi, positive, length_unit
         As for `Scene`.
-    voxel_size, self_intersections, extend, truncations, tolerance
+    voxel_size, self_intersections, extend, truncations, tolerance, tops
         As for `Scene`.
 
     Attributes
@@ -65,6 +65,7 @@ class SceneInputs:
     extend: Any = ()
     truncations: Mapping[str, Any] | None = None
     tolerance: float | None = None
+    tops: Any = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

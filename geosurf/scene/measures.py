@@ -16,6 +16,7 @@ from geosurf.conventions import HORIZON_DIMS, counted, did_you_mean, is_word
 from geosurf.errors import GeometryError, InputError
 from geosurf.model.expected import name_of
 from geosurf.scene.graph import Graph
+from geosurf.scene.wells import opened_tops, warnings_of_names
 from geosurf.triangulate.coarsen import volume_error
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -128,6 +129,25 @@ def orientation(graph: Graph, name: str) -> xarray.Dataset:
 
     run = lambda: measure.orientation(graph.patches, graph.units, name)  # noqa: E731
     return _remembered(graph, f"orientation {name}", run)
+
+
+def misfit(graph: Graph, tops: Any) -> xarray.Dataset:
+    """Return well tops compared with the horizons of the model; see `Scene.misfit`."""
+    from geosurf.measure import well_misfit
+
+    if tops is not None:
+        with graph.memory.collecting():
+            tops = opened_tops(tops, graph.inputs.options)
+    checked = graph.tops if tops is None else tops
+    if checked is None:
+        raise InputError(
+            "the scene has no well tops. Give them: scene.misfit(geosurf.read_tops(path)), or "
+            "Scene(..., tops=...)."
+        )
+    graph.memory.warn(*warnings_of_names(checked, tuple(graph.inputs.horizons)))
+    run = lambda: well_misfit(graph.patches, graph.units, checked)  # noqa: E731
+    content = (checked.wells, checked.horizons, checked.points.tobytes())
+    return _remembered(graph, "misfit", run, *content)
 
 
 def cutoffs(graph: Graph, horizon: str, fault: str, side: str | None) -> Lines:

@@ -73,6 +73,8 @@ class Scene:
         [m], for pictures and quick volumes: gridded horizons get as few triangles as stay this
         near, above and below, and `volume_error_bound` bounds the effect on volumes. `curves` are
         those of smooth surfaces through all nodes, to this error: docs/how_it_works/tolerance.md.
+    tops : xarray.Dataset, table or path, optional
+        Well tops, as from `read_tops`: `misfit` compares them with the horizons.
 
     Raises
     ------
@@ -111,10 +113,11 @@ class Scene:
         extend: Any = (),
         truncations: Mapping[str, Any] | None = None,
         tolerance: float | None = None,
+        tops: Any = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, faults, box, column, contacts, aoi, positive, length_unit,
-            voxel_size, self_intersections, extend, truncations, tolerance,
+            voxel_size, self_intersections, extend, truncations, tolerance, tops,
         )  # fmt: skip
         self.__dict__.update(_inputs=inputs, _graph=Graph(inputs, Memory()))
 
@@ -128,7 +131,7 @@ class Scene:
             own extension and truncations. New horizons come last, as the oldest.
         box, column, contacts, aoi, extend, truncations : optional
             As for `Scene`; they replace the previous ones.
-        positive, length_unit, voxel_size, self_intersections, tolerance : optional
+        positive, length_unit, voxel_size, self_intersections, tolerance, tops : optional
             As for `Scene`.
 
         Returns
@@ -541,6 +544,37 @@ class Scene:
             For an unknown name.
         """
         return measures.orientation(self._graph, name)
+
+    def misfit(self, tops: Any = None) -> xarray.Dataset:
+        """Return well tops compared with the horizons of the model, for each horizon and well.
+
+        Parameters
+        ----------
+        tops : xarray.Dataset, table or path, optional
+            As from `read_tops`. Default: the tops of the scene.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``top``: ``picked``, ``model``, ``misfit`` (model minus picked) [m], ``block``,
+            ``status``, ``fault``; see `geosurf.measure.well_misfit`.
+
+        Raises
+        ------
+        InputError
+            If there are no tops, or they lack a column.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.graben(n=9)
+        >>> scene = gs.Scene(world.horizons, world.faults, world.box)
+        >>> tops = dict(well=["W1", "W2"], horizon=["Top", "Base"])
+        >>> tops |= dict(easting=[800.0, 900.0], northing=[700.0, 9e9], elevation=[-1000.0] * 2)
+        >>> scene.misfit(tops).status.values.tolist()
+        ['found', 'outside']
+        """
+        return measures.misfit(self._graph, tops)
 
     # ---- what was done -------------------------------------------------------------------
 

@@ -1,0 +1,109 @@
+"""Well tops, checked: where wells meet horizons."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from geosurf.conventions import elevation_sign, metres_per_unit, real_numbers
+from geosurf.errors import InputError
+from geosurf.model.base import frozen
+
+COLUMNS = ("well", "horizon", "easting", "northing", "elevation")
+
+
+@dataclass(frozen=True, eq=False)
+class Tops:
+    """Well tops as stages take them.
+
+    Attributes
+    ----------
+    wells, horizons : tuple of str
+        Name of the well and of the horizon, one for each top.
+    points : ndarray of float64, shape (n_top, 3)
+        Easting, northing, elevation [m], positive up.
+    """
+
+    wells: tuple[str, ...]
+    horizons: tuple[str, ...]
+    points: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.wells)
+
+    def of(self, horizon: str) -> np.ndarray:
+        """Rows of the tops of one horizon."""
+        return np.flatnonzero(np.array([name == horizon for name in self.horizons], dtype=bool))
+
+    def words(self, row: int) -> str:
+        """One top, as messages name it."""
+        return f"{self.horizons[row]!r} in well {self.wells[row]!r}"
+
+    def __iter__(self) -> Iterator[tuple[str, str, tuple[float, float, float]]]:
+        """Well, horizon and place of each top."""
+        for well, horizon, point in zip(self.wells, self.horizons, self.points, strict=True):
+            east, north, up = point.tolist()
+            yield well, horizon, (east, north, up)
+
+
+def tops_of(tops: Any) -> Tops:
+    """
+    Return well tops from a dataset or a table, or raise an error that names what is wrong.
+
+    Parameters
+    ----------
+    tops : xarray.Dataset, pandas.DataFrame, mapping or Tops
+        With the columns ``well``, ``horizon``, ``easting``, ``northing``, ``elevation``; the last
+        is positive up and in metres, unless its attributes ``positive`` and ``units`` differ.
+
+    Returns
+    -------
+    Tops
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> found = tops_of(
+    ...     {"well": ["W1"], "horizon": ["Top"], "easting": [0], "northing": [9], "elevation": [-5]}
+    ... )
+    >>> len(found), found.words(0)
+    (1, "'Top' in well 'W1'")
+    """
+    if isinstance(tops, Tops):
+        return tops
+    how = "Pass the result of geosurf.read_tops, or a table with these columns"
+    try:
+        columns = {name: tops[name] for name in COLUMNS}
+    except (KeyError, TypeError, IndexError, AttributeError) as error:
+        raise InputError(
+            f"tops is {type(tops).__name__} without all of {', '.join(COLUMNS)}. {how}."
+        ) from error
+    arrays = {name: np.ravel(getattr(value, "values", value)) for name, value in columns.items()}
+    sizes = {name: len(array) for name, array in arrays.items()}
+    if len(set(sizes.values())) != 1:
+        raise InputError(f"the columns of tops have different lengths: {sizes}. {how}.")
+    wells, horizons = (tuple(map(str, arrays[name].tolist())) for name in COLUMNS[:2])
+    try:
+        points = np.stack([real_numbers(arrays[name]) for name in COLUMNS[2:]], axis=1)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"tops have coordinates that are not numbers ({error}). {how}.") from error
+    attrs = dict(getattr(columns["elevation"], "attrs", {}))
+    scale = elevation_sign(attrs.get("positive", "up"), "the tops")
+    points[:, 2] *= scale * metres_per_unit(attrs.get("units", "m"), "the tops")
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        first = bad[0]
+        raise InputError(
+            f"{len(bad)} tops have coordinates that are not finite; the first is "
+            f"{horizons[first]!r} in well {wells[first]!r}. Leave these tops out."
+        )
+    return Tops(wells, horizons, frozen(points + 0.0, np.float64))
+
+
+__all__ = ["COLUMNS", "Tops", "tops_of"]

@@ -1,0 +1,154 @@
+"""Layouts of well-top files -> a header and rows of words.
+
+Three are recognised by their first lines:
+
+- Petrel well tops: column names between BEGIN HEADER and END HEADER, names in quotes;
+- RMS points with attributes: lines such as ``String Well`` name what follows x y z in each row;
+- a table, with one header line or none, separated by commas, semicolons, tabs or blanks.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from geosurf.errors import FormatError
+from geosurf.read._common import is_number, read_text
+
+WORD = re.compile(r'"([^"]*)"|\'([^\']*)\'(?=\s|$)|(\S+)')
+ATTRIBUTE = re.compile(r"(?i)(float|string|discrete|int|integer)\s+(\S.*)")
+UNIT = re.compile(r"(?i)#\s*unit in depth:\s*(\S*)")
+COMMENTS = ("#", "!", "--")
+SEPARATORS = (",", ";", "\t")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A file of well tops, taken apart.
+
+    Attributes
+    ----------
+    header : list of str or None
+        Names of the columns as they are written; None without a header.
+    rows : list of (int, list of str)
+        Line number from 1, and its words.
+    petrel : bool
+        Whether the file is in Petrel's format, which holds elevations.
+    length_unit : str or None
+        Unit of z, if the file declares one.
+    """
+
+    header: list[str] | None
+    rows: list[tuple[int, list[str]]]
+    petrel: bool = False
+    length_unit: str | None = None
+
+
+def layout_of(path: Path, decimal: str) -> Layout:
+    """Return header and rows of a file of well tops.
+
+    Raises
+    ------
+    FormatError
+        If the header has no end, or a row has another number of words than the header.
+    """
+    lines = read_text(path).split("\n")
+    unit = next((match[1] for line in lines[:50] if (match := UNIT.match(line.strip()))), None)
+    numbered = [
+        (number, line.strip())
+        for number, line in enumerate(lines, start=1)
+        if line.strip() and not line.lstrip().startswith(COMMENTS)
+    ]
+    if not numbered:
+        raise FormatError(f"{path}: the file has comments only. Export the tops again.")
+    begins = [k for k, (_, line) in enumerate(numbered[:50]) if line.upper() == "BEGIN HEADER"]
+    if begins:
+        header, body = _petrel(path, numbered, begins[0])
+        found = Layout(header, body, True, unit or None)
+    elif ATTRIBUTE.fullmatch(numbered[0][1]):
+        found = _with_attributes(numbered)
+    else:
+        found = _table(path, numbered, decimal)
+    _check_widths(path, found)
+    return found
+
+
+def _petrel(
+    path: Path, numbered: list[tuple[int, str]], begin: int
+) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Names between BEGIN HEADER and END HEADER, and the rows below."""
+    upper = [line.upper() for _, line in numbered]
+    if "END HEADER" not in upper[begin:]:
+        raise FormatError(
+            f"{path}, line {numbered[begin][0]}: BEGIN HEADER has no END HEADER. Export the file "
+            "again."
+        )
+    end = upper.index("END HEADER", begin)
+    header = [line for _, line in numbered[begin + 1 : end]]
+    return header, [(number, _blank_words(line)) for number, line in numbered[end + 1 :]]
+
+
+def _with_attributes(numbered: list[tuple[int, str]]) -> Layout:
+    """RMS points: one line for each attribute, then x y z and the attributes."""
+    header = ["x", "y", "z"]
+    for _, line in numbered:
+        match = ATTRIBUTE.fullmatch(line)
+        if match is None:
+            break
+        header.append(match[2].strip("\"' "))
+    body = numbered[len(header) - 3 :]
+    return Layout(header, [(number, _blank_words(line)) for number, line in body])
+
+
+def _table(path: Path, numbered: list[tuple[int, str]], decimal: str) -> Layout:
+    """A table with one header line or none."""
+    first = numbered[0][1]
+    separators = [sign for sign in SEPARATORS if sign in first and sign != decimal]
+    if separators:
+        rows = list(_separated(path, numbered, separators[0]))
+    else:
+        rows = [(number, _blank_words(line)) for number, line in numbered]
+    is_header = not any(is_number(word.replace(",", ".", 1)) for word in rows[0][1])
+    return Layout(rows[0][1], rows[1:]) if is_header else Layout(None, rows)
+
+
+def _separated(
+    path: Path, numbered: list[tuple[int, str]], sign: str
+) -> Iterator[tuple[int, list[str]]]:
+    """Words of each line, separated by a sign and perhaps in quotes."""
+    for number, line in numbered:
+        try:
+            words = next(csv.reader([line], delimiter=sign, skipinitialspace=True))
+        except (csv.Error, StopIteration) as error:
+            raise FormatError(
+                f"{path}, line {number}: this line is not valid csv ({error}). Correct that line "
+                "or export the file again."
+            ) from error
+        yield number, [word.strip() for word in words]
+
+
+def _blank_words(line: str) -> list[str]:
+    """Words between blanks; names in quotes may have blanks inside."""
+    return [
+        next(part for part in match.groups() if part is not None).strip()
+        for match in WORD.finditer(line)
+    ]
+
+
+def _check_widths(path: Path, found: Layout) -> None:
+    """Refuse rows that are shorter or longer than the header."""
+    if found.header is None:
+        return
+    for number, words in found.rows:
+        if len(words) != len(found.header):
+            raise FormatError(
+                f"{path}, line {number}: found {len(words)} values, expected {len(found.header)} "
+                "as in the header. Put names with blanks in quotes. Numbers with decimal commas "
+                "need another separator and decimal=','."
+            )
+
+
+__all__ = ["Layout", "layout_of"]

@@ -1,0 +1,288 @@
+"""Well tops: where wells meet horizons, from csv, text, Petrel and RMS."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geosurf.conventions import counted, did_you_mean, elevation_sign
+from geosurf.errors import FormatError, GeosurfWarning, InputError
+from geosurf.model.expected import listed, path_of
+from geosurf.read._common import COMMA, agreed_scale, agreed_sign, is_number, number, otherwise
+from geosurf.read._table import checked_decimal
+from geosurf.read._tops_layout import Layout, layout_of
+from geosurf.warning import warn
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    import xarray as xr
+
+# usual names of the five columns: lower case, letters and digits only
+USUAL = {
+    "well": ("well", "wellname", "wellbore", "wellborename", "wellidentifier", "uwi", "borehole"),
+    "x": ("x", "xutme", "easting", "east", "xcoord", "xcoordinate"),
+    "y": ("y", "yutmn", "northing", "north", "ycoord", "ycoordinate"),
+    "z": ("z", "ztvdss", "tvdss", "sstvd", "elevation", "depth"),
+    "horizon": (
+        "horizon", "surface", "top", "marker", "pick", "formation",
+        "horizonname", "surfacename", "topname", "markername",
+    ),
+}  # fmt: skip
+MEASURED = ("md", "mdrkb", "measureddepth", "tvd", "tvdrkb")  # depths along or below the rig
+# what programs write for an undefined value
+UNDEFINED = (-999.0, -999.25, -9999.0, -99999.0, 1e20, 1e30, 9999900.0)
+UNDEFINED_WORDS = ("", "undef", "undefined", "null", "nan", "none", "-")
+BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*(.*?)\s*[\])]\s*")
+MOST_NAMED = 6  # tops in one warning
+Places = dict[str, int]
+
+
+def read_tops(
+    path: str | PathLike[str],
+    *,
+    positive: str | None = None,
+    length_unit: str | None = None,
+    columns: Sequence[str] | Sequence[int] | None = None,
+    decimal: str = ".",
+) -> xr.Dataset:
+    r"""
+    Read well tops: where wells meet horizons.
+
+    Parameters
+    ----------
+    path : path-like
+        Petrel well tops, RMS points with attributes, or a table with a header, separated by
+        commas, semicolons, tabs or blanks; the content determines which. Columns are found by
+        name, in any order: well (``Well``, ``UWI`` ...), ``X``, ``Y``, ``Z`` or ``TVDSS``, and
+        ``Surface`` or ``Horizon``.
+    positive : {"up", "down"}
+        Whether z is elevation or depth. Only Petrel files may leave it out: they hold elevations.
+    length_unit : str, optional
+        Unit of z. Default: as the file declares it, else ``"m"``.
+    columns : sequence of str or of int, optional
+        Names of the columns of well, easting, northing, z and horizon, or their numbers, counted
+        from 1.
+    decimal : {".", ","}, optional
+        Decimal sign of the file.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``well``, ``horizon``, ``easting``, ``northing`` and ``elevation`` [m], positive up, over
+        ``top``. ``attrs["unused"]`` lists rows without a top, each with its reason.
+
+    Raises
+    ------
+    FormatError
+        If a column is missing or there twice, or a line does not fit the header.
+    InputError
+        If the file cannot be opened, or `positive` is missing.
+
+    Warns
+    -----
+    GeosurfWarning
+        Of rows that are not used: undefined values (-999, 1e30, UNDEF ...), repeated rows, tops of
+        faults.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "tops.csv"
+    >>> _ = file.write_text("Surface,Well,X,Y,TVDSS\nTop,W-1,500,900,1612.5\n")
+    >>> tops = read_tops(file, positive="down")
+    >>> tops.well.values.tolist(), tops.horizon.values.tolist(), tops.elevation.values.tolist()
+    (['W-1'], ['Top'], [-1612.5])
+    """
+    path = path_of(path, "read_tops")
+    if positive is not None:
+        elevation_sign(positive, f"{path.name}: well tops")
+    sign = checked_decimal(decimal)
+    layout = layout_of(path, sign)
+    places = _places(path, layout, _checked_columns(columns))
+    what = f"{path.name}: well tops"
+
+    # Petrel writes elevations; nobody else states it
+    default = otherwise({"positive": "up"})["positive"] if layout.petrel else None
+    unit = _declared_unit(layout, places["z"])
+    scale = agreed_sign(None, positive or default, what)
+    scale *= agreed_scale(unit, length_unit, "m", what)
+    return _dataset(path, layout, places, scale, sign)
+
+
+# ---------------------------------------------------------------------- columns
+def _checked_columns(columns: Any) -> tuple[str, ...] | tuple[int, ...] | None:
+    """Five names or numbers from 1, or the reason why not."""
+    if columns is None:
+        return None
+    how = "give five names or numbers"
+    one = isinstance(columns, str | int)
+    words = (columns,) if one else listed(columns, "columns are words or numbers", how)
+    names = all(isinstance(word, str) for word in words)
+    counts = all(type(word) is int and word > 0 for word in words)
+    if len(words) != 5 or not (names or counts):
+        raise InputError(
+            f"columns is {columns!r}. Give well, easting, northing, z and horizon: five names of "
+            "the header, as in columns=('Well', 'X', 'Y', 'TVDSS', 'Surface'), or five numbers "
+            "counted from 1."
+        )
+    return tuple(words)
+
+
+def _places(path: Path, layout: Layout, columns: tuple | None) -> Places:
+    """Where the five columns are, by their usual names or the caller's."""
+    if layout.header is None or (columns and isinstance(columns[0], int)):
+        return _numbered(path, layout, columns)
+    spelled: dict[str, tuple[str, ...]]
+    if columns is not None:
+        words = [word.strip().lower() for word in layout.header]
+        given = [word.strip().lower() for word in columns]
+        spelled = {key: (word,) for key, word in zip(USUAL, given, strict=True)}
+    else:
+        words = [_plain(word) for word in layout.header]
+        spelled = {**USUAL}
+        if not any(word in USUAL["well"] for word in words):
+            spelled["well"] = ("name",)
+    found = {}
+    for key, spellings in spelled.items():
+        at = [k for k, word in enumerate(words) if word in spellings]
+        if len(at) != 1:
+            raise FormatError(_why_not(path, layout, key, len(at), spellings, words))
+        found[key] = at[0]
+    return found
+
+
+def _numbered(path: Path, layout: Layout, columns: tuple | None) -> Places:
+    """Columns that the caller counted, of a file with or without a header."""
+    if columns is None or not isinstance(columns[0], int):
+        line, words = layout.rows[0]
+        raise FormatError(
+            f"{path}, line {line}: the file has no header, so the columns are unknown; the line "
+            f"has {len(words)} values. Give the columns of well, easting, northing, z and horizon, "
+            "counted from 1, as in columns=(1, 2, 3, 4, 5)."
+        )
+    width = len(layout.header) if layout.header else min(len(words) for _, words in layout.rows)
+    if max(columns) > width:
+        raise FormatError(
+            f"{path}: a line has {width} values, but columns={columns}. Columns are counted from 1."
+        )
+    return {key: int(k) - 1 for key, k in zip(USUAL, columns, strict=True)}
+
+
+def _plain(word: str) -> str:
+    """A name of a column in lower case, letters and digits only, without its unit."""
+    match = BRACKETS.fullmatch(word)
+    return re.sub(r"[^a-z0-9]", "", (match[1] if match else word).lower())
+
+
+def _why_not(
+    path: Path, layout: Layout, key: str, n: int, spellings: tuple[str, ...], words: list[str]
+) -> str:
+    """Say which column is missing or there twice, and what to do."""
+    names = ", ".join(layout.header or ())
+    if key == "z" and n == 0 and any(word in MEASURED for word in words):
+        return (
+            f"{path}: the file has depths below the rig (MD or TVD), but no elevation or depth "
+            f"below sea level; its columns are {names}. Export the tops with Z or TVDSS."
+        )
+    how = f"expected one of {', '.join(spellings)} (upper or lower case)"
+    return (
+        f"{path}: found {n} columns for {key} in {names}; {how}."
+        f"{did_you_mean(spellings[0], words) if n == 0 else ''} Set columns=, as in "
+        "columns=('Well', 'X', 'Y', 'TVDSS', 'Surface')."
+    )
+
+
+def _declared_unit(layout: Layout, place: int) -> str | None:
+    """Unit of z that the file declares: in a comment of Petrel, or in brackets after the name."""
+    match = BRACKETS.fullmatch(layout.header[place]) if layout.header else None
+    return (match[2].lower() or None) if match else layout.length_unit
+
+
+# ------------------------------------------------------------------------- rows
+def _dataset(path: Path, layout: Layout, places: Places, scale: float, decimal: str) -> xr.Dataset:
+    """Tops of all rows that have one; the others are listed with their reason."""
+    import xarray as xr
+
+    names: list[tuple[str, str]] = []
+    points: list[list[float]] = []
+    unused: list[str] = []
+    seen = set()
+    kind = _place_of_type(layout)
+    for line, words in layout.rows:
+        well, horizon = (_name(path, line, words[places[key]], key) for key in ("well", "horizon"))
+        top = f"{horizon!r} in well {well!r} (line {line})"
+        if kind is not None and words[kind].strip().lower() not in ("horizon", ""):
+            unused.append(f"{top} has the type {words[kind]!r}, not Horizon")
+            continue
+        values = [_value(path, line, words[places[key]], decimal) for key in ("x", "y", "z")]
+        lacking = [word for word, v in zip(("x", "y", "z"), values, strict=True) if v is None]
+        if lacking:
+            unused.append(f"{top} has undefined {', '.join(lacking)}")
+        elif (row := (well, horizon, *values)) in seen:
+            unused.append(f"{top} is there twice")
+        else:
+            seen.add(row)
+            names.append((well, horizon))
+            points.append([value for value in values if value is not None])
+    if not points:
+        first = f": {unused[0]}" if unused else ""
+        raise FormatError(f"{path}: the file has no well tops{first}. Export the tops again.")
+    _warn_of_unused(path, unused, len(points) + len(unused))
+    metre = {"units": "m"}
+    x, y, z = np.array(points).T
+    return xr.Dataset(
+        {
+            "well": ("top", np.array([well for well, _ in names], dtype=object)),
+            "horizon": ("top", np.array([horizon for _, horizon in names], dtype=object)),
+            "easting": ("top", x.copy(), metre),
+            "northing": ("top", y.copy(), metre),
+            "elevation": ("top", scale * z + 0.0, metre | {"positive": "up"}),
+        },
+        attrs={"source": path.name, "unused": unused},
+    )
+
+
+def _place_of_type(layout: Layout) -> int | None:
+    """Column of Petrel's type of a top: Horizon, Fault or Other."""
+    words = [word.strip().lower() for word in layout.header or ()] if layout.petrel else []
+    return words.index("type") if "type" in words else None
+
+
+def _name(path: Path, line: int, word: str, what: str) -> str:
+    """A name, or the line where it is missing."""
+    if not word:
+        raise FormatError(
+            f"{path}, line {line}: the name of the {what} is missing. Correct that line or export "
+            "the file again."
+        )
+    return word
+
+
+def _value(path: Path, line: int, word: str, decimal: str) -> float | None:
+    """A number, or None where it is undefined."""
+    if word.strip().lower() in UNDEFINED_WORDS:
+        return None
+    if decimal == "," and COMMA.search(word):
+        word = word.replace(",", ".", 1)
+    if is_number(word) and float(word) in UNDEFINED:
+        return None
+    return number(word, path, line, "x, y or z")
+
+
+def _warn_of_unused(path: Path, unused: list[str], n: int) -> None:
+    """List the rows that are not used."""
+    if unused:
+        more = f" and {len(unused) - MOST_NAMED} more" if len(unused) > MOST_NAMED else ""
+        effect = (
+            f"{len(unused)} of {counted(n, 'row')} of '{path.name}' are not used: "
+            f"{'; '.join(unused[:MOST_NAMED])}{more}."
+        )
+        remedy = "Complete or delete these rows; tops.attrs['unused'] lists all."
+        warn(GeosurfWarning("tops", path.name, effect, remedy))
+
+
+__all__ = ["read_tops"]

@@ -1,0 +1,116 @@
+"""Well tops against models whose horizons are known: misfit, block, gap, repetition."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import GeosurfWarning, InputError
+from geosurf.synthetic.torn_faults import side_of
+
+
+def table(points, horizon="Top"):
+    """Tops at points (n, 3), one well each."""
+    points = np.atleast_2d(points)
+    names = {"well": [f"W{k}" for k in range(len(points))], "horizon": [horizon] * len(points)}
+    return names | dict(zip(("easting", "northing", "elevation"), points.T, strict=True))
+
+
+@pytest.fixture(scope="module")
+def planes():
+    """A scene of planes cut by one fault."""
+    world = gs.synthetic.tilted_planes(n=9)
+    return gs.Scene(world.horizons, world.faults, world.box)
+
+
+@pytest.fixture(scope="module", params=["through", "reverse"])
+def torn(request):
+    """A torn horizon, normal or reverse, with its truth."""
+    world = gs.synthetic.torn(request.param, n=41, smear=0)
+    sheet = gs.tear_horizon(world.truth["points"], world.faults, name="Top", positive="up")
+    faults = {fault.name: fault for fault in sheet.faults}
+    return world, gs.Scene({"Top": sheet}, faults, world.box)
+
+
+def test_law_misfit_of_a_plane_is_what_was_added(planes):
+    west, east, south, north, *_ = planes.box
+    rng = np.random.default_rng(3)
+    place = rng.uniform((west, south), (east, north), (40, 2))
+    nodes = planes.surface("Top").vertices
+    ramp, *_ = np.linalg.lstsq(np.column_stack([nodes[:, :2], np.ones(len(nodes))]), nodes[:, 2])
+    truth = np.column_stack([place, np.ones(40)]) @ ramp
+    added = rng.uniform(-20.0, 20.0, 40)
+    found = planes.misfit(table(np.column_stack([place, truth - added])))
+    np.testing.assert_allclose(found.model, truth, atol=1e-8)
+    np.testing.assert_allclose(found.misfit, added, atol=1e-8)
+    assert set(found.status.values) == {"found"}
+    assert set(found.block.values) == {"F1+", "F1-"}
+
+
+def test_a_top_on_the_other_side_of_a_fault_names_the_fault(planes):
+    fault, top = (planes.surface(name) for name in ("F1", "Top"))
+    middle = fault.vertices.mean(axis=0)
+    level = float(planes.misfit(table(middle)).model[0])
+    beyond = 2.0 * middle[2] - level  # as far on the other side of the fault
+    found = planes.misfit(table([[*middle[:2], beyond], [*middle[:2], level]]))
+    assert found.fault.values.tolist() == ["F1", ""]
+    assert found.block.values[0] != found.block.values[1]
+    assert top.n_triangle
+
+
+def test_every_sheet_of_a_torn_horizon_is_compared_at_its_own_height(torn):
+    world, scene = torn
+    truth = world.truth["points"]
+    step = 25.0
+    inner = truth[(truth[:, :2] > 5 * step).all(axis=1) & (truth[:, :2] < 35 * step).all(axis=1)]
+    tops = inner[::7]
+    found = scene.misfit(table(tops))
+    usable = found.status.isin(["found", "several"]).values
+    assert usable.mean() > 0.97  # nodes in the cells of the cut-offs may be in the gap
+    assert np.nanpercentile(np.abs(found.misfit), 95) < 0.5
+    side = np.where(side_of(world.truth["faults"]["F1"], *tops.T) > 0, "F1+", "F1-")
+    inside = np.isin(found.block.values, ["F1+", "F1-"])  # a fault that dies divides nothing
+    assert (found.block.values[inside] == side[inside]).all()
+
+
+def test_gap_and_repetition(torn):
+    world, scene = torn
+    foot, hang = (world.truth["cutoffs"]["F1", wall] for wall in "-+")
+    middle = 0.5 * (foot + hang)[len(foot) // 2]
+    found = scene.misfit(table(middle + np.array([[0.0, 0.0, -25.0], [0.0, 0.0, 25.0]])))
+    if world.name.endswith("through"):
+        assert found.status.values.tolist() == ["fault gap"] * 2
+        assert found.fault.values.tolist() == ["F1"] * 2
+        assert np.isnan(found.misfit).all()
+    else:
+        assert found.status.values.tolist() == ["several"] * 2
+        assert found.n_values.values.tolist() == [2, 2]
+        assert found.model[0] < found.model[1]  # the nearest one of each
+
+
+def test_what_cannot_be_compared_has_a_status(planes):
+    place = planes.surface("Top").vertices[40]
+    with pytest.warns(GeosurfWarning, match="1 well top of 'Topp'.*Did you mean 'Top'"):
+        assert planes.misfit(table(place, "Topp")).status.values.tolist() == ["unknown horizon"]
+    far = planes.misfit(table(place + np.array([1e6, 0.0, 0.0])))
+    assert far.status.values.tolist() == ["outside"]
+    assert np.isnan(far.model).all()
+
+
+def test_the_same_tops_give_the_same_bytes(planes):
+    tops = table(planes.surface("Top").vertices[::5] + np.array([1.0, 2.0, 3.0]))
+    one, two = planes.misfit(tops), planes.replace(tops=tops).misfit()
+    assert one.identical(two)
+    assert one.model.values.tobytes() == two.model.values.tobytes()
+
+
+def test_tops_from_a_file_and_without(planes, tmp_path):
+    east, north, up = planes.surface("Top").vertices[40]
+    (tmp_path / "tops.csv").write_text(f"Well,X,Y,TVDSS,Top\nW1,{east},{north},{-up + 4},Top\n")
+    found = planes.replace(positive="down").misfit(tmp_path / "tops.csv")
+    assert found.misfit.values.tolist() == pytest.approx([4.0])
+    with pytest.raises(InputError, match="the scene has no well tops"):
+        planes.misfit()
+    with pytest.raises(InputError, match="tops is dict without all of well"):
+        planes.misfit({"well": ["W1"]})
