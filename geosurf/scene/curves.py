@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -48,11 +47,11 @@ def merge_pairs(
     smooth: bool,
 ) -> Curves:
     """Return the curves of all pairs as one; smooth ones have no segments in common."""
-    merge: Any = merge_curves
     if smooth:
-        from geosurf.intersect.dial import merge_smooth as merge
-    merged: Curves = merge(names, origin, parts)
-    return merged
+        from geosurf.intersect.dial import merge_smooth
+
+        return merge_smooth(names, origin, parts)
+    return merge_curves(names, origin, parts)
 
 
 __all__ = ["curves_of_pair", "merge_pairs"]

@@ -8,7 +8,6 @@ arrangement; a change of one fault touches its own group only. Each fault is ext
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -26,7 +25,7 @@ from geosurf.model.faults import (
     Truncation,
 )
 from geosurf.rebuild import patches_from
-from geosurf.scene.inputs import SceneInputs
+from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_walls, orient_fault
 
@@ -55,8 +54,8 @@ class FaultStage:
         memory: Memory,
         *,
         given: Callable[[str], TriSurface],
-        limits: Callable[[], tuple[Any, Any]],
-        extent: Callable[[], Any],
+        limits: Callable[[], tuple[Box, np.ndarray | None]],
+        extent: Callable[[], Box],
     ) -> None:
         self.names, self.rules, self.sides = tuple(inputs.faults), inputs.rules, inputs.extend
         self._given, self._limits, self._extent = given, limits, extent

@@ -28,7 +28,6 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -122,12 +121,11 @@ class Graph:
         if tolerance is None or lattice is None:
             return plain
         key = ("simplified", self.memory.key_of(plain), name, tolerance)
-        found: TriSurface = self.memory.get_or_compute(
+        return self.memory.get_or_compute(
             "simplify", name, key, lambda: coarsen_lattice(name, lattice, tolerance),
             lambda s: f"{s.n_triangle} of {plain.n_triangle} triangles, within {tolerance:g} m",
             again=False,
         )  # fmt: skip
-        return found
 
     # ---- box and area --------------------------------------------------------------------
 
@@ -237,12 +235,11 @@ class Graph:
 
         origin, keys = self.origin_for(pair), map(self.memory.key_of, pair)
         options = {"voxel_size": self.inputs.voxel_size, "tolerance": self.inputs.tolerance}
-        found: Curves = self.memory.get_or_compute(
+        return self.memory.get_or_compute(
             "curves", subject, ("curves", *keys, origin.tobytes(), *options.values()),
             lambda: curves_of_pair(pair, origin, **options),
             lambda curves: counted(curves.n_curve, "curve"),
         )  # fmt: skip
-        return found
 
     # ---- surfaces -> patches -------------------------------------------------------------
 
@@ -252,7 +249,7 @@ class Graph:
         self.prepare()
         n_surface = len(self._enclosed) - len(self._walls)
         place = "box" if self.inputs.aoi is None else "area"
-        patches: Patches = self.memory.get_or_compute(
+        patches = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}",
             self._patches_key, self.rebuild, lambda p: counted(p.n_patch, "patch"),
         )  # fmt: skip
@@ -295,7 +292,7 @@ class Graph:
     def units(self) -> Units:
         """Closed units: zone x fault block (x fluid contact)."""
         patches, contacts = self.patches, self.fluids[1]
-        units: Units = self.memory.get_or_compute(
+        units = self.memory.get_or_compute(
             "carve", "the box" if self.aoi is None else "the area", self.units_key,
             lambda: carve_units(patches, self.column, contacts), lambda u: counted(len(u), "unit"),
         )  # fmt: skip
@@ -343,7 +340,7 @@ class Graph:
     def warnings(self) -> tuple[GeosurfWarning, ...]:
         """Return all warnings so far: first of the whole model, then by surface."""
         rank = {name: i for i, name in enumerate(self.inputs.names)}
-        found: list[Any] = self.memory.warnings
+        found = self.memory.warnings
         return tuple(sorted(found, key=lambda one: (rank.get(one.subject, -1), str(one))))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 from geosurf.arrangement.search import check_voxel_size
 from geosurf.conventions import did_you_mean, elevation_sign, is_number, metres_per_unit
@@ -14,6 +14,7 @@ from geosurf.model import Sheet, check_column
 from geosurf.model.expected import box_of_sides, flag_of
 
 Box = tuple[float, float, float, float, float, float]
+Entry = TypeVar("Entry")
 
 # what an input is like, in messages
 SAMPLES = {
@@ -53,17 +54,17 @@ class SceneInputs:
     """
 
     horizons: Mapping[str, Any]
-    faults: Mapping[str, Any] | None = None
+    faults: Mapping[str, Any] = field(default_factory=dict)
     box: Box | None = None
-    column: Mapping[str, str] | None = None
-    contacts: Mapping[str, Any] | None = None
+    column: Mapping[str, str] = field(default_factory=dict)
+    contacts: Mapping[str, Any] = field(default_factory=dict)
     aoi: Any = None
     positive: str | None = None
     length_unit: str | None = None
     voxel_size: float | None = None
     self_intersections: bool = False
     extend: Any = ()
-    truncations: Mapping[str, Any] | None = None
+    truncations: Mapping[str, Any] = field(default_factory=dict)
     tolerance: float | None = None
     tops: Any = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
@@ -71,14 +72,14 @@ class SceneInputs:
     def __post_init__(self) -> None:
         """Check every input, alone and against the others."""
         horizons = as_mapping("horizons", self.horizons)
-        faults = as_mapping("faults", {} if self.faults is None else self.faults)
+        faults = as_mapping("faults", self.faults)
         if not horizons and not faults:
             raise InputError(
                 "a scene needs at least one horizon or fault; give horizons={name: ...}."
             )
         box = None if self.box is None else tuple(box_of_sides(self.box).tolist())
         check_column(tuple(horizons), self.column)
-        contacts = as_mapping("contacts", {} if self.contacts is None else self.contacts)
+        contacts = as_mapping("contacts", self.contacts)
         refuse_namesakes(horizon=horizons, fault=faults, contact=contacts)
         if self.positive is not None:
             elevation_sign(self.positive, "the scene")
@@ -87,14 +88,13 @@ class SceneInputs:
         check_voxel_size(self.voxel_size)
         crossing = flag_of(self.self_intersections, "self_intersections")
         tolerance = check_scene_tolerance(self.tolerance, horizons)
-        given = {} if self.truncations is None else self.truncations
-        truncations = as_mapping("truncations", given)
+        truncations = as_mapping("truncations", self.truncations)
 
         self.__dict__.update(  # frozen from here on
             horizons=horizons,
             faults=faults,
             box=box,
-            column=dict(self.column or {}),
+            column=dict(self.column),
             contacts=contacts,
             self_intersections=crossing,
             tolerance=tolerance,
@@ -142,11 +142,13 @@ class SceneInputs:
             "horizons": horizons,
             "faults": faults,
         }
+        merged.update((key, or_empty(merged[key])) for key in OPTIONAL if key in merged)
         return replace(self, **merged)
 
 
 # as `Scene` and `Scene.replace` call them
 INPUTS = tuple(one.name for one in fields(SceneInputs) if one.init)
+OPTIONAL = ("column", "contacts", "truncations")  # for which `Scene` takes None as well as {}
 
 
 def refuse_assignment(name: str) -> NoReturn:
@@ -160,6 +162,11 @@ def refuse_assignment(name: str) -> NoReturn:
         f"a scene cannot be changed, and {name!r} is not one of its inputs. scene.replace takes "
         f"{', '.join(INPUTS)}.{did_you_mean(name, INPUTS)}"
     )
+
+
+def or_empty(entries: Mapping[str, Entry] | None) -> Mapping[str, Entry]:
+    """Return named inputs that may be left out; none of them instead of None."""
+    return {} if entries is None else entries
 
 
 def as_mapping(what: str, inputs: Any) -> dict[str, Any]:
@@ -224,4 +231,4 @@ def exchanged(what: str, inputs: Mapping[str, Any], changes: Any) -> dict[str, A
     return {name: one for name, one in {**inputs, **changed}.items() if one is not None}
 
 
-__all__ = ["INPUTS", "Box", "SceneInputs", "as_mapping", "refuse_assignment"]
+__all__ = ["INPUTS", "Box", "SceneInputs", "as_mapping", "or_empty", "refuse_assignment"]

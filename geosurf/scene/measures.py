@@ -7,8 +7,8 @@ load them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Hashable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 Lines = list[np.ndarray]
+Labelled = TypeVar("Labelled", "xarray.DataArray", "xarray.Dataset")
 
 
 def names_inside(graph: Graph, role: str) -> tuple[str, ...]:
@@ -50,11 +51,14 @@ def volume_error_bound(graph: Graph) -> float:
     return sum((volume_error(graph.surface(name), sides) for name in graph.inputs.horizons), 0.0)
 
 
-def _remembered(graph: Graph, what: str, run: Callable[[], Any], *more: Any) -> Any:
+def _remembered(graph: Graph, what: str, run: Callable[[], Labelled], *more: Hashable) -> Labelled:
     """Return a measure of the units, from memory if it is there."""
-    size = lambda found: ", ".join(counted(n, dim) for dim, n in found.sizes.items())  # noqa: E731
     key = ("measure", what, graph.units_key, *more)
-    return graph.memory.get_or_compute("measure", what, key, run, size)
+    return graph.memory.get_or_compute("measure", what, key, run, _sizes)
+
+
+def _sizes(found: xarray.DataArray | xarray.Dataset) -> str:
+    return ", ".join(counted(n, str(dim)) for dim, n in found.sizes.items())
 
 
 def thickness(

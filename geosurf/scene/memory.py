@@ -8,7 +8,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from geosurf.scene.store import Store
 from geosurf.warning import collected, issue, pass_on
 
 MANY = 10_000  # steps; from then on answers from memory are not recorded
+
+Result = TypeVar("Result")
+Stored = tuple[Any, tuple[GeosurfWarning, ...]]  # the result of a step, and its warnings
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,7 @@ class Memory:
         self.warnings: list[GeosurfWarning] = list(warnings)
         self.store = Store() if store is None else store
         self.store.issued.update(self.warnings)
-        self._own: dict[Hashable, tuple[Any, tuple[GeosurfWarning, ...]]] = {}
+        self._own: dict[Hashable, Stored] = {}
         self._used = self.store.enter(self)
 
     def __reduce__(self) -> tuple[type[Memory], tuple[tuple[GeosurfWarning, ...]]]:
@@ -123,17 +126,18 @@ class Memory:
         self,
         stage: str,
         subject: str,
-        key: Any,
-        run: Callable[[], Any],
-        describe: Callable[[Any], str],
+        key: Hashable,
+        run: Callable[[], Result],
+        describe: Callable[[Result], str],
         *,
         again: bool = True,
-    ) -> Any:
+    ) -> Result:
         """Return the result of a step: from memory if it is there.
 
         Without `again` it is a step on the way, such as a surface: the scene itself holds its
         result, since it asks often, and explains it once.
         """
+        result: Result
         known = self._own.get(key) or self._shared(key)
         if known is not None:
             result, warnings = known
@@ -146,7 +150,7 @@ class Memory:
             self._own[key] = result, warnings
         return result
 
-    def _shared(self, key: Hashable) -> tuple[Any, tuple[GeosurfWarning, ...]] | None:
+    def _shared(self, key: Hashable) -> Stored | None:
         entry = self.store.get(key, self._used)
         return None if entry is None else (entry.result, entry.warnings)
 
@@ -155,9 +159,9 @@ class Memory:
         stage: str,
         subject: str,
         key: Hashable,
-        run: Callable[[], Any],
-        describe: Callable[[Any], str],
-    ) -> tuple[Any, tuple[GeosurfWarning, ...]]:
+        run: Callable[[], Result],
+        describe: Callable[[Result], str],
+    ) -> tuple[Result, tuple[GeosurfWarning, ...]]:
         """Run a step, keep its result with its warnings, and issue these."""
         start = time.perf_counter()
         found: list[GeosurfWarning] = []

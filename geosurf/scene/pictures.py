@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -48,9 +48,16 @@ class Picture:
 
     caption: str
     file: str
-    draw: Callable[[Path], Any]
+    draw: Callable[[Path], object]
     without: str
     needs_opengl: bool = True
+
+
+class Style(TypedDict):
+    """What all views in three dimensions share."""
+
+    size: tuple[int, int]
+    exaggeration: float | None
 
 
 class Attempt:
@@ -142,16 +149,8 @@ def pictures_of(
     views = (views,) if isinstance(views, str) else listed(views, "views are words", _VIEWS)
     for view in views:
         view_vectors(view)
-    style: dict[str, Any] = {"size": size, "exaggeration": exaggeration}
-    found = [
-        Picture(
-            f"Horizons, faults and their intersection lines, seen from the {view}.",
-            f"view_{view}.png",
-            lambda path, view=view: render_scene(scene, path, view=view, clip=clip, **style),
-            "views = []",
-        )
-        for view in views
-    ]
+    style = Style(size=size, exaggeration=exaggeration)
+    found = [_view(scene, view, clip, style) for view in views]
     if exploded:
         found.append(
             Picture(
@@ -188,15 +187,24 @@ def _slug(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9+-]+", "_", name).strip("_")
 
 
+def _view(scene: MeasuredModel, view: str, clip: bool, style: Style) -> Picture:
+    return Picture(
+        f"Horizons, faults and their intersection lines, seen from the {view}.",
+        f"view_{view}.png",
+        lambda path: render_scene(scene, path, view=view, clip=clip, **style),
+        "views = []",
+    )
+
+
 def _map(scene: MeasuredModel, name: str, size: tuple[int, int], clip: bool) -> Picture:
     def draw(path: Path) -> None:
         """Draw it, inside the model if asked."""
         west, east, south, north = scene.box[:4]
         ring = np.array([(west, south), (east, south), (east, north), (west, north)])
-        outline = ring if scene.aoi is None else scene.aoi
+        inside = ring if scene.aoi is None else scene.aoi
         surface, curves = as_modelled(scene, scene.surface(name)), scene.curves
-        look: dict[str, Any] = {"outline": outline if clip else None, "faults": scene.fault_names}
-        render_map(surface, curves, path=path, size=size, **look)
+        outline, faults = inside if clip else None, scene.fault_names
+        render_map(surface, curves, path=path, size=size, outline=outline, faults=faults)
 
     row = scene.horizon_names.index(name)
     return Picture(
@@ -245,14 +253,14 @@ def _allan(scene: MeasuredModel, name: str, size: tuple[int, int]) -> Picture:
     )
 
 
-def _middles(box: Sequence[float]) -> list[list[tuple[float, float]]]:
+def _middles(box: Sequence[float]) -> list[np.ndarray]:
     """Lines through the middle of a box, from west to east and from south to north."""
     west, east, south, north = box[:4]
     x, y = 0.5 * (west + east), 0.5 * (south + north)
-    return [[(west, y), (east, y)], [(x, south), (x, north)]]
+    return [np.array([(west, y), (east, y)]), np.array([(x, south), (x, north)])]
 
 
-def _section(scene: MeasuredModel, line: Any, row: int, size: tuple[int, int]) -> Picture:
+def _section(scene: MeasuredModel, line: np.ndarray, row: int, size: tuple[int, int]) -> Picture:
     def draw(path: Path) -> None:
         """Cut the model and draw it."""
         render_section(scene.section(line), path, size=size)
@@ -268,7 +276,7 @@ def _section(scene: MeasuredModel, line: Any, row: int, size: tuple[int, int]) -
     )
 
 
-def _search(scene: MeasuredModel, first: str, second: str, style: dict[str, Any]) -> Picture:
+def _search(scene: MeasuredModel, first: str, second: str, style: Style) -> Picture:
     def draw(path: Path) -> None:
         """Write the picture, if there is anything to show."""
         found = scene.search(first, second)

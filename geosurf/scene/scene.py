@@ -18,7 +18,7 @@ from geosurf.model.curves import Curves, VoxelSearch
 from geosurf.model.faults import Extension, FaultNetwork, Truncation
 from geosurf.scene import measures
 from geosurf.scene.graph import Graph
-from geosurf.scene.inputs import Box, SceneInputs, refuse_assignment
+from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment
 from geosurf.scene.memory import Memory, Step
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -116,8 +116,9 @@ class Scene:
         tops: Any = None,
     ) -> None:
         inputs = SceneInputs(
-            horizons, faults, box, column, contacts, aoi, positive, length_unit,
-            voxel_size, self_intersections, extend, truncations, tolerance, tops,
+            horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
+            length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
+            tops,
         )  # fmt: skip
         self.__dict__.update(_inputs=inputs, _graph=Graph(inputs, Memory()))
 

@@ -69,7 +69,7 @@ class InputSurfaces:
 
         options = self.inputs.options
         key = ("surface", name, role, self._fingerprints[name], *options.values())
-        surface: TriSurface = self.memory.get_or_compute(
+        surface = self.memory.get_or_compute(
             "triangulate", name, key,
             lambda: as_surface(name, role, value, options, others),
             lambda found: f"{found.n_triangle} triangles", again=False,

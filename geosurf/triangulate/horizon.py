@@ -31,7 +31,7 @@ _Corner = tuple[slice, slice]
 
 
 def triangulate_horizon(
-    da: xarray.DataArray | TriSurface | tuple[Any, Any],
+    da: xarray.DataArray | TriSurface | tuple[Any, ...] | list[Any],
     *,
     name: str | None = None,
     positive: str | None = None,
