@@ -8,6 +8,7 @@ the data, so that it does not heal there.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from functools import cached_property
 
 import numpy as np
@@ -169,6 +170,13 @@ class Network:
             for k in range(2):
                 if trace.ends[k] == "tip":
                     self.solve[i, k] = past_tip(trace, k, (trace.start, trace.stop)[k])
+
+    def with_traces(self, traces: list[Trace], mesh: np.ndarray, solve: np.ndarray) -> Network:
+        """Other traces and limits, on the same lattice; this network stays what it is."""
+        out = copy(self)
+        out.__dict__.pop("cuts", None)  # the links of the old traces, if they were looked up
+        out.traces, out.mesh, out.solve = traces, mesh, solve
+        return out
 
     @cached_property
     def cuts(self) -> Cuts:

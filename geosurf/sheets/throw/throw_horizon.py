@@ -22,22 +22,20 @@ from geosurf.sheets.faults.fault_profile import section_of
 from geosurf.sheets.faults.given_throw import slips_of
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.data import picks_of
-from geosurf.sheets.mesh.build import Built, build
 from geosurf.sheets.mesh.finish import (
     crs_among,
     fault_surfaces,
-    refuse_leaks,
     refuse_lost_cutoffs,
     sheet_of,
 )
-from geosurf.sheets.mesh.rings import SPARE
 from geosurf.sheets.report.cutoffs import longest
 from geosurf.sheets.report.describe import count_tips, fault_cuts
+from geosurf.sheets.throw.attempt import Attempt
+from geosurf.sheets.throw.best_attempt import best_attempt
 from geosurf.sheets.throw.measured_throw import down_dip, lost_at_tips
-from geosurf.sheets.throw.thrown import Thrown
+from geosurf.sheets.throw.movement import Movement, movement_of
+from geosurf.sheets.throw.tear_ends import throw_at_early_ends
 
-LEANS = (0.5, 0.3, 0.7)  # shares of the movement at which traces are tried
-SPARES = (1.0, 0.5, 1.5, 0.0)  # cells beyond an overlap that rings are tried to cover
 FAR = 1e-6  # cells outside of the data from which a particle is counted
 
 
@@ -145,8 +143,8 @@ def throw_horizon(
     mine = [torn_by[slip.section.name] for slip in slips]
     across = dict.fromkeys(throw, direction) if isinstance(direction, str) else direction
     turning = [across.get(fault.name, "local") == "local" for fault in mine]
-    thrown = Thrown(picks, mine, slips, turning)
-    return replace(_sheet(thrown), crs=crs)
+    movement = movement_of(picks, mine, slips, turning)
+    return replace(_sheet(movement), crs=crs)
 
 
 def _check_names(
@@ -177,112 +175,78 @@ def _check_names(
             raise InputError(f"direction is {one!r}, expected one of {DIRECTIONS}.")
 
 
-def _sheet(thrown: Thrown) -> Sheet:
+def _sheet(movement: Movement) -> Sheet:
     """Trace, move, tear and cut."""
-    state, built = _closed(thrown)
+    best, built = best_attempt(movement)
     if built is None:
-        return _untorn(thrown, state)
-    found = fault_cuts(thrown.frame, built, thrown.faults)
-    refuse_lost_cutoffs(thrown.picks, built, found)
+        return _untorn(best)
+    state, faults = built.state, movement.faults
+    found = fault_cuts(movement.frame, built, faults)
+    refuse_lost_cutoffs(movement.picks, built, found)
+
+    # throw as it was requested, between both cut-offs down the dip
     cuts, lost = {}, []
-    for slip, largest in zip(thrown.slips, thrown.largest, strict=True):
+    for slip, largest in zip(movement.slips, movement.largest, strict=True):
         name = slip.section.name
-        cuts[name], requested = down_dip(found[name], slip, thrown.frame, longest(state))
-        lost += lost_at_tips(cuts[name], requested, largest, thrown.frame.cell)
+        cuts[name], requested = down_dip(found[name], slip, movement.frame, longest(state))
+        lost += lost_at_tips(cuts[name], requested, largest, movement.frame.cell)
+
+    # what did not come out as requested
     shortened: dict[str, int] = {}
     for (trace, _), n in built.shortened.items():
-        name = thrown.faults[state.network.traces[trace].fault].name
+        name = faults[state.network.traces[trace].fault].name
         shortened[name] = shortened.get(name, 0) + n
+    early = throw_at_early_ends(movement, state.network, built.cuts, built.shortened)
     report = replace(
-        _report(thrown, state, cuts),
+        _report(best, state, cuts),
         tips=count_tips(built),
         declared_tips=state.network.declared_tips,
         shortened=shortened,
         lost=tuple(lost),
-        notes=[
-            *thrown.notes,
-            *thrown.left_at(built.cuts, state, built.shortened),
-            *map(str, lost),
-        ],
+        notes=[*best.notes, *early, *map(str, lost)],
     )
-    return sheet_of(thrown.picks, built, thrown.faults, cuts, report)
+    return sheet_of(movement.picks, built, faults, cuts, report)
 
 
-def _untorn(thrown: Thrown, state: Heights) -> Sheet:
+def _untorn(best: Attempt) -> Sheet:
     """The sheet where no fault has throw: the horizon itself."""
-    frame, none = thrown.frame, np.empty(0)
-    values = state.values.reshape(frame.shape)
+    movement, none = best.movement, np.empty(0)
+    frame, values = movement.frame, best.state.values.reshape(movement.frame.shape)
     cuts = {
         fault.name: FaultCut(fault.name, {"+": (), "-": ()}, np.empty((0, 3)), none, none, none, ())
-        for fault in thrown.faults
+        for fault in movement.faults
     }
     return Sheet(
-        name=thrown.picks.name,
-        lattice=Lattice(frame.easting, frame.northing, values, thrown.rising),
+        name=movement.picks.name,
+        lattice=Lattice(frame.easting, frame.northing, values, movement.rising),
         divided=frozen(none, np.int64),
         copies=frozen(np.empty((0, 3)), np.int64),
         ghosts=frozen(np.empty((0, 3)), np.float64),
         outer=frozen(none, np.bool_),
-        faults=tuple(thrown.faults),
+        faults=tuple(movement.faults),
         cuts=cuts,
-        report=_report(thrown, state, cuts),
+        report=_report(best, best.state, cuts),
     )
 
 
-def _closed(thrown: Thrown) -> tuple[Heights, Built | None]:
-    """The torn mesh: the first that closes without an early end, else that which ends least early.
-
-    Where traces run between both cut-offs, and how far rings reach beyond an overlap, is free;
-    at a tip it decides on which side of the fault the last nodes are.
-    """
-    best: tuple[tuple[bool, int], Built] | None = None
-    for lean in LEANS:
-        state = thrown.run(lean)
-        if not len(state.cuts.node):
-            return state, None
-        overlaps = any((np.minimum(w.left, w.right) < -SPARE).any() for w in state.walls)
-        for spare in SPARES if overlaps else SPARES[:1]:
-            walls = [
-                replace(w, left=_wider(w.left, spare), right=_wider(w.right, spare))
-                for w in state.walls
-            ]
-            built = build(
-                thrown.picks, replace(state, walls=walls), thrown.faults, thrown.rising,
-                thrown.carry_on, thrown.end_at,
-            )  # fmt: skip
-            failed = built.is_open, sum(built.shortened.values())
-            if best is None or failed < best[0]:
-                best = failed, built
-            if failed == (False, 0):
-                return built.state, built
-    assert best is not None
-    built = best[1]
-    refuse_leaks(thrown.picks, built, thrown.faults)
-    return built.state, built
-
-
-def _report(thrown: Thrown, state: Heights, cuts: Mapping[str, FaultCut]) -> ThrowReport:
-    """What was asked for and found, fault by fault, and where the horizon was carried on."""
-    outside = thrown.before.outside(thrown.was[np.isfinite(state.values)])
+def _report(best: Attempt, state: Heights, cuts: Mapping[str, FaultCut]) -> ThrowReport:
+    """What was requested and found, fault by fault, and where the horizon was extrapolated."""
+    movement = best.movement
+    outside = movement.before.outside(best.was[np.isfinite(state.values)])
     found = {}
-    for name, largest in zip(cuts, thrown.largest, strict=True):
+    for name, largest in zip(cuts, movement.largest, strict=True):
         throw = cuts[name].throw
         most = np.abs(throw[np.isfinite(throw)]).max(initial=0.0)
         found[name] = {"requested": largest, "measured": float(most)}
     branches = {
-        fault.name: tuple(thrown.faults[main].name for main in sorted(mains))
-        for fault, mains in zip(thrown.faults, thrown.mains, strict=True)
+        fault.name: tuple(movement.faults[main].name for main in sorted(mains))
+        for fault, mains in zip(movement.faults, best.branches.mains, strict=True)
         if mains
     }
     return ThrowReport(
         throw=found,
         branches=branches,
         n_outside=int((outside > FAR).sum()),
-        farthest_outside=float(outside.max(initial=0.0)) * thrown.frame.cell,
-        notes=thrown.notes,
+        farthest_outside=float(outside.max(initial=0.0)) * movement.frame.cell,
+        notes=list(best.notes),
     )
-
-
-def _wider(gap: np.ndarray, spare: float) -> np.ndarray:
-    """Overlaps (gaps below 0) made larger, the small ones near tips by no more than they are."""
-    return np.where(gap < 0, gap - spare * np.minimum(-gap, 1.0), gap)
