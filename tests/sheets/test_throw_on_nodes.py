@@ -84,6 +84,24 @@ def test_reverse_vertical_and_gentle_faults(dip, peak):
             assert sum(sheet.report.shortened.values()) <= 2
 
 
+def test_notes_are_those_of_the_attempt_that_was_used():
+    # The tear of F1 ends early in all attempts, so that the first one is used. F2 has no throw; its
+    # upper edge, 22 m above the horizon before faulting, is over the drape of the first attempt and
+    # under that of the last: only the first meets F2.
+    fault, _ = wall(MIDDLE)
+    x, y, half = MIDDLE[0] - 0.5 * CELL, MIDDLE[1], 2.2 * CELL
+    corners = [
+        [x, y + d, LEVEL + z] for d, z in ((-half, -99), (half, -99), (half, 22), (-half, 22))
+    ]
+    small = gs.TriSurface("F2", "fault", corners, [[0, 1, 2], [0, 2, 3]])
+    sheet = gs.throw_horizon(flat(), [fault, small], {"F1": dying(-PEAK), "F2": 0.0})
+    assert sheet.report.shortened["F1"] > 0
+    assert len(sheet.cuts["F2"].stations) == 0
+    first, *early = sheet.report.notes[:3]
+    assert first == "Fault 'F2' has no throw at the horizon."
+    assert all(note.startswith("The tear of fault 'F1' ends early") for note in early)
+
+
 @pytest.mark.parametrize("azimuth", [45.0, 135.0, np.degrees(np.arctan2(3, 1)), 100.0])
 def test_aslant_through_nodes_with_tips_on_nodes(azimuth):
     half = {45.0: 9 * CELL * 2**0.5, 135.0: 9 * CELL * 2**0.5}.get(azimuth, 4 * CELL * 10**0.5)

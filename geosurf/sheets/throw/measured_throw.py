@@ -69,6 +69,8 @@ def lost_at_tips(
     Throw that dies at a tip as its distance to the power of 3/2 is read from nodes of a lattice:
     what is lost is largest next to the tip, and falls as the cell to that power.
     """
+    if len(cut.along) == 0:
+        return []  # this fault tears nothing, while others do
     found = []
     first = np.flatnonzero(cut.along == 0.0)
     for k, rows in enumerate(np.split(np.arange(len(cut.along)), first[1:])):
