@@ -17,6 +17,7 @@ from geosurf.sheets.heights.passes import Rebuilt, rebuild, solver_of
 from geosurf.sheets.heights.point_solver import PointSolver
 from geosurf.sheets.lattice.data import picks_or_points
 from geosurf.sheets.lattice.picks import Picks
+from geosurf.sheets.lattice.scattered import Scattered
 from geosurf.sheets.mesh.build import Built, build
 from geosurf.sheets.mesh.carry_on import carry_on_by, ghosts_by_picks
 from geosurf.sheets.mesh.finish import (
@@ -171,9 +172,10 @@ def _built(picks: Picks, rebuilt: Rebuilt, surfaces: Sequence[TriSurface]) -> Bu
     """The torn mesh, with ghosts on the sheets of their walls."""
     rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
     solver, weight = rebuilt.solver, rebuilt.solver.noise.weight
-    if isinstance(solver, PointSolver):
+    if isinstance(picks, Scattered):
         known = ghosts_by_points(picks, weight)
     else:
+        assert not isinstance(solver, PointSolver)
         known = ghosts_by_picks(picks, weight, solver.grid.mark)
     carry_on = carry_on_by(picks.frame, weight, known)
     return build(picks, rebuilt.state, surfaces, rising, carry_on, rebuilt.torn_between)

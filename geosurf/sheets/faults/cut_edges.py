@@ -60,8 +60,8 @@ class Cuts:
 def cuts_of(traces: list[Trace], frame: Frame) -> Cuts:
     """All links that are crossed an odd number of times by a trace."""
     tables = []
-    for number, trace in enumerate(traces):
-        x, y = whole_units(trace.line[:, :2] / frame.stretch).T
+    for number, line in enumerate(trace.line for trace in traces):
+        x, y = whole_units(line[:, :2] / frame.stretch).T
         ends = np.stack([x[:-1], y[:-1], x[1:], y[1:]], axis=1)
         rows, place = cut_links(ends, *frame.shape)
         key = rows[:, 0] * 4 + rows[:, 1]

@@ -98,10 +98,10 @@ def dip_lines(
     """
     n_s, n_z = section.table.shape
     spacing = section.length / (n_s - 1)
-    ends = np.stack(section.extent(np.linspace(*section.z, n_z)), axis=1)
+    ends = np.stack(section.extent(np.linspace(section.z[0], section.z[1], n_z)), axis=1)
     rows = slice(None)
     if levels is not None:
-        node = np.linspace(*section.z, n_z)
+        node = np.linspace(section.z[0], section.z[1], n_z)
         low, high = np.searchsorted(node, levels[0], "right"), np.searchsorted(node, levels[1])
         rows = slice(max(min(low, n_z) - 1, 0), high + 1)
     reach = cell
@@ -125,7 +125,8 @@ def cell_of(horizon: TriSurface | Sheet) -> float:
     50.0
     """
     grid = horizon.lattice
-    if grid is None:  # a sheet has one
+    if grid is None:
+        assert isinstance(horizon, TriSurface)  # a sheet has a lattice
         a, b, c = horizon.vertices[horizon.triangles.T][:, :, :2]
         area = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
         return float(np.sqrt(area.mean()))

@@ -100,7 +100,9 @@ def _between(mesh: FaultMesh, k: int, low: float, high: float) -> tuple[np.ndarr
     return np.fmin(one, two), np.fmax(one, two)
 
 
-def side_at_own_height(mesh: FaultMesh, blocks: Blocks, points: np.ndarray, reach: float):
+def side_at_own_height(
+    mesh: FaultMesh, blocks: Blocks, points: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Distance (n,) [cells], at most `reach`, and side (n,): +1 hanging wall, -1, 0 far."""
     far, side = np.full(len(points), reach), np.zeros(len(points))
     rows, block = blocks.of(points)
@@ -113,7 +115,7 @@ def side_at_own_height(mesh: FaultMesh, blocks: Blocks, points: np.ndarray, reac
     return far, side
 
 
-def side_of_few(mesh: FaultMesh, points: np.ndarray, reach: float):
+def side_of_few(mesh: FaultMesh, points: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """`side_at_own_height` of a few points, without blocks: those would cost more."""
     corners = mesh.points[mesh.triangles]
     low, high = _boxes(mesh)

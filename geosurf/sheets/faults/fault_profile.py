@@ -63,7 +63,7 @@ class Section:
 
     def extent(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where the fault starts and ends along strike at elevations (n,)."""
-        level = np.linspace(*self.z, len(self.ends))
+        level = np.linspace(self.z[0], self.z[1], len(self.ends))
         return np.interp(z, level, self.ends[:, 0]), np.interp(z, level, self.ends[:, 1])
 
     def of(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -172,7 +172,8 @@ def section_of(
     n_s = int(np.clip(np.ceil(length / step), 2, MOST[0] - 1)) + 1
     unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     n_z = MOST[1] if np.ptp(unit, axis=0).max() > 1e-12 else 2  # a plane is linear in z
-    at_s, at_z = np.meshgrid(np.linspace(0.0, length, n_s), np.linspace(*z, n_z), indexing="ij")
+    levels_z = np.linspace(z[0], z[1], n_z)
+    at_s, at_z = np.meshgrid(np.linspace(0.0, length, n_s), levels_z, indexing="ij")
     plane = np.column_stack([s - first, points[:, 2]])
     table = _read(plane, r, triangles, np.column_stack([at_s.ravel(), at_z.ravel()]), slope)
     ends = _ends(plane, triangles, z)
@@ -219,7 +220,7 @@ def _ends(plane: np.ndarray, triangles: np.ndarray, z: np.ndarray) -> np.ndarray
     a, b = plane[_rim(triangles)].transpose(1, 0, 2)
     low, high = np.minimum(a[:, 1], b[:, 1]), np.maximum(a[:, 1], b[:, 1])
     out = np.empty((MOST[1], 2))
-    for i, level in enumerate(np.linspace(*z, MOST[1])):
+    for i, level in enumerate(np.linspace(z[0], z[1], MOST[1])):
         met = np.flatnonzero((low <= level) & (level <= high))
         rise = b[met, 1] - a[met, 1]
         f = np.where(rise == 0, 0.0, (level - a[met, 1]) / np.where(rise == 0, 1.0, rise))
@@ -229,7 +230,9 @@ def _ends(plane: np.ndarray, triangles: np.ndarray, z: np.ndarray) -> np.ndarray
     return out
 
 
-def _read(plane, r, triangles, points, slope: float) -> np.ndarray:
+def _read(
+    plane: np.ndarray, r: np.ndarray, triangles: np.ndarray, points: np.ndarray, slope: float
+) -> np.ndarray:
     """Values at points (n, 2) of the plane: on the mesh, else from its nearest place."""
     found = _on_mesh(plane, r, triangles, points)
     outside = np.flatnonzero(np.isnan(found))
@@ -241,7 +244,9 @@ def _read(plane, r, triangles, points, slope: float) -> np.ndarray:
     return found
 
 
-def _on_mesh(plane, r, triangles, points) -> np.ndarray:
+def _on_mesh(
+    plane: np.ndarray, r: np.ndarray, triangles: np.ndarray, points: np.ndarray
+) -> np.ndarray:
     """Linear interpolation in the triangle that holds each point; NaN outside."""
     corners = plane[triangles]
     low, high = corners.min(axis=1), corners.max(axis=1)
@@ -278,7 +283,9 @@ def _barycentric(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.stack([1.0 - v - w, v, w], axis=1)
 
 
-def _nearest(plane, r, rim, points) -> tuple[np.ndarray, np.ndarray]:
+def _nearest(
+    plane: np.ndarray, r: np.ndarray, rim: np.ndarray, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Nearest place (n, 2) on the rim of a mesh to each point, and the value there."""
     a, b = plane[rim[:, 0]], plane[rim[:, 1]]
     t = b - a

@@ -63,7 +63,14 @@ def walls_of(
     return found
 
 
-def _at_cut(heights, bits, cuts: Cuts, at, shape, side: int) -> np.ndarray:
+def _at_cut(
+    heights: np.ndarray,
+    bits: np.ndarray,
+    cuts: Cuts,
+    at: np.ndarray,
+    shape: tuple[int, int],
+    side: int,
+) -> np.ndarray:
     """Height of one side's sheet where a trace cuts each link, extrapolated along the link."""
     n_col = shape[1]
     first, second = cuts.ends(n_col)

@@ -80,7 +80,9 @@ class Network:
             ends = ["closed", "closed"] if closed else ["tip", "tip"]
             self.traces.append(Trace(number, on_units(longer, stretch), start, stop, ends))
 
-    def _trace_branches(self, meshes, drape: np.ndarray, frame: Frame, filled) -> None:
+    def _trace_branches(
+        self, meshes: list[FaultMesh], drape: np.ndarray, frame: Frame, filled: np.ndarray
+    ) -> None:
         """Trace each fault that ends on another on the wall that it is in."""
         found = contacts(self.traces, meshes)
         if not found:

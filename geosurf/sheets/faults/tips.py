@@ -142,7 +142,7 @@ def _line(trace: Trace, ends: tuple[float, float]) -> np.ndarray:
     return np.stack([np.interp(s, along, trace.line[:, c]) for c in (0, 1)], axis=1)
 
 
-def _between(number: int, trace: Trace, near: NearTrace, ends) -> Tips | None:
+def _between(number: int, trace: Trace, near: NearTrace, ends: tuple[float, float]) -> Tips | None:
     """Coordinates between two tips; None if the trace turns back on the line through them."""
     line = _line(trace, ends)
     half = 0.5 * (line[-1] - line[0])
@@ -157,7 +157,9 @@ def _between(number: int, trace: Trace, near: NearTrace, ends) -> Tips | None:
     return Tips(number, line[[0, -1]], origin, ahead, table, size, near)
 
 
-def _single(number: int, trace: Trace, near: NearTrace, ends, k: int) -> Tips | None:
+def _single(
+    number: int, trace: Trace, near: NearTrace, ends: tuple[float, float], k: int
+) -> Tips | None:
     """Coordinates at one tip, along the last cells of the trace."""
     line = _line(trace, ends)
     line = line[::-1] if k == 0 else line

@@ -163,7 +163,9 @@ def _widths(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return np.hypot(edge[..., 0], edge[..., 1])
 
 
-def _evened(points, faces, rows, limit: float):
+def _evened(
+    points: np.ndarray, faces: np.ndarray, rows: np.ndarray, limit: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Edges longer than a limit halved, on both sides alike: small triangles stay what they are.
 
     A fault that was drawn out has triangles a thousand times as wide as its others.

@@ -112,11 +112,11 @@ def _retraced(solver: Solver, selection: Selection, evidence: Evidence, state: H
     """The same heights with traces on them: bridged between both walls, no farther."""
     frame = solver.inputs.picks.frame
     bridged = [state.unknown[:0]]
-    for near, walls in zip(state.near, state.walls, strict=True):
+    for beside, walls in zip(state.near, state.walls, strict=True):
         widest = max(walls.left.max(initial=0.0), walls.right.max(initial=0.0))
-        at = near.within(widest + BRIDGE)
-        gap = np.maximum(walls.gap(near.place[at], near.side[at]), 0.0)
-        bridged.append(near.node[at[near.distance[at] < gap + BRIDGE]])
+        at = beside.within(widest + BRIDGE)
+        gap = np.maximum(walls.gap(beside.place[at], beside.side[at]), 0.0)
+        bridged.append(beside.node[at[beside.distance[at] < gap + BRIDGE]])
     lost = distinct(*bridged, state.unknown[np.isnan(state.values[state.unknown])])
     network = solver.network_on(state, lost)
     near = near_traces(frame, network.traces, MAP_REACH)

@@ -36,19 +36,27 @@ SEEN = 6.0  # cells from a trace within which data may contradict it
 FREE = 0.06  # degrees of freedom that walls lose for each node so near, averaged over one cell
 MANY = np.iinfo(np.int64).max
 
-CELL = ((0, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 0, 2), (0, 0, 3))  # column, row, kind
+Node = tuple[int, int]  # column, row: offsets from the first node of a difference
+Link = tuple[int, int, int]  # column, row, kind
+# nodes, weights, links, powers of both ways, order
+Difference = tuple[tuple[Node, ...], tuple[float, ...], tuple[Link, ...], tuple[int, int], int]
+Rows = tuple[np.ndarray, np.ndarray, np.ndarray]  # row, column and weight of each entry
+
+CELL = ((0, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 0, 2), (0, 0, 3))
 NEXT = tuple((j + 1, i, kind) for j, i, kind in CELL)
 
 
-def _turned(nodes, links):
+def _turned(
+    nodes: Sequence[Node], links: Sequence[Link]
+) -> tuple[tuple[Node, ...], tuple[Link, ...]]:
     """A difference the other way: rows for columns."""
     turn = (1, 0, 2, 3)
     return tuple((j, i) for i, j in nodes), tuple((j, i, turn[k]) for i, j, k in links)
 
 
-def _differences():
+def _differences() -> list[Difference]:
     """Nodes, weights, links, powers of both ways, order: all second and third differences."""
-    found = []
+    found: list[Difference] = []
     for order, weights in ((2, (1.0, -2.0, 1.0)), (3, (-1.0, 3.0, -3.0, 1.0))):
         nodes = tuple((k, 0) for k in range(order + 1))
         links = tuple((k, 0, 0) for k in range(order))
@@ -128,7 +136,13 @@ def common_relief(
     return Common(start, column, matrix.data, place, total - len(nodes))
 
 
-def _places(start, column, n_coefficient: int, nodes, shape) -> np.ndarray:
+def _places(
+    start: np.ndarray,
+    column: np.ndarray,
+    n_coefficient: int,
+    nodes: np.ndarray,
+    shape: tuple[int, int],
+) -> np.ndarray:
     """Places of all unknowns: nodes as if nothing were cut, coefficients after all they meet.
 
     They are few and meet many: rows of nodes stay short that way.
@@ -185,14 +199,22 @@ def _limits(network: Network, cuts: Cuts) -> np.ndarray:
     return limits
 
 
-def _across(nodes, cuts: Cuts, limits, near, throws, shape, weights) -> list:
+def _across(
+    nodes: np.ndarray,
+    cuts: Cuts,
+    limits: np.ndarray,
+    near: Sequence[NearTrace],
+    throws: Sequence[_Throw],
+    shape: tuple[int, int],
+    weights: np.ndarray,
+) -> list[Rows]:
     """Rows, columns and weights of all differences that reach across one trace and no other."""
     key, owner = _owners(cuts)
     if not len(key):
         return []
     start = _beside(cuts, shape)
     i, j = np.divmod(start, shape[1])
-    parts = []
+    parts: list[Rows] = []
     for offsets, ws, links, powers, order in DIFFERENCES:
         # nodes and links of this difference, at each place where it lies in the lattice
         wide, tall = (max(o[k] for o in offsets) for k in range(2))
@@ -245,7 +267,9 @@ def _beside(cuts: Cuts, shape: tuple[int, int]) -> np.ndarray:
     return np.unique(np.concatenate(found))
 
 
-def _place(node: np.ndarray, limits: np.ndarray, near: NearTrace, throw: _Throw):
+def _place(
+    node: np.ndarray, limits: np.ndarray, near: NearTrace, throw: _Throw
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Differences (n, m) all of whose nodes lie beside one piece of a trace, and how they do."""
     row = near.look_up(node.ravel()).reshape(node.shape)
     place, side = near.place[row], near.side[row]
@@ -259,7 +283,15 @@ def _place(node: np.ndarray, limits: np.ndarray, near: NearTrace, throw: _Throw)
     return keep, piece[keep, 0], along, side, side * near.distance[row[keep]]
 
 
-def _rows(columns, weights, piece, along, side, away, throw: _Throw) -> list:
+def _rows(
+    columns: np.ndarray,
+    weights: np.ndarray,
+    piece: np.ndarray,
+    along: np.ndarray,
+    side: np.ndarray,
+    away: np.ndarray,
+    throw: _Throw,
+) -> list[Rows]:
     """Differences of heights less the throw, half of it on each side."""
     n, m = columns.shape
     row = np.repeat(np.arange(n), m)
@@ -273,7 +305,8 @@ def _rows(columns, weights, piece, along, side, away, throw: _Throw) -> list:
         column = (first + order * number + knot)[:, None] + np.arange(4)
         parts.append((row, column.ravel(), ((half * power)[:, None] * share).ravel()))
     # one block of rows: its parts share their numbers
-    return [tuple(np.concatenate(part) for part in zip(*parts, strict=True))]
+    row, column, weight = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return [(row, column, weight)]
 
 
 def _cubic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -284,7 +317,7 @@ def _cubic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return knot, np.stack(values, axis=1) / 6.0
 
 
-def _stiffness(throws: Sequence[_Throw]) -> list:
+def _stiffness(throws: Sequence[_Throw]) -> list[Rows]:
     """Rows that keep a throw and how walls differ smooth along the fault."""
     parts = []
     steps = np.array([-1.0, 3.0, -3.0, 1.0]), np.array([1.0, -2.0, 1.0]), np.array([-1.0, 1.0])

@@ -195,21 +195,26 @@ def paying_shares(
         paying[columns] = _pays(own[some], wanted[columns], likely[columns], unit)
         unit_of[columns] = doubt or unit / AT_MOST**2
     share = np.zeros(len(likely))
-    some = np.flatnonzero(paying)
+    used = np.flatnonzero(paying)
     # data decide, except for shares that the nodes could take as well: free, those run away
-    held = own[np.ix_(some, some)] + np.diag(unit_of[some] / likely[some] ** 2)
-    share[some] = np.linalg.lstsq(held, wanted[some], rcond=None)[0]
+    held = own[np.ix_(used, used)] + np.diag(unit_of[used] / likely[used] ** 2)
+    share[used] = np.linalg.lstsq(held, wanted[used], rcond=None)[0]
     rows: list[np.ndarray] = []
     while len(new := _turning_over(share, groups, towards, rows)):
         rows += new
-        none = np.stack(rows)[:, some]
+        none = np.stack(rows)[:, used]
         inverse = np.linalg.pinv(held)
-        much = np.linalg.lstsq(none @ inverse @ none.T, none @ share[some], rcond=None)[0]
-        share[some] -= inverse @ none.T @ much
+        much = np.linalg.lstsq(none @ inverse @ none.T, none @ share[used], rcond=None)[0]
+        share[used] -= inverse @ none.T @ much
     return share
 
 
-def _turning_over(share, groups, towards, known: Sequence[np.ndarray]) -> list[np.ndarray]:
+def _turning_over(
+    share: np.ndarray,
+    groups: Sequence[np.ndarray],
+    towards: Sequence[np.ndarray],
+    known: Sequence[np.ndarray],
+) -> list[np.ndarray]:
     """Throw (k,) of all shapes close to each tip at which it would turn over before it dies.
 
     Without those of the tips that are `known` already.

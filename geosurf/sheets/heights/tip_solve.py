@@ -85,7 +85,9 @@ class Task:
         """Shapes (n, k) of all tips at the nodes."""
         return shapes_of(self.tips, self.frame, self.nodes)
 
-    def _solved(self, band, free, rows, common: Common | None = None) -> Solved:
+    def _solved(
+        self, band: np.ndarray, free: np.ndarray, rows: np.ndarray, common: Common | None = None
+    ) -> Solved:
         """Heights of some rows of a band of nodes, which are `rows` of the task's."""
         graph = lattice_graph(band, self.frame.shape, self.bits)
         value = self.heights[band]

@@ -30,7 +30,9 @@ def narrow_gaps(present: np.ndarray, width: float) -> np.ndarray:
     return closed[r:-r, r:-r] & ~present
 
 
-def draped(heights: np.ndarray, fill: np.ndarray, shape, stretch) -> np.ndarray:
+def draped(
+    heights: np.ndarray, fill: np.ndarray, shape: tuple[int, int], stretch: np.ndarray
+) -> np.ndarray:
     """Heights (n,) of the nodes of `fill` on a membrane through the others; NaN where none is."""
     band = around(fill, shape, 1)
     graph = lattice_graph(band, shape)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from geosurf.kernels.sheets.envelope_solver import (
 from geosurf.kernels.sheets.graph_distance import steps_from
 from geosurf.kernels.sheets.node_bands import links_between
 from geosurf.sheets.lattice.sets import distinct
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 BEND, STRETCH = 0.3, 0.01  # shares of second and first differences, against third ones
 
@@ -76,7 +80,7 @@ class Common:
     n_coefficient: int
 
     @property
-    def matrix(self):
+    def matrix(self) -> csr_array:
         """The rows as a sparse matrix."""
         from scipy.sparse import csr_array
 
@@ -155,7 +159,13 @@ class System:
 
 
 def equations(
-    graph: Graph, unknown, value, weights, pull=None, target=None, common: Common | None = None
+    graph: Graph,
+    unknown: np.ndarray,
+    value: np.ndarray,
+    weights: np.ndarray,
+    pull: np.ndarray | None = None,
+    target: np.ndarray | None = None,
+    common: Common | None = None,
 ) -> tuple[System, np.ndarray, float]:
     """Matrix, right side, and the level that heights are counted from; see `smoothest`.
 

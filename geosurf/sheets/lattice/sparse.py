@@ -6,10 +6,15 @@ envelope. Rows of scattered points couple nodes in any order: there SuperLU solv
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from geosurf.kernels.sheets.smooth_surface import normal_equations
 from geosurf.sheets.lattice.solve import Graph
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
 
 EXACT = 1.0  # weight of points without noise: bilinear cells cannot meet them better
 # SuperLU in the order of a symmetric matrix: pivots off the diagonal would fill it seven times over
@@ -20,7 +25,7 @@ CHOLESKY = {
 }
 
 
-def energy_of(graph: Graph, unknown: np.ndarray, weights: np.ndarray):
+def energy_of(graph: Graph, unknown: np.ndarray, weights: np.ndarray) -> csc_array:
     """Sparse matrix (n_unknown, n_unknown) of the energy; `unknown` as for `smoothest`."""
     from scipy.sparse import csc_array
 

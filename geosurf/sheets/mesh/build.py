@@ -125,7 +125,8 @@ def build(
     blocks = [(mesh, mesh_blocks(mesh, float(reach))) for mesh in meshes]
     setting = Setting(picks, list(faults), blocks, triangles, reach, carry_on)
 
-    repairs, solved_for = Repairs(), {}
+    repairs = Repairs()
+    solved_for: dict[tuple[int, int], int] = {}
     for _ in range(ROUNDS):
         if repairs.shortened != solved_for:
             solved_for = repairs.shortened

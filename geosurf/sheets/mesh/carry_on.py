@@ -25,7 +25,7 @@ def carry_on_by(frame: Frame, weight: float | None, known: Known) -> CarryOn:
     `weight` is that of noisy data, `known` gives the heights of ghosts that picks determine.
     """
 
-    def carry_on(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights):
+    def carry_on(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights) -> np.ndarray:
         """Heights of the ghosts of one sheet."""
         bent = None if state.bent is None else partial(state.bent.of, frame)
         fixed = known(torn, triangles, bits, state, bent)
@@ -48,7 +48,9 @@ def ghosts_by_picks(
     Where data are noisy the sheet changes with them: `mark` is called with its nodes.
     """
 
-    def known(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, bent):
+    def known(
+        torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, bent: Callable | None
+    ) -> dict[int, float]:
         """Heights of ghosts, by number."""
         fixed = _picked(picks, state, torn)
         if weight is not None and fixed:  # the sheet is one with its part beyond the trace

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 
@@ -36,6 +37,14 @@ from geosurf.sheets.mesh.leaks import (
     sides_at_curves,
 )
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_ghosts, renumbered
+
+
+class IsOwn(Protocol):
+    """Which nodes are clearly on their own side of some faults, at their own height."""
+
+    def __call__(self, nodes: np.ndarray, faults: Sequence[int]) -> np.ndarray:
+        """Mask (n,) of the nodes."""
+        ...
 
 
 @dataclass(eq=False)
@@ -159,7 +168,7 @@ def cut_band(
     faults: Sequence[TriSurface],
     frame: Frame,
     blocks: Sequence[Blocks],
-    is_own: Callable[[np.ndarray, Sequence[int]], np.ndarray],
+    is_own: IsOwn,
 ) -> Cut:
     """Cut a band by its faults, exactly, and look for leaks.
 
@@ -180,7 +189,16 @@ def cut_band(
     return Cut(parts, leaks, [pair for part in parts for pair in part.dead_ends])
 
 
-def _cut_part(band: Band, numbers: list[int], faults, *, torn, triangles, origin, is_own) -> Part:
+def _cut_part(
+    band: Band,
+    numbers: list[int],
+    faults: Sequence[TriSurface],
+    *,
+    torn: Torn,
+    triangles: Triangles,
+    origin: np.ndarray,
+    is_own: IsOwn,
+) -> Part:
     """Cut one island by its faults."""
     patches = patches_from(find_contacts([band.surface, *faults], origin=origin))
     keep, corner, part = kept_parts(patches)
@@ -200,7 +218,13 @@ def _cut_part(band: Band, numbers: list[int], faults, *, torn, triangles, origin
     return Part(numbers, patches, corners, keep, sides, leaks, dead_ends)
 
 
-def _dropped_with_own(band: Band, patches: Patches, keep, part, is_own) -> np.ndarray:
+def _dropped_with_own(
+    band: Band,
+    patches: Patches,
+    keep: np.ndarray,
+    part: np.ndarray,
+    is_own: Callable[[np.ndarray], np.ndarray],
+) -> np.ndarray:
     """Triangles of parts that are dropped though they have real triangles far from the faults.
 
     Such a part runs into ghosts somewhere.

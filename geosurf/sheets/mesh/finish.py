@@ -138,10 +138,14 @@ def refuse_leaks(
 
 def _faults_at(built: Built, faults: Sequence[TriSurface]) -> list[str]:
     """Names of the faults at the first open edge: those that cut it, and the nearest in the map."""
-    leak = [*built.cut.leaks, *built.cut.dead_ends][0]
-    numbers = set(leak[2]) if len(leak) > 2 else set()
-    nodes = built.torn.node_of(np.array(leak[:2]))
-    far = {}
+    numbers: set[int] = set()
+    if built.cut.leaks:
+        one, two, cutting = built.cut.leaks[0]
+        numbers |= cutting
+    else:
+        one, two = built.cut.dead_ends[0]
+    nodes = built.torn.node_of(np.array([one, two]))
+    far: dict[int, float] = {}
     for trace, near in zip(built.state.network.traces, built.state.near, strict=True):
         at = near.look_up(nodes)
         if (at >= 0).any():

@@ -6,7 +6,7 @@ Neighbours are taken in the mesh, so that each sector where faults meet is extra
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, outer_edges
 HOLD = 1e-8  # weight that ties each ghost to the height of its anchor
 JOINED = 8  # cells around ghosts with noisy data, in which real nodes are solved for with them
 APART = 1e-6  # cells: a ghost stays this far from the other vertices of its node
+
+Piece = tuple[int, dict[int, int]]  # lattice triangle, and the vertex over some of its nodes
 
 
 def ghost_heights(
@@ -128,7 +130,9 @@ def joined_heights(
     return nodes[moved], dict(zip(given.tolist(), value[n + given].tolist(), strict=True))
 
 
-def mesh_graph(torn: Torn, triangles: Triangles, nodes: np.ndarray, cut: np.ndarray):
+def mesh_graph(
+    torn: Torn, triangles: Triangles, nodes: np.ndarray, cut: np.ndarray
+) -> tuple[Graph, np.ndarray]:
     """Real nodes, then ghosts, with their neighbours in the torn mesh.
 
     Also the pairs (real, ghost) that are neighbours, though the real one has another there.
@@ -188,7 +192,7 @@ def _apart(torn: Torn, heights: np.ndarray, ghosts: np.ndarray, least: float) ->
 def grow(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None = None) -> Torn:
     """One more ring of ghosts, along all outer edges of the copies or along chosen ones."""
     seeds = _seeds(torn, triangles, chosen)
-    pieces: list[tuple[int, dict[int, int]]] = []
+    pieces: list[Piece] = []
     at: dict[tuple[int, int], int] = {}
     for t, ends in seeds:
         mates = {at[t, v] for v in ends.values() if (t, v) in at}
@@ -204,7 +208,7 @@ def grow(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None =
     return _with_pieces(torn, triangles, pieces)
 
 
-def _seeds(torn, triangles, chosen):
+def _seeds(torn: Torn, triangles: Triangles, chosen: set[tuple[int, int]] | None) -> list[Piece]:
     """(triangle beyond, {node: vertex}) of the outer edges, or of chosen ones."""
     if chosen is not None and not chosen:
         return []
@@ -223,13 +227,13 @@ def _seeds(torn, triangles, chosen):
     ]
 
 
-def _with_pieces(torn, triangles, pieces) -> Torn:
+def _with_pieces(torn: Torn, triangles: Triangles, pieces: Sequence[Piece]) -> Torn:
     """Add pieces of new triangles; new corners over a common edge with a common end are one."""
     n_old = torn.n_node + len(torn.anchor)
     corners = triangles.corners(np.array([t for t, _ in pieces], dtype=np.int64))
     lead: dict[tuple[int, int], tuple[int, int]] = {}
 
-    def find(x):
+    def find(x: tuple[int, int]) -> tuple[int, int]:
         """The corner that stands for all that are one with x."""
         while lead.get(x, x) != x:
             x = lead[x]
@@ -250,7 +254,9 @@ def _with_pieces(torn, triangles, pieces) -> Torn:
     for p, (_, known) in enumerate(pieces):
         for n, v in known.items():
             vertex[find((p, n))] = v
-    anchors, nodes, rows = [], [], []
+    anchors: list[int] = []
+    nodes: list[int] = []
+    rows = []
     for p, (_, known) in enumerate(pieces):
         for n in corners[p].tolist():
             root = find((p, n))

@@ -14,6 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from geosurf.kernels.sheets.smooth_surface import energy_gradient
+from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.drape import around
 from geosurf.sheets.lattice.noise import scale_of
@@ -50,7 +51,7 @@ def points_past(
     return vertex, share, pick
 
 
-def on_sheet(nodes: np.ndarray, near, side: int, torn: Torn) -> np.ndarray:
+def on_sheet(nodes: np.ndarray, near: NearTrace, side: int, torn: Torn) -> np.ndarray:
     """The vertex of one wall's sheet over each node, of any shape; -1 where there is not one."""
     at = near.look_up(nodes.ravel())
     own = (at >= 0) & (near.side[at] == side)
@@ -71,7 +72,9 @@ def ghosts_by_points(
 ) -> Callable[[Torn, Triangles, np.ndarray, Heights, Callable | None], dict[int, float]]:
     """Make the function that gives heights of the ghosts that points determine; it writes nodes."""
 
-    def found(torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, bent):
+    def found(
+        torn: Torn, triangles: Triangles, bits: np.ndarray, state: Heights, bent: Callable | None
+    ) -> dict[int, float]:
         """Heights of ghosts, by number."""
         vertex, share, pick = points_past(picks, state, torn)
         if not len(pick):

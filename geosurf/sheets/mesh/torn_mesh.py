@@ -9,6 +9,7 @@ meet each sector has ghosts of its own (Molino, Bao & Fedkiw 2004, ACM Trans. Gr
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -176,7 +177,9 @@ def tear(cuts: Cuts, triangles: Triangles) -> Torn:
     return _glued(near[row], corners[row], real, triangles)
 
 
-def _glued(triangle, corners, real, triangles: Triangles) -> Torn:
+def _glued(
+    triangle: np.ndarray, corners: np.ndarray, real: np.ndarray, triangles: Triangles
+) -> Torn:
     """Number the ghosts: corners of copies that are glued are one."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -228,12 +231,19 @@ def _glued(triangle, corners, real, triangles: Triangles) -> Torn:
 
     # each ghost is anchored to a real corner of the first copy that has it
     where = np.flatnonzero(ghost)[np.sort(first)]
-    copy, k = np.divmod(where, 3)
+    copy, at = np.divmod(where, 3)
     anchor = corners[copy, real[copy].argmax(axis=1)]
-    return Torn(triangle, vertex.reshape(n, 3), anchor, corners[copy, k], n_node, divided)
+    return Torn(triangle, vertex.reshape(n, 3), anchor, corners[copy, at], n_node, divided)
 
 
-def _mates(rows, here, across, corners, triangle, real):
+def _mates(
+    rows: np.ndarray,
+    here: int,
+    across: np.ndarray,
+    corners: np.ndarray,
+    triangle: np.ndarray,
+    real: np.ndarray,
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """For copies `rows`: the copies across an edge in which their corner `here` is real, too."""
     order = np.argsort(triangle, kind="stable")
     start = np.searchsorted(triangle[order], across[rows])

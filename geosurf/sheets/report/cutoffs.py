@@ -8,6 +8,8 @@ where there is a gap.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from geosurf.kernels.sheets.link_lines import CHUNK, first_hits, undirected_lines
@@ -93,13 +95,15 @@ def profile(
     return z_minus - z_plus, t_plus - t_minus
 
 
-def met(stations, direction, lines, reach) -> tuple[np.ndarray, np.ndarray]:
+def met(
+    stations: np.ndarray, direction: np.ndarray, lines: Sequence[np.ndarray], reach: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Distance along the direction and third coordinate (n,) where the nearest line is met."""
     n = len(stations)
-    pieces = [np.hstack([line[:-1], line[1:]]) for line in lines if len(line) > 1]
-    if not pieces or n == 0:
+    each = [np.hstack([line[:-1], line[1:]]) for line in lines if len(line) > 1]
+    if not each or n == 0:
         return np.full(n, np.nan), np.full(n, np.nan)
-    pieces = np.concatenate(pieces)
+    pieces = np.concatenate(each)
     first = np.arange(0, len(pieces), CHUNK)
     low = np.minimum.reduceat(np.minimum(pieces[:, :2], pieces[:, 3:5]), first)
     high = np.maximum.reduceat(np.maximum(pieces[:, :2], pieces[:, 3:5]), first)
