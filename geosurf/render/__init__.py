@@ -22,6 +22,7 @@ ticks.py          round values of axes, contours and scale bars
 map_frame.py      axes, contour levels, colour bar and north arrow of maps
 diagram.py        axes of sections and Allan diagrams
 palette.py        colours
+styles.py         what texts, lines, areas and layers may look like, for mypy
 _plot.py          layers drawn with VTK
 ================  ======================================================================
 

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from geosurf.render.backend import off_screen
 from geosurf.render.layers import Layer
 from geosurf.render.views import Camera
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from pyvista import Plotter
+    from pyvista.plotting.themes import Theme
 
 OVERSAMPLING = 2  # edges are smoothed by averaging, which is the same for every driver
 LIFT = 1.5e-3  # lines are moved to the viewer by this fraction of the size of the model
@@ -50,36 +56,39 @@ def draw_layers(layers: tuple[Layer, ...], camera: Camera) -> np.ndarray:
     return _average(image[:, :, :3])
 
 
-def _theme():
+def _theme() -> Theme:
     """A theme of its own, independent of the global theme of the user."""
     import pyvista
 
-    theme = pyvista.themes.Theme()
+    theme: Theme = pyvista.themes.Theme()
     theme.background = "white"
     theme.anti_aliasing = None
     theme.return_cpos = False
     return theme
 
 
-def _add_layers(plotter, layers: tuple[Layer, ...], camera: Camera) -> float:
+def _add_layers(plotter: Plotter, layers: tuple[Layer, ...], camera: Camera) -> float:
     """Add shifted copies of the layers; return the largest distance from the centre."""
     local = [camera.to_local(layer.points) for layer in layers]
     reach = max(float(np.linalg.norm(points, axis=1).max(initial=0.0)) for points in local)
     for layer, points in zip(layers, local, strict=True):
         if layer.triangles is not None:
-            _add_triangles(plotter, layer, points)
+            _add_triangles(plotter, layer, points, layer.triangles)
         if len(layer.lines):
             lift = LIFT * reach + LIFT_STEEP * layer.width * camera.metres_per_pixel
             _add_lines(plotter, layer, points + lift * camera.towards)
     if any(layer.opacity < 1.0 for layer in layers):
-        plotter.enable_depth_peeling(number_of_peels=6)
+        # pyvista copies the signature of a method of another class, with its `self`
+        plotter.enable_depth_peeling(number_of_peels=6)  # type: ignore[call-arg]
     return reach
 
 
-def _add_triangles(plotter, layer: Layer, points: np.ndarray) -> None:
+def _add_triangles(
+    plotter: Plotter, layer: Layer, points: np.ndarray, triangles: np.ndarray
+) -> None:
     import pyvista
 
-    mesh = pyvista.PolyData.from_regular_faces(points, layer.triangles)
+    mesh = pyvista.PolyData.from_regular_faces(points, triangles)
     mesh = mesh.compute_normals(
         cell_normals=False,
         split_vertices=layer.sharp,
@@ -101,7 +110,7 @@ def _add_triangles(plotter, layer: Layer, points: np.ndarray) -> None:
     )
 
 
-def _add_lines(plotter, layer: Layer, points: np.ndarray) -> None:
+def _add_lines(plotter: Plotter, layer: Layer, points: np.ndarray) -> None:
     import pyvista
 
     mesh = pyvista.PolyData(points)
@@ -122,7 +131,7 @@ def _add_lines(plotter, layer: Layer, points: np.ndarray) -> None:
     )
 
 
-def _point_camera(plotter, camera: Camera, reach: float) -> None:
+def _point_camera(plotter: Plotter, camera: Camera, reach: float) -> None:
     eye = plotter.camera
     distance = 3.0 * max(reach, 1.0)
     eye.position = tuple(distance * camera.towards)
@@ -134,7 +143,7 @@ def _point_camera(plotter, camera: Camera, reach: float) -> None:
     eye.clipping_range = (distance - 1.1 * max(reach, 1.0), distance + 1.1 * max(reach, 1.0))
 
 
-def _light(plotter) -> None:
+def _light(plotter: Plotter) -> None:
     """Add a key light from the upper left, as in shaded maps, and a weak light against it."""
     import pyvista
 
@@ -150,4 +159,5 @@ def _average(image: np.ndarray) -> np.ndarray:
     n = OVERSAMPLING
     height, width = image.shape[0] // n, image.shape[1] // n
     blocks = image[: height * n, : width * n].reshape(height, n, width, n, 3).astype(np.uint16)
-    return ((blocks.sum(axis=(1, 3)) + n * n // 2) // (n * n)).astype(np.uint8)
+    mean: np.ndarray = (blocks.sum(axis=(1, 3)) + n * n // 2) // (n * n)
+    return mean.astype(np.uint8)

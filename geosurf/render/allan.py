@@ -21,12 +21,14 @@ from geosurf.errors import InputError
 from geosurf.model.expected import listed, name_of
 from geosurf.render import furniture, palette
 from geosurf.render.compose import png_path, save_png
-from geosurf.render.diagram import diagram_axes, lines_of, outline_of, range_shown
+from geosurf.render.diagram import Line, diagram_axes, lines_of, outline_of, range_shown
 from geosurf.render.layers import Entry
+from geosurf.render.styles import AreaStyle, LineStyle
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
+    from matplotlib.axes import Axes
 
 LINES = {"cut-off": palette.INK, "contact": palette.CONTACT}  # kinds drawn as lines
 ROOM = 96.0  # margin for names of cut-offs on both sides [design pixels]
@@ -143,7 +145,7 @@ def _areas_of_pairs(table: xarray.Dataset) -> dict[tuple[str, str], float]:
     return pairs
 
 
-def _fill(axes, lines, colours: dict[str, palette.RGB]) -> None:
+def _fill(axes: Axes, lines: list[Line], colours: dict[str, palette.RGB]) -> None:
     """Fill juxtaposed areas: footwall in full colour, hanging wall as stripes."""
     from matplotlib.patches import PathPatch
 
@@ -155,15 +157,16 @@ def _fill(axes, lines, colours: dict[str, palette.RGB]) -> None:
         plus, minus = pair.split(" | ")
         outline = outline_of(parts)
         # the edge closes the seam between neighbours
-        look = {"facecolor": colours[minus], "edgecolor": colours[minus], "linewidth": 0.4}
-        axes.add_patch(PathPatch(outline, **look))
+        look: AreaStyle = {"facecolor": colours[minus], "edgecolor": colours[minus]}
+        axes.add_patch(PathPatch(outline, linewidth=0.4, **look))
         if plus != minus:
-            look = {"hatch": furniture.STRIPES, "edgecolor": colours[plus], "linewidth": 0.0}
-            stripes = axes.add_patch(PathPatch(outline, facecolor="none", **look))
+            look = {"facecolor": "none", "edgecolor": colours[plus], "hatch": furniture.STRIPES}
+            stripes = PathPatch(outline, linewidth=0.0, **look)
             stripes.set_hatch_linewidth(furniture.STRIPE_WIDTH)
+            axes.add_patch(stripes)
 
 
-def _draw_cutoffs(sheet, axes, lines) -> None:
+def _draw_cutoffs(sheet: furniture.Sheet, axes: Axes, lines: list[Line]) -> None:
     """Draw cut-offs and contacts of both walls, with their names at the ends."""
     unit = sheet.layout.unit
     width = 1.9 * unit * 72.0 / furniture.DPI
@@ -173,7 +176,7 @@ def _draw_cutoffs(sheet, axes, lines) -> None:
         kind, side, name = words["kind"], words["side"], words["label"]
         if kind not in LINES:
             continue
-        look = {"linestyle": (0, (4.0, 1.8))} if side == "+" else {}
+        look: LineStyle = {"linestyle": (0, (4.0, 1.8))} if side == "+" else {}
         over = 2 if kind == "contact" else 3  # cut-offs are drawn over the halo of a contact
         if kind == "contact":
             axes.plot(*line.T, color=palette.PAPER, linewidth=HALO * width, zorder=over)
@@ -214,7 +217,9 @@ def _spread(levels: list[float], step: float) -> list[float]:
     return [a + step * (i - (n - 1) / 2.0) for a, n in groups for i in range(n)]
 
 
-def _legend(pairs: dict[tuple[str, str], float], colours) -> tuple[Entry, ...]:
+def _legend(
+    pairs: dict[tuple[str, str], float], colours: dict[str, palette.RGB]
+) -> tuple[Entry, ...]:
     """Pairs of zones: different zones first, the largest area first."""
     legend = []
     order = sorted(pairs.items(), key=lambda item: (item[0][0] == item[0][1], -item[1]))

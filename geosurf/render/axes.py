@@ -97,6 +97,13 @@ def _name_axis(
     place = at + distance * sheet.layout.unit * outward
     if abs(angle + 90.0) < 1e-6:
         angle = 90.0
-    look = {"rotation": angle, "rotation_mode": "anchor"}
-    rims = rim_of_words(sheet.layout.unit)
-    sheet.text(place, words, 13.0, ha="center", va="center", path_effects=rims, **look)
+    sheet.text(
+        place,
+        words,
+        13.0,
+        ha="center",
+        va="center",
+        path_effects=rim_of_words(sheet.layout.unit),
+        rotation=angle,
+        rotation_mode="anchor",
+    )

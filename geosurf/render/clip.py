@@ -39,7 +39,9 @@ class Prism:
     (2, 2.0, [[2.0, 2.0]])
     """
 
-    def __init__(self, box: Sequence[float], outline: np.ndarray | None = None) -> None:
+    def __init__(
+        self, box: Sequence[float] | np.ndarray, outline: np.ndarray | None = None
+    ) -> None:
         self.box = tuple(float(value) for value in box)
         west, east, south, north, *_ = self.box
         corners = [(west, south), (east, south), (east, north), (west, north)]
@@ -89,7 +91,7 @@ class Prism:
 
     def segments(self, points: np.ndarray, segments: np.ndarray) -> np.ndarray:
         """Return the ends (n, 2, 3) of the parts of segments (n, 2) inside the prism."""
-        ends = points[segments]
+        ends: np.ndarray = points[segments]
         if self.holds(points):
             return ends
         low, high = ends.min(axis=1), ends.max(axis=1)
@@ -153,12 +155,14 @@ def _ear(ring: np.ndarray) -> int:
 def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Twice the area of triangles on the map, above 0 if counter-clockwise."""
     u, v = b - a, c - a
-    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    twice: np.ndarray = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    return twice
 
 
 def _distances(points: np.ndarray, sides: np.ndarray) -> np.ndarray:
     """How far inside points (..., 3) are, in units of each side (n, 4): (..., n)."""
-    return points @ sides[:, :3].T + sides[:, 3]
+    inward: np.ndarray = points @ sides[:, :3].T + sides[:, 3]
+    return inward
 
 
 def _may_meet(low: np.ndarray, high: np.ndarray, sides: np.ndarray) -> np.ndarray:
@@ -170,7 +174,9 @@ def _may_meet(low: np.ndarray, high: np.ndarray, sides: np.ndarray) -> np.ndarra
     return out
 
 
-def _cut_triangles(corners, flag, side, wall: bool) -> tuple[np.ndarray, np.ndarray]:
+def _cut_triangles(
+    corners: np.ndarray, flag: np.ndarray, side: np.ndarray, wall: bool
+) -> tuple[np.ndarray, np.ndarray]:
     """Clip triangles (n, 3, 3) to a half-space; flags (n, 3) mark edges along walls."""
     d = corners @ side[:3] + side[3]
     inside = d >= 0
@@ -194,17 +200,20 @@ def _cut_triangles(corners, flag, side, wall: bool) -> tuple[np.ndarray, np.ndar
     return np.concatenate(pieces), np.concatenate(flags)
 
 
-def _between(alone, other, d_alone, d_other, first: bool) -> np.ndarray:
+def _between(
+    alone: np.ndarray, other: np.ndarray, d_alone: np.ndarray, d_other: np.ndarray, first: bool
+) -> np.ndarray:
     """Where edges leave a half-space, always reckoned from inside: both neighbours agree."""
     p, q, dp, dq = (alone, other, d_alone, d_other) if first else (other, alone, d_other, d_alone)
-    return p + (q - p) * (dp / (dp - dq))[:, None]
+    crossing: np.ndarray = p + (q - p) * (dp / (dp - dq))[:, None]
+    return crossing
 
 
 def _cut_segments(ends: np.ndarray, side: np.ndarray) -> np.ndarray:
     """Segments (n, 2, 3) inside a half-space."""
     d = ends @ side[:3] + side[3]
     inside = d >= 0
-    out = ends[inside.any(axis=1)].copy()
+    out: np.ndarray = ends[inside.any(axis=1)].copy()
     d, inside = d[inside.any(axis=1)], inside[inside.any(axis=1)]
     for k in (0, 1):
         rows = np.flatnonzero(~inside[:, k])

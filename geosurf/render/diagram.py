@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,14 +12,16 @@ from geosurf.render.ticks import fitting, tick_texts, ticks
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
+    from matplotlib.axes import Axes
+    from matplotlib.path import Path as Outline
+
+Line = tuple[dict[str, str], np.ndarray]  # attributes, and points (n, 2) [m]
 
 RELIEF = 0.6  # height over width that reads well
 AROUND = 0.3  # margin above and below, as a fraction of the height of the lines
 
 
-def lines_of(
-    lines: xarray.Dataset, axes: tuple[str, str], words: Sequence[str]
-) -> list[tuple[dict[str, str], np.ndarray]]:
+def lines_of(lines: xarray.Dataset, axes: tuple[str, str], words: Sequence[str]) -> list[Line]:
     """
     Return the attributes and the points (n, 2) of each line of a dataset.
 
@@ -41,7 +43,7 @@ def lines_of(
     ]
 
 
-def outline_of(rings: Sequence[np.ndarray]) -> Any:
+def outline_of(rings: Sequence[np.ndarray]) -> Outline:
     """Return one matplotlib path around rings (n, 2); rings of opposite direction are holes."""
     from matplotlib.path import Path as Outline
 
@@ -77,7 +79,7 @@ def range_shown(points: np.ndarray, levels: Sequence[np.ndarray]) -> tuple[float
 
 def diagram_axes(
     sheet: furniture.Sheet, shown: tuple[float, ...], along: str, room: float
-) -> tuple[Any, float]:
+) -> tuple[Axes, float]:
     """Return axes in metres with a margin on both sides [design pixels], and the exaggeration."""
     layout, unit = sheet.layout, sheet.layout.unit
     left, right, bottom, top = shown
@@ -99,14 +101,15 @@ def diagram_axes(
     ):
         values = ticks(first, first + span, fitting(pixels, unit))
         axis.set_ticks(values, tick_texts(values, per))
-        look = {"fontsize": points_high * 1.08, "color": palette.INK, "family": furniture.FONT}
-        axis.set_label_text(name, **look)
+        axis.set_label_text(
+            name, fontsize=points_high * 1.08, color=palette.INK, family=furniture.FONT
+        )
     axes.tick_params(labelsize=points_high, colors=palette.INK, width=0.8, color=palette.FAINT)
     axes.spines["left"].set_position(("outward", margin * 72.0 / furniture.DPI))
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
-        label.set_family(furniture.FONT)
+        label.set_fontfamily(furniture.FONT)
     for spine in axes.spines.values():
         spine.set_color(palette.FRAME)
     return axes, exaggeration

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import io
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
@@ -19,9 +21,16 @@ from geosurf.errors import GeosurfWarning
 from geosurf.model.expected import expect
 from geosurf.render import palette
 from geosurf.render.layers import DETAIL_ROOM, LABEL_ROOM, Entry
+from geosurf.render.styles import AreaStyle, LineStyle, Spot, TextStyle
 from geosurf.render.ticks import nice_step
 from geosurf.render.views import Camera
 from geosurf.warning import warn
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Rectangle
+    from matplotlib.patheffects import AbstractPathEffect
 
 FONT = "DejaVu Sans"
 DPI = 100
@@ -72,31 +81,54 @@ class Sheet:
         """Place the image that VTK drew."""
         self.figure.figimage(image, xo=self.layout.left, yo=self.layout.bottom)
 
-    def text(self, at, words: str, size: float = 13.0, colour=palette.INK, **look) -> None:
+    def text(
+        self,
+        at: Spot,
+        words: str,
+        size: float = 13.0,
+        colour: palette.RGB = palette.INK,
+        **look: Unpack[TextStyle],
+    ) -> None:
         """Write text at a pixel; `size` is in design pixels."""
+        x, y = at
         points = size * self.layout.unit * 72.0 / DPI
-        look = {"ha": "left", "va": "center", "parse_math": False, **look}
-        self.axes.text(*at, words, fontsize=points, color=colour, family=FONT, **look)
+        style: TextStyle = {"ha": "left", "va": "center", "parse_math": False, **look}
+        self.axes.text(x, y, words, fontsize=points, color=colour, family=FONT, **style)
 
-    def line(self, points, width: float = 1.0, colour=palette.INK, **look) -> None:
+    def line(
+        self,
+        points: Sequence[Spot],
+        width: float = 1.0,
+        colour: palette.RGB = palette.INK,
+        **look: Unpack[LineStyle],
+    ) -> None:
         """Draw a line through pixels; `width` is in design pixels."""
         x, y = np.asarray(points, dtype=float).T
         points_wide = width * self.layout.unit * 72.0 / DPI
         self.axes.plot(x, y, color=colour, linewidth=points_wide, solid_capstyle="butt", **look)
 
-    def rectangle(self, corner, width: float, height: float, **look) -> None:
+    def rectangle(
+        self,
+        corner: tuple[float, float],
+        width: float,
+        height: float,
+        **look: Unpack[AreaStyle],
+    ) -> Rectangle:
         """Draw a filled rectangle from its lower left corner."""
         from matplotlib.patches import Rectangle
 
-        edge = {"edgecolor": palette.INK, "linewidth": 0.5 * self.layout.unit}
-        return self.axes.add_patch(Rectangle(corner, width, height, **{**edge, **look}))
+        edge = 0.5 * self.layout.unit
+        style: AreaStyle = {"edgecolor": palette.INK, "linewidth": edge, **look}
+        patch = Rectangle(corner, width, height, **style)
+        self.axes.add_patch(patch)
+        return patch
 
     def png(self) -> bytes:
         """Return the sheet as a PNG file without metadata: equal sheets give equal bytes."""
         return figure_png(self.figure)
 
 
-def _figure(size: tuple[int, int]):
+def _figure(size: tuple[int, int]) -> Figure:
     """An empty white figure, independent of the global state of pyplot.
 
     The first import of matplotlib logs messages about fonts and folders, which are suppressed
@@ -115,7 +147,7 @@ def _figure(size: tuple[int, int]):
     return figure
 
 
-def figure_png(figure) -> bytes:
+def figure_png(figure: Figure) -> bytes:
     """Return a figure as the bytes of a PNG file."""
     _replace_missing_letters(figure)
     buffer = io.BytesIO()
@@ -131,11 +163,12 @@ def _letters() -> frozenset[int]:
     return frozenset(get_font(findfont(FontProperties(family=FONT))).get_charmap())
 
 
-def _replace_missing_letters(figure) -> None:
+def _replace_missing_letters(figure: Figure) -> None:
     """Replace letters that the font lacks by a sign, with one warning for all of them."""
     from matplotlib.text import Text
 
-    known, missing = _letters() | {ord("\n")}, {}
+    known = _letters() | {ord("\n")}
+    missing: dict[str, None] = {}
     for text in figure.findobj(Text):
         words = text.get_text()
         lacking = {letter for letter in words if ord(letter) not in known}
@@ -155,22 +188,30 @@ def _replace_missing_letters(figure) -> None:
         warn(note)
 
 
-def rim_of_words(unit: float) -> list:
+def rim_of_words(unit: float) -> list[AbstractPathEffect]:
     """Return a white rim that makes text readable on any background."""
     from matplotlib.patheffects import withStroke
 
     return [withStroke(linewidth=3.0 * unit * 72.0 / DPI, foreground="white")]
 
 
-def halo_text(sheet: Sheet, axes, at, words: str, size: float, colour=palette.INK, **look) -> None:
+def halo_text(
+    sheet: Sheet,
+    axes: Axes,
+    at: Spot,
+    words: str,
+    size: float,
+    colour: palette.RGB = palette.INK,
+    **look: Unpack[TextStyle],
+) -> None:
     """Write text centred on a point of the axes, with a white rim."""
+    x, y = at
     per = sheet.layout.unit * 72.0 / DPI
     rim = rim_of_words(sheet.layout.unit)
-    look = {"ha": "center", "va": "center", "parse_math": False, **look}
-    axes.text(
-        *at, words, fontsize=size * per, color=colour, family=FONT, path_effects=rim, clip_on=True,
-        **look,
-    )  # fmt: skip
+    style: TextStyle = {
+        "ha": "center", "va": "center", "parse_math": False, "path_effects": rim, **look,
+    }  # fmt: skip
+    axes.text(x, y, words, fontsize=size * per, color=colour, family=FONT, clip_on=True, **style)
 
 
 def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
@@ -183,10 +224,10 @@ def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
     for row, entry in enumerate(shown):
         y = top - 38.0 * unit * row
         if entry.kind in ("line", "dashes"):
-            look = {"linestyle": (0, (3.0, 1.5))} if entry.kind == "dashes" else {}
-            sheet.line([(left, y), (left + 26 * unit, y)], 3.0, entry.colour, **look)
+            dashes: LineStyle = {"linestyle": (0, (3.0, 1.5))} if entry.kind == "dashes" else {}
+            sheet.line([(left, y), (left + 26 * unit, y)], 3.0, entry.colour, **dashes)
         elif entry.kind == "area":
-            look = {"facecolor": (*entry.colour, max(entry.opacity, 0.35))}
+            look: AreaStyle = {"facecolor": (*entry.colour, max(entry.opacity, 0.35))}
             if entry.stripes is not None:
                 sheet.rectangle((left, y - 8 * unit), 26 * unit, 16 * unit, **look)
                 look = {"facecolor": "none", "edgecolor": entry.stripes, "hatch": STRIPES}
@@ -238,11 +279,12 @@ def draw_compass(sheet: Sheet, camera: Camera) -> None:
         sheet.text(place, name, 13.0, colour, ha="center", weight=weight)
 
 
-def arrow_head(sheet: Sheet, start, tip, width: float, colour) -> None:
+def arrow_head(
+    sheet: Sheet, start: np.ndarray, tip: np.ndarray, width: float, colour: palette.RGB
+) -> None:
     """Draw an arrow from one pixel to another."""
     from matplotlib.patches import Polygon
 
-    start, tip = np.asarray(start, dtype=float), np.asarray(tip, dtype=float)
     along = (tip - start) / np.hypot(*(tip - start))
     side = np.array([-along[1], along[0]])
     unit = sheet.layout.unit

@@ -30,12 +30,17 @@ from geosurf.render.map_frame import (
     map_axes,
     number_contours,
 )
+from geosurf.render.styles import Dashes
 from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
+    from matplotlib.axes import Axes
 
-DASHES = ("solid", (0, (5.0, 2.5)))  # polygons of the first horizon, of the second
+DASHES: tuple[Dashes, Dashes] = (
+    "solid",
+    (0, (5.0, 2.5)),
+)  # polygons of the first horizon, of the second
 N_CONTOUR = 12
 
 
@@ -170,7 +175,9 @@ def _checked_polygons(polygons: Any) -> dict[str, xarray.Dataset]:
     return {str(name): found for name, found in (polygons or {}).items()}
 
 
-def _cut_by_faults(x: np.ndarray, y: np.ndarray, polygons: Mapping[str, xarray.Dataset]):
+def _cut_by_faults(
+    x: np.ndarray, y: np.ndarray, polygons: Mapping[str, xarray.Dataset]
+) -> np.ndarray:
     """Mark nodes (n, m) in a fault polygon, or between polygons of one fault at two horizons."""
     from matplotlib.path import Path as Outline
     from scipy.spatial import cKDTree
@@ -215,7 +222,9 @@ def _cell_ends(axis: np.ndarray) -> tuple[float, float]:
     return low - half, high + half
 
 
-def _colour(axes, x, y, total, levels) -> None:
+def _colour(
+    axes: Axes, x: np.ndarray, y: np.ndarray, total: np.ndarray, levels: np.ndarray
+) -> None:
     """One colour for each contour interval, cell by cell."""
     from matplotlib.colors import BoundaryNorm
 
@@ -227,7 +236,13 @@ def _colour(axes, x, y, total, levels) -> None:
     axes.pcolormesh(x, y, shown, cmap=colours, norm=norm, shading="nearest", rasterized=True)
 
 
-def _contour(sheet, axes, place, heights, levels) -> None:
+def _contour(
+    sheet: furniture.Sheet,
+    axes: Axes,
+    place: tuple[np.ndarray, np.ndarray],
+    heights: tuple[np.ndarray, np.ndarray],
+    levels: np.ndarray,
+) -> None:
     """Contour lines inside each region with the same set of blocks; every fifth is bold."""
     if len(levels) < 2:
         return
@@ -245,13 +260,22 @@ def _contour(sheet, axes, place, heights, levels) -> None:
         for chosen, width in ((levels[~bold], 0.35), (levels[bold], 0.9)):
             inside = chosen[(chosen > low) & (chosen < high)]
             if len(inside):
-                look = {"colors": [palette.INK], "linewidths": width * unit}
-                lines = axes.contour(*place, np.ma.masked_invalid(mine), levels=inside, **look)
+                lines = axes.contour(
+                    *place, np.ma.masked_invalid(mine), levels=inside,
+                    colors=[palette.INK], linewidths=width * unit,
+                )  # fmt: skip
                 if width > 0.5:
                     number_contours(sheet, axes, lines)
 
 
-def _outline(sheet, axes, rings: xarray.Dataset, dashes, corner, metres: float) -> None:
+def _outline(
+    sheet: furniture.Sheet,
+    axes: Axes,
+    rings: xarray.Dataset,
+    dashes: Dashes,
+    corner: tuple[float, float],
+    metres: float,
+) -> None:
     """Fault polygons of one horizon; each fault is named once, at its longest ring."""
     width = 1.1 * sheet.layout.unit * 72.0 / furniture.DPI
     longest: dict[str, np.ndarray] = {}
@@ -264,12 +288,15 @@ def _outline(sheet, axes, rings: xarray.Dataset, dashes, corner, metres: float) 
             longest[fault] = ring
     if dashes == DASHES[0]:
         for fault, ring in longest.items():
-            words = {"ha": "left", "fontweight": "bold"}
             at = ring[len(ring) // 3] + (9.0 * metres, 0.0)
-            furniture.halo_text(sheet, axes, at, fault, 11.5, palette.ACCENT, **words)
+            furniture.halo_text(
+                sheet, axes, at, fault, 11.5, palette.ACCENT, ha="left", fontweight="bold"
+            )
 
 
-def _letter_blocks(sheet, axes, x, y, values) -> list[str]:
+def _letter_blocks(
+    sheet: furniture.Sheet, axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray
+) -> list[str]:
     """Write a letter on each block, as far from other blocks as possible."""
     from scipy.ndimage import distance_transform_edt
 
@@ -285,7 +312,12 @@ def _letter_blocks(sheet, axes, x, y, values) -> list[str]:
     return letters
 
 
-def _legend(thickness, values, letters, horizons) -> tuple[Entry, ...]:
+def _legend(
+    thickness: xarray.DataArray,
+    values: np.ndarray,
+    letters: list[str],
+    horizons: tuple[str, ...],
+) -> tuple[Entry, ...]:
     """Entries for the fault polygons, and mean and largest thickness of each block."""
     legend = []
     for k, horizon in enumerate(horizons[:2]):

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
 from geosurf.render import palette
+from geosurf.render.styles import LayerStyle
 from geosurf.render.views import corners
 
 # corners of a box are numbered by their sides, in binary: two make an edge if one side differs
@@ -82,7 +83,7 @@ class Content:
         )
 
 
-def triangle_layer(points: np.ndarray, triangles: np.ndarray, **look: Any) -> Layer:
+def triangle_layer(points: np.ndarray, triangles: np.ndarray, **look: Unpack[LayerStyle]) -> Layer:
     """Return a layer of triangles without unused points."""
     used = np.zeros(len(points), dtype=bool)
     used[triangles] = True
@@ -90,7 +91,7 @@ def triangle_layer(points: np.ndarray, triangles: np.ndarray, **look: Any) -> La
     return Layer(points[used], number[triangles], **look)
 
 
-def segment_layer(ends: np.ndarray, **look: Any) -> Layer:
+def segment_layer(ends: np.ndarray, **look: Unpack[LayerStyle]) -> Layer:
     """Return a layer of lines from their ends (n, 2, 3)."""
     lines = np.arange(2 * len(ends)).reshape(-1, 2)
     return Layer(ends.reshape(-1, 3), lines=lines, **look)
@@ -126,8 +127,7 @@ def show_outline(ring: np.ndarray, level: float) -> Content:
     points = np.column_stack([ring, np.full(len(ring), level)])
     there = np.arange(len(ring))
     lines = np.stack([there, np.roll(there, -1)], axis=1)
-    look = {"colour": palette.FAINT, "width": 1.2}
     return Content(
-        (Layer(points, lines=lines, **look),),
+        (Layer(points, lines=lines, colour=palette.FAINT, width=1.2),),
         (Entry("Area of interest", kind="line", colour=palette.FAINT),),
     )

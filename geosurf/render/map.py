@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +27,9 @@ from geosurf.render.map_frame import (
 )
 from geosurf.render.surface_layers import thinned
 from geosurf.render.views import SIZE, check_size
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from matplotlib.axes import Axes
 
 MAX_MAP_TRIANGLE = 250_000
 N_BAND = 3  # bands of colour per contour interval
@@ -172,7 +175,9 @@ def _corners_of(outline: Any) -> np.ndarray:
     return corners
 
 
-def _draw_elevation(sheet, axes, surface: TriSurface, levels: np.ndarray) -> None:
+def _draw_elevation(
+    sheet: furniture.Sheet, axes: Axes, surface: TriSurface, levels: np.ndarray
+) -> None:
     """Bands of colour with contour lines; every fifth line is bold."""
     from matplotlib.tri import Triangulation
 
@@ -186,14 +191,21 @@ def _draw_elevation(sheet, axes, surface: TriSurface, levels: np.ndarray) -> Non
     unit = sheet.layout.unit
     for chosen, width in ((levels[~bold], 0.35), (levels[bold], 0.9)):
         if len(chosen):
-            look = {"colors": [palette.INK], "linewidths": width * unit, "linestyles": "solid"}
-            lines = axes.tricontour(mesh, z, levels=chosen, alpha=0.75, **look)
+            lines = axes.tricontour(
+                mesh, z, levels=chosen, alpha=0.75,
+                colors=[palette.INK], linewidths=width * unit, linestyles="solid",
+            )  # fmt: skip
             if width > 0.5:
                 number_contours(sheet, axes, lines)
 
 
 def _draw_curves(
-    sheet, axes, surface, curves: Curves, within: Prism | None, faults: list[str]
+    sheet: furniture.Sheet,
+    axes: Axes,
+    surface: TriSurface,
+    curves: Curves,
+    within: Prism | None,
+    faults: list[str],
 ) -> list[Entry]:
     """Draw the intersection lines of a surface as bold lines.
 
@@ -224,7 +236,7 @@ def _draw_curves(
         for other in curves.names
     }
     others: dict[int, float] = {}
-    longest: dict[int, tuple] = {}
+    longest: dict[int, tuple[float, np.ndarray]] = {}
     width = 2.6 * sheet.layout.unit * 72.0 / furniture.DPI
     for i, pair in enumerate(curves.surfaces_of_curve.tolist()):
         if row not in pair:
@@ -239,17 +251,19 @@ def _draw_curves(
         length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
         others[other] = others.get(other, 0.0) + length
         colour = colours[curves.names[other]]
-        shown = LineCollection(ends[:, :, :2] - (west, south), colors=[colour], linewidths=width)
+        pieces = list(ends[:, :, :2] - (west, south))
+        shown = LineCollection(pieces, colors=[colour], linewidths=width)
         shown.set_capstyle("round")
         axes.add_collection(shown, autolim=False)
-        if length > longest.get(other, (0.0,))[0]:
+        if length > (longest[other][0] if other in longest else 0.0):
             longest[other] = (length, ends[len(ends) // 3, 0, :2] - (west, south))
     for other, (_, at) in longest.items():
         x, y = axes.transData.transform(at)
         at = axes.transData.inverted().transform((x + 9.0 * sheet.layout.unit, y))
         colour = palette.shade(colours[curves.names[other]], 1, 2)
-        look = {"ha": "left", "fontweight": "bold"}
-        furniture.halo_text(sheet, axes, at, curves.names[other], 11.5, colour, **look)
+        furniture.halo_text(
+            sheet, axes, at, curves.names[other], 11.5, colour, ha="left", fontweight="bold"
+        )
     return [
         Entry(name, colours[name], f"intersection, {length_text(length)}", "line")
         for name, length in ((curves.names[k], length) for k, length in others.items())

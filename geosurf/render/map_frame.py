@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geosurf.render import furniture, palette
 from geosurf.render.ticks import fitting, nice_step, plain_number, tick_texts, ticks
+
+if TYPE_CHECKING:  # pragma: no cover - types only
+    from matplotlib.axes import Axes
+    from matplotlib.colors import LinearSegmentedColormap
+    from matplotlib.contour import ContourSet
 
 N_CONTOUR = 20  # approximate number of contour intervals
 NUMBERED = 120.0  # contours shorter than this get no number [design pixels]
@@ -27,7 +33,9 @@ def contour_levels(bottom: float, top: float, n: int = N_CONTOUR) -> np.ndarray:
     return step * np.arange(math.floor(bottom / step), math.ceil(top / step) + 1)
 
 
-def map_axes(sheet: furniture.Sheet, extent: tuple[float, float, float, float]):
+def map_axes(
+    sheet: furniture.Sheet, extent: tuple[float, float, float, float]
+) -> tuple[Axes, float]:
     """Return axes in local metres, as large as the layout allows, and the metres per pixel."""
     layout, unit = sheet.layout, sheet.layout.unit
     west, east, south, north = extent
@@ -51,20 +59,20 @@ def map_axes(sheet: furniture.Sheet, extent: tuple[float, float, float, float]):
         axis.set_label_text(name, fontsize=points * 1.08, color=palette.INK, family=furniture.FONT)
     axes.tick_params(labelsize=points, colors=palette.INK, width=0.8, color=palette.FAINT)
     for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
-        label.set_family(furniture.FONT)
+        label.set_fontfamily(furniture.FONT)
     for spine in axes.spines.values():
         spine.set_color(palette.FRAME)
     return axes, metres_per_pixel
 
 
-def colours_of(codes: tuple[str, ...]):
+def colours_of(codes: tuple[str, ...]) -> LinearSegmentedColormap:
     """Return a matplotlib colour map through the given colours, low to high."""
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("geosurf", codes)
 
 
-def number_contours(sheet: furniture.Sheet, axes, lines) -> None:
+def number_contours(sheet: furniture.Sheet, axes: Axes, lines: ContourSet) -> None:
     """Write the value of each contour on its longest line if that is long enough."""
     unit = sheet.layout.unit
     places = []
@@ -78,9 +86,10 @@ def number_contours(sheet: furniture.Sheet, axes, lines) -> None:
     if not places:
         return
     points = 9.5 * unit * 72.0 / furniture.DPI
-    look = {"fmt": plain_number, "inline_spacing": 3, "manual": places}
-    for text in axes.clabel(lines, fontsize=points, **look):
-        text.set_family(furniture.FONT)
+    for text in axes.clabel(
+        lines, fontsize=points, fmt=plain_number, inline_spacing=3, manual=places
+    ):
+        text.set_fontfamily(furniture.FONT)
 
 
 def draw_colour_bar(
@@ -106,8 +115,9 @@ def draw_colour_bar(
     colours = colours_of(codes)
     height = (high - low) / n_band
     for i in range(n_band):
-        face = {"facecolor": colours((i + 0.5) / n_band), "linewidth": 0.0}
-        sheet.rectangle((left, low + i * height), 22.0 * unit, height * 1.02, **face)
+        face = colours((i + 0.5) / n_band)
+        corner = (left, low + i * height)
+        sheet.rectangle(corner, 22.0 * unit, height * 1.02, facecolor=face, linewidth=0.0)
     span = levels[-1] - levels[0]
     values = ticks(float(levels[0]), float(levels[-1]), 5)
     for value, number in zip(values, tick_texts(values, 1.0), strict=True):

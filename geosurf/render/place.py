@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ from geosurf.errors import InputError
 from geosurf.model import TriSurface
 from geosurf.model.expected import expect, listed
 from geosurf.render import palette
+from geosurf.render.clip import Prism
 from geosurf.render.compose import draw_picture
 from geosurf.render.layers import Content, Entry, Layer
 from geosurf.render.surface_layers import show_surfaces
@@ -115,7 +115,11 @@ def show_place(
         reach = max(float(sides.max()) * REACH, 1.0)
     low = np.array([x - reach, y - reach, z - reach])
     high = np.array([x + reach, y + reach, z + reach])
-    near = [cut for surface in surfaces if (cut := _cut(surface, low, high)).n_triangle]
+    cube, near = Prism(np.column_stack([low, high]).ravel()), []
+    for surface in surfaces:
+        vertices, triangles, _ = cube.triangles(surface.vertices, surface.triangles)
+        if len(triangles):
+            near.append(TriSurface(surface.name, surface.role, vertices, triangles))
     if near:
         bottom = min(min(cut.bounds[4] for cut in near), z - FLATTEST * reach)
         top = max(max(cut.bounds[5] for cut in near), z + FLATTEST * reach)
@@ -127,7 +131,7 @@ def show_place(
     content = show_surfaces(near) + Content(
         (mark,), (Entry("Location", palette.ACCENT, label, "line"),)
     )
-    w, s, b, e, n, t = (*low.tolist(), *high.tolist())
+    (w, s, b), (e, n, t) = low.tolist(), high.tolist()
     return content, (w, e, s, n, b, t)
 
 
@@ -154,41 +158,3 @@ def _mark(place: np.ndarray, low: np.ndarray, high: np.ndarray) -> Layer:
     points = np.concatenate([place - arm, place + arm])
     lines = np.array([[0, 3], [1, 4], [2, 5]])
     return Layer(points, lines=lines, colour=palette.ACCENT, width=4.0)
-
-
-def _cut(surface: TriSurface, low: np.ndarray, high: np.ndarray) -> TriSurface:
-    """The part of a surface inside a box, in floating point: for pictures only."""
-    corners = surface.vertices[surface.triangles]
-    lowest, highest = corners.min(axis=1), corners.max(axis=1)
-    whole = (lowest >= low).all(axis=1) & (highest <= high).all(axis=1)
-    across = ~whole & (highest >= low).all(axis=1) & (lowest <= high).all(axis=1)
-    parts = [corners[whole]]
-    for corner in corners[across]:
-        ring = _clip_ring(list(corner), low, high)
-        parts += [np.array([[ring[0], p, q]]) for p, q in itertools.pairwise(ring[1:])]
-    points = np.concatenate(parts).reshape(-1, 3)
-    vertices, number = np.unique(points, axis=0, return_inverse=True)
-    return TriSurface(surface.name, surface.role, vertices, number.reshape(-1, 3))
-
-
-def _clip_ring(ring: list[np.ndarray], low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
-    """A convex polygon cut to a box, side by side (Sutherland & Hodgman 1974)."""
-    for axis, sign in itertools.product(range(3), (1.0, -1.0)):
-        limit = float((high if sign > 0 else low)[axis])
-        kept = []
-        for p, q in zip(ring, ring[1:] + ring[:1], strict=True):
-            one, two = sign * (p[axis] - limit), sign * (q[axis] - limit)
-            if one <= 0:
-                kept.append(p)
-            if one * two < 0:
-                kept.append(_crossing(p, q, axis, limit))
-        ring = kept
-    return ring
-
-
-def _crossing(p: np.ndarray, q: np.ndarray, axis: int, limit: float) -> np.ndarray:
-    """The point where an edge leaves the box, identical for both of its triangles."""
-    a, b = sorted((p, q), key=tuple)
-    point: np.ndarray = a + (limit - a[axis]) / (b[axis] - a[axis]) * (b - a)
-    point[axis] = limit
-    return point

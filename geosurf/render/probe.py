@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import ctypes
 import sys
+from collections.abc import Callable
+from typing import Any
 
 # names and numbers from EGL/egl.h, EGL/eglext.h and GL/gl.h
 EGL_PLATFORM_DEVICE = 0x313F
@@ -40,7 +42,9 @@ def call(library: ctypes.CDLL, name: str, *args: object) -> int:
     return function(*args) or 0
 
 
-def egl_function(egl: ctypes.CDLL, name: str, restype: type, *argtypes: type):
+def egl_function(
+    egl: ctypes.CDLL, name: str, restype: type, *argtypes: type
+) -> Callable[..., Any] | None:
     """Return an EGL extension or OpenGL function, or None if the driver has none."""
     address = call(egl, "eglGetProcAddress", name.encode())
     return ctypes.CFUNCTYPE(restype, *argtypes)(address) if address else None
@@ -83,7 +87,8 @@ def renderer_on(egl: ctypes.CDLL, display: ctypes.c_void_p) -> str:
     if not egl.eglMakeCurrent(display, canvas, canvas, ctypes.c_void_p(context)):
         return ""
     get_string = egl_function(egl, "glGetString", ctypes.c_char_p, ctypes.c_int)
-    return get_string(GL_RENDERER).decode() if get_string else ""
+    name: bytes = get_string(GL_RENDERER) if get_string else b""
+    return name.decode()
 
 
 def probe_egl(library: str) -> str:

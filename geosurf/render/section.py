@@ -20,6 +20,11 @@ from geosurf.render.views import check_size
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
+    from matplotlib.axes import Axes
+
+Part = tuple[dict[str, str], np.ndarray, float]  # attributes, points (n, 2) [m], area [m2]
+Areas = dict[tuple[str, str], float]  # of zone and contact interval [m2]
+Colours = dict[tuple[str, str], palette.RGB]
 
 WINDS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 ROUNDING = 1e-12  # fraction of the area of a section: smaller parts have no thickness
@@ -110,13 +115,13 @@ def _title(corners: np.ndarray) -> str:
     return f"Section from {first} to {last}"
 
 
-def _areas(lines, zones: list[str]) -> dict[tuple[str, str], float]:
+def _areas(lines: list[Part], zones: list[str]) -> Areas:
     """Area [m2] of each zone and contact interval, from the top down.
 
     A zone without thickness along the section has an area that is only rounding error, of either
     sign. It gets no colour and no legend entry.
     """
-    areas: dict[tuple[str, str], float] = {}
+    areas: Areas = {}
     rings: dict[tuple[str, str], list[np.ndarray]] = {}
     for words, line, area in lines:
         if words["kind"] == "unit":
@@ -129,7 +134,7 @@ def _areas(lines, zones: list[str]) -> dict[tuple[str, str], float]:
     return {key: areas[key] for key in order if areas[key] > least}
 
 
-def _colours(areas, zones: list[str]) -> dict[tuple[str, str], palette.RGB]:
+def _colours(areas: Areas, zones: list[str]) -> Colours:
     """Colours of zones from the column; contact intervals are shades of them."""
     found = {}
     for zone in zones:
@@ -139,7 +144,7 @@ def _colours(areas, zones: list[str]) -> dict[tuple[str, str], palette.RGB]:
     return found
 
 
-def _fill(axes, lines, colours: dict[tuple[str, str], palette.RGB]) -> None:
+def _fill(axes: Axes, lines: list[Part], colours: Colours) -> None:
     """Fill the units."""
     from matplotlib.patches import PathPatch
 
@@ -152,11 +157,13 @@ def _fill(axes, lines, colours: dict[tuple[str, str], palette.RGB]) -> None:
         if colour is None:  # of no thickness
             continue
         # the edge closes the seam between neighbours
-        look = {"facecolor": colour, "edgecolor": colour, "linewidth": 0.4}
-        axes.add_patch(PathPatch(outline_of(parts), **look))
+        outline = outline_of(parts)
+        axes.add_patch(PathPatch(outline, facecolor=colour, edgecolor=colour, linewidth=0.4))
 
 
-def _draw_lines(sheet, axes, lines, faults: dict[str, palette.RGB]) -> None:
+def _draw_lines(
+    sheet: furniture.Sheet, axes: Axes, lines: list[Part], faults: dict[str, palette.RGB]
+) -> None:
     """Draw horizons, contacts, and faults in their colours with their names at the top."""
     unit = sheet.layout.unit
     width = 1.6 * unit * 72.0 / furniture.DPI
@@ -175,9 +182,9 @@ def _draw_lines(sheet, axes, lines, faults: dict[str, palette.RGB]) -> None:
             highest = _highest(line, bottom, top)
             if highest is not None and highest[1] > named.get(name, (0.0, -math.inf))[1]:
                 named[name] = highest
-    for name, place in named.items():
+    for name, (x, z) in named.items():
         axes.annotate(
-            furniture.shortened(name, 12), place, (0.0, 9.0 * unit), annotation_clip=False,
+            furniture.shortened(name, 12), (x, z), (0.0, 9.0 * unit), annotation_clip=False,
             textcoords="offset pixels", ha="center", va="bottom", family=furniture.FONT,
             fontsize=12.0 * unit * 72.0 / furniture.DPI, color=faults[name], zorder=6,
             path_effects=furniture.rim_of_words(unit), parse_math=False,
@@ -190,12 +197,13 @@ def _highest(line: np.ndarray, bottom: float, top: float) -> np.ndarray | None:
     across = np.flatnonzero((p[:, 1] > top) != (q[:, 1] > top))
     if len(across):
         p, q = p[across[0]], q[across[0]]
-        return p + (top - p[1]) / (q[1] - p[1]) * (q - p)
+        at_top: np.ndarray = p + (top - p[1]) / (q[1] - p[1]) * (q - p)
+        return at_top
     seen = line[(line[:, 1] >= bottom) & (line[:, 1] <= top)]
     return seen[np.argmax(seen[:, 1])] if len(seen) else None
 
 
-def _draw_ends(sheet, axes, corners: np.ndarray) -> None:
+def _draw_ends(sheet: furniture.Sheet, axes: Axes, corners: np.ndarray) -> None:
     """Write the compass directions at both ends of the section."""
     (_, x0, y0), (_, x1, y1) = corners.tolist()
     turn = round(math.degrees(math.atan2(x1 - x0, y1 - y0)) / 45.0) % 8
@@ -208,7 +216,9 @@ def _draw_ends(sheet, axes, corners: np.ndarray) -> None:
         )  # fmt: skip
 
 
-def _legend(lines, areas, colours, faults) -> tuple[Entry, ...]:
+def _legend(
+    lines: list[Part], areas: Areas, colours: Colours, faults: dict[str, palette.RGB]
+) -> tuple[Entry, ...]:
     """Zones from the top down, with their areas; then faults and contacts."""
     legend = [
         Entry(zone, colours[zone, part], ", ".join(filter(None, [part, area_text(area)])))

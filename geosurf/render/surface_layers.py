@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from geosurf.model.expected import expect, listed
 from geosurf.render import palette
 from geosurf.render.clip import Prism
 from geosurf.render.layers import Content, Entry, Layer, segment_layer, triangle_layer
+from geosurf.render.styles import LayerStyle
 
 # more triangles than a screen has pixels would not be visible
 MAX_TRIANGLE = 1_000_000
@@ -87,7 +88,9 @@ def show_surfaces(surfaces: Iterable[TriSurface], within: Prism | None = None) -
     return Content(tuple(layers), tuple(legend))
 
 
-def _surface_layers(surface: TriSurface, within: Prism | None, colour, opacity) -> list[Layer]:
+def _surface_layers(
+    surface: TriSurface, within: Prism | None, colour: palette.RGB, opacity: float
+) -> list[Layer]:
     """Triangles and rim of the visible part of a surface."""
     points, triangles = surface.vertices, surface.triangles
     walls = np.empty((0, 2), dtype=np.int64)
@@ -111,7 +114,8 @@ def rim(triangles: np.ndarray) -> np.ndarray:
     """Return the edges (n_edge, 2) that belong to one triangle only."""
     edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     unique, count = np.unique(edges, axis=0, return_counts=True)
-    return unique[count == 1]
+    once: np.ndarray = unique[count == 1]
+    return once
 
 
 def show_patches(patches: Patches, within: Prism | None = None) -> Content:
@@ -135,8 +139,8 @@ def show_patches(patches: Patches, within: Prism | None = None) -> Content:
             if within is not None:
                 points, triangles, _ = within.triangles(points, triangles)
             if len(triangles):
-                look = {"colour": palette.shade(colour, k, len(rows)), "opacity": opacity}
-                layers.append(triangle_layer(points, triangles, **look))
+                tint = palette.shade(colour, k, len(rows))
+                layers.append(triangle_layer(points, triangles, colour=tint, opacity=opacity))
         entry = Entry(source.name, colour, counted(len(layers), "patch"), opacity=opacity)
         content += Content(tuple(layers), (entry,))
     edges = patches.curve_edges
@@ -177,7 +181,9 @@ def show_curves(
     return Content((layer,), (Entry("Intersection lines", colour, detail, "line"),))
 
 
-def _curve_layer(curves: Curves, rows, within: Prism | None, **look: Any) -> tuple[Layer, Any]:
+def _curve_layer(
+    curves: Curves, rows: list[int], within: Prism | None, **look: Unpack[LayerStyle]
+) -> tuple[Layer, np.ndarray]:
     """The layer of some curves, and the length of each that is shown [m]."""
     if within is None or within.holds(curves.points):
         lines = tuple(curves.curves[i] for i in rows)
@@ -189,4 +195,4 @@ def _curve_layer(curves: Curves, rows, within: Prism | None, **look: Any) -> tup
         if len(ends):
             parts.append(ends)
             lengths.append(float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()))
-    return segment_layer(np.concatenate(parts), **look), lengths
+    return segment_layer(np.concatenate(parts), **look), np.array(lengths)

@@ -31,18 +31,19 @@ def show_units(units: Units, explode: float = 0.0) -> Content:
         colour = shades[unit.name]
         shell = Layer(unit.vertices, unit.triangles, colour=colour, sharp=True)
         rims = Layer(unit.vertices, lines=outline(unit), colour=palette.INK, width=0.9)
-        entry = Entry(**_words_of(unit), colour=colour)
+        label, detail = _words_of(unit)
+        entry = Entry(label, colour, detail)
         content += Content((shell, rims), (entry,)).moved(shift)
     return content
 
 
-def _words_of(unit: Unit) -> dict[str, str]:
+def _words_of(unit: Unit) -> tuple[str, str]:
     """Both lines of a legend entry: the end of a long name moves to the second line."""
     volume = volume_text(unit.volume)
     end = unit.name[len(unit.zone) :].strip()
     if len(unit.name) <= LABEL_ROOM or not end:
-        return {"label": unit.name, "detail": volume}
-    return {"label": unit.zone, "detail": f"{end}, {volume}"}
+        return unit.name, volume
+    return unit.zone, f"{end}, {volume}"
 
 
 def _shades(units: list[Unit]) -> dict[str, palette.RGB]:
@@ -99,4 +100,5 @@ def outline(unit: Unit) -> np.ndarray:
     turns = unit.surface_of_triangle[one] != unit.surface_of_triangle[two]
     flat = size[one, 0] * size[two, 0] == 0.0
     sharp = ~flat & ((normals[one] * normals[two]).sum(axis=1) < CREASE)
-    return edges[twins[turns | sharp]]
+    shown: np.ndarray = edges[twins[turns | sharp]]
+    return shown

@@ -64,7 +64,8 @@ class Camera:
 
     def to_local(self, points: np.ndarray) -> np.ndarray:
         """Return world points (n, 3) shifted to `centre` and stretched, float64."""
-        return (points - self.centre) * (1.0, 1.0, self.exaggeration)
+        local: np.ndarray = (points - self.centre) * (1.0, 1.0, self.exaggeration)
+        return local
 
     def to_pixels(self, points: np.ndarray) -> np.ndarray:
         """Return the pixels (n, 2) of world points (n, 3), from the lower left."""

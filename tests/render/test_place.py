@@ -7,7 +7,9 @@ import pytest
 
 from geosurf.errors import InputError
 from geosurf.render import palette, render_place
-from geosurf.render.place import _cut, show_place
+from geosurf.render.clip import Prism
+from geosurf.render.place import show_place
+from geosurf.render.surface_layers import rim
 from tests.strategies import grid, sheet
 
 
@@ -62,11 +64,9 @@ def test_triangles_that_are_cut_still_share_their_corners():
     """Where neighbours leave the box their corners are one, or rims are drawn inside a surface."""
     surface = grid("Top", np.random.default_rng(2).normal(size=(12, 12)))
     low, high = np.array([2.3, 3.1, -0.7]), np.array([8.7, 9.9, 0.7])
-    cut = _cut(surface, low, high)
-    t = np.sort(np.concatenate([cut.triangles[:, [0, 1]], cut.triangles[:, [1, 2]],
-                                cut.triangles[:, [2, 0]]]), axis=1)  # fmt: skip
-    ends, times = np.unique(t, axis=0, return_counts=True)
-    rim = cut.vertices[ends[times == 1]]
-    on_a_side = ((rim == low) | (rim == high)).any(axis=2).all(axis=1)
-    assert len(rim) > 20
+    box = np.column_stack([low, high]).ravel()
+    vertices, triangles, _ = Prism(box).triangles(surface.vertices, surface.triangles)
+    rims = vertices[rim(triangles)]
+    on_a_side = (np.isclose(rims, low) | np.isclose(rims, high)).any(axis=2).all(axis=1)
+    assert len(rims) > 20
     assert on_a_side.all()
