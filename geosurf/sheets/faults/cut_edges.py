@@ -64,6 +64,8 @@ def cuts_of(traces: list[Trace], frame: Frame) -> Cuts:
         x, y = whole_units(line[:, :2] / frame.stretch).T
         ends = np.stack([x[:-1], y[:-1], x[1:], y[1:]], axis=1)
         rows, place = cut_links(ends, *frame.shape)
+
+        # a link that is crossed twice is not cut: both ends are on the same side
         key = rows[:, 0] * 4 + rows[:, 1]
         order = np.lexsort((rows[:, 2] + place, key))
         rows, place, key = rows[order], place[order], key[order]

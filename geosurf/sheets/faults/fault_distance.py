@@ -30,11 +30,15 @@ class Blocks:
         self, low: np.ndarray, high: np.ndarray, reach: float, size: float = BLOCK
     ) -> None:
         self.boxes, self.size = np.hstack([low, high]), size
+
+        # a, b (n_item, 2): first and last block that each box reaches
         self.corner = np.floor((low.min(axis=0) - reach) / size)
         last = np.floor((high.max(axis=0) + reach) / size)
         self.shape = (last - self.corner + 1).astype(np.int64)
         a = (np.floor((low - reach) / size) - self.corner).astype(np.int64)
         b = (np.floor((high + reach) / size) - self.corner).astype(np.int64)
+
+        # list each item once for each of its blocks, then sort by block
         n = b - a + 1
         total = n.prod(axis=1)
         item = np.repeat(np.arange(len(low)), total)
@@ -75,11 +79,14 @@ def blocks_between(
     mesh: FaultMesh, reach: float, low: float, high: float
 ) -> tuple[FaultMesh, Blocks | None]:
     """The triangles of a fault that have something between two levels, and blocks of that part."""
+    # triangles below or above both levels play no part
     z = mesh.points[mesh.triangles, 2]
     rows = np.flatnonzero((z.min(axis=1) <= high) & (z.max(axis=1) >= low))
     part = replace(mesh, triangles=mesh.triangles[rows], normals=mesh.normals[rows])
     if not len(rows):
         return part, None
+
+    # a box around what the three edges have between the levels
     least, most = zip(*(_between(part, k, low, high) for k in range(3)), strict=True)
     boxes = np.fmin.reduce(least) - ROUNDED, np.fmax.reduce(most) + ROUNDED
     return part, Blocks(*boxes, reach)
@@ -88,6 +95,8 @@ def blocks_between(
 def _between(mesh: FaultMesh, k: int, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
     """Boxes in the map of what edge k of each triangle has between two levels; NaN without."""
     p, q = (mesh.points[mesh.triangles[:, i % 3]] for i in (k, k + 1))
+
+    # shares of the edge at which it crosses both levels; level edges count as a whole
     rise = q[:, 2] - p[:, 2]
     level = rise == 0.0
     ends = np.sort((np.array([[low], [high]]) - p[:, 2]) / np.where(level, 1.0, rise), axis=0)
@@ -120,6 +129,8 @@ def side_of_few(mesh: FaultMesh, points: np.ndarray, reach: float) -> tuple[np.n
     corners = mesh.points[mesh.triangles]
     low, high = _boxes(mesh)
     x, y = points[:, 0, None], points[:, 1, None]
+
+    # all pairs at once: there are only a few points
     close = (x >= low[:, 0] - reach) & (x <= high[:, 0] + reach)
     close &= (y >= low[:, 1] - reach) & (y <= high[:, 1] + reach)
     point, items = np.nonzero(close)

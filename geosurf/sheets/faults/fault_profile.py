@@ -221,6 +221,7 @@ def _ends(plane: np.ndarray, triangles: np.ndarray, z: np.ndarray) -> np.ndarray
     low, high = np.minimum(a[:, 1], b[:, 1]), np.maximum(a[:, 1], b[:, 1])
     out = np.empty((MOST[1], 2))
     for i, level in enumerate(np.linspace(z[0], z[1], MOST[1])):
+        # where rim edges cross this level; both ends of those that lie in it
         met = np.flatnonzero((low <= level) & (level <= high))
         rise = b[met, 1] - a[met, 1]
         f = np.where(rise == 0, 0.0, (level - a[met, 1]) / np.where(rise == 0, 1.0, rise))
@@ -248,6 +249,7 @@ def _on_mesh(
     plane: np.ndarray, r: np.ndarray, triangles: np.ndarray, points: np.ndarray
 ) -> np.ndarray:
     """Linear interpolation in the triangle that holds each point; NaN outside."""
+    # scaled so that a mean triangle is 4 wide, and a block (8) holds a few
     corners = plane[triangles]
     low, high = corners.min(axis=1), corners.max(axis=1)
     scale = 4.0 / np.maximum((high - low).mean(axis=0), 1e-300)
@@ -257,11 +259,14 @@ def _on_mesh(
     best = np.full(len(points), INSIDE)
     count = blocks.starts[block + 1] - blocks.starts[block]
     for part in np.array_split(np.arange(len(rows)), int(count.sum()) // PAIRS + 1):
+        # all pairs (point, triangle of its block), in parts that fit into memory
         n = count[part]
         pair = np.repeat(part, n)
         k = np.arange(len(pair)) - np.repeat(np.cumsum(n) - n, n)
         t = blocks.items[blocks.starts[block[pair]] + k]
         weight = _barycentric(corners[t], points[rows[pair]])
+
+        # the triangle that holds a point has no weight below 0, within rounding
         least = weight.min(axis=1)
         order = np.lexsort((least, pair))  # the last of each point is the one it is deepest in
         last = np.flatnonzero(np.append(np.diff(pair[order]) != 0, True))
@@ -288,6 +293,8 @@ def _nearest(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Nearest place (n, 2) on the rim of a mesh to each point, and the value there."""
     a, b = plane[rim[:, 0]], plane[rim[:, 1]]
+
+    # place on each rim edge that is nearest to each point (n_point, n_edge), then the best
     t = b - a
     along = ((points[:, None] - a[None]) * t).sum(axis=2)
     f = np.clip(along / np.maximum((t * t).sum(axis=1), 1e-300), 0.0, 1.0)

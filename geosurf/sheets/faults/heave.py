@@ -52,11 +52,17 @@ def walls_of(
         rows = np.flatnonzero((every.trace == number) & (every.kind < RISING))
         cuts = every.take(rows[np.argsort(every.place[rows], kind="stable")])
         vertex = np.arange(len(trace.line))
+
+        # at each cut link: place [cells], height of the trace [m], normal of the fault
         x, y, middle, nx, ny, nz = (np.interp(cuts.place, vertex, c) for c in trace.line.T)
         at = np.stack([x, y], axis=1) / stretch
+
+        # height of both sheets where the trace cuts each link [m]
         left, right = (_at_cut(heights, bits, cuts, at, shape, side) for side in (1, -1))
         known = np.isfinite(left) & np.isfinite(right)
         left, right = _median(left[known], 15), _median(right[known], 15)
+
+        # distance across strike = height above the trace times the slope [cells per m]
         slope = (nz / np.maximum(np.hypot(nx, ny), 1e-9) / cell)[known]
         left_gap, right_gap = (middle[known] - left) * slope, (right - middle[known]) * slope
         found.append(Walls(cuts.place[known], left_gap, right_gap, right - left))
@@ -76,6 +82,8 @@ def _at_cut(
     first, second = cuts.ends(n_col)
     here = np.where(cuts.left == side, first, second)
     there = np.where(cuts.left == side, second, first)
+
+    # extrapolate along the link, unless it is cut behind, too
     behind = 2 * here - there
     row, col = np.divmod(here, n_col)
     row2, col2 = np.divmod(np.clip(behind, 0, len(heights) - 1), n_col)

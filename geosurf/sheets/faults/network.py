@@ -87,6 +87,8 @@ class Network:
         found = contacts(self.traces, meshes)
         if not found:
             return
+
+        # main faults of each branch; mains come first, so that branches meet their new traces
         mains: dict[int, set[int]] = {}
         for i, _, main in found:
             mains.setdefault(self.traces[i].fault, set()).add(main)
@@ -107,6 +109,8 @@ class Network:
     def _lead(self, i: int, k: int, main: int, stretch: np.ndarray) -> None:
         """Draw out the end of a branch to the trace of its main fault."""
         trace = self.traces[i]
+
+        # keep the real part of the trace, and add the piece that leads to the nearest main trace
         choice = [other for other in self.traces if other.fault == main]
         if not choice:
             return
@@ -141,6 +145,8 @@ class Network:
             for j in range(i + 1, len(self.traces)):
                 for p, q in crossings(self.traces[i], self.traces[j]):
                     found += [(i, j, p, q), (j, i, q, p)]
+
+        # ends that were led to their main fault by the mesh itself
         for i, k, main in self.on:
             met = [p for a, j, p, _ in found if a == i and self.traces[j].fault == main]
             self.traces[i].ends[k] = f"branch of {names[main]}"

@@ -145,6 +145,8 @@ def _line(trace: Trace, ends: tuple[float, float]) -> np.ndarray:
 def _between(number: int, trace: Trace, near: NearTrace, ends: tuple[float, float]) -> Tips | None:
     """Coordinates between two tips; None if the trace turns back on the line through them."""
     line = _line(trace, ends)
+
+    # coordinates x along the chord, y across it, both in cells
     half = 0.5 * (line[-1] - line[0])
     size = float(np.hypot(*half))
     if size < SHORTEST:
@@ -170,6 +172,8 @@ def _single(
         return None
     ahead = ahead / size
     x, y = _along_across(line - tip, ahead)
+
+    # only the part after the last turn is a function of x
     turned = _turned(x, y)
     first = int(turned[-1]) + 1 if len(turned) else 0
     reach = min(FADE, -float(x[first]))

@@ -111,6 +111,8 @@ def trace_lines(
     `bounds` are those of `block_bounds`, for many faults on one drape.
     """
     low, high, levels = block_bounds(drape) if bounds is None else bounds
+
+    # rows (n,): triangles that the drape can meet, by the range of its heights under each
     near = may_meet(drape, low, high, levels, stretch, mesh.points, mesh.triangles)
     rows = np.flatnonzero(near)
     if len(rows) == 0:
@@ -131,16 +133,21 @@ def trace_lines(
         needed = _depth(wide[names[:, 4]])
     if len(names) == 0:
         return []
+
+    # join pieces by the names of their ends, which two triangles give alike
     number = _numbered(*(np.concatenate([names[:, k], names[:, k + 2]]) for k in (0, 1)))
     tail, head = number[: len(names)], number[len(names) :]
     where, face = np.empty((number.max() + 1, 3)), np.empty(number.max() + 1, dtype=np.int64)
     where[tail], where[head] = places[:, :3], places[:, 3:]
     face[head] = names[:, 4]
     face[tail] = names[:, 4]
+
+    # unit normals into the hanging wall, of the triangle that each point lies on
     normals = mesh.normals[rows]
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     found = []
     for line in split_lines(directed_lines(tail, head, len(where))):
+        # points closer than a fifth of a cell carry no more than rounding
         line = line[_kept(where[line, 0], where[line, 1])]
         found.append(np.hstack([where[line], normals[face[line]]]))
     return found
@@ -173,6 +180,8 @@ def _evened(
     while (long := _widths(points, faces) > limit).any():
         ahead = np.roll(faces, -1, axis=1)
         keys = (np.minimum(faces, ahead) * len(points) + np.maximum(faces, ahead))[long]
+
+        # one new point for each long edge, the same for both triangles
         edge, number = np.unique(keys, return_inverse=True)
         middle = np.full(faces.shape, -1)
         middle[long] = len(points) + number
@@ -182,6 +191,8 @@ def _evened(
         # turned so that long edges come first
         turn = np.where(long[:, 0] & ~long[:, 2], 0, np.where(long[:, 1] & ~long[:, 0], 1, 2))
         at = (turn[:, None] + np.arange(3)) % 3
+
+        # split into as many triangles as there are long edges, plus one
         a, b, c = np.take_along_axis(faces, at, axis=1).T
         ab, bc, ca = np.take_along_axis(middle, at, axis=1).T
         many = long.sum(axis=1)

@@ -89,6 +89,8 @@ def picks_or_points(
             )
         return picks_of(data, name, positive, length_unit)
     title, points = points_of(data, name, positive, length_unit)
+
+    # without a spacing, points that sit on a lattice keep it
     if spacing is None:
         found = find_lattice(points[:, :2], f"horizon {title!r}")
         if found is not None:
@@ -126,6 +128,8 @@ def points_of(
             f"{what}: points have shape {points.shape}, expected numbers (n, 3): easting, "
             "northing, elevation."
         )
+
+    # a point without a number would be a hole that nobody drew: an error, not a gap
     points = points.astype(np.float64)
     bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if len(bad):

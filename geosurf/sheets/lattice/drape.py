@@ -40,11 +40,15 @@ def draped(
     at = np.searchsorted(band, fill)
     unknown[at] = np.arange(len(fill))
     value = heights[band]
+
+    # nodes that no link ties to a height stay NaN
     graph = without_absent(graph, np.isfinite(value) | (unknown >= 0))
     tied = grounded(graph, unknown)
     keep = np.full(len(band), -1)
     keep[at[tied]] = np.arange(tied.sum())
     graph = without_absent(graph, np.isfinite(value) & (unknown < 0) | (keep >= 0))
+
+    # only first differences count: a membrane, which never overshoots
     value = np.where(np.isfinite(value), value, 0.0)
     out = np.full(len(fill), np.nan)
     out[tied] = smoothest(graph, keep, value, stretch, bend=0.0, third=0.0)

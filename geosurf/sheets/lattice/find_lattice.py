@@ -35,6 +35,8 @@ def find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray] | None:
         if radius >= span:
             break
         radius *= 4.0
+
+    # distance from the nearest node [cells]: a few points off are a mistake, many no lattice
     uv = np.linalg.solve(step.T, (xy - corner).T).T
     ij = np.rint(uv).astype(np.int64)
     off = np.abs(uv - ij).max(axis=1)
@@ -48,6 +50,8 @@ def find_lattice(xy: np.ndarray, what: str) -> tuple[Frame, np.ndarray] | None:
             f"others sit on, the farthest at {where}, {off[worst]:.2f} cells off. Leave "
             "them out, or give spacing= to take all points as scattered."
         )
+
+    # number nodes from the lower left; few points far apart are no grid
     low = ij.min(axis=0)
     n_col, n_row = (int(n) for n in ij.max(axis=0) - low + 1)
     if n_col * n_row > 64 * len(xy) + 4096:
@@ -71,6 +75,7 @@ def _on_lines(full: np.ndarray, node: np.ndarray, xy: np.ndarray) -> None:
     A fitted place may be off by a rounding, and then the rim of the data would lie inside a box
     that has the same rim.
     """
+    # where all points of a line share a coordinate, its empty nodes take that one, too
     row, col = np.divmod(node, full.shape[1])
     for k, line in ((0, col), (1, row)):
         order = np.argsort(line, kind="stable")
@@ -92,11 +97,15 @@ def _first_guess(xy: np.ndarray, what: str) -> tuple[np.ndarray, np.ndarray] | N
     places = xy[np.sort(first)]
     if len(places) < 9:
         raise HorizonError(f"{what}: {len(places)} places do not make a lattice. Give more points.")
+
+    # vectors to the four nearest neighbours; longer ones are diagonals or gaps
     middle = places[cKDTree(places).query(np.median(places, axis=0), k=min(2000, len(places)))[1]]
     length, near = cKDTree(middle).query(middle, k=5)
     vectors = (middle[near[:, 1:]] - middle[:, None]).reshape(-1, 2)
     short = length[:, 1:].ravel() < 1.3 * np.median(length[:, 1])
     vectors = vectors[short]
+
+    # axes repeat every 90 degrees: four times the angle points the same way for all
     angle = np.arctan2(vectors[:, 1], vectors[:, 0])
     turn = np.angle(np.exp(4j * angle).mean()) / 4.0
     axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])

@@ -90,6 +90,8 @@ def frame_of_lattice(lattice: Lattice, what: str) -> tuple[Frame, np.ndarray]:
         z = z[::-1]
         x, y = (x, y[::-1]) if x.ndim == 1 else (x[::-1], y[::-1])
     n_row, n_col = z.shape
+
+    # fit the lattice to a sample of nodes, then measure how far they are off it [cells]
     known = np.arange(z.size) if x.ndim == 1 else np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     if len(known) > SAMPLE:
         known = known[np.linspace(0, len(known) - 1, SAMPLE).astype(np.int64)]
@@ -110,6 +112,7 @@ def frame_of_lattice(lattice: Lattice, what: str) -> tuple[Frame, np.ndarray]:
 
 def fit_steps(ij: np.ndarray, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Corner (2,) and steps (2, 2) of the lattice that fits numbered places best."""
+    # from the mean: world coordinates have millions of metres, steps only a few
     middle = xy.mean(axis=0)
     design = np.column_stack([np.ones(len(ij)), ij])
     found, *_ = np.linalg.lstsq(design, xy - middle, rcond=None)

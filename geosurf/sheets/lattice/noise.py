@@ -53,6 +53,8 @@ class Noise:
 
 def noise_of(heights: np.ndarray) -> tuple[float, float]:
     """Standard deviation of noise, and typical third difference of the signal, of a grid [m]."""
+    # Variance of third differences over 1 and 2 cells: noise gives both the same, a smooth
+    # signal gives the second one 2**6 = 64 times as much.
     single, double = map_threads(_spread, [(heights, step) for step in STEPS[:2]])
     if not np.isfinite(double):
         return 0.0, 0.0
@@ -64,6 +66,8 @@ def noise_of(heights: np.ndarray) -> tuple[float, float]:
             signal = max((now - noise) / (step**6 - 1), 0.0)
             if now > SEEN * noise:
                 break
+
+    # a third difference of independent noise has 1 + 9 + 9 + 1 = 20 times its variance
     return float(np.sqrt(noise / 20.0)), float(np.sqrt(signal))
 
 

@@ -81,6 +81,8 @@ def scattered(name: str, points: np.ndarray, spacing: float) -> Scattered:
             f"{MOST} are solved for. Give a larger spacing, such as {proposed_spacing(points):.3g}."
         )
     easting, northing = (low[k] + spacing * np.arange(n) for k, n in ((0, n_col), (1, n_row)))
+
+    # uv (n, 2): column and row of each point, between nodes
     frame = Frame((n_row, n_col), low, spacing * np.eye(2), easting, northing)
     uv = (points[:, :2] - low) / spacing
     near = np.rint(uv).astype(np.int64)
@@ -95,6 +97,8 @@ def refuse_too_few(points: np.ndarray, what: str) -> None:
             f"{what}: {len(points)} scattered points are too few for a surface, {FEWEST} is the "
             "least. Give more points."
         )
+
+    # singular values: length and width of the cloud in the map
     middle = points[:, :2].mean(axis=0)
     length = np.linalg.svd(points[:, :2] - middle, compute_uv=False)
     if length[1] < LEAN * length[0]:
@@ -122,11 +126,15 @@ def noise_of_points(picks: Scattered, used: np.ndarray) -> float:
     rows = np.flatnonzero(used)
     if len(rows) < NEIGHBOURS:
         return 0.0
+
+    # parabolas through 24 neighbours of 2000 points at most; heights relative to the point
     some = rows[:: max(len(rows) // 2000, 1)]
     near = rows[cKDTree(picks.uv[rows]).query(picks.uv[some], k=NEIGHBOURS)[1]]
     x, y = np.moveaxis(picks.uv[near] - picks.uv[some][:, None], -1, 0)
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
     z = picks.z[near] - picks.z[some][:, None]
+
+    # what the parabola leaves over, with 24 - 6 degrees of freedom
     basis = np.linalg.qr(terms)[0]
     left = z - (basis @ (np.swapaxes(basis, 1, 2) @ z[..., None]))[..., 0]
     return float(np.sqrt(np.median((left**2).sum(axis=1)) / (NEIGHBOURS - 6)))

@@ -171,6 +171,7 @@ def equations(
 
     With what walls have in `common` no node is known, and its coefficients are unknowns, too.
     """
+    # heights count from their mean: digits go to the relief, not to the depth
     known = value[unknown < 0]
     if pull is not None and target is not None:
         known = np.append(known, target[pull > 0])
@@ -179,12 +180,16 @@ def equations(
         place = places_in_order(graph.east, graph.north, unknown)
     else:
         place = common.place
+
+    # rows of the smoothness energy (Briggs 1974), then those that reach across traces
     first, lower, start, right = fill_envelope(
         graph.east, graph.north, graph.square, unknown, value - level, weights, place
     )
     if common is not None:
         row, column, weight = common.start, common.column, common.weight
         first, lower, start = add_squares(first, lower, start, row, column, weight, place)
+
+    # data: a weight on the diagonal, and the weighted height on the right side
     right = right[place]
     if pull is not None and target is not None:
         lower[start[place + 1] - 1] += pull
@@ -241,12 +246,15 @@ def on_the_way(graph: Graph, steps: np.ndarray, far: int) -> np.ndarray:
 
     `steps` (n,) as from `steps_to_known`: each step of a shortest way is one less.
     """
+    # the four neighbours of each node: ahead by its links, back by those of the nodes behind
     beside = []
     for ahead in (graph.east, graph.north):
         back = np.full(len(ahead), -1)
         linked = np.flatnonzero(ahead >= 0)
         back[ahead[linked]] = linked
         beside += [ahead, back]
+
+    # walk back from the border of the far nodes, one step nearer to known ones each time
     found = [np.flatnonzero(steps > far)]
     front = found[0][steps[found[0]] == far + 1]
     for level in range(far, 0, -1):

@@ -31,6 +31,7 @@ def longest(state: Heights) -> float:
 
 def fault_edges(part: Part, fault: int) -> tuple[np.ndarray, np.ndarray]:
     """Edges (n, 2) of remaining sheet triangles that a fault shares, and their triangles (n,)."""
+    # curve_sides[0] has the sheet, the others its faults; a key is two vertices of an edge
     keys, triangle = part.curve_sides[0]
     mine = part.keep[triangle]
     keys, triangle = keys[mine], triangle[mine]
@@ -56,6 +57,8 @@ def cutoff_lines(part: Part, state: Heights, torn: Torn, fault: int) -> dict[str
         close = (at >= 0) & (near.distance[at] < nearest)
         side = np.where(close, near.side[at], side)
         nearest = np.where(close, near.distance[at], nearest)
+
+    # an edge of both walls is found twice
     found: dict[str, list[np.ndarray]] = {}
     key = edges[:, 0] * len(patches.local) + edges[:, 1]
     _, inverse, times = np.unique(key, return_inverse=True, return_counts=True)
@@ -72,6 +75,8 @@ def undirected_chains(edges: np.ndarray) -> list[np.ndarray]:
     """Edges (n, 2) in any direction, each once -> lines, longest runs between ends and branches."""
     if len(edges) == 0:
         return []
+
+    # neighbours of each point, in rows from first[k] to first[k + 1]
     points, ends = np.unique(edges, return_inverse=True)
     ends = ends.reshape(-1, 2)
     here = np.concatenate([ends[:, 0], ends[:, 1]])
@@ -79,6 +84,8 @@ def undirected_chains(edges: np.ndarray) -> list[np.ndarray]:
     order = np.lexsort((beside, here))
     link = np.tile(np.arange(len(ends)), 2)[order]
     first = np.searchsorted(here[order], np.arange(len(points) + 1))
+
+    # lines start at ends and branches; rings, which have neither, start anywhere
     ends_first = np.concatenate([np.flatnonzero(np.diff(first) != 2), np.arange(len(points))])
     return [
         points[line]
@@ -104,6 +111,8 @@ def met(
     if not each or n == 0:
         return np.full(n, np.nan), np.full(n, np.nan)
     pieces = np.concatenate(each)
+
+    # boxes in the map of runs of CHUNK pieces: most of them cannot be met
     first = np.arange(0, len(pieces), CHUNK)
     low = np.minimum.reduceat(np.minimum(pieces[:, :2], pieces[:, 3:5]), first)
     high = np.maximum.reduceat(np.maximum(pieces[:, :2], pieces[:, 3:5]), first)

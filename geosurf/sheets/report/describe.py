@@ -115,6 +115,8 @@ def _branch_notes(frame: Frame, built: Built, names: Sequence[str]) -> list[str]
         places = built.cuts.place[built.cuts.trace == number]
         if not trace.ends[end].startswith("branch") or n < 1 or not len(places):
             continue
+
+        # the last cut link, as a place along the trace, against where the fault ends
         last = float(places.max() if end else places.min())
         vertex = np.arange(len(trace.line))
         x, y, z = (float(np.interp(last, vertex, column)) for column in trace.line[:, :3].T)
@@ -140,6 +142,8 @@ def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: flo
         heave = walls.left + walls.right
         if len(heave) < LINKS:
             continue
+
+        # the widest overlap that LINKS neighbouring links have in common: one alone is noise
         overlap = -float(sliding_window_view(heave, LINKS).max(axis=1).min())
         if overlap > OVERLAP and not several[near.nodes_within(overlap)].any():
             name = names[trace.fault]
@@ -190,6 +194,7 @@ def _sign_changes(throw: np.ndarray) -> int:
 
 def _far_places(frame: Frame, state: Heights, names: Sequence[str]) -> list[dict]:
     """Nodes that are farthest from data of their side, one for each ten cells around."""
+    # farthest first; those within ten cells of one in the list are the same place
     steps = state.extrapolation
     order = np.argsort(-steps, kind="stable")
     order = order[steps[order] > FAR]
@@ -222,6 +227,8 @@ def _nearest_fault(state: Heights, node: int, names: Sequence[str]) -> str:
 def count_tips(built: Built) -> int:
     """Tips of the mesh: cut links with a divided triangle on one side and a whole one beyond."""
     cuts, torn, triangles = built.cuts, built.torn, built.triangles
+
+    # both triangles beside each cut link: at a tip one of them is whole
     links = distinct(cuts.node * 4 + cuts.kind)
     beside = triangles.beside(links // 4, links % 4)
     divided = is_among(beside, torn.divided)

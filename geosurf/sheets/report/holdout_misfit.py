@@ -28,14 +28,20 @@ def holdout_misfit(picks: Picks, near: Sequence[NearPicks], built: Built) -> np.
     nodes with several on a grid, and those where no single sheet goes: next to other faults.
     """
     state = built.state
+
+    # ignored data that lie on exactly one sheet
     hidden = state.ignored.copy()
     hidden[state.in_gap] = False
     hidden[state.beyond[:, 0]] = False
     rows = np.flatnonzero(hidden)
     if picks.several is not None:
         rows = rows[~picks.several[picks.node[rows]]]
+
+    # trace (n,) and side (n,) of each; plain (n,): its nodes are on its own wall already
     trace, side, plain = _walls_of(picks, near, state, rows)
     vertex, share = picks.corners_of(rows)
+
+    # cells that a fault cuts have nodes of both walls; with several faults none is certain
     if not picks.on_nodes:
         cells, of = _cells_cut(built.cuts, picks.frame.shape[1])
         cut = is_among(vertex[:, 0], cells)
@@ -43,11 +49,15 @@ def holdout_misfit(picks: Picks, near: Sequence[NearPicks], built: Built) -> np.
         for number in np.unique(trace[cut]).tolist():
             mine = cut & (trace == number)
             vertex[mine & is_among(vertex[:, 0], cells[of != number])] = -1
+
+    # data past the trace: their wall is there as ghosts, which take the place of nodes
     aside = ~plain & (vertex[:, 0] >= 0)
     vertex[aside & (trace < 0)] = -1
     for number, wall in np.unique(np.stack([trace, side])[:, aside & (trace >= 0)], axis=1).T:
         mine = aside & (trace == number) & (side == wall)
         vertex[mine] = on_sheet(vertex[mine], state.near[number], int(wall), built.torn)
+
+    # vertices are nodes first, then ghosts
     there = (vertex >= 0).all(axis=1)
     heights = np.concatenate([state.values, built.ghosts])
     found: np.ndarray = np.abs(
@@ -68,6 +78,8 @@ def _walls_of(
         at, k = beside.look_up(picks.nodes_of(rows)), np.searchsorted(own.rows, rows)
         mine = np.flatnonzero((at >= 0) & is_among(rows, own.rows))
         at, k = at[mine], k[mine]
+
+        # only beside the torn part of the trace, and only where no other fault is nearer
         first, last = state.network.mesh[number]
         inside = (beside.place[at] > first) & (beside.place[at] < last) & (own.far[k] < far[mine])
         mine, at, k = mine[inside], at[inside], k[inside]

@@ -74,11 +74,15 @@ def propose_trim(
     surfaces = fault_surfaces(faults)
     picks = picks_of(data, name, positive, length_unit)
     meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
+
+    # predict all data within HIDDEN cells of a fault from those farther away
     solver = solver_of(picks, meshes, float(HIDDEN))
     _, state = single_pass(solver, float(HIDDEN))
     state = state.with_walls(picks.frame)
     in_gap = picks_in_gaps(solver.inputs, state)
     _, far, misfit = ignored_misfits(picks, solver.inputs.nearby, state, in_gap)
+
+    # far (n,): distance from the fault [cells]; misfit (n,): datum against prediction [m]
     far, misfit = far[far < HIDDEN], misfit[far < HIDDEN]
     number = np.bincount(far.astype(np.int64), minlength=HIDDEN)
     if (number[:HIDDEN] < FEWEST).any():
@@ -87,9 +91,13 @@ def propose_trim(
             "faults that can be predicted from the others, too few to measure the smear. Set trim "
             "to one and a half times the half width of the gridding's smear."
         )
+
+    # one bin per cell of distance; the 90th percentile sees smear that most data escape
     tenth = [float(np.percentile(misfit[far.astype(np.int64) == k], 90)) for k in range(HIDDEN)]
     throws = np.abs(np.concatenate([walls.throw for walls in state.walls]))
     least = OF_THROW * float(throws.max(initial=0.0))
+
+    # smear ends where misfit drops: the last bin well above the next one and above the throw share
     smeared = [k + 1 for k in range(HIDDEN - 1) if tenth[k] > max(DROP * tenth[k + 1], least)]
     if smeared:
         smear = float(max(smeared))

@@ -58,6 +58,7 @@ class Ahead:
 
         Each is drawn straight through `n` places, a cell apart, the nearest `first` cells away.
         """
+        # away (n,): cells from the line; line (n_ahead, 2): a station per cell past the tip [cells]
         away = first + np.arange(n)
         x = np.arange(SPARE, FARTHEST)
         line = self.tip + aside * self.left + x[:, None] * self.along
@@ -91,12 +92,16 @@ def _at_tip(
     walls, frame = state.walls[number], picks.frame
     if not len(walls.place):
         return None
+
+    # height difference across the continuation of the trace [m], one per cell ahead
     place_of = (trace.start, trace.stop)[end]
     ahead = _ahead(trace, end, trim, walls.heave(np.array([place_of]))[0])
     read = partial(ahead.jumps, _without_others(picks, state, number, trim), frame.stretch)
     jumps = read(ahead.first, SAMPLES)
     at = int(np.ceil(ahead.first))
     window = slice(at - 1, at - 1 + STATIONS)
+
+    # four estimates have to agree: from near and farther off the line, at the tip and beyond it
     closest = ahead.first - SPARE - trim + max(trim / SMEAR, 1.0)
     farther = slice(window.stop, window.stop + STATIONS)
     throws = [
@@ -104,18 +109,26 @@ def _at_tip(
         for some in (jumps, read(closest, 2))
         for part in (window, farther)
     ]
+
+    # the same on parallel lines to both sides, where no fault is: what relief alone shows
     beside = 2.0 * (ahead.first + SAMPLES)
     relief = [read(ahead.first, SAMPLES, side)[window] for side in (-beside, beside)]
     seen = max((float(np.median(np.abs(r))) for r in relief if np.isfinite(r).all()), default=0.0)
     least = max(SHARE * float(np.abs(walls.throw).max()), CLEARLY * seen)
+
+    # throw at a tip has the sign that it has on the fault itself
     near = walls.throw[np.argsort(np.abs(walls.place - place_of))[:SAMPLES]]
     sign = float(np.sign(np.median(near)))
     if not all(sign * throw > least for throw in throws):
         return None
     throw = throws[0]
+
+    # the throw ends where it falls below the limit, or where the data end
     gone = np.flatnonzero(~(np.abs(jumps) > max(SHARE * abs(throw), CLEARLY * seen)))
     last = int(gone[gone >= at][0]) if (gone >= at).any() else len(jumps)
     known = last < len(jumps) and bool(np.isfinite(jumps[last]))
+
+    # the tip and that end in world coordinates [m]
     level = float(np.interp(place_of, np.arange(len(trace.line)), trace.line[:, 2]))
     cells = np.stack([ahead.tip, ahead.tip + last * ahead.along])
     xy = frame.to_world(cells / frame.stretch)

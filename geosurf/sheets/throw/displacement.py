@@ -35,10 +35,14 @@ class Before:
     def _corners(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Nodes (n, 3) of the triangle at each place, and their weights (n, 3)."""
         n_row, n_col = self.values.shape
+
+        # column and row; beyond the rim the outermost triangles are extended
         x, y = (xy @ self.to_columns).T
         j = np.clip(np.floor(x), 0, n_col - 2).astype(np.int64)
         i = np.clip(np.floor(y), 0, n_row - 2).astype(np.int64)
         f, g = x - j, y - i
+
+        # corners of the cell a, b, c, d: anticlockwise, a at its lower left
         a = i * n_col + j
         b, d, c = a + 1, a + n_col, a + n_col + 1
         if self.rising:  # a joins c
@@ -116,6 +120,7 @@ def sheet_heights(
     GeometryError
         If the movement changes so quickly that beds would fold over: names the place.
     """
+    # was (n, 2): the estimate of where each particle came from; refined only where it is in `todo`
     was, z = xy.copy(), before.at(xy)
     todo = np.arange(len(xy))
     close = CLOSE * cell + 4.0 * np.finfo(np.float64).eps * np.abs(xy).max(initial=0.0)
@@ -126,6 +131,8 @@ def sheet_heights(
         height = z[todo]
         for slip, part in zip(reversed(slips), reversed(list(there)), strict=True):
             now, height = slip.move(now, height, part)
+
+        # Picard iteration: shift the origin by as much as the particle misses its place
         miss = xy[todo] - now
         z[todo] = height
         far = np.abs(miss).max(axis=1)
@@ -143,6 +150,7 @@ def sheet_heights(
 
 def refuse_folds(before: Before, slips: Sequence[Slip], xy: np.ndarray, parts: np.ndarray) -> None:
     """Raise an error where the movement would turn over cells of the lattice, its nodes at xy."""
+    # nodes after the movement, each with its own part of the throw
     z = before.at(xy)
     now, height = xy, z
     for slip, part in zip(reversed(slips), reversed(list(parts)), strict=True):
@@ -150,8 +158,12 @@ def refuse_folds(before: Before, slips: Sequence[Slip], xy: np.ndarray, parts: n
     shape = before.values.shape
     grid, same = now.reshape(*shape, 2), parts.reshape(len(parts), *shape)
     a, b, d, c = grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]
+
+    # only cells whose four nodes are in one wall: a fault may open or close the others
     alike = (same[:, :-1, :-1] == same[:, :-1, 1:]) & (same[:, :-1, :-1] == same[:, 1:, :-1])
     alike = (alike & (same[:, :-1, :-1] == same[:, 1:, 1:])).all(axis=0)
+
+    # twice the signed area of both triangles: 0 or less is folded over
     least = np.minimum(_turn(b - a, d - a), _turn(d - c, b - c))
     bad = np.argwhere(alike & (least <= 0))
     if len(bad):

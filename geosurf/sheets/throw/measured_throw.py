@@ -30,6 +30,8 @@ def down_dip(cut: FaultCut, slip: Slip, frame: Frame, reach: float) -> tuple[Fau
     section, n = slip.section, len(cut.stations)
     if n == 0:
         return cut, np.empty(0)
+
+    # a line down the dip is named by its s at this level, so that cut-offs of one line match
     level = float(cut.stations[:, 2].mean())
 
     def named(points: np.ndarray) -> np.ndarray:
@@ -39,6 +41,7 @@ def down_dip(cut: FaultCut, slip: Slip, frame: Frame, reach: float) -> tuple[Fau
         at = slip.along(s, z, np.full(len(z), level), FAR_STEPS)
         return np.column_stack([at, r, z])
 
+    # where the line of each station meets both cut-offs: s and r along strike and across, z
     stations = named(cut.stations)
     across = np.broadcast_to([0.0, 1.0], (n, 2))
     found = {}
@@ -48,11 +51,15 @@ def down_dip(cut: FaultCut, slip: Slip, frame: Frame, reach: float) -> tuple[Fau
         s = np.full(n, np.nan)
         s[known] = slip.along(stations[known, 0], np.full(known.sum(), level), z[known], FAR_STEPS)
         found[wall] = np.column_stack([s, t, z])
+
+    # heave is the gap in the map, negative where walls overlap; throw is positive down
     plus, minus = found["+"], found["-"]
     gap = plus - minus
     heave = np.copysign(np.hypot(gap[:, 0], gap[:, 1]), gap[:, 1])
     throw = -gap[:, 2]
     known = np.isfinite(throw)
+
+    # the requested throw belongs to the rock that is the footwall cut-off now
     z = (minus[:, 2] - (1.0 - slip.share) * throw)[known]  # before the footwall rose
     s = slip.along(stations[known, 0], np.full(len(z), level), z, FAR_STEPS)
     requested = np.full(n, np.nan)
@@ -72,16 +79,21 @@ def lost_at_tips(
     if len(cut.along) == 0:
         return []  # this fault tears nothing, while others do
     found = []
+
+    # `along` starts at 0 for each trace: stations between two zeros are one trace
     first = np.flatnonzero(cut.along == 0.0)
     for k, rows in enumerate(np.split(np.arange(len(cut.along)), first[1:])):
         for end, at in zip(cut.ends[2 * k : 2 * k + 2], (rows[0], rows[-1]), strict=True):
             if end != "tip":
                 continue
             near = rows[np.abs(cut.along[rows] - cut.along[at]) <= BESIDE * cell]
+
+            # what is missing of the throw, in its direction: more than requested is below 0
             lost = np.copysign(1.0, requested[near]) * (requested[near] - cut.throw[near])
             lost = np.where(np.isfinite(lost), lost, 0.0)
             worst = int(near[lost.argmax()])
             if lost.max() > LOST * largest:
+                # the loss falls as cell**DYING: the cell at which it would be as small as LOST
                 finer = cell * (LOST * largest / float(lost.max())) ** (1.0 / DYING)
                 where = tuple(cut.stations[worst].tolist())
                 amounts = float(requested[worst]), float(cut.throw[worst])

@@ -115,6 +115,7 @@ def throw_horizon(
     >>> [bool(np.allclose(sheet.cuts[f].throw, t)) for f, t in (("F1", 60.0), ("F2", 40.0))]
     [True, True]
     """
+    # the horizon before faulting: one value per node of a lattice
     surfaces = fault_surfaces(faults)
     picks = picks_of(horizon, name, positive, length_unit)
     if picks.several is not None:
@@ -139,6 +140,8 @@ def throw_horizon(
         if largest <= max(most, FAULT_SPARE * frame.cell):
             break
         most = largest
+
+    # faults and directions in the order of `throw`: the youngest first
     torn_by = {surface.name: surface for surface in surfaces}
     mine = [torn_by[slip.section.name] for slip in slips]
     across = dict.fromkeys(throw, direction) if isinstance(direction, str) else direction
@@ -232,12 +235,16 @@ def _untorn(best: Attempt) -> Sheet:
 def _report(best: Attempt, state: Heights, cuts: Mapping[str, FaultCut]) -> ThrowReport:
     """What was requested and found, fault by fault, and where the horizon was extrapolated."""
     movement = best.movement
+
+    # rock that came from outside the data, where the horizon is extrapolated [cells]
     outside = movement.before.outside(best.was[np.isfinite(state.values)])
     found = {}
     for name, largest in zip(cuts, movement.largest, strict=True):
         throw = cuts[name].throw
         most = np.abs(throw[np.isfinite(throw)]).max(initial=0.0)
         found[name] = {"requested": largest, "measured": float(most)}
+
+    # main faults of each branch, by name
     branches = {
         fault.name: tuple(movement.faults[main].name for main in sorted(mains))
         for fault, mains in zip(movement.faults, best.branches.mains, strict=True)
