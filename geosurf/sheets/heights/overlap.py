@@ -63,6 +63,8 @@ def _highest_and_lowest(picks: Picks) -> tuple[np.ndarray, np.ndarray]:
     none = np.empty(0, dtype=np.int64)
     if picks.one_each:
         return none, none
+
+    # by node, then by height: the first is the lowest, the last the highest
     order = np.lexsort((picks.z, picks.node))
     node = picks.node[order]
     first = np.flatnonzero(np.append(True, node[1:] != node[:-1]))
@@ -81,6 +83,7 @@ def _overlap_at_dip(picks: Picks, mesh: FaultMesh, high: np.ndarray, low: np.nda
 
     It is 0 where no fault passes between the two, straight down.
     """
+    # all pairs (pick, triangle of the fault in the same block of the map)
     corners = mesh.points[mesh.triangles]
     box = corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)
     blocks = Blocks(*box, 0.0)
@@ -91,6 +94,8 @@ def _overlap_at_dip(picks: Picks, mesh: FaultMesh, high: np.ndarray, low: np.nda
     k = np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
     t = blocks.items[np.repeat(blocks.starts[block], count) + k]
     a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
+
+    # height z of the fault under the upper pick, by barycentric weights v and w
     one, two, to = (v[:, :2] - a[:, :2] for v in (b, c, upper[point]))
     det = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
     known = np.where(det == 0.0, 1.0, det)  # upright triangles have no point between
@@ -99,6 +104,8 @@ def _overlap_at_dip(picks: Picks, mesh: FaultMesh, high: np.ndarray, low: np.nda
     z = a[:, 2] + v * (b[:, 2] - a[:, 2]) + w * (c[:, 2] - a[:, 2])
     met = (det != 0.0) & (v >= 0) & (w >= 0) & (v + w <= 1)
     met &= (z < upper[point, 2]) & (z > lower[point, 2])
+
+    # run: cells across strike for each cell of height, by the dip of the triangle
     normal = mesh.normals[t[met]]
     run = np.abs(normal[:, 2]) / np.maximum(np.hypot(*normal[:, :2].T), 1e-9)
     out = np.zeros(len(high))

@@ -111,6 +111,8 @@ def single_pass(solver: Solver, trim: float) -> tuple[Selection, Heights]:
 def _retraced(solver: Solver, selection: Selection, evidence: Evidence, state: Heights) -> Heights:
     """The same heights with traces on them: bridged between both walls, no farther."""
     frame = solver.inputs.picks.frame
+
+    # nodes between both walls, where a gap has no rock: the drape is drawn across them
     bridged = [state.unknown[:0]]
     for beside, walls in zip(state.near, state.walls, strict=True):
         widest = max(walls.left.max(initial=0.0), walls.right.max(initial=0.0))

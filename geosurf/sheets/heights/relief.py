@@ -149,13 +149,19 @@ def _places(
     """
     east, north = links_between(nodes, np.zeros(len(nodes), dtype=np.int64), shape[1])
     of_node = places_in_order(east, north, np.arange(len(nodes)))
+
+    # most (n_row,): last place of a node in each row; last: the largest of a coefficient
     row = np.repeat(np.arange(len(start) - 1), np.diff(start))
     node = column < len(nodes)
     most, last = np.full(len(start) - 1, -1), np.full(n_coefficient, -1)
     np.maximum.at(most, row[node], of_node[column[node]])
     np.maximum.at(last, column[~node] - len(nodes), most[row[~node]])
+
+    # a coefficient in no row goes with the next one that is in one
     known = np.flatnonzero(last >= 0)
     after = np.searchsorted(known, np.arange(n_coefficient))
+
+    # stable: coefficients come right after the last node that they meet
     keys = np.concatenate([of_node, last[known[np.minimum(after, len(known) - 1)]]])
     place = np.empty(len(keys), dtype=np.int64)
     place[np.argsort(keys, kind="stable")] = np.arange(len(keys))
@@ -166,6 +172,7 @@ def _throws(network: Network, first: int, apart: Collection[int]) -> list[_Throw
     """Splines of all traces, their coefficients numbered from `first` on."""
     from scipy.spatial import cKDTree
 
+    # torn parts of the traces in the map: near another one, it is not clear which throw counts
     torn = []
     for trace, (low, high) in zip(network.traces, network.solve, strict=True):
         vertex = np.arange(len(trace.line))
@@ -176,6 +183,8 @@ def _throws(network: Network, first: int, apart: Collection[int]) -> list[_Throw
         clear = np.full(len(trace.line), k not in apart)
         if len(others):
             clear &= cKDTree(others).query(trace.line[:, :2])[0] >= CLEAR
+
+        # each run of clear vertices, one cell longer at both ends, has splines of its own
         begins = clear & ~np.append(False, clear[:-1])
         piece = np.where(clear, np.cumsum(begins) - 1, -1)
         ends = np.flatnonzero(clear & ~np.append(clear[1:], False))
@@ -247,6 +256,8 @@ def _across(
 def _owners(cuts: Cuts) -> tuple[np.ndarray, np.ndarray]:
     """Cut links (node * 4 + kind), increasing, and the trace that cuts each; MANY: several do."""
     key, first = 4 * cuts.node + cuts.kind, np.empty(0, dtype=np.int64)
+
+    # several traces may cut one link: such differences reach across both and are left out
     order = np.argsort(key, kind="stable")
     key, trace = key[order], cuts.trace[order]
     if not len(key):
@@ -258,6 +269,7 @@ def _owners(cuts: Cuts) -> tuple[np.ndarray, np.ndarray]:
 
 def _beside(cuts: Cuts, shape: tuple[int, int]) -> np.ndarray:
     """Nodes, increasing, at which a difference may start that has a cut link in it."""
+    # the widest difference has four nodes: it starts three before the link, or one after
     i, j = np.divmod(np.unique(cuts.node), shape[1])
     found = []
     for y in range(-3, 2):
@@ -271,6 +283,7 @@ def _place(
     node: np.ndarray, limits: np.ndarray, near: NearTrace, throw: _Throw
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Differences (n, m) all of whose nodes lie beside one piece of a trace, and how they do."""
+    # row (n, m): of each node among those near the trace, -1 if it is none
     row = near.look_up(node.ravel()).reshape(node.shape)
     place, side = near.place[row], near.side[row]
     low, high = limits
@@ -278,6 +291,8 @@ def _place(
     piece = throw.piece[vertex]
     keep = ((row >= 0) & (place > low) & (place < high)).all(axis=1)
     keep &= (piece[:, 0] >= 0) & (piece == piece[:, :1]).all(axis=1)
+
+    # s and d of the method (see the top), both in cells; d has the sign of the side
     along = np.interp(place[keep], np.arange(len(throw.along)), throw.along)
     side = side[keep]
     return keep, piece[keep, 0], along, side, side * near.distance[row[keep]]
@@ -296,6 +311,8 @@ def _rows(
     n, m = columns.shape
     row = np.repeat(np.arange(n), m)
     parts = [(row, columns.ravel(), weights.ravel())]
+
+    # entries of t0, t1 and t2: half the throw each side, times 1, d and d**2 / 2
     knot, share = _cubic(((along - throw.origin[piece, None]) / KNOT).ravel())
     number = np.repeat(throw.number[piece], m)
     first = np.repeat(throw.first[piece], m)
@@ -320,6 +337,8 @@ def _cubic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _stiffness(throws: Sequence[_Throw]) -> list[Rows]:
     """Rows that keep a throw and how walls differ smooth along the fault."""
     parts = []
+
+    # third differences of t0, second of t1, first of t2: each is a derivative across already
     steps = np.array([-1.0, 3.0, -3.0, 1.0]), np.array([1.0, -2.0, 1.0]), np.array([-1.0, 1.0])
     for throw in throws:
         for first, number in zip(throw.first, throw.number, strict=True):

@@ -42,6 +42,7 @@ class Smear:
         noise (`geosurf.sheets.lattice.noise.weight_of`), do not average out: both are equal at
         h^-6 = (signal / spread)^2.
         """
+        # the square of what neighbours share: noise averages out and is taken off
         at = np.minimum(far / BIN, len(self.spread) - 1).astype(np.int64)
         shared = np.maximum(self.spread[at] ** 2 - noise.deviation**2, 0.0)
         most = 1.0 if noise.weight is None else noise.weight
@@ -52,6 +53,7 @@ class Smear:
 
 def smear_of(far: np.ndarray, misfit: np.ndarray) -> Smear | None:
     """Spread of misfits (n,) at some distances from a fault [cells]; None if they are too few."""
+    # 90th percentile of the misfit in each bin, as a standard deviation
     number = (far / BIN).astype(np.int64)
     spread = np.full(int(number.max(initial=-1)) + 1, np.nan)
     for k in range(len(spread)):
@@ -61,6 +63,8 @@ def smear_of(far: np.ndarray, misfit: np.ndarray) -> Smear | None:
     known = np.flatnonzero(np.isfinite(spread))
     if not len(known):
         return None
+
+    # bins with too few data lie between their neighbours; nearer to the fault is never better
     spread = np.interp(np.arange(len(spread)), known, spread[known])
     return Smear(np.maximum.accumulate(spread[::-1])[::-1])
 
@@ -69,6 +73,8 @@ def distances(near: Sequence[NearPicks]) -> tuple[np.ndarray, np.ndarray]:
     """Picks near any fault, increasing, and how far each is from the nearest one [cells]."""
     rows = np.concatenate([np.empty(0, np.int64), *(fault.rows for fault in near)])
     far = np.concatenate([np.empty(0), *(fault.far for fault in near)])
+
+    # a pick near several faults counts with the nearest one
     order = np.lexsort((far, rows))
     rows, far = rows[order], far[order]
     first = np.append(True, rows[1:] != rows[:-1])[: len(rows)]

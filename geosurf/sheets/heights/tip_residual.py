@@ -146,6 +146,7 @@ def smoothest_rest(
             found += common.matrix.T @ (common.matrix @ heights)
         return found
 
+    # at (n_unknown,): node of each unknown; moves: how heights answer to each shape
     drawn = bent(shapes)
     free = unknown >= 0
     at = np.empty(len(right), dtype=np.int64)
@@ -154,6 +155,8 @@ def smoothest_rest(
     moved = np.stack(moves, axis=1) if moves else np.empty((len(plain), 0))
     heights = np.where(free, 0.0, value - level)
     heights[at] = plain
+
+    # normal equations of the shares once heights are eliminated (Schur complement)
     own = products_of_columns(shapes, drawn) - products_of_columns(drawn[at], moved)
     wanted = products_of_columns(drawn, heights[:, None])[:, 0]
     units = [doubt] * len(groups)

@@ -89,6 +89,7 @@ class Task:
         self, band: np.ndarray, free: np.ndarray, rows: np.ndarray, common: Common | None = None
     ) -> Solved:
         """Heights of some rows of a band of nodes, which are `rows` of the task's."""
+        # nodes without a height that are not solved for do not exist
         graph = lattice_graph(band, self.frame.shape, self.bits)
         value = self.heights[band]
         held = np.isfinite(value)
@@ -97,6 +98,8 @@ class Task:
         value = np.where(np.isfinite(value), value, 0.0)
         number = np.full(len(band), -1)
         number[free] = np.arange(len(free))
+
+        # shapes (n, k) of a throw that dies at tips: only what they leave over is smooth
         pull, data = self.pull[rows], self.data[rows]
         every = band is self.nodes
         shapes = self._shapes if every else shapes_of(self.tips, self.frame, band)

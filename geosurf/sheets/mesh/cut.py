@@ -229,6 +229,7 @@ def _dropped_with_own(
 
     Such a part runs into ghosts somewhere.
     """
+    # dropped triangles of the sheet, as the copies or lattice triangles that they were cut from
     rows = np.flatnonzero((patches.surface_of_triangle == 0) & ~keep)
     corners = band.surface.triangles[patches.parent_of_triangle[rows]]
     # a tip is a corner of copies on both of its sides, so only whole triangles decide
@@ -237,6 +238,8 @@ def _dropped_with_own(
     nodes = distinct(corners)
     own = is_own(band.vertex[nodes])
     rows = rows[all_of(own[np.searchsorted(nodes, corners)])] if len(rows) else rows
+
+    # one row more: part -1 stands for triangles of the faults
     found = np.zeros(part.max(initial=-1) + 2, dtype=bool)
     found[part[rows]] = True
     return found[part]

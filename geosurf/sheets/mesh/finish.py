@@ -144,6 +144,8 @@ def _faults_at(built: Built, faults: Sequence[TriSurface]) -> list[str]:
         numbers |= cutting
     else:
         one, two = built.cut.dead_ends[0]
+
+    # the nearest fault in the map, and those within a cell more
     nodes = built.torn.node_of(np.array([one, two]))
     far: dict[int, float] = {}
     for trace, near in zip(built.state.network.traces, built.state.near, strict=True):

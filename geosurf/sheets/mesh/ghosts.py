@@ -47,6 +47,8 @@ def ghost_heights(
     # the mesh around the ghosts, with the bend at tips taken out
     nodes = around(torn.node_of_ghost, shape, 3)
     nodes = nodes[np.isfinite(heights[nodes])]
+
+    # vertices of the graph: nodes, then ghosts; value (n + n_ghost,) is what is left without bend
     graph, lost = mesh_graph(torn, triangles, nodes, cut)
     bend = bends(bent, torn, nodes)
     value = np.concatenate([heights[nodes], np.zeros(n_ghost)]) - bend
@@ -106,6 +108,8 @@ def joined_heights(
     shape = (triangles.n_row, triangles.n_col)
     given = np.fromiter(fixed.keys(), dtype=np.int64, count=len(fixed))
     picked = np.fromiter(fixed.values(), dtype=np.float64, count=len(fixed))
+
+    # inner: nodes that move; three more cells of nodes hold them, as far as third differences reach
     inner = around(distinct(torn.node_of_ghost[given]), shape, JOINED)
     nodes = distinct(around(inner, shape, 3), around(torn.node_of_ghost, shape, 3))
     nodes = nodes[np.isfinite(heights[nodes])]
@@ -117,6 +121,8 @@ def joined_heights(
     free = np.concatenate([is_among(nodes, inner), np.ones(n_ghost, dtype=bool)])
     number = np.where(free, np.cumsum(free) - 1, -1)
     pull, target = np.full(n + n_ghost, HOLD), value.copy()
+
+    # data of nodes and of ghosts, each with the weight that its noise allows
     known = data(nodes)
     seen = np.flatnonzero(np.isfinite(known))
     pull[seen], target[seen] = weight, known[seen] - bend[seen]
@@ -138,6 +144,8 @@ def mesh_graph(
     Also the pairs (real, ghost) that are neighbours, though the real one has another there.
     """
     shape = (triangles.n_row, triangles.n_col)
+
+    # neighbours east and north: of nodes across uncut links, of ghosts in their copies
     base = lattice_graph(nodes, shape, cut)
     n, n_ghost = len(nodes), len(torn.anchor)
     cell = np.stack(np.divmod(torn.node_of_ghost, triangles.n_col), axis=1)
@@ -158,6 +166,8 @@ def mesh_graph(
         ways[way][a[free]] = b[free]
         lost.append(np.stack([a[~free], b[~free]], axis=1))
     east, north = ways
+
+    # twists count where a ghost takes part: copies have no cut inside
     touches = np.zeros(len(east), dtype=bool)
     touches[n:] = True
     touches[:n] = (east[:n] >= n) | (north[:n] >= n)
@@ -245,11 +255,15 @@ def _with_pieces(torn: Torn, triangles: Triangles, pieces: Sequence[Piece]) -> T
             for n in corners[p].tolist():
                 if m != n and m in known:
                     edges.setdefault((m, n, known[m]), []).append(p)
+
+    # union of corners: pieces that share an edge from a known end share its other end
     for (_, n, _), members in edges.items():
         for p in members[1:]:
             a, b = find((members[0], n)), find((p, n))
             if a != b:
                 lead[max(a, b)] = min(a, b)
+
+    # known corners keep their vertex; each other group becomes one new ghost
     vertex: dict[tuple[int, int], int] = {}
     for p, (_, known) in enumerate(pieces):
         for n, v in known.items():

@@ -42,6 +42,8 @@ def islands(
         met = met if len(met) else joined[:1]  # one that is near none has to be somewhere
         joined[is_among(joined, met)] = met[0]
         first.append(met[0])
+
+    # number islands in the order of their first triangle: which does not depend on the labels
     number, n = _numbered(joined[island[faces[:, 0]]], count)
     of_face, of_fault = number[joined[island[faces[:, 0]]]], number[joined[first]]
     return [
@@ -67,6 +69,7 @@ def _tiled(nodes: np.ndarray, shape: tuple[int, int]) -> tuple[int, np.ndarray]:
     """Number of islands of tiles, and that of each node."""
     from scipy.ndimage import label
 
+    # tiles of 2**TILE nodes; those that touch, also at a corner, are one island
     row, col = np.divmod(nodes, shape[1])
     row, col = row >> TILE, col >> TILE
     tiles = np.zeros(((shape[0] >> TILE) + 1, (shape[1] >> TILE) + 1), dtype=bool)

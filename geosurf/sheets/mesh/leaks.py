@@ -43,6 +43,7 @@ def sides_at_curves(patches: Patches) -> Sides:
 
 def free_edges(patches: Patches, sides: Sides) -> Rim:
     """Ends of edges of one triangle of the sheet only, and that triangle, in order of edges."""
+    # the sheet is surface 0, its triangles come first
     n = int(np.searchsorted(patches.surface_of_triangle, 1))
     ring = patches.pieces.ring[: 3 * n]  # of all surfaces: alone there is alone here
     alone = np.flatnonzero(ring == np.arange(3 * n))
@@ -79,10 +80,14 @@ def leaks_of(
     starts = starts[name[starts] >= 0]
     made[starts] = True
     one, two, row = _with_marked(rim, made)
+
+    # neighbours of each point along free edges, and whether their triangle stays
     onward: dict[int, list[tuple[int, bool]]] = {}
     for a, b, kept in zip(one.tolist(), two.tolist(), keep[row].tolist(), strict=True):
         onward.setdefault(a, []).append((b, kept))
         onward.setdefault(b, []).append((a, kept))
+
+    # walk from each old vertex over new points to the next old one: one outer edge, in pieces
     found: dict[tuple[int, int], set[int]] = {}
     for a in starts.tolist():
         for step, kept in onward[a]:
@@ -123,6 +128,8 @@ def ends_in_copies(patches: Patches, rim: Rim, among: np.ndarray, sides: Sides) 
     keys, row = sides[0]
     keys = distinct(keys[among[row]])
     on_fault = is_among(keys, distinct(*(k for k, _ in sides[1:])))
+
+    # a point with one edge on a fault: there the curve ends
     degree = np.bincount(
         np.concatenate(np.divmod(keys[on_fault], len(patches.local))), minlength=len(patches.local)
     )
@@ -138,6 +145,8 @@ def ends_in_copies(patches: Patches, rim: Rim, among: np.ndarray, sides: Sides) 
 def false_rims(patches: Patches, keep: np.ndarray, sides: Sides) -> np.ndarray:
     """Parents of triangles that stay next to dropped ones with no fault between."""
     keys, row = sides[0]
+
+    # triangles at each edge before and after; one that goes leaves a rim, if no fault is there
     every, inverse, before = np.unique(keys, return_inverse=True, return_counts=True)
     after = np.bincount(inverse, keep[row], len(every))
     false = (before > 1) & (after > 0) & (after != 2)

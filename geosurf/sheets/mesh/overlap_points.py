@@ -39,6 +39,7 @@ def points_past(
         Of each vertex in the height at the point.
     pick : ndarray of int64 (n,)
     """
+    # each trace and side: points past the trace that belong to the wall of that side
     nodes, shares = picks.corners()
     found = [(np.empty((0, 4), np.int64), np.empty((0, 4)), np.empty(0, np.int64))]
     for trace, side in np.unique(state.beyond[:, 1:], axis=0).tolist():
@@ -53,6 +54,7 @@ def points_past(
 
 def on_sheet(nodes: np.ndarray, near: NearTrace, side: int, torn: Torn) -> np.ndarray:
     """The vertex of one wall's sheet over each node, of any shape; -1 where there is not one."""
+    # own nodes stay; over nodes of the other wall, the ghost whose anchor is on this side
     at = near.look_up(nodes.ravel())
     own = (at >= 0) & (near.side[at] == side)
     of = near.look_up(torn.anchor)
@@ -79,11 +81,15 @@ def ghosts_by_points(
         vertex, share, pick = points_past(picks, state, torn)
         if not len(pick):
             return {}
+
+        # nodes near these ghosts move with them; farther ones hold the sheet
         fixed = distinct(vertex[vertex >= torn.n_node]) - torn.n_node
         shape = picks.frame.shape
         inner = around(distinct(torn.node_of_ghost[fixed]), shape, JOINED)
         nodes = distinct(around(inner, shape, 3), around(torn.node_of_ghost, shape, 3))
         nodes = nodes[np.isfinite(state.values[nodes])]
+
+        # points of the wall itself in that region are rows as well
         used = np.flatnonzero(state.used)
         own, shares = picks.corners()
         used = used[is_among(own[used].ravel(), nodes).reshape(-1, 4).all(axis=1)]
@@ -96,6 +102,8 @@ def ghosts_by_points(
             len(nodes) + vertex - torn.n_node,
             np.searchsorted(nodes, vertex),
         )
+
+        # solve for what is left without the bend at tips, nodes first, then ghosts
         graph, _ = mesh_graph(torn, triangles, nodes, bits)
         bend = bends(bent, torn, nodes)
         start = state.values[torn.anchor] - (0.0 if bent is None else bent(torn.anchor))
@@ -128,16 +136,21 @@ def _drawn_to(
     from scipy.sparse import csc_array, eye_array
     from scipy.sparse.linalg import splu
 
+    # heights from the mean of the points: digits go to the relief, not to the depth
     level = float(z.mean())
     free = np.flatnonzero(moves)
     number = np.where(moves, np.cumsum(moves) - 1, -1)
     weights = weights_of(stretch, BEND, scale=scale_of(weight))
     fixed = np.where(moves, 0.0, value - level)
     held = energy_gradient(graph.east, graph.north, graph.square, fixed[:, None], weights)[free, 0]
+
+    # rows of points (m, n_vertex); left: what the fixed vertices leave over
     where = np.repeat(np.arange(len(z)), 4), slot.ravel()
     points = csc_array((share.ravel(), where), shape=(len(z), len(value)))
     left = z - level - points @ fixed
     points = csc_array(points[:, free])
+
+    # energy, plus the square of the misfits, plus a very small pull to where vertices were
     pull = weight or EXACT
     matrix = energy_of(graph, number, weights) + pull * (points.T @ points)
     factor = splu(csc_array(matrix + HOLD * eye_array(len(free))), **CHOLESKY)

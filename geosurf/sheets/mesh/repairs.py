@@ -46,6 +46,7 @@ def torn_limits(
     diagonal = RISING if rising else FALLING
     in_mesh = (every.kind < 2) | (every.kind == diagonal)
     for (trace, end), n in shortened.items():
+        # places of the cut links of this trace in order: n of them are not cut
         place = np.sort(every.place[in_mesh & (every.trace == trace)])
         place = place[(place >= low[trace]) & (place <= high[trace])]
         if n >= len(place):
@@ -169,6 +170,8 @@ def _far_dead_ends(torn: Torn, cut: Cut, leaks: Sequence[Pair], frame: Frame) ->
     """Dead ends far from all leaks: one near a leak may only be what that leak joins."""
     if not leaks or not cut.dead_ends:
         return cut.dead_ends
+
+    # distance of each dead end to the nearest leak, rows or columns [cells]
     at = frame.uv_of_node(torn.node_of(np.array(leaks).ravel()))
     here = frame.uv_of_node(torn.node_of(np.array([a for a, _ in cut.dead_ends])))
     far = np.abs(here[:, None] - at[None]).max(axis=2).min(axis=1)

@@ -44,6 +44,7 @@ def _short_of_overlap(torn: Torn, state: Heights) -> np.ndarray:
     """Ghosts that do not lie past their sheet's cut-off yet, bool (n_ghost,)."""
     short = np.zeros(len(torn.anchor), dtype=bool)
     for near, walls in zip(state.near, state.walls, strict=True):
+        # side of the anchor is the wall of the ghost; distance of the ghost itself [cells]
         of, at = near.look_up(torn.anchor), near.look_up(torn.node_of_ghost)
         rows = np.flatnonzero((of >= 0) & (at >= 0))
         own, at = near.side[of[rows]], at[rows]

@@ -69,6 +69,8 @@ class Triangles:
     def corners(self, t: np.ndarray) -> np.ndarray:
         """Nodes (n, 3) of triangles."""
         a = t // 2
+
+        # corners of the cell a, b, c, d: anticlockwise, a at its lower left
         b, d, c = a + 1, a + self.n_col, a + self.n_col + 1
         half = (t % 2).astype(bool)[:, None]
         if self.rising:
@@ -245,6 +247,7 @@ def _mates(
     real: np.ndarray,
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """For copies `rows`: the copies across an edge in which their corner `here` is real, too."""
+    # a triangle has three copies at most: up to three mates in the run of the triangle across
     order = np.argsort(triangle, kind="stable")
     start = np.searchsorted(triangle[order], across[rows])
     for k in range(3):
@@ -259,6 +262,8 @@ def _mates(
 def outer_edges(torn: Torn, triangles: Triangles) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Copy, edge and lattice triangle beyond of all edges with a ghost that end inside the data."""
     one, two = torn.corners, np.roll(torn.corners, -1, axis=1)
+
+    # an outer edge belongs to one copy, and ends on a ghost
     key = np.minimum(one, two) * (torn.n_node + len(torn.anchor)) + np.maximum(one, two)
     _, inverse, times = np.unique(key, return_inverse=True, return_counts=True)
     outer = (times[inverse.ravel()] == 1).reshape(-1, 3)
@@ -266,6 +271,8 @@ def outer_edges(torn: Torn, triangles: Triangles) -> tuple[np.ndarray, np.ndarra
     copy, k = np.nonzero(outer)
     nodes = torn.node_of(torn.corners.ravel()).reshape(-1, 3)
     node, kind = triangles.links(nodes)
+
+    # the lattice triangle on the other side: outside the data nothing is missing
     both = triangles.beside(node[copy, k], kind[copy, k])
     beyond = np.where(both[:, 0] == torn.triangle[copy], both[:, 1], both[:, 0])
     there = triangles.exists(beyond)
