@@ -107,6 +107,8 @@ class Curves(Noun):
         Names of the surfaces, in the order in which they were given.
     local : ndarray of float64, shape (n_point, 3)
         Points in the local frame [m]; `points` adds `origin`.
+    origin : ndarray of float64, shape (3,)
+        World coordinates of the origin of the local frame [m].
     segments : ndarray of int64, shape (n_segment, 2)
         Rows of `points`.
     surfaces_of_segment : ndarray of int64, shape (n_segment, 2)
@@ -114,6 +116,7 @@ class Curves(Noun):
     curves : tuple of ndarray of int64
         Rows of `points`, in order; a closed curve repeats its first row.
     surfaces_of_curve : ndarray of int64, shape (n_curve, 2)
+        The two surfaces (rows of `names`, smaller first) that meet there.
     closed : ndarray of bool, shape (n_curve,)
     contacts : tuple of Touch
         Touching points and overlap areas.
@@ -167,7 +170,23 @@ class Curves(Noun):
         return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
 
     def between(self, first: str, second: str) -> list[np.ndarray]:
-        """Return the curves of two named surfaces as world polylines (n, 3) [m]."""
+        """Return the curves of two named surfaces.
+
+        Parameters
+        ----------
+        first, second : str
+            Names of two surfaces, in any order; one name twice for where it crosses itself.
+
+        Returns
+        -------
+        list of ndarray of float64, each (n, 3)
+            Polylines in world coordinates [m]; a closed one repeats its first point.
+
+        Raises
+        ------
+        InputError
+            For an unknown name.
+        """
         for name in (first, second):
             if not is_word(name, self.names):
                 raise InputError(
@@ -181,7 +200,13 @@ class Curves(Noun):
         ]
 
     def to_pyvista(self) -> pyvista.PolyData:
-        """Return the curves as polylines, with the rows of both surfaces as cell data."""
+        """Return the curves as polylines.
+
+        Returns
+        -------
+        pyvista.PolyData
+            World coordinates [m]; the rows of both surfaces as cell data ``surfaces``.
+        """
         labels = {"surfaces": self.surfaces_of_curve}
         return polydata(self.points, lines=self.curves, cell_data=labels)
 

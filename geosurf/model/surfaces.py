@@ -135,20 +135,58 @@ class TriSurface(Noun):
         return frozen([[x.min(), y.min()], [x.max(), y.max()]], np.float64)
 
     def corners_of_keys(self, keys: np.ndarray) -> np.ndarray:
-        """Nodes (n, 3) of triangles named by keys: rows, or `Lattice.corners_of_keys`."""
+        """Return the corners of triangles.
+
+        Parameters
+        ----------
+        keys : ndarray of int64, shape (n,)
+            Rows of `triangles`; of a surface with a lattice, its keys (`Lattice.corners_of_keys`).
+
+        Returns
+        -------
+        ndarray of int64, shape (n, 3)
+            Rows of `vertices`, or nodes of the lattice.
+        """
         return self.triangles[keys] if self.lattice is None else self.lattice.corners_of_keys(keys)
 
     def places_of_nodes(self, nodes: np.ndarray) -> np.ndarray:
-        """World coordinates (n, 3) of nodes: vertices, or nodes of the lattice."""
+        """Return where nodes are.
+
+        Parameters
+        ----------
+        nodes : ndarray of int64, any shape
+            As from `corners_of_keys`.
+
+        Returns
+        -------
+        ndarray of float64, shape (..., 3)
+            World coordinates [m].
+        """
         return self.vertices[nodes] if self.lattice is None else self.lattice.places_of_nodes(nodes)
 
     def rows_of_keys(self, keys: np.ndarray) -> np.ndarray:
-        """Rows of `triangles` for keys of triangles."""
+        """Return the rows of `triangles` that keys stand for.
+
+        Parameters
+        ----------
+        keys : ndarray of int64, shape (n,)
+            As for `corners_of_keys`.
+
+        Returns
+        -------
+        ndarray of int64, shape (n,)
+        """
         return keys if self.lattice is None else self.lattice.rows_of_keys(keys)
 
     @cached_property
     def bounds(self) -> tuple[float, float, float, float, float, float]:
-        """West, east, south, north, bottom, top of the vertices in use [m]."""
+        """West, east, south, north, bottom, top of the vertices in use [m].
+
+        Raises
+        ------
+        SurfaceError
+            If the surface has no triangles.
+        """
         if self.n_triangle == 0:
             raise SurfaceError(f"surface {self.name!r} has no triangles and therefore no bounds.")
         if self.lattice is not None and self.lattice.whole:
@@ -161,14 +199,36 @@ class TriSurface(Noun):
         return w, e, s, n, b, t
 
     def renamed(self, name: str, role: str | None = None) -> TriSurface:
-        """Return the same surface under another name, sharing its arrays."""
+        """Return the same surface under another name, sharing its arrays.
+
+        Parameters
+        ----------
+        name : str
+        role : str, optional
+            As for `TriSurface`; default: its present role.
+
+        Returns
+        -------
+        TriSurface
+
+        Raises
+        ------
+        InputError
+            If the name is not text, or is empty.
+        """
         twin = TriSurface.__new__(TriSurface)
         twin.__dict__.update(self.__dict__)
         twin.name, twin.role = name_of(name, self.role), self.role if role is None else role
         return twin
 
     def to_pyvista(self) -> pyvista.PolyData:
-        """Return a `pyvista.PolyData` in world coordinates (float64)."""
+        """Return the surface as a mesh of pyvista.
+
+        Returns
+        -------
+        pyvista.PolyData
+            World coordinates [m], float64; `vertex_data` as point data.
+        """
         return polydata(self.vertices, triangles=self.triangles, point_data=self.vertex_data)
 
     def __repr__(self) -> str:

@@ -206,6 +206,11 @@ class Units(Noun, Mapping[str, Unit]):
 
         Units are counted in the order of this mapping; -1 is outside the model. Where surfaces
         coincide, each has the units on its own front and back.
+
+        Raises
+        ------
+        InputError
+            If the units were made without patches.
         """
         if self._sides is None:
             raise InputError(
@@ -227,7 +232,7 @@ class Units(Noun, Mapping[str, Unit]):
 
     def on(self, *sides: str) -> tuple[Unit, ...]:
         """
-        Units that lie on some sides of faults, whatever their blocks are called.
+        Return the units that lie on some sides of faults, whatever their blocks are called.
 
         Names of blocks hold what distinguishes the units of one zone; a block may be ``F1+ F2-`` in
         a zone and ``F2-`` in the next, which F1 has left.

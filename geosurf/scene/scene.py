@@ -127,13 +127,10 @@ class Scene:
 
         Parameters
         ----------
-        horizons, faults : mapping, optional
-            Named inputs to exchange or add; None as a value removes one, and with a fault its
-            own extension and truncations. New horizons come last, as the oldest.
-        box, column, contacts, aoi, extend, truncations : optional
-            As for `Scene`; they replace the previous ones.
-        positive, length_unit, voxel_size, self_intersections, tolerance, tops : optional
-            As for `Scene`.
+        **changes
+            Inputs of `Scene`, by name. `horizons` and `faults` are exchanged or added one by one;
+            None as a value removes one, and with a fault its own extension and truncations. New
+            horizons come last, as the oldest. All other inputs replace the previous ones.
 
         Returns
         -------

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
 import subprocess
 import sys
+import textwrap
+from functools import cached_property
 from importlib import import_module, util
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -210,6 +214,56 @@ def test_docstrings_have_the_parameters_of_the_signature() -> None:
     for name in functions:
         errors = dict(validation.validate(name)["errors"])
         assert not errors.keys() & {"GL08", "PR01", "PR02", "PR03"}, (name, errors)
+
+
+CLASSES = (geosurf.Scene, geosurf.Units, geosurf.Sheet, geosurf.Curves, geosurf.TriSurface)
+
+
+def members_of(kind: type) -> dict[str, Any]:
+    """Public methods and properties of a class, with those of its bases in geosurf."""
+    kinds = (property, cached_property, classmethod, staticmethod)
+    return {
+        f"{base.__module__}.{base.__qualname__}.{name}": member
+        for base in kind.__mro__
+        if base.__module__.startswith("geosurf")
+        for name, member in vars(base).items()
+        if not name.startswith("_") and (inspect.isfunction(member) or isinstance(member, kinds))
+    }
+
+
+def words_of(thing: Any, section: str, column: str) -> set[str]:
+    """What a section of a docstring lists: its names or its types."""
+    from numpydoc.docscrape import NumpyDocString
+
+    rows = NumpyDocString(inspect.getdoc(thing) or "")[section]
+    return {word for row in rows for word in getattr(row, column).split(", ")}
+
+
+def raised_in(member: Any) -> set[str]:
+    """Names of the exceptions that a method or property raises itself."""
+    for attribute in ("fget", "func", "__func__"):
+        member = getattr(member, attribute, member)
+    tree = ast.parse(textwrap.dedent(inspect.getsource(member)))
+    calls = [node.exc for node in ast.walk(tree) if isinstance(node, ast.Raise)]
+    return {call.func.id for call in calls if isinstance(call, ast.Call)}
+
+
+@pytest.mark.parametrize("kind", CLASSES, ids=lambda kind: kind.__name__)
+def test_classes_and_their_members_document_what_goes_in_and_comes_out(kind: type) -> None:
+    """By numpydoc: parameters, results, and the errors that a member raises itself."""
+    validation = pytest.importorskip("numpydoc.validate", reason="needs the extra geosurf[docs]")
+    wanted = set(inspect.signature(kind).parameters)
+    # fields of a dataclass are documented as attributes
+    listed = words_of(kind, "Parameters", "name") | words_of(kind, "Attributes", "name")
+    assert wanted <= listed, wanted - listed
+
+    members = members_of(kind)
+    assert len(members) > 3
+    for name, member in members.items():
+        errors = dict(validation.validate(name)["errors"])
+        assert not errors.keys() & {"GL08", "PR01", "PR02", "PR03", "RT01", "SS05"}, (name, errors)
+        unlisted = raised_in(member) - words_of(member, "Raises", "type")
+        assert not unlisted, (name, unlisted)
 
 
 @pytest.mark.skipif(util.find_spec("sphinx") is None, reason="needs the extra geosurf[docs]")
