@@ -17,19 +17,24 @@ from geosurf.faults.lines import directions, guides_of
 from geosurf.faults.rim import Rim, unit_rows
 from geosurf.kernels.meshes.mesh import edges
 from geosurf.model import Patches, TriSurface
-from geosurf.model.faults import SIDES, NetworkRow
+from geosurf.model.faults import SIDES
+from geosurf.model.network_rows import NetworkRow
 
 SHORT = {"start": 0.25, "end": 0.25, "up": 1.0, "down": 1.0}  # of a fault's own length that way
 
 
 @dataclass
 class Fault:
-    """One fault with its rows in the arrangement, its rims and its area [m2]."""
+    """One fault with its rows in the arrangement, its rims and its area [m2].
+
+    A fault of which the rim cannot be found has none, and `unknown` is the reason.
+    """
 
     surface: TriSurface
     rows: np.ndarray
     rims: list[Rim]
     area: float
+    unknown: str = ""
 
     @property
     def name(self) -> str:
@@ -76,6 +81,13 @@ def dangling_ends(
     """
     rows = []
     for fault in faults:
+        if fault.unknown:
+            at = tuple(fault.surface.vertices[0].tolist())
+            words = f"its ends are unknown: {fault.unknown}"
+            rows.append(
+                NetworkRow("dangling end", fault.name, "", "", 0.0, 0.0, at, "leave", "", words)
+            )
+            continue
         walk = _Walk(patches, fault, gone[fault.name])
         for k, rim in enumerate(fault.rims):
             for side in SIDES:

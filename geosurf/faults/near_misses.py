@@ -8,20 +8,24 @@ from itertools import product
 import numpy as np
 
 from geosurf.errors import InputError
+from geosurf.faults.box_exits import clip_steps
 from geosurf.faults.bridge import side_gaps
 from geosurf.faults.dangling import Fault
 from geosurf.faults.distance import Approach, nearest_of
 from geosurf.faults.lines import directions, guides_of
 from geosurf.faults.rim import Rim, normals_of
 from geosurf.faults.truncate import main_side
-from geosurf.model.faults import SIDES, NetworkRow
+from geosurf.model.faults import SIDES
+from geosurf.model.network_rows import NetworkRow
 
 REACH = 0.2  # default reach of near misses, of the square root of the area of the smaller fault
 AHEAD = 0.5  # cosine of the angle within which an end must point at the fault that it misses
 
 
-def near_miss(one: Fault, two: Fault, limit: float) -> NetworkRow | None:
-    """The row of two faults that do not meet, if an end of one points at the other."""
+def near_miss(
+    one: Fault, two: Fault, limit: float, box: np.ndarray | None = None
+) -> NetworkRow | None:
+    """The row of two faults that do not meet, if an end of one points at the other in the box."""
     found = []
     for fault, main in ((one, two), (two, one)):
         a, b = np.reshape(fault.surface.bounds, (3, 2)), np.reshape(main.surface.bounds, (3, 2))
@@ -30,34 +34,61 @@ def near_miss(one: Fault, two: Fault, limit: float) -> NetworkRow | None:
             continue
         facing = []
         for rim, side in product(fault.rims, SIDES):
-            gap = _facing_gap(fault, main, rim, side, limit)
+            gap = _facing_gap(fault, main, rim, side, limit, box)
             if gap is not None:
-                line = fault.surface.vertices[rim.arcs[side]]
-                corners = main.surface.vertices[main.surface.triangles]
-                facing.append((side_gaps(line, corners)[0], side, gap))
-        if facing:  # of several sides the one that a bridge would start from
-            _, side, gap = min(facing, key=lambda entry: entry[:2])
+                facing.append((rim, side, gap))
+        if facing:
+            side, gap = _bridge_start(fault, main, facing)
             found.append((gap.distance, fault.area, fault.name, side, fault, main, gap))
     if not found:
         return None
     distance, _, _, side, fault, main, gap = min(found, key=lambda entry: entry[:4])
     front, angle = _lies_in_front(fault, main, gap)
     reason = f"{distance:.1f} m short of {main.name}, {angle:.0f} degrees apart"
+    proposal, keep = "extend then truncate", side_word(main, front)
+    if len(fault.rims) > 1:  # the continuations of pieces would cross each other
+        proposal, keep = "leave", ""
+        reason += f"; {fault.name} is in {len(fault.rims)} pieces, of which none can be extended"
     return NetworkRow(
         "near miss", fault.name, main.name, side, 0.0, distance, tuple(gap.at.tolist()),
-        "extend then truncate", side_word(main, front), reason,
+        proposal, keep, reason,
     )  # fmt: skip
 
 
-def _facing_gap(fault: Fault, main: Fault, rim: Rim, side: str, limit: float) -> Approach | None:
-    """The closest approach of one side to another fault, if that is near and lies ahead."""
+def _bridge_start(
+    fault: Fault, main: Fault, facing: list[tuple[Rim, str, Approach]]
+) -> tuple[str, Approach]:
+    """Of several sides that point at a main fault the one from which a bridge would start."""
+    if len(facing) == 1:  # the mean distance of a whole side is slow
+        return facing[0][1:]
+    corners = main.surface.vertices[main.surface.triangles]
+    gaps = [side_gaps(fault.surface.vertices[rim.arcs[s]], corners)[0] for rim, s, _ in facing]
+    k = min(range(len(facing)), key=lambda k: (gaps[k], facing[k][1]))
+    return facing[k][1:]
+
+
+def _facing_gap(
+    fault: Fault, main: Fault, rim: Rim, side: str, limit: float, box: np.ndarray | None
+) -> Approach | None:
+    """The closest approach of one side to another fault, if that is near and lies ahead.
+
+    Of a side that leaves the model box only the part in it counts, and the other fault must be in
+    the box there: what faults do outside does not divide the model.
+    """
     x, arc = fault.surface.vertices, rim.arcs[side]
     if len(arc) < 2:
         return None
     line = x[arc]
     corners = main.surface.vertices[main.surface.triangles]
-    gap = nearest_of(np.stack([line[:-1], line[1:]], axis=1), corners)
+    steps = np.stack([line[:-1], line[1:]], axis=1)
+    if box is not None:
+        steps = _steps_in_box(steps, line, box[::2], box[1::2])
+    if len(steps) == 0:
+        return None
+    gap = nearest_of(steps, corners)
     if gap.distance > limit:
+        return None
+    if box is not None and ((gap.there < box[::2]) | (gap.there > box[1::2])).any():
         return None
     if gap.distance > 0:
         t, guides = fault.surface.triangles, guides_of(fault.surface)
@@ -66,6 +97,19 @@ def _facing_gap(fault: Fault, main: Fault, rim: Rim, side: str, limit: float) ->
         if way @ (gap.there - gap.at) < AHEAD * gap.distance:
             return None
     return gap
+
+
+def _steps_in_box(
+    steps: np.ndarray, line: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """The parts (n, 2, 3) of the steps of a line that lie in a box; whole ones bit for bit."""
+    enter, leave = clip_steps(line, low, high)
+    meets = enter <= leave
+    a, along = line[:-1][meets], np.diff(line, axis=0)[meets]
+    enter, leave = enter[meets, None], leave[meets, None]
+    first = np.where(enter > 0, a + enter * along, a)
+    last = np.where(leave < 1, a + leave * along, steps[meets, 1])
+    return np.stack([first, last], axis=1)
 
 
 def _lies_in_front(fault: Fault, main: Fault, gap: Approach) -> tuple[bool, float]:

@@ -15,14 +15,16 @@ from typing import Any
 import numpy as np
 
 from geosurf.conventions import is_number
-from geosurf.errors import InputError
+from geosurf.errors import InputError, SurfaceError
+from geosurf.faults.box_exits import segments_meet_box
 from geosurf.faults.dangling import Fault, Gone, dangling_ends
 from geosurf.faults.near_misses import REACH, near_miss, side_word
 from geosurf.faults.rim import find_rims, normals_of
 from geosurf.faults.sides import Adjacency, adjacency
 from geosurf.model import Patches
 from geosurf.model.expected import box_of_sides, expect
-from geosurf.model.faults import FaultNetwork, NetworkRow
+from geosurf.model.network import FaultNetwork
+from geosurf.model.network_rows import NetworkRow
 
 STUB = 0.2  # a part of a fault beyond another one up to this share of its area is cut off
 
@@ -37,7 +39,8 @@ def propose_network(
     patches : Patches
         Of all faults, from one `rebuild_surfaces`.
     box : (west, east, south, north, bottom, top), optional
-        The model box [m]. Without it there are no dangling ends.
+        The model box [m]: near misses and truncations outside are not proposed. Without it
+        there are no dangling ends.
     reach : float, optional
         Largest distance [m] of a near miss. Default: a fifth of the square root of
         the area of the smaller fault of each pair.
@@ -52,8 +55,6 @@ def propose_network(
     ------
     InputError
         If `reach` is not a length.
-    SurfaceError
-        If a fault is closed, or its triangles do not agree about their front.
 
     Notes
     -----
@@ -62,7 +63,8 @@ def propose_network(
     which lies ahead of it (within 60 degrees) is to be extended and truncated. An end inside the
     model box is to be extended where a quarter of the fault's own length is missing along strike,
     or its own width along dip; otherwise it is left to die out. What these truncations drop, and
-    what lies on another fault, is not an end.
+    what lies on another fault, is not an end. Ends of a fault that is closed, or touches itself,
+    are unknown: one row states the place.
 
     Examples
     --------
@@ -88,11 +90,11 @@ def propose_network(
     for one, two in combinations(faults, 2):
         cuts = [_cut(patches, one, two), _cut(patches, two, one)]
         if len(cuts[0].beside.edges):
-            contacts.append(_contact(patches, cuts))
+            contacts.append(_contact(patches, cuts, limits))
             met[one.name, two.name] = cuts
             continue
         limit = REACH * math.sqrt(min(one.area, two.area)) if reach is None else reach
-        row = near_miss(one, two, limit)
+        row = near_miss(one, two, limit, limits)
         if row is not None:
             misses.append(row)
     contacts.sort(key=lambda row: (-row.length, row.fault, row.other))
@@ -101,9 +103,9 @@ def propose_network(
     ends = []
     if limits is not None:
         gone = _what_goes(patches, faults, rows, met)
-        near = {(row.fault, row.side) for row in misses}
+        near = {(row.fault, row.side) for row in misses if row.proposal != "leave"}
         ends = dangling_ends(patches, faults, gone, near, limits)
-    return FaultNetwork((*rows, *sorted(ends, key=_by_distance)))
+    return FaultNetwork((*rows, *sorted(ends, key=_by_distance)), reach)
 
 
 def check_reach(reach: Any) -> None:
@@ -160,7 +162,12 @@ def _fault(patches: Patches, i: int) -> Fault:
     surface = patches.sources[i]
     rows = np.flatnonzero(patches.surface_of_triangle == i)
     areas = 0.5 * np.linalg.norm(normals_of(surface.vertices[surface.triangles]), axis=1)
-    return Fault(surface, rows, find_rims(surface), math.fsum(areas))
+    rims, unknown = [], ""
+    try:
+        rims = find_rims(surface)
+    except SurfaceError as error:  # closed, or sheets that touch: it has contacts, but no ends
+        unknown = str(error)
+    return Fault(surface, rows, rims, math.fsum(areas), unknown)
 
 
 # ---------------------------------------------------------------------- contacts
@@ -195,7 +202,7 @@ def _cut(patches: Patches, fault: Fault, main: Fault) -> _Cut:
     return _Cut(fault, main, beside, through, parts)
 
 
-def _contact(patches: Patches, cuts: list[_Cut]) -> NetworkRow:
+def _contact(patches: Patches, cuts: list[_Cut], box: np.ndarray | None) -> NetworkRow:
     """The row of two faults that meet along a curve."""
     ends = patches.vertices[cuts[0].beside.edges]
     steps = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
@@ -204,12 +211,21 @@ def _contact(patches: Patches, cuts: list[_Cut]) -> NetworkRow:
     at = middle[np.argmin(np.linalg.norm(middle - weight, axis=1))]
     cut = min(cuts, key=lambda c: (c.share, c.fault.area, c.fault.name))
     proposal, reason = _judge(cut, cuts)
+    if proposal == "truncate" and box is not None and not _meets_box(ends, box):
+        proposal, reason = "leave", f"they meet outside the model box only; {reason}"
     angle = _angle(patches, cuts)
     keep = side_word(cut.main, cut.front) if proposal == "truncate" else ""
     return NetworkRow(
         "contact", cut.fault.name, cut.main.name, "", float(steps.sum()), 0.0,
         tuple(at.tolist()), proposal, keep, f"{reason}; {angle:.0f} degrees apart",
     )  # fmt: skip
+
+
+def _meets_box(segments: np.ndarray, box: np.ndarray) -> bool:
+    """Whether some of the segments (n, 2, 3) lie in the model box, in part at least."""
+    low, high = box[::2], box[1::2]
+    near = (segments.min(axis=1) <= high).all(axis=1) & (segments.max(axis=1) >= low).all(axis=1)
+    return any(segments_meet_box(line, low, high).any() for line in segments[near])
 
 
 def _judge(cut: _Cut, cuts: list[_Cut]) -> tuple[str, str]:
@@ -240,6 +256,3 @@ def _angle(patches: Patches, cuts: list[_Cut]) -> float:
     weight = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     cosine = np.minimum(np.abs((sides[0] * sides[1]).sum(axis=1)), 1.0)
     return math.degrees(float(np.average(np.arccos(cosine), weights=weight)))
-
-
-# ------------------------------------------------------------------- near misses

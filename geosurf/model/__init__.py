@@ -13,12 +13,12 @@ from geosurf.model.curves import CurveIssue, Curves, Touch, TriangleContact, Vox
 from geosurf.model.faults import (
     ExtendedFault,
     Extension,
-    FaultNetwork,
-    NetworkRow,
     TruncatedFaults,
     Truncation,
 )
 from geosurf.model.lattice import Lattice
+from geosurf.model.network import FaultNetwork
+from geosurf.model.network_rows import NetworkDecision, NetworkRow, NetworkTrial
 from geosurf.model.patches import Patches
 from geosurf.model.sheets import FaultCut, LostThrow, Sheet, SheetReport, ThrowReport, TrimProposal
 from geosurf.model.surfaces import ROLES, FaultSticks, TriSurface
@@ -40,7 +40,9 @@ __all__ = [
     "FluidContact",
     "Lattice",
     "LostThrow",
+    "NetworkDecision",
     "NetworkRow",
+    "NetworkTrial",
     "Patches",
     "Remnant",
     "Sheet",

@@ -20,10 +20,10 @@ from geosurf.model import Patches, TriSurface
 from geosurf.model.faults import (
     ExtendedFault,
     Extension,
-    FaultNetwork,
     TruncatedFaults,
     Truncation,
 )
+from geosurf.model.network import FaultNetwork
 from geosurf.rebuild import patches_from
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory

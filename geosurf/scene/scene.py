@@ -15,7 +15,8 @@ from geosurf.carve.certificate import certify, same_bytes
 from geosurf.errors import GeosurfWarning
 from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface, Units
 from geosurf.model.curves import Curves, VoxelSearch
-from geosurf.model.faults import Extension, FaultNetwork, Truncation
+from geosurf.model.faults import Extension, Truncation
+from geosurf.model.network import FaultNetwork
 from geosurf.scene import measures
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment

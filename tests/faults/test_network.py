@@ -8,15 +8,17 @@ import pytest
 from geosurf import (
     FaultNetwork,
     Scene,
+    TriSurface,
     build_walls,
     propose_network,
     rebuild_surfaces,
     truncate_faults,
 )
-from geosurf.errors import GeometryError, InputError
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
 from geosurf.model import Extension, NetworkRow, Truncation
 from geosurf.report import fault_tables
 from tests import laws
+from tests.faults import random_networks
 from tests.faults.worlds import (
     BOX,
     across,
@@ -327,9 +329,12 @@ def test_rules_that_stand_are_kept_when_proposals_are_applied():
     row = NetworkRow("contact", "F2", "F1", "", 1.0, 0.0, (0, 0, 0), "truncate", "footwall", "")
     end = NetworkRow("dangling end", "F1", "", "up", 0.0, 1.0, (0, 0, 0), "extend", "", "")
     given = scene(*SMALL.values(), extend={"F1": "down"}, truncations={"F2": ("F1", "+", True)})
-    after = FaultNetwork((row, end)).apply(given)
-    assert after.truncations == given.truncations
-    assert after.extend == {"F1": ("down",)}
+    trial = FaultNetwork((row, end)).trial(given)
+    assert trial.scene.truncations == {"F2": (("F1", "+", True),)}
+    assert trial.scene.extend["F1"] == ("up", "down")
+    (dropped,) = trial.dropped
+    assert dropped.row == row
+    assert dropped.reason == "the scene has a truncation of 'F2' at 'F1' already"
 
 
 def test_faults_that_cross_by_a_lot_are_left_to_cross_and_those_inside_each_other_alone():
@@ -356,7 +361,78 @@ def test_proposals_never_go_round_in_a_circle():
     ]
     assert [fault for fault, _ in ends_of(network)] == [left.fault]  # its stub is not dropped
     assert len(network.truncations) == 2
-    assert len(network.apply(scene(*faults)).surfaces) == 3
+    trial = network.trial(scene(*faults))
+    assert [d.row.fault for d in trial.accepted] == [row.fault for row in network.rows[:2]]
+    (dropped,) = trial.dropped  # once the others are cut, the third is to end at one of them
+    assert "form a circle" in dropped.reason
+
+
+def test_every_proposal_for_a_random_network_is_accepted_or_dropped_with_a_reason():
+    given = random_networks.network_of(9, seed=2)
+    trial = given.propose_fault_network().trial(given)
+    assert trial.accepted
+    random_networks.assert_all_decided(given, trial)
+    table = str(trial).splitlines()
+    assert len(table) == len(trial.decisions) + 2
+    assert table[-1] == (f"{len(trial.accepted)} proposals accepted, {len(trial.dropped)} dropped")
+
+
+def test_a_proposal_that_cannot_be_applied_is_dropped_and_the_others_stand():
+    """F3 is to be extended to F1, past its end: it goes on around it."""
+    short = sheet("F1", [(3, -1, 9), (3, 4.5, 9), (3, 4.5, -1), (3, -1, -1)])
+    other = sheet("F3", [(4, 4, -1), (9, 4, -1), (9, 4, 9), (4, 4, 9)])
+    stub = sheet("F2", [(6, -1, -1), (6, 9, -1), (6, 9, 9), (6, -1, 9)])
+    around = NetworkRow(
+        "near miss", "F1", "F3", "end", 0.0, 0.5, (3, 4.5, 4), "extend then truncate", "left", "!"
+    )
+    cut = NetworkRow("contact", "F3", "F2", "", 8.0, 0, (6, 4, 4), "truncate", "right", "a stub")
+    given = scene(short, other, stub)
+    network = FaultNetwork((around, cut))
+    with pytest.warns(GeosurfWarning, match=r"1 of \d proposals .* dropped: F1 \(end\) at F3\."):
+        after = network.apply(given)
+    assert after.truncations["F3"][0] == ("F2", "right", False)
+    assert "F1" not in after.truncations
+
+
+def test_proposals_that_a_person_takes_out_do_not_come_back():
+    stub = sheet("F2", [(3, -1, 3), (9, -1, 9), (9, 9, 9), (3, 9, 3)])
+    given = scene(dipping(), stub)
+    network = given.propose_fault_network()
+    assert network.without(0).declined == network.rows
+    trial = network.without(0).trial(given)
+    assert trial.decisions == ()
+    assert str(trial) == "no proposal that changes a fault"
+    with pytest.raises(InputError, match=r"names fault 'F1', which the scene does not have"):
+        network.apply(scene(stub))
+
+
+def test_outside_the_model_box_nothing_is_proposed():
+    short = sheet("F3", [(-0.9, 4, 3), (7, 4, 3), (7, 4, 4), (-0.9, 4, 4)])
+    west = upright(-1.0, "F1")
+    assert not scene(west, short).propose_fault_network(reach=0.5).truncations
+    wide = Scene({}, {"F1": west, "F3": short}, (-2, 8, 0, 8, 0, 8))
+    assert list(wide.propose_fault_network(reach=0.5).truncations) == ["F3"]
+    stub = sheet("F2", [(-1.5, 2, 3), (7, 2, 3), (7, 2, 4), (-1.5, 2, 4)])
+    (row,) = (r for r in scene(west, stub).propose_fault_network().rows if r.kind == "contact")
+    assert (row.proposal, row.reason[:37]) == ("leave", "they meet outside the model box only;")
+
+
+def test_what_cannot_be_extended_is_not_proposed_for_it():
+    """Faults in pieces, and those whose ends are unknown: a closed one has none."""
+    one, two = (sheet("F3", [(5.5, y, 3), (7, y, 3), (7, y, 4), (5.5, y, 4)]) for y in (3.0, 5.0))
+    both = TriSurface(
+        "F3", "fault", np.concatenate([one.vertices, two.vertices]),
+        np.concatenate([one.triangles, two.triangles + one.n_vertex]),
+    )  # fmt: skip
+    rows = scene(dipping(), both).propose_fault_network(reach=1.0).rows
+    (miss,) = (row for row in rows if row.kind == "near miss")
+    assert miss.proposal == "leave"
+    assert "F3 is in 2 pieces, of which none can be extended" in miss.reason
+    corners = [(2, 2, 2), (4, 2, 2), (2, 4, 2), (2, 2, 4)]
+    closed = TriSurface("F4", "fault", corners, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+    rows = propose_network(rebuild_surfaces([closed]), BOX).rows
+    assert [(row.fault, row.proposal) for row in rows] == [("F4", "leave")]
+    assert "its ends are unknown: fault 'F4' is closed" in rows[0].reason
 
 
 def test_an_end_beside_a_fault_but_not_towards_it_is_no_near_miss():
@@ -470,3 +546,13 @@ def test_scec_near_misses_are_as_far_as_an_independent_search_says(shared):
         step = np.linalg.norm(np.roll(corners, 1, axis=1) - corners, axis=2).max() / 20
         near, _ = cKDTree(samples.reshape(-1, 3)).query(row.place)
         assert row.distance - 1e-6 <= near <= row.distance + step
+
+
+def test_drogon_network_of_a_default_box_can_be_applied(drogon):
+    """F2 is 0.2 m short of F1 outside this box, and 559 m inside."""
+    near = drogon.replace(box=(460377.0, 464304.0, 5928633.0, 5935403.0, -2117.0, -1446.0))
+    network = near.propose_fault_network()
+    assert not any((row.fault, row.other) == ("F2", "F1") for row in network.rows)
+    trial = network.trial(near)
+    random_networks.assert_all_decided(near, trial)
+    assert not trial.dropped

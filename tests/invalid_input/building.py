@@ -281,6 +281,7 @@ BUILDING = {
         lambda g, v: g.network.without(v), lambda g: [*wrong.numbers()[:8], None, 99, -1],
     ),
     "FaultNetwork.apply": (lambda g, v: g.network.apply(v), lambda g: wrong.things(g.scene)),
+    "FaultNetwork.trial": (lambda g, v: g.network.trial(v), lambda g: wrong.things(g.scene)),
     "Units.on": (lambda g, v: g.units.on(v), lambda g: wrong.names()),
     "Units.remnants": (lambda g, v: g.units.remnants(v), lambda g: [*wrong.numbers(), None]),
     "Patches.surface": (

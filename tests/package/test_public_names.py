@@ -48,6 +48,7 @@ GIVEN = {
     "Units",
     "Certificate",
     "FaultNetwork",
+    "NetworkTrial",
     "Sheet",
     "SheetReport",
     "ThrowReport",

@@ -1,0 +1,315 @@
+"""A fault network: how faults meet, miss each other and end, and proposals that can be applied.
+
+Proposals are made for faults as they are. Applied together they can contradict each other, or the
+geometry: a fault that is truncated at one main fault no longer reaches another. So they are tried.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from geosurf.errors import GeometryError, GeosurfWarning, InputError
+from geosurf.model.network_rows import (
+    NetworkDecision,
+    NetworkRow,
+    NetworkTrial,
+    fault_words,
+    proposal_words,
+    table_of,
+)
+from geosurf.model.surfaces import TriSurface
+from geosurf.warning import warn
+
+LEAST_LEFT = 0.5  # share of its area that a fault must keep where truncations are proposed
+
+
+class RuledScene(Protocol):
+    """What a fault network changes: a scene with truncations and extensions of its faults."""
+
+    @property
+    def fault_names(self) -> tuple[str, ...]:
+        """Names of the faults."""
+
+    @property
+    def truncations(self) -> Mapping[str, Any]:
+        """Faults that end at others."""
+
+    @property
+    def extend(self) -> Mapping[str, tuple[str, ...]]:
+        """Faults that are continued, and on which sides."""
+
+    def surface(self, name: str) -> TriSurface:
+        """Return one fault as the model has it."""
+
+    def propose_fault_network(self, *, reach: float | None = None) -> FaultNetwork:
+        """Return the proposals for the faults as the model has them."""
+
+    def replace(self, **changes: Any) -> Any:
+        """Return a new scene with some inputs changed."""
+
+
+@dataclass(frozen=True)
+class FaultNetwork:
+    """Every contact, near miss and dangling end of some faults, with proposals.
+
+    Attributes
+    ----------
+    rows : tuple of NetworkRow
+        As printed, numbered from 0.
+    reach : float or None
+        Largest distance of a near miss [m], as it was requested.
+    declined : tuple of NetworkRow
+        Rows that `without` has taken out; `apply` does not propose them again.
+
+    Examples
+    --------
+    >>> row = NetworkRow(
+    ...     "near miss", "F2", "F1", "end", 0.0, 12.5, (100.0, 200.0, -1500.0),
+    ...     "extend then truncate", "hanging wall", "12.5 m short of F1",
+    ... )
+    >>> network = FaultNetwork((row,))
+    >>> network.truncations
+    {'F2': (('F1', 'hanging wall', True),)}
+    >>> print(network)
+    row  kind       fault     other  length [m]  distance [m]  proposal
+      0  near miss  F2 (end)  F1            0.0          12.5  extend then truncate, keep hanging wall: 12.5 m short of F1
+    """  # noqa: E501 - a table
+
+    rows: tuple[NetworkRow, ...]
+    reach: float | None = None
+    declined: tuple[NetworkRow, ...] = field(default=(), repr=False)
+
+    @property
+    def truncations(self) -> dict[str, tuple[tuple[str, str, bool], ...]]:
+        """The truncations that are proposed, as `Scene` takes them."""
+        found: dict[str, tuple[tuple[str, str, bool], ...]] = {}
+        for row in self.rows:
+            if "truncate" in row.proposal:
+                found[row.fault] = (*found.get(row.fault, ()), _rule_of(row))
+        return found
+
+    @property
+    def extend(self) -> dict[str, tuple[str, ...]]:
+        """The extensions to the model box that are proposed, as `Scene` takes them."""
+        found: dict[str, tuple[str, ...]] = {}
+        for row in self.rows:
+            if row.proposal == "extend":
+                found[row.fault] = (*found.get(row.fault, ()), row.side)
+        return found
+
+    def without(self, *numbers: int) -> FaultNetwork:
+        """Return the network without some rows: proposals that are not wanted.
+
+        Parameters
+        ----------
+        *numbers : int
+            Numbers of rows, as the table has them.
+
+        Raises
+        ------
+        InputError
+            If there is no such row.
+        """
+        for number in numbers:
+            if not isinstance(number, int | np.integer) or not 0 <= number < len(self.rows):
+                raise InputError(
+                    f"the network has no row {number!r}; rows are 0 to {len(self.rows) - 1}."
+                )
+        rows = tuple(r for i, r in enumerate(self.rows) if i not in numbers)
+        out = tuple(r for i, r in enumerate(self.rows) if i in numbers)
+        return FaultNetwork(rows, self.reach, (*self.declined, *out))
+
+    def apply(self, scene: RuledScene) -> Any:
+        """Return a scene with the proposals applied, in addition to its own rules.
+
+        Parameters
+        ----------
+        scene : Scene
+
+        Returns
+        -------
+        Scene
+            Shares all results that still hold. Rules of the scene stand: it gets those of the
+            proposals in addition. A warning names the proposals that could not be
+            applied; `trial` lists all of them, with reasons.
+        """
+        trial = self.trial(scene)
+        if trial.dropped:
+            names = ", ".join(
+                f"{fault_words(one.row)}{' at ' + one.row.other if one.row.other else ''}"
+                for one in trial.dropped[:5]
+            )
+            more = f" and {len(trial.dropped) - 5} others" if len(trial.dropped) > 5 else ""
+            warn(
+                GeosurfWarning(
+                    "fault network",
+                    "faults",
+                    f"{len(trial.dropped)} of {len(trial.decisions)} proposals for the fault "
+                    f"network cannot be applied and are dropped: {names}{more}.",
+                    "print(network.trial(scene)) lists them with the reasons.",
+                    trial.dropped[0].row.place,
+                )
+            )
+        return trial.scene
+
+    def trial(self, scene: RuledScene) -> NetworkTrial:
+        """Try the proposals in order, and those for the network that they give, until none is left.
+
+        Parameters
+        ----------
+        scene : Scene
+
+        Returns
+        -------
+        NetworkTrial
+            The scene, and for each proposal whether it was accepted, with the reason.
+
+        Raises
+        ------
+        InputError
+            If that is not a scene, or has no fault that the network names.
+
+        Notes
+        -----
+        A proposal is accepted if the faults can be built with it and with all that was accepted
+        before, and no fault loses more than half of its area by it. Proposals of one round are
+        tried together; those that an error names are tried again one by one, after the others.
+
+        Examples
+        --------
+        >>> from geosurf import Scene
+        >>> main = [[0, -9, 90], [0, 99, 90], [90, 99, 0], [90, -9, 0]]
+        >>> stub = [[25, -9, 55], [90, -9, 55], [90, 99, 55], [25, 99, 55]]
+        >>> faults = {"F1": (main, [[0, 1, 2], [0, 2, 3]]), "F2": (stub, [[0, 1, 2], [0, 2, 3]])}
+        >>> scene = Scene({}, faults, (5, 80, 0, 90, 20, 80))
+        >>> trial = scene.propose_fault_network().trial(scene)
+        >>> trial.accepted[0].row.proposal, dict(trial.scene.truncations)
+        ('truncate', {'F2': (('F1', 'hanging wall', False),)})
+        """
+        if not all(hasattr(scene, key) for key in ("replace", "truncations", "extend")):
+            raise InputError(
+                f"a FaultNetwork applies to a Scene, not to {type(scene).__name__}. Pass the "
+                "scene that proposed it."
+            )
+        for name in dict.fromkeys(n for row in self.rows for n in (row.fault, row.other) if n):
+            if name not in scene.fault_names:
+                raise InputError(
+                    f"the network names fault {name!r}, which the scene does not have; there are "
+                    f"{list(scene.fault_names)}. Pass the scene that proposed it."
+                )
+            scene.surface(name)  # its own rules must work before others are added
+
+        decisions: list[NetworkDecision] = []
+        known = {row.subject for row in self.declined}
+        network, turn = self, 0
+        while True:
+            turn += 1
+            fresh = [row for row in network.rows if row.changes and row.subject not in known]
+            if not fresh:
+                return NetworkTrial(scene, tuple(decisions))
+            known |= {row.subject for row in fresh}
+            scene = _tried(scene, fresh, turn, decisions)
+            network = scene.propose_fault_network(reach=self.reach)
+
+    def __repr__(self) -> str:
+        """The table, one row for each contact, near miss and dangling end."""
+        head = ("row", "kind", "fault", "other", "length [m]", "distance [m]", "proposal")
+        cells = [head, *(_words(i, row) for i, row in enumerate(self.rows))]
+        none = "no contact, near miss or dangling end"
+        return table_of(cells, right=(0, 4, 5)) if self.rows else none
+
+
+def _words(i: int, row: NetworkRow) -> tuple[str, ...]:
+    """The cells of one row of the table."""
+    numbers = (f"{row.length:.1f}", f"{row.distance:.1f}")
+    proposal = f"{proposal_words(row)}: {row.reason}"
+    return (str(i), row.kind, fault_words(row), row.other, *numbers, proposal)
+
+
+def _rule_of(row: NetworkRow) -> tuple[str, str, bool]:
+    """The truncation that a row proposes, as `Scene` takes it."""
+    return row.other, row.keep, row.proposal != "truncate"
+
+
+# ---- proposals, tried ------------------------------------------------------------------
+
+
+def _tried(
+    scene: Any, rows: Sequence[NetworkRow], turn: int, decisions: list[NetworkDecision]
+) -> Any:
+    """A scene with all rows that can be applied; each row is added to the decisions.
+
+    All are tried together. A row that the error names waits until the others are in; so each row
+    that fails costs two trials. Where no row is named, halves are tried.
+    """
+    left, waiting = list(rows), []
+    while left:
+        made, error, named = _attempt(scene, left)
+        if made is not None:
+            decisions += [NetworkDecision(row, True, row.reason, turn) for row in left]
+            scene, left = made, []
+        elif len(left) == 1:
+            decisions.append(NetworkDecision(left.pop(), False, error, turn))
+        else:
+            row = _named_row(left, named)
+            if row is None:
+                middle = len(left) // 2
+                for half in (left[:middle], left[middle:]):
+                    scene = _tried(scene, half, turn, decisions)
+                left = []
+            else:
+                left.remove(row)
+                waiting.append(row)
+    for row in waiting:
+        scene = _tried(scene, [row], turn, decisions)
+    return scene
+
+
+def _named_row(rows: Sequence[NetworkRow], named: tuple[str, ...]) -> NetworkRow | None:
+    """The last row about the faults that an error names, if there is one."""
+    about = [row for row in rows if row.fault in named]
+    both = [row for row in about if row.other in named]
+    return next(reversed(both or about), None)
+
+
+def _attempt(scene: Any, rows: Sequence[NetworkRow]) -> tuple[Any, str, tuple[str, ...]]:
+    """The scene with some proposals; or None, why its faults cannot be built, and which."""
+    truncations = {name: _rules(given) for name, given in scene.truncations.items()}
+    extend = dict(scene.extend)
+    for row in rows:
+        if row.proposal == "extend":
+            extend[row.fault] = (*extend.get(row.fault, ()), row.side)
+        elif any(rule[0] == row.other for rule in truncations.get(row.fault, ())):
+            words = f"the scene has a truncation of {row.fault!r} at {row.other!r} already"
+            return None, words, (row.fault, row.other)
+        else:
+            truncations[row.fault] = (*truncations.get(row.fault, ()), _rule_of(row))
+
+    try:
+        made = scene.replace(truncations=truncations, extend=extend)
+        for name in made.fault_names:
+            before, after = scene.surface(name), made.surface(name)
+            if after is not before:
+                left = _area(after) / _area(before)
+                if left < LEAST_LEFT:
+                    return None, f"only {100 * left:.0f} % of {name!r} would be left", (name,)
+    except (InputError, GeometryError) as error:
+        return None, str(error), error.surfaces
+    return made, "", ()
+
+
+def _rules(given: Any) -> tuple[Any, ...]:
+    """The truncations of one fault, one or several, as a tuple of them."""
+    return (given,) if isinstance(given[0], str) else tuple(given)
+
+
+def _area(surface: TriSurface) -> float:
+    """Area of a surface [m2]."""
+    corners = surface.vertices[surface.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return 0.5 * math.fsum(np.linalg.norm(normals, axis=1))
