@@ -24,6 +24,7 @@ from geosurf.kernels.sheets.node_bands import links_between
 from geosurf.sheets.faults.cut_edges import Cuts
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.network import Network
+from geosurf.sheets.heights.differences import DIFFERENCES
 from geosurf.sheets.lattice.solve import Common
 
 KNOT = 4.0  # cells between the knots of a throw
@@ -36,45 +37,7 @@ SEEN = 6.0  # cells from a trace within which data may contradict it
 FREE = 0.06  # degrees of freedom that walls lose for each node so near, averaged over one cell
 MANY = np.iinfo(np.int64).max
 
-Node = tuple[int, int]  # column, row: offsets from the first node of a difference
-Link = tuple[int, int, int]  # column, row, kind
-# nodes, weights, links, powers of both ways, order
-Difference = tuple[tuple[Node, ...], tuple[float, ...], tuple[Link, ...], tuple[int, int], int]
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray]  # row, column and weight of each entry
-
-CELL = ((0, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 0, 2), (0, 0, 3))
-NEXT = tuple((j + 1, i, kind) for j, i, kind in CELL)
-
-
-def _turned(
-    nodes: Sequence[Node], links: Sequence[Link]
-) -> tuple[tuple[Node, ...], tuple[Link, ...]]:
-    """A difference the other way: rows for columns."""
-    turn = (1, 0, 2, 3)
-    return tuple((j, i) for i, j in nodes), tuple((j, i, turn[k]) for i, j, k in links)
-
-
-def _differences() -> list[Difference]:
-    """Nodes, weights, links, powers of both ways, order: all second and third differences."""
-    found: list[Difference] = []
-    for order, weights in ((2, (1.0, -2.0, 1.0)), (3, (-1.0, 3.0, -3.0, 1.0))):
-        nodes = tuple((k, 0) for k in range(order + 1))
-        links = tuple((k, 0, 0) for k in range(order))
-        found.append((nodes, weights, links, (order, 0), order))
-        nodes, links = _turned(nodes, links)
-        found.append((nodes, weights, links, (0, order), order))
-    block = ((0, 0), (1, 0), (0, 1), (1, 1))
-    twist = tuple(np.sqrt(2.0) * np.array([1.0, -1.0, -1.0, 1.0]))
-    found.append((block, twist, CELL, (1, 1), 2))
-    nodes = tuple((k, i) for i in range(2) for k in range(3))
-    ramp = tuple(np.sqrt(3.0) * np.array([1.0, -2.0, 1.0, -1.0, 2.0, -1.0]))
-    found.append((nodes, ramp, CELL + NEXT, (2, 1), 3))
-    nodes, links = _turned(nodes, CELL + NEXT)
-    found.append((nodes, ramp, links, (1, 2), 3))
-    return found
-
-
-DIFFERENCES = _differences()
 
 
 @dataclass(frozen=True, eq=False)
