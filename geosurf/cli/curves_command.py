@@ -17,6 +17,8 @@ def curves_command(options: argparse.Namespace) -> int:
 
     words = {"positive": options.positive, "length_unit": options.length_unit}
     surfaces = [_surface(Path(path), words) for path in (options.first, options.second)]
+
+    # curves name their surfaces: files of one name are distinguished by their paths
     if surfaces[0].name == surfaces[1].name:
         surfaces = [surfaces[0].renamed(options.first), surfaces[1].renamed(options.second)]
     curves = intersect_surfaces(surfaces)
@@ -26,6 +28,8 @@ def curves_command(options: argparse.Namespace) -> int:
             f"{path}: {counted(curves.n_curve, 'curve')}, {closed} closed, "
             f"{length_text(curves.length, 5)}"
         )
+
+    # the file holds curves only: other contacts are printed
     points = sum(contact.kind == "point" for contact in curves.contacts)
     if points:
         print(f"The surfaces also touch at {counted(points, 'point')}.")
@@ -51,6 +55,8 @@ def _surface(path: Path, words: dict[str, str | None]) -> Any:
             f"Surface files end with {', '.join(sorted(known))}. Rename the file, or save it "
             "in one of these formats."
         )
+
+    # NetCDF holds grids and faults; its dimensions decide
     gridded = any(suffix in suffixes for _, _, suffixes in GRID_FORMATS.values())
     if suffix in GRID_FORMATS["netcdf"][2]:
         gridded = not holds_fault(path)

@@ -68,6 +68,8 @@ class ExitCode:
         self._forget_signals()
         if error is None or isinstance(error, SystemExit | GeneratorExit):
             return False
+
+        # ends that the user or a pipe asked for: no message
         if isinstance(error, KeyboardInterrupt):
             self.code = STOPPED + getattr(error, "number", int(signal.SIGINT))
             return True
@@ -76,6 +78,8 @@ class ExitCode:
             return True
         if self._debug:
             traceback.print_exception(kind, error, trace)
+
+        # ends that geosurf explains: the message, and what was found out about it on the way
         if isinstance(error, GeosurfError):
             self.code = error.exit_code
             for line in (error, *getattr(error, "__notes__", ())):

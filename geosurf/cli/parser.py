@@ -53,6 +53,7 @@ def build_parser() -> argparse.ArgumentParser:
         )
         return command
 
+    # commands that take a scenario
     run = add("run", run_command, "build the model of a scenario: volumes, pictures and a report")
     check = add(
         "check",
@@ -89,6 +90,7 @@ def build_parser() -> argparse.ArgumentParser:
     render.add_argument("--clip", action=argparse.BooleanOptionalAction,
                         help="draw the inside of the model only")  # fmt: skip
 
+    # commands without a scenario
     curves = add("curves", curves_command, "find the intersection lines of two surface files")
     curves.add_argument("first", help="surface file: .gri .zmap .nc .ts .vtp .pol .obj ...")
     curves.add_argument("second", help="second surface file")

@@ -28,6 +28,8 @@ def run_command(options: argparse.Namespace) -> int:
     start = time.perf_counter()
     scenario = read_scenario(options.scenario)
     outcome = run(scenario, options.out, pictures=not options.no_pictures, progress=report_progress)
+
+    # notes go to stderr, so that a script can read the table from stdout
     for note in outcome.notes:
         print(f"geosurf: {note}", file=sys.stderr)
     if not options.quiet:
@@ -90,6 +92,8 @@ def _draw_section(scenario: Scenario, options: argparse.Namespace) -> Path:
                 f"--section and --{word} cannot be combined: --{word} applies to views "
                 "only. Leave one of them out."
             )
+
+    # the line is checked before the model is built
     line = _line_of(options.section)
     section = build_scene(scenario).section(line)
     return render_section(section, options.out, size=scenario.output.size_px)

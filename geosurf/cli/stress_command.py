@@ -21,6 +21,8 @@ def stress_command(options: argparse.Namespace) -> int:
         for sentence in (*outcome.wrong, *filter(None, [outcome.refused])):
             print(f"  {sentence}")
         return OUR_FAULT if outcome.wrong else 0
+
+    # failed cases are stored as files, so that --replay can repeat them
     keep = Path(options.out).parent / "stress_failures" if options.out else "stress_failures"
     start = time.perf_counter()
     rows = run_stress(

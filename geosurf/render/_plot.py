@@ -69,6 +69,7 @@ def _theme() -> Theme:
 
 def _add_layers(plotter: Plotter, layers: tuple[Layer, ...], camera: Camera) -> float:
     """Add shifted copies of the layers; return the largest distance from the centre."""
+    # float64 until here: VTK computes in float32, and world coordinates have seven digits
     local = [camera.to_local(layer.points) for layer in layers]
     reach = max(float(np.linalg.norm(points, axis=1).max(initial=0.0)) for points in local)
     for layer, points in zip(layers, local, strict=True):
@@ -89,6 +90,8 @@ def _add_triangles(
     import pyvista
 
     mesh = pyvista.PolyData.from_regular_faces(points, triangles)
+
+    # smooth normals, but creases of units stay sharp: `sharp` splits their vertices
     mesh = mesh.compute_normals(
         cell_normals=False,
         split_vertices=layer.sharp,
@@ -114,7 +117,11 @@ def _add_lines(plotter: Plotter, layer: Layer, points: np.ndarray) -> None:
     import pyvista
 
     mesh = pyvista.PolyData(points)
+
+    # without this, pyvista draws a dot at every point
     mesh.verts = np.empty(0, dtype=np.int64)
+
+    # VTK wants each line as its number of points, then their rows
     if isinstance(layer.lines, np.ndarray):
         mesh.lines = np.insert(layer.lines, 0, 2, axis=1).ravel()
     else:
@@ -134,12 +141,18 @@ def _add_lines(plotter: Plotter, layer: Layer, points: np.ndarray) -> None:
 def _point_camera(plotter: Plotter, camera: Camera, reach: float) -> None:
     eye = plotter.camera
     distance = 3.0 * max(reach, 1.0)
+
+    # the distance changes nothing in a parallel projection; it only clears the model
     eye.position = tuple(distance * camera.towards)
     eye.focal_point = (0.0, 0.0, 0.0)
     eye.up = tuple(camera.up)
     eye.parallel_projection = True
+
+    # VTK's scale: half the height of the picture [m]
     eye.parallel_scale = camera.size[1] * camera.metres_per_pixel / 2.0
     plotter.renderer.camera_set = True
+
+    # depth is stored as a fraction of this range: a tight one separates near surfaces
     eye.clipping_range = (distance - 1.1 * max(reach, 1.0), distance + 1.1 * max(reach, 1.0))
 
 
@@ -158,6 +171,8 @@ def _average(image: np.ndarray) -> np.ndarray:
     """Average blocks of pixels, rounded half up."""
     n = OVERSAMPLING
     height, width = image.shape[0] // n, image.shape[1] // n
+
+    # pixels (row, column) -> (row, inner row, column, inner column, channel)
     blocks = image[: height * n, : width * n].reshape(height, n, width, n, 3).astype(np.uint16)
     mean: np.ndarray = (blocks.sum(axis=(1, 3)) + n * n // 2) // (n * n)
     return mean.astype(np.uint8)

@@ -88,12 +88,18 @@ def render_allan(
     _check(diagram, table)
     how = "give a list of names, as in Scene.juxtaposition"
     zones = [name_of(zone, "zone") for zone in listed(zones, "zones must be names of zones", how)]
+
+    # colours follow the column; zones that the caller did not list come after it
     pairs = _areas_of_pairs(table)
     seen = dict.fromkeys(zone for pair in pairs for zone in pair)
     order = [*zones, *(zone for zone in seen if zone not in zones)]
     colours = {zone: palette.stratum(i) for i, zone in enumerate(order)}
+
+    # each line: attributes, and points (n, 2) of distance along strike and elevation [m]
     lines = lines_of(diagram, ("along_strike", "elevation"), ("kind", "side", "label", "zone"))
     sheet = furniture.Sheet(furniture.lay_out(check_size(size)))
+
+    # the range follows cut-offs and contacts: the fault far above and below is not shown
     levels = [line[:, 1] for words, line in lines if words["kind"] in LINES]
     points = np.concatenate([line for _, line in lines])
     shown = range_shown(points, levels)
@@ -101,6 +107,8 @@ def render_allan(
     _fill(axes, lines, colours)
     _draw_cutoffs(sheet, axes, lines)
     furniture.draw_legend(sheet, _legend(pairs, colours), 640.0)
+
+    # caption, title, file
     blue = " Fluid contacts: blue." if (diagram.kind == "contact").any() else ""
     words = (
         "Cut-offs: footwall solid, named on the right; hanging wall dashed, named on the left."
@@ -153,6 +161,8 @@ def _fill(axes: Axes, lines: list[Line], colours: dict[str, palette.RGB]) -> Non
     for words, line in lines:
         if words["kind"] == "juxtaposition":
             rings.setdefault(words["label"], (words["zone"], []))[1].append(line)
+
+    # labels are "hanging-wall zone | footwall zone"; all rings of a pair make one outline
     for pair, parts in rings.values():
         plus, minus = pair.split(" | ")
         outline = outline_of(parts)
@@ -181,10 +191,14 @@ def _draw_cutoffs(sheet: furniture.Sheet, axes: Axes, lines: list[Line]) -> None
         if kind == "contact":
             axes.plot(*line.T, color=palette.PAPER, linewidth=HALO * width, zorder=over)
         axes.plot(*line.T, color=LINES[kind], linewidth=width, zorder=over, **look)
+
+        # names go where the line ends: hanging wall on the left, footwall on the right
         s, z = line[np.argmin(line[:, 0]) if side == "+" else np.argmax(line[:, 0])]
         outward = -s if side == "+" else s
         if outward > reach.get((side, kind, name), -np.inf):
             reach[side, kind, name], ends[side][kind, name] = outward, float(z)
+
+    # names that would overlap are moved apart by a line of text
     height = np.diff(axes.get_ylim()).item() / axes.get_window_extent().height  # metres per pixel
     (left, right) = axes.get_xlim()
     for side, x, offset, ha in (("+", left, -8.0, "right"), ("-", right, 8.0, "left")):
@@ -208,6 +222,8 @@ def _spread(levels: list[float], step: float) -> list[float]:
     """
     groups: list[tuple[float, int]] = []  # middle, number
     for level in levels:
+        # neighbours that are too close merge into a group around their common mean
+        # (pooled adjacent violators: the least squared shift)
         groups.append((level, 1))
         while len(groups) > 1:
             (a, m), (b, n) = groups[-2:]

@@ -23,15 +23,20 @@ def draw_axes(sheet: Sheet, camera: Camera, bounds: tuple[float, ...]) -> None:
     middle = pixels.mean(axis=0)
     taken: list[np.ndarray] = []
     for axis, (name, unit, per) in enumerate(AXES):
+        # the edge on the outline of the box, so that numbers stay outside of it
         edge = _outer_edge(pixels, axis, min(camera.size) * END_ON)
         if edge is None:
             continue
+
+        # round values between its ends, as many as fit
         low, high = box[edge[0]], box[edge[1]]
         length = float(np.linalg.norm(pixels[edge[1]] - pixels[edge[0]]))
         texts_fit = fitting(length, sheet.layout.unit)
         values = ticks(low[axis], high[axis], min(texts_fit, 4 if axis == 2 else 5))
         texts = tick_texts(values, per)
         part = (values - low[axis]) / (high[axis] - low[axis])
+
+        # unit vectors in pixels: along the edge, and away from the middle of the box
         ends = pixels[list(edge)]
         along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
         outward = np.array([along[1], -along[0]])
@@ -44,11 +49,14 @@ def draw_axes(sheet: Sheet, camera: Camera, bounds: tuple[float, ...]) -> None:
 
 def _outer_edge(pixels: np.ndarray, axis: int, shortest: float) -> tuple[int, int] | None:
     """The lowest edge for horizontal axes, the leftmost for elevation; None if seen end-on."""
+    # corners are numbered in binary: the edges of an axis differ in its bit only
     bit = (4, 2, 1)[axis]
     edges = [(i, i | bit) for i in range(8) if not i & bit]
     length = np.linalg.norm(pixels[edges[0][1]] - pixels[edges[0][0]])
     if length < shortest:
         return None
+
+    # rounded, so that equal edges of a symmetric view are chosen in the same order
     middles = [pixels[list(edge)].mean(axis=0).round(3) for edge in edges]
     keys = [(m[0], m[1]) if axis == 2 else (m[1], m[0]) for m in middles]
     return edges[min(range(4), key=keys.__getitem__)]

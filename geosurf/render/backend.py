@@ -112,6 +112,7 @@ def find_backend(asked: str = "") -> Finding:
     DependencyError
         If no backend can draw. The message lists the attempts and the packages to install.
     """
+    # a choice of the user is tried alone: another driver would hide that it fails
     known = {backend.window: backend for backend in BACKENDS}
     if asked and asked not in known:
         raise DependencyError(
@@ -143,6 +144,8 @@ def off_screen() -> Iterator[None]:
     if not sys.platform.startswith("linux"):
         yield
         return
+
+    # VTK reads the variable when a window opens; one picture at a time sets it
     before = os.environ.get(CHOICE)
     window = find_backend(before or "").backend.window
     with _lock:

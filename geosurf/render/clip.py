@@ -54,6 +54,7 @@ class Prism:
         levels = np.array([[0.0, 0.0, 1.0, -bottom], [0.0, 0.0, -1.0, top]])
         found = []
         for ring, outer in convex_parts(self.outline):
+            # a half-space per side: a point is inside where inward . point + offset >= 0
             step = np.roll(ring, -1, axis=0) - ring
             inward = np.stack([-step[:, 1], step[:, 0], np.zeros(len(ring))], axis=1)
             offset = -(inward[:, :2] * ring).sum(axis=1)
@@ -71,10 +72,13 @@ class Prism:
         """Return points, triangles and edges along walls of the part inside the prism."""
         if self.holds(points):
             return points, triangles, np.empty((0, 2), dtype=np.int64)
+
+        # corners (n, 3, 3); flags (n, 3): whether the edge after each corner runs along a wall
         corners = points[triangles]
         low, high = corners.min(axis=1), corners.max(axis=1)
         pieces, flags = [], []
         for sides, outer in self.parts:
+            # only triangles whose boxes reach inside all sides are cut
             near = np.flatnonzero(_may_meet(low, high, sides))
             piece, flag = corners[near], np.zeros((len(near), 3), dtype=bool)
             for side, wall in zip(sides, outer, strict=True):
@@ -82,8 +86,12 @@ class Prism:
             pieces.append(piece)
             flags.append(flag)
         corners, flag = np.concatenate(pieces), np.concatenate(flags)
+
+        # equal corners of neighbours become one point again: rims stay outlines
         x, number = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
         found = number.reshape(-1, 3)
+
+        # edges along walls; triangles and edges that rounding made to points are dropped
         edges = np.stack([found, np.roll(found, -1, axis=1)], axis=-1)[flag]
         edges = edges[edges[:, 0] != edges[:, 1]]
         found = found[(found != np.roll(found, -1, axis=1)).all(axis=1)]
@@ -128,11 +136,14 @@ def convex_parts(ring: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     n = len(ring)
     if (_turn(np.roll(ring, 1, axis=0), ring, np.roll(ring, -1, axis=0)) >= 0).all():
         return [(ring, np.ones(n, dtype=bool))]
+
+    # ear clipping: cut off one convex corner after the other
     left, found = list(range(n)), []
     while len(left) > 2:
         k = _ear(ring[left])
         three = [left[k - 1], left[k], left[(k + 1) % len(left)]]
         if _turn(*ring[three]) > 0:
+            # a side of the polygon joins neighbours; others are diagonals inside
             outer = [(b - a) % n == 1 for a, b in zip(three, np.roll(three, -1), strict=True)]
             found.append((ring[three], np.array(outer)))
         del left[k]
@@ -142,6 +153,8 @@ def convex_parts(ring: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
 def _ear(ring: np.ndarray) -> int:
     """A corner that can be cut off: no other corner is in its triangle; else the flattest."""
     before, after = np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0)
+
+    # only where the polygon turns left, and with no other corner in the triangle
     turn = _turn(before, ring, after)
     for k in np.flatnonzero(turn > 0).tolist():
         a, b, c = before[k], ring[k], after[k]
@@ -169,6 +182,7 @@ def _may_meet(low: np.ndarray, high: np.ndarray, sides: np.ndarray) -> np.ndarra
     """Whether boxes (n, 3) reach inside all half-spaces, bool (n,)."""
     out = np.ones(len(low), dtype=bool)
     for side in sides:
+        # the corner of a box that is farthest inside decides
         farthest = np.where(side[:3] > 0, high, low)
         out &= farthest @ side[:3] + side[3] >= 0
     return out
@@ -178,6 +192,7 @@ def _cut_triangles(
     corners: np.ndarray, flag: np.ndarray, side: np.ndarray, wall: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Clip triangles (n, 3, 3) to a half-space; flags (n, 3) mark edges along walls."""
+    # three corners inside: whole; one or two: cut into one triangle or two
     d = corners @ side[:3] + side[3]
     inside = d >= 0
     count = inside.sum(axis=1)
@@ -189,6 +204,8 @@ def _cut_triangles(
         order = (alone[:, None] + np.arange(3)) % 3
         p, e, f = (np.take_along_axis(v[rows], order, 1) for v in (d, d, flag))
         a, b, c = np.moveaxis(np.take_along_axis(corners[rows], order[..., None], 1), 1, 0)
+
+        # where both edges at the lone corner leave the half-space
         ab, ca = (_between(a, q, p[:, 0], e[:, k], n == 1) for q, k in ((b, 1), (c, 2)))
         cut, none = np.full(len(rows), wall), np.zeros(len(rows), dtype=bool)
         if n == 1:

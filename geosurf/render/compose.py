@@ -59,11 +59,14 @@ def draw_picture(
     seen = tuple(
         (min if i % 2 == 0 else max)(a, b) for i, (a, b) in enumerate(zip(extent, box, strict=True))
     )
+
+    # the exaggeration suits the model, also where only a part of it is shown
     stretch = check_exaggeration(exaggeration, relief_of or seen)
     camera = aim(view, seen, layout.view_size, stretch)
 
     from geosurf.render._plot import draw_layers
 
+    # VTK draws the geometry; matplotlib draws all text and lines around it
     frame = show_box(box, camera.towards) if axes else Content()
     image = draw_layers((content + frame).layers, camera)
     sheet = furniture.Sheet(layout)

@@ -34,6 +34,7 @@ def lines_of(lines: xarray.Dataset, axes: tuple[str, str], words: Sequence[str])
     words : sequence of str
         Names of the attributes.
     """
+    # points (n_point, 2) of all lines in one array; counts say where each ends
     points = np.stack([lines[name].values for name in axes], axis=1)
     count = lines["count"].values
     attributes = zip(*(lines[name].values for name in words), strict=True)
@@ -71,6 +72,8 @@ def range_shown(points: np.ndarray, levels: Sequence[np.ndarray]) -> tuple[float
     (left, low), (right, high) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     if not levels:
         return left, right, low, high
+
+    # a margin above and below, but never beyond what there is to show
     every = np.concatenate(levels)
     bottom, top = float(every.min()), float(every.max())
     room = AROUND * max(top - bottom, 0.02 * (right - left))
@@ -82,18 +85,26 @@ def diagram_axes(
 ) -> tuple[Axes, float]:
     """Return axes in metres with a margin on both sides [design pixels], and the exaggeration."""
     layout, unit = sheet.layout, sheet.layout.unit
+
+    # where the diagram goes on the sheet [pixels]
     left, right, bottom, top = shown
     wide, high = max(right - left, 1.0), max(top - bottom, 1.0)
     margin = room * unit
     across = layout.view_size[0] - 2.0 * margin
     # not taller than reads well, but never below true scale if the picture is high enough
     up = min(layout.view_size[1], max(RELIEF * across, across * high / wide))
+
+    # pixels per metre, upwards over along
     exaggeration = (up / high) / (across / wide)
     low = layout.bottom + (layout.view_size[1] - up) / 2.0
     place = ((layout.left + margin) / layout.width, low / layout.height, across / layout.width)
+
+    # matplotlib wants the rectangle as fractions of the picture
     axes = sheet.figure.add_axes((*place, up / layout.height))
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
+
+    # round tick values, kilometres along and metres up
     points_high = 12.0 * unit * 72.0 / furniture.DPI
     for axis, name, first, span, per, pixels in (
         (axes.xaxis, along, left, wide, 1000.0, across),
@@ -105,6 +116,8 @@ def diagram_axes(
             name, fontsize=points_high * 1.08, color=palette.INK, family=furniture.FONT
         )
     axes.tick_params(labelsize=points_high, colors=palette.INK, width=0.8, color=palette.FAINT)
+
+    # the axis of elevations stands outside the margin for names
     axes.spines["left"].set_position(("outward", margin * 72.0 / furniture.DPI))
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)

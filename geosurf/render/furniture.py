@@ -219,6 +219,8 @@ def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
     layout, unit = sheet.layout, sheet.layout.unit
     left = layout.width - 250.0 * unit
     top = layout.height - 84.0 * unit
+
+    # 38 design pixels for each entry; the last line counts those that have no room
     fits = max(int(room / 38.0), 1)
     shown = legend if len(legend) <= fits else legend[: fits - 1]
     for row, entry in enumerate(shown):
@@ -233,6 +235,8 @@ def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
                 look = {"facecolor": "none", "edgecolor": entry.stripes, "hatch": STRIPES}
             patch = sheet.rectangle((left, y - 8 * unit), 26 * unit, 16 * unit, **look)
             patch.set_hatch_linewidth(STRIPE_WIDTH)
+
+        # a label above, its detail below
         words = left + 38.0 * unit
         high = 8.0 * unit if entry.detail else 0.0
         sheet.text((words, y + high), shortened(entry.label), 13.5)
@@ -267,11 +271,14 @@ def draw_compass(sheet: Sheet, camera: Camera) -> None:
     unit = sheet.layout.unit
     at = np.array([sheet.layout.width - 190.0 * unit, 172.0 * unit])
     for name, vector in (("up", (0, 0, 1)), ("E", (1, 0, 0)), ("N", (0, 1, 0))):
+        # the unit vector as the camera sees it; one that points at the viewer is left out
         arrow = np.array([camera.right @ vector, camera.up @ vector])
         if np.hypot(*arrow) < 0.2:
             continue
         north = name == "N"
         colour = palette.INK if north else palette.FAINT
+
+        # north is bold, since it orients the map
         tip = at + 44.0 * unit * arrow
         arrow_head(sheet, at, tip, 2.2 if north else 1.3, colour)
         weight = "bold" if north else "normal"
@@ -285,6 +292,7 @@ def arrow_head(
     """Draw an arrow from one pixel to another."""
     from matplotlib.patches import Polygon
 
+    # a triangle at the tip, and a line to its base
     along = (tip - start) / np.hypot(*(tip - start))
     side = np.array([-along[1], along[0]])
     unit = sheet.layout.unit
@@ -299,6 +307,8 @@ def draw_scale_bar(
 ) -> None:
     """Draw a scale bar of round length, valid for distances parallel to the picture."""
     unit = sheet.layout.unit
+
+    # a round length of about 170 design pixels; half of it where that is too long
     length = nice_step(170.0 * unit * metres_per_pixel, 1)
     if length / metres_per_pixel > 210.0 * unit:
         length /= 2.0

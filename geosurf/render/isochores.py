@@ -92,16 +92,24 @@ def render_thickness(
     'isochore.png'
     """
     path = png_path(path)
+
+    # values (block, n, m); x, y: coordinates (n, m) of the nodes [m]
     values, x, y = _checked(thickness)
     polygons = _checked_polygons(polygons)
     layout = furniture.lay_out(check_size(size))
     sheet = furniture.Sheet(layout)
+
+    # thickness of all blocks together: they overlap at reverse faults
     total = np.where(np.isfinite(values).any(axis=0), np.nansum(values, axis=0), np.nan)
     total = np.round(total, 6)  # no contours of rounding errors
+
+    # the drop to zero at faults would fill the map with contours and its range with zero
     cut = _cut_by_faults(x, y, polygons)
     whole = np.where(cut, np.nan, total) if np.isfinite(total[~cut]).any() else total
     levels = contour_levels(float(np.nanmin(whole)), float(np.nanmax(whole)), N_CONTOUR)
     extent = (*_cell_ends(x), *_cell_ends(y))
+
+    # draw: colours, contours, fault polygons, letters of blocks
     axes, metres_per_pixel = map_axes(sheet, extent)
     _colour(axes, x - extent[0], y - extent[2], total, levels)
     _contour(sheet, axes, (x - extent[0], y - extent[2]), (whole, values), levels)
@@ -115,6 +123,8 @@ def render_thickness(
     draw_colour_bar(sheet, levels, "Thickness [m]", palette.THICKNESS, 1, (260.0, 400.0), where)
     draw_north(sheet)
     furniture.draw_scale_bar(sheet, metres_per_pixel, "")
+
+    # caption and title
     words = "Map view"
     if len(levels) > 1:
         words += f", contour interval {length_text(levels[1] - levels[0])}"
@@ -182,6 +192,7 @@ def _cut_by_faults(
     from matplotlib.path import Path as Outline
     from scipy.spatial import cKDTree
 
+    # nodes (n * m, 2); rings by fault and horizon
     nodes = np.column_stack([x.ravel(), y.ravel()])
     cell = float(np.hypot(np.diff(x[:2, 0]), np.diff(y[:2, 0])).item())
     cut = np.zeros(len(nodes), dtype=bool)
@@ -193,6 +204,9 @@ def _cut_by_faults(
             mine.setdefault(fault, []).append(_dense(ring, 0.5 * cell))
         for fault, parts in mine.items():
             rings.setdefault(fault, []).append(np.concatenate(parts))
+
+    # a node lies between the polygons at top and base if its distances to both add up to
+    # about the distance between them there
     for lines in rings.values():
         trees = [cKDTree(line) for line in (lines[0], lines[-1])]
         far, nearest = trees[0].query(nodes)
@@ -209,6 +223,7 @@ def _rings_of(rings: xarray.Dataset) -> list[tuple[str, np.ndarray]]:
 
 def _dense(line: np.ndarray, step: float) -> np.ndarray:
     """Points (n, 2) along a line, at most `step` apart."""
+    # points at equal distances along the line
     length = np.append(0.0, np.hypot(*np.diff(line, axis=0).T).cumsum())
     at = np.linspace(0.0, length[-1], int(length[-1] / step) + 2)
     return np.column_stack([np.interp(at, length, axis) for axis in line.T])
@@ -228,6 +243,7 @@ def _colour(
     """One colour for each contour interval, cell by cell."""
     from matplotlib.colors import BoundaryNorm
 
+    # a single level needs an interval of its own
     colours = colours_of(palette.THICKNESS)
     if len(levels) < 2:
         levels = np.array([levels[0] - 0.5, levels[0] + 0.5])
@@ -247,9 +263,13 @@ def _contour(
     if len(levels) < 2:
         return
     total, values = heights
+
+    # every fifth contour is bold and has a number
     step = levels[1] - levels[0]
     bold = np.round(levels / step).astype(np.int64) % 5 == 0
     unit = sheet.layout.unit
+
+    # nodes with the same set of blocks make one region: contours stop at its border
     held = np.isfinite(values)
     sets = np.packbits(held, axis=0).reshape(-1, total.size)
     _, region = np.unique(sets, axis=1, return_inverse=True)
@@ -278,6 +298,8 @@ def _outline(
 ) -> None:
     """Fault polygons of one horizon; each fault is named once, at its longest ring."""
     width = 1.1 * sheet.layout.unit * 72.0 / furniture.DPI
+
+    # rings in the frame of the axes: metres from the lower left corner
     longest: dict[str, np.ndarray] = {}
     for (fault, ring), kind in zip(_rings_of(rings), rings.kind.values, strict=True):
         ring = ring - corner
@@ -305,6 +327,7 @@ def _letter_blocks(
         letter = ascii_uppercase[i] if i < len(ascii_uppercase) else str(i)
         letters.append(letter)
         if block.any() and len(values) > 1:
+            # where only this block is; the node farthest from the border of that
             alone = block & (np.isfinite(values).sum(axis=0) == 1)
             inside = distance_transform_edt(np.pad(alone if alone.any() else block, 1))[1:-1, 1:-1]
             at = np.unravel_index(np.argmax(inside), inside.shape)

@@ -122,12 +122,15 @@ def draw_map(
         If the surface is vertical or has no triangles inside the outline.
     """
     layout = furniture.lay_out(size)
+
+    # no more triangles than the map can show
     light, within = thinned(surface, MAX_MAP_TRIANGLE), None
     if not light.n_triangle:
         raise InputError(
             f"surface {surface.name!r} has no triangles. Pass a surface with triangles."
         )
     if outline is not None:
+        # a prism around the outline, high enough for all of the surface
         outline = _corners_of(outline)
         (w, s), (e, n) = np.min(outline, axis=0), np.max(outline, axis=0)
         within = Prism((w, e, s, n, light.bounds[4] - 1.0, light.bounds[5] + 1.0), outline)
@@ -145,10 +148,14 @@ def draw_map(
             "Draw it with render_surfaces(..., view='south') or another view."
         )
     sheet = furniture.Sheet(layout)
+
+    # axes, colours and contours
     axes, metres_per_pixel = map_axes(sheet, (west, east, south, north))
     levels = contour_levels(bottom, top)
     if len(levels) > 1:
         _draw_elevation(sheet, axes, light, levels)
+
+    # intersection lines, and what stands beside the map
     legend = []
     if curves is not None:
         legend = _draw_curves(sheet, axes, light, curves, within, list(faults))
@@ -183,9 +190,13 @@ def _draw_elevation(
 
     west, _, south, *_ = surface.bounds
     x, y, z = surface.vertices.T
+
+    # in metres from the lower left corner, as the axes are
     mesh = Triangulation(x - west, y - south, surface.triangles)
     bands = np.linspace(levels[0], levels[-1], (len(levels) - 1) * N_BAND + 1)
     axes.tricontourf(mesh, z, levels=bands, cmap=colours_of(palette.ELEVATION), antialiased=False)
+
+    # every fifth contour is bold and has a number
     step = levels[1] - levels[0]
     bold = np.round(levels / step).astype(np.int64) % 5 == 0
     unit = sheet.layout.unit
@@ -226,6 +237,8 @@ def _draw_curves(
             f"the curves have no surface {name!r}. Their surfaces are {list(curves.names)}."
         )
     west, _, south, *_ = surface.bounds
+
+    # colours: as faults in other pictures, or one for each other surface
     row = curves.names.index(name)
     met = (
         curves.names[k] for pair in curves.surfaces_of_curve.tolist() if row in pair for k in pair
@@ -235,12 +248,16 @@ def _draw_curves(
         other: palette.fault(order.index(other)) if other in order else palette.INK
         for other in curves.names
     }
+
+    # length by other surface [m]; its longest line, and a place a third along it
     others: dict[int, float] = {}
     longest: dict[int, tuple[float, np.ndarray]] = {}
     width = 2.6 * sheet.layout.unit * 72.0 / furniture.DPI
     for i, pair in enumerate(curves.surfaces_of_curve.tolist()):
         if row not in pair:
             continue
+
+        # segments (n, 2, 3), clipped to the area that is shown
         line = curves.points[curves.curves[i]]
         ends = np.stack([line[:-1], line[1:]], axis=1)
         if within is not None:
@@ -257,6 +274,8 @@ def _draw_curves(
         axes.add_collection(shown, autolim=False)
         if length > (longest[other][0] if other in longest else 0.0):
             longest[other] = (length, ends[len(ends) // 3, 0, :2] - (west, south))
+
+    # the name goes next to the longest line, 9 design pixels to the right
     for other, (_, at) in longest.items():
         x, y = axes.transData.transform(at)
         at = axes.transData.inverted().transform((x + 9.0 * sheet.layout.unit, y))

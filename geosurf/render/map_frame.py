@@ -40,14 +40,20 @@ def map_axes(
     layout, unit = sheet.layout, sheet.layout.unit
     west, east, south, north = extent
     wide, high = layout.view_size
+
+    # one scale for both directions: the longer side fills its room, the other is centred
     metres_per_pixel = max((east - west) / wide, (north - south) / high)
     width, height = (east - west) / metres_per_pixel, (north - south) / metres_per_pixel
     left, bottom = layout.left + (wide - width) / 2.0, layout.bottom + (high - height) / 2.0
     total = (layout.width, layout.height)
     place = (left / total[0], bottom / total[1], width / total[0], height / total[1])
+
+    # matplotlib wants the rectangle as fractions of the picture
     axes = sheet.figure.add_axes(place)
     axes.set_xlim(0.0, east - west)
     axes.set_ylim(0.0, north - south)
+
+    # ticks: coordinates of the world, on axes that start at 0
     points = 12.0 * unit * 72.0 / furniture.DPI
     for axis, name, low, span in (
         (axes.xaxis, "Easting [km]", west, east - west),
@@ -77,9 +83,11 @@ def number_contours(sheet: furniture.Sheet, axes: Axes, lines: ContourSet) -> No
     unit = sheet.layout.unit
     places = []
     for parts in lines.allsegs:
+        # lengths along each part in pixels; short contours get no number
         pixels = [axes.transData.transform(part) for part in parts if len(part) > 1]
         lengths = [np.hypot(*np.diff(part, axis=0).T).cumsum() for part in pixels]
         if lengths and max(length[-1] for length in lengths) > NUMBERED * unit:
+            # 40 % along the longest part, away from its ends
             k = max(range(len(lengths)), key=lambda k: lengths[k][-1])
             at = np.searchsorted(lengths[k], 0.4 * lengths[k][-1])
             places.append(tuple(axes.transData.inverted().transform(pixels[k][at])))
@@ -112,12 +120,16 @@ def draw_colour_bar(
         sheet.text((left, high), f"{where} {plain_number(levels[0])} m", 12.5)
         return
     n_band *= len(levels) - 1
+
+    # bands overlap by 2 %, so that no white line shows between them
     colours = colours_of(codes)
     height = (high - low) / n_band
     for i in range(n_band):
         face = colours((i + 0.5) / n_band)
         corner = (left, low + i * height)
         sheet.rectangle(corner, 22.0 * unit, height * 1.02, facecolor=face, linewidth=0.0)
+
+    # numbers at round values
     span = levels[-1] - levels[0]
     values = ticks(float(levels[0]), float(levels[-1]), 5)
     for value, number in zip(values, tick_texts(values, 1.0), strict=True):

@@ -97,6 +97,8 @@ def render_scene(
                 f"{did_you_mean(word, SHOWABLE)}"
             )
     _check_scene(scene, show)
+
+    # only what is shown is asked of the scene, so that nothing else is computed
     roles = {ROLES_SHOWN[word] for word in show if word in ROLES_SHOWN}
     content, box = Content(), scene.box
     outline = scene.aoi if clip else None

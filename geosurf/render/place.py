@@ -110,9 +110,12 @@ def show_place(
         expect(surface, TriSurface, "render_place takes surfaces", how)
     surfaces = [surface for surface in given if surface.n_triangle]
     if reach is None:
+        # a twelfth of the largest extent of all surfaces
         bounds = np.array([surface.bounds for surface in surfaces] or [(x, x, y, y, z, z)])
         sides = bounds[:, 1:4:2].max(axis=0) - bounds[:, 0:4:2].min(axis=0)
         reach = max(float(sides.max()) * REACH, 1.0)
+
+    # only what lies in the cube around the place, clipped to it
     low = np.array([x - reach, y - reach, z - reach])
     high = np.array([x + reach, y + reach, z + reach])
     cube, near = Prism(np.column_stack([low, high]).ravel()), []
@@ -121,9 +124,12 @@ def show_place(
         if len(triangles):
             near.append(TriSurface(surface.name, surface.role, vertices, triangles))
     if near:
+        # the box shrinks to the surfaces, but a flat place keeps some height
         bottom = min(min(cut.bounds[4] for cut in near), z - FLATTEST * reach)
         top = max(max(cut.bounds[5] for cut in near), z + FLATTEST * reach)
         low[2], high[2] = bottom, top
+
+    # three lines and a legend entry show the place itself
     mark = _mark(np.array([x, y, z]), low, high)
     label = f"E {number_text(x)} N {number_text(y)}, {number_text(z)} m".replace(
         "-", "\N{MINUS SIGN}"

@@ -72,10 +72,14 @@ def renderer_on(egl: ctypes.CDLL, display: ctypes.c_void_p) -> str:
     wanted = attributes(
         EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_DEPTH_SIZE, 8
     )
+
+    # a configuration with a buffer in memory and OpenGL
     config, count = ctypes.c_void_p(), ctypes.c_int(0)
     chosen = egl.eglChooseConfig(display, wanted, ctypes.byref(config), 1, ctypes.byref(count))
     if not chosen or count.value == 0:
         return ""
+
+    # a context of the version that VTK wants, and 8 x 8 pixels to draw on
     major, minor = GL_VERSION_WANTED
     version = attributes(EGL_CONTEXT_MAJOR, major, EGL_CONTEXT_MINOR, minor)
     size = attributes(EGL_WIDTH, 8, EGL_HEIGHT, 8)
@@ -83,6 +87,8 @@ def renderer_on(egl: ctypes.CDLL, display: ctypes.c_void_p) -> str:
     surface = call(egl, "eglCreatePbufferSurface", display, config, size)
     if not context or not surface:
         return ""
+
+    # only a current context names its renderer
     canvas = ctypes.c_void_p(surface)
     if not egl.eglMakeCurrent(display, canvas, canvas, ctypes.c_void_p(context)):
         return ""

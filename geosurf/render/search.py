@@ -102,6 +102,7 @@ def _checked_faces(surface: TriSurface, faces: np.ndarray) -> np.ndarray:
 
 
 def _glass_and_candidates(surface: TriSurface, faces: np.ndarray, colour: palette.RGB) -> Content:
+    # all triangles pale; candidates on top, with their edges
     others = np.delete(surface.triangles, faces, axis=0)
     solid = surface.triangles[faces]
     glass = triangle_layer(surface.vertices, others, colour=colour, opacity=PALE)
@@ -142,6 +143,7 @@ def voxel_edges(search: VoxelSearch) -> tuple[np.ndarray, np.ndarray]:
 
     Only the first 4000 voxels are drawn: more could not be distinguished.
     """
+    # cells (n, 3) -> their eight corners, each once; the twelve edges of each, each once
     cells = np.asarray(search.occupied, dtype=np.int64).reshape(-1, 3)[:MAX_VOXEL_SHOWN]
     corners = np.array(list(itertools.product((0, 1), repeat=3)))
     nodes, number = np.unique(

@@ -81,10 +81,14 @@ def render_section(
             f"render_section takes the result of Scene.section, not {type(section).__name__}. "
             "Pass scene.section(line)."
         )
+
+    # each part: attributes, points (n, 2) of distance and elevation [m], area [m2]
     parts = lines_of(section, ("along_section", "elevation"), ("kind", "label", "zone", "contact"))
     lines = [(*part, float(area)) for part, area in zip(parts, section.area.values, strict=True)]
     areas = _areas(lines, list(section.attrs["zones"]))
     sheet = furniture.Sheet(furniture.lay_out(check_size(size)))
+
+    # the range follows horizons and contacts; faults reach farther
     levels = [line[:, 1] for words, line, _ in lines if words["kind"] in ("horizon", "contact")]
     shown = range_shown(np.concatenate([line for _, line, _ in lines]), levels)
     axes, exaggeration = diagram_axes(sheet, shown, "Distance along the section [km]", ROOM)
@@ -92,6 +96,8 @@ def render_section(
     _fill(axes, lines, colours)
     faults = {name: palette.fault(i) for i, name in enumerate(section.attrs["faults"])}
     _draw_lines(sheet, axes, lines, faults)
+
+    # compass directions at both ends, legend, caption
     corners = _corners(section)
     _draw_ends(sheet, axes, corners)
     furniture.draw_legend(sheet, _legend(lines, areas, colours, faults), 640.0)
@@ -128,6 +134,8 @@ def _areas(lines: list[Part], zones: list[str]) -> Areas:
             key = words["zone"], words["contact"]
             areas[key] = areas.get(key, 0.0) + area
             rings.setdefault(key, []).append(line[:, 1])
+
+    # the order of the legend: zones of the column, contact intervals from the top down
     least = ROUNDING * sum(map(abs, areas.values()))
     heights = {key: float(np.concatenate(parts).mean()) for key, parts in rings.items()}
     order = sorted(areas, key=lambda key: (zones.index(key[0]), -heights[key]))
@@ -194,6 +202,8 @@ def _draw_lines(
 def _highest(line: np.ndarray, bottom: float, top: float) -> np.ndarray | None:
     """The highest point of a line (n, 2) between two levels; None if there is none."""
     p, q = line[:-1], line[1:]
+
+    # where the line leaves the picture at the top; else its highest point in view
     across = np.flatnonzero((p[:, 1] > top) != (q[:, 1] > top))
     if len(across):
         p, q = p[across[0]], q[across[0]]
@@ -206,6 +216,8 @@ def _highest(line: np.ndarray, bottom: float, top: float) -> np.ndarray | None:
 def _draw_ends(sheet: furniture.Sheet, axes: Axes, corners: np.ndarray) -> None:
     """Write the compass directions at both ends of the section."""
     (_, x0, y0), (_, x1, y1) = corners.tolist()
+
+    # azimuth of the section in eighths of a turn, clockwise from north
     turn = round(math.degrees(math.atan2(x1 - x0, y1 - y0)) / 45.0) % 8
     points = 14.0 * sheet.layout.unit * 72.0 / furniture.DPI
     for x, wind in ((0.0, WINDS[(turn + 4) % 8]), (1.0, WINDS[turn])):

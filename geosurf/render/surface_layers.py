@@ -40,6 +40,8 @@ def thinned(surface: TriSurface, max_triangle: int = MAX_TRIANGLE) -> TriSurface
     if lattice is None:
         return surface
     n_row, n_col = lattice.shape
+
+    # two triangles for each cell: every n-th row and column leaves n^2 times fewer
     stride = math.ceil(math.sqrt(2.0 * n_row * n_col / max_triangle))
     if stride <= 1:
         return surface
@@ -92,6 +94,7 @@ def _surface_layers(
     surface: TriSurface, within: Prism | None, colour: palette.RGB, opacity: float
 ) -> list[Layer]:
     """Triangles and rim of the visible part of a surface."""
+    # the rim is that of the whole surface: edges where it is clipped are walls'
     points, triangles = surface.vertices, surface.triangles
     walls = np.empty((0, 2), dtype=np.int64)
     edges = rim(triangles) if len(triangles) <= MAX_RIMMED else walls
@@ -112,6 +115,7 @@ def _surface_layers(
 
 def rim(triangles: np.ndarray) -> np.ndarray:
     """Return the edges (n_edge, 2) that belong to one triangle only."""
+    # edges (3 n, 2) by their ends, smaller row first: neighbours have the same
     edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     unique, count = np.unique(edges, axis=0, return_counts=True)
     once: np.ndarray = unique[count == 1]
@@ -130,6 +134,8 @@ def show_patches(patches: Patches, within: Prism | None = None) -> Content:
         colour = palette.fault(n_fault) if fault else palette.stratum(n_horizon)
         n_fault, n_horizon = n_fault + fault, n_horizon + (not fault)
         opacity = 0.25 if source.role == "wall" else 0.55 if fault else 1.0
+
+        # one layer for each patch of the surface, in shades of its colour
         of_surface = patches.surface_of_triangle == i
         rows = np.unique(patches.patch_of_triangle[of_surface])
         layers = []
@@ -143,6 +149,8 @@ def show_patches(patches: Patches, within: Prism | None = None) -> Content:
                 layers.append(triangle_layer(points, triangles, colour=tint, opacity=opacity))
         entry = Entry(source.name, colour, counted(len(layers), "patch"), opacity=opacity)
         content += Content(tuple(layers), (entry,))
+
+    # edges along curves, over all surfaces
     edges = patches.curve_edges
     if len(edges):
         ends = (
@@ -170,6 +178,8 @@ def show_curves(
         "curves must be Curves",
         "pass scene.curves",
     )
+
+    # pairs of names; without an order, as in `between`
     names = [{curves.names[i] for i in pair} for pair in curves.surfaces_of_curve.tolist()]
     rows = [i for i, pair in enumerate(names) if between is None or pair == between]
     if not rows:

@@ -70,6 +70,8 @@ def explosion(units: Units, explode: float) -> list[np.ndarray]:
             "Set a number of 0 or more, as in explode=0.3."
         )
     west, east, south, north, bottom, top = units.box
+
+    # centre of the model on the map; of each block, from the bounds of its units
     middle = np.array([west + east, south + north]) / 2.0
     zones = sorted({unit.zone_index for unit in units.values()})
     centres: dict[str, list[np.ndarray]] = {}
@@ -78,6 +80,7 @@ def explosion(units: Units, explode: float) -> list[np.ndarray]:
         centres.setdefault(unit.block, []).append((low + high)[:2] / 2.0)
     shifts = []
     for unit in units.values():
+        # blocks sideways, away from the centre; zones up and down, the middle one stays
         aside = explode * (np.mean(centres[unit.block], axis=0) - middle)
         step = (len(zones) - 1) / 2.0 - zones.index(unit.zone_index)
         shifts.append(np.array([*aside, explode * (top - bottom) * step]))
@@ -88,15 +91,21 @@ def outline(unit: Unit) -> np.ndarray:
     """Return the edges (n_edge, 2) of a shell at sharp creases or between two surfaces."""
     faces = unit.triangles
     p = unit.local[faces]
+
+    # unit normals of triangles; of one without area, zero
     normals = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
     size = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.divide(normals, size, out=np.zeros_like(normals), where=size > 0.0)
+
+    # sorted by their ends, the two triangles at an edge come one after the other
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     face_of_edge = np.repeat(np.arange(len(faces)), 3)
     order = np.lexsort((edges[:, 1], edges[:, 0]))
     edges, face_of_edge = edges[order], face_of_edge[order]
     twins = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
     one, two = face_of_edge[twins], face_of_edge[twins + 1]
+
+    # an edge is drawn between two surfaces, or where the shell turns by a crease
     turns = unit.surface_of_triangle[one] != unit.surface_of_triangle[two]
     flat = size[one, 0] * size[two, 0] == 0.0
     sharp = ~flat & ((normals[one] * normals[two]).sum(axis=1) < CREASE)

@@ -92,6 +92,8 @@ def view_vectors(view: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         raise InputError(
             f"unknown view {view!r}. Views are {', '.join(VIEWS)}.{did_you_mean(view, VIEWS)}"
         )
+
+    # the direction to the viewer, on the ground and then raised; right is level
     azimuth, height = (math.radians(angle) for angle in VIEWS[view])
     ground = np.array([math.sin(azimuth), math.cos(azimuth), 0.0])
     right = np.array([-ground[1], ground[0], 0.0])
@@ -192,6 +194,8 @@ def aim(view: str, bounds: tuple[float, ...], size: tuple[int, int], exaggeratio
     right, up, towards = view_vectors(view)
     box = corners(bounds)
     centre = (box[0] + box[-1]) / 2.0
+
+    # the larger of both spans over the pixels that it gets
     local = (box - centre) * (1.0, 1.0, exaggeration)
     across, along = np.ptp(local @ right), np.ptp(local @ up)
     scale = max(across / size[0], along / size[1])

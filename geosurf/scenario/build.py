@@ -40,6 +40,7 @@ def build_scene(
     InputError
         If a surface cannot be read, or neither file nor scenario declares its unit or direction.
     """
+    # what a scene has, wherever its surfaces come from
     aoi = None if scenario.aoi is None else scenario.aoi.file or scenario.aoi.corners_m
     shared: dict[str, Any] = {
         "contacts": _contacts(scenario),
@@ -51,6 +52,8 @@ def build_scene(
         scene = scene_of_sealed(scenario, scenario.model, **shared)
         on_step("read", _numbers(scene), "")
         return scene
+
+    # read here rather than by the scene: files of a scenario have their own units
     horizons = {
         entry.name: read_horizon(
             entry.file,
@@ -67,6 +70,8 @@ def build_scene(
         )
         for entry in scenario.faults
     }
+
+    # not torn yet: sheets need the faults as extension and truncation leave them
     box = scenario.box.sides if scenario.box is not None else None
     scene = Scene(
         horizons,

@@ -133,12 +133,16 @@ def run(
     log = StepLog(progress)
     pictures = flag_of(pictures, "pictures")
     _check_formats(scenario)
+
+    # all results appear together at the end, or those of the run before stay
     with new_results(out) as folder:
         scene = compute(scenario, log, Path(out) if pictures else None)
         certificate = scene.check()
         log.step("check", "certificate", "valid" if certificate.ok else "FAILED")
         _write_files(scene, scenario, folder)
         log.step("write", ", ".join(scenario.output.formats), "")
+
+        # pictures may warn, and the certificate lists warnings: it is written after them
         drawn = _draw(scene, scenario, folder, log) if pictures else {}
         _write_certificate(scene, scenario, certificate, folder)
         notes = model_notes(scene)
@@ -201,6 +205,8 @@ def compute(scenario: Scenario, log: StepLog, out: Path | None = None) -> Scene:
     A picture of the place where the model cannot be built goes into the folder `out`.
     """
     scene = build_scene(scenario, log.step, out)
+
+    # surface by surface, so that the log moves while a long run reads
     for name in (*scene.horizon_names, *scene.fault_names):
         scene.surface(name)
         log.new_steps_of(scene)
@@ -208,6 +214,8 @@ def compute(scenario: Scenario, log: StepLog, out: Path | None = None) -> Scene:
         with pictured(scene, out):
             getattr(scene, stage)
         log.new_steps_of(scene)
+
+    # a user of a tolerance sees its effect on volumes at once
     if scene.tolerance is not None:
         bound = f"volumes within {scene.volume_error_bound:.6g} m³ of those of all nodes"
         log.step("tolerance", f"{scene.tolerance:g} m", bound)
@@ -219,6 +227,8 @@ def _regions(scenario: Scenario, scene: Scene) -> dict[str, tuple[float, str]]:
     if scenario.model is None:
         return {}
     model = scenario.model
+
+    # regions are bodies of the other program; a point inside finds the unit that holds each
     shells = read_region_faces(model.file, positive=model.positive, length_unit=model.length_unit)
     return {n: (volume_inside(s), unit_of_body(s, scene.units)) for n, s in shells.items()}
 

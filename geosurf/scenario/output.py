@@ -111,6 +111,7 @@ def _claim(out: Path, lock: Lock) -> None:
 def _open_stage(out: Path) -> Path:
     """Finish or remove what killed runs have left, and make a folder for new results."""
     try:
+        # refuse before anything is computed what would fail at the end
         for name in FOLDERS:
             if (out / name).is_symlink():
                 raise NotADirectoryError(20, f"{name} is a link; remove it")
@@ -121,6 +122,8 @@ def _open_stage(out: Path) -> Path:
         for name in FILES:
             if (out / name).is_dir():
                 raise IsADirectoryError(21, f"{name} is a folder and should be a file")
+
+        # a killed run may have left half-moved results, copies of files, and its own folder
         finish(out, OURS, JOURNAL)
         discard_twins(out, OURS)
         remove_abandoned(out)
@@ -141,6 +144,8 @@ def _replace(out: Path, stage: Path) -> None:
             path.unlink()
         if replace_folder(out, stage, OURS, LOCK):
             return
+
+        # not every system can swap folders: files move one by one, under a mark
         (stage / MARK).write_text(_MARK_TEXT, encoding="utf-8")
         replace_files(out, stage, OURS.found_in(out), OURS, JOURNAL)
     except OSError as error:

@@ -47,10 +47,12 @@ def scenario_page() -> str:
     str
         Markdown.
     """
+    # keys at the top of the file, then one section for each table
     tables = {entry.name: _kind(entry) for entry in fields(Scenario) if _kind(entry)}
     plain = [entry for entry in fields(Scenario) if _is_key(entry) and entry.name not in tables]
     parts = [HEAD, _section("Top level", "", plain)]
     for name, kind in tables.items():
+        # the docstring after its first colon: what stands before it is the name of the table
         text = " ".join((kind.__doc__ or "").split()).partition(": ")[2]
         brackets = f"[[{name}]]" if "tuple" in str(_field(name).type) else f"[{name}]"
         title = f"`{brackets}`"

@@ -41,16 +41,22 @@ def unit_of_body(corners: np.ndarray, units: Mapping[str, Unit]) -> str:
     >>> unit_of_body(unit.vertices[unit.triangles], units)
     'below Top'
     """
+    # corners (n, 3, 3) of the triangles around each unit
     shells = {name: unit.vertices[unit.triangles] for name, unit in units.items()}
     for x, y in _middles(corners):
+        # elevations where the line enters and leaves the body, in pairs
         cut = _heights(corners, x, y)
         if cut is None or len(cut) < 2 or len(cut) % 2:
             continue
+
+        # the middle of the thickest piece is surely inside the body
         thickness, z = max((b - a, (a + b) / 2) for a, b in zip(cut[::2], cut[1::2], strict=True))
         found = {name: _heights(shell, x, y) for name, shell in shells.items()}
         above = {name: one for name, one in found.items() if one is not None}
         if thickness == 0 or len(above) < len(found) or any(z in one for one in above.values()):
             continue
+
+        # an odd number of crossings above the point: the point is inside
         holds = [name for name, one in above.items() if sum(level > z for level in one) % 2]
         return holds[0] if holds else ""
     return ""
@@ -68,12 +74,15 @@ def _middles(corners: np.ndarray) -> Iterator[tuple[Fraction, Fraction]]:
 
 def _heights(corners: np.ndarray, x: Fraction, y: Fraction) -> list[Fraction] | None:
     """Where a vertical line meets triangles, lowest first; None if it meets an edge of one."""
+    # only triangles whose rectangle on the map has the line in it
     low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
     at = np.array([float(x), float(y)])
     near = ((low <= at) & (at <= high)).all(axis=1)
     found: list[Fraction] = []
     for triangle in corners[near].tolist():
         a, b, c = ([Fraction(value) for value in corner] for corner in triangle)
+
+        # barycentric coordinates of the line in the triangle, times twice its area
         turns = [_turn(x, y, p, q) for p, q in ((b, c), (c, a), (a, b))]
         if min(turns) < 0 < max(turns):
             continue

@@ -44,6 +44,8 @@ def scene_of_sealed(scenario: Scenario, model: ModelInput, **options: object) ->
                 "boundary. Set its kind in the model and export it again."
             )
         roles[surface.role][surface.name] = surface
+
+    # the order of horizons is geology: the file's own, or the user's
     order = model.horizons or tuple(roles["horizon"])
     for name in (*order, *roles["horizon"]):
         if name not in roles["horizon"] or name not in order:
@@ -69,6 +71,7 @@ def box_of_walls(walls: list[TriSurface], file: str) -> tuple[float, ...]:
     """
     bounds = np.array([wall.bounds for wall in walls]).reshape(-1, 6)
     if len(bounds):
+        # each wall is flat in one axis and lies on one side of the box; all six sides occur
         low, high = bounds[:, ::2].min(axis=0), bounds[:, 1::2].max(axis=0)
         flat = bounds[:, ::2] == bounds[:, 1::2]
         sides = {

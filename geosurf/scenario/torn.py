@@ -78,6 +78,8 @@ def _by_throw(scene: Scene, throws: list[ThrowInput], name: str, horizon: Any) -
             throw[entry.fault] = EllipticThrow(
                 entry.elliptic_m, entry.half_length_m, entry.half_height_m, centre
             )
+
+    # youngest fault first: `throw_horizon` moves in this order
     faults = [scene.surface(entry.fault) for entry in throws]
     reach = {entry.fault: entry.reach_m for entry in throws if entry.reach_m is not None}
     across = {entry.fault: entry.direction for entry in throws}

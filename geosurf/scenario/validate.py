@@ -88,6 +88,8 @@ def _check_names(scenario: Scenario) -> None:
     if not scenario.horizons:
         at.refuse("no horizons are given. Add a table [[horizons]] or [model].")
     _check_places(scenario, at)
+
+    # results are requested by name: no two surfaces share one
     seen: dict[str, str] = {}
     for kind, entries in (("horizon", scenario.horizons), ("fault", scenario.faults)):
         for entry in entries:
@@ -103,6 +105,8 @@ def _check_names(scenario: Scenario) -> None:
     except InputError as error:
         at.refuse(str(error))
     _check_sheets(scenario, at)
+
+    # pictures refer to surfaces by name, too
     for name in scenario.output.search or ():
         if name not in seen:
             known = ", ".join(repr(word) for word in seen)
@@ -129,6 +133,8 @@ def _check_places(scenario: Scenario, at: KeyPath) -> None:
         label = f"contacts[{entry.name!r}]"
         if (entry.elevation_m is None) == (entry.file is None):
             at.refuse(f"{label}: give either elevation_m or file.")
+
+        # one contact may have several tables, each for its own block and zones
         where = entry.name, entry.block, tuple(sorted(entry.zones))
         if where in given:
             block = "without a block" if entry.block is None else f"for block {entry.block!r}"
@@ -148,6 +154,8 @@ def _check_contacts(scenario: Scenario, at: KeyPath) -> None:
         zones = names_of_zones([entry.name for entry in scenario.horizons])
     except InputError as error:
         at.refuse(str(error))
+
+    # a block is named by sides of faults, such as 'F1+ F2-'
     faults = [entry.name for entry in scenario.faults]
     sides = [name + sign for name in faults for sign in "+-"]
     for entry in scenario.contacts:
@@ -205,6 +213,8 @@ def _check_throws(scenario: Scenario, known: Mapping[str, list[str]], at: KeyPat
                 if name not in known[kind]:
                     guess = did_you_mean(name, known[kind])
                     at.refuse(f"{label}: unknown {kind} {name!r}; name one of the {kind}s.{guess}")
+
+        # throw has one form; lengths of the ellipse need that form
         throws = (entry.throw_m, entry.profile_m, entry.elliptic_m)
         if sum(throw is not None for throw in throws) != 1:
             at.refuse(f"{label}: give exactly one of throw_m, profile_m and elliptic_m.")

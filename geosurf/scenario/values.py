@@ -291,6 +291,7 @@ def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -
     ScenarioError
         For an unknown key, a missing one, or a value that its check refuses.
     """
+    # unknown keys first: a misspelt key also leaves another one missing
     known = {entry.name: entry for entry in fields(kind) if "check" in entry.metadata}
     where = f" in {at.keys}" if at.keys else ""
     for word in found:
@@ -303,6 +304,8 @@ def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -
         if word not in found and is_required(entry):
             allowed = entry.metadata["check"].allowed
             at.refuse(f"{word!r} is missing{where}; give {allowed}.")
+
+    # each value by the check of its key; defaults are those of the dataclass
     checked = {
         word: known[word].metadata["check"](at.inside(word), value) for word, value in found.items()
     }

@@ -52,6 +52,8 @@ def box_around(
 def box_off_rims(box: Box, horizons: Iterable[TriSurface], memory: Memory) -> Box:
     """Return a box of which no side runs along the rim of a horizon except for rounding."""
     west, east, south, north, *heights = box
+
+    # corners counter-clockwise from the south-west
     ring = np.array([(west, south), (east, south), (east, north), (west, north)])
     moved = outline_off_rims(ring, horizons, "model box", memory)
     (west, south), _, (east, north), _ = moved.tolist()
@@ -72,6 +74,8 @@ def box_in_words(
     """Return where a default box lies, and how much it leaves out because of holes and rims."""
     if aoi is not None:
         return "where the area of interest is"
+
+    # share of the rectangle where the bounds of all horizons overlap
     bounds = np.array([horizon.bounds for horizon in horizons])
     span = bounds[:, 1:4:2].min(axis=0) - bounds[:, 0:4:2].max(axis=0)
     west, east, south, north = sides[:4]

@@ -107,6 +107,8 @@ class FaultStage:
     def _bridged(self, rule: Rule) -> ExtendedFault:
         """One fault beyond its main fault, from its nearest side, after its other bridges."""
         fault, main = self._extended(rule.fault).surface, self._extended(rule.main).surface
+
+        # bridges to main faults that come before this one are part of the fault
         for earlier in self.rules:
             if earlier == rule:
                 break
@@ -122,15 +124,21 @@ class FaultStage:
     def _truncated(self, name: str) -> TruncatedFaults:
         """The group of a fault, split and truncated."""
         group = self._group(name)
+
+        # each member as it is before truncation: extended, and continued to its main faults
         rules = tuple(rule for rule in self.rules if rule.fault in group)
         surfaces = []
         for member in sorted(group):
             bridges = [r for r in rules if r.fault == member and r.extend]
             made = self._bridged(bridges[-1]) if bridges else self._extended(member)
             surfaces.append(made.surface)
+
+        # rules by fault, in the order in which they apply
         cuts: dict[str, tuple[tuple[str, str, bool], ...]] = {}
         for rule in rules:
             cuts[rule.fault] = (*cuts.get(rule.fault, ()), (rule.main, rule.keep, rule.extend))
+
+        # the key: surfaces, limits and rules decide the result
         box, aoi = self._limits()
         area = None if aoi is None else aoi.tobytes()
         key = ("truncate", *map(self._key, surfaces), box, area, *cuts.items())
@@ -146,6 +154,7 @@ class FaultStage:
         """The faults that truncation links with one."""
         group, grown = {name}, True
         while grown:
+            # grow the group until no rule links another fault to it
             linked = {
                 other
                 for rule in self.rules

@@ -219,6 +219,8 @@ class Graph:
                 part = self.curves_between(first, names[j])
                 if part is not None:
                     parts.append(((i, j), part))
+
+        # one set of curves in the local frame, with the reference system of the surfaces
         merged = merge_pairs(names, self.origin_for(self.surfaces), parts, smooth=smooth)
         return in_crs_of(merged, self.surfaces)
 
@@ -233,6 +235,7 @@ class Graph:
             self.memory.note("curves", subject, "skipped", "boxes do not meet")
             return None
 
+        # the key: both surfaces, their frame, and the options of the search
         origin, keys = self.origin_for(pair), map(self.memory.key_of, pair)
         options = {"voxel_size": self.inputs.voxel_size, "tolerance": self.inputs.tolerance}
         return self.memory.get_or_compute(
@@ -280,6 +283,7 @@ class Graph:
     @cached_property
     def _patches_key(self) -> Hashable:
         """What patches depend on."""
+        # walls follow from box and area, which the key has; surfaces count by their own keys
         surfaces = self._enclosed[: len(self._enclosed) - len(self._walls)]
         ring = None if self.aoi is None else self.aoi.tobytes()
         options = self.inputs.voxel_size, self.inputs.self_intersections
@@ -296,6 +300,8 @@ class Graph:
             "carve", "the box" if self.aoi is None else "the area", self.units_key,
             lambda: carve_units(patches, self.column, contacts), lambda u: counted(len(u), "unit"),
         )  # fmt: skip
+
+        # faults that bound no unit are named: their names may be missing in blocks
         where = "model box" if self.aoi is None else "area of interest"
         for fault in units.report["outside"]:
             words = f"does not reach the {where}, and parts nothing"

@@ -78,6 +78,8 @@ class SceneInputs:
                 "a scene needs at least one horizon or fault; give horizons={name: ...}."
             )
         box = None if self.box is None else tuple(box_of_sides(self.box).tolist())
+
+        # each input alone, then against the others
         check_column(tuple(horizons), self.column)
         contacts = as_mapping("contacts", self.contacts)
         refuse_namesakes(horizon=horizons, fault=faults, contact=contacts)
@@ -134,6 +136,8 @@ class SceneInputs:
                 )
         horizons = exchanged("horizons", self.horizons, changes.get("horizons"))
         faults = exchanged("faults", self.faults, changes.get("faults"))
+
+        # rules about surfaces that were removed go with them, unless new ones are given
         merged = {
             "column": only_of(self.column, horizons),
             "extend": only_of(self.extend, faults),

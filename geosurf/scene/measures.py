@@ -29,6 +29,8 @@ Labelled = TypeVar("Labelled", "xarray.DataArray", "xarray.Dataset")
 def names_inside(graph: Graph, role: str) -> tuple[str, ...]:
     """Return names of surfaces of a role that bound units, in the order of the scene."""
     patches = graph.patches
+
+    # a surface bounds units if one of its triangles has a unit in front or behind
     inside = np.unique(patches.surface_of_triangle[(graph.units.sides >= 0).any(axis=1)])
     sources = [patches.sources[i] for i in inside.tolist()]
     return tuple(source.name for source in sources if source.role == role)
@@ -183,6 +185,7 @@ def throw(graph: Graph, horizon: str, fault: str, direction: str) -> xarray.Data
 
     def run() -> xarray.Dataset:
         """Compare the cut-offs of both walls across the mean strike, then down the local dip."""
+        # distance along strike counts from the end of the fault, in world coordinates
         faces = faces_of(graph.patches, graph.units, fault, "fault")
         hanging, foot = (cutoffs(graph, horizon, fault, side) for side in ("+", "-"))
         azimuth = math.degrees(math.atan2(*faces.strike[1].tolist())) % 360.0
@@ -204,6 +207,8 @@ def _down_dip(
     from geosurf.sheets.faults.dip_lines import cell_of, to_level
 
     sources = {source.name: source for source in graph.patches.sources}
+
+    # cut-offs are compared at their mean elevation, down lines of steepest dip
     cell = cell_of(graph.sheets.get(horizon, sources[horizon]))
     walls = found.hanging_wall_elevation, found.footwall_elevation
     level = 0.5 * sum(float(wall.mean()) for wall in walls)

@@ -117,6 +117,7 @@ class Memory:
 
     def hold(self, value: Any) -> str:
         """Return the fingerprint of an input, and hold one that only its identity distinguishes."""
+        # an identity means nothing once its object is gone: hold it
         strangers: list[Any] = []
         found = fingerprint(value, strangers)
         self.store.held.update((id(one), one) for one in strangers)
@@ -138,6 +139,8 @@ class Memory:
         result, since it asks often, and explains it once.
         """
         result: Result
+
+        # the scene's own results first: they are never dropped
         known = self._own.get(key) or self._shared(key)
         if known is not None:
             result, warnings = known
@@ -163,6 +166,7 @@ class Memory:
         describe: Callable[[Result], str],
     ) -> tuple[Result, tuple[GeosurfWarning, ...]]:
         """Run a step, keep its result with its warnings, and issue these."""
+        # warnings are collected, so that they come back with the result from memory
         start = time.perf_counter()
         found: list[GeosurfWarning] = []
         try:
@@ -263,6 +267,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
     elif isinstance(value, FaultSticks):
         _add(digest, tuple(value.sticks), strangers)
     elif hasattr(value, "to_dict") and hasattr(value, "coords"):
+        # attributes count, since they may hold unit, direction and reference system
         arrays = {**getattr(value, "data_vars", {"": value}), **value.coords}
         _add_attrs(digest, value.attrs)
         digest.update(f"{crs_of(value)}".encode())

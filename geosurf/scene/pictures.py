@@ -149,6 +149,8 @@ def pictures_of(
     views = (views,) if isinstance(views, str) else listed(views, "views are words", _VIEWS)
     for view in views:
         view_vectors(view)
+
+    # views in three dimensions; then maps and diagrams, which need no graphics driver
     style = Style(size=size, exaggeration=exaggeration)
     found = [_view(scene, view, clip, style) for view in views]
     if exploded:
@@ -166,6 +168,8 @@ def pictures_of(
         found += [_thickness(scene, pair, size) for pair in _neighbours(scene)]
     if allan:
         found += [_allan(scene, name, size) for name in scene.faults_inside]
+
+    # sections that the caller named, else two through the middle
     lines = _middles(box)
     if sections is not None:
         lines = [check_line(line) for line in listed(sections, "sections takes lines", _LINES)]
@@ -344,6 +348,8 @@ def draw_pictures(
     """
     folder = path_of(folder, "the folder of pictures") / "pictures"
     _create(folder)
+
+    # without a driver one warning stands for all views, and maps are still drawn
     if any(picture.needs_opengl for picture in pictures):
         reason = cannot_draw()
         if reason:

@@ -80,6 +80,7 @@ def buffers_of(value: Any) -> dict[int, int]:
     while stack:
         one = stack.pop()
         if isinstance(one, np.ndarray):
+            # views share the memory of the array that owns it
             while isinstance(one.base, np.ndarray):
                 one = one.base
             found[id(one if one.base is None else one.base)] = one.nbytes
@@ -99,6 +100,8 @@ def _parts(one: Any) -> list[Any]:
         return list(one)
     if not type(one).__module__.startswith(_ROOMS):
         return []
+
+    # attributes in `__dict__`, and those in `__slots__` of the class and its bases
     parts = list(getattr(one, "__dict__", {}).values())
     for kind in type(one).__mro__:
         slots = kind.__dict__.get("__slots__", ())
@@ -161,11 +164,15 @@ class Store:
         weakref.finalize(owner, self._released.append, used).atexit = False
         with self._lock:
             self._generation += 1
+
+            # results of scenes that are gone lose an owner; here it is safe to change entries
             while self._released:
                 for key, serial in self._released.popleft().items():
                     entry = self._entries.get(key)
                     if entry is not None and entry.serial == serial:
                         entry.owners -= 1
+
+            # no living scene has requested it, and it is older than the last few scenes
             oldest = self._generation - KEPT_SCENES
             for key in [
                 k for k, e in self._entries.items() if not e.owners and e.generation < oldest
@@ -195,11 +202,15 @@ class Store:
         with self._lock:
             if key in self._entries:  # another thread was faster
                 self._take_out(self._entries.pop(key))
+
+            # a serial number tells this result from an earlier one of the same key
             self._serial += 1
             entry = Entry(result, warnings, self._serial, self._generation)
             self._entries[key] = entry
             self._take_in(entry)
             self._use(key, entry, used)
+
+            # results may make arrays later; count again now and then, at a cost that averages out
             self._since_count += 1
             if self._since_count > len(self._entries) // 2 + 8:
                 self._count_again()

@@ -67,6 +67,7 @@ class InputSurfaces:
                 value.surface_among(others)  # with other faults it must not come from memory
             self._fingerprints[name] = self.memory.hold(value)
 
+        # the key: what the input held when it was read first, and how it is to be taken
         options = self.inputs.options
         key = ("surface", name, role, self._fingerprints[name], *options.values())
         surface = self.memory.get_or_compute(
@@ -76,6 +77,8 @@ class InputSurfaces:
         )  # fmt: skip
 
         self.memory.made_of(surface, key)
+
+        # surfaces of one model have one reference system
         refuse_other_crs(name, surface.crs, self.crs)
         if surface.crs is not None:
             self.crs[name] = surface.crs
