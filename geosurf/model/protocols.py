@@ -19,6 +19,7 @@ from geosurf.model.faults import Extension, Truncation
 from geosurf.model.patches import Patches
 from geosurf.model.sheets import Sheet
 from geosurf.model.surfaces import TriSurface
+from geosurf.model.tops import Tops
 from geosurf.model.units import Certificate, Units
 
 if TYPE_CHECKING:  # pragma: no cover - types only
@@ -109,6 +110,13 @@ class ReportedModel(MeasuredModel, Protocol):
     @property
     def sheets(self) -> dict[str, Sheet]:
         """Horizons that are torn at their faults, by name."""
+
+    @property
+    def tops(self) -> Tops | None:
+        """Well tops; None without."""
+
+    def misfit(self) -> xarray.Dataset:
+        """Return the well tops compared with the horizons."""
 
     @property
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:

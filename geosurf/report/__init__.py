@@ -4,6 +4,7 @@
 table.py         a table of text, the number format, plain-text output
 tables.py        tables of a model: surfaces, volumes, contacts, intersection lines
 fault_tables.py  tables of faults: extension, juxtaposition, polygons, throw and heave
+well_tables.py   tables of well tops: misfits
 run_tables.py    tables of a run: warnings, certificate, counts, versions
 page.py          tables and pictures as HTML
 ===============  ====================================================================
@@ -26,7 +27,7 @@ from geosurf.files.atomic import write_whole
 from geosurf.model import Certificate
 from geosurf.model.expected import expect, number_of, path_of
 from geosurf.model.protocols import ReportedModel, missing_members
-from geosurf.report import fault_tables, page, run_tables, tables
+from geosurf.report import fault_tables, page, run_tables, tables, well_tables
 from geosurf.report.table import Table, number
 
 __all__ = ["report_scene"]
@@ -197,6 +198,7 @@ def _sections(
         *_listed("Units not covered by a fluid contact", tables.left_out_table(units)),
         *_listed("Slivers and detached pieces", tables.remnant_table(remnants)),
         *_listed("Units thinner than the rounding error", tables.thin_table(thin)),
+        ("Well tops and the model", _wells(scene)),
         ("Pictures", page.html_pictures(pictures)),
         ("Juxtaposition across faults", _across(scene)),
         ("Fault polygons", _polygons(scene)),
@@ -208,6 +210,15 @@ def _sections(
         ("Run log", page.html_table(costs) + _explanation(scene)),
         ("Versions", page.html_table(run_tables.version_table())),
     ]
+
+
+def _wells(scene: ReportedModel) -> str:
+    """Misfits of well tops, if the scene has some."""
+    if scene.tops is None:
+        return ""
+    misfit = scene.misfit()
+    words = map(page.paragraph, well_tables.misfit_words(misfit))
+    return "\n".join([page.html_table(well_tables.misfit_table(misfit)), *words])
 
 
 def _across(scene: ReportedModel) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 from geosurf.conventions import counted
 from geosurf.model import FluidContact
-from geosurf.read import read_fault, read_horizon
+from geosurf.read import read_fault, read_horizon, read_tops
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.sealed import scene_of_sealed
 from geosurf.scenario.step_log import OnStep
@@ -47,6 +47,7 @@ def build_scene(
         "aoi": aoi,
         "voxel_size": scenario.search.voxel_size_m,
         "tolerance": scenario.tolerance_m,
+        **_tops(scenario),
     }
     if scenario.model is not None:
         scene = scene_of_sealed(scenario, scenario.model, **shared)
@@ -84,6 +85,15 @@ def build_scene(
     )
     on_step("read", _numbers(scene), "")
     return torn_horizons(scenario, scene, horizons, on_step, out)
+
+
+def _tops(scenario: Scenario) -> dict[str, Any]:
+    """Well tops, and how horizons are tied to them."""
+    entry = scenario.tops
+    if entry is None:
+        return {}
+    tops = read_tops(entry.file, positive=entry.positive, length_unit=entry.length_unit)
+    return {"tops": tops, "tie": entry.settings}
 
 
 def _contacts(scenario: Scenario) -> dict[str, list[FluidContact]]:

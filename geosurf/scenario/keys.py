@@ -16,6 +16,7 @@ from geosurf.conventions import METRES_PER_UNIT
 from geosurf.faults.rules import KEEP
 from geosurf.model import RULES
 from geosurf.model.faults import SIDES
+from geosurf.model.tie import RANGE, TOLERANCE, TieSettings
 from geosurf.scenario import values
 from geosurf.scenario.declare import key
 from geosurf.scenario.output_keys import FORMATS, VIEWS, OutputSettings, SearchSettings
@@ -243,6 +244,42 @@ class ContactInput:
 
 
 @dataclass(frozen=True, kw_only=True)
+class TopsInput:
+    """``[tops]``: well tops. The report lists the misfit of each. See
+    [well tops](guides/well_tops.md).
+    """
+
+    file: Path = key(
+        "Petrel well tops, RMS points with attributes, or a table; relative to the scenario.",
+        values.file,
+    )
+    positive: str | None = _positive()
+    length_unit: str | None = _length_unit()
+    tie: bool = key(
+        "Whether horizons are corrected smoothly so that they meet their tops.",
+        values.switch,
+        default=False,
+    )
+    range_m: float | None = key(
+        "With `tie`: distance from a well beyond which it changes nothing. Left out: 1000 m.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+    tolerance_m: float = key(
+        "With `tie`: largest misfit after it.", values.above_zero, unit="m", default=TOLERANCE
+    )
+
+    @property
+    def settings(self) -> TieSettings | None:
+        """How to tie; None if nothing is tied."""
+        if not self.tie:
+            return None
+        reach = RANGE if self.range_m is None else self.range_m
+        return TieSettings(reach, self.tolerance_m, self.range_m is None)
+
+
+@dataclass(frozen=True, kw_only=True)
 class AreaOfInterest:
     """``[aoi]``: a polygon that the model fills. Leave the table out for the box."""
 
@@ -291,6 +328,7 @@ class Scenario:
         Youngest fault first.
     contacts : tuple of ContactInput
         From the top down.
+    tops : TopsInput or None
     aoi : AreaOfInterest or None
     box : BoxRanges or None
     search : SearchSettings
@@ -325,6 +363,7 @@ class Scenario:
     contacts: tuple[ContactInput, ...] = key(
         "From the top down.", values.tables(ContactInput), default=()
     )
+    tops: TopsInput | None = key("Well tops.", values.table(TopsInput), default=None)
     aoi: AreaOfInterest | None = key(
         "A polygon that the model fills.", values.table(AreaOfInterest), default=None
     )
@@ -351,5 +390,6 @@ __all__ = [
     "SearchSettings",
     "TearSettings",
     "ThrowInput",
+    "TopsInput",
     "TruncationInput",
 ]

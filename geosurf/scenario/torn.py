@@ -13,6 +13,7 @@ from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.validate import is_torn_as_picked
 from geosurf.scene import Scene
 from geosurf.sheets import EllipticThrow, tear_horizon, throw_horizon
+from geosurf.sheets.tie import data_to_tie, tie_horizon
 
 
 def torn_horizons(
@@ -65,7 +66,18 @@ def _as_picked(scenario: Scenario, scene: Scene, name: str, horizon: Any) -> She
         "noise": tear.noise_m,
         "fill_empty_blocks": tear.fill_empty_blocks,
     }
-    return tear_horizon(horizon, faults, name=name, **words)
+
+    def make(data: Any) -> Sheet:
+        """Tear these data as the scenario has it."""
+        return tear_horizon(data, faults, name=name, **words)
+
+    entry = scenario.tops
+    tops, settings = scene.tops, None if entry is None else entry.settings
+    if tops is None or settings is None or not len(tops.of(name)):
+        return make(horizon)
+    tied = tie_horizon(name, data_to_tie(horizon, name), make, faults, tops, settings).made
+    assert isinstance(tied, Sheet)
+    return tied
 
 
 def _by_throw(scene: Scene, throws: list[ThrowInput], name: str, horizon: Any) -> Sheet:

@@ -123,6 +123,8 @@ def _check_model(scenario: Scenario, at: KeyPath) -> None:
             at.refuse(
                 f"[model] and {word} cannot be combined: a sealed model has its own. Remove one."
             )
+    if scenario.tops is not None and scenario.tops.tie:
+        at.refuse("[model] and tops.tie cannot be combined: a sealed model stays as it is.")
     _check_places(scenario, at)
 
 
@@ -180,6 +182,11 @@ def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
         "horizon": [entry.name for entry in scenario.horizons],
     }
     _check_throws(scenario, known, at)
+    if scenario.tops is not None and scenario.tops.tie and scenario.throws:
+        at.refuse(
+            "tops.tie cannot be combined with [[throws]]: throw moves horizons off their tops. Set "
+            "tie = false; the report still lists the misfit of each top."
+        )
     if scenario.tolerance_m is not None and (scenario.tear is not None or scenario.throws):
         table = "[tear]" if scenario.tear is not None else "[[throws]]"
         at.refuse(

@@ -45,6 +45,7 @@ from geosurf.intersect.shared import is_torn, shared_curves
 from geosurf.model import Curves, FluidContact, Patches, Sheet, TriSurface, Units, check_column
 from geosurf.model.base import in_crs_of
 from geosurf.model.expected import name_of
+from geosurf.model.tie import TieReport
 from geosurf.model.tops import Tops
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.moves import warnings_of_moves
@@ -54,7 +55,7 @@ from geosurf.scene.faults import FaultStage
 from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import InputSurfaces, opened_contacts, opened_outline
-from geosurf.scene.wells import opened_tops, warnings_of_names
+from geosurf.scene.wells import opened_tops, tied_surface, warnings_of_names
 from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.coarsen import coarsen_lattice
 
@@ -93,7 +94,7 @@ class Graph:
         """Return a horizon or fault with all its nodes."""
         name = name_of(name, "surface")
         if name in self.inputs.horizons:
-            return self.read.horizon(name, self.surface)
+            return self.tied(name)[0]
         if name in self.inputs.faults:
             return self.faults.surface(name)
         known = self.inputs.names
@@ -169,7 +170,9 @@ class Graph:
     def _untorn_horizons(self) -> list[TriSurface]:
         """All horizons; torn ones as they were given, which needs no fault that leaves the box."""
         return [
-            value.surface.renamed(name) if isinstance(value, Sheet) else self.unsimplified(name)
+            value.surface.renamed(name)
+            if isinstance(value, Sheet)
+            else self.read.horizon(name, self.surface)
             for name, value in self.inputs.horizons.items()
         ]
 
@@ -185,6 +188,23 @@ class Graph:
         """Well tops, read from their file; None if the scene has none."""
         with self.memory.collecting():
             return opened_tops(self.inputs.tops, self.inputs.options)
+
+    def tied(self, name: str) -> tuple[TriSurface, TieReport | None]:
+        """A horizon with all its nodes, tied to its tops if that is requested; and how."""
+        plain, settings = self.read.horizon(name, self.surface), self.inputs.tie
+        if settings is None or self.tops is None or not len(self.tops.of(name)):
+            return plain, None
+        tops = self.tops
+        faults = [self.faults.surface(fault) for fault in self.inputs.faults]
+        content = (tops.wells, tops.horizons, tops.points.tobytes(), settings)
+        key = ("tied", name, *map(self.memory.key_of, (plain, *faults)), content)
+        found: tuple[TriSurface, TieReport] = self.memory.get_or_compute(
+            "tie", name, key,
+            lambda: tied_surface(name, plain, self.sheets.get(name), faults, tops, settings),
+            lambda result: str(result[1]), again=False,
+        )  # fmt: skip
+        self.memory.made_of(found[0], key)
+        return found
 
     # ---- column and fluid contacts -------------------------------------------------------
 

@@ -12,6 +12,7 @@ from geosurf.errors import InputError
 from geosurf.faults.rules import Rule, read_extend, read_truncations
 from geosurf.model import Sheet, check_column
 from geosurf.model.expected import box_of_sides, flag_of
+from geosurf.model.tie import tie_settings
 
 Box = tuple[float, float, float, float, float, float]
 Entry = TypeVar("Entry")
@@ -34,7 +35,7 @@ class SceneInputs:
     ----------
     horizons, faults, box, column, contacts, aoi, positive, length_unit
         As for `Scene`.
-    voxel_size, self_intersections, extend, truncations, tolerance, tops
+    voxel_size, self_intersections, extend, truncations, tolerance, tops, tie
         As for `Scene`.
 
     Attributes
@@ -67,6 +68,7 @@ class SceneInputs:
     truncations: Mapping[str, Any] = field(default_factory=dict)
     tolerance: float | None = None
     tops: Any = None
+    tie: Any = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -91,6 +93,9 @@ class SceneInputs:
         crossing = flag_of(self.self_intersections, "self_intersections")
         tolerance = check_scene_tolerance(self.tolerance, horizons)
         truncations = as_mapping("truncations", self.truncations)
+        tie = tie_settings(self.tie)
+        if tie is not None and self.tops is None:
+            raise InputError("tie needs well tops. Give them, too: tops=geosurf.read_tops(path).")
 
         self.__dict__.update(  # frozen from here on
             horizons=horizons,
@@ -101,6 +106,7 @@ class SceneInputs:
             self_intersections=crossing,
             tolerance=tolerance,
             truncations=truncations,
+            tie=tie,
             rules=read_truncations(truncations, tuple(faults)),
             extend=read_extend(self.extend, tuple(faults)),
         )

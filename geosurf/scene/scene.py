@@ -17,6 +17,8 @@ from geosurf.model import Certificate, FluidContact, Patches, Sheet, TriSurface,
 from geosurf.model.curves import Curves, VoxelSearch
 from geosurf.model.faults import Extension, Truncation
 from geosurf.model.network import FaultNetwork
+from geosurf.model.tie import TieReport
+from geosurf.model.tops import Tops
 from geosurf.scene import measures
 from geosurf.scene.graph import Graph
 from geosurf.scene.inputs import Box, SceneInputs, or_empty, refuse_assignment
@@ -76,6 +78,9 @@ class Scene:
         those of smooth surfaces through all nodes, to this error: docs/how_it_works/tolerance.md.
     tops : xarray.Dataset, table or path, optional
         Well tops, as from `read_tops`: `misfit` compares them with the horizons.
+    tie : bool or mapping, optional
+        True corrects each horizon smoothly so that it meets its tops, within 1000 m of a well and
+        on its side of every fault, to 0.1 m; ``{"range": 500.0, "tolerance": 0.05}`` sets both [m].
 
     Raises
     ------
@@ -115,11 +120,12 @@ class Scene:
         truncations: Mapping[str, Any] | None = None,
         tolerance: float | None = None,
         tops: Any = None,
+        tie: Any = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
-            tops,
+            tops, tie,
         )  # fmt: skip
         self.__dict__.update(_inputs=inputs, _graph=Graph(inputs, Memory()))
 
@@ -244,6 +250,17 @@ class Scene:
     def contacts(self) -> tuple[FluidContact, ...]:
         """Fluid contacts, from the top down, each with its name, zones and block."""
         return tuple(self._graph.fluids[1])
+
+    @property
+    def tops(self) -> Tops | None:
+        """Well tops of the scene, checked: wells, horizons and points; None without."""
+        return self._graph.tops
+
+    @property
+    def ties(self) -> dict[str, TieReport]:
+        """What tying horizons to their well tops did, by name: tops in use, misfit, change."""
+        found = {name: self._graph.tied(name)[1] for name in self.horizon_names}
+        return {name: report for name, report in found.items() if report is not None}
 
     @property
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from geosurf.conventions import counted, did_you_mean
-from geosurf.errors import GeosurfWarning
+import numpy as np
+
+from geosurf.conventions import counted, did_you_mean, length_text
+from geosurf.errors import GeosurfWarning, InputError
+from geosurf.model import Sheet, TriSurface
+from geosurf.model.tie import TieReport, TieSettings
 from geosurf.model.tops import Tops, tops_of
+from geosurf.warning import collected, warn
 
 
 def opened_tops(tops: Any, options: dict[str, str | None]) -> Tops | None:
@@ -37,4 +43,53 @@ def warnings_of_names(tops: Tops, horizons: tuple[str, ...]) -> list[GeosurfWarn
     return found
 
 
-__all__ = ["opened_tops", "warnings_of_names"]
+def tied_surface(
+    name: str,
+    plain: TriSurface,
+    sheet: Sheet | None,
+    faults: Sequence[TriSurface],
+    tops: Tops,
+    settings: TieSettings,
+) -> tuple[TriSurface, TieReport]:
+    """
+    Return a horizon that meets its well tops, and what was done.
+
+    Parameters
+    ----------
+    name : str
+    plain : TriSurface
+        The horizon as it is without tops.
+    sheet : Sheet or None
+        The same, if it was torn before: it is compared, and cannot be corrected any more.
+    faults : sequence of TriSurface
+        As the model has them.
+    tops : Tops
+    settings : TieSettings
+
+    Raises
+    ------
+    InputError
+        If a sheet that was torn before does not meet its tops.
+    """
+    from geosurf.sheets.tie import tie_horizon
+
+    if sheet is None:
+        tied = tie_horizon(name, plain, lambda data: data, faults, tops, settings)
+        return tied.data, tied.report
+    # a tolerance that is always met: nothing is corrected
+    compared = TieSettings(settings.range, np.inf)
+    with collected() as found:
+        report = tie_horizon(name, plain, lambda _: sheet, faults, tops, compared).report
+    for warning in found:
+        if warning not in sheet.warnings:  # a tie before has issued those
+            warn(warning)
+    if report.before > settings.tolerance:
+        raise InputError(
+            f"horizon {name!r} is a sheet that was torn before, so that tops cannot be tied: it "
+            f"misses them by up to {length_text(report.before)}. Give the data of the horizon in "
+            "place of the sheet, or leave tie= out; scene.misfit() lists all tops."
+        )
+    return plain, report
+
+
+__all__ = ["opened_tops", "tied_surface", "warnings_of_names"]

@@ -6,6 +6,7 @@ faults; `throw_horizon` moves a horizon that is still continuous by the throw of
 ==============  ===================================================================
 tear            `tear_horizon`: the steps of the first way, in order
 throw/          `throw_horizon`: the second way
+tie/            horizons that meet well tops: data corrected, then torn again
 report/         what the user learns about a sheet: cut-offs, misfit, trim
 mesh/           heights and cut links -> a torn mesh that the faults close exactly
 heights/        heights of all nodes, each wall from data of its own side only
