@@ -75,6 +75,8 @@ def given() -> SimpleNamespace:
         "positive": "up", "length_unit": "m", "pictures": {}, "n": 5, "view": "top",
         "direction": "local", "key": "x", "numbers": 0,
         "sides": "F1+", "values": [1.0], "value": 5, "grid": 1000.0, "i": 0, "what": "it",
+        "tops": {"well": ["W1"], "horizon": ["Top"], "easting": [1000.0], "northing": [1000.0],
+                 "elevation": [-2100.0]}, "tie": True,
         "torn_faults": faults, "torn_grid": torn.horizons["Top"], "files": files,
         "network": scene.propose_fault_network(), "unit": next(iter(scene.units.values())),
         "sheet": gs.tear_horizon(torn.horizons["Top"], faults), "certificate": scene.check(),
@@ -86,12 +88,13 @@ def files_of(scene: gs.Scene, world: Any) -> dict[str, str]:
     """A file for each reader, in the working folder."""
     found = {
         "read_horizon": "top.nc", "read_fault": "f1.ts", "read_points": "points.xyz",
-        "read_polygons": "lines.pol", "run_scenario": "s.toml",
+        "read_polygons": "lines.pol", "run_scenario": "s.toml", "read_tops": "tops.csv",
     }  # fmt: skip
     gs.write(world.horizons["Top"], "top.nc")
     gs.write(scene.surface("F1"), "f1.ts")
     Path("points.xyz").write_text("0 0 -1\n1 0 -2\n0 1 -2\n")
     Path("lines.pol").write_text("0 0 0\n1 0 0\n1 1 0\n999 999 999\n")
+    Path("tops.csv").write_text("Well,X,Y,Z,Top\nW1,1000,1000,-2100,Top\n")
     Path("s.toml").write_text('[[horizons]]\nname = "Top"\nfile = "top.nc"\n')
     return {name: str(Path(file).resolve()) for name, file in found.items()}
 
@@ -141,7 +144,7 @@ def right_arguments(name: str, function: Any) -> dict[str, Any]:
             words[key] = "new.png"
         elif parameter.default is parameter.empty or key == "size":
             words[key] = getattr(g, SPECIAL.get(name, {}).get(key, key))
-    if name in ("read_points", "read_polygons"):
+    if name in ("read_points", "read_polygons", "read_tops"):
         words["positive"] = "up"
     if name == "run_scenario":
         words["pictures"] = False

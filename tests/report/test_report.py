@@ -47,7 +47,9 @@ NOTHING_ELSE = {
     **dict.fromkeys(("warnings", "contacts", "fault_actions", "faults_inside"), ()),
     **dict.fromkeys(("horizons_inside", "horizon_names", "fault_names"), ()),
     **dict.fromkeys(("surface", "search", "cutoffs", "thickness", "fault_polygons"), None),
-    **dict.fromkeys(("juxtaposition", "allan", "section", "aoi", "tolerance"), None),
+    **dict.fromkeys(
+        ("juxtaposition", "allan", "section", "aoi", "tolerance", "tops", "misfit"), None
+    ),
     "sheets": {},
     "volume_error_bound": 0.0,
     "explain": lambda **_: "",

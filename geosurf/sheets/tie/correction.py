@@ -133,18 +133,19 @@ def _refuse_contradictions(
     allowed = np.where(together, 1.5 * settings.tolerance, STEEPEST * far)
     excess = np.where(np.isfinite(far) & (apart > allowed), apart / np.maximum(far, 1.0), 0.0)
     if excess.any():
-        _refuse(controls, tops, far, *np.unravel_index(int(excess.argmax()), far.shape))
+        _refuse(controls, tops, far, int(excess.argmax()))
 
 
 def _refuse_steepest(controls: Controls, tops: Tops, far: np.ndarray) -> None:
     """Name the two tops between which the correction is steepest."""
     apart = np.abs(controls.residual[:, None] - controls.residual[None, :])
     slope = np.where(np.isfinite(far), apart / np.maximum(far, 1.0), 0.0)
-    _refuse(controls, tops, far, *np.unravel_index(int(slope.argmax()), far.shape))
+    _refuse(controls, tops, far, int(slope.argmax()))
 
 
-def _refuse(controls: Controls, tops: Tops, far: np.ndarray, i: int, j: int) -> None:
-    i, j = sorted((int(i), int(j)))
+def _refuse(controls: Controls, tops: Tops, far: np.ndarray, pair: int) -> None:
+    """Name both tops of a pair, an entry of the matrix of distances."""
+    i, j = sorted(divmod(pair, len(far)))
     first, second = controls.top[i], controls.top[j]
     raise GeometryError(
         f"well tops of {tops.horizons[first]!r} contradict each other: wells {tops.wells[first]!r} "
