@@ -131,6 +131,10 @@ class ReportedModel(MeasuredModel, Protocol):
         """By how much that may change the volume of units [m3]."""
 
     @property
+    def coverage(self) -> dict[str, float]:
+        """Share of each input that is inside the model."""
+
+    @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:
         """What was assumed, each with its effect and a remedy."""
 

@@ -205,7 +205,10 @@ def _sections(
         ("Throw and heave of torn horizons", _sheets(scene)),
         ("Certificate", page.html_table(run_tables.check_table(certificate))),
         ("Extended and truncated faults", _fault_work(scene)),
-        ("Surfaces and their extent [m]", page.html_table(tables.surface_table(scene.surfaces))),
+        (
+            "Surfaces and their extent [m]",
+            page.html_table(tables.surface_table(scene.surfaces, scene.coverage)),
+        ),
         ("Intersection lines", lengths or page.paragraph("No two surfaces intersect.")),
         ("Run log", page.html_table(costs) + _explanation(scene)),
         ("Versions", page.html_table(run_tables.version_table())),

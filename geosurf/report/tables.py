@@ -12,15 +12,27 @@ from geosurf.model.protocols import ReportedModel
 from geosurf.report.table import NOTHING, Table, number
 
 
-def surface_table(surfaces: Iterable[TriSurface]) -> Table:
-    """Return the input surfaces: name, role, number of triangles, extent [m]."""
+def surface_table(surfaces: Iterable[TriSurface], coverage: Mapping[str, float]) -> Table:
+    """Return the input surfaces: name, role, share inside, number of triangles, extent [m]."""
     rows = []
     for surface in surfaces:
         bounds = (
             [number(value, 1) for value in surface.bounds] if surface.n_triangle else [NOTHING] * 6
         )
-        rows.append((surface.name, surface.role, number(surface.n_triangle), *bounds))
-    head = ("Surface", "Role", "Triangles", "West", "East", "South", "North", "Bottom", "Top")
+        inside = f"{100 * coverage[surface.name]:.0f}"
+        rows.append((surface.name, surface.role, inside, number(surface.n_triangle), *bounds))
+    head = (
+        "Surface",
+        "Role",
+        "Inside [%]",
+        "Triangles",
+        "West",
+        "East",
+        "South",
+        "North",
+        "Bottom",
+        "Top",
+    )
     return Table(head, tuple(rows), n_label=2)
 
 

@@ -41,7 +41,7 @@ def build_scene(
         If a surface cannot be read, or neither file nor scenario declares its unit or direction.
     """
     # what a scene has, wherever its surfaces come from
-    aoi = None if scenario.aoi is None else scenario.aoi.file or scenario.aoi.corners_m
+    aoi = None if scenario.aoi is None else scenario.aoi.value
     shared: dict[str, Any] = {
         "contacts": _contacts(scenario),
         "aoi": aoi,

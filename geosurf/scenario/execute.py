@@ -210,7 +210,7 @@ def compute(scenario: Scenario, log: StepLog, out: Path | None = None) -> Scene:
     for name in (*scene.horizon_names, *scene.fault_names):
         scene.surface(name)
         log.new_steps_of(scene)
-    for stage in ("curves", "units"):
+    for stage in ("curves", "coverage", "units"):
         with pictured(scene, out):
             getattr(scene, stage)
         log.new_steps_of(scene)

@@ -281,19 +281,31 @@ class TopsInput:
 
 @dataclass(frozen=True, kw_only=True)
 class AreaOfInterest:
-    """``[aoi]``: a polygon that the model fills. Leave the table out for the box."""
+    """``[aoi]``: a polygon that the model fills.
+
+    Leave the table out for the box, or without a box for the outline that all horizons share.
+    """
 
     file: Path | None = key(
-        "A closed polygon, `.pol` or `.csv`. Give this or `corners_m`.", values.file, default=None
+        "A closed polygon, `.pol` or `.csv`. Give one of these keys.", values.file, default=None
     )
     corners_m: tuple[tuple[float, float], ...] | None = key(
         "Easting and northing around the polygon.", values.corners, unit="m", default=None
     )
+    rectangle: bool = key(
+        "Whether to take the largest axis-parallel rectangle that all horizons cover.",
+        values.switch, default=False,
+    )  # fmt: skip
+
+    @property
+    def value(self) -> Any:
+        """The area as `Scene` takes it."""
+        return "rectangle" if self.rectangle else self.file or self.corners_m
 
 
 @dataclass(frozen=True, kw_only=True)
 class BoxRanges:
-    """``[box]``: the model box. Leave the table out for the area that all horizons cover."""
+    """``[box]``: the model box. Leave the table out for the outline that all horizons share."""
 
     easting_m: tuple[float, float] = key("West and east side.", values.interval, unit="m")
     northing_m: tuple[float, float] = key("South and north side.", values.interval, unit="m")

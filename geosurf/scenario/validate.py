@@ -144,8 +144,10 @@ def _check_places(scenario: Scenario, at: KeyPath) -> None:
             at.refuse(f"{label} is given {block}{zones} twice; delete one.")
         given.add(where)
     aoi = scenario.aoi
-    if aoi is not None and (aoi.file is None) == (aoi.corners_m is None):
-        at.refuse("aoi: give either file or corners_m.")
+    if aoi is not None and (aoi.file, aoi.corners_m, aoi.rectangle or None).count(None) != 2:
+        at.refuse("aoi: give one of file, corners_m, rectangle.")
+    if aoi is not None and aoi.rectangle and scenario.box is not None:
+        at.refuse("aoi.rectangle proposes a box, and [box] is given as well; remove one.")
 
 
 def _check_contacts(scenario: Scenario, at: KeyPath) -> None:

@@ -6,14 +6,108 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from geosurf.conventions import frame_origin, shift_is_exact
+from geosurf.conventions import area_text, counted, frame_origin, place, shift_is_exact
+from geosurf.errors import GeosurfWarning
 from geosurf.model import TriSurface
 from geosurf.scene.inputs import Box
 from geosurf.scene.memory import Memory
 from geosurf.triangulate import build_walls
-from geosurf.triangulate.box import propose_box
-from geosurf.triangulate.cover import warning_of_area
+from geosurf.triangulate.box import are_unrotated, propose_box
+from geosurf.triangulate.footprint import Footprint, footprint_of
 from geosurf.triangulate.rims import off_the_rims
+from geosurf.triangulate.shared_area import SharedArea, shared_area
+from geosurf.warning import warn
+
+ENOUGH = 0.99  # of what all horizons cover: a default area with less is worth a warning
+MUCH = 0.9  # of one horizon: the same
+
+
+def default_area(horizons: Sequence[TriSurface], memory: Memory) -> SharedArea | None:
+    """Return the outline that horizons share; None if that is where unrotated grids overlap.
+
+    Parameters
+    ----------
+    horizons : sequence of TriSurface
+        Torn ones as lattices: gaps at their faults are not holes.
+    memory : Memory
+        Gets the step, and warnings of what the area leaves out.
+    """
+    if are_unrotated(horizons):
+        return None
+
+    def found() -> SharedArea:
+        footprints = [footprint_of(horizon) for horizon in horizons]
+        area = shared_area(footprints)
+        for warning in warnings_of_area(area, footprints):
+            warn(warning)
+        return area
+
+    key = ("area", *(memory.key_of(horizon) for horizon in horizons))
+    result: SharedArea = memory.get_or_compute(
+        "area", "all horizons", key, found, area_in_words, again=False
+    )
+    return result
+
+
+def area_in_words(area: SharedArea) -> str:
+    """Return the size of a default area, and what part of the horizons it is."""
+    share = percent(area.share)
+    corners = counted(len(area.outline), "corner")
+    return f"{area_text(area.area)}, {share} of what all horizons cover, {corners}"
+
+
+def percent(share: float) -> str:
+    """Return a share as text: 100 % only if it is all to within a thousandth.
+
+    Examples
+    --------
+    >>> percent(0.99996), percent(0.9962), percent(0.181)
+    ('100 %', '99.6 %', '18 %')
+    """
+    digits = 1 if 0.99 <= share < 0.9995 else 0
+    return f"{100 * share:.{digits}f} %"
+
+
+def warnings_of_area(area: SharedArea, horizons: Sequence[Footprint]) -> list[GeosurfWarning]:
+    """Return warnings of what a default area leaves out: other pieces, and much of a horizon."""
+    found = []
+    how = "Pass aoi= with the outline of your model to choose another area."
+    if area.pieces:
+        (size, (x, y)), *more = area.pieces
+        rest = ""
+        if more:
+            total = area_text(sum(other for other, _ in more))
+            rest = f", and {counted(len(more), 'smaller piece')} of {total} in total"
+            if len(more) == 1:
+                rest = f", and a smaller one of {total}"
+        words = (
+            f"All horizons cover {counted(len(area.pieces) + 1, 'separate piece')}. The default "
+            f"area is the largest ({area_text(area.area)}); it leaves out {area_text(size)} around "
+            f"{place((x, y))}{rest}."
+        )
+        found.append(GeosurfWarning("area", "aoi", words, how))
+    elif area.share < ENOUGH:
+        words = f"The default area covers {percent(area.share)} of what all horizons cover."
+        found.append(GeosurfWarning("area", "aoi", words, how))
+    for horizon in horizons:
+        share = area.area / horizon.area
+        if share < MUCH and not area.pieces:
+            words = (
+                f"The default area covers {percent(share)} of horizon {horizon.name!r} "
+                f"({area_text(area.area)} of {area_text(horizon.area)}), because other horizons "
+                "end there."
+            )
+            more = "Pass aoi= or box= to choose another area."
+            found.append(GeosurfWarning("area", horizon.name, words, more))
+    return found
+
+
+def rectangle_in_words(sides: Box, horizons: Sequence[TriSurface]) -> str:
+    """Return how much of the horizons an axis-parallel rectangle covers."""
+    west, east, south, north = sides[:4]
+    smallest = min(footprint_of(horizon).area for horizon in horizons)
+    share = percent((east - west) * (north - south) / smallest)
+    return f"the largest axis-parallel rectangle that all horizons cover, {share} of the smallest"
 
 
 def box_around(
@@ -28,11 +122,11 @@ def box_around(
     ----------
     given : (west, east, south, north, bottom, top) or None
     area : ndarray of float64, shape (n, 2), or None
-        Corners of the area of interest.
+        Corners of the area of the model.
     horizons : callable
         () -> all horizons; asked only for the default box.
     memory : Memory
-        Gets the step, and a warning if the default box leaves much of the horizons out.
+        Gets the step.
     """
     if given is not None:
         build_walls(given, area)  # raises where no walls can stand
@@ -40,10 +134,11 @@ def box_around(
     else:
         surfaces = horizons()
         west, east, south, north, bottom, top = box = propose_box(surfaces, area)
-        words = box_in_words(box, surfaces, area)
-        memory.note("box", "all horizons", "ran", f"default: {words}")
+        words = "around the area"
         if area is None:
-            memory.warn(*filter(None, [warning_of_area(surfaces, box)]))
+            axis_parallel = are_unrotated(surfaces)
+            words = "where all horizons are" if axis_parallel else rectangle_in_words(box, surfaces)
+        memory.note("box", "all horizons", "ran", f"default: {words}")
     if area is not None:
         (west, south), (east, north) = area.min(axis=0).tolist(), area.max(axis=0).tolist()
     return west, east, south, north, bottom, top
@@ -66,26 +161,6 @@ def outline_off_rims(
     """Return an outline of which no side runs along the rim of a horizon except for rounding."""
     with memory.collecting():
         return off_the_rims(outline, list(horizons), what)
-
-
-def box_in_words(
-    sides: Sequence[float], horizons: Sequence[TriSurface], aoi: np.ndarray | None
-) -> str:
-    """Return where a default box lies, and how much it leaves out because of holes and rims."""
-    if aoi is not None:
-        return "where the area of interest is"
-
-    # share of the rectangle where the bounds of all horizons overlap
-    bounds = np.array([horizon.bounds for horizon in horizons])
-    span = bounds[:, 1:4:2].min(axis=0) - bounds[:, 0:4:2].max(axis=0)
-    west, east, south, north = sides[:4]
-    share = (east - west) * (north - south) / float(span.prod())
-    if share > 0.99:
-        return "where all horizons are"
-    return (
-        f"the largest rectangle that all horizons cover, {100 * share:.0f} % of where they "
-        "overlap; the remainder has holes or slanting rims"
-    )
 
 
 def boxes_meet(p: Sequence[float], q: Sequence[float]) -> bool:
@@ -112,4 +187,4 @@ def _shift_is_exact(surface: TriSurface, origin: np.ndarray) -> bool:
     return all(shift_is_exact(axis, shift) for axis, shift in zip(axes, origin[:2], strict=True))
 
 
-__all__ = ["box_around", "box_in_words", "box_off_rims", "boxes_meet", "outline_off_rims"]
+__all__ = ["box_around", "box_off_rims", "boxes_meet", "default_area", "outline_off_rims"]

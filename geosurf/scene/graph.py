@@ -5,7 +5,7 @@
     inputs
       │ read, triangulate              surfaces.py
       ├── horizons ──┐
-      └── faults     ├─> box, area     area.py       where all horizons are, if it is not given
+      └── faults     ├─> box, area     area.py       the outline that horizons share, by default
             │        │       │
             └────────┼───────┴─> faults, extended and truncated            faults.py
                      v                │
@@ -50,6 +50,7 @@ from geosurf.model.tops import Tops
 from geosurf.rebuild import patches_from, trim_sheets
 from geosurf.rebuild.moves import warnings_of_moves
 from geosurf.scene import area
+from geosurf.scene.coverage import coverage_in_words, share_inside
 from geosurf.scene.curves import curves_of_pair, merge_pairs
 from geosurf.scene.faults import FaultStage
 from geosurf.scene.inputs import Box, SceneInputs
@@ -58,6 +59,7 @@ from geosurf.scene.surfaces import InputSurfaces, opened_contacts, opened_outlin
 from geosurf.scene.wells import opened_tops, tied_surface, warnings_of_names
 from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.coarsen import coarsen_lattice
+from geosurf.triangulate.shared_area import SharedArea
 
 
 class Graph:
@@ -149,23 +151,53 @@ class Graph:
 
     @cached_property
     def aoi(self) -> np.ndarray | None:
-        """Corners of the area of interest (n, 2), counter-clockwise [m]; None if it is the box."""
-        if self.given_area is None:
-            return None
+        """Corners of the area of the model (n, 2), counter-clockwise [m]; None if it is the box."""
+        if self.given_area is None or self.inputs.aoi is None:
+            return self.given_area
         horizons = self._untorn_horizons()
         return area.outline_off_rims(self.given_area, horizons, "area of interest", self.memory)
 
     @cached_property
     def given_area(self) -> np.ndarray | None:
-        """The area of interest before its sides are moved off rims."""
+        """The area as it is given, or the default one; None if it is an axis-parallel rectangle."""
         if self.inputs.aoi is None:
+            default = self.default_area
+            return None if default is None or default.axis_parallel else default.outline
+        if self.inputs.takes_rectangle:
             return None
         with self.memory.collecting():
             return opened_outline(self.inputs.aoi)
 
+    @cached_property
+    def default_area(self) -> SharedArea | None:
+        """What all horizons share, if neither box nor area is given; None for unrotated grids."""
+        given = self.inputs.box is not None or self.inputs.aoi is not None
+        if given or not self.inputs.horizons:
+            return None
+        return area.default_area(self._lattices(), self.memory)
+
     def _box_around(self, outline: np.ndarray | None) -> Box:
         """The given box, or the default one, as wide as an area in it."""
+        if outline is None and self.inputs.box is None and self.default_area is not None:
+            outline = self.default_area.outline
         return area.box_around(self.inputs.box, outline, self._untorn_horizons, self.memory)
+
+    @cached_property
+    def coverage(self) -> dict[str, float]:
+        """Share of each input that is inside the model, by name."""
+        box, outline = self.box, self.aoi
+        shares = {one.name: share_inside(one, box, outline) for one in self.surfaces}
+        self.memory.note("area", "inside", "ran", coverage_in_words([*shares.items()]))
+        return shares
+
+    def _lattices(self) -> list[TriSurface]:
+        """All horizons as they lie in the map; torn ones as grids, without gaps at faults."""
+        return [
+            TriSurface(name, "horizon", lattice=value.lattice)
+            if isinstance(value, Sheet)
+            else self.unsimplified(name)
+            for name, value in self.inputs.horizons.items()
+        ]
 
     def _untorn_horizons(self) -> list[TriSurface]:
         """All horizons; torn ones as they were given, which needs no fault that leaves the box."""
@@ -271,7 +303,7 @@ class Graph:
         """All surfaces and the walls of the box, split along their curves."""
         self.prepare()
         n_surface = len(self._enclosed) - len(self._walls)
-        place = "box" if self.inputs.aoi is None else "area"
+        place = "box" if self.aoi is None else "area"
         patches = self.memory.get_or_compute(
             "rebuild", f"{counted(n_surface, 'surface')} and the {place}",
             self._patches_key, self.rebuild, lambda p: counted(p.n_patch, "patch"),

@@ -26,6 +26,9 @@ SAMPLES = {
 }
 
 
+RECTANGLE = "rectangle"  # as an area: the largest axis-parallel one that all horizons cover
+
+
 @dataclass(frozen=True, eq=False)
 class SceneInputs:
     """
@@ -80,6 +83,10 @@ class SceneInputs:
                 "a scene needs at least one horizon or fault; give horizons={name: ...}."
             )
         box = None if self.box is None else tuple(box_of_sides(self.box).tolist())
+        if box is not None and self.takes_rectangle:
+            raise InputError(
+                "aoi='rectangle' proposes a box, and box= is given as well. Leave one of them out."
+            )
 
         # each input alone, then against the others
         check_column(tuple(horizons), self.column)
@@ -117,6 +124,11 @@ class SceneInputs:
         return (*self.horizons, *self.faults)
 
     @property
+    def takes_rectangle(self) -> bool:
+        """Whether the area is the largest axis-parallel rectangle that all horizons cover."""
+        return isinstance(self.aoi, str) and self.aoi == RECTANGLE
+
+    @property
     def options(self) -> dict[str, str | None]:
         """What counts for inputs that do not declare it themselves."""
         return {"positive": self.positive, "length_unit": self.length_unit}
@@ -126,7 +138,8 @@ class SceneInputs:
         Return these inputs with some changed.
 
         `horizons` and `faults` are merged by name, and None as a value removes one. Rules of the
-        column, extensions and truncations of what was removed go with it. All else is replaced.
+        column, extensions and truncations of what was removed go with it. All else is replaced;
+        a box also replaces ``aoi="rectangle"``, which proposes one.
 
         Examples
         --------
@@ -145,6 +158,7 @@ class SceneInputs:
 
         # rules about surfaces that were removed go with them, unless new ones are given
         merged = {
+            **({"aoi": None} if self.takes_rectangle and changes.get("box") else {}),
             "column": only_of(self.column, horizons),
             "extend": only_of(self.extend, faults),
             "truncations": only_of(self.truncations, faults),

@@ -45,7 +45,7 @@ class Scene:
         A fault is an `xarray.Dataset`, `FaultSticks`, a `TriSurface`, (vertices, triangles), or a
         path.
     box : (west, east, south, north, bottom, top), optional
-        The model box [m]. Default: the largest upright rectangle that all horizons cover, with a
+        The model box [m]. Default: the outline that all horizons share (see `aoi`), with a
         margin above and below; it moves with them, so give a box to compare scenes.
     column : mapping of str to str, optional
         Which of two crossing horizons ends at the other: ``"erosional"`` removes what lies below,
@@ -54,8 +54,10 @@ class Scene:
     contacts : mapping of str to contact, optional
         Fluid contacts from the top down, which split units: ``{"OWC": -1705.0}``, also by
         block and zone; see `build_contacts` and `FluidContact`. A path is a gridded horizon.
-    aoi : array_like of float, shape (n, 2), or path, optional
+    aoi : array_like of float, shape (n, 2), path, or "rectangle", optional
         Area of interest: easting and northing around a polygon, which the model then fills.
+        Default, without a box: the outline that all horizons share, rotated and not convex as it
+        may be. ``"rectangle"``: the largest axis-parallel rectangle inside it.
     positive : {"up", "down"}, optional
         Whether inputs hold elevations or depths, for those that do not declare it.
     length_unit : str, optional
@@ -216,7 +218,7 @@ class Scene:
 
     @property
     def aoi(self) -> np.ndarray | None:
-        """Corners of the area of interest (n, 2), counter-clockwise [m]; None if it is the box."""
+        """Corners of the area of the model (n, 2), counter-clockwise [m]; None if it is the box."""
         return self._graph.aoi
 
     # ---- surfaces ------------------------------------------------------------------------
@@ -368,6 +370,22 @@ class Scene:
     def faults_inside(self) -> tuple[str, ...]:
         """Names of the faults that reach into the model."""
         return measures.names_inside(self._graph, "fault")
+
+    @property
+    def coverage(self) -> dict[str, float]:
+        """Share of each input that is inside the model: horizons in the map, faults on their area.
+
+        From 0 to 1, to within about 0.01. Nothing is cut for it.
+
+        Examples
+        --------
+        >>> import geosurf as gs
+        >>> world = gs.synthetic.tilted_planes()
+        >>> scene = gs.Scene(world.horizons, world.faults, (0, 2000, 0, 3000, -2500, -1500))
+        >>> {name: round(share, 1) for name, share in scene.coverage.items()}
+        {'Top': 0.5, 'Base': 0.5, 'F1': 0.4}
+        """
+        return self._graph.coverage
 
     @property
     def horizons_inside(self) -> tuple[str, ...]:

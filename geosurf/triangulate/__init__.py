@@ -9,6 +9,11 @@ sticks.py       fault sticks: orient, order along strike, join
 orient.py       normals of faults: into the hanging wall
 walls.py        the six sides of the model box, or a fence around a polygon
 outline.py      a polygon: refused where it meets itself, triangulated
+box.py          the default model box
+footprint.py    where a horizon is in the map: its rim
+shared_area.py  the default area: the outline that all horizons share
+inward.py       polygons that shrink: fewer corners, sides moved inward
+cover.py        the largest axis-parallel rectangle that grids cover
 rims.py         sides along the rim of a horizon, moved off it by a stated amount
 contacts.py     fluid contacts: levels and grids
 degenerate.py   triangles without area, found exactly

@@ -1,4 +1,4 @@
-"""The default model box: where all horizons are."""
+"""The default model box: around the default area, or the largest axis-parallel rectangle in it."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from geosurf.triangulate.cover import SAMPLES, Box, covers, largest_of
 _MARGIN = 0.25  # of the relief, above and below
 
 
-def propose_box(horizons: Sequence[TriSurface], aoi: np.ndarray | None = None) -> Box:
+def propose_box(horizons: Sequence[TriSurface], outline: np.ndarray | None = None) -> Box:
     """
-    Propose a model box inside the area that all horizons cover.
+    Return the model box around an outline, or around the largest rectangle inside all horizons.
 
-    For unrotated grids without holes this is where their edges overlap, exactly. For rotated
+    For unrotated grids without holes that is where their edges overlap, exactly. For rotated
     or holed grids it is the largest axis-parallel rectangle among sampled places that all horizons
     cover, one sample inside; carving still checks that nothing leaks.
 
     Parameters
     ----------
     horizons : sequence of TriSurface
-        At least one, each with its lattice.
-    aoi : ndarray of float64, shape (n, 2), optional
-        Corners of an area of interest: then the box is around it, and horizons may be meshes.
+        At least one.
+    outline : ndarray of float64, shape (n, 2), optional
+        Corners of the area of the model. Without it each horizon needs a lattice.
 
     Returns
     -------
@@ -50,32 +50,47 @@ def propose_box(horizons: Sequence[TriSurface], aoi: np.ndarray | None = None) -
             "geosurf needs horizons to propose a box. Give box=(west, east, south, north, "
             "bottom, top)."
         )
-    for horizon in horizons:
-        if horizon.lattice is None and aoi is None:
-            raise InputError(
-                f"horizon {horizon.name!r} is a mesh, and geosurf proposes boxes for grids "
-                "only. Give box=(west, east, south, north, bottom, top)."
-            )
     bounds = np.array([horizon.bounds for horizon in horizons])
+    bottom, top = bounds[:, 4].min(), bounds[:, 5].max()
+    margin = max(_MARGIN * (top - bottom), 1.0)
+    if outline is not None:
+        (west, south), (east, north) = outline.min(axis=0), outline.max(axis=0)
+    else:
+        west, east, south, north = _rectangle(horizons, bounds)
+    box = (west, east, south, north, bottom - margin, top + margin)
+    w, e, s, n, b, t = (float(value) for value in box)
+    return w, e, s, n, b, t
+
+
+def are_unrotated(horizons: Sequence[TriSurface]) -> bool:
+    """Return whether all horizons are unrotated grids without holes."""
+    lattices = [horizon.lattice for horizon in horizons]
+    return all(
+        lattice is not None and lattice.easting.ndim == 1 and lattice.present.all()
+        for lattice in lattices
+    )
+
+
+def _rectangle(
+    horizons: Sequence[TriSurface], bounds: np.ndarray
+) -> tuple[float, float, float, float]:
+    """West, east, south, north of the largest axis-parallel rectangle that all horizons cover."""
+    for horizon in horizons:
+        if horizon.lattice is None:
+            raise InputError(
+                f"horizon {horizon.name!r} is a mesh, and aoi='rectangle' is for grids only. "
+                "Leave aoi out, or give box=(west, east, south, north, bottom, top)."
+            )
     low, high = bounds[:, 0::2].max(axis=0), bounds[:, 1::2].min(axis=0)
-    if aoi is None and (low[:2] >= high[:2]).any():
+    if (low[:2] >= high[:2]).any():
         raise InputError(
             "the horizons have no area in common, so geosurf cannot propose a box. Give "
             "box=(west, east, south, north, bottom, top)."
         )
-    bottom, top = bounds[:, 4].min(), bounds[:, 5].max()
-    margin = max(_MARGIN * (top - bottom), 1.0)
-    if aoi is not None:
-        low[:2], high[:2] = aoi.min(axis=0), aoi.max(axis=0)
-    lattices = [h.lattice for h in horizons if h.lattice is not None]
-    regular = all(lattice.easting.ndim == 1 and lattice.present.all() for lattice in lattices)
-    if aoi is not None or regular:
-        west, east, south, north = low[0], high[0], low[1], high[1]
-    else:
-        west, east, south, north = _largest_rectangle(lattices, low, high)
-    box = (west, east, south, north, bottom - margin, top + margin)
-    w, e, s, n, b, t = (float(value) for value in box)
-    return w, e, s, n, b, t
+    if are_unrotated(horizons):
+        return low[0], high[0], low[1], high[1]
+    lattices = [horizon.lattice for horizon in horizons if horizon.lattice is not None]
+    return _largest_rectangle(lattices, low, high)
 
 
 def _largest_rectangle(

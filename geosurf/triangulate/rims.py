@@ -16,6 +16,7 @@ from geosurf.conventions import area_text, length_text
 from geosurf.errors import GeosurfWarning
 from geosurf.kernels.exact.predicates import frame_of, orient2d_rows
 from geosurf.model import TriSurface
+from geosurf.triangulate.inward import moved_inward
 from geosurf.triangulate.outline import check_outline, signed_area
 from geosurf.warning import warn
 
@@ -61,7 +62,7 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
     if not named:
         return outline
     inward = max(FURTHER * max(named.values()), LEAST * size)
-    found = check_outline(_moved(outline, np.where(along, inward, 0.0)))
+    found = check_outline(moved_inward(outline, np.where(along, inward, 0.0)))
     lost = signed_area(outline) - signed_area(found)
     names = " and ".join(repr(name) for name in named)
     warn(
@@ -140,22 +141,6 @@ def _frame(easting: np.ndarray, northing: np.ndarray) -> np.ndarray:
     along = [np.column_stack([easting, np.full(len(easting), y)]) for y in northing[[0, -1]]]
     up = [np.column_stack([np.full(len(northing), x), northing]) for x in easting[[0, -1]]]
     return np.concatenate([*along, *up])
-
-
-def _moved(outline: np.ndarray, inward: np.ndarray) -> np.ndarray:
-    """Corners of an area whose sides have moved inward by some lengths [m]."""
-    sides = np.roll(outline, -1, axis=0) - outline
-    sides /= np.hypot(*sides.T)[:, None]
-    normals = np.column_stack([-sides[:, 1], sides[:, 0]])
-    corners = []
-    for corner, n1, n2, d1, d2 in zip(
-        outline, np.roll(normals, 1, axis=0), normals, np.roll(inward, 1), inward, strict=True
-    ):
-        if abs(n1[0] * n2[1] - n1[1] * n2[0]) > 1e-3:
-            corners.append(corner + np.linalg.solve(np.stack([n1, n2]), [d1, d2]))
-        else:  # the sides run on into each other
-            corners.append(corner + max(d1, d2) * n2)
-    return np.array(corners)
 
 
 def _middle_of_side(outline: np.ndarray, k: int) -> tuple[float, float]:

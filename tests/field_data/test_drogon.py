@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.triangulate.footprint import footprint_of
+from geosurf.triangulate.outline import signed_area
 
 # part of the field, or some faults, are left out on purpose; the warnings have tests of their own
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
@@ -18,9 +20,10 @@ def curves(drogon_horizons, drogon_faults):
 
 @pytest.fixture(scope="module")
 def scene(drogon_horizons, drogon_faults):
-    """Top and base with all faults, in the box that the scene proposes."""
+    """Top and base with all faults, in the largest upright rectangle."""
     top, _, _, base = drogon_horizons
-    return gs.Scene({"Top": top, "Base": base}, {f.name: f for f in drogon_faults})
+    faults = {f.name: f for f in drogon_faults}
+    return gs.Scene({"Top": top, "Base": base}, faults, aoi="rectangle")
 
 
 def test_curves_of_all_horizons_and_faults_are_the_exact_ones(
@@ -70,10 +73,10 @@ def test_zone_around_one_fault_is_one_block_with_a_slit(scene, drogon_faults, co
 def test_all_grids_at_once_with_all_faults_are_carved_and_certified(
     drogon_horizons, drogon_faults, columns, verify
 ):
-    scene = gs.Scene({h.name: h for h in drogon_horizons}, {f.name: f for f in drogon_faults})
+    horizons = {h.name: h for h in drogon_horizons}
+    scene = gs.Scene(horizons, {f.name: f for f in drogon_faults}, aoi="rectangle")
     box, units = scene.box, scene.units
-    assert {w.kind for w in scene.warnings} == {"area", "outside"}
-    assert "covers 35 % of the area of all horizons" in scene.warnings[0].effect
+    assert {w.kind for w in scene.warnings} == {"outside"}
     lowest = columns(drogon_horizons, box)
     footprint = (box[1] - box[0]) * (box[3] - box[2])
     ends = [footprint * box[5], *lowest, footprint * box[4]]
@@ -83,6 +86,20 @@ def test_all_grids_at_once_with_all_faults_are_carved_and_certified(
     assert certificate.ok, str(certificate)
     distinct = np.unique(np.sort(scene.patches.triangles, axis=1), axis=0)
     assert len(verify.nonconforming_pairs((scene.patches.local, distinct))) == 0
+
+
+def test_the_default_area_is_the_field_with_all_faults(drogon_horizons, drogon_faults):
+    horizons = {h.name: h for h in drogon_horizons}
+    scene = gs.Scene(horizons, {f.name: f for f in drogon_faults})
+    assert len(scene.aoi) == 4
+    assert signed_area(scene.aoi) / footprint_of(drogon_horizons[0]).area > 0.9999
+    assert min(scene.coverage.values()) > 0.99
+    assert {u.zone for u in scene.units.values() if u.volume > 5e8} == {
+        "above topvolantis", "topvolantis/toptherys", "toptherys/topvolon",
+        "topvolon/basevolantis", "below basevolantis",
+    }  # fmt: skip
+    assert scene.warnings == ()
+    assert abs(scene.units.volume / scene.units.box_volume - 1) < 1e-12
 
 
 def by_zone(units) -> list[float]:

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.triangulate.footprint import footprint_of
+from geosurf.triangulate.outline import signed_area
 
 # part of the field, or some faults, are left out on purpose; the warnings have tests of their own
 pytestmark = pytest.mark.filterwarnings("ignore::geosurf.errors.GeosurfWarning")
@@ -18,7 +20,8 @@ CROSSING = (462200.0, 462800.0, 5933100.0, 5933700.0, -1950.0, -1450.0)
 def test_crossing_grids_are_clipped_and_each_zone_is_the_sum_of_its_columns(
     reek_horizons, drogon_faults, columns
 ):
-    scene = gs.Scene({h.name: h for h in reek_horizons}, {f.name: f for f in drogon_faults})
+    horizons = {h.name: h for h in reek_horizons}
+    scene = gs.Scene(horizons, {f.name: f for f in drogon_faults}, aoi="rectangle")
     lowest = columns(reek_horizons, scene.box)
     volume, zone = scene.units.table["volume"].values, scene.units.table["zone_index"].values
     between = np.bincount(zone, volume)[1:-1]
@@ -29,6 +32,16 @@ def test_crossing_grids_are_clipped_and_each_zone_is_the_sum_of_its_columns(
     assert abs(scene.units.volume / scene.units.box_volume - 1) < 1e-12
     certificate = scene.check()
     assert certificate.ok, str(certificate)
+
+
+def test_the_default_area_follows_the_rim_of_undefined_nodes(reek_horizons):
+    """The field is a convex polygon whose rim is a staircase of nodes, in a rotated grid."""
+    scene = gs.Scene({h.name: h for h in reek_horizons})
+    field = footprint_of(reek_horizons[0]).area
+    assert len(scene.aoi) < 40
+    assert 0.992 < signed_area(scene.aoi) / field < 1.0
+    rectangle = scene.replace(aoi="rectangle").box
+    assert (rectangle[1] - rectangle[0]) * (rectangle[3] - rectangle[2]) / field < 0.7
 
 
 @pytest.fixture(scope="module")

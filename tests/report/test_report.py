@@ -65,6 +65,7 @@ def scene():
     pair = np.array([[0, 1]])
     return SimpleNamespace(
         surfaces=(top, fault),
+        coverage={top.name: 1.0, fault.name: 0.5},
         curves=Curves(
             names=("Top <&>", "F1"),
             local=line,

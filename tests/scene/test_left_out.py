@@ -31,24 +31,15 @@ def turned(degrees, n=(31, 61), cell=50.0, hole=None):
 
 
 @pytest.mark.parametrize("degrees", [3, 20, 45, 77, 140, 250])
-def test_the_area_that_is_proposed_builds_and_covers_nearly_all(degrees):
+def test_the_default_area_of_a_turned_grid_is_all_of_it(degrees):
     scene = gs.Scene({"T": turned(degrees)})
-    with pytest.warns(gs.GeosurfWarning, match=r"box covers \d+ % of the area of all") as issued:
-        (found,) = scene.warnings
-    assert len(issued) == 1
-    assert (found.kind, found.subject, found.place) == ("area", "box", None)
-    share = int(re.search(r"covers (\d+) %", found.effect)[1]) / 100
+    assert len(scene.units) == 2
+    assert scene.check().ok
+    assert scene.warnings == ()
+    assert len(scene.aoi) == 4
+    assert 0.9999 < scene.units.footprint / (1500.0 * 3000.0) < 1.0
     height = scene.box[5] - scene.box[4]
-    field = 1500.0 * 3000.0
-    assert float(scene.volumes.sum()) / height / field == pytest.approx(share, abs=0.03)
-    aoi = eval(re.search(r"aoi=(\[[^]]*\])", found.remedy)[1])
-    other = gs.Scene({"T": turned(degrees)}, aoi=aoi)
-    assert other.warnings == ()
-    assert other.units.footprint / field > 0.9
-    box = eval(re.search(r"box=(\([^)]*\))", found.remedy)[1])
-    kept = scene.replace(box=box)
-    assert kept.warnings == ()
-    assert kept.units.footprint == pytest.approx(scene.units.footprint, rel=0.02)
+    assert float(scene.volumes.sum()) == pytest.approx(scene.units.footprint * height)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,191 @@
+"""Where a horizon is in the map: its rim, as segments that have the horizon on their left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.model import Lattice, TriSurface
+
+_SAMPLE = 4000  # nodes that a lattice is fitted to
+REGULAR = 1e-2  # cells: a lattice whose nodes are farther from even steps has no frame
+
+
+@dataclass(frozen=True, eq=False)
+class Axes:
+    """A regular lattice in the map: its corner and steps [m], right-handed.
+
+    Attributes
+    ----------
+    corner : ndarray, shape (2,)
+    steps : ndarray, shape (2, 2)
+        One column and one row on.
+    """
+
+    corner: np.ndarray
+    steps: np.ndarray
+
+    @property
+    def cell(self) -> float:
+        """The shorter step [m]."""
+        return float(np.hypot(*self.steps.T).min())
+
+    def to_lattice(self, xy: np.ndarray) -> np.ndarray:
+        """Column and row (..., 2) of places (..., 2)."""
+        return (xy - self.corner) @ np.linalg.inv(self.steps)
+
+    def to_world(self, uv: np.ndarray) -> np.ndarray:
+        """Places (..., 2) [m] of columns and rows (..., 2)."""
+        return self.corner + uv @ self.steps
+
+
+@dataclass(frozen=True, eq=False)
+class Footprint:
+    """
+    Where a horizon is in the map.
+
+    Attributes
+    ----------
+    name : str
+        Of the horizon.
+    rim : ndarray of float64, shape (n, 2, 2)
+        Segments between nodes, from and to [m]; the horizon is on their left.
+    axes : Axes or None
+        Of a regular lattice; None for meshes and curvilinear grids.
+    lines : (ndarray, ndarray) or None
+        Eastings and northings of the nodes of an unrotated grid.
+    torn : bool
+        Whether gaps inside may be those of faults: of meshes, this is unknown.
+    """
+
+    name: str
+    rim: np.ndarray
+    axes: Axes | None
+    lines: tuple[np.ndarray, np.ndarray] | None
+    torn: bool
+
+    @property
+    def area(self) -> float:
+        """Area in the map [m2]."""
+        a, b = (self.rim[:, k] - self.rim[0, 0] for k in (0, 1))
+        return 0.5 * float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum())
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """South-west and north-east corner (2, 2) [m]."""
+        return np.stack([self.rim.min(axis=(0, 1)), self.rim.max(axis=(0, 1))])
+
+
+def footprint_of(horizon: TriSurface) -> Footprint:
+    """Return where a horizon is in the map.
+
+    Examples
+    --------
+    >>> top = TriSurface("Top", "horizon", lattice=Lattice([0, 1, 2], [0, 1], np.zeros((2, 3))))
+    >>> found = footprint_of(top)
+    >>> len(found.rim), found.area
+    (6, 2.0)
+    """
+    lattice = horizon.lattice
+    if lattice is None:
+        return Footprint(horizon.name, _rim_of_mesh(horizon), None, None, torn=True)
+    rim, axes, lines = _rim_of_lattice(lattice), _axes_of(lattice), _lines_of(lattice)
+    return Footprint(horizon.name, rim, axes, lines, torn=False)
+
+
+def _lines_of(lattice: Lattice) -> tuple[np.ndarray, np.ndarray] | None:
+    """Eastings and northings of the nodes of an unrotated grid; None if it is rotated."""
+    easting, northing = lattice.easting, lattice.northing
+    if easting.ndim == 1:
+        return easting, northing
+    if (easting == easting[:1]).all() and (northing == northing[:, :1]).all():
+        return easting[0], northing[:, 0]
+    return None
+
+
+def _rim_of_mesh(horizon: TriSurface) -> np.ndarray:
+    """Edges of triangles, each turned to run around it, less those that cancel each other."""
+    xy, t = horizon.vertices[:, :2], horizon.triangles
+    a, b, c = (xy[t[:, k]] for k in range(3))
+    (u, v), (p, q) = (b - a).T, (c - a).T
+    turn = u * q - v * p
+    faces = np.where((turn < 0)[:, None], t[:, ::-1], t)[turn != 0]
+    ends = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    pairs, number = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
+    forward = np.where(ends[:, 0] < ends[:, 1], 1, -1)
+    left = np.zeros(len(pairs), dtype=np.int64)
+    np.add.at(left, number.ravel(), forward)
+    pairs = np.where((left < 0)[:, None], pairs[:, ::-1], pairs)
+    return xy[np.repeat(pairs, np.abs(left), axis=0)]
+
+
+def _rim_of_lattice(lattice: Lattice) -> np.ndarray:
+    """Links between nodes, and diagonals, with a triangle on one side only."""
+    n_row, n_col = lattice.shape
+    first, second = _triangles(lattice)
+    right, left = (first, second) if lattice.rising else (second, first)
+    node = np.arange(n_row * n_col).reshape(n_row, n_col)
+    found = []
+
+    # along rows: the second triangle of a cell has its upper side, the first its lower one
+    below, above = np.zeros((n_row, n_col - 1), bool), np.zeros((n_row, n_col - 1), bool)
+    below[1:], above[:-1] = second, first
+    found += _directed(above & ~below, node[:, :-1], node[:, 1:])
+    found += _directed(below & ~above, node[:, 1:], node[:, :-1])
+
+    # along columns
+    west, east = np.zeros((n_row - 1, n_col), bool), np.zeros((n_row - 1, n_col), bool)
+    west[:, 1:], east[:, :-1] = right, left
+    found += _directed(west & ~east, node[:-1], node[1:])
+    found += _directed(east & ~west, node[1:], node[:-1])
+
+    # diagonals
+    start, end, left, right = node[:-1, :-1], node[1:, 1:], second, first
+    if not lattice.rising:
+        start, end, left, right = node[:-1, 1:], node[1:, :-1], first, second
+    found += _directed(left & ~right, start, end)
+    found += _directed(right & ~left, end, start)
+
+    links = np.concatenate(found)
+    links = links if lattice.right_handed else links[:, ::-1]
+    row, col = np.divmod(links, n_col)
+    if lattice.easting.ndim == 1:
+        return np.stack([lattice.easting[col], lattice.northing[row]], axis=-1)
+    return np.stack([lattice.easting[row, col], lattice.northing[row, col]], axis=-1)
+
+
+def _triangles(lattice: Lattice) -> tuple[np.ndarray, np.ndarray]:
+    """Whether the first and the second triangle of each cell exist, bool (n_row - 1, n_col - 1)."""
+    n = lattice.present
+    a, b, c, d = n[:-1, :-1], n[:-1, 1:], n[1:, 1:], n[1:, :-1]
+    return (a & b & c, a & c & d) if lattice.rising else (a & b & d, b & c & d)
+
+
+def _directed(where: np.ndarray, start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
+    """Links (n, 2) from node to node, where there are some."""
+    return [np.stack([start[where], end[where]], axis=1)]
+
+
+def _axes_of(lattice: Lattice) -> Axes | None:
+    """The frame of a lattice with even steps, turned right-handed; None if it has none."""
+    n_col = lattice.shape[1]
+    known = np.flatnonzero(lattice.present)
+    known = known[np.linspace(0, len(known) - 1, min(len(known), _SAMPLE)).astype(np.int64)]
+    row, col = np.divmod(known, n_col)
+    easting, northing = lattice.horizontal()
+    xy = np.stack([easting[row, col], northing[row, col]], axis=1)
+    middle = xy.mean(axis=0)
+    design = np.column_stack([np.ones(len(row)), col, row])
+    fitted, *_ = np.linalg.lstsq(design, xy - middle, rcond=None)
+    axes = Axes(fitted[0] + middle, fitted[1:])
+    if abs(np.linalg.det(axes.steps)) < 0.1 * np.prod(np.hypot(*axes.steps.T)):
+        return None
+    if np.abs(axes.to_lattice(xy) - np.stack([col, row], axis=1)).max() > REGULAR:
+        return None
+    if np.linalg.det(axes.steps) < 0:
+        axes = Axes(axes.corner, axes.steps * [[1.0], [-1.0]])
+    return axes
+
+
+__all__ = ["REGULAR", "Axes", "Footprint", "footprint_of"]
