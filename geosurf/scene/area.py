@@ -97,8 +97,8 @@ def warnings_of_area(area: SharedArea, horizons: Sequence[Footprint]) -> list[Ge
                 f"({area_text(area.area)} of {area_text(horizon.area)}), because other horizons "
                 "end there."
             )
-            more = "Pass aoi= or box= to choose another area."
-            found.append(GeosurfWarning("area", horizon.name, words, more))
+            remedy = "Pass aoi= or box= to choose another area."
+            found.append(GeosurfWarning("area", horizon.name, words, remedy))
     return found
 
 

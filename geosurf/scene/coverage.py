@@ -65,9 +65,11 @@ def _triangles(surface: TriSurface) -> np.ndarray:
     rows = np.linspace(0, surface.n_triangle - 1, min(surface.n_triangle, SAMPLE)).astype(np.int64)
     lattice = surface.lattice
     if lattice is None:
-        return surface.vertices[surface.triangles[rows]]
+        corners: np.ndarray = surface.vertices[surface.triangles[rows]]
+        return corners
     nodes = lattice.corners_of_keys(lattice.keys_of_rows(rows))
-    return lattice.places_of_nodes(nodes.ravel()).reshape(-1, 3, 3)
+    corners = lattice.places_of_nodes(nodes.ravel()).reshape(-1, 3, 3)
+    return corners
 
 
 def _in_ring(places: np.ndarray, outline: np.ndarray) -> np.ndarray:
