@@ -64,11 +64,10 @@ def _triangles(surface: TriSurface) -> np.ndarray:
     """Corners (n, 3, 3) of all triangles, or of some spread evenly where there are many."""
     rows = np.linspace(0, surface.n_triangle - 1, min(surface.n_triangle, SAMPLE)).astype(np.int64)
     lattice = surface.lattice
-    if lattice is None:
-        corners: np.ndarray = surface.vertices[surface.triangles[rows]]
-        return corners
-    nodes = lattice.corners_of_keys(lattice.keys_of_rows(rows))
-    corners = lattice.places_of_nodes(nodes.ravel()).reshape(-1, 3, 3)
+    if lattice is not None:
+        nodes = lattice.corners_of_keys(lattice.keys_of_rows(rows))
+        return lattice.places_of_nodes(nodes.ravel()).reshape(-1, 3, 3)
+    corners: np.ndarray = surface.vertices[surface.triangles[rows]]
     return corners
 
 
