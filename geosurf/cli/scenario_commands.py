@@ -32,6 +32,8 @@ def run_command(options: argparse.Namespace) -> int:
     # notes go to stderr, so that a script can read the table from stdout
     for note in outcome.notes:
         print(f"geosurf: {note}", file=sys.stderr)
+
+    # the table is for people; files hold the same numbers
     if not options.quiet:
         table = volume_table(outcome.scene.units)
         print(f"\n{as_plain_text(table, 'Volumes [million m³]')}\n")

@@ -32,6 +32,8 @@ def stress_command(options: argparse.Namespace) -> int:
         keep=keep,
         progress=progress_printer(options.quiet),
     )
+
+    # one line for all families, then each failure with the command that repeats it
     count, wrong, refused = (
         sum(getattr(r, k) for r in rows) for k in ("cases", "wrong", "refused")
     )

@@ -130,6 +130,8 @@ def _check(diagram: xarray.Dataset, table: xarray.Dataset) -> None:
                 f"render_allan takes the result of {maker}; {type(given).__name__} lacks one of "
                 f"{', '.join(names)}."
             )
+
+    # areas of another fault would be printed next to this diagram
     one, two = diagram.attrs.get("fault"), table.attrs.get("fault")
     if one != two:
         raise InputError(

@@ -84,6 +84,8 @@ def probe(backend: Backend) -> Finding:
             return Finding(backend, "", f"{library} did not respond within {PROBE_SECONDS} s")
         except OSError as error:
             return Finding(backend, "", f"{sys.executable} cannot be started: {error.strerror}")
+
+        # a library that is not there is silent; one that fails to draw is worth a reason
         if run.returncode == 0:
             return Finding(backend, run.stdout.strip(), f"{library} can draw")
         if f"{library}: cannot open shared object" not in run.stderr:

@@ -190,6 +190,8 @@ def _draw_lines(
             highest = _highest(line, bottom, top)
             if highest is not None and highest[1] > named.get(name, (0.0, -math.inf))[1]:
                 named[name] = highest
+
+    # each fault is named once, at its highest point in the picture
     for name, (x, z) in named.items():
         axes.annotate(
             furniture.shortened(name, 12), (x, z), (0.0, 9.0 * unit), annotation_clip=False,

@@ -80,6 +80,8 @@ def show_surfaces(surfaces: Iterable[TriSurface], within: Prism | None = None) -
         elif surface.role != "wall":
             colour, opacity = palette.stratum(n_horizon), 1.0
             n_horizon += 1
+
+        # triangles and rim inside the model; a surface outside of it stays in the legend
         light = thinned(surface)
         shown = _surface_layers(light, within, colour, opacity)
         layers += shown

@@ -151,6 +151,8 @@ class ThrowInput:
     horizons: tuple[str, ...] = key(
         "Horizons that it moves. Left empty: all.", values.names, default=()
     )
+
+    # exactly one of these three
     throw_m: float | None = key(
         "The same throw everywhere; below 0 for a reverse fault.",
         values.number,
@@ -167,6 +169,8 @@ class ThrowInput:
     elliptic_m: float | None = key(
         "Largest throw of a fault that dies at its tips.", values.number, unit="m", default=None
     )
+
+    # the ellipse; what is left out follows from the fault
     half_length_m: float | None = key(
         "With `elliptic_m`: from the middle to the tips along strike. Left out: as the fault is.",
         values.above_zero,
@@ -194,6 +198,8 @@ class ThrowInput:
         unit="m",
         default=None,
     )
+
+    # how the throw is shared between the walls, and where it ends
     hanging_wall: float = key(
         "Share of the throw by which the hanging wall moves down; the footwall moves up by the "
         "remainder.",
@@ -356,6 +362,8 @@ class Scenario:
         unit="m",
         default=None,
     )
+
+    # surfaces: horizons and faults, or a sealed model in their place
     horizons: tuple[HorizonInput, ...] = key(
         "Youngest first.", values.tables(HorizonInput), default=()
     )
@@ -363,6 +371,8 @@ class Scenario:
     model: ModelInput | None = key(
         "A sealed model of another program.", values.table(ModelInput), default=None
     )
+
+    # what is done to them before the model is built
     truncations: tuple[TruncationInput, ...] = key(
         "Faults that end at others.", values.tables(TruncationInput), default=()
     )
@@ -372,6 +382,8 @@ class Scenario:
     throws: tuple[ThrowInput, ...] = key(
         "Throw of faults, youngest first.", values.tables(ThrowInput), default=()
     )
+
+    # what is built, and where
     contacts: tuple[ContactInput, ...] = key(
         "From the top down.", values.tables(ContactInput), default=()
     )

@@ -38,6 +38,7 @@ class SearchSettings:
 class OutputSettings:
     """``[output]``: which pictures and files are made."""
 
+    # which pictures are drawn
     views: tuple[str, ...] = key(
         "Pictures of horizons, faults and curves, one for each direction to look from.",
         values.some_of(*VIEWS),
@@ -66,12 +67,16 @@ class OutputSettings:
         values.pair_of_names,
         default=None,
     )
+
+    # the report
     remnants_below_m3: float = key(
         "The report lists units smaller than this, and detached pieces. The model has all units.",
         values.not_negative,
         unit="m³",
         default=0.0,
     )
+
+    # how pictures look
     exaggeration: float | None = key(
         "Vertical exaggeration of the pictures. Left out: a round number that reads well.",
         values.above_zero,
@@ -80,6 +85,8 @@ class OutputSettings:
     size_px: tuple[int, int] = key(
         "Width and height of the pictures.", values.picture_size, unit="pixels", default=(1280, 800)
     )
+
+    # files of results
     formats: tuple[str, ...] = key(
         "Files to write: " + "; ".join(f"`{k}`: {what}" for k, (_, what) in FORMATS.items()) + ".",
         values.some_of(*FORMATS),

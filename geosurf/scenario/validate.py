@@ -189,6 +189,8 @@ def _check_sheets(scenario: Scenario, at: KeyPath) -> None:
             "tops.tie cannot be combined with [[throws]]: throw moves horizons off their tops. Set "
             "tie = false; the report still lists the misfit of each top."
         )
+
+    # sheets end on their faults exactly; a tolerance would move their ends
     if scenario.tolerance_m is not None and (scenario.tear is not None or scenario.throws):
         table = "[tear]" if scenario.tear is not None else "[[throws]]"
         at.refuse(

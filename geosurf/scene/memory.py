@@ -249,6 +249,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
     if isinstance(value, Sheet):
         _add(digest, value.surface, strangers)
     elif isinstance(value, str | Path):
+        # by path and content: a file that changes is another input
         path = Path(value)
         name = str(path.resolve()).encode()
         digest.update(f"{len(name)} ".encode() + name)
@@ -277,6 +278,8 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
             _add(digest, array.values, strangers)
     elif isinstance(value, np.ndarray) and not value.dtype.hasobject:
         digest.update(f"{value.dtype} {value.shape}".encode())
+
+        # after kind and shape: equal bytes may mean different numbers
         digest.update(np.ascontiguousarray(value))
         if isinstance(value, np.ma.MaskedArray):
             _add(digest, np.ma.getmaskarray(value), strangers)
@@ -287,6 +290,7 @@ def _add(digest: Any, value: Any, strangers: list[Any]) -> None:
     elif isinstance(value, int | float | np.number):
         digest.update(repr(value).encode())
     else:
+        # nothing is known of it: it stands for itself as long as it is held
         strangers.append(value)
         digest.update(f"{id(value)}".encode())
 

@@ -358,6 +358,8 @@ def draw_pictures(
     drawn = {}
     for picture in pictures:
         path = folder / picture.file
+
+        # an error of one picture, even one of geosurf, costs no other
         with Attempt() as tried:
             picture.draw(path)
         if tried.reason:
