@@ -59,7 +59,8 @@ def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Datase
         surface inside the model); ``label``, ``zone``, ``block``, ``contact``, ``closed``. Rings
         run counter-clockwise around what they hold, their first point is not repeated;
         ``area`` is that inside each [m2], below 0 for holes: those of all units add up to the part
-        of the section in the model. ``attrs`` have its ``length`` [m], and all zones and faults.
+        of the section in the model. ``attrs`` have its ``length`` and the corners of its
+        ``line`` (easting, northing, easting ...) [m], and all zones and faults.
 
     Raises
     ------
@@ -97,6 +98,7 @@ def vertical_section(patches: Patches, units: Units, line: Any) -> xarray.Datase
     attrs = {"units": "m2", "long_name": "area inside the ring"}
     whole = {
         "length": start,
+        "line": corners.ravel().tolist(),
         "zones": list(dict.fromkeys(unit.zone for unit in units.values())),
         "faults": [source.name for source in patches.sources if source.role == "fault"],
     }

@@ -99,6 +99,13 @@ class MeasuredModel(DrawnModel, Protocol):
     def section(self, line: Any) -> xarray.Dataset:
         """Return a vertical section along a line in the map."""
 
+    @property
+    def tops(self) -> Tops | None:
+        """Well tops; None without."""
+
+    def misfit(self) -> xarray.Dataset:
+        """Return the well tops compared with the horizons."""
+
 
 class ReportedModel(MeasuredModel, Protocol):
     """A model with the further contents of a report: inputs, warnings, certificate and run log."""
@@ -110,13 +117,6 @@ class ReportedModel(MeasuredModel, Protocol):
     @property
     def sheets(self) -> dict[str, Sheet]:
         """Horizons that are torn at their faults, by name."""
-
-    @property
-    def tops(self) -> Tops | None:
-        """Well tops; None without."""
-
-    def misfit(self) -> xarray.Dataset:
-        """Return the well tops compared with the horizons."""
 
     @property
     def fault_actions(self) -> tuple[Extension | Truncation, ...]:

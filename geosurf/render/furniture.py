@@ -29,7 +29,7 @@ from geosurf.warning import warn
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.patches import Rectangle
+    from matplotlib.patches import Circle, Rectangle
     from matplotlib.patheffects import AbstractPathEffect
 
 FONT = "DejaVu Sans"
@@ -122,6 +122,16 @@ class Sheet:
         patch = Rectangle(corner, width, height, **style)
         self.axes.add_patch(patch)
         return patch
+
+    def circle(self, centre: Spot, radius: float) -> Circle:
+        """Draw a white circle with a dark rim around a pixel."""
+        from matplotlib.patches import Circle
+
+        x, y = centre
+        width = 1.6 * self.layout.unit * 72.0 / DPI
+        circle = Circle((x, y), radius, facecolor="white", edgecolor="black", linewidth=width)
+        self.axes.add_patch(circle)
+        return circle
 
     def png(self) -> bytes:
         """Return the sheet as a PNG file without metadata: equal sheets give equal bytes."""
@@ -228,6 +238,9 @@ def draw_legend(sheet: Sheet, legend: tuple[Entry, ...], room: float) -> None:
         if entry.kind in ("line", "dashes"):
             dashes: LineStyle = {"linestyle": (0, (3.0, 1.5))} if entry.kind == "dashes" else {}
             sheet.line([(left, y), (left + 26 * unit, y)], 3.0, entry.colour, **dashes)
+        elif entry.kind == "circle":
+            circle = sheet.circle((left + 13 * unit, y), 5.5 * unit)
+            circle.set_edgecolor(entry.colour)
         elif entry.kind == "area":
             look: AreaStyle = {"facecolor": (*entry.colour, max(entry.opacity, 0.35))}
             if entry.stripes is not None:

@@ -53,7 +53,8 @@ LABEL_ROOM, DETAIL_ROOM = 21, 34  # characters that fit into a line of the legen
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry of the legend; `kind` is ``"area"``, ``"line"``, ``"dashes"`` or ``"heading"``.
+    """An entry of the legend; `kind` is ``"area"``, ``"line"``, ``"dashes"``, ``"circle"`` or
+    ``"heading"``.
 
     An area with `stripes` has stripes of that colour.
     """

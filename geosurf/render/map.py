@@ -27,6 +27,7 @@ from geosurf.render.map_frame import (
 )
 from geosurf.render.surface_layers import thinned
 from geosurf.render.views import SIZE, check_size
+from geosurf.render.wells import WellTop, draw_wells_on_map, tops_on_map
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     from matplotlib.axes import Axes
@@ -44,6 +45,7 @@ def render_map(
     title: str | None = None,
     outline: np.ndarray | None = None,
     faults: Sequence[str] = (),
+    tops: Any = None,
 ) -> Path:
     """Draw a map of a horizon: elevation in colour, contours, intersection lines in bold.
 
@@ -63,6 +65,8 @@ def render_map(
         Default: the whole surface.
     faults : sequence of str
         Names of all faults, for the same colours as in other pictures.
+    tops : xarray.Dataset, optional
+        Result of `Scene.misfit`: well tops of this horizon are drawn, with name and misfit [m].
 
     Returns
     -------
@@ -71,7 +75,8 @@ def render_map(
     Raises
     ------
     InputError
-        If the surface is empty or vertical, or the curves do not include it.
+        If the surface is empty or vertical, the curves do not include it, or `tops` is not the
+        result of `Scene.misfit`.
     OutputError
         If the file cannot be written.
 
@@ -86,7 +91,9 @@ def render_map(
     expect(surface, TriSurface, "render_map takes a TriSurface", "pass scene.surface(name)")
     title = f"{surface.name}: elevation" if title is None else title
     faults = listed(faults, "faults must be names of faults", "give a list, as scene.fault_names")
-    return save_png(draw_map(surface, curves, check_size(size), title, outline, faults), path)
+    wells = [] if tops is None else tops_on_map(tops, surface.name)
+    shown = draw_map(surface, curves, check_size(size), title, outline, faults, wells)
+    return save_png(shown, path)
 
 
 def draw_map(
@@ -96,6 +103,7 @@ def draw_map(
     title: str,
     outline: np.ndarray | None = None,
     faults: Sequence[str] = (),
+    wells: Sequence[WellTop] = (),
 ) -> bytes:
     """Return the map of a surface as a PNG file.
 
@@ -111,6 +119,8 @@ def draw_map(
         Area that is shown.
     faults : sequence of str
         Names of faults in the order of their colours; then other lines are dark grey.
+    wells : sequence of WellTop
+        Tops that are drawn, in world coordinates.
 
     Returns
     -------
@@ -159,6 +169,7 @@ def draw_map(
     legend = []
     if curves is not None:
         legend = _draw_curves(sheet, axes, light, curves, within, list(faults))
+    legend += draw_wells_on_map(sheet, axes, wells, (west, south))
     furniture.draw_legend(sheet, tuple(legend), 290.0)
     draw_colour_bar(sheet, levels, "Elevation [m]", palette.ELEVATION, N_BAND, (260.0, 400.0))
     draw_north(sheet)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from geosurf.render.compose import png_path, save_png
 from geosurf.render.diagram import diagram_axes, lines_of, outline_of, range_shown
 from geosurf.render.layers import Entry
 from geosurf.render.views import check_size
+from geosurf.render.wells import draw_wells_on_section, tops_on_section
 
 if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
@@ -38,6 +39,7 @@ def render_section(
     *,
     size: tuple[int, int] = (1280, 800),
     title: str | None = None,
+    tops: Any = None,
 ) -> Path:
     """Draw a vertical section through a model.
 
@@ -51,6 +53,8 @@ def render_section(
         Width and height in pixels.
     title : str, optional
         Default: the coordinates of both ends.
+    tops : xarray.Dataset, optional
+        Result of `Scene.misfit`: wells with tops within 2 % of the length of the section are drawn.
 
     Returns
     -------
@@ -59,7 +63,7 @@ def render_section(
     Raises
     ------
     InputError
-        If `section` is not a section.
+        If `section` is not a section, or `tops` is not the result of `Scene.misfit`.
     OutputError
         If the file cannot be written.
 
@@ -97,15 +101,38 @@ def render_section(
     faults = {name: palette.fault(i) for i, name in enumerate(section.attrs["faults"])}
     _draw_lines(sheet, axes, lines, faults)
 
-    # compass directions at both ends, legend, caption
+    # wells, compass directions at both ends, legend, caption
+    wells = [] if tops is None else _draw_wells(sheet, axes, section, tops)
     corners = _corners(section)
     _draw_ends(sheet, axes, corners)
-    furniture.draw_legend(sheet, _legend(lines, areas, colours, faults), 640.0)
+    legend = (*_legend(lines, areas, colours, faults), *wells)
+    furniture.draw_legend(sheet, legend, 640.0)
     words = f"Areas: whole section. Vertical exaggeration {exaggeration:.2g}×."
     if any(line["kind"] == "contact" for line, _, _ in lines):
         words = f"Fluid contacts: blue. {words}"
     furniture.draw_words(sheet, _title(corners) if title is None else title, words)
     return save_png(sheet.png(), path)
+
+
+def _draw_wells(
+    sheet: furniture.Sheet, axes: Axes, section: xarray.Dataset, tops: Any
+) -> list[Entry]:
+    """Draw wells near the section, each top in the colour of the zone below its horizon."""
+    if "line" not in section.attrs:
+        raise InputError(
+            "the section does not hold its line, so wells have no place on it. Compute it again: "
+            "scene.section(line)."
+        )
+    zones = list(section.attrs["zones"])
+    below = {zone.partition("/")[0]: palette.stratum(i) for i, zone in enumerate(zones)}
+    below |= {
+        zone.removeprefix("below "): palette.stratum(i)
+        for i, zone in enumerate(zones)
+        if zone.startswith("below ")
+    }
+    line = np.array(section.attrs["line"], dtype=np.float64).reshape(-1, 2)
+    shown, near = tops_on_section(tops, line)
+    return draw_wells_on_section(sheet, axes, shown, near, below)
 
 
 def _corners(section: xarray.Dataset) -> np.ndarray:

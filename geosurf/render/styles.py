@@ -31,6 +31,7 @@ class TextStyle(TypedDict, total=False):
     rotation_mode: str
     path_effects: Sequence[AbstractPathEffect]
     parse_math: bool
+    zorder: float
 
 
 class LineStyle(TypedDict, total=False):

@@ -208,7 +208,8 @@ def _map(scene: MeasuredModel, name: str, size: tuple[int, int], clip: bool) -> 
         inside = ring if scene.aoi is None else scene.aoi
         surface, curves = as_modelled(scene, scene.surface(name)), scene.curves
         outline, faults = inside if clip else None, scene.fault_names
-        render_map(surface, curves, path=path, size=size, outline=outline, faults=faults)
+        tops = _tops(scene)
+        render_map(surface, curves, path=path, size=size, outline=outline, faults=faults, tops=tops)
 
     row = scene.horizon_names.index(name)
     return Picture(
@@ -218,6 +219,11 @@ def _map(scene: MeasuredModel, name: str, size: tuple[int, int], clip: bool) -> 
         "maps = false",
         needs_opengl=False,
     )
+
+
+def _tops(scene: MeasuredModel) -> Any:
+    """The misfits of the well tops, if the scene has some."""
+    return None if scene.tops is None else scene.misfit()
 
 
 def _thickness(scene: MeasuredModel, pair: tuple[str, str], size: tuple[int, int]) -> Picture:
@@ -267,7 +273,7 @@ def _middles(box: Sequence[float]) -> list[np.ndarray]:
 def _section(scene: MeasuredModel, line: np.ndarray, row: int, size: tuple[int, int]) -> Picture:
     def draw(path: Path) -> None:
         """Cut the model and draw it."""
-        render_section(scene.section(line), path, size=size)
+        render_section(scene.section(line), path, size=size, tops=_tops(scene))
 
     (x0, y0), (x1, y1) = line[0], line[-1]
     return Picture(

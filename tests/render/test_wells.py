@@ -1,0 +1,72 @@
+"""Wells on maps and sections: which tops are drawn, where, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geosurf as gs
+from geosurf.errors import InputError
+from geosurf.render import render_map
+from geosurf.render.wells import NEAR, tops_on_map, tops_on_section
+
+SIZE = (400, 250)
+
+
+@pytest.fixture(scope="module")
+def model():
+    """A scene and the misfits of its tops: two wells on the middle line, one far off."""
+    world = gs.synthetic.graben(n=9)
+    scene = gs.Scene(world.horizons, world.faults, world.box)
+    rows = [
+        (well, horizon, east, north, -2100.0)
+        for well, east, north in (("25/4-1", 900.0, 1500.0), ("B", 2000.0, 1530.0), ("C", 900, 9))
+        for horizon in ("Top", "Base")
+    ]  # fmt: skip
+    names = ("well", "horizon", "easting", "northing", "elevation")
+    tops = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
+    return scene.replace(tops=tops)
+
+
+def test_a_map_has_the_tops_of_its_horizon(model):
+    shown = tops_on_map(model.misfit(), "Base")
+    assert [(top.well, top.horizon) for top in shown] == [
+        ("25/4-1", "Base"), ("B", "Base"), ("C", "Base"),
+    ]  # fmt: skip
+    assert shown[1].place.tolist() == [2000.0, 1530.0]
+
+
+def test_a_section_has_the_tops_near_it_by_distance_along_it(model):
+    bent = np.array([[0.0, 1500.0], [1500.0, 1500.0], [1500.0, 2500.0], [4000.0, 2500.0]])
+    shown, near = tops_on_section(model.misfit(), bent)
+    assert near == pytest.approx(NEAR * 5000.0)
+    assert [(top.well, top.place.tolist()) for top in shown] == [
+        ("25/4-1", [900.0, -2100.0]), ("25/4-1", [900.0, -2100.0]),
+    ]  # fmt: skip
+    straight = np.array([[100.0, 1500.0], [4000.0, 1500.0]])
+    shown, _ = tops_on_section(model.misfit(), straight)
+    assert [top.well for top in shown] == ["25/4-1"] * 2 + ["B"] * 2
+    assert [top.place[0] for top in shown] == [800.0, 800.0, 1900.0, 1900.0]
+
+
+def test_pictures_with_wells_differ_and_are_the_same_twice(model, tmp_path):
+    surface, tops = model.surface("Top"), model.misfit()
+    section = model.section([(0, 1500), (4000, 1500)])
+    found = []
+    for k, words in enumerate(({}, {"tops": tops}, {"tops": tops})):
+        one = render_map(surface, path=tmp_path / f"m{k}.png", size=SIZE, **words)
+        two = gs.render_section(section, tmp_path / f"s{k}.png", size=SIZE, **words)
+        found.append((one.read_bytes(), two.read_bytes()))
+    (plain, one, two) = found
+    assert one == two
+    assert plain[0] != one[0]
+    assert plain[1] != one[1]
+
+
+def test_what_is_not_a_misfit_is_refused(model, tmp_path):
+    with pytest.raises(InputError, match=r"result of Scene.misfit, not dict"):
+        render_map(model.surface("Top"), path=tmp_path / "m.png", size=SIZE, tops={"well": ["A"]})
+    section = model.section([(0, 1500), (4000, 1500)])
+    del section.attrs["line"]
+    with pytest.raises(InputError, match=r"does not hold its line.*scene.section\(line\)"):
+        gs.render_section(section, tmp_path / "s.png", size=SIZE, tops=model.misfit())
