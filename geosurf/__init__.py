@@ -39,6 +39,7 @@ _HOME = {
     "build_contacts": "geosurf.triangulate",
     # faults
     "extend_fault": "geosurf.faults",
+    "lengthen_fault": "geosurf.faults",
     "truncate_faults": "geosurf.faults",
     "propose_network": "geosurf.faults",
     # sheets
@@ -95,6 +96,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.errors import GeosurfWarning as GeosurfWarning
     from geosurf.faults import (
         extend_fault as extend_fault,
+        lengthen_fault as lengthen_fault,
         propose_network as propose_network,
         truncate_faults as truncate_faults,
     )

@@ -6,6 +6,7 @@ area.py             what of the faults lies inside an area of interest
 rim.py              the open rim of a fault: start, end, up and down
 lines.py            which way a fault goes on beyond its rim
 extend.py           extension until the fault leaves the model box
+lengthen.py         extension by a given distance
 box_exits.py        where rims and lines meet the box, and leave it
 notches.py          strips of triangles along a rim, with notches filled
 bridge.py           extension beyond a main fault
@@ -21,7 +22,8 @@ dangling.py         ends in the model box that are left once a network is as pro
 """
 
 from geosurf.faults.extend import extend_fault
+from geosurf.faults.lengthen import lengthen_fault
 from geosurf.faults.propose import propose_network
 from geosurf.faults.truncate import truncate_faults
 
-__all__ = ["extend_fault", "propose_network", "truncate_faults"]
+__all__ = ["extend_fault", "lengthen_fault", "propose_network", "truncate_faults"]

@@ -8,7 +8,7 @@ bend) they cross sooner or later; that is found by exact signs, and refused with
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -103,7 +103,12 @@ def extend_to(
     """
     low, high = np.reshape(main.bounds, (3, 2)).T
     rim, guides = find_rim(surface), guides_of(surface)
-    longer, _, extension = _continued(surface, rim, guides, side, low, high, main.name, longest)
+
+    def reach(start: np.ndarray, way: np.ndarray) -> np.ndarray:
+        out = _lengths(start, way, low, high, surface.name, side, main.name)
+        return np.minimum(out, longest)
+
+    longer, _, extension = continue_side(surface, rim, guides, side, reach, main.name)
     return ExtendedFault(longer, surface.n_triangle, (extension,))
 
 
@@ -122,22 +127,26 @@ def _extended(
         side = next((s for s in waiting if len(rim.arcs[s]) > 1), waiting[0])
         waiting.remove(side)
         if rim_in_box(rim, longer.vertices, side, low, high):
-            longer, guides, extension = _continued(longer, rim, guides, side, low, high, until)
+
+            def reach(start: np.ndarray, way: np.ndarray, side: str = side) -> np.ndarray:
+                return _lengths(start, way, low, high, surface.name, side, until)
+
+            longer, guides, extension = continue_side(longer, rim, guides, side, reach, until)
             found.append(extension)
     return ExtendedFault(longer, surface.n_triangle, tuple(found))
 
 
-def _continued(
+def continue_side(
     surface: TriSurface,
     rim: Rim,
     guides: Guides,
     side: str,
-    low: np.ndarray,
-    high: np.ndarray,
+    reach: Callable[[np.ndarray, np.ndarray], np.ndarray],
     until: str,
-    longest: float = np.inf,
 ) -> tuple[TriSurface, Guides, Extension]:
-    """(surface, guides, extension) with one more side.
+    """Return (surface, guides, extension) with one more side.
+
+    `reach` has the length (n,) of each new line, from where it starts and which way it goes.
 
     Lines of a grid go on as they are. Those of sticks, too, unless they would cross; then, and
     where a fault has none, directions are averaged along the rim, as far as the lines go on.
@@ -168,7 +177,7 @@ def _continued(
                 place=x[arc[lost[0]]],
                 surfaces=(name,),
             )
-        length = np.minimum(_lengths(x[arc], way, low, high, name, side, until), longest)
+        length = reach(x[arc], way)
         tip = x[arc] + length[:, None] * way
         new = np.concatenate([filled, strip(arc, len(x), x[arc], tip)])
         points, faces = np.concatenate([x, tip]), np.concatenate([t, new])
@@ -180,8 +189,8 @@ def _continued(
     if defect is not None:
         raise defect
     area = math.fsum(0.5 * np.linalg.norm(normals_of(points[new]), axis=1))
-    reach = float(length.max()), float(length.min()), area
-    made = Extension(name, side, *reach, len(new), until, lines)
+    sizes = float(length.max()), float(length.min()), area
+    made = Extension(name, side, *sizes, len(new), until, lines)
     return TriSurface(name, surface.role, points, faces), guides.grown(side, arc), made
 
 
@@ -247,4 +256,12 @@ def _defect_of(name: str, side: str, x: np.ndarray, t: np.ndarray, n_new: int) -
     )
 
 
-__all__ = ["clip_steps", "exits", "extend_fault", "extend_to", "rim_in_box", "segments_meet_box"]
+__all__ = [
+    "clip_steps",
+    "continue_side",
+    "exits",
+    "extend_fault",
+    "extend_to",
+    "rim_in_box",
+    "segments_meet_box",
+]

@@ -182,17 +182,22 @@ def read_extend(extend: Any, faults: Sequence[str]) -> dict[str, tuple[str, ...]
             f"{('strike', *SIDES)}."
         )
     sides_of = extend if isinstance(extend, Mapping) else dict.fromkeys(extend, ALL_SIDES)
-    for name in sides_of:
-        if name not in faults:
-            raise InputError(
-                f"extend names {name!r}, which is not a fault. The faults are {list(faults)}."
-                f"{did_you_mean(str(name), faults)}"
-            )
+    read_names(sides_of, "extend", faults)
     return {
         name: read_sides(sides_of[name], f"extend of {name!r}")
         for name in faults
         if name in sides_of
     }
+
+
+def read_names(names: Iterable[Any], what: str, faults: Sequence[str]) -> None:
+    """Refuse a name that is not a fault's."""
+    for name in names:
+        if name not in faults:
+            raise InputError(
+                f"{what} names {name!r}, which is not a fault. The faults are {list(faults)}."
+                f"{did_you_mean(str(name), faults)}"
+            )
 
 
 def read_sides(sides: Any, what: str) -> tuple[str, ...]:

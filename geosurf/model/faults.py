@@ -29,7 +29,7 @@ class Extension:
     n_triangle : int
         Triangles that were added.
     until : str
-        What it was continued to: ``"the model box"`` or a fault.
+        What it was continued to: ``"the model box"``, ``"the given distance"``, or a fault.
     lines : {"own", "averaged", "filled"}
         Whether the dip or strike lines of a grid or of sticks went on as they are, or
         directions were averaged along the rim: on other meshes, and where sticks would cross.
@@ -47,8 +47,10 @@ class Extension:
 
     def __str__(self) -> str:
         """One sentence, as for a log."""
+        same = self.shortest == self.distance
+        least = "" if same else f"{length_text(self.shortest)} to "
         return (
-            f"{self.fault} ({self.side}) was extended by {length_text(self.shortest)} to "
+            f"{self.fault} ({self.side}) was extended by {least}"
             f"{length_text(self.distance)} until {self.until}: {area_text(self.area)}, lines: "
             f"{self.lines}"
         )

@@ -7,6 +7,7 @@ from typing import Any
 
 from geosurf.conventions import counted
 from geosurf.model import FluidContact
+from geosurf.model.faults import SIDES
 from geosurf.read import read_fault, read_horizon, read_tops
 from geosurf.scenario.keys import Scenario
 from geosurf.scenario.sealed import scene_of_sealed
@@ -81,6 +82,7 @@ def build_scene(
         column={entry.name: entry.rule for entry in scenario.horizons},
         extend={entry.name: entry.extend for entry in scenario.faults if entry.extend},
         truncations=truncations_of(scenario),
+        lengthen=_distances(scenario),
         **shared,
     )
     on_step("read", _numbers(scene), "")
@@ -94,6 +96,15 @@ def _tops(scenario: Scenario) -> dict[str, Any]:
         return {}
     tops = read_tops(entry.file, positive=entry.positive, length_unit=entry.length_unit)
     return {"tops": tops, "tie": entry.settings}
+
+
+def _distances(scenario: Scenario) -> dict[str, dict[str, float]]:
+    """Distances by which faults are lengthened, by fault and side."""
+    return {
+        entry.name: dict.fromkeys(entry.lengthen or SIDES, entry.lengthen_m)
+        for entry in scenario.faults
+        if entry.lengthen_m is not None
+    }
 
 
 def _contacts(scenario: Scenario) -> dict[str, list[FluidContact]]:

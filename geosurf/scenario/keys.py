@@ -69,6 +69,17 @@ class FaultInput:
     )
     positive: str | None = _positive()
     length_unit: str | None = _length_unit()
+    lengthen_m: float | None = key(
+        "Distance by which the fault is continued along its dip and strike, before `extend`.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+    lengthen: tuple[str, ...] = key(
+        "Sides on which the fault is continued by `lengthen_m`. Left empty: all.",
+        values.some_of(*FAULT_SIDES),
+        default=(),
+    )
     extend: tuple[str, ...] = key(
         "Sides on which the fault is continued until it leaves the model box: `strike` is both "
         "ends, `start` and `end` follow the right-hand rule.",

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from geosurf.arrangement import find_contacts
-from geosurf.faults import extend_fault, truncate_faults
+from geosurf.faults import extend_fault, lengthen_fault, truncate_faults
 from geosurf.faults.bridge import bridge_to
 from geosurf.faults.propose import check_reach, propose_network
 from geosurf.faults.rules import Rule
@@ -58,6 +58,7 @@ class FaultStage:
         extent: Callable[[], Box],
     ) -> None:
         self.names, self.rules, self.sides = tuple(inputs.faults), inputs.rules, inputs.extend
+        self.distances = inputs.lengthen
         self._given, self._limits, self._extent = given, limits, extent
         self._remember, self._key = memory.get_or_compute, memory.key_of
 
@@ -95,13 +96,24 @@ class FaultStage:
     # ------------------------------------------------------------------ steps
     def _extended(self, name: str) -> ExtendedFault:
         """One fault beyond the model box, on the sides that were asked for."""
-        given, sides = self._given(name), self.sides.get(name, ())
+        longer, sides = self._lengthened(name), self.sides.get(name, ())
         if not sides:
-            return ExtendedFault(given, given.n_triangle, ())
+            return longer
         box = self._extent()
         return self._remember(
-            "extend", name, ("extend", self._key(given), sides, box),
-            lambda: extend_fault(given, box, sides=sides), _describe_extension, again=False,
+            "extend", name, ("extend", self._key(longer.surface), longer.n_given, sides, box),
+            lambda: _joined(longer, extend_fault(longer.surface, box, sides=sides)),
+            _describe_extension, again=False,
+        )  # fmt: skip
+
+    def _lengthened(self, name: str) -> ExtendedFault:
+        """One fault, longer by the distances that were given for it."""
+        given, distances = self._given(name), self.distances.get(name, {})
+        if not distances:
+            return ExtendedFault(given, given.n_triangle, ())
+        return self._remember(
+            "lengthen", name, ("lengthen", self._key(given), *distances.items()),
+            lambda: lengthen_fault(given, distances), _describe_extension, again=False,
         )  # fmt: skip
 
     def _bridged(self, rule: Rule) -> ExtendedFault:
@@ -172,6 +184,11 @@ def _split(surfaces: Sequence[TriSurface]) -> Patches:
     the points would be rounded once more, after all checks.
     """
     return patches_from(find_contacts(surfaces, origin=np.zeros(3)))
+
+
+def _joined(first: ExtendedFault, then: ExtendedFault) -> ExtendedFault:
+    """Two extensions of one fault as one."""
+    return ExtendedFault(then.surface, first.n_given, (*first.extensions, *then.extensions))
 
 
 def _describe_extension(made: ExtendedFault) -> str:

@@ -9,6 +9,7 @@ from typing import Any, NoReturn, TypeVar
 from geosurf.arrangement.search import check_voxel_size
 from geosurf.conventions import did_you_mean, elevation_sign, is_number, metres_per_unit
 from geosurf.errors import InputError
+from geosurf.faults.lengthen import read_lengthen
 from geosurf.faults.rules import Rule, read_extend, read_truncations
 from geosurf.model import Sheet, check_column
 from geosurf.model.expected import box_of_sides, flag_of
@@ -38,7 +39,7 @@ class SceneInputs:
     ----------
     horizons, faults, box, column, contacts, aoi, positive, length_unit
         As for `Scene`.
-    voxel_size, self_intersections, extend, truncations, tolerance, tops, tie
+    voxel_size, self_intersections, extend, truncations, tolerance, tops, tie, lengthen
         As for `Scene`.
 
     Attributes
@@ -72,6 +73,7 @@ class SceneInputs:
     tolerance: float | None = None
     tops: Any = None
     tie: Any = None
+    lengthen: Any = None
     rules: tuple[Rule, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -116,6 +118,7 @@ class SceneInputs:
             tie=tie,
             rules=read_truncations(truncations, tuple(faults)),
             extend=read_extend(self.extend, tuple(faults)),
+            lengthen=read_lengthen(self.lengthen, tuple(faults)),
         )
 
     @property
@@ -161,6 +164,7 @@ class SceneInputs:
             **({"aoi": None} if self.takes_rectangle and changes.get("box") else {}),
             "column": only_of(self.column, horizons),
             "extend": only_of(self.extend, faults),
+            "lengthen": only_of(self.lengthen, faults),
             "truncations": only_of(self.truncations, faults),
             **changes,
             "horizons": horizons,

@@ -71,6 +71,9 @@ class Scene:
         Faults that are continued until they leave the model box (the given box, where `aoi` is
         smaller): all, some, or some of their sides (``"strike"``, ``"start"``, ``"end"``,
         ``"up"``, ``"down"``).
+    lengthen : float, or mapping of str to distance, optional
+        Faults that are first continued by a distance [m]: all, or some by name, each on all sides
+        or on some: ``{"F1": 50, "F2": {"down": 80, "strike": 200}}``.
     truncations : mapping of str to (main, keep[, extend]), optional
         Faults that end at others: ``{"F2": ("F1", "hanging wall")}``. A third word True
         first continues F2 to F1. See docs/guides/faults.md.
@@ -123,11 +126,12 @@ class Scene:
         tolerance: float | None = None,
         tops: Any = None,
         tie: Any = None,
+        lengthen: Any = None,
     ) -> None:
         inputs = SceneInputs(
             horizons, or_empty(faults), box, or_empty(column), or_empty(contacts), aoi, positive,
             length_unit, voxel_size, self_intersections, extend, or_empty(truncations), tolerance,
-            tops, tie,
+            tops, tie, lengthen,
         )  # fmt: skip
         self.__dict__.update(_inputs=inputs, _graph=Graph(inputs, Memory()))
 
@@ -195,6 +199,11 @@ class Scene:
     def extend(self) -> Mapping[str, tuple[str, ...]]:
         """Faults that are continued, and on which sides; read-only."""
         return MappingProxyType(self._inputs.extend)
+
+    @property
+    def lengthen(self) -> Mapping[str, Mapping[str, float]]:
+        """Faults that are continued by a distance, on which sides, and how far [m]; read-only."""
+        return MappingProxyType(self._inputs.lengthen)
 
     @property
     def tolerance(self) -> float | None:

@@ -77,6 +77,10 @@ BUILDING = {
     "extend_fault.box": (
         lambda g, v: gs.extend_fault(g.f1, v), lambda g: [*wrong.boxes(), None],
     ),
+    "lengthen_fault": (lambda g, v: gs.lengthen_fault(v, 5.0), lambda g: wrong.things(g.scene)),
+    "lengthen_fault.distance": (
+        lambda g, v: gs.lengthen_fault(g.f1, v), lambda g: [*wrong.lengths(), 0, None],
+    ),
     "extend_fault.sides": (
         lambda g, v: gs.extend_fault(g.f1, g.box, sides=v),
         lambda g: [5, None, True, "abc", ["abc"], [5], [None], object()],
@@ -210,6 +214,9 @@ BUILDING = {
     "Scene.voxel_size": (lambda g, v: model(g, voxel_size=v), lambda g: wrong.lengths()),
     "Scene.self_intersections": (
         lambda g, v: model(g, self_intersections=v), lambda g: FLAGS,
+    ),
+    "Scene.lengthen": (
+        lambda g, v: model(g, lengthen=v), lambda g: [-1, "abc", {"F9": 1}, {"F1": None}, [5]],
     ),
     "Scene.extend": (
         lambda g, v: model(g, extend=v),
