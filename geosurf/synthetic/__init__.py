@@ -12,6 +12,7 @@ hills                 any size, many faults; nothing is known but the number of 
 faulted_reservoir     a field to look at; little is known of it
 faulted               planes to be moved by plane faults; exact, with throws and juxtaposition
 torn                  a horizon as it is picked, smeared over its faults; cut-offs known
+field_export          a whole field as files of other programs; all of it known
 ====================  =========================================================
 
 `exact` means: planes stay planes when they are triangulated, so a correct
@@ -20,6 +21,7 @@ of the error. All functions take `n`, nodes per side, and `offset`.
 """
 
 from geosurf.synthetic.domes import dome_and_flat_fault, egg_box
+from geosurf.synthetic.export import FieldTruth, field_export
 from geosurf.synthetic.faulted_planes import faulted
 from geosurf.synthetic.field import faulted_reservoir
 from geosurf.synthetic.hills import hills
@@ -31,11 +33,13 @@ from geosurf.synthetic.waves import waves
 from geosurf.synthetic.world import World
 
 __all__ = [
+    "FieldTruth",
     "World",
     "dome_and_flat_fault",
     "egg_box",
     "faulted",
     "faulted_reservoir",
+    "field_export",
     "graben",
     "hills",
     "listric",

@@ -1,0 +1,296 @@
+"""The exported field: what its files hold, against its truth found a second time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+import geosurf as gs
+from geosurf.errors import InputError, OutputError
+from geosurf.synthetic import field_export
+from geosurf.synthetic.export.areas import distance_from, inside, quadrature
+from geosurf.synthetic.export.geology import OUTLINE, STEP
+from geosurf.synthetic.torn_faults import exists, side_of
+
+VARIANTS = ("grids", "points", "network")
+FEET = {"Base": "ft"}
+
+
+class Fields(dict):
+    """Fields by variant, each written when a test first needs it."""
+
+    def __init__(self, folders):
+        super().__init__()
+        self.folders = folders
+
+    def __missing__(self, variant):
+        self[variant] = field_export(self.folders.mktemp(variant), variant)
+        return self[variant]
+
+
+@pytest.fixture(scope="module")
+def fields(tmp_path_factory):
+    """All variants, each written once."""
+    return Fields(tmp_path_factory)
+
+
+@pytest.fixture(params=VARIANTS)
+def field(request, fields):
+    return fields[request.param]
+
+
+def points_of(field, name):
+    """Points (n, 3) of a horizon as its file has them, and whether they are a grid."""
+    path, words = field.files[name], {"positive": "down", "length_unit": FEET.get(name, "m")}
+    if path.suffix == ".poi":
+        ds = gs.read_points(path, **words)
+        return np.stack([ds.easting, ds.northing, ds.elevation], axis=1), False
+    grid = gs.read_horizon(path, **words)
+    points = np.stack([grid.easting, grid.northing, grid.values], axis=-1).reshape(-1, 3)
+    return points[np.isfinite(points[:, 2])], True
+
+
+def fault_of(field, name):
+    path = field.files[name]
+    return gs.read_fault(path, positive=None if path.suffix == ".ts" else "down")
+
+
+def vertices_of(fault):
+    return fault.vertices if hasattr(fault, "vertices") else np.concatenate(fault.sticks)
+
+
+def near_faults(field, name, points, reach):
+    """Whether points are nearer to a cut-off than this, in the map."""
+    lines = [field.cutoff(name, fault, wall) for fault in field.faults for wall in "+-"]
+    gaps, _ = cKDTree(np.concatenate(lines)[:, :2]).query(points[:, :2])
+    return gaps < reach
+
+
+# ---- files
+
+
+def test_files_hold_the_true_elevations_away_from_faults(field):
+    for name in field.horizons:
+        points, is_grid = points_of(field, name)
+        truth = field.elevation(name, points[:, 0], points[:, 1])
+        far = inside(field.outline, *points[:, :2].T) & ~near_faults(
+            field, name, points, 3.0 * STEP if is_grid else STEP
+        )
+        assert far.mean() > 0.3
+        assert np.abs(points[far, 2] - truth[far]).max() < 2e-3  # of what text and float32 hold
+
+
+def test_grids_are_smeared_at_faults_and_points_have_both_walls(fields):
+    for variant in ("grids", "points"):
+        field = fields[variant]
+        points, _ = points_of(field, "Top")
+        _, count = np.unique(points[:, :2].round(2), axis=0, return_counts=True)
+        assert (count.max() > 1) == (variant == "points")
+        truth = field.elevation("Top", points[:, 0], points[:, 1])
+        off = np.abs(points[:, 2] - truth)
+        assert np.nanmax(off) > 5.0
+    sharp = field_export(fields["grids"].files["Top"].parent / "sharp", smear=0)
+    points, _ = points_of(sharp, "Top")
+    assert np.nanmax(np.abs(points[:, 2] - sharp.elevation("Top", *points[:, :2].T))) < 2e-3
+
+
+def test_all_horizons_cover_the_outline_and_rims_are_undefined(field):
+    for name in field.horizons:
+        points, is_grid = points_of(field, name)
+        assert not is_grid or len(points) < 101 * 81
+        corners = field.outline
+        gaps = np.linalg.norm(corners[:, None] - points[None, :, :2], axis=2).min(axis=1)
+        assert gaps.max() < STEP
+        assert distance_from(corners, *points[:, :2].T).max() > 0.5 * STEP
+
+
+def test_bytes_are_the_same_twice(field, tmp_path):
+    folder = field.files["Top"].parent
+    again = field_export(tmp_path, field.variant)
+    names = {
+        p.relative_to(folder) for p in folder.rglob("*") if p.is_file() and "sharp" not in str(p)
+    }
+    assert names == {p.relative_to(tmp_path) for p in tmp_path.rglob("*") if p.is_file()}
+    assert len(names) > 10
+    for name in names:
+        assert (folder / name).read_bytes() == (tmp_path / name).read_bytes(), name
+    assert again.volumes(step=100.0) == field.volumes(step=100.0)
+
+
+def test_depth_without_a_word_is_asked_for(fields):
+    with pytest.raises(InputError, match="positive"):
+        gs.read_horizon(fields["grids"].files["Top"])
+    with pytest.raises(InputError, match="positive"):
+        gs.read_points(fields["points"].files["Top"])
+    text = fields["points"].files["Top"].read_text().splitlines()
+    assert text[-1].split() == ["999.000000"] * 3
+
+
+# ---- faults
+
+
+def test_sticks_stop_short_by_the_stated_amount(field):
+    for name, missing in field.missing.items():
+        sticks = fault_of(field, name).sticks
+        lines = {(h, w): field.cutoff(h, name, w) for h in field.horizons for w in "+-"}
+        axis = sticks[-1][0, :2] - sticks[0][0, :2]
+        axis /= np.linalg.norm(axis)
+        for stick in sticks:
+            s = stick[:, :2].mean(axis=0) @ axis
+            levels = [
+                np.interp(s, *_sorted(line[:, :2] @ axis, line[:, 2]), left=np.nan, right=np.nan)
+                for line in lines.values()
+            ]
+            if not np.isfinite(levels).all():
+                continue
+            slack = 3.0  # a stick leans across the lines
+            if "up" in missing:
+                assert abs(max(levels) - stick[:, 2].max() - missing["up"]) < slack
+            if "down" in missing:
+                assert abs(stick[:, 2].min() - min(levels) - missing["down"]) < slack
+    # the branch: the last stick and the main fault
+    main = gs.triangulate_sticks(fault_of(field, "F1"))
+    gap = np.linalg.norm(main.vertices[:, None] - fault_of(field, "F2").sticks[-1], axis=2).min()
+    assert field.missing["F2"]["end"] * 0.8 < gap < field.missing["F2"]["end"] + 70.0
+
+
+def _sorted(s, z):
+    order = np.argsort(s)
+    return s[order], z[order]
+
+
+def test_the_mesh_has_a_notch_and_one_piece(field):
+    mesh = fault_of(field, "F3")
+    edges = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    _, count = np.unique(edges, axis=0, return_counts=True)
+    assert set(count.tolist()) == {1, 2}
+    assert (count == 1).sum() == 2 * (28 + 4) + 2  # the rim of 28 x 4 cells, and two sides more
+    assert len(mesh.vertices) - len(count) + len(mesh.triangles) == 1
+
+
+def test_faults_contain_the_cut_offs_that_they_reach(fields):
+    field = fields["grids"]
+    for name in ("F1", "F3"):
+        fault = fault_of(field, name)
+        surface = gs.triangulate_sticks(fault) if hasattr(fault, "sticks") else fault
+        line = field.cutoff("Top", name, "-")[20:-20:10]
+        for point in line:
+            corners = surface.vertices[surface.triangles]
+            normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            normal /= np.linalg.norm(normal, axis=1)[:, None]
+            nearest = np.linalg.norm(corners.mean(axis=1) - point, axis=1).argsort()[:6]
+            off = np.abs(((point - corners[nearest, 0]) * normal[nearest]).sum(axis=1))
+            assert off.min() < 1.5  # of chords of a curved fault
+
+
+# ---- truth
+
+
+def test_throw_is_the_step_between_the_cut_offs(field):
+    for name in field.faults:
+        foot = field.cutoff("Middle", name, "-")
+        throw = field.throw("Middle", name, foot[:, 0], foot[:, 1])
+        known = np.isfinite(throw)
+        assert known.mean() > 0.9
+        assert throw[known].min() >= 0.0
+        assert 30.0 < throw[known].max() < 90.0
+        hang = field.cutoff("Middle", name, "+")
+        axis = foot[-1, :2] - foot[0, :2]
+        axis /= np.linalg.norm(axis)
+        other = np.interp(foot[:, :2] @ axis, *_sorted(hang[:, :2] @ axis, hang[:, 2]))
+        assert np.median(np.abs(foot[:, 2] - other - throw)[known]) < 0.5
+
+
+def test_cut_offs_are_where_the_elevation_ends(field):
+    for wall, sign in (("+", 1), ("-", -1)):
+        line = field.cutoff("Top", "F1", wall)[50:-50:7]
+        for step in (0.5, -0.5):
+            east = line[:, 0] + step * np.cos(np.radians(22.0))  # across F1, down dip
+            north = line[:, 1] + step * np.sin(np.radians(22.0))
+            z = field.elevation("Top", east, north)
+            if sign * step > 0:
+                assert np.nanmax(np.abs(z - line[:, 2])) < 0.5
+                assert np.isfinite(z).mean() > 0.95
+            else:
+                assert np.isnan(z).mean() > 0.95
+
+
+def test_volumes_count_places_in_space(field):
+    """A slow oracle: each place has one block by its sides and lies in a zone or not."""
+    x, y, weight = quadrature(OUTLINE, 80.0)
+    z = np.arange(-2000.0, -1600.0, 8.0)[:, None]
+    sides = {
+        name: side_of(fault, x, y, z) if name in ("F1", "F2", "F4") else None
+        for name, fault in field.geology.faults.items()
+    }
+    tops = {h: np.full(z.shape[:1] + x.shape, np.nan) for h in field.horizons}
+    for h, values in tops.items():
+        for signs, sheet in field.geology.sheets(field.geology.horizon(h), x, y).items():
+            there = exists(field.geology.faults, signs, *np.broadcast_arrays(x, y, z))
+            values[there] = np.broadcast_to(sheet, values.shape)[there]
+    for (zone, block), volume in field.volumes().items():
+        upper, lower = (tops[h] for h in zone.split("/"))
+        here = (z < upper) & (z > lower)
+        for side in block.split():
+            here &= sides[side[:-1]] == (1 if side[-1] == "+" else -1)
+        counted = 8.0 * (here * weight).sum()
+        assert counted == pytest.approx(volume, rel=1e-2), (zone, block)
+
+
+def test_volumes_of_parts_add_up(fields):
+    field = fields["network"]
+    whole = field.volumes(
+        [(462500, 5932500), (463500, 5932500), (463500, 5933500), (462500, 5933500)]
+    )
+    parts = [
+        field.volumes([(a, 5932500), (a + 500, 5932500), (a + 500, 5933500), (a, 5933500)])
+        for a in (462500, 463000)
+    ]
+    for unit, volume in whole.items():
+        assert parts[0][unit] + parts[1][unit] == pytest.approx(volume, rel=1e-4, abs=100.0)
+
+
+def test_quadrature_is_exact_for_planes():
+    corners = np.array([(0, 0), (4, 0), (4, 3), (2, 1), (0, 3)], dtype=float)
+    x, _, weight = quadrature(corners, 0.05)
+    assert weight.sum() == pytest.approx(8.0, rel=1e-12)
+    assert (weight * x).sum() == pytest.approx(16.0, rel=1e-12)
+
+
+# ---- refusals
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"variant": "grid"}, "variant is 'grid'.*grids"),
+        ({"smear": 6}, "smear is 6"),
+        ({"smear": 1.5}, "whole number"),
+    ],
+)
+def test_wrong_arguments_are_refused(words, message, tmp_path):
+    with pytest.raises(InputError, match=message):
+        field_export(tmp_path, **words)
+
+
+def test_a_folder_that_is_a_file_is_refused(tmp_path):
+    (tmp_path / "field").write_text("mine")
+    with pytest.raises(OutputError, match="cannot be written"):
+        field_export(tmp_path / "field")
+    assert (tmp_path / "field").read_text() == "mine"
+
+
+def test_wrong_questions_are_refused(fields):
+    field = fields["grids"]
+    with pytest.raises(InputError, match=r"'Tpo'.*Top"):
+        field.elevation("Tpo", 0.0, 0.0)
+    with pytest.raises(InputError, match=r"'F9'.*F1"):
+        field.throw("Top", "F9", 0.0, 0.0)
+    with pytest.raises(InputError, match="wall"):
+        field.cutoff("Top", "F1", "up")
+    for area in ([(0, 0), (1, 1)], "all", [(0, 0), (1, np.nan), (1, 1)]):
+        with pytest.raises(InputError, match="area"):
+            field.volumes(area)
+    with pytest.raises(InputError, match="step"):
+        field.volumes(step=0.0)
