@@ -218,7 +218,7 @@ def test_cut_offs_are_where_the_elevation_ends(field):
 
 def test_volumes_count_places_in_space(field):
     """A slow oracle: each place has one block by its sides and lies in a zone or not."""
-    x, y, weight = quadrature(OUTLINE, 80.0)
+    x, y, weight = quadrature(OUTLINE, 60.0)
     z = np.arange(-2000.0, -1600.0, 8.0)[:, None]
     sides = {
         name: side_of(fault, x, y, z) if name in ("F1", "F2", "F4") else None
@@ -235,7 +235,7 @@ def test_volumes_count_places_in_space(field):
         for side in block.split():
             here &= sides[side[:-1]] == (1 if side[-1] == "+" else -1)
         counted = 8.0 * (here * weight).sum()
-        assert counted == pytest.approx(volume, rel=1e-2), (zone, block)
+        assert counted == pytest.approx(volume, rel=2e-2), (zone, block)
 
 
 def test_volumes_of_parts_add_up(fields):
