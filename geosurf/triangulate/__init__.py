@@ -6,6 +6,7 @@ coarsen.py      fewer triangles for a horizon, within a tolerance
 fault.py        a fault in any of its forms: grid, sticks, mesh
 mesh.py         a horizon or fault from vertices and triangles
 sticks.py       fault sticks: orient, order along strike, join
+stick_points.py points out of order, sticks twice, single sticks
 orient.py       normals of faults: into the hanging wall
 walls.py        the six sides of the model box, or a fence around a polygon
 outline.py      a polygon: refused where it meets itself, triangulated

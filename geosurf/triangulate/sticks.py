@@ -19,6 +19,12 @@ from geosurf.model import FaultSticks, TriSurface
 from geosurf.model.expected import listed, name_of
 from geosurf.triangulate.degenerate import find_zero_area, refuse_zero_area
 from geosurf.triangulate.orient import orient_fault, refuse_far
+from geosurf.triangulate.stick_points import (
+    plane_of_stick,
+    sorted_along,
+    warn_of_order,
+    without_twins,
+)
 
 # A stick that climbs less than this part of its length is level: its ends do not show
 # about top and bottom, its neighbours do.
@@ -26,15 +32,21 @@ _LEVEL = 0.1
 
 
 def triangulate_sticks(
-    sticks: FaultSticks | Sequence[Any], *, name: str | None = None
+    sticks: FaultSticks | Sequence[Any],
+    *,
+    name: str | None = None,
+    strike: float | None = None,
+    length: float | None = None,
 ) -> TriSurface:
     """Join fault sticks to a surface.
 
-    Sticks may come in any order and run up or down. They are chained along
-    strike by the shortest path from stick to stick: a principal axis would fail on
-    strongly curved faults, where its coordinate runs back and forth. Distances
-    are taken between whole sticks, not between their midpoints, which jump
-    where a long stick follows a short one.
+    Sticks may come in any order and run up or down. Points that run back and forth are sorted along
+    their stick, and of sticks that come twice one is used, each with a warning.
+
+    Sticks are chained along strike by the shortest path from stick to stick: a principal axis would
+    fail on strongly curved faults, where its coordinate runs back and forth. Distances are taken
+    between whole sticks, not between their midpoints, which jump where a long stick follows a
+    short one.
 
     Parameters
     ----------
@@ -42,6 +54,9 @@ def triangulate_sticks(
         Easting, northing, elevation [m], positive up; two points or more each.
     name : str, optional
         Name of the fault. Default: that of `FaultSticks`; arrays have none.
+    strike, length : float, optional
+        Of a fault with a single stick: azimuth of its strike [degrees clockwise from north], and
+        its length along strike [m], with the stick in the middle. It is refused without them.
 
     Returns
     -------
@@ -53,8 +68,8 @@ def triangulate_sticks(
     Raises
     ------
     SurfaceError
-        If the fault has no name, there are fewer than two sticks, a stick is not a line, two sticks
-        coincide, or neighbours cross so that the surface would fold over.
+        If the fault has no name, there are fewer than two sticks and no strike, a stick is not a
+        line, or neighbours cross so that the surface would fold over.
 
     Examples
     --------
@@ -76,14 +91,21 @@ def triangulate_sticks(
     name = name_of(name, "fault")
     sticks = sticks.sticks if isinstance(sticks, FaultSticks) else sticks
     sticks = listed(sticks, "triangulate_sticks takes sticks", "give arrays (n_point, 3)")
-    lines = [_checked(stick, i, name) for i, stick in enumerate(sticks)]
+    lines = _lines_of(sticks, name)
+    if len(lines) == 1 and (strike is not None or length is not None):
+        lines = plane_of_stick(lines[0], strike, length, name)
+    elif strike is not None or length is not None:
+        raise SurfaceError(
+            f"fault {name!r} has {counted(len(lines), 'stick')}, which define its strike. Leave "
+            "strike and length out; they are for a single stick."
+        )
     if len(lines) < 2:
         raise SurfaceError(
             f"fault {name!r} has {counted(len(lines), 'stick')}, but a surface needs two or "
-            "more. Add sticks, or give a trace with a dip."
+            "more. Add sticks, or state how the fault goes on to both sides: "
+            "gs.triangulate_sticks(sticks, strike=30, length=2000)."
         )
     refuse_far(name, np.concatenate(lines))
-    _refuse_twins(lines, name)
     lines.sort(key=lambda line: line.ravel().tolist())
     chain = _align([lines[i] for i in _chain(_gaps(lines))])
     points = np.concatenate(chain)
@@ -101,9 +123,24 @@ def triangulate_sticks(
     return orient_fault(TriSurface(name, "fault", vertices, triangles, vertex_data=data))
 
 
-def _checked(stick: Any, i: int, name: str) -> np.ndarray:
-    """One stick from top to bottom, without repeated points; or a SurfaceError."""
-    line = _points(stick, i, name)
+def _lines_of(sticks: Sequence[Any], name: str) -> list[np.ndarray]:
+    """All sticks from top to bottom, each once; or a SurfaceError."""
+    lines, moved = [], []
+    for i, stick in enumerate(sticks):
+        given = _points(stick, i, name)
+        line, in_order = _checked(given, i, name)
+        lines.append(line)
+        if not in_order:
+            moved.append((i, line))
+    warn_of_order(moved, name)
+    return without_twins(lines, name)
+
+
+def _checked(line: np.ndarray, i: int, name: str) -> tuple[np.ndarray, bool]:
+    """One stick from top to bottom, without repeated points, and whether its points were in order.
+
+    Raises a SurfaceError if it is not a line.
+    """
     line = line[np.r_[True, (np.diff(line, axis=0) != 0).any(axis=1)]]
     if len(line) < 2:
         raise SurfaceError(
@@ -118,9 +155,12 @@ def _checked(stick: Any, i: int, name: str) -> np.ndarray:
             f"fault {name!r}: stick {i} passes {place(line[where[times > 1][0]])} twice. Split "
             "it there, or remove the loop."
         )
+    along = sorted_along(line)
+    in_order, line = along is line, along
+
     # top first; level sticks by their first coordinates, until neighbours decide
     down = (-line[0, 2], *line[0, :2]) < (-line[-1, 2], *line[-1, :2])
-    return line if down else line[::-1]
+    return (line if down else line[::-1]), in_order
 
 
 def _points(stick: Any, i: int, name: str) -> np.ndarray:
@@ -144,17 +184,6 @@ def _points(stick: Any, i: int, name: str) -> np.ndarray:
             "finite numbers. Leave out points that are undefined."
         )
     return line + 0.0
-
-
-def _refuse_twins(lines: list[np.ndarray], name: str) -> None:
-    seen: dict[bytes, int] = {}
-    for i, line in enumerate(lines):
-        twin = seen.setdefault(line.tobytes(), i)
-        if twin != i:
-            raise SurfaceError(
-                f"fault {name!r}: sticks {twin} and {i} are the same, from {place(line[0])} to "
-                f"{place(line[-1])}. Keep one of them."
-            )
 
 
 def _gaps(lines: list[np.ndarray]) -> np.ndarray:
