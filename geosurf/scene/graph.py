@@ -195,16 +195,14 @@ class Graph:
         return [
             TriSurface(name, "horizon", lattice=value.lattice)
             if isinstance(value, Sheet)
-            else self.unsimplified(name)
+            else self.untied(name)
             for name, value in self.inputs.horizons.items()
         ]
 
     def _untorn_horizons(self) -> list[TriSurface]:
         """All horizons; torn ones as they were given, which needs no fault that leaves the box."""
         return [
-            value.surface.renamed(name)
-            if isinstance(value, Sheet)
-            else self.read.horizon(name, self.surface)
+            value.surface.renamed(name) if isinstance(value, Sheet) else self.untied(name)
             for name, value in self.inputs.horizons.items()
         ]
 
@@ -221,9 +219,16 @@ class Graph:
         with self.memory.collecting():
             return opened_tops(self.inputs.tops, self.inputs.options)
 
+    def untied(self, name: str) -> TriSurface:
+        """A horizon with all its nodes before it is tied to tops.
+
+        Box and area follow from these: a tie needs the faults, and faults may need the box.
+        """
+        return self.read.horizon(name, self.surface)
+
     def tied(self, name: str) -> tuple[TriSurface, TieReport | None]:
         """A horizon with all its nodes, tied to its tops if that is requested; and how."""
-        plain, settings = self.read.horizon(name, self.surface), self.inputs.tie
+        plain, settings = self.untied(name), self.inputs.tie
         if settings is None or self.tops is None or not len(self.tops.of(name)):
             return plain, None
         tops = self.tops

@@ -96,7 +96,7 @@ def test_law_distance_around_the_tips_of_a_fault():
     source = np.array([431.0, 533.0])
     start = int(np.hypot(*(corners[:, :, :2].mean(axis=1) - source).T).argmin())
     source = corners[start, :, :2].mean(axis=0)
-    vertices, found = map_distances(cut.x, cut.triangles, start, source, 700.0)
+    vertices, found = map_distances(cut.x, cut.triangles, cut.walls, start, source, 700.0)
     x = cut.x[vertices, :2]
     straight = np.hypot(*(x - source).T)
     around = np.min([np.hypot(*(tip - source)) + np.hypot(*(x - tip).T) for tip in tips], axis=0)
@@ -191,6 +191,17 @@ def test_two_wells_on_both_sides_of_a_fault_change_its_throw():
     middle = int(np.argmin(np.hypot(*(before.stations[:, :2] - [500.0, 500.0]).T)))
     other = int(np.argmin(np.hypot(*(after.stations[:, :2] - [500.0, 500.0]).T)))
     assert after.throw[other] - before.throw[middle] == pytest.approx(15.0, abs=1.5)
+
+
+def test_the_default_area_and_faults_extended_to_it_need_no_tie():
+    """A tie needs the faults, faults the box, and the default box the horizons."""
+    top = np.array([300.0, 500.0, on_plane(300.0, 500.0) + 7.0])
+    inputs = {"Top": plane()}, {"F1": wall(530.0, 300.0, 700.0)}
+    plain = gs.Scene(*inputs, extend=True)
+    scene = gs.Scene(*inputs, extend=True, tops=table(top), tie={"range": REACH})
+    assert scene.misfit().misfit.values.tolist() == pytest.approx([0.0])
+    assert scene.box == plain.box
+    assert scene.check().ok
 
 
 def test_tops_that_contradict_each_other_are_refused_by_name():

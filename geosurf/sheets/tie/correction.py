@@ -55,7 +55,7 @@ def correction(
             f'tie={{"range": {np.ceil(FEWEST_CELLS * cut.cell):.0f}}}.'
         )
     fields = [
-        map_distances(cut.x, cut.triangles, start, tops.points[row, :2], reach)
+        map_distances(cut.x, cut.triangles, cut.walls, start, tops.points[row, :2], reach)
         for row, start in zip(controls.top.tolist(), controls.triangle.tolist(), strict=True)
     ]
     far = _between(cut, controls, fields)

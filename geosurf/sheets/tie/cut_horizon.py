@@ -26,12 +26,15 @@ class CutHorizon:
         The same as corners in `x`; walls of a fault share none.
     x : ndarray of float64, shape (n_vertex, 3)
         World coordinates [m].
+    walls : ndarray of int64, shape (n_wall, 2)
+        Edges of the triangles that lie on a fault, rows of `x`.
     """
 
     patches: Patches
     rows: np.ndarray
     triangles: np.ndarray
     x: np.ndarray
+    walls: np.ndarray
 
     @cached_property
     def cell(self) -> float:
@@ -67,23 +70,25 @@ def cut_horizon(horizon: TriSurface | Sheet, faults: Sequence[TriSurface]) -> Cu
     rows = np.flatnonzero(mine)
     faces = patches.triangles[rows]
     walls = patches.triangles[~mine]
-    corner = _own_corners(faces, walls, len(patches.local))
+    on_fault = np.isin(_edge_keys(faces, len(patches.local)), _edge_keys(walls, len(patches.local)))
+    corner = _own_corners(faces, on_fault, len(patches.local))
     first = np.unique(corner, return_index=True)[1]
     x = patches.vertices[faces.ravel()[first]]
-    return CutHorizon(patches, rows, corner.reshape(-1, 3), x)
+    ends = np.stack([corner, corner.reshape(-1, 3)[:, [1, 2, 0]].ravel()], axis=1)
+    return CutHorizon(patches, rows, corner.reshape(-1, 3), x, ends[on_fault])
 
 
-def _own_corners(faces: np.ndarray, walls: np.ndarray, n_vertex: int) -> np.ndarray:
+def _own_corners(faces: np.ndarray, on_fault: np.ndarray, n_vertex: int) -> np.ndarray:
     """Number of the vertex at each corner (3 n,), one for each wall of a fault.
 
-    Corners are one vertex if a chain of edges that no fault runs along joins their triangles.
+    `on_fault` marks the edges (3 n,) from each corner to the next. Corners are one vertex if a
+    chain of edges that no fault runs along joins their triangles.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     key = _edge_keys(faces, n_vertex)
-    inner = ~np.isin(key, _edge_keys(walls, n_vertex))
-    half = np.flatnonzero(inner)
+    half = np.flatnonzero(~on_fault)
     half = half[np.argsort(key[half], kind="stable")]
     same = np.flatnonzero(key[half[1:]] == key[half[:-1]])
     one, two = half[same], half[same + 1]

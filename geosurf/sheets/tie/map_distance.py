@@ -1,9 +1,10 @@
 """Distances in the map from a point, along a triangulated horizon that faults cut.
 
-Where the straight line is free the distance is Euclidean, up to rounding. Behind the tip of a fault
-it is that of the way around the tip. Distances spread from triangle to triangle: from two corners
-with known distances follows the image of the point in their plane, and from it the distance of the
-third corner (Novotni & Klein 2002, WSCG). They are repeated until none becomes shorter.
+Where no wall of a fault crosses the straight line, the distance is Euclidean. Behind the tip of a
+fault it is that of the way around the tip. There, distances spread from triangle to triangle: from
+two corners with known distances follows the image of the point in their plane, and from it the
+distance of the third corner (Novotni & Klein 2002, WSCG). This is repeated until no distance
+becomes shorter.
 """
 
 from __future__ import annotations
@@ -11,10 +12,16 @@ from __future__ import annotations
 import numpy as np
 
 SETTLED = 1e-10  # of the reach: gains below this end the spreading
+SLIGHT = 1e-9  # [rad] and of lengths: a line that passes a wall so closely is taken as crossing it
 
 
 def map_distances(
-    x: np.ndarray, triangles: np.ndarray, start: int, source: np.ndarray, reach: float
+    x: np.ndarray,
+    triangles: np.ndarray,
+    walls: np.ndarray,
+    start: int,
+    source: np.ndarray,
+    reach: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the vertices nearer than `reach` to a point of the mesh, and their distances.
@@ -25,6 +32,8 @@ def map_distances(
         Only easting and northing count [m].
     triangles : ndarray of int64, shape (n, 3)
         Rows of `x`.
+    walls : ndarray of int64, shape (n_wall, 2)
+        Edges along which a fault cuts the mesh, rows of `x`.
     start : int
         Row of the triangle that holds the point.
     source : ndarray of float64, shape (2,)
@@ -41,34 +50,80 @@ def map_distances(
     --------
     >>> x = np.array([[0.0, 0], [4, 0], [0, 3], [4, 3]])
     >>> square = np.array([[0, 1, 2], [1, 3, 2]])
-    >>> vertices, far = map_distances(x, square, 0, np.zeros(2), 10.0)
+    >>> nothing = np.empty((0, 2), dtype=np.int64)
+    >>> vertices, far = map_distances(x, square, nothing, 0, np.zeros(2), 10.0)
     >>> vertices.tolist(), far.round(9).tolist()
     ([0, 1, 2, 3], [0.0, 4.0, 3.0, 5.0])
     """
     p = x[:, :2] - source
-    near = np.hypot(*p.T) < reach
-    rows = np.flatnonzero(near[triangles].any(axis=1))
-    if not (rows == start).any():  # a triangle wider than the reach
-        rows = np.append(rows, start)
-    used, faces = np.unique(triangles[rows], return_inverse=True)
-    faces = faces.reshape(-1, 3)
-    p = p[used]
-
-    far = np.full(len(used), np.inf)
-    seeds = np.searchsorted(used, triangles[start])
-    far[seeds] = np.hypot(*p[seeds].T)
-    order = np.argsort(faces.ravel(), kind="stable")
-    first = np.searchsorted(faces.ravel()[order], np.arange(len(used) + 1))
-    changed = np.unique(seeds)
-    while len(changed):
-        around = np.concatenate([order[first[v] : first[v + 1]] for v in changed.tolist()]) // 3
-        corner, found = _across(p, faces[np.unique(around)], far)
-        best = far.copy()
-        np.minimum.at(best, corner, found)
-        changed = np.flatnonzero((best < far - SETTLED * reach) & (best < reach))
-        far[changed] = best[changed]
+    straight = np.hypot(*p.T)
+    near = straight < reach
+    near[triangles[start]] = True
+    used = np.flatnonzero(near)
+    hidden = _hidden(p[used], p[walls[near[walls].any(axis=1)]])
+    hidden &= ~np.isin(used, triangles[start])
+    far = np.full(len(x), np.inf)
+    far[used[~hidden]] = straight[used[~hidden]]
+    if hidden.any():
+        behind = np.zeros(len(x), dtype=bool)
+        behind[used[hidden]] = True
+        _spread(p, triangles[behind[triangles].any(axis=1)], far, reach)
     inside = np.flatnonzero(far < reach)
-    return used[inside], far[inside]
+    return inside, far[inside]
+
+
+def _hidden(p: np.ndarray, walls: np.ndarray) -> np.ndarray:
+    """Whether a wall (n, 2, 2) lies between the origin and points (n, 2), or touches the line.
+
+    Only points in the angle of a wall are compared with it.
+    """
+    hidden = np.zeros(len(p), dtype=bool)
+    if not len(walls):
+        return hidden
+    angle = np.arctan2(p[:, 1], p[:, 0])
+    order = np.argsort(angle, kind="stable")
+    sorted_angle = angle[order]
+    ends = np.arctan2(walls[:, :, 1], walls[:, :, 0])
+    low, high = ends.min(axis=1) - SLIGHT, ends.max(axis=1) + SLIGHT
+    around = high - low > np.pi  # the angle goes across west
+    pairs = [
+        (np.flatnonzero(~around), low[~around], high[~around]),
+        (np.flatnonzero(around), np.full(around.sum(), -np.inf), low[around] + 2 * SLIGHT),
+        (np.flatnonzero(around), high[around] - 2 * SLIGHT, np.full(around.sum(), np.inf)),
+    ]
+    for which, left, right in pairs:
+        first = np.searchsorted(sorted_angle, left, "left")
+        count = np.searchsorted(sorted_angle, right, "right") - first
+        wall = np.repeat(which, count)
+        point = order[np.arange(len(wall)) + np.repeat(first - np.cumsum(count) + count, count)]
+        a, b, v = walls[wall, 0], walls[wall, 1], p[point]
+        along, size = b - a, np.hypot(*(b - a).T)
+        of_point = along[:, 0] * (v - a)[:, 1] - along[:, 1] * (v - a)[:, 0]
+        of_origin = along[:, 1] * a[:, 0] - along[:, 0] * a[:, 1]
+        beyond = of_point * np.sign(of_origin) <= SLIGHT * size * (size + np.hypot(*v.T))
+        hidden[point[beyond]] = True
+    return hidden
+
+
+def _spread(p: np.ndarray, faces: np.ndarray, far: np.ndarray, reach: float) -> None:
+    """Shorten distances `far` of the corners of faces until no way through a face is shorter."""
+    flat = faces.ravel()
+    order = np.argsort(flat, kind="stable")
+    corner = flat[order]
+    changed = np.unique(flat)
+    changed = changed[np.isfinite(far[changed])]
+    best = far.copy()
+    while len(changed):
+        first, last = (np.searchsorted(corner, changed, side) for side in ("left", "right"))
+        count = last - first
+        at = np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
+        corners, found = _across(p, faces[np.unique(order[at] // 3)], far)
+        np.minimum.at(best, corners, found)
+        touched = np.unique(corners)
+        gained = best[touched] < np.minimum(far[touched] - SETTLED * reach, reach)
+        changed = touched[gained]
+        far[changed] = best[changed]
+        best[touched] = far[touched]
 
 
 def _across(p: np.ndarray, faces: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
