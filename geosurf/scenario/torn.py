@@ -13,7 +13,7 @@ from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.validate import is_torn_as_picked
 from geosurf.scene import Scene
 from geosurf.sheets import EllipticThrow, tear_horizon, throw_horizon
-from geosurf.sheets.tie import data_to_tie, tie_horizon
+from geosurf.sheets.tie import tied_sheet
 
 
 def torn_horizons(
@@ -72,12 +72,8 @@ def _as_picked(scenario: Scenario, scene: Scene, name: str, horizon: Any) -> She
         return tear_horizon(data, faults, name=name, **words)
 
     entry = scenario.tops
-    tops, settings = scene.tops, None if entry is None else entry.settings
-    if tops is None or settings is None or not len(tops.of(name)):
-        return make(horizon)
-    tied = tie_horizon(name, data_to_tie(horizon, name), make, faults, tops, settings).made
-    assert isinstance(tied, Sheet)
-    return tied
+    settings = None if entry is None else entry.settings
+    return tied_sheet(name, horizon, make, faults, scene.tops, settings)
 
 
 def _by_throw(scene: Scene, throws: list[ThrowInput], name: str, horizon: Any) -> Sheet:

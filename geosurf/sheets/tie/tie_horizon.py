@@ -17,7 +17,7 @@ from geosurf.model.tops import Tops
 from geosurf.sheets.tie.controls import Controls, controls_of, shares_in
 from geosurf.sheets.tie.correction import correction
 from geosurf.sheets.tie.cut_horizon import CutHorizon, cut_horizon, place_keys
-from geosurf.sheets.tie.horizon_data import corrected_data, points_of_data
+from geosurf.sheets.tie.horizon_data import corrected_data, data_to_tie, points_of_data
 from geosurf.warning import collected, warn
 
 ROUNDS = 8  # corrections before an error names the top that is not met
@@ -119,6 +119,41 @@ def tie_horizon(
         more = (*made.report.warnings, *notes)
         made = replace(made, report=replace(made.report, notes=words, warnings=more))
     return Tied(corrected_data(data, total) if rounds else data, made, report)
+
+
+def tied_sheet(
+    name: str,
+    data: Any,
+    make: Callable[[Any], Sheet],
+    faults: Sequence[TriSurface],
+    tops: Tops | None,
+    settings: TieSettings | None,
+) -> Sheet:
+    """
+    Tear a horizon, tied to its well tops if there are some and a tie is requested.
+
+    Parameters
+    ----------
+    name : str
+        Of the horizon.
+    data : xarray.DataArray, xarray.Dataset, pandas.DataFrame, array_like (n, 3) or TriSurface
+        As for `tear_horizon`.
+    make : callable
+        Tears the horizon.
+    faults : sequence of TriSurface
+    tops : Tops or None
+    settings : TieSettings or None
+
+    Returns
+    -------
+    Sheet
+        Its report has the notes and warnings of the tie.
+    """
+    if tops is None or settings is None or not len(tops.of(name)):
+        return make(data)
+    made = tie_horizon(name, data_to_tie(data, name), make, faults, tops, settings).made
+    assert isinstance(made, Sheet)
+    return made
 
 
 def _made(make: Make, data: Any) -> tuple[TriSurface | Sheet, list[GeosurfWarning]]:
@@ -234,4 +269,4 @@ def _refuse_misfit(controls: Controls, tops: Tops, settings: TieSettings) -> Non
     )
 
 
-__all__ = ["Tied", "tie_horizon"]
+__all__ = ["Tied", "tie_horizon", "tied_sheet"]
