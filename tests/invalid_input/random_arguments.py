@@ -76,7 +76,7 @@ def given() -> SimpleNamespace:
         "direction": "local", "key": "x", "numbers": 0,
         "sides": "F1+", "values": [1.0], "value": 5, "grid": 1000.0, "i": 0, "what": "it",
         "tops": {"well": ["W1"], "horizon": ["Top"], "easting": [1000.0], "northing": [1000.0],
-                 "elevation": [-2100.0]}, "tie": True,
+                 "elevation": [-2100.0]}, "tie": True, "distance": 100.0,
         "torn_faults": faults, "torn_grid": torn.horizons["Top"], "files": files,
         "network": scene.propose_fault_network(), "unit": next(iter(scene.units.values())),
         "sheet": gs.tear_horizon(torn.horizons["Top"], faults), "certificate": scene.check(),
