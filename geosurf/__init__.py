@@ -43,6 +43,7 @@ _HOME = {
     "truncate_faults": "geosurf.faults",
     "propose_network": "geosurf.faults",
     # sheets
+    "extend_horizon": "geosurf.sheets",
     "tear_horizon": "geosurf.sheets",
     "throw_horizon": "geosurf.sheets",
     "EllipticThrow": "geosurf.sheets",
@@ -144,6 +145,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
     from geosurf.sheets import (
         EllipticThrow as EllipticThrow,
         propose_trim as propose_trim,
+        extend_horizon as extend_horizon,
         tear_horizon as tear_horizon,
         throw_horizon as throw_horizon,
     )

@@ -46,6 +46,7 @@ def render_map(
     outline: np.ndarray | None = None,
     faults: Sequence[str] = (),
     tops: Any = None,
+    hatched: TriSurface | None = None,
 ) -> Path:
     """Draw a map of a horizon: elevation in colour, contours, intersection lines in bold.
 
@@ -67,6 +68,8 @@ def render_map(
         Names of all faults, for the same colours as in other pictures.
     tops : xarray.Dataset, optional
         Result of `Scene.misfit`: well tops of this horizon are drawn, with name and misfit [m].
+    hatched : TriSurface, optional
+        The horizon as its grid has it: what `extend_horizon` continued is hatched.
 
     Returns
     -------
@@ -92,7 +95,7 @@ def render_map(
     title = f"{surface.name}: elevation" if title is None else title
     faults = listed(faults, "faults must be names of faults", "give a list, as scene.fault_names")
     wells = [] if tops is None else tops_on_map(tops, surface.name)
-    shown = draw_map(surface, curves, check_size(size), title, outline, faults, wells)
+    shown = draw_map(surface, curves, check_size(size), title, outline, faults, wells, hatched)
     return save_png(shown, path)
 
 
@@ -104,6 +107,7 @@ def draw_map(
     outline: np.ndarray | None = None,
     faults: Sequence[str] = (),
     wells: Sequence[WellTop] = (),
+    hatched: TriSurface | None = None,
 ) -> bytes:
     """Return the map of a surface as a PNG file.
 
@@ -121,6 +125,8 @@ def draw_map(
         Names of faults in the order of their colours; then other lines are dark grey.
     wells : sequence of WellTop
         Tops that are drawn, in world coordinates.
+    hatched : TriSurface, optional
+        A grid of which extrapolated nodes are hatched.
 
     Returns
     -------
@@ -164,6 +170,9 @@ def draw_map(
     levels = contour_levels(bottom, top)
     if len(levels) > 1:
         _draw_elevation(sheet, axes, light, levels)
+    note = ""
+    if hatched is not None and _hatch(axes, hatched, (west, south), outline):
+        note = " Hatched: extrapolated, without data."
 
     # intersection lines, and what stands beside the map
     legend = []
@@ -175,8 +184,34 @@ def draw_map(
     draw_north(sheet)
     furniture.draw_scale_bar(sheet, metres_per_pixel, "")
     interval = f", contour interval {length_text(levels[1] - levels[0])}" if len(levels) > 1 else ""
-    furniture.draw_words(sheet, title, f"Map view{interval}.")
+    furniture.draw_words(sheet, title, f"Map view{interval}.{note}")
     return sheet.png()
+
+
+def _hatch(
+    axes: Axes,
+    surface: TriSurface,
+    corner: tuple[float, float],
+    outline: np.ndarray | None,
+) -> bool:
+    """Hatch the cells of a grid that have an extrapolated node; return whether there are some."""
+    from matplotlib.patches import Polygon
+
+    mark, lattice = surface.vertex_data.get("extrapolated"), surface.lattice
+    if mark is None or lattice is None or not mark.any():
+        return False
+    share = np.full(lattice.shape, np.nan)
+    share[lattice.present] = mark
+    easting, northing = lattice.horizontal()
+    drawn = axes.contourf(
+        easting - corner[0], northing - corner[1], share, levels=[0.01, 1.5], colors="none",
+        hatches=["////"],
+    )  # fmt: skip
+    drawn.set_edgecolor(palette.INK)
+    drawn.set_linewidth(0.0)
+    if outline is not None:
+        drawn.set_clip_path(Polygon(np.asarray(outline) - corner, transform=axes.transData))
+    return True
 
 
 def _corners_of(outline: Any) -> np.ndarray:

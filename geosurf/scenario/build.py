@@ -15,6 +15,8 @@ from geosurf.scenario.step_log import OnStep
 from geosurf.scenario.torn import torn_horizons
 from geosurf.scenario.validate import truncations_of
 from geosurf.scene import Scene
+from geosurf.scene.surfaces import opened_outline
+from geosurf.sheets import extend_horizon
 
 
 def build_scene(
@@ -73,6 +75,8 @@ def build_scene(
         for entry in scenario.faults
     }
 
+    horizons = _extended(scenario, horizons, faults, aoi)
+
     # not torn yet: sheets need the faults as extension and truncation leave them
     box = scenario.box.sides if scenario.box is not None else None
     scene = Scene(
@@ -87,6 +91,23 @@ def build_scene(
     )
     on_step("read", _numbers(scene), "")
     return torn_horizons(scenario, scene, horizons, on_step, out)
+
+
+def _extended(
+    scenario: Scenario, horizons: dict[str, Any], faults: dict[str, Any], aoi: Any
+) -> dict[str, Any]:
+    """Horizons continued to the box or area, and their holes filled, where that is asked."""
+    area: Any = None if scenario.box is None else scenario.box.sides
+    if aoi is not None and scenario.aoi is not None and not scenario.aoi.rectangle:
+        area = opened_outline(aoi)
+    made = dict(horizons)
+    for entry in scenario.horizons:
+        if entry.extend_m is not None or entry.fill_holes:
+            made[entry.name] = extend_horizon(
+                horizons[entry.name], area, distance=entry.extend_m or 0.0,
+                fill_holes=entry.fill_holes, faults=faults, name=entry.name,
+            )  # fmt: skip
+    return made
 
 
 def _tops(scenario: Scenario) -> dict[str, Any]:

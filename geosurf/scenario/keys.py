@@ -56,6 +56,19 @@ class HorizonInput:
         default="conformable",
     )
 
+    extend_m: float | None = key(
+        "Continue the grid by the smoothest surface, to the box or area, at most this far from its "
+        "data and not across faults. The report lists it, and maps hatch it.",
+        values.above_zero,
+        unit="m",
+        default=None,
+    )
+    fill_holes: bool = key(
+        "Fill holes of the grid by the smoothest surface, not across faults. The report lists it.",
+        values.switch,
+        default=False,
+    )
+
 
 @dataclass(frozen=True, kw_only=True)
 class FaultInput:

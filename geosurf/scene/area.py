@@ -38,7 +38,12 @@ def default_area(horizons: Sequence[TriSurface], memory: Memory) -> SharedArea |
     def found() -> SharedArea:
         footprints = [footprint_of(horizon) for horizon in horizons]
         area = shared_area(footprints)
-        for warning in warnings_of_area(area, footprints):
+        data = [  # that an extrapolated part is left out is worth no warning
+            footprint
+            for footprint, horizon in zip(footprints, horizons, strict=True)
+            if "extrapolated" not in horizon.vertex_data
+        ]
+        for warning in warnings_of_area(area, data):
             warn(warning)
         return area
 
@@ -97,7 +102,10 @@ def warnings_of_area(area: SharedArea, horizons: Sequence[Footprint]) -> list[Ge
                 f"({area_text(area.area)} of {area_text(horizon.area)}), because other horizons "
                 "end there."
             )
-            remedy = "Pass aoi= or box= to choose another area."
+            remedy = (
+                "Continue those with gs.extend_horizon(horizon, distance=...), or pass aoi= or "
+                "box= to choose another area."
+            )
             found.append(GeosurfWarning("area", horizon.name, words, remedy))
     return found
 

@@ -57,6 +57,7 @@ from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import InputSurfaces, opened_contacts, opened_outline
 from geosurf.scene.wells import opened_tops, tied_surface, warnings_of_names
+from geosurf.sheets.extend import warning_of_extrapolation
 from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.coarsen import coarsen_lattice
 from geosurf.triangulate.shared_area import SharedArea
@@ -387,6 +388,9 @@ class Graph:
             warn_of_unclear_crs({name: systems[name] for name in names})
         if self.tops is not None:
             self.memory.warn(*warnings_of_names(self.tops, tuple(self.inputs.horizons)))
+        for name in self.inputs.horizons:
+            extrapolated = warning_of_extrapolation(self.unsimplified(name))
+            self.memory.warn(*filter(None, [extrapolated]))
         for sheet in self.sheets.values():
             self.memory.warn(*sheet.warnings, issued=True)
 

@@ -208,8 +208,10 @@ def _map(scene: MeasuredModel, name: str, size: tuple[int, int], clip: bool) -> 
         inside = ring if scene.aoi is None else scene.aoi
         surface, curves = as_modelled(scene, scene.surface(name)), scene.curves
         outline, faults = inside if clip else None, scene.fault_names
-        tops = _tops(scene)
-        render_map(surface, curves, path=path, size=size, outline=outline, faults=faults, tops=tops)
+        render_map(
+            surface, curves, path=path, size=size, outline=outline, faults=faults,
+            tops=_tops(scene), hatched=scene.surface(name),
+        )  # fmt: skip
 
     row = scene.horizon_names.index(name)
     return Picture(

@@ -6,6 +6,7 @@ faults; `throw_horizon` moves a horizon that is still continuous by the throw of
 ==============  ===================================================================
 tear            `tear_horizon`: the steps of the first way, in order
 throw/          `throw_horizon`: the second way
+extend          `extend_horizon`: grids continued beyond their rim, holes filled
 tie/            horizons that meet well tops: data corrected, then torn again
 report/         what the user learns about a sheet: cut-offs, misfit, trim
 mesh/           heights and cut links -> a torn mesh that the faults close exactly
@@ -20,9 +21,10 @@ A room uses rooms below it in this table only. The surface minimises its third d
 `geosurf.rebuild` cuts, `geosurf.triangulate` reads grids and faults: `sheets` lies above both.
 """
 
+from geosurf.sheets.extend import extend_horizon
 from geosurf.sheets.faults.slip import EllipticThrow
 from geosurf.sheets.report.propose_trim import propose_trim
 from geosurf.sheets.tear import tear_horizon
 from geosurf.sheets.throw.throw_horizon import throw_horizon
 
-__all__ = ["EllipticThrow", "propose_trim", "tear_horizon", "throw_horizon"]
+__all__ = ["EllipticThrow", "extend_horizon", "propose_trim", "tear_horizon", "throw_horizon"]

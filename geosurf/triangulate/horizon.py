@@ -28,6 +28,7 @@ if TYPE_CHECKING:  # pragma: no cover - types only
     import xarray
 
 _Corner = tuple[slice, slice]
+EXTRAPOLATED = "extrapolated"  # the coordinate of a grid that marks nodes without data
 
 
 def triangulate_horizon(
@@ -137,9 +138,22 @@ def triangulate_horizon(
     if tolerance > 0:
         made = coarsen_lattice(title, lattice, tolerance)
     else:
-        made = TriSurface(title, "horizon", lattice=lattice)
+        made = TriSurface(title, "horizon", lattice=lattice, vertex_data=_marks_of(da, lattice))
     made.crs = crs_of(da)
     return made
+
+
+def _marks_of(da: Any, lattice: Lattice) -> dict[str, np.ndarray] | None:
+    """Which vertices have no data, of a grid that `extend_horizon` continued; None for others."""
+    if EXTRAPOLATED not in da.coords:
+        return None
+    mark: np.ndarray = np.asarray(da.coords[EXTRAPOLATED].transpose(*da.dims).values, dtype=bool)
+    if lattice.easting.ndim == 1:  # lattices run from the south-west
+        northing, easting = da.coords["northing"].values, da.coords["easting"].values
+        rows = slice(None, None, -1 if northing[0] > northing[-1] else 1)
+        columns = slice(None, None, -1 if easting[0] > easting[-1] else 1)
+        mark = mark[rows, columns]
+    return {EXTRAPOLATED: mark[lattice.present]}
 
 
 def _from_mesh(

@@ -263,8 +263,9 @@ def _refuse_holes(region: np.ndarray, by_horizon: dict[str, np.ndarray], cells: 
     more = f" and {counted(len(order) - 3, 'smaller one')}" if len(order) > 3 else ""
     raise InputError(
         f"the default area has {counted(len(order), 'hole')}: in {', '.join(words)}{more}. Fill "
-        "them in the data, or pass aoi= with an outline that leaves them out. aoi='rectangle' "
-        "takes the largest axis-parallel rectangle without holes."
+        "them: horizon = gs.extend_horizon(horizon, fill_holes=True), or fill_holes = true in a "
+        "scenario. Or pass aoi= with an outline that leaves them out; aoi='rectangle' takes the "
+        "largest axis-parallel rectangle without holes."
     )
 
 

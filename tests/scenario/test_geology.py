@@ -320,3 +320,23 @@ def test_horizons_in_the_wrong_order_are_reported_on_the_terminal(folder, tmp_pa
     rule = 'rule = "erosional"'
     path = scenario(folder, top=rule, Top="Middle.nc", Base="Top.nc", Middle="Base.nc")
     assert run(read_scenario(path), tmp_path, pictures=False).notes == ()
+
+
+def test_a_horizon_of_a_scenario_is_continued_and_filled(tmp_path):
+    world = gs.synthetic.tilted_planes(n=21)
+    top, base = world.horizons["Top"], world.horizons["Base"][2:-2, 3:-1].copy()
+    base[4:7, 8:10] = np.nan
+    for name, horizon in (("Top", top), ("Base", base)):
+        gs.write(horizon, tmp_path / f"{name}.nc")
+    text = "".join(
+        f'[[horizons]]\nname = "{name}"\nfile = "{name}.nc"\n' for name in ("Top", "Base")
+    )
+    path = tmp_path / "model.toml"
+    path.write_text(text)
+    with pytest.raises(gs.errors.InputError, match=r"1 hole: in 'Base' .*fill_holes = true"):
+        gs.run_scenario(path, tmp_path / "out", pictures=False)
+    path.write_text(f"{text}extend_m = 1000.0\nfill_holes = true\n")
+    with pytest.warns(gs.GeosurfWarning, match="'Base' is extrapolated over"):
+        scene = gs.run_scenario(path, tmp_path / "out", pictures=False)
+    assert scene.box[:4] == pytest.approx((0, 4000, 0, 3000), abs=1.0)
+    assert scene.coverage["Top"] > 0.9

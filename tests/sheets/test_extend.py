@@ -1,0 +1,148 @@
+"""Horizons that are continued beyond their rim: exact where they can be, marked everywhere."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import geosurf as gs
+from geosurf.errors import GeosurfWarning, HorizonError, InputError
+from geosurf.render.map import render_map
+
+E0, N0 = 460000.0, 5930000.0
+
+
+def grid(function, degrees=30.0, shape=(41, 31), cell=50.0):
+    """A turned grid of some elevations."""
+    i, j = np.meshgrid(np.arange(shape[1]) * cell, np.arange(shape[0]) * cell)
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    east, north = E0 + i * c - j * s, N0 + i * s + j * c
+    attrs = {"units": "m", "positive": "up"}
+    if degrees == 0:
+        coords = {"northing": north[:, 0], "easting": east[0]}
+        return xr.DataArray(
+            function(east - E0, north - N0), coords, ("northing", "easting"), attrs=attrs
+        )
+    coords = {"easting": (("row", "column"), east), "northing": (("row", "column"), north)}
+    return xr.DataArray(function(east - E0, north - N0), coords, ("row", "column"), attrs=attrs)
+
+
+def error(function, wide):
+    """Largest error at new nodes [m]."""
+    there = wide.extrapolated.values
+    x, y = xr.broadcast(wide.easting, wide.northing)
+    x, y = (one.transpose(*wide.dims).values for one in (x, y))
+    return float(np.nanmax(np.abs(wide.values - function(x - E0, y - N0))[there]))
+
+
+def plane(x, y):
+    return -1700 + 0.1 * x - 0.05 * y
+
+
+def bowl(x, y):
+    return plane(x, y) + 1e-5 * x * x - 2e-5 * x * y + 3e-5 * y * y
+
+
+def folds(x, y):
+    return -1700 + 30 * np.sin(2 * np.pi * x / 3000) * np.cos(2 * np.pi * y / 2500)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 30.0, 211.0])
+@pytest.mark.parametrize("function", [plane, bowl])
+def test_planes_and_quadratics_are_continued_exactly(function, degrees):
+    given = grid(function, degrees)
+    wide = gs.extend_horizon(given, distance=500.0)
+    assert error(function, wide) < 1e-6
+    kept = ~wide.extrapolated.values & np.isfinite(wide.values)
+    np.testing.assert_array_equal(np.sort(wide.values[kept]), np.sort(given.values.ravel()))
+    assert kept.sum() == given.size
+    easting = xr.broadcast(wide.easting, wide)[0].transpose(*wide.dims).values[kept]
+    every = xr.broadcast(given.easting, given)[0].values.ravel()
+    np.testing.assert_array_equal(np.sort(easting), np.sort(every))
+
+
+def test_the_error_on_folds_falls_with_the_cube_of_the_distance():
+    errors = [
+        error(folds, gs.extend_horizon(grid(folds), distance=d)) for d in (400.0, 200.0, 100.0)
+    ]
+    assert errors[0] < 15
+    assert errors[0] / errors[1] > 4
+    assert errors[1] / errors[2] > 4
+
+
+def test_noise_is_not_carried_on():
+    rng = np.random.default_rng(0)
+    wide = gs.extend_horizon(grid(plane) + rng.normal(0, 0.1, (41, 31)), distance=400.0)
+    assert error(plane, wide) < 5
+
+
+def test_no_node_is_farther_from_data_than_asked_and_an_area_limits_them():
+    given, ring = grid(plane), [(E0, N0), (E0 + 900, N0 - 200), (E0 + 900, N0 + 900)]
+    wide = gs.extend_horizon(given, ring, distance=230.0)
+    new = wide.extrapolated.values
+    places = np.stack([wide.easting.values, wide.northing.values], axis=-1)
+    data = np.stack([given.easting.values, given.northing.values], axis=-1).reshape(-1, 2)
+    far = [np.hypot(*(data - place).T).min() for place in places[new]]
+    assert 0 < max(far) <= 230.0 + 1e-6
+    assert 0 < new.sum() < gs.extend_horizon(given, distance=230.0).extrapolated.sum()
+    assert places[new][:, 1].min() > N0 - 400
+
+
+def test_a_hole_is_filled_from_its_own_side_of_a_fault():
+    """Two plateaus, 60 m apart, with a hole across the fault between them."""
+
+    def step(x, y):
+        return np.where(x < 1000.0, -1700.0, -1760.0) + 0.02 * y
+
+    holed = grid(step, 0.0, shape=(41, 41))
+    holed[15:24, 14:27] = np.nan
+    wall = np.array([[E0 + 990, N0 - 99, -2e3], [E0 + 990, N0 + 2100, -2e3],
+                     [E0 + 990, N0 + 2100, -1500], [E0 + 990, N0 - 99, -1500]])  # fmt: skip
+    fault = gs.TriSurface("F1", "fault", wall, [[0, 1, 2], [0, 2, 3]])
+    across = gs.extend_horizon(holed, fill_holes=True)
+    assert across.shape == holed.shape
+    assert error(step, across) > 15
+    own = gs.extend_horizon(holed, fill_holes=True, faults={"F1": fault})
+    assert error(step, own) < 1e-6
+
+
+def test_a_scene_lists_what_is_extrapolated_and_the_map_hatches_it(tmp_path):
+    wide = gs.extend_horizon(grid(plane), distance=300.0)
+    scene = gs.Scene({"T": wide})
+    with pytest.warns(
+        GeosurfWarning, match=r"'T' is extrapolated over 2\.\d+ km², up to (29\d|300) m"
+    ):
+        (found,) = scene.warnings
+    assert found.kind == "extrapolated"
+    assert scene.check().ok
+    surface = scene.surface("T")
+    plain = render_map(surface, path=tmp_path / "plain.png", size=(400, 300))
+    hatched = render_map(surface, path=tmp_path / "hatched.png", size=(400, 300), hatched=surface)
+    assert plain.read_bytes() != hatched.read_bytes()
+    data = gs.Scene({"T": grid(plane)})
+    assert data.warnings == ()
+
+
+def test_a_decreasing_axis_keeps_its_marks():
+    wide = gs.extend_horizon(grid(plane, 0.0), distance=100.0)
+    up, down = (gs.triangulate_horizon(one) for one in (wide, wide[::-1, ::-1]))
+    np.testing.assert_array_equal(up.vertex_data["extrapolated"], down.vertex_data["extrapolated"])
+
+
+@pytest.mark.parametrize(("words", "message"), [
+    ({}, "nothing to do: give distance="),
+    ({"distance": -1.0}, r"distance is -1\.0; give metres"),
+    ({"distance": 1e7}, "more than 4000000"),
+    ({"distance": 9.0, "area": (1, 0, 0, 1)}, "west below east"),
+    ({"distance": 9.0, "area": [(0, 0), (1, 1)]}, "different corners"),
+])  # fmt: skip
+def test_what_cannot_be_asked(words, message):
+    with pytest.raises(InputError, match=message):
+        gs.extend_horizon(grid(plane), **words)
+
+
+def test_a_mesh_cannot_be_continued():
+    mesh = gs.TriSurface("T", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+    with pytest.raises(HorizonError, match="'T' is a mesh, and only grids"):
+        gs.extend_horizon(mesh, distance=9.0)
