@@ -1,5 +1,7 @@
 """Keys of a scenario that limit the model: ``[aoi]`` and ``[box]``."""
 
+# ruff: noqa: RUF009 - `key` makes a dataclasses.field
+
 from __future__ import annotations
 
 from dataclasses import dataclass
