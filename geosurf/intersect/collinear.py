@@ -63,20 +63,31 @@ def split_overlaps(
     """
     if len(segments) == 0 or len(segments) + len(touching) < 2:
         return segments, surfaces
+
+    # Equal or overlapping segments become runs first: fewer rows, and no run overlaps another.
     groups = _groups(contacts, segments, surfaces, touching, in_faces)
     segments, surfaces, groups = _merged(contacts, segments, surfaces, groups)
+
+    # Rows (segment, point): each point lies strictly inside its segment, decided exactly.
     hits = _inside(contacts, segments, groups)
     if len(hits) == 0:
         return segments, surfaces
+
+    # Segments without a hit stay as they are.
     whole = np.ones(len(segments), dtype=bool)
     whole[hits[:, 0]] = False
+
+    # A cut segment is listed with its two ends and its hits: one row of (segment, point) each.
     cut = np.flatnonzero(~whole)
     of = np.concatenate([cut, cut, hits[:, 0]])
     on = np.concatenate([segments[cut, 0], segments[cut, 1], hits[:, 1]])
+
     # each coordinate rises or falls along a line, rounded ones as well: none alone tells the order
     way = np.sign(contacts.x[segments[of, 1]] - contacts.x[segments[of, 0]])
     order = np.lexsort((*(way * contacts.x[on]).T, of))
     of, on = of[order], on[order]
+
+    # Consecutive points of the same segment bound one piece of it.
     piece = np.flatnonzero(of[1:] == of[:-1])
     return (
         np.concatenate([segments[whole], np.stack([on[piece], on[piece + 1]], axis=1)]),
@@ -114,32 +125,43 @@ def _groups(
     in_faces: np.ndarray | None,
 ) -> _Groups:
     """What lies in which face, by the contacts that the segments are of."""
+    # A group is one face of one pair of surfaces: a face that meets two surfaces is in two groups.
     rows, n_surface, n_face = contacts.rows, len(contacts.surfaces), len(contacts.t)
     n, n_segment = len(contacts.x), len(segments)
     pair = pairs_of_surfaces(contacts.surface_of_face, rows, n_surface)
     pair_of_segment = surfaces[:, 0] * n_surface + surfaces[:, 1]
     two, segment = _of_segments(contacts, pair, segments, pair_of_segment)
     groups, group = number_keys((pair[two, None] * n_face + rows[two, :2]).ravel())
+
+    # One key per (group, segment); each segment lies in two faces, so it has two groups.
     lines = _without(group * n_segment + np.repeat(segment, 2), _NONE)
     faces = np.empty((n_segment, 2), dtype=np.int64)
     faces[segment] = rows[two, :2]
+
     # points where segments of the pair begin, end or are touched, in each face that has some
     stops = np.concatenate([
         np.repeat(pair_of_segment, 2) * n + segments.ravel(),
         (touching[:, 0] * n_surface + touching[:, 1]) * n + touching[:, 2],
     ])  # fmt: skip
+
+    # Candidates are the corners of contacts, by the two faces of each contact (-1: no such corner).
     mine = np.flatnonzero(np.isin(pair, np.unique(pair_of_segment)))
     corner = [(pair[mine], rows[mine, side], ids)
               for side in range(2) for ids in contacts.ids[mine].T]  # fmt: skip
+    # Points known to lie inside a face come from an arrangement: both surfaces of the pair are one.
     if in_faces is not None:
         face, point = in_faces.T
         corner.append((contacts.surface_of_face[face] * (n_surface + 1), face, point))
+
+    # A point counts only in groups that hold a segment, and only if it is a stop of its own pair.
     of_pair, face, point = map(np.concatenate, zip(*corner, strict=True))
     key = of_pair * n_face + face
     at = np.minimum(np.searchsorted(groups, key), len(groups) - 1)
     known = (groups[at] == key) & (point >= 0)
     known[known] = np.isin(of_pair[known] * n + point[known], stops)
     points = _without(at[known] * n + point[known], _NONE)
+
+    # Keys are decoded to rows (group, segment) and (group, point).
     sorted_lines = np.stack(np.divmod(lines, n_segment), axis=1)
     return _Groups(len(groups), sorted_lines, np.stack(np.divmod(points, n), axis=1), faces)
 
@@ -149,10 +171,14 @@ def _of_segments(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Contacts in a line (rows) that are among some segments, and the segment of each."""
     two = np.flatnonzero(n_corners(contacts.rows) == 2)
+
+    # Points are numbered by pairs of ends, so that one integer key names a segment of a pair.
     ends = np.concatenate([segments, np.sort(contacts.ids[two, :2], axis=1)])
     _, number = number_keys(ends[:, 0] * len(contacts.x) + ends[:, 1])
     most = int(number.max()) + 1
     keys = pair_of_segment * most + number[: len(segments)]
+
+    # Look up each contact among the segments; `segment` is a guess until the keys are compared.
     order = np.argsort(keys)
     asked = pair[two] * most + number[len(segments) :]
     segment = order[np.minimum(np.searchsorted(keys[order], asked), len(keys) - 1)]
@@ -172,6 +198,8 @@ def _merged(
     if found is None:
         return segments, surfaces, groups
     runs, run_of = found
+
+    # All members of a run are of one pair of surfaces and share a face: the first speaks for all.
     lead = np.unique(run_of, return_index=True)[1]
     lines = _without(groups.lines[:, 0] * len(runs) + run_of[groups.lines[:, 1]], _NONE)
     lines = np.stack(np.divmod(lines, len(runs)), axis=1)
@@ -180,15 +208,21 @@ def _merged(
 
 def _inside(contacts: Contacts, segments: np.ndarray, groups: _Groups) -> np.ndarray:
     """Rows (segment, point) of points that lie in a segment and are no end of it."""
+    # Offsets of the segments of each group; `groups.lines` is sorted by group.
     n, n_segment = len(contacts.x), len(segments)
     first_line = np.searchsorted(groups.lines[:, 0], np.arange(groups.n + 1))
+
     # where a group has one segment only, what is found in that is of no use to another one
     several = groups.lines[np.diff(first_line)[groups.lines[:, 0]] > 1]
     by_segment = several[np.argsort(several[:, 1], kind="stable")]
     first_group = np.searchsorted(by_segment[:, 1], np.arange(n_segment + 1))
+
+    # `known`, `new`, `tested`: sorted keys of (group, point) and (segment, point). A key is tested
+    # only once, so the loop ends.
     known = groups.points[:, 0] * n + groups.points[:, 1]
     new, tested, found = known, _NONE, [_NONE]
     while len(new):
+        # Only the new points of each group are compared with its segments.
         group, point = np.divmod(new, n)
         first_point = np.searchsorted(group, np.arange(groups.n + 1))
         near = _near(contacts, segments, groups.lines[:, 1], first_line, point, first_point)
@@ -196,6 +230,9 @@ def _inside(contacts: Contacts, segments: np.ndarray, groups: _Groups) -> np.nda
         tested = np.concatenate([tested, near])
         hits = near[_lie_inside(contacts, segments, groups, *np.divmod(near, n))]
         found.append(hits)
+
+        # A hit makes the point known in every group of its segment, which may lead to further hits.
+        # `nth` counts the groups of each segment from 0.
         segment, point = np.divmod(hits, n)
         count = first_group[segment + 1] - first_group[segment]
         nth = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
@@ -207,6 +244,7 @@ def _inside(contacts: Contacts, segments: np.ndarray, groups: _Groups) -> np.nda
 
 def _without(keys: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Distinct keys, sorted, that are not among others (distinct): by sorts, numpy's fastest."""
+    # The first of equal keys stays; the slice serves the empty array.
     keys = np.sort(keys)
     keys = keys[np.append(True, keys[1:] != keys[:-1])[: len(keys)]]
     if len(others) == 0 or len(keys) == 0:
@@ -224,6 +262,7 @@ def _lie_inside(
     point: np.ndarray,
 ) -> np.ndarray:
     """Whether points lie in segments and are no ends of them, exactly."""
+    # Rows (point, end, end, face, face): the kernel takes the line as the meet of the two planes.
     rows = np.column_stack([point, segments[segment], groups.faces[segment]])
     out = np.empty(len(rows), dtype=np.int64)
     if len(rows):
@@ -245,9 +284,13 @@ def _near(
     `lines` are rows of `segments`.
     """
     x = contacts.x
+
+    # Float distances only preselect; the reach exceeds what rounding can move a point.
     reach = _REACH * float(np.abs(x[segments]).max(initial=0.0)) + _LEAST
     pairs = np.empty((len(points) + 64, 2), dtype=np.int64)
     given = (x, segments[lines], first_line, points, first_point, reach)
+
+    # The kernel counts all pairs and writes those that fit: one more call with room for all.
     n = points_near_segments(*given, pairs)
     if n > len(pairs):
         if lack_of_room(n * _PAIR) is not None:
@@ -256,5 +299,7 @@ def _near(
         pairs = np.empty((n, 2), dtype=np.int64)
         points_near_segments(*given, pairs)
     pairs = pairs[:n]
+
+    # The kernel numbers segments as listed by group; callers number them as in `segments`.
     pairs[:, 0] = lines[pairs[:, 0]]
     return pairs

@@ -119,6 +119,7 @@ def intersect_surfaces(
         tolerance = check_tolerance(tolerance, self_intersections)
         smooth = smooth_curves(surfaces, tolerance, curves_of, method=method, voxel_size=voxel_size)
         return in_crs_of(smooth, surfaces)
+
     surfaces = check_surfaces(surfaces, 1 if self_intersections else 2)
     contacts = find_contacts(
         surfaces, method=method, voxel_size=voxel_size, self_intersections=self_intersections
@@ -139,17 +140,23 @@ def curves_of(contacts: Contacts) -> Curves:
     Curves
     """
     names = tuple(s.name for s in contacts.surfaces)
+    # Two graphs over the map cannot overlap and need no splitting: most scenes take this way.
     if are_plain(contacts):
         keys = pair_keys(contacts), len(names)
         sorted_all = canonical_by_keys(contacts.x, contacts.ids[:, :2], *keys)
         return _linked(names, contacts.origin, *sorted_all, [], contacts.cost)
+
     pairs = pairs_of_rows(contacts)
     segments, surfaces = line_contacts(contacts, pairs)
     touching = touching_points(contacts, pairs)
     coinciding = pairs_with_areas(contacts, pairs)
+
+    # Pairs that coincide over an area are taken from their arrangement below, all others from here.
     plain = ~of_pairs(surfaces, coinciding)
     touching = touching[~of_pairs(touching[:, :2], coinciding)]
     segments, surfaces = split_overlaps(contacts, segments[plain], surfaces[plain], touching)
+
+    # Each pair brings points of its own; `n` shifts its segments to rows of the common list.
     local, lines, owners, n = [contacts.x], [segments], [surfaces], len(contacts.x)
     touches, single = [], {}
     for i, j in coinciding.tolist():
@@ -162,6 +169,8 @@ def curves_of(contacts: Contacts) -> Curves:
         touches += overlap.areas
         local.append(overlap.local)
         n += len(overlap.local)
+
+    # Points in equal places become one, and the order no longer depends on the input.
     points, segments, surfaces = canonical(*map(np.concatenate, (local, lines, owners)))
     touches += _isolated(contacts, touching, points, segments, surfaces, single)
     return _linked(names, contacts.origin, points, segments, surfaces, touches, contacts.cost)
@@ -194,6 +203,7 @@ def merge_curves(
     )
     cost: dict[str, int] = {}
     n = 0
+    # Parts have origins of their own; all move to the common frame.
     for pair, part in parts:
         local.append(part.local + (part.origin - origin))
         segments.append(part.segments + n)
@@ -202,6 +212,7 @@ def merge_curves(
         n += len(part.local)
         for key, value in part.cost.items():
             cost[key] = cost.get(key, 0) + value
+
     points, joined, owners = canonical(*map(np.concatenate, (local, segments, surfaces)))
     return _linked(names, origin, points, joined, owners, touches, cost)
 
@@ -245,6 +256,8 @@ def _isolated(
     """
     found: dict[tuple[int, int], list[Touch]] = {}
     pairs, places = off_curves(contacts.x, touching, points, segments, surfaces)
+
+    # Touching points outside overlaps, then those of pairs that overlap somewhere.
     rows = list(zip(map(tuple, pairs.tolist()), places, strict=True))
     rows += [(pair, at) for pair, some in single.items() for at in np.unique(some, axis=0)]
     for pair, at in rows:

@@ -65,11 +65,14 @@ def smooth_curves(
             check_surfaces((surface,))
     if len(surfaces) < 2:
         check_surfaces(surfaces, 2)
+
     origin = frame_origin(*(surface.extent for surface in surfaces))
     found: list[tuple[tuple[int, int], Line]] = []
     places: list[tuple[tuple[int, int], str, np.ndarray, float]] = []
     touches: list[Touch] = []
     cost: dict[str, int] = {}
+
+    # One pair after the other; points are relative to `origin` so that floats keep their digits.
     for i in range(len(surfaces)):
         for j in range(i + 1, len(surfaces)):
             pair = (i, j)
@@ -81,6 +84,7 @@ def smooth_curves(
                 touches += [Touch(t.kind, pair, t.points, t.area) for t in curves.contacts]
                 for key, value in curves.cost.items():
                     cost[key] = cost.get(key, 0) + value
+
     names = tuple(surface.name for surface in surfaces)
     return _assemble(names, origin, found, places, touches, cost)
 
@@ -94,27 +98,37 @@ def _pair(
     options: dict[str, Any],
 ) -> tuple[list[Line], list[tuple[str, np.ndarray, float]], list[Curves]]:
     """Lines, places and plain curves of two surfaces."""
+    # A lattice comes first, so that the result does not depend on the order of arguments.
     flip = _second_first(one, two)
     if flip:
         one, two = two, one
+
+    # A curved lattice below the size for cubics has no error estimate: its bound is infinite.
     coarse = [
         ("coarse lattice", points, np.inf)
         for points in map(_bent, (one, two))
         if points is not None
     ]
+
     if not has_cubics(one):
         plain = linker(find_contacts((one, two), origin=origin, **options))
         bound = np.inf if coarse else 0.0
         return [_plain_line(plain, k, bound) for k in range(plain.n_curve)], coarse, [plain]
+
+    # Only cells that the bounds of the cubics leave over are looked at from here on.
     sides = side_of(one, origin), side_of(two, origin)
     near = find_candidates(*sides, 0.0 if coarse else tolerance)
     walked = walk_curves(sides, near, tolerance)
+    # Both lattices are smooth wherever they may meet: done without triangles.
     if walked is not None:
         return walked, [], []
+
+    # Otherwise the exact curve of the remaining triangles is moved onto the cubics.
     first, second = (piece_of(side, cells) for side, cells in zip(sides, near.cells, strict=True))
     lines: list[Line] = []
     plain_curves = []
     keys = np.empty(0, dtype=np.int64)
+
     if len(near.pairs) and first is not None and second is not None:
         pieces = first, second
         contacts = find_contacts((first.surface, second.surface), origin=origin, **options)
@@ -123,11 +137,14 @@ def _pair(
         if plain.n_curve:
             strand = strand_of(plain, contacts, pieces, sides)
             lines, w = lift_strand(strand, sides, tolerance)
+            # Cells that known curves run through, before and after lifting; -1 in `hold`: no cell.
             rows = strand.hold >= 0
             keys = np.concatenate([
                 pair_keys(sides, strand.w[rows], strand.tri[rows]),
                 pair_keys(sides, w[rows], strand.tri[rows]),
             ])  # fmt: skip
+
+    # Loops smaller than a cell that no triangle shows.
     lost, places = find_lost(sides, near, lines, keys, tolerance) if len(near.pairs) else ([], [])
     for line in lines:
         line.bound = np.inf if coarse else line.bound
@@ -145,8 +162,11 @@ def _bent(surface: TriSurface) -> np.ndarray | None:
     """Nodes of a lattice that is too coarse for cubics and not flat, or None."""
     if surface.lattice is None or has_cubics(surface):
         return None
+
     lattice = surface.lattice
     nodes = np.stack([*lattice.horizontal(), lattice.elevation], axis=-1)
+
+    # Second differences of the nodes [m] vanish on a plane.
     bends = [np.abs(np.diff(nodes, 2, axis=axis)) for axis in (0, 1)]
     largest = max((np.nanmax(b, initial=0.0) for b in bends if b.size), default=0.0)
     return nodes[lattice.present] if largest > 1e-6 else None
@@ -181,6 +201,7 @@ def merge_smooth(
     touches: list[Touch] = []
     cost: dict[str, int] = {}
     for pair, part in parts:
+        # Points move from the frame of the part to the common one.
         shift = part.origin - origin
         for k, curve in enumerate(part.curves):
             said = [
@@ -212,13 +233,18 @@ def _assemble(
     cost: dict[str, int],
 ) -> Curves:
     """Put lines together to `Curves`; points with equal coordinates become one."""
+    # A line of one point is no curve; only its places are reported.
     lines = [line for _, line in found if len(line.points) > 1]
     owners = [pair for pair, line in found if len(line.points) > 1]
     stacked = lines[0].points if len(lines) == 1 else _stacked(lines)
     stops = list(accumulate(len(line.points) for line in lines))
     pairs = np.array(owners, dtype=np.int64).reshape(-1, 2)
+
+    # `stops`: offsets of the lines in `stacked`; `number`: the welded point of each row.
     local, number, segments, owned = weld_lines(stacked, np.array(stops, dtype=np.int64), pairs)
     curves = [number[a:b] for a, b in pairwise([0, *stops])]
+
+    # Places of a pair (curve -1) first, then those of single curves.
     said = [(why, pair, x, size, -1) for pair, why, x, size in places]
     for k, (pair, line) in enumerate(zip(owners, lines, strict=True)):
         said += [(why, pair, x, size, k) for why, x, size in line.places]

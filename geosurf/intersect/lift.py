@@ -84,30 +84,38 @@ def strand_of(
     rows = np.concatenate(plain.curves)
     offsets = np.append(0, np.cumsum([len(curve) for curve in plain.curves]))
     start = plain.local[rows]
+
     faces = _faces_of_segments(plain, contacts, rows, offsets)
     known = faces[:, 0] >= 0
     w = np.zeros((len(rows), 4))
     hold = np.where(known, 0, -1)
     must = np.zeros(len(rows), dtype=np.int64)
+
+    # The ends of each curve stay in the result; ends of open curves may lie on a rim of a side.
     first, last = offsets[:-1], offsets[1:] - 1
     ends = np.concatenate([first, last])
     must[ends] = 1
     ends = ends[~np.tile(plain.closed, 2)]
     tri = np.zeros(len(rows), dtype=np.int64)
+    # The second side first: where both have a rim at a point, that of the first side is held.
     for k in (1, 0):
         side, piece = sides[k], pieces[k]
         face = np.where(known, faces[:, k], 0)
         weights = _weights(piece.surface, side.origin, face, start)
+        # Parameters of a lattice count columns and rows, so a corner has whole numbers.
         if side.smooth:
             corners = piece.node_of_vertex[piece.surface.triangles[face]]
             n_row, n_col = side.z.shape
             w[:, 2 * k] = (weights * (corners % n_col)).sum(axis=1)
             w[:, 2 * k + 1] = (weights * (corners // n_col)).sum(axis=1)
+            # On the rim, the parameter across it is fixed and only the one along it is solved for.
             for axis, top in ((0, n_col - 1), (1, n_row - 1)):
                 u = w[ends, 2 * k + axis]
                 rim = ends[(np.minimum(u, top - u) < _ON_RIM) & known[ends]]
                 w[rim, 2 * k + axis] = np.round(w[rim, 2 * k + axis])
                 hold[rim] = (HOLD_UA, HOLD_VA)[axis] if k == 0 else (HOLD_UB, HOLD_VB)[axis]
+        # Parameters of a triangle are its second and third weight. A point on an edge (a weight of
+        # 0) stays there, as the next triangle begins with it.
         else:
             tri = piece.cell_of_triangle[face]
             w[:, 2:] = weights[:, 1:]
@@ -127,21 +135,29 @@ def _faces_of_segments(
     """
     two = n_corners(contacts.rows) == 2
     lines, ids = contacts.rows[two], contacts.ids[two, :2]
+
+    # Points of the curves and of the contacts are compared by place, not by row.
     number, count = weld(np.concatenate([plain.local, contacts.x]))
     of_point, of_id = number[: len(plain.local)], number[len(plain.local) :]
     ends = np.sort(of_id[ids], axis=1)
     keys = ends[:, 0] * count + ends[:, 1]
+
+    # Segments as one sorted key each, for look-ups.
     order = np.argsort(keys, kind="stable")
     keys = keys[order]
+
+    # The segment that leaves each point, as a key of the same kind.
     here = of_point[rows]
     onward = np.arange(len(rows))
     onward[offsets[1:] - 1] -= 1  # the last point of a curve
     ends = np.sort(np.stack([here[onward], here[onward + 1]], axis=1), axis=1)
     wanted = ends[:, 0] * count + ends[:, 1]
+
     at = np.minimum(np.searchsorted(keys, wanted), max(len(keys) - 1, 0))
     faces = np.full((len(rows), 2), -1, dtype=np.int64)
     if len(keys):
         found = keys[at] == wanted
+        # The first column is to be the first surface.
         pair = lines[order[at[found]], :2]
         swap = contacts.surface_of_face[pair[:, 0]] > 0
         pair[swap] = pair[swap][:, ::-1]
@@ -154,9 +170,12 @@ def _weights(
 ) -> np.ndarray:
     """Barycentric coordinates (n, 3) of points in the planes of triangles."""
     a, b, c = ((surface.vertices - origin)[surface.triangles[face, k]] for k in range(3))
+
+    # Normal equations of x = a + s u + t v, with Cramer's rule on the Gram matrix.
     u, v, d = b - a, c - a, x - a
     uu, uv, vv = ((p * q).sum(axis=1) for p, q in ((u, u), (u, v), (v, v)))
     du, dv = (d * u).sum(axis=1), (d * v).sum(axis=1)
+
     size = uu * vv - uv * uv
     s, t = (du * vv - dv * uv) / size, (dv * uu - du * uv) / size
     return np.stack([1 - s - t, s, t], axis=1)
@@ -168,15 +187,23 @@ def lift_strand(
     """Curves of the smooth sides in place of plain ones, and parameters of the lifted points."""
     one, two = sides
     n = len(strand.start)
+
+    # `p`: lifted points; `w`: their parameters; `doubts`, `tangents`: figures for the error
+    # estimate.
     w, p = strand.w.copy(), strand.start.copy()
     tangents, doubts = np.zeros((n, 4)), np.zeros((n, 6))
     arrays = (one.x, one.y, one.z, two.x, two.y, two.z, two.c)
     status = lift_points(*arrays, strand.tri, strand.hold, strand.start, w, p, tangents, doubts)
+
+    # A point that leaves its cell by more than two others has converged to another curve.
     smooth = [0, 1, 2, 3] if two.smooth else [0, 1]
     wandered = (np.abs(w - strand.w)[:, smooth] > 2).any(axis=1)
     status[(status == LIFTED) & wandered] = ASTRAY
+
+    # Points beyond the rim are left out, unless the curve would lose its end.
     status[(status == OUTSIDE) & (strand.must == 0)] = DROPPED
     status[strand.hold < 0] = OVERLAP
+
     error = np.zeros(n)
     spans = list(pairwise(strand.offsets.tolist()))
     loops = [(a, b - 1) for a, b in spans if (strand.start[a] == strand.start[b - 1]).all()]
@@ -184,11 +211,15 @@ def lift_strand(
         p[b] = p[a]
         if two.smooth:
             w[b] = w[a]
+
+    # The estimate of one point uses its neighbours, so curves are treated one by one.
     for a, b in spans:
         error[a:b] = doubt_along(doubts[a:b], tangents[a:b, 3], status[a:b], tolerance)
+
     drop_reversals(strand.start, p, tangents, strand.must, strand.offsets, status, DROPPED)
     for a, b in loops:
         status[b] = status[a] = max(status[a], status[b])
+
     # where the plain curve stays, it is as far away as the lifted one would have moved
     stays = status == NOISE
     error[stays] += np.linalg.norm(p - strand.start, axis=1)[stays]
@@ -222,6 +253,7 @@ def _lines(
     tolerance: float,
 ) -> list[Line]:
     """Resample all lifted runs in one go, and put the curves together."""
+    # Cut all curves to runs of lifted rows and the plain rows between them.
     runs, places_of_curve, parts_of_curve = [], [], []
     for a, b in zip(strand.offsets[:-1], strand.offsets[1:], strict=True):
         closed = bool((strand.start[a] == strand.start[b - 1]).all())
@@ -229,15 +261,20 @@ def _lines(
         parts_of_curve.append(parts)
         places_of_curve.append(places)
         runs += [rows for kind, rows in parts if kind == "run"]
+
+    # Resample each run to what the tolerance leaves after the error of the cubics themselves.
     rows, spans, tri = _rows_of_runs(runs, sides[1], strand, p, w)
     worst = np.array([error[run].max() for run in runs])
     target = np.maximum(tolerance - worst, 0.25 * tolerance) / SAFETY
     out, offsets = resample_runs(*arrays, rows, spans, tri, target)
+
+    # Put the parts of each curve together again: columns 0-2 are the point, 7 the chord's error.
     lines, k = [], 0
     for parts, places in zip(parts_of_curve, places_of_curve, strict=True):
         pieces, bound = [], 0.0
         found: list[tuple[str, np.ndarray, float]] = []
         for kind, rows_of_part in parts:
+            # Plain rows stay as they are and have no bound.
             if kind == "plain":
                 piece = np.zeros((len(rows_of_part), 9))
                 piece[:, :3] = strand.start[rows_of_part]
@@ -247,6 +284,7 @@ def _lines(
                 bound = max(bound, _bound_of_run(piece, worst[k], tolerance, found))
                 k += 1
             pieces.append(piece)
+        # A curve is only as good as its worst part.
         for reason, where in places:
             size = float(error[where].max()) if reason == "noise" else np.inf
             found.append((reason, strand.start[where], size))
@@ -284,6 +322,7 @@ def _parts(
     rows = rows[status[a:b] != DROPPED]
     lifted = status[rows] == LIFTED
     parts, places = [], []
+    # Groups of consecutive rows that are all lifted or all plain.
     for group in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(lifted)) + 1):
         members = rows[group]
         if not lifted[group[0]]:
@@ -292,6 +331,8 @@ def _parts(
                 reason = {NOISE: "noise", OVERLAP: "overlap"}.get(kind) or REASONS[kind]
                 places.append((reason, members[status[members] == kind]))
             continue
+
+        # A run on triangles ends at each edge, as its parameters do; one on lattices does not.
         cuts = strand.must[members] == 1 if not smooth else np.zeros(len(members), dtype=bool)
         cuts[[0, -1]] = True
         if closed and cuts.sum() < 4 and len(members) > 3:  # so that it keeps its shape
@@ -309,12 +350,15 @@ def _rows_of_runs(
     """Rows (n, 7) of all runs, their spans, and the triangle of each."""
     if not runs:
         return np.zeros((0, 7)), np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
+
+    # The members of all runs in one list; `spans` holds the first and last row of each (inclusive).
     members = np.concatenate(runs)
     sizes = np.array([len(run) for run in runs])
     stop = np.cumsum(sizes)
     spans = np.stack([stop - sizes, stop - 1], axis=1)
     tri = strand.tri[members[spans[:, 0]]]
     rows = np.hstack([p[members], w[members]])
+
     if not two.smooth:  # the end of a run belongs to the next triangle, too
         a, b, c = (two.c[tri, k] for k in range(3))
         u, v, d = b - a, c - a, p[members[spans[:, 1]]] - a

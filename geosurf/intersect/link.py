@@ -49,6 +49,7 @@ def line_contacts(contacts: Contacts, pairs: np.ndarray) -> tuple[np.ndarray, np
     two = np.flatnonzero(n_corners(contacts.rows) == 2)
     segments, surfaces = contacts.ids[two, :2], pairs[two]
     own = np.flatnonzero(surfaces[:, 0] == surfaces[:, 1])
+    # A shared edge or corner of one surface: both ends are corners of both faces.
     if len(own):
         ends = segments[own, :, None]
         for side in range(2):
@@ -87,11 +88,14 @@ def touching_points(contacts: Contacts, pairs: np.ndarray) -> np.ndarray:
     one = np.flatnonzero(n_corners(contacts.rows) == 1)
     if len(one) == 0:
         return np.empty((0, 3), dtype=np.int64)
+
     points, surfaces = contacts.ids[one, :1], pairs[one]
     own = surfaces[:, 0] == surfaces[:, 1]
     for side in range(2):
         t = contacts.t[contacts.rows[one, side]]
         own &= (points == t).any(axis=1)
+
+    # Contacts of several faces may name the same point: once per pair of surfaces is enough.
     keys, n_surface = _keys(surfaces)
     pair, point = np.divmod(
         np.unique(keys[~own] * len(contacts.x) + points[~own, 0]), len(contacts.x)
@@ -122,14 +126,19 @@ def off_curves(
         Surfaces, sorted; those of one pair by their places.
     places : ndarray of float64, shape (n_found, 3)
     """
+    # Compared by place, since a curve may have another row for the same point.
     places = x[touching[:, 2]] + 0.0  # -0.0 is 0.0
     number, count = weld(np.concatenate([places, points]))
     pairs, _ = _keys(np.concatenate([touching[:, :2], surfaces]))
+
+    # One key for pair and place; ends of the segments of the same pair drop out.
     mine = pairs[: len(touching)] * count + number[: len(touching)]
     ends = number[len(touching) :][segments]
     mine, first = np.unique(mine, return_index=True)
     of_segment = pairs[len(touching) :, None]
     first = first[~np.isin(mine, (of_segment * count + ends).ravel())]
+
+    # By pair, then easting, northing, elevation.
     order = np.lexsort((*places[first].T[::-1], pairs[first]))
     return touching[first[order], :2], places[first[order]]
 
@@ -178,9 +187,12 @@ def link(
     if len(segments) == 0:
         empty = np.empty((0, 2), dtype=np.int64)
         return (), empty, np.empty(0, dtype=bool)
+
+    # Where the pair of surfaces changes, the next group of segments begins.
     new = (surfaces[1:, 0] != surfaces[:-1, 0]) | (surfaces[1:, 1] != surfaces[:-1, 1])
     first = np.concatenate([[0], np.flatnonzero(new) + 1, [len(segments)]])
     points, offsets, pair = link_segments(segments, first, n_point)
+
     curves = tuple(points[a:b] for a, b in pairwise(offsets.tolist()))
     closed = points[offsets[:-1]] == points[offsets[1:] - 1]
     return curves, surfaces[first[pair]], closed

@@ -46,26 +46,36 @@ def find_lost(
     -------
     lines, places
     """
+    # Patches with undefined nodes in their stencil have no cubic to check.
     one, two = sides
     whole = (near.whole[0][near.pairs[:, 0]] == 1) & (near.whole[1][near.pairs[:, 1]] == 1)
     arrays = (one.x, one.y, one.z, two.x, two.y, two.z, two.c)
+
+    # Rows (kind, triangle, 4 parameters, x, y, z): pairs that may hold a curve of their own.
     rows = check_pairs(
         *arrays, near.pairs[whole], *near.cells, *near.nets, *near.cones, np.unique(keys)
     )
     if len(rows) == 0:
         return [], []
+
+    # Seeds next to a known curve belong to it; what is not decided needs more distance.
     reach = near.size
     ends = _segments(lines)
     away = distances_to_segments(rows[:, 6:9], *ends)
     seeds = rows[np.isin(rows[:, 0], (SEED, NEAR_SEED)) & (away > 4 * tolerance)]
     unclear = rows[~np.isin(rows[:, 0], (SEED, NEAR_SEED)) & (away > reach / 8)]
+
     found, noisy = _trace_all(arrays, two, seeds, 0.25 * reach, tolerance)
     places: list[Found] = []
     if noisy:
         points, errors = zip(*noisy, strict=True)
         places.append(("noise", np.concatenate(points), max(errors)))
+
+    # New curves explain what lies next to them, too.
     if len(unclear) and found:
         unclear = unclear[distances_to_segments(unclear[:, 6:9], *_segments(found)) > reach / 8]
+
+    # What remains is reported: bounds that cannot tell, or surfaces (nearly) tangent.
     for reason, kind in (("touching", False), ("tangency", True)):
         points = unclear[(unclear[:, 0] == TOO_CLOSE) == kind, 6:9]
         if len(points):
@@ -87,14 +97,18 @@ def _trace_all(
 ) -> tuple[list[Line], list[tuple[np.ndarray, float]]]:
     """Trace from one seed after the other; seeds on a traced curve are done."""
     beside = _beside(two)
+
     found: list[Line] = []
     noisy: list[tuple[np.ndarray, float]] = []
     while len(seeds):
         line = _trace(arrays, beside, seeds[0], step, tolerance)
+        # Data noise gives an error in place of a line.
         if isinstance(line, float):
             noisy.append((seeds[:1, 6:9], line))
             seeds = seeds[1:]
             continue
+
+        # Other seeds of the same curve are done; the seed itself is, whatever its distance.
         found.append(line)
         away = distances_to_segments(seeds[:, 6:9], *_segments([line]))
         away[0] = 0.0
@@ -107,19 +121,25 @@ def _trace(
 ) -> Line | float:
     """The curve through a seed; where the data are noise, only the error that they make."""
     tri = int(seed[1])
+
+    # A row starts with the place and its four parameters; errors of chords leave room for cubics.
     start = np.concatenate([seed[6:9], seed[2:6]])
     target = 0.75 * tolerance / SAFETY
     rows, ending = trace_curve(*arrays, beside, start, tri, 1.0, step, target)
     endings = [ending]
+    # An open curve is traced both ways; the half traced backwards is turned, without the seed.
     if ending != CLOSED:
         back, ending = trace_curve(*arrays, beside, start, tri, -1.0, step, target)
         endings.append(ending)
         rows = np.concatenate([back[:0:-1], rows])
+
     if len(rows) < 2:
         return Line(start[None, :3], False, np.inf, [("tangency", start[None, :3], np.inf)])
     status, doubt = _doubts(arrays, rows, tolerance)
     if (status == NOISE).any():
         return float(doubt.max())
+
+    # An unlimited bound wherever a part was not followed or not lifted.
     bound = float(rows[:, 7].max() + doubt.max()) if (status == LIFTED).all() else np.inf
     places: list[Found] = []
     if LOST in endings or np.isinf(bound):
@@ -149,12 +169,18 @@ def _beside(side: Side) -> np.ndarray:
     if side.smooth:
         return np.full((1, 3), -1, dtype=np.int64)
     t = side.surface.triangles
+
+    # Each side of each triangle as a sorted pair of corners; equal pairs are one edge.
     ends = np.sort(np.stack([t, np.roll(t, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     _, edge, times = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
     edge = edge.ravel()
+
+    # Rows of sides by edge: the two sides of an inner edge follow each other.
     order = np.argsort(edge, kind="stable")
     beside = np.full(len(edge), -1, dtype=np.int64)
     first = np.cumsum(times) - times
+
+    # Only edges of exactly two triangles have one across; the row over 3 is the triangle.
     two = first[times == 2]
     beside[order[two]] = order[two + 1] // 3
     beside[order[two + 1]] = order[two] // 3

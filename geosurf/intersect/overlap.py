@@ -74,18 +74,26 @@ class _Common:
 
 def overlap_of(surfaces: Sequence[TriSurface], i: int, j: int, origin: np.ndarray) -> Overlap:
     """Areas, curves and touching points of surfaces i and j, in the frame of `origin`."""
+    # Cut both along all their contacts, and each along those with itself: common parts are then
+    # whole triangles, edges and points.
     pair = (surfaces[i], surfaces[j]) if i != j else (surfaces[i],)
     own = [(k, k) for k in range(len(pair))]
     contacts = find_contacts(pair, pairs=[*own, (0, 1)] if i != j else own, origin=origin)
     children = cut_contacts(contacts)
     n = len(children.x)
     common = _of_one(contacts, children, n) if i == j else _of_two(contacts, children, n)
+
+    # An edge is inner where it has two triangles and both surfaces own them.
     keys = _edge_keys(common.corners, n)
     found, edge, count = np.unique(keys, return_inverse=True, return_counts=True)
     edge = edge.reshape(-1, 3)
     inner = (count == 2) & (np.bincount(edge[common.shared].ravel(), minlength=len(found)) == 2)
+
+    # Common edges that are not inner are curves; they bound areas or cross them.
     lines = np.setdiff1d(common.edges, found[inner])
     segments = np.stack([lines // n, lines % n], axis=1)
+
+    # Touching points are common points on no curve and not inside an area.
     used = np.zeros(n, dtype=bool)
     used[segments] = True
     used |= _inside(common.corners, edge, inner, n)
@@ -114,10 +122,13 @@ def _edge_keys(t: np.ndarray, n: int) -> np.ndarray:
 
 def _distinct(triangles: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Distinct triangles, corners rising, and the number of each triangle among them."""
+    # Sorted corners as a pair key and the third; `lexsort` brings equal triangles together.
     corners = np.sort(triangles, axis=1)
     pair = corners[:, 0] * n + corners[:, 1]
     order = np.lexsort((corners[:, 2], pair))
     corners, pair = corners[order], pair[order]
+
+    # The first of equals is new; counting them numbers all.
     new = np.ones(len(order), dtype=bool)
     new[1:] = (pair[1:] != pair[:-1]) | (corners[1:, 2] != corners[:-1, 2])
     number = np.empty(len(order), dtype=np.int64)
@@ -129,7 +140,10 @@ def _of_one(contacts: Contacts, children: Children, n: int) -> _Common:
     """What a surface has in common with itself."""
     faces, parents = arranged_faces(contacts, children, 0)
     corners, number = _distinct(faces, n)
+    # A piece that occurs twice is where the surface lies on itself.
     shared = np.bincount(number) > 1
+
+    # Its lines are contacts in lines and the edges of such areas.
     ends = np.sort(_pieces_of_lines(contacts, children, faces, parents), axis=1)
     lines = np.union1d(ends[:, 0] * n + ends[:, 1], _edge_keys(corners[shared], n))
     single = touching_points(contacts, pairs_of_rows(contacts))[:, 2]
@@ -138,13 +152,17 @@ def _of_one(contacts: Contacts, children: Children, n: int) -> _Common:
 
 def _of_two(contacts: Contacts, children: Children, n: int) -> _Common:
     """What two surfaces have in common."""
+    # Numbers of pieces are comparable, since both surfaces are in one list.
     one, of_one = arranged_faces(contacts, children, 0)
     two, of_two = arranged_faces(contacts, children, 1)
     corners, number = _distinct(np.concatenate([one, two]), n)
     piece_one, piece_two = np.split(number, [len(one)])
+
     shared = np.zeros(len(corners), dtype=bool)
     shared[np.intersect1d(piece_one, piece_two)] = True
     _assert_shared(contacts, (of_one, piece_one), (of_two, piece_two))
+
+    # Edges and points that occur in both.
     both = [corners[np.unique(piece)] for piece in (piece_one, piece_two)]
     lines = np.intersect1d(_edge_keys(both[0], n), _edge_keys(both[1], n))
     return _Common(corners, shared, lines, np.intersect1d(both[0], both[1]))
@@ -154,6 +172,7 @@ def _assert_shared(
     contacts: Contacts, first: tuple[np.ndarray, np.ndarray], second: tuple[np.ndarray, np.ndarray]
 ) -> None:
     """A contact over an area has triangles that both have, or a promise of ours is broken."""
+    # Faces of different surfaces that share a plane and at least three corners.
     rows = contacts.rows
     area = in_plane(rows) & (n_corners(rows) >= 3)
     area &= contacts.surface_of_face[rows[:, 0]] != contacts.surface_of_face[rows[:, 1]]
@@ -173,9 +192,12 @@ def _sharing(
 
     A surface folded onto itself has one piece in several faces.
     """
+    # The rows of each piece among the others: an interval of `order`.
     order = np.argsort(other_pieces, kind="stable")
     first = np.searchsorted(other_pieces[order], pieces)
     count = np.searchsorted(other_pieces[order], pieces, side="right") - first
+
+    # Repeat each face once for each row of its interval.
     at = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)
     keys: np.ndarray = np.repeat(faces, count) * n + others[order[at]]
     return keys
@@ -187,6 +209,8 @@ def _pieces_of_lines(
     """Where a surface meets itself in a line: the edges of its pieces along it, rows (n, 2)."""
     lines, surfaces = line_contacts(contacts, pairs_of_rows(contacts))
     arranged = replace(contacts, x=children.x, d=children.d, m=children.m)
+
+    # All corners of the pieces are possible stops, known in the face that they are part of.
     points = np.unique(faces)
     stops = np.column_stack([np.zeros((len(points), 2), dtype=np.int64), points])
     in_faces = np.stack([np.repeat(parents, 3), faces.ravel()], axis=1)
@@ -194,6 +218,7 @@ def _pieces_of_lines(
 
 
 def _inside(corners: np.ndarray, edge: np.ndarray, inner: np.ndarray, n: int) -> np.ndarray:
+    # A point with an edge that is not inner lies on a curve.
     """Whether each point is inside of an area, bool (n,).
 
     All edges at it are, and the triangles around it are one ring, not several that touch there.
@@ -202,8 +227,13 @@ def _inside(corners: np.ndarray, edge: np.ndarray, inner: np.ndarray, n: int) ->
     inside[corners] = True
     inside[corners[:, _LOW][~inner[edge]]] = False
     inside[corners[:, _HIGH][~inner[edge]]] = False
+
+    # Inner edges have two sides each; consecutive rows of `order` are such a pair.
     half = np.flatnonzero(inner[edge].ravel())
     order = half[np.argsort(edge.ravel()[half], kind="stable")].reshape(-1, 2)
+
+    # Join the corners of both triangles at either end of the edge. One class of corners per point
+    # is one ring; two are fans that touch in the point.
     ends = [3 * (order // 3) + np.array(side)[order % 3] for side in (_LOW, _HIGH)]
     ring = join_pairs(np.concatenate(ends), corners.size)
     first = np.flatnonzero(ring == np.arange(corners.size))
@@ -215,11 +245,13 @@ def _areas(
     local: np.ndarray, origin: np.ndarray, shared: np.ndarray, pair: tuple[int, int]
 ) -> list[Touch]:
     """One `Touch` for each connected overlap area, largest first."""
+    # Triangles joined by edges form one area.
     ring, _ = edges(shared, len(local))
     piece, count = pieces(shared, ring)
     a, b, c = (local[shared[:, k]] for k in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     touches = []
+    # Its outline: edges of one triangle only.
     for p in range(count):
         rows = np.flatnonzero(piece == p)
         keys, times = np.unique(_edge_keys(shared[rows], len(local)), return_counts=True)

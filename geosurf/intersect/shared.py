@@ -51,6 +51,8 @@ def shared_curves(patches: Patches, first: str, second: str) -> Curves:
             f"horizon {first!r} is torn, so it has no intersection lines with itself. Name "
             "a fault or another horizon."
         )
+
+    # Start with all curve edges of the mesh, as one key each; what both surfaces own is theirs.
     n = len(patches.local)
     edges = np.unique(patches.curve_edges.min(axis=1) * n + patches.curve_edges.max(axis=1))
     for name in (first, second):
@@ -58,6 +60,7 @@ def shared_curves(patches: Patches, first: str, second: str) -> Curves:
         t = patches.triangles[mine]
         ends = np.stack([t, np.roll(t, -1, axis=1)], axis=2)
         edges = np.intersect1d(edges, (ends.min(axis=2) * n + ends.max(axis=2)).ravel())
+
     segments = np.stack([edges // n, edges % n], axis=1)
     points, segments, pairs = canonical(
         patches.local, segments, np.tile([0, 1], (len(segments), 1))

@@ -142,11 +142,16 @@ def side_of(surface: TriSurface, origin: np.ndarray) -> Side:
         return Side(surface, origin, _NONE, _NONE, _NONE, c, boxes, _NO_LEVELS, _NO_BENDS)
     lattice = surface.lattice
     assert lattice is not None
+
     if lattice.n_triangle == 0 or not lattice.survey.finite:
         raise SurfaceError(f"surface {surface.name!r} has no triangles; leave it out.")
+
+    # Straight axes stay single rows and columns: the kernels broadcast them.
     x, y = lattice.easting, lattice.northing
     if x.ndim == 1:
         x, y = x[None, :], y[:, None]
+
+    # The pyramid of one frame is computed once and stays with the surface.
     z = lattice.elevation - origin[2] if origin[2] else lattice.elevation
     memory = surface.__dict__.setdefault("_cubic_pyramids", {})
     key = origin.tobytes()
@@ -199,13 +204,19 @@ def piece_of(side: Side, cells: np.ndarray) -> Piece | None:
             surface.name, surface.role, surface.vertices[used], corners.reshape(-1, 3)
         )
         return Piece(part, cells, used)
+
     lattice, n_col = surface.lattice, side.z.shape[1]
     assert lattice is not None
+
+    # Four nodes of each cell, counter-clockwise seen from above: a, b, c, d. The lattice says which
+    # diagonal its triangles have.
     a = cells // (n_col - 1) * n_col + cells % (n_col - 1)
     b, d, c = a + 1, a + n_col, a + n_col + 1
     halves = ((a, b, c), (a, c, d)) if lattice.rising else ((a, b, d), (b, c, d))
     faces = np.stack([np.stack(half, axis=-1) for half in halves], axis=1).reshape(-1, 3)
     cell = np.repeat(cells, 2)
+
+    # Only nodes of these cells, renumbered from 0.
     used, corners = np.unique(faces, return_inverse=True)
     corners = corners.reshape(-1, 3)
     i, j = np.divmod(used, n_col)
@@ -218,12 +229,16 @@ def piece_of(side: Side, cells: np.ndarray) -> Piece | None:
         ],
         axis=1,
     )
+
+    # Triangles with an undefined node are dropped; the rest is renumbered once more.
     present = np.isfinite(vertices).all(axis=1)
     keep = present[corners].all(axis=1)
     if not keep.any():
         return None
     number = np.cumsum(present) - 1
     corners = number[corners[keep]]
+
+    # A lattice with turned axes has its triangles the other way around.
     corners = corners[:, [0, 2, 1]] if lattice.turned else corners
     part = TriSurface(surface.name, surface.role, vertices[present], corners)
     return Piece(part, cell[keep], used[present])

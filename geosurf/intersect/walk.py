@@ -34,15 +34,20 @@ def walk_curves(sides: tuple[Side, Side], near: Candidates, tolerance: float) ->
     """
     if near.walked is None:
         return None
+
+    # A walk that stops inside a surface is not trusted: the exact triangles decide.
     rows, offsets, ends, figures, unsettled, keys = near.walked
     if not {CLOSED, AT_RIM}.issuperset(ends.tolist()):
         return None
+
     found = []
     for k, (a, b) in enumerate(pairwise(offsets.tolist())):
         bound, doubt = figures[k].tolist()
         points = rows[a:b]
         places = [("interpolation", points, doubt)] if bound > tolerance else []
         found.append(Line(points, bool(ends[k] == CLOSED), bound, places))
+
+    # Pairs that the walk did not settle may hold another curve.
     return None if _more_beside(sides, near, unsettled, found, keys, tolerance) else found
 
 
