@@ -70,7 +70,7 @@ class TieReport(Noun):
         tops = f"{len(self.wells)} of {len(self.wells) + len(self.unused)} tops"
         if not self.rounds:
             most = length_text(round(self.before, 6), 2)
-            return f"{tops}; misfit at most {most}, so nothing was moved"
+            return f"{tops} are met; misfit at most {most}"
         return (
             f"{tops}; misfit at most "
             f"{length_text(self.before)} before, {length_text(round(self.after, 6), 2)} after; "

@@ -34,7 +34,7 @@ def warnings_of_names(tops: Tops, horizons: tuple[str, ...]) -> list[GeosurfWarn
         if name not in horizons:
             wells = ", ".join(dict.fromkeys(tops.wells[k] for k in tops.of(name)))
             effect = (
-                f"{counted(len(tops.of(name)), 'well top')} of {name!r} (wells {wells}) are not "
+                f"{counted(len(tops.of(name)), 'well top')} of {name!r} (wells {wells}) cannot be "
                 f"used: the scene has the horizons {', '.join(horizons)}."
                 f"{did_you_mean(name, horizons)}"
             )
