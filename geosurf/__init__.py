@@ -35,6 +35,7 @@ _HOME = {
     "triangulate_horizon": "geosurf.triangulate",
     "triangulate_fault": "geosurf.triangulate",
     "triangulate_sticks": "geosurf.triangulate",
+    "fault_from_polygons": "geosurf.triangulate",
     "build_walls": "geosurf.triangulate",
     "build_contacts": "geosurf.triangulate",
     # faults
@@ -155,6 +156,7 @@ if TYPE_CHECKING:  # pragma: no cover - the same names for editors and type chec
         triangulate_fault as triangulate_fault,
         triangulate_horizon as triangulate_horizon,
         triangulate_sticks as triangulate_sticks,
+        fault_from_polygons as fault_from_polygons,
     )
     from geosurf.write import write as write
 # isort: on

@@ -7,6 +7,7 @@ fault.py        a fault in any of its forms: grid, sticks, mesh
 mesh.py         a horizon or fault from vertices and triangles
 sticks.py       fault sticks: orient, order along strike, join
 stick_points.py points out of order, sticks twice, single sticks
+fault_polygons.py fault polygons of horizons: both cut-off lines, and beyond
 orient.py       normals of faults: into the hanging wall
 walls.py        the six sides of the model box, or a fence around a polygon
 outline.py      a polygon: refused where it meets itself, triangulated
@@ -23,6 +24,7 @@ degenerate.py   triangles without area, found exactly
 
 from geosurf.triangulate.contacts import build_contacts
 from geosurf.triangulate.fault import triangulate_fault
+from geosurf.triangulate.fault_polygons import fault_from_polygons
 from geosurf.triangulate.horizon import triangulate_horizon
 from geosurf.triangulate.orient import orient_fault
 from geosurf.triangulate.sticks import triangulate_sticks
@@ -31,6 +33,7 @@ from geosurf.triangulate.walls import build_walls
 __all__ = [
     "build_contacts",
     "build_walls",
+    "fault_from_polygons",
     "orient_fault",
     "triangulate_fault",
     "triangulate_horizon",

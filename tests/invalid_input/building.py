@@ -77,6 +77,16 @@ BUILDING = {
     "extend_fault.box": (
         lambda g, v: gs.extend_fault(g.f1, v), lambda g: [*wrong.boxes(), None],
     ),
+    "fault_from_polygons": (
+        lambda g, v: gs.fault_from_polygons(v, name="F1"),
+        lambda g: [None, 5, "abc", {}, [], {"Top": None}, {"Top": [[0, 0]]}, {"Top": "abc"}],
+    ),
+    "fault_from_polygons.lengthen": (
+        lambda g, v: gs.fault_from_polygons(
+            {"Top": [[0, 0, 0], [-1, 5, 1], [0, 9, 0], [1, 5, -1]]}, name="F1", lengthen=v
+        ),
+        lambda g: ["abc", -1, {}, [1]],
+    ),
     "lengthen_fault": (lambda g, v: gs.lengthen_fault(v, 5.0), lambda g: wrong.things(g.scene)),
     "lengthen_fault.distance": (
         lambda g, v: gs.lengthen_fault(g.f1, v), lambda g: [*wrong.lengths(), 0, None],
