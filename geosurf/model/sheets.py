@@ -299,6 +299,8 @@ class Sheet(Noun):
     report : SheetReport or ThrowReport
     crs : str or None
         Coordinate reference system of the data, if they declare one.
+    extrapolated : ndarray of bool (n_row, n_col) or None
+        Nodes of the lattice that `extend_horizon` gave the data.
     """
 
     name: str
@@ -311,6 +313,7 @@ class Sheet(Noun):
     cuts: Mapping[str, FaultCut]
     report: SheetReport | ThrowReport
     crs: str | None = None
+    extrapolated: np.ndarray | None = None
 
     @property
     def warnings(self) -> tuple[GeosurfWarning, ...]:
@@ -341,6 +344,9 @@ class Sheet(Noun):
         ghost = np.arange(len(vertices)) >= n
         outer = np.concatenate([np.zeros(n, dtype=bool), self.outer])
         marks = {"ghost": ghost, "outer": outer}
+        if self.extrapolated is not None:
+            no_ghost = np.zeros(len(self.ghosts), dtype=bool)
+            marks["extrapolated"] = np.concatenate([self.extrapolated[present], no_ghost])
         made = TriSurface(self.name, "horizon", vertices, triangles, vertex_data=marks)
         made.crs = self.crs
         return made

@@ -69,7 +69,7 @@ def render_map(
     tops : xarray.Dataset, optional
         Result of `Scene.misfit`: well tops of this horizon are drawn, with name and misfit [m].
     hatched : TriSurface, optional
-        The horizon as its grid has it: what `extend_horizon` continued is hatched.
+        The horizon with all its nodes: what `extend_horizon` continued is hatched.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def draw_map(
     wells : sequence of WellTop
         Tops that are drawn, in world coordinates.
     hatched : TriSurface, optional
-        A grid of which extrapolated nodes are hatched.
+        A horizon of which extrapolated parts are hatched.
 
     Returns
     -------
@@ -194,17 +194,17 @@ def _hatch(
     corner: tuple[float, float],
     outline: np.ndarray | None,
 ) -> bool:
-    """Hatch the cells of a grid that have an extrapolated node; return whether there are some."""
+    """Hatch the triangles with an extrapolated vertex; return whether there are some."""
     from matplotlib.patches import Polygon
+    from matplotlib.tri import Triangulation
 
-    mark, lattice = surface.vertex_data.get("extrapolated"), surface.lattice
-    if mark is None or lattice is None or not mark.any():
+    mark = surface.vertex_data.get("extrapolated")
+    if mark is None or not mark.any():
         return False
-    share = np.full(lattice.shape, np.nan)
-    share[lattice.present] = mark
-    easting, northing = lattice.horizontal()
-    drawn = axes.contourf(
-        easting - corner[0], northing - corner[1], share, levels=[0.01, 1.5], colors="none",
+    x, y = (surface.vertices[:, :2] - corner).T
+    triangles = surface.triangles[mark[surface.triangles].any(axis=1)]
+    drawn = axes.tricontourf(
+        Triangulation(x, y, triangles), mark.astype(float), levels=[0.01, 1.5], colors="none",
         hatches=["////"],
     )  # fmt: skip
     drawn.set_edgecolor(palette.INK)

@@ -57,7 +57,7 @@ from geosurf.scene.inputs import Box, SceneInputs
 from geosurf.scene.memory import Memory
 from geosurf.scene.surfaces import InputSurfaces, opened_contacts, opened_outline
 from geosurf.scene.wells import opened_tops, tied_surface, warnings_of_names
-from geosurf.sheets.extend import warning_of_extrapolation
+from geosurf.sheets.extend import as_lattice, warning_of_extrapolation
 from geosurf.triangulate import build_contacts, build_walls
 from geosurf.triangulate.coarsen import coarsen_lattice
 from geosurf.triangulate.shared_area import SharedArea
@@ -194,9 +194,7 @@ class Graph:
     def _lattices(self) -> list[TriSurface]:
         """All horizons as they lie in the map; torn ones as grids, without gaps at faults."""
         return [
-            TriSurface(name, "horizon", lattice=value.lattice)
-            if isinstance(value, Sheet)
-            else self.untied(name)
+            as_lattice(value).renamed(name) if isinstance(value, Sheet) else self.untied(name)
             for name, value in self.inputs.horizons.items()
         ]
 
@@ -388,9 +386,8 @@ class Graph:
             warn_of_unclear_crs({name: systems[name] for name in names})
         if self.tops is not None:
             self.memory.warn(*warnings_of_names(self.tops, tuple(self.inputs.horizons)))
-        for name in self.inputs.horizons:
-            extrapolated = warning_of_extrapolation(self.unsimplified(name))
-            self.memory.warn(*filter(None, [extrapolated]))
+        for horizon in self._lattices():
+            self.memory.warn(*filter(None, [warning_of_extrapolation(horizon)]))
         for sheet in self.sheets.values():
             self.memory.warn(*sheet.warnings, issued=True)
 

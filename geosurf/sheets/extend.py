@@ -15,7 +15,7 @@ import numpy as np
 
 from geosurf.conventions import area_text, is_number, length_text
 from geosurf.errors import GeosurfWarning, HorizonError, InputError
-from geosurf.model import TriSurface
+from geosurf.model import Sheet, TriSurface
 from geosurf.model.expected import flag_of
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import mesh_in_frame
@@ -159,6 +159,13 @@ def warning_of_extrapolation(horizon: TriSurface) -> GeosurfWarning | None:
         "Check it on the map, where it is hatched; a smaller distance= or aoi= leaves it out.",
         horizon.vertices[int(far.argmax())],
     )
+
+
+def as_lattice(sheet: Sheet) -> TriSurface:
+    """Return a torn horizon as a grid, without gaps at faults, with its extrapolated nodes."""
+    mark, present = sheet.extrapolated, sheet.lattice.present
+    marks = None if mark is None else {EXTRAPOLATED: mark[present]}
+    return TriSurface(sheet.name, "horizon", lattice=sheet.lattice, vertex_data=marks)
 
 
 def _corners(area: Any) -> np.ndarray:
@@ -341,4 +348,4 @@ def _as_array(
     return xr.DataArray(z, coords, dims, name=name, attrs=attrs)
 
 
-__all__ = ["extend_horizon", "warning_of_extrapolation"]
+__all__ = ["as_lattice", "extend_horizon", "warning_of_extrapolation"]

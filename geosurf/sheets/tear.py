@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from geosurf.conventions import is_number, rising_diagonal
 from geosurf.errors import InputError
 from geosurf.model import Sheet, TriSurface
@@ -29,6 +31,8 @@ from geosurf.sheets.mesh.finish import (
 )
 from geosurf.sheets.mesh.overlap_points import ghosts_by_points
 from geosurf.sheets.report.describe import fault_cuts, make_report
+from geosurf.triangulate import triangulate_horizon
+from geosurf.triangulate.horizon import EXTRAPOLATED
 from geosurf.warning import warn
 
 __all__ = ["tear_horizon"]
@@ -142,7 +146,21 @@ def tear_horizon(
     report = make_report(picks, built, cuts, float(trim), used, solver.inputs.nearby, filled)
     for warning in report.warnings:
         warn(warning)
-    return replace(sheet_of(picks, built, surfaces, cuts, report), crs=crs)
+    sheet = sheet_of(picks, built, surfaces, cuts, report)
+    return replace(sheet, crs=crs, extrapolated=_extrapolated(data, sheet.lattice.shape))
+
+
+def _extrapolated(data: Any, shape: tuple[int, int]) -> np.ndarray | None:
+    """Nodes that `extend_horizon` gave a grid, bool (n_row, n_col); None for other data."""
+    if not hasattr(data, "coords") or EXTRAPOLATED not in data.coords:
+        return None
+    surface = triangulate_horizon(data)
+    mark, lattice = surface.vertex_data.get(EXTRAPOLATED), surface.lattice
+    if mark is None or lattice is None or lattice.shape != shape or not lattice.right_handed:
+        return None
+    found = np.zeros(shape, dtype=bool)
+    found[lattice.present] = mark
+    return found
 
 
 def _rebuilt_blocks(

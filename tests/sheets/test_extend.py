@@ -146,3 +146,20 @@ def test_a_mesh_cannot_be_continued():
     mesh = gs.TriSurface("T", "horizon", [[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
     with pytest.raises(HorizonError, match="'T' is a mesh, and only grids"):
         gs.extend_horizon(mesh, distance=9.0)
+
+
+def test_a_torn_horizon_keeps_its_marks(tmp_path):
+    world = gs.synthetic.torn("normal", 41)
+    wide = gs.extend_horizon(world.horizons["Top"], distance=100.0, faults=world.faults)
+    sheet = gs.tear_horizon(wide, world.faults, name="Top")
+    np.testing.assert_array_equal(sheet.extrapolated, wide.extrapolated.values)
+    scene = gs.Scene({"Top": sheet}, {fault.name: fault for fault in sheet.faults})
+    with pytest.warns(GeosurfWarning, match="'Top' is extrapolated over"):
+        _ = scene.warnings
+    assert scene.check().ok
+    surface = scene.surface("Top")
+    pictures = [
+        render_map(surface, path=tmp_path / f"{k}.png", size=(400, 300), hatched=hatched)
+        for k, hatched in enumerate((None, surface))
+    ]
+    assert pictures[0].read_bytes() != pictures[1].read_bytes()
