@@ -53,7 +53,15 @@ def torn_horizons(
             else:
                 continue
         on_step("tear", name, f"at {', '.join(sheets[name].cuts)}")
-    return scene.replace(horizons=sheets) if sheets else scene
+    if not sheets:
+        return scene
+    # sheets reach farther up and down than smeared grids: the default box would grow, and with it
+    # the extended faults, which the sheets end on
+    extended = any(f.extend for f in scenario.faults) or any(t.extend for t in scenario.truncations)
+    frame: dict[str, Any] = {}
+    if extended and scenario.box is None:
+        frame = {"box": scene.box, "aoi": scene.aoi}
+    return scene.replace(horizons=sheets, **frame)
 
 
 def _as_picked(scenario: Scenario, scene: Scene, name: str, horizon: Any) -> Sheet:

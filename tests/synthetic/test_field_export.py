@@ -294,3 +294,14 @@ def test_wrong_questions_are_refused(fields):
             field.volumes(area)
     with pytest.raises(InputError, match="step"):
         field.volumes(step=0.0)
+
+
+# ---- from its files to a model, by its own scenario
+
+
+def test_the_scenario_builds_the_true_field(fields, tmp_path):
+    field = fields["grids"]
+    scene = gs.run_scenario(field.files["scenario"], tmp_path / "out", pictures=False)
+    assert scene.check().ok
+    for unit, volume in field.volumes(scene.aoi).items():
+        assert scene.units[unit].volume == pytest.approx(volume, rel=1e-3), unit
