@@ -35,6 +35,7 @@ def pairs_of_one_map(
     slip = _SLIP * float(max(np.abs(of.bounds).max() for of in trees))
     sides = [(of.coordinates[2], of.places, of.nodes) for of in trees]
     whole = one.whole and two.whole
+    # Cells with holes need another rule. One over the height of a triangle bounds its slope.
     arguments = (*sides[0], *sides[1], trees[0].levels, whole, slip, 1.0 / one.map_height)
     return all_pairs(lambda room: aligned_pairs(*arguments, room))
 
@@ -47,6 +48,9 @@ def needed(one: Lattice, two: Lattice, pairs: np.ndarray) -> np.ndarray:
     """
     whole = (_whole_cells(one) & _whole_cells(two)).ravel()
     cells = pairs >> 1
+
+    # Two keys per cell, so half of the key is the cell; with different diagonals, triangles of one
+    # cell overlap on the map.
     above = pairs if one.rising == two.rising else cells
     mask: np.ndarray = ~whole[cells].all(axis=1) | (above[:, 0] == above[:, 1])
     return mask

@@ -64,6 +64,7 @@ def group_records(records: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         is_end = np.zeros(len(records), dtype=bool)
         is_end[alone] = _are_among(keys[alone, 0], keys[records[:, 2] >= 0].ravel())
         records = records[~is_end]
+
     # by face, point, point and plane, two to a number: half of the sorts
     start = records[:, 0] * (records[:, 1].max() + 1) + records[:, 1]
     end = (records[:, 2] + 1) * (records[:, 3].max() + 2) + records[:, 3] + 1
@@ -74,6 +75,7 @@ def group_records(records: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     new[1:] = (start[1:] != start[:-1]) | (records[1:, 2] != records[:-1, 2])
     if not new.all():
         records = records.take(np.flatnonzero(new), axis=0)
+
     face = records[:, 0]
     starts = np.flatnonzero(face[1:] != face[:-1]) + 1
     return records, np.concatenate([[0], starts, [len(records)]])
@@ -102,23 +104,31 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
     """
     records, offsets = group_records(contacts.records if records is None else records)
     cut = records[offsets[:-1], 0] if len(records) else np.empty(0, dtype=np.int64)
+
     n, n_old = len(contacts.x), len(contacts.d)
+
     # k segments of one face cross in k * k / 4 points at most if they are of two sheets
     sizes = np.diff(offsets)
     extra = 64 + min(int((sizes * sizes // 4).sum()), _MOST_CROSSINGS + len(records) // 4)
     while True:
+        # Points of old rows stay; room for crossings follows them and grows by four where it is too
+        # little.
         x = np.empty((n + extra, 3))
         x[:n] = contacts.x
         d = np.empty((n_old + extra, 4), dtype=np.int64)
         d[:n_old] = contacts.d
         m = contacts.m.copy()
+        # Hash tables of the crossings, by name (the features that make them) and by place.
         names = np.empty((table_size(extra), 5), dtype=np.int64)
         places = np.empty(table_size(n + extra + 1), dtype=np.int64)
         m[UNINDEXED] = n
         n_local = 2 * int(sizes.max(initial=0)) + extra + 16
+
+        # The workspace is for the largest face; each point adds two children at most.
         w = face_workspace(int(m[LIMBS]), n_local)
         children = np.empty((6 * len(records) + 4 * extra + 64, 3), dtype=np.int64)
         parents = np.empty(len(children), dtype=np.int64)
+
         count, doubtful = cut_faces(
             x, contacts.t, contacts.e, d, m, w, names, places, records, offsets, n_local,
             children, parents,
@@ -128,6 +138,8 @@ def cut_contacts(contacts: Contacts, records: np.ndarray | None = None) -> Child
         extra *= 4
     if count <= BROKEN:
         raise _broken(contacts, cut[BROKEN - count])
+
+    # Only rows in use; the vertices come first, then the named points.
     n_point = int(m[N_POINT])
     return Children(
         x[: contacts.n_vertex + n_point], d[:n_point], children[:count], parents[:count], cut,

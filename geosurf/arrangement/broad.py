@@ -49,14 +49,17 @@ def shared_box(
         if len(rows_a) == 0 or len(rows_b) == 0:
             return None
         one, two = voxels.bounds_of(boxes_a, rows_a), voxels.bounds_of(boxes_b, rows_b)
+        # Lower corners of the meet in the first three columns, upper ones in the last three [m].
         cut = np.concatenate([np.maximum(one[:3], two[:3]), np.minimum(one[3:], two[3:])])
         if (cut[:3] > cut[3:]).any():
             return None
+
         if bounds is not None and np.array_equal(cut, bounds):
             break
         bounds = cut
         rows_a = voxels.faces_in_box(boxes_a, bounds)
         rows_b = voxels.faces_in_box(boxes_b, bounds)
+
     if bounds is None or len(rows_a) == 0 or len(rows_b) == 0:
         return None
     return bounds, rows_a, rows_b
@@ -84,14 +87,18 @@ def fit_voxels(
         return None
     bounds, rows_a, rows_b = found
     extent = bounds[3:] - bounds[:3]
+    # As many voxels as faces of the larger surface, but none smaller than its usual face.
     if size is None:
         finer = boxes_a[rows_a] if len(rows_a) >= len(rows_b) else boxes_b[rows_b]
         face = float(np.median((finer[:, 3:] - finer[:, :3]).max(axis=1)))
         wanted = max(len(finer) / _FACES_PER_VOXEL, 1.0)
         size = max(face, _size_for(extent, wanted))
     size = float(size)
+
+    # Boxes that meet in a point have no extent.
     if size <= 0.0:
         size = max(float(extent.max()), 1.0)
+
     with np.errstate(over="ignore"):  # more than can be counted is more than there may be
         shape = np.maximum(np.ceil(extent / size), 1.0)
         n_voxel = np.prod(shape)
@@ -107,6 +114,8 @@ def _size_for(extent: np.ndarray, n_voxel: float) -> float:
     """Edge of cubes, about `n_voxel` of which fill a box that may be flat."""
     sides = np.sort(extent)[::-1]
     for n_axis in (3, 2, 1):
+        # A flat box is filled with squares, a line with intervals: no axis gets less than one
+        # voxel.
         used = sides[:n_axis]
         if used[-1] > 0:
             size = (np.prod(used) / n_voxel) ** (1.0 / n_axis)
@@ -130,6 +139,8 @@ def candidate_pairs(
     grid = fit_voxels(boxes_a, boxes_b, size)
     if grid is None:
         return np.empty((0, 2), dtype=np.int64), {"voxels": 0, "pairs": 0}
+
+    # Voxels hold the faces of the second surface; those of the first are looked up in them.
     offsets, filled = voxels.fill_voxels(boxes_b, grid.rows_b, grid.bounds, grid.size, grid.shape)
     pairs = np.empty((4 * (len(grid.rows_a) + len(grid.rows_b)) + 64, 2), dtype=np.int64)
     while True:
@@ -141,6 +152,7 @@ def candidate_pairs(
             break
         check_pairs(n)
         pairs = np.empty((n, 2), dtype=np.int64)
+
     cost = {
         "voxels": grid.n_voxel,
         "pairs": n,

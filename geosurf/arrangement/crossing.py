@@ -49,11 +49,14 @@ def crossing_pairs(
     n_first = len(triangles)
     if others is not None and len(others):
         triangles = np.concatenate([triangles, others])
+
     m, w = frame_of(x, len(triangles))
     pairs = _near_pairs(x, triangles, n_first)
     rows = np.empty((len(pairs) + 1, N_COLUMN), dtype=np.int64)
     n, _ = meet_pairs(x, triangles, pairs, m, w, 0.0, rows, np.empty(0, dtype=np.int64))
     rows = rows[:n]
+
+    # Rows with a corner that is not a corner of both triangles: they meet elsewhere, too.
     used = np.arange(6)[None, :] < rows[:, N_CORNER, None]
     codes = rows[:, FIRST_CODE:]
     shared = ((codes >> 3) < 3) & ((codes & 7) < 3)
@@ -67,18 +70,26 @@ def _near_pairs(x: np.ndarray, triangles: np.ndarray, n_first: int) -> np.ndarra
     if len(triangles) <= FEW:
         first, second = np.triu_indices(len(triangles), 1)
         return np.column_stack([first, second])[first < n_first]
+
     boxes = triangle_boxes(x, triangles)
     grid = fit_voxels(boxes[:n_first], boxes)
     if grid is None:
         return np.empty((0, 2), dtype=np.int64)
+
+    # Triangles whose boxes hold many voxels would fill them all; they are followed along their
+    # planes.
     steps = np.floor((boxes[grid.rows_b, 3:] - boxes[grid.rows_b, :3]) / grid.size) + 1.0
     is_wide = np.minimum(steps, grid.shape).prod(axis=1) > WIDE
     narrow, wide = grid.rows_b[~is_wide], grid.rows_b[is_wide]
     offsets, filled = fill_voxels(boxes, narrow, grid.bounds, grid.size, grid.shape)
+
+    # The first voxel of each box; a pair in several voxels is taken in the lowest of both only.
     at = (boxes[:, :3] - grid.bounds[:3]) / grid.size
     first = np.where(at >= grid.shape, grid.shape - 1, np.maximum(at, 0.0)).astype(np.int64)
     pairs = np.empty((1024 + n_first, 2), dtype=np.int64)
     given = (x, triangles, n_first, boxes, grid.shape, offsets, filled, first)
+
+    # As many pairs as there is room for, and a second call if there were more.
     n = undecided_pairs(*given, pairs)
     if n > len(pairs):
         pairs = np.empty((n, 2), dtype=np.int64)

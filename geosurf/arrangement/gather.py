@@ -51,10 +51,12 @@ class Faces:
     nodes: list[tuple[np.ndarray, np.ndarray]]
 
     def only(self, faces: np.ndarray) -> tuple[Faces, np.ndarray]:
+        # Vertices in use, renumbered in their old order.
         """Some of the faces with their vertices, and the new number of each face."""
         mark = np.zeros(len(self.x), dtype=bool)
         mark[self.t[faces]] = True
         number = np.where(mark, np.cumsum(mark) - 1, -1)
+
         nodes = [(of[mark[ids]], number[ids[mark[ids]]]) for of, ids in self.nodes]
         of_face = np.full(len(self.t), -1, dtype=np.int64)
         of_face[faces] = np.arange(len(faces))
@@ -77,6 +79,7 @@ def find_candidates(
     """
     found = []
     cost = {"voxels": 0, "nodes": 0, "candidate_faces": 0, "pairs_tested": 0}
+
     # a graph has one elevation for each place in the map: it cannot meet itself
     wanted = [(i, j) for i, j in pairs if i != j or not _is_graph(surfaces[i])]
     if voxels:
@@ -89,10 +92,12 @@ def find_candidates(
 
     def search(i: int, j: int) -> tuple[np.ndarray, dict[str, int]]:
         """Candidates of one pair of surfaces, and what finding them cost."""
+        # A torn sheet or a fan has its own search: neighbours by the thousand are near one another.
         if i == j and not is_torn(surfaces[i]):
             around = hubs_of(surfaces[i])
             if len(around[1]):
                 return pairs_around_hubs(surfaces[i], *around)
+
         one_map = i != j and of_one_map(surfaces[i], surfaces[j])
         # both surfaces have one where they share a map
         lattices: Any = surfaces[i].lattice, surfaces[j].lattice
@@ -120,6 +125,7 @@ def find_candidates(
         except TooManyPairs as error:
             raise refusal(error.n, [surfaces[i].name, surfaces[j].name]) from error
 
+    # Results come in the order of the pairs, whatever thread found them first.
     for (i, j), (rows, spent) in zip(wanted, map_threads(searched, wanted), strict=True):
         for key, value in spent.items():
             cost["pairs_tested" if key == "pairs" else key] += value
@@ -134,11 +140,14 @@ def _near_pairs(
 
     Crowns are not asked where two grids share a map: what is nearly at one height is kept there.
     """
+    # Boxes around whole surfaces first, since they cost least.
     apart = tree.apart(trees).tolist()
     near = [(i, j) for i, j in pairs if i == j or not apart[i][j]]
     asked = [(i, j) for i, j in near if i != j and not of_one_map(surfaces[i], surfaces[j])]
     if len(asked) <= _FEW:
         return near
+
+    # Then the upper levels of the trees, for all pairs in one call.
     by_crowns = tree.apart_by_crowns(trees, np.array(asked)).tolist()
     far = {pair for pair, is_far in zip(asked, by_crowns, strict=True) if is_far}
     return [pair for pair in near if pair not in far]
@@ -156,12 +165,16 @@ def gather(
     surfaces: Sequence[TriSurface], found: Sequence[tuple[int, int, np.ndarray]], origin: np.ndarray
 ) -> tuple[Faces, np.ndarray]:
     """Faces in candidate pairs, and the pairs: rows of two faces, and codes or OPEN."""
+    # Each surface has an interval of keys (triangles) and one of nodes: numbers without a clash.
     limits = [_key_limits(surface) for surface in surfaces]
     first_key = np.cumsum([0] + [n for n, _ in limits])
     first_node = np.cumsum([0] + [n for _, n in limits])
+
     n_pair = sum(len(rows) for _, _, rows in found)
     if lack_of_room(n_pair * PAIR) is not None:
         raise refusal(n_pair, [surface.name for surface in surfaces])
+
+    # Faces and nodes in use, numbered from 0 in the order of surfaces; `cut` holds their offsets.
     pairs = _one_table(found, first_key)
     key = number_in_place(pairs, 2, int(first_key[-1]))
     cut = np.searchsorted(key, first_key)
@@ -170,6 +183,8 @@ def gather(
     for i, (s, a, b) in enumerate(zip(surfaces, cut[:-1], cut[1:], strict=True)):
         key[a:b] -= first_key[i]
         np.add(s.corners_of_keys(key[a:b]), first_node[i], out=corners[a:b])
+
+    # The same for the nodes of those faces.
     nodes = number_in_place(corners, 3, int(first_node[-1]))
     cut = np.searchsorted(nodes, first_node)
     places = np.empty((len(nodes), 3))
@@ -179,6 +194,8 @@ def gather(
         places[a:b] = s.places_of_nodes(of_surface[i])
     for axis in range(3):  # column by column: along rows of three numpy takes five times as long
         places[:, axis] -= origin[axis]
+
+    # Nodes in one place become one vertex, so that contacts there have one name.
     x, t, point = _welded(places, corners)
     ids = np.split(point, cut[1:-1])
     return Faces(x, t, surface, key, list(zip(of_surface, ids, strict=True))), pairs
@@ -189,6 +206,7 @@ def _one_table(found: Sequence[tuple[int, int, np.ndarray]], first_key: np.ndarr
     start = np.cumsum([0] + [len(rows) for _, _, rows in found])
     pairs = np.empty((start[-1], 3), dtype=np.int64)
     for (i, j, rows), a, b in zip(found, start[:-1], start[1:], strict=True):
+        # Two columns are keys; the third is the code of the contact, where the search knows it.
         pairs[a:b, : rows.shape[1]] = rows
         pairs[a:b, rows.shape[1] :] = NEEDS_EXACT
         pairs[a:b, 0] += first_key[i]
@@ -198,6 +216,7 @@ def _one_table(found: Sequence[tuple[int, int, np.ndarray]], first_key: np.ndarr
 
 def _welded(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places that differ, the corners as rows of them, and the row of each place."""
+    # A sort of all places costs more than a look at those that may be equal, which are few.
     some = places.take(may_coincide(places), axis=0)
     if weld(some)[1] == len(some):
         return places, corners, np.arange(len(places))
@@ -211,5 +230,6 @@ def _key_limits(surface: TriSurface) -> tuple[int, int]:
     """Numbers above all keys of triangles, and above all nodes."""
     if surface.lattice is None:
         return surface.n_triangle, surface.n_vertex
+    # Two triangles per node: keys of lattices count cells that would begin at the last node, too.
     n_row, n_col = surface.lattice.shape
     return 2 * n_row * n_col, n_row * n_col

@@ -38,8 +38,11 @@ def hubs_of(surface: TriSurface) -> tuple[np.ndarray, np.ndarray]:
     """
     if surface.lattice is not None:
         return _NO_CORNERS, _NO_CORNERS[:, 0]
+
     number, count = weld(surface.vertices)
     corners = number[surface.triangles]
+
+    # Largest hubs first: a triangle at two hubs is searched with the larger one.
     degree = np.bincount(corners.ravel(), minlength=count)
     hubs = np.flatnonzero(degree > MANY)
     return corners, hubs[np.argsort(-degree[hubs], kind="stable")]
@@ -65,12 +68,15 @@ def pairs_around_hubs(
     whole = tree.tree_of(surface)
     boxes = survey_list(surface.vertices, surface.triangles)[0]
     slip = 4 * _ULP * float(np.abs(whole.bounds).max())
+
     # each triangle is of the first of its hubs, in the order in which they are searched
     rank = np.full(int(corners.max()) + 1, len(hubs))
     rank[hubs] = np.arange(len(hubs))
     of_hub = rank[corners].min(axis=1)
     by_hub = np.argsort(of_hub, kind="stable")
     first = np.searchsorted(of_hub[by_hub], np.arange(len(hubs) + 1))
+
+    # Triangles at no hub are searched with a tree of their own.
     others = by_hub[first[-1] :]
     found = [_NO_PAIRS]
     cost = {"nodes": 0, "pairs": 0}
@@ -78,11 +84,15 @@ def pairs_around_hubs(
         part = tree.tree_of_rows(surface, others)
         pairs, cost = tree.candidate_pairs(part, part, same=True)
         found.append(others[pairs])
+
+    # Then the triangles at each hub, with one another and with those near them. Triangles of
+    # earlier hubs have been compared with these before.
     for k, hub in enumerate(hubs.tolist()):
         mine = by_hub[first[k] : first[k + 1]]
         if len(mine):
             near = _rows_near(whole, boxes, mine)
             found += _seen_from(surface, corners, hub, mine, near[of_hub[near] > k], boxes, slip)
+
     pairs = np.sort(np.concatenate(found), axis=1)
     n = surface.n_triangle
     pairs = np.stack(np.divmod(np.unique(pairs[:, 0] * n + pairs[:, 1]), n), axis=1)
@@ -93,6 +103,7 @@ def _rows_near(whole: tree.Tree, boxes: np.ndarray, mine: np.ndarray) -> np.ndar
     """Triangles whose boxes meet the box around some of them."""
     box = np.concatenate([boxes[mine, :3].min(axis=0), boxes[mine, 3:].max(axis=0)])
     rows = np.empty(2 * len(mine) + 64, dtype=np.int64)
+    # One call counts, a second one fills if there was too little room.
     n = rows_in_box(whole.order, whole.nodes, whole.levels, boxes, box, rows)
     if n > len(rows):
         rows = np.empty(n, dtype=np.int64)
@@ -113,14 +124,21 @@ def _seen_from(
     x, t = surface.vertices, surface.triangles
     rows = np.concatenate([mine, near])
     eye = x[t[mine[0]][corners[mine[0]] == hub][0]]
+    # Boxes of the directions in which triangles are seen from the hub: only overlapping ones can
+    # meet other than in the hub.
     seen = direction_boxes(x, t[rows], eye, slip)
     label = np.zeros(len(rows), dtype=np.int64)
+
+    # Triangles at one long edge share a direction; they are labelled to be compared by angle.
     label[: len(mine)], books = _books(corners[mine], hub)
     middle = np.clip(0.5 * (seen[:, :3] + seen[:, 3:]), -1.0, 1.0)
     each = np.repeat(np.arange(len(rows)), 3).reshape(-1, 3)
+
     order = np.lexsort((survey_list(middle, each)[1], label))
     given = (seen, boxes[rows], label, order, *box_tree(seen, order, label))
     pairs, _ = tree.all_pairs(lambda room: (overlapping_directions(*given, room), 0))
+
+    # Each triangle at the hub has at least one pair there, so that all of them are known.
     found = [rows[pairs], np.stack([mine[:-1], mine[1:]], axis=1)]
     for number, end in books:
         at_edge = mine[label[: len(mine)] == number]
@@ -135,8 +153,11 @@ def _books(corners: np.ndarray, hub: int) -> tuple[np.ndarray, list[tuple[int, i
     rims = corners[corners != hub].reshape(-1, 2)
     ends, number, count = np.unique(rims, return_inverse=True, return_counts=True)
     number = number.reshape(-1, 2)
+
+    # Of the two edges of a triangle at the hub, the one with more triangles.
     most = count[number].argmax(axis=1)[:, None]
     number = np.take_along_axis(number, most, axis=1)[:, 0]
+
     large = count[number] > MANY
     used = np.unique(number[large])
     label = np.where(large, 1 + number, -1)
@@ -151,21 +172,29 @@ def _opened_alike(
     free = (corners != edge[0]) & (corners != edge[1])
     length = np.linalg.norm(end - start)
     along = (end - start) / length
+
+    # The direction of each free corner across the edge, and its angle around the edge.
     out = x[t[free]] - start
     size = np.linalg.norm(out, axis=1)
     out = out - (out @ along)[:, None] * along
+    # A second axis across the edge: the coordinate axis that is least along it.
     one = np.eye(3)[np.abs(along).argmin()]
     one = one - (one @ along) * along
     angle = np.arctan2(out @ np.cross(along, one / np.linalg.norm(one)), out @ one)
+
     # the edge may be off by slip, too, which turns what is far from it
     with np.errstate(divide="ignore", invalid="ignore"):
         room = (8 * slip + 1e-12 * size) * (1 + size / length) / np.linalg.norm(out, axis=1)
     room = np.where(np.isfinite(room), np.minimum(room + ROOM, 4.0), 4.0)
+
+    # Intervals of angles, sorted by their lower ends: those that begin before one ends may meet it.
     low = np.concatenate([angle - room, angle - room + 2 * np.pi])  # once more around
     high = np.concatenate([angle + room, angle + room + 2 * np.pi])
     order = np.argsort(low, kind="stable")
     first = np.arange(len(low)) + 1
     count = np.searchsorted(low[order], high[order], side="right") - first
+
+    # All pairs of such intervals, as rows of triangles; `% len(t)` takes off the second turn.
     one = np.repeat(order, count)
     two = order[np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - first, count)]
     pairs = np.sort(np.stack([one, two], axis=1) % len(t), axis=1)

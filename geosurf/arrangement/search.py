@@ -134,6 +134,7 @@ def check_surfaces(surfaces: Sequence[TriSurface], least: int = 1) -> tuple[TriS
                 f"surface {i} is a {type(surface).__name__}, not a TriSurface. Convert it with "
                 "triangulate_horizon or triangulate_fault."
             )
+        # Checked once for each surface; surfaces are immutable.
         if not surface.checked:
             if surface.n_triangle == 0:
                 raise SurfaceError(f"surface {surface.name!r} has no triangles; leave it out.")
@@ -155,8 +156,12 @@ def _check_triangles(surface: TriSurface) -> None:
             f"surface {surface.name!r} has a coordinate of {large:g} m; the limit is "
             f"{MAX_COORDINATE:g} m. Replace undefined values by NaN."
         )
+
+    # A lattice over the map has no vertical triangles and needs no exact test.
     if lattice is not None and lattice.is_graph:
         return  # no triangle stands upright; whether digits suffice is seen where it is used
+
+    # No triangle is nearly flat, and the digits of all numbers fit: nothing is left to decide.
     if doubted is not None and len(doubted) == 0 and large < small * _FEW_DIGITS:
         return
     _refuse_flat(surface, doubted)
@@ -173,6 +178,7 @@ def _refuse_flat(surface: TriSurface, doubted: np.ndarray | None) -> None:
         flat = flat_triangles(x, t, m, w)
     else:
         flat = doubted[flat_triangles(x, t[doubted], m, w)]
+
     if len(flat):
         where = place(x[t[flat[0], 0]])
         raise SurfaceError(
@@ -221,13 +227,18 @@ def find_contacts(
     check_voxel_size(voxel_size)
     self_intersections = flag_of(self_intersections, "self_intersections")
     surfaces = check_surfaces(surfaces)
+
+    # The local frame: floats near 0 have more digits to spare.
     if origin is None:
         origin = frame_origin(*(s.extent for s in surfaces))
+
     if pairs is None:
         n = len(surfaces)
         # a torn sheet is carried on past its faults, where its own walls may cross
         own = [self_intersections or "ghost" in s.vertex_data for s in surfaces]
         pairs = [(i, j) for i in range(n) for j in range(i, n) if i < j or own[i]]
+
+    # Candidates by boxes, then their faces with common vertices, then exact signs and names.
     voxels = method == "voxels" or (method == "auto" and voxel_size is not None)
     found, cost = find_candidates(surfaces, pairs, voxels, voxel_size, origin)
     faces, candidates = gather(surfaces, found, origin)
@@ -256,15 +267,19 @@ def _meet(x: np.ndarray, t: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, 
 
     Not as the search came across them: numbers are the same for any search.
     """
+    # Pairs that the search has decided keep their codes; the others need signs.
     is_open = pairs[:, HOW] == NEEDS_EXACT
     if not is_open.any():
         pack_crossings(pairs)
         return sorted_by_faces(pairs, len(t)), pairs[:0, :2]
     known, waiting = pairs[~is_open], pairs[is_open, :2]
     pack_crossings(known)
+
+    # One unit in the last place of the largest coordinate [m]: closer pairs are listed as near.
     slip = ULP * float(np.abs(x).max(initial=0.0))
     n_part = max(1, min(n_threads(), len(waiting) // _PAIRS_OF_A_THREAD))
     parts = [(x, t, part, slip) for part in np.array_split(waiting, n_part)]
+
     found = map_threads(_meet_part, parts)
     rows, near = (np.concatenate(part) for part in zip(*found, strict=True))
     rows = sorted_by_faces(np.concatenate([rows, known]), len(t))
@@ -281,6 +296,7 @@ def _meet_part(
     found, beside = [], []
     for first in range(0, max(len(pairs), 1), _AT_ONCE):  # rows take five times what pairs do
         some = pairs[first : first + _AT_ONCE]
+        # Room for near pairs is guessed; a second call has room for all.
         n, n_near = meet_pairs(x, t, some, m, w, slip, rows, near)
         if n_near > len(near):
             near = np.empty(n_near, dtype=np.int64)
@@ -297,26 +313,35 @@ def _name(
 ) -> Contacts:
     """Signs, then names, for the faces in contact (and near) only."""
     rows, near = _meet(faces.x, faces.t, pairs)
+    # Faces that meet nothing are dropped: what follows costs what curves need.
     if len(rows) < len(pairs):
         used = np.zeros(len(faces.t), dtype=bool)
         used[rows[:, :2]] = used[near] = True
         faces, number = faces.only(np.flatnonzero(used))
         rows[:, :2], near = number[rows[:, :2]], number[near]
+
+    # Stop before memory is exhausted. Contacts in a plane need most.
     x, t = faces.x, faces.t
     n_area = int((in_plane(rows) & (n_corners(rows) > 2)).sum()) if len(rows) > _AT_ONCE else 0
     size = CONTACT + (IN_PLANE - CONTACT) * n_area // max(len(rows), 1)
     if lack_of_room(len(rows) * size) is not None:
         names = [surface.name for surface in surfaces]
         raise refusal(len(rows), names, size, "pairs of triangles that meet")
+
     m, w = frame_of(x, len(t))
+    # Points are named with whole numbers, which have a largest scale.
     if m[SCALE] > MAX_SCALE:
         _refuse_tiny(surfaces, origin, faces)
+
     n_corner, n_coplanar = int(n_corners(rows).sum()), int(in_plane(rows).sum())
     space = np.empty((len(x) + n_corner, 3))  # if each were a point of its own
     space[: len(x)] = x
+    # Edge planes of coplanar faces: three edges of either face, so six per contact.
     e = np.zeros((6 * n_coplanar, 3), dtype=np.int64)
     d = np.empty((n_corner, 4), dtype=np.int64)
     ids = np.full((len(rows), 6 if n_coplanar else 2), -1, dtype=np.int64)
+
+    # Names are found and points constructed in one pass; equal names are one point.
     n_point = name_contacts(space, t, e, d, m, w, rows, ids)
     _refuse_full(n_point)
     space = space[: len(x) + n_point]
@@ -330,8 +355,10 @@ def _name(
 
 def _refuse_tiny(surfaces: Sequence[TriSurface], origin: np.ndarray, faces: Faces) -> None:
     """Say which surface has a coordinate with digits beyond those that points are made from."""
+    # A coordinate that is not a multiple of the smallest unit has digits beyond.
     digits = faces.x * 2.0**MAX_SCALE
     vertex = np.flatnonzero((digits != np.floor(digits)).any(axis=1))[0]
+
     face = np.flatnonzero((faces.t == vertex).any(axis=1))[0]
     surface = surfaces[faces.surface[face]]
     where = faces.x[vertex] + origin
@@ -353,6 +380,7 @@ def _records(
     n_coplanar: int,
 ) -> np.ndarray:
     """What cuts which face; edge planes that are new are added to `e`."""
+    # Two faces of each contact, and up to 18 more for edges of coplanar faces.
     records = np.empty((2 * len(rows) + 18 * n_coplanar, 4), dtype=np.int64)
     n = write_records(x, t, e, m, w, rows, ids, records)
     _refuse_full(n)
@@ -381,12 +409,15 @@ def search_voxels(
         None where the boxes of the surfaces do not meet.
     """
     surfaces = check_surfaces((first, second))
+
+    # The same steps as in the search, but the filled voxels are handed out as well.
     origin = frame_origin(*(s.extent for s in surfaces))
     boxes = [triangle_boxes(s.vertices - origin, s.triangles) for s in surfaces]
     grid = fit_voxels(boxes[0], boxes[1], voxel_size)
     if grid is None:
         return None
     pairs, _ = candidate_pairs(boxes[0], boxes[1], size=voxel_size)
+
     held = []
     for rows, box in ((grid.rows_a, boxes[0]), (grid.rows_b, boxes[1])):
         offsets, _ = fill_voxels(box, rows, grid.bounds, grid.size, grid.shape)

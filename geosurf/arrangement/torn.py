@@ -50,9 +50,11 @@ def over_itself(surface: TriSurface, pairs: np.ndarray, origin: np.ndarray) -> n
     """Which pairs of triangles of a torn sheet, one of them with a ghost, lie over one another."""
     mask: np.ndarray = any_of(_with_ghosts(surface)[pairs])
     some = np.flatnonzero(mask)
+    # Only vertices of these triangles are put into the exact frame.
     triangles, number = number_below(pairs[some].reshape(-1), surface.n_triangle)
     corners = surface.triangles[triangles]
     nodes, corner = number_below(corners.reshape(-1), surface.n_vertex)
+
     x = surface.vertices[nodes] - origin
     if len(some):
         of = corner.reshape(-1, 3), number.reshape(-1, 2)
@@ -68,32 +70,44 @@ def _crossing_over_nodes(surface: TriSurface, level: float) -> np.ndarray:
     """
     node, t = surface.vertex_data[NODE], surface.triangles
     ghosts = _with_ghosts(surface)
+    # Nodes below some triangle with a ghost: nothing overlaps elsewhere.
     under = np.zeros(int(node.max(initial=-1)) + 1, dtype=bool)
     under[node[t[ghosts]]] = True
     near = under[node][t]
+
+    # Half-edges (triangle, vertex, vertex) over such nodes, the lower node first.
     edges = []
     for k in range(3):
         rows = np.flatnonzero(near[:, k] & near[:, (k + 1) % 3])
         edges.append(np.stack([rows, t[rows, k], t[rows, (k + 1) % 3]]))
     rows, one, two = np.concatenate(edges, axis=1)
+
     back = node[one] > node[two]
     one, two = np.where(back, two, one), np.where(back, one, two)
+
+    # Half-edges over the same two nodes follow one another in `order`.
     key = node[one] * len(under) + node[two]
     order = np.argsort(key, kind="stable")
     key, rows, one, two = key[order], rows[order], one[order], two[order]
+
     # as in the frame of the search: two heights that are rounded to one are one there
     z = surface.vertices[:, 2] - level
+
+    # Compare each half-edge with the next ones over the same nodes, one step further each time.
     found = [np.empty((0, 2), dtype=np.int64)]
     for step in range(1, len(key)):
         a = np.flatnonzero(key[step:] == key[:-step])
         if len(a) == 0:
             break
         b = a + step
+        # They cross where one is higher at the first node and lower at the second, and touch where
+        # heights are equal in different vertices.
         first, second = np.sign(z[one[b]] - z[one[a]]), np.sign(z[two[b]] - z[two[a]])
         met = first * second < 0
         met |= ((first == 0) & (one[a] != one[b])) | ((second == 0) & (two[a] != two[b]))
         pairs = np.stack([rows[a[met]], rows[b[met]]], axis=1)
         found.append(np.sort(pairs, axis=1))
+
     pairs = np.unique(np.concatenate(found), axis=0)
     return pairs[any_of(ghosts[pairs])]
 

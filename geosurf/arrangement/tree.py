@@ -47,8 +47,11 @@ class Tree:
         """Boxes of the upper levels, and these levels: see `geosurf.kernels.search.tree_tops`."""
         n_level = len(self.levels)
         sizes = self.levels[:, 1] * self.levels[:, 2]
+        # The lowest level with at most _CROWN nodes; a whole tree if it is small.
         lowest = min(int((sizes > _CROWN).sum()), n_level - 1)
         start = self.levels[lowest, 0]
+
+        # Levels have rows (first node, rows, columns, fan in rows, fan in columns).
         fan = (2, 2) if self.places[IS_LATTICE] else (1, FAN)
         levels = np.empty((n_level - lowest, 5), dtype=np.int64)
         levels[:, :3], levels[:, 3:] = self.levels[lowest:] - (start, 0, 0), fan
@@ -98,6 +101,9 @@ def _tree_of_list(
     vertices: np.ndarray, triangles: np.ndarray, boxes: np.ndarray, codes: np.ndarray
 ) -> Tree:
     order, nodes, levels = build_list_tree(boxes, codes)
+
+    # The list is one row of nodes in the layout of a lattice: x, y, z are interleaved, with stride
+    # 3.
     places = np.zeros(N_PLACE, dtype=np.int64)
     places[:9] = (0, 0, 3, 1, 0, 3, 2, 0, 3)
     places[[N_ROW, N_COL]] = 1, len(vertices)
@@ -142,6 +148,7 @@ def apart(trees: list[Tree]) -> np.ndarray:
     """Which trees' boxes do not meet, bool (n, n): a call for each pair of many costs more."""
     none = np.array([np.inf] * 3 + [-np.inf] * 3)
     boxes = np.array([tree.bounds if len(tree.nodes) else none for tree in trees])
+    # Broadcast: lower corner of one box against upper corner of another, on each axis.
     low, high = boxes[:, None, :3], boxes[None, :, 3:]
     beyond = np.logical_not((low <= high).all(axis=2))  # what is not a number reaches nothing
     return beyond | beyond.T
@@ -150,6 +157,8 @@ def apart(trees: list[Tree]) -> np.ndarray:
 def apart_by_crowns(trees: list[Tree], pairs: np.ndarray) -> np.ndarray:
     """Which pairs (rows of `trees`, int64 (n, 2)) do not meet by their upper levels, bool (n,)."""
     crowns = [tree.crown() for tree in trees]
+
+    # All crowns in one table of nodes; levels are shifted to it.
     first_node = np.cumsum([0] + [len(nodes) for nodes, _ in crowns])
     first_level = np.cumsum([0] + [len(levels) for _, levels in crowns])
     levels = np.concatenate([levels for _, levels in crowns])
@@ -174,6 +183,8 @@ def pairs_of_some(
         return np.empty((0, 2), dtype=np.int64), {"nodes": 0, "pairs": 0}
     part = tree_of_rows(surface, rows)
     pairs, cost = candidate_pairs(part, whole, room=max(_ROOM, _NEIGHBOURS * len(rows)))
+
+    # Rows of the part become rows of the list; a pair of two marked triangles is found twice.
     one, two = rows[pairs[:, 0]], pairs[:, 1]
     once = (one < two) | ((one > two) & ~some[two])  # both may be marked
     one, two = one[once], two[once]
@@ -185,6 +196,7 @@ def all_pairs(
     search: Callable[[np.ndarray], tuple[int, int]], n_column: int = 2, room: int = _ROOM
 ) -> tuple[np.ndarray, dict[str, int]]:
     """Pairs that a kernel finds, and what they cost; TooManyPairs if there is no room for them."""
+    # The search counts on when `pairs` is full, so a second call has enough room.
     pairs = np.empty((room, n_column), dtype=np.int64)
     while True:
         n, visited = search(pairs)
@@ -192,6 +204,8 @@ def all_pairs(
             break
         check_pairs(n)
         pairs = np.empty((n, n_column), dtype=np.int64)
+
+    # A copy, so that the large buffer is freed.
     if n < len(pairs):
         pairs = pairs[:n].copy()
     return pairs, {"nodes": visited, "pairs": n}

@@ -76,12 +76,15 @@ def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
     x = np.empty((count, 3))
     x[number] = corners
     t = number.reshape(2, 3)
+
     m, w = frame_of(x, 2)
     for row in flat_triangles(x, t, m, w):
         raise SurfaceError(
             f"triangle {'PQ'[row]} has no area: its corners "
             f"{corners[3 * row : 3 * row + 3].tolist()} lie on one line. Give three that do not."
         )
+
+    # The exact contact of the pair (0, 1): its corners come as codes of features of P and Q.
     rows = np.zeros((2, N_COLUMN), dtype=np.int64)
     n, _ = meet_pairs(x, t, np.array([[0, 1]]), m, w, 0.0, rows, np.empty(0, dtype=np.int64))
     coplanar = bool(rows[0, 2]) if n else _coplanar(x, t, m, w)
@@ -89,6 +92,8 @@ def intersect_triangles(P: Any, Q: Any) -> TriangleContact:
         return TriangleContact(
             "disjoint", frozen(np.empty((0, 3)), np.float64), coplanar, (), False
         )
+
+    # Each code has the feature of P above and the feature of Q in its lower three bits.
     points = _points(x, t, m, w, rows[:1])
     codes = rows[0, FIRST_CODE : FIRST_CODE + rows[0, N_CORNER]] & 63
     order = _around(points) if len(codes) > 2 else np.lexsort(points.T[::-1])
@@ -104,6 +109,7 @@ def _checked(letter: str, triangle: Any) -> np.ndarray:
         corners = real_numbers(triangle)
     except (TypeError, ValueError) as error:
         raise SurfaceError(f"triangle {letter} is not made of numbers: {error}.") from error
+
     if corners.shape != (3, 3):
         raise SurfaceError(
             f"triangle {letter} has shape {corners.shape}, expected (3, 3): three corners with "
@@ -114,6 +120,8 @@ def _checked(letter: str, triangle: Any) -> np.ndarray:
             f"triangle {letter} has a coordinate that is not finite or beyond "
             f"{MAX_COORDINATE:g} m: {corners.tolist()}. Leave out nodes that are undefined."
         )
+
+    # Coordinates are scaled to whole numbers; -0.0 becomes 0.0 at the end.
     digits = corners * 2.0**MAX_SCALE
     if (digits != np.floor(digits)).any():
         raise SurfaceError(
@@ -124,6 +132,7 @@ def _checked(letter: str, triangle: Any) -> np.ndarray:
 
 def _coplanar(x: np.ndarray, t: np.ndarray, m: np.ndarray, w: np.ndarray) -> bool:
     """Whether the corners of the second triangle lie in the plane of the first."""
+    # Each corner of Q against the plane of P.
     rows = np.array([[*t[0], corner] for corner in t[1]])
     signs = np.empty(3, dtype=np.int64)
     orient3d_rows(x, rows, m, w, signs)
@@ -134,6 +143,7 @@ def _points(
     x: np.ndarray, t: np.ndarray, m: np.ndarray, w: np.ndarray, rows: np.ndarray
 ) -> np.ndarray:
     """Coordinates of the points of one contact."""
+    # Room for the six corners and twelve constructed points; the ids name those of the contact.
     space = np.concatenate([x, np.empty((12, 3))])
     e, d = np.zeros((12, 3), dtype=np.int64), np.zeros((12, 4), dtype=np.int64)
     ids = np.empty((1, 6), dtype=np.int64)
@@ -143,8 +153,12 @@ def _points(
 
 def _around(points: np.ndarray) -> np.ndarray:
     """Order of the corners of a convex polygon around its middle, from the lowest corner."""
+    # The two main axes of the points span their plane; angles around the mean give the order.
     middle = points - points.mean(axis=0)
     _, _, axes = np.linalg.svd(middle)
     order = np.argsort(np.arctan2(middle @ axes[1], middle @ axes[0]))
+
+    # The lexicographically lowest corner comes first, so that the result does not depend on the
+    # SVD.
     start = int(np.lexsort(points[order].T[::-1])[0])
     return np.roll(order, -start)

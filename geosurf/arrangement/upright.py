@@ -27,13 +27,18 @@ def are_alike(surfaces: tuple[TriSurface, TriSurface], trees: tuple[Tree, Tree])
         return False
     if not any(map(has_axes, surfaces)) or min(len(tree.nodes) for tree in trees) == 0:
         return False
+
+    # `lattice` has straight axes; `other` is any lattice.
     one, two = (0, 1) if has_axes(surfaces[0]) else (1, 0)
     lattice, other = (first, second) if one == 0 else (second, first)
     bounds = trees[two].bounds
     n_row, n_col = other.shape
     most = _MOST * (n_row - 1) * (n_col - 1)
+    # The whole straight grid is small enough.
     if (len(lattice.easting) + 1) * (len(lattice.northing) + 1) <= most:
         return True  # whatever is below
+
+    # Otherwise its cells below the box of the other one count.
     n = 1
     for axis, k in ((lattice.easting, 0), (lattice.northing, 1)):
         low, high = np.searchsorted(axis, bounds[k::3])
@@ -62,8 +67,11 @@ def settled_pairs(
     cost : dict
         Numbers of cells asked, and of pairs.
     """
+    # The grid with straight axes comes first; rows are swapped back by the kernel.
     swapped = not has_axes(surfaces[0])
     one, two = trees[::-1] if swapped else trees
+
+    # Rounding in the local frame: half a unit in the last place of the largest difference.
     start = origin.tolist() * 2
     far = (abs(x - o) for tree in trees for x, o in zip(tree.bounds.tolist(), start, strict=True))
     slip = _ULP * max(far)

@@ -191,10 +191,11 @@ def _merged(
 ) -> tuple[np.ndarray, np.ndarray, _Groups]:
     """The same with runs in place of segments that overlap."""
 
-    def inside_segments(segment: np.ndarray, point: np.ndarray) -> np.ndarray:
+    def lie_inside(segment: np.ndarray, point: np.ndarray) -> np.ndarray:
+        """Whether each point lies strictly inside its segment, bool (n,)."""
         return _lie_inside(contacts, segments, groups, segment, point)
 
-    found = join_runs(contacts.x, segments, groups.lines, inside_segments)
+    found = join_runs(contacts.x, segments, groups.lines, lie_inside)
     if found is None:
         return segments, surfaces, groups
     runs, run_of = found

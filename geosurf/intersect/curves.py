@@ -21,6 +21,7 @@ from geosurf.intersect.link import (
     pair_keys,
     pairs_of_rows,
     pairs_with_areas,
+    total_cost,
     touching_points,
 )
 from geosurf.model import Curves, Touch, TriSurface, frozen
@@ -71,14 +72,14 @@ def intersect_surfaces(
     Returns
     -------
     Curves
-        Curve ``i`` joins the surfaces ``surfaces_of_curve[i]``. `Curves.cost` tells the numbers
+        Curve ``i`` joins the surfaces ``surfaces_of_curve[i]``. `Curves.cost` has the numbers
         of voxels or tree nodes, candidate faces, pairs of triangles tested and pairs meeting.
 
     Raises
     ------
     InputError
-        For fewer surfaces than needed, an unknown method, a tolerance that is no length, or
-        a tolerance together with `self_intersections`.
+        For fewer surfaces than needed, an unknown method, a tolerance that is not a
+        length, or a tolerance together with `self_intersections`.
     SurfaceError
         If a surface is empty or has triangles without area.
 
@@ -113,7 +114,7 @@ def intersect_surfaces(
     (True, ())
     """
     self_intersections = flag_of(self_intersections, "self_intersections")
-    if not is_number(tolerance) or tolerance != 0:  # what is none is told there
+    if not is_number(tolerance) or tolerance != 0:  # other values are refused there
         from geosurf.intersect.dial import check_tolerance, smooth_curves  # with many kernels
 
         tolerance = check_tolerance(tolerance, self_intersections)
@@ -177,7 +178,11 @@ def curves_of(contacts: Contacts) -> Curves:
 
 
 def merge_curves(
-    names: tuple[str, ...], origin: np.ndarray, parts: Sequence[tuple[tuple[int, int], Curves]]
+    names: tuple[str, ...],
+    origin: np.ndarray,
+    parts: Sequence[tuple[tuple[int, int], Curves]],
+    *,
+    smooth: bool = False,
 ) -> Curves:
     """Put the curves of single pairs of surfaces together.
 
@@ -189,29 +194,34 @@ def merge_curves(
         Of the common frame [m].
     parts : sequence of ((int, int), Curves)
         Rows of `names` (lower first), and the curves of those two surfaces.
+    smooth : bool
+        Whether the curves have a tolerance: they have error bounds and places, and no segments
+        in common.
 
     Returns
     -------
     Curves
         As if all pairs had been intersected at once.
     """
-    local, segments, surfaces, touches = (
+    touches = [replace(touch, surfaces=pair) for pair, part in parts for touch in part.contacts]
+    cost = total_cost(part.cost for _, part in parts)
+    if smooth:
+        from geosurf.intersect.dial import merge_lines  # with many kernels
+
+        return merge_lines(names, origin, parts, touches, cost)
+
+    # Parts have origins of their own; all move to the common frame.
+    local, segments, surfaces = (
         [np.empty((0, 3))],
         [np.empty((0, 2), int)],
         [np.empty((0, 2), int)],
-        [],
     )
-    cost: dict[str, int] = {}
     n = 0
-    # Parts have origins of their own; all move to the common frame.
     for pair, part in parts:
         local.append(part.local + (part.origin - origin))
         segments.append(part.segments + n)
         surfaces.append(np.tile(pair, (len(part.segments), 1)))
-        touches += [replace(touch, surfaces=pair) for touch in part.contacts]
         n += len(part.local)
-        for key, value in part.cost.items():
-            cost[key] = cost.get(key, 0) + value
 
     points, joined, owners = canonical(*map(np.concatenate, (local, segments, surfaces)))
     return _linked(names, origin, points, joined, owners, touches, cost)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from itertools import accumulate, pairwise
 from typing import Any
 
@@ -13,6 +12,7 @@ from geosurf.arrangement.search import check_surfaces, find_contacts
 from geosurf.conventions import frame_origin, is_number
 from geosurf.errors import InputError
 from geosurf.intersect.lift import Line, lift_strand, strand_of
+from geosurf.intersect.link import total_cost
 from geosurf.intersect.loops import find_lost, pair_keys
 from geosurf.intersect.sides import find_candidates, has_cubics, piece_of, side_of
 from geosurf.intersect.walk import walk_curves
@@ -70,7 +70,7 @@ def smooth_curves(
     found: list[tuple[tuple[int, int], Line]] = []
     places: list[tuple[tuple[int, int], str, np.ndarray, float]] = []
     touches: list[Touch] = []
-    cost: dict[str, int] = {}
+    costs: list[dict[str, int]] = []
 
     # One pair after the other; points are relative to `origin` so that floats keep their digits.
     for i in range(len(surfaces)):
@@ -82,11 +82,10 @@ def smooth_curves(
             places += [(pair, *place) for place in more]
             for curves in plain:
                 touches += [Touch(t.kind, pair, t.points, t.area) for t in curves.contacts]
-                for key, value in curves.cost.items():
-                    cost[key] = cost.get(key, 0) + value
+                costs.append(curves.cost)
 
     names = tuple(surface.name for surface in surfaces)
-    return _assemble(names, origin, found, places, touches, cost)
+    return _assemble(names, origin, found, places, touches, total_cost(costs))
 
 
 def _pair(
@@ -178,28 +177,16 @@ def _plain_line(plain: Curves, k: int, bound: float) -> Line:
     return Line(points, bool(plain.closed[k]), bound)
 
 
-def merge_smooth(
-    names: tuple[str, ...], origin: np.ndarray, parts: Sequence[tuple[tuple[int, int], Curves]]
+def merge_lines(
+    names: tuple[str, ...],
+    origin: np.ndarray,
+    parts: Sequence[tuple[tuple[int, int], Curves]],
+    touches: list[Touch],
+    cost: dict[str, int],
 ) -> Curves:
-    """Put curves to a tolerance of single pairs of surfaces together, with bounds and places.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Of all surfaces.
-    origin : ndarray, shape (3,)
-        Of the common frame [m].
-    parts : sequence of ((int, int), Curves)
-        Rows of `names` (lower first), and what `intersect_surfaces` gave for those two.
-
-    Returns
-    -------
-    Curves
-    """
+    """`geosurf.intersect.merge_curves` for curves with a tolerance, with bounds and places."""
     found: list[tuple[tuple[int, int], Line]] = []
     places: list[tuple[tuple[int, int], str, np.ndarray, float]] = []
-    touches: list[Touch] = []
-    cost: dict[str, int] = {}
     for pair, part in parts:
         # Points move from the frame of the part to the common one.
         shift = part.origin - origin
@@ -210,12 +197,11 @@ def merge_smooth(
             points = part.local[curve] + shift
             bound = 0.0 if part.error_bound is None else float(part.error_bound[k])
             found.append((pair, Line(points, bool(part.closed[k]), bound, said)))
+
+        # Places without a curve belong to the pair.
         places += [
             (pair, p.reason, p.points - origin, p.error_bound) for p in part.places if p.curve < 0
         ]
-        touches += [replace(touch, surfaces=pair) for touch in part.contacts]
-        for key, value in part.cost.items():
-            cost[key] = cost.get(key, 0) + value
     return _assemble(names, origin, found, places, touches, cost)
 
 

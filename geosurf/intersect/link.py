@@ -6,6 +6,7 @@ depend on the order in which surfaces, triangles or corners were given.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -196,3 +197,12 @@ def link(
     curves = tuple(points[a:b] for a, b in pairwise(offsets.tolist()))
     closed = points[offsets[:-1]] == points[offsets[1:] - 1]
     return curves, surfaces[first[pair]], closed
+
+
+def total_cost(costs: Iterable[Mapping[str, int]]) -> dict[str, int]:
+    """Sums of the counts of several searches, see `Contacts.cost`."""
+    total: dict[str, int] = {}
+    for cost in costs:
+        for key, value in cost.items():
+            total[key] = total.get(key, 0) + value
+    return total

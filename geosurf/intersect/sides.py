@@ -208,8 +208,7 @@ def piece_of(side: Side, cells: np.ndarray) -> Piece | None:
     lattice, n_col = surface.lattice, side.z.shape[1]
     assert lattice is not None
 
-    # Four nodes of each cell, counter-clockwise seen from above: a, b, c, d. The lattice says which
-    # diagonal its triangles have.
+    # Four nodes around each cell: a, b, c, d; `rising` lattices have the diagonal a-c, others b-d.
     a = cells // (n_col - 1) * n_col + cells % (n_col - 1)
     b, d, c = a + 1, a + n_col, a + n_col + 1
     halves = ((a, b, c), (a, c, d)) if lattice.rising else ((a, b, d), (b, c, d))

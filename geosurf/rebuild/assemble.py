@@ -27,9 +27,12 @@ _NO_KEYS = np.empty(0, dtype=np.int64)
 
 def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray]:
     """The pieces of all surfaces and the edges (n, 2) of their curves."""
+    # Faces in contact become triangles one by one; the others of a lattice stay in strips.
     touched = np.zeros(len(contacts.t), dtype=bool)
     touched[contacts.rows[:, :2]] = True
     x, t, surface, key, face, point_of_id = _triangles(contacts, children, touched)
+
+    # Drop points that no triangle uses; `number` maps ids of the children to the new rows.
     mark = np.zeros(len(x), dtype=bool)
     mark[t] = True
     number = point_of_id
@@ -38,15 +41,22 @@ def assemble(contacts: Contacts, children: Children) -> tuple[Pieces, np.ndarray
         # `take` is many times as fast as an index in brackets where rows are short
         x, t = x.take(np.flatnonzero(mark), axis=0), new.take(t)
         number = new.take(point_of_id)
+
+    # Runs of triangles of each lattice that nothing touches.
     strips = [
         _strips(contacts, i, np.flatnonzero(touched), number) for i in range(len(contacts.surfaces))
     ]
     first_run = np.cumsum([0] + [0 if s is None else len(s.runs) for s in strips])
+
+    # `ring`: the next half-edge around each edge; `link`: the run behind a free half-edge.
     ring, n_edge = edges(t, len(x))
     link = _links(contacts, children, t, surface, key, face, ring, strips, first_run, number)
     twin, owners = _twins(contacts, t, surface, face)
+
+    # Patches end at rings of more than two half-edges: that is where curves are.
     part, rim = patches_and_boundary(t, surface, owners, ring, twin, n_edge)
     patch = _numbered_patches(contacts.surfaces, surface, key, part, link, strips, first_run)
+
     pieces = Pieces(
         contacts.surfaces, contacts.origin, x, t, surface, key, twin, ring, link, strips,
         first_run, patch,
@@ -75,6 +85,7 @@ def first_of_equals(surface: TriSurface) -> np.ndarray | None:
     if "_first_of_equals" not in surface.__dict__:
         first = None
         if _some_may_be_equal(surface):
+            # The first vertex in each place: later rows are overwritten by earlier ones.
             number, count = weld(surface.vertices)
             lead = np.empty(count, dtype=np.int64)
             lead[number[::-1]] = np.arange(surface.n_vertex)[::-1]
@@ -96,6 +107,8 @@ def _some_may_be_equal(surface: TriSurface) -> bool:
         z = lattice.elevation
         if _rows_are_apart(x, y, z):
             return False
+
+    # Coefficients of the plastic number: sums of grid coordinates do not repeat by chance.
     keys = (x + 0.7548776662466927 * y + 0.5698402909980532 * z).ravel()
     keys = np.sort(keys[np.isfinite(keys)])
     return bool((keys[1:] == keys[:-1]).any())
@@ -109,6 +122,7 @@ def _rows_are_apart(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> bool:
     low, high = z.min(axis=1), z.max(axis=1)
     if not ((low[:-1] > high[1:]).all() or (high[:-1] < low[1:]).all()):
         return False
+
     steps = x[:, 1:] - x[:, :-1], y[:, 1:] - y[:, :-1]
     return any(bool((step > 0).all() or (step < 0).all()) for step in steps)
 
@@ -119,36 +133,45 @@ def _triangles(
     """Points; corners, surface, key and face (-1: in no contact) of the triangles, in order;
     and the point of each id of the children.
     """
+    # Faces that a curve touches but does not cut stay as one triangle each.
     uncut = touched.copy()
     uncut[children.cut] = False
     uncut = np.flatnonzero(uncut)
+
     all_x = [children.x]
     all_t = [children.triangles, contacts.t.take(uncut, axis=0)]
     faces = np.concatenate([children.parent, uncut])
     all_face = [faces]
     all_surface = [contacts.surface_of_face.take(faces)]
     all_key = [contacts.key_of_face.take(faces)]
+
     n = len(children.x)
     # faces that are only near one another depend on how candidates are searched: passed over
     met = np.zeros(contacts.n_vertex, dtype=bool)
     met[contacts.t[touched]] = True
+    # Lattices wait in strips; lists bring all their other triangles.
     for i, source in enumerate(contacts.surfaces):
         if has_strips(source):
             continue
         others, places = _untouched(contacts, i, touched, met, n)
         n += len(places)
+        # Keys count triangles within a surface; -1 is the face of a triangle in no contact.
         all_x.append(places)
         all_t.append(others[1])
         all_key.append(others[0])
         all_surface.append(np.full(len(others[0]), i))
         all_face.append(np.full(len(others[0]), -1))
     x, t, key, surface, face = map(np.concatenate, (all_x, all_t, all_key, all_surface, all_face))
+
     number = np.arange(len(x))
     if children.collisions:  # distinct points in one place become one vertex
         number, count = weld(x)
         welded = np.empty((count, 3))
         welded[number[::-1]] = x[::-1]
         x, t = welded, number[t]
+
+    # By surface and key, as in the input: a stable sort, since pieces of one triangle have an
+    # order.
     place = surface * (1 + int(key.max(initial=0))) + key
     if (place[1:] < place[:-1]).any():
         order = np.argsort(place, kind="stable")
@@ -163,10 +186,13 @@ def _untouched(
     source = contacts.surfaces[i]
     nodes, ids = contacts.nodes[i]
     nodes, ids = nodes[met[ids]], ids[met[ids]]
+
     rows = np.ones(source.n_triangle, dtype=bool)
     mine = np.flatnonzero(touched & (contacts.surface_of_face == i))
     rows[source.rows_of_keys(contacts.key_of_face[mine])] = False
     rows = np.flatnonzero(rows)
+
+    # Vertices that contacts use have ids; the others get new ones, from `n` on.
     corners = source.triangles[rows]
     vertices = nodes
     if source.lattice is not None:
@@ -177,10 +203,12 @@ def _untouched(
     first = first_of_equals(source)
     if first is not None:
         corners, vertices = first[corners], first[vertices]
+
     id_of_vertex = np.full(source.n_vertex, -1, dtype=np.int64)
     id_of_vertex[vertices] = ids
     mark = np.zeros(source.n_vertex, dtype=bool)
     mark[corners] = True
+
     new = np.flatnonzero(mark & (id_of_vertex < 0))
     id_of_vertex[new] = np.arange(n, n + len(new))
     return (keys, id_of_vertex[corners]), source.vertices[new] - contacts.origin
@@ -194,18 +222,24 @@ def _strips(contacts: Contacts, i: int, touched: np.ndarray, number: np.ndarray)
     lattice = source.lattice
     assert lattice is not None  # only lattices have strips
     a = lattice.places
+
+    # Keys of the triangles that are listed one by one, and marks of those that do not exist.
     taken = np.sort(contacts.key_of_face[touched[contacts.surface_of_face[touched] == i]])
     absent = _NO_KEYS
     if not lattice.whole:
         n_row, n_col = lattice.shape
         absent = np.ones(2 * (n_row - 1) * (n_col - 1), dtype=np.int64)
         absent[lattice.keys] = 0
+
+    # Each row of cells has one run and one more for each triangle taken out of it; a second call if
+    # that is too little.
     runs = np.empty((2 * lattice.shape[0] + 3 * len(taken) + 64, 4), dtype=np.int64)
     start, n = find_runs(a, taken, absent, runs)
     if n > len(runs):
         runs = np.empty((n, 4), dtype=np.int64)
         start, n = find_runs(a, taken, absent, runs)
     runs = runs[:n].copy()
+
     nodes, ids = contacts.nodes[i]
     used = number[ids] >= 0
     joined = join_runs(a, runs, start)
@@ -225,6 +259,7 @@ def _links(
     number: np.ndarray,
 ) -> np.ndarray:
     """What lies behind each half-edge that is alone in its ring."""
+    # A half-edge that is alone in its ring lies on a rim, or next to a strip.
     link = np.full(len(ring), PAIRED, dtype=np.int64)
     alone = np.flatnonzero(ring == np.arange(len(ring)))
     link[alone] = FREE
@@ -232,18 +267,23 @@ def _links(
         if of is None:
             continue
         half = alone[surface[alone // 3] == i]
+
         triangle, corner = half // 3, half % 3
         # the edge of the parent that this edge is: from corner to corner
         parents = number[contacts.t[face[triangle]]]
         one, two = t[triangle, corner], t[triangle, (corner + 1) % 3]
         hits = (parents == one[:, None]) & (np.roll(parents, -1, axis=1) == two[:, None])
         whole = hits.any(axis=1)
+
+        # The triangle behind that edge; on the rim of the lattice there is none.
         behind = _behind(contacts, i, of, key[triangle], hits.argmax(axis=1))
         behind[~whole] = FREE  # a part of an edge: of the rim, or its neighbour would be cut, too
         parts = triangle[~whole]
         sides = [_behind(contacts, i, of, key[parts], np.full(len(parts), k)) for k in range(3)]
         if len(parts) and not (np.min(sides, axis=0) == FREE).all():
             _raise_torn(contacts, parts[np.min(sides, axis=0) != FREE], face)
+
+        # Each such triangle is in a run of a strip; otherwise the mesh would have a gap.
         inside = np.flatnonzero(behind >= 0)
         run = runs_of_keys(of.places, of.runs, of.start, behind[inside])
         if (run < 0).any():
@@ -262,7 +302,7 @@ def _behind(
 
 
 def _raise_torn(contacts: Contacts, triangles: np.ndarray, face: np.ndarray) -> None:
-    """An edge of a child that is no whole edge must have a neighbour: a broken promise of ours."""
+    """Raise the error for pieces of which an edge inside the surface has no neighbour."""
     one = face[triangles[0]]
     name = contacts.surfaces[contacts.surface_of_face[one]].name
     raise InvariantError(
@@ -278,24 +318,33 @@ def _twins(
     of surfaces that own it (a surface's own row where there is only one).
     """
     twin, owners = np.arange(len(t)), surface.copy()
+
     rows = contacts.rows
     area = rows[in_plane(rows) & (n_corners(rows) >= 3), :2]
     if len(area) == 0:
         return twin, owners
+
+    # Only faces in overlaps can have twins.
     marked = np.zeros(len(contacts.t) + 1, dtype=bool)  # the last one for face -1
     marked[area] = True
     candidates = np.flatnonzero(marked[face])
+
+    # Triangles with the same sorted corners: the first one stands for all.
     corners = np.sort(t[candidates], axis=1)
     _, first, inverse = np.unique(corners, axis=0, return_index=True, return_inverse=True)
     inverse = inverse.ravel()
     twin[candidates] = candidates[first[inverse]]
+
+    # Sets of surfaces that share a triangle, one row of booleans per distinct triangle.
     n_surface = len(contacts.surfaces)
     listed = np.zeros((len(first), n_surface), dtype=bool)
     listed[inverse, surface[candidates]] = True
+
     several = np.flatnonzero(listed.sum(axis=1) > 1)
     _, number = np.unique(listed[several], axis=0, return_inverse=True)
     of_set = np.full(len(first), -1, dtype=np.int64)
     of_set[several] = n_surface + number.ravel()
+
     shared = of_set[inverse] >= 0
     owners[candidates[shared]] = of_set[inverse[shared]]
     return twin, owners
@@ -314,14 +363,19 @@ def _numbered_patches(
     n_part, n_run = int(part.max(initial=-1)) + 1, int(first_run[-1])
     if n_run == 0:  # triangles are in this order, and so are the numbers of their parts
         return part
+
+    # A strip continues the patch of a triangle that it is linked to.
     linked = np.flatnonzero(link >= 0)
     pairs = [np.stack([part[linked // 3], n_part + link[linked]], axis=1)]
+
+    # Numbers in the order of surfaces and rows: `place` is the lowest key of each element.
     limit = np.cumsum([0] + [_key_limit(source) for source in surfaces])
     places = [limit[surface] + key]
     for i, of in enumerate(strips):
         if of is not None:
             pairs.append(of.joined + n_part + first_run[i])
             places.append(limit[i] + lowest_keys(of.places, of.runs))
+
     root = join_pairs(np.concatenate(pairs), n_part + n_run)
     place = np.concatenate(places)
     root = root[np.concatenate([part, n_part + np.arange(n_run)])]

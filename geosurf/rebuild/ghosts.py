@@ -62,6 +62,8 @@ def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     corner = np.full((patches.n_triangle, 3), -1)
     part = np.full(patches.n_triangle, -1)
     ends, of, fault = _at_curves(patches)
+
+    # Points on any fault: there a sheet may end.
     on_fault = np.zeros(len(patches.local), dtype=bool)
     roles = np.array([source.role == "fault" for source in patches.sources])
     on_fault[patches.triangles[roles[patches.surface_of_triangle]]] = True
@@ -69,15 +71,19 @@ def kept_parts(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         ghost = source.vertex_data.get("ghost")
         if ghost is None:
             continue
+
         outer = source.vertex_data["outer"]
         rows = np.flatnonzero(patches.surface_of_triangle == i)
         faces = source.triangles[patches.parent_of_triangle[rows]]
+        # Corners that are corners of the parent, by place.
         mine = named_corners(
             patches.local, patches.triangles, rows, faces, source.vertices, patches.origin
         )
+
         corner[rows] = mine
         patch = patches.patch_of_triangle
         joined = _joined(patches, i, ends, of, fault)
+        # Parts between faults; a part is dropped if it lies beyond one or has no data.
         label = part[rows] = joined[patch[rows]]
         held, beyond = classify_parts(
             patches.triangles, rows, mine, faces, on_fault, ghost, outer, label, len(joined)
@@ -91,6 +97,7 @@ def _at_curves(patches: Patches) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     edge_of, triangle_of = sides_of_edges(
         patches.triangles, patches.curve_edges, len(patches.local)
     )
+
     roles = np.array([s.role == "fault" for s in patches.sources])
     fault = np.zeros(len(patches.curve_edges), dtype=bool)
     fault[edge_of[roles[patches.surface_of_triangle[triangle_of]]]] = True
@@ -104,18 +111,24 @@ def _joined(
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
+    # Half-edges of this surface on curves of walls and horizons, sorted by edge.
     mine = (patches.surface_of_triangle[triangle] == surface) & ~fault[edge]
     edge, triangle = edge[mine], triangle[mine]
     order = np.argsort(edge, kind="stable")
     edge, triangle = edge[order], triangle[order]
+
+    # Edges with two sides join the two patches.
     _, first, times = np.unique(edge, return_index=True, return_counts=True)
     pairs = first[times == 2]
+
     # where a sheet crosses itself past a fault, each of the two goes on through the other
     crossed = np.repeat(times > 2, times)
     parent = patches.parent_of_triangle[triangle[crossed]]
     rank = np.lexsort((parent, edge[crossed]))
     same = (np.diff(edge[crossed][rank]) == 0) & (np.diff(parent[rank]) == 0)
     through = np.flatnonzero(crossed)[rank]
+
+    # Connected patches of this graph have one label.
     one = np.concatenate([triangle[pairs], triangle[through[:-1][same]]])
     two = np.concatenate([triangle[pairs + 1], triangle[through[1:][same]]])
     a, b = patches.patch_of_triangle[one], patches.patch_of_triangle[two]
@@ -128,24 +141,31 @@ def _without(patches: Patches, keep: np.ndarray) -> Patches:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
+    # What is left at each curve edge, the surfaces in order.
     edge, triangle, _ = _at_curves(patches)
     edge, triangle = edge[keep[triangle]], triangle[keep[triangle]]
     order = np.lexsort((patches.surface_of_triangle[triangle], edge))
     edge, triangle = edge[order], triangle[order]
+
     numbers, first, times = np.unique(edge, return_index=True, return_counts=True)
     surface = patches.surface_of_triangle[triangle]
     last = first + times - 1
     plain = (times <= 2) & (surface[first] == surface[last])
-    # where an edge is no curve any more, the patches on its sides are one
+    # patches on both sides of an edge that has ceased to be a curve become one
     inner = plain & (times == 2)
+
     a, b = (patches.patch_of_triangle[triangle[at[inner]]] for at in (first, last))
     links = coo_array((np.ones(len(a)), (a, b)), shape=(patches.n_patch, patches.n_patch))
     label = connected_components(links, directed=False)[1][patches.patch_of_triangle[keep]]
+
+    # Patches are numbered by their first triangle.
     _, at, patch = np.unique(label, return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(at))
+
     used = np.zeros(len(patches.local), dtype=bool)
     used[patches.triangles[keep]] = True
     number = np.cumsum(used) - 1
+
     curve = number[patches.curve_edges[numbers[~plain]]]
     return patches.changed(
         local=frozen(patches.local[used], np.float64),
@@ -160,6 +180,7 @@ def _without(patches: Patches, keep: np.ndarray) -> Patches:
 
 def _dropped(patches: Patches, rows: np.ndarray) -> dict[int, float]:
     """Area of the dropped triangles of each surface [m2]."""
+    # Half the norm of the cross product of two sides [m2]; `fsum` does not depend on the order.
     a, b, c = (patches.local[patches.triangles[rows, k]] for k in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     surface = patches.surface_of_triangle[rows]

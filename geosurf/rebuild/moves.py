@@ -30,6 +30,7 @@ def warnings_of_moves(given: Sequence[TriSurface], patches: Patches) -> tuple[Ge
     """
     if patches.report["largest_move"] <= _REPORTED:
         return ()
+
     names, far, place = [], 0.0, None
     for old, new in zip(given, patches.sources, strict=True):
         steps = np.linalg.norm(new.vertices - old.vertices, axis=1)
@@ -38,6 +39,7 @@ def warnings_of_moves(given: Sequence[TriSurface], patches: Patches) -> tuple[Ge
             names.append(old.name)
         if steps[row] > far:
             far, place = float(steps[row]), old.vertices[row]
+
     n = patches.report["moved_vertices"]
     count = "1 vertex" if n == 1 else f"{n} vertices"
     listed = ", ".join(repr(name) for name in names[:4]) + (" and others" if len(names) > 4 else "")

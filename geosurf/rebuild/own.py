@@ -17,19 +17,24 @@ from geosurf.arrangement.search import Contacts, find_contacts
 
 def with_own_contacts(contacts: Contacts) -> Contacts:
     """The contacts, with those of surfaces with themselves that sharing vertices asks for."""
+    # Faces that meet another surface.
     of = contacts.surface_of_face
     others = contacts.rows[of[contacts.rows[:, 0]] != of[contacts.rows[:, 1]], :2]
     met = np.zeros(len(of), dtype=bool)
     met[others] = True
+
     searched = {tuple(pair) for pair in contacts.options["pairs"]}
     more = []
     for i, surface in enumerate(contacts.surfaces):
+        # A graph over the map cannot meet itself.
         is_graph = surface.lattice is not None and surface.lattice.is_graph
         if is_graph or (i, i) in searched:
             continue
+        # A quick exact test of those faces alone: the full search follows only if some cross.
         faces = contacts.t[met & (of == i)]
         if len(faces) > 1 and len(crossing_pairs(contacts.x, faces)):
             more.append((i, i))
+
     if not more:
         return contacts
     pairs = [*contacts.options["pairs"], *more]

@@ -40,6 +40,8 @@ def unsound(contacts: Contacts, children: Children) -> np.ndarray:
     """Faces whose children turn over or cross another triangle once rounded (exact tests)."""
     if len(children.triangles) == 0:
         return np.empty(0, dtype=np.int64)
+
+    # Children that are thin enough for rounding to turn them over.
     rows = children.doubtful
     if len(rows):
         m, w = frame_of(children.x)
@@ -70,18 +72,24 @@ def cut_soundly(contacts: Contacts) -> tuple[Contacts, Children, dict[str, float
     bad = unsound(contacts, children)
     if len(bad) == 0:
         return contacts, children, {"moved_vertices": 0, "largest_move": 0.0}
+
+    # The steps get coarser; each one begins with the given surfaces, not with those that were
+    # moved.
     given = contacts.surfaces
     moved = [np.zeros(surface.n_vertex, dtype=bool) for surface in given]
     first, held = (contacts, bad), _held(given)
+
     shifts = [(partial(_shifted, draw=draw), SHIFT) for draw in range(DRAWS)]
     for move, step in (*((_rounded, step) for step in STEPS), *shifts):
         for _ in range(3):
+            # New contacts may need more vertices: up to three rounds for each step.
             _mark(contacts, bad, moved)
             surfaces = [_moved(s, m, move, step, held) for s, m in zip(given, moved, strict=True)]
             try:
                 contacts = with_own_contacts(find_contacts(surfaces, **contacts.options))
             except SurfaceError:
                 break  # a face lost its area at this step
+
             children = cut_contacts(contacts)
             bad = unsound(contacts, children)
             if len(bad) == 0:
@@ -96,19 +104,24 @@ def _mark(contacts: Contacts, faces: np.ndarray, moved: list[np.ndarray]) -> Non
     not asked for what neighbouring cells have in common, nor for a surface's own neighbours. What
     is moved must not depend on that.
     """
+    # Contacts inside faces bring their partners; those on boundaries depend on the search.
     faces = np.unique(faces)
     near = np.isin(contacts.rows[:, :2], faces).any(axis=1) & ~on_boundaries(contacts.rows)
     faces = np.union1d(faces, contacts.rows[near, :2])
+
     ids = np.zeros(contacts.n_vertex, dtype=bool)
     ids[contacts.t[faces]] = True
     for surface, marked, (nodes, of_node) in zip(
         contacts.surfaces, moved, contacts.nodes, strict=True
     ):
+        # The model box does not move.
         if surface.role == "wall":
             continue
         vertices = nodes[ids[of_node]]
         if surface.lattice is not None:
             vertices = surface.lattice.vertex_of_node.ravel()[vertices]
+
+        # All copies of a vertex move together.
         first = first_of_equals(surface)
         if first is not None:
             vertices = first[vertices]
@@ -134,10 +147,13 @@ def _shifted(places: np.ndarray, step: float, draw: int) -> np.ndarray:
 
     One draw may move two ends of a line so that it goes through the same place as before.
     """
+    # A hash of the bits of all three coordinates; equal places have equal bits.
     bits = np.ascontiguousarray(places + 0.0).view(np.uint64)
     mixed = bits * np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
     mixed ^= mixed >> np.uint64(29)
     one = mixed.sum(axis=1, dtype=np.uint64) * np.uint64(0xBF58476D1CE4E5B9)
+
+    # Bits of the hash decide between -1, 0 and 1 step on each axis.
     thirds = [(one >> np.uint64(k)) % np.uint64(3) for k in (17 - 3 * draw, 31 - draw, 45 + draw)]
     return _rounded(places, step) + step * (np.stack(thirds, axis=1).astype(np.float64) - 1.0)
 
@@ -148,11 +164,14 @@ def _moved(
     """The surface with some vertices rounded or shifted to multiples of a step."""
     if not moved.any():
         return surface
+
     vertices = surface.vertices.copy()
     there = move(vertices[moved], step)
+    # Coordinates of the box stay as they are, axis by axis.
     for axis in range(3):
         stays = np.isin(vertices[moved, axis], held[axis])
         vertices[moved, axis] = np.where(stays, vertices[moved, axis], there[:, axis])
+
     marks, triangles = dict(surface.vertex_data), _triangles(surface)
     marks.pop("node", None)  # what was moved lies over a node no more
     if not marks:  # torn sheets know their triangles by row
@@ -162,6 +181,7 @@ def _moved(
 
 def _without_shut(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Triangles but for those with two corners in one place, whose neighbours then meet there."""
+    # Each corner against the next one.
     corners = vertices[triangles]
     shut = (corners == np.roll(corners, 1, axis=1)).all(axis=2).any(axis=1)
     return triangles if shut.all() else triangles[~shut]
@@ -190,6 +210,8 @@ def _refusal(contacts: Contacts, bad: np.ndarray) -> RoundingError:
     face = bad[0]
     name = contacts.surfaces[contacts.surface_of_face[face]].name
     where = contacts.x[contacts.t[face, 0]] + contacts.origin
+
+    # The surfaces that meet the face, to name them in the error.
     near = (contacts.rows[:, :2] == face).any(axis=1)
     met = np.unique(contacts.surface_of_face[contacts.rows[near, :2]])
     others = [contacts.surfaces[i].name for i in met.tolist()]

@@ -32,21 +32,30 @@ def crossing_faces(contacts: Contacts, children: Children) -> np.ndarray:
     if len(thin) == 0 and len(near) == 0:
         return thin
     t = children.triangles
+
     if children.collisions:  # distinct points in one place are one vertex of the result
         number, _ = weld(children.x)
         t = np.unique(number, return_index=True)[1][number][t]
+
+    # Children, then the faces that were not cut: all triangles of the result that matter.
     uncut = np.ones(len(contacts.t), dtype=bool)
     uncut[children.cut] = False
     uncut = np.flatnonzero(uncut)
     pieces = np.concatenate([t, contacts.t[uncut]])
     face = np.concatenate([children.parent, uncut])
+
+    # Only triangles that are thin, or near others, can cross after rounding.
     suspect = _of_near_pairs(contacts, near, children.x, pieces, face)
     suspect[thin] = True
     if not suspect.any():
         return thin
+
+    # Neighbours of suspects share their moved points.
     touched = np.zeros(len(children.x), dtype=bool)
     touched[pieces[suspect]] = True
     suspect[: len(t)] |= touched[t].any(axis=1)
+
+    # Twins of an overlap would cross in their whole area: each triangle once.
     once = _once(pieces, suspect)
     mine, others = once[suspect[once]], once[~suspect[once]]
     pairs = crossing_pairs(children.x, pieces[mine], pieces[others])
@@ -69,10 +78,13 @@ def near_pairs(contacts: Contacts) -> np.ndarray:
     """Near pairs (n, 2) of faces that rounding could change: the same for any search."""
     if len(contacts.near) == 0:
         return contacts.near
+
     pairs = np.unique(np.sort(contacts.near, axis=1), axis=0)
     n = len(contacts.t)
     met = np.sort(contacts.rows[:, :2], axis=1)
     meet = np.isin(pairs[:, 0] * n + pairs[:, 1], met[:, 0] * n + met[:, 1])
+
+    # Pairs that meet stay in contact; only the relation of the others can change.
     m, w = contacts.m.copy(), contacts.w
     return pairs[unstable_pairs(contacts.x, contacts.t, m, w, pairs, meet, ULP)]
 
@@ -84,12 +96,18 @@ def _of_near_pairs(
     suspect = np.zeros(len(pieces), dtype=bool)
     if len(pairs) == 0:
         return suspect
+
+    # Rows of `pieces` by face, with offsets.
     order = np.argsort(face, kind="stable")
     start = np.searchsorted(face[order], np.arange(len(contacts.t) + 1))
     one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
+
+    # All pieces of one face against the other face of the pair.
     count = start[one + 1] - start[one]
     first = np.cumsum(count) - count
     piece = order[np.repeat(start[one] - first, count) + np.arange(count.sum())]
+
+    # A piece away from the other face cannot cross it.
     boxes = triangle_boxes(x, pieces)[piece]
     reach = np.repeat(triangle_boxes(contacts.x, contacts.t)[other], count, axis=0)
     meets = (boxes[:, :3] <= reach[:, 3:]) & (reach[:, :3] <= boxes[:, 3:])

@@ -280,7 +280,7 @@ def read_table(kind: type, at: KeyPath, found: Mapping[str, Any], **more: Any) -
     found : mapping
         What TOML gave.
     **more
-        Fields that are no keys.
+        Values of fields that have no key in the file.
 
     Returns
     -------

@@ -47,11 +47,7 @@ def merge_pairs(
     smooth: bool,
 ) -> Curves:
     """Return the curves of all pairs as one; smooth ones have no segments in common."""
-    if smooth:
-        from geosurf.intersect.dial import merge_smooth
-
-        return merge_smooth(names, origin, parts)
-    return merge_curves(names, origin, parts)
+    return merge_curves(names, origin, parts, smooth=smooth)
 
 
 __all__ = ["curves_of_pair", "merge_pairs"]

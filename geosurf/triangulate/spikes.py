@@ -29,7 +29,7 @@ MARKS = (999.0, 999.25, 9999.0, 99999.0, 999999.0, 9999900.0, 32767.0, 32768.0, 
 _UNITS = (1.0, 0.3048, 1200.0 / 3937.0, 1000.0)
 _FAR = 5.0  # times all other steps, or more
 _CLEAR = 100.0  # [m] from a mark to the next value, at least, where values alone are compared
-_FEW = 0.1  # of all nodes: more than these are no spikes
+_FEW = 0.1  # of all nodes: more outliers than these are data, not spikes
 _ENOUGH = 8  # other steps, to know what is usual
 
 

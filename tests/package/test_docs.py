@@ -117,9 +117,12 @@ def test_the_lines_of_the_readme_run(tmp_path: Path, monkeypatch, capsys) -> Non
 @pytest.mark.filterwarnings("default::geosurf.GeosurfWarning")
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of matplotlib's and pyvista's own
 @pytest.mark.parametrize("page", [DOCS / "get_started" / "own_data.md", *GUIDES], ids=name_of)
-def test_the_code_of_a_guide_runs_in_an_empty_folder(page: Path, tmp_path, monkeypatch) -> None:
+def test_the_code_of_a_guide_runs_in_an_empty_folder(page, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
-    run_blocks(page)
+    assert BLOCK.search(page.read_text(encoding="utf-8")), "the page has no code"
+    names = run_blocks(page)
+    assert set(names) - {"__builtins__"}, "the code defines nothing"
+    assert capsys.readouterr().out.strip(), "the code prints nothing"
 
 
 def test_own_data_become_units_in_twenty_lines(tmp_path: Path, monkeypatch, capsys) -> None:

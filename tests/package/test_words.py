@@ -1,6 +1,6 @@
 """Everything that users read keeps to one vocabulary: `TERMS` has the standard words.
 
-``python -m tests.package.test_words`` lists all hits, also those of areas that are still `PENDING`.
+``python -m tests.package.test_words`` lists all hits.
 """
 
 from __future__ import annotations
@@ -19,9 +19,6 @@ from geosurf.cli import build_parser
 
 ROOT = Path(__file__).resolve().parents[2]
 MOST_WORDS = 35  # in one sentence of a message
-
-# areas whose texts are not yet checked: an empty tuple checks everything
-PENDING: tuple[str, ...] = ()
 
 # pattern of a banned word: the standard term
 TERMS = {
@@ -196,13 +193,9 @@ def _by_area() -> dict[str, list[str]]:
 HITS = _by_area()
 
 
-@pytest.mark.parametrize("area", [area for area in HITS if area not in PENDING])
+@pytest.mark.parametrize("area", HITS)
 def test_texts_keep_to_the_vocabulary(area: str) -> None:
     assert not HITS[area], "\n".join(HITS[area])
-
-
-def test_every_pending_area_exists() -> None:
-    assert set(PENDING) <= set(HITS)
 
 
 @pytest.mark.parametrize(
