@@ -63,6 +63,16 @@ class FaultCut(Noun):
         return f"<FaultCut {self.fault!r}: {len(self.along)} stations, {throw}{ends}>"
 
 
+# kinds of warnings about what closed a sheet where its faults alone did not
+REMEDIES = (
+    "fault extended",
+    "tear ended early",
+    "tear left out",
+    "trim changed",
+    "wall made level",
+)
+
+
 def _grouped(number: int) -> str:
     """A whole number with spaces between its thousands."""
     return f"{number:,}".replace(",", " ")
@@ -75,7 +85,9 @@ class SheetReport:
     Attributes
     ----------
     trim : float
-        Data closer to a fault than this were ignored [cells of the grid].
+        Data closer to a fault than this were ignored [cells of the grid]: the widest of `trims`.
+    trims : dict of str to float
+        The same by fault.
     cell : float
         One cell [m].
     n_data, n_ignored, n_solved : int
@@ -101,10 +113,12 @@ class SheetReport:
     notes : list of str
         Sentences for the user.
     warnings : tuple of GeosurfWarning
-        Throw that the data show where a fault ends, and the sheet does not have.
+        What closed the sheet where its faults alone did not (kinds in `REMEDIES`), and throw that
+        the data show where a fault ends, and the sheet does not have.
     """
 
     trim: float = 0.0
+    trims: dict[str, float] = field(default_factory=dict)
     cell: float = 0.0
     n_data: int = 0
     n_ignored: int = 0
@@ -121,6 +135,17 @@ class SheetReport:
     notes: list[str] = field(default_factory=list)
     warnings: tuple[GeosurfWarning, ...] = ()
 
+    @property
+    def remedies(self) -> tuple[GeosurfWarning, ...]:
+        """Those of `warnings` that closed the sheet; none if its faults alone did."""
+        return tuple(warning for warning in self.warnings if warning.kind in REMEDIES)
+
+    def _trims(self) -> str:
+        """The trim of all faults, or of each."""
+        if len(set(self.trims.values())) < 2:
+            return f"{self.trim:g}"
+        return ", ".join(f"{trim:g} ({name})" for name, trim in self.trims.items())
+
     def __repr__(self) -> str:
         def figures(values: dict[str, float]) -> str:
             """Figures of a misfit in one line."""
@@ -128,7 +153,7 @@ class SheetReport:
 
         changes = sum(self.sign_changes.values())
         lines = [
-            f"trim {self.trim:g} cells of {self.cell:.6g} m",
+            f"trim {self._trims()} cells of {self.cell:.6g} m",
             f"{_grouped(self.n_ignored)} of {_grouped(self.n_data)} data ignored near faults",
             f"{_grouped(self.n_solved)} nodes interpolated",
             f"misfit at the data in use [m]: {figures(self.misfit)}",
@@ -163,11 +188,14 @@ class TrimProposal:
     misfit : tuple of float
         90th percentile of the misfit of ignored data, by distance from the nearest fault: below one
         cell, one to two, and so on [m].
+    of_fault : dict of str to float
+        The proposal for each fault alone [cells]; `trim` where too few data are near it.
     """
 
     trim: float
     smear: float | None
     misfit: tuple[float, ...]
+    of_fault: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         bins = ", ".join(f"{value:.3g}" for value in self.misfit)
@@ -177,6 +205,7 @@ class TrimProposal:
         return (
             f"proposed trim: {self.trim:g} cells ({why})\n"
             f"misfit of ignored data by distance from a fault in cells [m]: {bins}"
+            + "".join(f"\n{name}: {trim:g} cells" for name, trim in self.of_fault.items())
         )
 
 

@@ -8,34 +8,33 @@ from typing import Any
 
 import numpy as np
 
-from geosurf.conventions import is_number, rising_diagonal
+from geosurf.conventions import did_you_mean, is_number
 from geosurf.errors import InputError
-from geosurf.model import Sheet, TriSurface
+from geosurf.model import FaultCut, Sheet, TriSurface
 from geosurf.model.expected import flag_of
-from geosurf.sheets.faults.traces import mesh_in_frame
-from geosurf.sheets.heights.empty_blocks import refuse_empty_blocks
-from geosurf.sheets.heights.missing import continued, missing_blocks, refuse_missing
-from geosurf.sheets.heights.passes import Rebuilt, rebuild, solver_of
-from geosurf.sheets.heights.point_solver import PointSolver
+from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.lattice.data import picks_or_points
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.scattered import Scattered
-from geosurf.sheets.mesh.build import Built, build
-from geosurf.sheets.mesh.carry_on import carry_on_by, ghosts_by_picks
+from geosurf.sheets.mesh.close import Closed, close
 from geosurf.sheets.mesh.finish import (
     crs_among,
     fault_surfaces,
+    lost_cutoffs,
+    open_faults,
     refuse_leaks,
     refuse_lost_cutoffs,
     sheet_of,
 )
-from geosurf.sheets.mesh.overlap_points import ghosts_by_points
 from geosurf.sheets.report.describe import fault_cuts, make_report
+from geosurf.sheets.report.propose_trim import trims_of
 from geosurf.triangulate import triangulate_horizon
 from geosurf.triangulate.horizon import EXTRAPOLATED
 from geosurf.warning import warn
 
 __all__ = ["tear_horizon"]
+
+TRIM_CHANGES = (0.0, 1.0, -0.5, 2.0)  # cells by which trims are changed where a sheet stays open
 
 
 def tear_horizon(
@@ -43,7 +42,7 @@ def tear_horizon(
     faults: Mapping[str, Any] | Sequence[TriSurface],
     *,
     name: str | None = None,
-    trim: float = 2.0,
+    trim: float | str | Mapping[str, float] = "auto",
     noise: float | None = None,
     spacing: float | None = None,
     fill_empty_blocks: bool = False,
@@ -65,9 +64,11 @@ def tear_horizon(
         Anything that `triangulate_fault` takes. They tear the horizon exactly as far as they reach.
     name : str, optional
         Default: the name of the data.
-    trim : float
+    trim : "auto", float or mapping of str to float
         Ignore data closer to a fault than this, measured at their own height [cells of the grid].
-        Use at least one and a half times the half width of the smear.
+        ``"auto"`` estimates it for each fault from data that are held out (`propose_trim`), 1.5 to
+        4 cells; it is 2 cells where the data do not show it. A mapping sets it by fault, and the
+        others are estimated.
     noise : float, optional
         Standard deviation of the data's noise [m]; 0 to meet them exactly. Default: estimated.
     spacing : float, optional
@@ -121,32 +122,22 @@ def tear_horizon(
     >>> sheet.report.tips, sheet.report.declared_tips
     (2, 2)
     """
-    if not (is_number(trim) and trim > 0):
-        raise InputError(f"trim is {trim!r}, expected cells above 0; 2 is a good start.")
     if noise is not None and not (is_number(noise) and noise >= 0):
         raise InputError(f"noise is {noise!r}, expected metres, 0 or more.")
     fill = flag_of(fill_empty_blocks, "fill_empty_blocks")
 
     # read horizon and faults
     surfaces = fault_surfaces(faults)
+    _check_trim(trim, surfaces)
     picks = picks_or_points(data, name, positive, length_unit, spacing)
     crs = crs_among(picks.name, data, surfaces)
 
-    # heights of all nodes, then a torn mesh that the faults close
-    picks, rebuilt, filled = _rebuilt_blocks(picks, surfaces, float(trim), noise, fill)
-    refuse_empty_blocks(picks, rebuilt.state, [surface.name for surface in surfaces])
-    built = _built(picks, rebuilt, surfaces)
-    refuse_leaks(picks, built, surfaces, float(trim))
-
-    # cut-offs and report
-    cuts = fault_cuts(picks.frame, built, surfaces)
-    refuse_lost_cutoffs(picks, built, cuts)
-    solver = rebuilt.solver
-    used = solver.noise.deviation if solver.noise.weight is not None else None
-    report = make_report(picks, built, cuts, float(trim), used, solver.inputs.nearby, filled)
+    # heights of all nodes, a torn mesh that the faults close, cut-offs and report
+    closed, cuts = _torn(picks, surfaces, trims_of(trim, picks, surfaces), noise, fill)
+    report = make_report(closed, cuts)
     for warning in report.warnings:
         warn(warning)
-    sheet = sheet_of(picks, built, surfaces, cuts, report)
+    sheet = sheet_of(closed.picks, closed.built, closed.faults, cuts, report)
     return replace(sheet, crs=crs, extrapolated=_extrapolated(data, sheet.lattice.shape))
 
 
@@ -163,37 +154,52 @@ def _extrapolated(data: Any, shape: tuple[int, int]) -> np.ndarray | None:
     return found
 
 
-def _rebuilt_blocks(
-    picks: Picks,
-    surfaces: Sequence[TriSurface],
-    trim: float,
+def _torn(
+    picks: Picks | Scattered,
+    faults: Sequence[TriSurface],
+    trims: Trims,
     noise: float | None,
     fill_empty_blocks: bool,
-) -> tuple[Picks, Rebuilt, list[dict]]:
-    """Heights of all nodes, once more where blocks at a fault without data were filled.
+) -> tuple[Closed, dict[str, FaultCut]]:
+    """A closed mesh with cut-offs on all faults, with other trims where those given do not do.
 
-    Returns the picks with those blocks, the heights, and notes of the blocks.
+    Raises
+    ------
+    GeometryError
+        If none of them does: of the trims that were given.
     """
-    meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
-    rebuilt = rebuild(solver_of(picks, meshes, trim, noise, fill_empty_blocks))
-    missing = missing_blocks(picks, rebuilt.state, meshes)
-    filled: list[dict] = []
-    if missing and fill_empty_blocks:
-        picks, filled = continued(picks, missing)
-        rebuilt = rebuild(solver_of(picks, meshes, trim, noise, fill_empty_blocks))
-        missing = missing_blocks(picks, rebuilt.state, meshes)
-    refuse_missing(picks, missing)
-    return picks, rebuilt, filled
+    tried: list[tuple[Closed, dict[str, FaultCut]]] = []
+    bad: set[int] = set()
+    for change in TRIM_CHANGES:
+        used = trims.changed(bad, change)
+        closed = close(picks, faults, used, noise, fill_empty_blocks, trims)
+        cuts = fault_cuts(picks.frame, closed.built, closed.faults)
+        lost = lost_cutoffs(closed.built, cuts)
+        if lost and not closed.built.is_open:  # a wall is above or below its fault all along
+            closed = close(picks, faults, used, noise, fill_empty_blocks, trims, lost)
+            cuts = fault_cuts(picks.frame, closed.built, closed.faults)
+            lost = lost_cutoffs(closed.built, cuts)
+        found = open_faults(closed.built) | lost
+        if not found:
+            return closed, cuts
+        tried.append((closed, cuts))
+        bad |= found
+    closed, cuts = tried[0]
+    refuse_leaks(closed.picks, closed.built, closed.faults, closed.trims.widest)
+    refuse_lost_cutoffs(closed.picks, closed.built, cuts)
+    raise AssertionError("an open sheet has neither leaks nor lost cut-offs")
 
 
-def _built(picks: Picks, rebuilt: Rebuilt, surfaces: Sequence[TriSurface]) -> Built:
-    """The torn mesh, with ghosts on the sheets of their walls."""
-    rising = rising_diagonal(picks.frame.easting, picks.frame.northing)
-    solver, weight = rebuilt.solver, rebuilt.solver.noise.weight
-    if isinstance(picks, Scattered):
-        known = ghosts_by_points(picks, weight)
-    else:
-        assert not isinstance(solver, PointSolver)
-        known = ghosts_by_picks(picks, weight, solver.grid.mark)
-    carry_on = carry_on_by(picks.frame, weight, known)
-    return build(picks, rebuilt.state, surfaces, rising, carry_on, rebuilt.torn_between)
+def _check_trim(trim: Any, faults: Sequence[TriSurface]) -> None:
+    """Refuse a trim that is neither "auto" nor a number of cells, for all faults or by fault."""
+    if isinstance(trim, Mapping):
+        names = [fault.name for fault in faults]
+        for name, value in trim.items():
+            if name not in names:
+                raise InputError(
+                    f"trim names {name!r}, which is not a fault.{did_you_mean(str(name), names)} "
+                    f"The faults are {', '.join(map(repr, names))}."
+                )
+            _check_trim(value, faults)
+    elif trim != "auto" and not (is_number(trim) and trim > 0):
+        raise InputError(f'trim is {trim!r}, expected "auto", cells above 0, or {{fault: cells}}.')

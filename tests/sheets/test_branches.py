@@ -24,7 +24,8 @@ def acute():
 
 
 def test_a_branch_that_is_torn_short_of_its_main_fault_is_told_as_a_place(acute):
-    sheet = gs.tear_horizon(acute.horizons["Top"], acute.faults, name="Top", trim=2.25)
+    with pytest.warns(gs.GeosurfWarning, match=r"branch of F1, ends at"):
+        sheet = gs.tear_horizon(acute.horizons["Top"], acute.faults, name="Top", trim=2.25)
     lost = measure(acute, sheet, "F2").throw.max()
     notes = [note for note in sheet.report.notes if "truncate_faults" in note]
     assert (lost > 5.0) == bool(notes) == (sheet.report.shortened.get("F2", 0) > 0)

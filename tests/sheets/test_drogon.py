@@ -114,11 +114,16 @@ def test_a_fault_beyond_a_slanted_area_is_left_out(sheets):
     assert scene.units.volume == pytest.approx(700.0 * area, rel=1e-9)
 
 
-def test_a_fault_that_is_not_tall_enough_is_refused_with_the_place(field):
+def test_a_fault_that_is_not_tall_enough_is_extended_and_the_place_is_named(field):
     """F2 as it was picked ends above the base of the reservoir."""
     points, sticks = field
-    with pytest.raises(gs.errors.GeometryError, match=r"could not be cut.*first at \(E 46"):
-        gs.tear_horizon(points["BaseVolantis"], {"F2": sticks["F2"]}, name="BaseVolantis")
+    with pytest.warns(gs.GeosurfWarning, match=r"leaves fault 'F2' at its rim, near \(E 46"):
+        sheet = gs.tear_horizon(points["BaseVolantis"], {"F2": sticks["F2"]}, name="BaseVolantis")
+    (remedy,) = [one for one in sheet.report.remedies if one.kind == "fault extended"]
+    assert remedy.subject == "F2"
+    (fault,) = sheet.faults
+    assert fault.bounds[4] < gs.triangulate_fault(sticks["F2"], name="F2").bounds[4] - 10.0
+    assert gs.Scene({"BaseVolantis": sheet}, {"F2": fault}).surface("BaseVolantis").n_triangle
 
 
 def test_throw_of_extended_faults_is_that_of_the_cuts(field):

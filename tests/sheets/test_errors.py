@@ -22,12 +22,20 @@ def world():
 
 def test_choices_out_of_range(world):
     top = world.horizons["Top"]
-    with pytest.raises(InputError, match=r"trim is 0, expected cells above 0; 2 is"):
+    with pytest.raises(
+        InputError, match=r'trim is 0, expected "auto", cells above 0, or \{fault: cells\}\.'
+    ):
         gs.tear_horizon(top, world.faults, trim=0)
     with pytest.raises(InputError, match=r"noise is -1, expected metres, 0 or more"):
         gs.tear_horizon(top, world.faults, noise=-1)
-    with pytest.raises(InputError, match=r"trim is '2', expected cells above 0; 2 is"):
+    with pytest.raises(
+        InputError, match=r"trim is '2', expected .auto., cells above 0, or \{fault: cells\}\."
+    ):
         gs.tear_horizon(top, world.faults, trim="2")
+    with pytest.raises(
+        InputError, match=r"trim names 'F2', which is not a fault\. The faults are 'F1'"
+    ):
+        gs.tear_horizon(top, world.faults, trim={"F2": 2})
     with pytest.raises(InputError, match=r"noise is '1', expected metres, 0 or more"):
         gs.tear_horizon(top, world.faults, noise="1")
 

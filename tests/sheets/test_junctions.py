@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import geosurf as gs
+from geosurf.sheets import tear
 from geosurf.sheets.mesh import build
 from tests.sheets.junctions import KINDS, junction, misses
 
@@ -54,7 +55,8 @@ def test_a_refusal_names_its_fault_and_the_place_is_drawn(tmp_path, monkeypatch)
         gs.write(fault, tmp_path / f"{name}.ts")
         text += f'[[faults]]\nname = "{name}"\nfile = "{name}.ts"\n'
     (tmp_path / "scenario.toml").write_text(text)
-    words = r"'Top' could not be cut at fault 'F3': \d+ edges .*truncate_faults.* try trim=2.5"
+    monkeypatch.setattr(tear, "TRIM_CHANGES", (0.0,))
+    words = r"'Top' could not be cut at fault 'F3': \d+ edges .*truncate_faults.* were tried"
     with pytest.raises(gs.errors.GeometryError, match=words) as caught:
         gs.run_scenario(tmp_path / "scenario.toml", tmp_path / "out")
     assert caught.value.surfaces == ("Top", "F3")

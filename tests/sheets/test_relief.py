@@ -11,6 +11,7 @@ import geosurf as gs
 from geosurf.kernels.sheets.envelope_solver import add_squares
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights import grid_solver, point_solver
+from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.heights.passes import rebuild, solver_of
 from geosurf.sheets.heights.relief import ORDERS, common_relief
 from geosurf.sheets.heights.state import Heights
@@ -51,7 +52,7 @@ def rebuilt(points: np.ndarray, faults, noise: float = 2.0) -> tuple[Picks, Heig
     meshes = [
         mesh_in_frame(gs.triangulate_fault(f, name=k), picks.frame) for k, f in faults.items()
     ]
-    return picks, rebuild(solver_of(picks, meshes, 0.25, noise)).state
+    return picks, rebuild(solver_of(picks, meshes, Trims((0.25,) * len(meshes)), noise)).state
 
 
 def upright(height, n: int = 31, step: float = 10.0):

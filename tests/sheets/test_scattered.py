@@ -10,7 +10,7 @@ import geosurf as gs
 from geosurf.errors import GeometryError, HorizonError, InputError
 from geosurf.sheets.faults.cut_edges import FALLING
 from geosurf.sheets.faults.traces import mesh_in_frame
-from geosurf.sheets.heights.inputs import inputs_of
+from geosurf.sheets.heights.inputs import Trims, inputs_of
 from geosurf.sheets.heights.passes import rebuild
 from geosurf.sheets.heights.point_solver import PointSolver
 from geosurf.sheets.lattice.scattered import proposed_spacing, scattered
@@ -102,7 +102,7 @@ def test_no_point_speaks_across_a_cut(normal):
     points = normal.truth["scattered"](3000)
     picks = scattered("Top", points, 25.0)
     meshes = [mesh_in_frame(f, picks.frame) for f in fault_surfaces(normal.faults)]
-    solver = PointSolver.over(inputs_of(picks, meshes, 1.0))
+    solver = PointSolver.over(inputs_of(picks, meshes, Trims((1.0,) * len(meshes))))
     cuts = rebuild(solver).state.cuts
     links = set(zip(*(end.tolist() for end in cuts.ends(picks.frame.shape[1])), strict=True))
     links |= {(b, a) for a, b in links}

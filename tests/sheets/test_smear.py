@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import geosurf as gs
 from geosurf.sheets.faults.traces import mesh_in_frame
+from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.heights.passes import rebuild, solver_of
 from geosurf.sheets.heights.smear import BIN, Smear, distances, smear_of
 from geosurf.sheets.lattice.data import picks_of
@@ -26,7 +27,9 @@ def test_the_smear_of_a_grid_ends_where_its_window_does(kind):
     world = gs.synthetic.torn(kind, 81)
     picks = picks_of(world.horizons["Top"], "Top")
     meshes = [mesh_in_frame(fault, picks.frame) for fault in fault_surfaces(world.faults)]
-    spread = rebuild(solver_of(picks, meshes, 2.0, noise=0.0)).evidence.smear.spread
+    spread = rebuild(
+        solver_of(picks, meshes, Trims((2.0,) * len(meshes)), noise=0.0)
+    ).evidence.smear.spread
     end = int(np.ceil(np.sqrt(2.0) / BIN))
     assert (spread[end:] < 0.1).all()
     assert (spread[: end - 1] > 0.3).all()

@@ -7,6 +7,7 @@ fault, the mesh never does: a tear that is longer than its fault is a hole.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ from geosurf.sheets.faults.traces import Trace
 from geosurf.sheets.lattice.frame import Frame
 
 EAST, NORTH, RISING, FALLING = range(4)
+
+Part = tuple[int, float, float]  # of a trace: its number, first and last place along it [cells]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,3 +94,14 @@ def whole_units(xy: np.ndarray) -> np.ndarray:
 def within(cuts: Cuts, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Rows whose place lies between limits given per trace."""
     return (cuts.place >= low[cuts.trace]) & (cuts.place <= high[cuts.trace])
+
+
+def is_torn(cuts: Cuts, untorn: Sequence[Part], traces: Sequence[Trace]) -> np.ndarray:
+    """Cut links, bool (n,), outside of parts (trace, first, last) of traces [cells] left out."""
+    out = np.ones(len(cuts.place), dtype=bool)
+    for trace, first, last in untorn:
+        along = traces[trace].along
+        vertex = np.arange(len(along))
+        low, high = np.interp([first, last], along, vertex)
+        out &= (cuts.trace != trace) | (cuts.place < low) | (cuts.place > high)
+    return out

@@ -15,7 +15,7 @@ from geosurf.sheets.heights.state import Heights, Tears
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.sets import distinct, is_among
 
-SLIVER = 12  # nodes: blocks without data up to this size are always filled
+SLIVER = 60  # nodes: blocks without data up to this size are always filled
 
 
 def bridge(

@@ -32,6 +32,7 @@ from geosurf.sheets.lattice.working_grid import WorkingGrid
 
 FILL = 16.0  # cells: absent nodes next to a trace are filled in gaps up to this width
 WEDGE = 1.5  # trims, and at least
+BETWEEN = 3.0  # trims from each of two faults within which a node is in a wedge between them
 FEWEST = 4.0  # steps of extrapolation, from which ignored data are used in wedges
 UNSEEN_PULL = 0.1  # and their weight, while the smear is not known
 HOLDS = 0.5  # trims from a fault beyond which an ignored datum will do for a block without others
@@ -137,7 +138,9 @@ class GridSolver:
 
         # data that draw nodes: noisy ones, and in wedges ignored ones
         steps = steps_to_known(graph, np.where(is_unknown, 0, -1))
-        wedge = wedge_nodes(graph, steps, int(far_from_data(selection.trim)), evidence.smear)
+        reach = int(far_from_data(selection.trim))
+        lonely = (steps > reach) & ~_is_between_faults(band, tears, selection.trim)
+        wedge = wedge_nodes(graph, np.where(lonely, 0, steps), reach, evidence.smear)
         targets = self._targets(every, noisy, band[wedge], selection, evidence)
 
         # blocks that no datum reaches are joined to a neighbour, if they may
@@ -271,3 +274,14 @@ class GridSolver:
             tears.near, evidence.apart, common_of, evidence.apart_is_final
         )
         return bent, apart
+
+
+def _is_between_faults(nodes: np.ndarray, tears: Tears, trim: float) -> np.ndarray:
+    """Nodes (n,), bool, that are near two faults: what both ignore leaves wedges without data."""
+    count = np.zeros(len(nodes), dtype=np.int64)
+    of_fault: dict[int, list[np.ndarray]] = {}
+    for trace, near in zip(tears.network.traces, tears.near, strict=True):
+        of_fault.setdefault(trace.fault, []).append(near.nodes_within(BETWEEN * trim))
+    for found in of_fault.values():
+        count += is_among(nodes, distinct(*found))
+    return count >= 2

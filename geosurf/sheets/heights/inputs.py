@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,37 @@ from geosurf.sheets.lattice.drape import draped
 from geosurf.sheets.lattice.picks import Picks
 
 FIRST_TRIM = 3.0  # cells
+
+
+@dataclass(frozen=True)
+class Trims:
+    """Distance from each fault within which data are ignored [cells].
+
+    Attributes
+    ----------
+    of_fault : tuple of float
+    """
+
+    of_fault: tuple[float, ...]
+
+    @property
+    def widest(self) -> float:
+        """The largest of them."""
+        return max(self.of_fault, default=1.0)
+
+    @property
+    def shares(self) -> list[float]:
+        """Each as a share of the widest."""
+        return [trim / self.widest for trim in self.of_fault]
+
+    def changed(self, faults: Collection[int], by: float) -> Trims:
+        """The same with those of some faults, by number, wider or narrower; none below a cell."""
+        return Trims(
+            tuple(
+                max(trim + by, min(trim, 1.0)) if k in faults else trim
+                for k, trim in enumerate(self.of_fault)
+            )
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +80,9 @@ class Inputs:
         For each fault.
     trim, first_trim : float
         Picks closer to a fault than this are ignored, in the last pass and in the first [cells].
+        For the fault with the widest trim.
+    shares : list of float
+        Trim of each fault as a share of the widest.
     """
 
     picks: Picks
@@ -55,12 +90,13 @@ class Inputs:
     nearby: list[NearPicks]
     trim: float
     first_trim: float
+    shares: list[float]
 
     def within(self, trim: float) -> np.ndarray:
-        """Picks closer to any fault than some cells, bool (n_pick,)."""
+        """Picks closer to any fault than its share of some cells, bool (n_pick,)."""
         found = np.zeros(len(self.picks.z), dtype=bool)
-        for near in self.nearby:
-            found[near.rows[near.far < trim]] = True
+        for near, share in zip(self.nearby, self.shares, strict=True):
+            found[near.rows[near.far < trim * share]] = True
         return found
 
     def network(self, heights: np.ndarray, filled: np.ndarray) -> Network:
@@ -76,8 +112,9 @@ class Inputs:
         return self.network(heights, filled)
 
 
-def inputs_of(picks: Picks, meshes: list[FaultMesh], trim: float) -> Inputs:
+def inputs_of(picks: Picks, meshes: list[FaultMesh], trims: Trims) -> Inputs:
     """Find the picks near each fault, and how many of them the first pass ignores."""
+    trim = trims.widest
     first_trim = max(FIRST_TRIM, trim)
     half = 0.5 * widest_overlap(picks, meshes)
     if half > first_trim + 1.0:
@@ -91,7 +128,8 @@ def inputs_of(picks: Picks, meshes: list[FaultMesh], trim: float) -> Inputs:
         """Picks near one fault."""
         return _near_picks(picks, mesh, reach, levels)
 
-    return Inputs(picks, meshes, map_threads(near, [(mesh,) for mesh in meshes]), trim, first_trim)
+    nearby = map_threads(near, [(mesh,) for mesh in meshes])
+    return Inputs(picks, meshes, nearby, trim, first_trim, trims.shares)
 
 
 def _near_picks(

@@ -8,15 +8,17 @@ sheet of the other side overlaps, values beyond the trace belong to it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from geosurf.sheets.faults.cut_edges import Part
 from geosurf.sheets.faults.fault_distance import near_traces
 from geosurf.sheets.faults.traces import FaultMesh
 from geosurf.sheets.heights.evidence import overlapping_traces, picks_in_gaps, smear_seen
 from geosurf.sheets.heights.grid_solver import GridSolver, far_from_data
-from geosurf.sheets.heights.inputs import inputs_of
+from geosurf.sheets.heights.inputs import Trims, inputs_of
 from geosurf.sheets.heights.point_solver import PointSolver
 from geosurf.sheets.heights.selection import select
 from geosurf.sheets.heights.state import Evidence, Heights, Selection, Tears
@@ -48,9 +50,14 @@ class Rebuilt:
     evidence: Evidence
     state: Heights
 
-    def torn_between(self, state: Heights, limits: np.ndarray) -> Heights:
-        """The second pass again, torn between other places (n_trace, 2) of the same traces."""
-        tears = state.tears.between(limits)
+    def torn_between(
+        self, state: Heights, limits: np.ndarray, untorn: Sequence[Part] = ()
+    ) -> Heights:
+        """The second pass again, torn between other places (n_trace, 2) of the same traces.
+
+        `untorn` are parts of traces, between two places along them [cells], that are left out.
+        """
+        tears = state.tears.between(limits).without(untorn)
         found = self.solver.solve(self.selection, tears, self.evidence)
         return replace(found, walls=state.walls, in_gap=state.in_gap)
 
@@ -58,12 +65,12 @@ class Rebuilt:
 def solver_of(
     picks: Picks,
     meshes: list[FaultMesh],
-    trim: float,
+    trims: Trims,
     noise: float | None = None,
     fill_empty_blocks: bool = False,
 ) -> Solver:
     """The solver that fits the data; `noise` is its standard deviation [m], None to estimate it."""
-    inputs = inputs_of(picks, meshes, trim)
+    inputs = inputs_of(picks, meshes, trims)
     solver = GridSolver.over(inputs) if picks.on_nodes else PointSolver.over(inputs)
     estimate, signal = solver.estimate_noise()
     deviation = estimate if noise is None else float(noise)

@@ -48,7 +48,12 @@ def _wrong_side(
             wrong[rows[inside & (heave > SENSE) & (in_gap | (several & close))]] = True
 
             # in an overlap, picks across belong to the sheet of the other side
-            mine = across & (heave < -SENSE) & (far >= inputs.trim) & ~ignored[rows]
+            mine = (
+                across
+                & (heave < -SENSE)
+                & (far >= inputs.trim * inputs.shares[network.traces[number].fault])
+                & ~ignored[rows]
+            )
             number_of = np.full(mine.sum(), number)
             beyond.append(np.stack([rows[mine], number_of, side[mine].astype(np.int64)], axis=1))
         wrong[rows[across]] = True

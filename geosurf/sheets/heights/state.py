@@ -5,11 +5,12 @@ All of them are frozen: a pass takes some and returns new ones.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from geosurf.sheets.faults.cut_edges import Cuts, within
+from geosurf.sheets.faults.cut_edges import Cuts, Part, is_torn, within
 from geosurf.sheets.faults.fault_distance import NearTrace
 from geosurf.sheets.faults.heave import Walls, walls_of
 from geosurf.sheets.faults.network import Network
@@ -32,6 +33,11 @@ class Tears:
         """The same traces, torn between two places (n_trace, 2) of each."""
         every = self.network.cuts
         return replace(self, cuts=every.take(np.flatnonzero(within(every, *limits.T))))
+
+    def without(self, untorn: Sequence[Part]) -> Tears:
+        """The same except some parts of traces, between two places along them [cells]."""
+        torn = is_torn(self.cuts, untorn, self.network.traces)
+        return replace(self, cuts=self.cuts.take(np.flatnonzero(torn)))
 
 
 @dataclass(frozen=True, eq=False)

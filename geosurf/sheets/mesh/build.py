@@ -13,21 +13,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from geosurf.model import TriSurface
-from geosurf.sheets.faults.cut_edges import Cuts, within
+from geosurf.sheets.faults.cut_edges import Cuts, Part, is_torn, within
 from geosurf.sheets.faults.fault_distance import Blocks, mesh_blocks, side_at_own_height
 from geosurf.sheets.faults.traces import FaultMesh, mesh_in_frame
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.carry_on import CarryOn
 from geosurf.sheets.mesh.cut import Cut, band_of, cut_band
-from geosurf.sheets.mesh.repairs import Repairs, repaired, torn_limits
-from geosurf.sheets.mesh.rings import grown_at, grown_over
+from geosurf.sheets.mesh.repairs import NO_REPAIRS, Repairs, repaired
+from geosurf.sheets.mesh.rings import grown_at, grown_over, levelled
+from geosurf.sheets.mesh.tear_ends import End, torn_limits
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles, tear
 
-ROUNDS = 20  # attempts to close a sheet before an error names where it stays open
+ROUNDS = 24  # attempts to close a sheet before an error names where it stays open
 CLEARLY = 0.3  # cells from a fault at which a node's side is clear
 
-SolveAgain = Callable[[Heights, np.ndarray], Heights]
+SolveAgain = Callable[[Heights, np.ndarray, Sequence[Part]], Heights]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +49,8 @@ class Built:
         Links cut in the mesh.
     outer : ndarray of int64
         Outermost ghosts, as vertices of `torn`.
-    shortened : dict of (trace, end) to int
-        Links by which tears end earlier than their faults.
+    repairs : Repairs
+        What closed the sheet, or was tried last.
     """
 
     state: Heights
@@ -59,7 +60,7 @@ class Built:
     cut: Cut
     cuts: Cuts
     outer: np.ndarray
-    shortened: dict[tuple[int, int], int]
+    repairs: Repairs
 
     @property
     def is_open(self) -> bool:
@@ -99,6 +100,8 @@ def build(
     rising: bool,
     carry_on: CarryOn,
     solve_again: SolveAgain,
+    at_any_cost: bool = False,
+    start: Repairs = NO_REPAIRS,
 ) -> Built:
     """Tear the mesh of one horizon, and repair it until its faults close it.
 
@@ -112,6 +115,10 @@ def build(
         Gives the heights of ghosts: see `carry_on_by`.
     solve_again : callable
         Gives heights in which throw dies where tears end early.
+    at_any_cost : bool
+        Whether cut-offs may change where nothing else closes the sheet: see `repaired`.
+    start : Repairs
+        What earlier attempts have found to be necessary.
 
     Returns
     -------
@@ -125,16 +132,19 @@ def build(
     blocks = [(mesh, mesh_blocks(mesh, float(reach))) for mesh in meshes]
     setting = Setting(picks, list(faults), blocks, triangles, reach, carry_on)
 
-    repairs = Repairs()
-    solved_for: dict[tuple[int, int], int] = {}
+    repairs = start
+    solved_for: tuple[dict[End, int], tuple[Part, ...]] = ({}, ())
     for _ in range(ROUNDS):
-        if repairs.shortened != solved_for:
-            solved_for = repairs.shortened
+        if (repairs.shortened, repairs.untorn) != solved_for:
+            solved_for = repairs.shortened, repairs.untorn
             state = _die_at_tips(state, repairs, rising, solve_again)
         built = _attempt(setting, state, repairs)
         if not built.is_open:
             break
-        repairs = repaired(repairs, state, built.torn, built.cut, picks.frame, rising)
+        more = repaired(repairs, state, built.torn, built.cut, picks.frame, rising, at_any_cost)
+        if more is None:
+            break
+        repairs = more
     return built
 
 
@@ -146,7 +156,7 @@ def _die_at_tips(
     ends = torn_limits(state, repairs.shortened, rising)
     for i, k in repairs.shortened:
         limits[i, k] = np.nextafter(ends[k][i], np.inf if k == 0 else -np.inf)
-    return solve_again(state, limits)
+    return solve_again(state, limits, repairs.untorn)
 
 
 def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
@@ -154,13 +164,15 @@ def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
     triangles, picks = setting.triangles, setting.picks
     every = state.network.cuts
     limits = torn_limits(state, repairs.shortened, triangles.rising)
-    cuts = every.take(np.flatnonzero(within(every, *limits)))
+    torn_rows = within(every, *limits) & is_torn(every, repairs.untorn, state.network.traces)
+    cuts = every.take(np.flatnonzero(torn_rows))
 
     # the mesh, with rings of ghosts where they are needed
     torn = grown_over(tear(cuts, triangles), triangles, state)
     for links in repairs.rings:
         torn = grown_at(torn, triangles, links)
     ghosts = setting.carry_on(torn, triangles, cuts.bits(picks.n_node), state)
+    ghosts = levelled(torn, ghosts, state.values, repairs.level, picks.frame)
 
     # the exact cut
     band = band_of(torn, triangles, picks.frame, state.values, ghosts, setting.reach)
@@ -171,7 +183,7 @@ def _attempt(setting: Setting, state: Heights, repairs: Repairs) -> Built:
 
     blocks = [blocks for _, blocks in setting.meshes]
     cut = cut_band(band, torn, triangles, setting.faults, picks.frame, blocks, is_own)
-    return Built(state, triangles, torn, ghosts, cut, cuts, band.outer, dict(repairs.shortened))
+    return Built(state, triangles, torn, ghosts, cut, cuts, band.outer, repairs)
 
 
 def _is_own(

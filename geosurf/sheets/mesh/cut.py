@@ -27,6 +27,7 @@ from geosurf.sheets.faults.fault_distance import Blocks
 from geosurf.sheets.lattice.drape import around
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.sets import distinct, is_among
+from geosurf.sheets.mesh.holes import Hole, holes_at, holes_of
 from geosurf.sheets.mesh.islands import islands
 from geosurf.sheets.mesh.leaks import (
     Leak,
@@ -59,11 +60,14 @@ class Band:
         Vertex in the numbering of `Torn`.
     outer : ndarray of int64
         Outermost ghosts, in the numbering of `Torn`.
+    is_copy : ndarray of bool (n_triangle,)
+        Copies; the others are triangles of the lattice.
     """
 
     surface: TriSurface
     vertex: np.ndarray
     outer: np.ndarray
+    is_copy: np.ndarray
 
     def only(self, rows: np.ndarray) -> Band:
         """Some triangles of it."""
@@ -76,7 +80,7 @@ class Band:
             faces,
             vertex_data={key: values.take(used) for key, values in surface.vertex_data.items()},
         )
-        return Band(part, self.vertex.take(used), self.outer)
+        return Band(part, self.vertex.take(used), self.outer, self.is_copy[rows])
 
 
 @dataclass(eq=False)
@@ -95,7 +99,7 @@ class Part:
         See `kept_parts`.
     curve_sides : list of (ndarray, ndarray)
         By surface, see `sides_at_curves`.
-    leaks, dead_ends
+    leaks, dead_ends, holes
         As of `Cut`.
     """
 
@@ -106,6 +110,7 @@ class Part:
     curve_sides: list[tuple[np.ndarray, np.ndarray]]
     leaks: list[Leak]
     dead_ends: list[tuple[int, int]]
+    holes: list[Hole]
 
 
 @dataclass(eq=False)
@@ -121,11 +126,14 @@ class Cut:
         faults that cut them.
     dead_ends : list of (int, int)
         Copies, by two vertices, inside which a fault ends.
+    holes : list of Hole
+        The places that leaks and dead ends come from.
     """
 
     parts: list[Part]
     leaks: list[Leak]
     dead_ends: list[tuple[int, int]]
+    holes: list[Hole]
 
     def part_of(self, fault: int) -> Part:
         """The part in which a fault is."""
@@ -158,7 +166,8 @@ def band_of(
         faces,
         vertex_data={"ghost": ~real, "outer": is_among(used, outer), "node": nodes},
     )
-    return Band(surface, used, outer)
+    is_copy = np.arange(len(faces)) >= len(whole)
+    return Band(surface, used, outer, is_copy)
 
 
 def cut_band(
@@ -179,14 +188,17 @@ def cut_band(
     origin = frame_origin(band.surface.extent, *(fault.extent for fault in faults))
     found = islands(band.surface.vertex_data["node"], band.surface.triangles, frame, blocks)
     parts = map_threads(
-        partial(_cut_part, torn=torn, triangles=triangles, origin=origin, is_own=is_own),
+        partial(
+            _cut_part, torn=torn, triangles=triangles, frame=frame, origin=origin, is_own=is_own
+        ),
         [
             (band if len(found) == 1 else band.only(rows), mine, [faults[k] for k in mine])
             for rows, mine in found
         ],
     )
     leaks = sorted((leak for part in parts for leak in part.leaks), key=lambda leak: leak[:2])
-    return Cut(parts, leaks, [pair for part in parts for pair in part.dead_ends])
+    dead_ends = [pair for part in parts for pair in part.dead_ends]
+    return Cut(parts, leaks, dead_ends, [hole for part in parts for hole in part.holes])
 
 
 def _cut_part(
@@ -196,6 +208,7 @@ def _cut_part(
     *,
     torn: Torn,
     triangles: Triangles,
+    frame: Frame,
     origin: np.ndarray,
     is_own: IsOwn,
 ) -> Part:
@@ -215,7 +228,35 @@ def _cut_part(
     if not keep[open_part].all():
         dead_ends += _named(band, ends_in_copies(patches, rim, open_part, sides))
     corners = band.vertex[band.surface.triangles]
-    return Part(numbers, patches, corners, keep, sides, leaks, dead_ends)
+    holes: list[Hole] = []
+    if leaks or dead_ends:
+        edges = distinct(*(keys for keys, _ in sides[1:]))
+        is_source = _clear_triangles(band, own)
+        holes = holes_of(patches, edges, corner, is_source, band.outer, frame.cell)
+        if not holes:  # an outer edge comes back through the fault between its ends
+            pairs = [*(leak[:2] for leak in leaks), *dead_ends]
+            holes = holes_at(pairs, _places(band), torn.n_node, frame.cell)
+    return Part(numbers, patches, corners, keep, sides, leaks, dead_ends, holes)
+
+
+def _places(band: Band) -> Callable[[np.ndarray], np.ndarray]:
+    """Makes the function that gives the places (n, 3) of vertices of `Torn` in a band."""
+    return lambda vertex: band.surface.vertices[np.searchsorted(band.vertex, vertex)]
+
+
+def _clear_triangles(band: Band, own: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Triangles of the lattice in a band, bool (n,), with corners clearly on their own side.
+
+    At a tip a copy may have real corners only, and yet reach beyond the fault.
+    """
+    faces = band.surface.triangles
+    whole = np.flatnonzero(~band.is_copy)
+    nodes = distinct(faces[whole])
+    clear = np.zeros(band.surface.n_vertex, dtype=bool)
+    clear[nodes] = own(band.vertex[nodes])
+    out = np.zeros(len(faces), dtype=bool)
+    out[whole] = all_of(clear[faces[whole]])
+    return out
 
 
 def _dropped_with_own(

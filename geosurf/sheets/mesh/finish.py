@@ -114,14 +114,13 @@ def refuse_leaks(
     at = np.append(picks.frame.node_places(node)[0], state.values[node])
     widest = max((-w.heave(w.place).min(initial=0.0) for w in state.walls), default=0.0)
     remedy = (
-        "Extend the fault and tear with gs.extend_fault(fault, box, sides=('up', 'down')).surface, "
-        "or end it on its main fault and tear with "
+        "Leave that fault out, or end it on its main fault and tear with "
         "gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces."
     )
     if trim is not None:
         remedy += (
-            f" If neither helps, the data may be smeared farther than trim ({trim:g} cells of "
-            f"{picks.frame.cell:.3g} m): try trim={trim + 1.0:g}."
+            f" Longer faults and other trims than {trim:g} cells of {picks.frame.cell:.3g} m were "
+            "tried, and did not close it."
         )
     if not picks.on_nodes and widest > FAR_OVER:
         remedy = (
@@ -158,12 +157,38 @@ def _faults_at(built: Built, faults: Sequence[TriSurface]) -> list[str]:
     return [faults[k].name for k in sorted(numbers)]
 
 
+def open_faults(built: Built) -> set[int]:
+    """Numbers of the faults next to the holes of a sheet that stayed open."""
+    if not built.is_open:
+        return set()
+    found: set[int] = set()
+    network, frame = built.state.network, built.state.network.frame
+    for hole in built.cut.holes:
+        at = frame.to_lattice(hole.place[None, :2])[0] * frame.stretch
+        far = [float(np.hypot(*(t.line[:, :2] - at).T).min()) for t in network.traces]
+        found |= {
+            trace.fault
+            for trace, cells in zip(network.traces, far, strict=True)
+            if cells <= min(far) + 2.0
+        }
+    return found or {trace.fault for trace in network.traces}
+
+
+def lost_cutoffs(built: Built, cuts: Mapping[str, FaultCut]) -> set[int]:
+    """Numbers of the faults at which a sheet is torn, though none of a wall ends on them."""
+    found = set()
+    for number, cut in enumerate(cuts.values()):
+        traces = [i for i, trace in enumerate(built.state.network.traces) if trace.fault == number]
+        if np.isin(built.cuts.trace, traces).any() and not all(cut.cutoffs.values()):
+            found.add(number)
+    return found
+
+
 def refuse_lost_cutoffs(picks: Picks, built: Built, cuts: Mapping[str, FaultCut]) -> None:
     """Refuse a sheet that is torn at a fault on which none of its walls ends."""
+    lost = lost_cutoffs(built, cuts)
     for number, (name, cut) in enumerate(cuts.items()):
-        traces = [i for i, trace in enumerate(built.state.network.traces) if trace.fault == number]
-        torn = np.isin(built.cuts.trace, traces).any()
-        if torn and not all(cut.cutoffs.values()):
+        if number in lost:
             at = cut.stations[len(cut.stations) // 2]
             raise GeometryError(
                 f"horizon {picks.name!r} is torn at fault {name!r} near {place(at)}, but a wall "

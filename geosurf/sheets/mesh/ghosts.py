@@ -78,7 +78,7 @@ def ghost_heights(
     )
     out += bend[len(nodes) :]
     out[given] = picked
-    return _apart(torn, heights, out, APART * cell)
+    return kept_apart(torn, heights, out, cell)
 
 
 def bends(bent: Callable[..., np.ndarray] | None, torn: Torn, nodes: np.ndarray) -> np.ndarray:
@@ -185,9 +185,9 @@ def _row(vertex: np.ndarray, nodes: np.ndarray, n_node: int) -> np.ndarray:
     return np.where(vertex >= n_node, len(nodes) + vertex - n_node, np.where(found, at, -1))
 
 
-def _apart(torn: Torn, heights: np.ndarray, ghosts: np.ndarray, least: float) -> np.ndarray:
+def kept_apart(torn: Torn, heights: np.ndarray, ghosts: np.ndarray, cell: float) -> np.ndarray:
     """Where throw is nothing, sheets would coincide and be welded: keep them apart."""
-    node = torn.node_of_ghost
+    node, least = torn.node_of_ghost, APART * cell
     for _ in range(8):
         real = np.abs(ghosts - heights[node]) < least
         ghosts = np.where(real, heights[node] - least, ghosts)

@@ -1,23 +1,40 @@
-"""How to close a sheet that leaks: end tears earlier, or give their ghosts another ring."""
+"""How to close the holes of a sheet: the smallest repair that may do is tried first.
+
+At a tip the tear ends a link earlier. Elsewhere the ghosts at the hole get another ring. At any
+cost the nearest end of a tear is moved, the sheet goes on level past the fault (one that is
+extrapolated along the dip of its fault never meets it), or a part of the trace with the smallest
+throw there is left out.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from geosurf.sheets.faults.cut_edges import FALLING, RISING
+from geosurf.sheets.faults.cut_edges import Part
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.mesh.cut import Cut
+from geosurf.sheets.mesh.holes import Hole
+from geosurf.sheets.mesh.tear_ends import (
+    End,
+    Ends,
+    is_overlapping,
+    longer_part,
+    reverse_ends,
+    torn_limits,
+    with_part_at,
+)
 from geosurf.sheets.mesh.torn_mesh import Torn
 
-PATIENCE = 3  # rings that are tried before a tear is ended early where it need not be
-MOST = 40  # links by which a tear may end early
-AT_TIP = 2.0  # cells from the end of a tear within which a leak is a matter of that end
+PATIENCE = 3  # rings that are tried before a reverse tear ends early
+RINGS, RINGS_OVER = 6, 12  # that are tried at a hole: at a gap, and where the horizon overlaps
+LEVELLED = 2  # further ones, which are level
+NEAR_LEAK = 4.0  # cells from a hole within which an outer edge that leaks gets a ring with it
+MOST_LINKS = 40  # by which a tear may end early
+AT_TIP = 2.0  # cells from the end of a tear within which a hole is a matter of that end
 
-End = tuple[int, int]  # a trace, and 0 for its first or 1 for its last end
 Pair = tuple[int, int]
 
 
@@ -29,150 +46,135 @@ class Repairs:
     ----------
     shortened : dict of (trace, end) to int
         Links by which tears end earlier than their faults.
-    rings : tuple of set of (int, int)
+    rings : tuple of frozenset of (int, int)
         For each further ring the pairs of nodes at whose edges it is.
+    level : tuple of (float, float)
+        Places [cells] around which sheets go on level past their faults.
+    untorn : tuple of (int, float, float)
+        Parts of traces that are left out: trace, first and last place along it [cells].
     """
 
     shortened: dict[End, int] = field(default_factory=dict)
     rings: tuple[frozenset[Pair], ...] = ()
+    level: tuple[tuple[float, float], ...] = ()
+    untorn: tuple[Part, ...] = ()
 
 
-def torn_limits(
-    state: Heights, shortened: dict[End, int], rising: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """First and last place of each trace that is torn in the mesh."""
-    low, high = state.network.mesh.T.copy()
-    every = state.network.cuts
-    diagonal = RISING if rising else FALLING
-    in_mesh = (every.kind < 2) | (every.kind == diagonal)
-    for (trace, end), n in shortened.items():
-        # places of the cut links of this trace in order: n of them are not cut
-        place = np.sort(every.place[in_mesh & (every.trace == trace)])
-        place = place[(place >= low[trace]) & (place <= high[trace])]
-        if n >= len(place):
-            low[trace], high[trace] = np.inf, -np.inf
-        elif end == 0:
-            low[trace] = place[n]
-        else:
-            high[trace] = place[-1 - n]
-    return low, high
+NO_REPAIRS = Repairs()
+
+
+@dataclass
+class Plan:
+    """What to change before the next attempt, hole by hole."""
+
+    ends: set[End]
+    links: set[Pair]
+    level: list[tuple[float, float]]
+    untorn: tuple[Part, ...]
 
 
 def repaired(
-    repairs: Repairs, state: Heights, torn: Torn, cut: Cut, frame: Frame, rising: bool
-) -> Repairs:
-    """End tears earlier where faults end inside copies or leak at a tip; else grow a ring."""
-    ends, links = _ends_and_links(repairs, state, torn, cut, frame, rising)
+    repairs: Repairs,
+    state: Heights,
+    torn: Torn,
+    cut: Cut,
+    frame: Frame,
+    rising: bool,
+    at_any_cost: bool,
+) -> Repairs | None:
+    """Repairs for the next attempt; None if nothing is left to try.
+
+    `at_any_cost` allows what changes cut-offs: a level sheet, ends of tears that are moved far, and
+    parts of traces that are left out.
+    """
+    plan = Plan(set(), set(), [], repairs.untorn)
+    tears = Ends(state, torn_limits(state, repairs.shortened, rising))
+    for hole in cut.holes:
+        _plan_for(hole, plan, repairs, tears, torn, cut, frame, at_any_cost)
+    if not (plan.ends or plan.links or plan.untorn != repairs.untorn):
+        return None
+
     shortened, rings = dict(repairs.shortened), list(repairs.rings)
-    for end in ends:
+    for end in plan.ends:
         # rings that were tried at an end and did not close it go once it is ended early: around
         # a tip they come to lie over the whole sheet beyond it, where no fault cuts them
-        tears = Ends(state, torn_limits(state, shortened, rising), frame)
+        tears = Ends(state, torn_limits(state, shortened, rising))
         for k, ring in enumerate(rings):
             mine = {
-                pair for pair in ring if tears.nearest(np.array(pair), 3 * AT_TIP, ("tip",)) == end
+                pair
+                for pair in ring
+                if tears.nearest(_middle(frame, pair), 3 * AT_TIP, ("tip",)) == end
             }
             rings[k] = ring - mine
         is_tip = state.network.traces[end[0]].ends[end[1]] == "tip"
         shortened[end] = shortened.get(end, -1) + (1 if is_tip else 3)
-    if links:
-        rings.append(frozenset(links))
-    return Repairs(shortened, tuple(rings))
+    if plan.links:
+        rings.append(frozenset(plan.links))
+    return Repairs(shortened, tuple(rings), (*repairs.level, *plan.level), plan.untorn)
 
 
-def _ends_and_links(
-    repairs: Repairs, state: Heights, torn: Torn, cut: Cut, frame: Frame, rising: bool
-) -> tuple[set[End], set[Pair]]:
-    """Ends of tears that shall be earlier, and pairs of nodes at which a ring shall be added."""
-    ends: set[End] = set()
-    links: set[Pair] = set()
-    tears = Ends(state, torn_limits(state, repairs.shortened, rising), frame)
-    reverse, rings = _reverse_ends(state), len(repairs.rings)
-    leaks = _own_leaks(state, torn, cut)
-    dead_ends = _far_dead_ends(torn, cut, leaks, frame)
-    for is_leak, pairs, reach, kinds in (
-        (True, leaks, AT_TIP, ("tip",)),
-        (False, dead_ends, 4 * AT_TIP, ("tip", "branch")),
-    ):
-        for a, b in pairs:
-            nodes = torn.node_of(np.array([a, b]))
-            end = tears.nearest(nodes, reach, kinds)
-            # a reverse fault overlaps right up to its tip, which another ring may cover
-            if end in reverse and is_leak and rings < PATIENCE:
-                end = None
-            if end is None and rings >= PATIENCE:  # a branch that is too acute to tear
-                end = tears.nearest(nodes, 3 * AT_TIP, ("branch",))
-            if end is not None and repairs.shortened.get(end, 0) < MOST:
-                ends.add(end)
-            else:
-                links.add((int(nodes[0]), int(nodes[1])))
-    return ends, links
+def _plan_for(
+    hole: Hole,
+    plan: Plan,
+    repairs: Repairs,
+    tears: Ends,
+    torn: Torn,
+    cut: Cut,
+    frame: Frame,
+    at_any_cost: bool,
+) -> None:
+    """Add to a plan what may close one hole."""
+    state = tears.state
+    at = frame.to_lattice(hole.place[None, :2])[0] * frame.stretch
+    tried = _rings_near(repairs, frame, at)
+
+    # an end of a tear that is near
+    end = tears.nearest(at, AT_TIP, ("tip",))
+    if end in reverse_ends(state) and tried < PATIENCE:
+        end = None  # a reverse fault overlaps right up to its tip, which another ring may cover
+    over = is_overlapping(state, at)
+    most = RINGS_OVER if over else RINGS
+    if end is None and tried >= (PATIENCE if over else most) and (over or at_any_cost):
+        end = tears.nearest(at, 4 * AT_TIP, ("tip", "branch"))
+    longer = longer_part(plan.untorn, state, at, AT_TIP)
+
+    if longer is not None:
+        plan.untorn = longer
+    elif end is not None and repairs.shortened.get(end, 0) < MOST_LINKS:
+        plan.ends.add(end)
+    elif tried < most + (LEVELLED if at_any_cost else 0):
+        leaks = _leaks_near(at, cut, torn, frame)
+        plan.links |= leaks
+        if not leaks or tried > 1:
+            nodes = torn.node_of(hole.ghosts).tolist()
+            plan.links.update(zip(nodes, nodes, strict=True))
+        if tried >= most:
+            plan.level.append((float(at[0]), float(at[1])))
+    elif at_any_cost:
+        plan.untorn = with_part_at(plan.untorn, state, at)
 
 
-@dataclass(frozen=True, eq=False)
-class Ends:
-    """Where tears end: the places of each trace between which it is torn."""
-
-    state: Heights
-    limits: tuple[np.ndarray, np.ndarray]
-    frame: Frame
-
-    def nearest(self, nodes: np.ndarray, reach: float, kinds: tuple[str, ...]) -> End | None:
-        """The end of some kind that is nearest to some nodes, if one is within reach [cells]."""
-        best, found = reach, None
-        network = self.state.network
-        joined: Collection[End] = {(i, k) for i, k, _ in network.on}
-        at = self.frame.uv_of_node(nodes).mean(axis=0) * self.frame.stretch
-        for i, trace in enumerate(network.traces):
-            vertex = np.arange(len(trace.line))
-            for k, end in enumerate(trace.ends):
-                if not end.startswith(kinds) or (i, k) in joined:
-                    continue
-                place = self.limits[k][i]
-                tip = [np.interp(place, vertex, trace.line[:, c]) for c in (0, 1)]
-                far = float(np.hypot(*(at - tip)))
-                if far < best:
-                    best, found = far, (i, k)
-        return found
+def _leaks_near(at: np.ndarray, cut: Cut, torn: Torn, frame: Frame) -> set[Pair]:
+    """Pairs of nodes at outer edges that leak near a hole [cells]."""
+    if not cut.leaks:
+        return set()
+    pairs = torn.node_of(np.array([leak[:2] for leak in cut.leaks]).ravel()).reshape(-1, 2)
+    places = frame.cells_of_node(pairs.ravel()).reshape(-1, 2, 2).mean(axis=1)
+    near = np.hypot(*(places - at).T) <= NEAR_LEAK
+    return {(int(a), int(b)) for a, b in pairs[near]}
 
 
-def _reverse_ends(state: Heights) -> set[End]:
-    """Ends of traces near which the horizon overlaps."""
-    found = set()
-    for i, walls in enumerate(state.walls):
-        heave = walls.left + walls.right
-        for k, part in enumerate((heave[:10], heave[-10:])):
-            if len(part) and np.median(part) < 0:
-                found.add((i, k))
-    return found
+def _rings_near(repairs: Repairs, frame: Frame, at: np.ndarray) -> int:
+    """How many rings were tried near a place [cells]."""
+    count = 0
+    for ring in repairs.rings:
+        nodes = np.array(sorted({node for pair in ring for node in pair}), dtype=np.int64)
+        uv = frame.uv_of_node(nodes) * frame.stretch
+        count += bool(len(nodes)) and bool(np.hypot(*(uv - at).T).min() <= 2 * AT_TIP)
+    return count
 
 
-def _own_leaks(state: Heights, torn: Torn, cut: Cut) -> Sequence[Pair]:
-    """Leaks through the fault that a ghost was made for, if there are any; else all.
-
-    Once a leak joins both walls, crossings of other faults look like leaks, too.
-    """
-    own, every = [], []
-    for a, b, faults in cut.leaks:
-        every.append((a, b))
-        vertex = np.array([a, b])
-        node, anchor = torn.node_of(vertex), torn.anchored(vertex)
-        for trace, near in zip(state.network.traces, state.near, strict=True):
-            at, of = near.look_up(node), near.look_up(anchor)
-            both = (at >= 0) & (of >= 0)
-            if trace.fault in faults and (both & (near.side[at] != near.side[of])).any():
-                own.append((a, b))
-                break
-    return own or every
-
-
-def _far_dead_ends(torn: Torn, cut: Cut, leaks: Sequence[Pair], frame: Frame) -> Sequence[Pair]:
-    """Dead ends far from all leaks: one near a leak may only be what that leak joins."""
-    if not leaks or not cut.dead_ends:
-        return cut.dead_ends
-
-    # distance of each dead end to the nearest leak, rows or columns [cells]
-    at = frame.uv_of_node(torn.node_of(np.array(leaks).ravel()))
-    here = frame.uv_of_node(torn.node_of(np.array([a for a, _ in cut.dead_ends])))
-    far = np.abs(here[:, None] - at[None]).max(axis=2).min(axis=1)
-    return [pair for pair, cells in zip(cut.dead_ends, far, strict=True) if cells > 5 * AT_TIP]
+def _middle(frame: Frame, pair: Pair) -> np.ndarray:
+    """The middle of two nodes [cells]."""
+    middle: np.ndarray = frame.uv_of_node(np.array(pair)).mean(axis=0) * frame.stretch
+    return middle

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 import numpy as np
 
 from geosurf.sheets.heights.state import Heights
+from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.sets import is_among
-from geosurf.sheets.mesh.ghosts import grow
+from geosurf.sheets.mesh.ghosts import grow, kept_apart
 from geosurf.sheets.mesh.torn_mesh import Torn, Triangles
 
 RING = 0.3  # cells that a further ring of triangles reaches at least
+LEVEL_REACH = 4.0  # cells from a place within which ghosts are level with their anchors
 SPARE = 0.25  # cells of overlap that the first ring covers for certain; further rings go past by it
 
 
@@ -38,6 +40,27 @@ def grown_at(torn: Torn, triangles: Triangles, places: Iterable[tuple[int, int]]
         touched = np.isin(nodes[:, k], near) | np.isin(nodes[:, (k + 1) % 3], near)
         chosen |= _pairs(one[touched], two[touched])
     return grow(torn, triangles, chosen)
+
+
+def levelled(
+    torn: Torn,
+    ghosts: np.ndarray,
+    heights: np.ndarray,
+    places: Collection[tuple[float, float]],
+    frame: Frame,
+) -> np.ndarray:
+    """Heights of ghosts (n_ghost,): near some places [cells] those of their anchors.
+
+    A sheet that is extrapolated along the dip of its fault may never meet it; a level one does.
+    """
+    if not places:
+        return ghosts
+    at = frame.cells_of_node(torn.node_of_ghost)
+    near = np.zeros(len(at), dtype=bool)
+    for place in places:
+        near |= np.hypot(*(at - place).T) <= LEVEL_REACH
+    level = np.where(near, heights[torn.anchor], ghosts)
+    return kept_apart(torn, heights, level, frame.cell)
 
 
 def _short_of_overlap(torn: Torn, state: Heights) -> np.ndarray:

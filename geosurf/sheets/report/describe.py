@@ -8,18 +8,18 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from geosurf.arrangement.threads import map_threads
-from geosurf.conventions import place
 from geosurf.model import FaultCut, SheetReport, TriSurface
 from geosurf.sheets.faults.cut_edges import FALLING, RISING
 from geosurf.sheets.faults.traces import Trace
-from geosurf.sheets.heights.inputs import NearPicks
 from geosurf.sheets.heights.state import Heights
 from geosurf.sheets.lattice.frame import Frame
 from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.lattice.sets import distinct, is_among
 from geosurf.sheets.mesh.build import Built
+from geosurf.sheets.mesh.close import Closed
 from geosurf.sheets.report.cutoffs import cutoff_lines, longest, profile
 from geosurf.sheets.report.holdout_misfit import holdout_misfit
+from geosurf.sheets.report.remedies import remedies
 from geosurf.sheets.report.tip_throw import throw_at_tips
 
 FAR = 4.0  # cells of extrapolation from which a place is listed
@@ -63,72 +63,42 @@ def _stations(trace: Trace, frame: Frame) -> tuple[np.ndarray, np.ndarray, np.nd
     return np.column_stack([xy, line[:, 2]]), direction, (along - first) * frame.cell
 
 
-def make_report(
-    picks: Picks,
-    built: Built,
-    cuts: dict[str, FaultCut],
-    trim: float,
-    noise: float | None,
-    near: Sequence[NearPicks],
-    filled_blocks: Sequence[dict] = (),
-) -> SheetReport:
-    """All numbers of a sheet; `filled_blocks` are those that were filled before the first pass."""
+def make_report(closed: Closed, cuts: dict[str, FaultCut]) -> SheetReport:
+    """All numbers of a sheet."""
+    picks, built, solver = closed.picks, closed.built, closed.rebuilt.solver
     state = built.state
     names = list(cuts)
     traces = state.network.traces
     shortened: dict[str, int] = {}
-    for (trace, _), n in built.shortened.items():
+    for (trace, _), n in built.repairs.shortened.items():
         name = names[traces[trace].fault]
         shortened[name] = shortened.get(name, 0) + n
+    trim = closed.trims.widest
     notes = [
         f"Fault {name!r} does not meet the horizon." for name in names if not len(cuts[name].along)
     ]
     notes += _overlap_notes(picks, state, names, trim)
-    notes += _branch_notes(picks.frame, built, names)
-    warnings = throw_at_tips(picks, state, names, trim)
+    warnings = [*remedies(closed), *throw_at_tips(picks, state, names, trim)]
     notes += map(str, warnings)
     return SheetReport(
         trim=trim,
+        trims=dict(zip(names, closed.trims.of_fault, strict=False)),
         cell=picks.frame.cell,
         n_data=len(picks.z),
         n_ignored=int(state.ignored.sum()),
         n_solved=len(state.unknown),
         misfit=_kept_misfit(picks, state),
-        holdout_misfit=_misfit(holdout_misfit(picks, near, built)),
+        holdout_misfit=_misfit(holdout_misfit(picks, solver.inputs.nearby, built)),
         extrapolation=_far_places(picks.frame, state, names),
         sign_changes={name: _sign_changes(cut.throw) for name, cut in cuts.items()},
         tips=count_tips(built),
         declared_tips=state.network.declared_tips,
         shortened=shortened,
-        noise=noise,
-        filled_blocks=[*filled_blocks, *state.filled_blocks],
+        noise=None if solver.noise.weight is None else solver.noise.deviation,
+        filled_blocks=[*closed.filled, *state.filled_blocks],
         notes=notes,
         warnings=tuple(warnings),
     )
-
-
-def _branch_notes(frame: Frame, built: Built, names: Sequence[str]) -> list[str]:
-    """A sentence for each branch whose tear ends before its main fault: throw is wrong there."""
-    notes, network = [], built.state.network
-    for (number, end), n in sorted(built.shortened.items()):
-        trace = network.traces[number]
-        places = built.cuts.place[built.cuts.trace == number]
-        if not trace.ends[end].startswith("branch") or n < 1 or not len(places):
-            continue
-
-        # the last cut link, as a place along the trace, against where the fault ends
-        last = float(places.max() if end else places.min())
-        vertex = np.arange(len(trace.line))
-        x, y, z = (float(np.interp(last, vertex, column)) for column in trace.line[:, :3].T)
-        along, whole = np.interp([last, network.mesh[number][end]], vertex, trace.along)
-        at = place((*frame.to_world(np.array([[x, y]]) / frame.stretch)[0], z))
-        notes.append(
-            f"The tear of fault {names[trace.fault]!r}, {trace.ends[end]}, ends at {at}, "
-            f"{abs(whole - along) * frame.cell:.0f} m before the fault does, and throw dies there "
-            "as at a tip: nearer to the main fault the sheet does not close. End the branch on it, "
-            "and tear with gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces."
-        )
-    return notes
 
 
 def _overlap_notes(picks: Picks, state: Heights, names: Sequence[str], trim: float) -> list[str]:

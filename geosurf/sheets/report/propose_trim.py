@@ -8,6 +8,7 @@ error of the rebuild. So the misfit drops at the end of the smear.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,10 @@ from geosurf.errors import GeometryError
 from geosurf.model import TrimProposal, TriSurface
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.heights.evidence import ignored_misfits, picks_in_gaps
+from geosurf.sheets.heights.inputs import Trims
 from geosurf.sheets.heights.passes import single_pass, solver_of
 from geosurf.sheets.lattice.data import picks_of
+from geosurf.sheets.lattice.picks import Picks
 from geosurf.sheets.mesh.finish import fault_surfaces
 
 HIDDEN = 6  # cells from a fault within which data are ignored
@@ -25,6 +28,7 @@ DROP = 2.0  # a misfit this many times that of the next cell may be smear
 OF_THROW = 0.05  # share of the largest throw below which a misfit is not counted as smear
 SHARE = 1.5  # cells of trim for each cell of smear
 SPARE = 0.5  # cells more than that
+LEAST, WIDEST = 1.5, 4.0  # cells: trims that are chosen without being asked for
 USUAL = 2.0  # cells of trim where smear cannot be determined
 FEWEST = 20  # data that a bin has to have
 
@@ -73,35 +77,119 @@ def propose_trim(
     """
     surfaces = fault_surfaces(faults)
     picks = picks_of(data, name, positive, length_unit)
-    meshes = [mesh_in_frame(surface, picks.frame) for surface in surfaces]
+    seen = _seen(picks, surfaces)
+    if (seen.counts < FEWEST).any():
+        raise GeometryError(
+            f"horizon {picks.name!r} has {int(seen.counts.sum())} data within {HIDDEN} cells of "
+            "its faults that can be predicted from the others, too few to measure the smear. Set "
+            "trim to one and a half times the half width of the gridding's smear."
+        )
+    trim, smear = _trim_of(seen.tenths(), seen.least)
+    return TrimProposal(trim, smear, tuple(seen.tenths()), _by_fault(seen, surfaces, trim))
 
-    # predict all data within HIDDEN cells of a fault from those farther away
-    solver = solver_of(picks, meshes, float(HIDDEN))
+
+def trims_of(
+    trim: float | str | Mapping[str, Any], picks: Picks, faults: Sequence[TriSurface]
+) -> Trims:
+    """The trim of each fault [cells]: as given, or ``"auto"``, as the data of each show.
+
+    Grids show how far they are smeared. A fault with too few data shows nothing: there the trim is
+    that of all faults together. Points of both walls are not smeared, and get 2 cells.
+    """
+    given = trim if isinstance(trim, Mapping) else {}
+    if not isinstance(trim, Mapping | str):
+        return Trims((float(trim),) * len(faults))
+    known = {name: value for name, value in given.items() if value != "auto"}
+    if all(fault.name in known for fault in faults) and faults:
+        return Trims(tuple(float(known[fault.name]) for fault in faults))
+    proposed = dict.fromkeys((fault.name for fault in faults), USUAL)
+    if picks.on_nodes and picks.several is None and faults:
+        seen = _seen(picks, faults)
+        usual = USUAL
+        if (seen.counts >= FEWEST).all():
+            usual, _ = _trim_of(seen.tenths(), seen.least)
+        proposed = _by_fault(seen, faults, usual)
+    return Trims(
+        tuple(
+            float(known.get(name, min(max(value, LEAST), WIDEST)))
+            for name, value in proposed.items()
+        )
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Misfits of held-out data near faults.
+
+    Attributes
+    ----------
+    fault : ndarray of int64 (n,)
+        The nearest one.
+    far : ndarray (n,)
+        Distance from it [cells].
+    misfit : ndarray (n,)
+        From a sheet without them [m].
+    least : float
+        Misfits up to this are not counted as smear [m].
+    """
+
+    fault: np.ndarray
+    far: np.ndarray
+    misfit: np.ndarray
+    least: float
+
+    @property
+    def counts(self) -> np.ndarray:
+        """How many data each bin of a cell has."""
+        return np.bincount(self.far.astype(np.int64), minlength=HIDDEN)[:HIDDEN]
+
+    def tenths(self) -> list[float]:
+        """90th percentile of the misfit in each bin."""
+        number = self.far.astype(np.int64)
+        return [float(np.percentile(self.misfit[number == k], 90)) for k in range(HIDDEN)]
+
+    def of(self, fault: int) -> Seen:
+        """Those next to one fault."""
+        mine = self.fault == fault
+        return Seen(self.fault[mine], self.far[mine], self.misfit[mine], self.least)
+
+
+def _seen(picks: Picks, faults: Sequence[TriSurface]) -> Seen:
+    """Rebuild the horizon without data near its faults, and compare those with it."""
+    meshes = [mesh_in_frame(surface, picks.frame) for surface in faults]
+    solver = solver_of(picks, meshes, Trims((float(HIDDEN),) * len(meshes)))
     _, state = single_pass(solver, float(HIDDEN))
     state = state.with_walls(picks.frame)
     in_gap = picks_in_gaps(solver.inputs, state)
-    _, far, misfit = ignored_misfits(picks, solver.inputs.nearby, state, in_gap)
+    rows, far, misfit = ignored_misfits(picks, solver.inputs.nearby, state, in_gap)
 
-    # far (n,): distance from the fault [cells]; misfit (n,): datum against prediction [m]
-    far, misfit = far[far < HIDDEN], misfit[far < HIDDEN]
-    number = np.bincount(far.astype(np.int64), minlength=HIDDEN)
-    if (number[:HIDDEN] < FEWEST).any():
-        raise GeometryError(
-            f"horizon {picks.name!r} has {int(number.sum())} data within {HIDDEN} cells of its "
-            "faults that can be predicted from the others, too few to measure the smear. Set trim "
-            "to one and a half times the half width of the gridding's smear."
-        )
+    # the fault that each is nearest to
+    nearest, of = np.full(len(picks.z), np.inf), np.full(len(picks.z), -1)
+    for number, near in enumerate(solver.inputs.nearby):
+        closer = near.far < nearest[near.rows]
+        nearest[near.rows[closer]] = near.far[closer]
+        of[near.rows[closer]] = number
+    close = far < HIDDEN
+    throws = np.abs(np.concatenate([np.zeros(1), *(walls.throw for walls in state.walls)]))
+    return Seen(of[rows[close]], far[close], misfit[close], OF_THROW * float(throws.max()))
 
-    # one bin per cell of distance; the 90th percentile sees smear that most data escape
-    tenth = [float(np.percentile(misfit[far.astype(np.int64) == k], 90)) for k in range(HIDDEN)]
-    throws = np.abs(np.concatenate([walls.throw for walls in state.walls]))
-    least = OF_THROW * float(throws.max(initial=0.0))
 
-    # smear ends where misfit drops: the last bin well above the next one and above the throw share
+def _trim_of(tenth: Sequence[float], least: float) -> tuple[float, float | None]:
+    """Trim and smear [cells] from the misfit of held-out data in each cell of distance."""
     smeared = [k + 1 for k in range(HIDDEN - 1) if tenth[k] > max(DROP * tenth[k + 1], least)]
     if smeared:
         smear = float(max(smeared))
-        return TrimProposal(SHARE * smear + SPARE, smear, tuple(tenth))
+        return SHARE * smear + SPARE, smear
     if tenth[0] > least:  # missed at all distances: by the error of the sheets, or by noise
-        return TrimProposal(USUAL, None, tuple(tenth))
-    return TrimProposal(1.0, 0.0, tuple(tenth))
+        return USUAL, None
+    return 1.0, 0.0
+
+
+def _by_fault(seen: Seen, faults: Sequence[TriSurface], usual: float) -> dict[str, float]:
+    """The trim of each fault; `usual` where too few data are near it."""
+    found = {}
+    for number, fault in enumerate(faults):
+        own = seen.of(number)
+        enough = (own.counts >= FEWEST).all()
+        found[fault.name] = _trim_of(own.tenths(), own.least)[0] if enough else usual
+    return found

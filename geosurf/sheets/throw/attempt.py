@@ -5,11 +5,12 @@ A node belongs to a wall by the trace of the fault, near it, and by the fault it
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geosurf.sheets.faults.cut_edges import within
+from geosurf.sheets.faults.cut_edges import Part, within
 from geosurf.sheets.faults.fault_distance import NearTrace, near_traces
 from geosurf.sheets.faults.last_edges import last_link, on_own_side
 from geosurf.sheets.faults.network import Network
@@ -59,7 +60,7 @@ class Attempt:
         fixed = {int(g): float(heights[g]) for g in np.flatnonzero(np.isfinite(heights))}
         return ghost_heights(torn, triangles, bits, state.values, frame.stretch, frame.cell, fixed)
 
-    def end_at(self, state: Heights, limits: np.ndarray) -> Heights:
+    def end_at(self, state: Heights, limits: np.ndarray, _: Sequence[Part] = ()) -> Heights:
         """Heights with which tears can end at the last links outside of limits (n_trace, 2)."""
         movement, network = self.movement, state.network
         frame, values = movement.frame, self.state.values.copy()

@@ -45,7 +45,7 @@ def best_attempt(movement: Movement) -> tuple[Attempt, Built | None]:
             built = build(
                 movement.picks, state, movement.faults, movement.rising, one.ghosts, one.end_at
             )
-            failed = built.is_open, sum(built.shortened.values())
+            failed = built.is_open, sum(built.repairs.shortened.values())
             if best is None or failed < best[0]:
                 best = failed, one, built
             if failed == (False, 0):

@@ -196,10 +196,10 @@ def _sheet(movement: Movement) -> Sheet:
 
     # what did not come out as requested
     shortened: dict[str, int] = {}
-    for (trace, _), n in built.shortened.items():
+    for (trace, _), n in built.repairs.shortened.items():
         name = faults[state.network.traces[trace].fault].name
         shortened[name] = shortened.get(name, 0) + n
-    early = throw_at_early_ends(movement, state.network, built.cuts, built.shortened)
+    early = throw_at_early_ends(movement, state.network, built.cuts, built.repairs.shortened)
     report = replace(
         _report(best, state, cuts),
         tips=count_tips(built),

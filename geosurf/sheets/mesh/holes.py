@@ -1,0 +1,207 @@
+"""Where exactly a torn sheet that was cut by its faults is open: its holes, by a minimum cut.
+
+One hole joins the walls of all faults around it, so that the sheet seems to leak everywhere. The
+sheet is taken as a network of triangles: neighbours are linked by the edge between them, unless a
+fault runs along it. What flows from triangles clearly on their own side to outer ghosts has to
+pass through the holes. The minimum cut (Ford & Fulkerson 1956; by Dinic's algorithm in scipy),
+with the length of each edge as its capacity, is the shortest set of edges that would close all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.model import Patches
+from geosurf.model.base import any_of
+from geosurf.sheets.lattice.sets import distinct, is_among
+
+WHOLE = 1000  # capacities are whole numbers: thousandths of a cell
+ONE_HOLE = 3.0  # cells within which edges of the minimum cut belong to one hole
+BEHIND = 1.5  # cells farther than the nearest outer ghost, up to which ghosts belong to a hole
+
+
+@dataclass(frozen=True, eq=False)
+class Hole:
+    """One place where a sheet is open.
+
+    Attributes
+    ----------
+    place : ndarray (3,)
+        Its middle: easting, northing, elevation [m].
+    length : float
+        Of the edges that would close it [m].
+    ghosts : ndarray of int64
+        Outer ghosts behind it, as vertices of `Torn`.
+    """
+
+    place: np.ndarray
+    length: float
+    ghosts: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Links:
+    """Pairs of triangles of a sheet with an edge between them that no fault has.
+
+    Attributes
+    ----------
+    pairs : ndarray of int64 (n, 2)
+        Rows of the triangles.
+    ends : ndarray of int64 (n, 2)
+        Points of the edge.
+    """
+
+    pairs: np.ndarray
+    ends: np.ndarray
+
+
+def holes_of(
+    patches: Patches,
+    fault_edges: np.ndarray,
+    named: np.ndarray,
+    own: np.ndarray,
+    outer: np.ndarray,
+    cell: float,
+) -> list[Hole]:
+    """Holes of the sheet that is surface 0 of the patches.
+
+    Parameters
+    ----------
+    patches : Patches
+        Of the sheet, ghosts included, and its faults.
+    fault_edges : ndarray of int64
+        Edges of faults, as ``low point * n_point + high point``, increasing.
+    named : ndarray of int64 (n_triangle, 3)
+        Vertex of `Torn` at each corner, -1 for points that were made.
+    own : ndarray of bool (n_face,)
+        Triangles before the cut that are clearly on their own side of the faults.
+    outer : ndarray of int64
+        Outermost ghosts, as vertices of `Torn`.
+    cell : float
+        Size of a cell [m].
+    """
+    rows = np.flatnonzero(patches.surface_of_triangle == 0)
+    links = _links(patches, rows, fault_edges)
+    # a ghost on a fault is at the rim of both sides, and decides nothing
+    on_fault = np.zeros(len(patches.local), dtype=bool)
+    on_fault[patches.triangles[patches.surface_of_triangle > 0]] = True
+    corner = (named[rows] >= 0) & ~on_fault[patches.triangles[rows]]
+    # a piece of a clear triangle without any of its corners may lie beyond the fault
+    source = own[patches.parent_of_triangle[rows]] & any_of(corner)
+    sink = any_of(corner & is_among(named[rows], outer)) & ~source
+    length = np.linalg.norm(
+        patches.local[links.ends[:, 1]] - patches.local[links.ends[:, 0]], axis=1
+    )
+    through = _minimum_cut(links.pairs, length / cell, source, sink)
+    if not len(through):
+        return []
+    middle = patches.local[links.ends[through]].mean(axis=1)
+    return [
+        _hole(patches, rows, named, middle[mine], length[through[mine]], sink, outer, cell)
+        for mine in _clusters(middle[:, :2] / cell)
+    ]
+
+
+def _links(patches: Patches, rows: np.ndarray, fault_edges: np.ndarray) -> Links:
+    """Links between some triangles over edges that no fault has."""
+    t, n = patches.triangles[rows], len(patches.local)
+    one, two = t.ravel(), np.roll(t, -1, axis=1).ravel()
+    key = np.minimum(one, two) * n + np.maximum(one, two)
+    parent = np.repeat(patches.parent_of_triangle[rows], 3)
+    order = np.lexsort((parent, key))
+    key, parent = key[order], parent[order]
+    _, inverse, times = np.unique(key, return_inverse=True, return_counts=True)
+    same = (key[1:] == key[:-1]) & ~is_among(key[1:], fault_edges)
+    # where the sheet crosses itself, each of the two goes on through the other
+    same &= (times[inverse[1:]] == 2) | (parent[1:] == parent[:-1])
+    pair = np.flatnonzero(same)
+    ends = np.stack(np.divmod(key[pair], n), axis=1)
+    return Links(np.stack([order[pair], order[pair + 1]], axis=1) // 3, ends)
+
+
+def _minimum_cut(
+    pairs: np.ndarray, length: np.ndarray, source: np.ndarray, sink: np.ndarray
+) -> np.ndarray:
+    """Rows of the links that part sources from sinks, the shortest in sum."""
+    from scipy.sparse import coo_array, csr_array
+    from scipy.sparse.csgraph import breadth_first_order, maximum_flow
+
+    # all sources are one node, and all sinks another one
+    n = len(source)
+    node = np.where(source, n, np.where(sink, n + 1, np.arange(n)))
+    a, b = node[pairs].T
+    inner = np.flatnonzero(a != b)
+    a, b = a[inner], b[inner]
+    capacity = np.ceil(length[inner] * WHOLE).astype(np.int32) + 1
+    both = np.concatenate([a, b]), np.concatenate([b, a])
+    graph = csr_array(coo_array((np.tile(capacity, 2), both), shape=(n + 2, n + 2)))
+    graph.data = graph.data.astype(np.int32)
+    flow = maximum_flow(graph, n, n + 1)
+    if flow.flow_value == 0:
+        return np.empty(0, dtype=np.int64)
+
+    # what the source still reaches in the residual network is on its side of the cut
+    residual = csr_array(graph - flow.flow)
+    residual.data = np.maximum(residual.data, 0)
+    residual.eliminate_zeros()
+    reached = np.zeros(n + 2, dtype=bool)
+    reached[breadth_first_order(residual, n, return_predecessors=False)] = True
+    return inner[reached[a] != reached[b]]
+
+
+def _clusters(uv: np.ndarray) -> list[np.ndarray]:
+    """Rows of points [cells] that are joined by steps of at most `ONE_HOLE`."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(uv).query_pairs(ONE_HOLE, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(uv), len(uv)))
+    count, label = connected_components(links, directed=False)
+    return [np.flatnonzero(label == k) for k in range(count)]
+
+
+def _hole(
+    patches: Patches,
+    rows: np.ndarray,
+    named: np.ndarray,
+    middle: np.ndarray,
+    length: np.ndarray,
+    sink: np.ndarray,
+    outer: np.ndarray,
+    cell: float,
+) -> Hole:
+    """One hole from the middles and lengths of its edges, with the outer ghosts behind it."""
+    vertex, point = named[rows[sink]].ravel(), patches.triangles[rows[sink]].ravel()
+    mine = is_among(vertex, outer) & (vertex >= 0)
+    vertex, at = vertex[mine], patches.local[point[mine], :2]
+    far = np.full(len(at), np.inf)
+    for one in middle[:, :2]:
+        far = np.minimum(far, np.hypot(*(at - one).T))
+    behind = distinct(vertex[far <= far.min() + BEHIND * cell])
+    place = np.average(middle, axis=0, weights=length) + patches.origin
+    return Hole(place, float(length.sum()), behind)
+
+
+def holes_at(
+    pairs: Sequence[tuple[int, int]],
+    places: Callable[[np.ndarray], np.ndarray],
+    n_node: int,
+    cell: float,
+) -> list[Hole]:
+    """Holes at edges between vertices of `Torn`, whose `places` (n, 3) [m] are looked up."""
+    ends = np.array(pairs)
+    at = places(ends.ravel()).reshape(-1, 2, 3)
+    middle, length = at.mean(axis=1), np.linalg.norm(at[:, 1] - at[:, 0], axis=1)
+    return [
+        Hole(middle[mine].mean(axis=0), float(length[mine].sum()), _ghosts(ends[mine], n_node))
+        for mine in _clusters(middle[:, :2] / cell)
+    ]
+
+
+def _ghosts(vertices: np.ndarray, n_node: int) -> np.ndarray:
+    """The ghosts among some vertices of `Torn`, increasing."""
+    return distinct(vertices[vertices >= n_node])

@@ -1,0 +1,148 @@
+"""Ends of tears: at the ends of traces, and at parts of traces that are left out."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.sheets.faults.cut_edges import FALLING, RISING, Part
+from geosurf.sheets.faults.heave import Walls
+from geosurf.sheets.faults.traces import Trace
+from geosurf.sheets.heights.state import Heights
+
+End = tuple[int, int]  # a trace, and 0 for its first or 1 for its last end
+
+NEAR_HOLE = 5.0  # cells from a hole within which a trace may be left out
+LEFT_OUT = 3.0  # cells of a trace to each side of a hole that are left out at first
+AGAIN = 8.0  # cells from a part that was left out, within which a hole asks for more of it
+MOST_LEFT_OUT = 24.0  # cells: the longest part that is lengthened once more
+LITTLE = 0.1  # of the largest throw of a trace: where it has less, it is left out as a whole
+
+
+def torn_limits(
+    state: Heights, shortened: dict[End, int], rising: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """First and last place of each trace that is torn in the mesh."""
+    low, high = state.network.mesh.T.copy()
+    every = state.network.cuts
+    diagonal = RISING if rising else FALLING
+    in_mesh = (every.kind < 2) | (every.kind == diagonal)
+    for (trace, end), n in shortened.items():
+        place = np.sort(every.place[in_mesh & (every.trace == trace)])
+        place = place[(place >= low[trace]) & (place <= high[trace])]
+        if n >= len(place):
+            low[trace], high[trace] = np.inf, -np.inf
+        elif end == 0:
+            low[trace] = place[n]
+        else:
+            high[trace] = place[-1 - n]
+    return low, high
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Where tears end: the places (vertex numbers) of each trace between which it is torn."""
+
+    state: Heights
+    limits: tuple[np.ndarray, np.ndarray]
+
+    def nearest(self, at: np.ndarray, reach: float, kinds: tuple[str, ...]) -> End | None:
+        """The end of some kind that is nearest to a place [cells], if one is within reach."""
+        best, found = reach, None
+        network = self.state.network
+        joined: Collection[End] = {(i, k) for i, k, _ in network.on}
+        for i, trace in enumerate(network.traces):
+            vertex = np.arange(len(trace.line))
+            for k, end in enumerate(trace.ends):
+                if not end.startswith(kinds) or (i, k) in joined:
+                    continue
+                place = self.limits[k][i]
+                tip = [np.interp(place, vertex, trace.line[:, c]) for c in (0, 1)]
+                far = float(np.hypot(*(at - tip)))
+                if far < best:
+                    best, found = far, (i, k)
+        return found
+
+
+def reverse_ends(state: Heights) -> set[End]:
+    """Ends of traces near which the horizon overlaps."""
+    found = set()
+    for i, walls in enumerate(state.walls):
+        heave = walls.left + walls.right
+        for k, part in enumerate((heave[:10], heave[-10:])):
+            if len(part) and np.median(part) < 0:
+                found.add((i, k))
+    return found
+
+
+def is_overlapping(state: Heights, at: np.ndarray) -> bool:
+    """Whether the horizon overlaps at the trace that is nearest to a place [cells]."""
+    traces = state.network.traces
+    nearest = min(
+        range(len(traces)), key=lambda i: float(np.hypot(*(traces[i].line[:, :2] - at).T).min())
+    )
+    walls = state.walls[nearest]
+    heave = walls.left + walls.right
+    return bool(len(heave)) and float(np.median(heave)) < 0.0
+
+
+def longer_part(
+    untorn: tuple[Part, ...], state: Heights, at: np.ndarray, reach: float
+) -> tuple[Part, ...] | None:
+    """The parts that are left out, one of them a cell longer at its end near a place [cells].
+
+    None if there is no such end within reach.
+    """
+    for part in untorn:
+        number, *ends = part
+        trace = state.network.traces[number]
+        for k, end in enumerate(ends):
+            tip = [np.interp(end, trace.along, trace.line[:, c]) for c in (0, 1)]
+            inside = 0.0 < end < trace.along[-1]
+            if inside and np.hypot(*(at - tip)) <= reach:
+                longer = (number, end - 1.0, ends[1]) if k == 0 else (number, ends[0], end + 1.0)
+                return tuple(longer if one is part else one for one in untorn)
+    return None
+
+
+def with_part_at(untorn: tuple[Part, ...], state: Heights, at: np.ndarray) -> tuple[Part, ...]:
+    """Parts that are left out, with one more around a place [cells], or with a longer one.
+
+    Of the traces near the place the one with the smallest throw there is left out.
+    """
+    choice: list[tuple[float, int, float]] = []
+    for number, (trace, walls) in enumerate(zip(state.network.traces, state.walls, strict=True)):
+        far = np.hypot(*(trace.line[:, :2] - at).T)
+        vertex = int(far.argmin())
+        if far[vertex] <= NEAR_HOLE:
+            choice.append((_throw_at(walls, vertex), number, float(trace.along[vertex])))
+
+    for _, number, place in sorted(choice):
+        mine = [p for p in untorn if p[0] == number and p[1] - AGAIN <= place <= p[2] + AGAIN]
+        if sum(last - first for _, first, last in mine) > MOST_LEFT_OUT:
+            continue
+        first, last = _without_throw(state.network.traces[number], state.walls[number], place)
+        for _, one, two in mine:  # it was not enough
+            first, last = min(first, one - LEFT_OUT), max(last, two + LEFT_OUT)
+        return (*(part for part in untorn if part not in mine), (number, first, last))
+    return untorn
+
+
+def _throw_at(walls: Walls, vertex: float) -> float:
+    """Size of the throw at a place of a trace [m]."""
+    if not len(walls.place):
+        return 0.0
+    return float(np.interp(vertex, walls.place, np.abs(walls.throw)))
+
+
+def _without_throw(trace: Trace, walls: Walls, place: float) -> tuple[float, float]:
+    """The part of a trace around a place [cells] with next to no throw; a few cells if it has."""
+    along = np.interp(walls.place, np.arange(len(trace.line)), trace.along)
+    throw = np.abs(walls.throw)
+    high = along[throw > LITTLE * throw.max(initial=0.0)]
+    before, after = high[high < place], high[high > place]
+    first = float(before.max()) if len(before) else float(trace.along[0])
+    last = float(after.min()) if len(after) else float(trace.along[-1])
+    return min(first, place - LEFT_OUT), max(last, place + LEFT_OUT)

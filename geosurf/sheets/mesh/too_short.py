@@ -1,0 +1,73 @@
+"""Faults that a torn sheet leaves above or below: the smallest extension that closes it.
+
+Sticks are often picked no farther than the cut-offs that the interpreter sees. The sheet of a wall
+is extrapolated past the fault, a little above or below its cut-off, and leaves the fault there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geosurf.errors import GeosurfError
+from geosurf.faults import extend_fault
+from geosurf.faults.rim import find_rim
+from geosurf.model import TriSurface
+from geosurf.sheets.mesh.holes import Hole
+
+VERTICAL = ("up", "down")
+
+
+@dataclass(frozen=True, eq=False)
+class Short:
+    """Sides on which a fault is too short, and the first place of a hole there [m]."""
+
+    sides: frozenset[str]
+    place: np.ndarray
+
+
+def too_short(
+    holes: Sequence[Hole], faults: Sequence[TriSurface], reach: float
+) -> dict[int, Short]:
+    """Faults, by number, whose upper or lower rim is nearest to a hole and within `reach` [m]."""
+    found: dict[int, Short] = {}
+    for number, fault in enumerate(faults) if holes else ():
+        try:
+            arcs = find_rim(fault).arcs
+        except GeosurfError:  # several pieces, or a closed rim: it has no upper side
+            continue
+        for hole in holes:
+            far = {side: _distance(hole.place, fault.vertices[arc]) for side, arc in arcs.items()}
+            side = min(far, key=lambda name: far[name])
+            if far[side] <= reach and side in VERTICAL:
+                before = found.get(number, Short(frozenset(), hole.place))
+                found[number] = Short(before.sides | {side}, before.place)
+    return found
+
+
+def extended(fault: TriSurface, sides: Collection[str], distance: float) -> TriSurface:
+    """A fault that reaches higher or lower by a distance [m], along its dip lines.
+
+    Raises
+    ------
+    GeosurfError
+        If it cannot be continued there.
+    """
+    west, east, south, north, bottom, top = fault.bounds
+    wide = max(east - west, north - south, top - bottom)  # it shall leave the box up or down
+    low = bottom - (distance if "down" in sides else 0.0)
+    high = top + (distance if "up" in sides else 0.0)
+    box = (west - wide, east + wide, south - wide, north + wide, low, high)
+    return extend_fault(fault, box, sides=sorted(sides), until="the horizon").surface
+
+
+def _distance(place: np.ndarray, line: np.ndarray) -> float:
+    """Distance of a place from a line of points (n, 3) [m]; infinite for a single point."""
+    if len(line) < 2:
+        return np.inf
+    a, step = line[:-1], np.diff(line, axis=0)
+    length = np.maximum((step**2).sum(axis=1), 1e-30)
+    t = np.clip(((place - a) * step).sum(axis=1) / length, 0.0, 1.0)
+    return float(np.linalg.norm(a + t[:, None] * step - place, axis=1).min())

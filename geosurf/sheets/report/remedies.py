@@ -1,0 +1,148 @@
+"""What it took to close a sheet, as warnings: fault, place, size and effect of each remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from geosurf.conventions import place
+from geosurf.errors import GeosurfWarning
+from geosurf.sheets.heights.state import Heights
+from geosurf.sheets.lattice.frame import Frame
+from geosurf.sheets.mesh.build import Built
+from geosurf.sheets.mesh.close import Closed, Extended
+from geosurf.sheets.mesh.rings import LEVEL_REACH
+
+USUAL = 3  # links by which a tear may end early at a tip: throw has died there anyway
+
+
+def remedies(closed: Closed) -> list[GeosurfWarning]:
+    """A warning for each remedy that was needed."""
+    built, picks = closed.built, closed.picks
+    names = [fault.name for fault in closed.faults]
+    found = [_extension(picks.name, one) for one in closed.extensions]
+    found += _trims_changed(closed, names)
+    found += _early_ends(picks.name, picks.frame, built, names)
+    found += _parts_left_out(picks.name, picks.frame, built, names)
+    found += _level_places(picks.name, picks.frame, built, names)
+    return found
+
+
+def _extension(horizon: str, one: Extended) -> GeosurfWarning:
+    """A fault that was extended up or down."""
+    ways = " and ".join(sorted(one.sides, reverse=True))
+    return GeosurfWarning(
+        "fault extended",
+        one.fault,
+        f"Horizon {horizon!r} leaves fault {one.fault!r} at its rim, near {place(one.place)}. The "
+        f"fault was extended {ways} by {one.distance:.0f} m along its dip.",
+        f"Lengthen the sticks of {one.fault!r}, or use the fault of the sheet, sheet.faults.",
+        tuple(one.place),
+    )
+
+
+def _trims_changed(closed: Closed, names: Sequence[str]) -> Iterator[GeosurfWarning]:
+    """Trims that were changed, because the sheet stays open with those that were given."""
+    pairs = zip(names, closed.given_trims.of_fault, closed.trims.of_fault, strict=False)
+    for name, given, used in pairs:
+        if used != given:
+            yield GeosurfWarning(
+                "trim changed",
+                name,
+                f"Horizon {closed.picks.name!r} does not close at fault {name!r} with a trim of "
+                f"{given:g} cells. {used:g} cells were used.",
+                f"Set it yourself: trim={{{name!r}: {used:g}}}.",
+                None,
+            )
+
+
+def _early_ends(
+    horizon: str, frame: Frame, built: Built, names: Sequence[str]
+) -> Iterator[GeosurfWarning]:
+    """Tears that end before their faults do: throw is wrong there."""
+    network = built.state.network
+    for (number, end), n in sorted(built.repairs.shortened.items()):
+        trace = network.traces[number]
+        places = built.cuts.place[built.cuts.trace == number]
+        is_tip = trace.ends[end] == "tip"
+        if n < (USUAL + 1 if is_tip else 1) or not len(places):
+            continue
+        last = float(places.max() if end else places.min())
+        vertex = np.arange(len(trace.line))
+        x, y, z = (float(np.interp(last, vertex, column)) for column in trace.line[:, :3].T)
+        along, whole = np.interp([last, network.mesh[number][end]], vertex, trace.along)
+        at = (*frame.to_world(np.array([[x, y]]) / frame.stretch)[0], z)
+        name = names[trace.fault]
+        which = "" if is_tip else f", {trace.ends[end]},"
+        remedy = (
+            f"Continue fault {name!r}, so that it ends farther from the throw."
+            if is_tip
+            else "End the branch on its main fault, and tear with "
+            "gs.truncate_faults(gs.rebuild_surfaces(faults), truncations).surfaces."
+        )
+        yield GeosurfWarning(
+            "tear ended early",
+            name,
+            f"The tear of horizon {horizon!r} at fault {name!r}{which} ends at {place(at)}, "
+            f"{abs(whole - along) * frame.cell:.0f} m before the fault does, and throw dies there: "
+            "farther on the sheet does not close.",
+            remedy,
+            at,
+        )
+
+
+def _parts_left_out(
+    horizon: str, frame: Frame, built: Built, names: Sequence[str]
+) -> Iterator[GeosurfWarning]:
+    """Parts of faults at which the horizon is not torn."""
+    state = built.state
+    for number, first, last in built.repairs.untorn:
+        trace, walls = state.network.traces[number], state.walls[number]
+        ends = np.clip([first, last], 0.0, trace.along[-1])
+        xyz = np.stack([np.interp(ends, trace.along, c) for c in trace.line[:, :3].T], axis=1)
+        world = np.column_stack([frame.to_world(xyz[:, :2] / frame.stretch), xyz[:, 2]])
+        along = np.interp(walls.place, np.arange(len(trace.line)), trace.along)
+        lost = np.abs(walls.throw[(along >= first) & (along <= last)]).max(initial=0.0)
+        name = names[trace.fault]
+        yield GeosurfWarning(
+            "tear left out",
+            name,
+            f"Horizon {horizon!r} is not torn at fault {name!r} from {place(world[0])} to "
+            f"{place(world[1])}, {(ends[1] - ends[0]) * frame.cell:.0f} m: no tear closes there. "
+            f"It bends instead; up to {lost:.3g} m of throw are lost.",
+            f"End fault {name!r} before it, or on the fault that it meets, with "
+            "truncations={...} (scene.propose_fault_network() lists them).",
+            tuple(world.mean(axis=0)),
+        )
+
+
+def _level_places(
+    horizon: str, frame: Frame, built: Built, names: Sequence[str]
+) -> Iterator[GeosurfWarning]:
+    """Places at which a wall goes on level to its fault."""
+    seen: list[np.ndarray] = []
+    for cells in map(np.array, built.repairs.level):
+        if any(np.hypot(*(cells - other)) <= 2.0 * LEVEL_REACH for other in seen):
+            continue
+        seen.append(cells)
+        fault = _nearest_fault(built.state, cells)
+        xy = frame.to_world(cells[None] / frame.stretch)[0]
+        node = np.rint(cells / frame.stretch).astype(np.int64)[::-1]
+        node = np.clip(node, 0, np.array(frame.shape) - 1)
+        at = (*xy, float(np.nan_to_num(built.state.values.reshape(frame.shape)[tuple(node)])))
+        yield GeosurfWarning(
+            "wall made level",
+            names[fault],
+            f"A wall of horizon {horizon!r} runs along fault {names[fault]!r} near {place(at)} and "
+            f"does not meet it. Within {LEVEL_REACH * frame.cell:.0f} m it was continued level to "
+            "the fault: the cut-off there is a guess.",
+            f"Check the dip of {names[fault]!r} and the data next to it, or give another trim.",
+            at,
+        )
+
+
+def _nearest_fault(state: Heights, cells: np.ndarray) -> int:
+    """The fault with the trace nearest to a place [cells]."""
+    far = [np.hypot(*(trace.line[:, :2] - cells).T).min() for trace in state.network.traces]
+    return state.network.traces[int(np.argmin(far))].fault
