@@ -160,6 +160,8 @@ def continue_side(
             place=x[arc[0]],
             surfaces=(name,),
         )
+
+    # each way in turn, until a surface has no defect; lines of a grid are meant, and only go on
     own = bool((guides.of(side)[arc] >= 0).all())
     window, defect, filled = 0.0, None, np.empty((0, 3), dtype=np.int64)
     whole, way = arc, np.zeros((len(arc), 3))
@@ -177,17 +179,22 @@ def continue_side(
                 place=x[arc[lost[0]]],
                 surfaces=(name,),
             )
+
+        # the strip between the rim and the ends of its lines, and what it does to the fault
         length = reach(x[arc], way)
         tip = x[arc] + length[:, None] * way
         new = np.concatenate([filled, strip(arc, len(x), x[arc], tip)])
         points, faces = np.concatenate([x, tip]), np.concatenate([t, new])
         window = float(np.median(length))
+
+        # tangents of a mesh are as noisy as its triangles: they are averaged before they count
         if own or lines != "own":
             defect = _defect_of(name, side, points, faces, len(new))
             if defect is None:
                 break
     if defect is not None:
         raise defect
+
     area = math.fsum(0.5 * np.linalg.norm(normals_of(points[new]), axis=1))
     sizes = float(length.max()), float(length.min()), area
     made = Extension(name, side, *sizes, len(new), until, lines)
@@ -204,6 +211,7 @@ def _lengths(
     until: str,
 ) -> np.ndarray:
     """How far each line goes on (n,), so that the new rim lies outside the box."""
+    # beyond the box by a margin, so that the rim does not graze a wall
     margin = _MARGIN * float(np.linalg.norm(high - low))
     length = exits(start, way, low - margin, high + margin)
     if not np.isfinite(length).any():  # all pass the box, which lies between them: to its far end

@@ -21,10 +21,14 @@ def without_notches(x: np.ndarray, arc: np.ndarray, way: np.ndarray) -> tuple[An
     """
     ahead = total(way)
     ahead /= max(float(np.linalg.norm(ahead)), np.finfo(float).tiny)
+
+    # the arc in a plane: how far along the side, and how far ahead
     along = x[arc[-1]] - x[arc[0]]
     along = along - (along @ ahead) * ahead
     plane = x[arc] @ np.stack([along, ahead], axis=1)
     reach = float(along @ along)
+
+    # three in turn: the middle one goes, and leaves a triangle, where it lies behind
     chain: list[int] = []
     filled = []
     for c in range(len(arc)):

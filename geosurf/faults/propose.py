@@ -85,6 +85,8 @@ def propose_network(
     faults = [_fault(patches, i) for i, s in enumerate(patches.sources) if s.role == "fault"]
     faults.sort(key=lambda f: f.name)
     limits = None if box is None else box_of_sides(box)
+
+    # every pair: either it meets along a curve, or an end may stop short of it
     contacts, misses = [], []
     met: dict[tuple[str, str], list[_Cut]] = {}
     for one, two in combinations(faults, 2):
@@ -97,9 +99,13 @@ def propose_network(
         row = near_miss(one, two, limit, limits)
         if row is not None:
             misses.append(row)
+
+    # the longest contact is judged first, so that it wins where truncations form a circle
     contacts.sort(key=lambda row: (-row.length, row.fault, row.other))
     misses.sort(key=_by_distance)
     rows = _without_circles([*contacts, *misses])
+
+    # ends are those of what these truncations leave
     ends = []
     if limits is not None:
         gone = _what_goes(patches, faults, rows, met)

@@ -101,6 +101,7 @@ def adjacency(
     GeometryError
         If more than two sheets of the main fault meet on the curve.
     """
+    # for each half-edge of the fault the triangles of the main fault along the same edge
     n = len(patches.local)
     tf, tm = patches.triangles[fault], patches.triangles[main]
     key_f, way_f = _keys(tf, n)
@@ -110,6 +111,8 @@ def adjacency(
     sheets = np.searchsorted(key_m[order], key_f, side="right") - first
     half = np.flatnonzero(sheets > 0)
     twin = _coincident(tf, tm)
+
+    # pieces: neighbours across a half-edge, unless the main fault or a wall is in between
     ring, _ = edges(tf, n)
     at_wall = np.zeros(0, dtype=np.int64)
     if walls is not None and len(walls):
@@ -121,6 +124,7 @@ def adjacency(
     piece, n_piece = pieces(tf, ring)
     within = np.zeros(n_piece, dtype=bool)
     within[piece[twin]] = True
+
     # where the main fault has one triangle only, it ends: that edge has no sides
     pairs = half[(sheets[half] >= 2) & ~twin[half // 3]]
     a, b = order[first[pairs]], order[first[pairs] + 1]
@@ -128,6 +132,8 @@ def adjacency(
     if strict:
         _refuse_sheets(patches, main, tf, pairs[odd], sheets[pairs[odd]])
     pairs, a, b = pairs[~odd], a[~odd], b[~odd]
+
+    # which side each of these triangles leaves on, exactly; a piece has the sides of all of them
     c_before_b = _between(
         patches, fault[pairs // 3], way_f[pairs], main[a // 3], way_m[a], main[b // 3], way_m[b],
         key_f[pairs],
@@ -135,6 +141,7 @@ def adjacency(
     front = c_before_b == (way_m[a] > 0)
     beside = np.zeros((n_piece, 2), dtype=bool)
     beside[piece[pairs // 3], np.where(front, 0, 1)] = True
+
     found, edge_of_half = np.unique(key_f[half], return_inverse=True)
     ends = np.stack(np.divmod(found, n), axis=1)
     return Adjacency(piece, beside, within, ends, half, edge_of_half, piece[neighbours])

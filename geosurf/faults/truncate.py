@@ -143,12 +143,16 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> tuple[Truncati
     main = patches.sources[patches.names.index(rule.main)]
     side = main_side(main, rule.keep)
     mine = rows[rule.fault]
+
+    # pieces that the main fault and the walls cut off, and on which side of it each one lies
     walls, inside = _inside(patches)
     beside = adjacency(patches, mine, rows[rule.main], walls)
     held = np.zeros(len(beside.within), dtype=bool)
     held[beside.piece[inside[mine]]] = True
     wanted = beside.beside[:, 0 if side > 0 else 1] & held
     unwanted = beside.beside[:, 1 if side > 0 else 0] & held
+
+    # only where every piece has one side can a part be dropped
     if (wanted & unwanted).any():
         raise goes_around(patches, rule, beside, mine)
     if not (wanted | unwanted).any():
@@ -161,12 +165,15 @@ def _truncate(patches: Patches, alive: np.ndarray, rule: Rule) -> tuple[Truncati
             place=at,
             surfaces=(rule.fault, rule.main),
         )
+
+    # inside the box by side; outside, a piece follows the one that it goes on from
     gone = unwanted | (beside.within & held)
     wrong = beside.beside[:, 1 if side > 0 else 0] | beside.within
     gone |= ~held & (wrong | ~_hangs_on(gone, held, beside.across_walls))
     dropped = gone[beside.piece]
     apart = ~(wanted | gone)[beside.piece] & inside[mine]
     alive[mine[dropped]] = False
+
     sizes = _sizes(patches, mine, beside, dropped)
     off = math.fsum(_areas(patches, mine[apart]))
     words = rule.fault, rule.main, rule.keep, "+" if side > 0 else "-"

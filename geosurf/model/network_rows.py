@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from geosurf.conventions import counted
+
 
 @dataclass(frozen=True)
 class NetworkRow:
@@ -126,7 +128,7 @@ class NetworkTrial:
         ]
         count = Counter(one.accepted for one in self.decisions)
         table = table_of((head, *rows), right=(0,))
-        return f"{table}\n{count[True]} proposals accepted, {count[False]} dropped"
+        return f"{table}\n{counted(count[True], 'proposal')} accepted, {count[False]} dropped"
 
 
 def fault_words(row: NetworkRow) -> str:
