@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geosurf.conventions import area_text, is_number, length_text
+from geosurf.conventions import area_text, is_number, length_text, real_numbers
 from geosurf.errors import GeosurfWarning, HorizonError, InputError
 from geosurf.model import Sheet, TriSurface
-from geosurf.model.expected import flag_of
+from geosurf.model.expected import box_of_sides, flag_of
 from geosurf.sheets.faults.network import Network
 from geosurf.sheets.faults.traces import mesh_in_frame
 from geosurf.sheets.lattice.frame import Frame, frame_of_lattice
@@ -170,16 +170,17 @@ def as_lattice(sheet: Sheet) -> TriSurface:
 
 def _corners(area: Any) -> np.ndarray:
     """Corners (n, 2) of a box or polygon."""
-    values = np.asarray(area)
-    if values.ndim == 1 and len(values) in (4, 6):
-        west, east, south, north = (float(value) for value in values[:4])
-        if not (west < east and south < north):
-            raise InputError(
-                f"area is {tuple(values.tolist())}; give west, east, south, north with west below "
-                "east and south below north."
-            )
-        return np.array([(west, south), (east, south), (east, north), (west, north)])
-    return check_outline(area)
+    try:
+        values = real_numbers(area)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"area is {area!r}; give (west, east, south, north), a box, or corners (n, 2) [m]."
+        ) from error
+    if values.ndim != 1:
+        return check_outline(values)
+    heights = (0.0, 1.0) if len(values) == 4 else ()
+    west, east, south, north, _, _ = box_of_sides([*values.tolist(), *heights]).tolist()
+    return np.array([(west, south), (east, south), (east, north), (west, north)])
 
 
 def _enlarged(

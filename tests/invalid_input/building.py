@@ -135,6 +135,23 @@ BUILDING = {
     "tear_horizon.fill_empty_blocks": (
         lambda g, v: gs.tear_horizon(g.grid, g.faults, fill_empty_blocks=v), lambda g: FLAGS,
     ),
+    "extend_horizon": (
+        lambda g, v: gs.extend_horizon(v, distance=9.0), lambda g: wrong.horizons(g.grid),
+    ),
+    "extend_horizon.area": (
+        lambda g, v: gs.extend_horizon(g.grid, v, distance=9.0),
+        lambda g: [v for v in (*wrong.boxes(), *wrong.arrays()) if v is not None],
+    ),
+    "extend_horizon.distance": (
+        lambda g, v: gs.extend_horizon(g.grid, distance=v), lambda g: [*wrong.lengths(), 0],
+    ),
+    "extend_horizon.fill_holes": (
+        lambda g, v: gs.extend_horizon(g.grid, distance=9.0, fill_holes=v), lambda g: FLAGS,
+    ),
+    "extend_horizon.faults": (
+        lambda g, v: gs.extend_horizon(g.grid, distance=9.0, faults=v),
+        lambda g: ["abc", 5, None, object(), [None], ["F1"], {"F1": "no.vtp"}, {"F1": None}],
+    ),
     "propose_trim": (
         lambda g, v: gs.propose_trim(v, g.faults), lambda g: wrong.horizons(g.grid),
     ),
