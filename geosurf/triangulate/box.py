@@ -50,9 +50,12 @@ def propose_box(horizons: Sequence[TriSurface], outline: np.ndarray | None = Non
             "geosurf needs horizons to propose a box. Give box=(west, east, south, north, "
             "bottom, top)."
         )
+
+    # Bounds are west, east, south, north, bottom, top [m].
     bounds = np.array([horizon.bounds for horizon in horizons])
     bottom, top = bounds[:, 4].min(), bounds[:, 5].max()
     margin = max(_MARGIN * (top - bottom), 1.0)
+
     if outline is not None:
         (west, south), (east, north) = outline.min(axis=0), outline.max(axis=0)
     else:
@@ -81,12 +84,15 @@ def _rectangle(
                 f"horizon {horizon.name!r} is a mesh, and aoi='rectangle' is for grids only. "
                 "Leave aoi out, or give box=(west, east, south, north, bottom, top)."
             )
+
+    # The common box of all bounds; rotated or holed grids cover only a part of it.
     low, high = bounds[:, 0::2].max(axis=0), bounds[:, 1::2].min(axis=0)
     if (low[:2] >= high[:2]).any():
         raise InputError(
             "the horizons have no area in common, so geosurf cannot propose a box. Give "
             "box=(west, east, south, north, bottom, top)."
         )
+
     if are_unrotated(horizons):
         return low[0], high[0], low[1], high[1]
     lattices = [horizon.lattice for horizon in horizons if horizon.lattice is not None]
@@ -97,10 +103,12 @@ def _largest_rectangle(
     lattices: Sequence[Lattice], low: np.ndarray, high: np.ndarray
 ) -> tuple[float, float, float, float]:
     """Largest rectangle of sampled places that all lattices cover, one sample inside."""
+    # Sample cells of equal size; centres of samples.
     step = float((high[:2] - low[:2]).max()) / SAMPLES
     x = np.arange(low[0] + 0.5 * step, high[0], step)
     y = np.arange(low[1] + 0.5 * step, high[1], step)
     covered = np.ones((len(y), len(x)), dtype=bool)
+
     for lattice in lattices:
         covered &= covers(lattice, *np.meshgrid(x, y))
     area, left, right, first, last = largest_of(covered)
@@ -109,4 +117,5 @@ def _largest_rectangle(
             "the horizons have no rectangle in common that is large enough for a model. "
             "Give box=(west, east, south, north, bottom, top)."
         )
+    # One sample further inside on each side, since samples are covered at their centres only.
     return x[left + 1], x[right - 1], y[first + 1], y[last - 1]

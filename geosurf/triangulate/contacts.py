@@ -65,9 +65,12 @@ def build_contacts(
             "`contacts` must be a mapping such as {'OWC': -1705.0}, not "
             f"{type(contacts).__name__}."
         )
+
     surfaces: list[TriSurface] = []
     found: list[FluidContact] = []
     box = box_of_sides(box).tolist()
+
+    # A contact has one entry for the whole field, or one for each block; each becomes a surface.
     for name, value in contacts.items():
         entries = _entries(str(name), value)
         if not entries:
@@ -78,6 +81,7 @@ def build_contacts(
                     f"fluid contact {name!r} holds a FluidContact with another name, "
                     f"{entry.name!r}. Use one name for both."
                 )
+
             one = replace(entry, name=str(name))
             if any(one.surface == surface.name for surface in surfaces):
                 raise InputError(
@@ -100,11 +104,13 @@ def _entries(name: str, value: Any) -> list[FluidContact]:
         return list(value)
     if not isinstance(value, Mapping) or hasattr(value, "data_vars"):
         return [FluidContact(value)]
+    # A mapping that is not a Dataset: one value per block.
     return [one for key, part in value.items() for one in _of_block(name, str(key), part)]
 
 
 def _of_block(name: str, key: str, value: Any) -> list[FluidContact]:
     """What is given for one block of a contact."""
+    # The key says which block; a FluidContact may repeat it, but not contradict it.
     block = "" if key == ELSEWHERE else key
     parts = list(value) if isinstance(value, list | tuple) else [value]
     entries = [one if isinstance(one, FluidContact) else FluidContact(one) for one in parts]
@@ -118,6 +124,7 @@ def _of_block(name: str, key: str, value: Any) -> list[FluidContact]:
 
 
 def _surface(name: str, value: Any, box: Sequence[float]) -> TriSurface:
+    # A surface, a grid, or else a level.
     if isinstance(value, TriSurface):
         return value.renamed(name, "contact")
     if hasattr(value, "dims"):
@@ -126,6 +133,8 @@ def _surface(name: str, value: Any, box: Sequence[float]) -> TriSurface:
         raise InputError(f"fluid contact {name!r} cannot be a {type(value).__name__}. {_HOW}")
     if not is_number(value):
         raise InputError(f"the elevation of fluid contact {name!r} is {value}. Give a number [m].")
+
+    # A level inside the box: a rectangle of two triangles, counter-clockwise seen from above.
     west, east, south, north, bottom, top = box
     if not bottom < value < top:
         raise InputError(

@@ -14,6 +14,7 @@ Box = tuple[float, float, float, float, float, float]
 
 def largest_of(covered: np.ndarray) -> tuple[int, int, int, int, int]:
     """Area, first and last column, first and last row of the largest rectangle that is covered."""
+    # `heights`: covered samples from each row downwards in the order of rows, one per column.
     best = (0, 0, 0, 0, 0)
     heights = np.zeros(covered.shape[1], dtype=np.int64)
     for row in range(len(covered)):
@@ -24,6 +25,8 @@ def largest_of(covered: np.ndarray) -> tuple[int, int, int, int, int]:
 
 def _best_in_histogram(heights: np.ndarray, row: int) -> tuple[int, int, int, int, int]:
     """(area, left, right, first row, last row) of the largest rectangle that ends in a row."""
+    # The stack holds (start, height) of rectangles that are still open, heights rising; a lower
+    # column closes all that are taller. The last height, 0, closes all.
     best = (0, 0, 0, 0, 0)
     stack: list[tuple[int, int]] = []
     for i, height in enumerate([*heights.tolist(), 0]):
@@ -37,11 +40,13 @@ def _best_in_histogram(heights: np.ndarray, row: int) -> tuple[int, int, int, in
 
 def covers(lattice: Lattice, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Whether places lie in a cell with four nodes, for lattices with even steps."""
+    # Two steps span the lattice: along rows and along columns [m].
     easting, northing = lattice.horizontal()
     n_row, n_col = lattice.shape
     corner = np.array([easting[0, 0], northing[0, 0]])
     along = (np.array([easting[0, -1], northing[0, -1]]) - corner) / (n_col - 1)
     up = (np.array([easting[-1, 0], northing[-1, 0]]) - corner) / (n_row - 1)
+    # Four corners of a parallelogram; otherwise steps cannot be even.
     far = corner + along * (n_col - 1) + up * (n_row - 1)
     size = np.hypot(*along) + np.hypot(*up)
     if np.hypot(*(far - (easting[-1, -1], northing[-1, -1]))) > 1e-3 * size:
@@ -49,12 +54,17 @@ def covers(lattice: Lattice, x: np.ndarray, y: np.ndarray) -> np.ndarray:
             "a horizon is a curvilinear grid, for which geosurf cannot propose a box. Give "
             "box=(west, east, south, north, bottom, top)."
         )
+
+    # Invert the two steps: row and column of the cell below each place.
     det = along[0] * up[1] - along[1] * up[0]
     dx, dy = x - corner[0], y - corner[1]
     j = np.floor((dx * up[1] - dy * up[0]) / det).astype(np.int64)
     i = np.floor((along[0] * dy - along[1] * dx) / det).astype(np.int64)
+
     inside = (i >= 0) & (i < n_row - 1) & (j >= 0) & (j < n_col - 1)
     i, j = np.where(inside, i, 0), np.where(inside, j, 0)
+
+    # All four nodes of the cell have to exist.
     present = lattice.present
     four = present[i, j] & present[i + 1, j] & present[i, j + 1] & present[i + 1, j + 1]
     return inside & four

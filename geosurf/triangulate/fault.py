@@ -80,6 +80,7 @@ def triangulate_fault(
     >>> fault.n_triangle, fault.bounds
     (2, (0.0, 900.0, 0.0, 500.0, -2400.0, -1500.0))
     """
+    # The name may come from the argument, the object or its attributes, in this order.
     attrs = getattr(obj, "attrs", {})
     if name is not None:
         name = name_of(name, "fault")
@@ -87,6 +88,8 @@ def triangulate_fault(
     if not title:
         raise SurfaceError("a fault has no name. Pass it, as in triangulate_fault(..., name='F1').")
     title = str(title)
+
+    # One reader for each form; all end as a surface in metres, positive up.
     if is_mesh(obj):
         scale = _scale(title, first_given(positive, "up"), first_given(length_unit, "m"))
         surface = triangulate_mesh(obj, title, "fault", scale=scale, words=(positive, length_unit))
@@ -101,11 +104,14 @@ def triangulate_fault(
         return triangulate_sticks(sticks, name=title)
     else:
         raise SurfaceError(f"fault {title!r}: cannot use {type(obj).__name__}. {_HOW}")
+
     if surface.n_triangle == 0:
         raise SurfaceError(
             f"fault {title!r} has no triangles: no three neighbouring nodes are present. "
             "Check the NaN mask, or drop the fault."
         )
+
+    # Triangles without area have no normal, so exact geometry cannot use them.
     if surface.lattice is None:
         refuse_flat_triangles(surface)
     elif not corners_are_open(surface.lattice):
@@ -113,6 +119,7 @@ def triangulate_fault(
         remedy = "Set one of the coincident or collinear nodes to NaN."
         if len(doubted):
             refuse_zero_area(title, surface.vertices, surface.triangles, remedy, doubted)
+
     surface = orient_fault(surface)
     surface.checked = surface.lattice is not None
     return surface
@@ -125,6 +132,7 @@ def _scale(title: str, positive: str | None, length_unit: str | None) -> float:
 
 def _read_lattice(ds: Any, title: str, positive: str | None, length_unit: str | None) -> Lattice:
     """The lattice of a Dataset over (down_dip, along_strike), in metres, positive up."""
+    # Without attributes, the name of the variable determines the sign.
     easting, northing = (_plane(ds, key, title) for key in ("easting", "northing"))
     height = "elevation" if "elevation" in ds.variables else "depth"
     if height not in ds.variables:
@@ -132,6 +140,7 @@ def _read_lattice(ds: Any, title: str, positive: str | None, length_unit: str | 
             f"fault {title!r}: neither elevation nor depth is among the variables "
             f"{sorted(map(str, ds.variables))}. {_HOW}"
         )
+
     attrs = ds.variables[height].attrs
     implied = "up" if height == "elevation" else "down"
     said = first_given(positive, attrs.get("positive"), implied)
@@ -140,6 +149,7 @@ def _read_lattice(ds: Any, title: str, positive: str | None, length_unit: str | 
             f"fault {title!r}: {height} has positive={said!r}, expected {implied!r}. Name the "
             "variable elevation (positive up) or depth (positive down)."
         )
+
     scale = _scale(title, said, first_given(length_unit, attrs.get("units")))
     elevation = _plane(ds, height, title, metres=False)
     if scale != 1.0:
@@ -149,9 +159,12 @@ def _read_lattice(ds: Any, title: str, positive: str | None, length_unit: str | 
             f"fault {title!r}: the grid has {elevation.shape[0]} x {elevation.shape[1]} nodes, "
             "expected 2 x 2 or more. Read a larger part of the fault."
         )
+
     lattice = Lattice(easting, northing, elevation, True, False)
+    # -0.0 and 0.0 are one number with two bit patterns; keep 0.0 only.
     if lattice.survey.minus_zero:
         lattice = Lattice(easting, northing, elevation + 0.0, True, False)
+
     if not lattice.survey.finite:
         nodes = np.stack([easting, northing, elevation])
         infinite = np.isinf(nodes).any(axis=0)
@@ -160,6 +173,7 @@ def _read_lattice(ds: Any, title: str, positive: str | None, length_unit: str | 
             f"fault {title!r}: {int(infinite.sum())} nodes are infinite, the first is node "
             f"({i}, {j}) at {place(nodes[:, i, j])}. Set missing nodes to NaN."
         )
+
     refuse_far(title, lattice.survey.box)
     return lattice.turned_as(fault_diagonal(lattice), False)
 
@@ -184,6 +198,8 @@ def _plane(ds: Any, key: str, title: str, metres: bool = True) -> np.ndarray:
         )
     if variable.dims != FAULT_DIMS:  # a new variable costs ten times as much as its values
         variable = variable.transpose(*FAULT_DIMS)
+
+    # Coordinates are converted to metres here; elevation is converted with its sign.
     values = np.asarray(variable.values, dtype=np.float64)
     length_unit = variable.attrs.get("units")
     if not metres or length_unit is None:

@@ -122,19 +122,26 @@ def triangulate_horizon(
     if isinstance(da, TriSurface | tuple | list):
         return _from_mesh(da, title, positive, length_unit, tolerance)
     values = _checked_values(da, what)
+
+    # Attributes of the array say what its numbers mean, unless arguments do.
     try:
         sign = elevation_sign(first_given(positive, da.attrs.get("positive")), what)
         scale = sign * metres_per_unit(first_given(length_unit, da.attrs.get("units")), what)
     except InputError as error:
         raise HorizonError(str(error)) from error
+
     easting, northing = _coordinates(da, what)
     lattice = _lattice_of(easting, northing, np.asarray(values, dtype=np.float64), scale)
+    # Only 1-D axes have an order to check; the check costs a pass, so floats decide first.
     if easting.ndim == 1 and not lattice.has_rising_axes:
         _check_axis("easting", easting, what)
         _check_axis("northing", northing, what)
     _check_values(lattice, what)
+
+    # The diagonal of the cells follows from the coordinates, not from the order of rows.
     lattice = lattice.turned_as(rising_diagonal(lattice.easting, lattice.northing), None)
     _check_cells(lattice, what)
+
     if tolerance > 0:
         made = coarsen_lattice(title, lattice, tolerance)
     else:
@@ -188,6 +195,8 @@ def _checked_values(da: Any, what: str) -> np.ndarray:
             "Make one with xr.DataArray(z, dims=('northing', 'easting'), coords={'northing': y, "
             "'easting': x}, attrs={'units': 'm', 'positive': 'up'})."
         )
+
+    # Scattered points and Datasets look like arrays, but need another step first.
     if not hasattr(da, "dtype") and tuple(getattr(da, "sizes", ())) == ("point",):
         raise HorizonError(
             f"{what}: found scattered points, expected a grid. Make a horizon with "
@@ -198,6 +207,7 @@ def _checked_values(da: Any, what: str) -> np.ndarray:
             f"{what}: found a {type(da).__name__} with variables {list(da)}, expected one "
             "array. Select it with ds['name']."
         )
+
     if da.dtype.kind not in "fiu":
         raise HorizonError(
             f"{what}: values have dtype {da.dtype}, expected numbers. "
@@ -208,6 +218,7 @@ def _checked_values(da: Any, what: str) -> np.ndarray:
             f"{what}: dims are {tuple(da.dims)}, expected two: {HORIZON_DIMS}. "
             "Drop others with da.isel(...) or da.squeeze()."
         )
+
     values: np.ndarray = da.values
     if min(values.shape) < 2:
         raise HorizonError(
@@ -237,6 +248,7 @@ def _coordinates(da: Any, what: str) -> tuple[np.ndarray, np.ndarray]:
             f"{what}: coordinates {missing} are missing; the array has {list(da.coords)}. Add "
             f"them in metres with da.assign_coords({missing[0]}=...)."
         )
+
     easting, northing = (
         _metres(coords[key].transpose(*da.dims) if flat else coords[key], f"{key} of {what}")
         for key in ("easting", "northing")
@@ -248,10 +260,12 @@ def _lattice_of(
     easting: np.ndarray, northing: np.ndarray, elevation: np.ndarray, scale: float
 ) -> Lattice:
     """The lattice of some nodes, from the south-west: rasters have their northernmost row first."""
+    # Copies, because kernels take contiguous arrays.
     if easting.ndim == 1 and easting.item(0) > easting.item(len(easting) - 1):
         easting, elevation = easting[::-1].copy(), elevation[:, ::-1].copy()
     if northing.ndim == 1 and northing.item(0) > northing.item(len(northing) - 1):
         northing, elevation = northing[::-1].copy(), elevation[::-1].copy()
+
     if scale != 1.0:
         elevation = elevation * scale
     lattice = Lattice(easting, northing, elevation)
@@ -266,6 +280,7 @@ def _metres(coord: Any, what: str) -> np.ndarray:
         raise HorizonError(
             f"{what}: values have dtype {coord.dtype}, expected metres. Convert them to float."
         )
+
     values = np.asarray(coord.values, dtype=np.float64)
     length_unit = coord.attrs.get("units")
     if length_unit is None:
@@ -285,6 +300,8 @@ def _check_axis(key: str, axis: np.ndarray, what: str) -> None:
             f"{what}: {key}[{bad[0]}] is {axis[bad[0]]}. Coordinates of nodes must be finite; "
             f"drop the row or column with da.isel({key}=...)."
         )
+
+    # Strictly increasing or strictly decreasing, by the direction of the ends.
     way = 1.0 if axis[-1] >= axis[0] else -1.0
     bad = np.flatnonzero(way * np.diff(axis) <= 0)
     if len(bad):
@@ -303,6 +320,7 @@ def _check_values(lattice: Lattice, what: str) -> None:
     """Refuse infinite nodes, nodes without a place, and grids without a single node."""
     if lattice.whole:
         return
+
     (x, y), elevation = lattice.horizontal(), lattice.elevation
     infinite = np.isinf(elevation) | np.isinf(x) | np.isinf(y)
     if infinite.any():
@@ -312,11 +330,13 @@ def _check_values(lattice: Lattice, what: str) -> None:
             f"at {place((x[i, j], y[i, j], elevation[i, j]))}. Set missing nodes to NaN: "
             "da.where(np.isfinite(da))."
         )
+
     present = np.isfinite(elevation)
     if not present.any():
         raise HorizonError(
             f"{what}: all {elevation.size} nodes are NaN. Check the no-data value of the file."
         )
+
     lost = present & ~(np.isfinite(x) & np.isfinite(y))
     if lost.any():
         i, j = map(int, np.argwhere(lost)[0])
@@ -343,6 +363,7 @@ def _check_cells(lattice: Lattice, what: str) -> None:
         or _clearly_unfolded(lattice, _half_cells(lattice))
     ):
         return
+
     corners = lattice.build_vertices()[lattice.build_triangles()]
     turns = map_turns(corners)
     bad = np.flatnonzero(turns <= 0)
@@ -366,6 +387,8 @@ def _clearly_unfolded(
     lattice: Lattice, halves: tuple[tuple[_Corner, _Corner, _Corner], ...]
 ) -> bool:
     """Whether floats alone show that all triangles turn one way; no triangle is built."""
+    # Both halves of all cells at once: the cross product of two sides, with a bound on its
+    # rounding.
     x, y, n = lattice.easting, lattice.northing, lattice.present
     sign = 1.0 if lattice.right_handed else -1.0
     for a, b, c in halves:

@@ -42,18 +42,24 @@ fault, faults={'Salt': ...}; its inside becomes a block.
     """
     if surface.lattice is not None or surface.n_triangle == 0:
         return
+
+    # Relative to a corner, so that products of large coordinates do not lose digits.
     low = surface.vertices.min(axis=0)
     corners = (surface.vertices - low)[surface.triangles]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])  # in the map, with its sign
     if (area >= 0).all() or (area <= 0).all():
         return  # a closed body, or a fold, has triangles of both kinds
+
     turned, sheet, neighbour = sheets_that_agree(surface)
     sign = np.where(turned, -1.0, 1.0)
     n_sheet = int(sheet.max()) + 1
+
+    # A sheet without a rim is closed.
     rims = np.bincount(sheet, (neighbour < 0).any(axis=1), n_sheet)
     for k in np.flatnonzero(rims == 0):
         mine = sheet == k
+        # Signed volume by the divergence theorem: tetrahedra with the origin.
         volume = np.linalg.det(corners[mine]) / 6.0
         take = "" if n_sheet == 1 else "Remove it from the horizon. "
         at = place(corners[mine].reshape(-1, 3)[_distinct(surface, mine)].mean(axis=0) + low)
@@ -75,11 +81,13 @@ def _warn_of_folds(
     surface: TriSurface, area: np.ndarray, sheet: np.ndarray, corners: np.ndarray
 ) -> None:
     """Warn of the parts of each sheet that look the other way than most of it."""
+    # Each sheet faces the way that most of its area does; the rest folds over.
     up = np.bincount(sheet, area) >= 0
     area = np.where(up[sheet], area, -area)
     over = area < 0
     if not over.any():
         return
+
     share = float(-area[over].sum() / np.abs(area).sum())
     largest = int(np.argmin(area))
     warn(

@@ -57,13 +57,18 @@ def orient_fault(surface: TriSurface) -> TriSurface:
         refuse_far(surface.name, surface.lattice.survey.box)
         return _orient_lattice(surface, surface.lattice)
     refuse_far(surface.name, np.array(surface.bounds))
+
+    # First all triangles of a sheet agree, then whole sheets are turned.
     turned, sheet, _ = sheets_that_agree(surface)
     corners = surface.vertices[surface.triangles]
     normal = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal[turned] *= -1.0
+
+    # Sums of area vectors [m2] for each sheet, and of their sizes.
     means = _sum_by(sheet, np.column_stack([normal, np.linalg.norm(normal, axis=1)]))
     wrong = np.array([_points_into_footwall(mean[:3], mean[3], mean[3]) for mean in means])
     turned ^= wrong[sheet]
+
     if not turned.any():
         return surface
     triangles = np.where(turned[:, None], surface.triangles[:, [0, 2, 1]], surface.triangles)
@@ -95,11 +100,14 @@ limited to 1.15292e+18 m. If this is a no-data value, set those nodes to NaN.
 
 def _orient_lattice(surface: TriSurface, lattice: Lattice) -> TriSurface:
     """A lattice agrees with itself; only the whole can be the wrong way round."""
+    # Bounds of the normal are cheap; the sum over all triangles is needed only if they do not
+    # decide.
     normal, least, most = bounds_of_normals(lattice)
     wrong = _points_into_footwall(-normal if lattice.turned else normal, least, most)
     if wrong is None:
         normal, area, _ = lattice.normals
         wrong = _points_into_footwall(-normal if lattice.turned else normal, area, area)
+
     if not wrong and lattice.reverse is not None:
         return surface
     oriented = lattice.turned_as(lattice.rising, lattice.turned ^ bool(wrong))
@@ -119,6 +127,7 @@ def _points_into_footwall(normal: np.ndarray, least: float, most: float) -> bool
     The area lies between two bounds; None if they are too far apart to tell.
     A closed surface has none of these; it stays as its first triangle has it.
     """
+    # The first component that is clearly not zero decides: up, then east, then north.
     x, y, z = normal.tolist()
     for component in (z, x, y):
         if abs(component) > _VERTICAL * most:
@@ -137,22 +146,27 @@ def _sum_by(group: np.ndarray, rows: np.ndarray) -> np.ndarray:
 def sheets_that_agree(surface: TriSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which triangles turn to agree with the first of their sheet; sheets; neighbours or -1."""
     n_triangle = surface.n_triangle
+
     neighbour, clash, ends = _across_edges(surface)
     turned = np.zeros(n_triangle, dtype=bool)
     sheet = np.full(n_triangle, -1, dtype=np.int64)
     n_sheet = 0
+    # Breadth-first over shared edges; the first triangle of each sheet sets the direction.
     for seed in range(n_triangle):
         if sheet[seed] >= 0:
             continue
         sheet[seed] = n_sheet
         front = np.array([seed])
         while len(front):
+            # XOR: a neighbour turns if this one does, unless their directions clash along the edge.
             there, agree = neighbour[front], turned[front, None] ^ clash[front]
             new = (there >= 0) & (sheet[there] < 0)
             reached, first = np.unique(there[new], return_index=True)
             sheet[reached], turned[reached] = n_sheet, agree[new][first]
             front = reached
         n_sheet += 1
+
+    # A cycle that comes back turned has no two sides.
     torn = (neighbour >= 0) & (turned[:, None] ^ clash ^ turned[neighbour])
     if torn.any():
         t, k = np.argwhere(torn)[0]
@@ -171,10 +185,14 @@ def _across_edges(surface: TriSurface) -> tuple[np.ndarray, np.ndarray, np.ndarr
     """
     from geosurf.kernels.meshes.mesh import edges, weld
 
+    # Edges are compared by place, as meshes in parts repeat their vertices.
     spot, n_place = weld(surface.vertices)
     corners = surface.triangles
     ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
     start = spot[ends[:, :, 0]].ravel()
+
+    # The two half-edges of an inner edge form a ring of two. They run in opposite directions if
+    # their triangles agree.
     ring, _ = edges(spot[corners], n_place)
     half = np.arange(len(ring))
     paired = (ring != half) & (ring[ring] == half)

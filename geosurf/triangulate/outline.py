@@ -47,7 +47,9 @@ def check_outline(outline: Any) -> np.ndarray:
             f"aoi: the ring has {len(ring)} different corners, expected at least 3. Give the "
             "corners of the area, in order."
         )
+
     _refuse_self_contact(ring)
+    # Counter-clockwise, from the westernmost (then southernmost) corner: one form for each ring.
     if signed_area(ring) < 0:
         ring = ring[::-1]
     first = int(np.lexsort(ring.T[::-1])[0])
@@ -56,6 +58,7 @@ def check_outline(outline: Any) -> np.ndarray:
 
 def signed_area(ring: np.ndarray) -> float:
     """Area inside a ring (n, 2) [m2], rounded once; negative if clockwise."""
+    # The shoelace formula in fractions.
     x, y = ([Fraction(value) for value in column] for column in ring.T.tolist())
     return float(sum(x[i - 1] * y[i] - x[i] * y[i - 1] for i in range(len(ring))) / 2)
 
@@ -73,8 +76,10 @@ def _as_ring(outline: Any) -> np.ndarray:
         ring = real_numbers(outline)
     except (TypeError, ValueError) as error:
         raise InputError(f"aoi: {type(outline).__name__} does not hold numbers. {how}") from error
+
     if ring.ndim != 2 or ring.shape[1] not in (2, 3):
         raise InputError(f"aoi: found shape {ring.shape}. {how}")
+
     bad = np.flatnonzero(~np.isfinite(ring[:, :2]).all(axis=1))
     if len(bad):
         raise InputError(f"aoi: corner {bad[0]} (counted from 0) is not finite. {how}")
@@ -83,6 +88,7 @@ def _as_ring(outline: Any) -> np.ndarray:
 
 def _refuse_self_contact(ring: np.ndarray) -> None:
     """Raise an error at the first place where sides that are not neighbours meet, exact."""
+    # Sides i from a[i] to b[i]; boxes exclude most pairs before exact arithmetic.
     n = len(ring)
     a, b = ring, np.roll(ring, -1, axis=0)
     low, high = np.minimum(a, b), np.maximum(a, b)
@@ -103,6 +109,7 @@ def _meet(
     p: Sequence[float], q: Sequence[float], r: Sequence[float], s: Sequence[float], neighbours: bool
 ) -> tuple[float, float] | None:
     """A common point of two segments, except the corner that neighbours share."""
+    # Floats are fractions, so the turns below are exact.
     (px, py), (qx, qy), (rx, ry), (sx, sy) = (
         (Fraction(float(x)), Fraction(float(y))) for x, y in (p, q, r, s)
     )
@@ -114,12 +121,15 @@ def _meet(
         """Twice the area of a, b, c; positive if they turn left."""
         return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 
+    # A proper crossing: both ends of either segment lie on different sides of the other.
     one, two = turn(rx, ry, sx, sy, px, py), turn(rx, ry, sx, sy, qx, qy)
     if one * two < 0:
         three, four = turn(px, py, qx, qy, rx, ry), turn(px, py, qx, qy, sx, sy)
         if three * four < 0:
             t = one / (one - two)
             return float(px + t * (qx - px)), float(py + t * (qy - py))
+
+    # Otherwise they meet only if an end of one lies on the other.
     for x, y, ax, ay, bx, by in (
         (px, py, rx, ry, sx, sy), (qx, qy, rx, ry, sx, sy),
         (rx, ry, px, py, qx, qy), (sx, sy, px, py, qx, qy),
@@ -150,6 +160,7 @@ def triangulate_ring(ring: np.ndarray) -> np.ndarray:
     >>> triangulate_ring(np.array([[0.0, 0], [9, 0], [9, 9], [0, 9]])).tolist()
     [[3, 0, 1], [1, 2, 3]]
     """
+    # The kernel takes three coordinates; only two of them count.
     corners = np.zeros((len(ring), 3))
     corners[:, :2] = ring
     m, w = frame_of(corners)
@@ -161,6 +172,7 @@ def triangulate_ring(ring: np.ndarray) -> np.ndarray:
         orient2d_rows(corners, rows, m, w, out)
         return out
 
+    # An ear turns left and holds no other corner. Each simple ring has two of them.
     left = list(range(len(ring)))
     faces = []
     while len(left) > 3:
@@ -186,6 +198,7 @@ def _holds_any(
     turns: Callable[..., np.ndarray],
 ) -> bool:
     """Whether any other corner lies in the closed triangle."""
+    # Corners in the box of the ear are tested exactly: on or left of all three sides.
     others = np.array([i for i in left if i not in ear], dtype=np.int64)
     corners = ring[list(ear)]
     near = (ring[others] >= corners.min(axis=0)).all(axis=1)

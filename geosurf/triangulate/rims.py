@@ -59,12 +59,15 @@ def off_the_rims(outline: np.ndarray, horizons: Sequence[TriSurface], what: str)
         along |= beside
         if depth > 0:
             named[horizon.name] = depth
+
     if not named:
         return outline
     inward = max(FURTHER * max(named.values()), LEAST * size)
+
     found = check_outline(moved_inward(outline, np.where(along, inward, 0.0)))
     lost = signed_area(outline) - signed_area(found)
     names = " and ".join(repr(name) for name in named)
+
     warn(
         GeosurfWarning(
             "rim",
@@ -85,6 +88,7 @@ def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[
     That is 0 if all are exactly on their sides, or outside.
     """
     along_rim, depth = np.zeros(len(outline), dtype=bool), 0.0
+    # A whole grid that is clearly larger than the area has no rim near it.
     west, east, south, north = horizon.bounds[:4]
     (w, s), (e, n) = outline.min(axis=0), outline.max(axis=0)
     whole = (
@@ -92,13 +96,18 @@ def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[
     )
     if whole and west < w - near and e + near < east and south < s - near and n + near < north:
         return along_rim, depth
+
     rim = _rim(horizon)
+    # Distance of rim nodes from side k, positive inside, and position along it [m].
     for k, (a, b) in enumerate(zip(outline, np.roll(outline, -1, axis=0), strict=True)):
         along = (b - a) / np.hypot(*(b - a))
         from_a = rim - a
         inside = along[0] * from_a[:, 1] - along[1] * from_a[:, 0]
         s = from_a @ along
         beside = (np.abs(inside) <= near) & (s >= -near) & (s <= np.hypot(*(b - a)) + near)
+
+        # One node touches the side; two or more run along it. Only nodes that are exactly inside
+        # count.
         rows = np.flatnonzero(beside)
         along_rim[k] = len(rows) > 1
         if along_rim[k] and (_turns(a, b, rim[rows]) > 0).any():
@@ -108,6 +117,7 @@ def _rim_beside(outline: np.ndarray, horizon: TriSurface, near: float) -> tuple[
 
 def _turns(a: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.ndarray:
     """On which side of the line from a to b points (n, 2) lie, exactly: +1 is left."""
+    # The two ends are rows 0 and 1, the points follow.
     x = np.zeros((len(points) + 2, 3))
     x[0, :2], x[1, :2], x[2:, :2] = a, b, points
     rows = np.stack([np.zeros(len(points)), np.ones(len(points)), np.arange(len(points)) + 2.0], 1)
@@ -121,11 +131,14 @@ def _rim(horizon: TriSurface) -> np.ndarray:
     """Nodes on the rim of a horizon, in the map (n, 2)."""
     lattice = horizon.lattice
     if lattice is None:
+        # Edges of a single triangle.
         ends = np.sort(horizon.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         edges, count = np.unique(ends, axis=0, return_counts=True)
         return horizon.vertices[np.unique(edges[count == 1]), :2]
     if lattice.whole and lattice.easting.ndim == 1:
         return _frame(lattice.easting, lattice.northing)
+
+    # A node is on the rim unless all eight neighbours exist.
     there = np.pad(lattice.present, 1)
     inner = np.ones(lattice.shape, dtype=bool)
     for i in (0, 1, 2):

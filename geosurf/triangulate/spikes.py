@@ -100,13 +100,19 @@ def _check(surface: TriSurface) -> None:
     z = _elevations(surface)
     ends = _extreme_marks(*surface.bounds[4:])
     steps, spacing = _steps(surface)
+
     ends_of_steps = [f.reduce(s, axis=None, initial=0.0) for s in steps for f in (np.fmin, np.fmax)]
+    # Even the steepest step is below 45 degrees, and no extreme value is a usual mark.
     steepest = float(np.abs(ends_of_steps).max())
     if not ends and steepest <= spacing:
         return
+
+    # Marks that are far from all other values need no neighbours to be recognised.
     for value in ends:
         if _is_far_from_all(z, value):
             _refuse_nodes(surface, z, z == value)
+
+    # Then islands beyond ever smaller jumps.
     first, second, size = _edges(surface, steps)
     for limit in _limits(np.abs(size), spacing):
         if _look_at_islands(surface, z, first, second, size, limit):
@@ -191,11 +197,14 @@ def _elevations(surface: TriSurface) -> np.ndarray:
 def _steps(surface: TriSurface) -> tuple[list[np.ndarray], float]:
     """Steps in elevation between neighbours, and a usual distance between them in the map [m]."""
     if surface.lattice is None:
+        # Edges of triangles: each inner edge twice, which does not matter for a median.
         t, v = surface.triangles, surface.vertices
         spans = [v[t[:, (k + 1) % 3]] - v[t[:, k]] for k in range(3)]
         flat = np.concatenate([np.hypot(span[:, 0], span[:, 1]) for span in spans])
         return [span[:, 2] for span in spans], float(np.median(flat)) if len(flat) else 0.0
+
     lattice = surface.lattice
+    # The median over at most 64 rows or columns is usual enough.
     spacing = []
     for axis in (0, 1):
         gaps = []
@@ -223,12 +232,14 @@ def _edges(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Neighbours, first and second node, and the step from the one to the other."""
     if surface.lattice is None:
+        # The order of pairs is that of `_steps`.
         t = surface.triangles
         first, second = t.T.reshape(-1), t[:, [1, 2, 0]].T.reshape(-1)
     else:
         node = np.arange(surface.lattice.elevation.size).reshape(surface.lattice.shape)
         first = np.concatenate([node[:-1].reshape(-1), node[:, :-1].reshape(-1)])
         second = np.concatenate([node[1:].reshape(-1), node[:, 1:].reshape(-1)])
+
     size = np.concatenate([step.reshape(-1) for step in steps])
     real = np.isfinite(size)
     return first[real], second[real], size[real]
@@ -236,8 +247,10 @@ def _edges(
 
 def _limits(size: np.ndarray, spacing: float) -> list[float]:
     """Steps below which all are far smaller than the next larger one, the largest first."""
+    # Only steps above a fifth of the spacing are sorted: `below` stands for all smaller ones.
     small = size <= spacing / _FAR
     below = float(size[small].max(initial=0.0))
+
     order = np.append(np.sort(size[~small])[::-1], below)
     found = np.flatnonzero((order[:-1] > _FAR * order[1:]) & (order[:-1] > spacing))
     return [float(order[k + 1]) for k in found.tolist() if len(size) - 1 - k >= _ENOUGH]
@@ -252,11 +265,15 @@ def _look_at_islands(
     limit: float,
 ) -> bool:
     """Refuse marks and warn of spikes among the islands beyond a limit; return if there are any."""
+    # Neighbours with a jump between them.
     jump = np.abs(size) > limit
     a, b, step = first[jump], second[jump], size[jump]
     at_jump = np.zeros(len(z), dtype=bool)
     at_jump[a] = at_jump[b] = True
     marks = [value for value in np.unique(z[at_jump]).tolist() if mark_of(value)]  # not 0 m
+
+    # Parts are connected without jumps; an island is a part that is only above or only below its
+    # surroundings.
     here, there = at_jump[first], at_jump[second]
     if not marks:  # what is nowhere wider than two nodes has jumps at all of them
         joined = ~jump & here & there
@@ -264,23 +281,31 @@ def _look_at_islands(
         joined = ~jump
     part = _parts(len(z), first[joined], second[joined])
     n_part = int(part.max()) + 1
+
     apart = part[a] != part[b]
     a, b, step = a[apart], b[apart], step[apart]
+    # Steps up and down from each part to the others.
     ups = np.bincount(part[a], step < 0, n_part) + np.bincount(part[b], step > 0, n_part)
     downs = np.bincount(part[a], step > 0, n_part) + np.bincount(part[b], step < 0, n_part)
     island = (ups == 0) != (downs == 0)  # all its jumps go one way
+
     nodes = np.bincount(part, minlength=n_part)
     if nodes.max() > 0.5 * len(z):
         island[int(np.argmax(nodes))] = False  # the horizon itself
+
+    # Islands that hold nothing but the mark are refused.
     for value in marks:
         mine = island[part] & (z == value)
         alone = mine & (np.bincount(part, z != value, n_part)[part] == 0)
         if alone.any():
             _refuse_nodes(surface, z, alone)
+
+    # Without a mark, an island is a spike only if all its nodes are next to a jump.
     wide = np.zeros(n_part, dtype=bool)
     wide[part[~at_jump]] = True
     for one, other in ((first, second), (second, first)):
         wide[part[one[~jump & at_jump[one] & ~at_jump[other]]]] = True
+
     mine = (island & ~wide)[part]
     if not mine.any() or mine.sum() > _FEW * np.isfinite(z).sum():
         return False
@@ -308,12 +333,16 @@ def _warn(
     limit: float,
 ) -> None:
     """Warn of all spikes at once, naming the highest."""
+    # The highest step at any spike, and the node of the spike at it.
     ours = mine[a] | mine[b]
     k = int(np.argmax(np.where(ours, np.abs(step), 0.0)))
     node = int(a[k] if mine[a[k]] else b[k])
+
     height, n = abs(float(step[k])), int(mine.sum())
     at = _place(surface, node)
     usual = f"{height / limit:.0f} times all other steps" if limit > 0 else "and nowhere else"
+
+    # The remedy cuts out the bounding rectangle of that spike.
     same = np.flatnonzero(part == part[node])
     spots = np.array([_place(surface, int(one)) for one in same])
     middle, half = 0.5 * (spots.min(0) + spots.max(0)), 0.5 * np.ptp(spots, axis=0)

@@ -106,18 +106,24 @@ def triangulate_sticks(
             "gs.triangulate_sticks(sticks, strike=30, length=2000)."
         )
     refuse_far(name, np.concatenate(lines))
+
+    # Sorted by coordinates, so that the result does not depend on the order of the file.
     lines.sort(key=lambda line: line.ravel().tolist())
     chain = _align([lines[i] for i in _chain(_gaps(lines))])
+
     points = np.concatenate(chain)
     _, first, spot = np.unique(points, axis=0, return_index=True, return_inverse=True)
     # vertices keep the order in which the chain meets them
     order = np.argsort(first)
     number = np.argsort(order)[spot.reshape(-1)]
     vertices = points[first[order]]
+
+    # Rows of `vertices` along each stick, and triangles between neighbours.
     ids = np.split(number, np.cumsum([len(line) for line in chain])[:-1])
     strips = [_strip(a, b, vertices, name) for a, b in pairwise(ids)]
     triangles = np.concatenate(strips)
     refuse_zero_area(name, vertices, triangles, "Remove the collinear point.")
+
     stick = np.repeat(np.arange(len(chain)), [len(line) for line in chain])[first[order]]
     data = {"stick": stick}
     return orient_fault(TriSurface(name, "fault", vertices, triangles, vertex_data=data))

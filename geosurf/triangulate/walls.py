@@ -63,6 +63,7 @@ def build_walls(box: Sequence[float], aoi: Any = None) -> list[TriSurface]:
     limits = box_of_sides(box).reshape(3, 2)
     if aoi is not None:
         return _fence(check_outline(aoi), limits)
+
     corners = np.array([[limits[axis, (i >> axis) & 1] for axis in range(3)] for i in range(8)])
     halves = [[0, 1, 2], [0, 2, 3]]
     return [
@@ -72,6 +73,7 @@ def build_walls(box: Sequence[float], aoi: Any = None) -> list[TriSurface]:
 
 def _fence(ring: np.ndarray, limits: np.ndarray) -> list[TriSurface]:
     """Upright walls along a ring, and the caps between them."""
+    # Each corner has to lie inside the box; `out` is the outward direction on the axis.
     for axis, sides in enumerate((("west", "east"), ("south", "north"))):
         for corner in ring:
             for side, limit, out in zip(sides, limits[axis], (-1.0, 1.0), strict=True):
@@ -80,10 +82,13 @@ def _fence(ring: np.ndarray, limits: np.ndarray) -> list[TriSurface]:
                         f"aoi: corner {place(corner)} lies beyond the {side} of the box "
                         f"({limit:.1f} m). Enlarge the box, or leave it out."
                     )
+
+    # The ring is counter-clockwise, so these quads face outwards.
     n = len(ring)
     low, high = (np.column_stack([ring, np.full(n, z)]) for z in limits[2])
     here, there = np.arange(n), (np.arange(n) + 1) % n
     strips = [np.stack([here, there, there + n], 1), np.stack([here, there + n, here + n], 1)]
+
     faces = triangulate_ring(ring)
     return [
         TriSurface("aoi", "wall", np.concatenate([low, high]), np.concatenate(strips)),
