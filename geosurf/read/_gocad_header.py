@@ -90,6 +90,7 @@ class Header:
         """Column of x, of y and of z among the three of a vertex."""
         names = [word.lower() for word in self.axis_names]
         known = [next((k for k in range(3) if name in AXES[k]), None) for name in names]
+        # Each axis is named once: columns may come in any order.
         if sorted(k for k in known if k is not None) == [0, 1, 2]:
             return [known.index(k) for k in range(COUNT_OF_AXES)]
         if any(k not in (None, at) for at, k in enumerate(known)):
@@ -113,6 +114,7 @@ class Header:
             )
         direction = positive if positive is not None or self.positive is not None else "up"
         sign = agreed_sign(self.positive, direction, what)
+        # Units in the order x, y, z; the argument of the caller counts for z alone.
         said = [self.axis_units[k] for k in order] if self.axis_units else [None] * 3
         asked = (None, None, length_unit)  # a caller's word is that of elevations
         pairs = zip(said, asked, strict=True)

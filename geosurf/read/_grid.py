@@ -67,6 +67,7 @@ class GridHeader:
 
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
         """Unit vectors of columns and rows, exact for quarter turns."""
+        # Quarter turns are exact, so that such grids have straight axes.
         turn = self.rotation % 360.0
         quarter = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
         cos, sin = quarter.get(turn, (math.cos(math.radians(turn)), math.sin(math.radians(turn))))
@@ -74,6 +75,7 @@ class GridHeader:
 
     def upright(self, values: np.ndarray) -> tuple[GridHeader, np.ndarray]:
         """Return the same nodes with both increments positive, so right-handed."""
+        # A negative step runs from the other end: move the origin there and reverse the array.
         along, across = self.axes()
         x, y = self.xori, self.yori
         xinc, yinc = self.xinc, self.yinc
@@ -189,11 +191,14 @@ def nodes_from_grid(
             "easting": Axis(header.xori + column * header.xinc, dims[1:], metre),
         }
     else:
+        # Node = origin + column * step along the turned easting axis + row * step across it [m].
         along, across = header.axes()
         step_x, step_y = column * header.xinc, row[:, None] * header.yinc
         x = header.xori + (step_x * along[0] + step_y * across[0])
         y = header.yori + (step_x * along[1] + step_y * across[1])
         coords = {"easting": Axis(x, dims, metre), "northing": Axis(y, dims, metre)}
+
+    # The header stays in the attributes, so that a grid can be written as it was read.
     for key in ("rotation", "xori", "yori", "xinc", "yinc", "ncol", "nrow"):
         attrs[key] = getattr(header, key)
     values = np.ascontiguousarray(elevation, dtype=np.float64)

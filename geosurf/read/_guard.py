@@ -50,11 +50,13 @@ def opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
     InputError
         If it cannot be opened, or is a pipe, a device or a folder, which are never waited for.
     """
+    # Without O_NONBLOCK a named pipe would wait for a writer for ever.
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     try:
         handle = os.open(path, flags | getattr(os, "O_NOCTTY", 0))
     except (OSError, ValueError) as error:
         raise _unreadable(path, error) from error
+
     kept = os.fstat(handle)
     if not stat.S_ISREG(kept.st_mode):
         os.close(handle)
@@ -71,6 +73,7 @@ def opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
 
 def read_bytes(path: Path) -> bytes:
     """Return the content of a regular file, or the reason why there is none."""
+    # One byte more than expected shows that the file has grown meanwhile.
     with opened(path) as (file, size):
         free = free_memory()
         if free is not None and size > max(free, ALLOWANCE):
@@ -152,6 +155,8 @@ def refuse_large(path: Path, needed: int, size: int, what: str) -> None:
             f"{size} bytes is {_megabytes(limit)}. If the file is correct, set the environment "
             f"variable {BUDGET}={more}GB."
         )
+
+    # The limit protects from small files that announce much; free memory, from large ones.
     free = free_memory() if needed > ALLOWANCE else None
     if free is not None and needed > free:
         raise FormatError(

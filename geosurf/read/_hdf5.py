@@ -46,6 +46,7 @@ def refuse_bombs(path: Path, file: h5py.File, size: int) -> list[str]:
     """
     import h5py
 
+    # Walk through all groups; hard links can make circles, so each object is visited once.
     passed_over, total, todo, seen = [], 0, [file["/"]], set()
     while todo:
         group = todo.pop()
@@ -66,6 +67,7 @@ def refuse_bombs(path: Path, file: h5py.File, size: int) -> list[str]:
                 if found.size is not None and found.size > 1 and found.dtype.kind not in "fiub":
                     passed_over.append(str(name))
                     continue
+                # Bytes of all variables together, since xarray may load each of them.
                 total += _bytes_of(path, found, size)
                 what = f"variable {name!r} of {' x '.join(map(str, found.shape or ())) or 1} values"
                 refuse_large(path, COPIES * total, size, what)
@@ -78,6 +80,8 @@ def _bytes_of(path: Path, data: Any, size: int) -> int:
         raise FormatError(
             f"{path}: the values of {data.name!r} are in other files. Copy them into one file."
         )
+
+    # A chunk is unpacked whole, even if the dataset uses a corner of it.
     values, chunk = int(data.size or 0), math.prod(map(int, data.chunks or ()))
     if data.chunks:
         _refuse_packed(path, data, chunk * data.dtype.itemsize, size)
@@ -93,6 +97,8 @@ def _refuse_packed(path: Path, data: Any, chunk: int, size: int) -> None:
             f"{path}: {data.name!r} is compressed {kinds.count(DEFLATE)} times. Compress it "
             "once only."
         )
+
+    # zlib packs by 1032 at most: what is stored bounds what comes out.
     if kinds[-1:] != [DEFLATE] or data.id.get_storage_size() * LARGEST_RATIO <= ALLOWANCE:
         return
     for k in range(data.id.get_num_chunks()):

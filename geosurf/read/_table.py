@@ -70,9 +70,12 @@ class _Draft:
         """Add x, y, z of some rows: three words for each of their lines."""
         if not words:
             return
+
         lines = np.asarray(lines, dtype=np.int64)
         if self.decimal == ",":
             words = [_with_point(self.path, lines[k // 3], word) for k, word in enumerate(words)]
+
+        # All words at once; one by one only to name the first that is wrong.
         values = numbers(words)
         if values is None:  # report the first invalid one
             values = np.array(
@@ -101,9 +104,11 @@ def checked_columns(columns: Any) -> Columns:
         return None
     how = "give three names or numbers"
     one = isinstance(columns, str | int)
+    # One word alone is listed as one, which is too few.
     words = (columns,) if one else listed(columns, "columns are words or numbers", how)
     names = all(isinstance(word, str) for word in words)
     counts = all(type(word) is int and word > 0 for word in words)
+
     if len(words) != 3 or not (names or counts):
         raise InputError(
             f"columns is {columns!r}. Give three names of the header, as in columns=('X', 'Y', "
@@ -145,6 +150,7 @@ def read_table(
     FormatError, InputError
     """
     draft = _Draft(path, checked_columns(columns), checked_decimal(decimal))
+
     text = read_text(path)
     if path.suffix.lower() == ".csv":
         return _from_csv(draft, text, labels)
@@ -156,6 +162,7 @@ def read_table(
 # ------------------------------------------------------------------------- text
 def _take_piece(draft: _Draft, first: int, piece: str) -> None:
     """Take whole lines of a text: the fast way if each has three values, else row by row."""
+    # The fast way: three bare numbers on each line that is not empty.
     bare = not any(sign in piece for sign in ",;#!") and draft.columns is None
     if bare and draft.width in (None, 3) and draft.places in (None, [0, 1, 2]):
         count, words = _words_per_line(piece), piece.split()
@@ -163,16 +170,19 @@ def _take_piece(draft: _Draft, first: int, piece: str) -> None:
         if whole and (draft.points or draft.header or not _is_header(draft, [words[:3]])):
             draft.take(words, first + np.flatnonzero(count))
             return
+
     found: list[str] = []
     lines: list[int] = []
     for i, line in enumerate(piece.split("\n"), start=first):
         words = _words(draft, line, i)
         if not words or words[0].startswith(("#", "!")):
             continue
+        # The first line without any number is the header.
         if not draft.header and not draft.points and not lines and _is_header(draft, [words]):
             draft.header, draft.width = True, len(words)
             draft.places = _places(draft, [word.lower() for word in words], i)
             continue
+
         found += _three(draft, words, i)
         lines.append(i)
     draft.take(found, lines)
@@ -180,10 +190,12 @@ def _take_piece(draft: _Draft, first: int, piece: str) -> None:
 
 def _words_per_line(piece: str) -> np.ndarray:
     """How many words each line has, counted where one begins; of ASCII, others count wrongly."""
+    # A word begins where a byte is not blank and the one before is; line ends cut the count.
     codes = np.frombuffer(piece.encode("utf-8"), dtype=np.uint8)
     blank = codes <= ord(" ")
     begins = ~blank
     begins[1:] &= blank[:-1]
+
     line_ends = np.flatnonzero(codes == ord("\n"))
     ends = np.append(np.searchsorted(np.flatnonzero(begins), line_ends), begins.sum())
     return np.diff(ends, prepend=0)
@@ -202,8 +214,10 @@ def _counts(draft: _Draft, word: str) -> bool:
 def _words(draft: _Draft, line: str, i: int) -> list[str]:
     """Split a line at its separators; a comma that may be a decimal sign is refused."""
     line = line.strip()
+
     if draft.decimal == "," or "," not in line or line.startswith(("#", "!")):
         return line.replace(";", " ").split()
+    # A comma between digits could be a decimal sign: refused unless it separates everything.
     blank = line.replace(";", " ").split()
     inside = next((word for word in blank if COMMA.search(word)), None)
     if inside and sum(word[0] in "+-.0123456789" for word in blank) > 1:
@@ -222,11 +236,14 @@ def _three(draft: _Draft, words: list[str], i: int) -> list[str]:
     ends = len(words) >= 3 and words[0].startswith("999") and _are_end_mark(words)
     if ends:
         return ["999", "999", "999"]
+
     if draft.width is not None and len(words) != draft.width:
         raise FormatError(
             f"{draft.path}, line {i}: found {len(words)} values, expected {draft.width} as in the "
             "header. Correct that line or export the file again."
         )
+
+    # Places come from names, numbers of columns, or the only three numbers of the line.
     if draft.columns is None and not draft.header:
         draft.places = _only_numbers(draft, words, i)
     elif draft.places is None:
@@ -258,8 +275,10 @@ def _only_numbers(draft: _Draft, words: list[str], i: int) -> list[int]:
             f"{draft.path}, line {i}: found {len(words)} values, expected x y z. "
             "Correct that line or export the file again."
         )
+
     if len(words) == 3 and draft.places in (None, [0, 1, 2]):
         return [0, 1, 2]  # the reader reports a word that is not a number
+    # Exactly three numbers among other words: these are x, y and z.
     found = [k for k, word in enumerate(words) if _counts(draft, word)]
     if len(found) != 3:
         raise FormatError(
@@ -296,8 +315,10 @@ def _from_csv(draft: _Draft, text: str, labels: Sequence[str]) -> Table:
     first = text[: text.find("\n")]
     at_comma = "," in first and not (draft.decimal == "," and ";" in first)
     sign = "," if at_comma else next((sign for sign in ";\t" if sign in first), ",")
+    # With a decimal comma, semicolons or tabs separate.
     lines = itertools.chain.from_iterable(piece.splitlines() for _, piece in line_blocks(text))
     reader = csv.reader(lines, delimiter=sign)
+
     found: list[str] = []
     try:
         named = _csv_header(draft, next(reader, []), labels)
@@ -317,6 +338,7 @@ def _csv_header(draft: _Draft, row: list[str], labels: Sequence[str]) -> int | N
     header = [word.strip().lower() for word in row]
     draft.width = len(header)
     draft.header = not any(_counts(draft, word) for word in header)
+
     if draft.header or not draft.columns or isinstance(draft.columns[0], str):
         draft.places = _places(draft, header, 1)
     else:  # numbers from the first line on
@@ -329,6 +351,7 @@ def _csv_rows(
     draft: _Draft, reader: Any, named: int | None
 ) -> Iterator[tuple[list[str], list[int], list[str]]]:
     """Yield x, y, z in words, line numbers and labels, some rows at a time."""
+    # Rows in portions, so that words do not take twenty times the memory of the file.
     a, b, c = draft.places or [0, 1, 2]
     more = True
     while more:
@@ -362,6 +385,8 @@ def _places(draft: _Draft, header: list[str], line: int) -> list[int]:
                 f"columns={draft.columns}. Columns are counted from 1."
             )
         return places
+
+    # Each axis needs exactly one column with a known name.
     at = []
     for k, (axis, usual) in enumerate(USUAL.items()):
         spellings = usual if draft.columns is None else draft.columns[k : k + 1]

@@ -39,6 +39,8 @@ def refuse_wrong_counts(path: Path, data: bytes) -> None:
     start = re.search(rb"^\$Nodes[ \t\r]*\n", data, re.M)
     if head is None or start is None:
         return
+
+    # Each layout puts node tags elsewhere: text, blocks of rows (4.0), blocks (4.x) or rows (2.x).
     if head[3] == b"0":
         end = data.find(b"$EndNodes", start.end())
         words = data[start.end() : end if end >= 0 else None].split()
@@ -49,6 +51,7 @@ def refuse_wrong_counts(path: Path, data: bytes) -> None:
         tags = _tags_of_blocks(path, data, start.end(), int(head[4]))
     else:
         tags = _tags_of_rows(path, data, start.end())
+
     limit = max(LARGEST_TAG, len(data))
     if len(tags) and int(tags.max()) > limit:
         raise FormatError(
@@ -61,6 +64,8 @@ def refuse_wrong_counts(path: Path, data: bytes) -> None:
 def _refuse_tag_lines(path: Path, data: bytes) -> None:
     """Refuse more lines of strings, numbers and counts before data than there are in the file."""
     for match in re.finditer(rb"\$((?:Node|Element|ElementNode)Data)[^\n]*\n", data):
+        # Three lists follow each other: strings, reals, integers, each after a line with its
+        # length.
         at = match.end()
         for _ in range(3):
             end = data.find(b"\n", at)
@@ -116,16 +121,21 @@ def _count(path: Path, word: bytes) -> int:
 def _tags_of_blocks(path: Path, data: bytes, at: int, size: int) -> np.ndarray:
     """Tags of the nodes of version 4: blocks of tags, then points."""
     word = f"<u{size}"
+
+    # Four words open the section; the second one is the number of nodes.
     _, n_node, *_ = _numbers(path, data, at, word, 4)
     _refuse_more(path, data, at, n_node, size + POINT)
     at += 4 * size
+
     found: list[np.ndarray] = [np.empty(0, dtype=np.uint64)]
     n_found = 0
     while n_found < n_node:
+        # Entity dimension, entity tag, a flag (three int32), then the number of nodes of the block.
         (n,) = _numbers(path, data, at + 12, word, 1)
         at += 12 + size
         _refuse_more(path, data, at, n, size + POINT)
         found.append(np.frombuffer(data, word, n, at).astype(np.uint64))
+        # Tags first, then as many points.
         at += n * (size + POINT)
         n_found += n
     return np.concatenate(found)

@@ -58,6 +58,7 @@ class _Draft:
 
     def flush(self) -> None:
         """Turn words of vertices into numbers."""
+        # Words of a vertex become numbers in bulk; lines serve for errors only.
         rows = [self.words[k : k + 3] for k in range(0, len(self.words), 3)]
         if rows:
             self.points.append(number_rows(rows, self.lines, self.path, "x, y or z"))
@@ -165,6 +166,7 @@ def read_tsurf(
     """
     path = Path(path)
     text = read_text(path, final_line_end=False)
+    # A file may hold several objects; each starts with GOCAD and ends with END.
     lines = _numbered_lines(text)
     surfaces = []
     for i, line in lines:
@@ -176,6 +178,7 @@ def read_tsurf(
                 f"{path}, line {i}: found {line[:40]!r}, expected 'GOCAD TSurf 1'. This is not "
                 "a GOCAD file, or the object before this line ended too early."
             )
+
         kind = words[1].lower() if len(words) > 1 else ""
         draft = _Draft(path, len(text), i)
         body = _body(path, lines, i)
@@ -234,8 +237,10 @@ def _fill(draft: _Draft, body: Iterator[Line]) -> None:
     """Sort the lines of one TSurf into the draft."""
     block = ""  # HEADER, PROPERTY_CLASS_HEADER: lines between braces
     key = ""
+
     for i, words in body:
         before, key = key, words[0].upper()
+        # Inside braces only the header's name matters.
         if block:
             if block == "HEADER":
                 draft.header.take_brace_line(" ".join(words))
@@ -247,6 +252,7 @@ def _fill(draft: _Draft, body: Iterator[Line]) -> None:
             _triangle_line(draft, i, words)
         elif key in ALIAS_WORDS:
             _alias_line(draft, i, words)
+        # A block opens on this line and may close on it, too.
         elif "{" in " ".join(words):
             opened, _, rest = " ".join(words).partition("{")
             key = opened.split()[0].upper() if opened.split() else before
@@ -255,6 +261,7 @@ def _fill(draft: _Draft, body: Iterator[Line]) -> None:
             block = "" if rest.rstrip().endswith("}") else key or "?"
         else:
             draft.header.take_line(draft.path, i, words)
+
     draft.flush()
 
 
@@ -266,6 +273,8 @@ def _vertex_line(draft: _Draft, i: int, key: str, words: list[str]) -> None:
             f"{draft.path}, line {i}: {key} has {len(words) - 1} values, expected {4 + n_value} "
             "(id, x, y, z, properties). Correct that line or export the file again."
         )
+
+    # Coordinates wait as words, and properties with the row of their vertex.
     _new_id(draft, i, words[1], draft.n_vertex)
     draft.words += words[2:5]
     draft.lines.append(i)
@@ -293,6 +302,8 @@ def _triangle_line(draft: _Draft, i: int, words: list[str]) -> None:
             f"{draft.path}, line {i}: TRGL has {len(words) - 1} values, expected 3 vertex ids. "
             "Correct that line or export the file again."
         )
+
+    # Nearly all ids are written alike, so a plain look-up comes first.
     rows = draft.row_of_id
     try:
         draft.corners.extend((rows[words[1]], rows[words[2]], rows[words[3]]))
@@ -338,6 +349,7 @@ def _finish(draft: _Draft, positive: str | None, length_unit: str | None) -> Tri
             f"{path}: surface {name!r}, which begins on line {draft.line}, has no TRGL lines. "
             "Export it as a triangulated surface."
         )
+
     points = header.to_metres(np.concatenate(draft.points), positive, length_unit, what)
     triangles = np.array(draft.corners, dtype=np.int64).reshape(-1, 3)
     surface = TriSurface(name, "fault", points, triangles, vertex_data=_vertex_data(draft))
@@ -348,6 +360,7 @@ def _finish(draft: _Draft, positive: str | None, length_unit: str | None) -> Tri
 def _vertex_data(draft: _Draft) -> dict[str, np.ndarray]:
     """Property arrays, (n_vertex,) or (n_vertex, size); NaN for no data."""
     header = draft.header
+
     sizes = header.property_sizes(draft.path, draft.line)
     if not sizes:
         return {}
@@ -357,9 +370,12 @@ def _vertex_data(draft: _Draft) -> dict[str, np.ndarray]:
         draft.size,
         f"a table of {sum(sizes)} properties",
     )
+
+    # Vertices without values (VRTX, ATOM) have NaN in all columns.
     table = np.full((draft.n_vertex, sum(sizes)), np.nan)
     for rows, values in zip(draft.valued, draft.values, strict=True):
         table[rows] = values
+
     data, at = {}, 0
     for k, (key, size) in enumerate(zip(header.properties, sizes, strict=True)):
         part = table[:, at : at + size].copy()

@@ -77,6 +77,8 @@ def read_irap(
     """
     what = f"{path.name}: horizon {name!r}"
     scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
+
+    # Both kinds share suffixes, so the first bytes decide.
     head = read_bytes(path)[:64].lstrip()
     header, values = _read_classic(path) if head.startswith(b"-996") else _read_binary(path)
     return nodes_from_grid(header, scale * values + 0.0, name=name, source=path.name)
@@ -91,6 +93,7 @@ def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
             f"{path}: found {len(words)} header values, expected 19 (-996 nrow xinc yinc ...). "
             "The file is truncated; export it again."
         )
+
     tokens = [word[0] for word in words]
     line_of_token = [text.count("\n", 0, word.start()) + 1 for word in words]
 
@@ -103,6 +106,7 @@ def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
         return number(tokens[i], path, line_of_token[i], what)
 
     whole(0, "-996")
+    # Order of the file: -996 nrow xinc yinc / xmin xmax ymin ymax / ncol rotation xrot yrot.
     header = GridHeader(
         ncol=whole(8, "number of columns"),
         nrow=whole(1, "number of rows"),
@@ -115,6 +119,7 @@ def _read_classic(path: Path) -> tuple[GridHeader, np.ndarray]:
     _refuse_pivot(path, header, real(10, "xrot"), real(11, "yrot"))
     for i in range(12, 19):
         whole(i, "the last header line, seven zeros")
+
     rest = text[words[-1].end() :]
     values = number_text(rest, path, line_of_token[-1], "value of a node")
     _check_count(path, len(values), header)
@@ -130,6 +135,8 @@ def _read_binary(path: Path) -> tuple[GridHeader, np.ndarray]:
             f"{path}: found {len(records)} records, expected 3 header records and the values. "
             "The file is truncated; export it again."
         )
+
+    # Big-endian records of fixed lengths: six floats hold limits and steps.
     fields = []
     for i, layout in enumerate(HEADER_RECORDS):
         if len(records[i]) != struct.calcsize(layout):
@@ -143,8 +150,10 @@ def _read_binary(path: Path) -> tuple[GridHeader, np.ndarray]:
         raise FormatError(
             f"{path}, byte 4: found {mark}, expected {MARK}. This is not an IRAP binary grid."
         )
+
     header = GridHeader(ncol, nrow, xmin, ymin, xinc, yinc, rotation).checked(path, "header")
     _refuse_pivot(path, header, xrot, yrot)
+    # The nodes are float32, row by row from the south, in records of any length.
     body = b"".join(records[3:])
     _check_count(path, len(body) / 4, header)
     values = np.frombuffer(body, dtype=">f4").astype(np.float64)
@@ -155,6 +164,7 @@ def _read_binary(path: Path) -> tuple[GridHeader, np.ndarray]:
             f"{path}: node (row {row}, column {column}) is {values[bad[0]]}, expected a finite "
             "number, or 1e30 where undefined. Export the file again."
         )
+
     values[values >= UNDEFINED_BINARY] = np.nan
     return header, values.reshape(nrow, ncol)
 
@@ -162,6 +172,7 @@ def _read_binary(path: Path) -> tuple[GridHeader, np.ndarray]:
 def _fortran_records(path: Path, data: bytes) -> list[bytes]:
     """Split big-endian Fortran records: length, payload, length again."""
     records, at = [], 0
+    # Each Fortran record has its length in bytes before and after it.
     while at < len(data):
         if at + 4 > len(data):
             raise FormatError(
@@ -194,6 +205,7 @@ def _check_count(path: Path, found: float, header: GridHeader) -> None:
 
 def _refuse_pivot(path: Path, header: GridHeader, xrot: float, yrot: float) -> None:
     """Refuse a rotation about another point than the origin: programs disagree on it."""
+    # A pivot other than the origin would move the whole grid; a thousandth of a cell is rounding.
     slack = 1e-3 * (abs(header.xinc) + abs(header.yinc))
     off = abs(xrot - header.xori) > slack or abs(yrot - header.yori) > slack
     if header.rotation % 360.0 and off:

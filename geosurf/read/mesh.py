@@ -110,6 +110,8 @@ def read_mesh(
     if path.suffix.lower() == ".vtu":
         return read_vtu(path, name=name, positive=positive, length_unit=length_unit)
     name = name or path.stem
+
+    # Cheap checks first: meshio waits for ever or exhausts memory on some damaged files.
     _refuse_cut_short(path, read_bytes(path))
     mesh = _meshio_read(path)
     try:
@@ -120,6 +122,7 @@ def read_mesh(
             f"{path}: points or cells are incomplete ({error}). The file is damaged or "
             "truncated; export it again."
         ) from error
+
     numeric = {
         key: value
         for key, value in mesh.point_data.items()
@@ -159,8 +162,11 @@ def _refuse_counts(path: Path, data: bytes) -> None:
     pattern = COUNTS.get(suffix)
     words = [w for match in pattern.finditer(data) for w in match.groups() if w] if pattern else []
     counts = [int(word) if len(word) < 19 else 1 << 60 for word in words]
+    # Binary STL: 80 bytes of header, a count, then 50 bytes for each triangle.
     if suffix == ".stl" and len(data) >= 84 and not data[:80].lstrip().startswith(b"solid"):
         counts.append(50 * int.from_bytes(data[80:84], "little"))
+
+    # No element takes less than one byte.
     if max(counts, default=0) > len(data):
         raise FormatError(
             f"{path}: the header announces {max(counts)} points, cells or bytes, but the file "
@@ -179,6 +185,7 @@ def _refuse_foreign_data(path: Path, data: bytes) -> None:
             "export it again."
         ) from error
     for item in items:
+        # HDF parts are written as file:path; other formats name a file.
         kind, text = (item.get("Format") or "XML").upper(), (item.text or "").strip()
         if kind == "XML":
             continue
@@ -231,6 +238,7 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
         )
     if path.suffix.lower() == ".msh":
         names = set(re.findall(rb"^\$(\w+)", data, re.M))
+        # Each section `$Name` needs its `$EndName`.
         ends = {b"End" + name for name in names if not name.startswith(b"End")}
         if not names or ends ^ {name for name in names if name.startswith(b"End")}:
             raise FormatError(  # meshio would look for the end of a section for ever
@@ -238,6 +246,7 @@ def _refuse_cut_short(path: Path, data: bytes) -> None:
                 "file is truncated or not a Gmsh file; export it again."
             )
         refuse_wrong_counts(path, data)
+
     if path.suffix.lower() == ".xdmf":
         _refuse_foreign_data(path, data)
     _refuse_counts(path, data)

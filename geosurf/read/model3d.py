@@ -72,6 +72,7 @@ def read_model3d(
     {'F1': <TriSurface 'F1' (fault): 4 vertices, 2 triangles>}
     """
     path = Path(path)
+
     roles = _roles(path)
     surfaces: dict[str, TriSurface] = {}
     for part in read_tsurf(path, positive=positive, length_unit=length_unit):
@@ -81,6 +82,7 @@ def read_model3d(
                 "model. Rename one of the surfaces in the file."
             )
         surfaces[part.name] = _welded(part, roles.get(part.name, "surface"))
+
     missing = [name for name in roles if name not in surfaces]
     if missing:
         raise FormatError(
@@ -133,6 +135,7 @@ def volume_inside(corners: np.ndarray) -> float:
     """Volume [m3] inside a closed shell of triangles (n, 3, 3), by the divergence theorem."""
     if len(corners) == 0:
         return 0.0
+    # Relative to the mean, so that products of large coordinates do not lose digits.
     a, b, c = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
     return abs(math.fsum(((np.cross(a, b) * c).sum(axis=1) / 6.0).tolist()))
 
@@ -161,6 +164,8 @@ def read_region_faces(
     """
     path = Path(path)
     lines = read_text(path, final_line_end=False).split("\n")
+
+    # The number of a TFACE counts from 1; its sign is the side that faces the region.
     parts = _corners_of_parts(path, lines, positive, length_unit)
     found = {}
     for name, signed, line in _region_lists(path, lines):
@@ -181,6 +186,8 @@ def _corners_of_parts(
 ) -> list[np.ndarray]:
     """Corners (n, 3, 3) of the triangles of each TFACE, in the order of the file."""
     surfaces = read_tsurf(path, positive=positive, length_unit=length_unit)
+
+    # TFACEs follow one another in the file as their triangles do in the surfaces.
     corners = np.concatenate([surface.vertices[surface.triangles] for surface in surfaces])
     counts: list[int] = []
     for line in lines:
@@ -206,6 +213,7 @@ def _region_lists(path: Path, lines: list[str]) -> Iterator[tuple[str, list[int]
         if words[:1] != ["REGION"] or len(words) < 3:
             continue
         signed: list[int] = []
+        # Numbers up to a 0, perhaps over several lines.
         for more in lines[i:]:
             numbers = more.split()
             if not all(WHOLE.fullmatch(word) for word in numbers):
@@ -263,10 +271,13 @@ def _role(kind: str) -> str:
 
 def _welded(surface: TriSurface, role: str) -> TriSurface:
     """The surface with one vertex per place; horizons turned so that their normals point up."""
+    # Parts repeat the vertices on their seams: the first in each place stays.
     number, count = weld(surface.vertices)
     vertices = np.empty((count, 3))
     vertices[number[::-1]] = surface.vertices[::-1]
     triangles = number[surface.triangles]
+
+    # Normals of a horizon point up in the mean.
     if role == "horizon":
         a, b, c = (vertices[triangles[:, k]] for k in range(3))
         if np.cross(b - a, c - a)[:, 2].sum() < 0:

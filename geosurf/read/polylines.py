@@ -146,6 +146,7 @@ def _terminated(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
             "polyline may be truncated. Export the file again, or add that line if the file is "
             "complete."
         )
+
     starts = np.concatenate([[0], ends[:-1] + 1])
     # two end marks in a row enclose nothing and mean nothing
     found = [
@@ -169,6 +170,8 @@ def _by_label(path: Path, table: Table) -> list[tuple[np.ndarray, int]]:
     breaks = [0, *(i for i in range(1, len(labels)) if labels[i] != labels[i - 1]), len(labels)]
     pieces = [(points[a:b], int(lines[a])) for a, b in itertools.pairwise(breaks)]
     firsts = [labels[a] for a in breaks[:-1]]
+
+    # A label that comes again would join two lines without order.
     begun: set[str] = set()
     for k, first in enumerate(firsts):
         if first in begun:

@@ -102,12 +102,15 @@ def _surface(
     """Join the pieces of a file: points, triangles, point data that all of them have."""
     points, triangles, columns = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], []
     n_point = 0
+    # Corners of each piece count from its own first point.
     for piece in pieces:
         piece_points = _points(file, piece)
         triangles.append(cells_of(file, piece, len(piece_points)) + n_point)
         columns.append(_point_data(file, piece, len(piece_points)))
         points.append(piece_points.astype(np.float64))
         n_point += len(piece_points)
+
+    # Point data that not all pieces have cannot become one column.
     shared = set.intersection(*(set(column) for column in columns)) if columns else set()
     keys = [key for key in (columns[0] if columns else {}) if key in shared]
     try:
@@ -151,6 +154,7 @@ def _polys(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
         )
     if piece.get("NumberOfPolys") in (None, "0"):
         return np.empty((0, 3), dtype=np.int64)
+
     corners, ends = _corners_and_ends(file, piece, "Polys", "NumberOfPolys")
     count = np.diff(ends, prepend=0)
     odd = np.flatnonzero((count != 3) & (count != 4))
@@ -168,6 +172,7 @@ def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
     if piece.get("NumberOfCells") in (None, "0"):
         return np.empty((0, 3), dtype=np.int64)
     corners, ends = _corners_and_ends(file, piece, "Cells", "NumberOfCells")
+
     count = np.diff(ends, prepend=0)
     nodes = {node.get("Name"): node for node in piece.iterfind("Cells/DataArray")}
     types = file.array(nodes.get("types"), "types").astype(np.int64)
@@ -176,6 +181,8 @@ def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
             f"{file.path}: found {len(types)} types for {len(ends)} cells. "
             "The file is damaged; export it again."
         )
+
+    # Types of VTK: 5 triangle, 9 quad; points and lines without area are ignored.
     surface = np.isin(types, list(CORNERS))
     other = np.flatnonzero(~surface & ~np.isin(types, PASSED_OVER))
     if len(other):
@@ -183,6 +190,7 @@ def _cells(file: XmlFile, piece: Element, n_point: int) -> np.ndarray:
             f"{file.path}: cell {other[0]} is of VTK type {types[other[0]]}, expected triangles "
             "(5) or quads (9). Export the surface only, triangulated."
         )
+
     wanted = np.where(types == 9, 4, 3)
     odd = np.flatnonzero(surface & (count != wanted))
     if len(odd):
@@ -208,6 +216,7 @@ def _corners_and_ends(
     arrays = {node.get("Name"): node for node in piece.iterfind(f"{place}/DataArray")}
     corners = file.array(arrays.get("connectivity"), "connectivity").astype(np.int64)
     ends = file.array(arrays.get("offsets"), "offsets").astype(np.int64)
+    # Offsets are the ends of cells in `connectivity`: they rise up to its length.
     falls = bool((np.diff(ends, prepend=0) < 0).any())
     if str(len(ends)) != piece.get(key) or falls or ends[-1:].sum() != len(corners):
         raise FormatError(
@@ -227,11 +236,14 @@ def _triangles(
             f"{file.path}: a cell names point {corners[bad[0]]}, expected 0 to {n_point - 1}. "
             "The file is damaged; export it again."
         )
+
+    # Two slots for each cell: quads fill both, triangles only the first.
     starts = ends - count
     quads = count == 4
     out = np.empty((len(count), 2, 3), dtype=np.int64)
     out[:, 0] = corners[starts[:, None] + np.arange(3)]
     out[quads] = split_quads(corners[starts[quads, None] + np.arange(4)]).reshape(-1, 2, 3)
+
     keep = np.ones((len(count), 2), dtype=bool)
     keep[:, 1] = quads
     return out[keep]

@@ -71,6 +71,8 @@ def read_zmap(
     what = f"{path.name}: horizon {name!r}"
     scale = agreed_sign(None, positive, what) * agreed_scale(None, length_unit, "m", what)
     text = PASSED_OVER.sub("", read_text(path))
+
+    # The header lies between two lines that begin with @.
     marks = list(itertools.islice(re.finditer(r"^[ \t]*@", text, re.MULTILINE), 2))
     head = text[: marks[-1].start()] if marks else ""
     lines = [(i, line) for i, line in enumerate(head.split("\n"), start=1) if line.strip()]
@@ -79,9 +81,12 @@ def read_zmap(
             f"{path}: expected a header of at least two lines between two '@', found "
             f"{len(marks)} '@'. This is not a ZMAP+ grid, or the file is truncated."
         )
+
     header, nulls, decimals = _header(path, lines[1], lines[2])
     start = (text.find("\n", marks[1].end()) + 1) or len(text)
     first = text.count("\n", 0, start) + 1
+
+    # Null values are compared as words first, then as numbers.
     values, has_point = _values(path, text[start:], first, nulls)
     if len(values) != header.ncol * header.nrow:
         raise FormatError(
@@ -115,10 +120,12 @@ def _values(path: Path, text: str, first: int, nulls: set[str]) -> tuple[np.ndar
                     if word not in nulls:
                         number(word, path, i, "value of a node")
             raise AssertionError(f"{path}: a number was refused, and then not")
+
         values = np.full(len(words), np.nan)
         values[kept] = found
         parts.append(values)
     values = np.concatenate(parts)
+
     values[np.isin(values, [float(null) for null in nulls if is_number(null)])] = np.nan
     return values, has_point
 
@@ -131,6 +138,8 @@ def _header(
     fields = [field.strip() for field in line.rstrip().rstrip(",").split(",")]
     nulls = {field for field in fields[1:3] if field}
     decimals = integer(fields[3], path, i, "decimals") if len(fields) > 3 and fields[3] else 0
+
+    # nrow, ncol, then west, east, south, north of the outer nodes.
     i, line = extent_line
     fields = [field.strip() for field in line.rstrip().rstrip(",").split(",")]
     if len(fields) != 6:
@@ -142,6 +151,7 @@ def _header(
     west, east, south, north = (number(field, path, i, "extent") for field in fields[2:])
     if nrow < 2 or ncol < 2:
         raise FormatError(f"{path}, line {i}: {nrow} rows x {ncol} columns, expected at least 2.")
+
     header = GridHeader(
         ncol, nrow, west, south, (east - west) / (ncol - 1), (north - south) / (nrow - 1)
     )
